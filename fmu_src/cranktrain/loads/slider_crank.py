@@ -1,0 +1,62 @@
+"""Rigid connecting rod and piston, eliminated onto the crank pin.
+
+In axes whose y is the cylinder's, with the pin at (x, y), s = √(L² − x²) and g = −x/s, the piston pin sits at y + s and
+accelerates with a_P = g a_x + a_y − v_x² L²/s³. The rod is split into m_b at the big end, its small end with the piston
+m_o, and the remainder ΔJ = J_r − m_r b (L − b) about the rod angle. The force on the pin is
+
+    f = −m_b a − [g, 1] (m_o a_P + p A) − ΔJ (a_x/s² + x v_x²/s⁴) e_x
+
+with p the gauge pressure. A piston-pin offset e replaces x by x − e. Gravity adds to a and a_P as an acceleration.
+Nothing is linearised; the tangents are exact. Source: Lagrange's equations of the slider-crank with a free pin.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.engine import Rod
+from cranktrain.kernel import kernel
+
+
+def remainder_inertia(rod: Rod) -> float:
+    """ΔJ = J_r − m_r b (L − b), kg m², with b = L m_small/m_r the centre of mass's distance from the big end."""
+    mass = rod.big_end_mass + rod.small_end_mass
+    b = rod.length * rod.small_end_mass / mass
+    return rod.inertia - mass * b * (rod.length - b)
+
+
+@kernel
+def rod_force(x, y, vx, vy, ax, ay, gas, length, m_b, m_o, delta_j, offset, gravity_x, gravity_y, out):
+    """Force on the pin in cylinder axes, with tangents, and the piston's motion.
+
+    ``gas`` is gauge pressure times piston area (N); gravity_x and gravity_y are the components of the upward
+    acceleration that replaces gravity. ``out[0:2]`` force; ``out[2:4]`` ∂f/∂x; ``out[4:6]`` ∂f/∂v_x; ``out[6:10]``
+    ∂f/∂a row-major; ``out[10:13]`` piston-pin position along the cylinder axis, velocity, acceleration.
+    """
+    x = x - offset
+    s = math.sqrt(length * length - x * x)
+    g = -x / s
+    l2s3 = length * length / (s * s * s)
+    a_p = g * ax + ay - vx * vx * l2s3
+    axial = m_o * (a_p + gravity_y) + gas
+    s2 = s * s
+    remainder = delta_j * (ax / s2 + x * vx * vx / (s2 * s2))
+    out[0] = -m_b * (ax + gravity_x) - g * axial - remainder
+    out[1] = -m_b * (ay + gravity_y) - axial
+    slope = -l2s3 * ax + 3.0 * vx * vx * length * length * g / (s2 * s2)
+    out[2] = (
+        l2s3 * axial
+        - g * m_o * slope
+        - delta_j * (-2.0 * g * ax / (s2 * s) + vx * vx / (s2 * s2) - 4.0 * x * vx * vx * g / (s2 * s2 * s))
+    )
+    out[3] = -m_o * slope
+    rate = -2.0 * vx * l2s3
+    out[4] = -g * m_o * rate - delta_j * 2.0 * x * vx / (s2 * s2)
+    out[5] = -m_o * rate
+    out[6] = -m_b - m_o * g * g - delta_j / s2
+    out[7] = -m_o * g
+    out[8] = -m_o * g
+    out[9] = -m_b - m_o
+    out[10] = y + s
+    out[11] = vy + g * vx
+    out[12] = a_p
