@@ -1,136 +1,173 @@
 """The engine as data: frozen dataclasses in SI, read from an engine file.
 
-Angles are radians here; an engine file gives each value with its unit and its origin.
+Angles are radians here; an engine file gives each value with its unit and its origin. The annotation of a field
+carries its dimension and its sign, from which the reader of engine files takes its checks.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+
+from cranktrain.errors import InputError
+
+
+class Quantity(NamedTuple):
+    """What a field measures: its dimension, and whether it must be positive, may be zero, or has either sign."""
+
+    dimension: str
+    sign: str = "positive"
+
+
+Number = Annotated[float, Quantity("1", "zero")]
+Length = Annotated[float, Quantity("length")]
+Offset = Annotated[float, Quantity("length", "either")]
+Angle = Annotated[float, Quantity("angle", "either")]
+Mass = Annotated[float, Quantity("mass")]
+Inertia = Annotated[float, Quantity("inertia")]
+Density = Annotated[float, Quantity("density")]
+Pressure = Annotated[float, Quantity("pressure")]
+GaugePressure = Annotated[float, Quantity("pressure", "zero")]
+Stiffness = Annotated[float, Quantity("stiffness")]
+Damping = Annotated[float, Quantity("damping", "zero")]
+TorsionalStiffness = Annotated[float, Quantity("torsional stiffness")]
+TorsionalDamping = Annotated[float, Quantity("torsional damping", "zero")]
+Viscosity = Annotated[float, Quantity("viscosity")]
+Temperature = Annotated[float, Quantity("temperature")]
+TemperatureDifference = Annotated[float, Quantity("temperature difference")]
+Speed = Annotated[float, Quantity("speed", "zero")]
+Frequency = Annotated[float, Quantity("frequency", "zero")]
+Rate = Annotated[float, Quantity("rate", "zero")]
+Time = Annotated[float, Quantity("time", "zero")]
+Energy = Annotated[float, Quantity("energy")]
 
 
 @dataclass(frozen=True)
 class Material:
     """Linear isotropic material (Pa, 1, kg/m³)."""
 
-    youngs_modulus: float
-    poisson_ratio: float
-    density: float
+    youngs_modulus: Pressure
+    poisson_ratio: Number
+    density: Density
 
 
 @dataclass(frozen=True)
 class Crankshaft:
     """Parametric crankshaft geometry, m and rad; one main journal more than there are throws."""
 
-    throw: float
-    throw_angles: tuple[float, ...]
-    main_diameter: float
-    main_widths: tuple[float, ...]
-    pin_diameter: float
-    pin_width: float
-    web_thickness: float
-    web_main_radius: float
-    web_pin_radius: float
-    counterweight_radius: float
-    counterweight_half_width: float
+    throw: Length
+    throw_angles: tuple[Angle, ...]
+    main_diameter: Length
+    main_widths: tuple[Length, ...]
+    pin_diameter: Length
+    pin_width: Length
+    web_thickness: Length
+    web_main_radius: Length
+    web_pin_radius: Length
+    counterweight_radius: Length
+    counterweight_half_width: Length
     counterweights: tuple[bool, ...]
-    nose_diameter: float
-    nose_length: float
-    flange_diameter: float
-    flange_length: float
-    fillet: float
-    oil_hole_diameter: float
+    nose_diameter: Length
+    nose_length: Length
+    flange_diameter: Length
+    flange_length: Length
+    fillet: Length
+    oil_hole_diameter: Length
     oil_holes: bool
-    mesh_size: float
+    mesh_size: Length
 
 
 @dataclass(frozen=True)
 class LumpedInertia:
     """A rigid part fixed to an interface (kg, kg m², m); offset is along z from the interface to its centre of mass."""
 
-    mass: float
-    polar_inertia: float
-    diametral_inertia: float
-    offset: float
+    mass: Mass
+    polar_inertia: Inertia
+    diametral_inertia: Inertia
+    offset: Offset
 
 
 @dataclass(frozen=True)
 class Rod:
     """Connecting rod: length, masses at big and small end, and the true inertia about its centre of mass."""
 
-    length: float
-    big_end_mass: float
-    small_end_mass: float
-    inertia: float
+    length: Length
+    big_end_mass: Mass
+    small_end_mass: Mass
+    inertia: Inertia
 
 
 @dataclass(frozen=True)
 class Cylinders:
     """Cylinders in the order of their numbers; angles rad, lengths m."""
 
-    bore: float
+    bore: Length
     firing_order: tuple[int, ...]
     pins: tuple[int, ...]
-    bank_angles: tuple[float, ...]
-    piston_mass: float
-    pin_offset: float
-    compression_ratio: float
+    bank_angles: tuple[Angle, ...]
+    piston_mass: Mass
+    pin_offset: Offset
+    compression_ratio: Number
 
 
 @dataclass(frozen=True)
 class JournalBearing:
     """Plain bearing: film geometry, contact at the roughness height, and its linear stand-in (N/m, N s/m)."""
 
-    diameter: float
-    width: float
-    clearance: float
-    contact_height: float
-    contact_pressure: float
-    stiffness_x: float
-    stiffness_y: float
-    damping_x: float
-    damping_y: float
+    diameter: Length
+    width: Length
+    clearance: Length
+    contact_height: Length
+    contact_pressure: Pressure
+    stiffness_x: Stiffness
+    stiffness_y: Stiffness
+    damping_x: Damping
+    damping_y: Damping
 
 
 @dataclass(frozen=True)
 class ThrustBearing:
     """Axial bearing at one main journal; ``clearance`` is the total axial play.
 
-    ``contact_stiffness`` is the closed bearing's collar and shells, ``block_stiffness`` the block's share in series with it.
+    ``contact_stiffness`` is the closed bearing's collar and shells, ``block_stiffness`` the block's share in series.
     """
 
     main: int
-    clearance: float
-    inner_diameter: float
-    outer_diameter: float
+    clearance: Length
+    inner_diameter: Length
+    outer_diameter: Length
     pads: int
-    pad_fraction: float
-    taper: float
-    contact_height: float
-    contact_stiffness: float
-    block_stiffness: float
-    damping: float
+    pad_fraction: Number
+    taper: Length
+    contact_height: Length
+    contact_stiffness: Stiffness
+    block_stiffness: Stiffness
+    damping: Damping
 
 
 @dataclass(frozen=True)
 class Oil:
     """Lubricant: Vogel law η = a exp(b / (T − c)), and the oil temperature against engine speed (K, rad/s)."""
 
-    density: float
-    vogel_a: float
-    vogel_b: float
-    vogel_c: float
-    temperature_speeds: tuple[float, ...]
-    temperatures: tuple[float, ...]
-    supply_pressure: float
+    density: Density
+    vogel_a: Viscosity
+    vogel_b: TemperatureDifference
+    vogel_c: Temperature
+    temperature_speeds: tuple[Speed, ...]
+    temperatures: tuple[Temperature, ...]
+    supply_pressure: GaugePressure
 
 
 @dataclass(frozen=True)
 class DriveLine:
     """Connecting shaft from the flywheel to the dynamometer, whose speed is given."""
 
-    stiffness: float
-    damping: float
-    speed_filter_time: float
+    stiffness: TorsionalStiffness
+    damping: TorsionalDamping
+    speed_filter_time: Time
 
 
 @dataclass(frozen=True)
@@ -138,28 +175,28 @@ class StructuralDamping:
     """Damping of the elastic modes: one ratio for all (``modal``) or D = α M + β K (``rayleigh``; 1/s, s)."""
 
     kind: str
-    ratio: float
-    alpha: float
-    beta: float
+    ratio: Number
+    alpha: Rate
+    beta: Time
 
 
 @dataclass(frozen=True)
 class Combustion:
     """Single-zone closed cycle with a Wiebe burn; angles rad after firing top dead centre, pressures Pa, energy J."""
 
-    start: float
-    duration: float
-    wiebe_a: float
-    wiebe_m: float
-    heat: float
-    intake_pressure: float
-    intake_temperature: float
-    exhaust_pressure: float
-    intake_closes: float
-    exhaust_opens: float
-    wall_temperature: float
-    best_speed: float
-    falloff: float
+    start: Angle
+    duration: Angle
+    wiebe_a: Number
+    wiebe_m: Number
+    heat: Energy
+    intake_pressure: Pressure
+    intake_temperature: Temperature
+    exhaust_pressure: Pressure
+    intake_closes: Angle
+    exhaust_opens: Angle
+    wall_temperature: Temperature
+    best_speed: Speed
+    falloff: Number
 
 
 @dataclass(frozen=True)
@@ -167,22 +204,25 @@ class Reduction:
     """How the finite-element crankshaft is reduced (counts, Hz)."""
 
     fixed_modes: int
-    running_cutoff_hz: float
+    running_cutoff_hz: Frequency
     consistent_mass: bool
 
 
 @dataclass(frozen=True)
 class Published:
-    """The reference's results for this engine, shown beside ours; Hz and rad/s. Nothing is computed from them."""
+    """The reference's results for this engine, shown beside ours; Hz and rad/s, 0 where nothing was measured.
 
-    free_torsional_hz: tuple[float, ...]
-    cranktrain_hz: tuple[float, ...]
+    Nothing is computed from them.
+    """
+
+    free_torsional_hz: tuple[Frequency, ...]
+    cranktrain_hz: tuple[Frequency, ...]
     cranktrain_shapes: tuple[str, ...]
-    measured_hz: tuple[float, ...]
-    second_torsional_hz: float
-    critical_orders: tuple[float, ...]
-    critical_speeds: tuple[float, ...]
-    measured_critical_speeds: tuple[float, ...]
+    measured_hz: tuple[Frequency, ...]
+    second_torsional_hz: Frequency
+    critical_orders: tuple[Number, ...]
+    critical_speeds: tuple[Speed, ...]
+    measured_critical_speeds: tuple[Speed, ...]
 
 
 @dataclass(frozen=True)
@@ -210,3 +250,170 @@ class Engine:
     def n_cylinders(self) -> int:
         """Number of cylinders."""
         return len(self.cylinders.firing_order)
+
+    @property
+    def firing_angles(self) -> tuple[float, ...]:
+        """Crank angle at which each cylinder (in the order of their numbers) passes firing dead centre, rad in [0, 4π).
+
+        A throw at angle α points along the bank at angle β when θ = β − α; the firing order chooses the revolution.
+
+        Raises
+        ------
+        InputError
+            if the throws cannot fire in the stated order within one cycle
+        """
+        angles = [0.0] * self.n_cylinders
+        previous = -1e-9
+        for cylinder in self.cylinders.firing_order:
+            throw = self.crankshaft.throw_angles[self.cylinders.pins[cylinder - 1] - 1]
+            angle = (self.cylinders.bank_angles[cylinder - 1] - throw - previous) % (2.0 * math.pi) + previous
+            if angle >= 4.0 * math.pi - 1e-6:
+                raise InputError(
+                    f"cylinders.firing_order: the throws do not reach dead centre in this order within 720 deg "
+                    f"(stopped at cylinder {cylinder}); change firing_order or crankshaft.throw_angles"
+                )
+            angles[cylinder - 1] = max(angle, 0.0)
+            previous = angle + 1e-9
+        return tuple(angles)
+
+
+def load_engine(name_or_path: str | Path) -> Engine:
+    """Read and check an engine file.
+
+    Parameters
+    ----------
+    name_or_path : name of an engine that ships with the package (``diesel_i6``) or path of a ``.toml`` file
+
+    Raises
+    ------
+    InputError
+        one line with file, table and key, for anything unknown, missing, in a wrong unit or impossible
+    """
+    from cranktrain.engine_file import read_engine  # the running model carries no file reader
+
+    return read_engine(name_or_path)
+
+
+def engine_provenance(name_or_path: str | Path) -> list[tuple[str, Any, str, str, str]]:
+    """Every value of an engine file as it is written: (``table.key``, value, unit, origin, note)."""
+    from cranktrain.engine_file import read_provenance
+
+    return read_provenance(name_or_path)
+
+
+def engine_to_dict(engine: Engine) -> dict[str, Any]:
+    """Engine as nested dictionaries of JSON-able values in SI."""
+    return _plain(asdict(engine))
+
+
+def engine_from_dict(data: Mapping[str, Any]) -> Engine:
+    """Inverse of :func:`engine_to_dict`; raises ``InputError`` where a key is unknown or missing."""
+    engine = _typed(Engine, data, "engine")
+    if not isinstance(engine, Engine):
+        raise InputError("engine: not a table")
+    return engine
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    return [_plain(entry) for entry in value] if isinstance(value, tuple | list) else value
+
+
+def _typed(kind: Any, value: Any, where: str) -> Any:
+    if is_dataclass(kind) and isinstance(kind, type):
+        if not isinstance(value, Mapping):
+            raise InputError(f"{where}: not a table")
+        names = {entry.name for entry in fields(kind)}
+        if wrong := sorted(names ^ set(value)):
+            raise InputError(f"{where}.{wrong[0]}: {'unknown' if wrong[0] in value else 'missing'}")
+        hints = get_type_hints(kind)
+        return kind(**{name: _typed(hints[name], value[name], f"{where}.{name}") for name in names})
+    if get_origin(kind) is tuple:
+        return tuple(_typed(get_args(kind)[0], entry, where) for entry in value)
+    return float(value) if kind is float else value
+
+
+def check_crankshaft(crankshaft: Crankshaft) -> None:
+    """Refuse parameters that describe no crankshaft, before any CAD kernel sees them.
+
+    Raises
+    ------
+    InputError
+        one line that starts with the key, e.g. ``crankshaft.web_pin_radius``
+    """
+    c = crankshaft
+    throws = len(c.throw_angles)
+    main, pin = 0.5 * c.main_diameter + c.fillet, 0.5 * c.pin_diameter + c.fillet
+    narrowest = min(c.pin_width, *c.main_widths)
+    slim = min(c.pin_diameter, c.main_diameter)
+    heavy, drilled = any(c.counterweights), c.oil_holes
+    rules: tuple[tuple[bool, str, str], ...] = (
+        (throws >= 1, "throw_angles", "is empty; give the angle of each throw"),
+        (
+            len(c.main_widths) == throws + 1,
+            "main_widths",
+            f"{len(c.main_widths)} widths for {throws} throws; give one more than there are throws",
+        ),
+        (
+            len(c.counterweights) == 2 * throws,
+            "counterweights",
+            f"{len(c.counterweights)} entries for {throws} throws; give one for each of the two webs of a throw",
+        ),
+        *((0.0 < width < math.inf, "main_widths", "every width must be positive") for width in c.main_widths),
+        *((math.isfinite(angle), "throw_angles", "every angle must be a finite number") for angle in c.throw_angles),
+        *(
+            (0.0 < value < math.inf, key, "must be positive")
+            for key, value in vars(c).items()
+            if isinstance(value, float)
+        ),
+        (
+            c.web_pin_radius >= pin,
+            "web_pin_radius",
+            f"the pin lies outside its web: {_mm(c.web_pin_radius)} is less than its radius and fillet, {_mm(pin)}",
+        ),
+        (
+            c.web_main_radius >= main,
+            "web_main_radius",
+            f"the main journal lies outside the web: {_mm(c.web_main_radius)} is less than its radius and fillet, "
+            f"{_mm(main)}",
+        ),
+        (
+            2.0 * c.fillet < narrowest,
+            "fillet",
+            f"two fillets of {_mm(c.fillet)} leave nothing of the narrowest journal, {_mm(narrowest)}",
+        ),
+        (
+            0.5 * c.nose_diameter + c.fillet < 0.5 * c.main_diameter,
+            "nose_diameter",
+            f"{_mm(c.nose_diameter)} and two fillets must be thinner than the main journal, {_mm(c.main_diameter)}",
+        ),
+        (c.nose_length > c.fillet, "nose_length", f"{_mm(c.nose_length)} is shorter than the fillet"),
+        (
+            0.5 * c.flange_diameter > main,
+            "flange_diameter",
+            f"{_mm(c.flange_diameter)} must be wider than the last main journal with its fillets, {_mm(2.0 * main)}",
+        ),
+        (
+            c.counterweight_radius > c.web_main_radius or not heavy,
+            "counterweight_radius",
+            f"{_mm(c.counterweight_radius)} does not reach beyond the web, {_mm(c.web_main_radius)}",
+        ),
+        (
+            c.counterweight_half_width > main or not heavy,
+            "counterweight_half_width",
+            f"{_mm(c.counterweight_half_width)} is narrower than the main journal with its fillet, {_mm(main)}",
+        ),
+        (
+            c.oil_hole_diameter < min(0.5 * slim, narrowest - 2.0 * c.fillet) or not drilled,
+            "oil_hole_diameter",
+            f"{_mm(c.oil_hole_diameter)} does not fit between the fillets or exceeds half of a journal's diameter",
+        ),
+    )
+    for holds, key, text in rules:
+        if not holds:
+            raise InputError(f"crankshaft.{key}: {text}")
+
+
+def _mm(length: float) -> str:
+    return f"{1e3 * length:.4g} mm"

@@ -1,0 +1,341 @@
+"""Engine files: TOML in which every value states its unit and where it comes from.
+
+One table per dataclass of :mod:`cranktrain.engine`; an entry reads
+
+    throw = { value = 60, unit = "mm", origin = "derived", note = "half the stroke" }
+
+``value`` may be a list. ``origin`` is *chosen*, *derived*, *calibrated* or *published*; the last two need a note that
+says to which number. Everything is converted to SI here, once, and checked.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import fields
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+from cranktrain.engine import Engine, Quantity, check_crankshaft
+from cranktrain.errors import InputError, nearest
+
+ORIGINS = ("chosen", "derived", "calibrated", "published")
+ENTRY = ("value", "unit", "origin", "note")
+TEXTS = ("name", "title")
+
+# unit: (dimension, factor to SI, offset in SI); frequencies stay in Hz
+UNITS: dict[str, tuple[str, float, float]] = {
+    "1": ("1", 1.0, 0.0),
+    "%": ("1", 0.01, 0.0),
+    "m": ("length", 1.0, 0.0),
+    "mm": ("length", 1e-3, 0.0),
+    "um": ("length", 1e-6, 0.0),
+    "rad": ("angle", 1.0, 0.0),
+    "deg": ("angle", math.pi / 180.0, 0.0),
+    "kg": ("mass", 1.0, 0.0),
+    "g": ("mass", 1e-3, 0.0),
+    "kg m^2": ("inertia", 1.0, 0.0),
+    "kg/m^3": ("density", 1.0, 0.0),
+    "Pa": ("pressure", 1.0, 0.0),
+    "kPa": ("pressure", 1e3, 0.0),
+    "bar": ("pressure", 1e5, 0.0),
+    "MPa": ("pressure", 1e6, 0.0),
+    "GPa": ("pressure", 1e9, 0.0),
+    "N/m": ("stiffness", 1.0, 0.0),
+    "N/mm": ("stiffness", 1e3, 0.0),
+    "N s/m": ("damping", 1.0, 0.0),
+    "N m/rad": ("torsional stiffness", 1.0, 0.0),
+    "N m s/rad": ("torsional damping", 1.0, 0.0),
+    "Pa s": ("viscosity", 1.0, 0.0),
+    "mPa s": ("viscosity", 1e-3, 0.0),
+    "K": ("temperature", 1.0, 0.0),
+    "degC": ("temperature", 1.0, 273.15),
+    "rad/s": ("speed", 1.0, 0.0),
+    "rev/min": ("speed", math.pi / 30.0, 0.0),
+    "Hz": ("frequency", 1.0, 0.0),
+    "1/s": ("rate", 1.0, 0.0),
+    "s": ("time", 1.0, 0.0),
+    "ms": ("time", 1e-3, 0.0),
+    "us": ("time", 1e-6, 0.0),
+    "J": ("energy", 1.0, 0.0),
+    "kJ": ("energy", 1e3, 0.0),
+}
+
+
+def engine_names() -> list[str]:
+    """Names of the engines that ship with the package."""
+    folder = resources.files("cranktrain") / "engines"
+    return sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
+
+
+def engine_path(name_or_path: str | Path) -> Path:
+    """Path of an engine file, by path or by the name of one that ships with the package."""
+    text = str(name_or_path)
+    if text.endswith(".toml"):
+        path = Path(text)
+        if not path.is_file():
+            raise InputError(f"{path}: no such engine file; shipped engines: {', '.join(engine_names())}")
+        return path
+    if text not in engine_names():
+        raise InputError(
+            f"unknown engine '{text}': {nearest(text, engine_names())} (or give the path of a .toml engine file)"
+        )
+    return Path(str(resources.files("cranktrain") / "engines" / f"{text}.toml"))
+
+
+def read_engine(name_or_path: str | Path) -> Engine:
+    """Engine of an engine file; see :func:`cranktrain.engine.load_engine`."""
+    path = engine_path(name_or_path)
+    document = _document(path)
+    tables: dict[str, Any] = {}
+    hints = get_type_hints(Engine)
+    _same_names(set(hints), set(document), path.name, "table")
+    for name, kind in hints.items():
+        where = f"{path.name}: {name}"
+        if name in TEXTS:
+            if not isinstance(document[name], str):
+                raise InputError(f'{where}: must be plain text, e.g. {name} = "diesel_i6"')
+            tables[name] = document[name]
+            continue
+        if not isinstance(document[name], dict):
+            raise InputError(f"{where}: must be a table [{name}]")
+        entries = get_type_hints(kind, include_extras=True)
+        _same_names(set(entries), set(document[name]), where, "key")
+        tables[name] = kind(
+            **{key: _si(document[name][key], entries[key], f"{where}.{key}") for key in (e.name for e in fields(kind))}
+        )
+    engine = Engine(**tables)
+    try:
+        check_engine(engine)
+    except InputError as error:
+        raise InputError(f"{path.name}: {error}") from None
+    return engine
+
+
+def read_provenance(name_or_path: str | Path) -> list[tuple[str, Any, str, str, str]]:
+    """Values of an engine file with unit, origin and note; see :func:`cranktrain.engine.engine_provenance`."""
+    path = engine_path(name_or_path)
+    read_engine(path)
+    return [
+        (f"{table}.{key}", entry["value"], entry.get("unit", "1"), entry["origin"], entry.get("note", ""))
+        for table, entries in _document(path).items()
+        if table not in TEXTS
+        for key, entry in entries.items()
+    ]
+
+
+def _document(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path.name}: not a TOML file: {error}") from None
+    except OSError as error:
+        raise InputError(f"{path.name}: cannot be read: {error.strerror}") from None
+
+
+def _same_names(wanted: set[str], found: set[str], where: str, noun: str) -> None:
+    if unknown := sorted(found - wanted):
+        raise InputError(f"{where}: unknown {noun} '{unknown[0]}'; {nearest(unknown[0], sorted(wanted))}")
+    if missing := sorted(wanted - found):
+        raise InputError(f"{where}: {noun} '{missing[0]}' is missing; add it as in engines/diesel_i6.toml")
+
+
+def _si(entry: Any, hint: Any, where: str) -> Any:
+    """Value of one entry in SI, of the type its field wants."""
+    if not isinstance(entry, dict) or "value" not in entry:
+        raise InputError(f'{where}: write it as {{ value = ..., unit = "...", origin = "chosen" }}')
+    if unknown := sorted(set(entry) - set(ENTRY)):
+        raise InputError(f"{where}: unknown entry '{unknown[0]}'; {nearest(unknown[0], ENTRY)}")
+    origin = entry.get("origin")
+    if origin not in ORIGINS:
+        raise InputError(f"{where}: origin '{origin}' is not known; {nearest(str(origin), ORIGINS)}")
+    if origin in ("calibrated", "published") and not entry.get("note"):
+        raise InputError(f"{where}: a value of origin '{origin}' needs a note that says to or from which number")
+    many = get_origin(hint) is tuple
+    kind = get_args(hint)[0] if many else hint
+    quantity = get_args(kind)[1] if get_origin(kind) is Annotated else None
+    scale, shift = _unit(entry.get("unit", "1"), quantity, where)
+    values = entry["value"]
+    if isinstance(values, list) != many:
+        raise InputError(f"{where}: {'a list of values' if many else 'a single value'} is wanted, got {values!r}")
+    if not many:
+        return _number(values, kind, quantity, scale, shift, where)
+    return tuple(_number(v, kind, quantity, scale, shift, f"{where}[{i}]") for i, v in enumerate(values, start=1))
+
+
+def _unit(unit: Any, quantity: Quantity | None, where: str) -> tuple[float, float]:
+    dimension = quantity.dimension if quantity else "1"
+    difference = dimension == "temperature difference"
+    valid = [
+        name
+        for name, (measured, _, shift) in UNITS.items()
+        if measured == ("temperature" if difference else dimension) and not (difference and shift)
+    ]
+    if unit not in valid:
+        raise InputError(f"{where}: unit '{unit}' does not measure its {dimension}; use one of: {', '.join(valid)}")
+    return UNITS[unit][1:]
+
+
+def _number(value: Any, kind: Any, quantity: Quantity | None, scale: float, shift: float, where: str) -> Any:
+    if quantity is None:
+        if type(value) is not kind:
+            wanted = {bool: "true or false", int: "a whole number", str: "a text"}[kind]
+            raise InputError(f"{where}: {value!r} is not {wanted}")
+        return value
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise InputError(f"{where}: {value!r} is not a finite number")
+    number = float(value) * scale + shift
+    if (quantity.sign == "positive" and number <= 0.0) or (quantity.sign == "zero" and number < 0.0):
+        raise InputError(f"{where}: {value} must {'be positive' if quantity.sign == 'positive' else 'not be negative'}")
+    return number
+
+
+def check_engine(engine: Engine) -> None:
+    """Refuse an engine whose parts do not fit together.
+
+    Raises
+    ------
+    InputError
+        one line that starts with ``table.key``
+    """
+    check_crankshaft(engine.crankshaft)
+    for key, holds, text in (*_cylinder_rules(engine), *_bearing_rules(engine), *_other_rules(engine)):
+        if not holds:
+            raise InputError(f"{key}: {text}")
+    engine.firing_angles  # noqa: B018  raises where the throws cannot fire in the stated order
+
+
+Rule = tuple[str, bool, str]
+
+
+def _cylinder_rules(engine: Engine) -> list[Rule]:
+    crank, rod, cylinders = engine.crankshaft, engine.rod, engine.cylinders
+    n, throws = len(cylinders.firing_order), len(crank.throw_angles)
+    order = cylinders.firing_order
+    twice = sorted({c for c in order if order.count(c) > 1})
+    never = sorted(set(range(1, n + 1)) - set(order))
+    reach = crank.throw + abs(cylinders.pin_offset)
+    return [
+        ("rod.length", rod.length > reach, f"{_mm(rod.length)} is shorter than throw and pin offset, {_mm(reach)}"),
+        ("cylinders.firing_order", n >= 1, "is empty"),
+        ("cylinders.firing_order", not twice, f"cylinder {twice[0] if twice else 0} fires twice"),
+        ("cylinders.firing_order", not never, f"cylinder {never[0] if never else 0} of 1..{n} never fires"),
+        ("cylinders.pins", len(cylinders.pins) == n, f"{len(cylinders.pins)} pins for {n} cylinders; give one each"),
+        (
+            "cylinders.pins",
+            all(1 <= pin <= throws for pin in cylinders.pins),
+            f"{list(cylinders.pins)} names a pin that is not one of 1..{throws}",
+        ),
+        (
+            "cylinders.bank_angles",
+            len(cylinders.bank_angles) == n,
+            f"{len(cylinders.bank_angles)} angles for {n} cylinders; give one for each",
+        ),
+        ("cylinders.compression_ratio", cylinders.compression_ratio > 1.0, "must exceed 1"),
+    ]
+
+
+def _bearing_rules(engine: Engine) -> list[Rule]:
+    crank, film, thrust = engine.crankshaft, engine.main_bearing, engine.thrust
+    mains = len(crank.main_widths)
+    narrowest = min(crank.main_widths)
+    return [
+        (
+            "main_bearing.diameter",
+            abs(film.diameter - crank.main_diameter) <= 0.01 * crank.main_diameter,
+            f"{_mm(film.diameter)} does not fit the main journal, {_mm(crank.main_diameter)}",
+        ),
+        (
+            "main_bearing.width",
+            film.width <= narrowest,
+            f"{_mm(film.width)} is wider than the narrowest main journal, {_mm(narrowest)}",
+        ),
+        (
+            "main_bearing.clearance",
+            film.clearance < 0.01 * film.diameter,
+            f"{_mm(film.clearance)} is more than 1 % of the diameter; it is the radial clearance, often given in um",
+        ),
+        (
+            "main_bearing.contact_height",
+            film.contact_height < film.clearance,
+            f"{_mm(film.contact_height)} is not less than the clearance, {_mm(film.clearance)}",
+        ),
+        ("thrust.main", 1 <= thrust.main <= mains, f"{thrust.main} is not one of the main journals 1..{mains}"),
+        (
+            "thrust.inner_diameter",
+            thrust.inner_diameter < thrust.outer_diameter,
+            f"{_mm(thrust.inner_diameter)} is not less than outer_diameter {_mm(thrust.outer_diameter)}",
+        ),
+        (
+            "thrust.inner_diameter",
+            thrust.inner_diameter >= crank.main_diameter,
+            f"{_mm(thrust.inner_diameter)} is less than the main journal it surrounds, {_mm(crank.main_diameter)}",
+        ),
+        ("thrust.pads", thrust.pads >= 1, f"{thrust.pads} pads; at least one is needed"),
+        ("thrust.pad_fraction", 0.0 < thrust.pad_fraction <= 1.0, "must lie in (0, 1]"),
+        (
+            "thrust.contact_height",
+            2.0 * thrust.contact_height < thrust.clearance,
+            f"two of {_mm(thrust.contact_height)} leave nothing of the clearance, {_mm(thrust.clearance)}",
+        ),
+    ]
+
+
+def _other_rules(engine: Engine) -> list[Rule]:
+    oil, burn, damping, published = engine.oil, engine.combustion, engine.damping, engine.published
+    half_turn = math.pi
+    kinds = ("modal", "rayleigh")
+    inertia = [
+        (
+            f"{name}.polar_inertia",
+            part.polar_inertia <= 2.0 * part.diametral_inertia * (1.0 + 1e-9),
+            "is more than twice diametral_inertia, which no body has",
+        )
+        for name, part in (("flywheel", engine.flywheel), ("pulley", engine.pulley))
+    ]
+    return [
+        *inertia,
+        ("material.poisson_ratio", 0.0 < engine.material.poisson_ratio < 0.5, "must lie in (0, 0.5)"),
+        (
+            "oil.temperatures",
+            len(oil.temperatures) == len(oil.temperature_speeds) > 0,
+            f"{len(oil.temperatures)} temperatures for {len(oil.temperature_speeds)} speeds; give one for each",
+        ),
+        (
+            "oil.temperature_speeds",
+            all(a < b for a, b in zip(oil.temperature_speeds, oil.temperature_speeds[1:], strict=False)),
+            "must increase",
+        ),
+        ("oil.vogel_c", oil.vogel_c < min(oil.temperatures, default=0.0), "must lie below every oil temperature"),
+        ("damping.kind", damping.kind in kinds, f"unknown kind '{damping.kind}'; {nearest(damping.kind, kinds)}"),
+        ("damping.ratio", damping.ratio < 1.0, f"{damping.ratio} is overcritical; give a ratio below 1"),
+        ("combustion.duration", burn.duration > 0.0, "must be positive"),
+        ("combustion.wiebe_a", burn.wiebe_a > 0.0, "must be positive"),
+        ("combustion.best_speed", burn.best_speed > 0.0, "must be positive"),
+        (
+            "combustion.intake_closes",
+            -1.5 * half_turn < burn.intake_closes < min(burn.start, 0.0),
+            "must lie before the start of combustion, in (-270, 0) deg after firing dead centre",
+        ),
+        (
+            "combustion.exhaust_opens",
+            burn.start + burn.duration <= burn.exhaust_opens < 1.5 * half_turn,
+            "must lie after the end of combustion, below 270 deg after firing dead centre",
+        ),
+        ("reduction.fixed_modes", engine.reduction.fixed_modes >= 1, "at least one fixed-interface mode is needed"),
+        (
+            "published.measured_hz",
+            len(published.cranktrain_hz) == len(published.cranktrain_shapes) == len(published.measured_hz),
+            "cranktrain_hz, cranktrain_shapes and measured_hz must be equally long; 0 where nothing was measured",
+        ),
+        (
+            "published.critical_speeds",
+            len(published.critical_orders) == len(published.critical_speeds) == len(published.measured_critical_speeds),
+            "critical_orders, critical_speeds and measured_critical_speeds must be equally long",
+        ),
+    ]
+
+
+def _mm(length: float) -> str:
+    return f"{1e3 * length:.4g} mm"

@@ -1,0 +1,149 @@
+"""An engine file is read into SI, and whatever is wrong with it is refused with one line that names the place."""
+
+import json
+import math
+import re
+
+import pytest
+
+from cranktrain.engine import (
+    check_crankshaft,
+    engine_from_dict,
+    engine_provenance,
+    engine_to_dict,
+    load_engine,
+)
+from cranktrain.engine_file import ORIGINS, UNITS, engine_path
+from cranktrain.errors import InputError
+
+SOURCE = engine_path("diesel_i6").read_text(encoding="utf-8")
+
+
+def entry(table, key):
+    """Span of one entry's line in the shipped file."""
+    start = SOURCE.index(f"[{table}]")
+    found = re.compile(rf"^{key} = .*$", re.MULTILINE).search(SOURCE, start)
+    return found.span()
+
+
+def edited(tmp_path, table, key, line):
+    start, end = entry(table, key)
+    path = tmp_path / "own.toml"
+    path.write_text(SOURCE[:start] + line + SOURCE[end:], encoding="utf-8")
+    return path
+
+
+def with_value(tmp_path, table, key, value, unit=None):
+    start, end = entry(table, key)
+    line = re.sub(r"value = (\[.*?\]|[^,}]*[^,} ])", f"value = {value}", SOURCE[start:end], count=1)
+    if unit:
+        line = re.sub(r'unit = ".*?"', f'unit = "{unit}"', line)
+    return edited(tmp_path, table, key, line)
+
+
+def test_bore_and_stroke_give_the_published_displacement():
+    engine = load_engine("diesel_i6")
+    stroke = 2.0 * engine.crankshaft.throw
+    litres = 1e3 * engine.n_cylinders * math.pi / 4.0 * engine.cylinders.bore**2 * stroke
+    assert litres == pytest.approx(6.23, abs=0.01)
+    assert engine.crankshaft.throw_angles[1] == pytest.approx(4.0 * math.pi / 3.0)
+
+
+def test_the_six_fires_every_120_degrees_in_its_order():
+    engine = load_engine("diesel_i6")
+    angles = [engine.firing_angles[c - 1] for c in engine.cylinders.firing_order]
+    assert angles == pytest.approx([i * 2.0 * math.pi / 3.0 for i in range(6)], abs=1e-8)
+
+
+def test_every_value_states_where_it_comes_from():
+    rows = engine_provenance("diesel_i6")
+    assert len(rows) == sum(line.count(" = { value") for line in SOURCE.splitlines() if not line.startswith("#"))
+    for key, _, unit, origin, note in rows:
+        assert origin in ORIGINS, key
+        assert unit in UNITS, key
+        assert note or origin in ("chosen", "derived"), key
+
+
+def test_dictionary_form_survives_json():
+    engine = load_engine("diesel_i6")
+    assert engine_from_dict(json.loads(json.dumps(engine_to_dict(engine)))) == engine
+    data = engine_to_dict(engine)
+    del data["rod"]["length"]
+    with pytest.raises(InputError, match=r"rod\.length: missing"):
+        engine_from_dict(data)
+
+
+def test_a_unit_of_the_same_dimension_changes_nothing(tmp_path):
+    path = with_value(tmp_path, "rod", "length", 0.215, "m")
+    assert load_engine(path) == load_engine("diesel_i6")
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "value", "unit", "says"),
+    [
+        ("crankshaft", "web_pin_radius", 30, None, r"crankshaft\.web_pin_radius: the pin lies outside its web"),
+        ("main_bearing", "clearance", -40, None, r"main_bearing\.clearance: -40 must be positive"),
+        ("main_bearing", "clearance", 40, "mm", r"main_bearing\.clearance: .*radial clearance"),
+        ("rod", "length", 55, None, r"rod\.length: 55 mm is shorter than throw"),
+        ("rod", "length", 215, "kg", r"rod\.length: unit 'kg' does not measure its length; use one of: m, mm, um"),
+        ("rod", "length", "nan", None, r"rod\.length: nan is not a finite number"),
+        ("rod", "length", "[215]", None, r"rod\.length: a single value is wanted"),
+        ("oil", "vogel_b", 1000, "degC", r"oil\.vogel_b: unit 'degC' does not measure its temperature difference"),
+        ("cylinders", "firing_order", "[1, 5, 3, 6, 2, 2]", None, r"firing_order: cylinder 2 fires twice"),
+        ("cylinders", "firing_order", "[1, 5, 3, 6, 2, 7]", None, r"firing_order: cylinder 4 of 1\.\.6 never fires"),
+        ("cylinders", "firing_order", "[1, 2, 3, 4, 5, 6]", None, r"firing_order: the throws do not reach dead centre"),
+        ("cylinders", "pins", "[1, 2, 3, 4, 5]", None, r"cylinders\.pins: 5 pins for 6 cylinders"),
+        ("cylinders", "pins", "[1, 2, 3, 4, 5, 8]", None, r"cylinders\.pins: .* not one of 1\.\.6"),
+        ("crankshaft", "main_widths", "[40, 38, 38]", None, r"main_widths: 3 widths for 6 throws"),
+        ("crankshaft", "throw_angles", "[0, 240]", None, r"main_widths: 7 widths for 2 throws"),
+        ("crankshaft", "oil_holes", 1, None, r"oil_holes: 1 is not true or false"),
+        ("crankshaft", "fillet", 18, None, r"crankshaft\.web_main_radius: the main journal lies outside the web"),
+        ("thrust", "main", 9, None, r"thrust\.main: 9 is not one of the main journals 1\.\.7"),
+        ("thrust", "main", 1.5, None, r"thrust\.main: 1\.5 is not a whole number"),
+        ("flywheel", "polar_inertia", 2.4, None, r"flywheel\.polar_inertia: is more than twice"),
+        ("damping", "kind", '"raleigh"', None, r"damping\.kind: unknown kind 'raleigh'; did you mean 'rayleigh'\?"),
+        ("combustion", "exhaust_opens", 40, None, r"combustion\.exhaust_opens: must lie after the end of combustion"),
+        ("oil", "temperatures", "[80]", None, r"oil\.temperatures: 1 temperatures for 2 speeds"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_line(tmp_path, table, key, value, unit, says):
+    path = with_value(tmp_path, table, key, value, unit)
+    with pytest.raises(InputError, match=says) as caught:
+        load_engine(path)
+    text = str(caught.value)
+    assert text.startswith("own.toml: ") and "\n" not in text
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("rod_length = 3", r"rod: unknown key 'rod_length'; did you mean 'length'\?"),
+        ("", r"rod: key 'length' is missing"),
+        ("length = 215", r"rod\.length: write it as"),
+        ('length = { value = 215, unit = "mm" }', r"rod\.length: origin 'None' is not known; valid: chosen"),
+        ('length = { value = 215, unit = "mm", origin = "calibrated" }', r"rod\.length: .* needs a note"),
+        (
+            'length = { value = 1, unit = "mm", origin = "chosen", nte = "" }',
+            r"unknown entry 'nte'; did you mean 'note'",
+        ),
+        ("length = {", r"not a TOML file"),
+    ],
+)
+def test_broken_entries_are_named(tmp_path, line, says):
+    with pytest.raises(InputError, match=says):
+        load_engine(edited(tmp_path, "rod", "length", line))
+
+
+def test_unknown_engine_and_table_name_the_nearest(tmp_path):
+    with pytest.raises(InputError, match=r"unknown engine 'diesel_i7': did you mean 'diesel_i6'\?"):
+        load_engine("diesel_i7")
+    with pytest.raises(InputError, match=r"no such engine file"):
+        load_engine(tmp_path / "none.toml")
+    path = tmp_path / "own.toml"
+    path.write_text(SOURCE.replace("[flywheel]", "[fly_wheel]"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"unknown table 'fly_wheel'; did you mean 'flywheel'\?"):
+        load_engine(path)
+
+
+def test_the_shipped_crankshaft_passes_its_own_check():
+    check_crankshaft(load_engine("diesel_i6").crankshaft)
