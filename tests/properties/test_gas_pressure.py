@@ -1,0 +1,232 @@
+"""The gas trace: thermodynamic limits of the built-in cycle, smoothness, and what measured files may look like."""
+
+import math
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cranktrain.engine import load_engine
+from cranktrain.errors import InputError
+from cranktrain.loads.gas_pressure import (
+    CYCLE,
+    GasTrace,
+    cylinder_pressure,
+    cylinder_volume,
+    gas_pressure,
+    load_factor,
+    mean_effective_pressure,
+    spline_coefficients,
+)
+
+ENGINE = load_engine("diesel_i6")
+MEASURED = Path(
+    os.environ.get(
+        "CRANKTRAIN_MEASURED",
+        Path(__file__).parents[2] / "../shared/data/six_cylinder_diesel_pressure.csv",
+    )
+)
+
+
+def test_built_in_trace_peaks_as_a_diesel_at_full_load_does():
+    trace = GasTrace.from_engine(ENGINE)
+    assert 12e6 < trace.peak < 14e6
+    assert 5.0 < math.degrees(trace.peak_angle) < 15.0
+    assert 1.0e6 < trace.imep < 2.0e6
+    assert trace.fired.min() > 1e5
+
+
+def test_without_burn_fired_and_motored_are_one_and_cost_work():
+    trace = GasTrace.from_engine(ENGINE)
+    before = slice(540, 715)  # compression ends before the burn starts at -3 degrees
+    assert trace.fired[before] == pytest.approx(trace.motored[before], rel=1e-12)
+    assert mean_effective_pressure(ENGINE, trace.motored) < 0.0
+
+
+def test_compression_lies_between_isotherm_and_adiabat_of_cold_air():
+    trace = GasTrace.from_engine(ENGINE)
+    volume, _ = cylinder_volume(ENGINE, trace.angles)
+    ratio = volume[570] / volume[0]
+    compressed = trace.motored[0] / ENGINE.combustion.intake_pressure
+    assert ratio < compressed < ratio**1.4
+
+
+def test_indicated_work_never_exceeds_the_heat_and_grows_with_it():
+    volume, _ = cylinder_volume(ENGINE, np.linspace(0.0, 2.0 * math.pi, 721))
+    displaced = volume.max() - volume.min()
+    gained = []
+    for heat in (0.5 * ENGINE.combustion.heat, ENGINE.combustion.heat):
+        engine = replace(ENGINE, combustion=replace(ENGINE.combustion, heat=heat))
+        trace = GasTrace.from_engine(engine)
+        gained.append((trace.imep - mean_effective_pressure(engine, trace.motored)) * displaced / heat)
+    # thermal efficiency of a real diesel cycle: well under the ideal Otto cycle's at this compression ratio
+    assert 0.35 < gained[0] < 0.62 and 0.35 < gained[1] < 0.62
+
+
+def test_volume_derivative_and_stroke():
+    angle = np.linspace(0.0, CYCLE, 50)
+    engine = replace(ENGINE, cylinders=replace(ENGINE.cylinders, pin_offset=0.004))
+    step = 1e-5
+    difference = (cylinder_volume(engine, angle + step)[0] - cylinder_volume(engine, angle - step)[0]) / (2.0 * step)
+    assert cylinder_volume(engine, angle)[1] == pytest.approx(difference, abs=1e-9 * np.ptp(difference) + 1e-12)
+    volume, _ = cylinder_volume(ENGINE, np.array([0.0, math.pi]))
+    assert volume[1] / volume[0] == pytest.approx(ENGINE.cylinders.compression_ratio, rel=1e-12)
+
+
+def test_mean_effective_pressure_drops_a_constant_and_counts_work():
+    n = 720
+    angle = np.arange(n) * CYCLE / n
+    volume, _ = cylinder_volume(ENGINE, angle)
+    assert mean_effective_pressure(ENGINE, np.full(n, 3e5)) == pytest.approx(0.0, abs=1e-6)
+    # a closed curve p(V) encloses no area
+    assert mean_effective_pressure(ENGINE, 1e5 * (volume.max() / volume) ** 1.3) == pytest.approx(0.0, abs=1.0)
+
+
+def test_periodic_spline_is_twice_continuously_differentiable_and_fourth_order():
+    errors = []
+    for n in (32, 64, 128):
+        table = spline_coefficients(np.exp(np.sin(np.arange(n) * 2.0 * math.pi / n)))
+        following = np.roll(table, -1, axis=0)
+        end = table.sum(axis=1)
+        slope = table[:, 1] + 2.0 * table[:, 2] + 3.0 * table[:, 3]
+        curvature = 2.0 * table[:, 2] + 6.0 * table[:, 3]
+        assert end == pytest.approx(following[:, 0], abs=1e-13)
+        assert slope == pytest.approx(following[:, 1], abs=1e-13)
+        assert curvature == pytest.approx(2.0 * following[:, 2], abs=1e-13)
+        theta = np.linspace(0.0, CYCLE, 1001)
+        values = np.array([gas_pressure(t, table) for t in theta])
+        errors.append(np.abs(values - np.exp(np.sin(0.5 * theta))).max())
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert np.all(orders > 3.8)
+
+
+def test_kernel_is_periodic_for_any_real_angle_and_mixes_by_load():
+    trace = GasTrace.from_engine(ENGINE)
+    motored, fired = spline_coefficients(trace.motored), spline_coefficients(trace.fired)
+    for theta in (0.0, 0.3, 7.9, -0.2, CYCLE, -1e-18):
+        assert gas_pressure(theta, fired) == pytest.approx(gas_pressure(theta + 50.0 * CYCLE, fired), rel=1e-9)
+    assert gas_pressure(trace.angles[7], fired) == pytest.approx(trace.fired[7], rel=1e-12)
+    half = cylinder_pressure(0.2, motored, fired, 0.5)
+    assert half == pytest.approx(0.5 * (gas_pressure(0.2, motored) + gas_pressure(0.2, fired)), rel=1e-12)
+    assert cylinder_pressure(0.2, motored, fired, 0.0) == gas_pressure(0.2, motored)
+
+
+def test_load_is_full_at_the_best_speed_and_falls_beside_it():
+    assert load_factor(1.0, 160.0, 160.0, 0.25) == 1.0
+    assert load_factor(1.0, 320.0, 160.0, 0.25) == pytest.approx(0.75)
+    assert load_factor(0.5, 1e4, 160.0, 0.25) == 0.0
+
+
+def points(spacing=1.0, noise=0.0, seed=1):
+    """Points of the built-in trace as a file with firing dead centre at 360 would hold them (deg, MPa)."""
+    trace = GasTrace.from_engine(ENGINE)
+    table = spline_coefficients(trace.fired)
+    angle = np.arange(0.0, 720.0, spacing)
+    pressure = 1e-6 * np.array([gas_pressure(math.radians(a - 360.0), table) for a in angle])
+    return angle, pressure + noise * np.random.default_rng(seed).standard_normal(angle.size), trace
+
+
+def write(path, angle, pressure, header="angle_deg,pressure_mpa", separator=","):
+    lines = [header] if header else []
+    path.write_text("\n".join(lines + [f"{a:.6f}{separator}{p:.9g}" for a, p in zip(angle, pressure, strict=True)]))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("header", "separator", "scale", "unit"),
+    [
+        ("angle_deg,pressure_mpa", ",", 1.0, None),
+        ("", ";", 1.0, None),
+        ("", " ", 10.0, "bar"),
+        ("Crank angle [deg]\tp [kPa]", "\t", 1e3, None),
+        ("angle;pressure", ";", 1e6, "Pa"),
+    ],
+)
+def test_a_clean_file_comes_back_whatever_its_form(tmp_path, header, separator, scale, unit):
+    angle, pressure, trace = points()
+    path = write(tmp_path / "p.csv", angle, scale * pressure, header, separator)
+    read = GasTrace.from_csv(path, ENGINE, unit)
+    # a monotone interpolant of one-degree points is third order or better; 0.1 % of the peak is its known size
+    assert np.abs(read.fired - trace.fired).max() < 1e-3 * trace.peak
+    assert read.imep == pytest.approx(trace.imep, rel=1e-3)
+    assert read.falloff == 0.0
+
+
+def test_shift_order_start_and_several_cycles_do_not_matter(tmp_path):
+    angle, pressure, _ = points()
+    first = GasTrace.from_csv(write(tmp_path / "a.csv", angle, pressure), ENGINE)
+    centred = write(tmp_path / "b.csv", angle - 360.0, pressure)
+    turned = write(tmp_path / "c.csv", np.roll(angle, 100), np.roll(pressure, 100))
+    twice = write(tmp_path / "d.csv", np.append(angle, angle + 720.0), np.append(pressure, pressure))
+    stated = write(tmp_path / "e.csv", angle + 17.0, pressure)
+    for path, centre in ((centred, None), (turned, None), (twice, None), (stated, 377.0)):
+        read = GasTrace.from_csv(path, ENGINE, dead_centre_deg=centre)
+        assert read.fired == pytest.approx(first.fired, rel=1e-9, abs=1.0)
+
+
+def test_noise_is_reduced_and_the_peak_kept(tmp_path):
+    scatter = 0.05  # MPa, rms
+    angle, pressure, trace = points(spacing=0.5, noise=scatter)
+    read = GasTrace.from_csv(write(tmp_path / "noisy.csv", angle, pressure), ENGINE)
+    error = read.fired - trace.fired
+    assert np.sqrt(np.mean(error**2)) < 0.6 * scatter * 1e6
+    assert read.peak == pytest.approx(trace.peak, rel=0.01)
+
+
+def test_irregular_points_do_not_overshoot(tmp_path):
+    angle, pressure, trace = points()
+    chosen = np.unique(np.concatenate((np.arange(0, 720, 25), np.arange(300, 460, 4))))
+    read = GasTrace.from_csv(write(tmp_path / "sparse.csv", angle[chosen], pressure[chosen]), ENGINE)
+    assert read.fired.min() > 0.95 * trace.fired.min()
+    assert read.peak < 1.01 * trace.peak
+    assert read.imep == pytest.approx(trace.imep, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "says"),
+    [
+        ("", None, "no points"),
+        ("angle,pressure\n", None, "no points"),
+        ("0,1\n1,2\n", None, "2 points are too few"),
+        ("0,1\n1,nan\n", None, "line 2: .* not finite"),
+        ("0,1\n1,-2\n", None, "line 2: pressure -2 is negative"),
+        ("0,1\n1,x\n", None, "line 2: .* not two numbers"),
+        ("0,1,2\n", None, "3 columns"),
+        ("angle_rad,p_mpa\n" + "0,1\n" * 30, None, "rad"),
+        ("0,15\n" * 30, "atm", "unknown pressure unit 'atm'"),
+        ("0,15\n" * 30, "Pa", "no cylinder pressure of an engine"),
+        ("0,1\n" * 30, None, "no unit is stated"),
+        ("\n".join(f"{a},15" for a in range(300)), None, "no points over 421 deg"),
+        ("\n".join(f"{a},{5 + 5 * (a == 180)}" for a in range(720)), None, "say where firing dead centre is"),
+    ],
+)
+def test_bad_files_are_refused_in_one_line(tmp_path, text, unit, says):
+    path = tmp_path / "bad.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=says) as caught:
+        GasTrace.from_csv(path, ENGINE, unit)
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_file_and_directory(tmp_path):
+    for path in (tmp_path / "none.csv", tmp_path):
+        with pytest.raises(InputError, match=r"no such pressure file|cannot be read"):
+            GasTrace.from_csv(path, ENGINE)
+
+
+@pytest.mark.skipif(not MEASURED.is_file(), reason=f"measured trace not at {MEASURED}; set CRANKTRAIN_MEASURED")
+def test_the_measured_trace_keeps_its_peak_and_its_dead_centre():
+    trace = GasTrace.from_csv(MEASURED, ENGINE)
+    raw = np.loadtxt(MEASURED, delimiter=";")
+    assert trace.peak == pytest.approx(1e6 * raw[:, 1].max(), rel=0.01)
+    assert math.degrees(trace.peak_angle) == pytest.approx(raw[raw[:, 1].argmax(), 0] - 360.0, abs=2.0)
+    assert GasTrace.from_csv(MEASURED, ENGINE, "MPa").fired == pytest.approx(trace.fired)
+    with pytest.raises(InputError, match="state another unit"):
+        GasTrace.from_csv(MEASURED, ENGINE, "Pa")
+    # work of the raw points by the trapezoidal rule against that of the smoothed trace
+    volume, _ = cylinder_volume(ENGINE, np.radians(raw[:, 0] - 360.0))
+    displaced = np.ptp(cylinder_volume(ENGINE, np.linspace(0.0, math.pi, 3))[0])
+    work = np.sum(0.5 * (raw[1:, 1] + raw[:-1, 1]) * np.diff(volume)) * 1e6
+    assert trace.imep == pytest.approx(work / displaced, rel=0.02)
