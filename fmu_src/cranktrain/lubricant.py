@@ -49,13 +49,13 @@ def vogel_through(points: Sequence[tuple[float, float]]) -> tuple[float, float, 
     return eta1 * math.exp(-b / (t1 - c)), b, c
 
 
-def oil_viscosity(oil: Oil, temperature: float) -> float:
+def viscosity(oil: Oil, temperature: float) -> float:
     """Dynamic viscosity of ``oil``, Pa s, at ``temperature``, K; ``InputError`` at or below the law's pole."""
     if not temperature > oil.vogel_c:
         raise InputError(
             f"oil temperature {temperature:.4g} K lies below Vogel's law; give more than {oil.vogel_c:.4g} K"
         )
-    return float(viscosity(temperature, oil.vogel_a, oil.vogel_b, oil.vogel_c))
+    return float(vogel_viscosity(temperature, oil.vogel_a, oil.vogel_b, oil.vogel_c))
 
 
 def oil_temperature(oil: Oil, speed: float) -> float:
@@ -66,7 +66,7 @@ def oil_temperature(oil: Oil, speed: float) -> float:
 
 
 @kernel
-def viscosity(temperature: float, a: float, b: float, c: float) -> float:
+def vogel_viscosity(temperature: float, a: float, b: float, c: float) -> float:
     """Vogel's law, Pa s; ``temperature``, ``b`` and ``c`` in K, ``a`` in Pa s."""
     return a * math.exp(b / (temperature - c))
 

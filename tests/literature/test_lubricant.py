@@ -7,14 +7,14 @@ import pytest
 
 from cranktrain.engine import load_engine
 from cranktrain.errors import InputError
-from cranktrain.lubricant import oil_temperature, oil_viscosity, vogel_through
+from cranktrain.lubricant import oil_temperature, viscosity, vogel_through
 
 OIL = load_engine("diesel_i6").oil
 
 
 @pytest.mark.parametrize(("celsius", "pascal_seconds"), [(40, 0.1), (100, 0.0143)])
 def test_sae_15w40_at_its_two_standard_points(celsius, pascal_seconds):
-    assert oil_viscosity(OIL, celsius + 273.15) == pytest.approx(pascal_seconds, rel=1e-4)
+    assert viscosity(OIL, celsius + 273.15) == pytest.approx(pascal_seconds, rel=1e-4)
 
 
 def test_third_point_is_walthers_law_through_the_first_two():
@@ -28,10 +28,10 @@ def test_third_point_is_walthers_law_through_the_first_two():
         lines = ordinate(0.1) + slope * (math.log10(kelvin) - t1)
         return (10.0 ** (10.0**lines) - 0.7) * 870.0 / 1e6
 
-    assert oil_viscosity(OIL, 423.15) == pytest.approx(walther(423.15), rel=0.02)
+    assert viscosity(OIL, 423.15) == pytest.approx(walther(423.15), rel=0.02)
     # two laws through the same points agree between them
     for kelvin in (333.15, 353.15):
-        assert oil_viscosity(OIL, kelvin) == pytest.approx(walther(kelvin), rel=0.02)
+        assert viscosity(OIL, kelvin) == pytest.approx(walther(kelvin), rel=0.02)
 
 
 def test_vogel_constants_come_back_from_points_on_their_own_curve():
@@ -46,7 +46,7 @@ def test_points_off_any_vogel_curve_are_refused():
     with pytest.raises(InputError, match="increase"):
         vogel_through([(350.0, 0.1), (300.0, 0.09), (400.0, 0.001)])
     with pytest.raises(InputError, match="below"):
-        oil_viscosity(OIL, 100.0)
+        viscosity(OIL, 100.0)
 
 
 def test_oil_temperature_follows_its_table_and_stays_constant_outside():

@@ -13,10 +13,8 @@ from cranktrain.errors import InputError
 from cranktrain.loads.gas_pressure import (
     CYCLE,
     GasTrace,
-    cylinder_pressure,
     cylinder_volume,
     gas_pressure,
-    load_factor,
     mean_effective_pressure,
     spline_coefficients,
 )
@@ -102,21 +100,12 @@ def test_periodic_spline_is_twice_continuously_differentiable_and_fourth_order()
     assert np.all(orders > 3.8)
 
 
-def test_kernel_is_periodic_for_any_real_angle_and_mixes_by_load():
+def test_kernel_is_periodic_for_any_real_angle():
     trace = GasTrace.from_engine(ENGINE)
-    motored, fired = spline_coefficients(trace.motored), spline_coefficients(trace.fired)
+    fired = spline_coefficients(trace.fired)
     for theta in (0.0, 0.3, 7.9, -0.2, CYCLE, -1e-18):
         assert gas_pressure(theta, fired) == pytest.approx(gas_pressure(theta + 50.0 * CYCLE, fired), rel=1e-9)
     assert gas_pressure(trace.angles[7], fired) == pytest.approx(trace.fired[7], rel=1e-12)
-    half = cylinder_pressure(0.2, motored, fired, 0.5)
-    assert half == pytest.approx(0.5 * (gas_pressure(0.2, motored) + gas_pressure(0.2, fired)), rel=1e-12)
-    assert cylinder_pressure(0.2, motored, fired, 0.0) == gas_pressure(0.2, motored)
-
-
-def test_load_is_full_at_the_best_speed_and_falls_beside_it():
-    assert load_factor(1.0, 160.0, 160.0, 0.25) == 1.0
-    assert load_factor(1.0, 320.0, 160.0, 0.25) == pytest.approx(0.75)
-    assert load_factor(0.5, 1e4, 160.0, 0.25) == 0.0
 
 
 def points(spacing=1.0, noise=0.0, seed=1):

@@ -9,7 +9,7 @@ the pressure is that of the intake or exhaust; all joins are blended twice conti
 angles after the cylinder's own firing dead centre, θ ∈ [0, 4π); pressures are absolute.
 
 Assumptions: no residual gas dynamics, heat of the walls at the speed of the largest heat per cycle, the form of the
-trace independent of load and speed: p = p_motored + load(Ω) (p_fired − p_motored).
+trace independent of load and speed: p = p_motored + load [1 − falloff (Ω/Ω_best − 1)²] (p_fired − p_motored).
 
 Sources: I. Wiebe, Brennverlauf und Kreisprozess von Verbrennungsmotoren (1970); G. Hohenberg, SAE 790825; R. Egnell,
 SAE 982424 (γ of lean diesel gas).
@@ -148,11 +148,6 @@ def mean_effective_pressure(engine: Engine, pressure: Array) -> float:
     return float(np.sum(pressure * derivative) * (CYCLE / pressure.size) / (volume.max() - volume.min()))
 
 
-def load_factor(gas_load: float, speed: float, best_speed: float, falloff: float) -> float:
-    """Share of the full-load burn at ``speed``: gas_load [1 − falloff (speed/best_speed − 1)²], not below 0."""
-    return gas_load * max(0.0, 1.0 - falloff * (speed / best_speed - 1.0) ** 2)
-
-
 def spline_coefficients(samples: Array) -> Array:
     """Periodic cubic spline (C²) through uniform samples.
 
@@ -257,12 +252,3 @@ def gas_pressure(theta: float, table: Array) -> float:
         i = n - 1
     t = s - i
     return table[i, 0] + t * (table[i, 1] + t * (table[i, 2] + t * table[i, 3]))
-
-
-@kernel
-def cylinder_pressure(theta: float, motored: Array, fired: Array, load: float) -> float:
-    """Pressure (Pa) at ``theta`` (rad) between the ``motored`` (load 0) and ``fired`` (load 1) spline tables (n, 4)."""
-    p = gas_pressure(theta, motored)
-    if load == 0.0:
-        return p
-    return p + load * (gas_pressure(theta, fired) - p)
