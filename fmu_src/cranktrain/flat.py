@@ -1,0 +1,150 @@
+r"""The running model's data as one flat binary: the engine and its reduced crankshaft, readable without HDF5.
+
+Layout (little-endian)::
+
+    0   8 bytes   magic, b"CRNKTRN\0"
+    8   uint32    schema
+    12  uint32    0
+    16  uint64    length of the header in bytes, a multiple of 8
+    24  uint64    number of float64 values that follow the header
+    32  32 bytes  SHA-256 of header and values
+    64            header: JSON, padded with spaces
+                  values: float64 arrays in C order, at the offsets (in values) that the header gives
+
+The header holds ``engine`` (SI, as :func:`cranktrain.engine.engine_to_dict` writes it), ``body`` (what is not an array)
+and ``arrays`` (name, shape, offset). Equal data give equal bytes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import struct
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cranktrain.engine import Engine, engine_from_dict, engine_to_dict
+from cranktrain.errors import InputError, StoreError
+from cranktrain.reduced_body import SCHEMA as BODY_SCHEMA
+from cranktrain.reduced_body import Array, ReducedBody
+
+MAGIC = b"CRNKTRN\0"
+SCHEMA = 1
+_PREFIX = struct.Struct("<8sIIQQ32s")
+_ARRAYS = (
+    "omega",
+    "positions",
+    "shapes",
+    "gyroscopic",
+    "centrifugal",
+    "stress_stiffness",
+    "centrifugal_load",
+    "euler_load",
+    "translation",
+    "centre",
+    "inertia",
+)
+
+
+def to_bytes(engine: Engine, body: ReducedBody) -> bytes:
+    """Engine and body in the layout of this module; ``StoreError`` where a value of the body is not finite."""
+    arrays, values, offset = [], [], 0
+    for name in _ARRAYS:
+        array = np.ascontiguousarray(getattr(body, name), dtype="<f8")
+        if not np.isfinite(array).all():
+            raise StoreError(f"body '{body.name}': '{name}' holds values that are not finite; reduce the body again")
+        arrays.append({"name": name, "shape": list(array.shape), "offset": offset})
+        values.append(array.tobytes())
+        offset += array.size
+    header = {
+        "engine": engine_to_dict(engine),
+        "body": {
+            "schema": BODY_SCHEMA,
+            "name": body.name,
+            "interfaces": list(body.interfaces),
+            "mass": float(body.mass),
+            "digest": body.digest,
+            "quality": {key: float(value) for key, value in body.quality.items()},
+        },
+        "arrays": arrays,
+    }
+    text = json.dumps(header, sort_keys=True, separators=(",", ":"), ensure_ascii=True).encode()
+    text += b" " * (-len(text) % 8)
+    content = text + b"".join(values)
+    return _PREFIX.pack(MAGIC, SCHEMA, 0, len(text), offset, hashlib.sha256(content).digest()) + content
+
+
+def from_bytes(data: bytes, name: str = "model") -> tuple[Engine, ReducedBody]:
+    """Inverse of :func:`to_bytes`.
+
+    Parameters
+    ----------
+    data : the bytes
+    name : what to call them in an error
+
+    Raises
+    ------
+    StoreError
+        foreign, of another schema, truncated or changed since it was written
+    """
+    remedy = "build the FMU again with build_fmu.py"
+    if len(data) < _PREFIX.size or data[:8] != MAGIC:
+        raise StoreError(f"{name}: not a flat model of cranktrain; {remedy}")
+    _, schema, _, n_header, n_values, digest = _PREFIX.unpack_from(data)
+    if schema != SCHEMA:
+        raise StoreError(f"{name}: schema {schema}, this cranktrain reads schema {SCHEMA}; {remedy}")
+    content = data[_PREFIX.size :]
+    if len(content) != n_header + 8 * n_values or hashlib.sha256(content).digest() != digest:
+        raise StoreError(f"{name}: truncated or changed since it was written (digest differs); {remedy}")
+    header = json.loads(content[:n_header])
+    values = np.frombuffer(content, dtype="<f8", offset=n_header).astype(np.float64)
+    about: dict[str, Any] = header["body"]
+    if about["schema"] != BODY_SCHEMA:
+        raise StoreError(f"{name}: body of schema {about['schema']}, not {BODY_SCHEMA}; {remedy}")
+    arrays: dict[str, Array] = {}
+    for entry in header["arrays"]:
+        size = int(np.prod(entry["shape"]))
+        array = values[entry["offset"] : entry["offset"] + size].reshape(entry["shape"])
+        array.flags.writeable = False  # instances of one process share the body
+        arrays[entry["name"]] = array
+    body = ReducedBody(
+        name=about["name"],
+        interfaces=tuple(about["interfaces"]),
+        mass=about["mass"],
+        digest=about["digest"],
+        quality=about["quality"],
+        **arrays,
+    )
+    try:
+        return engine_from_dict(header["engine"]), body
+    except InputError as error:
+        raise StoreError(f"{name}: {error}; {remedy}") from None
+
+
+def write_model(path: str | Path, engine: Engine, body: ReducedBody) -> Path:
+    """Write the flat model; the file appears whole or not at all."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(prefix=path.name, dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(to_bytes(engine, body))
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+    return path
+
+
+def read_model(path: str | Path) -> tuple[Engine, ReducedBody]:
+    """Engine and body of a flat model; ``StoreError`` where it is missing, corrupt or foreign."""
+    path = Path(path)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be read ({error.strerror}); build the FMU again with build_fmu.py") from None
+    return from_bytes(data, path.name)

@@ -1,0 +1,454 @@
+"""FMI on one side, cranktrain on the other; no physics.
+
+Lives in an FMU's resources folder beside ``variables.json`` (the interface, expanded), ``model.bin`` (engine and
+reduced crankshaft) and a copy of the package under a name that carries a digest of its code. What the wrapping library
+would get wrong, and what is done here about it:
+
+* modules are imported by bare name: slave and package carry digests in their names, so FMUs share nothing by chance;
+* the extraction folder is new each time, which defeats numba's cache: the package is imported from a folder of the
+  user's cache (``CRANKTRAIN_CACHE``, else the system's place for caches), written once and verified at each start;
+* this module is executed at every instantiation and drops a reference on its globals: it is light, and takes one back;
+* an exception costs instance, class and message list a reference each: they are given one more beforehand, so the
+  instance outlives its error with its state at the last good time;
+* the Linux library releases its interpreter state twice when the process ends (once as a static object, once as it
+  unloads), which corrupts the heap: in a host that is Python the state is released before, and once;
+* a returned False would end a simulation early without a word: every failure is raised, and printed on stderr as well,
+  since FMI loggers are often off.
+"""
+
+import atexit
+import ctypes
+import importlib
+import importlib.util
+import json
+import math
+import os
+import struct
+import sys
+import tempfile
+import traceback
+import zlib
+from pathlib import Path
+
+from pythonfmu import Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Integer, Real, String
+
+LONGEST_STEP = 10.0  # s; beyond it a communication step is taken for a mistake in units
+COARSE_STEP = 3.0  # degrees of crank angle; pressures change by bars within it
+_STATE = struct.Struct("<8sI64sIdIIII")
+_STATE_MAGIC = b"CRNKSTA\0"
+_STATE_VERSION = 1
+_PHASES = ("instantiated", "initialization", "stepping")
+
+_descriptions: dict = {}
+_models: dict = {}
+_libraries: dict = {}
+
+
+def cache_folder() -> Path:
+    """Folder of the user's cache that holds packages and their compiled kernels."""
+    if chosen := os.environ.get("CRANKTRAIN_CACHE"):
+        return Path(chosen)
+    try:
+        if os.name == "nt":
+            return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "cranktrain"
+        if sys.platform == "darwin":
+            return Path.home() / "Library" / "Caches" / "cranktrain"
+        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "cranktrain"
+    except RuntimeError:  # no home
+        return Path(tempfile.gettempdir()) / "cranktrain"
+
+
+def _cached_copy(source: Path) -> Path:
+    """Copy of the package in the user's cache; ``source`` itself where the cache cannot be written."""
+    target = cache_folder() / "fmu" / source.name
+    try:
+        for file in sorted(source.rglob("*.py")):
+            content, copy = file.read_bytes(), target / file.relative_to(source)
+            if copy.is_file() and copy.read_bytes() == content:
+                continue  # its time stamp stays, so the compiled kernels stay valid
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            handle, temporary = tempfile.mkstemp(prefix=copy.name, dir=copy.parent)
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(content)
+            os.replace(temporary, copy)
+    except OSError:
+        return source
+    return target
+
+
+def _package(resources: Path, name: str):
+    """Import the packaged cranktrain under its own name, once per process."""
+    if name not in sys.modules:
+        folder = _cached_copy(resources / name)
+        spec = importlib.util.spec_from_file_location(
+            name, folder / "__init__.py", submodule_search_locations=[str(folder)]
+        )
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        try:
+            spec.loader.exec_module(module)
+        except BaseException:
+            del sys.modules[name]
+            raise
+    return sys.modules[name]
+
+
+def _release_once(library: Path) -> None:
+    """Release the library's interpreter state when Python ends; later it would be released twice."""
+    if not sys.platform.startswith("linux") or not sys.orig_argv or str(library) in _libraries:
+        return  # a host that is not Python: the library owns the interpreter and ends it itself
+    try:
+        loaded = ctypes.CDLL(str(library), mode=os.RTLD_LAZY | os.RTLD_NOLOAD)
+        atexit.register(loaded.finalizePythonInterpreter)
+    except (OSError, AttributeError):
+        loaded = None  # another binary than the one of pythonfmu 0.7: nothing known to be wrong with it
+    _libraries[str(library)] = loaded
+
+
+class CranktrainSlave(Fmi2Slave):
+    """One instance: a list of values per type, and a simulation from initialization on."""
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self._resources = Path(self.resources)
+        about = _descriptions.get("about")
+        if about is None:
+            about = json.loads((self._resources / "variables.json").read_text(encoding="utf-8"))
+            _descriptions["about"] = about
+        self._about = about
+        self.modelName = about["model"]
+        self.author, self.license, self.version = about["author"], about["license"], about["version"]
+        self._variables = sorted(about["variables"], key=lambda v: v["reference"])
+        starts = [math.nan if v["start"] is None else v["start"] for v in self._variables]
+        self._n_real, self._n_integer = about["reals"], about["integers"]
+        self._first_string = self._n_real + self._n_integer
+        self._real = [float(value) for value in starts[: self._n_real]]
+        self._integer = [0] * self._n_integer
+        self._string = starts[self._first_string :]
+        self._inputs = [v["reference"] for v in self._variables if v["causality"] == "input"]
+        self._n_inputs = len(self._inputs)  # reals come first and inputs before outputs: references 0 .. n-1
+        self._phase = 0
+        self._pending = False
+        self._simulation = None
+        self._settings = None
+        self._taken = None
+        self._start_time = 0.0
+        self._warned = False
+        while sys.path.count(self.resources) > 1:  # one more is put there at every instantiation
+            sys.path.remove(self.resources)
+        _release_once(self._resources.parent / "binaries" / "linux64" / f"{self.modelName}.so")
+
+    # ------------------------------------------------------------------ life cycle
+
+    def setup_experiment(self, start_time, stop_time, tolerance):
+        """Take the start time; steps are controlled by ``solver.step``, not by a tolerance."""
+        if not math.isfinite(start_time):
+            raise self._failure(f"the start time is {start_time}; it must be a finite time in seconds")
+        self._start_time = float(start_time)
+
+    def enter_initialization_mode(self):
+        """From here outputs can be asked for."""
+        self._phase, self._pending = 1, True
+
+    def exit_initialization_mode(self):
+        """Load the model, compile or load its kernels, and find the static equilibrium."""
+        if self._pending or self._simulation is None:
+            self._initialize()
+        self._phase = 2
+
+    def terminate(self):
+        """Nothing to release: the instance holds memory only."""
+
+    def do_step(self, current_time, step_size):
+        """Advance to ``current_time + step_size``; every failure is raised with its explanation."""
+        if not 0.0 < step_size <= LONGEST_STEP:
+            raise self._failure(
+                f"communication step of {step_size} s at time {current_time} s; "
+                f"it must be positive and at most {LONGEST_STEP:g} s (steps are in seconds)"
+            )
+        simulation = self._simulation
+        if self._phase != 2 or simulation is None:
+            raise self._failure("doStep before the initialization is complete; call exitInitializationMode first")
+        if not abs(current_time - simulation.time) <= 1e-9 + 1e-6 * abs(current_time) + 1e-3 * step_size:
+            raise self._failure(
+                f"the master steps from {current_time} s but the model stands at {simulation.time} s; "
+                "set a state of that time or step on from there"
+            )
+        if not self._warned:
+            self._warn_if_coarse(step_size)
+        try:
+            simulation.inputs[:] = self._real[: self._n_inputs]
+            simulation.step(current_time + step_size)
+            self._take_outputs()
+        except Exception as error:
+            raise self._failure(error) from None
+        return True
+
+    def _initialize(self):
+        try:
+            if self._simulation is None or self._settings != self._chosen():
+                self._new_simulation(self._start_time)
+            else:
+                self._simulation.inputs[:] = self._real[: self._n_inputs]
+                self._simulation.initialize(self._start_time)
+            self._take_outputs()
+            self._pending = False
+        except Exception as error:
+            raise self._failure(error) from None
+
+    def _chosen(self):
+        values = self._real + self._integer + self._string
+        return {v["setting"]: values[v["reference"]] for v in self._variables if v["causality"] == "parameter"}
+
+    def _new_simulation(self, time):
+        """Simulation at its static equilibrium, from the parameters and inputs as they are now."""
+        name, digest = self._about["package"], self._about["digest"]
+        _package(self._resources, name)
+        module = importlib.import_module(f"{name}.dynamics.simulation")
+        if digest not in _models:
+            flat = importlib.import_module(f"{name}.flat")
+            _models[digest] = flat.read_model(self._resources / "model.bin")
+        engine, body = _models[digest]
+        settings = self._chosen()
+        simulation = module.Simulation(engine, body, module.Settings(**settings))
+        taken = self._output_places(simulation)
+        simulation.inputs[:] = self._real[: self._n_inputs]
+        simulation.initialize(time)
+        self._simulation, self._settings, self._taken = simulation, settings, taken
+        return simulation
+
+    def _output_places(self, simulation):
+        """Where each output of the interface stands in the simulation's outputs: reals, then integers."""
+        names = {name: i for i, name in enumerate(simulation.output_names)}
+        outputs = [v for v in self._variables if v["causality"] == "output"]
+        missing = [v["name"] for v in outputs if v["name"] not in names]
+        if missing:
+            raise RuntimeError(f"the model computes no '{missing[0]}'; the FMU was built from files that do not match")
+        reals = [names[v["name"]] for v in outputs if v["type"] == "Real"]
+        if reals == list(range(reals[0], reals[0] + len(reals))):
+            reals = slice(reals[0], reals[0] + len(reals))
+        return reals, [names[v["name"]] for v in outputs if v["type"] == "Integer"], len(outputs)
+
+    def _take_outputs(self):
+        reals, integers, count = self._taken
+        outputs = self._simulation.outputs
+        first = self._n_inputs
+        self._real[first : first + count - len(integers)] = outputs[reals].tolist()
+        for k, place in enumerate(integers):
+            self._integer[k] = int(outputs[place])
+
+    def _warn_if_coarse(self, step_size):
+        degrees = math.degrees(self._real[0] * step_size)
+        if degrees > COARSE_STEP:
+            self._warned = True
+            advice = math.radians(1.0) / self._real[0]
+            print(
+                f"cranktrain: {self.instance_name}: warning: a communication step of {step_size:.3g} s is "
+                f"{degrees:.1f} degrees of crank angle; the model sub-steps inside, but inputs and outputs are sampled "
+                f"that coarsely. For 1 degree use {advice:.2g} s (fmpy: --output-interval {advice:.2g})",
+                file=sys.stderr,
+                flush=True,
+            )
+
+    # ------------------------------------------------------------------ values
+
+    def get_real(self, vrs):
+        """Reals by value reference."""
+        if self._pending:
+            self._answer_in_initialization(vrs)
+        real = self._real
+        try:
+            return [real[vr] for vr in vrs]
+        except IndexError:
+            raise self._foreign(vrs, 0, self._n_real, "Real") from None
+
+    def set_real(self, vrs, values):
+        """Inputs at any time; parameters before initialization."""
+        real, n_inputs = self._real, self._n_inputs
+        for vr, value in zip(vrs, values, strict=True):
+            if vr < n_inputs and 0.0 <= value < math.inf:
+                real[vr] = value
+            else:
+                self._set(real, 0, self._n_real, vr, value, "Real")
+        if self._phase == 1:
+            self._pending = True
+
+    def get_integer(self, vrs):
+        """Integers by value reference."""
+        if self._pending:
+            self._answer_in_initialization(vrs)
+        return self._get(self._integer, self._n_real, vrs, "Integer")
+
+    def set_integer(self, vrs, values):
+        """No integer can be set: all are outputs."""
+        for vr, value in zip(vrs, values, strict=True):
+            self._set(self._integer, self._n_real, self._first_string, vr, value, "Integer")
+
+    def get_string(self, vrs):
+        """Strings by value reference."""
+        return self._get(self._string, self._first_string, vrs, "String")
+
+    def set_string(self, vrs, values):
+        """Parameters, before initialization."""
+        for vr, value in zip(vrs, values, strict=True):
+            self._set(self._string, self._first_string, len(self._variables), vr, value, "String")
+
+    def get_boolean(self, vrs):
+        """No variable is a boolean."""
+        return [] if not vrs else self._get([], len(self._variables), vrs, "Boolean")
+
+    def set_boolean(self, vrs, values):
+        """No variable is a boolean."""
+        self.get_boolean(vrs)
+
+    def _get(self, values, first, vrs, kind):
+        if any(not first <= vr < first + len(values) for vr in vrs):
+            raise self._foreign(vrs, first, first + len(values), kind)
+        return [values[vr - first] for vr in vrs]
+
+    def _answer_in_initialization(self, vrs):
+        if any(vr < len(self._variables) and self._variables[vr]["causality"] == "output" for vr in vrs):
+            self._initialize()
+
+    def _foreign(self, vrs, first, end, kind):
+        vr = next(vr for vr in vrs if not first <= vr < end)
+        known = f"is '{self._variables[vr]['name']}', " if 0 <= vr < len(self._variables) else ""
+        return self._failure(f"value reference {vr} {known or 'is unknown, '}no {kind}; see modelDescription.xml")
+
+    def _set(self, values, first, end, vr, value, kind):
+        if not first <= vr < end:
+            raise self._foreign([vr], first, end, kind)
+        variable = self._variables[vr]
+        name = variable["name"]
+        if variable["causality"] == "output":
+            raise self._failure(f"'{name}' is an output and cannot be set")
+        if variable["causality"] == "parameter" and self._phase == 2:
+            raise self._failure(f"parameter '{name}' is fixed after initialization; reset the instance, then set it")
+        if kind == "String" and variable["choices"] and value not in variable["choices"]:
+            raise self._failure(f"'{name}' is '{value}'; valid: " + ", ".join(variable["choices"]))
+        if kind == "Real":
+            low = -math.inf if variable["min"] is None else variable["min"]
+            high = math.inf if variable["max"] is None else variable["max"]
+            if not (math.isfinite(value) and low <= value <= high):
+                span = f"at least {low:g}" if high == math.inf else f"between {low:g} and {high:g}"
+                raise self._failure(
+                    f"'{name}' is {value} at time {self._time():.9g} s; it must be a finite number, {span}"
+                )
+        values[vr - first] = value
+        if self._phase == 1:
+            self._pending = True
+
+    # ------------------------------------------------------------------ state
+
+    def _get_fmu_state(self):
+        running = self._phase == 2
+        vector = self._simulation.state.tobytes() if running else b""
+        strings = "\0".join(self._string).encode()
+        head = _STATE.pack(
+            _STATE_MAGIC,
+            _STATE_VERSION,
+            self._about["digest"].encode(),
+            self._phase,
+            self._time(),
+            len(self._real),
+            len(self._integer),
+            len(strings),
+            len(vector) // 8,
+        )
+        body = struct.pack(f"<{len(self._real)}d{len(self._integer)}q", *self._real, *self._integer) + strings + vector
+        return head + body + struct.pack("<I", zlib.crc32(head + body))
+
+    def _set_fmu_state(self, state):
+        try:
+            self._restore(bytes(state))
+        except Exception as error:
+            raise self._failure(error) from None
+
+    def _restore(self, state):
+        if len(state) < _STATE.size + 4 or state[:8] != _STATE_MAGIC:
+            raise ValueError("the FMU state is not one of cranktrain; serialize it from an instance of this FMU")
+        _, version, digest, phase, time, n_real, n_integer, n_string, n_vector = _STATE.unpack_from(state)
+        if version != _STATE_VERSION or digest.decode(errors="replace") != self._about["digest"]:
+            raise ValueError("the FMU state comes from another build of the FMU; serialize it from this one")
+        if zlib.crc32(state[:-4]) != struct.unpack("<I", state[-4:])[0]:
+            raise ValueError("the FMU state is damaged (checksum differs); serialize it again")
+        numbers = struct.unpack_from(f"<{n_real}d{n_integer}q", state, _STATE.size)
+        at = _STATE.size + 8 * (n_real + n_integer)
+        kept = self._real, self._integer, self._string
+        self._real, self._integer = list(numbers[:n_real]), list(numbers[n_real:])
+        self._string = state[at : at + n_string].decode().split("\0") if n_string else []
+        try:
+            if _PHASES[phase] == "stepping":
+                self._resume(time, state[at + n_string : at + n_string + 8 * n_vector])
+        except BaseException:
+            self._real, self._integer, self._string = kept
+            raise
+        self._phase, self._pending = phase, phase == 1
+        if phase != 2:
+            self._start_time = time
+
+    def _resume(self, time, vector):
+        """Continue from a state vector, in this instance or in a fresh one."""
+        import numpy  # loaded with the model by now; not needed to instantiate
+
+        simulation = self._simulation
+        if simulation is None or self._settings != self._chosen():
+            simulation = self._new_simulation(time)
+        simulation.inputs[:] = self._real[: self._n_inputs]
+        simulation.state = numpy.frombuffer(vector, dtype="<f8").copy()
+
+    @staticmethod
+    def _fmu_state_to_bytes(state):
+        return state
+
+    @staticmethod
+    def _fmu_state_from_bytes(state):
+        return state  # checked where it is set: an exception here could not be survived
+
+    # ------------------------------------------------------------------ errors
+
+    def _time(self):
+        return self._start_time if self._simulation is None else float(self._simulation.time)
+
+    def _failure(self, error):
+        """Exception to raise: the whole explanation in one line, which is printed as well."""
+        if isinstance(error, Exception):
+            expected = type(error).__module__.startswith(self._about["package"]) or isinstance(error, ValueError)
+            text = str(error) if expected else f"{type(error).__name__}: {error}"
+            if not expected:
+                traceback.print_exception(error, file=sys.stderr)
+        else:
+            text = error
+        text = f"{self.instance_name}: " + " ".join(text.split())
+        print(f"cranktrain: {text}", file=sys.stderr, flush=True)
+        for held in (self, type(self), self.log_queue):  # the wrapping library gives these away on an exception
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(held))
+        return RuntimeError(text.replace("%", "%%"))  # FMI loggers take the text for a printf format
+
+    # ------------------------------------------------------------------ model description
+
+    def to_xml(self, model_options=None):
+        """Register the variables and describe them; the build adds what the wrapping library leaves out."""
+        kinds = {
+            "Real": (Real, self.get_real),
+            "Integer": (Integer, self.get_integer),
+            "String": (String, self.get_string),
+        }
+        for v in self._variables:
+            kind, getter = kinds[v["type"]]
+            fixed = v["causality"] == "parameter"
+            changing = Fmi2Variability.continuous if v["type"] == "Real" else Fmi2Variability.discrete
+            initial = {"parameter": Fmi2Initial.exact, "output": Fmi2Initial.calculated}.get(v["causality"])
+            self.register_variable(
+                kind(
+                    v["name"],
+                    causality=Fmi2Causality[v["causality"]],
+                    variability=Fmi2Variability.fixed if fixed else changing,
+                    initial=initial,
+                    getter=lambda vr=v["reference"], getter=getter: getter([vr])[0],
+                )
+            )
+        return super().to_xml(model_options or {})
+
+
+ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))  # the loader gives one away at each instantiation
