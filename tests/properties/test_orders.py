@@ -1,0 +1,90 @@
+"""Order spectra: pure tones, Parseval's identity, and resampling where the speed varies."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cranktrain.errors import InputError
+from cranktrain.results.orders import CYCLE, last_cycle, order_spectrum
+from cranktrain.results.summary import bearing_rows, vibration
+
+
+@given(
+    order=st.integers(1, 40).map(lambda k: 0.5 * k),
+    amplitude=st.floats(1e-6, 1e6),
+    phase=st.floats(0.0, 6.3),
+    mean=st.floats(-1e3, 1e3),
+)
+def test_a_pure_tone_has_one_line_of_its_zero_to_peak_amplitude(order, amplitude, phase, mean):
+    angle = np.arange(360) * CYCLE / 360
+    orders, amplitudes = order_spectrum(mean + amplitude * np.cos(order * angle + phase))
+    at = int(np.argmin(np.abs(orders - order)))
+    rounding = 1e-12 * (amplitude + abs(mean))
+    assert orders[at] == order
+    assert amplitudes[at] == pytest.approx(amplitude, rel=1e-12, abs=rounding)
+    assert np.all(np.delete(amplitudes, at) < 10.0 * rounding)
+
+
+@given(st.lists(st.floats(-100.0, 100.0), min_size=2, max_size=99))
+def test_parseval_the_lines_hold_the_signals_whole_power(values):
+    signal = np.array(values)
+    _, amplitudes = order_spectrum(signal)
+    power = 0.5 * np.sum(amplitudes**2)
+    if signal.size % 2 == 0:
+        power += 0.5 * amplitudes[-1] ** 2  # the alternating line's mean square is its amplitude squared
+    assert power == pytest.approx(float(np.var(signal)), rel=1e-9, abs=1e-9)
+
+
+def test_highest_order_cuts_the_list():
+    orders, amplitudes = order_spectrum(np.arange(720.0), highest=12.0)
+    assert orders[-1] == 12.0 and amplitudes.size == 24
+
+
+def test_resampling_recovers_orders_when_the_speed_varies():
+    errors = []
+    for steps in (1500, 3000):
+        time = np.linspace(0.0, 1.0, steps)
+        angle = 60.0 * math.pi * (time + 0.02 * np.sin(9.0 * time))
+        signal = 3.0 + 0.7 * np.cos(6.0 * angle) + 0.2 * np.sin(1.5 * angle)
+        orders, amplitudes = order_spectrum(last_cycle(angle, signal))
+        errors.append(abs(amplitudes[orders == 6.0][0] - 0.7) + abs(amplitudes[orders == 1.5][0] - 0.2))
+        # interpolating cubic splines miss a wave of phase step x by x⁴/720 at its nodes' mean
+        assert errors[-1] < 0.7 * (6.0 * np.diff(angle).max()) ** 4 / 720.0
+    assert errors[0] / errors[1] > 12.0
+
+
+def test_last_cycle_takes_uniform_samples_as_they_are():
+    angle = np.arange(3 * 360 + 1) * CYCLE / 360
+    signal = np.random.default_rng(2).standard_normal(angle.size)
+    assert last_cycle(angle, signal, 360) == pytest.approx(signal[-361:-1], abs=1e-9)
+
+
+def test_too_short_or_backward_runs_are_refused():
+    angle = np.linspace(0.0, 10.0, 50)
+    with pytest.raises(InputError, match="covers 573 of 720 deg"):
+        last_cycle(angle, angle)
+    with pytest.raises(InputError, match="increase"):
+        last_cycle(angle[::-1], angle)
+    with pytest.raises(InputError, match="finite"):
+        order_spectrum(np.array([1.0, np.nan]))
+
+
+def test_summary_takes_extremes_of_the_last_cycle_only():
+    angle = np.arange(2 * 720 + 1) * CYCLE / 720
+    late = angle >= CYCLE
+    outputs = {
+        "bearing[1].force.x": np.where(late, 300.0, 9e9),
+        "bearing[1].force.y": np.full(angle.size, 400.0),
+        "bearing[1].film_thickness_min": np.where(late, 2e-6, 0.0),
+        "bearing[1].eccentricity": np.where(late, 0.9, 1.0),
+    }
+    assert bearing_rows(angle, outputs) == [
+        {"name": "main[1]", "peak_load_n": 500.0, "min_film_um": pytest.approx(2.0), "max_eccentricity": 0.9}
+    ]
+    shape = vibration(angle, 0.01 + 0.002 * np.sin(3.0 * angle), 180.0 / math.pi)
+    assert shape["peak_to_peak"] == pytest.approx(math.degrees(0.004), rel=1e-4)
+    assert shape["mean"] == pytest.approx(math.degrees(0.01))
+    assert dict(shape["orders"])[3.0] == pytest.approx(math.degrees(0.002), rel=1e-6)
