@@ -82,6 +82,7 @@ class HeldFlexibility:
 
     free: Flexibility
     constraint_modes: Array
+    compliance: Array
     _answers: Array
     _at_interfaces: Array
     _solution: Array
@@ -99,7 +100,7 @@ class HeldFlexibility:
         saddle = np.block([[0.5 * (compliance + compliance.T), motions], [motions.T, np.zeros((6, 6))]])
         solution = np.linalg.inv(scale[:, None] * saddle * scale) * scale[:, None] * scale
         modes = answers @ solution[:nb, :nb] + free.rigid @ solution[nb:, :nb]
-        return cls(free, modes, answers, motions, solution)
+        return cls(free, modes, compliance, answers, motions, solution)
 
     def solve(self, load: Array) -> Array:
         """Displacement (ndof, k) with W u = 0 under loads (ndof, k); the interfaces carry what is not in balance."""
@@ -158,7 +159,9 @@ def eigenmodes(
             if np.all(residual**2 < tolerance) or following.shape[1] == 0:
                 break
         if size > limit or following.shape[1] == 0:
-            raise SolverError(f"{count} eigenmodes not found in {size} Lanczos vectors; ask for fewer or check the mesh")
+            raise SolverError(
+                f"{count} eigenmodes not found in {size} Lanczos vectors; ask for fewer or check the mesh"
+            )
         basis, momenta = np.hstack((basis, following)), np.hstack((momenta, following_momenta))
     return 1.0 / np.sqrt(values[:count]), basis @ vectors[:, :count]
 
@@ -177,11 +180,20 @@ def _orthonormal(vectors: Array, mass: sparse.csc_matrix, basis: Array, momenta:
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """Result of a reduction: the body, its modes in finite elements (ndof, n), and the flexibility of the full model."""
+    """Result of a reduction.
+
+    Attributes
+    ----------
+    body : the reduced body
+    modes : (ndof, n) its modes in finite elements
+    flexibility : of the full model
+    compliance : (6 m, 6 m) full-model interface motion per interface load, balanced by inertia; m/N, rad/(N m)
+    """
 
     body: ReducedBody
     modes: Array
     flexibility: Flexibility
+    compliance: Array
 
 
 def craig_bampton(
@@ -219,7 +231,7 @@ def craig_bampton(
     modes *= signs
     body = _rotating(model, interfaces, free, modes, omega, shapes * signs, name, digest)
     check(body)
-    return Reduced(body, modes, free)
+    return Reduced(body, modes, free, held.compliance)
 
 
 def rigid_motions(model: FEModel) -> Array:

@@ -107,29 +107,36 @@ def _rigid_motions(arm: Array) -> Array:
     return motions
 
 
-def tied_surfaces(model: FEModel, interfaces: InterfaceSet) -> sparse.csr_matrix:
-    """Nodal displacements (ndof, nfree + 6 m) from those of the free nodes and of the rigid surfaces' nodes (RBE2).
+def tied_surfaces(model: FEModel, interfaces: InterfaceSet, motions: Array) -> tuple[sparse.csr_matrix, Array]:
+    """Make the interface surfaces rigid (RBE2): u = T [free dofs, nodes of the rigid surfaces].
 
-    Where two surfaces share an edge the first one holds it. Warns: a tie raised the first frequencies of a crankshaft by
-    a fifth to a half.
+    Where two surfaces share an edge the first one holds it; one that holds nothing has no node. Warns, since a tie raises
+    the first frequencies of a crankshaft.
+
+    Parameters
+    ----------
+    motions : (ndof, 6) rigid-body motions
+
+    Returns
+    -------
+    T (ndof, r) and the rigid-body motions in its coordinates, (r, 6)
     """
     warnings.warn("rigidly tied surfaces (RBE2) stiffen the body; prefer averaged interfaces", stacklevel=2)
     ndof = model.basis.N
     owner = np.full(ndof, -1)
     for index, name in reversed(list(enumerate(interfaces.names))):
         owner[model.basis.get_dofs(model.mesh.boundaries[name]).flatten()] = index
-    free = np.flatnonzero(owner < 0)
-    held = np.flatnonzero(owner >= 0)
+    free, held = np.flatnonzero(owner < 0), np.flatnonzero(owner >= 0)
+    owners, owner_of_held = np.unique(owner[held], return_inverse=True)
     arm = model.positions[:, held] - interfaces.positions[owner[held]].T
-    motions = _rigid_motions(arm)[:, model.components[held], np.arange(held.size)]
-    columns = free.size + 6 * owner[held][None, :] + np.arange(6)[:, None]
-    return sparse.csr_matrix(
+    across = _rigid_motions(arm)[:, model.components[held], np.arange(held.size)]
+    columns = free.size + 6 * owner_of_held[None, :] + np.arange(6)[:, None]
+    tie = sparse.csr_matrix(
         (
-            np.concatenate((np.ones(free.size), motions.ravel())),
-            (
-                np.concatenate((free, np.tile(held, 6))),
-                np.concatenate((np.arange(free.size), columns.ravel())),
-            ),
+            np.concatenate((np.ones(free.size), across.ravel())),
+            (np.concatenate((free, np.tile(held, 6))), np.concatenate((np.arange(free.size), columns.ravel()))),
         ),
-        shape=(ndof, free.size + 6 * len(interfaces.names)),
+        shape=(ndof, free.size + 6 * owners.size),
     )
+    at_nodes = (interfaces.averaging @ motions).reshape(-1, 6, 6)[owners].reshape(-1, 6)
+    return tie, np.vstack((motions[free], at_nodes))
