@@ -353,13 +353,9 @@ def friction_torque(eps, fx, fy, x, y, viscosity, radius, width, c, speed):
 
 
 @kernel
-def film_flow(eps, v_r, v_t, viscosity, radius, width, c, kappa2, nodes, work, zone):
-    """Return side flow (m³/s, both ends together) and the highest pressure (Pa) of one film."""
+def film_observables(eps, v_r, v_t, viscosity, radius, width, c, nodes, work, zone):
+    """Side flow (m³/s, both ends together) and highest pressure (Pa) of the film that ``film_pressure`` last solved."""
     n = N_NODES
-    limited = eps if eps < ECCENTRICITY_MAX else ECCENTRICITY_MAX
-    if v_r * v_r + v_t * v_t == 0.0:
-        return 0.0, 0.0
-    film_pressure(limited, v_r, v_t, kappa2, nodes, work, zone)
     scale = 15.0 * viscosity * (radius / c) ** 2
     highest = 0.0
     flow = 0.0
@@ -372,6 +368,6 @@ def film_flow(eps, v_r, v_t, viscosity, radius, width, c, kappa2, nodes, work, z
         if p > highest:
             highest = p
         h = c * work[3 * n + i]
-        # Axial gradient at either end is 4P/L.
+        # The axial gradient at either end is 4P/L.
         flow += h * h * h / (12.0 * viscosity) * (8.0 * p / width) * radius * work[2 * n + i] * (2.0 * math.pi / n)
     return flow, highest

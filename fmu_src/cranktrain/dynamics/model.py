@@ -1,0 +1,264 @@
+"""The running model as flat arrays: what an engine, a reduced body and the chosen levels amount to.
+
+A *port* is one component of motion of one interface at which a force law acts. Ports come in this order: x and y of
+each main journal, z of the thrust bearing, x and y of each crank pin, z-rotation of each pin, z-rotation of each main
+journal. The first ``n_newton`` of them are the unknowns of a stage's Newton iteration; the rotations follow.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.engine import Engine
+from cranktrain.errors import InputError, nearest
+from cranktrain.film.impedance import WORK_SIZE, node_table
+from cranktrain.film.laws import LAWS, bearing_parameters
+from cranktrain.film.thrust import thrust_parameters
+from cranktrain.loads.gas_pressure import GasTrace, spline_coefficients
+from cranktrain.loads.slider_crank import remainder_inertia
+from cranktrain.lubricant import oil_temperature, viscosity
+from cranktrain.reduced_body import Array, ReducedBody
+
+# Columns of a cylinder's parameters.
+PIN, BANK, PHASE, AREA, ROD, M_BIG, M_OSC, DELTA_J, OFFSET, CLEARANCE_VOLUME, STROKE_TOP = range(11)
+# Scalars of the model.
+GRAVITY, CRANKCASE, GAS_LOAD, BEST_SPEED, FALLOFF, SHAFT_K, SHAFT_C, FILTER, CYCLE, RIGID_ROTATION, STEP = range(11)
+# Gas source and input reconstruction.
+GAS_SOURCES = {"auto": 0, "builtin": 1, "input": 2}
+RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2}
+CRANK_LEVELS = ("rigid", "solid")
+AMBIENT = 101325.0
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Choices of one run; angles rad, pressures Pa, temperature K (0: from the engine's table at the first speed)."""
+
+    crank: str = "solid"
+    bearings: str = "impedance"
+    integrator: str = "sdirk4"
+    step: float = math.radians(3.0)
+    gas_source: str = "auto"
+    gas_load: float = 1.0
+    reconstruction: str = "linear"
+    crankcase_pressure: float = AMBIENT
+    oil_temperature: float = 0.0
+    gravity: float = 9.80665
+    newton_tolerance: float = 1.0e-6
+
+
+class ModelArrays(NamedTuple):
+    """Contiguous float64 arrays of the running model (SI); n modes, b main bearings, p pins, c cylinders, m ports."""
+
+    omega2: Array  # (n,)
+    damping: Array  # (n,) modal damping, 1/s
+    gyroscopic: Array  # (n, n) G transposed
+    spin: Array  # (n, n) (K_σ − C) transposed
+    centrifugal_load: Array  # (n,)
+    euler_load: Array  # (n,)
+    gravity: Array  # (3, n) modal projection of a unit acceleration field
+    ports: Array  # (m, n) shapes
+    ports_transposed: Array  # (n, m)
+    ends: Array  # (3, n): flywheel z-rotation, pulley z-rotation, pulley z
+    tilts: Array  # (2b, n): rotation about x and y of each main journal
+    bearings: Array  # (b, 13) see film.laws
+    thrust: Array  # (8,) see film.thrust
+    pins: Array  # (p, 2) undeformed x, y
+    cylinders: Array  # (c, 11)
+    gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
+    nodes: Array  # (4, N) film node table
+    scalars: Array  # (11,)
+    choices: Array  # (3,) gas source, reconstruction, Newton tolerance
+    stages: Array  # integrator table, see integrators
+
+
+class Dimensions(NamedTuple):
+    """Sizes that follow from the arrays."""
+
+    modes: int
+    bearings: int
+    pins: int
+    cylinders: int
+    newton: int
+    ports: int
+
+
+def dimensions(model: ModelArrays) -> Dimensions:
+    """Sizes of a model."""
+    b, p = model.bearings.shape[0], model.pins.shape[0]
+    return Dimensions(model.omega2.size, b, p, model.cylinders.shape[0], 2 * b + 1 + 2 * p, 3 * b + 1 + 3 * p)
+
+
+def structural_damping(engine: Engine, body: ReducedBody) -> Array:
+    """Damping of each mode, (n,) 1/s: 2ζω, or α + βω² on the elastic modes only (a rigid body has none inside)."""
+    d = engine.damping
+    elastic = body.omega > 0.0
+    if d.kind == "modal":
+        return np.asarray(2.0 * d.ratio * body.omega)
+    return np.asarray(np.where(elastic, d.alpha + d.beta * body.omega**2, 0.0))
+
+
+def build_model(
+    engine: Engine, body: ReducedBody, settings: Settings, speed: float, gas: GasTrace, stages: Array
+) -> ModelArrays:
+    """Arrays of the running model at the oil temperature of ``speed`` (rad/s).
+
+    ``body`` is the crankshaft with flywheel and pulley attached. Errors: ``InputError`` for a level that does not exist.
+    """
+    for value, valid, what in (
+        (settings.crank, CRANK_LEVELS, "crank level"),
+        (settings.bearings, LAWS, "bearing level"),
+        (settings.gas_source, GAS_SOURCES, "gas source"),
+        (settings.reconstruction, RECONSTRUCTIONS, "input reconstruction"),
+    ):
+        if value not in valid:
+            raise InputError(f"{what} '{value}' does not exist; {nearest(value, valid)}")
+    n_pins = len(engine.crankshaft.throw_angles)
+    n_mains = n_pins + 1
+    mains = [body.index(f"main[{i + 1}]") for i in range(n_mains)]
+    pins = [body.index(f"pin[{i + 1}]") for i in range(n_pins)]
+    shapes = body.shapes
+    thrust = body.index("thrust")
+    ports = np.concatenate(
+        [
+            np.concatenate([shapes[k, :2] for k in mains]),
+            shapes[thrust, 2:3],
+            np.concatenate([shapes[k, :2] for k in pins]),
+            np.array([shapes[k, 5] for k in pins]),
+            np.array([shapes[k, 5] for k in mains]),
+        ]
+    )
+    flywheel, pulley = body.index("flywheel"), body.index("pulley")
+    temperature = settings.oil_temperature or oil_temperature(engine.oil, speed)
+    eta = viscosity(engine.oil, temperature)
+    linear = settings.bearings == "linear"
+    bearing = bearing_parameters(engine.main_bearing, eta, settings.bearings)
+    scalars = np.zeros(11)
+    scalars[GRAVITY] = settings.gravity
+    scalars[CRANKCASE] = settings.crankcase_pressure
+    scalars[GAS_LOAD] = settings.gas_load
+    scalars[BEST_SPEED] = engine.combustion.best_speed
+    scalars[FALLOFF] = engine.combustion.falloff
+    scalars[SHAFT_K] = engine.drive_line.stiffness
+    scalars[SHAFT_C] = engine.drive_line.damping
+    tau = engine.drive_line.speed_filter_time
+    scalars[FILTER] = 1.0 / tau if tau > 0.0 else 0.0
+    scalars[CYCLE] = 4.0 * math.pi
+    scalars[RIGID_ROTATION] = shapes[pulley, 5, 5]
+    scalars[STEP] = settings.step
+    rise = gas.fired - gas.motored
+    contiguous = np.ascontiguousarray
+    return ModelArrays(
+        omega2=contiguous(body.omega**2),
+        damping=contiguous(structural_damping(engine, body)),
+        gyroscopic=contiguous(body.gyroscopic.T),
+        spin=contiguous((body.stress_stiffness - body.centrifugal).T),
+        centrifugal_load=contiguous(body.centrifugal_load),
+        euler_load=contiguous(body.euler_load),
+        gravity=contiguous(body.translation),
+        ports=contiguous(ports),
+        ports_transposed=contiguous(ports.T),
+        ends=contiguous(np.array([shapes[flywheel, 5], shapes[pulley, 5], shapes[pulley, 2]])),
+        tilts=contiguous(np.concatenate([shapes[k, 3:5] for k in mains])),
+        bearings=contiguous(np.tile(bearing, (n_mains, 1))),
+        thrust=thrust_parameters(engine.thrust, eta, linear),
+        pins=contiguous(body.positions[pins, :2]),
+        cylinders=cylinder_parameters(engine),
+        gas=contiguous(np.array([spline_coefficients(gas.motored), spline_coefficients(rise)])),
+        nodes=node_table(),
+        scalars=scalars,
+        choices=np.array(
+            [
+                float(GAS_SOURCES[settings.gas_source]),
+                float(RECONSTRUCTIONS[settings.reconstruction]),
+                settings.newton_tolerance,
+            ]
+        ),
+        stages=contiguous(stages),
+    )
+
+
+def cylinder_parameters(engine: Engine) -> Array:
+    """Pack rods, pistons and phases, (c, 11); a cylinder fires 4π/c after the one before it in the firing order."""
+    cylinders, rod = engine.cylinders, engine.rod
+    area = 0.25 * math.pi * cylinders.bore**2
+    interval = 4.0 * math.pi / engine.n_cylinders
+    phases = {c: k * interval for k, c in enumerate(cylinders.firing_order)}
+    throw, e = engine.crankshaft.throw, cylinders.pin_offset
+    # Highest piston-pin position: rod and throw in line.
+    top = math.sqrt((rod.length + throw) ** 2 - e * e)
+    bottom = math.sqrt((rod.length - throw) ** 2 - e * e)
+    clearance = area * (top - bottom) / (cylinders.compression_ratio - 1.0)
+    rows = [
+        [
+            cylinders.pins[k] - 1,
+            cylinders.bank_angles[k],
+            phases[k + 1],
+            area,
+            rod.length,
+            rod.big_end_mass,
+            rod.small_end_mass + cylinders.piston_mass,
+            remainder_inertia(rod),
+            e,
+            clearance,
+            top,
+        ]
+        for k in range(engine.n_cylinders)
+    ]
+    return np.array(rows, dtype=np.float64)
+
+
+class Work(NamedTuple):
+    """Memory that the caller owns: factors, matrices and vectors of a stage. Results never depend on what it holds."""
+
+    key: Array  # (5,) what the factors below were made for
+    factors: Array  # (n, n) scratch
+    inverse: Array  # (n, n) S⁻¹ transposed
+    damping: Array  # (n, n) D + 2Ω₀G + drive line, transposed
+    response: Array  # (m, n) S⁻¹Φᵀ, row per port
+    compliance: Array  # (m, m) Φ S⁻¹ Φᵀ, transposed
+    jacobian: Array  # (n_newton, n_newton)
+    blocks: Array  # (b + p + 1, 4) force tangents of bearings, pins and thrust
+    modal: Array  # (12, n) vectors
+    port: Array  # (15, m) vectors
+    stage: Array  # (stages, 3, n) q, v, a of each stage
+    film: Array  # (film work)
+    zones: Array  # (b, 2) warm starts of the films
+    scratch: Array  # (64,)
+    counters: Array  # (6,) steps, stages, Newton iterations, rejected steps, factorisations, worst residual
+    frames: Array  # (8, 8) the frame's motion at each stage
+    pressures: Array  # (8, c) cylinder pressures at each stage
+    inputs: Array  # (2, 1 + c) value and rate of the reconstructed inputs
+    backup: Array  # (2, state) state at the start of a communication step and of a sub-step
+
+
+def make_work(model: ModelArrays, state_size: int) -> Work:
+    """Allocate the workspace of one model."""
+    d = dimensions(model)
+    n, m = d.modes, d.ports
+    z = np.zeros
+    return Work(
+        key=z(5),
+        factors=z((n, n)),
+        inverse=z((n, n)),
+        damping=z((n, n)),
+        response=z((m, n)),
+        compliance=z((m, m)),
+        jacobian=z((d.newton, d.newton)),
+        blocks=z((d.bearings + d.pins + 1, 4)),
+        modal=z((12, n)),
+        port=z((15, m)),
+        stage=z((8, 3, n)),
+        film=z(WORK_SIZE),
+        zones=z((d.bearings, 2)),
+        scratch=z(64),
+        counters=z(6),
+        frames=z((8, 8)),
+        pressures=z((8, d.cylinders)),
+        inputs=z((2, 1 + d.cylinders)),
+        backup=z((2, state_size)),
+    )

@@ -1,0 +1,132 @@
+"""What the running model shows: the outputs of DESIGN's list, as a flat array in the order of :func:`output_names`."""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.dynamics.equations_of_motion import COS, LEAD, LEAD_RATE, OMEGA, SIN, THETA, pin_motion
+from cranktrain.dynamics.model import AREA, BANK, CLEARANCE_VOLUME, OFFSET, PIN, ROD, SHAFT_C, SHAFT_K, STROKE_TOP
+from cranktrain.dynamics.state import ITERATIONS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
+from cranktrain.dynamics.step_control import frame_at, ports_at_state
+from cranktrain.film.impedance import film_observables, friction_torque
+from cranktrain.film.laws import CLEARANCE, IMPEDANCE, LAW, RADIUS, VISCOSITY, WIDTH, bearing_force
+from cranktrain.film.thrust import thrust_force
+from cranktrain.kernel import kernel
+
+GENERAL = ("crank.angle", "crank.speed", "pulley.torsion", "pulley.axial", "flywheel.torsion", "shaft.torque")
+BEARING = (
+    "force.x",
+    "force.y",
+    "eccentricity",
+    "film_thickness_min",
+    "pressure_max",
+    "friction_torque",
+    "oil_flow",
+    "tilt",
+)
+BEARING_OUTPUTS = len(BEARING)
+END = ("solver.substeps", "solver.iterations", "solver.residual")
+
+
+def output_names(bearings: int, cylinders: int) -> tuple[str, ...]:
+    """Names of the outputs, in order; the FMU's variables carry the same names."""
+    return (
+        GENERAL
+        + tuple(f"bearing[{i + 1}].{name}" for i in range(bearings) for name in BEARING)
+        + ("thrust.force", "thrust.displacement")
+        + tuple(f"cylinder[{i + 1}].{name}" for i in range(cylinders) for name in ("volume", "piston_position"))
+        + END
+    )
+
+
+@kernel
+def observe(model, work, state, out):
+    """Fill the outputs from the state alone, so that a restored state shows what the original did."""
+    n = model.omega2.shape[0]
+    m = model.ports.shape[0]
+    b = model.bearings.shape[0]
+    p = model.pins.shape[0]
+    frame = work.frames[0]
+    frame_at(model, work, state, 0.0, 0.0, frame, work.pressures[0])
+    ports_at_state(model, work, state)
+    u = work.port[10]
+    ud = work.port[11]
+    q = state[offset(POSITION, n) : offset(POSITION, n) + n]
+    v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + n]
+    flywheel = 0.0
+    flywheel_rate = 0.0
+    pulley = 0.0
+    axial = 0.0
+    for i in range(n):
+        flywheel += model.ends[0, i] * q[i]
+        flywheel_rate += model.ends[0, i] * v[i]
+        pulley += model.ends[1, i] * q[i]
+        axial += model.ends[2, i] * q[i]
+    out[0] = frame[THETA]
+    out[1] = frame[OMEGA]
+    out[2] = pulley
+    out[3] = axial
+    out[4] = flywheel
+    out[5] = model.scalars[SHAFT_K] * (flywheel + frame[LEAD]) + model.scalars[SHAFT_C] * (
+        flywheel_rate + frame[LEAD_RATE]
+    )
+    k = 6
+    journal = m - b
+    cos = frame[COS]
+    sin = frame[SIN]
+    omega = frame[OMEGA]
+    r = work.scratch
+    for i in range(b):
+        law = model.bearings[i]
+        x = u[2 * i]
+        y = u[2 * i + 1]
+        speed = omega + ud[journal + i]
+        vx = ud[2 * i] - omega * y
+        vy = ud[2 * i + 1] + omega * x
+        bearing_force(law, x, y, vx, vy, 0.5 * speed, cos, sin, model.nodes, work.film, work.zones[i], r)
+        c = law[CLEARANCE]
+        eps = r[10]
+        out[k] = cos * r[0] - sin * r[1]
+        out[k + 1] = sin * r[0] + cos * r[1]
+        out[k + 2] = eps
+        out[k + 3] = c * (1.0 - eps) if eps < 1.0 else 0.0
+        out[k + 4] = 0.0
+        out[k + 5] = 0.0
+        out[k + 6] = 0.0
+        if law[LAW] == IMPEDANCE:
+            out[k + 5] = -friction_torque(eps, r[0], r[1], x, y, law[VISCOSITY], law[RADIUS], law[WIDTH], c, speed)
+            e = max(eps * c, 1.0e-12 * c)
+            nx = x / e if eps > 0.0 else 1.0
+            ny = y / e
+            sx = vx + 0.5 * speed * y
+            sy = vy - 0.5 * speed * x
+            flow, highest = film_observables(
+                eps, (sx * nx + sy * ny) / c, (sy * nx - sx * ny) / c, law[VISCOSITY], law[RADIUS], law[WIDTH], c,
+                model.nodes, work.film, work.zones[i],
+            )  # fmt: skip
+            out[k + 4] = highest
+            out[k + 6] = flow
+        tilt_x = 0.0
+        tilt_y = 0.0
+        for j in range(n):
+            tilt_x += model.tilts[2 * i, j] * q[j]
+            tilt_y += model.tilts[2 * i + 1, j] * q[j]
+        out[k + 7] = math.sqrt(tilt_x * tilt_x + tilt_y * tilt_y)
+        k += BEARING_OUTPUTS
+    z_force, _, _ = thrust_force(u[2 * b], ud[2 * b], omega, model.thrust)
+    out[k] = z_force
+    out[k + 1] = u[2 * b]
+    k += 2
+    for c in range(model.cylinders.shape[0]):
+        rod = model.cylinders[c]
+        pin_motion(model, frame, int(rod[PIN]), u, ud, work.port[12], r)
+        turn_cos = math.cos(frame[THETA] - rod[BANK])
+        turn_sin = math.sin(frame[THETA] - rod[BANK])
+        side = turn_cos * r[0] - turn_sin * r[1] - rod[OFFSET]
+        position = turn_sin * r[0] + turn_cos * r[1] + math.sqrt(rod[ROD] * rod[ROD] - side * side)
+        out[k] = rod[CLEARANCE_VOLUME] + rod[AREA] * (rod[STROKE_TOP] - position)
+        out[k + 1] = rod[STROKE_TOP] - position
+        k += 2
+    out[k] = state[SUBSTEPS]
+    out[k + 1] = state[ITERATIONS]
+    out[k + 2] = state[RESIDUAL]

@@ -1,0 +1,195 @@
+"""The stage solver: one implicit stage of any integrator, condensed onto the ports.
+
+Given Q and V with q = Q + c_q a, v = V + c_v a, it finds the true acceleration a that fulfils the equations of motion:
+q_free from S⁻¹, a Newton iteration on the ports' displacements u = u_free + Φ S⁻¹ Φᵀ f(u, u̇, ü), and one product back to
+q. What S left out because the frame turns at Ω ≠ Ω₀ is iterated with it. The last Newton step is taken with linearised
+forces, whose error the contraction estimate bounds.
+"""
+
+from __future__ import annotations
+
+from cranktrain.dynamics.equations_of_motion import OMEGA, OMEGA_DOT, external_force, port_forces
+from cranktrain.dynamics.linear_algebra import add_product, factor_lu, product, solve_lu
+from cranktrain.film.laws import CLEARANCE
+from cranktrain.kernel import kernel
+
+MAX_ITERATIONS = 40
+JOURNAL_STEP = 0.3
+"""Largest change of a journal's position per iteration, as a share of the clearance."""
+FIRST_CONTRACTION = 0.02
+"""Assumed before a second iteration measures it: what the films' inexact position tangents leave."""
+PIN_SCALE = 1.0e-4
+ROTATION_SCALE = 1.0e-2
+COUPLING_TOLERANCE = 1.0e-6
+
+OK, DIVERGED, SINGULAR = 0, 1, 2
+
+
+@kernel
+def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, guess, a_guess, q, v, a):
+    """Solve one stage; fills q, v, a (n,) and leaves the ports' u, u̇, ü, f in ``work.port[0:4]``. Returns a status.
+
+    ``guess`` (m,) is the first guess of u, ``a_guess`` (n,) of a (used where the frame's speed differs from Ω₀).
+    """
+    n = model.omega2.shape[0]
+    m = model.ports.shape[0]
+    b = model.bearings.shape[0]
+    p = model.pins.shape[0]
+    n_newton = 2 * b + 1 + 2 * p
+    ratio = c_v / c_q
+    u = work.port[0]
+    ud = work.port[1]
+    udd = work.port[2]
+    f = work.port[3]
+    u_q = work.port[4]
+    u_v = work.port[5]
+    u_free = work.port[6]
+    step = work.port[7]
+    base = work.modal[2]
+    rhs = work.modal[3]
+    lever = work.modal[4]
+    q_free = work.modal[5]
+    jacobian = work.jacobian
+    blocks = work.blocks
+    external_force(model, frame, base)
+    for i in range(n):
+        base[i] += big_q[i] / c_q
+        lever[i] = ratio * big_q[i] - big_v[i]
+        a[i] = a_guess[i]
+    add_product(work.damping, lever, n, n, base)
+    product(model.ports_transposed, big_q, n, m, u_q)
+    product(model.ports_transposed, big_v, n, m, u_v)
+    for k in range(m):
+        u[k] = guess[k]
+    d_omega = frame[OMEGA] - omega_0
+    d_omega2 = frame[OMEGA] * frame[OMEGA] - omega_0 * omega_0
+    coupling = 2.0 * abs(d_omega) * c_v + (abs(d_omega2) + abs(frame[OMEGA_DOT])) * c_q
+    iterations = 0
+    previous = -1.0
+    contraction = FIRST_CONTRACTION
+    for sweep in range(4):
+        for i in range(n):
+            rhs[i] = base[i]
+        if coupling > 0.0:
+            for i in range(n):
+                lever[i] = -2.0 * d_omega * (big_v[i] + c_v * a[i]) - frame[OMEGA_DOT] * (big_q[i] + c_q * a[i])
+            add_product(model.gyroscopic, lever, n, n, rhs)
+            if d_omega2 != 0.0:
+                for i in range(n):
+                    lever[i] = -d_omega2 * (big_q[i] + c_q * a[i])
+                add_product(model.spin, lever, n, n, rhs)
+        product(work.inverse, rhs, n, n, q_free)
+        product(model.ports_transposed, q_free, n, m, u_free)
+        converged = False
+        for _ in range(MAX_ITERATIONS):
+            iterations += 1
+            for k in range(m):
+                udd[k] = (u[k] - u_q[k]) / c_q
+                ud[k] = u_v[k] + c_v * udd[k]
+            port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work)
+            # Residual u_free + H f − u, then (I − H J) δ = r on the Newton ports.
+            for k in range(m):
+                step[k] = u_free[k] - u[k]
+            add_product(work.compliance, f, m, m, step)
+            fill_jacobian(work.compliance, blocks, b, p, jacobian)
+            if factor_lu(jacobian, n_newton, work.port[8]) != 0:
+                return SINGULAR
+            solve_lu(jacobian, n_newton, work.port[8], step)
+            size = 0.0
+            journal = 0.0
+            for i in range(b):
+                change = max(abs(step[2 * i]), abs(step[2 * i + 1])) / model.bearings[i, CLEARANCE]
+                journal = max(journal, change)
+            size = max(journal, abs(step[2 * b]) / model.thrust[1])
+            for k in range(2 * b + 1, n_newton):
+                size = max(size, abs(step[k]) / PIN_SCALE)
+            if not size < 1.0e12:
+                return DIVERGED
+            limit = 1.0
+            if journal > JOURNAL_STEP:
+                limit = JOURNAL_STEP / journal
+                for k in range(n_newton):
+                    step[k] *= limit
+            linearise(blocks, b, p, step, f)
+            # With f + Jδ the ports follow, rotations included.
+            rotation = 0.0
+            if limit == 1.0:
+                for k in range(m):
+                    work.port[9, k] = u[k]
+                    u[k] = u_free[k]
+                add_product(work.compliance, f, m, m, u)
+                for k in range(n_newton, m):
+                    rotation = max(rotation, abs(u[k] - work.port[9, k]) / ROTATION_SCALE)
+            else:
+                for k in range(n_newton):
+                    u[k] += step[k]
+            size = max(size, rotation)
+            if previous > 0.0 and limit == 1.0:
+                contraction = min(0.9, max(size / previous, 1.0e-4))
+            previous = size if limit == 1.0 else -1.0
+            if limit == 1.0 and contraction / (1.0 - contraction) * size <= model.choices[2]:
+                converged = True
+                break
+            if size < 1.0e-14:
+                converged = True
+                break
+        if not converged:
+            work.counters[5] = previous
+            return DIVERGED
+        for i in range(n):
+            q[i] = q_free[i]
+        add_product(work.response, f, m, n, q)
+        moved = 0.0
+        for i in range(n):
+            new = (q[i] - big_q[i]) / c_q
+            moved = max(moved, abs(new - a[i]))
+            a[i] = new
+            v[i] = big_v[i] + c_v * new
+        largest = 1.0e-30
+        for i in range(n):
+            largest = max(largest, abs(a[i]))
+        if coupling * moved <= COUPLING_TOLERANCE * largest:
+            break
+    for k in range(m):
+        udd[k] = (u[k] - u_q[k]) / c_q
+        ud[k] = u_v[k] + c_v * udd[k]
+    work.counters[1] += 1.0
+    work.counters[2] += iterations
+    work.counters[5] = max(work.counters[5], contraction * previous)
+    return OK
+
+
+@kernel
+def fill_jacobian(compliance, blocks, b, p, jacobian):
+    """Jacobian I − H J on the Newton ports; J is block-diagonal (2 × 2 for journals and pins, 1 for the thrust bearing).
+
+    ``compliance`` is symmetric only without gyroscopic terms; it is kept transposed: [k, i] = H_ik.
+    """
+    n = 2 * b + 1 + 2 * p
+    for i in range(n):
+        for j in range(b):
+            h0 = compliance[2 * j, i]
+            h1 = compliance[2 * j + 1, i]
+            jacobian[i, 2 * j] = -h0 * blocks[j, 0] - h1 * blocks[j, 2]
+            jacobian[i, 2 * j + 1] = -h0 * blocks[j, 1] - h1 * blocks[j, 3]
+        jacobian[i, 2 * b] = -compliance[2 * b, i] * blocks[b + p, 0]
+        for j in range(p):
+            k = 2 * b + 1 + 2 * j
+            h0 = compliance[k, i]
+            h1 = compliance[k + 1, i]
+            jacobian[i, k] = -h0 * blocks[b + j, 0] - h1 * blocks[b + j, 2]
+            jacobian[i, k + 1] = -h0 * blocks[b + j, 1] - h1 * blocks[b + j, 3]
+        jacobian[i, i] += 1.0
+
+
+@kernel
+def linearise(blocks, b, p, step, f):
+    """f += J δ on the Newton ports."""
+    for j in range(b):
+        f[2 * j] += blocks[j, 0] * step[2 * j] + blocks[j, 1] * step[2 * j + 1]
+        f[2 * j + 1] += blocks[j, 2] * step[2 * j] + blocks[j, 3] * step[2 * j + 1]
+    f[2 * b] += blocks[b + p, 0] * step[2 * b]
+    for j in range(p):
+        k = 2 * b + 1 + 2 * j
+        f[k] += blocks[b + j, 0] * step[k] + blocks[b + j, 1] * step[k + 1]
+        f[k + 1] += blocks[b + j, 2] * step[k] + blocks[b + j, 3] * step[k + 1]

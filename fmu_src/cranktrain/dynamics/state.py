@@ -1,0 +1,41 @@
+"""The whole state of the running model in one float64 vector.
+
+A header of scalars, the inputs at the last two communication points, then modal position, velocity, acceleration,
+auxiliary acceleration, and the ports' extrapolation defect. A copy of it is all that get, set and serialise need.
+"""
+
+from __future__ import annotations
+
+from cranktrain.kernel import kernel
+
+# Header.
+TIME, SHAFT_ANGLE, SHAFT_SPEED, SHAFT_ACCELERATION = 0, 1, 2, 3
+LEAD_ANGLE, LEAD_SPEED, LEAD_ACCELERATION = 4, 5, 6
+STEP_REFERENCE, OMEGA_REFERENCE = 7, 8
+PRESSURES_SET, LAST_INTERVAL = 9, 10
+SUBSTEPS, ITERATIONS, RESIDUAL = 11, 12, 13
+HEADER = 16
+MAX_INPUTS = 32
+"""Room for one speed and the pressures of up to 31 cylinders, at two communication points."""
+INPUTS_BEFORE = HEADER
+INPUTS_NOW = HEADER + MAX_INPUTS
+# Blocks of n modal values.
+POSITION, VELOCITY, ACCELERATION, AUXILIARY = 0, 1, 2, 3
+BODY = HEADER + 2 * MAX_INPUTS
+
+
+@kernel
+def offset(block, n):
+    """First index of a modal block."""
+    return BODY + block * n
+
+
+@kernel
+def defect_offset(n):
+    """First index of the ports' extrapolation defect."""
+    return BODY + 4 * n
+
+
+def state_size(n_modes: int, n_ports: int) -> int:
+    """Length of the state vector."""
+    return BODY + 4 * n_modes + n_ports

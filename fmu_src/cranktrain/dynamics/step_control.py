@@ -1,0 +1,288 @@
+"""From one communication point to the next: sub-steps, input reconstruction, halving, and the start from rest.
+
+The step contract: ``advance(model, work, state, inputs, t_end) -> status``. The whole state is one vector; on failure it
+is restored to the communication point. Sub-steps of an interval H: n = ceil(Ω H/Δθ − 1e-9), h = H/n; an h within 1e-9 of
+the last one reuses its factors and its value, so masters that compute H by subtraction change nothing.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.dynamics.equations_of_motion import (
+    COS,
+    LEAD,
+    LEAD_RATE,
+    OMEGA,
+    OMEGA_DOT,
+    SIN,
+    THETA,
+    WHIRL,
+    factor_stage,
+    trace_pressure,
+)
+from cranktrain.dynamics.integrators import coefficients, integrate_step
+from cranktrain.dynamics.linear_algebra import add_product, product
+from cranktrain.dynamics.model import AMBIENT, FILTER, RIGID_ROTATION, STEP
+from cranktrain.dynamics.stage import OK, SINGULAR, solve_stage
+from cranktrain.dynamics.state import (
+    ACCELERATION,
+    AUXILIARY,
+    INPUTS_BEFORE,
+    INPUTS_NOW,
+    ITERATIONS,
+    LAST_INTERVAL,
+    LEAD_ACCELERATION,
+    LEAD_ANGLE,
+    LEAD_SPEED,
+    OMEGA_REFERENCE,
+    POSITION,
+    PRESSURES_SET,
+    RESIDUAL,
+    SHAFT_ACCELERATION,
+    SHAFT_ANGLE,
+    SHAFT_SPEED,
+    STEP_REFERENCE,
+    SUBSTEPS,
+    TIME,
+    VELOCITY,
+    defect_offset,
+    offset,
+)
+from cranktrain.kernel import kernel
+from cranktrain.loads.drive_line import recentring_rate, shaft_motion
+
+MAX_HALVINGS = 6
+REFACTOR = 0.01
+"""S is made anew when the frame's speed has left Ω₀ by this share; what is left over is iterated in the stage."""
+STEPPING_SPEED = 60.0
+"""rad/s below which sub-steps no longer grow with falling speed: the structure vibrates at standstill as well."""
+
+
+@kernel
+def reconstruct(model, work, state, inputs, interval):
+    """Take in the inputs of this communication point; leaves value and rate for the coming interval in ``work.inputs``."""
+    rule = model.choices[1]
+    last = state[LAST_INTERVAL]
+    for k in range(1 + model.cylinders.shape[0]):
+        before = state[INPUTS_NOW + k] if last > 0.0 else inputs[k]
+        now = inputs[k]
+        state[INPUTS_BEFORE + k] = before
+        state[INPUTS_NOW + k] = now
+        work.inputs[0, k] = now
+        work.inputs[1, k] = 0.0
+        if rule == 1.0 and last > 0.0:
+            work.inputs[1, k] = (now - before) / last
+        elif rule == 2.0:
+            work.inputs[0, k] = before
+            work.inputs[1, k] = (now - before) / interval
+        if k > 0 and now != AMBIENT:
+            state[PRESSURES_SET] = 1.0
+    state[LAST_INTERVAL] = interval
+
+
+@kernel
+def frame_at(model, work, state, begin, tau, frame, pressures):
+    """Frame motion and cylinder pressures at ``tau`` into a sub-step that starts ``begin`` into the interval."""
+    target = work.inputs[0, 0] + work.inputs[1, 0] * begin
+    angle, speed, acceleration = shaft_motion(
+        state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], target, work.inputs[1, 0],
+        model.scalars[FILTER], tau,
+    )  # fmt: skip
+    lead_acceleration = state[LEAD_ACCELERATION]
+    frame[LEAD] = state[LEAD_ANGLE] + tau * (state[LEAD_SPEED] + 0.5 * tau * lead_acceleration)
+    frame[LEAD_RATE] = state[LEAD_SPEED] + tau * lead_acceleration
+    frame[THETA] = angle + frame[LEAD]
+    frame[OMEGA] = speed + frame[LEAD_RATE]
+    frame[OMEGA_DOT] = acceleration + lead_acceleration
+    frame[WHIRL] = frame[OMEGA]
+    frame[COS] = math.cos(frame[THETA])
+    frame[SIN] = math.sin(frame[THETA])
+    builtin = model.choices[0] == 1.0 or (model.choices[0] == 0.0 and state[PRESSURES_SET] == 0.0)
+    for c in range(model.cylinders.shape[0]):
+        if builtin:
+            pressures[c] = trace_pressure(model, c, frame[THETA], frame[OMEGA])
+        else:
+            value = work.inputs[0, 1 + c] + work.inputs[1, 1 + c] * (begin + tau)
+            pressures[c] = value if value > 0.0 else 0.0
+
+
+@kernel
+def ports_at_state(model, work, state):
+    """Displacement, velocity, acceleration of the ports and their extrapolation defect, from the state."""
+    n = model.omega2.shape[0]
+    m = model.ports.shape[0]
+    for block in range(3):
+        o = offset(block, n)
+        product(model.ports_transposed, state[o : o + n], n, m, work.port[10 + block])
+    o = defect_offset(n)
+    for k in range(m):
+        work.port[13, k] = state[o + k]
+
+
+@kernel
+def sub_step(model, work, state, begin, h):
+    """Advance the whole state by one step h that starts ``begin`` into the interval; a stage status."""
+    n = model.omega2.shape[0]
+    m = model.ports.shape[0]
+    table = model.stages
+    stages = int(table[0, 1])
+    last = table.shape[1] - 1
+    rotation = model.scalars[RIGID_ROTATION] * state[offset(POSITION, n) + 5]
+    state[LEAD_ACCELERATION] = recentring_rate(rotation, state[LEAD_SPEED], state[SHAFT_SPEED])
+    for s in range(stages):
+        frame_at(model, work, state, begin, table[1 + s, last] * h, work.frames[s], work.pressures[s])
+    omega = work.frames[stages - 1, OMEGA]
+    if abs(omega - state[OMEGA_REFERENCE]) > REFACTOR * abs(state[OMEGA_REFERENCE]) or h != state[STEP_REFERENCE]:
+        if h != state[STEP_REFERENCE]:
+            o = defect_offset(n)
+            for k in range(m):
+                state[o + k] = 0.0
+        state[OMEGA_REFERENCE] = omega
+        state[STEP_REFERENCE] = h
+    if work.key[0] != state[STEP_REFERENCE] or work.key[1] != state[OMEGA_REFERENCE]:
+        c_q, c_v = coefficients(table, h)
+        if factor_stage(model, work, c_q, c_v, state[OMEGA_REFERENCE]) != 0:
+            return SINGULAR
+        work.key[0] = state[STEP_REFERENCE]
+        work.key[1] = state[OMEGA_REFERENCE]
+    ports_at_state(model, work, state)
+    status = integrate_step(model, work, state, h, work.frames, work.pressures)
+    if status != OK:
+        return status
+    # The defect of a Taylor step, to extrapolate the next one with.
+    o = defect_offset(n)
+    for k in range(m):
+        taylor = work.port[10, k] + h * (work.port[11, k] + 0.5 * h * work.port[12, k])
+        state[o + k] = work.port[0, k] - taylor
+    end = work.frames[stages - 1]
+    target = work.inputs[0, 0] + work.inputs[1, 0] * begin
+    angle, speed, acceleration = shaft_motion(
+        state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], target, work.inputs[1, 0],
+        model.scalars[FILTER], h,
+    )  # fmt: skip
+    state[SHAFT_ANGLE] = angle
+    state[SHAFT_SPEED] = speed
+    state[SHAFT_ACCELERATION] = acceleration
+    state[LEAD_ANGLE] = end[LEAD]
+    state[LEAD_SPEED] = end[LEAD_RATE]
+    work.counters[0] += 1.0
+    return OK
+
+
+@kernel
+def advance(model, work, state, inputs, t_end):
+    """Advance ``state`` to ``t_end`` with the inputs [speed, pressures...] of this point; a stage status."""
+    size = state.shape[0]
+    interval = t_end - state[TIME]
+    for i in range(size):
+        work.backup[0, i] = state[i]
+    iterations = work.counters[2]
+    work.counters[5] = 0.0
+    reconstruct(model, work, state, inputs, interval)
+    speed = max(abs(state[SHAFT_SPEED]), max(abs(inputs[0]), STEPPING_SPEED))
+    count = max(1, int(math.ceil(speed * interval / model.scalars[STEP] - 1.0e-9)))
+    h = interval / count
+    if abs(h - state[STEP_REFERENCE]) <= 1.0e-9 * h:
+        h = state[STEP_REFERENCE]
+    taken = 0
+    for k in range(count):
+        for i in range(size):
+            work.backup[1, i] = state[i]
+        pieces = 1
+        status = OK
+        for _ in range(MAX_HALVINGS + 1):
+            status = OK
+            for j in range(pieces):
+                status = sub_step(model, work, state, k * h + j * (h / pieces), h / pieces)
+                if status != OK:
+                    break
+            if status == OK:
+                taken += pieces
+                break
+            work.counters[3] += 1.0
+            for i in range(size):
+                state[i] = work.backup[1, i]
+            pieces *= 2
+        if status != OK:
+            for i in range(size):
+                state[i] = work.backup[0, i]
+            return status
+    state[TIME] = t_end
+    state[SUBSTEPS] = taken
+    state[ITERATIONS] = work.counters[2] - iterations
+    state[RESIDUAL] = work.counters[5]
+    return OK
+
+
+@kernel
+def settle(model, work, state, inputs):
+    """Start: static equilibrium of shaft, films and loads at the first angle, journals at rest in their bores.
+
+    Backward-Euler steps of growing length in a frame that stands still, with films and rods moving at the engine's
+    speed, lead there from any position. Then velocities of bodies whose displacement stands still in space, and the
+    accelerations that go with them. Returns a stage status.
+    """
+    n = model.omega2.shape[0]
+    m = model.ports.shape[0]
+    o_q = offset(POSITION, n)
+    o_v = offset(VELOCITY, n)
+    o_a = offset(ACCELERATION, n)
+    o_x = offset(AUXILIARY, n)
+    reconstruct(model, work, state, inputs, 0.0)
+    work.inputs[1, 0] = 0.0
+    state[SHAFT_SPEED] = inputs[0]
+    frame = work.frames[0]
+    frame_at(model, work, state, 0.0, 0.0, frame, work.pressures[0])
+    frame[WHIRL] = 0.0
+    out = work.stage[0]
+    h = 1.0e-6
+    for k in range(72):
+        if k % 3 == 0:
+            h *= 2.0
+            if factor_stage(model, work, h * h, h, 0.0) != 0:
+                return SINGULAR
+        for i in range(n):
+            # Velocity is dropped at every step: this is a descent, not a motion.
+            work.modal[6, i] = state[o_q + i]
+            work.modal[7, i] = 0.0
+            work.modal[9, i] = 0.0
+        product(model.ports_transposed, state[o_q : o_q + n], n, m, work.port[14])
+        status = solve_stage(
+            model, work, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0], work.port[14],
+            work.modal[9], out[0], out[1], out[2],
+        )  # fmt: skip
+        if status == OK:
+            for i in range(n):
+                state[o_q + i] = out[0, i]
+        elif k > 40:
+            return status
+    # Bending stands still in space, wind-up turns with the shaft.
+    rotation = state[o_q + 5]
+    state[o_q + 5] = 0.0
+    for i in range(n):
+        work.modal[9, i] = 0.0
+    add_product(model.gyroscopic, state[o_q : o_q + n], n, n, work.modal[9])
+    state[o_q + 5] = rotation
+    for i in range(n):
+        state[o_v + i] = -frame[OMEGA] * work.modal[9, i]
+    frame[WHIRL] = frame[OMEGA]
+    h = 1.0e-7
+    if factor_stage(model, work, h * h, h, frame[OMEGA]) != 0:
+        return SINGULAR
+    for i in range(n):
+        work.modal[7, i] = state[o_v + i]
+        work.modal[6, i] = state[o_q + i] + h * state[o_v + i]
+        work.modal[9, i] = 0.0
+    product(model.ports_transposed, work.modal[6], n, m, work.port[14])
+    status = solve_stage(
+        model, work, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0], work.port[14],
+        work.modal[9], out[0], out[1], out[2],
+    )  # fmt: skip
+    for i in range(n):
+        state[o_a + i] = out[2, i]
+        state[o_x + i] = out[2, i]
+    work.key[0] = -1.0
+    state[OMEGA_REFERENCE] = frame[OMEGA]
+    state[STEP_REFERENCE] = -1.0
+    return status
