@@ -1,0 +1,1 @@
+"""The running model: equations of motion, time integration, simulation."""

@@ -1,0 +1,1 @@
+"""Force laws of bearings: oil films and their stand-ins."""

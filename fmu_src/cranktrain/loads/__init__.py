@@ -1,0 +1,1 @@
+"""Loads on the crankshaft: gas, rods and pistons, drive line."""

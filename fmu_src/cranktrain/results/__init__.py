@@ -1,0 +1,1 @@
+"""What runs and models say: orders, summaries, tables, plots, result files."""

@@ -20,6 +20,10 @@ class Run(Protocol):
     """A finished simulation as far as a summary needs it (SI)."""
 
     @property
+    def time(self) -> Array:
+        """Time, (n,) s."""
+
+    @property
     def angle(self) -> Array:
         """Crank angle, (n,) rad."""
 

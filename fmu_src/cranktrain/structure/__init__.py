@@ -1,0 +1,1 @@
+"""From geometry to the reduced body; offline, never part of a running model."""

@@ -1,0 +1,58 @@
+"""Time series of a run as an HDF5 result: every output under its name, with its unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from cranktrain.errors import InputError
+from cranktrain.results.summary import Run
+from cranktrain.store import write_result
+
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
+# unit by the last part of an output's name
+_UNITS = {
+    "angle": "rad",
+    "speed": "rad/s",
+    "torsion": "rad",
+    "tilt": "rad",
+    "axial": "m",
+    "displacement": "m",
+    "film_thickness_min": "m",
+    "piston_position": "m",
+    "torque": "N m",
+    "friction_torque": "N m",
+    "force": "N",
+    "x": "N",
+    "y": "N",
+    "pressure_max": "Pa",
+    "oil_flow": "m^3/s",
+    "volume": "m^3",
+    "eccentricity": "1",
+    "substeps": "1",
+    "iterations": "1",
+    "residual": "1",
+}
+
+
+def output_unit(name: str) -> str:
+    """Unit of an output by its name, e.g. ``bearing[1].force.x`` → N."""
+    return _UNITS[name.rsplit(".", 1)[-1]]
+
+
+def check_target(path: Path) -> None:
+    """Refuse a target that a result must not replace, before the run; ``InputError``."""
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; name a file for the result, e.g. {path / 'result.h5'}")
+    if path.is_file():
+        with path.open("rb") as file:
+            if file.read(len(_SIGNATURE)) != _SIGNATURE:
+                raise InputError(f"{path}: exists and is no HDF5 file; choose another name for the result")
+
+
+def save_run(path: Path, run: Run, attributes: Mapping[str, str | int | float]) -> Path:
+    """Write all outputs of a run, over time (s) and crank angle (rad); the file appears whole or not at all."""
+    datasets = {"time": (run.time, "s"), "angle": (run.angle, "rad")}
+    datasets |= {name: (values, output_unit(name)) for name, values in run.outputs.items()}
+    return write_result(path, datasets, attributes)

@@ -1,0 +1,134 @@
+"""Tables of texts that reports, pictures and the command line share: ours beside the reference's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from cranktrain.engine import Engine
+
+
+class Table(NamedTuple):
+    """A title, a header and rows of texts of the header's length."""
+
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+NOTHING = "–"
+
+
+def frequency_tables(engine: Engine, report: Mapping[str, Any]) -> list[Table]:
+    """Frequencies and critical speeds of a modal report beside the published ones."""
+    return [
+        free_table(engine, report["crankshaft_free"]["modes"]),
+        cranktrain_table(engine, report["cranktrain"]["modes"]),
+        critical_speed_table(engine, report["critical_speeds"]),
+    ]
+
+
+def free_table(engine: Engine, modes: Sequence[Mapping[str, Any]]) -> Table:
+    """Modes of the free crankshaft with flywheel and pulley; its torsional modes beside the published ones."""
+    published = [("torsional", hz, 0.0) for hz in engine.published.free_torsional_hz]
+    rows = tuple(row[:-1] for row in _beside(modes, published, 6))
+    return Table("Free crankshaft with flywheel and pulley, no rods", _HEADER[:-1], rows)
+
+
+def cranktrain_table(engine: Engine, modes: Sequence[Mapping[str, Any]]) -> Table:
+    """Modes of the cranktrain at rest beside the published computed and measured ones."""
+    p = engine.published
+    published = list(zip(p.cranktrain_shapes, p.cranktrain_hz, p.measured_hz, strict=True))
+    if p.second_torsional_hz:
+        published.append(("torsional", p.second_torsional_hz, 0.0))
+    title = "Cranktrain at rest: rods as mean masses, linear bearings, thrust closed"
+    return Table(title, _HEADER, tuple(_beside(modes, published, 7)))
+
+
+def critical_speed_table(engine: Engine, speeds: Sequence[Mapping[str, float]]) -> Table:
+    """Critical speeds per order of the first torsional mode beside the published ones."""
+    to_rpm = 30.0 / math.pi
+    p = engine.published
+    known = {
+        order: (speed * to_rpm, measured * to_rpm)
+        for order, speed, measured in zip(p.critical_orders, p.critical_speeds, p.measured_critical_speeds, strict=True)
+    }
+    rows = []
+    for entry in speeds:
+        published, measured = known.get(entry["order"], (0.0, 0.0))
+        rows.append(
+            (
+                f"{entry['order']:g}",
+                f"{entry['rpm']:.0f}",
+                _number(published, ".0f"),
+                _deviation(entry["rpm"], published),
+                _number(measured, ".0f"),
+            )
+        )
+    header = ("order", "rev/min", "published", "deviation", "measured")
+    return Table("Critical speeds of the first torsional mode", header, tuple(rows))
+
+
+def run_tables(summary: Mapping[str, Any]) -> list[Table]:
+    """Pulley motion and bearings of a run summary."""
+    rows = []
+    for name, unit in (("torsion_deg", "deg"), ("axial_um", "um")):
+        motion = summary["pulley"][name]
+        strongest = sorted(motion["orders"], key=lambda line: -line[1])[:4]
+        rows.append(
+            (
+                f"{name.split('_')[0]} / {unit}",
+                f"{motion['peak_to_peak']:.4g}",
+                ", ".join(f"{order:g}: {amplitude:.3g}" for order, amplitude in strongest),
+            )
+        )
+    pulley = Table(
+        "Pulley over the last cycle", ("motion", "peak to peak", "strongest orders, zero to peak"), tuple(rows)
+    )
+    bearings = Table(
+        "Main bearings over the last cycle",
+        ("bearing", "peak load / kN", "thinnest film / um", "largest eccentricity"),
+        tuple(
+            (
+                row["name"],
+                f"{1e-3 * row['peak_load_n']:.1f}",
+                f"{row['min_film_um']:.2f}",
+                f"{row['max_eccentricity']:.3f}",
+            )
+            for row in summary["bearings"]
+        ),
+    )
+    return [pulley, bearings]
+
+
+_HEADER = ("Hz", "shape", "bending / %", "torsional / %", "axial / %", "published / Hz", "deviation", "measured / Hz")
+
+Published = Sequence[tuple[str, float, float]]
+
+
+def _beside(modes: Sequence[Mapping[str, Any]], published: Published, first: int) -> list[tuple[str, ...]]:
+    """Rows of our ``first`` modes and of all that pair with a published one: the nearest free mode of its shape."""
+    pairs: dict[int, tuple[str, float, float]] = {}
+    rows, missing = [], []
+    for entry in published:
+        free = [k for k, mode in enumerate(modes) if mode["shape"] == entry[0] and k not in pairs]
+        if free:
+            pairs[min(free, key=lambda k: abs(modes[k]["hz"] - entry[1]))] = entry
+        else:
+            missing.append((NOTHING, entry[0], *3 * (NOTHING,), _number(entry[1], ".0f"), NOTHING, NOTHING))
+    for k, mode in enumerate(modes):
+        if k < first or k in pairs:
+            _, hz, measured = pairs.get(k, ("", 0.0, 0.0))
+            shares = (f"{100.0 * mode['shares'][kind]:.0f}" for kind in ("bending", "torsional", "axial"))
+            beside = (_number(hz, ".0f"), _deviation(mode["hz"], hz), _number(measured, ".0f"))
+            rows.append((f"{mode['hz']:.1f}", str(mode["shape"]), *shares, *beside))
+    return rows + missing
+
+
+def _number(value: float, form: str) -> str:
+    return format(value, form) if value else NOTHING
+
+
+def _deviation(value: float, reference: float) -> str:
+    return f"{100.0 * (value / reference - 1.0):+.1f} %" if reference else NOTHING
