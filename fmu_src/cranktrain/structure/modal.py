@@ -1,0 +1,209 @@
+"""Natural frequencies of the crankshaft and of the assembled cranktrain, and what kind of motion each mode is.
+
+*Crankshaft, free*: with flywheel and pulley, no rods. *Cranktrain*: at rest (Ω = 0), each pin carrying the cycle mean of
+its rod across the axis, m_b + ½ m_o (the oscillating mass follows the pin by half, cos² θ on average), main bearings as
+springs, the thrust bearing closed (collar and block in series), the connecting shaft's stiffness at the flywheel.
+
+The kind of a mode is read from its kinetic energy. Each slice of the body around a point of the axis moves as a rigid
+section: translation across and tilt count as bending, rotation about z as torsion, translation along z as axial. A mode
+is called by its largest share. The first torsional (axial) mode is the first one called so, rotation on the connecting
+shaft aside; the second torsional mode, which bending may divide among neighbours, is the one above it that holds the
+largest share of torsion up to 1000 Hz.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from cranktrain.engine import Engine
+from cranktrain.errors import InputError
+from cranktrain.reduced_body import ReducedBody
+from cranktrain.structure.reduction import CHECKED_HZ, complete_crankshaft
+
+Array = NDArray[np.float64]
+
+KINDS = ("bending", "torsional", "axial")
+SHARE_MEASURE = "kinetic energy of slices on the crank axis: across and tilting, turning, along"
+# Modes are listed up to here.
+LISTED_HZ = 1000.0
+# The whole crankshaft turning on the connecting shaft lies below.
+SHAFT_HZ = 40.0
+
+
+def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
+    """Frequencies, shapes, critical speeds and quality of the reduction; JSON-able.
+
+    Parameters
+    ----------
+    body : bare reduced crankshaft of the engine
+
+    Returns
+    -------
+    ``crankshaft_free`` and ``cranktrain`` (modes with hz, shape and shares; the named first and second ones),
+    ``critical_speeds`` by order, ``reduction`` (full against reduced), ``published``, ``definitions``, ``seconds``
+    """
+    began = time.perf_counter()
+    crankshaft = complete_crankshaft(engine, body)
+    free_hz, free_shares = free_modes(engine, crankshaft)
+    attached = time.perf_counter()
+    hz, shares = cranktrain_modes(engine, crankshaft)
+    first = torsional_frequencies(hz, shares)
+    named = {
+        "first_torsional_hz": first[0],
+        "second_torsional_hz": first[1],
+        "first_axial_hz": first_axial(hz, shares),
+    }
+    return {
+        "crankshaft_free": {
+            "modes": _listed(free_hz, free_shares),
+            "torsional_hz": torsional_frequencies(free_hz, free_shares),
+        },
+        "cranktrain": {"modes": _listed(hz, shares), **named},
+        "critical_speeds": critical_speeds(engine, first[0]),
+        "reduction": _reduction(body),
+        "published": {
+            "crankshaft_free_torsional_hz": list(engine.published.free_torsional_hz),
+            "cranktrain_hz": list(engine.published.cranktrain_hz),
+            "cranktrain_shapes": list(engine.published.cranktrain_shapes),
+            "measured_hz": list(engine.published.measured_hz),
+            "second_torsional_hz": engine.published.second_torsional_hz,
+        },
+        "definitions": {
+            "crankshaft_free": "crankshaft with flywheel and pulley, no rods",
+            "cranktrain": "at rest; big end and half the oscillating mass on each pin, bearings as springs, thrust "
+            "closed with collar and block in series, connecting shaft's stiffness at the flywheel",
+            "shares": SHARE_MEASURE,
+        },
+        "seconds": {"attach": attached - began, "modal": time.perf_counter() - attached},
+    }
+
+
+def free_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array]:
+    """Elastic modes of the free complete crankshaft: (k,) Hz and (k, 3) shares of bending, torsion, axial motion."""
+    shares = energy_shares(engine, crankshaft, np.eye(crankshaft.n_modes)[:, 6:], rods=False)
+    return crankshaft.frequencies_hz[6:], shares
+
+
+def cranktrain_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array]:
+    """Modes of the assembled cranktrain at rest: (n,) Hz and (n, 3) shares of bending, torsion, axial motion.
+
+    ``crankshaft`` is the complete one, with flywheel and pulley.
+    """
+    stiffness = np.diag(crankshaft.omega**2)
+    mass = np.eye(crankshaft.n_modes)
+
+    def row(name: str, component: int) -> Array:
+        return np.asarray(crankshaft.shapes[crankshaft.index(name), component])
+
+    bearing, thrust = engine.main_bearing, engine.thrust
+    throws = len(engine.crankshaft.throw_angles)
+    for i in range(1, throws + 2):
+        for component, value in ((0, bearing.stiffness_x), (1, bearing.stiffness_y)):
+            stiffness += value * np.outer(row(f"main[{i}]", component), row(f"main[{i}]", component))
+    series = 1.0 / (1.0 / thrust.contact_stiffness + 1.0 / thrust.block_stiffness)
+    stiffness += series * np.outer(row("thrust", 2), row("thrust", 2))
+    stiffness += engine.drive_line.stiffness * np.outer(row("flywheel", 5), row("flywheel", 5))
+    for i, rod_mass in enumerate(pin_masses(engine), 1):
+        for component in (0, 1):
+            mass += rod_mass * np.outer(row(f"pin[{i}]", component), row(f"pin[{i}]", component))
+    squares, modes = eigh(stiffness, mass)
+    return np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi), energy_shares(engine, crankshaft, modes, rods=True)
+
+
+def pin_masses(engine: Engine) -> list[float]:
+    """Cycle-mean mass that the rods put on each pin across the axis, m_b + ½ m_o per rod, kg."""
+    rod_mass = engine.rod.big_end_mass + 0.5 * (engine.rod.small_end_mass + engine.cylinders.piston_mass)
+    throws = range(1, len(engine.crankshaft.throw_angles) + 1)
+    return [rod_mass * engine.cylinders.pins.count(pin) for pin in throws]
+
+
+def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: bool) -> Array:
+    """Shares (k, 3) of bending, torsional and axial motion in the kinetic energy of modes (n, k).
+
+    Flywheel and pulley count as rigid sections of their own; with ``rods`` the mean rod masses move with their pins,
+    which the axis carries halfway between the neighbouring mains.
+    """
+    records = crankshaft.records
+    on_axis = records["section_interface"].astype(int)
+    motion = crankshaft.shapes @ modes
+    energy = _section_energy(
+        motion[on_axis], records["section_mass"], records["section_polar"], records["section_diametral"]
+    )
+    for name, part in (("pulley", engine.pulley), ("flywheel", engine.flywheel)):
+        at = motion[crankshaft.index(name)].copy()
+        at[0] += part.offset * at[4]
+        at[1] -= part.offset * at[3]
+        energy += _section_energy(
+            at[None], np.array([part.mass]), np.array([part.polar_inertia]), np.array([part.diametral_inertia])
+        )
+    if rods:
+        for i, rod_mass in enumerate(pin_masses(engine), 1):
+            axis = 0.5 * (motion[crankshaft.index(f"main[{i}]")] + motion[crankshaft.index(f"main[{i + 1}]")])
+            energy[:, 0] += rod_mass * (axis[0] ** 2 + axis[1] ** 2)
+            energy[:, 1] += rod_mass * (engine.crankshaft.throw * axis[5]) ** 2
+    return np.asarray(energy / energy.sum(axis=1, keepdims=True))
+
+
+def torsional_frequencies(hz: Array, shares: Array) -> list[float]:
+    """First and second torsional frequency, Hz, as this module defines them; ``InputError`` where there is none."""
+    candidates = np.flatnonzero((hz > SHAFT_HZ) & (hz <= LISTED_HZ))
+    mostly = candidates[np.argmax(shares[candidates], axis=1) == KINDS.index("torsional")]
+    above = candidates[candidates > mostly[0]] if mostly.size else mostly
+    if not above.size:
+        raise InputError(f"crankshaft has no two torsional modes below {LISTED_HZ:g} Hz; check its inertias")
+    return [float(hz[mostly[0]]), float(hz[above[np.argmax(shares[above, KINDS.index("torsional")])]])]
+
+
+def first_axial(hz: Array, shares: Array) -> float:
+    """First frequency, Hz, of a mode that is mostly axial; ``InputError`` where there is none."""
+    axial = np.flatnonzero(np.argmax(shares, axis=1) == KINDS.index("axial"))
+    if not axial.size:
+        raise InputError("cranktrain has no axial mode; check thrust.contact_stiffness and thrust.block_stiffness")
+    return float(hz[axial[0]])
+
+
+def critical_speeds(engine: Engine, torsional_hz: float) -> list[dict[str, float]]:
+    """Speed, rev/min, at which each published order meets the first torsional frequency."""
+    return [{"order": order, "rpm": 60.0 * torsional_hz / order} for order in engine.published.critical_orders]
+
+
+def _section_energy(motion: Array, mass: Array, polar: Array, diametral: Array) -> Array:
+    """Twice the kinetic energy per ω² by kind, (k, 3), of sections that move by ``motion`` (s, 6, k)."""
+    squares = motion**2
+    bending = mass @ (squares[:, 0] + squares[:, 1]) + diametral @ (squares[:, 3] + squares[:, 4])
+    return np.stack((bending, polar @ squares[:, 5], mass @ squares[:, 2]), axis=1)
+
+
+def _listed(hz: Array, shares: Array) -> list[dict[str, Any]]:
+    return [
+        {
+            "hz": float(f),
+            "shape": KINDS[int(np.argmax(share))],
+            "shares": dict(zip(KINDS, (float(s) for s in share), strict=True)),
+        }
+        for f, share in zip(hz, shares, strict=True)
+        if 1.0 < f <= LISTED_HZ
+    ]
+
+
+def _reduction(body: ReducedBody) -> dict[str, Any]:
+    full = body.records["full_hz"]
+    reduced = body.frequencies_hz[6 : 6 + full.size]
+    shown = full < CHECKED_HZ
+    other = "lumped_hz" if "lumped_hz" in body.records else "consistent_hz"
+    return {
+        "dofs_full": int(body.quality["dofs_full"]),
+        "modes": body.n_modes,
+        "full_hz": full[shown].tolist(),
+        "reduced_hz": reduced[shown].tolist(),
+        "max_relative_error": body.quality["max_relative_error"],
+        "static_stiffness_error": body.quality["static_error"],
+        "rigid_body_hz_before_replacement": body.quality["rigid_hz"],
+        "tied_surfaces_hz": body.records["tied_hz"][shown].tolist(),
+        other: body.records[other][shown].tolist(),
+    }
