@@ -1,7 +1,7 @@
 """The crankshaft as a solid: journals with fillets, webs with counterweights, nose and flange, from a few dimensions.
 
 Along z follow each other: nose, main journal 1, web, pin 1, web, main journal 2 … last main journal, flange; z = 0 is
-the middle of main journal 1. In the plane of a web (its pin along +η) the outline is the hull of a circle about the main
+the middle of main journal 1. In a web plane (its pin along +η) the outline is the hull of a circle about the main
 axis and one about the pin axis; a counterweight adds the part of a disc with η ≤ 0 and |ξ| ≤ half width. Every round
 piece is a body of revolution that carries its own fillets and touches its neighbours on plane faces only: the booleans
 of the CAD kernel stay simple, and no fillet has to be found afterwards.
@@ -14,8 +14,7 @@ from itertools import pairwise
 from math import asin, cos, hypot, pi, sin, sqrt
 from typing import Any
 
-from cranktrain.engine import Crankshaft
-from cranktrain.errors import InputError
+from cranktrain.engine import Crankshaft, check_crankshaft
 
 
 @dataclass(frozen=True)
@@ -54,76 +53,6 @@ def pin_centre(crankshaft: Crankshaft, pin: int) -> tuple[float, float, float]:
     return -crankshaft.throw * sin(angle), crankshaft.throw * cos(angle), 0.5 * (start + end)
 
 
-def check(crankshaft: Crankshaft) -> None:
-    """Refuse dimensions that give no crankshaft, with one line; needs no CAD.
-
-    Raises
-    ------
-    InputError
-        what is wrong, the values in mm, and which of them to change.
-    """
-    c = crankshaft
-    n = len(c.throw_angles)
-    _check_numbers(c)
-    r_main, r_pin = 0.5 * c.main_diameter, 0.5 * c.pin_diameter
-    if c.web_main_radius < r_main + c.fillet:
-        raise _refusal(c, "main journal and fillet reach over the web", "main_diameter", "fillet", "web_main_radius")
-    if c.web_pin_radius < r_pin + c.fillet:
-        raise _refusal(c, "pin and fillet lie outside the web", "pin_diameter", "fillet", "web_pin_radius")
-    if 2 * c.fillet >= min(c.pin_width, *c.main_widths):
-        raise _refusal(c, "the fillets leave no running surface on a journal", "fillet", "pin_width", "main_widths")
-    if not 0.5 * c.nose_diameter + c.fillet < r_main:
-        raise _refusal(c, "nose and fillet must be thinner than main journal 1", "nose_diameter", "main_diameter")
-    if c.nose_length <= c.fillet:
-        raise _refusal(c, "the nose is shorter than its fillet", "nose_length", "fillet")
-    if not 0.5 * c.flange_diameter > r_main + c.fillet:
-        raise _refusal(c, "the flange must be wider than the last main journal and its fillet", "flange_diameter")
-    if any(c.counterweights):
-        if c.counterweight_radius <= c.web_main_radius:
-            raise _refusal(c, "the counterweight ends inside the web", "counterweight_radius", "web_main_radius")
-        if c.counterweight_half_width <= r_main + c.fillet:
-            raise _refusal(c, "the counterweight is narrower than the main journal", "counterweight_half_width")
-    if c.oil_holes and not 0 < c.oil_hole_diameter < 0.5 * min(c.pin_diameter, c.main_diameter):
-        raise _refusal(c, "an oil hole must be thinner than half the journals", "oil_hole_diameter", "pin_diameter")
-    if c.oil_holes and c.oil_hole_diameter >= min(c.pin_width, *c.main_widths) - 2 * c.fillet:
-        raise _refusal(c, "an oil hole does not fit between the fillets", "oil_hole_diameter", "fillet", "pin_width")
-    if n < 1:
-        raise InputError("crankshaft.throw_angles is empty: give the angle of each throw")
-
-
-def _check_numbers(c: Crankshaft) -> None:
-    """Refuse wrong counts and signs."""
-    n = len(c.throw_angles)
-    for name, got, wanted in (
-        ("main_widths", len(c.main_widths), n + 1),
-        ("counterweights", len(c.counterweights), 2 * n),
-    ):
-        if got != wanted:
-            raise InputError(f"crankshaft.{name} has {got} entries, {n} throws need {wanted}: add or remove entries")
-    positive = (
-        "throw main_diameter main_widths pin_diameter pin_width web_thickness web_main_radius web_pin_radius "
-        "nose_diameter nose_length flange_diameter flange_length fillet mesh_size"
-    )
-    for name in positive.split():
-        value = getattr(c, name)
-        for number in value if isinstance(value, tuple) else (value,):
-            if not 0 < number < float("inf"):
-                raise InputError(f"crankshaft.{name} = {1e3 * number:g} mm: must be positive")
-    if not all(abs(a) < float("inf") for a in c.throw_angles):
-        raise InputError("crankshaft.throw_angles holds a value that is not a number: give the angle of each throw")
-
-
-def _refusal(c: Crankshaft, what: str, *names: str) -> InputError:
-    """Say in one line which values clash."""
-
-    def millimetres(name: str) -> str:
-        value = getattr(c, name)
-        numbers = value if isinstance(value, tuple) else (value,)
-        return f"{name} = {', '.join(f'{1e3 * v:g}' for v in numbers)} mm"
-
-    return InputError(f"crankshaft: {what}: change " + " or ".join(millimetres(n) for n in names))
-
-
 def crankshaft_shape(crankshaft: Crankshaft) -> Any:
     """Build the crankshaft as one solid of netgen's CAD kernel, m.
 
@@ -133,7 +62,7 @@ def crankshaft_shape(crankshaft: Crankshaft) -> Any:
     from netgen import occ
 
     c = crankshaft
-    check(c)
+    check_crankshaft(c)
     at = stations(c)
     r_main, r_pin, r_nose = 0.5 * c.main_diameter, 0.5 * c.pin_diameter, 0.5 * c.nose_diameter
     axis = (0.0, 0.0)

@@ -23,9 +23,9 @@ from skfem import ElementTetP2, FacetBasis, MeshTet1, MeshTet2
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet
 
-from cranktrain.engine import Crankshaft
+from cranktrain.engine import Crankshaft, check_crankshaft
 from cranktrain.errors import InputError
-from cranktrain.structure.crankshaft import check, stations
+from cranktrain.structure.crankshaft import stations
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.integer[Any]]
@@ -35,7 +35,7 @@ NETGEN_EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 VTK_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 
 # Smallest Jacobian relative to the straight element's: relaxed below the first, refused below the second.
-RELAXED_BELOW = 0.2
+RELAXED_BELOW = 0.1
 REFUSED_BELOW = 0.02
 # Smallest straight Jacobian (six volumes) relative to the cube of the longest edge; a regular tetrahedron has 0.71.
 FLAT_BELOW = 1e-4
@@ -68,7 +68,7 @@ def crankshaft_mesh(crankshaft: Crankshaft, thrust_main: int | None = None) -> M
     InputError
         for impossible dimensions, a crash of the CAD kernel, or elements that stay inverted.
     """
-    check(crankshaft)
+    check_crankshaft(crankshaft)
     throws = len(crankshaft.throw_angles)
     main = throws // 2 + 1 if thrust_main is None else thrust_main
     if not 1 <= main <= throws + 1:
@@ -242,7 +242,7 @@ def _child() -> None:
 
     from cranktrain.structure.crankshaft import crankshaft_shape
 
-    values = {k: tuple(v) if isinstance(v, list) else v for k, v in json.load(sys.stdin).items()}
+    values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in json.load(sys.stdin).items()}
     crankshaft = Crankshaft(**values)
     # Half the largest edge on fillets at the default sizes: one curved side per quarter circle of 4.5 mm.
     fineness = 1.8 * crankshaft.fillet / crankshaft.mesh_size
