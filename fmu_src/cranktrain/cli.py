@@ -216,6 +216,10 @@ def _reduced(engine: Engine, options: argparse.Namespace, rebuild: bool = False)
     """Bare reduced crankshaft and the seconds it took, with the stages shown."""
     from cranktrain.structure.reduction import reduced_crankshaft
 
+    if options.mesh is not None and not Path(options.mesh).is_file():
+        raise InputError(
+            f"{options.mesh}: no such mesh file; give a .msh, .inp or .bdf file with named journal surfaces"
+        )
     start = time.perf_counter()
     with _stages(f"{engine.name}: crankshaft") as say:
         body = reduced_crankshaft(engine, options.mesh, progress=say, rebuild=rebuild)
@@ -265,7 +269,7 @@ def _show(table: Any) -> None:
         shown.add_column(column, justify="left" if column in ("shape", "to which number", "value") else "right")
     for row in table.rows:
         shown.add_row(*row)
-    Console().print(shown)
+    Console(width=None if sys.stdout.isatty() else 120).print(shown)
 
 
 @contextmanager

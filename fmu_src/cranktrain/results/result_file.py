@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -49,6 +50,9 @@ def check_target(path: Path) -> None:
         with path.open("rb") as file:
             if file.read(len(_SIGNATURE)) != _SIGNATURE:
                 raise InputError(f"{path}: exists and is no HDF5 file; choose another name for the result")
+    folder = next(place for place in path.absolute().parents if place.exists())
+    if not folder.is_dir() or not os.access(folder, os.W_OK):
+        raise InputError(f"{path}: {folder} is no folder that can be written to; choose another place for the result")
 
 
 def save_run(path: Path, run: Run, attributes: Mapping[str, str | int | float]) -> Path:

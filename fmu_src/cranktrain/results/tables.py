@@ -108,13 +108,20 @@ Published = Sequence[tuple[str, float, float]]
 
 
 def _beside(modes: Sequence[Mapping[str, Any]], published: Published, first: int) -> list[tuple[str, ...]]:
-    """Rows of our ``first`` modes and of all that pair with a published one: the nearest free mode of its shape."""
+    """Rows of our ``first`` modes and of all that pair with a published one: the nearest free mode of its shape.
+
+    A mode more than a quarter away from a published one is not called its counterpart.
+    """
     pairs: dict[int, tuple[str, float, float]] = {}
     rows, missing = [], []
     for entry in published:
-        free = [k for k, mode in enumerate(modes) if mode["shape"] == entry[0] and k not in pairs]
+        free = {
+            abs(mode["hz"] - entry[1]): k
+            for k, mode in enumerate(modes)
+            if mode["shape"] == entry[0] and k not in pairs and abs(mode["hz"] - entry[1]) < 0.25 * entry[1]
+        }
         if free:
-            pairs[min(free, key=lambda k: abs(modes[k]["hz"] - entry[1]))] = entry
+            pairs[free[min(free)]] = entry
         else:
             missing.append((NOTHING, entry[0], *3 * (NOTHING,), _number(entry[1], ".0f"), NOTHING, NOTHING))
     for k, mode in enumerate(modes):

@@ -1,0 +1,177 @@
+"""The command line: what its JSON holds, that two runs agree, and that wrong input ends in one line and exit code 2."""
+
+import json
+import math
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from cranktrain.cli import main
+from cranktrain.dynamics.outputs import output_names
+from cranktrain.engine import load_engine
+from cranktrain.engine_file import engine_path
+from cranktrain.errors import InputError
+from cranktrain.results.result_file import check_target, output_unit
+from cranktrain.results.tables import NOTHING, cranktrain_table, critical_speed_table, free_table
+from cranktrain.store import read_result
+
+ORDERS = [3, 6, 6.5, 7.5, 9, 12]
+
+
+@pytest.fixture(scope="module")
+def coarse(tmp_path_factory):
+    """Engine file with a coarse mesh, and a cache of its own."""
+    folder = tmp_path_factory.mktemp("coarse")
+    text = engine_path("diesel_i6").read_text(encoding="utf-8")
+    text = re.sub(r"mesh_size = \{ value = [0-9.]+", "mesh_size = { value = 30", text)
+    path = folder / "coarse_i6.toml"
+    path.write_text(text.replace('name = "diesel_i6"', 'name = "coarse_i6"'), encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CRANKTRAIN_CACHE", str(folder / "cache"))
+        yield str(path)
+
+
+def run_json(capsys, *arguments):
+    assert main([*arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_modal_json_has_the_keys_that_machines_read(coarse, capsys):
+    report = run_json(capsys, "modal", coarse)
+    assert {"crankshaft_free", "cranktrain", "critical_speeds", "reduction", "seconds"} <= set(report)
+    for part in ("crankshaft_free", "cranktrain"):
+        for mode in report[part]["modes"]:
+            assert mode["shape"] in ("bending", "torsional", "axial")
+            assert sum(mode["shares"].values()) == pytest.approx(1.0, abs=1e-6)
+            assert mode["shape"] == max(mode["shares"], key=mode["shares"].get)
+    first = report["cranktrain"]["first_torsional_hz"]
+    assert [entry["order"] for entry in report["critical_speeds"]] == ORDERS
+    for entry in report["critical_speeds"]:
+        assert entry["rpm"] == pytest.approx(60.0 * first / entry["order"], rel=1e-9)
+    reduction = report["reduction"]
+    assert len(reduction["full_hz"]) == len(reduction["reduced_hz"])
+    assert reduction["max_relative_error"] < 0.005
+    assert reduction["dofs_full"] > 10 * reduction["modes"] > 300
+
+
+def test_simulate_writes_a_result_and_repeats_itself(coarse, capsys, tmp_path):
+    runs = []
+    for name in ("a.h5", "b.h5"):
+        options = ("--speed", "2000", "--cycles", "2", "--output", str(tmp_path / name))
+        runs.append(run_json(capsys, "simulate", coarse, *options))
+    summary = runs[0]
+    assert set(summary["pulley"]) == {"torsion_deg", "axial_um"}
+    assert [row["name"] for row in summary["bearings"]] == [f"main[{i}]" for i in range(1, 8)]
+    for row in summary["bearings"]:
+        assert 0.0 < row["max_eccentricity"] < 1.0
+        assert row["min_film_um"] == pytest.approx(40.0 * (1.0 - row["max_eccentricity"]), rel=1e-6)
+    first, attributes = read_result(tmp_path / "a.h5")
+    second, _ = read_result(tmp_path / "b.h5")
+    assert attributes["speed"] == pytest.approx(2000.0 * math.pi / 30.0)
+    assert set(first) == {"time", "angle", *output_names(7, 6)}
+    for name, (values, unit) in first.items():
+        assert np.array_equal(values, second[name][0]), name
+        assert unit == {"time": "s", "angle": "rad"}.get(name) or unit == output_unit(name)
+    assert not list(tmp_path.glob(".*"))  # nothing half-written is left
+
+
+def test_rigid_crank_on_springs_and_a_measured_trace(coarse, capsys, tmp_path):
+    csv = tmp_path / "trace.csv"
+    angle = np.arange(0.0, 720.0, 2.0)
+    bar = 2.0 + 120.0 * np.exp(-(((angle - 365.0) / 25.0) ** 2))
+    csv.write_text("angle_deg;pressure_bar\n" + "\n".join(f"{a};{p}" for a, p in zip(angle, bar, strict=True)))
+    options = ("--speed", "1500", "--cycles", "2", "--crank", "rigid", "--bearings", "linear")
+    summary = run_json(
+        capsys, "simulate", coarse, *options, "--pressure", str(csv), "--output", str(tmp_path / "rigid.h5")
+    )
+    assert summary["gas"]["peak_mpa"] == pytest.approx(12.2, rel=0.01)
+    # a rigid crank does not twist: pulley and flywheel move as one
+    outputs, _ = read_result(tmp_path / "rigid.h5")
+    assert outputs["pulley.torsion"][0] == pytest.approx(outputs["flywheel.torsion"][0], abs=1e-12)
+
+
+def test_tables_for_people_show_published_values_and_calibration(coarse, capsys):
+    assert main(["modal", coarse]) == 0
+    text = capsys.readouterr().out
+    for part in ("Free crankshaft", "Cranktrain at rest", "Critical speeds", "published", "Reduction:", "Calibrated"):
+        assert part in text
+    assert main(["reduce", coarse]) == 0
+    assert "static stiffness" in capsys.readouterr().out
+
+
+SPEED = ("--speed", "2000")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("modal", "diesel_i7"), r"unknown engine 'diesel_i7': did you mean 'diesel_i6'\?"),
+        (("modal", "nothere.toml"), r"nothere\.toml: no such engine file"),
+        (("modal", "diesel_i6", "--mesh", "none.msh"), r"none\.msh: no such mesh file"),
+        (("simulate", "diesel_i6", "--speed", "nan"), r"--speed nan is not within 100"),
+        (("simulate", "diesel_i6", "--speed", "-2000"), r"--speed -2000 is not within 100"),
+        (("simulate", "diesel_i6", "--speed", "99"), r"--speed 99 is not within 100"),
+        (("simulate", "diesel_i6", *SPEED, "--cycles", "0"), r"--cycles 0 is not within 1"),
+        (("simulate", "diesel_i6", *SPEED, "--crank", "soild"), r"--crank 'soild' .* did you mean 'solid'\?"),
+        (("simulate", "diesel_i6", *SPEED, "--bearings", "film"), r"--bearings 'film' does not exist"),
+        (("simulate", "diesel_i6", *SPEED, "--integrator", "sdirk5"), r"integrator 'sdirk5' .* did you mean"),
+        (("simulate", "diesel_i6", *SPEED, "--step-deg", "-1"), r"--step-deg -1 is not within"),
+        (("simulate", "diesel_i6", *SPEED, "--pressure", "none.csv"), r"none\.csv: no such pressure file"),
+        (("simulate", "diesel_i6", *SPEED, "--pressure-unit", "bar"), r"need --pressure FILE\.csv"),
+    ],
+)
+def test_wrong_input_ends_in_one_line_and_exit_code_2(capsys, arguments, says):
+    assert main([*arguments, "--json"]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert re.search(says, captured.err), captured.err
+
+
+@pytest.mark.parametrize("arguments", [(), ("modl", "diesel_i6"), ("simulate", "diesel_i6"), ("modal",)])
+def test_a_wrong_call_ends_in_one_line_and_exit_code_2(arguments):
+    done = subprocess.run(
+        [sys.executable, "-m", "cranktrain.cli", *arguments], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert done.stdout == "" and done.stderr.count("\n") == 1
+
+
+def test_a_result_never_replaces_what_is_no_result(tmp_path):
+    notes = tmp_path / "notes.txt"
+    notes.write_text("keep me")
+    with pytest.raises(InputError, match="no HDF5 file"):
+        check_target(notes)
+    with pytest.raises(InputError, match="is a folder"):
+        check_target(tmp_path)
+    with pytest.raises(InputError, match="no folder that can be written"):
+        check_target(notes / "result.h5")
+    assert notes.read_text() == "keep me"
+    check_target(tmp_path / "new" / "result.h5")
+
+
+def mode(hz, shape):
+    return {
+        "hz": hz,
+        "shape": shape,
+        "shares": {kind: float(kind == shape) for kind in ("bending", "torsional", "axial")},
+    }
+
+
+def test_tables_pair_only_modes_of_the_same_shape_that_lie_near():
+    engine = load_engine("diesel_i6")
+    modes = [mode(18.0, "torsional"), mode(205.0, "bending"), mode(240.0, "torsional"), mode(310.0, "axial")]
+    rows = {(row[0], row[1]): row for row in cranktrain_table(engine, modes).rows}
+    assert rows["18.0", "torsional"][5] == NOTHING
+    assert rows["240.0", "torsional"][5:] == ("238", "+0.8 %", "237")
+    assert rows["310.0", "axial"][5:] == ("300", "+3.3 %", "292")
+    assert rows["205.0", "bending"][5] == "208"
+    missing = [row[5] for row in cranktrain_table(engine, modes).rows if row[0] == NOTHING]
+    assert missing == ["267", "289", "650"]
+    assert free_table(engine, [mode(252.0, "torsional")]).rows[0][5:] == ("252", "+0.0 %")
+    speeds = critical_speed_table(engine, [{"order": 6, "rpm": 2380.0}, {"order": 4, "rpm": 3570.0}])
+    assert speeds.rows[0] == ("6", "2380", "2380", "+0.0 %", "2370")
+    assert speeds.rows[1][2:] == (NOTHING, NOTHING, NOTHING)
