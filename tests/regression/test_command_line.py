@@ -161,17 +161,26 @@ def mode(hz, shape):
     }
 
 
-def test_tables_pair_only_modes_of_the_same_shape_that_lie_near():
+def test_tables_put_each_published_frequency_beside_the_mode_that_answers_to_it():
     engine = load_engine("diesel_i6")
-    modes = [mode(18.0, "torsional"), mode(205.0, "bending"), mode(240.0, "torsional"), mode(310.0, "axial")]
-    rows = {(row[0], row[1]): row for row in cranktrain_table(engine, modes).rows}
-    assert rows["18.0", "torsional"][5] == NOTHING
-    assert rows["240.0", "torsional"][5:] == ("238", "+0.8 %", "237")
-    assert rows["310.0", "axial"][5:] == ("300", "+3.3 %", "292")
-    assert rows["205.0", "bending"][5] == "208"
-    missing = [row[5] for row in cranktrain_table(engine, modes).rows if row[0] == NOTHING]
-    assert missing == ["267", "289", "650"]
-    assert free_table(engine, [mode(252.0, "torsional")]).rows[0][5:] == ("252", "+0.0 %")
+    modes = [
+        mode(18.0, "torsional"),
+        mode(205.0, "bending"),
+        mode(240.0, "torsional"),
+        mode(310.0, "axial"),
+        mode(640.0, "bending"),
+    ]
+    named = {"first_torsional_hz": 240.0, "second_torsional_hz": 640.0, "first_axial_hz": 310.0}
+    table = cranktrain_table(engine, {"modes": modes, **named})
+    rows = {row[0]: row for row in table.rows}
+    assert rows["18.0"][5] == NOTHING
+    assert rows["240.0"][5:] == ("238", "+0.8 %", "237")
+    assert rows["310.0"][5:] == ("300", "+3.3 %", "292")
+    assert rows["205.0"][5] == "208"
+    assert rows["640.0"][5:] == ("650", "-1.5 %", NOTHING)
+    assert [row[5] for row in table.rows if row[0] == NOTHING] == ["267", "289"]
+    free = free_table(engine, {"modes": [mode(252.0, "torsional")], "torsional_hz": [252.0]})
+    assert free.rows[0][5:] == ("252", "+0.0 %")
     speeds = critical_speed_table(engine, [{"order": 6, "rpm": 2380.0}, {"order": 4, "rpm": 3570.0}])
     assert speeds.rows[0] == ("6", "2380", "2380", "+0.0 %", "2370")
     assert speeds.rows[1][2:] == (NOTHING, NOTHING, NOTHING)

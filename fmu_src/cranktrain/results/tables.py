@@ -23,27 +23,32 @@ NOTHING = "–"
 def frequency_tables(engine: Engine, report: Mapping[str, Any]) -> list[Table]:
     """Frequencies and critical speeds of a modal report beside the published ones."""
     return [
-        free_table(engine, report["crankshaft_free"]["modes"]),
-        cranktrain_table(engine, report["cranktrain"]["modes"]),
+        free_table(engine, report["crankshaft_free"]),
+        cranktrain_table(engine, report["cranktrain"]),
         critical_speed_table(engine, report["critical_speeds"]),
     ]
 
 
-def free_table(engine: Engine, modes: Sequence[Mapping[str, Any]]) -> Table:
+def free_table(engine: Engine, part: Mapping[str, Any]) -> Table:
     """Modes of the free crankshaft with flywheel and pulley; its torsional modes beside the published ones."""
-    published = [("torsional", hz, 0.0) for hz in engine.published.free_torsional_hz]
-    rows = tuple(row[:-1] for row in _beside(modes, published, 6))
+    ours = part["torsional_hz"]
+    published = [("torsional", hz, 0.0, own) for hz, own in zip(engine.published.free_torsional_hz, ours, strict=False)]
+    rows = tuple(row[:-1] for row in _beside(part["modes"], published, 6))
     return Table("Free crankshaft with flywheel and pulley, no rods", _HEADER[:-1], rows)
 
 
-def cranktrain_table(engine: Engine, modes: Sequence[Mapping[str, Any]]) -> Table:
+def cranktrain_table(engine: Engine, part: Mapping[str, Any]) -> Table:
     """Modes of the cranktrain at rest beside the published computed and measured ones."""
     p = engine.published
-    published = list(zip(p.cranktrain_shapes, p.cranktrain_hz, p.measured_hz, strict=True))
+    ours = {"torsional": part["first_torsional_hz"], "axial": part["first_axial_hz"]}
+    published: list[Entry] = [
+        (shape, hz, measured, ours.get(shape))
+        for shape, hz, measured in zip(p.cranktrain_shapes, p.cranktrain_hz, p.measured_hz, strict=True)
+    ]
     if p.second_torsional_hz:
-        published.append(("torsional", p.second_torsional_hz, 0.0))
+        published.append(("torsional", p.second_torsional_hz, 0.0, part["second_torsional_hz"]))
     title = "Cranktrain at rest: rods as mean masses, linear bearings, thrust closed"
-    return Table(title, _HEADER, tuple(_beside(modes, published, 7)))
+    return Table(title, _HEADER, tuple(_beside(part["modes"], published, 7)))
 
 
 def critical_speed_table(engine: Engine, speeds: Sequence[Mapping[str, float]]) -> Table:
@@ -104,29 +109,31 @@ def run_tables(summary: Mapping[str, Any]) -> list[Table]:
 
 _HEADER = ("Hz", "shape", "bending / %", "torsional / %", "axial / %", "published / Hz", "deviation", "measured / Hz")
 
-Published = Sequence[tuple[str, float, float]]
+# shape, published Hz, measured Hz or 0, and which of our frequencies answers to it where that is defined
+Entry = tuple[str, float, float, float | None]
 
 
-def _beside(modes: Sequence[Mapping[str, Any]], published: Published, first: int) -> list[tuple[str, ...]]:
-    """Rows of our ``first`` modes and of all that pair with a published one: the nearest free mode of its shape.
+def _beside(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry], first: int) -> list[tuple[str, ...]]:
+    """Rows of our ``first`` modes and of all that answer to a published one.
 
-    A mode more than a quarter away from a published one is not called its counterpart.
+    Without a definition the nearest free mode of the same shape answers, if it is no more than a quarter away.
     """
-    pairs: dict[int, tuple[str, float, float]] = {}
+    pairs: dict[int, Entry] = {}
     rows, missing = [], []
     for entry in published:
-        free = {
-            abs(mode["hz"] - entry[1]): k
+        shape, hz, measured, own = entry
+        distance = {
+            k: abs(mode["hz"] - (hz if own is None else own))
             for k, mode in enumerate(modes)
-            if mode["shape"] == entry[0] and k not in pairs and abs(mode["hz"] - entry[1]) < 0.25 * entry[1]
+            if k not in pairs and (own is not None or (mode["shape"] == shape and abs(mode["hz"] - hz) < 0.25 * hz))
         }
-        if free:
-            pairs[free[min(free)]] = entry
+        if distance:
+            pairs[min(distance, key=lambda k: distance[k])] = entry
         else:
-            missing.append((NOTHING, entry[0], *3 * (NOTHING,), _number(entry[1], ".0f"), NOTHING, NOTHING))
+            missing.append((NOTHING, shape, *3 * (NOTHING,), _number(hz, ".0f"), NOTHING, _number(measured, ".0f")))
     for k, mode in enumerate(modes):
         if k < first or k in pairs:
-            _, hz, measured = pairs.get(k, ("", 0.0, 0.0))
+            _, hz, measured, _ = pairs.get(k, ("", 0.0, 0.0, None))
             shares = (f"{100.0 * mode['shares'][kind]:.0f}" for kind in ("bending", "torsional", "axial"))
             beside = (_number(hz, ".0f"), _deviation(mode["hz"], hz), _number(measured, ".0f"))
             rows.append((f"{mode['hz']:.1f}", str(mode["shape"]), *shares, *beside))
