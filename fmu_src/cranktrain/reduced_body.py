@@ -167,9 +167,9 @@ def attach(
 ) -> ReducedBody:
     """Body with a rigid part fixed to one of its interfaces, in modes of the whole.
 
-    The part adds its rigid-body terms to M, G, C, K_σ, f_c and f_e; a disc on the axis so gets the textbook terms of the
-    rotating frame, Coriolis (2 J_d − J_p) Ω and stiffness (J_p − J_d) Ω². The stress that an unbalanced part raises in
-    the elastic body enters through the rigid rows of K_σ only.
+    The part adds its rigid-body terms to M, G, C, K_σ, f_c and f_e; a disc on the axis so gets the textbook terms of
+    the rotating frame, Coriolis (2 J_d − J_p) Ω and stiffness (J_p − J_d) Ω². The stress that an unbalanced part raises
+    in the elastic body enters through the rigid rows of K_σ only.
 
     Parameters
     ----------
@@ -223,8 +223,8 @@ def attach(
 def truncate(body: ReducedBody, cutoff_hz: float, loaded: Sequence[tuple[str, int]] = ()) -> ReducedBody:
     """Body in its modes up to a frequency, completed so that statics under the named loads stay exact.
 
-    The static answer of the dropped modes to a unit load at each ``(interface, component)`` (components 0–5: forces along
-    and moments about x, y, z) is kept as a residual attachment mode, made orthonormal among the dropped ones
+    The static answer of the dropped modes to a unit load at each ``(interface, component)`` (components 0–5: forces
+    along and moments about x, y, z) is kept as a residual attachment mode, made orthonormal among the dropped ones
     (Rubin 1975; Craig, *Structural Dynamics*, 2006, section 17.6).
 
     Raises
@@ -322,7 +322,7 @@ def _in_modes(body: ReducedBody, basis: Array, omega: Array) -> ReducedBody:
 
 
 def _renormalised(body: ReducedBody, mass: Array) -> ReducedBody:
-    """Body whose modal mass has become ``mass`` (n, n), in orthonormal modes again: analytic rigid ones, then elastic."""
+    """Body whose modal mass has become ``mass`` (n, n), in orthonormal modes again: rigid ones, then elastic."""
     n = body.n_modes
     motions = np.zeros((n, 6))
     motions[:6] = np.linalg.inv(rigid_coordinates(body))

@@ -9,8 +9,8 @@ The stiffness of a free body is singular, so everything is built on its inertia-
 
     G = Pᵀ K_c⁻¹ P,   P = I − M R Rᵀ     (R: rigid-body modes, RᵀMR = I; K_c: K held at six well-chosen dofs)
 
-which needs one factorisation, whatever the mass matrix: loads P f are in balance, so the six supports carry nothing. Ritz
-vectors of the space are the modes of the reduced body; the six rigid ones are the analytic fields.
+which needs one factorisation, whatever the mass matrix: loads P f are in balance, so the six supports carry nothing.
+Ritz vectors of the space are the modes of the reduced body; the six rigid ones are the analytic fields.
 
 References: Craig and Bampton, AIAA J. 6 (1968) 1313; Craig and Kurdila, *Fundamentals of Structural Dynamics*, 2006,
 chapter 17; inertia relief: MacNeal, *Finite Elements: Their Design and Performance*, 1994; block Lanczos with full
@@ -116,7 +116,7 @@ def eigenmodes(
     mass: sparse.csc_matrix,
     count: int,
     tolerance: float = 1e-8,
-    block: int = 8,
+    block: int = 16,
 ) -> tuple[Array, Array]:
     """Lowest elastic modes by block Lanczos on a flexibility, orthogonalised in full.
 
@@ -136,40 +136,36 @@ def eigenmodes(
         where the basis grows past what a well-posed body needs
     """
     ndof = mass.shape[0]
-    limit = min(ndof - 6, 12 * count + 40 * block)
-    start = flexibility(mass @ np.random.default_rng(20110).standard_normal((ndof, block)))
-    basis, momenta = _orthonormal(start, mass, np.zeros((ndof, 0)), np.zeros((ndof, 0)))
-    projected = np.zeros((0, 0))
+    limit = min(ndof - 6, 6 * count + 20 * block)
+    basis, momenta = (np.empty((ndof, limit + block), order="F") for _ in range(2))
+    projected = np.zeros((limit, limit))
+    image = flexibility(mass @ np.random.default_rng(20110).standard_normal((ndof, block)))
+    size = 0
     while True:
-        newest = slice(projected.shape[0], basis.shape[1])
-        image = flexibility(momenta[:, newest])
-        column = momenta.T @ image
-        size = basis.shape[1]
-        grown = np.zeros((size, size))
-        grown[: projected.shape[0], : projected.shape[0]] = projected
-        grown[:, newest] = column
-        grown[newest, :] = column.T
-        projected = grown
-        following, following_momenta = _orthonormal(image, mass, basis, momenta)
-        values, vectors = eigh(0.5 * (projected + projected.T))
-        values, vectors = values[::-1], vectors[:, ::-1]
-        coupling = following_momenta.T @ image
-        if size >= count:
-            residual = np.linalg.norm(coupling @ vectors[newest, :count], axis=0) / values[:count]
-            if np.all(residual**2 < tolerance) or following.shape[1] == 0:
-                break
-        if size > limit or following.shape[1] == 0:
+        vectors, with_mass = _orthonormal(image, mass, basis[:, :size], momenta[:, :size])
+        grown = size + vectors.shape[1]
+        if size:
+            coupling = with_mass.T @ image
+            squares, turn = eigh(projected[:size, :size])
+            squares, turn = squares[::-1][:count], turn[:, ::-1][:, :count]
+            residual = np.linalg.norm(coupling @ turn[size - image.shape[1] :], axis=0) / squares
+            if size >= count and np.all(residual**2 < tolerance):
+                return 1.0 / np.sqrt(squares), basis[:, :size] @ turn
+        if grown > limit or grown == size:
             raise SolverError(
-                f"{count} eigenmodes not found in {size} Lanczos vectors; ask for fewer or check the mesh"
+                f"{count} eigenmodes not found in {size} Lanczos vectors; ask for fewer modes or check the mesh"
             )
-        basis, momenta = np.hstack((basis, following)), np.hstack((momenta, following_momenta))
-    return 1.0 / np.sqrt(values[:count]), basis @ vectors[:, :count]
+        basis[:, size:grown], momenta[:, size:grown] = vectors, with_mass
+        image = flexibility(with_mass)
+        column = momenta[:, :grown].T @ image
+        projected[:grown, size:grown] = column
+        projected[size:grown, :grown] = column.T
+        size = grown
 
 
 def _orthonormal(vectors: Array, mass: sparse.csc_matrix, basis: Array, momenta: Array) -> tuple[Array, Array]:
     """Part of ``vectors`` M-orthogonal to ``basis``, made M-orthonormal, and its product with the mass."""
-    size = np.sqrt(np.abs(np.einsum("ij,ij->j", vectors, mass @ vectors)))
-    vectors = vectors / size
+    vectors = vectors / np.sqrt(np.abs(np.einsum("ij,ij->j", vectors, mass @ vectors)))
     for _ in range(2):
         vectors = vectors - basis @ (momenta.T @ vectors)
         squares, turn = eigh(vectors.T @ (mass @ vectors))
@@ -222,7 +218,8 @@ def craig_bampton(
     say("constraint modes")
     held = HeldFlexibility.of(free, interfaces.averaging)
     say(f"{fixed_modes} fixed-interface modes")
-    _, fixed = eigenmodes(held.solve, model.mass, fixed_modes)
+    # They only span a space: their own frequencies need no more digits than this.
+    _, fixed = eigenmodes(held.solve, model.mass, fixed_modes, tolerance=1e-5)
     say("orthogonal modes and rotation invariants")
     modes, omega = _ritz_modes(model, free.rigid, np.hstack((held.constraint_modes, fixed)))
     shapes = (interfaces.averaging @ modes).reshape(len(interfaces.names), 6, -1)

@@ -110,8 +110,8 @@ def _rigid_motions(arm: Array) -> Array:
 def tied_surfaces(model: FEModel, interfaces: InterfaceSet, motions: Array) -> tuple[sparse.csr_matrix, Array]:
     """Make the interface surfaces rigid (RBE2): u = T [free dofs, nodes of the rigid surfaces].
 
-    Where two surfaces share an edge the first one holds it; one that holds nothing has no node. Warns, since a tie raises
-    the first frequencies of a crankshaft.
+    Where two surfaces share an edge the first one holds it; one that holds nothing has no node. Warns, since a tie
+    raises the first frequencies of a crankshaft.
 
     Parameters
     ----------
