@@ -16,6 +16,9 @@ from typing import Any
 
 from cranktrain.engine import Crankshaft, check_crankshaft
 
+# Mesh edges in an oil hole relative to its diameter; coarser ones cut across the bore.
+HOLE_FINENESS = 0.5
+
 
 @dataclass(frozen=True)
 class Stations:
@@ -178,4 +181,7 @@ def _oil_hole(occ: Any, c: Crankshaft, i: int) -> Any:
     reach = c.oil_hole_diameter
     low = -0.5 * c.main_diameter
     foot = occ.Pnt(out[0] * low - reach * along[0], out[1] * low - reach * along[1], z_main - reach * along[2])
-    return occ.Cylinder(foot, occ.gp_Dir(*along), r=0.5 * c.oil_hole_diameter, h=length + 2 * reach)
+    bore = occ.Cylinder(foot, occ.gp_Dir(*along), r=0.5 * c.oil_hole_diameter, h=length + 2 * reach)
+    for part in (*bore.faces, *bore.edges):
+        part.maxh = HOLE_FINENESS * c.oil_hole_diameter
+    return bore

@@ -1,4 +1,4 @@
-"""Quadratic tetrahedra of a crankshaft: from its dimensions, with the interface surfaces named.
+"""Quadratic tetrahedra of a crankshaft, from its dimensions or a file, with the interface surfaces named.
 
 The CAD kernel can end its process on degenerate input, so it meshes in a child. Mid-side nodes stay on the curved
 surface (straight sides cost about 1 % in frequency); where they would turn an element inside out they are drawn back
@@ -24,7 +24,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet
 
 from cranktrain.engine import Crankshaft, check_crankshaft
-from cranktrain.errors import InputError
+from cranktrain.errors import InputError, nearest
 from cranktrain.structure.crankshaft import stations
 
 Array = NDArray[np.float64]
@@ -40,6 +40,7 @@ REFUSED_BELOW = 0.02
 # Smallest straight Jacobian (six volumes) relative to the cube of the longest edge; a regular tetrahedron has 0.71.
 FLAT_BELOW = 1e-4
 CHILD_SECONDS = 300.0
+UNITS = {"m": 1.0, "mm": 1e-3}
 
 
 def interface_names(throws: int) -> tuple[str, ...]:
@@ -90,6 +91,53 @@ def crankshaft_mesh(crankshaft: Crankshaft, thrust_main: int | None = None) -> M
     missing = [name for name in interface_names(throws) if not len(mesh.boundaries.get(name, ()))]
     if missing:
         raise InputError(f"crankshaft: the CAD kernel lost the surfaces {', '.join(missing)}: change fillet or radii")
+    return mesh
+
+
+def read_mesh(path: str | Path, unit: str = "m") -> MeshTet2:
+    """Read a user's own mesh (Gmsh ``.msh``, Abaqus ``.inp``, Nastran ``.bdf``) in place of the parametric one.
+
+    The crank axis is z, main journals numbered from the pulley to the flywheel. Surfaces are named by physical groups
+    or element sets of triangles, by node sets, or by the names HyperMesh writes as comments into a Nastran file;
+    ``MAIN_1``, ``main1`` and ``main[1]`` mean the same.
+
+    Parameters
+    ----------
+    unit : of the coordinates in the file, ``m`` or ``mm``
+
+    Raises
+    ------
+    InputError
+        if the file cannot be read, holds other solids than tetrahedra, lacks a surface (one line lists the missing and
+        the found names), or does not lie on the axis.
+    """
+    from cranktrain.structure.mesh_file import read_surfaces_and_tetrahedra
+
+    if unit not in UNITS:
+        raise InputError(f"mesh unit '{unit}': {nearest(unit, UNITS)}")
+    nodes, tets, surfaces = read_surfaces_and_tetrahedra(Path(path))
+    numbers = [int(name[5:-1]) for name in surfaces if name.startswith("main[")]
+    wanted = interface_names(max(max(numbers, default=2) - 1, 1))
+    if missing := [name for name in wanted if name not in surfaces]:
+        raise InputError(
+            f"{path}: no surface named {', '.join(missing)}; found {', '.join(sorted(surfaces)) or 'none'}: name the "
+            "surface triangles (or nodes) of every journal, the pulley seat, the flywheel flange and the thrust faces"
+        )
+    length = UNITS[unit] * float(np.ptp(nodes, axis=0).max())
+    if not 0.02 < length < 20.0:
+        raise InputError(f"{path}: a crankshaft {length:.4g} m long: state the mesh unit ({', '.join(UNITS)})")
+    mesh = quadratic_mesh(UNITS[unit] * nodes, tets, surfaces, VTK_EDGES)
+    before = -np.inf
+    for name in (n for n in wanted if n.startswith("main[")):
+        if not len(mesh.boundaries[name]):
+            raise InputError(f"{path}: the triangles of {name} are not faces of the tetrahedra: export both together")
+        x, y, z = surface_area(mesh, name)[1]
+        if np.hypot(x, y) > 0.01 * length or z <= before:
+            raise InputError(
+                f"{path}: {name} lies at ({1e3 * x:.1f}, {1e3 * y:.1f}, {1e3 * z:.1f}) mm: turn the mesh so that z is "
+                "the crank axis, with journals numbered from the pulley to the flywheel"
+            )
+        before = z
     return mesh
 
 
