@@ -45,10 +45,12 @@ def plot_table(ax: Any, header: Sequence[str], rows: Sequence[Sequence[str]], ti
     """Draw a table of texts: one header, rows of the same length."""
     ax.axis("off")
     ax.set_title(title, fontsize=11, loc="left")
-    table = ax.table(cellText=[list(row) for row in rows], colLabels=list(header), loc="upper center", cellLoc="center")
+    table = ax.table(
+        cellText=[list(row) for row in rows], colLabels=list(header), bbox=(0.0, 0.0, 1.0, 1.0), cellLoc="center"
+    )
     table.auto_set_font_size(False)
     table.set_fontsize(9)
-    table.scale(1.0, 1.35)
+    table.auto_set_column_width(list(range(len(header))))
     for (row, _), cell in table.get_celld().items():
         cell.set_edgecolor("#c8ccd2")
         if row == 0:
@@ -117,7 +119,7 @@ def plot_pressure(ax: Any, angles_deg: Array, traces: dict[str, Array]) -> None:
     shifted = np.where(angles_deg > 360.0, angles_deg - 720.0, angles_deg)[order]
     for (name, pressure), colour in zip(traces.items(), (BLUE, ORANGE, GREY, "black"), strict=False):
         ax.plot(shifted, 1e-6 * pressure[order], label=name, color=colour, lw=1.6)
-    ax.set(xlim=(-360, 360), xticks=np.arange(-360, 361, 90), xlabel="crank angle after firing dead centre / deg")
+    ax.set(xlim=(-360, 360), xticks=np.arange(-360, 361, 180), xlabel="crank angle after firing dead centre / deg")
     ax.set_ylabel("cylinder pressure, absolute / MPa")
     ax.grid(alpha=0.25)
     ax.legend(frameon=False)

@@ -1,0 +1,187 @@
+"""The whole chain in one run: engine file → finite elements → reduced body → FMU → fmpy → pictures in ``out/``.
+
+Started by ``make demo``; ``python examples/demo.py [ENGINE]`` does the same in an environment where cranktrain is
+installed.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+
+import fmpy
+import matplotlib.pyplot as plt
+
+from cranktrain.engine import Engine, load_engine
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.reduced_body import ReducedBody
+from cranktrain.results import plots
+from cranktrain.results.orders import last_cycle, order_spectrum
+from cranktrain.results.tables import frequency_tables
+from cranktrain.structure.modal import modal_report
+from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft, surface_shape
+
+ROOT = Path(__file__).resolve().parents[1]
+SPEED_RPM = 2000.0
+STOP_TIME = 0.5
+COMMUNICATION_STEP = 2.5e-4  # s, 3 degrees of crank angle at this speed
+MAX_TURN = 0.16  # rad, how far the drawn torsional shape turns at most
+STARTED = time.perf_counter()
+
+
+def main() -> None:
+    """Run all stages and say where the results are."""
+    out = Path("out")
+    out.mkdir(exist_ok=True)
+    engine = load_engine(sys.argv[1] if len(sys.argv) > 1 else "diesel_i6")
+    say("engine file read; reducing its crankshaft (finite elements, about a minute the first time)")
+    bare = reduced_crankshaft(engine, progress=say)
+    say("frequencies and mode shapes")
+    report = modal_report(engine, bare)
+    draw_frequencies(engine, report, out)
+    draw_first_torsional(engine, bare, report, out)
+    say("building the FMU")
+    fmu = built_fmu(engine)
+    say(f"fmpy runs {fmu.name}: {STOP_TIME:g} s at {SPEED_RPM:g} rev/min (kernels compile the first time)")
+    series, factor = simulated(fmu)
+    summary = draw_pulley(engine, series, out)
+    draw_loads(engine, series, out)
+    summary["real_time_factor"] = factor
+    summary["first_torsional_hz"] = report["cranktrain"]["first_torsional_hz"]
+    (out / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    say(f"real-time factor {factor:.2f} (wall seconds per simulated second, through fmpy)")
+    say("done; look into " + ", ".join(str(path) for path in sorted(out.iterdir())))
+
+
+def say(text: str) -> None:
+    """Print a line of progress with the seconds since the start."""
+    print(f"[{time.perf_counter() - STARTED:6.1f} s] {text}", flush=True)
+
+
+def draw_frequencies(engine: Engine, report: dict[str, Any], out: Path) -> None:
+    """Tables of our frequencies beside the reference's, as a picture and as text."""
+    tables = frequency_tables(engine, report)
+    lines = []
+    heights = [1 + len(table.rows) for table in tables]
+    figure, axes = plt.subplots(
+        len(tables), 1, figsize=(9.5, 0.27 * sum(heights) + 1.6), height_ratios=heights, constrained_layout=True
+    )
+    for ax, table in zip(axes, tables, strict=True):
+        plots.plot_table(ax, table.header, table.rows, table.title)
+        widths = [max(map(len, column)) for column in zip(table.header, *table.rows, strict=True)]
+        lines += [
+            table.title,
+            *("  ".join(c.rjust(w) for c, w in zip(row, widths, strict=True)) for row in (table.header, *table.rows)),
+            "",
+        ]
+    save(figure, out / "frequencies.png")
+    (out / "frequencies.txt").write_text("\n".join(lines), encoding="utf-8")
+
+
+def draw_first_torsional(engine: Engine, bare: ReducedBody, report: dict[str, Any], out: Path) -> None:
+    """Rendered first torsional shape of the free crankshaft with flywheel and pulley."""
+    crankshaft = complete_crankshaft(engine, bare)
+    frequency = report["crankshaft_free"]["torsional_hz"][0]
+    mode = int(np.argmin(np.abs(crankshaft.frequencies_hz - frequency)))
+    points, triangles, displacement = surface_shape(engine, crankshaft, mode)
+    on_axis = [k for k, name in enumerate(crankshaft.interfaces) if name.startswith(("main", "pulley", "flywheel"))]
+    on_axis.sort(key=lambda k: crankshaft.positions[k, 2])
+    turn = crankshaft.shapes[on_axis, 5, mode]
+    turn, scale = turn / turn[np.abs(turn).argmax()], MAX_TURN / turn[np.abs(turn).argmax()]
+    values = np.interp(points[:, 2], crankshaft.positions[on_axis, 2], turn)
+    figure = plt.figure(figsize=(11, 5.6))
+    ax = figure.add_axes((0.02, -0.3, 0.86, 1.55), projection="3d")
+    surface = plots.plot_mode_shape(ax, points, triangles, displacement, values, "rotation", scale)
+    bar = figure.colorbar(surface, cax=figure.add_axes((0.92, 0.2, 0.015, 0.6)))
+    bar.set_label("rotation about the crank axis, largest = 1")
+    figure.suptitle(
+        f"{engine.title}: first torsional mode of the free crankshaft with flywheel and pulley, {frequency:.1f} Hz\n"
+        f"finite elements, {bare.quality['dofs_full']:.0f} degrees of freedom; pulley end left, shape enlarged",
+        fontsize=11,
+        y=0.98,
+    )
+    save(figure, out / "first_torsional_mode.png")
+
+
+def built_fmu(engine: Engine) -> Path:
+    """Path of the engine's FMU, built by the same command that users give."""
+    command = [sys.executable, str(ROOT / "build_fmu.py"), engine.name, "-o", "dist"]
+    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+    return Path(done.stdout.strip().splitlines()[-1])
+
+
+def simulated(fmu: Path) -> tuple[Any, float]:
+    """Outputs of the FMU in fmpy, and wall seconds per simulated second of its steps (start and compilation aside)."""
+    clock: list[tuple[float, float]] = []
+
+    def stepped(now: float, _: Any) -> bool:
+        clock.append((now, time.perf_counter()))
+        return True
+
+    loads = [f"bearing[{i}].force.{axis}" for i in range(1, 8) for axis in "xy"]
+    series = fmpy.simulate_fmu(
+        str(fmu),
+        stop_time=STOP_TIME,
+        output_interval=COMMUNICATION_STEP,
+        start_values={"speed": SPEED_RPM * math.pi / 30.0},
+        output=["crank.angle", "pulley.torsion", "pulley.axial", *loads],
+        step_finished=stepped,
+    )
+    (first, began), (last, ended) = clock[0], clock[-1]
+    return series, (ended - began) / (last - first)
+
+
+def draw_pulley(engine: Engine, series: Any, out: Path) -> dict[str, Any]:
+    """Pulley torsion and axial displacement over the last cycle with their orders; returns their numbers."""
+    figure, axes = plt.subplots(2, 2, figsize=(12, 7.5), constrained_layout=True)
+    summary: dict[str, Any] = {}
+    motions = (
+        ("pulley.torsion", 180.0 / math.pi, "pulley torsion", "deg"),
+        ("pulley.axial", 1e6, "pulley axial displacement", "µm"),
+    )
+    for row, (name, scale, quantity, unit) in zip(axes, motions, strict=True):
+        cycle = scale * last_cycle(series["crank.angle"], series[name])
+        orders, amplitudes = order_spectrum(cycle, 12.0)
+        plots.plot_cycle(row[0], cycle, quantity, unit)
+        plots.plot_orders(row[1], orders, amplitudes, quantity, unit)
+        key = f"{name.replace('.', '_')}_{'deg' if unit == 'deg' else 'um'}"
+        summary[key] = {
+            "peak_to_peak": float(np.ptp(cycle)),
+            "orders": [[float(o), float(a)] for o, a in zip(orders, amplitudes, strict=True)],
+        }
+    figure.suptitle(f"{engine.title} at {SPEED_RPM:g} rev/min, full load, oil films; FMU run by fmpy", fontsize=12)
+    save(figure, out / "pulley.png")
+    return summary
+
+
+def draw_loads(engine: Engine, series: Any, out: Path) -> None:
+    """Gas trace and main bearing loads of the run."""
+    trace = GasTrace.from_engine(engine)
+    figure, axes = plt.subplots(2, 4, figsize=(15, 7.5), constrained_layout=True)
+    plots.plot_pressure(axes[0, 0], np.degrees(trace.angles), {"fired": trace.fired, "motored": trace.motored})
+    axes[0, 0].set_title("built-in gas trace, full load", fontsize=10, loc="left")
+    for i, ax in enumerate(axes.flat[1:], start=1):
+        forces = (last_cycle(series["crank.angle"], series[f"bearing[{i}].force.{axis}"]) for axis in "xy")
+        plots.plot_bearing_load(ax, *forces, f"oil film force on main journal {i}")
+    figure.suptitle(f"{engine.title} at {SPEED_RPM:g} rev/min: loads over the last cycle", fontsize=12)
+    save(figure, out / "loads.png")
+
+
+def save(figure: Any, path: Path) -> None:
+    """Write a figure and close it."""
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+if __name__ == "__main__":
+    main()
