@@ -42,8 +42,9 @@ def main() -> None:
     }
     print("# Measured against built-in gas trace\n")
     print(
-        f"`{ENGINE}` at {SPEED_RPM:g} rev/min, solid crank, oil films, last of {CYCLES} cycles; orders are zero-to-peak\n"
-        "amplitudes. Made by\n\n    python examples/measured_pressure.py TRACE.csv > docs/measured_pressure.md\n"
+        f"`{ENGINE}` at {SPEED_RPM:g} rev/min, solid crank, oil films, last of {CYCLES} cycles; orders are\n"
+        "zero-to-peak amplitudes. Made by\n\n"
+        "    python examples/measured_pressure.py TRACE.csv > docs/measured_pressure.md\n"
     )
     print(f"Measured trace: {traces['measured'].source}.\n")
     print("| | built-in | measured |\n| --- | --- | --- |")
