@@ -113,16 +113,33 @@ def coefficients(table, h):
 
 
 @kernel
-def guess_ports(model, work, tau, h, guess):
-    """Extrapolate the ports over τ: Taylor from displacement, velocity and acceleration, and the last step's defect."""
-    share = tau / h
-    cube = share * share * share
-    for k in range(model.ports.shape[0]):
-        guess[k] = (
-            work.port[10, k]
-            + tau * (work.port[11, k] + 0.5 * tau * work.port[12, k])
-            + cube * work.port[13, k]
-        )  # fmt: skip
+def guess_ports(model, work, stage, h, guess):
+    """Guess the ports at a stage: Taylor's series from the nearest time that is known, the step's start or a stage.
+
+    From the start the defect of the last step's series is added, which makes it cubic.
+    """
+    table = model.stages
+    last = table.shape[1] - 1
+    time = table[1 + stage, last]
+    nearest = -1
+    distance = time
+    for s in range(stage):
+        if abs(time - table[1 + s, last]) < abs(distance) and (s > 0 or table[0, 3] == 0.0):
+            distance = time - table[1 + s, last]
+            nearest = s
+    tau = distance * h
+    m = model.ports.shape[0]
+    if nearest < 0:
+        cube = distance * distance * distance
+        for k in range(m):
+            guess[k] = (
+                work.port[10, k] + tau * (work.port[11, k] + 0.5 * tau * work.port[12, k]) + cube * work.port[13, k]
+            )
+    else:
+        for k in range(m):
+            guess[k] = work.known[nearest, 0, k] + tau * (
+                work.known[nearest, 1, k] + 0.5 * tau * work.known[nearest, 2, k]
+            )
 
 
 @kernel
@@ -134,7 +151,6 @@ def integrate_step(model, work, state, h, frames, pressures):
     table = model.stages
     n = model.omega2.shape[0]
     stages = int(table[0, 1])
-    last = table.shape[1] - 1
     c_q, c_v = coefficients(table, h)
     omega_0 = state[OMEGA_REFERENCE]
     o_q = state_offset(POSITION, n)
@@ -154,11 +170,11 @@ def integrate_step(model, work, state, h, frames, pressures):
             known[i] = (alpha_f * state[o_a + i] - alpha_m * state[o_x + i]) / (1.0 - alpha_m)
             big_q[i] = state[o_q + i] + h * state[o_v + i] + h * h * ((0.5 - beta) * state[o_x + i] + beta * known[i])
             big_v[i] = state[o_v + i] + h * ((1.0 - gamma) * state[o_x + i] + gamma * known[i])
-        guess_ports(model, work, h, h, guess)
+        guess_ports(model, work, 0, h, guess)
         out = work.stage[0]
         status = solve_stage(
             model, work, big_q, big_v, c_q, c_v, omega_0, frames[0], pressures[0], guess,
-            state[o_a : o_a + n], out[0], out[1], out[2],
+            state[o_a : o_a + n], model.choices[2], out[0], out[1], out[2],
         )  # fmt: skip
         if status != OK:
             return status
@@ -183,15 +199,19 @@ def integrate_step(model, work, state, h, frames, pressures):
                     sum_a += table[1 + s, j] * work.stage[j, 2, i]
                 big_v[i] = state[o_v + i] + h * sum_a
                 big_q[i] = state[o_q + i] + h * (sum_v + gamma * big_v[i])
-            guess_ports(model, work, table[1 + s, last] * h, h, guess)
+            guess_ports(model, work, s, h, guess)
             before = state[o_a : o_a + n] if s == 0 else work.stage[s - 1, 2]
             out = work.stage[s]
             status = solve_stage(
                 model, work, big_q, big_v, c_q, c_v, omega_0, frames[s], pressures[s], guess,
-                before, out[0], out[1], out[2],
+                before, model.choices[2], out[0], out[1], out[2],
             )  # fmt: skip
             if status != OK:
                 return status
+            for k in range(model.ports.shape[0]):
+                work.known[s, 0, k] = work.port[0, k]
+                work.known[s, 1, k] = work.port[1, k]
+                work.known[s, 2, k] = work.port[2, k]
     out = work.stage[stages - 1]
     for i in range(n):
         state[o_q + i] = out[0, i]

@@ -226,6 +226,7 @@ class Work(NamedTuple):
     modal: Array  # (12, n) vectors
     port: Array  # (15, m) vectors
     stage: Array  # (stages, 3, n) q, v, a of each stage
+    known: Array  # (stages, 3, m) the ports' u, u̇, ü at each stage
     film: Array  # (film work)
     zones: Array  # (b, 2) warm starts of the films
     scratch: Array  # (64,)
@@ -253,6 +254,7 @@ def make_work(model: ModelArrays, state_size: int) -> Work:
         modal=z((12, n)),
         port=z((15, m)),
         stage=z((8, 3, n)),
+        known=z((8, 3, m)),
         film=z(WORK_SIZE),
         zones=z((d.bearings, 2)),
         scratch=z(64),

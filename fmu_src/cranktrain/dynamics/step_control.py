@@ -32,7 +32,6 @@ from cranktrain.dynamics.state import (
     INPUTS_NOW,
     ITERATIONS,
     LAST_INTERVAL,
-    LEAD_ACCELERATION,
     LEAD_ANGLE,
     LEAD_SPEED,
     OMEGA_REFERENCE,
@@ -50,11 +49,13 @@ from cranktrain.dynamics.state import (
     offset,
 )
 from cranktrain.kernel import kernel
-from cranktrain.loads.drive_line import recentring_rate, shaft_motion
+from cranktrain.loads.drive_line import frame_lead, shaft_motion
 
 MAX_HALVINGS = 6
+SETTLED = 1.0e-6
+"""Newton tolerance of the start."""
 REFACTOR = 0.01
-"""S is made anew when the frame's speed has left Ω₀ by this share; what is left over is iterated in the stage."""
+"""S is made anew when the shaft's speed has left Ω₀ by this share; what is left over is iterated in the stage."""
 STEPPING_SPEED = 60.0
 """rad/s below which sub-steps no longer grow with falling speed: the structure vibrates at standstill as well."""
 
@@ -89,9 +90,12 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
         state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], target, work.inputs[1, 0],
         model.scalars[FILTER], tau,
     )  # fmt: skip
-    lead_acceleration = state[LEAD_ACCELERATION]
-    frame[LEAD] = state[LEAD_ANGLE] + tau * (state[LEAD_SPEED] + 0.5 * tau * lead_acceleration)
-    frame[LEAD_RATE] = state[LEAD_SPEED] + tau * lead_acceleration
+    n = model.omega2.shape[0]
+    unit = model.scalars[RIGID_ROTATION]
+    frame[LEAD], frame[LEAD_RATE], lead_acceleration = frame_lead(
+        state[LEAD_ANGLE], state[LEAD_SPEED], unit * state[offset(POSITION, n) + 5],
+        unit * state[offset(VELOCITY, n) + 5], unit * state[offset(ACCELERATION, n) + 5], state[SHAFT_SPEED], tau,
+    )  # fmt: skip
     frame[THETA] = angle + frame[LEAD]
     frame[OMEGA] = speed + frame[LEAD_RATE]
     frame[OMEGA_DOT] = acceleration + lead_acceleration
@@ -128,11 +132,9 @@ def sub_step(model, work, state, begin, h):
     table = model.stages
     stages = int(table[0, 1])
     last = table.shape[1] - 1
-    rotation = model.scalars[RIGID_ROTATION] * state[offset(POSITION, n) + 5]
-    state[LEAD_ACCELERATION] = recentring_rate(rotation, state[LEAD_SPEED], state[SHAFT_SPEED])
     for s in range(stages):
         frame_at(model, work, state, begin, table[1 + s, last] * h, work.frames[s], work.pressures[s])
-    omega = work.frames[stages - 1, OMEGA]
+    omega = work.frames[stages - 1, OMEGA] - work.frames[stages - 1, LEAD_RATE]
     if abs(omega - state[OMEGA_REFERENCE]) > REFACTOR * abs(state[OMEGA_REFERENCE]) or h != state[STEP_REFERENCE]:
         if h != state[STEP_REFERENCE]:
             o = defect_offset(n)
@@ -250,7 +252,7 @@ def settle(model, work, state, inputs):
         product(model.ports_transposed, state[o_q : o_q + n], n, m, work.port[14])
         status = solve_stage(
             model, work, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0], work.port[14],
-            work.modal[9], out[0], out[1], out[2],
+            work.modal[9], SETTLED, out[0], out[1], out[2],
         )  # fmt: skip
         if status == OK:
             for i in range(n):
@@ -277,7 +279,7 @@ def settle(model, work, state, inputs):
     product(model.ports_transposed, work.modal[6], n, m, work.port[14])
     status = solve_stage(
         model, work, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0], work.port[14],
-        work.modal[9], out[0], out[1], out[2],
+        work.modal[9], SETTLED, out[0], out[1], out[2],
     )  # fmt: skip
     for i in range(n):
         state[o_a + i] = out[2, i]

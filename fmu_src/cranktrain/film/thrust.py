@@ -24,6 +24,7 @@ from cranktrain.kernel import kernel
 
 LINEAR = 0
 FILM = 1
+RUPTURE = 100.0
 FILM_FLOOR = 0.2
 """The film is frozen below this fraction of the contact height, where contact carries."""
 
@@ -70,9 +71,10 @@ def side_force(gap, closing, speed, contact_height, stiffness, damping, wedge, s
         if share < 1.0:
             by_gap -= damping * closing / contact_height
         by_closing += damping * share
-    if force <= 0.0:
-        return 0.0, 0.0, 0.0
-    return force, by_gap, by_closing
+    # A side ruptures when it is pulled apart; pads do so one after the other, over about this force.
+    root = math.sqrt(force * force + RUPTURE * RUPTURE)
+    share = 0.5 * (1.0 + force / root)
+    return 0.5 * (force + root), share * by_gap, share * by_closing
 
 
 @kernel
