@@ -345,7 +345,7 @@ def check_crankshaft(crankshaft: Crankshaft) -> None:
     c = crankshaft
     throws = len(c.throw_angles)
     main, pin = 0.5 * c.main_diameter + c.fillet, 0.5 * c.pin_diameter + c.fillet
-    narrowest = min(c.pin_width, *c.main_widths)
+    narrowest = min((c.pin_width, *c.main_widths))
     slim = min(c.pin_diameter, c.main_diameter)
     heavy, drilled = any(c.counterweights), c.oil_holes
     rules: tuple[tuple[bool, str, str], ...] = (
@@ -363,7 +363,7 @@ def check_crankshaft(crankshaft: Crankshaft) -> None:
         *((0.0 < width < math.inf, "main_widths", "every width must be positive") for width in c.main_widths),
         *((math.isfinite(angle), "throw_angles", "every angle must be a finite number") for angle in c.throw_angles),
         *(
-            (0.0 < value < math.inf, key, "must be positive")
+            (0.0 < value < 10.0, key, "must be positive and below 10 m; check its unit")
             for key, value in vars(c).items()
             if isinstance(value, float)
         ),
@@ -408,6 +408,11 @@ def check_crankshaft(crankshaft: Crankshaft) -> None:
             c.oil_hole_diameter < min(0.5 * slim, narrowest - 2.0 * c.fillet) or not drilled,
             "oil_hole_diameter",
             f"{_mm(c.oil_hole_diameter)} does not fit between the fillets or exceeds half of a journal's diameter",
+        ),
+        (
+            c.mesh_size >= 0.02 * c.main_diameter,
+            "mesh_size",
+            f"{_mm(c.mesh_size)} would take millions of elements; give at least {_mm(0.02 * c.main_diameter)}",
         ),
     )
     for holds, key, text in rules:
