@@ -71,7 +71,7 @@ def reduced_body(engine: Engine, say: Callable[[str], None]) -> ReducedBody:
     from cranktrain.structure.reduction import running_body
 
     say(f"{engine.name}: reduced crankshaft")
-    return running_body(engine)
+    return running_body(engine, progress=say)
 
 
 def build(engine: Engine, body: ReducedBody, folder: Path, say: Callable[[str], None]) -> Path:

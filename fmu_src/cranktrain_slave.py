@@ -32,12 +32,11 @@ from pathlib import Path
 
 from pythonfmu import Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Integer, Real, String
 
-LONGEST_STEP = 10.0  # s; beyond it a communication step is taken for a mistake in units
 COARSE_STEP = 3.0  # degrees of crank angle; pressures change by bars within it
-_STATE = struct.Struct("<8sI64sIdIIII")
+_STATE = struct.Struct("<8sI64sIdII")
 _STATE_MAGIC = b"CRNKSTA\0"
 _STATE_VERSION = 1
-_PHASES = ("instantiated", "initialization", "stepping")
+_INSTANTIATED, _INITIALIZING, _STEPPING = range(3)
 
 _descriptions: dict = {}
 _models: dict = {}
@@ -125,12 +124,13 @@ class CranktrainSlave(Fmi2Slave):
         self._real = [float(value) for value in starts[: self._n_real]]
         self._integer = [0] * self._n_integer
         self._string = starts[self._first_string :]
-        self._inputs = [v["reference"] for v in self._variables if v["causality"] == "input"]
-        self._n_inputs = len(self._inputs)  # reals come first and inputs before outputs: references 0 .. n-1
-        self._phase = 0
+        # reals come first and inputs before outputs: the inputs' references are 0 .. n-1
+        self._n_inputs = sum(v["causality"] == "input" for v in self._variables)
+        self._layout = f"<{self._n_real + self._n_inputs}d{self._n_integer}q"
+        self._phase = _INSTANTIATED
         self._pending = False
         self._simulation = None
-        self._settings = None
+        self._origin = None
         self._taken = None
         self._start_time = 0.0
         self._warned = False
@@ -148,26 +148,25 @@ class CranktrainSlave(Fmi2Slave):
 
     def enter_initialization_mode(self):
         """From here outputs can be asked for."""
-        self._phase, self._pending = 1, True
+        self._phase, self._pending = _INITIALIZING, True
 
     def exit_initialization_mode(self):
         """Load the model, compile or load its kernels, and find the static equilibrium."""
         if self._pending or self._simulation is None:
             self._initialize()
-        self._phase = 2
+        self._phase = _STEPPING
 
     def terminate(self):
         """Nothing to release: the instance holds memory only."""
 
     def do_step(self, current_time, step_size):
         """Advance to ``current_time + step_size``; every failure is raised with its explanation."""
-        if not 0.0 < step_size <= LONGEST_STEP:
+        if not step_size > 0.0:
             raise self._failure(
-                f"communication step of {step_size} s at time {current_time} s; "
-                f"it must be positive and at most {LONGEST_STEP:g} s (steps are in seconds)"
+                f"communication step of {step_size} s at time {current_time} s; it must be positive, in seconds"
             )
         simulation = self._simulation
-        if self._phase != 2 or simulation is None:
+        if self._phase != _STEPPING or simulation is None:
             raise self._failure("doStep before the initialization is complete; call exitInitializationMode first")
         if not abs(current_time - simulation.time) <= 1e-9 + 1e-6 * abs(current_time) + 1e-3 * step_size:
             raise self._failure(
@@ -186,11 +185,7 @@ class CranktrainSlave(Fmi2Slave):
 
     def _initialize(self):
         try:
-            if self._simulation is None or self._settings != self._chosen():
-                self._new_simulation(self._start_time)
-            else:
-                self._simulation.inputs[:] = self._real[: self._n_inputs]
-                self._simulation.initialize(self._start_time)
+            self._new_simulation(self._chosen(), self._real[: self._n_inputs], self._start_time)
             self._take_outputs()
             self._pending = False
         except Exception as error:
@@ -200,8 +195,8 @@ class CranktrainSlave(Fmi2Slave):
         values = self._real + self._integer + self._string
         return {v["setting"]: values[v["reference"]] for v in self._variables if v["causality"] == "parameter"}
 
-    def _new_simulation(self, time):
-        """Simulation at its static equilibrium, from the parameters and inputs as they are now."""
+    def _new_simulation(self, settings, inputs, time):
+        """Simulation at its static equilibrium under ``inputs``, which also set what stays constant in a run."""
         name, digest = self._about["package"], self._about["digest"]
         _package(self._resources, name)
         module = importlib.import_module(f"{name}.dynamics.simulation")
@@ -209,13 +204,11 @@ class CranktrainSlave(Fmi2Slave):
             flat = importlib.import_module(f"{name}.flat")
             _models[digest] = flat.read_model(self._resources / "model.bin")
         engine, body = _models[digest]
-        settings = self._chosen()
         simulation = module.Simulation(engine, body, module.Settings(**settings))
         taken = self._output_places(simulation)
-        simulation.inputs[:] = self._real[: self._n_inputs]
+        simulation.inputs[:] = inputs
         simulation.initialize(time)
-        self._simulation, self._settings, self._taken = simulation, settings, taken
-        return simulation
+        self._simulation, self._taken, self._origin = simulation, taken, (settings, inputs)
 
     def _output_places(self, simulation):
         """Where each output of the interface stands in the simulation's outputs: reals, then integers."""
@@ -270,7 +263,7 @@ class CranktrainSlave(Fmi2Slave):
                 real[vr] = value
             else:
                 self._set(real, 0, self._n_real, vr, value, "Real")
-        if self._phase == 1:
+        if self._phase == _INITIALIZING:
             self._pending = True
 
     def get_integer(self, vrs):
@@ -322,7 +315,7 @@ class CranktrainSlave(Fmi2Slave):
         name = variable["name"]
         if variable["causality"] == "output":
             raise self._failure(f"'{name}' is an output and cannot be set")
-        if variable["causality"] == "parameter" and self._phase == 2:
+        if variable["causality"] == "parameter" and self._phase == _STEPPING:
             raise self._failure(f"parameter '{name}' is fixed after initialization; reset the instance, then set it")
         if kind == "String" and variable["choices"] and value not in variable["choices"]:
             raise self._failure(f"'{name}' is '{value}'; valid: " + ", ".join(variable["choices"]))
@@ -335,27 +328,27 @@ class CranktrainSlave(Fmi2Slave):
                     f"'{name}' is {value} at time {self._time():.9g} s; it must be a finite number, {span}"
                 )
         values[vr - first] = value
-        if self._phase == 1:
+        if self._phase == _INITIALIZING:
             self._pending = True
 
     # ------------------------------------------------------------------ state
 
     def _get_fmu_state(self):
-        running = self._phase == 2
+        running = self._phase == _STEPPING
         vector = self._simulation.state.tobytes() if running else b""
+        origin = self._origin[1] if running else self._real[: self._n_inputs]
         strings = "\0".join(self._string).encode()
+        numbers = (*self._real, *origin, *self._integer)
         head = _STATE.pack(
             _STATE_MAGIC,
             _STATE_VERSION,
             self._about["digest"].encode(),
             self._phase,
             self._time(),
-            len(self._real),
-            len(self._integer),
             len(strings),
             len(vector) // 8,
         )
-        body = struct.pack(f"<{len(self._real)}d{len(self._integer)}q", *self._real, *self._integer) + strings + vector
+        body = struct.pack(self._layout, *numbers) + strings + vector
         return head + body + struct.pack("<I", zlib.crc32(head + body))
 
     def _set_fmu_state(self, state):
@@ -367,35 +360,37 @@ class CranktrainSlave(Fmi2Slave):
     def _restore(self, state):
         if len(state) < _STATE.size + 4 or state[:8] != _STATE_MAGIC:
             raise ValueError("the FMU state is not one of cranktrain; serialize it from an instance of this FMU")
-        _, version, digest, phase, time, n_real, n_integer, n_string, n_vector = _STATE.unpack_from(state)
+        _, version, digest, phase, time, n_string, n_vector = _STATE.unpack_from(state)
         if version != _STATE_VERSION or digest.decode(errors="replace") != self._about["digest"]:
             raise ValueError("the FMU state comes from another build of the FMU; serialize it from this one")
         if zlib.crc32(state[:-4]) != struct.unpack("<I", state[-4:])[0]:
             raise ValueError("the FMU state is damaged (checksum differs); serialize it again")
-        numbers = struct.unpack_from(f"<{n_real}d{n_integer}q", state, _STATE.size)
-        at = _STATE.size + 8 * (n_real + n_integer)
-        kept = self._real, self._integer, self._string
-        self._real, self._integer = list(numbers[:n_real]), list(numbers[n_real:])
+        numbers = struct.unpack_from(self._layout, state, _STATE.size)
+        at = _STATE.size + struct.calcsize(self._layout)
+        kept = self._real, self._string
+        self._real = list(numbers[: self._n_real])
         self._string = state[at : at + n_string].decode().split("\0") if n_string else []
         try:
-            if _PHASES[phase] == "stepping":
-                self._resume(time, state[at + n_string : at + n_string + 8 * n_vector])
+            if phase == _STEPPING:
+                origin = list(numbers[self._n_real : self._n_real + self._n_inputs])
+                self._resume(time, origin, state[at + n_string : at + n_string + 8 * n_vector])
         except BaseException:
-            self._real, self._integer, self._string = kept
+            self._real, self._string = kept
             raise
-        self._phase, self._pending = phase, phase == 1
-        if phase != 2:
-            self._start_time = time
+        self._integer = list(numbers[self._n_real + self._n_inputs :])
+        self._phase, self._pending = phase, phase == _INITIALIZING
+        if phase != _STEPPING:
+            self._start_time, self._simulation = time, None
 
-    def _resume(self, time, vector):
+    def _resume(self, time, origin, vector):
         """Continue from a state vector, in this instance or in a fresh one."""
-        import numpy  # loaded with the model by now; not needed to instantiate
+        import numpy  # loaded with the model; instantiating does not need it
 
-        simulation = self._simulation
-        if simulation is None or self._settings != self._chosen():
-            simulation = self._new_simulation(time)
-        simulation.inputs[:] = self._real[: self._n_inputs]
-        simulation.state = numpy.frombuffer(vector, dtype="<f8").copy()
+        settings = self._chosen()
+        if self._simulation is None or self._origin != (settings, origin):
+            self._new_simulation(settings, origin, time)
+        self._simulation.inputs[:] = self._real[: self._n_inputs]
+        self._simulation.state = numpy.frombuffer(vector, dtype="<f8")
 
     @staticmethod
     def _fmu_state_to_bytes(state):

@@ -12,7 +12,8 @@ Layout (little-endian)::
                   values: float64 arrays in C order, at the offsets (in values) that the header gives
 
 The header holds ``engine`` (SI, as :func:`cranktrain.engine.engine_to_dict` writes it), ``body`` (what is not an array)
-and ``arrays`` (name, shape, offset). Equal data give equal bytes.
+and ``arrays`` (name, shape, offset). Equal data give equal bytes. A body's records and basis, which serve reports, stay
+behind.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ import numpy as np
 from cranktrain.engine import Engine, engine_from_dict, engine_to_dict
 from cranktrain.errors import InputError, StoreError
 from cranktrain.reduced_body import SCHEMA as BODY_SCHEMA
-from cranktrain.reduced_body import Array, ReducedBody
+from cranktrain.reduced_body import ReducedBody
 
 MAGIC = b"CRNKTRN\0"
 SCHEMA = 1
@@ -105,11 +106,10 @@ def from_bytes(data: bytes, name: str = "model") -> tuple[Engine, ReducedBody]:
     about: dict[str, Any] = header["body"]
     if about["schema"] != BODY_SCHEMA:
         raise StoreError(f"{name}: body of schema {about['schema']}, not {BODY_SCHEMA}; {remedy}")
-    arrays: dict[str, Array] = {}
+    arrays: dict[str, Any] = {}
     for entry in header["arrays"]:
         size = int(np.prod(entry["shape"]))
-        array = values[entry["offset"] : entry["offset"] + size].reshape(entry["shape"])
-        array.flags.writeable = False  # instances of one process share the body
+        array = values[entry["offset"] : entry["offset"] + size].reshape(entry["shape"]).copy()
         arrays[entry["name"]] = array
     body = ReducedBody(
         name=about["name"],

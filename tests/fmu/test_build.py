@@ -1,0 +1,148 @@
+"""The archive: reproducible, complete, valid, and described by one table."""
+
+import re
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import build_fmu
+import pytest
+from fmpy import read_model_description
+from fmpy.validation import validate_fmu
+
+from cranktrain.errors import InputError
+from cranktrain.fmi_description import expand, read_interface
+
+
+def test_fmpy_finds_no_problem(fmu):
+    assert validate_fmu(str(fmu)) == []
+
+
+def test_equal_inputs_give_equal_bytes(fmu, engine, body, tmp_path):
+    again = build_fmu.build(engine, body, tmp_path, print)
+    assert again.read_bytes() == Path(fmu).read_bytes()
+
+
+def test_guid_changes_with_the_data(fmu, engine, body, tmp_path):
+    from dataclasses import replace
+
+    other = build_fmu.build(replace(engine, title="another"), body, tmp_path, print)
+    assert read_model_description(other).guid != read_model_description(str(fmu)).guid
+
+
+def test_shown_description_is_the_built_one(fmu, engine):
+    shown = (build_fmu.DESCRIPTION / "modelDescription.xml").read_text(encoding="utf-8")
+    with zipfile.ZipFile(fmu) as archive:
+        built = archive.read("modelDescription.xml").decode()
+    guid = re.compile(r'guid="[^"]*"')
+    assert guid.sub("", shown) == guid.sub("", built), "run: python build_fmu.py diesel_i6 --description"
+
+
+def test_archive_holds_what_a_respected_fmu_holds(fmu, engine):
+    with zipfile.ZipFile(fmu) as archive:
+        names = set(archive.namelist())
+        page = archive.read("documentation/index.html").decode()
+        assert archive.read("model.png")[:4] == b"\x89PNG"
+        binaries = [archive.read(name) for name in names if name.endswith(".h5") or "__pycache__" in name]
+    assert binaries == []
+    assert {
+        "documentation/licenses/license.txt",
+        "documentation/licenses/pythonfmu.txt",
+        "documentation/externalDependencies.txt",
+        "binaries/linux64/CranktrainDieselI6.so",
+    } <= names
+    assert engine.title in page and "bearing[1..7].film_thickness_min" in page and "<!--" not in page
+
+
+def test_every_real_has_a_unit_and_every_output_its_dependencies(fmu):
+    with zipfile.ZipFile(fmu) as archive:
+        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    units = {unit.get("name") for unit in root.iter("Unit")}
+    reals = list(root.iter("Real"))
+    assert reals and all(real.get("unit") in units for real in reals)
+    unknowns = root.find("ModelStructure/Outputs")
+    assert all(unknown.get("dependencies") == "" for unknown in unknowns)
+    assert len(root.find("ModelStructure/InitialUnknowns")) == len(unknowns) == 6 + 7 * 8 + 2 + 6 * 2 + 3
+    simulation = root.find("CoSimulation")
+    for flag in ("canGetAndSetFMUstate", "canSerializeFMUstate", "canHandleVariableCommunicationStepSize"):
+        assert simulation.get(flag) == "true"
+
+
+def test_families_expand_with_the_engine():
+    interface = read_interface(build_fmu.DESCRIPTION)
+    variables = expand(interface.variables, {"cylinders": 8, "main_bearings": 5})
+    names = [v.name for v in variables]
+    assert names[:9] == ["speed"] + [f"cylinder[{i}].pressure" for i in range(1, 9)]
+    assert "bearing[5].tilt" in names and "bearing[6].tilt" not in names
+    first = names.index("bearing[1].force.x")
+    assert names[first : first + 9] == [
+        *(n.replace("[2]", "[1]") for n in names[first + 8 : first + 16]),
+        "bearing[2].force.x",
+    ]
+    assert sorted(v.reference for v in variables) == list(range(len(variables)))
+    kinds = [v.type for v in sorted(variables, key=lambda v: v.reference)]
+    assert kinds == sorted(kinds, key=["Real", "Integer", "String"].index)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('unit = "Pa"', 'unit = "psi"', "unit 'psi'"),
+        ('display_unit = "bar"', 'display_unit = "torr"', "display unit 'torr'"),
+        ("nominal = 200.0", "nominel = 200.0", "did you mean 'nominal'"),
+        ('setting = "gas_load"', "", "'gas.load'"),
+    ],
+)
+def test_a_wrong_interface_is_refused_by_name(tmp_path, old, new, words):
+    for name in ("interface.toml", "units.toml"):
+        (tmp_path / name).write_text((build_fmu.DESCRIPTION / name).read_text().replace(old, new, 1))
+    with pytest.raises(InputError, match=re.escape(words)):
+        read_interface(tmp_path)
+
+
+def test_code_that_needs_more_than_numba_is_refused(tmp_path, monkeypatch):
+    import shutil
+
+    sources = tmp_path / "fmu_src"
+    shutil.copytree(build_fmu.SOURCES, sources, ignore=shutil.ignore_patterns("__pycache__"))
+    errors = sources / "cranktrain" / "errors.py"
+    errors.write_text(errors.read_text() + "\nimport h5py\n")
+    monkeypatch.setattr(build_fmu, "SOURCES", sources)
+    with pytest.raises(InputError, match="imports h5py"):
+        build_fmu.running_code()
+
+
+def test_packaged_code_never_names_the_package_it_came_from():
+    import ast
+
+    for name, source in build_fmu.running_code().items():
+        for node in ast.walk(ast.parse(build_fmu._renamed(source, "cranktrain_0"))):
+            if isinstance(node, ast.ImportFrom):
+                assert str(node.module).split(".")[0] != "cranktrain", name
+            if isinstance(node, ast.Import):
+                assert all(alias.name.split(".")[0] != "cranktrain" for alias in node.names), name
+
+
+def test_unknown_engine_is_one_line_and_exit_code_2(tmp_path):
+    done = subprocess.run(
+        [sys.executable, str(build_fmu.ROOT / "build_fmu.py"), "diesel_i5", "-o", str(tmp_path)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 2 and done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1 and "diesel_i6" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_failed_build_leaves_no_file(engine, body, tmp_path):
+    from dataclasses import replace
+
+    from cranktrain.errors import StoreError
+
+    broken = replace(body, omega=body.omega * float("nan"))
+    with pytest.raises(StoreError, match="omega"):
+        build_fmu.build(engine, broken, tmp_path, print)
+    assert list(tmp_path.iterdir()) == []
