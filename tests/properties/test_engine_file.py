@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -53,6 +54,23 @@ def test_the_six_fires_every_120_degrees_in_its_order():
     engine = load_engine("diesel_i6")
     angles = [engine.firing_angles[c - 1] for c in engine.cylinders.firing_order]
     assert angles == pytest.approx([i * 2.0 * math.pi / 3.0 for i in range(6)], abs=1e-8)
+
+
+def test_a_cross_plane_v8_with_shared_pins_fires_every_90_degrees():
+    engine = load_engine("diesel_i6")
+    quarter = math.pi / 2.0
+    v8 = replace(
+        engine,
+        crankshaft=replace(engine.crankshaft, throw_angles=(0.0, quarter, 3.0 * quarter, 2.0 * quarter)),
+        cylinders=replace(
+            engine.cylinders,
+            firing_order=(1, 5, 4, 2, 6, 3, 7, 8),
+            pins=(1, 2, 3, 4, 1, 2, 3, 4),
+            bank_angles=4 * (0.0,) + 4 * (quarter,),
+        ),
+    )
+    angles = [v8.firing_angles[c - 1] for c in v8.cylinders.firing_order]
+    assert angles == pytest.approx([i * quarter for i in range(8)], abs=1e-8)
 
 
 def test_every_value_states_where_it_comes_from():
