@@ -1,0 +1,327 @@
+"""The parametric crankshaft and meshes from files: dimensions, surfaces, and what is refused."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from math import cos, pi, radians, sin, sqrt
+
+import meshio
+import numpy as np
+import pytest
+from solids import STEEL, block, frequencies, round_bar
+
+from cranktrain.engine import Crankshaft
+from cranktrain.errors import InputError
+from cranktrain.structure import mesh as mesh_module
+from cranktrain.structure.crankshaft import pin_centre, stations
+from cranktrain.structure.elasticity import finite_elements
+from cranktrain.structure.mesh import (
+    VTK_EDGES,
+    crankshaft_mesh,
+    interface_names,
+    quadratic_mesh,
+    read_mesh,
+    relative_jacobian,
+    surface_area,
+)
+
+SINGLE = Crankshaft(
+    throw=0.04,
+    throw_angles=(radians(30.0),),
+    main_diameter=0.06,
+    main_widths=(0.04, 0.036),
+    pin_diameter=0.05,
+    pin_width=0.04,
+    web_thickness=0.02,
+    web_main_radius=0.045,
+    web_pin_radius=0.036,
+    counterweight_radius=0.08,
+    counterweight_half_width=0.05,
+    counterweights=(True, True),
+    nose_diameter=0.04,
+    nose_length=0.04,
+    flange_diameter=0.1,
+    flange_length=0.015,
+    fillet=0.004,
+    oil_hole_diameter=0.006,
+    oil_holes=False,
+    mesh_size=0.018,
+)
+CROSS_PLANE = replace(
+    SINGLE,
+    throw=0.07,
+    throw_angles=tuple(radians(a) for a in (0.0, 90.0, 270.0, 180.0)),
+    main_diameter=0.15,
+    main_widths=(0.04,) * 5,
+    pin_diameter=0.082,
+    pin_width=0.07,
+    web_thickness=0.028,
+    web_main_radius=0.082,
+    web_pin_radius=0.058,
+    counterweight_radius=0.118,
+    counterweight_half_width=0.09,
+    counterweights=(True,) * 8,
+    nose_diameter=0.06,
+    nose_length=0.07,
+    flange_diameter=0.19,
+    flange_length=0.025,
+    fillet=0.005,
+    mesh_size=0.03,
+)
+
+
+@pytest.fixture(scope="module")
+def single():
+    return crankshaft_mesh(SINGLE)
+
+
+def web_volume(c: Crankshaft) -> float:
+    """Hull of two circles, and the counterweight less what the hull covers of it (η ≤ 0, where it is a half disc)."""
+    slope = (c.web_main_radius - c.web_pin_radius) / c.throw
+    lean = np.arcsin(slope)
+    tangent = c.throw * cos(lean)
+    hull = (
+        (pi / 2 + lean) * c.web_main_radius**2
+        + (pi / 2 - lean) * c.web_pin_radius**2
+        + tangent * (c.web_main_radius + c.web_pin_radius)
+    )
+    r, b = c.counterweight_radius, c.counterweight_half_width
+    counterweight = b * sqrt(r**2 - b**2) + r**2 * np.arcsin(b / r)
+    return c.web_thickness * (hull + counterweight - pi / 2 * c.web_main_radius**2)
+
+
+def fillet_volume(radius: float, fillet: float) -> float:
+    """Ring between a journal, a plane and a quarter circle (Pappus)."""
+    area = (1 - pi / 4) * fillet**2
+    from_corner = fillet * (1 - 1 / (6 * (1 - pi / 4)))
+    # Distance of the centroid from the corner of its square: f (10 − 3π)/(12 − 3π).
+    assert from_corner == pytest.approx(fillet * (10 - 3 * pi) / (12 - 3 * pi))
+    return 2 * pi * (radius + from_corner) * area
+
+
+def test_volume_is_that_of_the_pieces(single):
+    c = SINGLE
+    main, pin, nose, flange = (d / 2 for d in (c.main_diameter, c.pin_diameter, c.nose_diameter, c.flange_diameter))
+    volume = pi * (
+        main**2 * sum(c.main_widths) + pin**2 * c.pin_width + nose**2 * c.nose_length + flange**2 * c.flange_length
+    )
+    volume += 2 * web_volume(c)
+    volume += 3 * fillet_volume(main, c.fillet) + 2 * fillet_volume(pin, c.fillet) + fillet_volume(nose, c.fillet)
+    # What is left is the difference of curved quadratic sides to circles.
+    assert finite_elements(single, STEEL).basis.dx.sum() == pytest.approx(volume, rel=1e-3)
+
+
+def test_surfaces_have_their_area_and_place(single):
+    c, at = SINGLE, stations(SINGLE)
+    assert set(single.boundaries) == set(interface_names(1))
+    x, y, z = pin_centre(c, 1)
+    assert (x, y) == pytest.approx((-c.throw * sin(radians(30)), c.throw * cos(radians(30))))
+    running = pi * c.main_diameter
+    expected = {
+        "main[1]": (running * (c.main_widths[0] - c.fillet), (0, 0, -c.fillet / 2)),
+        "main[2]": (running * (c.main_widths[1] - 2 * c.fillet), (0, 0, sum(at.mains[1]) / 2)),
+        "pin[1]": (pi * c.pin_diameter * (c.pin_width - 2 * c.fillet), (x, y, z)),
+        "pulley": (pi * c.nose_diameter * (c.nose_length - c.fillet), (0, 0, (sum(at.nose) - c.fillet) / 2)),
+        "flywheel": (pi * c.flange_diameter**2 / 4, (0, 0, at.flange[1])),
+    }
+    for name, (area, place) in expected.items():
+        found, centre = surface_area(single, name)
+        assert found == pytest.approx(area, rel=5e-3), name
+        assert centre == pytest.approx(place, abs=2e-4), name
+
+
+def test_thrust_faces_lie_beside_their_journal(single):
+    for main in (1, 2):
+        mesh = single if main == 1 else crankshaft_mesh(SINGLE, thrust_main=main)
+        corners = mesh.p[:, mesh.facets[:, mesh.boundaries["thrust"]]]
+        ends = stations(SINGLE).mains[main - 1]
+        assert np.abs(corners[2][..., None] - np.array(ends)).min(axis=-1).max() < 1e-9
+        assert np.hypot(*corners[:2]).min() > 0.999 * (SINGLE.main_diameter / 2 + SINGLE.fillet)
+
+
+def test_elements_are_sound_and_the_body_hangs_together(single):
+    assert relative_jacobian(single).min() > mesh_module.REFUSED_BELOW
+    model = finite_elements(single, STEEL)
+    hz, _ = frequencies(model.stiffness, model.mass, 7, 500.0)
+    assert hz[5] < 1e-2 < 1e3 < hz[6]
+
+
+def test_meshing_repeats_itself(single):
+    again = crankshaft_mesh(SINGLE)
+    assert np.array_equal(again.doflocs, single.doflocs) and np.array_equal(again.t, single.t)
+
+
+def test_oil_holes_take_away_their_bore(single):
+    bored = crankshaft_mesh(replace(SINGLE, oil_holes=True))
+    lost = finite_elements(single, STEEL).basis.dx.sum() - finite_elements(bored, STEEL).basis.dx.sum()
+    # From the middle of main journal 1, which is z = 0, to the middle of the pin.
+    run = pin_centre(SINGLE, 1)[2]
+    length = np.hypot(SINGLE.throw + (SINGLE.main_diameter + SINGLE.pin_diameter) / 2, run)
+    bore = pi / 4 * SINGLE.oil_hole_diameter**2 * length
+    # Its ends are cut by curved journals: a hole's diameter of length at most.
+    assert lost == pytest.approx(bore, abs=pi / 4 * SINGLE.oil_hole_diameter**3)
+
+
+def test_cross_plane_crankshaft_with_five_mains():
+    mesh = crankshaft_mesh(CROSS_PLANE)
+    assert set(mesh.boundaries) == set(interface_names(4))
+    for pin in (1, 2, 3, 4):
+        assert surface_area(mesh, f"pin[{pin}]")[1] == pytest.approx(pin_centre(CROSS_PLANE, pin), abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ({"web_pin_radius": 0.02}, "web_pin_radius"),
+        ({"fillet": 0.03}, "fillet"),
+        ({"main_widths": (0.04, -0.01)}, "main_widths"),
+        ({"counterweight_radius": 0.03}, "counterweight_radius"),
+        ({"counterweights": (True,)}, "counterweights"),
+        ({"throw": float("nan")}, "throw"),
+    ],
+)
+def test_impossible_dimensions_are_refused_in_one_line(change, key):
+    with pytest.raises(InputError, match=key) as refused:
+        crankshaft_mesh(replace(SINGLE, **change))
+    assert "\n" not in str(refused.value)
+
+
+def test_a_crash_of_the_cad_kernel_is_one_line(monkeypatch):
+    def crash(command, **options):
+        command = [sys.executable, "-c", "import os; os.kill(os.getpid(), 11)"]
+        return run(command, **options)
+
+    run = subprocess.run
+    monkeypatch.setattr(mesh_module.subprocess, "run", crash)
+    with pytest.raises(InputError, match="CAD kernel failed \\(signal 11") as refused:
+        crankshaft_mesh(SINGLE)
+    assert "\n" not in str(refused.value)
+
+
+def test_inverted_sides_are_relaxed_and_flat_elements_refused():
+    solid = block((1, 1, 1), (1, 1, 1))
+    tets = np.vstack((solid.t, solid.nvertices + solid.t2e)).T
+    nodes = solid.doflocs.T.copy()
+    nodes[tets[0, 4]] += 0.8 * (nodes[tets[0, 3]] - nodes[tets[0, 0]])
+    mesh = quadratic_mesh(nodes, tets, {}, VTK_EDGES)
+    assert relative_jacobian(mesh).min() >= mesh_module.REFUSED_BELOW
+    nodes = solid.doflocs.T.copy()
+    nodes[tets[0, 0]] = nodes[tets[0, 1:4]].mean(axis=0)
+    with pytest.raises(InputError, match="flat"):
+        quadratic_mesh(nodes, tets, {}, VTK_EDGES)
+
+
+def shaft_file(path, quadratic=True, named="cell_sets", leave_out=(), scale=1.0):
+    """A round bar with the surfaces of a crankshaft of one throw, written by meshio."""
+    bar = round_bar(0.02, 0.1, 1, 10)
+    tets = np.vstack((bar.t, bar.nvertices + bar.t2e)).T if quadratic else bar.t.T
+    points = scale * (bar.doflocs if quadratic else bar.p).T
+    facets = bar.boundary_facets()
+    z = bar.p[2, bar.facets[:, facets]].mean(axis=0)
+    spans = {"pulley": (0.0, 0.02), "MAIN_1": (0.02, 0.04), "pin-1": (0.04, 0.06), "main2": (0.06, 0.08)}
+    spans |= {"flywheel": (0.08, 0.09), "Thrust": (0.09, 0.1)}
+    chosen = {n: facets[(z > a + 1e-9) & (z < b - 1e-9)] for n, (a, b) in spans.items() if n not in leave_out}
+    kinds = ("tetra10", "triangle6") if quadratic else ("tetra", "triangle")
+    triangles = [bar.facets[:, f].T for f in chosen.values()]
+    if quadratic:
+        middles = {tuple(e): bar.nvertices + i for i, e in enumerate(np.sort(bar.edges, axis=0).T)}
+        pairs = ((0, 1), (1, 2), (0, 2))
+        triangles = [
+            np.array([[*t, *(middles[tuple(sorted(t[list(p)]))] for p in pairs)] for t in patch]) for patch in triangles
+        ]
+    cells = [(kinds[0], tets)] + [(kinds[1], patch) for patch in triangles]
+    options: dict = {}
+    if named == "physical":
+        tags = [np.full(len(block), k) for k, (_, block) in enumerate(cells)]
+        options = {
+            "cell_data": {"gmsh:physical": tags, "gmsh:geometrical": tags},
+            "field_data": {name: np.array([k, 2]) for k, name in enumerate(chosen, start=1)},
+        }
+    elif named == "point_sets":
+        cells = cells[:1]
+        options = {"point_sets": {n: np.unique(patch) for n, patch in zip(chosen, triangles, strict=True)}}
+    elif named == "cell_sets":
+        options["cell_sets"] = {
+            name: [np.arange(len(b)) if j == k else np.array([], dtype=int) for j, (_, b) in enumerate(cells)]
+            for k, name in enumerate(chosen, start=1)
+        }
+    meshio.write(
+        path,
+        meshio.Mesh(points, cells, **options),
+        **({"file_format": "gmsh22", "binary": False} if path.suffix == ".msh" else {}),
+    )
+    return bar, {interface_spelling(n): f for n, f in chosen.items()}
+
+
+def interface_spelling(name):
+    """Spelling of the interfaces."""
+    return {"MAIN_1": "main[1]", "main2": "main[2]", "pin-1": "pin[1]", "Thrust": "thrust"}.get(name, name)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "named", "quadratic"),
+    [
+        (".msh", "physical", True),
+        (".inp", "cell_sets", True),
+        (".inp", "point_sets", True),
+        (".msh", "physical", False),
+        (".inp", "cell_sets", False),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:.*linear tetrahedra:UserWarning")
+def test_a_mesh_of_the_user(tmp_path, suffix, named, quadratic):
+    path = tmp_path / f"bar{suffix}"
+    bar, chosen = shaft_file(path, quadratic, named)
+    mesh = read_mesh(path)
+    assert set(interface_names(1)) <= set(mesh.boundaries)
+    reference = bar if quadratic else bar.from_mesh(bar)
+    volume = finite_elements(mesh, STEEL).basis.dx.sum()
+    assert volume == pytest.approx(finite_elements(bar, STEEL).basis.dx.sum(), rel=1e-9 if quadratic else 0.2)
+    for name, facets in chosen.items():
+        if named != "point_sets":
+            assert len(mesh.boundaries[name]) == len(facets)
+        area, centre = surface_area(mesh, name)
+        expected_area, expected_centre = surface_area(reference.with_boundaries({name: facets}), name)
+        assert centre == pytest.approx(expected_centre, abs=1e-2 * 0.1)
+        assert area == pytest.approx(expected_area, rel=1e-9 if quadratic and named != "point_sets" else 0.1)
+
+
+def test_linear_tetrahedra_are_warned_of(tmp_path):
+    shaft_file(tmp_path / "bar.msh", quadratic=False, named="physical")
+    with pytest.warns(UserWarning, match="linear tetrahedra"):
+        read_mesh(tmp_path / "bar.msh")
+
+
+def test_millimetres_are_stated(tmp_path):
+    shaft_file(tmp_path / "bar.msh", named="physical", scale=1e3)
+    assert np.ptp(read_mesh(tmp_path / "bar.msh", unit="mm").p[2]) == pytest.approx(0.1)
+    with pytest.raises(InputError, match="state the mesh unit"):
+        read_mesh(tmp_path / "bar.msh")
+
+
+def test_missing_surfaces_are_listed(tmp_path):
+    shaft_file(tmp_path / "bar.inp", leave_out=("pulley", "pin-1"))
+    with pytest.raises(InputError, match=r"no surface named pin\[1\], pulley; found flywheel, main\[1\]"):
+        read_mesh(tmp_path / "bar.inp")
+
+
+def test_a_crank_off_its_axis_is_refused(tmp_path):
+    shaft_file(tmp_path / "bar.msh", named="physical")
+    found = meshio.read(tmp_path / "bar.msh")
+    meshio.write(
+        tmp_path / "turned.msh",
+        meshio.Mesh(found.points[:, [2, 1, 0]], found.cells, cell_data=found.cell_data, field_data=found.field_data),
+        file_format="gmsh22",
+        binary=False,
+    )
+    with pytest.raises(InputError, match="z is the crank axis"):
+        read_mesh(tmp_path / "turned.msh")
+
+
+def test_unreadable_files_are_one_line(tmp_path):
+    (tmp_path / "broken.msh").write_text("not a mesh\n")
+    (tmp_path / "shaft.step").write_text("")
+    for name, reason in (("broken.msh", "not readable"), ("none.inp", "no such"), ("shaft.step", "not known")):
+        with pytest.raises(InputError, match=reason) as refused:
+            read_mesh(tmp_path / name)
+        assert "\n" not in str(refused.value)

@@ -1,0 +1,178 @@
+"""Properties of the finite-element matrices and of their factors."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import sparse
+from skfem import BilinearForm
+from skfem.helpers import dot
+from skfem.models.elasticity import lame_parameters, linear_elasticity
+from solids import STEEL, block, frequencies, round_bar
+
+from cranktrain.structure.dissection import nested_dissection, vertex_cover
+from cranktrain.structure.elasticity import component_dofs, finite_elements, geometric_stiffness, lame, sample
+from cranktrain.structure.factor import Cholesky, factorise
+
+SIDES = (0.05, 0.08, 0.12)
+
+
+@pytest.fixture(scope="module")
+def model():
+    return finite_elements(block(SIDES, (3, 3, 4)), STEEL)
+
+
+@pytest.fixture(scope="module")
+def curved():
+    return finite_elements(round_bar(0.02, 0.06, 1, 3), STEEL)
+
+
+def rigid_motions(model, centre=(0.0, 0.0, 0.0)):
+    """Six rigid-body motions about ``centre``, (ndof, 6)."""
+    e = np.eye(3)
+    shifted = np.asarray(centre)[:, None]
+    fields = [lambda x, k=k: e[k][:, None] + 0 * x for k in range(3)]
+    fields += [lambda x, k=k: np.cross(e[k], (x - shifted).T).T for k in range(3)]
+    return np.column_stack([sample(model, field) for field in fields])
+
+
+def test_matrices_equal_the_vector_form(curved):
+    stiffness = linear_elasticity(*lame_parameters(STEEL.youngs_modulus, STEEL.poisson_ratio)).assemble(curved.basis)
+    mass = BilinearForm(lambda u, v, w: STEEL.density * dot(u, v)).assemble(curved.basis)
+    assert abs(curved.stiffness - stiffness).max() < 1e-12 * abs(stiffness).max()
+    assert abs(curved.mass - mass).max() < 1e-12 * abs(mass).max()
+
+
+def test_patch(model):
+    """A linear displacement gives its constant stress: no force inside, the traction's work on the surface."""
+    gradient = 1e-3 * np.array([[1.0, 0.4, -0.2], [0.1, -0.7, 0.3], [0.5, 0.2, 0.9]])
+    u = sample(model, lambda x: gradient @ x)
+    force = model.stiffness @ u
+    on_surface = np.zeros(model.basis.N, dtype=bool)
+    on_surface[model.basis.get_dofs().all()] = True
+    lam, mu = lame(STEEL)
+    strain = (gradient + gradient.T) / 2
+    stress = 2 * mu * strain + lam * np.trace(strain) * np.eye(3)
+    assert np.abs(force[~on_surface]).max() < 1e-12 * np.abs(force).max()
+    assert u @ force == pytest.approx(np.sum(stress * strain) * np.prod(SIDES), rel=1e-12)
+
+
+def test_six_rigid_motions_and_no_more(model):
+    motions = rigid_motions(model)
+    assert np.abs(model.stiffness @ motions).max() < 1e-12 * abs(model.stiffness).max()
+    hz, _ = frequencies(model.stiffness, model.mass, 7, 500.0)
+    assert hz[5] < 1e-2 < 1e3 < hz[6]
+
+
+@pytest.mark.parametrize("consistent", [True, False])
+def test_mass_is_exact_and_definite(consistent):
+    radius, length = 0.02, 0.06
+    body = finite_elements(round_bar(radius, length, 2, 4), STEEL, consistent_mass=consistent)
+    motions = rigid_motions(body)
+    rigid = motions.T @ body.mass @ motions
+    volume = body.basis.dx.sum()
+    assert np.diag(rigid)[:3] == pytest.approx([STEEL.density * volume] * 3, rel=1e-12)
+    # The surface of quadratic elements misses the circle by (π/n)⁴/40 or so: n = 16 chords.
+    assert volume == pytest.approx(np.pi * radius**2 * length, rel=1e-4)
+    assert body.mass.diagonal().min() > 0
+    if not consistent:
+        assert body.mass.nnz == body.basis.N
+
+
+def test_inertia_of_a_block_is_exact(model):
+    rigid = rigid_motions(model).T @ model.mass @ rigid_motions(model)
+    mass = STEEL.density * np.prod(SIDES)
+    squares = np.array(SIDES) ** 2
+    assert np.diag(rigid)[3:] == pytest.approx(mass / 12 * (squares.sum() - squares), rel=1e-12)
+
+
+def test_sampling_follows_components(model):
+    u = sample(model, lambda x: np.array([x[1], x[2], x[0]]))
+    expected = np.choose(model.components, (model.positions[1], model.positions[2], model.positions[0]))
+    assert np.array_equal(u, expected)
+
+
+def test_stress_stiffness_of_a_turning_block(model):
+    """K_σ − C of a free body on its rotations is diag(J_z − J_y, J_z − J_x, 0); translations feel no stress."""
+    motions = rigid_motions(model)
+    turned = np.zeros_like(motions)
+    nodes = component_dofs(model.basis)
+    turned[nodes[0]], turned[nodes[1]] = -motions[nodes[1]], motions[nodes[0]]
+    load = model.mass @ sample(model, lambda x: np.array([x[0], x[1], 0 * x[2]]))
+    # A load in balance: three supported nodes that stop rigid motion carry nothing.
+    corners = np.flatnonzero(np.isclose(model.mesh.p[0], -SIDES[0] / 2) & np.isclose(model.mesh.p[1], -SIDES[1] / 2))
+    a, b = corners[np.argsort(model.mesh.p[2, corners])[[0, -1]]]
+    c = np.argmin(np.linalg.norm(model.mesh.p - np.array([[1], [-1], [-1]]) * np.array([SIDES]).T / 2, axis=0))
+    held = [*nodes[:, a], *nodes[:2, b], nodes[1, c]]
+    free = np.setdiff1d(np.arange(model.basis.N), held)
+    u = np.zeros(model.basis.N)
+    u[free] = factorise(model.stiffness[free][:, free]).solve(load[free])
+    assert np.abs(model.stiffness @ u - load)[held].max() < 1e-9 * np.abs(load).max()
+    stress = motions.T @ geometric_stiffness(model, u) @ motions
+    spin = turned.T @ model.mass @ turned
+    jx, jy, jz = np.diag(motions.T @ model.mass @ motions)[3:]
+    assert np.abs(stress[:3]).max() < 1e-9 * STEEL.density * np.prod(SIDES)
+    assert (stress - spin)[3:, 3:] == pytest.approx(np.diag([jz - jy, jz - jx, 0]), abs=1e-8 * jz)
+
+
+def test_cholesky_solves(curved):
+    matrix = (curved.stiffness + 1e6 * curved.mass).tocsc()
+    rhs = np.random.default_rng(3).standard_normal((matrix.shape[0], 5))
+    factor = factorise(matrix)
+    assert isinstance(factor, Cholesky)
+    x = factor.solve(rhs)
+    assert np.abs(matrix @ x - rhs).max() < 1e-14 * abs(matrix).max() * np.abs(x).max()
+    assert np.array_equal(factor.solve(rhs[:, 0]), factor.solve(rhs[:, :1])[:, 0])
+
+
+def test_indefinite_matrices_are_solved_too(curved):
+    hz, _ = frequencies(curved.stiffness, curved.mass, 8, 1000.0)
+    matrix = (curved.stiffness - (2 * np.pi * 0.5 * hz[6:].mean()) ** 2 * curved.mass).tocsc()
+    factor = factorise(matrix)
+    rhs = np.ones(matrix.shape[0])
+    assert not isinstance(factor, Cholesky)
+    assert np.abs(matrix @ factor.solve(rhs) - rhs).max() < 1e-6
+
+
+@settings(deadline=None, max_examples=30)
+@given(n=st.integers(2, 60), density=st.floats(0.0, 0.3), seed=st.integers(0, 1000))
+def test_cholesky_of_any_sparse_definite_matrix(n, density, seed):
+    random = np.random.default_rng(seed)
+    a = sparse.random_array((n, n), density=density, rng=random)
+    matrix = (a @ a.T + sparse.eye_array(n)).tocsc()
+    rhs = random.standard_normal((n, 2))
+    assert Cholesky(matrix).solve(rhs) == pytest.approx(np.linalg.solve(matrix.toarray(), rhs), rel=1e-8, abs=1e-10)
+
+
+@settings(deadline=None, max_examples=30)
+@given(n=st.integers(1, 80), leaf=st.integers(1, 12), seed=st.integers(0, 1000))
+def test_dissection_orders_every_node_once_and_separates(n, leaf, seed):
+    a = sparse.random_array((n, n), density=0.06, rng=np.random.default_rng(seed))
+    graph = sparse.csr_matrix(a + a.T + sparse.eye_array(n))
+    groups, parents = nested_dissection(graph, leaf)
+    assert np.array_equal(np.sort(np.concatenate(groups)), np.arange(n))
+    group_of = np.empty(n, dtype=int)
+    for k, group in enumerate(groups):
+        group_of[group] = k
+    ancestors = []
+    for k, parent in enumerate(parents):
+        assert parent == -1 or parent > k
+        chain = {k}
+        while parents[max(chain)] >= 0:
+            chain.add(parents[max(chain)])
+        ancestors.append(chain)
+    # Two nodes with an edge lie on one path to the root: no fill between separated parts.
+    for i, j in zip(*graph.nonzero(), strict=True):
+        low, high = sorted((group_of[i], group_of[j]))
+        assert high in ancestors[low]
+
+
+def test_vertex_cover_is_least():
+    """König: as many as the largest matching; here a star and a path."""
+    star = sparse.csr_matrix(np.ones((1, 7)))
+    rows, columns = vertex_cover(star)
+    assert rows.sum() == 1 and columns.sum() == 0
+    path = sparse.csr_matrix(np.eye(4) + np.eye(4, k=1))
+    rows, columns = vertex_cover(path)
+    assert rows.sum() + columns.sum() == 4
+    assert np.all((path.toarray() == 0) | rows[:, None] | columns[None, :])

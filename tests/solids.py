@@ -1,0 +1,54 @@
+"""Bodies of simple form, meshed without a CAD kernel, and their modes by a solver of its own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator, eigsh
+from skfem import MeshTet1, MeshTet2, MeshTri
+
+from cranktrain.engine import Material
+from cranktrain.structure.elasticity import factorise
+
+STEEL = Material(youngs_modulus=210e9, poisson_ratio=0.3, density=7850.0)
+
+
+def block(size, cells, origin=(0.0, 0.0, 0.0)) -> MeshTet2:
+    """Rectangular block ``size`` about ``origin``, divided ``cells`` times."""
+    axes = [o + s * (np.linspace(0, 1, n + 1) - 0.5) for s, n, o in zip(size, cells, origin, strict=True)]
+    return MeshTet2.from_mesh(MeshTet1.init_tensor(*axes))
+
+
+def round_bar(radius: float, length: float, refinements: int, layers: int) -> MeshTet2:
+    """Round bar about z from 0 to ``length``, the mid-side nodes of its surface on the circle."""
+    disc = MeshTri.init_circle(refinements)
+    n = disc.p.shape[1]
+    points = np.vstack((np.tile(disc.p, layers + 1), np.repeat(np.linspace(0, length, layers + 1), n)))
+    a, b, c = np.sort(disc.t, axis=0)
+    prism = np.hstack([np.stack(t) for t in ((a, b, c, c + n), (a, b, b + n, c + n), (a, a + n, b + n, c + n))])
+    mesh = MeshTet2.from_mesh(MeshTet1(points, np.hstack([prism + k * n for k in range(layers)])))
+    nodes = mesh.doflocs.copy()
+    ends = np.hypot(*mesh.doflocs[:2, mesh.edges])
+    on_surface = mesh.nvertices + np.flatnonzero((ends > 1 - 1e-9).all(axis=0))
+    on_surface = on_surface[np.isin(on_surface - mesh.nvertices, mesh.boundary_edges())]
+    nodes[:2, on_surface] /= np.hypot(*nodes[:2, on_surface])
+    nodes[:2] *= radius
+    return replace(mesh, doflocs=nodes)
+
+
+def frequencies(stiffness, mass, count, shift_hz):
+    """Lowest ``count`` natural frequencies, Hz (the square root of the size where ω² < 0), and modes."""
+    shift = (2 * np.pi * shift_hz) ** 2
+    inverse = factorise((stiffness + shift * mass).tocsc())
+    n = stiffness.shape[0]
+    values, modes = eigsh(
+        stiffness,
+        count,
+        mass,
+        sigma=-shift,
+        OPinv=LinearOperator((n, n), inverse.solve, dtype=float),
+        v0=np.random.default_rng(1).standard_normal(n),
+    )
+    order = np.argsort(values)
+    return np.sqrt(np.abs(values[order])) / (2 * np.pi), modes[:, order]
