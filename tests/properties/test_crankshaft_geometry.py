@@ -325,3 +325,20 @@ def test_unreadable_files_are_one_line(tmp_path):
         with pytest.raises(InputError, match=reason) as refused:
             read_mesh(tmp_path / name)
         assert "\n" not in str(refused.value)
+
+
+def test_a_nastran_mesh_with_named_properties(tmp_path):
+    bar, chosen = shaft_file(tmp_path / "bar.msh", named="physical")
+    found = meshio.read(tmp_path / "bar.msh")
+    tags = [np.asarray(block) + 1 for block in found.cell_data["gmsh:physical"]]
+    # meshio's writer of this format stops at numbers longer than 16 characters.
+    rounded = meshio.Mesh(found.points.round(6) + 0.0, found.cells, cell_data={"nastran:ref": tags})
+    path = tmp_path / "bar.bdf"
+    meshio.write(path, rounded, file_format="nastran")
+    names = "".join(f'$HMNAME PROP {tag + 1:10d}"{name}" 4\n' for name, (tag, _) in found.field_data.items())
+    path.write_text(names + path.read_text())
+    mesh = read_mesh(path)
+    assert {name: len(mesh.boundaries[name]) for name in chosen} == {name: len(f) for name, f in chosen.items()}
+    assert finite_elements(mesh, STEEL).basis.dx.sum() == pytest.approx(
+        finite_elements(bar, STEEL).basis.dx.sum(), rel=1e-3
+    )

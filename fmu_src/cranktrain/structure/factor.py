@@ -12,7 +12,7 @@ Math. Softw. 9 (1983) 302; J. Liu, SIAM Review 34 (1992) 82.
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager
 from typing import Protocol
 
 import numpy as np
@@ -22,13 +22,9 @@ from scipy import sparse
 from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf
 from scipy.sparse.linalg import splu
+from threadpoolctl import ThreadpoolController
 
 from cranktrain.structure.dissection import nested_dissection
-
-try:
-    from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped, import-not-found, unused-ignore]
-except ImportError:
-    ThreadpoolController = None
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.intp]
@@ -146,7 +142,7 @@ class Cholesky:
 
 def _one_thread() -> AbstractContextManager[object]:
     """Products on one thread: fronts are small, and threads that wait for each other cost ten times what they gain."""
-    return ThreadpoolController().limit(limits=1, user_api="blas") if ThreadpoolController else nullcontext()
+    return ThreadpoolController().limit(limits=1, user_api="blas")
 
 
 def _nodes_of_equal_pattern(rows: sparse.csr_matrix) -> tuple[sparse.csr_matrix, Integers]:
