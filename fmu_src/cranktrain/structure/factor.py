@@ -3,8 +3,8 @@
 A = L Lᵀ by the multifrontal method on a nested dissection: each group of the dissection gathers the rows it shares with
 its own unknowns and with later ones in a small dense matrix (its front), eliminates its unknowns there, and hands the
 rest to its parent. All arithmetic is dense and blocked, so that a hundred solutions cost little more than ten single
-ones: on a crankshaft of 125 000 unknowns 6 s for the factors and 1 s for a hundred solutions, where SuperLU takes 10 s
-and 20 s.
+ones: on a crankshaft of 125 000 unknowns 6 s for the factors and 1 to 2 s for a hundred solutions, where SuperLU takes
+10 s and 20 s.
 
 Reference: I. Duff and J. Reid, *The multifrontal solution of indefinite sparse symmetric linear equations*, ACM Trans.
 Math. Softw. 9 (1983) 302; J. Liu, SIAM Review 34 (1992) 82.

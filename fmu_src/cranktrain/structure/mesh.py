@@ -127,10 +127,10 @@ def read_mesh(path: str | Path, unit: str = "m") -> MeshTet2:
     if not 0.02 < length < 20.0:
         raise InputError(f"{path}: a crankshaft {length:.4g} m long: state the mesh unit ({', '.join(UNITS)})")
     mesh = quadratic_mesh(UNITS[unit] * nodes, tets, surfaces, VTK_EDGES)
+    if loose := [name for name in wanted if not len(mesh.boundaries[name])]:
+        raise InputError(f"{path}: {', '.join(loose)}: no triangle is a face of a tetrahedron: export both together")
     before = -np.inf
     for name in (n for n in wanted if n.startswith("main[")):
-        if not len(mesh.boundaries[name]):
-            raise InputError(f"{path}: the triangles of {name} are not faces of the tetrahedra: export both together")
         x, y, z = surface_area(mesh, name)[1]
         if np.hypot(x, y) > 0.01 * length or z <= before:
             raise InputError(
