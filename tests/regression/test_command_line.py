@@ -65,9 +65,10 @@ def test_simulate_writes_a_result_and_repeats_itself(coarse, capsys, tmp_path):
     summary = runs[0]
     assert set(summary["pulley"]) == {"torsion_deg", "axial_um"}
     assert [row["name"] for row in summary["bearings"]] == [f"main[{i}]" for i in range(1, 8)]
+    clearance_um = 1e6 * load_engine(coarse).main_bearing.clearance
     for row in summary["bearings"]:
         assert 0.0 < row["max_eccentricity"] < 1.0
-        assert row["min_film_um"] == pytest.approx(40.0 * (1.0 - row["max_eccentricity"]), rel=1e-6)
+        assert row["min_film_um"] == pytest.approx(clearance_um * (1.0 - row["max_eccentricity"]), rel=1e-6)
     first, attributes = read_result(tmp_path / "a.h5")
     second, _ = read_result(tmp_path / "b.h5")
     assert attributes["speed"] == pytest.approx(2000.0 * math.pi / 30.0)
