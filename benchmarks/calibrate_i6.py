@@ -42,8 +42,8 @@ TARGETS = (
     ("cranktrain axial 1", 300.0, 0.01),
     ("cranktrain lowest bending", 208.0, 0.2),
 )
-# Bending divides the second torsion of the cranktrain among neighbours, and the largest share jumps from one to the next:
-# the fit sees their mean in this band, Hz, weighted by their shares of torsion.
+# Bending divides the second torsion of the cranktrain among neighbours, and the largest share jumps from one to the
+# next: the fit sees their mean in this band, Hz, weighted by their shares of torsion.
 SECOND_BAND = (500.0, 800.0)
 
 

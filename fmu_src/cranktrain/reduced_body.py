@@ -267,9 +267,9 @@ def signed(shapes: Array) -> Array:
     Rotations count with the size of the translations, so that the choice does not depend on the unit of length; the
     first component within a tenth of the largest is taken, so that symmetric twins do not compete.
     """
-    translation, rotation = (np.abs(part).max() for part in (shapes[:, :3], shapes[:, 3:]))
+    translation, rotation = (np.abs(part).max(initial=0.0) for part in (shapes[:, :3], shapes[:, 3:]))
     flat = np.concatenate((shapes[:, :3] * rotation, shapes[:, 3:] * translation), axis=1).transpose(2, 0, 1)
-    flat = flat.reshape(flat.shape[0], -1)
+    flat = flat.reshape(shapes.shape[2], 6 * shapes.shape[0])
     size = np.abs(flat)
     first = np.argmax(size >= 0.9 * size.max(axis=1, keepdims=True), axis=1)
     return np.where(flat[np.arange(flat.shape[0]), first] < 0.0, -1.0, 1.0)

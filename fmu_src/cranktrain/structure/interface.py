@@ -74,7 +74,7 @@ def averaged_interfaces(
 
 def _averaging(model: FEModel, name: str, place: Array | None) -> tuple[Array, sparse.csr_matrix]:
     facets = FacetBasis(model.mesh, model.basis.elem, facets=model.mesh.boundaries[name], intorder=4)
-    points = np.asarray(facets.global_coordinates().value)
+    points = np.asarray(facets.global_coordinates())
     if place is None:
         place = np.einsum("afq,fq->a", points, facets.dx) / facets.dx.sum()
     motions = _rigid_motions(points - np.asarray(place)[:, None, None])

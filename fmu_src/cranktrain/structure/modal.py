@@ -1,8 +1,8 @@
 """Natural frequencies of the crankshaft and of the assembled cranktrain, and what kind of motion each mode is.
 
 *Crankshaft, free*: with flywheel and pulley, no rods. *Cranktrain*: at rest (Ω = 0), each pin carrying the cycle mean
-of its rod across the axis, m_b + ½ m_o (the oscillating mass follows the pin by half, cos² θ on average), main bearings as
-springs, the thrust bearing closed (collar and block in series), the connecting shaft's stiffness at the flywheel.
+of its rod across the axis, m_b + ½ m_o (the oscillating mass follows the pin by half, cos² θ on average), main bearings
+as springs, the thrust bearing closed (collar and block in series), the connecting shaft's stiffness at the flywheel.
 
 The kind of a mode is read from its kinetic energy. Each slice of the body around a point of the axis moves as a rigid
 section: translation across and tilt count as bending, rotation about z as torsion, translation along z as axial. A mode

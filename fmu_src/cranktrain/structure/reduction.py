@@ -251,7 +251,7 @@ def sections(model: FEModel, body: ReducedBody) -> dict[str, Array]:
     ]
     rows = np.array(sorted(on_axis, key=lambda row: body.positions[row, 2]))
     z = body.positions[rows, 2]
-    points = np.asarray(model.basis.global_coordinates().value).reshape(3, -1)
+    points = np.asarray(model.basis.global_coordinates()).reshape(3, -1)
     weights = model.material.density * model.basis.dx.ravel()
     nearest = np.searchsorted(0.5 * (z[1:] + z[:-1]), points[2])
     radial = points[0] ** 2 + points[1] ** 2

@@ -1,0 +1,207 @@
+"""Rotors in the turning frame against published whirl speeds and closed forms."""
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from solids import round_bar
+
+from cranktrain.engine import Material
+from cranktrain.reduced_body import attach, rigid, truncate
+from cranktrain.structure.craig_bampton import craig_bampton
+from cranktrain.structure.elasticity import finite_elements
+from cranktrain.structure.interface import averaged_interfaces
+
+CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "rotor.json").read_text())}
+SPEED = 4000 * np.pi / 30
+LENGTH, RADIUS, DENSITY = 1.5, 0.025, 7810.0
+TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
+
+
+@cache
+def bare_shaft():
+    """Shaft of the published rotor with interfaces at its ends and around the places of the discs."""
+    near = 1e-6
+    mesh = round_bar(RADIUS, LENGTH, 2, 60)
+
+    def ring(middle):
+        return lambda x: (np.hypot(x[0], x[1]) > 0.8 * RADIUS) & (np.abs(x[2] - middle) < 0.025)
+
+    mesh = mesh.with_boundaries(
+        {
+            "left": lambda x: x[2] < near,
+            "right": lambda x: x[2] > LENGTH - near,
+            "disc 1": ring(0.5),
+            "disc 2": ring(1.0),
+        }
+    )
+    steel = Material(youngs_modulus=211e9, poisson_ratio=211e9 / (2 * 81.2e9) - 1, density=DENSITY)
+    model = finite_elements(mesh, steel)
+    places = {name: np.array([0, 0, z]) for name, z in (("left", 0), ("right", 1.5), ("disc 1", 0.5), ("disc 2", 1.0))}
+    return craig_bampton(model, averaged_interfaces(model, positions=places), fixed_modes=30).body
+
+
+@cache
+def rotor():
+    body = bare_shaft()
+    for name, outer in (("disc 1", 0.28), ("disc 2", 0.35)):
+        width, bore = 0.07, 2 * RADIUS
+        mass = DENSITY * np.pi / 4 * (outer**2 - bore**2) * width
+        polar = mass * (outer**2 + bore**2) / 8
+        diametral = 0.5 * polar + mass * width**2 / 12
+        body = attach(body, name, mass, np.diag([diametral, diametral, polar]), (0.0, 0.0, 0.0))
+    return body
+
+
+def support(body, stiffness, names=("left", "right")):
+    """Stiffness matrix (2, 2) across the axis at the named interfaces, in modes."""
+    across = [body.shapes[body.index(name), :2] for name in names]
+    return sum(row.T @ stiffness @ row for row in across)
+
+
+def system(body, speed, stiffness, damping=0.0):
+    """First-order matrix of the equations in the turning frame."""
+    n = body.n_modes
+    rigidity = np.diag(body.omega**2) + speed**2 * (body.stress_stiffness - body.centrifugal) + stiffness
+    return np.block([[np.zeros((n, n)), np.eye(n)], [-rigidity, -2 * speed * body.gyroscopic - damping]])
+
+
+def inertial_whirl(body, speed, stiffness, probe="disc 1"):
+    """Whirl speeds seen from outside, rad/s: the turning frame's ω, shifted by Ω in the sense of the whirl."""
+    values, vectors = np.linalg.eig(system(body, speed, stiffness))
+    across = body.shapes[body.index(probe), :2] @ vectors[: body.n_modes]
+    forward, backward = np.abs(across[0] + 1j * across[1]), np.abs(across[0] - 1j * across[1])
+    lateral = np.maximum(forward, backward) > 1e-3 * np.abs(vectors[: body.n_modes]).max(axis=0)
+    chosen = lateral & (values.imag > 1e-3)
+    # x + iy of the real motion has a part e^{+iωt} of size |x + iy| and a part e^{−iωt} of size |x − iy|.
+    sense = np.where(forward > backward, 1.0, -1.0)
+    return np.sort(np.abs(sense * values.imag + speed)[chosen])
+
+
+@pytest.mark.parametrize(("speed", "column"), [(0.0, "rpm0"), (SPEED, "rpm4000")])
+def test_isotropic_rotor_whirls_as_published(speed, column):
+    """Friswell et al. 5.9.1, lumped discs on a reduced solid shaft: within 1 % (the case's own tolerance)."""
+    body = rotor()
+    found = inertial_whirl(body, speed, support(body, 1e6 * np.eye(2)))
+    expected = CASES["friswell_5.9.1"]["expected"][column]
+    np.testing.assert_allclose(found[:6], expected, rtol=0.01)
+
+
+def test_anisotropic_rotor_whirls_as_published():
+    """Friswell et al. 5.9.2: bearings that differ across turn in the frame; Floquet over one revolution."""
+    body = truncate(rotor(), 1000.0, [(name, c) for name in ("left", "right") for c in (0, 1)])
+    n, steps = body.n_modes, 256
+    step = 2 * np.pi / SPEED / steps
+    state, path = np.eye(2 * n), [np.eye(2 * n)]
+    for k in range(steps):
+        angle = SPEED * step * (k + 0.5)
+        back = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        springs = back @ np.diag([1e6, 8e5]) @ back.T
+        state = expm(step * system(body, SPEED, support(body, springs))) @ state
+        path.append(state)
+    multipliers, vectors = np.linalg.eig(state)
+    exponents = np.log(multipliers) / (steps * step)
+    angles = SPEED * step * np.arange(steps)
+    row = body.shapes[body.index("disc 1"), :2]
+    found = []
+    for exponent, vector in zip(exponents, vectors.T, strict=True):
+        turning = np.stack([row @ (p @ vector)[:n] for p in path[:-1]], axis=1)
+        outside = turning[0] * np.cos(angles) - turning[1] * np.sin(angles)
+        upward = turning[0] * np.sin(angles) + turning[1] * np.cos(angles)
+        for motion in (outside, upward):
+            lines = np.abs(np.fft.fft(motion * np.exp(-exponent * step * np.arange(steps))))
+            harmonic = np.fft.fftfreq(steps, 1 / steps)[np.argmax(lines)]
+            found.append(abs(exponent.imag + harmonic * SPEED))
+    for expected in CASES["friswell_5.9.2"]["expected"]["rpm4000"]:
+        assert np.min(np.abs(np.array(found) / expected - 1)) < 0.01
+
+
+def test_torsion_does_not_feel_the_speed():
+    """Issue: torsional frequencies of a free shaft do not depend on Ω (1e-4)."""
+    body = rotor()
+    torsion = [k for k in range(6, body.n_modes) if _torsional(body, k)][:3]
+    for speed in (100.0, 250.0, 500.0):
+        values = np.abs(np.linalg.eigvals(system(body, speed, np.zeros_like(body.gyroscopic))).imag)
+        for k in torsion:
+            assert np.min(np.abs(values / body.omega[k] - 1)) < 1e-4
+
+
+def _torsional(body, k):
+    motion = np.abs(body.shapes[:, :, k]).max(axis=0)
+    return motion[5] * RADIUS > 10 * motion[:3].max()
+
+
+def test_without_stress_stiffness_torsion_would_fall():
+    """The counterpart: with −Ω²C alone torsion falls to √(ω² − Ω²), so the test above can fail."""
+    body = rotor()
+    k = next(k for k in range(6, body.n_modes) if _torsional(body, k))
+    softened = body.omega[k] ** 2 - 500.0**2 * body.centrifugal[k, k]
+    assert softened == pytest.approx(body.omega[k] ** 2 - 500.0**2, rel=1e-3)
+    assert (body.stress_stiffness - body.centrifugal)[k, k] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_free_rotor_in_flight_does_not_wind_up():
+    """Neutral about z at any speed: the equations keep a wound-up rotor at rest in the frame."""
+    body = rotor()
+    start = np.zeros(2 * body.n_modes)
+    start[5] = 1.0
+    for speed in (10.0, SPEED, 5 * SPEED):
+        rate = system(body, speed, np.zeros_like(body.gyroscopic)) @ start
+        assert np.abs(rate).max() < 1e-9 * speed**2
+
+
+def test_a_lumped_disc_gets_its_textbook_terms():
+    """Turning frame, disc about its centre: Coriolis (2 J_d − J_p) Ω, stiffness (J_p − J_d) Ω² (DESIGN section 4)."""
+    mass, diametral, polar = 30.0, 0.6, 1.1
+    bare = rigid(bare_shaft())
+    disc = attach(bare, "left", mass, np.diag([diametral, diametral, polar]), (0.0, 0.0, 0.0))
+
+    def raw(body, matrix):
+        to_rigid = np.linalg.inv(_coordinates(body))
+        return to_rigid.T @ matrix @ to_rigid
+
+    added = {
+        name: raw(disc, getattr(disc, name)) - raw(bare, getattr(bare, name))
+        for name in ("gyroscopic", "centrifugal", "stress_stiffness")
+    }
+    spin = added["stress_stiffness"] - added["centrifugal"]
+    np.testing.assert_allclose(spin[3:, 3:], np.diag([1, 1, 0]) * (polar - diametral), atol=1e-9)
+    np.testing.assert_allclose(spin[:3, :3], np.diag([-mass, -mass, 0]), atol=1e-9)
+    coriolis = 2 * added["gyroscopic"]
+    np.testing.assert_allclose(coriolis[3:5, 3:5], -(2 * diametral - polar) * TURN.T, atol=1e-9)
+    np.testing.assert_allclose(coriolis[:2, :2], 2 * mass * TURN, atol=1e-9)
+
+
+def _coordinates(body):
+    from cranktrain.reduced_body import rigid_coordinates
+
+    return rigid_coordinates(body)
+
+
+def test_internal_damping_makes_the_rotor_unstable_above_its_threshold():
+    """Jeffcott rotor, ω_n = 1, c_e = 0.02, c_i = 0.01: unstable above Ω = ω_n (1 + c_e/c_i) = 3, whirling forwards."""
+    body = rigid(bare_shaft())  # its translations across have unit modal mass
+    external, internal = 0.02, 0.01
+    across = np.zeros((2, 6))
+    across[[0, 1], [0, 1]] = 1.0
+
+    def growth(speed):
+        stiffness = across.T @ (np.eye(2) + external * speed * TURN) @ across
+        damping = across.T @ ((internal + external) * np.eye(2)) @ across
+        matrix = system(body, speed, stiffness, damping)
+        lateral = [0, 1, 6, 7]
+        values, vectors = np.linalg.eig(matrix[np.ix_(lateral, lateral)])
+        fastest = np.argmax(values.real)
+        return values[fastest], vectors[:2, fastest]
+
+    low, high = 2.0, 4.0
+    while high - low > 1e-9:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if growth(middle)[0].real > 0 else (middle, high)
+    assert low == pytest.approx(3.0, abs=1e-6)
+    value, vector = growth(3.1)
+    forward = np.sign(abs(vector[0] + 1j * vector[1]) - abs(vector[0] - 1j * vector[1])) * np.sign(value.imag)
+    assert abs(value.imag) * forward + 3.1 == pytest.approx(1.0, abs=1e-2)
