@@ -118,7 +118,7 @@ def rigid_coordinates(body: ReducedBody) -> Array:
     """Six rigid-body motions of the frame's origin (t_x … r_z, by row) in each of the six rigid modes, (6, 6)."""
     at_interface = np.eye(6)
     at_interface[:3, 3:] = -_skew(body.positions[0])
-    return np.linalg.solve(at_interface, body.shapes[0, :, :6])
+    return np.asarray(np.linalg.solve(at_interface, body.shapes[0, :, :6]), dtype=np.float64)
 
 
 def rigid_modes(mass: Array) -> Array:

@@ -67,7 +67,8 @@ def test_an_interface_force_is_spread_with_its_resultant(model, interfaces):
     place = interfaces.positions[0]
     resultant = rigid_motions(model).T @ load
     np.testing.assert_allclose(resultant[:3], [1, 2, 3], rtol=1e-11)
-    np.testing.assert_allclose(resultant[3:], np.cross(place, [1, 2, 3]) + [0.4, 0.5, 0.6], atol=1e-11)
+    moment = np.cross(place, [1.0, 2.0, 3.0])
+    np.testing.assert_allclose(resultant[3:], moment + np.array([0.4, 0.5, 0.6]), atol=1e-11)
 
 
 def test_constraint_modes_are_static_answers_to_unit_interface_motions(model, interfaces):

@@ -233,9 +233,13 @@ def craig_bampton(
 
 def rigid_motions(model: FEModel) -> Array:
     """Translations along and rotations about x, y, z through the frame's origin, (ndof, 6)."""
-    axes = np.eye(3)
-    fields = [sample(model, lambda x, e=e: np.repeat(e[:, None], x.shape[1], axis=1)) for e in axes]
-    fields += [sample(model, lambda x, e=e: np.cross(e, x, axisb=0).T) for e in axes]
+    position = sample(model, lambda x: x)
+    fields = []
+    for axis in np.eye(3):
+        translation = np.empty_like(position)
+        translation[_nodes(model)] = axis[:, None]
+        fields.append(translation)
+    fields += [_cross(model, axis, position) for axis in np.eye(3)]
     return np.stack(fields, axis=1)
 
 

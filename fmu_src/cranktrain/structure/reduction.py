@@ -253,17 +253,17 @@ def sections(model: FEModel, body: ReducedBody) -> dict[str, Array]:
     z = body.positions[rows, 2]
     points = np.asarray(model.basis.global_coordinates()).reshape(3, -1)
     weights = model.material.density * model.basis.dx.ravel()
-    nearest = np.searchsorted(0.5 * (z[1:] + z[:-1]), points[2])
+    slices = np.searchsorted(0.5 * (z[1:] + z[:-1]), points[2])
     radial = points[0] ** 2 + points[1] ** 2
 
     def gather(values: Array) -> Array:
-        return np.bincount(nearest, weights=weights * values, minlength=rows.size)
+        return np.asarray(np.bincount(slices, weights * values, rows.size), dtype=np.float64)
 
     return {
         "section_interface": rows.astype(float),
         "section_mass": gather(np.ones_like(radial)),
         "section_polar": gather(radial),
-        "section_diametral": gather(0.5 * radial + (points[2] - z[nearest]) ** 2),
+        "section_diametral": gather(0.5 * radial + (points[2] - z[slices]) ** 2),
     }
 
 
