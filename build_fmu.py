@@ -47,6 +47,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--description", action="store_true", help="rewrite modelDescription/modelDescription.xml instead of building"
     )
+    parser.add_argument(
+        "--reference", action="store_true", help="also simulate the FMU and write its cross-check files beside it"
+    )
     chosen = parser.parse_args(arguments)
     try:
         engine = load_engine(chosen.engine)
@@ -55,6 +58,8 @@ def main(arguments: list[str] | None = None) -> int:
             _write(path, model_description(engine))
         else:
             path = build(engine, reduced_body(engine, _say), Path(chosen.output), _say)
+            if chosen.reference:
+                write_reference(path, _say)
     except CranktrainError as error:
         print(f"build_fmu: {error}", file=sys.stderr)
         return 2
@@ -100,6 +105,28 @@ def model_description(engine: Engine) -> bytes:
     root = ElementTree.fromstring(_wrapped(contents)["modelDescription.xml"])
     complete(root, interface, contents.variables, contents.guid)
     return _xml(root)
+
+
+def write_reference(path: Path, say: Callable[[str], None]) -> None:
+    """Write NAME_in.csv, NAME_ref.csv and NAME_ref.opt beside an FMU: the default experiment at its start values."""
+    from fmpy import read_model_description, simulate_fmu
+
+    say(f"{path.stem}: reference results of the default experiment")
+    description = read_model_description(str(path))
+    experiment = description.defaultExperiment
+    start, stop, step = (float(getattr(experiment, name)) for name in ("startTime", "stopTime", "stepSize"))
+    speed = next(v.start for v in description.modelVariables if v.name == "speed")
+    rows = [["time", "speed"], [repr(start), speed], [repr(stop), speed]]  # no pressures: the gas stays built in
+    result = simulate_fmu(str(path), output_interval=step)
+    options = f"StartTime, {start!r}\nStopTime, {stop!r}\nStepSize, {step!r}\nRelTol, 0.0001\n"
+    table = [list(result.dtype.names or ())] + [[repr(value) for value in row.tolist()] for row in result]
+    _write(path.with_name(f"{path.stem}_in.csv"), _csv(rows))
+    _write(path.with_name(f"{path.stem}_ref.csv"), _csv(table))
+    _write(path.with_name(f"{path.stem}_ref.opt"), options.encode())
+
+
+def _csv(rows: list[list[str]]) -> bytes:
+    return "\n".join(",".join(row) for row in rows).encode()
 
 
 # ---------------------------------------------------------------- contents
