@@ -74,8 +74,7 @@ def reduced_crankshaft(
     say(f"finite elements ({3 * model_mesh.doflocs.shape[1]} degrees of freedom)")
     model = finite_elements(model_mesh, engine.material, engine.reduction.consistent_mass)
     interfaces = crankshaft_interfaces(model, engine.crankshaft)
-    # The factors' blocks are small: a second thread costs ten times what it saves, and one gives the same bytes always.
-    with threadpool_limits(limits=1, user_api="blas"):
+    with _one_thread():
         name = f"{engine.name} crankshaft"
         reduced = craig_bampton(model, interfaces, engine.reduction.fixed_modes, name, digest, say)
         body = _checked(model, reduced, interfaces, engine.reduction.consistent_mass, say)
@@ -110,9 +109,10 @@ def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:
 
 def complete_crankshaft(engine: Engine, body: ReducedBody) -> ReducedBody:
     """Bare crankshaft with the engine's pulley and flywheel attached."""
-    for interface, part in (("pulley", engine.pulley), ("flywheel", engine.flywheel)):
-        inertia = np.diag([part.diametral_inertia, part.diametral_inertia, part.polar_inertia])
-        body = attach(body, interface, part.mass, inertia, (0.0, 0.0, part.offset))
+    with _one_thread():
+        for interface, part in (("pulley", engine.pulley), ("flywheel", engine.flywheel)):
+            inertia = np.diag([part.diametral_inertia, part.diametral_inertia, part.polar_inertia])
+            body = attach(body, interface, part.mass, inertia, (0.0, 0.0, part.offset))
     return body
 
 
@@ -135,7 +135,9 @@ def running_body(
     """
     bare = reduced_crankshaft(engine, progress=progress) if body is None else body
     chosen = running_loads(engine) if loaded is None else loaded
-    return truncate(complete_crankshaft(engine, bare), engine.reduction.running_cutoff_hz, chosen)
+    complete = complete_crankshaft(engine, bare)
+    with _one_thread():
+        return truncate(complete, engine.reduction.running_cutoff_hz, chosen)
 
 
 def crankshaft_interfaces(model: FEModel, crankshaft: Crankshaft) -> InterfaceSet:
@@ -161,6 +163,11 @@ def tied_frequencies(model: FEModel, interfaces: InterfaceSet, count: int) -> Ar
     stiffness, mass = (tie.T @ model.stiffness @ tie).tocsc(), (tie.T @ model.mass @ tie).tocsc()
     flexibility = Flexibility.of(stiffness, mass, motions)
     return eigenmodes(flexibility.solve, mass, count)[0] / (2.0 * np.pi)
+
+
+def _one_thread() -> threadpool_limits:
+    """Linear algebra on one thread: a second one costs more than it saves on small blocks; and the same bytes always."""
+    return threadpool_limits(limits=1, user_api="blas")
 
 
 def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
