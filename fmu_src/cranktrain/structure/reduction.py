@@ -166,7 +166,7 @@ def tied_frequencies(model: FEModel, interfaces: InterfaceSet, count: int) -> Ar
 
 
 def _one_thread() -> threadpool_limits:
-    """Linear algebra on one thread: a second one costs more than it saves on small blocks; and the same bytes always."""
+    """Linear algebra on one thread: faster on small blocks than two, and the same bytes always."""
     return threadpool_limits(limits=1, user_api="blas")
 
 
