@@ -34,7 +34,7 @@ from cranktrain.dynamics.model import (
     SHAFT_C,
     SHAFT_K,
 )
-from cranktrain.film.impedance import friction_torque
+from cranktrain.film.parabolic import friction_torque
 from cranktrain.film.laws import CLEARANCE, IMPEDANCE, LAW, RADIUS, VISCOSITY, WIDTH, bearing_force
 from cranktrain.film.thrust import thrust_force
 from cranktrain.kernel import kernel
@@ -126,7 +126,7 @@ def port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
         law = model.bearings[i]
         bearing_force(
             law, x, y, ud[2 * i] - whirl * y, ud[2 * i + 1] + whirl * x, 0.5 * speed, frame[COS], frame[SIN],
-            model.nodes, work.film, work.zones[i], out,
+            model.impedance, out,
         )  # fmt: skip
         f[2 * i] = out[0]
         f[2 * i + 1] = out[1]

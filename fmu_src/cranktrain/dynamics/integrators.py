@@ -20,6 +20,7 @@ import math
 
 import numpy as np
 
+from cranktrain.dynamics.equations_of_motion import OMEGA
 from cranktrain.dynamics.stage import OK, solve_stage
 from cranktrain.dynamics.state import ACCELERATION, AUXILIARY, OMEGA_REFERENCE, POSITION, VELOCITY
 from cranktrain.dynamics.state import offset as state_offset
@@ -27,6 +28,9 @@ from cranktrain.errors import InputError, nearest
 from cranktrain.kernel import kernel
 from cranktrain.reduced_body import Array
 
+REFERENCE_TURN = math.radians(3.0)
+"""Step of crank angle at which the Newton tolerance is meant."""
+SLOW = 60.0
 DIRK, GENERALISED_ALPHA = 0, 1
 _WIDTH = 8
 RHO_INFINITY = 0.6
@@ -153,6 +157,9 @@ def integrate_step(model, work, state, h, frames, pressures):
     stages = int(table[0, 1])
     c_q, c_v = coefficients(table, h)
     omega_0 = state[OMEGA_REFERENCE]
+    # What an error of the ports does to accelerations grows as 1/h².
+    turn = h * max(frames[0, OMEGA], SLOW) / REFERENCE_TURN
+    tolerance = model.choices[2] * min(1.0, turn * turn)
     o_q = state_offset(POSITION, n)
     o_v = state_offset(VELOCITY, n)
     o_a = state_offset(ACCELERATION, n)
@@ -174,7 +181,7 @@ def integrate_step(model, work, state, h, frames, pressures):
         out = work.stage[0]
         status = solve_stage(
             model, work, big_q, big_v, c_q, c_v, omega_0, frames[0], pressures[0], guess,
-            state[o_a : o_a + n], model.choices[2], out[0], out[1], out[2],
+            state[o_a : o_a + n], tolerance, state, out[0], out[1], out[2],
         )  # fmt: skip
         if status != OK:
             return status
@@ -204,7 +211,7 @@ def integrate_step(model, work, state, h, frames, pressures):
             out = work.stage[s]
             status = solve_stage(
                 model, work, big_q, big_v, c_q, c_v, omega_0, frames[s], pressures[s], guess,
-                before, model.choices[2], out[0], out[1], out[2],
+                before, tolerance, state, out[0], out[1], out[2],
             )  # fmt: skip
             if status != OK:
                 return status

@@ -15,8 +15,8 @@ import numpy as np
 
 from cranktrain.engine import Engine
 from cranktrain.errors import InputError, nearest
-from cranktrain.film.impedance import WORK_SIZE, node_table
-from cranktrain.film.laws import LAWS, bearing_parameters
+from cranktrain.film.impedance import impedance_map
+from cranktrain.film.laws import KAPPA2, LAWS, bearing_parameters
 from cranktrain.film.thrust import thrust_parameters
 from cranktrain.loads.gas_pressure import GasTrace, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia
@@ -70,7 +70,7 @@ class ModelArrays(NamedTuple):
     pins: Array  # (p, 2) undeformed x, y
     cylinders: Array  # (c, 11)
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
-    nodes: Array  # (4, N) film node table
+    impedance: Array  # film.impedance map of the main bearings
     scalars: Array  # (11,)
     choices: Array  # (3,) gas source, reconstruction, Newton tolerance
     stages: Array  # integrator table, see integrators
@@ -141,8 +141,8 @@ def build_model(
     scalars[GRAVITY] = settings.gravity
     scalars[CRANKCASE] = settings.crankcase_pressure
     scalars[GAS_LOAD] = settings.gas_load
-    scalars[BEST_SPEED] = engine.combustion.best_speed
-    scalars[FALLOFF] = engine.combustion.falloff
+    scalars[BEST_SPEED] = gas.best_speed
+    scalars[FALLOFF] = gas.falloff
     scalars[SHAFT_K] = engine.drive_line.stiffness
     scalars[SHAFT_C] = engine.drive_line.damping
     tau = engine.drive_line.speed_filter_time
@@ -169,7 +169,7 @@ def build_model(
         pins=contiguous(body.positions[pins, :2]),
         cylinders=cylinder_parameters(engine),
         gas=contiguous(np.array([spline_coefficients(gas.motored), spline_coefficients(rise)])),
-        nodes=node_table(),
+        impedance=impedance_map(float(bearing[KAPPA2])),
         scalars=scalars,
         choices=np.array(
             [
@@ -183,11 +183,9 @@ def build_model(
 
 
 def cylinder_parameters(engine: Engine) -> Array:
-    """Pack rods, pistons and phases, (c, 11); a cylinder fires 4π/c after the one before it in the firing order."""
+    """Pack rods, pistons and phases, (c, 11)."""
     cylinders, rod = engine.cylinders, engine.rod
     area = 0.25 * math.pi * cylinders.bore**2
-    interval = 4.0 * math.pi / engine.n_cylinders
-    phases = {c: k * interval for k, c in enumerate(cylinders.firing_order)}
     throw, e = engine.crankshaft.throw, cylinders.pin_offset
     # Highest piston-pin position: rod and throw in line.
     top = math.sqrt((rod.length + throw) ** 2 - e * e)
@@ -197,7 +195,7 @@ def cylinder_parameters(engine: Engine) -> Array:
         [
             cylinders.pins[k] - 1,
             cylinders.bank_angles[k],
-            phases[k + 1],
+            engine.firing_angles[k],
             area,
             rod.length,
             rod.big_end_mass,
@@ -223,12 +221,11 @@ class Work(NamedTuple):
     compliance: Array  # (m, m) Φ S⁻¹ Φᵀ, transposed
     jacobian: Array  # (n_newton, n_newton)
     blocks: Array  # (b + p + 1, 4) force tangents of bearings, pins and thrust
+    held: Array  # (b + p + 1, 4) the tangents that the Newton matrix was made from
     modal: Array  # (12, n) vectors
     port: Array  # (15, m) vectors
     stage: Array  # (stages, 3, n) q, v, a of each stage
     known: Array  # (stages, 3, m) the ports' u, u̇, ü at each stage
-    film: Array  # (film work)
-    zones: Array  # (b, 2) warm starts of the films
     scratch: Array  # (64,)
     counters: Array  # (6,) steps, stages, Newton iterations, rejected steps, factorisations, worst residual
     frames: Array  # (8, 8) the frame's motion at each stage
@@ -251,12 +248,11 @@ def make_work(model: ModelArrays, state_size: int) -> Work:
         compliance=z((m, m)),
         jacobian=z((d.newton, d.newton)),
         blocks=z((d.bearings + d.pins + 1, 4)),
+        held=z((d.bearings + d.pins + 1, 4)),
         modal=z((12, n)),
         port=z((15, m)),
         stage=z((8, 3, n)),
         known=z((8, 3, m)),
-        film=z(WORK_SIZE),
-        zones=z((d.bearings, 2)),
         scratch=z(64),
         counters=z(6),
         frames=z((8, 8)),

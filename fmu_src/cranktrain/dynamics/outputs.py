@@ -7,9 +7,11 @@ import math
 from cranktrain.dynamics.equations_of_motion import COS, LEAD, LEAD_RATE, OMEGA, SIN, THETA, pin_motion
 from cranktrain.dynamics.model import AREA, BANK, CLEARANCE_VOLUME, OFFSET, PIN, ROD, SHAFT_C, SHAFT_K, STROKE_TOP
 from cranktrain.dynamics.state import ITERATIONS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
-from cranktrain.dynamics.step_control import frame_at, ports_at_state
-from cranktrain.film.impedance import film_observables, friction_torque
+from cranktrain.dynamics.stage import OK
+from cranktrain.dynamics.step_control import advance, frame_at, ports_at_state
+from cranktrain.film.impedance import pressure_and_flow
 from cranktrain.film.laws import CLEARANCE, IMPEDANCE, LAW, RADIUS, VISCOSITY, WIDTH, bearing_force
+from cranktrain.film.parabolic import friction_torque
 from cranktrain.film.thrust import thrust_force
 from cranktrain.kernel import kernel
 
@@ -83,7 +85,7 @@ def observe(model, work, state, out):
         speed = omega + ud[journal + i]
         vx = ud[2 * i] - omega * y
         vy = ud[2 * i + 1] + omega * x
-        bearing_force(law, x, y, vx, vy, 0.5 * speed, cos, sin, model.nodes, work.film, work.zones[i], r)
+        bearing_force(law, x, y, vx, vy, 0.5 * speed, cos, sin, model.impedance, r)
         c = law[CLEARANCE]
         eps = r[10]
         out[k] = cos * r[0] - sin * r[1]
@@ -95,15 +97,9 @@ def observe(model, work, state, out):
         out[k + 6] = 0.0
         if law[LAW] == IMPEDANCE:
             out[k + 5] = -friction_torque(eps, r[0], r[1], x, y, law[VISCOSITY], law[RADIUS], law[WIDTH], c, speed)
-            e = max(eps * c, 1.0e-12 * c)
-            nx = x / e if eps > 0.0 else 1.0
-            ny = y / e
-            sx = vx + 0.5 * speed * y
-            sy = vy - 0.5 * speed * x
-            flow, highest = film_observables(
-                eps, (sx * nx + sy * ny) / c, (sy * nx - sx * ny) / c, law[VISCOSITY], law[RADIUS], law[WIDTH], c,
-                model.nodes, work.film, work.zones[i],
-            )  # fmt: skip
+            highest, flow = pressure_and_flow(
+                x, y, vx, vy, 0.5 * speed, c, law[VISCOSITY], law[RADIUS], law[WIDTH], model.impedance, r
+            )
             out[k + 4] = highest
             out[k + 6] = flow
         tilt_x = 0.0
@@ -130,3 +126,12 @@ def observe(model, work, state, out):
     out[k] = state[SUBSTEPS]
     out[k + 1] = state[ITERATIONS]
     out[k + 2] = state[RESIDUAL]
+
+
+@kernel
+def advance_and_observe(model, work, state, inputs, t_end, out):
+    """One communication step and its outputs in one call: each call from Python costs as much as a film."""
+    status = advance(model, work, state, inputs, t_end)
+    if status == OK:
+        observe(model, work, state, out)
+    return status

@@ -14,7 +14,7 @@ import numpy as np
 
 from cranktrain.dynamics.integrators import integrator_table
 from cranktrain.dynamics.model import AMBIENT, Settings, build_model, dimensions, make_work
-from cranktrain.dynamics.outputs import observe, output_names
+from cranktrain.dynamics.outputs import advance_and_observe, observe, output_names
 from cranktrain.dynamics.stage import OK
 from cranktrain.dynamics.state import (
     MAX_INPUTS,
@@ -25,7 +25,7 @@ from cranktrain.dynamics.state import (
     offset,
     state_size,
 )
-from cranktrain.dynamics.step_control import MAX_HALVINGS, advance, settle
+from cranktrain.dynamics.step_control import MAX_HALVINGS, settle
 from cranktrain.engine import Engine
 from cranktrain.errors import InputError, SolverError
 from cranktrain.film.laws import CLEARANCE
@@ -97,7 +97,7 @@ class Simulation:
     def _warm(self) -> None:
         """Run one step on a copy, so that compiling never falls into the first real step."""
         state = self.state
-        advance(self.model, self.work, state, self.inputs, state[TIME] + 1.0e-6)
+        advance_and_observe(self.model, self.work, state, self.inputs, state[TIME] + 1.0e-6, np.zeros_like(self.outputs))
         self.work.counters[:] = 0.0
         self.work.key[0] = -1.0
 
@@ -153,9 +153,8 @@ class Simulation:
             raise InputError(
                 f"communication step of {interval:g} s at t = {state[TIME]:g} s is too long; at most {LONGEST_STEP:g} s"
             )
-        if advance(self.model, self.work, state, self.inputs, t_end) != OK:
+        if advance_and_observe(self.model, self.work, state, self.inputs, t_end, self.outputs) != OK:
             raise SolverError(self._failure(state))
-        observe(self.model, self.work, state, self.outputs)
 
     def _failure(self, state: Array) -> str:
         n = self.model.omega2.size

@@ -9,30 +9,36 @@ forces, whose error the contraction estimate bounds.
 from __future__ import annotations
 
 from cranktrain.dynamics.equations_of_motion import OMEGA, OMEGA_DOT, external_force, port_forces
-from cranktrain.dynamics.linear_algebra import add_product, factor_lu, product, solve_lu
+from cranktrain.dynamics.linear_algebra import add_product, factor_rows, product, solve_rows
+from cranktrain.dynamics.state import CONTRACTION
 from cranktrain.film.laws import CLEARANCE
 from cranktrain.kernel import kernel
 
 MAX_ITERATIONS = 40
 JOURNAL_STEP = 0.3
 """Largest change of a journal's position per iteration, as a share of the clearance."""
-FIRST_CONTRACTION = 0.02
-"""Assumed before a second iteration measures it: what the films' inexact position tangents leave."""
+FIRST_CONTRACTION, LEAST_CONTRACTION, MOST_CONTRACTION = 0.02, 1.0e-4, 0.5
+"""Contraction of the iteration before any was measured, and its bounds. A stage that stops after one iteration trusts
+twice the contraction that earlier stages measured; unmeasured, the trust fades, so that it is measured again."""
+FADING = 1.1
+STALE = 0.1
+NEAR = 0.1
+"""A Newton matrix is kept when the last step was shorter than NEAR and the iteration contracts better than STALE."""
 ROUNDING = 1.0e-13
 """Steps below this are rounding, whatever the tolerance."""
 PIN_SCALE = 1.0e-4
 ROTATION_SCALE = 1.0e-2
-COUPLING_TOLERANCE = 1.0e-9
+COUPLING_TOLERANCE = 1.0e-7
 
 OK, DIVERGED, SINGULAR = 0, 1, 2
 
 
 @kernel
-def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, guess, a_guess, tolerance, q, v, a):
+def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, guess, a_guess, tolerance, state, q, v, a):
     """Solve one stage; fills q, v, a (n,) and leaves the ports' u, u̇, ü, f in ``work.port[0:4]``. Returns a status.
 
     ``guess`` (m,) is the first guess of u, ``a_guess`` (n,) of a (used where the frame's speed differs from Ω₀);
-    ``tolerance`` bounds the estimated error of the ports in units of clearance, 0.1 mm and 0.01 rad.
+    ``tolerance`` bounds the estimated error of the ports in units of clearance, 0.1 mm and 0.01 rad. ``state`` remembers how well the iteration contracts.
     """
     n = model.omega2.shape[0]
     m = model.ports.shape[0]
@@ -53,7 +59,8 @@ def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, 
     lever = work.modal[4]
     q_free = work.modal[5]
     jacobian = work.jacobian
-    blocks = work.blocks
+    # Tangents that belong to the factored matrix; the linearised forces must use the same.
+    blocks = work.held
     external_force(model, frame, base)
     for i in range(n):
         base[i] += big_q[i] / c_q
@@ -69,7 +76,8 @@ def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, 
     coupling = 2.0 * abs(d_omega) * c_v + (abs(d_omega2) + abs(frame[OMEGA_DOT])) * c_q
     iterations = 0
     previous = -1.0
-    contraction = FIRST_CONTRACTION
+    contraction = min(MOST_CONTRACTION, 2.0 * state[CONTRACTION])
+    measured = False
     for sweep in range(4):
         for i in range(n):
             rhs[i] = base[i]
@@ -88,7 +96,7 @@ def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, 
             for k in range(m):
                 step[k] = u_free[k] - u[k]
             add_product(work.compliance, f, m, m, step)
-            solve_lu(jacobian, n_newton, work.port[8], step)
+            solve_rows(jacobian, n_newton, step)
             linearise(blocks, b, p, step, f)
             for k in range(m):
                 u[k] = u_free[k]
@@ -107,10 +115,14 @@ def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, 
             for k in range(m):
                 step[k] = u_free[k] - u[k]
             add_product(work.compliance, f, m, m, step)
-            fill_jacobian(work.compliance, blocks, b, p, jacobian)
-            if factor_lu(jacobian, n_newton, work.port[8]) != 0:
-                return SINGULAR
-            solve_lu(jacobian, n_newton, work.port[8], step)
+            if previous < 0.0 or previous > NEAR or contraction > STALE:
+                for k in range(b + p + 1):
+                    for j in range(4):
+                        blocks[k, j] = work.blocks[k, j]
+                fill_jacobian(work.compliance, blocks, b, p, jacobian)
+                if factor_rows(jacobian, n_newton) != 0:
+                    return SINGULAR
+            solve_rows(jacobian, n_newton, step)
             size = 0.0
             journal = 0.0
             for i in range(b):
@@ -141,7 +153,12 @@ def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, 
                     u[k] += step[k]
             size = max(size, rotation)
             if previous > 0.0 and limit == 1.0:
-                contraction = min(0.9, max(size / previous, 1.0e-4))
+                contraction = min(0.9, size / previous)
+                if not measured:
+                    state[CONTRACTION] = max(
+                        LEAST_CONTRACTION, min(MOST_CONTRACTION, max(contraction, 0.7 * state[CONTRACTION]))
+                    )
+                measured = True
             previous = size if limit == 1.0 else -1.0
             converged = limit == 1.0 and (contraction / (1.0 - contraction) * size <= tolerance or size < ROUNDING)
         for i in range(n):
@@ -158,6 +175,8 @@ def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, 
             largest = max(largest, abs(a[i]))
         if coupling * moved <= COUPLING_TOLERANCE * largest:
             break
+    if not measured:
+        state[CONTRACTION] = min(MOST_CONTRACTION, FADING * state[CONTRACTION])
     for k in range(m):
         udd[k] = (u[k] - u_q[k]) / c_q
         ud[k] = u_v[k] + c_v * udd[k]

@@ -24,10 +24,11 @@ from cranktrain.dynamics.equations_of_motion import (
 from cranktrain.dynamics.integrators import coefficients, integrate_step
 from cranktrain.dynamics.linear_algebra import add_product, product
 from cranktrain.dynamics.model import AMBIENT, FILTER, RIGID_ROTATION, STEP
-from cranktrain.dynamics.stage import OK, SINGULAR, solve_stage
+from cranktrain.dynamics.stage import FIRST_CONTRACTION, OK, SINGULAR, solve_stage
 from cranktrain.dynamics.state import (
     ACCELERATION,
     AUXILIARY,
+    CONTRACTION,
     INPUTS_BEFORE,
     INPUTS_NOW,
     ITERATIONS,
@@ -52,8 +53,10 @@ from cranktrain.kernel import kernel
 from cranktrain.loads.drive_line import frame_lead, shaft_motion
 
 MAX_HALVINGS = 6
-SETTLED = 1.0e-6
+SETTLED = 1.0e-4
 """Newton tolerance of the start."""
+GIVEN = 1.0e-3
+"""Pa from the start value at which a pressure counts as given: masters that interpolate round its last digit."""
 REFACTOR = 0.01
 """S is made anew when the shaft's speed has left Ω₀ by this share; what is left over is iterated in the stage."""
 STEPPING_SPEED = 60.0
@@ -77,7 +80,7 @@ def reconstruct(model, work, state, inputs, interval):
         elif rule == 2.0:
             work.inputs[0, k] = before
             work.inputs[1, k] = (now - before) / interval
-        if k > 0 and now != AMBIENT:
+        if k > 0 and abs(now - AMBIENT) > GIVEN:
             state[PRESSURES_SET] = 1.0
     state[LAST_INTERVAL] = interval
 
@@ -232,6 +235,7 @@ def settle(model, work, state, inputs):
     o_a = offset(ACCELERATION, n)
     o_x = offset(AUXILIARY, n)
     reconstruct(model, work, state, inputs, 0.0)
+    state[CONTRACTION] = FIRST_CONTRACTION
     work.inputs[1, 0] = 0.0
     state[SHAFT_SPEED] = inputs[0]
     frame = work.frames[0]
@@ -252,7 +256,7 @@ def settle(model, work, state, inputs):
         product(model.ports_transposed, state[o_q : o_q + n], n, m, work.port[14])
         status = solve_stage(
             model, work, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0], work.port[14],
-            work.modal[9], SETTLED, out[0], out[1], out[2],
+            work.modal[9], SETTLED, state, out[0], out[1], out[2],
         )  # fmt: skip
         if status == OK:
             for i in range(n):
@@ -279,12 +283,13 @@ def settle(model, work, state, inputs):
     product(model.ports_transposed, work.modal[6], n, m, work.port[14])
     status = solve_stage(
         model, work, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0], work.port[14],
-        work.modal[9], SETTLED, out[0], out[1], out[2],
+        work.modal[9], SETTLED, state, out[0], out[1], out[2],
     )  # fmt: skip
     for i in range(n):
         state[o_a + i] = out[2, i]
         state[o_x + i] = out[2, i]
     work.key[0] = -1.0
+    state[CONTRACTION] = FIRST_CONTRACTION
     state[OMEGA_REFERENCE] = frame[OMEGA]
     state[STEP_REFERENCE] = -1.0
     return status

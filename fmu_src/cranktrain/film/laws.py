@@ -9,7 +9,8 @@ import numpy as np
 
 from cranktrain.engine import JournalBearing
 from cranktrain.errors import InputError, nearest
-from cranktrain.film.impedance import film_geometry, journal_force
+from cranktrain.film.impedance import journal_force
+from cranktrain.film.parabolic import film_geometry
 from cranktrain.kernel import kernel
 
 LINEAR = 0
@@ -47,16 +48,17 @@ def bearing_parameters(bearing: JournalBearing, viscosity: float, level: str) ->
 
 
 @kernel
-def bearing_force(parameters, x, y, vx, vy, half_speed, cos_frame, sin_frame, nodes, work, zone, out):
-    """Force on the journal in axes turned by the frame's angle; (vx, vy) is its velocity against the bore there.
+def bearing_force(parameters, x, y, vx, vy, half_speed, cos_frame, sin_frame, table, out):
+    """Force on the journal in axes turned by the frame's angle; (vx, vy) is its velocity against the bore there,
+    ``table`` its impedance map.
 
     ``out[0:2]`` force (N), ``out[2:6]`` ∂F/∂(x, y), ``out[6:10]`` ∂F/∂(vx, vy), row-major, ``out[10]`` eccentricity.
     """
     if parameters[LAW] == IMPEDANCE:
         # A plain bore looks the same from every side: no turning needed.
         journal_force(
-            x, y, vx, vy, half_speed, parameters[CLEARANCE], parameters[KAPPA2], parameters[FACTOR],
-            parameters[CONTACT_HEIGHT], parameters[CONTACT_LOAD], nodes, work, zone, out,
+            x, y, vx, vy, half_speed, parameters[CLEARANCE], parameters[FACTOR],
+            parameters[CONTACT_HEIGHT], parameters[CONTACT_LOAD], table, out,
         )  # fmt: skip
         return
     # Springs and dampers stand still: k = Rᵀ diag(k_x, k_y) R, likewise the damping.
