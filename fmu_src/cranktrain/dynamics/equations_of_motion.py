@@ -47,12 +47,15 @@ FRAME_SIZE = 8
 
 
 @kernel
-def factor_stage(model, work, c_q, c_v, omega):
-    """Make S⁻¹, the ports' responses and their compliance for (c_q, c_v, Ω₀); 0, or 1 if S is singular."""
+def factor_stage(model, work, c_q, c_v, omega, holding):
+    """Make S⁻¹, the ports' responses and their compliance for (c_q, c_v, Ω₀); 0, or 1 if S is singular.
+
+    ``holding`` (N m/rad) is added to the connecting shaft's stiffness.
+    """
     n = model.omega2.shape[0]
     m = model.ports.shape[0]
     ratio = c_v / c_q
-    k_shaft = model.scalars[SHAFT_K]
+    k_shaft = model.scalars[SHAFT_K] + holding
     c_shaft = model.scalars[SHAFT_C]
     for i in range(n):
         for j in range(n):

@@ -49,12 +49,19 @@ from cranktrain.dynamics.state import (
     defect_offset,
     offset,
 )
+from cranktrain.film.laws import CLEARANCE
 from cranktrain.kernel import kernel
 from cranktrain.loads.drive_line import frame_lead, shaft_motion
 
 MAX_HALVINGS = 6
 SETTLED = 1.0e-4
-"""Newton tolerance of the start."""
+"""Tolerance of the start, in clearances."""
+SETTLING_STEPS = 400
+SETTLING_TIME = 0.5
+SHORTEST = 1.0e-12
+"""Bounds of the descent to the start: number of steps, their sum and the least of them, s."""
+HOLDING = 1.0e7
+"""N m/rad that hold the crank against turning meanwhile."""
 GIVEN = 1.0e-3
 """Pa from the start value at which a pressure counts as given: masters that interpolate round its last digit."""
 REFACTOR = 0.01
@@ -147,7 +154,7 @@ def sub_step(model, work, state, begin, h):
         state[STEP_REFERENCE] = h
     if work.key[0] != state[STEP_REFERENCE] or work.key[1] != state[OMEGA_REFERENCE]:
         c_q, c_v = coefficients(table, h)
-        if factor_stage(model, work, c_q, c_v, state[OMEGA_REFERENCE]) != 0:
+        if factor_stage(model, work, c_q, c_v, state[OMEGA_REFERENCE], 0.0) != 0:
             return SINGULAR
         work.key[0] = state[STEP_REFERENCE]
         work.key[1] = state[OMEGA_REFERENCE]
@@ -221,60 +228,76 @@ def advance(model, work, state, inputs, t_end):
 
 
 @kernel
-def settle(model, work, state, inputs):
+def settle(model, work, state, inputs, windup):
     """Start: static equilibrium of shaft, films and loads at the first angle, journals at rest in their bores.
 
-    Backward-Euler steps of growing length in a frame that stands still, with films and rods moving at the engine's
-    speed, lead there from any position. Then velocities of bodies whose displacement stands still in space, and the
-    accelerations that go with them. Returns a stage status.
+    Backward-Euler steps of adapted length in a frame that stands still, with films and rods moving at the engine's
+    speed, lead there from any position; where a film cannot carry at all (standstill), they end after SETTLING_TIME.
+    The crank is held against turning: its wind-up against the shaft (rad, of the mean torque) is given. Then velocities
+    of a body whose bending stands still in space, and the accelerations that go with them. Returns a stage status.
     """
     n = model.omega2.shape[0]
     m = model.ports.shape[0]
+    b = model.bearings.shape[0]
     o_q = offset(POSITION, n)
     o_v = offset(VELOCITY, n)
     o_a = offset(ACCELERATION, n)
     o_x = offset(AUXILIARY, n)
     reconstruct(model, work, state, inputs, 0.0)
-    state[CONTRACTION] = FIRST_CONTRACTION
     work.inputs[1, 0] = 0.0
+    state[CONTRACTION] = FIRST_CONTRACTION
     state[SHAFT_SPEED] = inputs[0]
     frame = work.frames[0]
     frame_at(model, work, state, 0.0, 0.0, frame, work.pressures[0])
     frame[WHIRL] = 0.0
     out = work.stage[0]
     h = 1.0e-6
-    for k in range(72):
-        if k % 3 == 0:
-            h *= 2.0
-            if factor_stage(model, work, h * h, h, 0.0) != 0:
-                return SINGULAR
+    elapsed = 0.0
+    for _ in range(SETTLING_STEPS):
+        if factor_stage(model, work, h * h, h, 0.0, HOLDING) != 0:
+            return SINGULAR
         for i in range(n):
             # Velocity is dropped at every step: this is a descent, not a motion.
             work.modal[6, i] = state[o_q + i]
             work.modal[7, i] = 0.0
             work.modal[9, i] = 0.0
         product(model.ports_transposed, state[o_q : o_q + n], n, m, work.port[14])
+        iterations = work.counters[2]
         status = solve_stage(
             model, work, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0], work.port[14],
             work.modal[9], SETTLED, state, out[0], out[1], out[2],
         )  # fmt: skip
-        if status == OK:
-            for i in range(n):
-                state[o_q + i] = out[0, i]
-        elif k > 40:
-            return status
+        if status != OK:
+            h *= 0.25
+            if h < SHORTEST:
+                return status
+            continue
+        elapsed += h
+        moved = 0.0
+        for k in range(2 * b):
+            moved = max(moved, abs(work.port[0, k] - work.port[14, k]) / model.bearings[k // 2, CLEARANCE])
+        for i in range(n):
+            state[o_q + i] = out[0, i]
+        if (moved < SETTLED and h > 1.0e-3) or elapsed > SETTLING_TIME:
+            break
+        iterations = work.counters[2] - iterations
+        if iterations <= 8:
+            h *= 2.0
+        elif iterations > 16:
+            h *= 0.5
     # Bending stands still in space, wind-up turns with the shaft.
-    rotation = state[o_q + 5]
-    state[o_q + 5] = 0.0
     for i in range(n):
         work.modal[9, i] = 0.0
+    state[o_q + 5] = 0.0
     add_product(model.gyroscopic, state[o_q : o_q + n], n, n, work.modal[9])
-    state[o_q + 5] = rotation
     for i in range(n):
         state[o_v + i] = -frame[OMEGA] * work.modal[9, i]
+    state[SHAFT_ANGLE] = -windup
+    state[LEAD_ANGLE] = windup
+    frame[LEAD] = windup
     frame[WHIRL] = frame[OMEGA]
     h = 1.0e-7
-    if factor_stage(model, work, h * h, h, frame[OMEGA]) != 0:
+    if factor_stage(model, work, h * h, h, frame[OMEGA], 0.0) != 0:
         return SINGULAR
     for i in range(n):
         work.modal[7, i] = state[o_v + i]
