@@ -22,7 +22,7 @@ import numpy as np
 
 from cranktrain.dynamics.equations_of_motion import OMEGA
 from cranktrain.dynamics.stage import OK, solve_stage
-from cranktrain.dynamics.state import ACCELERATION, AUXILIARY, OMEGA_REFERENCE, POSITION, VELOCITY
+from cranktrain.dynamics.state import ACCELERATION, AUXILIARY, OMEGA_REFERENCE, POSITION, VELOCITY, defect_offset
 from cranktrain.dynamics.state import offset as state_offset
 from cranktrain.errors import InputError, nearest
 from cranktrain.kernel import kernel
@@ -117,10 +117,10 @@ def coefficients(table, h):
 
 
 @kernel
-def guess_ports(model, work, stage, h, guess):
+def guess_ports(model, work, state, stage, h, guess):
     """Guess the ports at a stage: Taylor's series from the nearest time that is known, the step's start or a stage.
 
-    From the start the defect of the last step's series is added, which makes it cubic.
+    What the series missed at the same stage of the last step is added.
     """
     table = model.stages
     last = table.shape[1] - 1
@@ -133,17 +133,28 @@ def guess_ports(model, work, stage, h, guess):
             nearest = s
     tau = distance * h
     m = model.ports.shape[0]
-    if nearest < 0:
-        cube = distance * distance * distance
-        for k in range(m):
-            guess[k] = (
-                work.port[10, k] + tau * (work.port[11, k] + 0.5 * tau * work.port[12, k]) + cube * work.port[13, k]
-            )
-    else:
-        for k in range(m):
-            guess[k] = work.known[nearest, 0, k] + tau * (
+    o = defect_offset(model.omega2.shape[0]) + stage * m
+    for k in range(m):
+        if nearest < 0:
+            series = work.port[10, k] + tau * (work.port[11, k] + 0.5 * tau * work.port[12, k])
+        else:
+            series = work.known[nearest, 0, k] + tau * (
                 work.known[nearest, 1, k] + 0.5 * tau * work.known[nearest, 2, k]
             )
+        work.port[13, k] = series
+        guess[k] = series + state[o + k]
+
+
+@kernel
+def keep_ports(model, work, state, stage):
+    """Keep the ports of a solved stage, and what the series missed, for the guesses to come."""
+    m = model.ports.shape[0]
+    o = defect_offset(model.omega2.shape[0]) + stage * m
+    for k in range(m):
+        work.known[stage, 0, k] = work.port[0, k]
+        work.known[stage, 1, k] = work.port[1, k]
+        work.known[stage, 2, k] = work.port[2, k]
+        state[o + k] = work.port[0, k] - work.port[13, k]
 
 
 @kernel
@@ -177,7 +188,7 @@ def integrate_step(model, work, state, h, frames, pressures):
             known[i] = (alpha_f * state[o_a + i] - alpha_m * state[o_x + i]) / (1.0 - alpha_m)
             big_q[i] = state[o_q + i] + h * state[o_v + i] + h * h * ((0.5 - beta) * state[o_x + i] + beta * known[i])
             big_v[i] = state[o_v + i] + h * ((1.0 - gamma) * state[o_x + i] + gamma * known[i])
-        guess_ports(model, work, 0, h, guess)
+        guess_ports(model, work, state, 0, h, guess)
         out = work.stage[0]
         status = solve_stage(
             model, work, big_q, big_v, c_q, c_v, omega_0, frames[0], pressures[0], guess,
@@ -185,6 +196,7 @@ def integrate_step(model, work, state, h, frames, pressures):
         )  # fmt: skip
         if status != OK:
             return status
+        keep_ports(model, work, state, 0)
         kappa = (1.0 - alpha_f) / (1.0 - alpha_m)
         for i in range(n):
             state[o_x + i] = kappa * out[2, i] + known[i]
@@ -199,14 +211,16 @@ def integrate_step(model, work, state, h, frames, pressures):
             first = 1
         for s in range(first, stages):
             for i in range(n):
-                sum_v = 0.0
-                sum_a = 0.0
-                for j in range(s):
-                    sum_v += table[1 + s, j] * work.stage[j, 1, i]
-                    sum_a += table[1 + s, j] * work.stage[j, 2, i]
-                big_v[i] = state[o_v + i] + h * sum_a
-                big_q[i] = state[o_q + i] + h * (sum_v + gamma * big_v[i])
-            guess_ports(model, work, s, h, guess)
+                big_v[i] = state[o_v + i]
+                big_q[i] = state[o_q + i]
+            for j in range(s):
+                weight = h * table[1 + s, j]
+                for i in range(n):
+                    big_v[i] += weight * work.stage[j, 2, i]
+                    big_q[i] += weight * work.stage[j, 1, i]
+            for i in range(n):
+                big_q[i] += h * gamma * big_v[i]
+            guess_ports(model, work, state, s, h, guess)
             before = state[o_a : o_a + n] if s == 0 else work.stage[s - 1, 2]
             out = work.stage[s]
             status = solve_stage(
@@ -215,10 +229,7 @@ def integrate_step(model, work, state, h, frames, pressures):
             )  # fmt: skip
             if status != OK:
                 return status
-            for k in range(model.ports.shape[0]):
-                work.known[s, 0, k] = work.port[0, k]
-                work.known[s, 1, k] = work.port[1, k]
-                work.known[s, 2, k] = work.port[2, k]
+            keep_ports(model, work, state, s)
     out = work.stage[stages - 1]
     for i in range(n):
         state[o_q + i] = out[0, i]

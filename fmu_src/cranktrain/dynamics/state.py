@@ -1,7 +1,8 @@
 """The whole state of the running model in one float64 vector.
 
 A header of scalars, the inputs at the last two communication points, then modal position, velocity, acceleration,
-auxiliary acceleration, and the ports' extrapolation defect. A copy of it is all that get, set and serialise need.
+auxiliary acceleration, and what the guess of the
+ports missed at each stage of the last step. A copy of it is all that get, set and serialise need.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ MAX_INPUTS = 32
 """Room for one speed and the pressures of up to 31 cylinders, at two communication points."""
 INPUTS_BEFORE = HEADER
 INPUTS_NOW = HEADER + MAX_INPUTS
+MAX_STAGES = 5
 # Blocks of n modal values.
 POSITION, VELOCITY, ACCELERATION, AUXILIARY = 0, 1, 2, 3
 BODY = HEADER + 2 * MAX_INPUTS
@@ -32,10 +34,10 @@ def offset(block, n):
 
 @kernel
 def defect_offset(n):
-    """First index of the ports' extrapolation defect."""
+    """First index of what the ports' guesses missed, m values a stage."""
     return BODY + 4 * n
 
 
 def state_size(n_modes: int, n_ports: int) -> int:
     """Length of the state vector."""
-    return BODY + 4 * n_modes + n_ports
+    return BODY + 4 * n_modes + MAX_STAGES * n_ports

@@ -35,6 +35,7 @@ from cranktrain.dynamics.state import (
     LAST_INTERVAL,
     LEAD_ANGLE,
     LEAD_SPEED,
+    MAX_STAGES,
     OMEGA_REFERENCE,
     POSITION,
     PRESSURES_SET,
@@ -123,15 +124,12 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
 
 @kernel
 def ports_at_state(model, work, state):
-    """Displacement, velocity, acceleration of the ports and their extrapolation defect, from the state."""
+    """Displacement, velocity, acceleration of the ports, from the state."""
     n = model.omega2.shape[0]
     m = model.ports.shape[0]
     for block in range(3):
         o = offset(block, n)
         product(model.ports_transposed, state[o : o + n], n, m, work.port[10 + block])
-    o = defect_offset(n)
-    for k in range(m):
-        work.port[13, k] = state[o + k]
 
 
 @kernel
@@ -148,7 +146,7 @@ def sub_step(model, work, state, begin, h):
     if abs(omega - state[OMEGA_REFERENCE]) > REFACTOR * abs(state[OMEGA_REFERENCE]) or h != state[STEP_REFERENCE]:
         if h != state[STEP_REFERENCE]:
             o = defect_offset(n)
-            for k in range(m):
+            for k in range(MAX_STAGES * m):
                 state[o + k] = 0.0
         state[OMEGA_REFERENCE] = omega
         state[STEP_REFERENCE] = h
@@ -162,11 +160,6 @@ def sub_step(model, work, state, begin, h):
     status = integrate_step(model, work, state, h, work.frames, work.pressures)
     if status != OK:
         return status
-    # The defect of a Taylor step, to extrapolate the next one with.
-    o = defect_offset(n)
-    for k in range(m):
-        taylor = work.port[10, k] + h * (work.port[11, k] + 0.5 * h * work.port[12, k])
-        state[o + k] = work.port[0, k] - taylor
     end = work.frames[stages - 1]
     target = work.inputs[0, 0] + work.inputs[1, 0] * begin
     angle, speed, acceleration = shaft_motion(
