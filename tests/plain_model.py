@@ -1,0 +1,255 @@
+"""The equations of motion once more, in plain NumPy from their documented form: a twin to test the running model by.
+
+Nothing here calls the kernels of rods, pins or frame. Oil films, thrust bearing and journal friction are laws with tests
+of their own; their kernels are called. Angles rad, SI.
+"""
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from cranktrain.dynamics.model import Settings
+from cranktrain.film.impedance import impedance_map, journal_force
+from cranktrain.film.parabolic import film_geometry, friction_torque
+from cranktrain.film.thrust import thrust_force, thrust_parameters
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.lubricant import oil_temperature, viscosity
+from cranktrain.reduced_body import rigid
+
+RECENTRING_REVOLUTIONS = 2.0
+
+
+class PlainModel:
+    """Crank in the turning frame at constant shaft speed; state y = [q, q̇, δ, w] with the frame's lead δ and its rate w.
+
+    Parameters
+    ----------
+    engine, body, settings : as of the running model, built-in gas trace
+    speed : shaft speed, rad/s
+    """
+
+    def __init__(self, engine, body, settings=None, speed=200.0):
+        self.engine, self.speed = engine, speed
+        self.settings = settings = settings or Settings()
+        self.body = body = rigid(body) if settings.crank == "rigid" else body
+        self.n = body.n_modes
+        c = engine.crankshaft
+        shapes = body.shapes
+        mains = [body.index(f"main[{i + 1}]") for i in range(len(c.main_widths))]
+        pins = [body.index(f"pin[{i + 1}]") for i in range(len(c.throw_angles))]
+        self.main_xy, self.main_turn = shapes[mains, :2], shapes[mains, 5]
+        self.pin_xy, self.pin_turn, self.pin_at = shapes[pins, :2], shapes[pins, 5], body.positions[pins, :2]
+        self.axial = shapes[body.index("thrust"), 2]
+        self.flywheel = shapes[body.index("flywheel"), 5]
+        self.rigid_turn = shapes[body.index("pulley"), 5, 5]
+        d = engine.damping
+        self.damping = (
+            2 * d.ratio * body.omega if d.kind == "modal" else (d.alpha + d.beta * body.omega**2) * (body.omega > 0)
+        )
+        gas = GasTrace.from_engine(engine)
+        knots = np.arange(gas.motored.size + 1) * (4 * np.pi / gas.motored.size)
+        self.motored, self.fired = (
+            CubicSpline(knots, np.append(p, p[0]), bc_type="periodic") for p in (gas.motored, gas.fired)
+        )
+        self.gas = gas
+        oil = settings.oil_temperature or oil_temperature(engine.oil, speed)
+        self.viscosity = viscosity(engine.oil, oil)
+        bearing = engine.main_bearing
+        self.clearance, kappa2, self.factor = film_geometry(
+            bearing.diameter, bearing.width, bearing.clearance, self.viscosity
+        )
+        self.contact = 0.5 * bearing.contact_pressure * bearing.width * bearing.diameter
+        self.map = impedance_map(kappa2)
+        self.thrust = thrust_parameters(engine.thrust, self.viscosity, settings.bearings == "linear")
+        rod, cylinders = engine.rod, engine.cylinders
+        self.area = 0.25 * np.pi * cylinders.bore**2
+        self.m_big, self.m_osc = rod.big_end_mass, rod.small_end_mass + cylinders.piston_mass
+        mass = rod.big_end_mass + rod.small_end_mass
+        b = rod.length * rod.small_end_mass / mass
+        self.delta_j = rod.inertia - mass * b * (rod.length - b)
+        self.length, self.offset = rod.length, cylinders.pin_offset
+        self.pin_of = [p - 1 for p in cylinders.pins]
+        self.bank, self.phase = np.array(cylinders.bank_angles), np.array(engine.firing_angles)
+
+    def frame(self, t, y, angle=0.0):
+        """θ, Ω, Ω̇ of the frame, its lead and lead's rate, at time ``t`` after the shaft stood at ``angle``."""
+        lead, rate = y[2 * self.n], y[2 * self.n + 1]
+        return angle + self.speed * t + lead, self.speed + rate, self.lead_acceleration(y), lead, rate
+
+    def lead_acceleration(self, y):
+        """ẇ of the critically damped re-centring, τ₂ ẇ = φ/τ_c − w."""
+        tau_c = 2 * np.pi * RECENTRING_REVOLUTIONS / self.speed
+        return (self.rigid_turn * y[5] / tau_c - y[2 * self.n + 1]) / (tau_c / 4)
+
+    def pressures(self, theta, omega):
+        """Absolute pressure in each cylinder, Pa."""
+        angle = (theta - self.phase) % (4 * np.pi)
+        share = self.settings.gas_load * max(0.0, 1 - self.gas.falloff * (omega / self.gas.best_speed - 1) ** 2)
+        return self.motored(angle) + share * (self.fired(angle) - self.motored(angle))
+
+    def rods(self, theta, omega, omega_dot, q, v, a, pressures):
+        """Forces of rods on the pins at modal acceleration ``a``, and the pistons' motion.
+
+        Returns (p, 2) forces in the frame's axes, (p,) moments of the pins' rotation, (c, 3) piston position, velocity
+        and acceleration along the cylinder.
+        """
+        force, moment = np.zeros(self.pin_at.shape), np.zeros(len(self.pin_at))
+        motion = []
+        gravity = self.settings.gravity
+        for k, pin in enumerate(self.pin_of):
+            phi, phi1, phi2 = (self.pin_turn[pin] @ w for w in (q, v, a))
+            # Complex numbers turn: position R(φ) X + (u − φ e_z×X) in the frame, then the frame's own turning.
+            x0 = complex(*self.pin_at[pin])
+            u, u1, u2 = (complex(*(self.pin_xy[pin] @ w)) for w in (q, v, a))
+            turned = np.exp(1j * phi) * x0
+            r = turned + u - 1j * phi * x0
+            r1 = 1j * phi1 * turned + u1 - 1j * phi1 * x0
+            r2 = (1j * phi2 - phi1**2) * turned + u2 - 1j * phi2 * x0
+            spin = np.exp(1j * (theta - self.bank[k]))
+            position = spin * r
+            velocity = spin * (r1 + 1j * omega * r)
+            acceleration = spin * (r2 + 2j * omega * r1 + (1j * omega_dot - omega**2) * r)
+            x, vx, ax = position.real - self.offset, velocity.real, acceleration.real
+            s = np.sqrt(self.length**2 - x**2)
+            g = -x / s
+            a_p = g * ax + acceleration.imag - vx**2 * self.length**2 / s**3
+            upward = gravity * np.exp(1j * (np.pi / 2 - self.bank[k]))
+            push = self.m_osc * (a_p + upward.imag) + (pressures[k] - self.settings.crankcase_pressure) * self.area
+            fx = -self.m_big * (ax + upward.real) - g * push - self.delta_j * (ax / s**2 + x * vx**2 / s**4)
+            fy = -self.m_big * (acceleration.imag + upward.imag) - push
+            f = (fx + 1j * fy) / spin
+            force[pin] += f.real, f.imag
+            moment[pin] += ((turned - x0).conjugate() * f).imag
+            motion.append((position.imag + s, velocity.imag + g * vx, a_p))
+        return force, moment, np.array(motion)
+
+    def journals(self, theta, omega, q, v):
+        """Forces on the main journals in the frame's axes (b, 2), friction torques (b,), and velocities in space (b, 2)."""
+        u, u1 = self.main_xy @ q, self.main_xy @ v
+        seen = u1 + omega * np.stack([-u[:, 1], u[:, 0]], axis=1)
+        bearing = self.engine.main_bearing
+        force, torque = np.zeros_like(u), np.zeros(len(u))
+        if self.settings.bearings == "linear":
+            turn = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])
+            k = turn.T @ np.diag([bearing.stiffness_x, bearing.stiffness_y]) @ turn
+            c = turn.T @ np.diag([bearing.damping_x, bearing.damping_y]) @ turn
+            return -u @ k - seen @ c, torque, seen
+        out = np.zeros(16)
+        for i in range(len(u)):
+            spin = omega + self.main_turn[i] @ v
+            journal_force(
+                *u[i], *seen[i], 0.5 * spin, self.clearance, self.factor, bearing.contact_height, self.contact,
+                self.map, out,
+            )  # fmt: skip
+            force[i] = out[:2]
+            torque[i] = friction_torque(
+                out[10], *out[:2], *u[i], self.viscosity, bearing.diameter / 2, bearing.width, self.clearance, spin
+            )
+        return force, torque, seen
+
+    def loads(self, frame, q, v):
+        """Modal force of everything but the rods, (n,)."""
+        theta, omega, omega_dot, lead, rate = frame
+        body, drive, g = self.body, self.engine.drive_line, self.settings.gravity
+        out = omega**2 * body.centrifugal_load - omega_dot * body.euler_load
+        out -= g * (np.sin(theta) * body.translation[0] + np.cos(theta) * body.translation[1])
+        twist, twist_rate = lead + self.flywheel @ q, rate + self.flywheel @ v
+        out -= (drive.stiffness * twist + drive.damping * twist_rate) * self.flywheel
+        force, torque, _ = self.journals(theta, omega, q, v)
+        out += np.einsum("ijk,ij->k", self.main_xy, force) + torque @ self.main_turn
+        out += thrust_force(self.axial @ q, self.axial @ v, omega, self.thrust)[0] * self.axial
+        out -= (self.damping * v) + 2 * omega * body.gyroscopic @ v
+        stiffness = omega**2 * (body.stress_stiffness - body.centrifugal) + omega_dot * body.gyroscopic
+        return out - body.omega**2 * q - stiffness @ q
+
+    def acceleration(self, t, y, angle=0.0):
+        """Modal acceleration (n,): the rods' force is affine in it, M(θ, q) a = loads + rods at a = 0."""
+        q, v = y[: self.n], y[self.n : 2 * self.n]
+        frame = self.frame(t, y, angle)
+        theta, omega, omega_dot = frame[:3]
+        pressures = self.pressures(theta, omega)
+
+        def projected(a):
+            force, moment, _ = self.rods(theta, omega, omega_dot, q, v, a, pressures)
+            return np.concatenate([force.ravel(), moment])
+
+        ports = np.concatenate([self.pin_xy.reshape(-1, self.n), self.pin_turn])
+        # Columns of the affine part, from modal accelerations that move one port each.
+        motions = np.linalg.pinv(ports) if np.linalg.matrix_rank(ports) == len(ports) else None
+        still = projected(np.zeros(self.n))
+        if motions is not None:
+            share = np.stack([projected(m) - still for m in motions.T], axis=1)
+            mass = np.eye(self.n) - ports.T @ share @ ports
+        else:
+            mass = np.eye(self.n) - ports.T @ np.stack([projected(e) - still for e in np.eye(self.n)], axis=1)
+        return np.linalg.solve(mass, self.loads(frame, q, v) + ports.T @ still)
+
+    def rate(self, t, y, angle=0.0):
+        """ẏ for a general integrator."""
+        v = y[self.n : 2 * self.n]
+        return np.concatenate(
+            [v, self.acceleration(t, y, angle), [y[2 * self.n + 1], self.lead_acceleration(y)]]
+        )
+
+    def energy(self, frame, q, v):
+        """Kinetic and elastic energy of crank, rods, pistons and shaft, and potential in gravity, J."""
+        theta, omega, _, lead, _ = frame
+        body, drive = self.body, self.engine.drive_line
+        kinetic = 0.5 * v @ v + omega * (v @ body.euler_load + v @ body.gyroscopic @ q)
+        spun = body.inertia[2, 2] + 2 * q @ body.centrifugal_load + q @ (body.centrifugal - body.stress_stiffness) @ q
+        total = kinetic + 0.5 * omega**2 * spun + 0.5 * np.sum((body.omega * q) ** 2)
+        total += 0.5 * drive.stiffness * (lead + self.flywheel @ q) ** 2
+        g = self.settings.gravity
+        centre = body.mass * body.centre[:2]
+        height = np.array([np.sin(theta), np.cos(theta)])
+        total += g * height @ (centre + body.translation[:2] @ q)
+        for k, pin in enumerate(self.pin_of):
+            x0 = complex(*self.pin_at[pin])
+            phi, phi1 = self.pin_turn[pin] @ q, self.pin_turn[pin] @ v
+            u, u1 = complex(*(self.pin_xy[pin] @ q)), complex(*(self.pin_xy[pin] @ v))
+            r = np.exp(1j * phi) * x0 + u - 1j * phi * x0
+            r1 = 1j * phi1 * np.exp(1j * phi) * x0 + u1 - 1j * phi1 * x0
+            spin = np.exp(1j * (theta - self.bank[k]))
+            position, velocity = spin * r, spin * (r1 + 1j * omega * r)
+            x, vx = position.real - self.offset, velocity.real
+            s = np.sqrt(self.length**2 - x**2)
+            piston = velocity.imag - x / s * vx
+            total += 0.5 * (self.m_big * abs(velocity) ** 2 + self.m_osc * piston**2 + self.delta_j * (vx / s) ** 2)
+            up = np.exp(1j * self.bank[k])
+            total += g * (self.m_big * (position * up).imag + self.m_osc * ((1j * (position.imag + s)) * up).imag)
+        return total
+
+    def powers(self, frame, q, v):
+        """Power (W) by name: in by gas; out through the shaft to the dynamometer and into heat."""
+        theta, omega, omega_dot, lead, rate = frame
+        drive = self.engine.drive_line
+        pressures = self.pressures(theta, omega)
+        _, _, motion = self.rods(theta, omega, omega_dot, q, v, np.zeros(self.n), pressures)
+        gauge = (pressures - self.settings.crankcase_pressure) * self.area
+        twist, twist_rate = lead + self.flywheel @ q, rate + self.flywheel @ v
+        force, torque, seen = self.journals(theta, omega, q, v)
+        spin = omega + self.main_turn @ v
+        axial = thrust_force(self.axial @ q, self.axial @ v, omega, self.thrust)[0]
+        return {
+            "gas": -gauge @ motion[:, 1],
+            "shaft": (drive.stiffness * twist + drive.damping * twist_rate) * self.speed,
+            "shaft damper": drive.damping * twist_rate**2,
+            "structure": v @ (self.damping * v),
+            "bearings": -np.sum(force * seen) - torque @ spin,
+            "thrust": -axial * (self.axial @ v),
+        }
+
+    def bent_shaft(self, frame, q, v, a):
+        """What linear kinematics leave out of the rotation about z: moment (N m) of forces at what their points moved
+        by, rigid turning aside, and the crank's angular momentum of second order (N m s).
+        """
+        theta, omega, omega_dot = frame[:3]
+        force, _, _ = self.journals(theta, omega, q, v)
+        u = self.main_xy @ q
+        moment = np.sum(u[:, 0] * force[:, 1] - u[:, 1] * force[:, 0])
+        force, _, _ = self.rods(theta, omega, omega_dot, q, v, a, self.pressures(theta, omega))
+        x, y = (self.pin_xy @ q - (self.pin_turn @ q)[:, None] * self.pin_at @ np.array([[0.0, 1.0], [-1.0, 0.0]])).T
+        moment += np.sum(x * force[:, 1] - y * force[:, 0])
+        x, y = self.body.translation[:2] @ q
+        moment += self.settings.gravity * (y * np.sin(theta) - x * np.cos(theta))
+        softening = self.body.centrifugal - self.body.stress_stiffness
+        return moment, v @ self.body.gyroscopic @ q + omega * q @ softening @ q
