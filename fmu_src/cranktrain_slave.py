@@ -5,8 +5,8 @@ reduced crankshaft) and a copy of the package under a name that carries a digest
 would get wrong, and what is done here about it:
 
 * modules are imported by bare name: slave and package carry digests in their names, so FMUs share nothing by chance;
-* the extraction folder is new each time, which defeats numba's cache: the package is imported from a folder of the
-  user's cache (``CRANKTRAIN_CACHE``, else the system's place for caches), written once and verified at each start;
+* the extraction folder is new each time, and numba's cache goes by the place of the sources: the package is imported
+  from a folder of the user's cache (``cranktrain/cache.py`` says where), written once and verified at each start;
 * this module is executed at every instantiation and drops a reference on its globals: it is light, and takes one back;
 * an exception costs instance, class and message list a reference each: they are given one more beforehand, so the
   instance outlives its error with its state at the last good time;
@@ -23,6 +23,7 @@ import importlib.util
 import json
 import math
 import os
+import runpy
 import struct
 import sys
 import tempfile
@@ -43,28 +44,14 @@ _models: dict = {}
 _libraries: dict = {}
 
 
-def cache_folder() -> Path:
-    """Folder of the user's cache that holds packages and their compiled kernels."""
-    if chosen := os.environ.get("CRANKTRAIN_CACHE"):
-        return Path(chosen)
-    try:
-        if os.name == "nt":
-            return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "cranktrain"
-        if sys.platform == "darwin":
-            return Path.home() / "Library" / "Caches" / "cranktrain"
-        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "cranktrain"
-    except RuntimeError:  # no home
-        return Path(tempfile.gettempdir()) / "cranktrain"
-
-
 def _cached_copy(source: Path) -> Path:
     """Copy of the package in the user's cache; ``source`` itself where the cache cannot be written."""
-    target = cache_folder() / "fmu" / source.name
+    target = runpy.run_path(str(source / "cache.py"))["cache_folder"]() / "fmu" / source.name
     try:
         for file in sorted(source.rglob("*.py")):
             content, copy = file.read_bytes(), target / file.relative_to(source)
             if copy.is_file() and copy.read_bytes() == content:
-                continue  # its time stamp stays, so the compiled kernels stay valid
+                continue
             copy.parent.mkdir(parents=True, exist_ok=True)
             handle, temporary = tempfile.mkstemp(prefix=copy.name, dir=copy.parent)
             with os.fdopen(handle, "wb") as stream:
@@ -232,7 +219,7 @@ class CranktrainSlave(Fmi2Slave):
 
     def _warn_if_coarse(self, step_size):
         degrees = math.degrees(self._real[0] * step_size)
-        if degrees > COARSE_STEP:
+        if degrees > COARSE_STEP * (1.0 + 1e-6):
             self._warned = True
             advice = math.radians(1.0) / self._real[0]
             print(

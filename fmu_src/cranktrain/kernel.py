@@ -4,12 +4,13 @@ A kernel must also compile ahead of time into a library without Python: the call
 no exceptions (integer status codes), no ``reshape``, no global mutable state, no parallel loops.
 
 Compiled kernels are kept in the user's cache under a digest of this package's sources: numba itself looks only at a
-kernel's own file, and would run a stale copy of what that kernel calls.
+kernel's own file, and would run a stale copy of what that kernel calls. For the same reason they are not kept at all
+where the cache cannot be written; numba would then put them beside the sources.
 """
 
 from __future__ import annotations
 
-import os
+import tempfile
 from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
@@ -17,14 +18,7 @@ from typing import Any
 
 from numba import config, njit
 
-
-def cache_folder() -> Path:
-    """Folder of this product's caches: ``$CRANKTRAIN_CACHE``, or ``cranktrain`` in the user's cache folder."""
-    folder = os.environ.get("CRANKTRAIN_CACHE")
-    if folder:
-        return Path(folder)
-    user = os.environ.get("LOCALAPPDATA") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(user) / "cranktrain"
+from cranktrain.cache import cache_folder
 
 
 def _source_digest() -> str:
@@ -35,14 +29,25 @@ def _source_digest() -> str:
     return digest.hexdigest()[:16]
 
 
-_KERNELS = str(cache_folder() / "kernels" / _source_digest())
+def _kernel_folder() -> str:
+    """Folder for the compiled kernels of these sources; empty where it cannot be written."""
+    folder = cache_folder() / "kernels" / _source_digest()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        return ""
+    return str(folder)
+
+
+_KERNELS = _kernel_folder()
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Compile ``function`` in the native-safe subset, cached on disk."""
-    kept = config.CACHE_DIR
-    config.CACHE_DIR = _KERNELS
+    """Compile ``function`` in the native-safe subset, cached on disk where possible."""
+    kept = getattr(config, "CACHE_DIR", "")
+    setattr(config, "CACHE_DIR", _KERNELS)  # noqa: B010 - numba makes its settings at run time, unknown to a type checker
     try:
-        return njit(cache=True, error_model="numpy", fastmath=False, boundscheck=False)(function)
+        return njit(cache=bool(_KERNELS), error_model="numpy", fastmath=False, boundscheck=False)(function)
     finally:
-        config.CACHE_DIR = kept
+        setattr(config, "CACHE_DIR", kept)  # noqa: B010

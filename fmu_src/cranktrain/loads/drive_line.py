@@ -1,11 +1,11 @@
 """The driven end: the speed that is given, smoothed, and the frame that follows the crank.
 
 A speed that arrives in steps is followed by a critically damped second-order filter, Ω̈ = ω_f² (Ω_in − Ω) − 2ω_f Ω̇,
-solved exactly for an input that is linear in time. The crank hangs on that shaft by a torsional spring and damper. The
-frame in which the crank's motion is small turns at Ω + w; its lead δ = ∫w dt over the shaft is re-centred on the crank's
-mean rotation φ within some revolutions, τ₂ ẇ = φ/τ_c − w with τ_c = 4τ₂ (critically damped). Over a step φ is extrapolated
-from its value and derivatives at the start, so every stage knows the frame's motion: any smooth frame gives the same
-physics, this one keeps φ small.
+solved exactly for an input that is linear in time. The crank hangs on that shaft by a torsional spring and damper.
+The frame in which the crank's motion is small turns at Ω + w; its lead δ = ∫w dt over the shaft is re-centred on the
+crank's mean rotation φ within some revolutions, τ₂ ẇ = φ/τ_c − w with τ_c = 4τ₂ (critically damped). Over a step φ is
+extrapolated from its value and derivatives at the start, so every stage knows the frame's motion: any smooth frame
+gives the same physics, this one keeps φ small.
 """
 
 from __future__ import annotations

@@ -145,4 +145,4 @@ def _number(value: float, form: str) -> str:
 
 
 def _deviation(value: float, reference: float) -> str:
-    return f"{100.0 * (value / reference - 1.0):+.1f} %" if reference else NOTHING
+    return f"{100.0 * (value / reference - 1.0):+z.1f} %" if reference else NOTHING

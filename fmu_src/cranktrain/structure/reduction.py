@@ -7,7 +7,6 @@ file and attached afterwards, so that a change of theirs costs no finite element
 from __future__ import annotations
 
 import json
-import os
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
@@ -22,6 +21,7 @@ from scipy.linalg import null_space
 from skfem import Basis, ElementTetP2, MeshTet2
 from threadpoolctl import threadpool_limits
 
+from cranktrain.cache import cache_folder
 from cranktrain.engine import Crankshaft, Engine
 from cranktrain.errors import InputError
 from cranktrain.reduced_body import SCHEMA, ReducedBody, attach, truncate
@@ -84,11 +84,8 @@ def reduced_crankshaft(
 
 
 def stored_path(engine: Engine, mesh_file: str | Path | None = None) -> Path:
-    """Where the reduced crankshaft is kept: ``$CRANKTRAIN_CACHE`` or the user's cache folder."""
-    folder = os.environ.get("CRANKTRAIN_CACHE")
-    cache = os.environ.get("LOCALAPPDATA") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    root = Path(folder) if folder else Path(cache) / "cranktrain"
-    return root / f"{engine.name}-{input_digest(engine, mesh_file)[:16]}.h5"
+    """Where the reduced crankshaft is kept in the user's cache."""
+    return cache_folder() / f"{engine.name}-{input_digest(engine, mesh_file)[:16]}.h5"
 
 
 def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:
