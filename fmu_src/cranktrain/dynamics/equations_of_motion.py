@@ -47,8 +47,8 @@ FRAME_SIZE = 8
 
 
 @kernel
-def factor_stage(model, work, c_q, c_v, omega, holding):
-    """Make S⁻¹, the ports' responses and their compliance for (c_q, c_v, Ω₀); 0, or 1 if S is singular.
+def factor_stage(model, work, level, c_q, c_v, omega, holding):
+    """Make S⁻¹, the ports' responses and their compliance for (c_q, c_v, Ω₀), kept as ``level``; 0, or 1 if S is singular.
 
     ``holding`` (N m/rad) is added to the connecting shaft's stiffness.
     """
@@ -66,15 +66,15 @@ def factor_stage(model, work, c_q, c_v, omega, holding):
             if i == j:
                 b += model.damping[i]
                 s += 1.0 / c_q + model.omega2[i]
-            work.damping[i, j] = b
+            work.damping[level, i, j] = b
             work.factors[i, j] = s + ratio * b
     # Inverting the transpose gives the transpose of the inverse.
-    if invert(work.factors, n, work.modal[0], work.modal[1], work.inverse) != 0:
+    if invert(work.factors, n, work.modal[0], work.modal[1], work.inverse[level]) != 0:
         return 1
     for k in range(m):
-        product(work.inverse, model.ports[k], n, n, work.response[k])
+        product(work.inverse[level], model.ports[k], n, n, work.response[level, k])
     for k in range(m):
-        product(model.ports_transposed, work.response[k], n, m, work.compliance[k])
+        product(model.ports_transposed, work.response[level, k], n, m, work.compliance[level, k])
     work.counters[4] += 1.0
     return 0
 

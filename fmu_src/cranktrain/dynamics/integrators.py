@@ -158,7 +158,7 @@ def keep_ports(model, work, state, stage):
 
 
 @kernel
-def integrate_step(model, work, state, h, frames, pressures):
+def integrate_step(model, work, state, level, h, frames, pressures):
     """Advance modal position, velocity and accelerations in ``state`` by one step h; returns a stage status.
 
     ``frames[i]`` and ``pressures[i]`` belong to stage i. The state is touched only when the step succeeds.
@@ -191,7 +191,7 @@ def integrate_step(model, work, state, h, frames, pressures):
         guess_ports(model, work, state, 0, h, guess)
         out = work.stage[0]
         status = solve_stage(
-            model, work, big_q, big_v, c_q, c_v, omega_0, frames[0], pressures[0], guess,
+            model, work, level, big_q, big_v, c_q, c_v, omega_0, frames[0], pressures[0], guess,
             state[o_a : o_a + n], tolerance, state, out[0], out[1], out[2],
         )  # fmt: skip
         if status != OK:
@@ -224,7 +224,7 @@ def integrate_step(model, work, state, h, frames, pressures):
             before = state[o_a : o_a + n] if s == 0 else work.stage[s - 1, 2]
             out = work.stage[s]
             status = solve_stage(
-                model, work, big_q, big_v, c_q, c_v, omega_0, frames[s], pressures[s], guess,
+                model, work, level, big_q, big_v, c_q, c_v, omega_0, frames[s], pressures[s], guess,
                 before, tolerance, state, out[0], out[1], out[2],
             )  # fmt: skip
             if status != OK:

@@ -32,6 +32,8 @@ GAS_SOURCES = {"auto": 0, "builtin": 1, "input": 2}
 RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2}
 CRANK_LEVELS = ("rigid", "solid")
 AMBIENT = 101325.0
+LEVELS = 4
+"""Step sizes whose factors are kept at once: the whole step, its half, quarter and eighth."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ class ModelArrays(NamedTuple):
     ends: Array  # (3, n): flywheel z-rotation, pulley z-rotation, pulley z
     tilts: Array  # (2b, n): rotation about x and y of each main journal
     bearings: Array  # (b, 13) see film.laws
-    thrust: Array  # (8,) see film.thrust
+    thrust: Array  # (9,) see film.thrust
     pins: Array  # (p, 2) undeformed x, y
     cylinders: Array  # (c, 11)
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
@@ -213,12 +215,12 @@ def cylinder_parameters(engine: Engine) -> Array:
 class Work(NamedTuple):
     """Memory that the caller owns: factors, matrices and vectors of a stage. Results never depend on what it holds."""
 
-    key: Array  # (5,) what the factors below were made for
+    key: Array  # (levels, 2) step and speed that the factors of each level below were made for
     factors: Array  # (n, n) scratch
-    inverse: Array  # (n, n) S⁻¹ transposed
-    damping: Array  # (n, n) D + 2Ω₀G + drive line, transposed
-    response: Array  # (m, n) S⁻¹Φᵀ, row per port
-    compliance: Array  # (m, m) Φ S⁻¹ Φᵀ, transposed
+    inverse: Array  # (levels, n, n) S⁻¹ transposed
+    damping: Array  # (levels, n, n) D + 2Ω₀G + drive line, transposed
+    response: Array  # (levels, m, n) S⁻¹Φᵀ, row per port
+    compliance: Array  # (levels, m, m) Φ S⁻¹ Φᵀ, transposed
     jacobian: Array  # (n_newton, n_newton)
     blocks: Array  # (b + p + 1, 4) force tangents of bearings, pins and thrust
     held: Array  # (b + p + 1, 4) the tangents that the Newton matrix was made from
@@ -240,12 +242,12 @@ def make_work(model: ModelArrays, state_size: int) -> Work:
     n, m = d.modes, d.ports
     z = np.zeros
     return Work(
-        key=z(5),
+        key=z((LEVELS, 2)),
         factors=z((n, n)),
-        inverse=z((n, n)),
-        damping=z((n, n)),
-        response=z((m, n)),
-        compliance=z((m, m)),
+        inverse=z((LEVELS, n, n)),
+        damping=z((LEVELS, n, n)),
+        response=z((LEVELS, m, n)),
+        compliance=z((LEVELS, m, m)),
         jacobian=z((d.newton, d.newton)),
         blocks=z((d.bearings + d.pins + 1, 4)),
         held=z((d.bearings + d.pins + 1, 4)),

@@ -112,7 +112,7 @@ class Simulation:
         state = self.state
         advance_and_observe(self.model, self.work, state, self.inputs, state[TIME] + 1.0e-6, np.zeros_like(self.outputs))
         self.work.counters[:] = 0.0
-        self.work.key[0] = -1.0
+        self.work.key[:] = -1.0
 
     def _check_inputs(self) -> None:
         speed = self.inputs[0]

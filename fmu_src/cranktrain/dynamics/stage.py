@@ -34,10 +34,12 @@ OK, DIVERGED, SINGULAR = 0, 1, 2
 
 
 @kernel
-def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, guess, a_guess, tolerance, state, q, v, a):
+def solve_stage(
+    model, work, level, big_q, big_v, c_q, c_v, omega_0, frame, pressures, guess, a_guess, tolerance, state, q, v, a
+):  # fmt: skip
     """Solve one stage; fills q, v, a (n,) and leaves the ports' u, u̇, ü, f in ``work.port[0:4]``. Returns a status.
 
-    ``guess`` (m,) is the first guess of u, ``a_guess`` (n,) of a (used where the frame's speed differs from Ω₀);
+    ``level`` chooses the factors that belong to c_q and c_v. ``guess`` (m,) is the first guess of u, ``a_guess`` (n,) of a (used where the frame's speed differs from Ω₀);
     ``tolerance`` bounds the estimated error of the ports in units of clearance, 0.1 mm and 0.01 rad. ``state`` remembers how well the iteration contracts.
     """
     n = model.omega2.shape[0]
@@ -59,6 +61,8 @@ def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, 
     lever = work.modal[4]
     q_free = work.modal[5]
     jacobian = work.jacobian
+    inverse = work.inverse[level]
+    compliance = work.compliance[level]
     # Tangents that belong to the factored matrix; the linearised forces must use the same.
     blocks = work.held
     external_force(model, frame, base)
@@ -66,7 +70,7 @@ def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, 
         base[i] += big_q[i] / c_q
         lever[i] = ratio * big_q[i] - big_v[i]
         a[i] = a_guess[i]
-    add_product(work.damping, lever, n, n, base)
+    add_product(work.damping[level], lever, n, n, base)
     product(model.ports_transposed, big_q, n, m, u_q)
     product(model.ports_transposed, big_v, n, m, u_v)
     for k in range(m):
@@ -89,18 +93,18 @@ def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, 
                 for i in range(n):
                     lever[i] = -d_omega2 * (big_q[i] + c_q * a[i])
                 add_product(model.spin, lever, n, n, rhs)
-        product(work.inverse, rhs, n, n, q_free)
+        product(inverse, rhs, n, n, q_free)
         product(model.ports_transposed, q_free, n, m, u_free)
         if sweep > 0:
             # A small change of the load: the last Newton matrix and the linearised forces still hold.
             for k in range(m):
                 step[k] = u_free[k] - u[k]
-            add_product(work.compliance, f, m, m, step)
+            add_product(compliance, f, m, m, step)
             solve_rows(jacobian, n_newton, step)
             linearise(blocks, b, p, step, f)
             for k in range(m):
                 u[k] = u_free[k]
-            add_product(work.compliance, f, m, m, u)
+            add_product(compliance, f, m, m, u)
         converged = sweep > 0
         while not converged:
             if iterations == MAX_ITERATIONS:
@@ -114,12 +118,12 @@ def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, 
             # Residual u_free + H f − u, then (I − H J) δ = r on the Newton ports.
             for k in range(m):
                 step[k] = u_free[k] - u[k]
-            add_product(work.compliance, f, m, m, step)
+            add_product(compliance, f, m, m, step)
             if previous < 0.0 or previous > NEAR or contraction > STALE:
                 for k in range(b + p + 1):
                     for j in range(4):
                         blocks[k, j] = work.blocks[k, j]
-                fill_jacobian(work.compliance, blocks, b, p, jacobian)
+                fill_jacobian(compliance, blocks, b, p, jacobian)
                 if factor_rows(jacobian, n_newton) != 0:
                     return SINGULAR
             solve_rows(jacobian, n_newton, step)
@@ -145,7 +149,7 @@ def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, 
                 for k in range(m):
                     work.port[9, k] = u[k]
                     u[k] = u_free[k]
-                add_product(work.compliance, f, m, m, u)
+                add_product(compliance, f, m, m, u)
                 for k in range(n_newton, m):
                     rotation = max(rotation, abs(u[k] - work.port[9, k]) / ROTATION_SCALE)
             else:
@@ -163,7 +167,7 @@ def solve_stage(model, work, big_q, big_v, c_q, c_v, omega_0, frame, pressures, 
             converged = limit == 1.0 and (contraction / (1.0 - contraction) * size <= tolerance or size < ROUNDING)
         for i in range(n):
             q[i] = q_free[i]
-        add_product(work.response, f, m, n, q)
+        add_product(work.response[level], f, m, n, q)
         moved = 0.0
         for i in range(n):
             new = (q[i] - big_q[i]) / c_q

@@ -23,7 +23,7 @@ from cranktrain.dynamics.equations_of_motion import (
 )
 from cranktrain.dynamics.integrators import coefficients, integrate_step
 from cranktrain.dynamics.linear_algebra import add_product, product
-from cranktrain.dynamics.model import AMBIENT, FILTER, RIGID_ROTATION, STEP
+from cranktrain.dynamics.model import AMBIENT, FILTER, LEVELS, RIGID_ROTATION, STEP
 from cranktrain.dynamics.stage import FIRST_CONTRACTION, OK, SINGULAR, solve_stage
 from cranktrain.dynamics.state import (
     ACCELERATION,
@@ -43,6 +43,7 @@ from cranktrain.dynamics.state import (
     SHAFT_ACCELERATION,
     SHAFT_ANGLE,
     SHAFT_SPEED,
+    STEP_LAST,
     STEP_REFERENCE,
     SUBSTEPS,
     TIME,
@@ -50,11 +51,14 @@ from cranktrain.dynamics.state import (
     defect_offset,
     offset,
 )
-from cranktrain.film.laws import CLEARANCE
+from cranktrain.film.laws import CLEARANCE, CONTACT_HEIGHT, LAW, LINEAR
 from cranktrain.kernel import kernel
 from cranktrain.loads.drive_line import frame_lead, shaft_motion
 
 MAX_HALVINGS = 6
+FILM_CHANGE = 0.25
+"""Share of its gap by which a film may change over a step: beyond it squeeze pulses are missed."""
+FILM_HALVINGS = 3
 SETTLED = 1.0e-4
 """Tolerance of the start, in clearances."""
 SETTLING_STEPS = 400
@@ -133,8 +137,33 @@ def ports_at_state(model, work, state):
 
 
 @kernel
-def sub_step(model, work, state, begin, h):
-    """Advance the whole state by one step h that starts ``begin`` into the interval; a stage status."""
+def film_rate(model, work, h):
+    """Largest relative change of a film's least gap over a step h, from the ports at the state."""
+    b = model.bearings.shape[0]
+    u = work.port[10]
+    ud = work.port[11]
+    rate = 0.0
+    for i in range(b):
+        law = model.bearings[i]
+        if law[LAW] != LINEAR:
+            x = u[2 * i]
+            y = u[2 * i + 1]
+            e = math.sqrt(x * x + y * y)
+            if e > 0.0:
+                closing = abs(x * ud[2 * i] + y * ud[2 * i + 1]) / e
+                rate = max(rate, closing * h / max(law[CLEARANCE] - e, law[CONTACT_HEIGHT]))
+    if model.thrust[0] != LINEAR:
+        z = abs(u[2 * b])
+        rate = max(rate, abs(ud[2 * b]) * h / max(model.thrust[1] - z, model.thrust[2]))
+    return rate
+
+
+@kernel
+def sub_step(model, work, state, begin, h, halvings):
+    """Advance the whole state by one step h that starts ``begin`` into the interval; a stage status.
+
+    The ports at the state must stand in ``work.port[10:13]``.
+    """
     n = model.omega2.shape[0]
     m = model.ports.shape[0]
     table = model.stages
@@ -142,25 +171,27 @@ def sub_step(model, work, state, begin, h):
     last = table.shape[1] - 1
     for s in range(stages):
         frame_at(model, work, state, begin, table[1 + s, last] * h, work.frames[s], work.pressures[s])
-    omega = work.frames[stages - 1, OMEGA] - work.frames[stages - 1, LEAD_RATE]
-    if abs(omega - state[OMEGA_REFERENCE]) > REFACTOR * abs(state[OMEGA_REFERENCE]) or h != state[STEP_REFERENCE]:
-        if h != state[STEP_REFERENCE]:
-            o = defect_offset(n)
-            for k in range(MAX_STAGES * m):
-                state[o + k] = 0.0
+    end = work.frames[stages - 1]
+    omega = end[OMEGA] - end[LEAD_RATE]
+    if abs(omega - state[OMEGA_REFERENCE]) > REFACTOR * abs(state[OMEGA_REFERENCE]):
         state[OMEGA_REFERENCE] = omega
-        state[STEP_REFERENCE] = h
-    if work.key[0] != state[STEP_REFERENCE] or work.key[1] != state[OMEGA_REFERENCE]:
+    if h != state[STEP_LAST]:
+        # What a series misses grows with the third power of the step.
+        share = h / state[STEP_LAST] if state[STEP_LAST] > 0.0 else 0.0
+        o = defect_offset(n)
+        for k in range(MAX_STAGES * m):
+            state[o + k] *= share * share * share
+        state[STEP_LAST] = h
+    level = min(halvings, LEVELS - 1)
+    if work.key[level, 0] != h or work.key[level, 1] != state[OMEGA_REFERENCE]:
         c_q, c_v = coefficients(table, h)
-        if factor_stage(model, work, c_q, c_v, state[OMEGA_REFERENCE], 0.0) != 0:
+        if factor_stage(model, work, level, c_q, c_v, state[OMEGA_REFERENCE], 0.0) != 0:
             return SINGULAR
-        work.key[0] = state[STEP_REFERENCE]
-        work.key[1] = state[OMEGA_REFERENCE]
-    ports_at_state(model, work, state)
-    status = integrate_step(model, work, state, h, work.frames, work.pressures)
+        work.key[level, 0] = h
+        work.key[level, 1] = state[OMEGA_REFERENCE]
+    status = integrate_step(model, work, state, level, h, work.frames, work.pressures)
     if status != OK:
         return status
-    end = work.frames[stages - 1]
     target = work.inputs[0, 0] + work.inputs[1, 0] * begin
     angle, speed, acceleration = shaft_motion(
         state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], target, work.inputs[1, 0],
@@ -177,7 +208,11 @@ def sub_step(model, work, state, begin, h):
 
 @kernel
 def advance(model, work, state, inputs, t_end):
-    """Advance ``state`` to ``t_end`` with the inputs [speed, pressures...] of this point; a stage status."""
+    """Advance ``state`` to ``t_end`` with the inputs [speed, pressures...] of this point; a stage status.
+
+    A sub-step is halved, up to MAX_HALVINGS times, while a film's gap would change by more than FILM_CHANGE over it, and
+    after a failure.
+    """
     size = state.shape[0]
     interval = t_end - state[TIME]
     for i in range(size):
@@ -190,29 +225,38 @@ def advance(model, work, state, inputs, t_end):
     h = interval / count
     if abs(h - state[STEP_REFERENCE]) <= 1.0e-9 * h:
         h = state[STEP_REFERENCE]
+    state[STEP_REFERENCE] = h
+    whole = 1 << MAX_HALVINGS
     taken = 0
     for k in range(count):
-        for i in range(size):
-            work.backup[1, i] = state[i]
-        pieces = 1
-        status = OK
-        for _ in range(MAX_HALVINGS + 1):
-            status = OK
-            for j in range(pieces):
-                status = sub_step(model, work, state, k * h + j * (h / pieces), h / pieces)
-                if status != OK:
-                    break
+        done = 0
+        failures = 0
+        while done < whole:
+            ports_at_state(model, work, state)
+            halvings = failures
+            piece = h / (1 << halvings)
+            while halvings < FILM_HALVINGS and film_rate(model, work, piece) > FILM_CHANGE:
+                halvings += 1
+                piece *= 0.5
+            # Pieces stay aligned: a half begins at a multiple of a half.
+            while done % (whole >> halvings) != 0:
+                halvings += 1
+                piece *= 0.5
+            for i in range(size):
+                work.backup[1, i] = state[i]
+            status = sub_step(model, work, state, k * h + h * (done / whole), piece, halvings)
             if status == OK:
-                taken += pieces
-                break
+                done += whole >> halvings
+                taken += 1
+                continue
             work.counters[3] += 1.0
+            failures = halvings + 1
+            if failures > MAX_HALVINGS:
+                for i in range(size):
+                    state[i] = work.backup[0, i]
+                return status
             for i in range(size):
                 state[i] = work.backup[1, i]
-            pieces *= 2
-        if status != OK:
-            for i in range(size):
-                state[i] = work.backup[0, i]
-            return status
     state[TIME] = t_end
     state[SUBSTEPS] = taken
     state[ITERATIONS] = work.counters[2] - iterations
@@ -247,7 +291,7 @@ def settle(model, work, state, inputs, windup):
     h = 1.0e-6
     elapsed = 0.0
     for _ in range(SETTLING_STEPS):
-        if factor_stage(model, work, h * h, h, 0.0, HOLDING) != 0:
+        if factor_stage(model, work, 0, h * h, h, 0.0, HOLDING) != 0:
             return SINGULAR
         for i in range(n):
             # Velocity is dropped at every step: this is a descent, not a motion.
@@ -257,7 +301,7 @@ def settle(model, work, state, inputs, windup):
         product(model.ports_transposed, state[o_q : o_q + n], n, m, work.port[14])
         iterations = work.counters[2]
         status = solve_stage(
-            model, work, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0], work.port[14],
+            model, work, 0, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0], work.port[14],
             work.modal[9], SETTLED, state, out[0], out[1], out[2],
         )  # fmt: skip
         if status != OK:
@@ -290,7 +334,7 @@ def settle(model, work, state, inputs, windup):
     frame[LEAD] = windup
     frame[WHIRL] = frame[OMEGA]
     h = 1.0e-7
-    if factor_stage(model, work, h * h, h, frame[OMEGA], 0.0) != 0:
+    if factor_stage(model, work, 0, h * h, h, frame[OMEGA], 0.0) != 0:
         return SINGULAR
     for i in range(n):
         work.modal[7, i] = state[o_v + i]
@@ -298,14 +342,15 @@ def settle(model, work, state, inputs, windup):
         work.modal[9, i] = 0.0
     product(model.ports_transposed, work.modal[6], n, m, work.port[14])
     status = solve_stage(
-        model, work, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0], work.port[14],
+        model, work, 0, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0], work.port[14],
         work.modal[9], SETTLED, state, out[0], out[1], out[2],
     )  # fmt: skip
     for i in range(n):
         state[o_a + i] = out[2, i]
         state[o_x + i] = out[2, i]
-    work.key[0] = -1.0
+    work.key[0, 0] = -1.0
     state[CONTRACTION] = FIRST_CONTRACTION
     state[OMEGA_REFERENCE] = frame[OMEGA]
     state[STEP_REFERENCE] = -1.0
+    state[STEP_LAST] = -1.0
     return status

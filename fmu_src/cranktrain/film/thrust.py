@@ -6,7 +6,8 @@ the taper depth δ the wedge of an infinitely wide linear slider carries, per pa
     W = 6 η U L B²/δ² [ln(1 + δ/h) − 2δ/(2h + δ)] · L²/(L² + B²)
 
 (the last factor corrects for side leakage), and squeeze adds 5/6 η V B³L³ / (h³ (B² + L²)), Galerkin's method with
-parabolas in both directions (1 % low on a square). A side carries no tension. Below ``contact_height`` the collar
+parabolas in both directions (1 % low on a square). A side that is pulled apart ruptures gradually, the force F of the full
+film becoming ½[F − F_a + √((F + F_a)² + F_a²)] with F_a ambient pressure on its pads. Below ``contact_height`` the collar
 touches: a linear spring, the bearing's stiffness in series with the block's, and a damper.
 
 Level ``linear`` is the closed bearing: the same spring and damper without clearance.
@@ -24,7 +25,7 @@ from cranktrain.kernel import kernel
 
 LINEAR = 0
 FILM = 1
-RUPTURE = 100.0
+AMBIENT = 101325.0
 FILM_FLOOR = 0.2
 """The film is frozen below this fraction of the contact height, where contact carries."""
 
@@ -43,15 +44,17 @@ def thrust_parameters(thrust: ThrustBearing, viscosity: float, linear: bool) -> 
     wedge = thrust.pads * 6.0 * viscosity * radius * width * pad**2 / thrust.taper**2 * leakage
     squeeze = thrust.pads * 5.0 / 6.0 * viscosity * (pad * width) ** 3 / (pad**2 + width**2)
     law = LINEAR if linear else FILM
+    suction = AMBIENT * thrust.pads * pad * width
     half = 0.5 * thrust.clearance
+    stiffness = closed_stiffness(thrust)
     return np.array(
-        [law, half, thrust.contact_height, closed_stiffness(thrust), thrust.damping, wedge, squeeze, thrust.taper]
+        [law, half, thrust.contact_height, stiffness, thrust.damping, wedge, squeeze, thrust.taper, suction]
     )
 
 
 @kernel
-def side_force(gap, closing, speed, contact_height, stiffness, damping, wedge, squeeze, taper):
-    """Force that opens one side (N, never negative), with its derivatives by the gap and by the closing velocity."""
+def side_force(gap, closing, speed, contact_height, stiffness, damping, wedge, squeeze, taper, suction):
+    """Force that opens one side (N, never below −suction), with its derivatives by the gap and by the closing velocity."""
     floor = FILM_FLOOR * contact_height
     h = gap if gap > floor else floor
     a = taper / h
@@ -71,10 +74,10 @@ def side_force(gap, closing, speed, contact_height, stiffness, damping, wedge, s
         if share < 1.0:
             by_gap -= damping * closing / contact_height
         by_closing += damping * share
-    # A side ruptures when it is pulled apart; pads do so one after the other, over about this force.
-    root = math.sqrt(force * force + RUPTURE * RUPTURE)
-    share = 0.5 * (1.0 + force / root)
-    return 0.5 * (force + root), share * by_gap, share * by_closing
+    # Pulled apart, a side ruptures gradually and never pulls harder than ambient pressure on its pads.
+    root = math.sqrt((force + suction) * (force + suction) + suction * suction)
+    share = 0.5 * (1.0 + (force + suction) / root)
+    return 0.5 * (force - suction + root), share * by_gap, share * by_closing
 
 
 @kernel
@@ -86,9 +89,11 @@ def thrust_force(z, vz, speed, parameters):
     if parameters[0] == LINEAR:
         return -stiffness * z - damping * vz, -stiffness, -damping
     f1, k1, c1 = side_force(
-        half - z, vz, speed, parameters[2], stiffness, damping, parameters[5], parameters[6], parameters[7]
+        half - z, vz, speed, parameters[2], stiffness, damping, parameters[5], parameters[6], parameters[7],
+        parameters[8],
     )
     f2, k2, c2 = side_force(
-        half + z, -vz, speed, parameters[2], stiffness, damping, parameters[5], parameters[6], parameters[7]
+        half + z, -vz, speed, parameters[2], stiffness, damping, parameters[5], parameters[6], parameters[7],
+        parameters[8],
     )
     return f2 - f1, k1 + k2, -c1 - c2
