@@ -1,7 +1,7 @@
-"""The equations of motion once more, in plain NumPy from their documented form: a twin to test the running model by.
+"""The equations of motion once more, in plain NumPy from their documented form: a twin to test the model by.
 
-Nothing here calls the kernels of rods, pins or frame. Oil films, thrust bearing and journal friction are laws with tests
-of their own; their kernels are called. Angles rad, SI.
+Nothing here calls the kernels of rods, pins or frame. Oil films, thrust bearing and journal friction are laws with
+tests of their own; their kernels are called. Angles rad, SI.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ RECENTRING_REVOLUTIONS = 2.0
 
 
 class PlainModel:
-    """Crank in the turning frame at constant shaft speed; state y = [q, q̇, δ, w] with the frame's lead δ and its rate w.
+    """Crank in the turning frame, shaft at constant speed; state y = [q, q̇, δ, w], δ and w the frame's lead and its rate.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class PlainModel:
         return force, moment, np.array(motion)
 
     def journals(self, theta, omega, q, v):
-        """Forces on the main journals in the frame's axes (b, 2), friction torques (b,), and velocities in space (b, 2)."""
+        """Forces on the main journals in the frame's axes (b, 2), friction torques (b,), velocities in space (b, 2)."""
         u, u1 = self.main_xy @ q, self.main_xy @ v
         seen = u1 + omega * np.stack([-u[:, 1], u[:, 0]], axis=1)
         bearing = self.engine.main_bearing
@@ -186,9 +186,7 @@ class PlainModel:
     def rate(self, t, y, angle=0.0):
         """ẏ for a general integrator."""
         v = y[self.n : 2 * self.n]
-        return np.concatenate(
-            [v, self.acceleration(t, y, angle), [y[2 * self.n + 1], self.lead_acceleration(y)]]
-        )
+        return np.concatenate([v, self.acceleration(t, y, angle), [y[2 * self.n + 1], self.lead_acceleration(y)]])
 
     def energy(self, frame, q, v):
         """Kinetic and elastic energy of crank, rods, pistons and shaft, and potential in gravity, J."""

@@ -1,0 +1,84 @@
+"""The stage solver's own linear algebra against LAPACK, at every size that its unrolled loops tell apart."""
+
+import numpy as np
+import pytest
+
+from cranktrain.dynamics.linear_algebra import (
+    add_product,
+    factor_lu,
+    factor_rows,
+    invert,
+    product,
+    solve_lu,
+    solve_rows,
+)
+
+SIZES = [1, 2, 3, 4, 5, 6, 7, 8, 9, 27, 62]
+
+
+def matrix(n, seed=0):
+    return np.random.default_rng(seed + n).standard_normal((n, n))
+
+
+def backward_error(a, x, b):
+    """Backward error of a solution in roundings: what stable elimination bounds, whatever the condition."""
+    size = np.abs(a).sum(axis=1).max() * np.abs(x).max() + np.abs(b).max()
+    return np.abs(a @ x - b).max() / size / np.finfo(float).eps
+
+
+@pytest.mark.parametrize("n", SIZES)
+def test_lu_with_pivoting_solves(n):
+    a, b = matrix(n), np.random.default_rng(1).standard_normal(n)
+    factors, x, pivots = a.copy(), b.copy(), np.zeros(n)
+    assert factor_lu(factors, n, pivots) == 0
+    solve_lu(factors, n, pivots, x)
+    assert backward_error(a, x, b) < 10 * n
+
+
+def test_lu_pivots_and_leaves_what_lies_outside_its_block():
+    a = np.array([[0.0, 1.0, 7.0], [2.0, 0.0, 7.0], [7.0, 7.0, 7.0]])
+    b = np.array([3.0, 4.0, 7.0])
+    pivots = np.zeros(3)
+    assert factor_lu(a, 2, pivots) == 0
+    solve_lu(a, 2, pivots, b)
+    assert b.tolist() == [2.0, 3.0, 7.0]
+    assert (a[2] == 7.0).all() and (a[:, 2] == 7.0).all()
+
+
+@pytest.mark.parametrize("bad", [np.zeros((3, 3)), np.ones((3, 3)), np.full((3, 3), np.nan)])
+def test_what_cannot_be_factored_is_said(bad):
+    assert factor_lu(bad.copy(), 3, np.zeros(3)) == 1
+    assert factor_rows(bad.copy(), 3) == 1
+
+
+@pytest.mark.parametrize("n", SIZES)
+def test_inverse(n):
+    a = matrix(n) + n * np.eye(n)
+    inverse = np.zeros((n, n))
+    assert invert(a.copy(), n, np.zeros(n), np.zeros(n), inverse) == 0
+    assert inverse @ a == pytest.approx(np.eye(n), abs=1e-13 * n)
+
+
+@pytest.mark.parametrize("n", SIZES)
+def test_lu_by_rows_solves_where_the_symmetric_part_is_positive(n):
+    a = matrix(n)
+    a = a @ a.T / n + 3 * (a - a.T) / np.sqrt(n) + np.eye(n)
+    b = np.random.default_rng(2).standard_normal(n)
+    wide, x = np.full((n + 1, n + 1), 7.0), np.append(b, 7.0)
+    wide[:n, :n] = a
+    assert factor_rows(wide, n) == 0
+    solve_rows(wide, n, x)
+    # Without pivoting elements grow with the skew part; a hundred is more than they do here.
+    assert backward_error(a, x[:n], b) < 100 * n
+    assert x[n] == 7.0 and (wide[n] == 7.0).all() and (wide[:, n] == 7.0).all()
+
+
+@pytest.mark.parametrize("rows", range(1, 10))
+def test_products(rows):
+    rng = np.random.default_rng(rows)
+    b, x, y = rng.standard_normal((rows, 5)), rng.standard_normal(rows), rng.standard_normal(5)
+    added, alone = y.copy(), y.copy()
+    add_product(b, x, rows, 5, added)
+    product(b, x, rows, 5, alone)
+    assert added == pytest.approx(y + b.T @ x, abs=1e-14 * 10)
+    assert alone == pytest.approx(b.T @ x, abs=1e-14 * 10)
