@@ -21,6 +21,7 @@ import math
 import numpy as np
 
 from cranktrain.dynamics.equations_of_motion import OMEGA
+from cranktrain.dynamics.linear_algebra import product
 from cranktrain.dynamics.stage import OK, solve_stage
 from cranktrain.dynamics.state import ACCELERATION, AUXILIARY, OMEGA_REFERENCE, POSITION, VELOCITY, defect_offset
 from cranktrain.dynamics.state import offset as state_offset
@@ -178,6 +179,9 @@ def integrate_step(model, work, state, level, h, frames, pressures):
     big_q = work.modal[6]
     big_v = work.modal[7]
     guess = work.port[14]
+    u_q = work.port[4]
+    u_v = work.port[5]
+    m = model.ports.shape[0]
     if table[0, 0] == GENERALISED_ALPHA:
         alpha_m = table[0, 4]
         alpha_f = table[0, 5]
@@ -188,6 +192,8 @@ def integrate_step(model, work, state, level, h, frames, pressures):
             known[i] = (alpha_f * state[o_a + i] - alpha_m * state[o_x + i]) / (1.0 - alpha_m)
             big_q[i] = state[o_q + i] + h * state[o_v + i] + h * h * ((0.5 - beta) * state[o_x + i] + beta * known[i])
             big_v[i] = state[o_v + i] + h * ((1.0 - gamma) * state[o_x + i] + gamma * known[i])
+        product(model.ports_transposed, big_q, n, m, u_q)
+        product(model.ports_transposed, big_v, n, m, u_v)
         guess_ports(model, work, state, 0, h, guess)
         out = work.stage[0]
         status = solve_stage(
@@ -208,6 +214,10 @@ def integrate_step(model, work, state, level, h, frames, pressures):
                 work.stage[0, 0, i] = state[o_q + i]
                 work.stage[0, 1, i] = state[o_v + i]
                 work.stage[0, 2, i] = state[o_a + i]
+            for k in range(m):
+                work.known[0, 0, k] = work.port[10, k]
+                work.known[0, 1, k] = work.port[11, k]
+                work.known[0, 2, k] = work.port[12, k]
             first = 1
         for s in range(first, stages):
             for i in range(n):
@@ -220,6 +230,17 @@ def integrate_step(model, work, state, level, h, frames, pressures):
                     big_q[i] += weight * work.stage[j, 1, i]
             for i in range(n):
                 big_q[i] += h * gamma * big_v[i]
+            # The ports' share follows from the ports alone, a product with the shapes less for each.
+            for k in range(m):
+                u_v[k] = work.port[11, k]
+                u_q[k] = work.port[10, k]
+            for j in range(s):
+                weight = h * table[1 + s, j]
+                for k in range(m):
+                    u_v[k] += weight * work.known[j, 2, k]
+                    u_q[k] += weight * work.known[j, 1, k]
+            for k in range(m):
+                u_q[k] += h * gamma * u_v[k]
             guess_ports(model, work, state, s, h, guess)
             before = state[o_a : o_a + n] if s == 0 else work.stage[s - 1, 2]
             out = work.stage[s]

@@ -39,7 +39,7 @@ def solve_stage(
 ):  # fmt: skip
     """Solve one stage; fills q, v, a (n,) and leaves the ports' u, u̇, ü, f in ``work.port[0:4]``. Returns a status.
 
-    ``level`` chooses the factors that belong to c_q and c_v. ``guess`` (m,) is the first guess of u, ``a_guess`` (n,) of a (used where the frame's speed differs from Ω₀);
+    ``level`` chooses the factors that belong to c_q and c_v. ``work.port[4:6]`` hold Q and V at the ports. ``guess`` (m,) is the first guess of u, ``a_guess`` (n,) of a (used where the frame's speed differs from Ω₀);
     ``tolerance`` bounds the estimated error of the ports in units of clearance, 0.1 mm and 0.01 rad. ``state`` remembers how well the iteration contracts.
     """
     n = model.omega2.shape[0]
@@ -71,8 +71,6 @@ def solve_stage(
         lever[i] = ratio * big_q[i] - big_v[i]
         a[i] = a_guess[i]
     add_product(work.damping[level], lever, n, n, base)
-    product(model.ports_transposed, big_q, n, m, u_q)
-    product(model.ports_transposed, big_v, n, m, u_v)
     for k in range(m):
         u[k] = guess[k]
     d_omega = frame[OMEGA] - omega_0

@@ -299,6 +299,9 @@ def settle(model, work, state, inputs, windup):
             work.modal[7, i] = 0.0
             work.modal[9, i] = 0.0
         product(model.ports_transposed, state[o_q : o_q + n], n, m, work.port[14])
+        for k in range(m):
+            work.port[4, k] = work.port[14, k]
+            work.port[5, k] = 0.0
         iterations = work.counters[2]
         status = solve_stage(
             model, work, 0, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0], work.port[14],
@@ -341,6 +344,8 @@ def settle(model, work, state, inputs, windup):
         work.modal[6, i] = state[o_q + i] + h * state[o_v + i]
         work.modal[9, i] = 0.0
     product(model.ports_transposed, work.modal[6], n, m, work.port[14])
+    product(model.ports_transposed, work.modal[6], n, m, work.port[4])
+    product(model.ports_transposed, work.modal[7], n, m, work.port[5])
     status = solve_stage(
         model, work, 0, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0], work.port[14],
         work.modal[9], SETTLED, state, out[0], out[1], out[2],
