@@ -43,14 +43,14 @@ class Settings:
     crank: str = "solid"
     bearings: str = "impedance"
     integrator: str = "sdirk4"
-    step: float = math.radians(3.0)
+    step: float = math.radians(2.5)
     gas_source: str = "auto"
     gas_load: float = 1.0
     reconstruction: str = "linear"
     crankcase_pressure: float = AMBIENT
     oil_temperature: float = 0.0
     gravity: float = 9.80665
-    newton_tolerance: float = 1.0e-6
+    newton_tolerance: float = 3.0e-7
 
 
 class ModelArrays(NamedTuple):

@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cranktrain.dynamics.integrators import integrator_table
-from cranktrain.dynamics.model import AMBIENT, Settings, build_model, dimensions, make_work
+from cranktrain.dynamics.mean_motion import rigid_start
+from cranktrain.dynamics.model import AMBIENT, ModelArrays, Settings, build_model, dimensions, make_work
 from cranktrain.dynamics.outputs import advance_and_observe, observe, output_names
 from cranktrain.dynamics.stage import OK
 from cranktrain.dynamics.state import (
@@ -29,7 +30,7 @@ from cranktrain.dynamics.step_control import GIVEN, MAX_HALVINGS, settle
 from cranktrain.engine import Engine
 from cranktrain.errors import InputError, SolverError
 from cranktrain.film.laws import CLEARANCE
-from cranktrain.loads.gas_pressure import GasTrace, mean_effective_pressure
+from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.reduced_body import Array, ReducedBody, rigid
 
 __all__ = ["Result", "Settings", "Simulation", "simulate"]
@@ -84,7 +85,7 @@ class Simulation:
         state = np.zeros(state_size(size.modes, size.ports))
         work = make_work(model, state.size)
         state[TIME] = time
-        if settle(model, work, state, self.inputs, self._windup()) != OK:
+        if settle(model, work, state, self.inputs, *self._start(model)) != OK:
             raise SolverError(
                 f"no static equilibrium at {self.inputs[0] * _RPM:.0f} rev/min: a film cannot carry the load at the "
                 "start; lower the pressures or check clearance and viscosity"
@@ -94,18 +95,12 @@ class Simulation:
         observe(model, work, state, self.outputs)
         self._warm()
 
-    def _windup(self) -> float:
-        """Wind-up of the connecting shaft (rad) by the mean torque of the trace that drives the start.
-
-        With pressures from outside nothing is known of the cycle to come: the shaft starts without torque.
-        """
+    def _start(self, model: ModelArrays) -> tuple[float, float, float]:
+        """Start in rotation: with pressures from outside nothing is known of the cycle to come."""
         given = np.abs(self.inputs[1:] - AMBIENT).max() > GIVEN
         if self.settings.gas_source == "input" or (self.settings.gas_source == "auto" and given):
-            return 0.0
-        work = mean_effective_pressure(self.engine, self.gas.at(self.settings.gas_load, self.inputs[0]))
-        volume = 0.25 * math.pi * self.engine.cylinders.bore**2 * 2.0 * self.engine.crankshaft.throw
-        torque = self.engine.n_cylinders * work * volume / (4.0 * math.pi)
-        return torque / self.engine.drive_line.stiffness
+            return 0.0, 0.0, 0.0
+        return rigid_start(model, float(self.inputs[0]))
 
     def _warm(self) -> None:
         """Run one step on a copy, so that compiling never falls into the first real step."""

@@ -265,13 +265,14 @@ def advance(model, work, state, inputs, t_end):
 
 
 @kernel
-def settle(model, work, state, inputs, windup):
+def settle(model, work, state, inputs, windup, rotation, rate):
     """Start: static equilibrium of shaft, films and loads at the first angle, journals at rest in their bores.
 
     Backward-Euler steps of adapted length in a frame that stands still, with films and rods moving at the engine's
     speed, lead there from any position; where a film cannot carry at all (standstill), they end after SETTLING_TIME.
-    The crank is held against turning: its wind-up against the shaft (rad, of the mean torque) is given. Then velocities
-    of a body whose bending stands still in space, and the accelerations that go with them. Returns a stage status.
+    The crank is held against turning meanwhile: the shaft's mean wind-up, the crank's rotation against it (rad) and its
+    rate (rad/s) are given. Then velocities of a body whose bending stands still in space, and the accelerations that go
+    with them. Returns a stage status.
     """
     n = model.omega2.shape[0]
     m = model.ports.shape[0]
@@ -332,6 +333,8 @@ def settle(model, work, state, inputs, windup):
     add_product(model.gyroscopic, state[o_q : o_q + n], n, n, work.modal[9])
     for i in range(n):
         state[o_v + i] = -frame[OMEGA] * work.modal[9, i]
+    state[o_q + 5] = rotation / model.scalars[RIGID_ROTATION]
+    state[o_v + 5] += rate / model.scalars[RIGID_ROTATION]
     state[SHAFT_ANGLE] = -windup
     state[LEAD_ANGLE] = windup
     frame[LEAD] = windup

@@ -73,12 +73,6 @@ class GasTrace:
         angle = float(self.angles[self.fired.argmax()])
         return angle if angle <= 2.0 * math.pi else angle - CYCLE
 
-    def at(self, load: float, speed: float) -> Array:
-        """Pressure at a load and speed (rad/s), (n,) Pa; the running model applies the same rule."""
-        deviation = speed / self.best_speed - 1.0
-        share = max(0.0, load * (1.0 - self.falloff * deviation * deviation))
-        return self.motored + share * (self.fired - self.motored)
-
     @classmethod
     def from_engine(cls, engine: Engine) -> GasTrace:
         """Built-in trace of the engine's combustion table."""
