@@ -127,6 +127,7 @@ assert "did you mean" in text, text
 
 @pytest.mark.slow
 def test_runs_without_a_cache(fmu, script, tmp_path):
+    """As in a read-only account: code runs from the extraction folder, kernels are compiled and not kept."""
     occupied = tmp_path / "file"
     occupied.write_text("")
     script("Unit(sys.argv[1]).start().run(1).close()", fmu, cache=occupied)
@@ -384,6 +385,32 @@ print(*spans[0], *spans[1])
     # rows 3 degrees apart, joined by straight lines, cut the peaks; the lead of the crank is the mean one
     assert driven_torsion == pytest.approx(torsion, rel=0.05)
     assert driven_torque == pytest.approx(torque, rel=0.05)
+
+
+def test_pressures_that_stay_at_their_start_leave_the_gas_built_in(fmu, script, tmp_path):
+    """A file with the start value, even rounded by a master's interpolation, is no pressure signal to ``auto``."""
+    header = ",".join(["time", "speed", *(f"cylinder[{i}].pressure" for i in range(1, 7))])
+    for name, pressure in (("constant", 101325.0), ("rounded", 101325.0 + 1e-10), ("given", 101326.0)):
+        rows = [",".join([repr(t), "200.0", *([repr(pressure)] * 6)]) for t in (0.0, 0.0037, 0.01)]
+        (tmp_path / f"{name}.csv").write_text("\n".join([header, *rows]))
+    done = script(
+        """
+import numpy as np
+from fmpy import read_csv, simulate_fmu
+def run(signals, start):
+    return simulate_fmu(sys.argv[1], stop_time=0.01, output_interval=1e-4, input=signals, start_values=start)
+names = sys.argv[2:]
+free = run(None, {"speed": 200.0})
+ran = [run(read_csv(name), {}) for name in names]
+torsion = [np.ptp(result["pulley.torsion"] - free["pulley.torsion"]) for result in ran]
+print(*torsion, np.ptp(free["pulley.torsion"]))
+""",
+        fmu,
+        *(tmp_path / f"{name}.csv" for name in ("constant", "rounded", "given")),
+    )
+    constant, rounded, given, swing = map(float, done.stdout.split())
+    assert max(constant, rounded) < 1e-9 * swing  # the master's interpolation rounds the speed as well
+    assert given > 0.1 * swing
 
 
 def test_native_simulation_and_fmu_agree_to_the_bit(fmu, engine, body, script):
