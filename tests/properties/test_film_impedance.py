@@ -1,0 +1,206 @@
+"""The journal film: what its map interpolates, what symmetry and thermodynamics ask, where it must stay finite."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from cranktrain.engine import load_engine
+from cranktrain.film.impedance import impedance_map, journal_force, pressure_and_flow
+from cranktrain.film.laws import bearing_force, bearing_parameters
+from cranktrain.film.parabolic import (
+    WORK_SIZE,
+    film_force,
+    film_geometry,
+    film_observables,
+    friction_torque,
+    node_table,
+)
+
+BEARING = load_engine("diesel_i6").main_bearing
+VISCOSITY = 0.012
+CLEARANCE, KAPPA2, FACTOR = film_geometry(BEARING.diameter, BEARING.width, BEARING.clearance, VISCOSITY)
+RADIUS = 0.5 * BEARING.diameter
+CONTACT = 0.5 * BEARING.contact_pressure * BEARING.width * BEARING.diameter
+MAP = impedance_map(KAPPA2)
+NODES = node_table()
+SPIN = 100.0  # half the sum of surface speeds, rad/s
+ROUGH = 1.0 - BEARING.contact_height / BEARING.clearance  # eccentricity of first contact
+TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
+
+
+def film(place, velocity, half_speed=SPIN):
+    """Output of the law at ``place`` (clearances) and ``velocity`` (clearances × rad/s)."""
+    out = np.zeros(16)
+    x, v = CLEARANCE * np.asarray(place), CLEARANCE * np.asarray(velocity)
+    journal_force(*x, *v, half_speed, CLEARANCE, FACTOR, BEARING.contact_height, CONTACT, MAP, out)
+    return out
+
+
+def squeeze(place, velocity, half_speed=SPIN):
+    """Velocity of pure squeeze, in clearances: what the film sees in a frame turning at half the surface speeds."""
+    return np.asarray(velocity) - half_speed * TURN @ np.asarray(place)
+
+
+def solved(place, velocity, half_speed=SPIN):
+    """Force (N), largest pressure (Pa) and side flow (m³/s) of the film solved in place."""
+    eps = np.hypot(*place)
+    axes = np.array([[place[0], -place[1]], [place[1], place[0]]]) / eps
+    v = axes.T @ squeeze(place, velocity, half_speed)
+    out, work, zone = np.zeros(12), np.zeros(WORK_SIZE), np.zeros(2)
+    film_force(eps, *v, KAPPA2, NODES, work, zone, out)
+    highest, flow = film_observables(*v, work, zone)
+    scale = VISCOSITY * (RADIUS / CLEARANCE) ** 2
+    return -FACTOR * axes @ out[:2], 15 * scale * highest, 10 * RADIUS**3 / BEARING.width * CLEARANCE * flow
+
+
+def states(largest):
+    """Eccentricity, its angle, and a velocity in clearances × rad/s."""
+    return st.tuples(
+        st.floats(0.01, largest), st.floats(-math.pi, math.pi), st.floats(-300.0, 300.0), st.floats(-300.0, 300.0)
+    ).map(lambda s: (np.array([s[0] * math.cos(s[1]), s[0] * math.sin(s[1])]), np.array(s[2:])))
+
+
+@settings(max_examples=300, deadline=None)
+@given(states(min(0.95, ROUGH)))
+def test_map_equals_the_film_solved_in_place(state):
+    place, velocity = state
+    assume(np.linalg.norm(squeeze(place, velocity)) > 1.0)
+    expected, highest, flow = solved(place, velocity)
+    force = film(place, velocity)[:2]
+    assert np.linalg.norm(force - expected) < 0.005 * np.linalg.norm(expected)
+    out = np.zeros(8)
+    shown = pressure_and_flow(
+        *(CLEARANCE * place), *(CLEARANCE * velocity), SPIN, CLEARANCE, VISCOSITY, RADIUS, BEARING.width, MAP, out
+    )
+    # Both are read for output only; the largest pressure is a node's, which jumps by a per cent as the peak moves.
+    assert shown[0] == pytest.approx(highest, rel=0.02)
+    assert shown[1] == pytest.approx(flow, rel=0.01)
+
+
+@settings(max_examples=200, deadline=None)
+@given(states(0.99))
+def test_tangents_are_derivatives_of_the_force(state):
+    place, velocity = state
+    speed = np.linalg.norm(squeeze(place, velocity))
+    # Where the squeeze nearly vanishes its direction turns within any difference step; at first contact the third
+    # derivative jumps.
+    assume(speed > 30.0 and abs(np.linalg.norm(place) - ROUGH) > 1e-3)
+    out = film(place, velocity)
+    gap = 1 - np.linalg.norm(place)
+    steps = [1e-4 * gap * min(1.0, np.linalg.norm(place) / gap), 1e-4 * speed]
+    values = np.concatenate([place, velocity])
+    for block, step in ((0, steps[0]), (1, steps[1])):
+        slopes = np.empty((2, 2))
+        for i in range(2):
+            move = np.zeros(4)
+            move[2 * block + i] = step
+
+            def at(k, move=move):
+                moved = values + k * move
+                return film(moved[:2], moved[2:])[:2]
+
+            slopes[:, i] = (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * step * CLEARANCE)
+        tangent = out[2 + 4 * block : 6 + 4 * block].reshape(2, 2)
+        assert np.abs(tangent - slopes).max() < 1e-6 * np.abs(slopes).max()
+
+
+@settings(max_examples=100, deadline=None)
+@given(states(0.99), st.floats(0.01, 100.0), st.floats(-math.pi, math.pi), st.floats(-300.0, 300.0))
+def test_symmetries(state, faster, angle, turning):
+    place, velocity = state
+    contact = film(place, 0 * velocity, 0.0)[:2]
+    force = film(place, velocity)[:2] - contact
+    size = 1e-9 * (np.linalg.norm(force) + FACTOR * CLEARANCE)
+    # Homogeneous of degree one in all speeds: viscous flow.
+    scaled = film(place, faster * velocity, faster * SPIN)[:2] - contact
+    assert scaled == pytest.approx(faster * force, abs=size * max(1.0, faster) + 1e-9 * np.abs(contact).max())
+    # The bore is round.
+    c, s = math.cos(angle), math.sin(angle)
+    turn = np.array([[c, -s], [s, c]])
+    turned = film(turn @ place, turn @ velocity)[:2]
+    assert turned == pytest.approx(turn @ (force + contact), abs=size + 1e-7 * np.abs(force + contact).max())
+    # And has no hand: a mirror turns everything round.
+    mirror = np.array([1.0, -1.0])
+    mirrored = film(mirror * place, mirror * velocity, -SPIN)[:2]
+    assert mirrored == pytest.approx(mirror * (force + contact), abs=size + 1e-7 * np.abs(force + contact).max())
+    # Rotating-load equivalence: in axes that turn with the surfaces' excess speed nothing has changed.
+    carried = film(place, velocity + turning * TURN @ place, SPIN + turning)[:2]
+    assert carried == pytest.approx(force + contact, abs=size + 1e-7 * np.abs(force + contact).max())
+
+
+def test_a_journal_that_whirls_at_half_the_surface_speed_finds_no_wedge():
+    place = np.array([0.5, 0.2])
+    force = film(place, SPIN * TURN @ place)[:2]
+    assert np.abs(force).max() < 1e-12 * np.abs(film(place, (0.0, 0.0))[:2]).max()
+
+
+@settings(max_examples=100, deadline=None)
+@given(states(0.99))
+def test_film_takes_energy_from_pure_squeeze(state):
+    place, velocity = state
+    out = film(place, velocity, 0.0)
+    contact = film(place, (0.0, 0.0), 0.0)
+    power = (out[:2] - contact[:2]) @ velocity
+    assert power <= 0.0
+    # And the damping matrix of a film is positive, so it damps small motion too.
+    tangent = out[6:10].reshape(2, 2)
+    if np.linalg.norm(velocity) > 1.0:
+        assert np.linalg.eigvalsh(-(tangent + tangent.T)).min() > -1e-3 * np.abs(tangent).max()
+
+
+@pytest.mark.parametrize("velocity", [(0.0, 0.0), (0.0, 50.0)])
+@pytest.mark.parametrize("half_speed", [0.0, SPIN])
+def test_nothing_breaks_at_the_centre_at_rest_or_beyond_the_wall(velocity, half_speed):
+    for eps in (0.0, 1e-12, 1e-6, 0.5, 0.999, 0.9999, 1.0, 1.001, 1.3):
+        out = film((eps, 0.0), velocity, half_speed)
+        assert np.isfinite(out[:11]).all(), eps
+    assert film((0.0, 0.0), (0.0, 0.0), half_speed)[:2].tolist() == [0.0, 0.0]
+
+
+def test_near_the_centre_the_force_is_smooth():
+    steady = [film((eps, 0.0), (40.0, 20.0), 0.0)[:2] for eps in (0.0, 1e-9, 1e-5, 1e-3)]
+    size = np.abs(steady[0]).max()
+    assert size > 0
+    for force, eps in zip(steady[1:], (1e-9, 1e-5, 1e-3), strict=True):
+        assert np.abs(force - steady[0]).max() < (20 * eps + 1e-9) * size
+
+
+def test_contact_sets_in_smoothly_and_grows():
+    eps = np.linspace(ROUGH - 0.02, 1.05, 400)
+    normal = np.array([-film((e, 0.0), (0.0, 0.0), 0.0)[0] for e in eps])
+    assert (normal[eps < ROUGH] == 0.0).all()
+    assert (np.diff(normal[eps > ROUGH]) > 0).all()
+    # At first touch neither force nor stiffness jumps; at the wall the pressure is the one given.
+    assert np.abs(film((ROUGH + 1e-9, 0.0), (0.0, 0.0), 0.0)[2]) < 1e-4 * CONTACT / BEARING.contact_height
+    assert -film((1.0, 0.0), (0.0, 0.0), 0.0)[0] == pytest.approx(CONTACT, rel=1e-9)
+
+
+def test_friction_brakes_and_is_petroffs_in_the_middle():
+    petroff = 2 * math.pi * VISCOSITY * RADIUS**3 * BEARING.width * 2 * SPIN / CLEARANCE
+    middle = friction_torque(0.0, 0.0, 0.0, 0.0, 0.0, VISCOSITY, RADIUS, BEARING.width, CLEARANCE, 2 * SPIN)
+    assert middle == pytest.approx(-petroff, rel=1e-12)
+    for eps in (0.3, 0.6, 0.9, 0.95):
+        force = film((eps, 0.0), (0.0, 0.0))[:2]
+        torque = friction_torque(
+            eps, *force, eps * CLEARANCE, 0.0, VISCOSITY, RADIUS, BEARING.width, CLEARANCE, 2 * SPIN
+        )
+        # Journal at rest in place: e × F works on it as well, and all that is fed in heats the film.
+        assert torque < -petroff
+
+
+def test_springs_and_dampers_stand_still_in_space():
+    parameters = bearing_parameters(BEARING, VISCOSITY, "linear")
+    out = np.zeros(16)
+    place, velocity = np.array([3e-6, -2e-6]), np.array([1e-3, 2e-3])
+    for angle in (0.0, 0.7, 2.0):
+        c, s = math.cos(angle), math.sin(angle)
+        to_space = np.array([[c, -s], [s, c]])
+        bearing_force(parameters, *place, *velocity, SPIN, c, s, MAP, out)
+        x, v = to_space @ place, to_space @ velocity
+        expected = -np.array([BEARING.stiffness_x, BEARING.stiffness_y]) * x
+        expected -= np.array([BEARING.damping_x, BEARING.damping_y]) * v
+        assert to_space @ out[:2] == pytest.approx(expected, rel=1e-12)
+        assert out[:2] == pytest.approx(out[2:6].reshape(2, 2) @ place + out[6:10].reshape(2, 2) @ velocity, rel=1e-12)
