@@ -19,7 +19,7 @@ RECENTRING_REVOLUTIONS = 2.0
 
 
 class PlainModel:
-    """Crank in the turning frame, shaft at constant speed; state y = [q, q̇, δ, w], δ and w the frame's lead and its rate.
+    """Crank in the turning frame, shaft at constant speed; state [q, q̇, δ, w], δ and w the frame's lead and its rate.
 
     Parameters
     ----------
@@ -38,6 +38,7 @@ class PlainModel:
         pins = [body.index(f"pin[{i + 1}]") for i in range(len(c.throw_angles))]
         self.main_xy, self.main_turn = shapes[mains, :2], shapes[mains, 5]
         self.pin_xy, self.pin_turn, self.pin_at = shapes[pins, :2], shapes[pins, 5], body.positions[pins, :2]
+        self.pins = np.concatenate([self.pin_xy, self.pin_turn[:, None]], axis=1)
         self.axial = shapes[body.index("thrust"), 2]
         self.flywheel = shapes[body.index("flywheel"), 5]
         self.rigid_turn = shapes[body.index("pulley"), 5, 5]
@@ -87,7 +88,7 @@ class PlainModel:
         return self.motored(angle) + share * (self.fired(angle) - self.motored(angle))
 
     def rods(self, theta, omega, omega_dot, q, v, a, pressures):
-        """Forces of rods on the pins at modal acceleration ``a``, and the pistons' motion.
+        """Forces of rods on the pins, and the pistons' motion, at the pins' accelerations ``a`` (p, 3): x, y, rotation.
 
         Returns (p, 2) forces in the frame's axes, (p,) moments of the pins' rotation, (c, 3) piston position, velocity
         and acceleration along the cylinder.
@@ -96,10 +97,10 @@ class PlainModel:
         motion = []
         gravity = self.settings.gravity
         for k, pin in enumerate(self.pin_of):
-            phi, phi1, phi2 = (self.pin_turn[pin] @ w for w in (q, v, a))
+            phi, phi1, phi2 = self.pin_turn[pin] @ q, self.pin_turn[pin] @ v, a[pin, 2]
             # Complex numbers turn: position R(φ) X + (u − φ e_z×X) in the frame, then the frame's own turning.
             x0 = complex(*self.pin_at[pin])
-            u, u1, u2 = (complex(*(self.pin_xy[pin] @ w)) for w in (q, v, a))
+            u, u1, u2 = complex(*(self.pin_xy[pin] @ q)), complex(*(self.pin_xy[pin] @ v)), complex(*a[pin, :2])
             turned = np.exp(1j * phi) * x0
             r = turned + u - 1j * phi * x0
             r1 = 1j * phi1 * turned + u1 - 1j * phi1 * x0
@@ -168,20 +169,17 @@ class PlainModel:
         theta, omega, omega_dot = frame[:3]
         pressures = self.pressures(theta, omega)
 
-        def projected(a):
+        def rods(a):
             force, moment, _ = self.rods(theta, omega, omega_dot, q, v, a, pressures)
-            return np.concatenate([force.ravel(), moment])
+            return np.column_stack([force, moment])
 
-        ports = np.concatenate([self.pin_xy.reshape(-1, self.n), self.pin_turn])
-        # Columns of the affine part, from modal accelerations that move one port each.
-        motions = np.linalg.pinv(ports) if np.linalg.matrix_rank(ports) == len(ports) else None
-        still = projected(np.zeros(self.n))
-        if motions is not None:
-            share = np.stack([projected(m) - still for m in motions.T], axis=1)
-            mass = np.eye(self.n) - ports.T @ share @ ports
-        else:
-            mass = np.eye(self.n) - ports.T @ np.stack([projected(e) - still for e in np.eye(self.n)], axis=1)
-        return np.linalg.solve(mass, self.loads(frame, q, v) + ports.T @ still)
+        still = rods(np.zeros((len(self.pin_at), 3)))
+        mass = np.eye(self.n)
+        for move in np.eye(3):
+            # A pin's forces depend on its own motion only: all pins are moved at once.
+            share = rods(np.tile(move, (len(self.pin_at), 1))) - still
+            mass -= np.einsum("pci,pc,pj->ij", self.pins, share, self.pins.transpose(1, 0, 2)[move.argmax()])
+        return np.linalg.solve(mass, self.loads(frame, q, v) + np.einsum("pci,pc->i", self.pins, still))
 
     def rate(self, t, y, angle=0.0):
         """ẏ for a general integrator."""
@@ -221,7 +219,7 @@ class PlainModel:
         theta, omega, omega_dot, lead, rate = frame
         drive = self.engine.drive_line
         pressures = self.pressures(theta, omega)
-        _, _, motion = self.rods(theta, omega, omega_dot, q, v, np.zeros(self.n), pressures)
+        _, _, motion = self.rods(theta, omega, omega_dot, q, v, np.zeros((len(self.pin_at), 3)), pressures)
         gauge = (pressures - self.settings.crankcase_pressure) * self.area
         twist, twist_rate = lead + self.flywheel @ q, rate + self.flywheel @ v
         force, torque, seen = self.journals(theta, omega, q, v)
@@ -244,7 +242,7 @@ class PlainModel:
         force, _, _ = self.journals(theta, omega, q, v)
         u = self.main_xy @ q
         moment = np.sum(u[:, 0] * force[:, 1] - u[:, 1] * force[:, 0])
-        force, _, _ = self.rods(theta, omega, omega_dot, q, v, a, self.pressures(theta, omega))
+        force, _, _ = self.rods(theta, omega, omega_dot, q, v, self.pins @ a, self.pressures(theta, omega))
         x, y = (self.pin_xy @ q - (self.pin_turn @ q)[:, None] * self.pin_at @ np.array([[0.0, 1.0], [-1.0, 0.0]])).T
         moment += np.sum(x * force[:, 1] - y * force[:, 0])
         x, y = self.body.translation[:2] @ q
