@@ -10,6 +10,7 @@ import json
 import math
 import sys
 import time
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -37,7 +38,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code: 0, or 2 for input that cannot be used."""
     options = _parser().parse_args(arguments)
     try:
-        result = options.verb(options)
+        with warnings.catch_warnings():
+            warnings.showwarning = lambda message, *_: _say(f"cranktrain: warning: {message}")
+            result = options.verb(options)
     except CranktrainError as error:
         print(f"cranktrain: {error}", file=sys.stderr)
         return 2
@@ -155,7 +158,7 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
 
     # everything that can be refused is refused before the minute that a crankshaft may take
     engine = load_engine(options.engine)
-    _within("--speed", options.speed, 100.0, 20000.0, "rev/min; for less use the FMU, which takes any speed")
+    _within("--speed", options.speed, 100.0, 20000.0, "rev/min; for less use the FMU, which takes any speed from 0")
     _within("--cycles", options.cycles, 1, 10000, "cycles")
     _within("--load", options.load, 0.0, 2.0, "of the full-load burn")
     _one_of("--crank", options.crank, CRANK_LEVELS)

@@ -106,10 +106,10 @@ def check(body: ReducedBody) -> None:
     }
     for name, shape in {"omega": (n,), **shapes}.items():
         array = getattr(body, name)
-        if array.shape != shape or not np.isfinite(array).all():
-            raise StoreError(
-                f"body '{body.name}': '{name}' is {array.shape} or not finite, needs {shape}; make it anew"
-            )
+        if array.shape != shape:
+            raise StoreError(f"body '{body.name}': '{name}' is {array.shape}, needs {shape}; make it anew")
+        if not np.isfinite(array).all():
+            raise StoreError(f"body '{body.name}': '{name}' holds values that are not finite; make it anew")
     if n < 6 or m < 1 or np.any(body.omega[:6] != 0.0) or np.any(body.omega[6:] <= 0.0):
         raise StoreError(f"body '{body.name}': needs an interface, six rigid modes and positive ω; make it anew")
 

@@ -91,7 +91,10 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
             basis=file["body/basis"][()] if "basis" in file["body"] else None,
             **{name: file[f"body/{name}"][()] for name in _UNITS},
         )
-    check(body)
+    try:
+        check(body)
+    except StoreError as error:
+        raise StoreError(f"{path}: {error}; delete it and run 'cranktrain reduce'") from None
     return body
 
 
@@ -139,7 +142,9 @@ def _plain(value: Any) -> Any:
 
 
 def _put(file: h5py.File, name: str, array: Any, unit: str) -> None:
-    dataset = file.create_dataset(name, data=np.asarray(array), track_times=False)
+    array = np.asarray(array)
+    # HDF5 notices by itself that a file is cut short; values that have changed it notices by a checksum only.
+    dataset = file.create_dataset(name, data=array, track_times=False, fletcher32=array.size > 1 or None)
     dataset.attrs["unit"] = unit
 
 

@@ -86,10 +86,26 @@ def _without_shapes(path: Path):
         del file["body/shapes"]
 
 
+def _one_bit(path: Path):
+    """One bit of the shapes: a value of the same size, which no check of the body could tell."""
+    data = bytearray(path.read_bytes())
+    with h5py.File(path) as file:
+        chunk = file["body/shapes"].id.get_chunk_info(0)
+    data[chunk.byte_offset + 8] ^= 1
+    path.write_bytes(data)
+
+
+def _not_finite(path: Path):
+    with h5py.File(path, "a") as file:
+        file["body/omega"][-1] = np.nan
+
+
 @pytest.mark.parametrize(
     ("harm", "says"),
     [
         (Path.unlink, "no such file"),
+        (_one_bit, "damaged"),
+        (_not_finite, "b.h5.*not finite"),
         (_truncated, "damaged"),
         (_text, "not an HDF5 file"),
         (_foreign, "not a cranktrain reduced body"),
