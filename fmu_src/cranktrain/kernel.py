@@ -1,7 +1,8 @@
 """The one jit decorator of the running model, and the rules its kernels keep.
 
 A kernel must also compile ahead of time into a library without Python: the caller owns all memory, no ``np.linalg``,
-no exceptions (integer status codes), no ``reshape``, no global mutable state, no parallel loops.
+no exceptions (integer status codes), no ``reshape``, no global mutable state, no parallel loops. Compiling without
+numba's run-time (``_nrt=False``) holds kernels to that: one that would allocate does not compile.
 
 Compiled kernels are kept in the user's cache under a digest of this package's sources: numba itself looks only at a
 kernel's own file, and would run a stale copy of what that kernel calls. For the same reason they are not kept at all
@@ -48,6 +49,8 @@ def kernel(function: Callable[..., Any]) -> Any:
     kept = getattr(config, "CACHE_DIR", "")
     setattr(config, "CACHE_DIR", _KERNELS)  # noqa: B010 - numba makes its settings at run time, unknown to a type checker
     try:
-        return njit(cache=bool(_KERNELS), error_model="numpy", fastmath=False, boundscheck=False)(function)
+        return njit(cache=bool(_KERNELS), error_model="numpy", fastmath=False, boundscheck=False, _nrt=False)(
+            function
+        )
     finally:
         setattr(config, "CACHE_DIR", kept)  # noqa: B010
