@@ -22,6 +22,7 @@ matplotlib.use("Agg")
 import fmpy
 import matplotlib.pyplot as plt
 
+from cranktrain.dynamics.simulation import Settings
 from cranktrain.engine import Engine, load_engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.reduced_body import ReducedBody
@@ -34,7 +35,7 @@ from cranktrain.structure.reduction import complete_crankshaft, reduced_cranksha
 ROOT = Path(__file__).resolve().parents[1]
 SPEED_RPM = 2000.0
 STOP_TIME = 0.5
-COMMUNICATION_STEP = 2.5e-4  # s, 3 degrees of crank angle at this speed
+COMMUNICATION_STEP = Settings().step / (SPEED_RPM * math.pi / 30.0)  # s, one internal step
 MAX_TURN = 0.16  # rad, how far the drawn torsional shape turns at most
 STARTED = time.perf_counter()
 

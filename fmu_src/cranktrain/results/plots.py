@@ -104,7 +104,7 @@ def plot_mode_shape(
 
 def plot_bearing_load(ax: Any, force_x: Array, force_y: Array, name: str) -> None:
     """Draw the force on a bearing (n,) N over a cycle as a polar load diagram, in kN, y up."""
-    ax.plot(1e-3 * force_x, 1e-3 * force_y, color=ORANGE, lw=1.2)
+    ax.plot(1e-3 * np.append(force_x, force_x[0]), 1e-3 * np.append(force_y, force_y[0]), color=ORANGE, lw=1.2)
     ax.axhline(0.0, color=GREY, lw=0.6)
     ax.axvline(0.0, color=GREY, lw=0.6)
     ax.set_aspect("equal", adjustable="datalim")
