@@ -42,6 +42,7 @@ def _kernel_folder() -> str:
 
 
 _KERNELS = _kernel_folder()
+_OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": False, "boundscheck": False, "_nrt": False}
 
 
 def kernel(function: Callable[..., Any]) -> Any:
@@ -49,8 +50,6 @@ def kernel(function: Callable[..., Any]) -> Any:
     kept = getattr(config, "CACHE_DIR", "")
     setattr(config, "CACHE_DIR", _KERNELS)  # noqa: B010 - numba makes its settings at run time, unknown to a type checker
     try:
-        return njit(cache=bool(_KERNELS), error_model="numpy", fastmath=False, boundscheck=False, _nrt=False)(
-            function
-        )
+        return njit(cache=bool(_KERNELS), **_OPTIONS)(function)
     finally:
         setattr(config, "CACHE_DIR", kept)  # noqa: B010

@@ -6,8 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import cranktrain
 import pytest
+
+import cranktrain
 
 SOURCES = Path(cranktrain.__file__).parent
 RUN = "from cranktrain.lubricant import vogel_viscosity\nprint(vogel_viscosity(350.0, 1e-4, 800.0, 180.0))"

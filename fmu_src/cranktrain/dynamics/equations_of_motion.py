@@ -34,8 +34,8 @@ from cranktrain.dynamics.model import (
     SHAFT_C,
     SHAFT_K,
 )
-from cranktrain.film.parabolic import friction_torque
 from cranktrain.film.laws import CLEARANCE, IMPEDANCE, LAW, RADIUS, VISCOSITY, WIDTH, bearing_force
+from cranktrain.film.parabolic import friction_torque
 from cranktrain.film.thrust import thrust_force
 from cranktrain.kernel import kernel
 from cranktrain.loads.gas_pressure import gas_pressure
@@ -48,9 +48,9 @@ FRAME_SIZE = 8
 
 @kernel
 def factor_stage(model, work, level, c_q, c_v, omega, holding):
-    """Make S⁻¹, the ports' responses and their compliance for (c_q, c_v, Ω₀), kept as ``level``; 0, or 1 if S is singular.
+    """Make S⁻¹, the ports' responses and their compliance for (c_q, c_v, Ω₀), kept as ``level``.
 
-    ``holding`` (N m/rad) is added to the connecting shaft's stiffness.
+    Returns 0, or 1 if S is singular. ``holding`` (N m/rad) is added to the connecting shaft's stiffness.
     """
     n = model.omega2.shape[0]
     m = model.ports.shape[0]
@@ -98,7 +98,7 @@ def external_force(model, frame, out):
 
 @kernel
 def trace_pressure(model, cylinder, theta, speed):
-    """Cylinder pressure (Pa, absolute) of the built-in trace: motored, plus the rise by combustion scaled with speed."""
+    """Cylinder pressure (Pa, absolute) of the built-in trace: motored, plus the burn's rise scaled with speed."""
     angle = theta - model.cylinders[cylinder, PHASE]
     motored = gas_pressure(angle, model.gas[0])
     x = speed / model.scalars[BEST_SPEED] - 1.0
@@ -110,7 +110,7 @@ def trace_pressure(model, cylinder, theta, speed):
 
 @kernel
 def port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
-    """Forces at all ports (m,) and the tangent blocks ∂f/∂u of a stage at displacement u, velocity ud, acceleration udd.
+    """Forces at all ports (m,) and the tangent blocks ∂f/∂u of a stage at displacement u, velocity u̇, acceleration ü.
 
     Film friction acts at the journals' rotations, the rods' moment at the pins' rotations; both go without tangent.
     """

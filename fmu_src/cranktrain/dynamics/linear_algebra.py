@@ -68,8 +68,8 @@ def invert(a, n, pivots, column, inverse):
 def factor_rows(a, n):
     """LU-factorise the leading n × n block in place, row by row without pivoting; 0, or 1 if a pivot vanishes.
 
-    For the stage's I − H J: H and −J have positive definite symmetric parts, so pivots stay away from zero. Four rows are
-    subtracted at once: memory traffic, not arithmetic, is what it costs. The diagonal is kept inverted.
+    For the stage's I − H J: H and −J have positive definite symmetric parts, so pivots stay away from zero. Four rows
+    are subtracted at once: memory traffic, not arithmetic, is what it costs. The diagonal is kept inverted.
     """
     for i in range(n):
         k = 0
@@ -114,7 +114,7 @@ def solve_rows(a, n, b):
 
 @kernel
 def add_product(transposed, x, rows, columns, y):
-    """y += Bᵀ x for B (rows, columns): matrices are kept transposed, so the sum runs over contiguous rows, four at once."""
+    """y += Bᵀ x for B (rows, columns): kept transposed, so that the sum runs over contiguous rows, four at once."""
     i = 0
     while i + 3 < rows:
         x0 = x[i]

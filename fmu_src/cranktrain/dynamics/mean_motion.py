@@ -1,8 +1,8 @@
 """Where a run starts in rotation: the periodic motion of a rigid crank on its connecting shaft.
 
-At constant speed the rods turn their torque T(θ) against J φ̈ + c φ̇ + k φ = T − T̄, with the mean T̄ wound up in the shaft.
-Its periodic solution is exact for a rigid crank of constant inertia (rods at their cycle mean), and near enough to the
-real motion to spare a run the slow decay of the drive line's own vibration.
+At constant speed the rods turn their torque T(θ) against J φ̈ + c φ̇ + k φ = T − T̄, with the mean T̄ wound up in the
+shaft. Its periodic solution is exact for a rigid crank of constant inertia (rods at their cycle mean), and near enough
+to the real motion to spare a run the slow decay of the drive line's own vibration.
 """
 
 from __future__ import annotations

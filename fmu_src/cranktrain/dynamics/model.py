@@ -109,7 +109,7 @@ def build_model(
 ) -> ModelArrays:
     """Arrays of the running model at the oil temperature of ``speed`` (rad/s).
 
-    ``body`` is the crankshaft with flywheel and pulley attached. Errors: ``InputError`` for a level that does not exist.
+    ``body`` is the crankshaft with flywheel and pulley attached. ``InputError`` for a level that does not exist.
     """
     for value, valid, what in (
         (settings.crank, CRANK_LEVELS, "crank level"),

@@ -6,8 +6,8 @@ import math
 
 from cranktrain.dynamics.equations_of_motion import COS, LEAD, LEAD_RATE, OMEGA, SIN, THETA, pin_motion
 from cranktrain.dynamics.model import AREA, BANK, CLEARANCE_VOLUME, OFFSET, PIN, ROD, SHAFT_C, SHAFT_K, STROKE_TOP
-from cranktrain.dynamics.state import ITERATIONS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
 from cranktrain.dynamics.stage import OK
+from cranktrain.dynamics.state import ITERATIONS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
 from cranktrain.dynamics.step_control import advance, frame_at, ports_at_state
 from cranktrain.film.impedance import pressure_and_flow
 from cranktrain.film.laws import CLEARANCE, IMPEDANCE, LAW, RADIUS, VISCOSITY, WIDTH, bearing_force
@@ -47,7 +47,6 @@ def observe(model, work, state, out):
     n = model.omega2.shape[0]
     m = model.ports.shape[0]
     b = model.bearings.shape[0]
-    p = model.pins.shape[0]
     frame = work.frames[0]
     frame_at(model, work, state, 0.0, 0.0, frame, work.pressures[0])
     ports_at_state(model, work, state)

@@ -21,7 +21,6 @@ from cranktrain.dynamics.state import (
     MAX_INPUTS,
     SHAFT_ANGLE,
     SHAFT_SPEED,
-    STEP_REFERENCE,
     TIME,
     offset,
     state_size,
@@ -105,7 +104,8 @@ class Simulation:
     def _warm(self) -> None:
         """Run one step on a copy, so that compiling never falls into the first real step."""
         state = self.state
-        advance_and_observe(self.model, self.work, state, self.inputs, state[TIME] + 1.0e-6, np.zeros_like(self.outputs))
+        outputs = np.zeros_like(self.outputs)
+        advance_and_observe(self.model, self.work, state, self.inputs, state[TIME] + 1.0e-6, outputs)
         self.work.counters[:] = 0.0
         self.work.key[:] = -1.0
 
@@ -199,7 +199,7 @@ class Result:
 
 
 def communication_step(speed: float, step: float) -> float:
-    """Communication step (s) of a simulation: the largest that divides a cycle and is at most ``step`` of crank angle."""
+    """Communication step (s) of a simulation: the largest that divides a cycle and is at most ``step`` (rad)."""
     return 4.0 * math.pi / speed / math.ceil(4.0 * math.pi / step - 1.0e-9)
 
 
@@ -224,7 +224,7 @@ def simulate(
         a step that fails
     """
     if not (math.isfinite(speed) and speed >= SLOWEST * (1.0 - 1.0e-9)):
-        raise InputError(f"a simulation over cycles needs at least 100 rev/min, got {speed * _RPM:g}; the FMU takes any")
+        raise InputError(f"cycles need at least 100 rev/min, got {speed * _RPM:g}; the FMU takes any speed from 0")
     if cycles < 1:
         raise InputError(f"at least one cycle must run, got {cycles}")
     simulation = Simulation(engine, body, replace(settings), gas)
@@ -234,7 +234,7 @@ def simulate(
     per_cycle = round(4.0 * math.pi / speed / h)
     count = per_cycle * cycles
     series = np.empty((count + 1, simulation.outputs.size))
-    times = np.arange(count + 1) * h
+    times: Array = np.arange(count + 1, dtype=np.float64) * h
     series[0] = simulation.outputs
     done, wall = 0, 0.0
     try:

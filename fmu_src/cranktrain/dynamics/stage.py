@@ -1,9 +1,9 @@
 """The stage solver: one implicit stage of any integrator, condensed onto the ports.
 
 Given Q and V with q = Q + c_q a, v = V + c_v a, it finds the true acceleration a that fulfils the equations of motion:
-q_free from S⁻¹, a Newton iteration on the ports' displacements u = u_free + Φ S⁻¹ Φᵀ f(u, u̇, ü), and one product back to
-q. What S left out because the frame turns at Ω ≠ Ω₀ is iterated with it. The last Newton step is taken with linearised
-forces, whose error the contraction estimate bounds.
+q_free from S⁻¹, a Newton iteration on the ports' displacements u = u_free + Φ S⁻¹ Φᵀ f(u, u̇, ü), and one product back
+to q. What S left out because the frame turns at Ω ≠ Ω₀ is iterated with it. The last Newton step is taken with
+linearised forces, whose error the contraction estimate bounds.
 """
 
 from __future__ import annotations
@@ -39,8 +39,10 @@ def solve_stage(
 ):  # fmt: skip
     """Solve one stage; fills q, v, a (n,) and leaves the ports' u, u̇, ü, f in ``work.port[0:4]``. Returns a status.
 
-    ``level`` chooses the factors that belong to c_q and c_v. ``work.port[4:6]`` hold Q and V at the ports. ``guess`` (m,) is the first guess of u, ``a_guess`` (n,) of a (used where the frame's speed differs from Ω₀);
-    ``tolerance`` bounds the estimated error of the ports in units of clearance, 0.1 mm and 0.01 rad. ``state`` remembers how well the iteration contracts.
+    ``level`` chooses the factors that belong to c_q and c_v. ``work.port[4:6]`` hold Q and V at the ports.
+    ``guess`` (m,) is the first guess of u, ``a_guess`` (n,) of a (used where the frame's speed differs from Ω₀).
+    ``tolerance`` bounds the estimated error of the ports in units of clearance, 0.1 mm and 0.01 rad. ``state``
+    remembers how well the iteration contracts.
     """
     n = model.omega2.shape[0]
     m = model.ports.shape[0]
@@ -190,7 +192,7 @@ def solve_stage(
 
 @kernel
 def fill_jacobian(compliance, blocks, b, p, jacobian):
-    """Jacobian I − H J on the Newton ports; J is block-diagonal (2 × 2 for journals and pins, 1 for the thrust bearing).
+    """Jacobian I − H J on the Newton ports; J is block-diagonal (2 × 2 for journals and pins, 1 for the thrust).
 
     ``compliance`` is symmetric only without gyroscopic terms; it is kept transposed: [k, i] = H_ik.
     """

@@ -1,8 +1,8 @@
 """From one communication point to the next: sub-steps, input reconstruction, halving, and the start from rest.
 
-The step contract: ``advance(model, work, state, inputs, t_end) -> status``. The whole state is one vector; on failure it
-is restored to the communication point. Sub-steps of an interval H: n = ceil(Ω H/Δθ − 1e-9), h = H/n; an h within 1e-9 of
-the last one reuses its factors and its value, so masters that compute H by subtraction change nothing.
+The step contract: ``advance(model, work, state, inputs, t_end) -> status``. The whole state is one vector; on failure
+it is restored to the communication point. Sub-steps of an interval H: n = ceil(Ω H/Δθ − 1e-9), h = H/n; an h within
+1e-9 of the last one reuses its factors and its value, so masters that compute H by subtraction change nothing.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ STEPPING_SPEED = 60.0
 
 @kernel
 def reconstruct(model, work, state, inputs, interval):
-    """Take in the inputs of this communication point; leaves value and rate for the coming interval in ``work.inputs``."""
+    """Take in the inputs of this communication point; value and rate for the coming interval go to ``work.inputs``."""
     rule = model.choices[1]
     last = state[LAST_INTERVAL]
     for k in range(1 + model.cylinders.shape[0]):
@@ -210,8 +210,8 @@ def sub_step(model, work, state, begin, h, halvings):
 def advance(model, work, state, inputs, t_end):
     """Advance ``state`` to ``t_end`` with the inputs [speed, pressures...] of this point; a stage status.
 
-    A sub-step is halved, up to MAX_HALVINGS times, while a film's gap would change by more than FILM_CHANGE over it, and
-    after a failure.
+    A sub-step is halved, up to MAX_HALVINGS times, while a film's gap would change by more than FILM_CHANGE over it,
+    and after a failure.
     """
     size = state.shape[0]
     interval = t_end - state[TIME]
@@ -221,7 +221,7 @@ def advance(model, work, state, inputs, t_end):
     work.counters[5] = 0.0
     reconstruct(model, work, state, inputs, interval)
     speed = max(abs(state[SHAFT_SPEED]), max(abs(inputs[0]), STEPPING_SPEED))
-    count = max(1, int(math.ceil(speed * interval / model.scalars[STEP] - 1.0e-9)))
+    count = max(1, math.ceil(speed * interval / model.scalars[STEP] - 1.0e-9))
     h = interval / count
     if abs(h - state[STEP_REFERENCE]) <= 1.0e-9 * h:
         h = state[STEP_REFERENCE]
@@ -305,8 +305,8 @@ def settle(model, work, state, inputs, windup, rotation, rate):
             work.port[5, k] = 0.0
         iterations = work.counters[2]
         status = solve_stage(
-            model, work, 0, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0], work.port[14],
-            work.modal[9], SETTLED, state, out[0], out[1], out[2],
+            model, work, 0, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0],
+            work.port[14], work.modal[9], SETTLED, state, out[0], out[1], out[2],
         )  # fmt: skip
         if status != OK:
             h *= 0.25

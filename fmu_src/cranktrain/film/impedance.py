@@ -1,16 +1,16 @@
 """Impedance map of a plain bearing: the film force as a smooth function of eccentricity and direction of squeeze.
 
-The force of an unloaded-start, ungrooved film is homogeneous in the velocity of pure squeeze v = ė − ½(ω_j + ω_b) e_z×e, so
-its dimensionless impedance depends on two numbers only: the eccentricity ε and the angle γ of v to the line of centres,
+The force of an ungrooved film is homogeneous in the velocity of pure squeeze v = ė − ½(ω_j + ω_b) e_z×e, so that its
+dimensionless impedance depends on two numbers only: the eccentricity ε and the angle γ of v to the line of centres,
 
     F = −10 η R L (R/c)² (|v|/c) M(ε, γ) [cos(φ_v + β(ε, γ)), sin(φ_v + β(ε, γ))]
 
     p_max = 15 η (R/c)² (|v|/c) exp(p̂),   side flow = 10 R³/L |v| exp(q̂)
 
-(the mobility and impedance methods of Booker and of Childs, Moes & van Leeuwen, J. Lubr. Technol. 99, 1977). ln M, β, p̂ and q̂
-are sampled from the film of :mod:`cranktrain.film.parabolic` for one width-to-diameter ratio and interpolated by
-bicubic B-splines, twice continuously differentiable, over x = −ln(1 − 0.97 ε) and γ. Tangents are the exact
-derivatives of that interpolation. tests/properties/test_impedance.py states its error against the film solved in place.
+(the mobility and impedance methods of Booker and of Childs, Moes & van Leeuwen, J. Lubr. Technol. 99, 1977). ln M, β, p̂
+and q̂ are sampled from the film of :mod:`cranktrain.film.parabolic` for one width-to-diameter ratio and interpolated by
+bicubic B-splines, twice continuously differentiable, over x = −ln(1 − 0.97 ε) and γ. Tangents are the exact derivatives
+of that interpolation. tests/properties/test_film_impedance.py states its error against the film solved in place.
 
 Below a film of ``contact_height`` the surfaces carry by contact: N = ½ p_c L D [(h_c − h)/h_c]², a stand-in that keeps
 a journal at rest or overloaded in its bore.
@@ -45,7 +45,7 @@ def impedance_map(kappa2: float) -> Array:
 
 
 def _spline(values: Array) -> Array:
-    """B-spline coefficients of samples: not-a-knot along the first axis, periodic (and wrapped by 3) along the second."""
+    """B-spline coefficients of samples: not-a-knot along the first axis, periodic (wrapped by 3) along the second."""
     n, periodic = values.shape
     rows = np.zeros((n + 2, n + 2))
     for i in range(n):
@@ -88,7 +88,7 @@ def _sample(eccentricities, kappa2, nodes, work, force, values):
 
 @kernel
 def impedance(eps, gamma, table, first, out):
-    """Two functions of the map from ``first`` on, with their derivatives by ε and γ: ``out[0:6]`` = f, ∂ε, ∂γ, g, ...."""
+    """Two functions of the map from ``first`` on, with derivatives by ε and γ: ``out[0:6]`` = f, ∂ε, ∂γ, g, ∂ε, ∂γ."""
     x = -math.log(1.0 - STRETCH * eps) / _DX
     i = int(x)
     if i > N_ECCENTRICITY - 2:
@@ -143,8 +143,9 @@ def impedance(eps, gamma, table, first, out):
 def journal_force(x, y, vx, vy, half_speed, c, factor, contact_height, contact_load, table, out):
     """Force on a journal at (x, y) moving at (vx, vy) in axes at rest with the bore, with its tangents.
 
-    ``half_speed`` is half the sum of the surface speeds (rad/s); ``factor`` 10 η R L (R/c)²; ``contact_load`` ½ p_c L D.
-    ``out[0:2]`` force (N); ``out[2:6]`` ∂F/∂(x, y); ``out[6:10]`` ∂F/∂(vx, vy), row-major; ``out[10]`` eccentricity.
+    ``half_speed`` is half the sum of the surface speeds (rad/s); ``factor`` 10 η R L (R/c)²; ``contact_load``
+    ½ p_c L D. ``out[0:2]`` force (N); ``out[2:6]`` ∂F/∂(x, y); ``out[6:10]`` ∂F/∂(vx, vy), row-major; ``out[10]``
+    eccentricity.
     """
     # The velocity of pure squeeze, as the film sees it.
     sx = vx + half_speed * y

@@ -49,10 +49,10 @@ def bearing_parameters(bearing: JournalBearing, viscosity: float, level: str) ->
 
 @kernel
 def bearing_force(parameters, x, y, vx, vy, half_speed, cos_frame, sin_frame, table, out):
-    """Force on the journal in axes turned by the frame's angle; (vx, vy) is its velocity against the bore there,
-    ``table`` its impedance map.
+    """Force on the journal in axes turned by the frame's angle.
 
-    ``out[0:2]`` force (N), ``out[2:6]`` ∂F/∂(x, y), ``out[6:10]`` ∂F/∂(vx, vy), row-major, ``out[10]`` eccentricity.
+    (vx, vy) is its velocity against the bore in these axes, ``table`` its impedance map. ``out[0:2]`` force
+    (N), ``out[2:6]`` ∂F/∂(x, y), ``out[6:10]`` ∂F/∂(vx, vy), row-major, ``out[10]`` eccentricity.
     """
     if parameters[LAW] == IMPEDANCE:
         # A plain bore looks the same from every side: no turning needed.

@@ -12,8 +12,9 @@ matrix). The force on the journal is F = −10 η R L (R/c)² ∫ Π (cos ψ, si
 
 Assumptions: aligned journal, no groove, ambient pressure at both ends, constant viscosity. Against the two-dimensional
 equation the force is within 1 % up to ε = 0.95 for L/D ≤ 0.5 (tests/literature/test_impedance_film.py). The nodes are
-graded towards the least film by Sommerfeld's substitution cos ψ = (cos γ + m)/(1 + m cos γ) with m = 0.8 ε. Source of the axial profile: the classical short-to-finite Galerkin approximation (Warner 1963 uses its
-exact axial mode).
+graded towards the least film by Sommerfeld's substitution cos ψ = (cos γ + m)/(1 + m cos γ) with m = 0.8 ε.
+Source of the axial profile: the classical short-to-finite Galerkin approximation (Warner 1963 uses its exact axial
+mode).
 """
 
 from __future__ import annotations
@@ -266,7 +267,8 @@ def friction_torque(eps, fx, fy, x, y, viscosity, radius, width, c, speed):
     The torques on journal and shell differ by e × F; the formula is the classical one for a film that stays filled.
     """
     limited = eps if eps < ECCENTRICITY_MAX else ECCENTRICITY_MAX
-    shear = 2.0 * math.pi * viscosity * radius * radius * radius * width * speed / (c * math.sqrt(1.0 - limited * limited))
+    petroff = 2.0 * math.pi * viscosity * radius * radius * radius * width * speed / c
+    shear = petroff / math.sqrt(1.0 - limited * limited)
     return -shear - 0.5 * (x * fy - y * fx)
 
 

@@ -1,14 +1,14 @@
 """Axial (thrust) bearing: a film on each side of the collar within the axial clearance, and contact below roughness.
 
-Each side carries ``pads`` taper-land pads of length B (at the mean radius) and radial width L. With the least film h and
-the taper depth δ the wedge of an infinitely wide linear slider carries, per pad,
+Each side carries ``pads`` taper-land pads of length B (at the mean radius) and radial width L. With the least film h
+and the taper depth δ the wedge of an infinitely wide linear slider carries, per pad,
 
     W = 6 η U L B²/δ² [ln(1 + δ/h) − 2δ/(2h + δ)] · L²/(L² + B²)
 
 (the last factor corrects for side leakage), and squeeze adds 5/6 η V B³L³ / (h³ (B² + L²)), Galerkin's method with
-parabolas in both directions (1 % low on a square). A side that is pulled apart ruptures gradually, the force F of the full
-film becoming ½[F − F_a + √((F + F_a)² + F_a²)] with F_a ambient pressure on its pads. Below ``contact_height`` the collar
-touches: a linear spring, the bearing's stiffness in series with the block's, and a damper.
+parabolas in both directions (1 % low on a square). A side that is pulled apart ruptures gradually, the force F of the
+full film becoming ½[F − F_a + √((F + F_a)² + F_a²)] with F_a ambient pressure on its pads. Below ``contact_height`` the
+collar touches: a linear spring, the bearing's stiffness in series with the block's, and a damper.
 
 Level ``linear`` is the closed bearing: the same spring and damper without clearance.
 Source: Hamrock, Schmid & Jacobson, Fundamentals of Fluid Film Lubrication (2004), fixed-incline slider.
@@ -54,7 +54,7 @@ def thrust_parameters(thrust: ThrustBearing, viscosity: float, linear: bool) -> 
 
 @kernel
 def side_force(gap, closing, speed, contact_height, stiffness, damping, wedge, squeeze, taper, suction):
-    """Force that opens one side (N, never below −suction), with its derivatives by the gap and by the closing velocity."""
+    """Force that opens one side (N, never below −suction), and its derivatives by gap and by closing velocity."""
     floor = FILM_FLOOR * contact_height
     h = gap if gap > floor else floor
     a = taper / h
