@@ -75,9 +75,11 @@ def side_force(gap, closing, speed, contact_height, stiffness, damping, wedge, s
             by_gap -= damping * closing / contact_height
         by_closing += damping * share
     # Pulled apart, a side ruptures gradually and never pulls harder than ambient pressure on its pads.
-    root = math.sqrt((force + suction) * (force + suction) + suction * suction)
-    share = 0.5 * (1.0 + (force + suction) / root)
-    return 0.5 * (force - suction + root), share * by_gap, share * by_closing
+    total = force + suction
+    root = math.sqrt(total * total + suction * suction)
+    # Both are ½(total + root); far in suction the first form would cancel.
+    left = 0.5 * (total + root) if total > 0.0 else 0.5 * suction * suction / (root - total)
+    return left - suction, left / root * by_gap, left / root * by_closing
 
 
 @kernel
