@@ -156,7 +156,7 @@ def derivative(model, s, speed, angle0, t, y, out):
     omega = frame[OMEGA]
     out[2 * n] = frame[LEAD_RATE]
     out[2 * n + 1] = frame[OMEGA_DOT]
-    external_force(model, frame, a)
+    external_force(model, frame, q, a)
     twist = 0.0
     twist_rate = 0.0
     for i in range(n):

@@ -119,7 +119,7 @@ class PlainModel:
             fy = -self.m_big * (acceleration.imag + upward.imag) - push
             f = (fx + 1j * fy) / spin
             force[pin] += f.real, f.imag
-            moment[pin] += ((turned - x0).conjugate() * f).imag
+            moment[pin] += ((r - x0).conjugate() * f).imag
             motion.append((position.imag + s, velocity.imag + g * vx, a_p))
         return force, moment, np.array(motion)
 
@@ -156,7 +156,12 @@ class PlainModel:
         twist, twist_rate = lead + self.flywheel @ q, rate + self.flywheel @ v
         out -= (drive.stiffness * twist + drive.damping * twist_rate) * self.flywheel
         force, torque, _ = self.journals(theta, omega, q, v)
-        out += np.einsum("ijk,ij->k", self.main_xy, force) + torque @ self.main_turn
+        u = self.main_xy @ q
+        arms = u[:, 0] * force[:, 1] - u[:, 1] * force[:, 0]
+        out += np.einsum("ijk,ij->k", self.main_xy, force) + (torque + arms) @ self.main_turn
+        # Gravity on the displaced mass, about the frame's axis.
+        x, y = body.translation[:2] @ q
+        out[5] += body.shapes[body.index("pulley"), 5, 5] * g * (y * np.sin(theta) - x * np.cos(theta))
         out += thrust_force(self.axial @ q, self.axial @ v, omega, self.thrust)[0] * self.axial
         out -= (self.damping * v) + 2 * omega * body.gyroscopic @ v
         stiffness = omega**2 * (body.stress_stiffness - body.centrifugal) + omega_dot * body.gyroscopic
@@ -234,18 +239,7 @@ class PlainModel:
             "thrust": -axial * (self.axial @ v),
         }
 
-    def bent_shaft(self, frame, q, v, a):
-        """What linear kinematics leave out of the rotation about z: moment (N m) of forces at what their points moved
-        by, rigid turning aside, and the crank's angular momentum of second order (N m s).
-        """
-        theta, omega, omega_dot = frame[:3]
-        force, _, _ = self.journals(theta, omega, q, v)
-        u = self.main_xy @ q
-        moment = np.sum(u[:, 0] * force[:, 1] - u[:, 1] * force[:, 0])
-        force, _, _ = self.rods(theta, omega, omega_dot, q, v, self.pins @ a, self.pressures(theta, omega))
-        x, y = (self.pin_xy @ q - (self.pin_turn @ q)[:, None] * self.pin_at @ np.array([[0.0, 1.0], [-1.0, 0.0]])).T
-        moment += np.sum(x * force[:, 1] - y * force[:, 0])
-        x, y = self.body.translation[:2] @ q
-        moment += self.settings.gravity * (y * np.sin(theta) - x * np.cos(theta))
+    def bent_momentum(self, frame, q, v):
+        """The crank's angular momentum of second order in its motion, N m s: what linear modes leave out of z-rotation."""
         softening = self.body.centrifugal - self.body.stress_stiffness
-        return moment, v @ self.body.gyroscopic @ q + omega * q @ softening @ q
+        return v @ self.body.gyroscopic @ q + frame[1] * q @ softening @ q

@@ -7,8 +7,10 @@ The linear part of a stage with q = Q + c_q a, v = V + c_v a is
 with the connecting shaft's spring and damper (k_s, c_s at the flywheel's rotation d) folded in. S⁻¹, S⁻¹Φᵀ and
 Φ S⁻¹ Φᵀ are made once for (h, Ω₀). Everything else is a force at a port.
 
-Forces off the axis act where the pin is: with φ the pin's own rotation, its position is R(φ) X + (u − φ e_z×X), exact
-for a rigid crank at any wind-up, and the virtual work of a force f there adds the moment ((R(φ) − I) X × f)_z.
+Forces act where their points are, not where they were: with φ the pin's own rotation its position is
+R(φ) X + (u − φ e_z×X), exact for a rigid crank at any wind-up, and every force f on a displaced point (pins, journals,
+and gravity on the displaced mass) adds the moment (u × f)_z about the frame's axis. Pins and journals nearly cancel;
+together they keep the balance of angular momentum and of energy that linear shapes alone would miss.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ from cranktrain.dynamics.model import (
     OFFSET,
     PHASE,
     PIN,
+    RIGID_ROTATION,
     ROD,
     SHAFT_C,
     SHAFT_K,
@@ -80,13 +83,17 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding):
 
 
 @kernel
-def external_force(model, frame, out):
-    """Modal force that depends on the frame only: centrifugal and Euler loads, gravity, the shaft's lead. (n,)."""
+def external_force(model, frame, displaced, out):
+    """Modal force of the frame: centrifugal and Euler loads, the shaft's lead, gravity on the displaced mass. (n,)."""
     omega = frame[OMEGA]
     lead = model.scalars[SHAFT_K] * frame[LEAD] + model.scalars[SHAFT_C] * frame[LEAD_RATE]
     g_x = -model.scalars[GRAVITY] * frame[SIN]
     g_y = -model.scalars[GRAVITY] * frame[COS]
+    x = 0.0
+    y = 0.0
     for i in range(model.omega2.shape[0]):
+        x += model.gravity[0, i] * displaced[i]
+        y += model.gravity[1, i] * displaced[i]
         out[i] = (
             omega * omega * model.centrifugal_load[i]
             - frame[OMEGA_DOT] * model.euler_load[i]
@@ -94,6 +101,7 @@ def external_force(model, frame, out):
             + g_y * model.gravity[1, i]
             - lead * model.ends[0, i]
         )
+    out[5] += model.scalars[RIGID_ROTATION] * (x * g_y - y * g_x)
 
 
 @kernel
@@ -112,7 +120,7 @@ def trace_pressure(model, cylinder, theta, speed):
 def port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
     """Forces at all ports (m,) and the tangent blocks ∂f/∂u of a stage at displacement u, velocity u̇, acceleration ü.
 
-    Film friction acts at the journals' rotations, the rods' moment at the pins' rotations; both go without tangent.
+    Moments of displaced forces and film friction act at the rotations of journals and pins; they go without tangent.
     """
     b = model.bearings.shape[0]
     p = model.pins.shape[0]
@@ -138,9 +146,9 @@ def port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
         block[1] = out[3] + ratio * out[7] - whirl * out[6]
         block[2] = out[4] + ratio * out[8] + whirl * out[9]
         block[3] = out[5] + ratio * out[9] - whirl * out[8]
-        f[journal + i] = 0.0
+        f[journal + i] = x * out[1] - y * out[0]
         if law[LAW] == IMPEDANCE:
-            f[journal + i] = friction_torque(
+            f[journal + i] += friction_torque(
                 out[10], out[0], out[1], x, y, law[VISCOSITY], law[RADIUS], law[WIDTH], law[CLEARANCE], speed
             )
     z_force, z_stiffness, z_damping = thrust_force(u[2 * b], ud[2 * b], omega, model.thrust)
@@ -190,7 +198,7 @@ def port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
 
 @kernel
 def pin_motion(model, frame, k, u, ud, udd, out):
-    """Position, absolute velocity and acceleration of pin k in frame axes; ``out[6:8]`` is (R(φ) − I) X."""
+    """Position, absolute velocity and acceleration of pin k in frame axes; ``out[6:8]`` how far it moved."""
     b = model.bearings.shape[0]
     p = model.pins.shape[0]
     i = 2 * b + 1 + 2 * k
@@ -218,5 +226,5 @@ def pin_motion(model, frame, k, u, ud, udd, out):
     out[3] = vy + omega * x
     out[4] = ax - 2.0 * omega * vy - omega_dot * y - omega * omega * x
     out[5] = ay + 2.0 * omega * vx + omega_dot * x - omega * omega * y
-    out[6] = arm_x
-    out[7] = arm_y
+    out[6] = x - x0
+    out[7] = y - y0

@@ -67,7 +67,7 @@ def solve_stage(
     compliance = work.compliance[level]
     # Tangents that belong to the factored matrix; the linearised forces must use the same.
     blocks = work.held
-    external_force(model, frame, base)
+    external_force(model, frame, big_q, base)
     for i in range(n):
         base[i] += big_q[i] / c_q
         lever[i] = ratio * big_q[i] - big_v[i]
