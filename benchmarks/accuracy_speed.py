@@ -22,6 +22,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from _engine_run import QUANTITIES, engine_and_body, errors, interleaved, reference, run
+from matplotlib.ticker import NullFormatter
 
 from cranktrain.dynamics.simulation import Settings
 
@@ -104,6 +105,8 @@ def draw(result: dict[str, Any], path: Path) -> None:
                 ax.set_ylabel("relative error, RMS over the last cycle / 1")
             if row == 1:
                 ax.set_xlabel("real-time factor: processor s per simulated s / 1")
+    axes[1, 0].xaxis.set_minor_formatter(NullFormatter())
+    axes[1, 0].set_xticks([0.1, 0.2, 0.3, 0.5, 1.0, 2.0], ["0.1", "0.2", "0.3", "0.5", "1", "2"])
     axes[0, 0].legend(fontsize=7, frameon=False)
     path.parent.mkdir(exist_ok=True)
     temporary = path.with_name(f".{path.name}")
