@@ -240,6 +240,6 @@ class PlainModel:
         }
 
     def bent_momentum(self, frame, q, v):
-        """The crank's angular momentum of second order in its motion, N m s: what linear modes leave out of z-rotation."""
+        """Angular momentum of second order in the crank's motion, N m s: what linear modes leave out of z-rotation."""
         softening = self.body.centrifugal - self.body.stress_stiffness
         return v @ self.body.gyroscopic @ q + frame[1] * q @ softening @ q

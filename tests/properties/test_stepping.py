@@ -1,0 +1,158 @@
+"""Stepping under bad input and after it: one clear line, the state at the last good time, bit-for-bit continuation."""
+
+import math
+
+import numpy as np
+import pytest
+from bodies import rigid_crank
+
+from cranktrain.dynamics.model import AMBIENT
+from cranktrain.dynamics.simulation import Settings, Simulation, simulate
+from cranktrain.engine import load_engine
+from cranktrain.errors import InputError, SolverError
+
+SPEED = 2000 * math.pi / 30
+H = math.radians(2.0) / SPEED
+
+
+def started(**settings):
+    engine = load_engine("diesel_i6")
+    settings = {"crank": "rigid", "integrator": "sdirk3", "step": math.radians(2.0), **settings}
+    simulation = Simulation(engine, rigid_crank(engine), Settings(**settings))
+    simulation.inputs[0] = SPEED
+    simulation.initialize()
+    return simulation
+
+
+def run(simulation, steps):
+    begin = simulation.time
+    for k in range(1, steps + 1):
+        simulation.step(begin + k * H)
+    return simulation
+
+
+def one_line(error):
+    text = str(error.value)
+    assert text and "\n" not in text
+    return text
+
+
+@pytest.mark.parametrize(
+    ("index", "value", "word"),
+    [(0, math.nan, "speed"), (0, -1.0, "speed"), (0, math.inf, "speed")]
+    + [(k, value, f"cylinder[{k}].pressure") for k in (1, 6) for value in (math.nan, -5.0, math.inf)],
+)
+def test_inputs_that_are_no_numbers_or_negative_are_refused(index, value, word):
+    simulation = run(started(), 5)
+    before, good = simulation.state, simulation.inputs[index]
+    simulation.inputs[index] = value
+    with pytest.raises(InputError) as error:
+        simulation.step(simulation.time + H)
+    assert word in one_line(error)
+    assert np.array_equal(simulation.state, before)
+    simulation.inputs[index] = good
+    run(simulation, 1)
+
+
+@pytest.mark.parametrize("interval", [0.0, -1e-4, math.nan, 50.0, math.inf])
+def test_steps_without_meaning_are_refused(interval):
+    simulation = run(started(), 5)
+    before = simulation.state
+    with pytest.raises(InputError) as error:
+        simulation.step(simulation.time + interval)
+    assert "step" in one_line(error)
+    assert np.array_equal(simulation.state, before)
+
+
+def test_before_the_start_there_is_no_state():
+    engine = load_engine("diesel_i6")
+    with pytest.raises(InputError) as error:
+        Simulation(engine, rigid_crank(engine)).step(1e-3)
+    assert "initialize" in one_line(error)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "meant"),
+    [
+        ("integrator", "sdirk5", "sdirk"),
+        ("integrator", "generalized-alpha", "generalised-alpha"),
+        ("integrator", "generalised-alpha:x", "0.8"),
+        ("integrator", "generalised-alpha:1.5", "rho"),
+        ("bearings", "impedence", "impedance"),
+        ("crank", "ridgid", "rigid"),
+        ("gas_source", "bultin", "builtin"),
+        ("reconstruction", "interpolat", "interpolate"),
+        ("step", -0.1, "positive"),
+        ("step", math.nan, "positive"),
+    ],
+)
+def test_choices_that_do_not_exist_name_the_nearest(key, value, meant):
+    with pytest.raises(InputError) as error:
+        started(**{key: value})
+    assert meant in one_line(error)
+
+
+@pytest.mark.parametrize("speed", [0.0, 50 * math.pi / 30, math.nan])
+def test_a_run_over_cycles_wants_a_speed(speed):
+    engine = load_engine("diesel_i6")
+    with pytest.raises(InputError) as error:
+        simulate(engine, rigid_crank(engine), Settings(crank="rigid"), speed, 1)
+    assert "100 rev/min" in one_line(error)
+
+
+@pytest.mark.parametrize("bearings", ["linear", "impedance"])
+@pytest.mark.parametrize("integrator", ["sdirk4", "generalised-alpha", "tr-bdf2"])
+def test_a_restored_state_goes_on_bit_for_bit(integrator, bearings):
+    first = run(started(integrator=integrator, bearings=bearings), 20)
+    kept, time = first.state, first.time
+    shown = first.outputs.copy()
+    run(first, 30)
+    second = run(started(integrator=integrator, bearings=bearings), 3)
+    second.state = kept
+    assert second.time == time
+    assert np.array_equal(second.outputs, shown)
+    run(second, 30)
+    assert np.array_equal(first.state, second.state)
+    assert np.array_equal(first.outputs, second.outputs)
+    # And in the same simulation.
+    first.state = kept
+    run(first, 30)
+    assert np.array_equal(first.state, second.state)
+
+
+def test_a_state_of_another_model_is_refused():
+    simulation = started()
+    with pytest.raises(InputError) as error:
+        simulation.state = np.zeros(simulation.state.size + 1)
+    assert str(simulation.state.size) in one_line(error)
+
+
+@pytest.mark.parametrize("pressure", [1e9, 1e12])
+def test_an_absurd_pressure_is_survived_or_fails_with_one_line(pressure):
+    simulation = run(started(gas_source="input"), 5)
+    before = simulation.state
+    simulation.inputs[1:] = pressure
+    try:
+        simulation.step(simulation.time + H)
+    except SolverError as error:
+        text = str(error)
+        assert "\n" not in text and "main[" in text and "deg" in text
+        assert np.array_equal(simulation.state, before)
+        simulation.inputs[1:] = AMBIENT
+        run(simulation, 1)
+    assert np.isfinite(simulation.state).all()
+    assert np.isfinite(simulation.outputs).all()
+
+
+def test_standstill_and_a_start_from_it():
+    simulation = started()
+    simulation.inputs[0] = 0.0
+    simulation.initialize()
+    for k in range(1, 50):
+        simulation.step(k * 1e-4)
+    assert np.isfinite(simulation.state).all()
+    for k in range(50, 200):
+        simulation.inputs[0] = (k - 50) * 0.2
+        simulation.step(k * 1e-4)
+    assert np.isfinite(simulation.outputs).all()
+    assert simulation.outputs[simulation.output_names.index("crank.speed")] > 1.0
