@@ -25,7 +25,7 @@ CYCLES = 3
 
 @cache
 def balance(bearings, crank, integrator, step_deg):
-    """Works (J) of the last cycle by name, the unaccounted share of the gas work, the same with the bent shaft's momentum."""
+    """Works (J) of the last cycle by name, the open share of the gas work, the same with the bent shaft's momentum."""
     engine, body = six()
     settings = Settings(crank=crank, bearings=bearings, integrator=integrator, step=math.radians(step_deg))
     simulation, plain = Simulation(engine, body, settings), PlainModel(engine, body, settings, SPEED)
