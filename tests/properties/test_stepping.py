@@ -4,12 +4,15 @@ import math
 
 import numpy as np
 import pytest
-from bodies import rigid_crank
+from bodies import rigid_crank, six
+from plain_model import PlainModel
 
+from cranktrain.dynamics import state as layout
 from cranktrain.dynamics.model import AMBIENT
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.engine import load_engine
 from cranktrain.errors import InputError, SolverError
+from cranktrain.film.laws import FACTOR
 
 SPEED = 2000 * math.pi / 30
 H = math.radians(2.0) / SPEED
@@ -142,6 +145,30 @@ def test_an_absurd_pressure_is_survived_or_fails_with_one_line(pressure):
         run(simulation, 1)
     assert np.isfinite(simulation.state).all()
     assert np.isfinite(simulation.outputs).all()
+
+
+def test_a_lost_film_is_named_and_leaves_the_last_good_state():
+    simulation = run(started(), 3)
+    before = simulation.state
+    simulation.model.bearings[2, FACTOR] = math.nan
+    with pytest.raises(SolverError) as error:
+        simulation.step(simulation.time + H)
+    assert "after 6 halvings" in one_line(error)
+    assert np.array_equal(simulation.state, before)
+
+
+@pytest.mark.parametrize("bearings", ["linear", "impedance"])
+def test_a_run_starts_with_accelerations_that_obey_the_equations(bearings):
+    engine, body = six()
+    simulation = Simulation(engine, body, Settings(bearings=bearings))
+    simulation.inputs[0] = SPEED
+    simulation.initialize()
+    plain, state = PlainModel(engine, body, simulation.settings, SPEED), simulation.state
+    q, v, a = (state[layout.offset(i, plain.n) :][: plain.n] for i in range(3))
+    y = np.concatenate([q, v, state[[layout.LEAD_ANGLE, layout.LEAD_SPEED]]])
+    expected = plain.acceleration(0.0, y, state[layout.SHAFT_ANGLE])
+    # The start lets films relax for 30 us with the frame's turning frozen; that is what is left.
+    assert np.linalg.norm(a - expected) < 2e-3 * np.linalg.norm(expected)
 
 
 def test_standstill_and_a_start_from_it():

@@ -182,7 +182,8 @@ class Result:
     """Time series of one run, SI.
 
     ``time`` and ``angle`` (frame, rad) are (n,), ``outputs`` maps each output's name to (n,); ``counters`` holds steps,
-    newton_iterations and rejected_steps; ``seconds`` is wall time without compilation and start.
+    newton_iterations and rejected_steps; ``seconds`` is wall time without compilation and start. Samples are uniform in
+    time, ``per_cycle`` of them to 720°.
     """
 
     time: Array
@@ -191,10 +192,11 @@ class Result:
     counters: dict[str, int]
     seconds: float
     real_time_factor: float
+    per_cycle: int
 
     def last_cycle(self, name: str) -> tuple[Array, Array]:
         """Crank angle (rad, from 0) and values of one output over the last 720°, both ends included."""
-        first = int(np.searchsorted(self.angle, self.angle[-1] - 4.0 * math.pi - 1.0e-9))
+        first = max(0, self.time.size - 1 - self.per_cycle)
         return self.angle[first:] - self.angle[first], self.outputs[name][first:]
 
 
@@ -263,4 +265,5 @@ def simulate(
         },
         seconds=wall,
         real_time_factor=wall / float(times[-1]),
+        per_cycle=per_cycle,
     )

@@ -65,6 +65,10 @@ SETTLING_STEPS = 400
 SETTLING_TIME = 0.5
 SHORTEST = 1.0e-12
 """Bounds of the descent to the start: number of steps, their sum and the least of them, s."""
+STARTING_STEPS = 3
+STARTING_STEP = 1.0e-5
+STARTING_TOLERANCE = 1.0e-11
+"""Backward-Euler steps (s) at the first angle: the films' velocities relax, accelerations come to agree with them."""
 HOLDING = 1.0e7
 """N m/rad that hold the crank against turning meanwhile."""
 GIVEN = 1.0e-3
@@ -339,23 +343,29 @@ def settle(model, work, state, inputs, windup, rotation, rate):
     state[LEAD_ANGLE] = windup
     frame[LEAD] = windup
     frame[WHIRL] = frame[OMEGA]
-    h = 1.0e-7
+    h = STARTING_STEP
     if factor_stage(model, work, 0, h * h, h, frame[OMEGA], 0.0) != 0:
         return SINGULAR
-    for i in range(n):
-        work.modal[7, i] = state[o_v + i]
-        work.modal[6, i] = state[o_q + i] + h * state[o_v + i]
-        work.modal[9, i] = 0.0
-    product(model.ports_transposed, work.modal[6], n, m, work.port[14])
-    product(model.ports_transposed, work.modal[6], n, m, work.port[4])
-    product(model.ports_transposed, work.modal[7], n, m, work.port[5])
-    status = solve_stage(
-        model, work, 0, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0], work.port[14],
-        work.modal[9], SETTLED, state, out[0], out[1], out[2],
-    )  # fmt: skip
-    for i in range(n):
-        state[o_a + i] = out[2, i]
-        state[o_x + i] = out[2, i]
+    status = OK
+    for _ in range(STARTING_STEPS):
+        for i in range(n):
+            work.modal[7, i] = state[o_v + i]
+            work.modal[6, i] = state[o_q + i] + h * state[o_v + i]
+            work.modal[9, i] = 0.0
+        product(model.ports_transposed, work.modal[6], n, m, work.port[14])
+        product(model.ports_transposed, work.modal[6], n, m, work.port[4])
+        product(model.ports_transposed, work.modal[7], n, m, work.port[5])
+        status = solve_stage(
+            model, work, 0, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0],
+            work.port[14], work.modal[9], STARTING_TOLERANCE, state, out[0], out[1], out[2],
+        )  # fmt: skip
+        if status != OK:
+            return status
+        for i in range(n):
+            state[o_q + i] = out[0, i]
+            state[o_v + i] = out[1, i]
+            state[o_a + i] = out[2, i]
+            state[o_x + i] = out[2, i]
     work.key[0, 0] = -1.0
     state[CONTRACTION] = FIRST_CONTRACTION
     state[OMEGA_REFERENCE] = frame[OMEGA]

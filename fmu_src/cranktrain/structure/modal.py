@@ -31,8 +31,6 @@ KINDS = ("bending", "torsional", "axial")
 SHARE_MEASURE = "kinetic energy of slices on the crank axis: across and tilting, turning, along"
 # Modes are listed up to here.
 LISTED_HZ = 1000.0
-# The whole crankshaft turning on the connecting shaft lies below.
-SHAFT_HZ = 40.0
 
 
 def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
@@ -76,7 +74,7 @@ def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
         "definitions": {
             "crankshaft_free": "crankshaft with flywheel and pulley, no rods",
             "cranktrain": "at rest; big end and half the oscillating mass on each pin, bearings as springs, thrust "
-            "closed with collar and block in series, connecting shaft's stiffness at the flywheel",
+            "closed with collar and block in series; free to turn, without the connecting shaft",
             "shares": SHARE_MEASURE,
         },
         "seconds": {"attach": attached - began, "modal": time.perf_counter() - attached},
@@ -90,7 +88,7 @@ def free_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array]:
 
 
 def cranktrain_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array]:
-    """Modes of the assembled cranktrain at rest: (n,) Hz and (n, 3) shares of bending, torsion, axial motion.
+    """Modes of the assembled cranktrain at rest, free to turn: (n − 1,) Hz and (n − 1, 3) shares of energy by kind.
 
     ``crankshaft`` is the complete one, with flywheel and pulley.
     """
@@ -107,12 +105,13 @@ def cranktrain_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Ar
             stiffness += value * np.outer(row(f"main[{i}]", component), row(f"main[{i}]", component))
     series = 1.0 / (1.0 / thrust.contact_stiffness + 1.0 / thrust.block_stiffness)
     stiffness += series * np.outer(row("thrust", 2), row("thrust", 2))
-    stiffness += engine.drive_line.stiffness * np.outer(row("flywheel", 5), row("flywheel", 5))
     for i, rod_mass in enumerate(pin_masses(engine), 1):
         for component in (0, 1):
             mass += rod_mass * np.outer(row(f"pin[{i}]", component), row(f"pin[{i}]", component))
     squares, modes = eigh(stiffness, mass)
-    return np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi), energy_shares(engine, crankshaft, modes, rods=True)
+    # Nothing holds the crank against turning: the first mode is its rigid rotation.
+    squares, modes = squares[1:], modes[:, 1:]
+    return np.sqrt(squares) / (2.0 * np.pi), energy_shares(engine, crankshaft, modes, rods=True)
 
 
 def pin_masses(engine: Engine) -> list[float]:
@@ -151,7 +150,7 @@ def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: b
 
 def torsional_frequencies(hz: Array, shares: Array) -> list[float]:
     """First and second torsional frequency, Hz, as this module defines them; ``InputError`` where there is none."""
-    candidates = np.flatnonzero((hz > SHAFT_HZ) & (hz <= LISTED_HZ))
+    candidates = np.flatnonzero(hz <= LISTED_HZ)
     mostly = candidates[np.argmax(shares[candidates], axis=1) == KINDS.index("torsional")]
     above = candidates[candidates > mostly[0]] if mostly.size else mostly
     if not above.size:
