@@ -76,6 +76,7 @@ class Scratch(NamedTuple):
     out: Array
     coupling: Array
     arms: Array  # (p, 2)
+    levers: Array  # (p, 2)
     mass: Array  # (p, 4) ∂F/∂a
     force: Array  # (p, 2)
     matrix: Array  # (2p, 2p)
@@ -97,8 +98,8 @@ class FirstOrder:
         pins = self.model.ports[2 * d.bearings + 1 : 2 * d.bearings + 1 + 3 * p]
         z = np.zeros
         self.scratch = Scratch(
-            z(FRAME_SIZE), z((4, m)), z((2, n)), z(64), np.ascontiguousarray(pins @ pins.T), z((p, 2)), z((p, 4)),
-            z((p, 2)), z((2 * p, 2 * p)), z(2 * p), z(2 * p), z(3 * p),
+            z(FRAME_SIZE), z((4, m)), z((2, n)), z(64), np.ascontiguousarray(pins @ pins.T), z((p, 2)), z((p, 2)),
+            z((p, 4)), z((p, 2)), z((2 * p, 2 * p)), z(2 * p), z(2 * p), z(3 * p),
         )  # fmt: skip
         self.increments = z(2 * n + 2)
         self.evaluations = 0
@@ -187,9 +188,9 @@ def derivative(model, s, speed, angle0, t, y, out):
         )  # fmt: skip
         f[2 * i] = r[0]
         f[2 * i + 1] = r[1]
-        f[journal + i] = 0.0
+        f[journal + i] = x_i * r[1] - y_i * r[0]
         if law[LAW] == IMPEDANCE:
-            f[journal + i] = friction_torque(
+            f[journal + i] += friction_torque(
                 r[10], r[0], r[1], x_i, y_i, law[VISCOSITY], law[RADIUS], law[WIDTH], law[CLEARANCE], spin
             )
     f[2 * b], _, _ = thrust_force(u[2 * b], ud[2 * b], omega, model.thrust)
@@ -203,8 +204,11 @@ def derivative(model, s, speed, angle0, t, y, out):
         k = int(rod[PIN])
         # With ü = 0, which s.port[2] always holds: the force without the pin's relative acceleration.
         pin_motion(model, frame, k, u, ud, s.port[2], r)
-        s.arms[k, 0] = r[6]
-        s.arms[k, 1] = r[7]
+        # A force acts at the lever of the whole displacement; turning alone carries the pin along.
+        s.levers[k, 0] = r[6]
+        s.levers[k, 1] = r[7]
+        s.arms[k, 0] = r[8]
+        s.arms[k, 1] = r[9]
         cos = math.cos(frame[THETA] - rod[BANK])
         sin = math.sin(frame[THETA] - rod[BANK])
         gas = (trace_pressure(model, c, frame[THETA], omega) - model.scalars[CRANKCASE]) * rod[AREA]
@@ -223,7 +227,7 @@ def derivative(model, s, speed, angle0, t, y, out):
     for k in range(p):
         f[first + 2 * k] = s.force[k, 0]
         f[first + 2 * k + 1] = s.force[k, 1]
-        f[rotation + k] = s.arms[k, 0] * s.force[k, 1] - s.arms[k, 1] * s.force[k, 0]
+        f[rotation + k] = s.levers[k, 0] * s.force[k, 1] - s.levers[k, 1] * s.force[k, 0]
     for k in range(m):
         force = f[k]
         if force != 0.0:
@@ -241,8 +245,8 @@ def derivative(model, s, speed, angle0, t, y, out):
             for j in range(3 * p):
                 s.row[j] = s.coupling[i, j] + arm * s.coupling[2 * p + k, j]
             for j in range(p):
-                h0 = s.row[2 * j] - s.arms[j, 1] * s.row[2 * p + j]
-                h1 = s.row[2 * j + 1] + s.arms[j, 0] * s.row[2 * p + j]
+                h0 = s.row[2 * j] - s.levers[j, 1] * s.row[2 * p + j]
+                h1 = s.row[2 * j + 1] + s.levers[j, 0] * s.row[2 * p + j]
                 s.matrix[i, 2 * j] = -h0 * s.mass[j, 0] - h1 * s.mass[j, 2]
                 s.matrix[i, 2 * j + 1] = -h0 * s.mass[j, 1] - h1 * s.mass[j, 3]
             s.matrix[i, i] += 1.0
@@ -251,7 +255,7 @@ def derivative(model, s, speed, angle0, t, y, out):
     for k in range(p):
         fx = s.mass[k, 0] * s.rhs[2 * k] + s.mass[k, 1] * s.rhs[2 * k + 1]
         fy = s.mass[k, 2] * s.rhs[2 * k] + s.mass[k, 3] * s.rhs[2 * k + 1]
-        moment = s.arms[k, 0] * fy - s.arms[k, 1] * fx
+        moment = s.levers[k, 0] * fy - s.levers[k, 1] * fx
         for i in range(n):
             a[i] += (
                 fx * model.ports[first + 2 * k, i]

@@ -198,7 +198,10 @@ def port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
 
 @kernel
 def pin_motion(model, frame, k, u, ud, udd, out):
-    """Position, absolute velocity and acceleration of pin k in frame axes; ``out[6:8]`` how far it moved."""
+    """Position, absolute velocity and acceleration of pin k in frame axes.
+
+    ``out[6:8]`` is how far it moved, ``out[8:10]`` the share (R(φ) − I) X of turning alone.
+    """
     b = model.bearings.shape[0]
     p = model.pins.shape[0]
     i = 2 * b + 1 + 2 * k
@@ -228,3 +231,5 @@ def pin_motion(model, frame, k, u, ud, udd, out):
     out[5] = ay + 2.0 * omega * vx + omega_dot * x - omega * omega * y
     out[6] = x - x0
     out[7] = y - y0
+    out[8] = arm_x
+    out[9] = arm_y
