@@ -26,7 +26,7 @@ from cranktrain.reduced_body import Array, ReducedBody
 # Columns of a cylinder's parameters.
 PIN, BANK, PHASE, AREA, ROD, M_BIG, M_OSC, DELTA_J, OFFSET, CLEARANCE_VOLUME, STROKE_TOP = range(11)
 # Scalars of the model.
-GRAVITY, CRANKCASE, GAS_LOAD, BEST_SPEED, FALLOFF, SHAFT_K, SHAFT_C, FILTER, CYCLE, RIGID_ROTATION, STEP = range(11)
+GRAVITY, CRANKCASE, GAS_LOAD, BEST_SPEED, FALLOFF, SHAFT_K, SHAFT_C, FILTER, RIGID_ROTATION, STEP = range(10)
 # Gas source and input reconstruction.
 GAS_SOURCES = {"auto": 0, "builtin": 1, "input": 2}
 RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2}
@@ -73,7 +73,7 @@ class ModelArrays(NamedTuple):
     cylinders: Array  # (c, 11)
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
     impedance: Array  # film.impedance map of the main bearings
-    scalars: Array  # (11,)
+    scalars: Array  # (10,)
     choices: Array  # (3,) gas source, reconstruction, Newton tolerance
     stages: Array  # integrator table, see integrators
 
@@ -139,7 +139,7 @@ def build_model(
     eta = viscosity(engine.oil, temperature)
     linear = settings.bearings == "linear"
     bearing = bearing_parameters(engine.main_bearing, eta, settings.bearings)
-    scalars = np.zeros(11)
+    scalars = np.zeros(10)
     scalars[GRAVITY] = settings.gravity
     scalars[CRANKCASE] = settings.crankcase_pressure
     scalars[GAS_LOAD] = settings.gas_load
@@ -149,7 +149,6 @@ def build_model(
     scalars[SHAFT_C] = engine.drive_line.damping
     tau = engine.drive_line.speed_filter_time
     scalars[FILTER] = 1.0 / tau if tau > 0.0 else 0.0
-    scalars[CYCLE] = 4.0 * math.pi
     scalars[RIGID_ROTATION] = shapes[pulley, 5, 5]
     scalars[STEP] = settings.step
     rise = gas.fired - gas.motored
