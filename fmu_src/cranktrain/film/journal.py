@@ -1,0 +1,558 @@
+"""Rigid-bore journal film with tilt: Reynolds' equation with Swift–Stieber rupture, force, moments and tangents.
+
+With φ the angle from the x axis in the sense of rotation and ζ = 2z/L, the film over the clearance c is
+
+    H = 1 − (e + ζ t)·n,    n = (cos φ, sin φ),
+
+e the eccentricity of the journal's middle and t its tilt (displacement of the axis at ζ = +1), both over c. In a frame
+that turns at half the sum of the surface speeds only pure squeeze is left (v = ė − ω̄ e_z×e, w = ṫ − ω̄ e_z×t):
+
+    ∂φ(H³ ∂φΠ) + (D/L)² ∂ζ(H³ ∂ζΠ) = −(v + ζ w)·n,   Π ≥ 0,   P = 12 η (R/c)² Π,   Π = 0 at ζ = ±1.
+
+Rupture and reformation follow from complementarity: Π ≥ 0, and no flow is created where Π = 0. The matrix is an
+M-matrix, so an active set that drops tension and takes up compression node by node ends at the one solution, from any
+start; the last set is solved afresh, so the result does not depend on the start.
+
+With the four sources g = (n, ζ n) and A λ = g on that set: Π = Σ v_k λ_k; −⟨g_j, λ_k⟩ = ∂F_j/∂v_k is symmetric, and
+∂F_j/∂e_k = −Σ λ_j (∂A/∂e_k) Π sums over the faces: both exact for the discrete film at a fixed set.
+
+Grid: node-centred finite volumes, midpoint faces. Plain bores take nodes that gather at the least film by Sommerfeld's
+substitution cos ψ = (cos γ + m)/(1 + m cos γ), uniform in γ; they follow the journal, in position and in m. Grooved
+bores have nodes at rest. Axial nodes are uniform; the weights of the two outermost nodes carry half of the end
+correction of the trapezoidal rule (source and force weight each take one half), which makes the force of a parabola,
+the short bearing, exact to third order.
+Below :data:`FLOOR` the film is held, with a smooth passage from twice that: contact carries there, and a tilted or
+overloaded journal still has a finite force. Above twice the floor the film is not altered at all.
+
+Source of the half-speed form: Booker, J. Basic Eng. 87 (1965) 537; of the substitution: Sommerfeld 1904.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.errors import InputError, nearest
+from cranktrain.film.blocks import LANES, factor_ring, solve_ring, solve_ring_four
+from cranktrain.kernel import kernel
+from cranktrain.reduced_body import Array
+
+FLOOR = 2.0e-4
+"""Least film over the clearance that the pressure sees; reached smoothly from twice this."""
+REYNOLDS, FULL, GUEMBEL = 0, 1, 2
+RUPTURES = {"reynolds": REYNOLDS, "full": FULL, "guembel": GUEMBEL}
+PRESETS = {"loop": (48, 12), "default": (96, 18), "fine": (192, 32)}
+"""Circumferential and axial intervals over the full width."""
+GRADING = 0.85
+MOST_PASSES = 80
+
+# Result of journal_film.
+FORCE, STIFFNESS, DAMPING, OUT_SIZE = 0, 4, 20, 36
+
+
+class JournalGrid(NamedTuple):
+    """Where the film is sampled; float64 throughout.
+
+    circle : (4, N) cos γ, sin γ of nodes and of the faces behind them; for nodes at rest γ is φ itself
+    spacing : (2, N) cell width of a node and distance across the face behind it, in γ
+    axial : (5, n + 1) ζ of nodes, cell width, weight of source and force, ζ of the face before a node, 1/distance there
+    blocked : (N, m) 1 where the pressure is held at zero (grooves), and beyond n
+    settings : (4,) rupture, grading (0: nodes at rest), sides (1, or 2 for half the width by symmetry), outlet distance
+    """
+
+    circle: Array
+    spacing: Array
+    axial: Array
+    blocked: Array
+    settings: Array
+
+
+class JournalWork(NamedTuple):
+    """Memory of one film solution; ``journal_film`` leaves the pressure and the films in it."""
+
+    angle: Array  # (4, N) cos φ, sin φ of nodes and faces
+    width: Array  # (2, N) cell width and distance, in φ
+    conduct: Array  # (2, N, m + 1) around (face behind) and axial (face before)
+    slope: Array  # (2, N, m + 1) their derivative by the film
+    matrix: Array  # (2, N, m + 1) diagonal and axial coupling
+    around: Array  # (N, m)
+    used: Array  # (N,)
+    inverse: Array  # (N, m, m)
+    border: Array  # (N, m, m)
+    source: Array  # (N, m)
+    pressure: Array  # (N, m)
+    unit: Array  # (N, m, 4)
+    adjoint: Array  # (N, m, 4)
+    carried: Array  # (m, m)
+
+
+def journal_grid(
+    n_phi: int = PRESETS["default"][0],
+    n_z: int = PRESETS["default"][1],
+    *,
+    half: bool = False,
+    rupture: str = "reynolds",
+    grading: float = GRADING,
+    grooves: tuple[tuple[float, float], ...] = (),
+) -> JournalGrid:
+    """Grid of a journal film.
+
+    Parameters
+    ----------
+    n_phi, n_z : intervals around (≥ 12) and over the full width (even, ≥ 4)
+    half : solve half the width by symmetry; for films without tilt (t = w = 0)
+    rupture : reynolds, guembel (full film, negative pressure left out) or full
+    grading : how far the nodes follow the eccentricity, in [0, 1); 0 leaves them at rest
+    grooves : axial grooves as (centre, extent) in rad, pressure zero; nodes then stand still in the bore
+
+    Raises
+    ------
+    InputError
+        for a grid that is too coarse, a rupture that does not exist, grooves that overlap
+    """
+    if n_phi < 12 or n_z < 4 or n_z % 2:
+        raise InputError(f"film grid {n_phi} × {n_z} is not possible; take at least 12 around and an even 4 across")
+    if rupture not in RUPTURES:
+        raise InputError(f"cavitation '{rupture}' does not exist; {nearest(rupture, RUPTURES)}")
+    if grooves:
+        face, node, blocked_columns = _grooved_nodes(n_phi, grooves)
+        grading = 0.0
+    else:
+        node = 2.0 * math.pi * np.arange(n_phi) / n_phi
+        face = node + math.pi / n_phi
+        blocked_columns = np.zeros(n_phi)
+    after = np.roll(node, -1)
+    after[-1] += 2.0 * math.pi
+    behind = np.roll(face, 1)
+    behind[0] -= 2.0 * math.pi
+    circle = np.array([np.cos(node), np.sin(node), np.cos(face), np.sin(face)])
+    spacing = np.array([face - behind, after - node])
+    step = 2.0 / n_z
+    first = n_z // 2 if half else 1
+    n = n_z - first
+    axial = np.zeros((5, n + 1))
+    axial[0, :n] = -1.0 + step * np.arange(first, n_z)
+    axial[1, :n] = step
+    weight = np.ones(n_z + 1)
+    weight[[1, -2]] += 1.0 / 12.0
+    weight[[2, -3]] -= 1.0 / 48.0
+    axial[2, :n] = step * weight[first:n_z]
+    axial[3] = -1.0 + step * (np.arange(first, n_z + 1) - 0.5)
+    axial[4] = 1.0 / step
+    if half:
+        axial[1:3, 0] *= 0.5
+        axial[4, 0] = 0.0
+    padded = -(-n // LANES) * LANES
+    blocked = np.ones((circle.shape[1], padded))
+    blocked[:, :n] = blocked_columns[:, None]
+    settings = np.array([RUPTURES[rupture], grading, 2.0 if half else 1.0, step])
+    return JournalGrid(circle, spacing, axial, blocked, settings)
+
+
+def _grooved_nodes(n_phi: int, grooves: tuple[tuple[float, float], ...]) -> tuple[Array, Array, Array]:
+    """Faces, nodes and blocked columns for axial grooves: their edges are nodes, lands are divided evenly."""
+    turn = 2.0 * math.pi
+    ordered = sorted(((centre - 0.5 * extent) % turn, extent) for centre, extent in grooves)
+    edges: list[float] = []
+    for k, (start, extent) in enumerate(ordered):
+        following = ordered[k + 1][0] if k + 1 < len(ordered) else ordered[0][0] + turn
+        if not 0.0 < extent < turn or start + extent >= following:
+            raise InputError(
+                f"the groove of {math.degrees(extent):g} deg at {math.degrees(start + 0.5 * extent):g} deg reaches the "
+                f"next one; make it narrower than {math.degrees(following - start):g} deg or set them further apart"
+            )
+        edges += [start, start + extent]
+    node: list[float] = []
+    blocked: list[float] = []
+    lands = sum((edges + [edges[0] + turn])[2 * k + 2] - edges[2 * k + 1] for k in range(len(ordered)))
+    for k, (start, extent) in enumerate(ordered):
+        stop = (edges + [edges[0] + turn])[2 * k + 2]
+        land = stop - start - extent
+        count = max(6, round(n_phi * land / lands))
+        node += [start, *(start + extent + land * np.arange(count) / count).tolist()]
+        blocked += [1.0, 1.0, *([0.0] * (count - 1))]
+    nodes = np.array(node)
+    after = np.roll(nodes, -1)
+    after[-1] += turn
+    return 0.5 * (nodes + after), nodes, np.array(blocked)
+
+
+def journal_work(grid: JournalGrid) -> JournalWork:
+    """Memory for ``journal_film`` on ``grid``."""
+    columns, m = grid.blocked.shape
+    return JournalWork(
+        np.zeros((4, columns)), np.zeros((2, columns)), np.zeros((2, columns, m + 1)), np.zeros((2, columns, m + 1)),
+        np.zeros((2, columns, m + 1)), np.zeros((columns, m)), np.zeros(columns), np.zeros((columns, m, m)),
+        np.zeros((columns, m, m)), np.zeros((columns, m)), np.zeros((columns, m)), np.zeros((columns, m, 4)),
+        np.zeros((columns, m, 4)), np.zeros((m, m)),
+    )  # fmt: skip
+
+
+def cold_start(grid: JournalGrid) -> Array:
+    """Active set that knows nothing, (N, m); ``journal_film`` updates it in place."""
+    return np.full(grid.blocked.shape, -1.0)
+
+
+@kernel
+def journal_film(grid, ratio2, ex, ey, tx, ty, vx, vy, wx, wy, work, active, out):
+    """Dimensionless forces and moments of the film on the journal, with tangents.
+
+    ``ratio2`` (D/L)²; (ex, ey), (tx, ty) eccentricity and tilt over c; (vx, vy), (wx, wy) the velocities of pure squeeze
+    over c. ``active`` (N, m): the set of the last solution nearby, or negative for none; updated.
+
+    ``out`` (36,): ``[0:4]`` force and moments F = −∫∫ Π (n, ζ n) dφ dζ (N: times 12 η (R/c)² R L/2; the moment ∫ z dF,
+    N m: times L/2 more); ``[4:20]`` ∂F_j/∂(ex, ey, tx, ty) at fixed (v, w), row-major; ``[20:36]`` ∂F_j/∂(v, w).
+    Returns the number of passes of the active set, negative where it did not settle or a pivot failed.
+    """
+    _film(grid, ratio2, ex, ey, tx, ty, work)
+    passes = _pressure(grid, vx, vy, wx, wy, work, active)
+    _tangents(grid, vx, vy, wx, wy, work, active, out)
+    return passes
+
+
+@kernel
+def _gathering(grading, ex, ey, tx, ty):
+    """Vector m towards which nodes gather: a mean of the two ends, weighted by what is left of their films."""
+    if tx == 0.0 and ty == 0.0:
+        return grading * ex, grading * ey
+    a = math.sqrt((ex + tx) * (ex + tx) + (ey + ty) * (ey + ty))
+    b = math.sqrt((ex - tx) * (ex - tx) + (ey - ty) * (ey - ty))
+    a = 1.02 - a if a < 1.0 else 0.02
+    b = 1.02 - b if b < 1.0 else 0.02
+    share = b * b / (a * a + b * b)
+    mx = ex + (2.0 * share - 1.0) * tx
+    my = ey + (2.0 * share - 1.0) * ty
+    return grading * mx, grading * my
+
+
+@kernel
+def _film(grid, ratio2, ex, ey, tx, ty, work):
+    """Angles of the nodes, and conductances of all faces with their derivatives by the film."""
+    circle = grid.circle
+    axial = grid.axial
+    columns = circle.shape[1]
+    n = axial.shape[1] - 1
+    grading = grid.settings[1]
+    mx, my = _gathering(grading, ex, ey, tx, ty)
+    m = math.sqrt(mx * mx + my * my)
+    ax = 1.0
+    ay = 0.0
+    if m > 1.0e-12:
+        ax = mx / m
+        ay = my / m
+    if m > grading:
+        m = grading
+    root = math.sqrt(1.0 - m * m)
+    for i in range(columns):
+        for k in range(0, 4, 2):
+            d = 1.0 / (1.0 + m * circle[k, i])
+            c = (circle[k, i] + m) * d
+            s = root * circle[k + 1, i] * d
+            work.angle[k, i] = c * ax - s * ay
+            work.angle[k + 1, i] = s * ax + c * ay
+            work.width[k // 2, i] = root * d * grid.spacing[k // 2, i]
+    around = work.conduct[0]
+    along = work.conduct[1]
+    around_slope = work.slope[0]
+    along_slope = work.slope[1]
+    for i in range(columns):
+        c = work.angle[2, i]
+        s = work.angle[3, i]
+        middle = 1.0 - ex * c - ey * s
+        end = tx * c + ty * s
+        inverse = 1.0 / work.width[1, i]
+        for j in range(n):
+            h = middle - axial[0, j] * end
+            u = min(max(h / (2.0 * FLOOR), 0.0), 1.0)
+            factor = axial[1, j] * inverse
+            h = FLOOR + 2.0 * FLOOR * u * u * u * (1.0 - 0.5 * u) + max(h - 2.0 * FLOOR, 0.0)
+            around_slope[i, j] = 3.0 * h * h * factor * u * u * (3.0 - 2.0 * u)
+            around[i, j] = h * h * h * factor
+        c = work.angle[0, i]
+        s = work.angle[1, i]
+        middle = 1.0 - ex * c - ey * s
+        end = tx * c + ty * s
+        cell = ratio2 * work.width[0, i]
+        for j in range(n + 1):
+            h = middle - axial[3, j] * end
+            u = min(max(h / (2.0 * FLOOR), 0.0), 1.0)
+            factor = axial[4, j] * cell
+            h = FLOOR + 2.0 * FLOOR * u * u * u * (1.0 - 0.5 * u) + max(h - 2.0 * FLOOR, 0.0)
+            along_slope[i, j] = 3.0 * h * h * factor * u * u * (3.0 - 2.0 * u)
+            along[i, j] = h * h * h * factor
+
+
+@kernel
+def _pressure(grid, vx, vy, wx, wy, work, active):
+    """Solve the complementarity problem; returns the passes it took, negative on failure."""
+    axial = grid.axial
+    blocked = grid.blocked
+    columns = blocked.shape[0]
+    padded = blocked.shape[1]
+    n = axial.shape[1] - 1
+    rupture = int(grid.settings[0])
+    cold = active[0, 0] < 0.0
+    largest = 0.0
+    for i in range(columns):
+        c = work.angle[0, i]
+        s = work.angle[1, i]
+        middle = (vx * c + vy * s) * work.width[0, i]
+        end = (wx * c + wy * s) * work.width[0, i]
+        for j in range(n):
+            g = (middle + axial[0, j] * end) * axial[2, j]
+            work.source[i, j] = g
+            largest = max(largest, abs(g))
+    at_rest = largest == 0.0
+    for i in range(columns):
+        for j in range(padded):
+            if blocked[i, j] != 0.0:
+                active[i, j] = 0.0
+            elif rupture != REYNOLDS or at_rest:
+                active[i, j] = 1.0
+            elif cold:
+                active[i, j] = 1.0 if work.source[i, j] > 0.0 else 0.0
+            else:
+                active[i, j] = 1.0 if active[i, j] > 0.5 else 0.0
+    tolerance = 1.0e-11 * largest
+    p = work.pressure
+    around = work.conduct[0]
+    along = work.conduct[1]
+    for passes in range(1, MOST_PASSES + 1):
+        start, cyclic = _matrix(n, work, active)
+        if factor_ring(
+            work.matrix[0], work.matrix[1], work.around, work.used, start, cyclic, n, work.inverse, work.border,
+            work.carried,
+        ) != 0:  # fmt: skip
+            return -passes
+        for i in range(columns):
+            for j in range(padded):
+                p[i, j] = work.source[i, j] * active[i, j] if j < n else 0.0
+        solve_ring(work.around, work.used, start, cyclic, n, work.inverse, work.border, p, work.carried[0])
+        if rupture != REYNOLDS or at_rest:
+            break
+        changed = 0
+        for i in range(columns):
+            before = i - 1 if i > 0 else columns - 1
+            after = i + 1 if i + 1 < columns else 0
+            for j in range(n):
+                if active[i, j] > 0.5:
+                    if p[i, j] < 0.0:
+                        active[i, j] = 0.0
+                        changed += 1
+                elif blocked[i, j] == 0.0:
+                    push = work.source[i, j] + around[before, j] * p[before, j] + around[i, j] * p[after, j]
+                    if j > 0:
+                        push += along[i, j] * p[i, j - 1]
+                    if j + 1 < n:
+                        push += along[i, j + 1] * p[i, j + 1]
+                    if push > tolerance:
+                        active[i, j] = 1.0
+                        changed += 1
+        if changed == 0:
+            break
+    else:
+        return -MOST_PASSES
+    unit = work.unit
+    for i in range(columns):
+        c = work.angle[0, i] * work.width[0, i]
+        s = work.angle[1, i] * work.width[0, i]
+        for j in range(n):
+            g = axial[2, j] * active[i, j]
+            unit[i, j, 0] = c * g
+            unit[i, j, 1] = s * g
+            unit[i, j, 2] = c * g * axial[0, j]
+            unit[i, j, 3] = s * g * axial[0, j]
+    solve_ring_four(work.around, work.used, start, cyclic, n, work.inverse, work.border, unit, work.carried)
+    if rupture == GUEMBEL:
+        adjoint = work.adjoint
+        for i in range(columns):
+            c = work.angle[0, i] * work.width[0, i]
+            s = work.angle[1, i] * work.width[0, i]
+            for j in range(n):
+                g = axial[2, j] if p[i, j] > 0.0 else 0.0
+                adjoint[i, j, 0] = c * g
+                adjoint[i, j, 1] = s * g
+                adjoint[i, j, 2] = c * g * axial[0, j]
+                adjoint[i, j, 3] = s * g * axial[0, j]
+        solve_ring_four(work.around, work.used, start, cyclic, n, work.inverse, work.border, adjoint, work.carried)
+    return passes
+
+
+@kernel
+def _matrix(n, work, active):
+    """Masked matrix of the active set; returns the column where the ring starts, and whether it stays closed."""
+    columns = active.shape[0]
+    padded = active.shape[1]
+    around = work.conduct[0]
+    along = work.conduct[1]
+    diagonal = work.matrix[0]
+    coupling = work.matrix[1]
+    start = 0
+    cyclic = True
+    for i in range(columns):
+        before = i - 1 if i > 0 else columns - 1
+        after = i + 1 if i + 1 < columns else 0
+        count = 0.0
+        linked = 0.0
+        for j in range(padded):
+            here = active[i, j]
+            diagonal[i, j] = 1.0
+            coupling[i, j] = 0.0
+            both = here * active[after, j]
+            work.around[i, j] = around[i, j] * both
+            count += here
+            linked += both
+        for j in range(n):
+            if active[i, j] > 0.5:
+                diagonal[i, j] = around[before, j] + around[i, j] + along[i, j] + along[i, j + 1]
+                if j > 0:
+                    coupling[i, j] = along[i, j] * active[i, j - 1]
+        work.used[i] = count
+        if linked == 0.0 and cyclic:
+            start = after
+            cyclic = False
+    return start, cyclic
+
+
+@kernel
+def _tangents(grid, vx, vy, wx, wy, work, active, out):
+    """Forces, ∂/∂(e, t) and ∂/∂(v, w) from the unit solutions that ``_pressure`` left."""
+    axial = grid.axial
+    columns = active.shape[0]
+    n = axial.shape[1] - 1
+    sides = grid.settings[2]
+    guembel = int(grid.settings[0]) == GUEMBEL
+    unit = work.unit
+    adjoint = work.adjoint if guembel else work.unit
+    p = work.pressure
+    for k in range(OUT_SIZE):
+        out[k] = 0.0
+    for i in range(columns):
+        after = i + 1 if i + 1 < columns else 0
+        if work.used[i] == 0.0 and work.used[after] == 0.0:
+            continue
+        around = work.slope[0, i]
+        along = work.slope[1, i]
+        # Sums over the column: face terms without and with ζ, around (s, t) and axial (q, r); weighted unit solutions.
+        s0 = s1 = s2 = s3 = t0 = t1 = t2 = t3 = 0.0
+        q0 = q1 = q2 = q3 = r0 = r1 = r2 = r3 = 0.0
+        d0 = d1 = d2 = d3 = f0 = f1 = f2 = f3 = 0.0
+        for j in range(n):
+            zeta = axial[0, j]
+            flow = around[j] * (p[after, j] - p[i, j])
+            g0 = flow * (adjoint[after, j, 0] - adjoint[i, j, 0])
+            g1 = flow * (adjoint[after, j, 1] - adjoint[i, j, 1])
+            g2 = flow * (adjoint[after, j, 2] - adjoint[i, j, 2])
+            g3 = flow * (adjoint[after, j, 3] - adjoint[i, j, 3])
+            s0 += g0
+            s1 += g1
+            s2 += g2
+            s3 += g3
+            t0 += zeta * g0
+            t1 += zeta * g1
+            t2 += zeta * g2
+            t3 += zeta * g3
+            weight = axial[2, j] * (1.0 if not guembel or p[i, j] > 0.0 else 0.0)
+            d0 += weight * unit[i, j, 0]
+            d1 += weight * unit[i, j, 1]
+            d2 += weight * unit[i, j, 2]
+            d3 += weight * unit[i, j, 3]
+            weight *= zeta
+            f0 += weight * unit[i, j, 0]
+            f1 += weight * unit[i, j, 1]
+            f2 += weight * unit[i, j, 2]
+            f3 += weight * unit[i, j, 3]
+        if work.used[i] != 0.0:
+            for j in range(n + 1):
+                zeta = axial[3, j]
+                low = 1.0 if j > 0 else 0.0
+                high = 1.0 if j < n else 0.0
+                a = j - 1 if j > 0 else 0
+                b = j if j < n else n - 1
+                flow = along[j] * (high * p[i, b] - low * p[i, a])
+                g0 = flow * (high * adjoint[i, b, 0] - low * adjoint[i, a, 0])
+                g1 = flow * (high * adjoint[i, b, 1] - low * adjoint[i, a, 1])
+                g2 = flow * (high * adjoint[i, b, 2] - low * adjoint[i, a, 2])
+                g3 = flow * (high * adjoint[i, b, 3] - low * adjoint[i, a, 3])
+                q0 += g0
+                q1 += g1
+                q2 += g2
+                q3 += g3
+                r0 += zeta * g0
+                r1 += zeta * g1
+                r2 += zeta * g2
+                r3 += zeta * g3
+        c = sides * work.angle[0, i]
+        s = sides * work.angle[1, i]
+        cf = sides * work.angle[2, i]
+        sf = sides * work.angle[3, i]
+        width = work.width[0, i]
+        _four_rows(out, STIFFNESS, cf * s0 + c * q0, sf * s0 + s * q0, cf * t0 + c * r0, sf * t0 + s * r0, 0, -1.0)
+        _four_rows(out, STIFFNESS, cf * s1 + c * q1, sf * s1 + s * q1, cf * t1 + c * r1, sf * t1 + s * r1, 1, -1.0)
+        _four_rows(out, STIFFNESS, cf * s2 + c * q2, sf * s2 + s * q2, cf * t2 + c * r2, sf * t2 + s * r2, 2, -1.0)
+        _four_rows(out, STIFFNESS, cf * s3 + c * q3, sf * s3 + s * q3, cf * t3 + c * r3, sf * t3 + s * r3, 3, -1.0)
+        _four_rows(out, DAMPING, c * d0, c * d1, c * d2, c * d3, 0, -width)
+        _four_rows(out, DAMPING, s * d0, s * d1, s * d2, s * d3, 1, -width)
+        _four_rows(out, DAMPING, c * f0, c * f1, c * f2, c * f3, 2, -width)
+        _four_rows(out, DAMPING, s * f0, s * f1, s * f2, s * f3, 3, -width)
+    for j in range(4):
+        row = DAMPING + 4 * j
+        out[j] = out[row] * vx + out[row + 1] * vy + out[row + 2] * wx + out[row + 3] * wy
+
+
+@kernel
+def _four_rows(out, first, a, b, c, d, row, factor):
+    """Add one row of a 4 × 4 matrix."""
+    k = first + 4 * row
+    out[k] += factor * a
+    out[k + 1] += factor * b
+    out[k + 2] += factor * c
+    out[k + 3] += factor * d
+
+
+@kernel
+def film_observables(grid, work):
+    """Largest pressure and side flow of the film that ``journal_film`` left in ``work``.
+
+    Returns max Π by parabolas through the largest node (P: times 12 η (R/c)²), and the flow out of both ends
+    Σ ∫H³ |∂ζΠ| dφ (m³/s: times 2 c R³/L).
+    """
+    p = work.pressure
+    axial = grid.axial
+    columns = p.shape[0]
+    n = axial.shape[1] - 1
+    half = grid.settings[2] > 1.5
+    best_i = 0
+    best_j = 0
+    for i in range(columns):
+        for j in range(n):
+            if p[i, j] > p[best_i, best_j]:
+                best_i = i
+                best_j = j
+    top = p[best_i, best_j]
+    before = p[best_i - 1 if best_i > 0 else columns - 1, best_j]
+    after = p[best_i + 1 if best_i + 1 < columns else 0, best_j]
+    highest = top + _rise(before, top, after)
+    after = p[best_i, best_j + 1] if best_j + 1 < n else 0.0
+    before = p[best_i, best_j - 1] if best_j > 0 else (after if half else 0.0)
+    highest += _rise(before, top, after)
+    flow = 0.0
+    # Flow through the outermost face, and the difference of slope from there to the edge by a cubic through the edge.
+    step = grid.settings[3]
+    last = axial[4, n] * step
+    for i in range(columns):
+        slope = (3.0 * p[i, n - 1] - 1.5 * p[i, n - 2] + p[i, n - 3] / 3.0) / step
+        flow += work.conduct[1, i, n] / last * step * slope
+        if not half:
+            slope = (3.0 * p[i, 0] - 1.5 * p[i, 1] + p[i, 2] / 3.0) / step
+            flow += work.conduct[1, i, 0] * step * slope
+    return highest, grid.settings[2] * flow
+
+
+@kernel
+def _rise(before, top, after):
+    """How far the parabola through three equidistant values rises above the middle one."""
+    bend = 2.0 * top - before - after
+    return 0.125 * (after - before) * (after - before) / bend if bend > 0.0 else 0.0
