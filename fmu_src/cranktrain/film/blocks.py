@@ -175,7 +175,7 @@ def _multiply(a, b, n, product):
 
 @kernel
 def solve_ring(around, used, start, cyclic, n, inverse, border, x, carried):
-    """Solve for one right-hand side ``x`` (N, m), in place; ``used`` (N,) unknowns per column; ``carried`` (m,) work."""
+    """Solve for one right-hand side ``x`` (N, m), in place; ``used`` (N,) counts unknowns, ``carried`` (m,) is work."""
     columns = x.shape[0]
     padded = x.shape[1]
     end = (start + columns - 1) % columns
