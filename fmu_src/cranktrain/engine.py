@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, is_dataclass
+from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass
 from pathlib import Path
+from types import UnionType
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 from cranktrain.errors import InputError
@@ -43,6 +44,10 @@ Frequency = Annotated[float, Quantity("frequency", "zero")]
 Rate = Annotated[float, Quantity("rate", "zero")]
 Time = Annotated[float, Quantity("time", "zero")]
 Energy = Annotated[float, Quantity("energy")]
+KinematicViscosity = Annotated[float, Quantity("kinematic viscosity")]
+PressureCoefficient = Annotated[float, Quantity("pressure coefficient", "zero")]
+HeatCapacity = Annotated[float, Quantity("heat capacity")]
+Share = Annotated[float, Quantity("1")]
 
 
 @dataclass(frozen=True)
@@ -113,15 +118,34 @@ class Cylinders:
     compression_ratio: Number
 
 
-@dataclass(frozen=True)
-class JournalBearing:
-    """Plain bearing: film geometry, contact at the roughness height, and its linear stand-in (N/m, N s/m)."""
+@dataclass(frozen=True, kw_only=True)
+class PlainBearing:
+    """Plain bearing: film geometry, and contact of its rough surfaces.
+
+    Level ``impedance`` takes ``contact_height`` and ``contact_pressure``; the levels above it take the surfaces as
+    Greenwood and Tripp do: ``roughness`` σ of both together, ``asperity_factor`` ηβσ, ``asperity_ratio`` σ/β,
+    ``contact_modulus`` E' and boundary friction (coefficient on the contact pressure, stress on the real contact).
+    ``groove`` is ``none`` or ``circumferential``.
+    """
 
     diameter: Length
     width: Length
     clearance: Length
     contact_height: Length
     contact_pressure: Pressure
+    groove: str = "none"
+    roughness: Length = 0.4e-6
+    asperity_factor: Share = 0.05
+    asperity_ratio: Share = 0.01
+    contact_modulus: Pressure = 58.6e9
+    boundary_friction: Number = 0.1
+    boundary_shear: GaugePressure = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class JournalBearing(PlainBearing):
+    """Main bearing: a plain bearing and its linear stand-in (N/m, N s/m)."""
+
     stiffness_x: Stiffness
     stiffness_y: Stiffness
     damping_x: Damping
@@ -148,17 +172,29 @@ class ThrustBearing:
     damping: Damping
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Oil:
-    """Lubricant: Vogel law η = a exp(b / (T − c)), and the oil temperature against engine speed (K, rad/s)."""
+    """Lubricant: viscosity against temperature and pressure, and the oil temperature against engine speed (K, rad/s).
+
+    ``law`` is ``vogel``, η = a exp(b / (T − c)), or ``walther`` through two points of kinematic viscosity.
+    ``pressure_law`` is ``none``, ``barus`` or ``roelands``, with the slope of ln η at ambient pressure
+    ``pressure_viscosity``. ``heat_share`` is the part of a film's friction that its oil carries away.
+    """
 
     density: Density
-    vogel_a: Viscosity
-    vogel_b: TemperatureDifference
-    vogel_c: Temperature
     temperature_speeds: tuple[Speed, ...]
     temperatures: tuple[Temperature, ...]
     supply_pressure: GaugePressure
+    law: str = "vogel"
+    vogel_a: Viscosity = 0.0
+    vogel_b: TemperatureDifference = 0.0
+    vogel_c: Temperature = 0.0
+    walther_temperatures: tuple[Temperature, ...] = ()
+    walther_viscosities: tuple[KinematicViscosity, ...] = ()
+    pressure_law: str = "none"
+    pressure_viscosity: PressureCoefficient = 0.0
+    heat_capacity: HeatCapacity = 2000.0
+    heat_share: Share = 0.8
 
 
 @dataclass(frozen=True)
@@ -227,7 +263,7 @@ class Published:
 
 @dataclass(frozen=True)
 class Engine:
-    """One engine, complete."""
+    """One engine, complete; without ``big_end_bearing`` its big ends are rigid."""
 
     name: str
     title: str
@@ -245,6 +281,7 @@ class Engine:
     combustion: Combustion
     reduction: Reduction
     published: Published
+    big_end_bearing: PlainBearing | None = None
 
     @property
     def n_cylinders(self) -> int:
@@ -314,6 +351,11 @@ def engine_from_dict(data: Mapping[str, Any]) -> Engine:
     return engine
 
 
+def optional_fields(kind: type) -> set[str]:
+    """Names of the fields of a dataclass that have a default."""
+    return {entry.name for entry in fields(kind) if entry.default is not MISSING}
+
+
 def _plain(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _plain(entry) for key, entry in value.items()}
@@ -325,10 +367,12 @@ def _typed(kind: Any, value: Any, where: str) -> Any:
         if not isinstance(value, Mapping):
             raise InputError(f"{where}: not a table")
         names = {entry.name for entry in fields(kind)}
-        if wrong := sorted(names ^ set(value)):
+        if wrong := sorted((names - optional_fields(kind) - set(value)) | (set(value) - names)):
             raise InputError(f"{where}.{wrong[0]}: {'unknown' if wrong[0] in value else 'missing'}")
         hints = get_type_hints(kind)
-        return kind(**{name: _typed(hints[name], value[name], f"{where}.{name}") for name in names})
+        return kind(**{name: _typed(hints[name], value[name], f"{where}.{name}") for name in names & set(value)})
+    if isinstance(kind, UnionType):
+        return None if value is None else _typed(get_args(kind)[0], value, where)
     if get_origin(kind) is tuple:
         return tuple(_typed(get_args(kind)[0], entry, where) for entry in value)
     return float(value) if kind is float else value

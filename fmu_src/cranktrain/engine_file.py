@@ -5,7 +5,8 @@ One table per dataclass of :mod:`cranktrain.engine`; an entry reads
     throw = { value = 60, unit = "mm", origin = "derived", note = "half the stroke" }
 
 ``value`` may be a list. ``origin`` is *chosen*, *derived*, *calibrated* or *published*; the last two need a note that
-says to which number. Everything is converted to SI here, once, and checked.
+says to which number. Everything is converted to SI here, once, and checked. Keys and tables whose field has a
+default may be left out.
 """
 
 from __future__ import annotations
@@ -15,11 +16,15 @@ import tomllib
 from dataclasses import fields
 from importlib import resources
 from pathlib import Path
+from types import UnionType
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
-from cranktrain.engine import Engine, Quantity, check_crankshaft
+from cranktrain.engine import Engine, Oil, PlainBearing, Quantity, check_crankshaft, optional_fields
 from cranktrain.errors import InputError, nearest
 
+GROOVES = ("none", "circumferential")
+VISCOSITY_LAWS = ("vogel", "walther")
+PRESSURE_LAWS = ("none", "barus", "roelands")
 ORIGINS = ("chosen", "derived", "calibrated", "published")
 ENTRY = ("value", "unit", "origin", "note")
 TEXTS = ("name", "title")
@@ -49,6 +54,11 @@ UNITS: dict[str, tuple[str, float, float]] = {
     "N m s/rad": ("torsional damping", 1.0, 0.0),
     "Pa s": ("viscosity", 1.0, 0.0),
     "mPa s": ("viscosity", 1e-3, 0.0),
+    "m^2/s": ("kinematic viscosity", 1.0, 0.0),
+    "mm^2/s": ("kinematic viscosity", 1e-6, 0.0),
+    "1/Pa": ("pressure coefficient", 1.0, 0.0),
+    "1/GPa": ("pressure coefficient", 1e-9, 0.0),
+    "J/(kg K)": ("heat capacity", 1.0, 0.0),
     "K": ("temperature", 1.0, 0.0),
     "degC": ("temperature", 1.0, 273.15),
     "rad/s": ("speed", 1.0, 0.0),
@@ -90,9 +100,12 @@ def read_engine(name_or_path: str | Path) -> Engine:
     document = _document(path)
     tables: dict[str, Any] = {}
     hints = get_type_hints(Engine)
-    _same_names(set(hints), set(document), path.name, "table")
-    for name, kind in hints.items():
+    _same_names(set(hints), optional_fields(Engine), set(document), path.name, "table")
+    for name, hint in hints.items():
+        if name not in document:
+            continue
         where = f"{path.name}: {name}"
+        kind = get_args(hint)[0] if isinstance(hint, UnionType) else hint
         if name in TEXTS:
             if not isinstance(document[name], str):
                 raise InputError(f'{where}: must be plain text, e.g. {name} = "diesel_i6"')
@@ -101,10 +114,9 @@ def read_engine(name_or_path: str | Path) -> Engine:
         if not isinstance(document[name], dict):
             raise InputError(f"{where}: must be a table [{name}]")
         entries = get_type_hints(kind, include_extras=True)
-        _same_names(set(entries), set(document[name]), where, "key")
-        tables[name] = kind(
-            **{key: _si(document[name][key], entries[key], f"{where}.{key}") for key in (e.name for e in fields(kind))}
-        )
+        _same_names(set(entries), optional_fields(kind), set(document[name]), where, "key")
+        keys = [entry.name for entry in fields(kind) if entry.name in document[name]]
+        tables[name] = kind(**{key: _si(document[name][key], entries[key], f"{where}.{key}") for key in keys})
     engine = Engine(**tables)
     try:
         check_engine(engine)
@@ -134,10 +146,10 @@ def _document(path: Path) -> dict[str, Any]:
         raise InputError(f"{path.name}: cannot be read: {error.strerror}") from None
 
 
-def _same_names(wanted: set[str], found: set[str], where: str, noun: str) -> None:
-    if unknown := sorted(found - wanted):
-        raise InputError(f"{where}: unknown {noun} '{unknown[0]}'; {nearest(unknown[0], sorted(wanted))}")
-    if missing := sorted(wanted - found):
+def _same_names(known: set[str], optional: set[str], found: set[str], where: str, noun: str) -> None:
+    if unknown := sorted(found - known):
+        raise InputError(f"{where}: unknown {noun} '{unknown[0]}'; {nearest(unknown[0], sorted(known))}")
+    if missing := sorted(known - optional - found):
         raise InputError(f"{where}: {noun} '{missing[0]}' is missing; add it as in engines/diesel_i6.toml")
 
 
@@ -236,31 +248,59 @@ def _cylinder_rules(engine: Engine) -> list[Rule]:
     ]
 
 
-def _bearing_rules(engine: Engine) -> list[Rule]:
-    crank, film, thrust = engine.crankshaft, engine.main_bearing, engine.thrust
-    mains = len(crank.main_widths)
-    narrowest = min(crank.main_widths)
+def _film_rules(table: str, film: PlainBearing, journal: str, diameter: float, narrowest: float) -> list[Rule]:
+    """Rules of one plain bearing around a ``journal`` of ``diameter``, the narrowest of which is so wide."""
     return [
         (
-            "main_bearing.diameter",
-            abs(film.diameter - crank.main_diameter) <= 0.01 * crank.main_diameter,
-            f"{_mm(film.diameter)} does not fit the main journal, {_mm(crank.main_diameter)}",
+            f"{table}.diameter",
+            abs(film.diameter - diameter) <= 0.01 * diameter,
+            f"{_mm(film.diameter)} does not fit the {journal}, {_mm(diameter)}",
         ),
         (
-            "main_bearing.width",
+            f"{table}.width",
             film.width <= narrowest,
-            f"{_mm(film.width)} is wider than the narrowest main journal, {_mm(narrowest)}",
+            f"{_mm(film.width)} is wider than the narrowest {journal}, {_mm(narrowest)}",
         ),
         (
-            "main_bearing.clearance",
+            f"{table}.clearance",
             film.clearance < 0.01 * film.diameter,
             f"{_mm(film.clearance)} is more than 1 % of the diameter; it is the radial clearance, often given in um",
         ),
         (
-            "main_bearing.contact_height",
+            f"{table}.contact_height",
             film.contact_height < film.clearance,
             f"{_mm(film.contact_height)} is not less than the clearance, {_mm(film.clearance)}",
         ),
+        (
+            f"{table}.groove",
+            film.groove in GROOVES,
+            f"unknown groove '{film.groove}'; {nearest(film.groove, GROOVES)}",
+        ),
+        (
+            f"{table}.roughness",
+            6.0 * film.roughness < film.clearance,
+            f"six of {1e6 * film.roughness:.4g} um bridge the clearance, {1e6 * film.clearance:.4g} um; "
+            f"it is the standard deviation of the heights, a fraction of a micrometre",
+        ),
+        (f"{table}.asperity_factor", film.asperity_factor < 1.0, "must lie below 1; usual surfaces have 0.03 to 0.05"),
+        (f"{table}.asperity_ratio", film.asperity_ratio < 1.0, "must lie below 1; usual surfaces have 0.0001 to 0.01"),
+        (
+            f"{table}.boundary_friction",
+            film.boundary_friction < 1.0,
+            f"{film.boundary_friction} is not below 1; lubricated surfaces have 0.08 to 0.15",
+        ),
+    ]
+
+
+def _bearing_rules(engine: Engine) -> list[Rule]:
+    crank, thrust, big_end = engine.crankshaft, engine.thrust, engine.big_end_bearing
+    mains = len(crank.main_widths)
+    big_ends = (
+        _film_rules("big_end_bearing", big_end, "crank pin", crank.pin_diameter, crank.pin_width) if big_end else []
+    )
+    return [
+        *_film_rules("main_bearing", engine.main_bearing, "main journal", crank.main_diameter, min(crank.main_widths)),
+        *big_ends,
         ("thrust.main", 1 <= thrust.main <= mains, f"{thrust.main} is not one of the main journals 1..{mains}"),
         (
             "thrust.inner_diameter",
@@ -279,6 +319,48 @@ def _bearing_rules(engine: Engine) -> list[Rule]:
             2.0 * thrust.contact_height < thrust.clearance,
             f"two of {_mm(thrust.contact_height)} leave nothing of the clearance, {_mm(thrust.clearance)}",
         ),
+    ]
+
+
+def _oil_rules(oil: Oil) -> list[Rule]:
+    walther, vogel = oil.law == "walther", oil.law == "vogel"
+    warm, cold = oil.walther_temperatures, oil.walther_viscosities
+    two = len(warm) == len(cold) == 2
+    laws = [("oil.law", oil.law in VISCOSITY_LAWS, f"unknown law '{oil.law}'; {nearest(oil.law, VISCOSITY_LAWS)}")]
+    missing = [
+        (f"oil.{key}", getattr(oil, key) > 0.0 or not vogel, "is missing; law vogel needs vogel_a, vogel_b and vogel_c")
+        for key in ("vogel_a", "vogel_b", "vogel_c")
+    ]
+    return [
+        *laws,
+        *missing,
+        (
+            "oil.vogel_c",
+            oil.vogel_c < min(oil.temperatures, default=0.0) or not vogel,
+            "must lie below every oil temperature",
+        ),
+        (
+            "oil.walther_viscosities",
+            two or not (walther or warm or cold),
+            f"{len(cold)} viscosities at {len(warm)} walther_temperatures; Walther's law takes two points",
+        ),
+        (
+            "oil.walther_viscosities",
+            not two or (warm[0] < warm[-1] and cold[0] > cold[-1]),
+            "temperatures must increase and viscosities decrease from point to point",
+        ),
+        (
+            "oil.pressure_law",
+            oil.pressure_law in PRESSURE_LAWS,
+            f"unknown law '{oil.pressure_law}'; {nearest(oil.pressure_law, PRESSURE_LAWS)}",
+        ),
+        (
+            "oil.pressure_viscosity",
+            0.0 < oil.pressure_viscosity < 1e-6 or oil.pressure_law not in PRESSURE_LAWS[1:],
+            f"{oil.pressure_viscosity:.4g} 1/Pa does not suit pressure_law {oil.pressure_law}; mineral oils have "
+            f"15 to 25 1/GPa",
+        ),
+        ("oil.heat_share", oil.heat_share <= 1.0, "is a part of the friction power; give at most 1"),
     ]
 
 
@@ -307,7 +389,7 @@ def _other_rules(engine: Engine) -> list[Rule]:
             all(a < b for a, b in zip(oil.temperature_speeds, oil.temperature_speeds[1:], strict=False)),
             "must increase",
         ),
-        ("oil.vogel_c", oil.vogel_c < min(oil.temperatures, default=0.0), "must lie below every oil temperature"),
+        *_oil_rules(oil),
         ("damping.kind", damping.kind in kinds, f"unknown kind '{damping.kind}'; {nearest(damping.kind, kinds)}"),
         ("damping.ratio", damping.ratio < 1.0, f"{damping.ratio} is overcritical; give a ratio below 1"),
         ("combustion.duration", burn.duration > 0.0, "must be positive"),

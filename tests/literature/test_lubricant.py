@@ -1,4 +1,4 @@
-"""Vogel's law against the data it is fitted to, and the oil's temperature against its table."""
+"""Viscosity laws against the data they are fitted to and each other, and the oil's temperature against its table."""
 
 import math
 from dataclasses import replace
@@ -7,7 +7,17 @@ import pytest
 
 from cranktrain.engine import load_engine
 from cranktrain.errors import InputError
-from cranktrain.lubricant import oil_temperature, viscosity, vogel_through
+from cranktrain.lubricant import (
+    barus_factor,
+    oil_temperature,
+    pressure_constants,
+    pressure_factor,
+    roelands_factor,
+    viscosity,
+    vogel_through,
+    walther_through,
+    walther_viscosity,
+)
 
 OIL = load_engine("diesel_i6").oil
 
@@ -55,3 +65,74 @@ def test_oil_temperature_follows_its_table_and_stays_constant_outside():
         assert oil_temperature(OIL, speed * rpm) == pytest.approx(celsius + 273.15, abs=1e-9)
     single = replace(OIL, temperature_speeds=(100.0,), temperatures=(360.0,))
     assert oil_temperature(single, 250.0) == 360.0
+
+
+def test_walthers_law_goes_through_its_points_and_is_straight_in_its_chart():
+    points = [(313.15, 110e-6), (373.15, 14.5e-6)]
+    a, b = walther_through(points)
+    for kelvin, nu in points:
+        assert walther_viscosity(kelvin, a, b, 850.0) == pytest.approx(850.0 * nu, rel=1e-12)
+    chart = [
+        math.log10(math.log10(1e6 * walther_viscosity(t, a, b, 870.0) / 870.0 + 0.7)) for t in (300.0, 340.0, 425.0)
+    ]
+    slopes = [
+        (chart[i + 1] - chart[i]) / math.log10(t2 / t1) for i, (t1, t2) in enumerate([(300.0, 340.0), (340.0, 425.0)])
+    ]
+    assert slopes == pytest.approx([-b, -b], rel=1e-12)
+    # ASTM D341's own slope of such an oil: B between 3 and 4.
+    assert 3.0 < b < 4.0
+
+
+def test_both_laws_of_the_engine_file_agree():
+    walther = replace(OIL, law="walther")
+    for celsius, tolerance in ((40, 1e-3), (100, 1e-3), (60, 0.02), (80, 0.02), (120, 0.02), (150, 0.03)):
+        kelvin = celsius + 273.15
+        assert viscosity(walther, kelvin) == pytest.approx(viscosity(OIL, kelvin), rel=tolerance)
+
+
+@pytest.mark.parametrize(
+    ("points", "says"),
+    [
+        ([(313.15, 110e-6)], "takes two points"),
+        ([(373.15, 110e-6), (313.15, 14.5e-6)], "increase"),
+        ([(313.15, 14e-6), (373.15, 110e-6)], "decrease"),
+        ([(313.15, 1e-6), (373.15, 1e-7)], r"has no value at 0\.1 mm\^2/s"),
+    ],
+)
+def test_points_off_walthers_chart_are_refused(points, says):
+    with pytest.raises(InputError, match=says):
+        walther_through(points)
+
+
+@pytest.mark.parametrize("eta", [0.005, 0.0143, 0.1])
+def test_roelands_has_barus_slope_and_grows_slower(eta):
+    alpha = 20e-9
+    law, above, z = pressure_constants(replace(OIL, pressure_law="roelands", pressure_viscosity=alpha), eta)
+    assert 0.3 < z < 1.0
+    assert roelands_factor(0.0, above, z) == pytest.approx((1.0, alpha), rel=1e-12)
+    for p in (1e6, 1e8, 5e8):
+        assert 1.0 < pressure_factor(law, p, above, z)[0] < barus_factor(p, alpha)[0]
+    # The form of the textbooks, with η₀ on both sides: ln η + 9.67 = (ln η₀ + 9.67)(1 + 5.1e-9 p)^Z.
+    p = 2e8
+    left = math.log(eta * roelands_factor(p, above, z)[0]) + 9.67
+    assert left == pytest.approx((math.log(eta) + 9.67) * (1.0 + 5.1e-9 * p) ** z, rel=1e-3)
+
+
+def test_pressure_laws_and_their_derivatives():
+    eta = 0.0143
+    assert barus_factor(1e8, 20e-9)[0] == pytest.approx(math.exp(2.0), rel=1e-14)
+    for name in ("none", "barus", "roelands"):
+        law, first, second = pressure_constants(replace(OIL, pressure_law=name), eta)
+        for p in (-0.9e8, 0.0, 5e6, 3e8):
+            step = 1e3
+            up, down = (pressure_factor(law, p + s, first, second)[0] for s in (step, -step))
+            slope = pressure_factor(law, p, first, second)[1]
+            assert slope == pytest.approx((up - down) / (2.0 * step), rel=1e-5, abs=1e-16)
+    with pytest.raises(InputError, match=r"pressure law 'barrus' does not exist; did you mean 'barus'\?"):
+        pressure_constants(replace(OIL, pressure_law="barrus"), eta)
+    with pytest.raises(InputError, match="must not be negative"):
+        pressure_constants(replace(OIL, pressure_law="barus", pressure_viscosity=-1e-9), eta)
+    with pytest.raises(InputError, match="Roelands' law needs a viscosity above"):
+        pressure_constants(replace(OIL, pressure_law="roelands"), 1e-5)
+    with pytest.raises(InputError, match=r"oil law 'valther' does not exist; did you mean 'walther'\?"):
+        viscosity(replace(OIL, law="valther"), 350.0)

@@ -130,6 +130,18 @@ def test_a_unit_of_the_same_dimension_changes_nothing(tmp_path):
         ("flywheel", "polar_inertia", 2.4, None, r"flywheel\.polar_inertia: is more than twice"),
         ("damping", "kind", '"raleigh"', None, r"damping\.kind: unknown kind 'raleigh'; did you mean 'rayleigh'\?"),
         ("combustion", "exhaust_opens", 40, None, r"combustion\.exhaust_opens: must lie after the end of combustion"),
+        ("main_bearing", "groove", '"round"', None, r"main_bearing\.groove: unknown groove 'round'; valid: none"),
+        ("main_bearing", "roughness", 40, None, r"main_bearing\.roughness: six of 40 um bridge the clearance, 40 um"),
+        ("main_bearing", "boundary_friction", 10, None, r"main_bearing\.boundary_friction: 10\.0 is not below 1"),
+        ("main_bearing", "contact_modulus", 0, None, r"main_bearing\.contact_modulus: 0 must be positive"),
+        ("big_end_bearing", "diameter", 80, None, r"big_end_bearing\.diameter: 80 mm does not fit the crank pin, 70"),
+        ("big_end_bearing", "width", 43, None, r"big_end_bearing\.width: 43 mm is wider than the narrowest crank pin"),
+        ("oil", "law", '"vogl"', None, r"oil\.law: unknown law 'vogl'; did you mean 'vogel'\?"),
+        ("oil", "walther_viscosities", "[110]", None, r"oil\.walther_viscosities: 1 viscosities at 2 walther_temp"),
+        ("oil", "walther_viscosities", "[14, 110]", None, r"oil\.walther_viscosities: .* viscosities decrease"),
+        ("oil", "walther_viscosities", "[110, 14]", "mPa s", r"unit 'mPa s' does not measure its kinematic viscosity"),
+        ("oil", "pressure_law", '"barrus"', None, r"oil\.pressure_law: unknown law .* did you mean 'barus'\?"),
+        ("oil", "heat_share", 1.5, None, r"oil\.heat_share: is a part of the friction power"),
         ("oil", "temperatures", "[80]", None, r"oil\.temperatures: 1 temperatures for 2 speeds"),
     ],
 )
@@ -174,3 +186,57 @@ def test_unknown_engine_and_table_name_the_nearest(tmp_path):
 
 def test_the_shipped_crankshaft_passes_its_own_check():
     check_crankshaft(load_engine("diesel_i6").crankshaft)
+
+
+NEW = {
+    "main_bearing": (
+        "groove",
+        "roughness",
+        "asperity_factor",
+        "asperity_ratio",
+        "contact_modulus",
+        "boundary_friction",
+        "boundary_shear",
+    ),
+    "oil": (
+        "law",
+        "walther_temperatures",
+        "walther_viscosities",
+        "pressure_law",
+        "pressure_viscosity",
+        "heat_capacity",
+        "heat_share",
+    ),
+}
+
+
+def test_a_file_without_the_optional_keys_stays_valid(tmp_path):
+    start = SOURCE.index("[big_end_bearing]")
+    old = SOURCE[:start] + SOURCE[SOURCE.index("[thrust]") :]
+    for table, keys in NEW.items():
+        head, body = old.split(f"[{table}]\n")
+        for key in keys:
+            body = re.sub(rf"^{key} = .*\n", "", body, count=1, flags=re.MULTILINE)
+        old = f"{head}[{table}]\n{body}"
+    path = tmp_path / "own.toml"
+    path.write_text(old, encoding="utf-8")
+    engine, shipped = load_engine(path), load_engine("diesel_i6")
+    assert engine.big_end_bearing is None
+    # What the shipped file states and its defaults are the same surfaces.
+    assert engine.main_bearing == shipped.main_bearing
+    assert engine.oil.law == "vogel" and engine.oil.pressure_law == "none" and engine.oil.walther_viscosities == ()
+    assert engine_from_dict(json.loads(json.dumps(engine_to_dict(engine)))) == engine
+    # A flat model that knows nothing of them is read likewise.
+    data = engine_to_dict(engine)
+    del data["big_end_bearing"], data["main_bearing"]["roughness"]
+    assert engine_from_dict(data) == engine
+
+
+def test_each_law_of_viscosity_asks_for_its_own_keys(tmp_path):
+    path = edited(tmp_path, "oil", "vogel_b", "")
+    with pytest.raises(InputError, match=r"oil\.vogel_b: is missing; law vogel needs"):
+        load_engine(path)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace('law = { value = "vogel"', 'law = { value = "walther"'), encoding="utf-8")
+    oil = load_engine(path).oil
+    assert oil.law == "walther" and oil.walther_viscosities == pytest.approx((117.6e-6, 16.82e-6))
