@@ -1,0 +1,87 @@
+"""Heat balance of a film: Petrov's unloaded journal, whose balance is one closed equation, and what rises with what."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from cranktrain.engine import load_engine
+from cranktrain.errors import InputError, SolverError
+from cranktrain.film.heat_balance import effective_temperature
+from cranktrain.lubricant import viscosity
+
+OIL = load_engine("diesel_i6").oil
+DIAMETER, WIDTH, CLEARANCE, FLOW = 85e-3, 30e-3, 40e-6, 20e-6
+INLET = 363.15
+TORQUE = math.pi * DIAMETER**3 * WIDTH / (4.0 * CLEARANCE)
+
+
+DATA = Path(__file__).parents[1] / "data" / "cavitation.json"
+
+
+def test_friction_is_that_of_petrovs_published_form():
+    case = next(c for c in json.loads(DATA.read_text()) if c["id"] == "petroff")
+    names = {"eta": 0.01, "d": DIAMETER, "D": DIAMETER + 2 * CLEARANCE, "B": WIDTH, "pi": math.pi}
+    names |= {"omega1": 200.0, "omega2": 0.0}
+    published = eval(case["expected"]["P"].replace("^", "**"), {"__builtins__": {}}, names)
+    assert published == pytest.approx(0.01 * TORQUE * 200.0**2, rel=1e-4)
+
+
+def petrov(speed, oil=OIL, flow=FLOW, place=0.5, inlet=INLET):
+    return effective_temperature(oil, inlet, lambda eta: eta * TORQUE * speed**2, lambda _: flow, place)
+
+
+@pytest.mark.parametrize("speed", [1e-3, 10.0, 100.0, 250.0, 1000.0, 5000.0])
+@pytest.mark.parametrize("law", ["vogel", "walther"])
+def test_fixed_point_of_petrovs_journal(speed, law):
+    oil = replace(OIL, law=law)
+    warm = petrov(speed, oil)
+    rise = oil.heat_share * viscosity(oil, warm) * TORQUE * speed**2 / (oil.density * oil.heat_capacity * FLOW)
+    assert warm == pytest.approx(INLET + 0.5 * rise, rel=0, abs=1e-10)
+
+
+def test_an_oil_whose_balance_solves_by_hand():
+    # Viscosity η = a exp(b/(T − c)) at c = 0 and heat chosen so that T_eff = 400 K exactly.
+    oil = replace(OIL, vogel_a=1e-5, vogel_b=2800.0, vogel_c=1.0)
+    eta = 1e-5 * math.exp(2800.0 / 399.0)
+    flow = 1e-5
+    power = (400.0 - INLET) * oil.density * oil.heat_capacity * flow / (0.5 * oil.heat_share)
+    found = effective_temperature(oil, INLET, lambda e: power * e / eta, lambda _: flow)
+    assert found == pytest.approx(400.0, abs=1e-9)
+    # A friction that does not feel the viscosity: the rise is explicit.
+    found = effective_temperature(oil, INLET, lambda _: 100.0, lambda _: flow, place=1.0)
+    assert found == pytest.approx(INLET + oil.heat_share * 100.0 / (oil.density * oil.heat_capacity * flow), abs=1e-9)
+
+
+def test_hotter_with_speed_and_supply_and_cooler_with_flow():
+    speeds = [petrov(s) for s in (0.0, 20.0, 80.0, 200.0, 400.0)]
+    assert speeds[0] == INLET and speeds == sorted(speeds) and speeds[-1] > INLET + 5.0
+    flows = [petrov(200.0, flow=q) for q in (2e-6, 1e-5, 1e-4)]
+    assert flows == sorted(flows, reverse=True)
+    assert petrov(200.0, inlet=353.15) < petrov(200.0, inlet=363.15)
+    assert petrov(200.0, replace(OIL, heat_share=0.4)) < petrov(200.0)
+    assert petrov(200.0, place=0.0) == INLET
+    # Thinner as it warms, the oil rises less than it would at the inlet's viscosity.
+    cold = OIL.heat_share * viscosity(OIL, INLET) * TORQUE * 200.0**2 / (OIL.density * OIL.heat_capacity * FLOW)
+    assert petrov(200.0) < INLET + 0.5 * cold
+
+
+def test_flow_that_grows_as_the_oil_thins_cools_further():
+    fed = effective_temperature(
+        OIL, INLET, lambda eta: eta * TORQUE * 200.0**2, lambda eta: FLOW * viscosity(OIL, INLET) / eta
+    )
+    assert INLET < fed < petrov(200.0)
+
+
+def test_what_cannot_balance_is_refused_in_one_line():
+    with pytest.raises(SolverError, match="no oil flow"):
+        petrov(200.0, flow=0.0)
+    with pytest.raises(SolverError, match="more than 1000 K hotter"):
+        effective_temperature(OIL, INLET, lambda _: 1e6, lambda _: FLOW)
+    with pytest.raises(InputError, match="must not be negative"):
+        effective_temperature(OIL, INLET, lambda _: -1.0, lambda _: FLOW)
+    with pytest.raises(InputError, match="place 2 must lie"):
+        petrov(200.0, place=2.0)
+    assert petrov(0.0, flow=0.0) == INLET
