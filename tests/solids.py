@@ -37,6 +37,32 @@ def round_bar(radius: float, length: float, refinements: int, layers: int) -> Me
     return replace(mesh, doflocs=nodes)
 
 
+def ring(inner: float, outer: float, length: float, around: int, through: int, layers: int) -> MeshTet2:
+    """Ring about z, its middle at z = 0, the bore named ``bore``; mid-side nodes on circles."""
+    place = np.arange(around * (through + 1)).reshape(around, through + 1)
+    a, b = place[:, :-1].ravel(), place[:, 1:].ravel()
+    c, d = (np.roll(place, -1, 0)[:, k].ravel() for k in (slice(None, -1), slice(1, None)))
+    low, middle, high = np.sort(np.hstack((np.stack((a, b, d)), np.stack((a, c, d)))), axis=0)
+    n = place.size
+    radius, angle, height = np.meshgrid(
+        np.linspace(inner, outer, through + 1), 2 * np.pi * np.arange(around) / around, np.linspace(-0.5, 0.5, layers + 1)
+    )
+    points = np.stack([x.reshape(n, -1).T.ravel() for x in (radius * np.cos(angle), radius * np.sin(angle), height)])
+    points[2] *= length
+    up = low + n, middle + n, high + n
+    prism = np.hstack(
+        [np.stack(t) for t in ((low, middle, high, up[2]), (low, middle, up[1], up[2]), (low, *up))]
+    )
+    mesh = MeshTet2.from_mesh(MeshTet1(points, np.hstack([prism + k * n for k in range(layers)])))
+    nodes = mesh.doflocs.copy()
+    ends = mesh.p[:, mesh.edges]
+    nodes[:2, mesh.nvertices :] *= np.hypot(*ends[:2]).mean(axis=0) / np.hypot(*nodes[:2, mesh.nvertices :])
+    mesh = replace(mesh, doflocs=nodes)
+    facets = mesh.boundary_facets()
+    corners = np.hypot(*mesh.p[:2, mesh.facets[:, facets]])
+    return mesh.with_boundaries({"bore": facets[(corners < inner * (1 + 1e-9)).all(axis=0)]})
+
+
 def frequencies(stiffness, mass, count, shift_hz):
     """Lowest ``count`` natural frequencies, Hz (the square root of the size where ω² < 0), and modes."""
     shift = (2 * np.pi * shift_hz) ** 2

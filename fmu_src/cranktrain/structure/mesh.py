@@ -74,12 +74,9 @@ def crankshaft_mesh(crankshaft: Crankshaft, thrust_main: int | None = None) -> M
     main = throws // 2 + 1 if thrust_main is None else thrust_main
     if not 1 <= main <= throws + 1:
         raise InputError(f"thrust.main = {main}: the crankshaft has main journals 1 to {throws + 1}")
-    with tempfile.TemporaryDirectory(prefix="cranktrain-mesh-") as folder:
-        target = Path(folder) / "mesh.npz"
-        _run_child(crankshaft, target)
-        with np.load(target) as data:
-            nodes, tets = data["nodes"], data["tets"]
-            triangles, labels, names = data["triangles"], data["labels"], [str(s) for s in data["names"]]
+    nodes, tets, triangles, labels, names = cad_mesh(
+        "cranktrain.structure.mesh:_child", asdict(crankshaft), "crankshaft", "fillet or mesh_size"
+    )
     surfaces = {name: triangles[labels == k] for k, name in enumerate(names) if name in interface_names(throws)}
     mesh = quadratic_mesh(nodes, tets, surfaces, NETGEN_EDGES)
     at, inner = stations(crankshaft), 0.5 * crankshaft.main_diameter
@@ -259,47 +256,42 @@ def _find_columns(table: Integers, columns: Integers, n: int) -> Integers:
     return np.where(found, order[place], -1)
 
 
-def _run_child(crankshaft: Crankshaft, target: Path) -> None:
-    """Mesh in a process of its own; what goes wrong there becomes one line here."""
-    package_root = str(Path(__file__).resolve().parents[2])
-    paths = [package_root, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
-    command = [sys.executable, "-c", "from cranktrain.structure.mesh import _child; _child()", str(target)]
-    try:
-        child = subprocess.run(
-            command,
-            input=json.dumps(asdict(crankshaft)),
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))},
-            capture_output=True,
-            text=True,
-            timeout=CHILD_SECONDS,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        raise InputError(
-            f"crankshaft: meshing took longer than {CHILD_SECONDS:.0f} s: use a larger mesh_size or fillet"
-        ) from None
-    if child.returncode or not target.exists():
-        last = (child.stderr.strip().splitlines() or ["no message"])[-1]
-        ended = f"signal {-child.returncode}" if child.returncode < 0 else f"code {child.returncode}"
-        raise InputError(f"crankshaft: the CAD kernel failed ({ended}: {last}): change fillet or mesh_size a little")
+def cad_mesh(
+    entry: str, values: Mapping[str, Any], what: str, remedy: str
+) -> tuple[Array, Integers, Integers, Integers, list[str]]:
+    """Mesh in a process of its own; what goes wrong there becomes one line here.
+
+    Parameters
+    ----------
+    entry : ``module:function`` that reads ``values`` from stdin as JSON and ends with :func:`save_cad_mesh`
+    what, remedy : the body in an error's text, and what to change
+
+    Returns
+    -------
+    nodes (n, 3) m, tets (m, 10), triangles (k, 3) with labels (k,) into the names of the faces, numbered from 0
+
+    Raises
+    ------
+    InputError
+        for a crash of the CAD kernel or a mesh that does not end
+    """
+    with tempfile.TemporaryDirectory(prefix="cranktrain-mesh-") as folder:
+        target = Path(folder) / "mesh.npz"
+        _run_child(entry, values, target, what, remedy)
+        with np.load(target) as data:
+            names = [str(s) for s in data["names"]]
+            return data["nodes"], data["tets"], data["triangles"], data["labels"], names
 
 
-def _child() -> None:
-    """Entry of the child: dimensions on stdin, mesh to the file named by the first argument."""
+def save_cad_mesh(shape: Any, maxh: float, fineness: float) -> None:
+    """Mesh a shape of netgen's CAD kernel with quadratic tetrahedra into the file that the first argument names.
+
+    ``maxh`` is the largest edge (m), ``fineness`` the number of sides to a radius of curvature and to an edge.
+    """
     from netgen.occ import OCCGeometry
 
-    from cranktrain.structure.crankshaft import crankshaft_shape
-
-    values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in json.load(sys.stdin).items()}
-    crankshaft = Crankshaft(**values)
-    # Half the largest edge on fillets at the default sizes: one curved side per quarter circle of 4.5 mm.
-    fineness = 1.8 * crankshaft.fillet / crankshaft.mesh_size
-    mesh = OCCGeometry(crankshaft_shape(crankshaft)).GenerateMesh(
-        maxh=crankshaft.mesh_size,
-        grading=0.5,
-        curvaturesafety=fineness,
-        segmentsperedge=fineness,
-        parallel_meshing=False,
+    mesh = OCCGeometry(shape).GenerateMesh(
+        maxh=maxh, grading=0.5, curvaturesafety=fineness, segmentsperedge=fineness, parallel_meshing=False
     )
     mesh.SecondOrder()
     solid, skin = mesh.Elements3D().NumPy(), mesh.Elements2D().NumPy()
@@ -312,3 +304,36 @@ def _child() -> None:
         labels=skin["index"] - 1,
         names=names,
     )
+
+
+def _run_child(entry: str, values: Mapping[str, Any], target: Path, what: str, remedy: str) -> None:
+    package_root = str(Path(__file__).resolve().parents[2])
+    paths = [package_root, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
+    module, function = entry.split(":")
+    command = [sys.executable, "-c", f"from {module} import {function}; {function}()", str(target)]
+    try:
+        child = subprocess.run(
+            command,
+            input=json.dumps(values),
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))},
+            capture_output=True,
+            text=True,
+            timeout=CHILD_SECONDS,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise InputError(f"{what}: meshing took longer than {CHILD_SECONDS:.0f} s: change {remedy}") from None
+    if child.returncode or not target.exists():
+        last = (child.stderr.strip().splitlines() or ["no message"])[-1]
+        ended = f"signal {-child.returncode}" if child.returncode < 0 else f"code {child.returncode}"
+        raise InputError(f"{what}: the CAD kernel failed ({ended}: {last}): change {remedy} a little")
+
+
+def _child() -> None:
+    """Entry of the child: dimensions on stdin, mesh to the file named by the first argument."""
+    from cranktrain.structure.crankshaft import crankshaft_shape
+
+    values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in json.load(sys.stdin).items()}
+    crankshaft = Crankshaft(**values)
+    # Half the largest edge on fillets at the default sizes: one curved side per quarter circle of 4.5 mm.
+    save_cad_mesh(crankshaft_shape(crankshaft), crankshaft.mesh_size, 1.8 * crankshaft.fillet / crankshaft.mesh_size)
