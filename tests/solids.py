@@ -44,8 +44,9 @@ def ring(inner: float, outer: float, length: float, around: int, through: int, l
     c, d = (np.roll(place, -1, 0)[:, k].ravel() for k in (slice(None, -1), slice(1, None)))
     low, middle, high = np.sort(np.hstack((np.stack((a, b, d)), np.stack((a, c, d)))), axis=0)
     n = place.size
+    turns = 2 * np.pi * np.arange(around) / around
     radius, angle, height = np.meshgrid(
-        np.linspace(inner, outer, through + 1), 2 * np.pi * np.arange(around) / around, np.linspace(-0.5, 0.5, layers + 1)
+        np.linspace(inner, outer, through + 1), turns, np.linspace(-0.5, 0.5, layers + 1)
     )
     points = np.stack([x.reshape(n, -1).T.ravel() for x in (radius * np.cos(angle), radius * np.sin(angle), height)])
     points[2] *= length

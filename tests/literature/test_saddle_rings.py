@@ -18,10 +18,11 @@ E, NU = STEEL.youngs_modulus, STEEL.poisson_ratio
 def widening(inner, outer, length, around, through, layers=1, waves=3, degree=1):
     """Compliance on patterns of a free ring: three points hold it where a balanced load leaves no reaction."""
     model = finite_elements(ring(inner, outer, length, around, through, layers), STEEL)
-    x = model.mesh.p
-    edge = np.flatnonzero((x[2] < -0.4999 * length) & (np.hypot(x[0], x[1]) > 0.9999 * outer))
-    first, second, third = (edge[np.argmin(np.abs(np.angle((x[0] + 1j * x[1])[edge] * np.exp(-1j * a))))] for a in (0, 1.5, 3))
     dofs = model.basis.nodal_dofs
+    x, y, z = model.mesh.p[:, : dofs.shape[1]]
+    edge = np.flatnonzero((z < -0.4999 * length) & (np.hypot(x, y) > 0.9999 * outer))
+    turned = np.arctan2(y[edge], x[edge])
+    first, second, third = (edge[np.abs(turned - angle).argmin()] for angle in (0.0, 1.5, 3.0))
     # Six supports: a point, the tangent and the axis at another, the axis at a third.
     held = np.array([*dofs[:, first], *dofs[[0, 2], second], dofs[2, third]])
     return pattern_compliance(model, held, 2 * inner, length, waves, degree)
@@ -31,7 +32,8 @@ def plane_stress_ovalisation(a, b, n):
     """Radial displacement at r = a under p = cos nφ there, m/Pa, from Michell's stress function, by a 4 × 4 system."""
     # φ = (A r^n + B r^-n + C r^(n+2) + D r^(2-n)) cos nθ; displacement from Hooke's law in plane stress.
     def row_rr(r):
-        return [n * (1 - n) * r ** (n - 2), -n * (1 + n) * r ** (-n - 2), (n + 2 - n * n) * r**n, (2 - n - n * n) * r**-n]
+        inner = [n * (1 - n) * r ** (n - 2), -n * (1 + n) * r ** (-n - 2)]
+        return [*inner, (n + 2 - n * n) * r**n, (2 - n - n * n) * r**-n]
 
     def row_rt(r):
         return [n * (n - 1) * r ** (n - 2), -n * (n + 1) * r ** (-n - 2), n * (n + 1) * r**n, -n * (n - 1) * r**-n]

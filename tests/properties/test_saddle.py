@@ -100,15 +100,15 @@ def test_shapes_keep_the_saddles_two_planes_of_symmetry(usual):
 
 
 def test_mesh_is_fine_enough(coarse, usual):
-    # Displacements by a conforming mesh are too small; halving the mesh hardly adds to them.
+    # Displacements of a conforming mesh are too small; a finer one adds little to them.
     first, second = (reduced_compliance(c, AREA, 8).compliance for c in (coarse, usual))
-    assert second == pytest.approx(first, rel=0.03)
-    assert (second[:6] > first[:6]).all()
+    assert (second > first).all()
+    assert second == pytest.approx(first, rel=0.05)
 
 
 @pytest.mark.slow
 def test_compliance_converges_with_the_mesh(coarse, usual):
-    fine = reduced_compliance(patternwise(0.5 * PLAN.mesh_size), AREA, 8).compliance
+    fine = reduced_compliance(patternwise(0.6 * PLAN.mesh_size), AREA, 8).compliance
     errors = [np.abs(reduced_compliance(c, AREA, 8).compliance / fine - 1).max() for c in (coarse, usual)]
     assert errors[1] < errors[0]
     assert errors[1] < 0.01

@@ -71,7 +71,7 @@ class Saddle:
     cap_half_width: float
     cap_depth: float
     mesh_size: float
-    bore_mesh_share: float = 0.6
+    bore_mesh_share: float = 0.35
     material: Material = CAST_IRON
 
 
