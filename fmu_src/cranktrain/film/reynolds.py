@@ -1,0 +1,453 @@
+"""Reynolds' equation for any film on a rectangle, with four kinds of cavitation.
+
+    ∂(θh)/∂t + ∂/∂x (Ū θh − h³/(12η) ∂p/∂x) + ∂/∂z (W̄ θh − h³/(12η) ∂p/∂z) = 0
+
+x runs along the sliding direction (around a journal: x = Rφ), z across it; Ū, W̄ are half the sums of both surfaces'
+velocities, θ is the fill. The film ruptures at p = 0: pressures count from the cavitation pressure.
+
+``full``            no rupture, tension allowed (Sommerfeld)
+``guembel``         the full film's tension is cut off; does not conserve oil
+``reynolds``        p ≥ 0 with ∂p/∂n = 0 where the film ruptures (Swift and Stieber); the gap counts as full where it is
+                    ruptured, so that oil appears at rupture and vanishes at reformation
+``mass-conserving`` p ≥ 0, 0 ≤ θ ≤ 1 and oil conserved everywhere (Jakobsson, Floberg and Olsson)
+
+Node-centred finite volumes: second order where the film is full, first order at fronts of rupture. The oil balance
+closes to rounding for ``full`` and ``mass-conserving``; for the other two ``FilmSolution.mass_defect`` says how much
+oil they create. Assumptions: laminar, incompressible, isothermal, thin film; viscosity constant across the film.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cranktrain.errors import InputError, SolverError, nearest
+from cranktrain.film.cavitation import (
+    CONSERVING,
+    CONVERGED,
+    FULL_FILM,
+    REYNOLDS,
+    SINGULAR,
+    film_state,
+    oil_balance,
+)
+from cranktrain.film.volumes import Array, Faces, Rectangle, band_order, cell_faces, cell_sums, node_faces, rectangle
+
+CAVITATION = {"full": FULL_FILM, "guembel": FULL_FILM, "reynolds": REYNOLDS, "mass-conserving": CONSERVING}
+EDGES = ("x0", "x1", "z0", "z1")
+VISCOSITY_TOLERANCE = 1e-11
+"""Change of the pressure, relative to its maximum, at which viscosity and pressure agree."""
+VISCOSITY_PASSES = 200
+Law = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Edges:
+    """What holds at the four edges: a pressure (Pa, a number or one per node), or None for an edge without flow.
+
+    None is also a plane of symmetry. ``fill`` is how full the gap is that surfaces carry in across an edge at p = 0.
+    """
+
+    x0: ArrayLike | None = 0.0
+    x1: ArrayLike | None = 0.0
+    z0: ArrayLike | None = 0.0
+    z1: ArrayLike | None = 0.0
+    fill: float = 1.0
+
+
+@dataclass(frozen=True)
+class Supply:
+    """A groove or hole: nodes (mask (n_x, n_z)) that stand full at a pressure (Pa)."""
+
+    name: str
+    nodes: NDArray[np.bool_]
+    pressure: float
+
+
+@dataclass(frozen=True)
+class FilmSolution:
+    """A solved film. SI throughout; fields are (n_x, n_z).
+
+    Flows are volumes per time out of the film; a groove that feeds has a negative one. Loads and moments are those of
+    the pressure, by the volumes of the nodes: ∫ p f dA = (pressure * f * areas).sum().
+    """
+
+    x: Array
+    z: Array
+    h: Array
+    areas: Array
+    pressure: Array
+    fill: Array
+    ruptured: NDArray[np.bool_]
+    viscosity: Array
+    load: float
+    """∫p dA, N."""
+    centre: tuple[float, float]
+    """Where the load acts, m; nan without load."""
+    p_max: float
+    """Largest pressure, by parabolas through the nodes beside the largest one (films with steps: at the node)."""
+    p_max_place: tuple[float, float]
+    drag: tuple[tuple[float, float], tuple[float, float]]
+    """Shear force (x, z) of the film on the first and on the second surface, N (∓h/2 ∂p and ±ηΔU/h times the fill)."""
+    flows: Mapping[str, float]
+    """Out through each edge that has a pressure and each supply, m³/s."""
+    stored: float
+    """Growth of the oil in the film, m³/s."""
+    mass_defect: float
+    """|oil that appears| over all that enters, leaves, grows and that the surfaces carry."""
+    passes: int
+    """Active-set passes, all viscosity passes together."""
+
+
+def solve_film(
+    h: ArrayLike,
+    lengths: tuple[float, float],
+    *,
+    speeds: tuple[float, float] = (0.0, 0.0),
+    cross_speeds: tuple[float, float] = (0.0, 0.0),
+    viscosity: ArrayLike,
+    pressure_viscosity: Law | None = None,
+    squeeze: ArrayLike = 0.0,
+    edges: Edges = Edges(),
+    periodic: bool = False,
+    supplies: Sequence[Supply] = (),
+    cavitation: str = "mass-conserving",
+    nodes: tuple[ArrayLike, ArrayLike] | None = None,
+    stepped: bool = False,
+    dt: float | None = None,
+    previous: FilmSolution | None = None,
+    guess: FilmSolution | None = None,
+) -> FilmSolution:
+    """Solve Reynolds' equation on a rectangle.
+
+    Parameters
+    ----------
+    h : (n_x, n_z) > 0, m, film at the nodes. With ``stepped`` the film is constant in each cell between nodes: then
+        (n_x − 1, n_z − 1) cells, n_x in x if periodic. n_z = 1: infinitely wide, ``lengths[1]`` of it is counted.
+    lengths : extent in x and z, m
+    speeds, cross_speeds : velocities (first, second surface) along x and along z, m/s
+    viscosity : number or (n_x, n_z), Pa s, at ambient pressure
+    pressure_viscosity : factor η(p)/η(0) of an array of pressures (Pa), e.g. Barus' or Roelands' law; by iteration
+    squeeze : ∂h/∂t, number or like the nodes, m/s, of a film without history. Where the gap opens while it is
+        ruptured its fill stays (mass-conserving).
+    edges, supplies : pressures at edges and in grooves; supplies may overlap at equal pressure only
+    periodic : the film closes in x; nodes are then [0, lengths[0])
+    cavitation : ``full``, ``guembel``, ``reynolds`` or ``mass-conserving``
+    nodes : increasing x and z of the nodes (m, from 0 to the lengths); equally spaced by default
+    dt, previous : time step (s) and film at its start: backward Euler in the stored oil θh; needs mass-conserving or
+        full, and no ``squeeze``
+    guess : a film whose ruptured nodes are tried first; changes the cost, not the result
+
+    Raises
+    ------
+    InputError
+        for unusable data
+    SolverError
+        if nothing determines the pressure level, or viscosity and pressure do not agree
+    """
+    problem = _problem(h, lengths, cavitation, periodic, nodes, stepped)
+    grid, film, faces = problem
+    n_x, n_z = film.shape
+    eta_0 = _field("viscosity", viscosity, film.shape)
+    if not (np.isfinite(eta_0).all() and eta_0.min() > 0.0):
+        raise InputError(f"viscosity: least value {eta_0.min():.4g} Pa s; it must be positive everywhere")
+    for name, value in (("speeds", speeds), ("cross_speeds", cross_speeds)):
+        if len(value) != 2 or not np.isfinite(value).all():
+            raise InputError(f"{name}: two finite velocities in m/s are needed (first and second surface), got {value}")
+    pressure, deficit, owner, names = _given_pressures(edges, supplies, grid, cavitation)
+    free = owner < 0
+    order, width = band_order(free, periodic)
+    source, store = _growth(film, grid, squeeze, dt, previous, cavitation)
+    carried_x = 0.5 * (speeds[0] + speeds[1]) * faces.film_x
+    carried_z = 0.5 * (cross_speeds[0] + cross_speeds[1]) * faces.film_z
+    scale = max(float(np.abs(a).max()) for a in (carried_x, carried_z, source, store))
+    hold = 1e-14 * scale if scale > 0.0 else 1.0
+    empty = np.zeros((n_x, n_z), dtype=bool)
+    if guess is not None and guess.ruptured.shape == empty.shape and cavitation not in ("full", "guembel"):
+        empty = guess.ruptured & free
+    count = int(free.sum())
+    band, right = np.zeros((count, 2 * width + 1)), np.zeros((count, 1))
+    unknown, work = np.zeros(count), np.zeros((2, n_x, n_z))
+    mode = CAVITATION[cavitation]
+    eta = eta_0
+    passes = 0
+    change, relax = np.inf, 1.0
+    for _ in range(VISCOSITY_PASSES):
+        g_x, g_z = _conductances(faces, eta, grid)
+        last = pressure.copy()
+        status, turns = film_state(
+            mode, g_x, g_z, carried_x, carried_z, source, store, hold, order,
+            pressure, deficit, empty, band, width, right, unknown, work,
+        )  # fmt: skip
+        passes += turns
+        if status != CONVERGED or not np.isfinite(pressure).all():
+            raise SolverError(_failure(status, cavitation))
+        if pressure_viscosity is None:
+            break
+        before, change = change, float(np.abs(pressure - last).max()) / max(float(np.abs(pressure).max()), 1e-300)
+        if change < VISCOSITY_TOLERANCE:
+            break
+        if change > 0.8 * before:
+            relax = max(0.5 * relax, 0.05)
+        factor = np.asarray(pressure_viscosity(pressure), dtype=float)
+        if factor.shape != pressure.shape or not (np.isfinite(factor).all() and factor.min() > 0.0):
+            raise SolverError(
+                f"pressure_viscosity: no positive finite factor at pressures up to {pressure.max():.4g} Pa; "
+                "the law is outside its range, or the film too thin for it"
+            )
+        # In the logarithm, which is what such laws make linear.
+        eta = eta * (eta_0 * factor / eta) ** relax
+    else:
+        raise SolverError(
+            f"pressure and viscosity do not agree after {VISCOSITY_PASSES} passes (change {change:.1e}); "
+            "lower the pressure-viscosity coefficient or the load"
+        )
+    if cavitation == "guembel":
+        pressure = np.maximum(pressure, 0.0)
+        empty = free & (pressure <= 0.0)
+    oil_balance(g_x, g_z, carried_x, carried_z, source, store, pressure, deficit, work[1])
+    flows, defect = _flows(work[1], owner, names, grid, film, cross_speeds)
+    stored = float((source - store * deficit).sum())
+    carried = float(max(np.abs(carried_x).sum(axis=1).max(), np.abs(carried_z).sum(axis=0).max()))
+    through = carried + sum(abs(f) for f in flows.values()) + float(np.abs(source - store * deficit).sum())
+    load = float((pressure * grid.areas).sum())
+    centre = (
+        (float((pressure * grid.areas * grid.x[:, None]).sum()) / load, float((pressure * grid.areas * grid.z).sum()) / load)
+        if load != 0.0
+        else (np.nan, np.nan)
+    )
+    p_max, place = _largest(pressure, free & (not stepped), grid, lengths[0])
+    drag = _drag(pressure, 1.0 - deficit, eta, np.asarray(h, dtype=float), faces, grid, speeds, cross_speeds, stepped)
+    return FilmSolution(
+        grid.x, grid.z, film, grid.areas, pressure, 1.0 - deficit, empty, eta, load, centre, p_max, place, drag, flows,
+        stored, abs(defect) / through if through > 0.0 else 0.0, passes,
+    )  # fmt: skip
+
+
+def _field(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    array = np.asarray(value, dtype=float)
+    if array.ndim and array.shape != shape:
+        raise InputError(f"{name}: shape {array.shape} does not fit the nodes {shape}; give a number or one per node")
+    return np.ascontiguousarray(np.broadcast_to(array, shape))
+
+
+def _problem(
+    h: ArrayLike,
+    lengths: tuple[float, float],
+    cavitation: str,
+    periodic: bool,
+    nodes: tuple[ArrayLike, ArrayLike] | None,
+    stepped: bool,
+) -> tuple[Rectangle, Array, Faces]:
+    """Check film and grid; return the grid, the film at the nodes and the faces."""
+    if cavitation not in CAVITATION:
+        raise InputError(f"cavitation '{cavitation}' does not exist; {nearest(cavitation, CAVITATION)}")
+    if len(lengths) != 2 or not (np.isfinite(lengths).all() and min(lengths) > 0.0):
+        raise InputError(f"lengths: two positive lengths in m are needed, got {lengths}")
+    given = np.asarray(h, dtype=float)
+    if given.ndim != 2:
+        raise InputError(f"h: a field over x and z is needed, got {given.ndim} dimension(s); use shape (n_x, n_z)")
+    if not np.isfinite(given).all() or given.min(initial=np.inf) <= 0.0:
+        bad = tuple(int(k) for k in np.argwhere(~(given > 0.0) | ~np.isfinite(given))[0])
+        raise InputError(f"h: {given[bad]:.4g} m at {bad}; the film must be positive everywhere")
+    n_x = given.shape[0] + (1 if stepped and not periodic else 0)
+    n_z = given.shape[1]
+    if stepped and (n_z > 1 or (nodes is not None and np.size(nodes[1]) == 2)):
+        n_z += 1
+    if n_x < 3:
+        raise InputError(f"h: {n_x} nodes in x; at least 3 are needed")
+    if nodes is None:
+        x = np.arange(n_x) * (lengths[0] / (n_x if periodic else n_x - 1))
+        z = np.linspace(0.0, lengths[1], n_z) if n_z > 1 else np.array([0.5 * lengths[1]])
+    else:
+        x, z = (np.asarray(v, dtype=float) for v in nodes)
+        for name, places, length, wanted in (("x", x, lengths[0], n_x), ("z", z, lengths[1], n_z)):
+            if places.shape != (wanted,):
+                raise InputError(f"nodes: {places.shape} places in {name}, but the film h has {wanted}")
+            if not (np.isfinite(places).all() and (np.diff(places) > 0.0).all()):
+                raise InputError(f"nodes: places in {name} must increase from node to node")
+            ring = name == "x" and periodic
+            end = length if not ring else places[-1]
+            if wanted > 1 and (abs(places[0]) > 1e-9 * length or abs(places[-1] - end) > 1e-9 * length):
+                raise InputError(f"nodes: places in {name} must run from 0 to {length:.6g} m")
+            if ring and not places[-1] < length:
+                raise InputError(f"nodes: a periodic film ends before {length:.6g} m, where it meets its first node")
+    grid = rectangle(x, z, lengths, periodic)
+    if not stepped:
+        return grid, np.ascontiguousarray(given), node_faces(given, grid)
+    return grid, cell_sums(given, grid)[2] / grid.areas, cell_faces(given, grid)
+
+
+def _given_pressures(
+    edges: Edges, supplies: Sequence[Supply], grid: Rectangle, cavitation: str
+) -> tuple[Array, Array, NDArray[np.int64], list[str]]:
+    """Pressure and deficit at fixed nodes, which edge or supply holds each node (−1: none), and their names."""
+    shape = grid.areas.shape
+    pressure, deficit = np.zeros(shape), np.zeros(shape)
+    owner = np.full(shape, -1, dtype=np.int64)
+    names: list[str] = []
+    floor = -np.inf if cavitation in ("full", "guembel") else 0.0
+    if not 0.0 <= edges.fill <= 1.0:
+        raise InputError(f"edges: fill {edges.fill:.4g} of what is carried in; it lies between 0 and 1")
+    # The edges across the sliding direction come last and own the corners.
+    for name in ("z0", "z1", "x0", "x1"):
+        value = getattr(edges, name)
+        if value is None or (name[0] == "x" and grid.periodic):
+            continue
+        if name[0] == "z" and shape[1] == 1:
+            if np.any(np.asarray(value) != 0.0):
+                raise InputError(f"edges: an infinitely wide film (n_z = 1) has no edge {name}; leave it out")
+            continue
+        end = 0 if name[1] == "0" else -1
+        where = (end, slice(None)) if name[0] == "x" else (slice(None), end)
+        pressure[where] = _field(f"edges: {name}", value, pressure[where].shape)
+        owner[where] = len(names)
+        names.append(name)
+        deficit[where] = 0.0 if cavitation != "mass-conserving" else np.where(pressure[where] > 0, 0, 1 - edges.fill)
+    for supply in supplies:
+        if supply.name in names or supply.name in EDGES:
+            raise InputError(f"supply '{supply.name}' exists twice; give each groove a name of its own")
+        mask = np.asarray(supply.nodes)
+        if mask.shape != shape or mask.dtype != bool:
+            raise InputError(f"supply '{supply.name}': a mask of shape {shape} is needed, got {mask.dtype} {mask.shape}")
+        if not mask.any():
+            raise InputError(f"supply '{supply.name}' covers no node; refine the grid or move the groove")
+        clash = mask & (owner >= 0) & (pressure != supply.pressure)
+        if clash.any():
+            i, j = (int(k) for k in np.argwhere(clash)[0])
+            raise InputError(
+                f"supply '{supply.name}' ({supply.pressure:.4g} Pa) overlaps '{names[owner[i, j]]}' "
+                f"({pressure[i, j]:.4g} Pa) at node ({i}, {j}); separate them or give them one pressure"
+            )
+        pressure[mask], deficit[mask], owner[mask] = supply.pressure, 0.0, len(names)
+        names.append(supply.name)
+    held = owner >= 0
+    if held.any() and not (np.isfinite(pressure).all() and pressure[held].min() >= floor):
+        i, j = (int(k) for k in np.argwhere(held & ~(pressure >= floor))[0])
+        raise InputError(
+            f"pressure {pressure[i, j]:.4g} Pa at '{names[owner[i, j]]}' is below the cavitation pressure 0; "
+            "count pressures from there or use cavitation 'full'"
+        )
+    if not held.any() and cavitation in ("full", "guembel"):
+        raise InputError("nothing holds the pressure of a full film; give a pressure at an edge or a supply")
+    if held.all():
+        raise InputError("every node has a given pressure; refine the grid so that some are left to solve")
+    return pressure, deficit, owner, names
+
+
+def _growth(
+    film: Array,
+    grid: Rectangle,
+    squeeze: ArrayLike,
+    dt: float | None,
+    previous: FilmSolution | None,
+    cavitation: str,
+) -> tuple[Array, Array]:
+    """Growth of the oil at each node were it full, and what a deficit of one takes from it (m³/s)."""
+    rate = _field("squeeze", squeeze, film.shape)
+    if not np.isfinite(rate).all():
+        raise InputError("squeeze: not finite; give ∂h/∂t in m/s")
+    if dt is None:
+        return rate * grid.areas, np.maximum(rate, 0.0) * grid.areas
+    if not (np.isfinite(dt) and dt > 0.0):
+        raise InputError(f"dt: {dt:.4g} s; a time step must be positive")
+    if previous is None:
+        raise InputError("dt: a time step starts from a film; give previous=, e.g. the steady solution")
+    if previous.h.shape != film.shape:
+        raise InputError(f"previous: film on {previous.h.shape} nodes, this one has {film.shape}; use one grid")
+    if rate.any():
+        raise InputError("squeeze: a time step takes it from the films at its ends; leave squeeze out")
+    if cavitation in ("guembel", "reynolds"):
+        raise InputError(f"dt: cavitation '{cavitation}' keeps no fill; use 'mass-conserving', or squeeze= without dt")
+    return (film - previous.h * previous.fill) * grid.areas / dt, film * grid.areas / dt
+
+
+def _conductances(faces: Faces, eta: Array, grid: Rectangle) -> tuple[Array, Array]:
+    """h³ width/(12 η Δ) of each face, m³/(Pa s)."""
+    eta_x = 0.5 * (eta + np.roll(eta, -1, axis=0))
+    eta_z = 0.5 * (eta + np.roll(eta, -1, axis=1))
+    step_x = np.where(grid.step_x > 0.0, grid.step_x, 1.0)[:, None]
+    step_z = np.where(grid.step_z > 0.0, grid.step_z, 1.0)
+    return faces.cube_x / (12.0 * eta_x * step_x), faces.cube_z / (12.0 * eta_z * step_z)
+
+
+def _failure(status: int, cavitation: str) -> str:
+    if status == SINGULAR:
+        return f"film ({cavitation}): nothing determines the pressure; open an edge, or let oil leave a closing film"
+    return f"film ({cavitation}): ruptured zones did not settle; try a finer grid or a smaller change of the film"
+
+
+def _flows(
+    surplus: Array,
+    owner: NDArray[np.int64],
+    names: Sequence[str],
+    grid: Rectangle,
+    film: Array,
+    cross_speeds: tuple[float, float],
+) -> tuple[dict[str, float], float]:
+    """Flow out at each edge and supply, which its nodes' balances lack, and the oil that appears elsewhere."""
+    flows = {name: float(-surplus[owner == k].sum()) for k, name in enumerate(names)}
+    # A corner belongs to the edge in x, but what slides along z leaves through the edge in z.
+    for x_edge, i in (("x0", 0), ("x1", -1)):
+        for z_edge, j, sign in (("z0", 0, -1.0), ("z1", -1, 1.0)):
+            if x_edge in flows and z_edge in flows and owner[i, j] == names.index(x_edge):
+                part = sign * 0.5 * sum(cross_speeds) * film[i, j] * grid.width_x[i]
+                flows[z_edge] += part
+                flows[x_edge] -= part
+    return flows, float(surplus[owner < 0].sum())
+
+
+def _largest(
+    pressure: Array, inner: NDArray[np.bool_], grid: Rectangle, length: float
+) -> tuple[float, tuple[float, float]]:
+    """Maximum of the pressure and its place, by a parabola in each direction."""
+    i, j = (int(k) for k in np.unravel_index(int(pressure.argmax()), pressure.shape))
+    peak, place = float(pressure[i, j]), [float(grid.x[i]), float(grid.z[j])]
+    n_x, n_z = pressure.shape
+    if inner[i, j]:
+        if grid.periodic or 0 < i < n_x - 1:
+            line = pressure[[i - 1, i, (i + 1) % n_x], j]
+            rise, shift = _vertex(line, grid.step_x[i - 1], grid.step_x[i])
+            peak, place[0] = peak + rise, (place[0] + shift) % length if grid.periodic else place[0] + shift
+        if 0 < j < n_z - 1:
+            rise, shift = _vertex(pressure[i, j - 1 : j + 2], grid.step_z[j - 1], grid.step_z[j])
+            peak, place[1] = peak + rise, place[1] + shift
+    return peak, (place[0], place[1])
+
+
+def _vertex(values: Array, before: float, after: float) -> tuple[float, float]:
+    """Height and shift of a parabola's vertex above the middle of three points, which is the largest."""
+    left, right = (values[1] - values[0]) / before, (values[2] - values[1]) / after
+    slope = (left * after + right * before) / (before + after)
+    curvature = 2.0 * (right - left) / (before + after)
+    if not curvature < 0.0:
+        return 0.0, 0.0
+    shift = float(np.clip(-slope / curvature, -before, after))
+    return float(slope * shift + 0.5 * curvature * shift * shift), shift
+
+
+def _drag(
+    pressure: Array,
+    fill: Array,
+    eta: Array,
+    h: Array,
+    faces: Faces,
+    grid: Rectangle,
+    speeds: tuple[float, float],
+    cross_speeds: tuple[float, float],
+    stepped: bool,
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Shear forces (x, z) on both surfaces."""
+    shear = cell_sums(1.0 / h, grid)[2] if stepped else grid.areas / h
+    couette = float((eta * fill * shear).sum())
+    # ∫ h/2 ∂p along x is half the sum over faces of film times pressure difference; likewise along z.
+    along_x = 0.5 * float((faces.film_x * (np.roll(pressure, -1, axis=0) - pressure)).sum())
+    along_z = 0.5 * float((faces.film_z * (np.roll(pressure, -1, axis=1) - pressure)).sum())
+    slip_x, slip_z = speeds[1] - speeds[0], cross_speeds[1] - cross_speeds[0]
+    return (
+        (couette * slip_x - along_x, couette * slip_z - along_z),
+        (-couette * slip_x - along_x, -couette * slip_z - along_z),
+    )
