@@ -9,7 +9,8 @@ velocities, θ is the fill. The film ruptures at p = 0: pressures count from the
 ``guembel``         the full film's tension is cut off; does not conserve oil
 ``reynolds``        p ≥ 0 with ∂p/∂n = 0 where the film ruptures (Swift and Stieber); the gap counts as full where it is
                     ruptured, so that oil appears at rupture and vanishes at reformation
-``mass-conserving`` p ≥ 0, 0 ≤ θ ≤ 1 and oil conserved everywhere (Jakobsson, Floberg and Olsson)
+``mass-conserving`` p ≥ 0, 0 ≤ θ ≤ 1 and oil conserved everywhere (Jakobsson, Floberg and Olsson). Without a time step
+                    the film is the limit of a very long one (1e9 times what it takes to cross a node) from a full gap
 
 Node-centred finite volumes: second order where the film is full, first order at fronts of rupture. The oil balance
 closes to rounding for ``full`` and ``mass-conserving``; for the other two ``FilmSolution.mass_defect`` says how much
@@ -41,6 +42,10 @@ EDGES = ("x0", "x1", "z0", "z1")
 VISCOSITY_TOLERANCE = 1e-11
 """Change of the pressure, relative to its maximum, at which viscosity and pressure agree."""
 VISCOSITY_PASSES = 200
+MEMORY = 1e9
+"""Time step of a film without one, over the time in which oil crosses a node."""
+CONTINUATION = tuple(10.0 ** (0.5 * k) for k in range(18, -1, -1))
+"""Where such a film does not settle: what its time step is divided by, one after another."""
 Law = Callable[[Array], Array]
 
 
@@ -163,14 +168,19 @@ def solve_film(
     source, store = _growth(film, grid, squeeze, dt, previous, cavitation)
     carried_x = 0.5 * (speeds[0] + speeds[1]) * faces.film_x
     carried_z = 0.5 * (cross_speeds[0] + cross_speeds[1]) * faces.film_z
-    scale = max(float(np.abs(a).max()) for a in (carried_x, carried_z, source, store))
-    hold = 1e-14 * scale if scale > 0.0 else 1.0
+    held = np.zeros_like(film)
+    if dt is None:
+        # Without a time step a ruptured film that nothing moves or feeds would have any fill.
+        moved = max(float(np.abs(a).max()) for a in (carried_x, carried_z, source))
+        volumes = film * grid.areas
+        held = volumes * ((moved if moved > 0.0 else 1.0) / (MEMORY * volumes.max()))
+        store = store + held
     empty = np.zeros((n_x, n_z), dtype=bool)
     if guess is not None and guess.ruptured.shape == empty.shape and cavitation not in ("full", "guembel"):
         empty = guess.ruptured & free
     count = int(free.sum())
     band, right = np.zeros((count, 2 * width + 1)), np.zeros((count, 1))
-    unknown, work = np.zeros(count), np.zeros((2, n_x, n_z))
+    unknown, work = np.zeros((2, count)), np.zeros((2, n_x, n_z))
     mode = CAVITATION[cavitation]
     eta = eta_0
     passes = 0
@@ -178,11 +188,15 @@ def solve_film(
     for _ in range(VISCOSITY_PASSES):
         g_x, g_z = _conductances(faces, eta, grid)
         last = pressure.copy()
-        status, turns = film_state(
-            mode, g_x, g_z, carried_x, carried_z, source, store, hold, order,
-            pressure, deficit, empty, band, width, right, unknown, work,
-        )  # fmt: skip
-        passes += turns
+        # A starved film may not settle at once: lengthen its time step by and by.
+        for memory in (1.0, *(CONTINUATION if dt is None and mode == CONSERVING else ())):
+            status, turns = film_state(
+                mode, g_x, g_z, carried_x, carried_z, source, store + (memory - 1.0) * held, order,
+                pressure, deficit, empty, band, width, right, unknown, work,
+            )  # fmt: skip
+            passes += turns
+            if status == CONVERGED and memory == 1.0:
+                break
         if status != CONVERGED or not np.isfinite(pressure).all():
             raise SolverError(_failure(status, cavitation))
         if pressure_viscosity is None:
@@ -205,14 +219,18 @@ def solve_film(
             f"pressure and viscosity do not agree after {VISCOSITY_PASSES} passes (change {change:.1e}); "
             "lower the pressure-viscosity coefficient or the load"
         )
+    oil_balance(g_x, g_z, carried_x, carried_z, source, store, pressure, deficit, work[1])
+    if mode != FULL_FILM:
+        pressure, deficit = np.maximum(pressure, 0.0), np.clip(deficit, 0.0, 1.0)
     if cavitation == "guembel":
         pressure = np.maximum(pressure, 0.0)
         empty = free & (pressure <= 0.0)
-    oil_balance(g_x, g_z, carried_x, carried_z, source, store, pressure, deficit, work[1])
+        oil_balance(g_x, g_z, carried_x, carried_z, source, store, pressure, deficit, work[1])
     flows, defect = _flows(work[1], owner, names, grid, film, cross_speeds)
     stored = float((source - store * deficit).sum())
     carried = float(max(np.abs(carried_x).sum(axis=1).max(), np.abs(carried_z).sum(axis=0).max()))
     through = carried + sum(abs(f) for f in flows.values()) + float(np.abs(source - store * deficit).sum())
+    rounding = 1e-15 * float(store.sum())  # of the oil that is there, when nothing moves it
     load = float((pressure * grid.areas).sum())
     centre = (
         (float((pressure * grid.areas * grid.x[:, None]).sum()) / load, float((pressure * grid.areas * grid.z).sum()) / load)
@@ -223,7 +241,7 @@ def solve_film(
     drag = _drag(pressure, 1.0 - deficit, eta, np.asarray(h, dtype=float), faces, grid, speeds, cross_speeds, stepped)
     return FilmSolution(
         grid.x, grid.z, film, grid.areas, pressure, 1.0 - deficit, empty, eta, load, centre, p_max, place, drag, flows,
-        stored, abs(defect) / through if through > 0.0 else 0.0, passes,
+        stored, abs(defect) / through if abs(defect) > rounding else 0.0, passes,
     )  # fmt: skip
 
 
