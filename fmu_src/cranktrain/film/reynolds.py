@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,8 +45,8 @@ VISCOSITY_TOLERANCE = 1e-11
 VISCOSITY_PASSES = 200
 MEMORY = 1e9
 """Time step of a film without one, over the time in which oil crosses a node."""
-CONTINUATION = tuple(10.0 ** (0.5 * k) for k in range(18, -1, -1))
-"""Where such a film does not settle: what its time step is divided by, one after another."""
+MAX_STAGES = 100
+"""Stages in which the time step of such a film is lengthened where it does not settle at once."""
 Law = Callable[[Array], Array]
 
 
@@ -188,15 +189,11 @@ def solve_film(
     for _ in range(VISCOSITY_PASSES):
         g_x, g_z = _conductances(faces, eta, grid)
         last = pressure.copy()
-        # A starved film may not settle at once: lengthen its time step by and by.
-        for memory in (1.0, *(CONTINUATION if dt is None and mode == CONSERVING else ())):
-            status, turns = film_state(
-                mode, g_x, g_z, carried_x, carried_z, source, store + (memory - 1.0) * held, order,
-                pressure, deficit, empty, band, width, right, unknown, work,
-            )  # fmt: skip
-            passes += turns
-            if status == CONVERGED and memory == 1.0:
-                break
+        status, turns = _settle(
+            mode, (g_x, g_z, carried_x, carried_z, source), store, held, order, pressure, deficit, empty,
+            (band, width, right, unknown, work),
+        )  # fmt: skip
+        passes += turns
         if status != CONVERGED or not np.isfinite(pressure).all():
             raise SolverError(_failure(status, cavitation))
         if pressure_viscosity is None:
@@ -390,6 +387,40 @@ def _conductances(faces: Faces, eta: Array, grid: Rectangle) -> tuple[Array, Arr
     step_x = np.where(grid.step_x > 0.0, grid.step_x, 1.0)[:, None]
     step_z = np.where(grid.step_z > 0.0, grid.step_z, 1.0)
     return faces.cube_x / (12.0 * eta_x * step_x), faces.cube_z / (12.0 * eta_z * step_z)
+
+
+def _settle(
+    mode: int,
+    balance: tuple[Array, ...],
+    store: Array,
+    held: Array,
+    order: NDArray[np.int64],
+    pressure: Array,
+    deficit: Array,
+    empty: NDArray[np.bool_],
+    space: tuple[Any, ...],
+) -> tuple[int, int]:
+    """Solve; a starved film without a time step that does not settle is given one, lengthened stage by stage."""
+    status, passes = film_state(mode, *balance, store, order, pressure, deficit, empty, *space)
+    if status == CONVERGED or mode != CONSERVING or not held.any():
+        return status, passes
+    shortening, ratio = MEMORY, 10.0
+    settled = np.zeros_like(empty)
+    for _ in range(MAX_STAGES):
+        empty[:] = settled
+        trial = store + (shortening - 1.0) * held
+        status, turns = film_state(mode, *balance, trial, order, pressure, deficit, empty, *space)
+        passes += turns
+        if status == CONVERGED:
+            if shortening == 1.0:
+                break
+            settled[:] = empty
+            ratio = min(10.0, ratio * ratio)
+        else:
+            shortening *= ratio
+            ratio = ratio**0.5
+        shortening = max(shortening / ratio, 1.0)
+    return status, passes
 
 
 def _failure(status: int, cavitation: str) -> str:
