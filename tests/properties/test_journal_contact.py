@@ -7,18 +7,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cranktrain.engine import load_engine
 from cranktrain.errors import InputError
 from cranktrain.film.asperity import (
     FADING,
     FRICTION,
     HIGHEST,
     LOWEST,
-    N_OUT,
     SHEAR,
     SMOOTH_SPEED,
     contact_constants,
     contact_pressure,
     contact_table,
+)
+from cranktrain.film.journal_contact import (
+    N_OUT,
+    bearing_contact,
     journal_contact,
     journal_contact_data,
 )
@@ -142,3 +146,15 @@ def test_what_cannot_be_is_refused_in_one_line():
         contact_constants(1e-6, 0.05, 0.01, 60e9, -0.1)
     with pytest.raises(InputError, match="clearance 2 um is not wider than 6 times the roughness"):
         journal_contact_data(RADIUS, 2e-6, WIDTH, contact_constants(SIGMA, 0.05, 0.01, 60e9), TABLE)
+
+
+def test_bearings_of_an_engine_carry_their_own_surfaces():
+    engine = load_engine("diesel_i6")
+    assert engine.big_end_bearing is not None
+    for bearing in (engine.main_bearing, engine.big_end_bearing):
+        data = bearing_contact(bearing, TABLE)
+        out = np.zeros(N_OUT)
+        journal_contact(bearing.clearance - 2.0 * bearing.roughness, 0.0, 0.0, 0.0, 5.0, *data, out)
+        # At two roughnesses it carries newtons to kilonewtons: the order of the film's own load near the end.
+        assert -1e4 < out[0] < -1.0
+        assert out[20] == pytest.approx(-0.5 * bearing.diameter * bearing.boundary_friction * out[22], rel=1e-5)
