@@ -125,6 +125,7 @@ def contact_constants(
     pressure = 16.0 * math.sqrt(2.0) * math.pi / 15.0 * shape * contact_modulus
     return np.array([roughness, pressure, math.pi**2 * shape, boundary_friction, boundary_shear])
 
+
 def bearing_contact_constants(bearing: PlainBearing) -> Array:
     """Constants of the rough surfaces of ``bearing``, (5,); see :func:`contact_constants`."""
     return contact_constants(

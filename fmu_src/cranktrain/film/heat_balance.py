@@ -105,4 +105,3 @@ def _zero(surplus: Callable[[float], float], low: float, at_low: float, high: fl
             high = trial
         older, at_older, newer, at_newer = newer, at_newer, trial, value
     raise SolverError(f"heat balance: no balance found between {low:.5g} and {high:.5g} K; check friction and flow")
-
