@@ -1,4 +1,4 @@
-"""The thrust bearing: symmetry, rupture, closed stiffness in series, exact tangents, limits of its film."""
+"""The thrust bearing: symmetry, rupture, closed stiffness in series, tilt, exact tangents, limits of its film."""
 
 import math
 from dataclasses import replace
@@ -9,7 +9,19 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cranktrain.engine import load_engine
-from cranktrain.film.thrust import AMBIENT, closed_stiffness, side_force, thrust_force, thrust_parameters
+from cranktrain.film.thrust import (
+    AMBIENT,
+    PADS,
+    WEDGE,
+    closed_stiffness,
+    damping_of_film,
+    pad_damping,
+    pad_force,
+    pad_size,
+    thrust_force,
+    thrust_force_tilted,
+    thrust_parameters,
+)
 
 BEARING = load_engine("diesel_i6").thrust
 VISCOSITY = 0.012
@@ -21,7 +33,15 @@ VELOCITIES = st.floats(-0.05, 0.05)
 
 
 def side(gap, closing, speed=SPEED):
-    return side_force(gap, closing, speed, *FILM[2:])
+    """Force of one side's pads, and its derivatives by gap and closing velocity."""
+    return tuple(FILM[PADS] * value for value in pad_force(gap, closing, FILM[WEDGE] * speed, FILM)[:3])
+
+
+def tilted(z, tx, ty, vz=0.0, vtx=0.0, vty=0.0, speed=SPEED, parameters=FILM):
+    """Force and moments (3,), and their derivatives by place and by rate, (3, 3) each."""
+    out = np.full(21, np.nan)
+    thrust_force_tilted(z, tx, ty, vz, vtx, vty, speed, parameters, out)
+    return out[:3], out[3:12].reshape(3, 3), out[12:].reshape(3, 3)
 
 
 @settings(max_examples=100, deadline=None)
@@ -34,15 +54,8 @@ def test_both_sides_are_alike(z, v):
 
 def pads():
     """Area (m²) of all pads of one side."""
-    radius = 0.25 * (BEARING.inner_diameter + BEARING.outer_diameter)
-    width = 0.5 * (BEARING.outer_diameter - BEARING.inner_diameter)
-    return 2 * math.pi * radius * BEARING.pad_fraction * width
-
-
-def ruptured(force):
-    """What is left of the full film's force: the law's own statement."""
-    suction = AMBIENT * pads()
-    return 0.5 * (force - suction + math.hypot(force + suction, suction))
+    _, length, width = pad_size(BEARING)
+    return BEARING.pads * length * width
 
 
 @settings(max_examples=200, deadline=None)
@@ -98,30 +111,103 @@ def test_closed_it_is_collar_and_block_in_series():
     assert closed_stiffness(replace(BEARING, block_stiffness=1e30)) == pytest.approx(BEARING.contact_stiffness)
 
 
-def test_wedge_is_that_of_a_wide_linear_slider():
-    # Film pressure of a linear wedge from h + δ to h, integrated numerically, times the stated leakage factor.
-    h, taper = 15e-6, BEARING.taper
-    radius = 0.25 * (BEARING.inner_diameter + BEARING.outer_diameter)
-    width = 0.5 * (BEARING.outer_diameter - BEARING.inner_diameter)
-    length = 2 * math.pi * radius * BEARING.pad_fraction / BEARING.pads
-    x = np.linspace(0.0, length, 20001)
-    film = h + taper * (1 - x / length)
-    dx = x[1]
-
-    def integral(y):
-        return np.concatenate([[0.0], np.cumsum(0.5 * (y[1:] + y[:-1]) * dx)])
-
-    one, two = integral(film**-2), integral(film**-3)
-    pressure = 6 * VISCOSITY * radius * SPEED * (one - one[-1] / two[-1] * two)
-    load = BEARING.pads * width * np.trapezoid(pressure, dx=dx) * width**2 / (width**2 + length**2)
-    assert side(h, 0.0)[0] == pytest.approx(ruptured(load), rel=1e-6)
+def test_wedge_and_squeeze_are_one_velocity():
+    # A pad that rises evenly by δ over B turns sliding at U into squeeze at U δ / (2 B).
+    radius, length, _ = pad_size(BEARING)
+    squeeze = radius * SPEED * BEARING.taper / (2 * length)
+    assert side(15e-6, 0.0)[0] == pytest.approx(side(15e-6, squeeze, 0.0)[0], rel=1e-12)
 
 
-def test_squeeze_goes_with_the_cube_of_the_film():
-    thin, thick = side(10e-6, 50.0, 0.0)[0], side(20e-6, 50.0, 0.0)[0]
-    # Far above the rounding at rupture, which leaves a share of (suction / force)².
-    assert thick > 100 * AMBIENT * pads()
-    assert thin / thick == pytest.approx(8.0, rel=1e-3)
+def test_spline_of_the_damping_is_close_to_the_solution():
+    films = np.geomspace(0.2 * BEARING.contact_height, 2 * BEARING.clearance, 101)
+    solved = VISCOSITY * pad_damping(films, BEARING.taper, *pad_size(BEARING)[1:])
+    found = np.array([damping_of_film(h, FILM)[0] for h in films])
+    assert found == pytest.approx(solved, rel=1e-3)
+
+
+def test_rupture_starts_where_the_film_begins_to_pull():
+    # No force at rest without speed, and nothing is lost of a film that pulls weakly.
+    assert side(20e-6, 0.0, 0.0)[0] == 0.0
+    push, pull = side(20e-6, 1e-5, 0.0)[0], side(20e-6, -1e-5, 0.0)[0]
+    assert -pull == pytest.approx(push, rel=1e-3)
+
+
+@settings(max_examples=50, deadline=None)
+@given(PLACES, VELOCITIES)
+def test_without_tilt_the_tilting_collar_is_the_plain_one(z, v):
+    force, place, rate = tilted(z, 0.0, 0.0, v)
+    plain = thrust_force(z, v, SPEED, FILM)
+    assert (force[0], place[0, 0], rate[0, 0]) == pytest.approx(plain, rel=1e-12)
+    scale = FILM[PADS] * pad_size(BEARING)[0]
+    assert np.abs(force[1:]).max() <= 1e-13 * scale * max(pad_force(HALF - s, 0, 0, FILM)[0] for s in (z, -z)) + 1e-9
+
+
+TILTS = st.floats(-0.6, 0.6).map(lambda share: share * HALF / pad_size(BEARING)[0])
+
+
+@settings(max_examples=100, deadline=None)
+@given(PLACES.map(lambda z: 0.5 * z), TILTS, TILTS, VELOCITIES, st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))
+def test_tangents_of_the_tilted_collar_are_derivatives(z, tx, ty, vz, vtx, vty):
+    # Where no pad comes near contact, whose kinks are the plain collar's.
+    radius = pad_size(BEARING)[0]
+    assume(abs(z) + radius * math.hypot(tx, ty) < HALF - 5e-6)
+    at = np.array([z, tx, ty, vz, vtx, vty])
+    force, place, rate = tilted(*at)
+    analytic = np.hstack((place, rate))
+    steps = np.array([2e-9, 4e-8, 4e-8, 1e-6, 2e-5, 2e-5])
+    numeric = np.empty((3, 6))
+    for j, step in enumerate(np.diag(steps)):
+        near = tilted(*(at + step))[0] - tilted(*(at - step))[0]
+        far = tilted(*(at + 2 * step))[0] - tilted(*(at - 2 * step))[0]
+        numeric[:, j] = (8 * near - far) / (12 * steps[j])
+    # A pad's force has a kink in its second derivative where it begins to pull; rounding of each pad's force.
+    size = np.array([1.0, radius, radius])
+    scale = np.abs(analytic / size[:, None]).max(axis=0) + 1e-13 * (np.abs(force / size).max() + 1e3) / steps
+    assert (np.abs(numeric - analytic) <= 2e-5 * size[:, None] * scale).all()
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(-0.3, 0.3).map(lambda s: s * HALF), TILTS, TILTS)
+def test_turned_by_a_pad_the_moments_turn_along(z, tx, ty):
+    turn = 2 * math.pi / BEARING.pads
+    rotation = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+    force, *_ = tilted(z, tx, ty)
+    turned, *_ = tilted(z, *(rotation @ (tx, ty)))
+    assert turned[0] == pytest.approx(force[0], rel=1e-9, abs=1e-6)
+    assert turned[1:] == pytest.approx(rotation @ force[1:], rel=1e-9, abs=1e-8)
+
+
+def test_tilt_is_righted_and_turned_on():
+    # At standstill nothing but damping; running, the film rights the collar and pushes it on in the sense of rotation.
+    tilt = 0.3 * HALF / pad_size(BEARING)[0]
+    still, _, rate = tilted(0.0, tilt, 0.0, speed=0.0)
+    assert still == pytest.approx(np.zeros(3), abs=1e-12)
+    assert (np.linalg.eigvalsh(0.5 * (rate + rate.T)) < 0.0).all()
+    running, *_ = tilted(0.0, tilt, 0.0)
+    assert running[1] < 0.0 < running[2]
+    # Half-frequency whirl: carried round at half the speed the tilted collar feels the wedge of its pads only.
+    whirling, *_ = tilted(0.0, tilt, 0.0, 0.0, 0.0, 0.5 * SPEED * tilt)
+    assert abs(whirling[2]) < 1e-9 * abs(running[2])
+
+
+def test_closed_bearing_tilts_on_its_ring_of_springs():
+    linear = thrust_parameters(BEARING, VISCOSITY, linear=True)
+    force, place, rate = tilted(1e-6, 1e-5, -2e-5, 1e-3, 1e-2, 2e-2, parameters=linear)
+    radius, k = pad_size(BEARING)[0], closed_stiffness(BEARING)
+    assert place == pytest.approx(-k * np.diag([1.0, 0.5 * radius**2, 0.5 * radius**2]), abs=1e-12 * k)
+    assert rate == pytest.approx(place * BEARING.damping / k)
+    assert force == pytest.approx(place @ (1e-6, 1e-5, -2e-5) + rate @ (1e-3, 1e-2, 2e-2))
+
+
+def test_an_edge_that_touches_carries():
+    # Tilted beyond the clearance one pad is in contact: finite force and moment that right it.
+    tilt = 1.05 * HALF / (pad_size(BEARING)[0] * math.sin(math.pi / 4))
+    force, place, _ = tilted(0.0, tilt, 0.0, speed=0.0)
+    assert np.isfinite(place).all()
+    assert force[1] == pytest.approx(
+        -4 * closed_stiffness(BEARING) / BEARING.pads * (0.05 * HALF + BEARING.contact_height) * HALF * 1.05 / tilt,
+        rel=1e-6,
+    )
 
 
 def test_force_has_no_jump_where_the_collar_touches():

@@ -68,7 +68,7 @@ class ModelArrays(NamedTuple):
     ends: Array  # (3, n): flywheel z-rotation, pulley z-rotation, pulley z
     tilts: Array  # (2b, n): rotation about x and y of each main journal
     bearings: Array  # (b, 13) see film.laws
-    thrust: Array  # (9,) see film.thrust
+    thrust: Array  # see film.thrust
     pins: Array  # (p, 2) undeformed x, y
     cylinders: Array  # (c, 11)
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
