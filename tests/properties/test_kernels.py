@@ -65,7 +65,7 @@ def test_lu_by_rows_solves_where_the_symmetric_part_is_positive(n):
     a = a @ a.T / n + 3 * (a - a.T) / np.sqrt(n) + np.eye(n)
     b = np.random.default_rng(2).standard_normal(n)
     wide, x = np.full((n + 1, n + 1), 7.0), np.append(b, 7.0)
-    wide[:n, :n] = a
+    wide[:n, :n] = a.T
     assert factor_rows(wide, n) == 0
     solve_rows(wide, n, x)
     # Without pivoting elements grow with the skew part; a hundred is more than they do here.

@@ -99,17 +99,19 @@ def factor_rows(a, n):
 
 @kernel
 def solve_rows(a, n, b):
-    """Solve with the factors of :func:`factor_rows`, in place on ``b``."""
-    for i in range(1, n):
-        s = b[i]
-        for j in range(i):
-            s -= a[i, j] * b[j]
-        b[i] = s
-    for i in range(n - 1, -1, -1):
-        s = b[i]
-        for j in range(i + 1, n):
-            s -= a[i, j] * b[j]
-        b[i] = s * a[i, i]
+    """Solve Aᵀ x = b with the factors of A by :func:`factor_rows`, in place on ``b``.
+
+    The transposed system, because it walks along rows both ways; callers keep their matrix transposed.
+    """
+    for j in range(n):
+        s = b[j] * a[j, j]
+        b[j] = s
+        for i in range(j + 1, n):
+            b[i] -= a[j, i] * s
+    for j in range(n - 1, 0, -1):
+        s = b[j]
+        for i in range(j):
+            b[i] -= a[j, i] * s
 
 
 @kernel

@@ -1,8 +1,6 @@
 """The running model as flat arrays: what an engine, a reduced body and the chosen levels amount to.
 
-A *port* is one component of motion of one interface at which a force law acts. Ports come in this order: x and y of
-each main journal, z of the thrust bearing, x and y of each crank pin, z-rotation of each pin, z-rotation of each main
-journal. The first ``n_newton`` of them are the unknowns of a stage's Newton iteration; the rotations follow.
+Where force laws act, and on which components of motion, is laid out in :mod:`cranktrain.dynamics.ports`.
 """
 
 from __future__ import annotations
@@ -13,11 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cranktrain.dynamics.big_ends import with_big_ends
+from cranktrain.dynamics.ports import lay_ports
 from cranktrain.engine import Engine
 from cranktrain.errors import InputError, nearest
 from cranktrain.film.impedance import impedance_map
-from cranktrain.film.laws import KAPPA2, LAWS, bearing_parameters
+from cranktrain.film.laws import BIG_END_LEVELS, KAPPA2, LAWS, TILTED, bearing_parameters
 from cranktrain.film.thrust import thrust_parameters
+from cranktrain.film.tilted import FilmArrays, FilmWork, film_arrays, film_work
 from cranktrain.loads.gas_pressure import GasTrace, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia
 from cranktrain.lubricant import oil_temperature, viscosity
@@ -42,6 +43,7 @@ class Settings:
 
     crank: str = "solid"
     bearings: str = "impedance"
+    big_ends: str = "rigid"
     integrator: str = "sdirk4"
     step: float = math.radians(2.5)
     gas_source: str = "auto"
@@ -70,9 +72,15 @@ class ModelArrays(NamedTuple):
     bearings: Array  # (b, 13) see film.laws
     thrust: Array  # see film.thrust
     pins: Array  # (p, 2) undeformed x, y
+    big_ends: Array  # (c, 13) like ``bearings``: the film between pin and rod, where the big end is not rigid
+    connections: Array  # (k, 5) force laws: number of Newton ports that each couples, then those ports
+    scales: Array  # (n_newton,) displacement of a Newton port that counts as much as a clearance
+    layout: Array  # (6,) see dynamics.ports
     cylinders: Array  # (c, 11)
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
     impedance: Array  # film.impedance map of the main bearings
+    big_end_impedance: Array  # likewise of the big ends
+    films: FilmArrays  # of the main bearings where they feel tilt
     scalars: Array  # (10,)
     choices: Array  # (3,) gas source, reconstruction, Newton tolerance
     stages: Array  # integrator table, see integrators
@@ -92,7 +100,7 @@ class Dimensions(NamedTuple):
 def dimensions(model: ModelArrays) -> Dimensions:
     """Sizes of a model."""
     b, p = model.bearings.shape[0], model.pins.shape[0]
-    return Dimensions(model.omega2.size, b, p, model.cylinders.shape[0], 2 * b + 1 + 2 * p, 3 * b + 1 + 3 * p)
+    return Dimensions(model.omega2.size, b, p, model.cylinders.shape[0], model.scales.size, model.ports.shape[0])
 
 
 def structural_damping(engine: Engine, body: ReducedBody) -> Array:
@@ -114,31 +122,25 @@ def build_model(
     for value, valid, what in (
         (settings.crank, CRANK_LEVELS, "crank level"),
         (settings.bearings, LAWS, "bearing level"),
+        (settings.big_ends, BIG_END_LEVELS, "big-end level"),
         (settings.gas_source, GAS_SOURCES, "gas source"),
         (settings.reconstruction, RECONSTRUCTIONS, "input reconstruction"),
     ):
         if value not in valid:
             raise InputError(f"{what} '{value}' does not exist; {nearest(value, valid)}")
-    n_pins = len(engine.crankshaft.throw_angles)
-    n_mains = n_pins + 1
-    mains = [body.index(f"main[{i + 1}]") for i in range(n_mains)]
-    pins = [body.index(f"pin[{i + 1}]") for i in range(n_pins)]
-    shapes = body.shapes
-    thrust = body.index("thrust")
-    ports = np.concatenate(
-        [
-            np.concatenate([shapes[k, :2] for k in mains]),
-            shapes[thrust, 2:3],
-            np.concatenate([shapes[k, :2] for k in pins]),
-            np.array([shapes[k, 5] for k in pins]),
-            np.array([shapes[k, 5] for k in mains]),
-        ]
-    )
     flywheel, pulley = body.index("flywheel"), body.index("pulley")
     temperature = settings.oil_temperature or oil_temperature(engine.oil, speed)
     eta = viscosity(engine.oil, temperature)
     linear = settings.bearings == "linear"
     bearing = bearing_parameters(engine.main_bearing, eta, settings.bearings)
+    big_end = bearing_parameters(engine.big_end_bearing, eta, "impedance")
+    thrust_law = thrust_parameters(engine.thrust, eta, linear)
+    n_mains, n_pins = len(engine.crankshaft.main_widths), len(engine.crankshaft.throw_angles)
+    crank_modes = body.n_modes
+    if settings.big_ends != "rigid":
+        body = with_big_ends(body, engine)
+    shapes = body.shapes
+    ports = lay_ports(engine, body, crank_modes, settings.bearings in TILTED, settings.big_ends != "rigid")
     scalars = np.zeros(10)
     scalars[GRAVITY] = settings.gravity
     scalars[CRANKCASE] = settings.crankcase_pressure
@@ -161,16 +163,22 @@ def build_model(
         centrifugal_load=contiguous(body.centrifugal_load),
         euler_load=contiguous(body.euler_load),
         gravity=contiguous(body.translation),
-        ports=contiguous(ports),
-        ports_transposed=contiguous(ports.T),
+        ports=contiguous(ports.shapes),
+        ports_transposed=contiguous(ports.shapes.T),
         ends=contiguous(np.array([shapes[flywheel, 5], shapes[pulley, 5], shapes[pulley, 2]])),
-        tilts=contiguous(np.concatenate([shapes[k, 3:5] for k in mains])),
+        tilts=contiguous(np.concatenate([shapes[body.index(f"main[{i + 1}]"), 3:5] for i in range(n_mains)])),
         bearings=contiguous(np.tile(bearing, (n_mains, 1))),
-        thrust=thrust_parameters(engine.thrust, eta, linear),
-        pins=contiguous(body.positions[pins, :2]),
-        cylinders=cylinder_parameters(engine),
+        thrust=thrust_law,
+        pins=contiguous([body.positions[body.index(f"pin[{i + 1}]"), :2] for i in range(n_pins)]),
+        big_ends=contiguous(np.tile(big_end, (engine.n_cylinders, 1))),
+        connections=ports.connections,
+        scales=ports.scales,
+        layout=ports.layout,
+        cylinders=cylinder_parameters(engine, settings.big_ends != "rigid"),
         gas=contiguous(np.array([spline_coefficients(gas.motored), spline_coefficients(rise)])),
         impedance=impedance_map(float(bearing[KAPPA2])),
+        big_end_impedance=impedance_map(float(big_end[KAPPA2])),
+        films=film_arrays(engine.main_bearing, settings.bearings in TILTED),
         scalars=scalars,
         choices=np.array(
             [
@@ -183,8 +191,8 @@ def build_model(
     )
 
 
-def cylinder_parameters(engine: Engine) -> Array:
-    """Pack rods, pistons and phases, (c, 11)."""
+def cylinder_parameters(engine: Engine, free_big_ends: bool) -> Array:
+    """Pack rods, pistons and phases, (c, 11); the mass of a free big end is a body of its own."""
     cylinders, rod = engine.cylinders, engine.rod
     area = 0.25 * math.pi * cylinders.bore**2
     throw, e = engine.crankshaft.throw, cylinders.pin_offset
@@ -199,7 +207,7 @@ def cylinder_parameters(engine: Engine) -> Array:
             engine.firing_angles[k],
             area,
             rod.length,
-            rod.big_end_mass,
+            0.0 if free_big_ends else rod.big_end_mass,
             rod.small_end_mass + cylinders.piston_mass,
             remainder_inertia(rod),
             e,
@@ -221,8 +229,8 @@ class Work(NamedTuple):
     response: Array  # (levels, m, n) S⁻¹Φᵀ, row per port
     compliance: Array  # (levels, m, m) Φ S⁻¹ Φᵀ, transposed
     jacobian: Array  # (n_newton, n_newton)
-    blocks: Array  # (b + p + 1, 4) force tangents of bearings, pins and thrust
-    held: Array  # (b + p + 1, 4) the tangents that the Newton matrix was made from
+    blocks: Array  # (k, 16) force tangents of each connection, 4 × 4 row-major
+    held: Array  # (k, 16) the tangents that the Newton matrix was made from
     modal: Array  # (12, n) vectors
     port: Array  # (15, m) vectors
     stage: Array  # (stages, 3, n) q, v, a of each stage
@@ -233,6 +241,7 @@ class Work(NamedTuple):
     pressures: Array  # (8, c) cylinder pressures at each stage
     inputs: Array  # (2, 1 + c) value and rate of the reconstructed inputs
     backup: Array  # (2, state) state at the start of a communication step and of a sub-step
+    films: FilmWork
 
 
 def make_work(model: ModelArrays, state_size: int) -> Work:
@@ -248,8 +257,8 @@ def make_work(model: ModelArrays, state_size: int) -> Work:
         response=z((LEVELS, m, n)),
         compliance=z((LEVELS, m, m)),
         jacobian=z((d.newton, d.newton)),
-        blocks=z((d.bearings + d.pins + 1, 4)),
-        held=z((d.bearings + d.pins + 1, 4)),
+        blocks=z((model.connections.shape[0], 16)),
+        held=z((model.connections.shape[0], 16)),
         modal=z((12, n)),
         port=z((15, m)),
         stage=z((8, 3, n)),
@@ -260,4 +269,5 @@ def make_work(model: ModelArrays, state_size: int) -> Work:
         pressures=z((8, d.cylinders)),
         inputs=z((2, 1 + d.cylinders)),
         backup=z((2, state_size)),
+        films=film_work(model.films, d.bearings),
     )

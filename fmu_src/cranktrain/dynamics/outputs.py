@@ -4,15 +4,27 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.dynamics.equations_of_motion import COS, LEAD, LEAD_RATE, OMEGA, SIN, THETA, pin_motion
+from cranktrain.dynamics.equations_of_motion import (
+    COS,
+    LEAD,
+    LEAD_RATE,
+    OMEGA,
+    SIN,
+    THETA,
+    big_end_motion,
+    pin_motion,
+    place_journal,
+)
 from cranktrain.dynamics.model import AREA, BANK, CLEARANCE_VOLUME, OFFSET, PIN, ROD, SHAFT_C, SHAFT_K, STROKE_TOP
+from cranktrain.dynamics.ports import ROD_LAWS, RODS, TILTS
 from cranktrain.dynamics.stage import OK
 from cranktrain.dynamics.state import ITERATIONS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
 from cranktrain.dynamics.step_control import advance, frame_at, ports_at_state
 from cranktrain.film.impedance import pressure_and_flow
-from cranktrain.film.laws import CLEARANCE, IMPEDANCE, LAW, RADIUS, VISCOSITY, WIDTH, bearing_force
+from cranktrain.film.laws import CLEARANCE, IMPEDANCE, LAW, RADIUS, VISCOSITY, WIDTH, bearing_force, tilted_force
 from cranktrain.film.parabolic import friction_torque
 from cranktrain.film.thrust import thrust_force
+from cranktrain.film.tilted import ECCENTRICITY, FLOW, FRICTION, P_MAX, tilted_observables
 from cranktrain.kernel import kernel
 
 GENERAL = ("crank.angle", "crank.speed", "pulley.torsion", "pulley.axial", "flywheel.torsion", "shaft.torque")
@@ -73,6 +85,7 @@ def observe(model, work, state, out):
     )
     k = 6
     journal = m - b
+    free = model.layout[ROD_LAWS] < model.connections.shape[0]
     cos = frame[COS]
     sin = frame[SIN]
     omega = frame[OMEGA]
@@ -84,9 +97,16 @@ def observe(model, work, state, out):
         speed = omega + ud[journal + i]
         vx = ud[2 * i] - omega * y
         vy = ud[2 * i + 1] + omega * x
-        bearing_force(law, x, y, vx, vy, 0.5 * speed, cos, sin, model.impedance, r)
         c = law[CLEARANCE]
-        eps = r[10]
+        tilts = int(model.layout[TILTS])
+        if tilts == 0:
+            bearing_force(law, x, y, vx, vy, 0.5 * speed, cos, sin, model.impedance, r)
+            eps = r[10]
+        else:
+            place_journal(u, ud, 2 * i, tilts + 2 * i, omega, work.films.place[i], work.films.velocity[i])
+            tilted_force(model.films, work.films, law, i, speed, r)
+            tilted_observables(model.films, work.films, c, law[VISCOSITY], law[RADIUS], law[WIDTH], r)
+            eps = r[ECCENTRICITY]
         out[k] = cos * r[0] - sin * r[1]
         out[k + 1] = sin * r[0] + cos * r[1]
         out[k + 2] = eps
@@ -101,6 +121,15 @@ def observe(model, work, state, out):
             )
             out[k + 4] = highest
             out[k + 6] = flow
+        elif tilts != 0:
+            a = u[tilts + 2 * i]
+            d = u[tilts + 2 * i + 1]
+            # The ends come nearest to the bore.
+            far = math.sqrt(x * x + y * y + a * a + d * d + 2.0 * abs(x * a + y * d))
+            out[k + 3] = c - far if far < c else 0.0
+            out[k + 4] = r[P_MAX]
+            out[k + 5] = -r[FRICTION]
+            out[k + 6] = r[FLOW]
         tilt_x = 0.0
         tilt_y = 0.0
         for j in range(n):
@@ -114,7 +143,11 @@ def observe(model, work, state, out):
     k += 2
     for c in range(model.cylinders.shape[0]):
         rod = model.cylinders[c]
-        pin_motion(model, frame, int(rod[PIN]), u, ud, work.port[12], r)
+        if free:
+            port = int(model.layout[RODS]) + 2 * c
+            big_end_motion(model, frame, int(rod[PIN]), port, u, ud, work.port[12], r)
+        else:
+            pin_motion(model, frame, int(rod[PIN]), u, ud, work.port[12], r)
         turn_cos = math.cos(frame[THETA] - rod[BANK])
         turn_sin = math.sin(frame[THETA] - rod[BANK])
         side = turn_cos * r[0] - turn_sin * r[1] - rod[OFFSET]

@@ -11,7 +11,6 @@ from __future__ import annotations
 from cranktrain.dynamics.equations_of_motion import OMEGA, OMEGA_DOT, external_force, port_forces
 from cranktrain.dynamics.linear_algebra import add_product, factor_rows, product, solve_rows
 from cranktrain.dynamics.state import CONTRACTION
-from cranktrain.film.laws import CLEARANCE
 from cranktrain.kernel import kernel
 
 MAX_ITERATIONS = 40
@@ -26,7 +25,6 @@ NEAR = 0.1
 """A Newton matrix is kept when the last step was shorter than NEAR and the iteration contracts better than STALE."""
 ROUNDING = 1.0e-13
 """Steps below this are rounding, whatever the tolerance."""
-PIN_SCALE = 1.0e-4
 ROTATION_SCALE = 1.0e-2
 COUPLING_TOLERANCE = 1.0e-7
 
@@ -46,9 +44,8 @@ def solve_stage(
     """
     n = model.omega2.shape[0]
     m = model.ports.shape[0]
-    b = model.bearings.shape[0]
-    p = model.pins.shape[0]
-    n_newton = 2 * b + 1 + 2 * p
+    n_newton = model.scales.shape[0]
+    journals = 2 * model.bearings.shape[0]
     ratio = c_v / c_q
     u = work.port[0]
     ud = work.port[1]
@@ -101,7 +98,7 @@ def solve_stage(
                 step[k] = u_free[k] - u[k]
             add_product(compliance, f, m, m, step)
             solve_rows(jacobian, n_newton, step)
-            linearise(blocks, b, p, step, f)
+            linearise(model.connections, blocks, step, f)
             for k in range(m):
                 u[k] = u_free[k]
             add_product(compliance, f, m, m, u)
@@ -120,21 +117,20 @@ def solve_stage(
                 step[k] = u_free[k] - u[k]
             add_product(compliance, f, m, m, step)
             if previous < 0.0 or previous > NEAR or contraction > STALE:
-                for k in range(b + p + 1):
-                    for j in range(4):
+                for k in range(blocks.shape[0]):
+                    for j in range(16):
                         blocks[k, j] = work.blocks[k, j]
-                fill_jacobian(compliance, blocks, b, p, jacobian)
+                fill_jacobian(compliance, model.connections, blocks, n_newton, jacobian)
                 if factor_rows(jacobian, n_newton) != 0:
                     return SINGULAR
             solve_rows(jacobian, n_newton, step)
             size = 0.0
             journal = 0.0
-            for i in range(b):
-                change = max(abs(step[2 * i]), abs(step[2 * i + 1])) / model.bearings[i, CLEARANCE]
-                journal = max(journal, change)
-            size = max(journal, abs(step[2 * b]) / model.thrust[1])
-            for k in range(2 * b + 1, n_newton):
-                size = max(size, abs(step[k]) / PIN_SCALE)
+            for k in range(n_newton):
+                change = abs(step[k]) / model.scales[k]
+                size = max(size, change)
+                if k < journals:
+                    journal = max(journal, change)
             if not size < 1.0e12:
                 return DIVERGED
             limit = 1.0
@@ -142,7 +138,7 @@ def solve_stage(
                 limit = JOURNAL_STEP / journal
                 for k in range(n_newton):
                     step[k] *= limit
-            linearise(blocks, b, p, step, f)
+            linearise(model.connections, blocks, step, f)
             # With f + Jδ the ports follow, rotations included.
             rotation = 0.0
             if limit == 1.0:
@@ -191,36 +187,35 @@ def solve_stage(
 
 
 @kernel
-def fill_jacobian(compliance, blocks, b, p, jacobian):
-    """Jacobian I − H J on the Newton ports; J is block-diagonal (2 × 2 for journals and pins, 1 for the thrust).
+def fill_jacobian(compliance, connections, blocks, n, jacobian):
+    """Fill (I − H J)ᵀ on the n Newton ports; J is the sum of the connections' blocks.
 
     ``compliance`` is symmetric only without gyroscopic terms; it is kept transposed: [k, i] = H_ik.
     """
-    n = 2 * b + 1 + 2 * p
     for i in range(n):
-        for j in range(b):
-            h0 = compliance[2 * j, i]
-            h1 = compliance[2 * j + 1, i]
-            jacobian[i, 2 * j] = -h0 * blocks[j, 0] - h1 * blocks[j, 2]
-            jacobian[i, 2 * j + 1] = -h0 * blocks[j, 1] - h1 * blocks[j, 3]
-        jacobian[i, 2 * b] = -compliance[2 * b, i] * blocks[b + p, 0]
-        for j in range(p):
-            k = 2 * b + 1 + 2 * j
-            h0 = compliance[k, i]
-            h1 = compliance[k + 1, i]
-            jacobian[i, k] = -h0 * blocks[b + j, 0] - h1 * blocks[b + j, 2]
-            jacobian[i, k + 1] = -h0 * blocks[b + j, 1] - h1 * blocks[b + j, 3]
-        jacobian[i, i] += 1.0
+        row = jacobian[i]
+        for j in range(n):
+            row[j] = 0.0
+        row[i] = 1.0
+    for k in range(connections.shape[0]):
+        size = int(connections[k, 0])
+        for a in range(size):
+            row = jacobian[int(connections[k, 1 + a])]
+            for b in range(size):
+                share = blocks[k, 4 * b + a]
+                if share != 0.0:
+                    column = compliance[int(connections[k, 1 + b])]
+                    for i in range(n):
+                        row[i] -= share * column[i]
 
 
 @kernel
-def linearise(blocks, b, p, step, f):
+def linearise(connections, blocks, step, f):
     """f += J δ on the Newton ports."""
-    for j in range(b):
-        f[2 * j] += blocks[j, 0] * step[2 * j] + blocks[j, 1] * step[2 * j + 1]
-        f[2 * j + 1] += blocks[j, 2] * step[2 * j] + blocks[j, 3] * step[2 * j + 1]
-    f[2 * b] += blocks[b + p, 0] * step[2 * b]
-    for j in range(p):
-        k = 2 * b + 1 + 2 * j
-        f[k] += blocks[b + j, 0] * step[k] + blocks[b + j, 1] * step[k + 1]
-        f[k + 1] += blocks[b + j, 2] * step[k] + blocks[b + j, 3] * step[k + 1]
+    for k in range(connections.shape[0]):
+        size = int(connections[k, 0])
+        for a in range(size):
+            change = 0.0
+            for b in range(size):
+                change += blocks[k, 4 * a + b] * step[int(connections[k, 1 + b])]
+            f[int(connections[k, 1 + a])] += change

@@ -24,6 +24,7 @@ from cranktrain.dynamics.equations_of_motion import (
 from cranktrain.dynamics.integrators import coefficients, integrate_step
 from cranktrain.dynamics.linear_algebra import add_product, product
 from cranktrain.dynamics.model import AMBIENT, FILTER, LEVELS, RIGID_ROTATION, STEP
+from cranktrain.dynamics.ports import CRANK_MODES, TILTS
 from cranktrain.dynamics.stage import FIRST_CONTRACTION, OK, SINGULAR, solve_stage
 from cranktrain.dynamics.state import (
     ACCELERATION,
@@ -144,6 +145,7 @@ def ports_at_state(model, work, state):
 def film_rate(model, work, h):
     """Largest relative change of a film's least gap over a step h, from the ports at the state."""
     b = model.bearings.shape[0]
+    tilts = int(model.layout[TILTS])
     u = work.port[10]
     ud = work.port[11]
     rate = 0.0
@@ -155,7 +157,12 @@ def film_rate(model, work, h):
             e = math.sqrt(x * x + y * y)
             if e > 0.0:
                 closing = abs(x * ud[2 * i] + y * ud[2 * i + 1]) / e
-                rate = max(rate, closing * h / max(law[CLEARANCE] - e, law[CONTACT_HEIGHT]))
+                gap = law[CLEARANCE] - e
+                if tilts > 0:
+                    a = u[tilts + 2 * i]
+                    d = u[tilts + 2 * i + 1]
+                    gap = law[CLEARANCE] - math.sqrt(e * e + a * a + d * d + 2.0 * abs(x * a + y * d))
+                rate = max(rate, closing * h / max(gap, law[CONTACT_HEIGHT]))
     if model.thrust[0] != LINEAR:
         z = abs(u[2 * b])
         rate = max(rate, abs(ud[2 * b]) * h / max(model.thrust[1] - z, model.thrust[2]))
@@ -339,6 +346,10 @@ def settle(model, work, state, inputs, windup, rotation, rate):
         state[o_v + i] = -frame[OMEGA] * work.modal[9, i]
     state[o_q + 5] = rotation / model.scalars[RIGID_ROTATION]
     state[o_v + 5] += rate / model.scalars[RIGID_ROTATION]
+    for i in range(int(model.layout[CRANK_MODES]), n):
+        # Free big ends turn with the crank; their Euler load is √m e_z×X.
+        state[o_q + i] += rotation * model.euler_load[i]
+        state[o_v + i] += rate * model.euler_load[i]
     state[SHAFT_ANGLE] = -windup
     state[LEAD_ANGLE] = windup
     frame[LEAD] = windup

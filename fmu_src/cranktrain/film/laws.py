@@ -7,27 +7,35 @@ from __future__ import annotations
 
 import numpy as np
 
-from cranktrain.engine import JournalBearing
+from cranktrain.engine import JournalBearing, PlainBearing
 from cranktrain.errors import InputError, nearest
 from cranktrain.film.impedance import journal_force
 from cranktrain.film.parabolic import film_geometry
+from cranktrain.film.tilted import reynolds_force
 from cranktrain.kernel import kernel
 
 LINEAR = 0
 IMPEDANCE = 1
-LAWS = {"linear": LINEAR, "impedance": IMPEDANCE}
+REYNOLDS = 2
+LAWS = {"linear": LINEAR, "impedance": IMPEDANCE, "reynolds": REYNOLDS}
+TILTED = ("reynolds",)
+"""Levels that feel the tilt of the journal."""
+BIG_END_LEVELS = ("rigid", "impedance")
 
 # Columns of a bearing's parameters.
 LAW, CLEARANCE, KAPPA2, FACTOR, CONTACT_HEIGHT, CONTACT_LOAD = 0, 1, 2, 3, 4, 5
 K_X, K_Y, C_X, C_Y, RADIUS, WIDTH, VISCOSITY = 6, 7, 8, 9, 10, 11, 12
 
 
-def bearing_parameters(bearing: JournalBearing, viscosity: float, level: str) -> np.ndarray:
+def bearing_parameters(bearing: PlainBearing, viscosity: float, level: str) -> np.ndarray:
     """Pack one bearing for the kernels, (13,); ``InputError`` for a level that does not exist."""
     if level not in LAWS:
         raise InputError(f"bearing level '{level}' does not exist; {nearest(level, LAWS)}")
     c, kappa2, factor = film_geometry(bearing.diameter, bearing.width, bearing.clearance, viscosity)
     load = 0.5 * bearing.contact_pressure * bearing.width * bearing.diameter
+    linear = [0.0] * 4
+    if isinstance(bearing, JournalBearing):
+        linear = [bearing.stiffness_x, bearing.stiffness_y, bearing.damping_x, bearing.damping_y]
     return np.array(
         [
             LAWS[level],
@@ -36,10 +44,7 @@ def bearing_parameters(bearing: JournalBearing, viscosity: float, level: str) ->
             factor,
             bearing.contact_height,
             load,
-            bearing.stiffness_x,
-            bearing.stiffness_y,
-            bearing.damping_x,
-            bearing.damping_y,
+            *linear,
             0.5 * bearing.diameter,
             bearing.width,
             viscosity,
@@ -82,3 +87,11 @@ def bearing_force(parameters, x, y, vx, vy, half_speed, cos_frame, sin_frame, ta
     out[8] = -c_xy
     out[9] = -c_yy
     out[10] = (x * x + y * y) ** 0.5 / parameters[CLEARANCE]
+
+
+@kernel
+def tilted_force(films, work, parameters, i, speed, out):
+    """Force on a journal that feels its tilt, from the place and velocity in ``work``; see :mod:`film.tilted`."""
+    reynolds_force(
+        films, work, i, parameters[CLEARANCE], parameters[VISCOSITY], parameters[RADIUS], parameters[WIDTH], speed, out
+    )
