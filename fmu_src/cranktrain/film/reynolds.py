@@ -404,9 +404,10 @@ def _settle(
     status, passes = film_state(mode, *balance, store, order, pressure, deficit, empty, *space)
     if status == CONVERGED or mode != CONSERVING or not held.any():
         return status, passes
-    shortening, ratio = MEMORY, 10.0
     settled = np.zeros_like(empty)
+    reached, ratio = 10.0 * MEMORY, 10.0
     for _ in range(MAX_STAGES):
+        shortening = max(reached / ratio, 1.0)
         empty[:] = settled
         trial = store + (shortening - 1.0) * held
         status, turns = film_state(mode, *balance, trial, order, pressure, deficit, empty, *space)
@@ -415,11 +416,9 @@ def _settle(
             if shortening == 1.0:
                 break
             settled[:] = empty
-            ratio = min(10.0, ratio * ratio)
+            reached, ratio = shortening, min(10.0, ratio**1.5)
         else:
-            shortening *= ratio
-            ratio = ratio**0.5
-        shortening = max(shortening / ratio, 1.0)
+            ratio = (reached / shortening) ** 0.5
     return status, passes
 
 
