@@ -13,7 +13,8 @@ same problem with B = I: oil then appears where the film ruptures.
 
 Solved by Newton's method, which here is an active set: each pass solves the band matrix of the present mixture. After
 ``FREE_PASSES`` passes the step is limited so that the sum of all |imbalances| falls, which ends a cycle; after
-``STRICT_PASSES`` a wrong sign within rounding is accepted.
+``STRICT_PASSES`` a wrong sign within rounding is accepted. Reynolds' rupture needs no such limit: its pressures rise from
+pass to pass, though a zone that starts too small grows by one layer per pass only.
 
 Sources: Elrod, J. Lubr. Technol. 103 (1981) 350 (fill transported upwind); Giacopini et al., J. Tribol. 132 (2010) 041702
 (complementarity); Rheinboldt, J. Math. Anal. Appl. 32 (1970) 274 (M-functions).
@@ -237,7 +238,8 @@ def film_state(
     present = unknown[0]
     diagonal = unknown[1]
     excess[:, :] = 0.0
-    for turn in range(MAX_PASSES):
+    limit = MAX_PASSES if conserving else 2 * n + MAX_PASSES
+    for turn in range(limit):
         _mixture(g_x, g_z, c_x, c_z, source, store, conserving, pressure, deficit, empty, order, band, width, load)
         for a in range(n):
             diagonal[a] = band[a, width]
@@ -247,7 +249,7 @@ def film_state(
         if mode == FULL_FILM or _stands(order, empty, diagonal, load, turn >= STRICT_PASSES):
             _accept(order, conserving, empty, load, pressure, deficit, excess)
             return CONVERGED, turn + 1
-        if turn < FREE_PASSES:
+        if turn < FREE_PASSES or not conserving:
             for a in range(n):
                 present[a] = load[a, 0]
         else:
@@ -255,4 +257,4 @@ def film_state(
                 g_x, g_z, c_x, c_z, source, store, order, conserving, present, load, pressure, deficit, excess, work[1]
             )
         _mark_empty(order, present, empty)
-    return STALLED, MAX_PASSES
+    return STALLED, limit

@@ -10,7 +10,7 @@ velocities, θ is the fill. The film ruptures at p = 0: pressures count from the
 ``reynolds``        p ≥ 0 with ∂p/∂n = 0 where the film ruptures (Swift and Stieber); the gap counts as full where it is
                     ruptured, so that oil appears at rupture and vanishes at reformation
 ``mass-conserving`` p ≥ 0, 0 ≤ θ ≤ 1 and oil conserved everywhere (Jakobsson, Floberg and Olsson). Without a time step
-                    the film is the limit of a very long one (1e9 times what it takes to cross a node) from a full gap
+                    the film is the limit of a very long one (``MEMORY``) from a full gap
 
 Node-centred finite volumes: second order where the film is full, first order at fronts of rupture. The oil balance
 closes to rounding for ``full`` and ``mass-conserving``; for the other two ``FilmSolution.mass_defect`` says how much
@@ -43,8 +43,8 @@ EDGES = ("x0", "x1", "z0", "z1")
 VISCOSITY_TOLERANCE = 1e-11
 """Change of the pressure, relative to its maximum, at which viscosity and pressure agree."""
 VISCOSITY_PASSES = 200
-MEMORY = 1e9
-"""Time step of a film without one, over the time in which oil crosses a node."""
+MEMORY = 1e8
+"""Time step of a film without one, over the time in which the largest flow through a face fills the gap."""
 MAX_STAGES = 100
 """Stages in which the time step of such a film is lengthened where it does not settle at once."""
 Law = Callable[[Array], Array]
@@ -54,7 +54,8 @@ Law = Callable[[Array], Array]
 class Edges:
     """What holds at the four edges: a pressure (Pa, a number or one per node), or None for an edge without flow.
 
-    None is also a plane of symmetry. ``fill`` is how full the gap is that surfaces carry in across an edge at p = 0.
+    None is also a plane of symmetry. ``fill`` is how full the gap is that surfaces carry in across an edge at p = 0,
+    at the first face inside.
     """
 
     x0: ArrayLike | None = 0.0
@@ -174,7 +175,7 @@ def solve_film(
         # Without a time step a ruptured film that nothing moves or feeds would have any fill.
         moved = max(float(np.abs(a).max()) for a in (carried_x, carried_z, source))
         volumes = film * grid.areas
-        held = volumes * ((moved if moved > 0.0 else 1.0) / (MEMORY * volumes.max()))
+        held = volumes * ((moved if moved > 0.0 else 1.0) / (MEMORY * volumes.sum()))
         store = store + held
     empty = np.zeros((n_x, n_z), dtype=bool)
     if guess is not None and guess.ruptured.shape == empty.shape and cavitation not in ("full", "guembel"):
