@@ -13,12 +13,12 @@ turns with the line of centres, w_ref = v_t ε³/(ε⁴ + δ⁴) e_z×t, and the
 journal whose tilt stands still while both surfaces turn is on that family (for ε ≫ δ); near the centre, where the line of
 centres may turn at any rate, δ keeps the family finite.
 
-Axes: x = −ln(1 − 0.97 ε) + 0.6 ln(1 + ε/0.1), uniform; γ uniform and periodic; the tilt as shares
+Axes: x = −ln(1 − 0.97 ε) + 0.6 ln(1 + ε/0.1) and y = γ − 0.4 sin γ, uniform, y periodic; the tilt as shares
 A = a/(√(1 − b²) − ε), B = b/√(1 − ε²) of what is possible before an end touches, both stretched by artanh. The box
 |A|, |B| ≤ tilt range so fills the lens of possible tilts without a kink. Two mirrors, z → −z and about the line of centres,
 leave a quarter of it to solve and to store; the splines are those of the whole.
 
-Splines: cubic in x and γ (C²), quadratic in A and B (C¹), coefficients of all functions side by side. The tilted films
+Splines: cubic in x and y (C²), quadratic in A and B (C¹), coefficients of all functions side by side. The tilted films
 are extrapolated (Richardson) from 8 and 16 axial intervals, spaced by a sine towards the ends: at a strong tilt the
 pressure stands within a few per cent of the width, where even intervals err by 5 to 10 %.
 """
@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from hashlib import sha256
 from typing import NamedTuple
 
@@ -49,18 +49,20 @@ from cranktrain.reduced_body import Array
 
 SCHEMA = 1
 GROOVES = ("none", "circumferential")
-RESOLUTIONS = {"coarse": (18, 24, 4), "default": (32, 48, 5), "fine": (40, 64, 6)}
+RESOLUTIONS = {"coarse": (18, 24, 4), "default": (36, 48, 5), "fine": (44, 64, 6)}
 """Nodes over ε, γ and (from zero to the tilt range) each of A, B of the tilted table."""
 N_ALIGNED = (49, 96)
 TILT_GRIDS = ((64, 8), (64, 16))
-ALIGNED_GRID = (192, 24)
+ALIGNED_GRID = (144, 24)
 ONLINE_GRID = (48, 12)
 AXIAL_SINE = 0.98
 
 STRETCH, LOW_SHARE, LOW_WIDTH = 0.97, 0.6, 0.1
+GATHERED = 0.4
 TILT_STRETCH = 0.9
 CENTRED_TURN = 0.15
 """δ: eccentricity below which the tilt of the sampled family no longer turns with the line of centres."""
+RATES = (1.0, 2.0)
 ALIGNED_MAX = 0.995
 TILTED_MAX = 0.98
 FUNCTIONS = 12
@@ -98,7 +100,7 @@ class TableSettings:
     @property
     def digest(self) -> str:
         """Of everything that the table's numbers depend on."""
-        constants = (SCHEMA, N_ALIGNED, TILT_GRIDS, ALIGNED_GRID, AXIAL_SINE, STRETCH, LOW_SHARE, LOW_WIDTH)
+        constants = (SCHEMA, N_ALIGNED, TILT_GRIDS, ALIGNED_GRID, AXIAL_SINE, GATHERED, STRETCH, LOW_SHARE, LOW_WIDTH)
         family = (TILT_STRETCH, CENTRED_TURN, ALIGNED_MAX, TILTED_MAX, RESOLUTIONS[self.resolution])
         return sha256(repr((sorted(asdict(self).items()), constants, family)).encode()).hexdigest()
 
@@ -112,8 +114,9 @@ class TableArrays(NamedTuple):
     """What kernels read: contiguous float64.
 
     aligned : (4, n_ε + 2, n_γ + 3) spline coefficients
-    tilted : (n_ε + 2, n_γ + 3, n_t + 2, 12 (n_t + 2)) spline coefficients; of length 1 or none in each where not built
-    axes : (4,) (D/L)² of the film, tilt range, largest x of the aligned and the tilted table
+    tilted : (n_ε + 2, n_γ + 3, n_t + 2, 12 (n_t + 2)) spline coefficients; of length 1 in each where not built
+    axes : (8,) (D/L)² of the film, tilt range, largest x of the aligned and the tilted table, :func:`aligned_norms`,
+        and the tilt rates |w − w_ref| / |v| where the law begins and ends to hand over to the film solved in place
     """
 
     aligned: Array
@@ -138,6 +141,13 @@ class FilmTable:
     def cells(self) -> int:
         """Cells of both tables, counting the stored quarter only."""
         return int(self.aligned_error.size + self.tilted_error.size)
+
+    def with_rates(self, inside: float, outside: float) -> FilmTable:
+        """Table that hands over to the film solved in place between these tilt rates |w − w_ref| / |v|."""
+        if not 0.0 < inside < outside:
+            raise InputError(f"tilt rates {inside:g} and {outside:g} of the hand-over: the first must be the smaller one")
+        axes = np.concatenate([self.arrays.axes[:6], [inside, outside]])
+        return replace(self, arrays=self.arrays._replace(axes=axes))
 
     def worst(self, eccentricity: float = 1.0) -> dict[str, float]:
         """Maximum and 95th percentile of the interpolation error over cells whose centre lies below ``eccentricity``."""
@@ -166,6 +176,15 @@ def eccentricity_nodes(count: int, top: float) -> Array:
 def centres(eccentricities: Array) -> Array:
     """Eccentricities half-way in x between ``eccentricities``."""
     return eccentricity_nodes(2 * len(eccentricities) - 1, float(eccentricities[-1]))[1::2]
+
+
+def directions(count: int, shift: float = 0.0) -> Array:
+    """Angles γ of the nodes, uniform in y from −π, moved by a ``shift`` of cells."""
+    y = -math.pi + 2.0 * math.pi * (np.arange(count) + shift) / count
+    gamma = y.copy()
+    for _ in range(60):
+        gamma -= (gamma - GATHERED * np.sin(gamma) - y) / (1.0 - GATHERED * np.cos(gamma))
+    return gamma
 
 
 def tilt_shares(settings: TableSettings, middle: bool = False) -> Array:
@@ -214,9 +233,13 @@ def _sine(n: int) -> Array:
     return np.sin(0.5 * math.pi * AXIAL_SINE * t) / math.sin(0.5 * math.pi * AXIAL_SINE)
 
 
-def aligned_ratio2(settings: TableSettings) -> float:
-    """(D/L)² of the aligned film: a groove makes two of half the width, which together carry in the same norm."""
-    return (1.0 if settings.groove == "none" else 4.0) / settings.length_ratio**2
+def aligned_norms(settings: TableSettings) -> tuple[float, float]:
+    """(D/L)² of the aligned film, and its flow out of the outer ends over 2 R³/L |v| q̂.
+
+    A groove makes two films of half the width: together they carry in the norm of the whole width, each lets half of
+    its flow out at the outer end.
+    """
+    return (1.0 / settings.length_ratio**2, 1.0) if settings.groove == "none" else (4.0 / settings.length_ratio**2, 2.0)
 
 
 def slab_names(settings: TableSettings) -> list[str]:
@@ -242,13 +265,13 @@ def sample_slab(settings: TableSettings, name: str) -> Array:
     eps = eccentricity_nodes(n_eps, ALIGNED_MAX if aligned else TILTED_MAX)
     if middle:
         eps = centres(eps)
-    gamma = -math.pi + 2.0 * math.pi * (np.arange(n_gamma) + (0.5 if middle else 0.0)) / n_gamma
+    gamma = directions(n_gamma, 0.5 if middle else 0.0)
     out = np.zeros(2 * OUT_SIZE)
     if aligned:
         grid = journal_grid(*ALIGNED_GRID, half=True)
         values = np.empty((n_gamma, 4))
         status = _sample_aligned(
-            eps[int(index)], gamma, aligned_ratio2(settings), grid, journal_work(grid), cold_start(grid), out, values
+            eps[int(index)], gamma, aligned_norms(settings)[0], grid, journal_work(grid), cold_start(grid), out, values
         )
     else:
         share = tilt_shares(settings, bool(middle))
@@ -276,21 +299,24 @@ def assemble(settings: TableSettings, slabs: Mapping[str, Array]) -> FilmTable:
     around = np.linalg.solve(_circulant(n_gamma), along.reshape(n_eps + 2, n_gamma, 4))
     aligned = np.ascontiguousarray(np.moveaxis(around[:, _wrapped(n_gamma)], 2, 0))
     tops = [float(_stretched(top)[0]) for top in (ALIGNED_MAX, TILTED_MAX)]
-    axes = np.array([1.0 / settings.length_ratio**2, settings.tilt_range, *tops])
+    axes = np.array([1.0 / settings.length_ratio**2, settings.tilt_range, *tops, *aligned_norms(settings), *RATES])
     tilted = np.zeros((1, 1, 1, 1))
     if settings.tilt:
         tilted = _tilted_spline(np.stack([slabs[f"tilted {i}"] for i in range(settings.shape[0])]))
     arrays = TableArrays(aligned, tilted, axes)
     aligned_error = np.empty((n_eps - 1, n_gamma))
-    for i in range(n_eps - 1):
-        _aligned_errors(slabs[f"aligned middle {i}"], i, arrays, np.zeros(16), aligned_error[i])
+    gamma = directions(n_gamma, 0.5)
+    for i, eps in enumerate(centres(eccentricity_nodes(n_eps, ALIGNED_MAX))):
+        _aligned_errors(slabs[f"aligned middle {i}"], eps, gamma, arrays, np.zeros(16), aligned_error[i])
     tilted_error = np.empty((0, 0, 0, 0))
     if settings.tilt:
         n, n_gamma, n_tilt = settings.shape
         tilted_error = np.empty((n - 1, n_gamma, n_tilt - 1, n_tilt - 1))
         scratch, functions = np.zeros(SCRATCH), np.zeros((5, FUNCTIONS))
-        for i in range(n - 1):
-            _tilted_errors(slabs[f"tilted middle {i}"], i, arrays, scratch, functions, tilted_error[i])
+        gamma, share = directions(n_gamma, 0.5), tilt_shares(settings, middle=True)
+        for i, eps in enumerate(centres(eccentricity_nodes(n, TILTED_MAX))):
+            solved = slabs[f"tilted middle {i}"]
+            _tilted_errors(solved, eps, gamma, share, arrays, scratch, functions, tilted_error[i])
     return FilmTable(settings, arrays, aligned_error, tilted_error)
 
 
@@ -439,13 +465,14 @@ def _sample_tilted(
 
 @kernel
 def _around(gamma, count):
-    """Cell and place in it of an angle on a circle of ``count`` cells that starts at −π."""
-    y = (gamma + math.pi) * (count / (2.0 * math.pi))
+    """Cell of an angle on a circle of ``count`` cells that starts at −π, the place in it, and its slope by γ."""
+    scale = count / (2.0 * math.pi)
+    y = (gamma - GATHERED * math.sin(gamma) + math.pi) * scale
     y -= count * math.floor(y / count)
     j = int(y)
     if j > count - 1:
         j = count - 1
-    return j, y - j
+    return j, y - j, scale * (1.0 - GATHERED * math.cos(gamma))
 
 
 @kernel
@@ -461,7 +488,7 @@ def interpolate_aligned(eps, gamma, table, first, out):
     if i > n - 2:
         i = n - 2
     t = x - i
-    j, s = _around(gamma, count)
+    j, s, turn = _around(gamma, count)
     r = 1.0 - t
     a0 = r * r * r / 6.0
     a1 = (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0
@@ -497,7 +524,7 @@ def interpolate_aligned(eps, gamma, table, first, out):
             by_y += a * (e0 * c0 + e1 * c1 + e2 * c2 + e3 * c3)
         out[3 * k] = value
         out[3 * k + 1] = by_x * slope * scale
-        out[3 * k + 2] = by_y * count / (2.0 * math.pi)
+        out[3 * k + 2] = by_y * turn
 
 
 @kernel
@@ -529,7 +556,7 @@ def interpolate_tilted(eps, gamma, share_a, share_b, table, scratch, functions):
     if i > n - 2:
         i = n - 2
     t = x - i
-    j, s = _around(gamma, count)
+    j, s, turn = _around(gamma, count)
     ka, ta, slope_a = _share_place(share_a, table.axes[1], c.shape[2] - 3)
     kb, tb, slope_b = _share_place(share_b, table.axes[1], c.shape[2] - 3)
     r = 1.0 - t
@@ -557,7 +584,6 @@ def interpolate_tilted(eps, gamma, share_a, share_b, table, scratch, functions):
                 value[q] = a0 * c0[q] + a1 * c1[q] + a2 * c2[q] + a3 * c3[q]
                 by_x[q] = d0 * c0[q] + d1 * c1[q] + d2 * c2[q] + d3 * c3[q]
     r = 1.0 - s
-    turn = count / (2.0 * math.pi)
     a0 = r * r * r / 6.0
     a1 = (4.0 - 6.0 * s * s + 3.0 * s * s * s) / 6.0
     a3 = s * s * s / 6.0
@@ -613,24 +639,10 @@ def interpolate_tilted(eps, gamma, share_a, share_b, table, scratch, functions):
 
 
 @kernel
-def _eccentricity(x, top):
-    """Eccentricity of a coordinate: Newton's method from above the solution's chord."""
-    eps = 0.5
-    for _ in range(60):
-        value, slope = _stretched(eps)
-        eps = min(max(eps - (value - x) / slope, 0.0), top)
-    return eps
-
-
-@kernel
-def _aligned_errors(solved, i, table, out, errors):
-    """Force error over |F| at the cells' centres between the eccentricity nodes i and i + 1."""
-    n = table.aligned.shape[1] - 2
-    count = errors.shape[0]
-    eps = _eccentricity((i + 0.5) / (n - 1) * table.axes[2], ALIGNED_MAX)
-    for j in range(count):
-        gamma = -math.pi + 2.0 * math.pi * (j + 0.5) / count
-        interpolate_aligned(eps, gamma, table, 0, out)
+def _aligned_errors(solved, eps, gamma, table, out, errors):
+    """Force error over |F| of the films ``solved`` at one eccentricity."""
+    for j in range(gamma.shape[0]):
+        interpolate_aligned(eps, gamma[j], table, 0, out)
         size = math.exp(out[0] - solved[j, 0])
         turn = out[3] - solved[j, 1]
         dx = size * math.cos(turn) - 1.0
@@ -639,19 +651,13 @@ def _aligned_errors(solved, i, table, out, errors):
 
 
 @kernel
-def _tilted_errors(solved, i, table, scratch, functions, errors):
-    """The larger of force error over |F| and moment error over |F| L/2 at the cells' centres."""
-    n = table.tilted.shape[0] - 2
-    count = errors.shape[0]
-    cells = errors.shape[1]
-    eps = _eccentricity((i + 0.5) / (n - 1) * table.axes[3], TILTED_MAX)
-    for j in range(count):
-        gamma = -math.pi + 2.0 * math.pi * (j + 0.5) / count
-        for k in range(cells):
-            for m in range(cells):
-                a = math.tanh((k + 0.5) / cells * math.atanh(TILT_STRETCH)) * table.axes[1] / TILT_STRETCH
-                b = math.tanh((m + 0.5) / cells * math.atanh(TILT_STRETCH)) * table.axes[1] / TILT_STRETCH
-                interpolate_tilted(eps, gamma, a, b, table, scratch, functions)
+def _tilted_errors(solved, eps, gamma, share, table, scratch, functions, errors):
+    """The larger of force error over |F| and moment error over |F| L/2 of the films ``solved`` at one eccentricity."""
+    n = share.shape[0]
+    for j in range(gamma.shape[0]):
+        for k in range(n):
+            for m in range(n):
+                interpolate_tilted(eps, gamma[j], share[k], share[m], table, scratch, functions)
                 value = functions[0]
                 true = solved[j, k, m]
                 size = math.exp(value[0] - true[0])

@@ -1,0 +1,494 @@
+"""Force laws of a journal bearing read from a film table, handed over to the film solved in place at the table's edges.
+
+Position and tilt are the displacements of the journal's middle and of its axis at the end z = +L/2 (m), against the
+bore; forces are conjugate to them: F = −∫∫ P n and Q = −∫∫ P ζ n, both in N (the moment ∫ z dF is Q L/2). The film sees
+the velocities of pure squeeze v = ė − ω̄ e_z×e and w = ṫ − ω̄ e_z×t, ω̄ half the sum of the surface speeds.
+
+Outside the table (eccentricity, tilt, or a tilt rate far from the family that the table samples) the film is solved in
+place. Within a margin inside the edge both answers are blended, f = W f_table + (1 − W) f_solved with W falling from 1 to
+0 without a kink; the tangents carry the slope of W. So forces and tangents are continuous across the hand-over, and
+nothing is extrapolated. The law says which of them answered: :data:`TABLE`, :data:`BLENDED` or :data:`SOLVED`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.film.database import (
+    ALIGNED_MAX,
+    D_FW,
+    D_WW,
+    FUNCTIONS,
+    LN_FORCE,
+    LN_PRESSURE,
+    MOMENT_R,
+    SCRATCH,
+    TILTED_MAX,
+    TURN,
+    interpolate_aligned,
+    interpolate_tilted,
+    turning,
+)
+from cranktrain.film.journal import DAMPING, OUT_SIZE, STIFFNESS, journal_film
+from cranktrain.kernel import kernel
+from cranktrain.reduced_body import Array
+
+TABLE, BLENDED, SOLVED, FAILED = 0, 1, 2, -1
+ALIGNED_MARGIN = 0.005
+TILTED_MARGIN = 0.01
+SHARE_MARGIN = 0.06
+"""Margins inside the edges, in ε, and in A and B as a share of the tilt range."""
+CENTRED = 1.0e-3
+"""Below this eccentricity the line of centres has no direction to speak of: its turning is taken at this radius."""
+FORCE_OUT = 40
+
+
+class TableWork(NamedTuple):
+    """Memory of :func:`table_force`, one for each thread."""
+
+    scratch: Array
+    functions: Array  # (5, 12)
+    local: Array  # (4, 7) derivatives by ε, a, b, v_r, v_t, w_r, w_t
+    centred: Array  # (4, 8) derivatives on the line of centres
+    weight: Array  # (16,) of the table: derivatives by the seven, then by the eight
+    film: Array  # (36,)
+
+
+def table_work() -> TableWork:
+    """Memory for :func:`table_force` and :func:`aligned_force`."""
+    return TableWork(
+        np.zeros(SCRATCH), np.zeros((5, FUNCTIONS)), np.zeros((4, 7)), np.zeros((4, 8)), np.zeros(16),
+        np.zeros(OUT_SIZE),
+    )  # fmt: skip
+
+
+@kernel
+def _fall(u):
+    """Smooth step from 1 (u ≤ 0) to 0 (u ≥ 1), and its slope."""
+    if u <= 0.0:
+        return 1.0, 0.0
+    if u >= 1.0:
+        return 0.0, 0.0
+    return 1.0 - u * u * (3.0 - 2.0 * u), -6.0 * u * (1.0 - u)
+
+
+@kernel
+def _table_weight(eps, a, b, vr, vt, wr, wt, axes, slopes):
+    """Weight of the table at one state; ``slopes[0:7]`` its derivatives by (ε, a, b, v_r, v_t, w_r, w_t)."""
+    for k in range(7):
+        slopes[k] = 0.0
+    if eps >= TILTED_MAX:
+        return 0.0
+    tilt_range = axes[1]
+    inside = axes[6] * axes[6]
+    outside = axes[7] * axes[7]
+    free = 1.0 - eps * eps
+    height = math.sqrt(free)
+    if abs(b) >= tilt_range * height:
+        return 0.0
+    root = math.sqrt(1.0 - b * b)
+    gap = root - eps
+    if abs(a) >= tilt_range * gap:
+        return 0.0
+    rate, bend = turning(eps)
+    dr = wr + vt * rate * b
+    dt = wt - vt * rate * a
+    speed2 = vr * vr + vt * vt
+    rest2 = dr * dr + dt * dt
+    if rest2 >= outside * speed2 and rest2 > 0.0:
+        return 0.0
+    share_a = a / gap
+    share_b = b / height
+    margin = SHARE_MARGIN * tilt_range
+    w_e, s_e = _fall((eps - TILTED_MAX) / TILTED_MARGIN + 1.0)
+    w_a, s_a = _fall((abs(share_a) - tilt_range) / margin + 1.0)
+    w_b, s_b = _fall((abs(share_b) - tilt_range) / margin + 1.0)
+    w_r = 1.0
+    s_r = 0.0
+    span = 1.0 / (outside - inside)
+    if rest2 > inside * speed2:
+        w_r, s_r = _fall((rest2 / speed2 - inside) * span)
+    weight = w_e * w_a * w_b * w_r
+    if weight == 1.0:
+        return 1.0
+    s_e *= w_a * w_b * w_r / TILTED_MARGIN
+    s_a *= w_e * w_b * w_r / margin * (1.0 if a >= 0.0 else -1.0)
+    s_b *= w_e * w_a * w_r / margin * (1.0 if b >= 0.0 else -1.0)
+    slopes[0] = s_e + s_a * share_a / gap + s_b * share_b * eps / free
+    slopes[1] = s_a / gap
+    slopes[2] = s_a * share_a * b / (root * gap) + s_b / height
+    if s_r != 0.0:
+        s_r *= w_e * w_a * w_b * span * 2.0 / speed2
+        ratio2 = rest2 / speed2
+        slopes[0] += s_r * vt * bend * (dr * b - dt * a)
+        slopes[1] -= s_r * dt * vt * rate
+        slopes[2] += s_r * dr * vt * rate
+        slopes[3] -= s_r * ratio2 * vr
+        slopes[4] += s_r * (rate * (dr * b - dt * a) - ratio2 * vt)
+        slopes[5] = s_r * dr
+        slopes[6] = s_r * dt
+    return weight
+
+
+@kernel
+def _tabled(eps, a, b, vr, vt, wr, wt, table, work, out):
+    """Force and moments on the line of centres from the table, ``out[0:4]``, with ``work.local`` (4, 7)."""
+    # The two mirrors bring every state into the stored quarter.
+    ends = 1.0
+    line = 1.0
+    if a < 0.0:
+        ends = -1.0
+    if ends * b < 0.0:
+        line = -1.0
+    a *= ends
+    b *= ends * line
+    vt *= line
+    wr *= ends
+    wt *= ends * line
+    free = 1.0 - eps * eps
+    height = math.sqrt(free)
+    root = math.sqrt(1.0 - b * b)
+    gap = root - eps
+    speed = math.sqrt(vr * vr + vt * vt)
+    cos = 1.0
+    sin = 0.0
+    inverse = 0.0
+    if speed > 0.0:
+        inverse = 1.0 / speed
+        cos = vr * inverse
+        sin = vt * inverse
+    gamma = math.atan2(sin, cos)
+    f = work.functions
+    interpolate_tilted(eps, gamma, a / gap, b / height, table, work.scratch, f)
+    # From shares of the possible tilt to the tilt.
+    a_e = a / (gap * gap)
+    a_a = 1.0 / gap
+    a_b = a * b / (root * gap * gap)
+    b_e = b * eps / (free * height)
+    b_b = 1.0 / height
+    for q in range(FUNCTIONS):
+        by_a = f[3, q]
+        by_b = f[4, q]
+        f[1, q] += by_a * a_e + by_b * b_e
+        f[3, q] = by_a * a_a
+        f[4, q] = by_a * a_b + by_b * b_b
+    size = math.exp(f[0, LN_FORCE])
+    c = math.cos(gamma + f[0, TURN])
+    s = math.sin(gamma + f[0, TURN])
+    rate, bend = turning(eps)
+    dr = wr + vt * rate * b
+    dt = wt - vt * rate * a
+    jacobian = work.local
+    for k in range(4):
+        if k == 0:
+            m = size * c
+            across = -size * s
+        elif k == 1:
+            m = size * s
+            across = size * c
+        else:
+            m = size * f[0, MOMENT_R + k - 2]
+            across = 0.0
+        first = D_FW + 2 * k if k < 2 else D_WW + k - 2
+        d0 = size * f[0, first]
+        d1 = size * f[0, first + 1]
+        rest = d0 * dr + d1 * dt
+        out[k] = -(speed * m + rest)
+        # By ε, γ, a and b through the functions.
+        by_e = by_g = by_a = by_b = 0.0
+        for p in range(1, 5):
+            if k < 2:
+                slope = m * f[p, LN_FORCE] + across * (f[p, TURN] + (1.0 if p == 2 else 0.0))
+            else:
+                slope = m * f[p, LN_FORCE] + size * f[p, MOMENT_R + k - 2]
+            slope = speed * slope + rest * f[p, LN_FORCE] + size * (f[p, first] * dr + f[p, first + 1] * dt)
+            if p == 1:
+                by_e = slope
+            elif p == 2:
+                by_g = slope
+            elif p == 3:
+                by_a = slope
+            else:
+                by_b = slope
+        row = jacobian[k]
+        row[0] = -(by_e + vt * bend * (d0 * b - d1 * a))
+        row[1] = -(by_a - d1 * vt * rate)
+        row[2] = -(by_b + d0 * vt * rate)
+        row[3] = -(m * cos - by_g * sin * inverse)
+        row[4] = -(m * sin + by_g * cos * inverse + rate * (d0 * b - d1 * a))
+        row[5] = -d0
+        row[6] = -d1
+        if speed == 0.0:
+            # The direction of no velocity: radial, and the slope across it from the table.
+            row[4] = -(size * ((f[2, TURN] + 1.0) * c + f[2, LN_FORCE] * s) if k == 1 else 0.0)
+            row[4] -= rate * (d0 * b - d1 * a)
+        sign = 1.0 if k == 0 else (line if k == 1 else (ends if k == 2 else ends * line))
+        out[k] *= sign
+        row[0] *= sign
+        row[1] *= sign * ends
+        row[2] *= sign * ends * line
+        row[3] *= sign
+        row[4] *= sign * line
+        row[5] *= sign * ends
+        row[6] *= sign * ends * line
+
+
+@kernel
+def _turned(row, arm, a, b, vr, vt, wr, wt):
+    """Derivative by a step across the line of centres, in axes that stay: everything else turns the other way."""
+    return (row[1] * b - row[2] * a + row[3] * vt - row[4] * vr + row[5] * wt - row[6] * wr) / arm
+
+
+@kernel
+def _solved(eps, a, b, vr, vt, wr, wt, weight, table, grid, film_work, active, work, out):
+    """Blend the film solved in place into ``out[0:4]`` and ``work.centred``; 0, or negative where it failed."""
+    film = work.film
+    if journal_film(grid, table.axes[0], eps, 0.0, a, b, vr, vt, wr, wt, film_work, active, film) < 0:
+        return FAILED
+    slopes = work.weight
+    rest = 1.0 - weight
+    for k in range(4):
+        row = work.centred[k]
+        differs = out[k] - film[k] if weight > 0.0 else 0.0
+        for q in range(4):
+            solved = rest * film[STIFFNESS + 4 * k + q]
+            damped = rest * film[DAMPING + 4 * k + q]
+            if weight > 0.0:
+                solved += weight * row[q] + differs * slopes[8 + q]
+                damped += weight * row[4 + q] + differs * slopes[12 + q]
+            row[q] = solved
+            row[4 + q] = damped
+        out[k] = weight * out[k] + rest * film[k] if weight > 0.0 else film[k]
+    return 0
+
+
+@kernel
+def table_force(
+    x, y, ax, ay, vx, vy, wx, wy, half_speed, c, factor, table, grid, film_work, active, work, out
+):
+    """Forces on a journal with tilt, in axes at rest with the bore, with tangents.
+
+    Parameters
+    ----------
+    x, y, ax, ay : displacement of the middle, and of the axis at z = +L/2 against it, m
+    vx, vy, wx, wy : their rates against the bore, m/s
+    half_speed : half the sum of the surface speeds, rad/s
+    c : radial clearance, m
+    factor : 12 η (R/c)² R L/2, N s
+    table : TableArrays with a tilted table
+    grid, film_work, active : of the film solved in place (``table_grid``, ``journal_work``, ``cold_start``)
+    work : TableWork
+    out : (≥ 40,) ``[0:4]`` F and Q, N; ``[4:20]`` their derivatives by (x, y, ax, ay), N/m, row-major; ``[20:36]`` by
+        (vx, vy, wx, wy), N s/m; ``[36]`` eccentricity; ``[37]`` share of the solved film
+
+    Returns
+    -------
+    TABLE, BLENDED, SOLVED, or FAILED where the film solved in place did not converge
+    """
+    inverse = 1.0 / c
+    e = math.sqrt(x * x + y * y)
+    nx = 1.0
+    ny = 0.0
+    if e > 0.0:
+        nx = x / e
+        ny = y / e
+    eps = e * inverse
+    a = (ax * nx + ay * ny) * inverse
+    b = (ay * nx - ax * ny) * inverse
+    sx = (vx + half_speed * y) * inverse
+    sy = (vy - half_speed * x) * inverse
+    vr = sx * nx + sy * ny
+    vt = sy * nx - sx * ny
+    sx = (wx + half_speed * ay) * inverse
+    sy = (wy - half_speed * ax) * inverse
+    wr = sx * nx + sy * ny
+    wt = sy * nx - sx * ny
+    slopes = work.weight
+    weight = _table_weight(eps, a, b, vr, vt, wr, wt, table.axes, slopes)
+    status = TABLE
+    local = work.local
+    centred = work.centred
+    arm = eps if eps > CENTRED else CENTRED
+    if weight > 0.0:
+        _tabled(eps, a, b, vr, vt, wr, wt, table, work, out)
+        for k in range(4):
+            row = local[k]
+            other = -out[k + 1] if k % 2 == 0 else out[k - 1]
+            centred[k, 0] = row[0]
+            centred[k, 1] = _turned(row, arm, a, b, vr, vt, wr, wt) + other / arm
+            for q in range(1, 7):
+                centred[k, q + 1] = row[q]
+    if weight < 1.0:
+        status = BLENDED if weight > 0.0 else SOLVED
+        slopes[9] = _turned(slopes, arm, a, b, vr, vt, wr, wt)
+        slopes[8] = slopes[0]
+        for q in range(1, 7):
+            slopes[9 + q] = slopes[q]
+        if _solved(eps, a, b, vr, vt, wr, wt, weight, table, grid, film_work, active, work, out) < 0:
+            status = FAILED
+    # Back to the axes of the bore: pairs of rows and of columns turn.
+    stiff = factor * inverse
+    for k in range(0, 4, 2):
+        fr = out[k]
+        ft = out[k + 1]
+        out[k] = factor * (fr * nx - ft * ny)
+        out[k + 1] = factor * (fr * ny + ft * nx)
+        for q in range(0, 8, 2):
+            rr = centred[k, q]
+            rt = centred[k, q + 1]
+            tr = centred[k + 1, q]
+            tt = centred[k + 1, q + 1]
+            # First the columns, then the rows.
+            rx = rr * nx - rt * ny
+            ry = rr * ny + rt * nx
+            tx = tr * nx - tt * ny
+            ty = tr * ny + tt * nx
+            place = (4 if q < 4 else 20) + 4 * k + (q if q < 4 else q - 4)
+            out[place] = stiff * (rx * nx - tx * ny)
+            out[place + 1] = stiff * (ry * nx - ty * ny)
+            out[place + 4] = stiff * (rx * ny + tx * nx)
+            out[place + 5] = stiff * (ry * ny + ty * nx)
+    # The velocities of pure squeeze depend on position and tilt through the surface speeds.
+    for k in range(4):
+        for q in range(0, 4, 2):
+            out[4 + 4 * k + q] -= half_speed * out[20 + 4 * k + q + 1]
+            out[4 + 4 * k + q + 1] += half_speed * out[20 + 4 * k + q]
+    out[36] = eps
+    out[37] = 1.0 - weight
+    return status
+
+
+@kernel
+def aligned_force(x, y, vx, vy, half_speed, c, factor, table, grid, film_work, active, work, out):
+    """Force on a journal without tilt, in axes at rest with the bore, from the aligned table.
+
+    Arguments as in :func:`table_force`; ``grid`` may be one of half the width. ``out[0:2]`` force (N), ``out[2:6]``
+    ∂F/∂(x, y), ``out[6:10]`` ∂F/∂(vx, vy), row-major, ``out[10]`` eccentricity, ``out[11]`` share of the solved film.
+    """
+    inverse = 1.0 / c
+    e = math.sqrt(x * x + y * y)
+    nx = 1.0
+    ny = 0.0
+    if e > 0.0:
+        nx = x / e
+        ny = y / e
+    eps = e * inverse
+    sx = (vx + half_speed * y) * inverse
+    sy = (vy - half_speed * x) * inverse
+    vr = sx * nx + sy * ny
+    vt = sy * nx - sx * ny
+    arm = eps if eps > CENTRED else CENTRED
+    weight = 0.0
+    slope = 0.0
+    if eps < ALIGNED_MAX:
+        weight, slope = _fall((eps - ALIGNED_MAX) / ALIGNED_MARGIN + 1.0)
+        slope /= ALIGNED_MARGIN
+    fr = ft = k_rr = k_rt = k_tr = k_tt = d_rr = d_rt = d_tr = d_tt = 0.0
+    status = TABLE
+    if weight > 0.0:
+        speed = math.sqrt(vr * vr + vt * vt)
+        cos = 1.0
+        sin = 0.0
+        if speed > 0.0:
+            cos = vr / speed
+            sin = vt / speed
+        gamma = math.atan2(sin, cos)
+        f = work.scratch
+        interpolate_aligned(eps, gamma, table, 0, f)
+        size = math.exp(f[0])
+        # Direction of −F, and the slope of M·direction by γ and ε.
+        mr = size * math.cos(gamma + f[3])
+        mt = size * math.sin(gamma + f[3])
+        gr = mr * f[2] - mt * (1.0 + f[5])
+        gt = mt * f[2] + mr * (1.0 + f[5])
+        fr = -speed * mr
+        ft = -speed * mt
+        d_rr = -(mr * cos - gr * sin)
+        d_rt = -(mr * sin + gr * cos)
+        d_tr = -(mt * cos - gt * sin)
+        d_tt = -(mt * sin + gt * cos)
+        k_rr = -speed * (mr * f[1] - mt * f[4])
+        k_tr = -speed * (mt * f[1] + mr * f[4])
+        k_rt = (d_rr * vt - d_rt * vr - ft) / arm
+        k_tt = (d_tr * vt - d_tt * vr + fr) / arm
+    if weight < 1.0:
+        status = BLENDED if weight > 0.0 else SOLVED
+        film = work.film
+        if journal_film(grid, table.axes[4], eps, 0.0, 0.0, 0.0, vr, vt, 0.0, 0.0, film_work, active, film) < 0:
+            status = FAILED
+        rest = 1.0 - weight
+        k_rr = weight * k_rr + rest * film[STIFFNESS] + slope * (fr - film[0])
+        k_rt = weight * k_rt + rest * film[STIFFNESS + 1]
+        k_tr = weight * k_tr + rest * film[STIFFNESS + 4] + slope * (ft - film[1])
+        k_tt = weight * k_tt + rest * film[STIFFNESS + 5]
+        d_rr = weight * d_rr + rest * film[DAMPING]
+        d_rt = weight * d_rt + rest * film[DAMPING + 1]
+        d_tr = weight * d_tr + rest * film[DAMPING + 4]
+        d_tt = weight * d_tt + rest * film[DAMPING + 5]
+        fr = weight * fr + rest * film[0]
+        ft = weight * ft + rest * film[1]
+    stiff = factor * inverse
+    out[0] = factor * (fr * nx - ft * ny)
+    out[1] = factor * (fr * ny + ft * nx)
+    _turn(k_rr, k_rt, k_tr, k_tt, nx, ny, stiff, out, 2)
+    _turn(d_rr, d_rt, d_tr, d_tt, nx, ny, stiff, out, 6)
+    out[2] -= half_speed * out[7]
+    out[3] += half_speed * out[6]
+    out[4] -= half_speed * out[9]
+    out[5] += half_speed * out[8]
+    out[10] = eps
+    out[11] = 1.0 - weight
+    return status
+
+
+@kernel
+def _turn(rr, rt, tr, tt, nx, ny, factor, out, first):
+    """Write a 2 × 2 matrix of the line of centres in axes at rest."""
+    rx = rr * nx - rt * ny
+    ry = rr * ny + rt * nx
+    tx = tr * nx - tt * ny
+    ty = tr * ny + tt * nx
+    out[first] = factor * (rx * nx - tx * ny)
+    out[first + 1] = factor * (ry * nx - ty * ny)
+    out[first + 2] = factor * (rx * ny + tx * nx)
+    out[first + 3] = factor * (ry * ny + ty * nx)
+
+
+@kernel
+def aligned_observables(x, y, vx, vy, half_speed, c, viscosity, radius, width, table, out):
+    """Largest pressure (Pa) and flow out of both ends (m³/s) of a film without tilt; held beyond the table's edge."""
+    sx = vx + half_speed * y
+    sy = vy - half_speed * x
+    speed = math.sqrt(sx * sx + sy * sy)
+    eps = math.sqrt(x * x + y * y) / c
+    gamma = math.atan2(x * sy - y * sx, x * sx + y * sy)
+    interpolate_aligned(min(eps, ALIGNED_MAX), gamma, table, 2, out)
+    highest = 12.0 * viscosity * (radius / c) ** 2 * speed / c * math.exp(out[0])
+    return highest, 2.0 * radius**3 / width * speed * math.exp(out[3]) * table.axes[5]
+
+
+@kernel
+def tilted_pressure(x, y, ax, ay, vx, vy, half_speed, c, viscosity, radius, table, work):
+    """Largest pressure (Pa) of a tilted film on the sampled family; negative where the state lies outside the table."""
+    e = math.sqrt(x * x + y * y)
+    nx = x / e if e > 0.0 else 1.0
+    ny = y / e if e > 0.0 else 0.0
+    eps = e / c
+    a = (ax * nx + ay * ny) / c
+    b = (ay * nx - ax * ny) / c
+    sx = (vx + half_speed * y) / c
+    sy = (vy - half_speed * x) / c
+    vr = sx * nx + sy * ny
+    vt = sy * nx - sx * ny
+    if eps >= TILTED_MAX or abs(b) >= table.axes[1] * math.sqrt(1.0 - eps * eps):
+        return -1.0
+    share_a = abs(a) / (math.sqrt(1.0 - b * b) - eps)
+    if share_a >= table.axes[1]:
+        return -1.0
+    gamma = math.atan2(vt if a * b >= 0.0 else -vt, vr)
+    interpolate_tilted(eps, gamma, share_a, abs(b) / math.sqrt(1.0 - eps * eps), table, work.scratch, work.functions)
+    speed = math.sqrt(vr * vr + vt * vt)
+    return 12.0 * viscosity * (radius / c) ** 2 * speed * math.exp(work.functions[0, LN_PRESSURE])
