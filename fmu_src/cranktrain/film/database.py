@@ -13,7 +13,8 @@ turns with the line of centres, w_ref = v_t ε³/(ε⁴ + δ⁴) e_z×t, and the
 journal whose tilt stands still while both surfaces turn is on that family (for ε ≫ δ); near the centre, where the line of
 centres may turn at any rate, δ keeps the family finite.
 
-Axes: x = −ln(1 − 0.97 ε) + 0.6 ln(1 + ε/0.1) and y = γ − 0.4 sin γ, uniform, y periodic; the tilt as shares
+Axes: x = −ln(1 − 0.97 ε) + 0.6 ln(1 + ε/0.1) and y = γ − 0.4 sin γ − 0.15 sin 2γ, uniform, y periodic
+(nodes gather where a thin film passes from squeeze to wedge, about ±95°, and where the surfaces part); the tilt as shares
 A = a/(√(1 − b²) − ε), B = b/√(1 − ε²) of what is possible before an end touches, both stretched by artanh. The box
 |A|, |B| ≤ tilt range so fills the lens of possible tilts without a kink. Two mirrors, z → −z and about the line of centres,
 leave a quarter of it to solve and to store; the splines are those of the whole.
@@ -49,7 +50,7 @@ from cranktrain.reduced_body import Array
 
 SCHEMA = 1
 GROOVES = ("none", "circumferential")
-RESOLUTIONS = {"coarse": (18, 24, 4), "default": (36, 48, 5), "fine": (44, 64, 6)}
+RESOLUTIONS = {"coarse": (20, 28, 4), "default": (40, 56, 5), "fine": (48, 72, 6)}
 """Nodes over ε, γ and (from zero to the tilt range) each of A, B of the tilted table."""
 N_ALIGNED = (49, 96)
 TILT_GRIDS = ((64, 8), (64, 16))
@@ -58,7 +59,7 @@ ONLINE_GRID = (48, 12)
 AXIAL_SINE = 0.98
 
 STRETCH, LOW_SHARE, LOW_WIDTH = 0.97, 0.6, 0.1
-GATHERED = 0.4
+GATHERED = (0.4, 0.15)
 TILT_STRETCH = 0.9
 CENTRED_TURN = 0.15
 """δ: eccentricity below which the tilt of the sampled family no longer turns with the line of centres."""
@@ -183,7 +184,8 @@ def directions(count: int, shift: float = 0.0) -> Array:
     y = -math.pi + 2.0 * math.pi * (np.arange(count) + shift) / count
     gamma = y.copy()
     for _ in range(60):
-        gamma -= (gamma - GATHERED * np.sin(gamma) - y) / (1.0 - GATHERED * np.cos(gamma))
+        value = gamma - GATHERED[0] * np.sin(gamma) - GATHERED[1] * np.sin(2.0 * gamma)
+        gamma -= (value - y) / (1.0 - GATHERED[0] * np.cos(gamma) - 2.0 * GATHERED[1] * np.cos(2.0 * gamma))
     return gamma
 
 
@@ -467,12 +469,14 @@ def _sample_tilted(
 def _around(gamma, count):
     """Cell of an angle on a circle of ``count`` cells that starts at −π, the place in it, and its slope by γ."""
     scale = count / (2.0 * math.pi)
-    y = (gamma - GATHERED * math.sin(gamma) + math.pi) * scale
+    sin = math.sin(gamma)
+    cos = math.cos(gamma)
+    y = (gamma - (GATHERED[0] + 2.0 * GATHERED[1] * cos) * sin + math.pi) * scale
     y -= count * math.floor(y / count)
     j = int(y)
     if j > count - 1:
         j = count - 1
-    return j, y - j, scale * (1.0 - GATHERED * math.cos(gamma))
+    return j, y - j, scale * (1.0 - GATHERED[0] * cos - 2.0 * GATHERED[1] * (2.0 * cos * cos - 1.0))
 
 
 @kernel
