@@ -15,6 +15,7 @@ from cranktrain.dynamics.big_ends import with_big_ends
 from cranktrain.dynamics.ports import lay_ports
 from cranktrain.engine import Engine
 from cranktrain.errors import InputError, nearest
+from cranktrain.film.database import FilmTable
 from cranktrain.film.impedance import impedance_map
 from cranktrain.film.laws import BIG_END_LEVELS, KAPPA2, LAWS, TILTED, bearing_parameters
 from cranktrain.film.thrust import thrust_parameters
@@ -113,11 +114,18 @@ def structural_damping(engine: Engine, body: ReducedBody) -> Array:
 
 
 def build_model(
-    engine: Engine, body: ReducedBody, settings: Settings, speed: float, gas: GasTrace, stages: Array
+    engine: Engine,
+    body: ReducedBody,
+    settings: Settings,
+    speed: float,
+    gas: GasTrace,
+    stages: Array,
+    table: FilmTable | None = None,
 ) -> ModelArrays:
     """Arrays of the running model at the oil temperature of ``speed`` (rad/s).
 
-    ``body`` is the crankshaft with flywheel and pulley attached. ``InputError`` for a level that does not exist.
+    ``body`` is the crankshaft with flywheel and pulley attached, ``table`` the films of level ``table``.
+    ``InputError`` for a level that does not exist, or that lacks what it needs.
     """
     for value, valid, what in (
         (settings.crank, CRANK_LEVELS, "crank level"),
@@ -133,11 +141,14 @@ def build_model(
     eta = viscosity(engine.oil, temperature)
     linear = settings.bearings == "linear"
     bearing = bearing_parameters(engine.main_bearing, eta, settings.bearings)
-    big_end = bearing_parameters(engine.big_end_bearing, eta, "impedance")
+    # Rigid big ends have no film, but kernels want one of the same form.
+    big_end = bearing_parameters(engine.big_end_bearing or engine.main_bearing, eta, "impedance")
     thrust_law = thrust_parameters(engine.thrust, eta, linear)
     n_mains, n_pins = len(engine.crankshaft.main_widths), len(engine.crankshaft.throw_angles)
     crank_modes = body.n_modes
     if settings.big_ends != "rigid":
+        if engine.big_end_bearing is None:
+            raise InputError(f"engine '{engine.name}' has no [big_end_bearing]; add it, or leave big ends rigid")
         body = with_big_ends(body, engine)
     shapes = body.shapes
     ports = lay_ports(engine, body, crank_modes, settings.bearings in TILTED, settings.big_ends != "rigid")
@@ -178,7 +189,7 @@ def build_model(
         gas=contiguous(np.array([spline_coefficients(gas.motored), spline_coefficients(rise)])),
         impedance=impedance_map(float(bearing[KAPPA2])),
         big_end_impedance=impedance_map(float(big_end[KAPPA2])),
-        films=film_arrays(engine.main_bearing, settings.bearings in TILTED),
+        films=film_arrays(engine.main_bearing, settings.bearings, table),
         scalars=scalars,
         choices=np.array(
             [

@@ -21,7 +21,7 @@ from cranktrain.dynamics.stage import OK
 from cranktrain.dynamics.state import ITERATIONS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
 from cranktrain.dynamics.step_control import advance, frame_at, ports_at_state
 from cranktrain.film.impedance import pressure_and_flow
-from cranktrain.film.laws import CLEARANCE, IMPEDANCE, LAW, RADIUS, VISCOSITY, WIDTH, bearing_force, tilted_force
+from cranktrain.film.laws import CLEARANCE, IMPEDANCE, LAW, RADIUS, TABLE, VISCOSITY, WIDTH, bearing_force, tilted_force
 from cranktrain.film.parabolic import friction_torque
 from cranktrain.film.thrust import thrust_force
 from cranktrain.film.tilted import ECCENTRICITY, FLOW, FRICTION, P_MAX, tilted_observables
@@ -105,7 +105,9 @@ def observe(model, work, state, out):
         else:
             place_journal(u, ud, 2 * i, tilts + 2 * i, omega, work.films.place[i], work.films.velocity[i])
             tilted_force(model.films, work.films, law, i, speed, r)
-            tilted_observables(model.films, work.films, c, law[VISCOSITY], law[RADIUS], law[WIDTH], r)
+            tilted_observables(
+                model.films, work.films, i, c, law[VISCOSITY], law[RADIUS], law[WIDTH], speed, law[LAW] == TABLE, r
+            )
             eps = r[ECCENTRICITY]
         out[k] = cos * r[0] - sin * r[1]
         out[k + 1] = sin * r[0] + cos * r[1]

@@ -51,7 +51,9 @@ def lay_ports(engine: Engine, body: ReducedBody, crank_modes: int, tilted: bool,
     clearance = engine.main_bearing.clearance
     rows = [shapes[k, :2] for k in mains] + [shapes[collar, 2:3]] + [shapes[k, :2] for k in (*pins, *rods)]
     scales = [clearance] * (2 * b) + [0.5 * engine.thrust.clearance]
-    scales += [PIN_SCALE] * (2 * p) + [engine.big_end_bearing.clearance] * (2 * len(rods))
+    scales += [PIN_SCALE] * (2 * p)
+    if engine.big_end_bearing is not None:
+        scales += [engine.big_end_bearing.clearance] * (2 * len(rods))
     first_pin = 2 * b + 1
     first_rod = first_pin + 2 * p
     tilts = len(scales)

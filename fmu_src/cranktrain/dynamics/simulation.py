@@ -28,6 +28,7 @@ from cranktrain.dynamics.state import (
 from cranktrain.dynamics.step_control import GIVEN, MAX_HALVINGS, settle
 from cranktrain.engine import Engine
 from cranktrain.errors import InputError, SolverError
+from cranktrain.film.database import FilmTable
 from cranktrain.film.laws import CLEARANCE
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.reduced_body import Array, ReducedBody, rigid
@@ -50,6 +51,7 @@ class Simulation:
     body : its crankshaft with flywheel and pulley attached
     settings : levels, integrator, step and sources
     gas : pressure trace in place of the engine's built-in one
+    table : films of the main bearings, for level ``table``
 
     Attributes
     ----------
@@ -59,12 +61,18 @@ class Simulation:
     """
 
     def __init__(
-        self, engine: Engine, body: ReducedBody, settings: Settings | None = None, gas: GasTrace | None = None
+        self,
+        engine: Engine,
+        body: ReducedBody,
+        settings: Settings | None = None,
+        gas: GasTrace | None = None,
+        table: FilmTable | None = None,
     ) -> None:
         self.engine = engine
         self.settings = settings or Settings()
         self.body = rigid(body) if self.settings.crank == "rigid" else body
         self.table = integrator_table(self.settings.integrator)
+        self.film_table = table
         self.gas = gas or GasTrace.from_engine(engine)
         if not (math.isfinite(self.settings.step) and self.settings.step > 0.0):
             raise InputError(f"internal step must be a positive angle, got {math.degrees(self.settings.step):g} deg")
@@ -79,7 +87,10 @@ class Simulation:
     def initialize(self, time: float = 0.0) -> None:
         """Start from the static equilibrium under the present inputs; loads the kernels. Raises ``InputError``."""
         self._check_inputs()
-        model = build_model(self.engine, self.body, self.settings, self.inputs[0], self.gas, self.table)
+        speed = float(self.inputs[0])
+        model = build_model(
+            self.engine, self.body, self.settings, speed, self.gas, self.table, self.film_table
+        )
         size = dimensions(model)
         state = np.zeros(state_size(size.modes, size.ports))
         work = make_work(model, state.size)
@@ -213,9 +224,11 @@ def simulate(
     cycles: int,
     gas: GasTrace | None = None,
     progress: Callable[[float], None] | None = None,
+    table: FilmTable | None = None,
 ) -> Result:
     """Run ``cycles`` cycles at constant ``speed`` (rad/s) and keep every output at every step.
 
+    ``table`` serves level ``table``.
     ``progress`` is called with the share done, in [0, 1]. An interrupt ends the run early and keeps what it has.
 
     Raises
@@ -229,7 +242,7 @@ def simulate(
         raise InputError(f"cycles need at least 100 rev/min, got {speed * _RPM:g}; the FMU takes any speed from 0")
     if cycles < 1:
         raise InputError(f"at least one cycle must run, got {cycles}")
-    simulation = Simulation(engine, body, replace(settings), gas)
+    simulation = Simulation(engine, body, replace(settings), gas, table)
     simulation.inputs[0] = speed
     simulation.initialize()
     h = communication_step(speed, settings.step)

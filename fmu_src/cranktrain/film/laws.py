@@ -11,14 +11,15 @@ from cranktrain.engine import JournalBearing, PlainBearing
 from cranktrain.errors import InputError, nearest
 from cranktrain.film.impedance import journal_force
 from cranktrain.film.parabolic import film_geometry
-from cranktrain.film.tilted import reynolds_force
+from cranktrain.film.tilted import reynolds_force, tabled_force
 from cranktrain.kernel import kernel
 
 LINEAR = 0
 IMPEDANCE = 1
-REYNOLDS = 2
-LAWS = {"linear": LINEAR, "impedance": IMPEDANCE, "reynolds": REYNOLDS}
-TILTED = ("reynolds",)
+TABLE = 2
+REYNOLDS = 3
+LAWS = {"linear": LINEAR, "impedance": IMPEDANCE, "table": TABLE, "reynolds": REYNOLDS}
+TILTED = ("table", "reynolds")
 """Levels that feel the tilt of the journal."""
 BIG_END_LEVELS = ("rigid", "impedance")
 
@@ -92,6 +93,9 @@ def bearing_force(parameters, x, y, vx, vy, half_speed, cos_frame, sin_frame, ta
 @kernel
 def tilted_force(films, work, parameters, i, speed, out):
     """Force on a journal that feels its tilt, from the place and velocity in ``work``; see :mod:`film.tilted`."""
-    reynolds_force(
-        films, work, i, parameters[CLEARANCE], parameters[VISCOSITY], parameters[RADIUS], parameters[WIDTH], speed, out
-    )
+    c = parameters[CLEARANCE]
+    eta = parameters[VISCOSITY]
+    if parameters[LAW] == TABLE:
+        tabled_force(films, work, i, c, eta, parameters[RADIUS], parameters[WIDTH], speed, out)
+    else:
+        reynolds_force(films, work, i, c, eta, parameters[RADIUS], parameters[WIDTH], speed, out)

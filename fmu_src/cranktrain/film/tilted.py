@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.engine import PlainBearing
+from cranktrain.errors import InputError
+from cranktrain.film.database import FilmTable, TableArrays, table_grid
 from cranktrain.film.journal import (
     OUT_SIZE,
     JournalGrid,
@@ -24,11 +26,22 @@ from cranktrain.film.journal import (
 )
 from cranktrain.film.journal_contact import N_OUT, TORQUE, JournalContact, bearing_contact, journal_contact
 from cranktrain.film.parabolic import friction_torque
+from cranktrain.film.table_law import (
+    TABLE,
+    TableWork,
+    aligned_observables,
+    table_force,
+    table_work,
+    tilted_pressure,
+)
 from cranktrain.kernel import kernel
 from cranktrain.reduced_body import Array
 
 # What a tilted film writes: forces (4), tangents by place and by velocity (4 × 4 each), and figures.
 BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION, PASSES, P_MAX, FLOW, SIZE = 4, 20, 36, 37, 38, 39, 40, 41
+
+IN_LOOP = (48, 8)
+"""Intervals around and across of films that are solved in the loop: forces within 0.2 %, moments 0.3 % at p95."""
 
 
 class FilmArrays(NamedTuple):
@@ -36,6 +49,7 @@ class FilmArrays(NamedTuple):
 
     grid: JournalGrid
     contact: JournalContact
+    table: TableArrays
 
 
 class FilmWork(NamedTuple):
@@ -48,12 +62,32 @@ class FilmWork(NamedTuple):
     film: Array  # (36,) dimensionless result
     contact: Array  # (25,)
     plane: Array  # (16,) a film without tilt
+    table: TableWork
+    solved: Array  # (1,) films that lay outside the table since the count was last taken
 
 
-def film_arrays(bearing: PlainBearing, tilted: bool) -> FilmArrays:
-    """Data of the films of one bearing; where nothing is tilted the least that has the same type."""
-    grid = journal_grid(48, 8) if tilted else journal_grid(12, 4)
-    return FilmArrays(grid, bearing_contact(bearing))
+def film_arrays(bearing: PlainBearing, level: str, table: FilmTable | None) -> FilmArrays:
+    """Data of the films of one bearing; what a level does not read is of the least size.
+
+    Raises
+    ------
+    InputError
+        level ``table`` without a table, or with one of another bearing
+    """
+    arrays = TableArrays(np.zeros((1, 1, 1)), np.zeros((1, 1, 1, 1)), np.zeros(8))
+    grid = journal_grid(*IN_LOOP) if level == "reynolds" else journal_grid(12, 4)
+    if level == "table":
+        ratio = bearing.width / bearing.diameter
+        if table is None:
+            raise InputError(f"bearing level 'table' needs a film table of L/D {ratio:.4g}; make it by film-table")
+        made = table.settings
+        if abs(made.length_ratio - ratio) > 1.0e-6 or made.groove != bearing.groove or not made.tilt:
+            raise InputError(
+                f"film table of L/D {made.length_ratio:.6g}, groove {made.groove}, {'with' if made.tilt else 'no'} tilt "
+                f"does not fit the bearing, L/D {ratio:.6g}, groove {bearing.groove}; make one by film-table"
+            )
+        arrays, grid = table.arrays, table_grid(made, *IN_LOOP)
+    return FilmArrays(grid, bearing_contact(bearing), arrays)
 
 
 def film_work(films: FilmArrays, bearings: int) -> FilmWork:
@@ -66,6 +100,8 @@ def film_work(films: FilmArrays, bearings: int) -> FilmWork:
         film=np.zeros(OUT_SIZE),
         contact=np.zeros(N_OUT),
         plane=np.zeros(16),
+        table=table_work(),
+        solved=np.zeros(1),
     )
 
 
@@ -79,7 +115,7 @@ def reynolds_force(films, work, i, c, viscosity, radius, width, speed, out):
     velocity = work.velocity[i]
     half = 0.5 * speed
     ratio = 2.0 * radius / width
-    passes = journal_film(
+    out[PASSES] = journal_film(
         films.grid, ratio * ratio, place[0] / c, place[1] / c, place[2] / c, place[3] / c,
         (velocity[0] + half * place[1]) / c, (velocity[1] - half * place[0]) / c,
         (velocity[2] + half * place[3]) / c, (velocity[3] - half * place[2]) / c,
@@ -98,6 +134,29 @@ def reynolds_force(films, work, i, c, viscosity, radius, width, speed, out):
             k = 4 * r + pair
             out[BY_PLACE + k] = scale * (film[BY_PLACE + k] - half * film[BY_VELOCITY + k + 1])
             out[BY_PLACE + k + 1] = scale * (film[BY_PLACE + k + 1] + half * film[BY_VELOCITY + k])
+    rough_force(films, work, i, c, viscosity, radius, width, speed, out)
+
+
+@kernel
+def tabled_force(films, work, i, c, viscosity, radius, width, speed, out):
+    """Like :func:`reynolds_force`, read from the table; films outside it are solved, and counted in ``work.solved``."""
+    place = work.place[i]
+    velocity = work.velocity[i]
+    status = table_force(
+        place[0], place[1], place[2], place[3], velocity[0], velocity[1], velocity[2], velocity[3], 0.5 * speed, c,
+        6.0 * viscosity * radius * width * (radius / c) * (radius / c), films.table, films.grid, work.journal,
+        work.active[i], work.table, out,
+    )  # fmt: skip
+    if status != TABLE:
+        work.solved[0] += 1.0
+    out[PASSES] = status
+    rough_force(films, work, i, c, viscosity, radius, width, speed, out)
+
+
+@kernel
+def rough_force(films, work, i, c, viscosity, radius, width, speed, out):
+    """Add what asperities carry, and the friction torque of film and asperities."""
+    place = work.place[i]
     eps = (place[0] * place[0] + place[1] * place[1]) ** 0.5 / c
     out[FRICTION] = friction_torque(eps, out[0], out[1], place[0], place[1], viscosity, radius, width, c, speed)
     contact = work.contact
@@ -110,12 +169,26 @@ def reynolds_force(films, work, i, c, viscosity, radius, width, speed, out):
         out[k] += contact[k]
     out[FRICTION] += contact[TORQUE]
     out[ECCENTRICITY] = eps
-    out[PASSES] = passes
 
 
 @kernel
-def tilted_observables(films, work, c, viscosity, radius, width, out):
-    """Largest pressure (Pa) and side flow (m³/s) of the film that was solved last."""
+def tilted_observables(films, work, i, c, viscosity, radius, width, speed, tabled, out):
+    """Largest pressure (Pa) and side flow (m³/s) of the film of journal i, whose force was found last.
+
+    Where it was read from a table: pressure from the table with tilt, flow of the aligned film.
+    """
+    if tabled and out[PASSES] == TABLE:
+        place = work.place[i]
+        velocity = work.velocity[i]
+        _, out[FLOW] = aligned_observables(
+            place[0], place[1], velocity[0], velocity[1], 0.5 * speed, c, viscosity, radius, width, films.table,
+            work.plane,
+        )  # fmt: skip
+        out[P_MAX] = tilted_pressure(
+            place[0], place[1], place[2], place[3], velocity[0], velocity[1], 0.5 * speed, c, viscosity, radius,
+            films.table, work.table,
+        )  # fmt: skip
+        return
     highest, flow = film_observables(films.grid, work.journal)
     out[P_MAX] = 12.0 * viscosity * (radius / c) * (radius / c) * highest
     out[FLOW] = 2.0 * c * radius * radius * radius / width * flow
