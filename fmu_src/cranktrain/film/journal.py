@@ -52,6 +52,8 @@ EDGE_GRADING = 0.7
 """Share of the sine in the axial spacing ζ(s) = (1 − a) s + a sin(π s/2): 0 is uniform, 1 Chebyshev's."""
 MOST_PASSES = 80
 
+_GAUSS = np.array([half[4:] for half in np.polynomial.legendre.leggauss(8)])
+
 # Result of journal_film.
 FORCE, STIFFNESS, DAMPING, OUT_SIZE = 0, 4, 20, 36
 
@@ -63,7 +65,7 @@ class JournalGrid(NamedTuple):
     spacing : (2, N) cell width of a node and distance across the face behind it, in γ
     axial : (5, n + 1) ζ of nodes, cell width, weight of source and force, ζ of the face before a node, 1/distance there
     blocked : (N, m) 1 where the pressure is held at zero (grooves), and beyond n
-    settings : (4,) rupture, grading (0: nodes at rest), sides (1, or 2 for half the width by symmetry), outlet distance
+    settings : (4,) rupture, grading (0: nodes at rest), sides (1, or 2: half the width by symmetry), last step in ζ
     """
 
     circle: Array
@@ -100,24 +102,26 @@ def journal_grid(
     rupture: str = "reynolds",
     grading: float = GRADING,
     grooves: tuple[tuple[float, float], ...] = (),
+    fed_at_widest: bool = False,
 ) -> JournalGrid:
     """Grid of a journal film.
 
     Parameters
     ----------
-    n_phi, n_z : intervals around (≥ 12) and over the full width (even, ≥ 4)
+    n_phi, n_z : intervals around (even, ≥ 12) and over the full width (even, ≥ 6)
     half : solve half the width by symmetry; for films without tilt (t = w = 0)
     rupture : reynolds, guembel (full film, negative pressure left out) or full
     grading : how far the nodes follow the eccentricity, in [0, 1); 0 leaves them at rest
     grooves : axial grooves as (centre, extent) in rad, pressure zero; nodes then stand still in the bore
+    fed_at_widest : hold the pressure at zero on the line of the widest gap, as an oil groove there would (without tilt)
 
     Raises
     ------
     InputError
         for a grid that is too coarse, a rupture that does not exist, grooves that overlap
     """
-    if n_phi < 12 or n_z < 4 or n_z % 2:
-        raise InputError(f"film grid {n_phi} × {n_z} is not possible; take at least 12 around and an even 4 across")
+    if n_phi < 12 or n_phi % 2 or n_z < 6 or n_z % 2:
+        raise InputError(f"film grid {n_phi} × {n_z} is not possible; take even numbers, at least 12 around and 6 across")
     if rupture not in RUPTURES:
         raise InputError(f"cavitation '{rupture}' does not exist; {nearest(rupture, RUPTURES)}")
     if grooves:
@@ -127,6 +131,7 @@ def journal_grid(
         node = 2.0 * math.pi * np.arange(n_phi) / n_phi
         face = node + math.pi / n_phi
         blocked_columns = np.zeros(n_phi)
+        blocked_columns[n_phi // 2] = fed_at_widest  # γ = π whatever the grading
     after = np.roll(node, -1)
     after[-1] += 2.0 * math.pi
     behind = np.roll(face, 1)
@@ -154,7 +159,7 @@ def journal_grid(
     padded = -(-n // LANES) * LANES
     blocked = np.ones((circle.shape[1], padded))
     blocked[:, :n] = blocked_columns[:, None]
-    settings = np.array([RUPTURES[rupture], grading, 2.0 if half else 1.0, step])
+    settings = np.array([RUPTURES[rupture], grading, 2.0 if half else 1.0, step * (1.0 - EDGE_GRADING)])
     return JournalGrid(circle, spacing, axial, blocked, settings)
 
 
@@ -520,10 +525,10 @@ def _four_rows(out, first, a, b, c, d, row, factor):
 
 
 @kernel
-def film_observables(grid, work):
+def film_observables(grid, ex, ey, tx, ty, work):
     """Largest pressure and side flow of the film that ``journal_film`` left in ``work``.
 
-    Returns max Π by parabolas through the largest node (P: times 12 η (R/c)²), and the flow out of both ends
+    Returns max Π, by parabolas through the largest node (P: times 12 η (R/c)²); the flow out of both ends
     Σ ∫H³ |∂ζΠ| dφ (m³/s: times 2 c R³/L).
     """
     p = work.pressure
@@ -546,16 +551,40 @@ def film_observables(grid, work):
     before = p[best_i, best_j - 1] if best_j > 0 else (after if half else 0.0)
     highest += _rise(before, top, after)
     flow = 0.0
-    # Flow through the outermost face, and the difference of slope from there to the edge by a cubic through the edge.
+    # Slope at the edges by a cubic in the uniform coordinate, through zero at the edge.
     step = grid.settings[3]
-    last = axial[4, n] * step
     for i in range(columns):
-        slope = (3.0 * p[i, n - 1] - 1.5 * p[i, n - 2] + p[i, n - 3] / 3.0) / step
-        flow += work.conduct[1, i, n] / last * step * slope
+        c = work.angle[0, i]
+        s = work.angle[1, i]
+        h = max(1.0 - (ex + tx) * c - (ey + ty) * s, FLOOR)
+        drop = 3.0 * p[i, n - 1] - 1.5 * p[i, n - 2] + p[i, n - 3] / 3.0
+        flow += h * h * h * drop / step * work.width[0, i]
         if not half:
-            slope = (3.0 * p[i, 0] - 1.5 * p[i, 1] + p[i, 2] / 3.0) / step
-            flow += work.conduct[1, i, 0] * step * slope
+            h = max(1.0 - (ex - tx) * c - (ey - ty) * s, FLOOR)
+            drop = 3.0 * p[i, 0] - 1.5 * p[i, 1] + p[i, 2] / 3.0
+            flow += h * h * h * drop / step * work.width[0, i]
     return highest, grid.settings[2] * flow
+
+
+@kernel
+def film_shear(ex, ey, tx, ty):
+    """½ ∫∫ dφ dζ / H of a filled gap: 2π/√(1 − ε²) without tilt, Gauss' rule of eight points over the width with it.
+
+    The torque on the journal that shears a filled film is −η R³ L (ω_j − ω_b)/c times this, less half of e × F.
+    """
+    if tx == 0.0 and ty == 0.0:
+        return _circle_shear(ex, ey)
+    total = 0.0
+    for k in range(4):
+        at = _GAUSS[0, k]
+        total += _GAUSS[1, k] * (_circle_shear(ex + at * tx, ey + at * ty) + _circle_shear(ex - at * tx, ey - at * ty))
+    return 0.5 * total
+
+
+@kernel
+def _circle_shear(x, y):
+    left = 1.0 - x * x - y * y
+    return 2.0 * math.pi / math.sqrt(max(left, 2.0 * FLOOR))
 
 
 @kernel
