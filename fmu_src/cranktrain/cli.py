@@ -20,11 +20,12 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table as RichTable
 
-from cranktrain import __version__
+from cranktrain import __version__, film_commands
 from cranktrain.engine import Engine, engine_provenance, load_engine
 from cranktrain.errors import CranktrainError, InputError, nearest
 
 RPM = math.pi / 30.0
+_LEFT = ("shape", "to which number", "value", "unit or norm")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -88,6 +89,7 @@ def _parser() -> _Parser:
         "--pressure-tdc-deg", type=float, metavar="DEG", help="angle in the file that is firing dead centre"
     )
     run.add_argument("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm.h5)")
+    film_commands.register(verbs, _show_rows)
     return parser
 
 
@@ -267,10 +269,14 @@ def _say(text: str) -> None:
 
 def _show(table: Any) -> None:
     """Print a table of texts on stdout."""
-    shown = RichTable(title=table.title, title_justify="left", title_style="bold")
-    for column in table.header:
-        shown.add_column(column, justify="left" if column in ("shape", "to which number", "value") else "right")
-    for row in table.rows:
+    _show_rows(table.title, table.header, table.rows)
+
+
+def _show_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    shown = RichTable(title=title, title_justify="left", title_style="bold")
+    for column in header:
+        shown.add_column(column, justify="left" if column in _LEFT else "right")
+    for row in rows:
         shown.add_row(*row)
     Console(width=None if sys.stdout.isatty() else 120).print(shown)
 

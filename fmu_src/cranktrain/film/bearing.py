@@ -25,18 +25,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cranktrain.errors import InputError, SolverError, nearest
-from cranktrain.film.journal import (
-    DAMPING,
-    OUT_SIZE,
-    STIFFNESS,
-    JournalGrid,
-    cold_start,
-    film_observables,
-    film_shear,
-    journal_film,
-    journal_grid,
-    journal_work,
-)
+from cranktrain.film.journal import DAMPING, OUT_SIZE, STIFFNESS, film_observables, film_shear, journal_film
+from cranktrain.film.journal_grid import JournalGrid, cold_start, journal_grid, journal_work
 from cranktrain.kernel import kernel
 from cranktrain.reduced_body import Array
 
@@ -72,6 +62,7 @@ class Journal:
 
     @property
     def radius(self) -> float:
+        """Half the diameter, m."""
         return 0.5 * self.diameter
 
     @property
@@ -124,7 +115,7 @@ def bearing_grid(
             )
         places = ((0.5 * math.pi, groove), (1.5 * math.pi, groove))
         return journal_grid(n_phi or 192, n_z, half=not tilted, rupture=rupture, grooves=places)
-    fed = supply == "widest-gap" and not tilted and rupture == "reynolds"
+    fed = supply == "widest-gap" and rupture == "reynolds"
     return journal_grid(n_phi or 96, n_z, half=not tilted, rupture=rupture, fed_at_widest=fed)
 
 
@@ -173,8 +164,8 @@ class SteadyBearing:
         if steps < 0:
             tilted = "" if moment is None else f" and moments {moment[0]:g} {moment[1]:g} N m"
             raise SolverError(
-                f"no film carries {load:g} N{tilted} (Sommerfeld number {3.0 * applied[0]:.4g}): after {-steps} steps its "
-                f"least thickness is {_least(*state):.2g} of the clearance; take a smaller load"
+                f"no film carries {load:g} N{tilted} (Sommerfeld number {3.0 * applied[0]:.4g}): after {-steps} steps "
+                f"its least thickness is {_least(*state):.2g} of the clearance; take a smaller load"
                 f"{tilted and ' or moment'}, or more speed or viscosity"
             )
         return self._result(journal, load, state, freedoms, steps)
@@ -190,7 +181,7 @@ class SteadyBearing:
         stiffness = scale * (k_hat - 0.5 * c_hat @ turn)
         damping = scale * c_hat / journal.speed
         ex, ey, tx, ty = state.tolist()
-        highest, flow = film_observables(self.grid, ex, ey, tx, ty, self.work)
+        highest, flow = film_observables(self.grid, self.work)
         radius, speed = journal.radius, journal.speed
         fx, fy = journal.force_unit * out[:2]
         shear = journal.viscosity * radius**3 * journal.width * speed / c * film_shear(ex, ey, tx, ty)

@@ -1,0 +1,180 @@
+"""The film at a given eccentricity, as tables print it: Sommerfeld number, attitude, side flow, friction.
+
+Axes: x along the eccentricity, y 90° on in the sense of rotation. With ψ = c/R, width B, diameter D, rotation ω of the
+journal in a bore at rest (for pure squeeze, ω stands for the rate of eccentricity ε̇ in every norm):
+
+    So = F ψ²/(B D η ω),   forces the same way,   moments M ψ²/(B² D η ω),   pressure p ψ²/(η ω),
+    side flow Q/((D/2)³ ψ ω) of both ends,
+    friction μ_f/ψ = S/(2 So) + ½ ε sin β  with  S = ½∫∫ dφ dζ/H of a filled gap, 2π/√(1 − ε²) without tilt,
+
+the friction being that of the journal: shear of the whole circumference, and half of e × F (Butenschön 1976, whose
+tables of steady rotation hold p = 0 on the line of the widest gap; the friction formula is theirs).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from cranktrain.errors import InputError, SolverError, nearest
+from cranktrain.film.bearing import SUPPLIES, bearing_grid
+from cranktrain.film.journal import OUT_SIZE, film_observables, film_shear, journal_film
+from cranktrain.film.journal_grid import GRADING, RUPTURES, cold_start, journal_work
+from cranktrain.film.reynolds import Edges, Supply, solve_film
+from cranktrain.reduced_body import Array
+
+CAVITATION = (*RUPTURES, "mass-conserving")
+
+
+@dataclass(frozen=True)
+class PrescribedFilm:
+    """Dimensionless result, in the norms above; force and moment (true moment vector) on the journal, (2,) each."""
+
+    sommerfeld: float
+    attitude: float
+    side_flow: float
+    friction: float
+    p_max: float
+    force: tuple[float, float]
+    moment: tuple[float, float]
+
+
+def prescribed_film(
+    length_ratio: float,
+    eccentricity: float,
+    *,
+    squeeze: float = 0.0,
+    squeeze_only: bool = False,
+    tilt: tuple[float, float] = (0.0, 0.0),
+    cavitation: str = "reynolds",
+    supply: str | None = None,
+    grid: tuple[int, int] | None = None,
+) -> PrescribedFilm:
+    """Film of a journal held at an eccentricity.
+
+    Parameters
+    ----------
+    length_ratio : B/D
+    eccentricity : ε in [0, 1)
+    squeeze : ε̇/ω, besides the rotation
+    squeeze_only : no rotation, ε̇ > 0
+    tilt : displacement of the journal's axis at the end ζ = +1, over the clearance, along x and y; at rest
+    cavitation : reynolds, guembel, full or mass-conserving
+    supply : widest-gap or none; by default widest-gap for steady rotation with reynolds (and always mass-conserving)
+    grid : intervals around and over the width
+
+    Raises
+    ------
+    InputError
+        for input that has no film
+    """
+    _check(length_ratio, eccentricity, squeeze, squeeze_only, tilt, cavitation)
+    steady = squeeze == 0.0 and not squeeze_only
+    fed_by_default = steady and cavitation in ("reynolds", "mass-conserving")
+    chosen = supply or ("widest-gap" if fed_by_default else "none")
+    if chosen not in SUPPLIES[:2]:
+        raise InputError(f"supply '{chosen}' does not exist at a given eccentricity; {nearest(chosen, SUPPLIES[:2])}")
+    if chosen == "widest-gap" and not fed_by_default:
+        raise InputError(
+            "supply 'widest-gap' is for steady rotation with cavitation reynolds or mass-conserving; use 'none'"
+        )
+    # Finer towards contact, where the peak gets narrow; wider grids where the tilt is to be resolved.
+    n_phi, n_z = grid or ((96, 16) if eccentricity <= 0.95 and tilt == (0.0, 0.0) else (160, 24))
+    if cavitation == "mass-conserving":
+        if chosen == "none" or not steady:
+            raise InputError(
+                "a mass-conserving film at a given eccentricity must rotate steadily and be fed at the widest gap: "
+                "its fill depends on supply and time; drop --squeeze, --squeeze-only and --supply none, or use reynolds"
+            )
+        return _conserving(length_ratio, eccentricity, tilt, n_phi, n_z)
+    tilted = tilt != (0.0, 0.0)
+    film = bearing_grid(chosen, n_phi=n_phi, n_z=n_z, tilted=tilted, rupture=cavitation)
+    work, active, out = journal_work(film), cold_start(film), np.zeros(OUT_SIZE)
+    turning = 0.0 if squeeze_only else 0.5
+    closing = 1.0 if squeeze_only else squeeze
+    tx, ty = float(tilt[0]), float(tilt[1])
+    passes = journal_film(
+        film, length_ratio**-2, eccentricity, 0.0, tx, ty, closing, -turning * eccentricity, turning * ty,
+        -turning * tx, work, active, out,
+    )  # fmt: skip
+    if passes < 0:
+        raise SolverError(f"film at eccentricity {eccentricity:g} not settled after {-passes} passes; change --grid")
+    highest, flow = film_observables(film, work)
+    shear = 0.0 if squeeze_only else film_shear(eccentricity, 0.0, tx, ty)
+    force, leverage = 3.0 * out[:2], 1.5 * out[2:4]
+    return _result(eccentricity, force, leverage, flow / length_ratio, 12.0 * highest, shear)
+
+
+def _result(eps: float, force: Array, leverage: Array, flow: float, p_max: float, shear: float) -> PrescribedFilm:
+    """``leverage`` is ∫z dF in the norm of moments."""
+    load = math.hypot(*force)
+    fx, fy = float(force[0]), float(force[1])
+    return PrescribedFilm(
+        sommerfeld=load,
+        attitude=math.atan2(fy, -fx) if load > 0.0 else math.nan,
+        side_flow=flow,
+        friction=0.5 * shear / load + 0.5 * eps * fy / load if load > 0.0 else math.nan,
+        p_max=p_max,
+        force=(fx, fy),
+        moment=(-float(leverage[1]), float(leverage[0])),
+    )
+
+
+def _conserving(ratio: float, eps: float, tilt: tuple[float, float], n_phi: int, n_z: int) -> PrescribedFilm:
+    """Steady film that conserves oil, fed at the widest gap; R = η = ω = 1 and ψ = 1e-3."""
+    psi = 1.0e-3
+    gamma = 2.0 * math.pi * np.arange(n_phi) / n_phi
+    m = GRADING * eps
+    # x starts at the widest gap, φ = π, and follows the nodes that gather at φ = 0.
+    phi = math.pi + 2.0 * np.arctan2(math.sqrt(1.0 + m) * np.sin(0.5 * gamma), math.sqrt(1.0 - m) * np.cos(0.5 * gamma))
+    zeta = np.linspace(-1.0, 1.0, n_z + 1)
+    n = np.array([np.cos(phi), np.sin(phi)])
+    h = psi * (1.0 - eps * n[0][:, None] - np.outer(tilt[0] * n[0] + tilt[1] * n[1], zeta))
+    width = 2.0 * ratio
+    groove = np.zeros(h.shape, dtype=bool)
+    groove[0] = True
+    film = solve_film(
+        h, (2.0 * math.pi, width), speeds=(1.0, 0.0), viscosity=1.0, periodic=True, edges=Edges(),
+        supplies=(Supply("groove", groove, 0.0),), cavitation="mass-conserving",
+        nodes=(phi - math.pi, 0.5 * width * (zeta + 1.0)),
+    )  # fmt: skip
+    pressed = film.pressure * film.areas
+    unit = psi**2 / (2.0 * width)
+    force = -unit * (n @ pressed.sum(axis=1))
+    leverage = -unit * (n @ (pressed @ (0.5 * width * zeta))) / width
+    # What pressure drives out, with the slope at the edges by a cubic; what the surfaces draw in there is not counted.
+    step = width / n_z
+    cubic = [3.0, -1.5, 1.0 / 3.0]
+    drop = h[:, 0] ** 3 * (film.pressure[:, 1:4] @ cubic) + h[:, -1] ** 3 * (film.pressure[:, -2:-5:-1] @ cubic)
+    flow = float(np.sum(drop * film.areas[:, n_z // 2])) / (12.0 * step**2 * psi)
+    return _result(eps, force, leverage, flow, film.p_max * psi**2, film_shear(eps, 0.0, *tilt))
+
+
+def _check(
+    ratio: float, eps: float, squeeze: float, squeeze_only: bool, tilt: tuple[float, float], cavitation: str
+) -> None:
+    if not (math.isfinite(ratio) and 0.01 <= ratio <= 20.0):
+        raise InputError(f"length ratio {ratio:g} is not within 0.01 to 20: it is the width over the diameter")
+    if not (math.isfinite(eps) and 0.0 <= eps < 1.0):
+        raise InputError(
+            f"eccentricity {eps:g} is not within 0 to 1: at 1 the surfaces touch and no film is left; 0.999 is possible"
+        )
+    if cavitation not in CAVITATION:
+        raise InputError(f"cavitation '{cavitation}' does not exist; {nearest(cavitation, CAVITATION)}")
+    if not math.isfinite(squeeze) or not all(map(math.isfinite, tilt)):
+        raise InputError("squeeze and tilt must be finite numbers")
+    if squeeze_only and squeeze != 0.0:
+        raise InputError("squeeze-only has no rotation to relate --squeeze to; drop one of the two")
+    a, b = tilt
+    worst = max(math.hypot(eps + a, b), math.hypot(eps - a, b))
+    if worst >= 1.0:
+        size = math.hypot(a, b)
+        along = abs(a) * eps / size
+        possible = math.sqrt(along * along + 1.0 - eps * eps) - along
+        raise InputError(
+            f"with eccentricity {eps:g} a tilt of {a:g} {b:g} makes an edge touch (eccentricity {worst:.4g} there); in "
+            f"this direction less than {possible:.4g} is possible, e.g. {0.99 * possible * a / size:.4g} "
+            f"{0.99 * possible * b / size:.4g}"
+        )
