@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table as RichTable
 
-from cranktrain import __version__, film_commands
+from cranktrain import __version__, film_commands, film_table_command
 from cranktrain.engine import Engine, engine_provenance, load_engine
 from cranktrain.errors import CranktrainError, InputError, nearest
 
@@ -90,6 +90,7 @@ def _parser() -> _Parser:
     )
     run.add_argument("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm.h5)")
     film_commands.register(verbs, _show_rows)
+    film_table_command.register(verbs)
     return parser
 
 

@@ -1,4 +1,4 @@
-"""HDF5 files: reduced bodies and simulation results, with units, schema version and the digest of their inputs.
+"""HDF5 files: reduced bodies, film tables and simulation results, with units, schema version and the digest of their inputs.
 
 A file appears whole or not at all. What is corrupt, foreign, of another schema or made from other inputs is refused.
 """
@@ -24,6 +24,8 @@ Dataset = tuple[NDArray[Any], str]
 BODY_FORMAT = "cranktrain reduced body"
 RESULT_FORMAT = "cranktrain result"
 RESULT_SCHEMA = 1
+TABLE_FORMAT = "cranktrain film table"
+PART_FORMAT = "cranktrain film table, unfinished"
 
 _UNITS = {
     "omega": "rad/s",
@@ -102,6 +104,65 @@ def load_extras(path: str | Path) -> dict[str, NDArray[Any]]:
     """Arrays stored beside a reduced body; ``StoreError`` as :func:`load_body`."""
     with _opened(path, BODY_FORMAT, SCHEMA, "delete it and run 'cranktrain reduce'") as file:
         return {name: file[f"extras/{name}"][()] for name in file.get("extras", {})}
+
+
+def write_film_table(
+    path: str | Path,
+    schema: int,
+    digest: str,
+    made_for: str,
+    datasets: Mapping[str, Dataset],
+    attributes: Mapping[str, str | int | float],
+    *,
+    unfinished: bool = False,
+) -> Path:
+    """Write a film table, or what is finished of one.
+
+    Parameters
+    ----------
+    digest : of the settings it is made from
+    made_for : the same in words, for the one who reads a refusal
+    datasets : name → (array, unit)
+    attributes : settings, errors
+    """
+    with _written(path) as file:
+        kind = PART_FORMAT if unfinished else TABLE_FORMAT
+        file.attrs.update({"format": kind, "schema": schema, "digest": digest, "made_for": made_for})
+        for key, value in sorted(attributes.items()):
+            file.attrs[f"table.{key}"] = value
+        for name, (array, unit) in datasets.items():
+            _put(file, f"data/{name}", array, unit)
+    return Path(path)
+
+
+def read_film_table(
+    path: str | Path, schema: int, digest: str, wanted: str, *, unfinished: bool = False
+) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Read what :func:`write_film_table` wrote: (name → array, attributes).
+
+    Raises
+    ------
+    StoreError
+        missing, corrupt, foreign, of another schema, or made for something else than ``wanted``
+    """
+    arrays: dict[str, NDArray[Any]] = {}
+    remedy = "delete it, or build it anew by 'cranktrain film-table --rebuild'"
+    with _opened(path, PART_FORMAT if unfinished else TABLE_FORMAT, schema, remedy) as file:
+        if str(file.attrs["digest"]) != digest:
+            made_for = str(file.attrs["made_for"])
+            differs = f"made for {made_for}" if made_for != wanted else "made by another version"
+            raise StoreError(f"{path}: {differs}, wanted {wanted}; {remedy}")
+
+        def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
+            if isinstance(item, h5py.Dataset):
+                arrays[name] = item[()]
+
+        if "data" in file:
+            file["data"].visititems(visit)
+        elif not unfinished:
+            raise KeyError("data")
+        attributes = {key[6:]: _plain(value) for key, value in file.attrs.items() if key.startswith("table.")}
+    return arrays, attributes
 
 
 def write_result(

@@ -35,16 +35,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.errors import InputError, SolverError, nearest
-from cranktrain.film.journal import (
-    DAMPING,
-    OUT_SIZE,
-    JournalGrid,
-    cold_start,
-    film_observables,
-    journal_film,
-    journal_grid,
-    journal_work,
-)
+from cranktrain.film.journal import DAMPING, OUT_SIZE, film_observables, journal_film
+from cranktrain.film.journal_grid import JournalGrid, cold_start, journal_grid, journal_work
 from cranktrain.kernel import kernel
 from cranktrain.reduced_body import Array
 
