@@ -30,7 +30,7 @@ ITERATIONS, CLIPPED = 47, 48
 OUT_SIZE = 49
 
 FILM_FLOOR = 2.0e-4
-"""Floor δ₀ of the film that carries pressure, in clearances: ½[H + √(H² + 4 δ₀²)]."""
+"""Floor δ₀ of the film that carries pressure, in clearances."""
 
 NODE_FIELDS = 16
 FACE_FIELDS = 3

@@ -78,7 +78,9 @@ from cranktrain.kernel import kernel
 
 CONVERGED, NOT_CONVERGED, SINGULAR = 0, 1, 2
 
-MOST_ITERATIONS = 60
+MOST_ITERATIONS = 30
+HIGHEST_FLOOR, LOWERING, EASING = 0.3, 0.4, 20
+"""Where plain Newton fails: first floor of the film, its decrease from solution to solution, iterations for each."""
 STEP_TOLERANCE = 1.0e-5
 """Largest change of the film over itself in the last Newton step; what is left is its square."""
 CLOSING = 0.7
@@ -140,14 +142,22 @@ def elastic_film(
     per_step = 1.0 / dt
     per_gain = 1.0 / gain
     film_start(film, vectors[START_PLACE], vectors[START_SHIFT], start, work.nodes)
-    status, passes, first, ring = _newton(film, 0.5 * speed, per_step, per_gain, unknowns, work)
+    half = 0.5 * speed
+    floor = constants[FLOOR]
+    status, passes, first, ring = _newton(film, floor, half, per_step, per_gain, MOST_ITERATIONS, unknowns, work)
     if status != CONVERGED:
-        # Once more from the state at the step's start, which is at least a consistent one.
+        # Surfaces that interpenetrate by far squeeze oil through the floor of the film at any pressure, and Newton gets
+        # no grip. A high floor, lowered by steps, lets the bore open first.
         for k in range(size):
             unknowns[k] = start[k]
         for k in range(n_shapes):
-            vectors[SHIFT, k + 1] = delta_known[k] * per_clearance
-        status, again, first, ring = _newton(film, 0.5 * speed, per_step, per_gain, unknowns, work)
+            vectors[SHIFT, k + 1] = vectors[KNOWN, k + 1]
+        raised = HIGHEST_FLOOR
+        while raised > floor:
+            _, again, first, ring = _newton(film, raised, half, per_step, per_gain, EASING, unknowns, work)
+            passes += again
+            raised *= LOWERING
+        status, again, first, ring = _newton(film, floor, half, per_step, per_gain, 2 * MOST_ITERATIONS, unknowns, work)
         passes += again
     for k in range(n_shapes):
         delta[k] = vectors[SHIFT, k + 1] * constants[CLEARANCE]
@@ -218,7 +228,7 @@ def _take_sides(film, unknowns, nodes):
 
 
 @kernel
-def _newton(film, half_speed, per_step, per_gain, unknowns, work):
+def _newton(film, floor, half_speed, per_step, per_gain, most, unknowns, work):
     """Iterate to convergence; the factors of the last matrix stay in ``work``. Returns status and iterations."""
     constants = film.constants
     n_phi = int(constants[N_PHI])
@@ -239,10 +249,10 @@ def _newton(film, half_speed, per_step, per_gain, unknowns, work):
             nodes[PRESSURE, q] = 0.0
             nodes[VOID, q] = 0.0
     _take_sides(film, unknowns, nodes)
-    for passes in range(1, MOST_ITERATIONS + 1):
+    for passes in range(1, most + 1):
         node_films(film, vectors[PLACE], shift, nodes[FILM])
         face_films(film, vectors[PLACE], shift, faces[FACE_OPEN])
-        open_films(film, nodes, faces)
+        open_films(film, floor, nodes, faces)
         for k in range(n_shapes):
             vectors[SHIFT_RATE, k + 1] = (shift[k + 1] - vectors[KNOWN, k + 1]) * per_gain
         film_rates(film, vectors[PACE], vectors[SHIFT_RATE], nodes)
@@ -266,7 +276,7 @@ def _newton(film, half_speed, per_step, per_gain, unknowns, work):
         if n_shapes > 0:
             for k in range(n_shapes):
                 step[k + 1] = work.border[k, n_shapes + n_z]
-            share, largest = _reach(film, step, nodes)
+            share, largest = _reach(film, floor, step, nodes)
             for k in range(n_shapes):
                 step[k + 1] *= share
                 shift[k + 1] += step[k + 1]
@@ -282,7 +292,7 @@ def _newton(film, half_speed, per_step, per_gain, unknowns, work):
         changed = _advance(film, first, ring, step, unknowns, work)
         if changed == 0 and share == 1.0 and largest < STEP_TOLERANCE:
             return CONVERGED, passes, first, ring
-    return NOT_CONVERGED, MOST_ITERATIONS, first, ring
+    return NOT_CONVERGED, most, first, ring
 
 
 @kernel
@@ -534,10 +544,10 @@ def _eliminate(a, n_shapes, n_z, ring, right_sides):
 
 
 @kernel
-def _reach(film, step, nodes):
+def _reach(film, floor, step, nodes):
     """Share of a step of the shapes that keeps the film open, and its largest change over the film."""
     columns = film.shapes.shape[1]
-    least = 10.0 * film.constants[FLOOR]
+    least = 10.0 * floor
     share = 1.0
     largest = 0.0
     for q in range(nodes.shape[1]):
@@ -682,7 +692,7 @@ def _result(film, speed, work, out):
     nodes = work.nodes
     node_films(film, work.vectors[PLACE], work.vectors[SHIFT], nodes[FILM])
     face_films(film, work.vectors[PLACE], work.vectors[SHIFT], work.faces[FACE_OPEN])
-    open_films(film, nodes, work.faces)
+    open_films(film, film.constants[FLOOR], nodes, work.faces)
     _present_loads(film, work)
     unit = _load_unit(constants)
     for m in range(4):

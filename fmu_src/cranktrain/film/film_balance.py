@@ -14,7 +14,7 @@ nodes but what their full neighbours press there. The rate has two forms, after 
 * void: [θH − (θH)_start]/Δt, backward Euler from the start. The oil of ruptured regions is conserved to rounding.
 
 The fill then lies in [0, 1] by itself: it is a mean of what was there and what flows in. H is the floored film
-½[H + √(H² + 4δ₀²)], positive for a journal beyond its bore. The matrix ∂R/∂u is an M-matrix by columns.
+δ₀ + ½[H − δ₀ + √((H − δ₀)² + δ₀²)]: a journal beyond its bore leaves δ₀ open, what carries there is contact. The matrix ∂R/∂u is an M-matrix by columns.
 """
 
 from __future__ import annotations
@@ -114,34 +114,39 @@ def film_start(film, place, shift, start, nodes):
             u = start[i * n_z + j]
             q = i * (n_z + 2) + j + 1
             if u < 0.0:
-                h = mass[q]
+                above = mass[q] - floor
                 fill = 1.0 + u if u > -1.0 else 0.0
-                mass[q] = fill * 0.5 * (h + math.sqrt(h * h + 4.0 * floor * floor))
+                root = math.sqrt(above * above + floor * floor)
+                rest = 0.5 * (above + root) if above > 0.0 else 0.5 * floor * floor / (root - above)
+                mass[q] = fill * (floor + rest)
                 was_void[q] = 1.0
 
 
 @kernel
-def open_films(film, nodes, faces):
+def open_films(film, floor, nodes, faces):
     """Floored films with first and second derivative, at nodes and faces; contact pressure, over p₀, with its slope."""
     constants = film.constants
-    four = 4.0 * constants[FLOOR] * constants[FLOOR]
     h = nodes[FILM]
     is_open = nodes[OPEN]
     slope = nodes[SLOPE]
     bend = nodes[BEND]
     for k in range(h.shape[0]):
-        root = math.sqrt(h[k] * h[k] + four)
+        above = h[k] - floor
+        root = math.sqrt(above * above + floor * floor)
         inverse = 1.0 / root
-        # Below zero the first form would cancel.
-        is_open[k] = 0.5 * (h[k] + root) if h[k] > 0.0 else 0.5 * four / (root - h[k])
-        slope[k] = is_open[k] * inverse
-        bend[k] = 0.5 * four * inverse * inverse * inverse
+        # ½(above + root), without cancellation below the floor.
+        rest = 0.5 * (above + root) if above > 0.0 else 0.5 * floor * floor / (root - above)
+        is_open[k] = floor + rest
+        slope[k] = rest * inverse
+        bend[k] = 0.5 * floor * floor * inverse * inverse * inverse
     h = faces[FACE_OPEN]
     slope = faces[FACE_SLOPE]
     for k in range(h.shape[0]):
-        root = math.sqrt(h[k] * h[k] + four)
-        h[k] = 0.5 * (h[k] + root) if h[k] > 0.0 else 0.5 * four / (root - h[k])
-        slope[k] = h[k] / root
+        above = h[k] - floor
+        root = math.sqrt(above * above + floor * floor)
+        rest = 0.5 * (above + root) if above > 0.0 else 0.5 * floor * floor / (root - above)
+        h[k] = floor + rest
+        slope[k] = rest / root
     if film.contact[SIGMA] > 0.0:
         c = constants[CLEARANCE]
         unit = 1.0 / pressure_unit(constants)
