@@ -83,6 +83,8 @@ HIGHEST_FLOOR, LOWERING, EASING = 0.3, 0.4, 20
 """Where plain Newton fails: first floor of the film, its decrease from solution to solution, iterations for each."""
 STEP_TOLERANCE = 1.0e-5
 """Largest change of the film over itself in the last Newton step; what is left is its square."""
+MOVE_TOLERANCE = 3.0e-4
+"""Largest change of pressure over the highest, or of a void share, in that step: what the tangents may be wrong by."""
 CLOSING = 0.7
 """Share of itself by which a Newton step may close the film."""
 REACH = 1.0e-9
@@ -289,8 +291,8 @@ def _newton(film, floor, half_speed, per_step, per_gain, most, unknowns, work):
                     work.border[k, n_shapes + n_z] = step[k + 1]
                 if _eliminate(work.border, n_shapes, n_z, ring, 1) != 0:
                     return SINGULAR, passes, first, ring
-        changed = _advance(film, first, ring, step, unknowns, work)
-        if changed == 0 and share == 1.0 and largest < STEP_TOLERANCE:
+        changed, moved = _advance(film, first, ring, step, unknowns, work)
+        if changed == 0 and share == 1.0 and largest < STEP_TOLERANCE and moved < MOVE_TOLERANCE:
             return CONVERGED, passes, first, ring
     return NOT_CONVERGED, most, first, ring
 
@@ -557,8 +559,7 @@ def _reach(film, floor, step, nodes):
         if h < least:
             h = least
         relative = change / h
-        if relative < -CLOSING * share:
-            # CLOSING h is as far as this node may close.
+        if -relative * share > CLOSING and nodes[FILM, q] > floor:
             share = min(share, -CLOSING / relative)
         if abs(relative) > largest:
             largest = abs(relative)
@@ -567,7 +568,10 @@ def _reach(film, floor, step, nodes):
 
 @kernel
 def _advance(film, first, ring, step, unknowns, work):
-    """Add the Newton step to the unknowns; nodes whose unknown changes its sign change sides. Returns how many."""
+    """Add the Newton step to the unknowns; nodes whose unknown changes its sign change sides.
+
+    Returns how many, and the largest change of pressure, over the highest, or of a void share.
+    """
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     n_shapes = int(film.constants[N_SHAPES])
@@ -580,6 +584,8 @@ def _advance(film, first, ring, step, unknowns, work):
             highest = unknowns[f]
     slack = SWITCH * highest
     changed = 0
+    moved = 0.0
+    emptied = 0.0
     for position in range(n_phi):
         i = first + position
         if i >= n_phi:
@@ -603,6 +609,7 @@ def _advance(film, first, ring, step, unknowns, work):
                         change += columns[slot // 8, at, slot % 8] * answer[n_shapes + k, right]
             if work.nodes[FULL, q] > 0.0:
                 u = work.nodes[PRESSURE, q] + change
+                moved = max(moved, abs(change))
                 if u < -slack:
                     u = -TINY
                     changed += 1
@@ -610,6 +617,7 @@ def _advance(film, first, ring, step, unknowns, work):
                     u = 0.0
             else:
                 u = work.nodes[VOID, q] + change
+                emptied = max(emptied, abs(change))
                 if u > SWITCH:
                     u = 0.0
                     changed += 1
@@ -620,7 +628,9 @@ def _advance(film, first, ring, step, unknowns, work):
             work.nodes[FULL, q] = 1.0 if is_full else 0.0
             work.nodes[PRESSURE, q] = u if is_full else 0.0
             work.nodes[VOID, q] = 0.0 if is_full else u
-    return changed
+    if highest > 0.0:
+        moved /= highest
+    return changed, max(moved, emptied)
 
 
 @kernel
