@@ -1,6 +1,7 @@
 """The general film against closed forms: sliders, Petroff, long and short journal bearings, rupture and reformation."""
 
 import json
+from itertools import pairwise
 from math import pi
 from pathlib import Path
 
@@ -39,7 +40,9 @@ def tapered_slider(along_x):
 def test_tapered_slider_with_squeeze_and_edge_pressures(along_x):
     case, z, pressure, inflow, outflow = tapered_slider(along_x)
     values = case["inputs"]["example"]
-    names = {"U1z": values["U"], "U2z": 0.0, "rho": 1.0} | {k: values[k] for k in ("h0", "B", "dh_dz", "p0", "p1", "eta", "dh_dt")}
+    names = {"U1z": values["U"], "U2z": 0.0, "rho": 1.0} | {
+        k: values[k] for k in ("h0", "B", "dh_dz", "p0", "p1", "eta", "dh_dt")
+    }
     expected = eval(case["expected"]["formula"], {"z": z} | names)
     assert np.abs(pressure - expected).max() < 1e-4 * np.abs(expected).max()
     for place, value in case["expected"]["example_p"].items():
@@ -142,7 +145,7 @@ class LinearFilm:
     def integrals(self, start, end, flow):
         knots = [start, *(x for x in self.places if start < x < end), end]
         rise = moment = 0.0
-        for a, b in zip(knots[:-1], knots[1:], strict=True):
+        for a, b in pairwise(knots):
             h_a, h_b = self(a), self(b)
             slope = (h_b - h_a) / (b - a)
             # Antiderivatives in h of h⁻², h⁻³ and of h⁻¹, h⁻²; x = a + (h − h_a)/slope.
@@ -150,7 +153,9 @@ class LinearFilm:
             one = np.log(h_b / h_a)
             shift = a - h_a / slope
             rise += 12 * ETA * (MEAN_SPEED * two - flow * three) / slope
-            moment += 12 * ETA * (MEAN_SPEED * (shift * two + one / slope) - flow * (shift * three + two / slope)) / slope
+            moment += (
+                12 * ETA * (MEAN_SPEED * (shift * two + one / slope) - flow * (shift * three + two / slope)) / slope
+            )
         return rise, moment
 
 

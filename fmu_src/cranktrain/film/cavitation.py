@@ -4,20 +4,20 @@ The oil balance of node i, with the pressure p and the deficit d = 1 − fill as
 
     s_i − m_i d_i + Σ_faces [g (p_i − p_k) + c (1 − d_up)] = 0,      p ≥ 0,  d ≥ 0,  p d = 0;
 
-g is a face's conductance, c the flow that the surfaces drag through it when it is full, d_up the deficit on the side that
-this flow comes from, s − m d the rate at which the node's oil grows. Put u = p where the node is full and u = −d where it
-is ruptured: the balance becomes A max(u, 0) + B min(u, 0) = b. Both A and B have a positive diagonal, negative entries
-beside it and columns whose sums are not negative, and so has every mixture of their columns. Hence the map is an
-M-function: the solution exists, is unique, and depends on no first guess. Reynolds' (Swift and Stieber's) rupture is the
-same problem with B = I: oil then appears where the film ruptures.
+g is a face's conductance, c the flow that the surfaces drag through it when it is full, d_up the deficit on the side
+that this flow comes from, s − m d the rate at which the node's oil grows. Put u = p where the node is full and u = −d
+where it is ruptured: the balance becomes A max(u, 0) + B min(u, 0) = b. Both A and B have a positive diagonal, no
+positive entry beside it and columns whose sums are not negative, and so has every mixture of their columns. Hence the
+map is an M-function: the solution exists, is unique, and depends on no first guess. Reynolds' (Swift and Stieber's)
+rupture is the same problem with B = I: oil then appears where the film ruptures.
 
 Solved by Newton's method, which here is an active set: each pass solves the band matrix of the present mixture. After
-``FREE_PASSES`` passes the step is limited so that the sum of all |imbalances| falls, which ends a cycle; after
-``STRICT_PASSES`` a wrong sign within rounding is accepted. Reynolds' rupture needs no such limit: its pressures rise from
-pass to pass, though a zone that starts too small grows by one layer per pass only.
+``FREE_PASSES`` passes the step is limited so that the sum of all |imbalances| falls; after ``STRICT_PASSES`` a wrong
+sign within rounding is accepted. Reynolds' rupture needs no such limit: its pressures rise from pass to pass, though a
+zone that starts too small grows by one layer per pass only.
 
-Sources: Elrod, J. Lubr. Technol. 103 (1981) 350 (fill transported upwind); Giacopini et al., J. Tribol. 132 (2010) 041702
-(complementarity); Rheinboldt, J. Math. Anal. Appl. 32 (1970) 274 (M-functions).
+Sources: Elrod, J. Lubr. Technol. 103 (1981) 350 (fill transported upwind); Giacopini et al., J. Tribol. 132 (2010)
+041702 (complementarity); Rheinboldt, J. Math. Anal. Appl. 32 (1970) 274 (M-functions).
 """
 
 from __future__ import annotations

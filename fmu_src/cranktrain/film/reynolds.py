@@ -36,10 +36,11 @@ from cranktrain.film.cavitation import (
     film_state,
     oil_balance,
 )
+from cranktrain.film.observables import largest_pressure, outflows, shear_forces
+from cranktrain.film.supply import Edges, Supply, given_pressures, node_field
 from cranktrain.film.volumes import Array, Faces, Rectangle, band_order, cell_faces, cell_sums, node_faces, rectangle
 
 CAVITATION = {"full": FULL_FILM, "guembel": FULL_FILM, "reynolds": REYNOLDS, "mass-conserving": CONSERVING}
-EDGES = ("x0", "x1", "z0", "z1")
 VISCOSITY_TOLERANCE = 1e-11
 """Change of the pressure, relative to its maximum, at which viscosity and pressure agree."""
 VISCOSITY_PASSES = 200
@@ -48,30 +49,6 @@ MEMORY = 1e8
 MAX_STAGES = 100
 """Stages in which the time step of such a film is lengthened where it does not settle at once."""
 Law = Callable[[Array], Array]
-
-
-@dataclass(frozen=True)
-class Edges:
-    """What holds at the four edges: a pressure (Pa, a number or one per node), or None for an edge without flow.
-
-    None is also a plane of symmetry. ``fill`` is how full the gap is that surfaces carry in across an edge at p = 0,
-    at the first face inside.
-    """
-
-    x0: ArrayLike | None = 0.0
-    x1: ArrayLike | None = 0.0
-    z0: ArrayLike | None = 0.0
-    z1: ArrayLike | None = 0.0
-    fill: float = 1.0
-
-
-@dataclass(frozen=True)
-class Supply:
-    """A groove or hole: nodes (mask (n_x, n_z)) that stand full at a pressure (Pa)."""
-
-    name: str
-    nodes: NDArray[np.bool_]
-    pressure: float
 
 
 @dataclass(frozen=True)
@@ -155,16 +132,15 @@ def solve_film(
     SolverError
         if nothing determines the pressure level, or viscosity and pressure do not agree
     """
-    problem = _problem(h, lengths, cavitation, periodic, nodes, stepped)
-    grid, film, faces = problem
+    grid, film, faces = _problem(h, lengths, cavitation, periodic, nodes, stepped)
     n_x, n_z = film.shape
-    eta_0 = _field("viscosity", viscosity, film.shape)
+    eta_0 = node_field("viscosity", viscosity, film.shape)
     if not (np.isfinite(eta_0).all() and eta_0.min() > 0.0):
         raise InputError(f"viscosity: least value {eta_0.min():.4g} Pa s; it must be positive everywhere")
     for name, value in (("speeds", speeds), ("cross_speeds", cross_speeds)):
         if len(value) != 2 or not np.isfinite(value).all():
             raise InputError(f"{name}: two finite velocities in m/s are needed (first and second surface), got {value}")
-    pressure, deficit, owner, names = _given_pressures(edges, supplies, grid, cavitation)
+    pressure, deficit, owner, names = given_pressures(edges, supplies, grid, cavitation)
     free = owner < 0
     order, width = band_order(free, periodic)
     source, store = _growth(film, grid, squeeze, dt, previous, cavitation)
@@ -178,8 +154,9 @@ def solve_film(
         held = volumes * ((moved if moved > 0.0 else 1.0) / (MEMORY * volumes.sum()))
         store = store + held
     empty = np.zeros((n_x, n_z), dtype=bool)
+    guess = previous if guess is None else guess
     if guess is not None and guess.ruptured.shape == empty.shape and cavitation not in ("full", "guembel"):
-        empty = guess.ruptured & free
+        empty = (guess.ruptured | (guess.fill < 1.0)) & free
     count = int(free.sum())
     band, right = np.zeros((count, 2 * width + 1)), np.zeros((count, 1))
     unknown, work = np.zeros((2, count)), np.zeros((2, n_x, n_z))
@@ -195,6 +172,8 @@ def solve_film(
             (band, width, right, unknown, work),
         )  # fmt: skip
         passes += turns
+        if free.all() and not empty.any():
+            status = SINGULAR  # a sealed gap full of oil, whatever rounding made of its last pivot
         if status != CONVERGED or not np.isfinite(pressure).all():
             raise SolverError(_failure(status, cavitation))
         if pressure_viscosity is None:
@@ -224,30 +203,22 @@ def solve_film(
         pressure = np.maximum(pressure, 0.0)
         empty = free & (pressure <= 0.0)
         oil_balance(g_x, g_z, carried_x, carried_z, source, store, pressure, deficit, work[1])
-    flows, defect = _flows(work[1], owner, names, grid, film, cross_speeds)
+    flows, defect = outflows(work[1], owner, names, grid, film, cross_speeds)
     stored = float((source - store * deficit).sum())
     carried = float(max(np.abs(carried_x).sum(axis=1).max(), np.abs(carried_z).sum(axis=0).max()))
     through = carried + sum(abs(f) for f in flows.values()) + float(np.abs(source - store * deficit).sum())
     rounding = 1e-15 * float(store.sum())  # of the oil that is there, when nothing moves it
     load = float((pressure * grid.areas).sum())
-    centre = (
-        (float((pressure * grid.areas * grid.x[:, None]).sum()) / load, float((pressure * grid.areas * grid.z).sum()) / load)
-        if load != 0.0
-        else (np.nan, np.nan)
+    moments = (pressure * grid.areas * grid.x[:, None]).sum(), (pressure * grid.areas * grid.z).sum()
+    centre = (float(moments[0]) / load, float(moments[1]) / load) if load != 0.0 else (np.nan, np.nan)
+    p_max, place = largest_pressure(pressure, free & (not stepped), grid, lengths[0])
+    drag = shear_forces(
+        pressure, 1.0 - deficit, eta, np.asarray(h, dtype=float), faces, grid, speeds, cross_speeds, stepped
     )
-    p_max, place = _largest(pressure, free & (not stepped), grid, lengths[0])
-    drag = _drag(pressure, 1.0 - deficit, eta, np.asarray(h, dtype=float), faces, grid, speeds, cross_speeds, stepped)
     return FilmSolution(
         grid.x, grid.z, film, grid.areas, pressure, 1.0 - deficit, empty, eta, load, centre, p_max, place, drag, flows,
         stored, abs(defect) / through if abs(defect) > rounding else 0.0, passes,
     )  # fmt: skip
-
-
-def _field(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
-    array = np.asarray(value, dtype=float)
-    if array.ndim and array.shape != shape:
-        raise InputError(f"{name}: shape {array.shape} does not fit the nodes {shape}; give a number or one per node")
-    return np.ascontiguousarray(np.broadcast_to(array, shape))
 
 
 def _problem(
@@ -297,63 +268,6 @@ def _problem(
     return grid, cell_sums(given, grid)[2] / grid.areas, cell_faces(given, grid)
 
 
-def _given_pressures(
-    edges: Edges, supplies: Sequence[Supply], grid: Rectangle, cavitation: str
-) -> tuple[Array, Array, NDArray[np.int64], list[str]]:
-    """Pressure and deficit at fixed nodes, which edge or supply holds each node (−1: none), and their names."""
-    shape = grid.areas.shape
-    pressure, deficit = np.zeros(shape), np.zeros(shape)
-    owner = np.full(shape, -1, dtype=np.int64)
-    names: list[str] = []
-    floor = -np.inf if cavitation in ("full", "guembel") else 0.0
-    if not 0.0 <= edges.fill <= 1.0:
-        raise InputError(f"edges: fill {edges.fill:.4g} of what is carried in; it lies between 0 and 1")
-    # The edges across the sliding direction come last and own the corners.
-    for name in ("z0", "z1", "x0", "x1"):
-        value = getattr(edges, name)
-        if value is None or (name[0] == "x" and grid.periodic):
-            continue
-        if name[0] == "z" and shape[1] == 1:
-            if np.any(np.asarray(value) != 0.0):
-                raise InputError(f"edges: an infinitely wide film (n_z = 1) has no edge {name}; leave it out")
-            continue
-        end = 0 if name[1] == "0" else -1
-        where = (end, slice(None)) if name[0] == "x" else (slice(None), end)
-        pressure[where] = _field(f"edges: {name}", value, pressure[where].shape)
-        owner[where] = len(names)
-        names.append(name)
-        deficit[where] = 0.0 if cavitation != "mass-conserving" else np.where(pressure[where] > 0, 0, 1 - edges.fill)
-    for supply in supplies:
-        if supply.name in names or supply.name in EDGES:
-            raise InputError(f"supply '{supply.name}' exists twice; give each groove a name of its own")
-        mask = np.asarray(supply.nodes)
-        if mask.shape != shape or mask.dtype != bool:
-            raise InputError(f"supply '{supply.name}': a mask of shape {shape} is needed, got {mask.dtype} {mask.shape}")
-        if not mask.any():
-            raise InputError(f"supply '{supply.name}' covers no node; refine the grid or move the groove")
-        clash = mask & (owner >= 0) & (pressure != supply.pressure)
-        if clash.any():
-            i, j = (int(k) for k in np.argwhere(clash)[0])
-            raise InputError(
-                f"supply '{supply.name}' ({supply.pressure:.4g} Pa) overlaps '{names[owner[i, j]]}' "
-                f"({pressure[i, j]:.4g} Pa) at node ({i}, {j}); separate them or give them one pressure"
-            )
-        pressure[mask], deficit[mask], owner[mask] = supply.pressure, 0.0, len(names)
-        names.append(supply.name)
-    held = owner >= 0
-    if held.any() and not (np.isfinite(pressure).all() and pressure[held].min() >= floor):
-        i, j = (int(k) for k in np.argwhere(held & ~(pressure >= floor))[0])
-        raise InputError(
-            f"pressure {pressure[i, j]:.4g} Pa at '{names[owner[i, j]]}' is below the cavitation pressure 0; "
-            "count pressures from there or use cavitation 'full'"
-        )
-    if not held.any() and cavitation in ("full", "guembel"):
-        raise InputError("nothing holds the pressure of a full film; give a pressure at an edge or a supply")
-    if held.all():
-        raise InputError("every node has a given pressure; refine the grid so that some are left to solve")
-    return pressure, deficit, owner, names
-
-
 def _growth(
     film: Array,
     grid: Rectangle,
@@ -363,7 +277,7 @@ def _growth(
     cavitation: str,
 ) -> tuple[Array, Array]:
     """Growth of the oil at each node were it full, and what a deficit of one takes from it (m³/s)."""
-    rate = _field("squeeze", squeeze, film.shape)
+    rate = node_field("squeeze", squeeze, film.shape)
     if not np.isfinite(rate).all():
         raise InputError("squeeze: not finite; give ∂h/∂t in m/s")
     if dt is None:
@@ -403,6 +317,11 @@ def _settle(
 ) -> tuple[int, int]:
     """Solve; a starved film without a time step that does not settle is given one, lengthened stage by stage."""
     status, passes = film_state(mode, *balance, store, order, pressure, deficit, empty, *space)
+    if status == SINGULAR and mode != FULL_FILM:
+        # A sealed gap: its pressure has no level while it is full, so fill it from empty.
+        empty[:] = order >= 0
+        status, turns = film_state(mode, *balance, store, order, pressure, deficit, empty, *space)
+        passes += turns
     if status == CONVERGED or mode != CONSERVING or not held.any():
         return status, passes
     settled = np.zeros_like(empty)
@@ -427,76 +346,3 @@ def _failure(status: int, cavitation: str) -> str:
     if status == SINGULAR:
         return f"film ({cavitation}): nothing determines the pressure; open an edge, or let oil leave a closing film"
     return f"film ({cavitation}): ruptured zones did not settle; try a finer grid or a smaller change of the film"
-
-
-def _flows(
-    surplus: Array,
-    owner: NDArray[np.int64],
-    names: Sequence[str],
-    grid: Rectangle,
-    film: Array,
-    cross_speeds: tuple[float, float],
-) -> tuple[dict[str, float], float]:
-    """Flow out at each edge and supply, which its nodes' balances lack, and the oil that appears elsewhere."""
-    flows = {name: float(-surplus[owner == k].sum()) for k, name in enumerate(names)}
-    # A corner belongs to the edge in x, but what slides along z leaves through the edge in z.
-    for x_edge, i in (("x0", 0), ("x1", -1)):
-        for z_edge, j, sign in (("z0", 0, -1.0), ("z1", -1, 1.0)):
-            if x_edge in flows and z_edge in flows and owner[i, j] == names.index(x_edge):
-                part = sign * 0.5 * sum(cross_speeds) * film[i, j] * grid.width_x[i]
-                flows[z_edge] += part
-                flows[x_edge] -= part
-    return flows, float(surplus[owner < 0].sum())
-
-
-def _largest(
-    pressure: Array, inner: NDArray[np.bool_], grid: Rectangle, length: float
-) -> tuple[float, tuple[float, float]]:
-    """Maximum of the pressure and its place, by a parabola in each direction."""
-    i, j = (int(k) for k in np.unravel_index(int(pressure.argmax()), pressure.shape))
-    peak, place = float(pressure[i, j]), [float(grid.x[i]), float(grid.z[j])]
-    n_x, n_z = pressure.shape
-    if inner[i, j]:
-        if grid.periodic or 0 < i < n_x - 1:
-            line = pressure[[i - 1, i, (i + 1) % n_x], j]
-            rise, shift = _vertex(line, grid.step_x[i - 1], grid.step_x[i])
-            peak, place[0] = peak + rise, (place[0] + shift) % length if grid.periodic else place[0] + shift
-        if 0 < j < n_z - 1:
-            rise, shift = _vertex(pressure[i, j - 1 : j + 2], grid.step_z[j - 1], grid.step_z[j])
-            peak, place[1] = peak + rise, place[1] + shift
-    return peak, (place[0], place[1])
-
-
-def _vertex(values: Array, before: float, after: float) -> tuple[float, float]:
-    """Height and shift of a parabola's vertex above the middle of three points, which is the largest."""
-    left, right = (values[1] - values[0]) / before, (values[2] - values[1]) / after
-    slope = (left * after + right * before) / (before + after)
-    curvature = 2.0 * (right - left) / (before + after)
-    if not curvature < 0.0:
-        return 0.0, 0.0
-    shift = float(np.clip(-slope / curvature, -before, after))
-    return float(slope * shift + 0.5 * curvature * shift * shift), shift
-
-
-def _drag(
-    pressure: Array,
-    fill: Array,
-    eta: Array,
-    h: Array,
-    faces: Faces,
-    grid: Rectangle,
-    speeds: tuple[float, float],
-    cross_speeds: tuple[float, float],
-    stepped: bool,
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Shear forces (x, z) on both surfaces."""
-    shear = cell_sums(1.0 / h, grid)[2] if stepped else grid.areas / h
-    couette = float((eta * fill * shear).sum())
-    # ∫ h/2 ∂p along x is half the sum over faces of film times pressure difference; likewise along z.
-    along_x = 0.5 * float((faces.film_x * (np.roll(pressure, -1, axis=0) - pressure)).sum())
-    along_z = 0.5 * float((faces.film_z * (np.roll(pressure, -1, axis=1) - pressure)).sum())
-    slip_x, slip_z = speeds[1] - speeds[0], cross_speeds[1] - cross_speeds[0]
-    return (
-        (couette * slip_x - along_x, couette * slip_z - along_z),
-        (-couette * slip_x - along_x, -couette * slip_z - along_z),
-    )
