@@ -14,7 +14,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -23,6 +23,9 @@ from rich.table import Table as RichTable
 from cranktrain import __version__, film_commands, film_table_command
 from cranktrain.engine import Engine, engine_provenance, load_engine
 from cranktrain.errors import CranktrainError, InputError, nearest
+
+if TYPE_CHECKING:
+    from cranktrain.film.database import FilmTable
 
 RPM = math.pi / 30.0
 _LEFT = ("shape", "to which number", "value", "unit or norm")
@@ -79,7 +82,8 @@ def _parser() -> _Parser:
         "--cycles", type=int, default=6, help="cycles of 720 degrees (default 6); the last one is evaluated"
     )
     run.add_argument("--crank", default="solid", metavar="LEVEL", help="rigid or solid (default)")
-    run.add_argument("--bearings", default="impedance", metavar="LEVEL", help="linear or impedance (default)")
+    run.add_argument("--bearings", default="impedance", metavar="LEVEL", help="linear, impedance (default), table or reynolds")
+    run.add_argument("--big-ends", default="rigid", metavar="LEVEL", help="rigid (default), or impedance: own films")
     run.add_argument("--integrator", metavar="NAME", help="e.g. sdirk4, sdirk3, generalised-alpha")
     run.add_argument("--step-deg", type=float, metavar="DEG", help="internal step in degrees of crank angle")
     run.add_argument("--load", type=float, default=1.0, metavar="SHARE", help="share of the full-load burn (default 1)")
@@ -152,7 +156,7 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.dynamics import simulation
     from cranktrain.dynamics.integrators import integrator_table
     from cranktrain.dynamics.model import CRANK_LEVELS
-    from cranktrain.film.laws import LAWS
+    from cranktrain.film.laws import BIG_END_LEVELS, LAWS
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.results.result_file import check_target, save_run
     from cranktrain.results.summary import run_summary
@@ -166,7 +170,13 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     _within("--load", options.load, 0.0, 2.0, "of the full-load burn")
     _one_of("--crank", options.crank, CRANK_LEVELS)
     _one_of("--bearings", options.bearings, tuple(LAWS))
-    choices: dict[str, Any] = {"crank": options.crank, "bearings": options.bearings, "gas_load": options.load}
+    _one_of("--big-ends", options.big_ends, BIG_END_LEVELS)
+    choices: dict[str, Any] = {
+        "crank": options.crank,
+        "bearings": options.bearings,
+        "big_ends": options.big_ends,
+        "gas_load": options.load,
+    }
     if options.integrator is not None:
         integrator_table(options.integrator)
         choices["integrator"] = options.integrator
@@ -185,9 +195,10 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     settings = simulation.Settings(**choices)
     bare, _ = _reduced(engine, options)
     body = running_body(engine, bare)
+    table = _film_table(engine) if settings.bearings == "table" else None
     with _bar(f"{options.speed:g} rev/min, {options.cycles} cycles") as advance:
         run = simulation.simulate(
-            engine, body, settings, options.speed * RPM, options.cycles, gas=gas, progress=advance
+            engine, body, settings, options.speed * RPM, options.cycles, gas=gas, progress=advance, table=table
         )
     attributes = {
         "engine": engine.name,
@@ -196,6 +207,7 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
         "cycles": options.cycles,
         "crank": settings.crank,
         "bearings": settings.bearings,
+        "big_ends": settings.big_ends,
         "integrator": settings.integrator,
         "step": settings.step,
         "gas": gas.source if gas else "built-in Wiebe cycle",
@@ -230,6 +242,20 @@ def _reduced(engine: Engine, options: argparse.Namespace, rebuild: bool = False)
     with _stages(f"{engine.name}: crankshaft") as say:
         body = reduced_crankshaft(engine, options.mesh, progress=say, rebuild=rebuild)
     return body, time.perf_counter() - start
+
+
+def _film_table(engine: Engine) -> FilmTable:
+    """Film table of the main bearings, from the cache, else made now."""
+    from cranktrain.film.database import TableSettings
+    from cranktrain.film_table import film_table
+
+    bearing = engine.main_bearing
+    ratio = bearing.width / bearing.diameter
+    with _bar(f"film table, L/D {ratio:.4g}") as advance:
+        table, _, _ = film_table(
+            TableSettings(ratio, bearing.groove), progress=lambda done, count: advance(done / count), say=_say
+        )
+    return table
 
 
 def _calibrated(engine: str) -> list[tuple[str, Any, str, str, str]]:

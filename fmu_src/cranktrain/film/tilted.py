@@ -75,7 +75,7 @@ def film_arrays(bearing: PlainBearing, level: str, table: FilmTable | None) -> F
         level ``table`` without a table, or with one of another bearing
     """
     arrays = TableArrays(np.zeros((1, 1, 1)), np.zeros((1, 1, 1, 1)), np.zeros(8))
-    grid = journal_grid(*IN_LOOP) if level == "reynolds" else journal_grid(12, 4)
+    grid = journal_grid(*IN_LOOP) if level == "reynolds" else journal_grid(12, 6)
     if level == "table":
         ratio = bearing.width / bearing.diameter
         if table is None:
