@@ -54,7 +54,10 @@ __all__ = [
 
 FLOOR = 2.0e-4
 """Least film over the clearance that the pressure sees; reached smoothly from twice this."""
-MOST_PASSES = 80
+MOST_PASSES = 60
+"""Passes of the active set beyond one for each column."""
+AHEAD = 0.3
+"""How far a cold start takes the film to reach where the gap opens, over the fastest approach."""
 _GAUSS = np.array([half[4:] for half in np.polynomial.legendre.leggauss(8)])
 
 # Result of journal_film.
@@ -166,6 +169,7 @@ def _pressure(grid, vx, vy, wx, wy, work, active):
     rupture = int(grid.settings[0])
     cold = active[0, 0] < 0.0
     largest = 0.0
+    fastest = 0.0
     for i in range(columns):
         c = work.angle[0, i]
         s = work.angle[1, i]
@@ -175,6 +179,7 @@ def _pressure(grid, vx, vy, wx, wy, work, active):
             g = (middle + axial[0, j] * end) * axial[2, j]
             work.source[i, j] = g
             largest = max(largest, abs(g))
+            fastest = max(fastest, abs(middle + axial[0, j] * end) / work.width[0, i])
     at_rest = largest == 0.0
     for i in range(columns):
         for j in range(padded):
@@ -183,14 +188,17 @@ def _pressure(grid, vx, vy, wx, wy, work, active):
             elif rupture != REYNOLDS or at_rest:
                 active[i, j] = 1.0
             elif cold:
-                active[i, j] = 1.0 if work.source[i, j] > 0.0 else 0.0
+                # A first set somewhat too large settles sooner than one that is too small: it grows column by column.
+                least = -AHEAD * fastest * work.width[0, i] * axial[2, j] if j < n else 0.0
+                active[i, j] = 1.0 if work.source[i, j] > least else 0.0
             else:
                 active[i, j] = 1.0 if active[i, j] > 0.5 else 0.0
     tolerance = 1.0e-11 * largest
     p = work.pressure
     around = work.conduct[0]
     along = work.conduct[1]
-    for passes in range(1, MOST_PASSES + 1):
+    most = MOST_PASSES + columns
+    for passes in range(1, most + 1):
         start, cyclic = _matrix(n, work, active)
         if factor_ring(
             work.matrix[0], work.matrix[1], work.around, work.used, start, cyclic, n, work.inverse, work.border,
@@ -224,7 +232,7 @@ def _pressure(grid, vx, vy, wx, wy, work, active):
         if changed == 0:
             break
     else:
-        return -MOST_PASSES
+        return -most
     unit = work.unit
     for i in range(columns):
         c = work.angle[0, i] * work.width[0, i]
@@ -238,17 +246,44 @@ def _pressure(grid, vx, vy, wx, wy, work, active):
     solve_ring_four(work.around, work.used, start, cyclic, n, work.inverse, work.border, unit, work.carried)
     if rupture == GUEMBEL:
         adjoint = work.adjoint
+        _share_of_compression(n, p, work.source)
         for i in range(columns):
             c = work.angle[0, i] * work.width[0, i]
             s = work.angle[1, i] * work.width[0, i]
             for j in range(n):
-                g = axial[2, j] if p[i, j] > 0.0 else 0.0
+                g = axial[2, j] * work.source[i, j]
                 adjoint[i, j, 0] = c * g
                 adjoint[i, j, 1] = s * g
                 adjoint[i, j, 2] = c * g * axial[0, j]
                 adjoint[i, j, 3] = s * g * axial[0, j]
         solve_ring_four(work.around, work.used, start, cyclic, n, work.inverse, work.border, adjoint, work.carried)
     return passes
+
+
+@kernel
+def _share_of_compression(n, p, share):
+    """Derivative of ∫max(p, 0) by each p, in cells: one or zero, but between two nodes where p changes sign.
+
+    There the triangle that is left counts, not half a cell: else the force would have steps, and its derivative noise
+    of first order.
+    """
+    columns = p.shape[0]
+    for i in range(columns):
+        for j in range(n):
+            share[i, j] = 1.0 if p[i, j] > 0.0 else 0.0
+    for i in range(columns):
+        after = i + 1 if i + 1 < columns else 0
+        for j in range(n):
+            a = p[i, j]
+            b = p[after, j]
+            if a > 0.0 and b < 0.0:
+                kept = a / (a - b)
+                share[i, j] -= 0.5 * (1.0 - kept) * (1.0 - kept)
+                share[after, j] += 0.5 * kept * kept
+            elif a < 0.0 and b > 0.0:
+                kept = b / (b - a)
+                share[after, j] -= 0.5 * (1.0 - kept) * (1.0 - kept)
+                share[i, j] += 0.5 * kept * kept
 
 
 @kernel
@@ -325,7 +360,7 @@ def _tangents(grid, vx, vy, wx, wy, work, active, out):
             t1 += zeta * g1
             t2 += zeta * g2
             t3 += zeta * g3
-            weight = axial[2, j] * (1.0 if not guembel or p[i, j] > 0.0 else 0.0)
+            weight = axial[2, j] * (work.source[i, j] if guembel else 1.0)
             d0 += weight * unit[i, j, 0]
             d1 += weight * unit[i, j, 1]
             d2 += weight * unit[i, j, 2]
@@ -403,6 +438,7 @@ def film_observables(grid, work):
     n = axial.shape[1] - 1
     ex, ey, tx, ty = work.place[0], work.place[1], work.place[2], work.place[3]
     half = grid.settings[2] > 1.5
+    least = 0.0 if int(grid.settings[0]) == GUEMBEL else -1.0e300
     best_i = 0
     best_j = 0
     for i in range(columns):
@@ -424,11 +460,11 @@ def film_observables(grid, work):
         c = work.angle[0, i]
         s = work.angle[1, i]
         h = max(1.0 - (ex + tx) * c - (ey + ty) * s, FLOOR)
-        drop = 3.0 * p[i, n - 1] - 1.5 * p[i, n - 2] + p[i, n - 3] / 3.0
+        drop = max(3.0 * p[i, n - 1] - 1.5 * p[i, n - 2] + p[i, n - 3] / 3.0, least)
         flow += h * h * h * drop / step * work.width[0, i]
         if not half:
             h = max(1.0 - (ex - tx) * c - (ey - ty) * s, FLOOR)
-            drop = 3.0 * p[i, 0] - 1.5 * p[i, 1] + p[i, 2] / 3.0
+            drop = max(3.0 * p[i, 0] - 1.5 * p[i, 1] + p[i, 2] / 3.0, least)
             flow += h * h * h * drop / step * work.width[0, i]
     return highest, grid.settings[2] * flow
 

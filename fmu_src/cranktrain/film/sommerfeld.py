@@ -21,7 +21,7 @@ import numpy as np
 from cranktrain.errors import InputError, SolverError, nearest
 from cranktrain.film.bearing import SUPPLIES, bearing_grid
 from cranktrain.film.journal import OUT_SIZE, film_observables, film_shear, journal_film
-from cranktrain.film.journal_grid import GRADING, RUPTURES, cold_start, journal_work
+from cranktrain.film.journal_grid import GRADING, PRESETS, RUPTURES, cold_start, journal_work
 from cranktrain.film.reynolds import Edges, Supply, solve_film
 from cranktrain.reduced_body import Array
 
@@ -80,8 +80,7 @@ def prescribed_film(
         raise InputError(
             "supply 'widest-gap' is for steady rotation with cavitation reynolds or mass-conserving; use 'none'"
         )
-    # Finer towards contact, where the peak gets narrow; wider grids where the tilt is to be resolved.
-    n_phi, n_z = grid or ((96, 16) if eccentricity <= 0.95 and tilt == (0.0, 0.0) else (160, 24))
+    n_phi, n_z = grid or (PRESETS["default"] if tuple(tilt) == (0.0, 0.0) else (160, 24))
     if cavitation == "mass-conserving":
         if chosen == "none" or not steady:
             raise InputError(
@@ -89,7 +88,7 @@ def prescribed_film(
                 "its fill depends on supply and time; drop --squeeze, --squeeze-only and --supply none, or use reynolds"
             )
         return _conserving(length_ratio, eccentricity, tilt, n_phi, n_z)
-    tilted = tilt != (0.0, 0.0)
+    tilted = tuple(tilt) != (0.0, 0.0)
     film = bearing_grid(chosen, n_phi=n_phi, n_z=n_z, tilted=tilted, rupture=cavitation)
     work, active, out = journal_work(film), cold_start(film), np.zeros(OUT_SIZE)
     turning = 0.0 if squeeze_only else 0.5
@@ -140,7 +139,11 @@ def _conserving(ratio: float, eps: float, tilt: tuple[float, float], n_phi: int,
         supplies=(Supply("groove", groove, 0.0),), cavitation="mass-conserving",
         nodes=(phi - math.pi, 0.5 * width * (zeta + 1.0)),
     )  # fmt: skip
-    pressed = film.pressure * film.areas
+    # The parabola of a short bearing is exact at the nodes; end corrections make its sum of fourth order.
+    weight = np.ones(n_z + 1)
+    weight[[1, -2]] = 7.0 / 6.0
+    weight[[2, -3]] = 23.0 / 24.0
+    pressed = film.pressure * film.areas * weight
     unit = psi**2 / (2.0 * width)
     force = -unit * (n @ pressed.sum(axis=1))
     leverage = -unit * (n @ (pressed @ (0.5 * width * zeta))) / width

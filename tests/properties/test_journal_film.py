@@ -1,0 +1,209 @@
+"""The journal film: exact tangents, symmetries, dissipation, one solution from any start, convergence, edges that touch."""
+
+import math
+
+import numpy as np
+import pytest
+
+from cranktrain.errors import InputError
+from cranktrain.film.journal import FLOOR, film_observables, film_shear
+from tests.journal_films import film, journal_grid
+
+GRID = journal_grid(64, 12)
+AT_REST = journal_grid(48, 12, grading=0.0)
+
+
+def states(count, seed=0, largest=0.98):
+    """Eccentricities, tilts and velocities at random; no edge touches."""
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        eps, angle = rng.uniform(0.0, largest), rng.uniform(0.0, 2.0 * np.pi)
+        e = eps * np.array([math.cos(angle), math.sin(angle)])
+        t = rng.normal(size=2)
+        t *= rng.uniform(0.0, 1.0) * (largest - eps) / np.hypot(*t)
+        yield e, rng.normal(size=2), t, 0.5 * rng.normal(size=2)
+
+
+@pytest.mark.parametrize("rupture", ["reynolds", "full", "guembel"])
+def test_tangents_are_those_of_differences(rupture):
+    # The half film's zero line moves between nodes, which its derivative follows to second order only.
+    tolerance = {"reynolds": 1e-6, "full": 1e-6, "guembel": 2e-2}[rupture]
+    grid = journal_grid(48, 12, grading=0.0, rupture=rupture)
+    step = 1e-6
+    for e, v, t, w in states(6, seed=3, largest=0.9):
+        x = np.concatenate([e, t, v, w])
+
+        def at(y, grid=grid):
+            return film(grid, 0.5, y[:2], y[4:6], y[2:4], y[6:8])
+
+        here = at(x)
+        ours = np.hstack([here.by_place, here.by_velocity])
+        both = [at(x + s * step * unit) for unit in np.eye(8) for s in (1.0, -1.0)]
+        if rupture == "reynolds" and any((b.active != here.active).any() for b in both):
+            continue  # a node ruptures within the difference: no derivative to compare with
+        differences = np.array([(a.force - b.force) / (2.0 * step) for a, b in zip(both[::2], both[1::2], strict=True)]).T
+        np.testing.assert_allclose(ours, differences, atol=tolerance * np.abs(ours).max())
+
+
+def test_tangents_with_nodes_that_follow_the_journal_converge():
+    def error(grid):
+        worst = 0.0
+        for e, v, t, w in states(5, seed=5, largest=0.9):
+            x, step = np.concatenate([e, t]), 1e-5
+            here = film(grid, 0.5, e, v, t, w)
+            columns = [
+                (film(grid, 0.5, (x + d)[:2], v, (x + d)[2:], w).force - film(grid, 0.5, (x - d)[:2], v, (x - d)[2:], w).force)
+                for d in step * np.eye(4)
+            ]
+            differences = np.array(columns).T / (2.0 * step)
+            worst = max(worst, np.abs(differences - here.by_place).max() / np.abs(here.by_place).max())
+        return worst
+
+    assert error(journal_grid(64, 12)) < 0.02
+    assert error(journal_grid(256, 24)) < 0.005
+
+
+def test_damping_is_symmetric_and_dissipates():
+    for e, v, t, w in states(40, seed=1):
+        f = film(GRID, 0.4, e, v, t, w)
+        np.testing.assert_allclose(f.by_velocity, f.by_velocity.T, rtol=1e-9, atol=1e-12 * np.abs(f.by_velocity).max())
+        assert np.linalg.eigvalsh(-f.by_velocity).min() > 0.0
+        assert f.force @ np.concatenate([v, w]) < 0.0
+
+
+def test_force_is_homogeneous_in_the_velocity():
+    for e, v, t, w in states(10, seed=2):
+        one, three = film(GRID, 0.4, e, v, t, w), film(GRID, 0.4, e, 3.0 * v, t, 3.0 * w)
+        np.testing.assert_allclose(three.force, 3.0 * one.force, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(one.by_velocity @ np.concatenate([v, w]), one.force, rtol=1e-9, atol=1e-12)
+
+
+def test_result_does_not_depend_on_the_start():
+    rng = np.random.default_rng(7)
+    for e, v, t, w in states(60, seed=4):
+        cold = film(GRID, 0.4, e, v, t, w)
+        assert cold.passes > 0
+        for active in (rng.integers(0, 2, cold.active.shape).astype(float), np.ones_like(cold.active)):
+            warm = film(GRID, 0.4, e, v, t, w, active=active)
+            assert warm.passes > 0
+            assert (warm.force == cold.force).all()
+            assert (warm.by_place == cold.by_place).all()
+        again = film(GRID, 0.4, e, v, t, w, active=cold.active.copy())
+        assert again.passes == 1
+
+
+def test_pressure_is_complementary():
+    for e, v, t, w in states(20, seed=6):
+        f = film(GRID, 0.4, e, v, t, w)
+        n = GRID.axial.shape[1] - 1
+        p = f.work.pressure[:, :n]
+        assert p.min() >= 0.0
+        assert ((p > 0.0) == (f.active[:, :n] == 1.0)).all()
+
+
+def test_symmetries():
+    mirror = np.array([1.0, -1.0])
+    turn = np.array([[math.cos(0.7), -math.sin(0.7)], [math.sin(0.7), math.cos(0.7)]])
+    for e, v, t, w in states(15, seed=8):
+        f = film(GRID, 0.4, e, v, t, w).force
+        close = {"rtol": 1e-7, "atol": 1e-9 * np.abs(f).max()}
+        other_end = film(GRID, 0.4, e, v, -t, -w).force
+        np.testing.assert_allclose(other_end, f * [1, 1, -1, -1], **close)
+        turned = film(GRID, 0.4, turn @ e, turn @ v, turn @ t, turn @ w).force
+        np.testing.assert_allclose(turned, np.concatenate([turn @ f[:2], turn @ f[2:]]), **close)
+        reflected = film(GRID, 0.4, mirror * e, mirror * v, mirror * t, mirror * w).force
+        np.testing.assert_allclose(reflected, np.tile(mirror, 2) * f, **close)
+
+
+def test_half_the_width_is_the_whole_without_tilt():
+    half = journal_grid(64, 12, half=True)
+    for e, v, _, _ in states(10, seed=9):
+        one, two = film(half, 0.4, e, v), film(GRID, 0.4, e, v)
+        np.testing.assert_allclose(one.force, two.force, rtol=1e-9, atol=1e-11)
+        np.testing.assert_allclose(one.by_place[:2, :2], two.by_place[:2, :2], rtol=1e-8, atol=1e-10)
+        np.testing.assert_allclose(film_observables(half, one.work), film_observables(GRID, two.work), rtol=1e-9)
+
+
+def test_nothing_moves_nothing_carries():
+    # Surfaces that turn against each other at the same speed, or stand still: no velocity of squeeze, no pressure.
+    f = film(GRID, 0.5, (0.8, 0.1), (0.0, 0.0), (0.05, 0.0))
+    assert not f.force.any()
+    assert not f.work.pressure.any()
+    assert np.linalg.eigvalsh(-f.by_velocity).min() > 0.0, "what starts to move is damped all the same"
+
+
+@pytest.mark.parametrize(("eps", "velocity"), [(0.5, (0.0, -0.5)), (0.9, (0.5, -0.5)), (0.95, (-0.3, 0.4))])
+def test_convergence_of_second_order(eps, velocity):
+    forces = [film(journal_grid(n, n // 4, half=True), 0.5, (eps, 0.0), velocity).force[:2] for n in (32, 64, 128, 512)]
+    errors = [np.linalg.norm(f - forces[-1]) / np.linalg.norm(forces[-1]) for f in forces[:-1]]
+    assert errors[2] < 3e-3
+    assert math.log2(errors[0] / errors[2]) / 2.0 > 1.5  # rupture between nodes makes single steps irregular
+
+
+def test_side_flow_balances_what_the_film_displaces():
+    # Full film, approaching: the oil that is squeezed out on one side leaves and enters over the ends.
+    grid = journal_grid(256, 32, half=True, rupture="full")
+    f = film(grid, 0.5, (0.6, 0.0), (1.0, 0.0))
+    _, flow = film_observables(grid, f.work)
+    assert abs(flow) < 1e-3  # what comes in where the gap opens goes out where it closes
+    ruptured = journal_grid(256, 32, half=True)
+    f = film(ruptured, 0.5, (0.6, 0.0), (1.0, 0.0))
+    n = ruptured.axial.shape[1] - 1
+    pressed = f.active[:, :n] > 0.0
+    source = 2.0 * (f.work.angle[0] * f.work.width[0])[:, None] * ruptured.axial[1, :n] * pressed
+    # (D/L)² flow through the ends is ∫∫ of the source over the pressurised zone (no flow crosses its inner border) but
+    # for the strips of the ends, which the nodes do not own.
+    assert 4.0 * film_observables(ruptured, f.work)[1] == pytest.approx(source.sum(), rel=0.01)
+
+
+@pytest.mark.parametrize("e_end", [0.999, 1.0, 1.05, 1.4])
+def test_a_film_whose_edge_touches_stays_finite_and_pushes_back(e_end):
+    e, t = (0.7, 0.1), (e_end - 0.7, -0.1)
+    f = film(GRID, 0.4, e, (0.3, -0.3), t, (0.1, 0.0))
+    assert f.passes > 0
+    assert np.isfinite(f.force).all()
+    assert np.isfinite(f.by_place).all()
+    assert f.force[0] < 0.0
+    assert np.linalg.eigvalsh(-f.by_velocity).min() > 0.0
+    assert math.isfinite(film_shear(*e, *t))
+
+
+def test_film_passes_smoothly_into_its_floor():
+    # Forces and tangents have no jump where the least film passes the floor and its upper end.
+    for place in (1.0 - 2.0 * FLOOR, 1.0 - 1.0 * FLOOR, 1.0):
+        below, above = (film(AT_REST, 0.4, (place + s * 1e-9, 0.0), (1.0, -0.4)) for s in (-1.0, 1.0))
+        np.testing.assert_allclose(below.force, above.force, rtol=1e-4, atol=1e-6 * np.abs(above.force).max())
+        np.testing.assert_allclose(below.by_place, above.by_place, rtol=1e-2, atol=1e-4 * np.abs(above.by_place).max())
+
+
+def test_shear_of_a_tilted_gap():
+    zeta = np.linspace(-1.0, 1.0, 4001)
+    e, t = (0.5, 0.1), (0.2, -0.3)
+    left = 1.0 - (e[0] + zeta * t[0]) ** 2 - (e[1] + zeta * t[1]) ** 2
+    assert film_shear(*e, *t) == pytest.approx(np.trapezoid(np.pi / np.sqrt(left), zeta), rel=1e-5)
+    assert film_shear(0.6, 0.0, 0.0, 0.0) == pytest.approx(2.0 * np.pi / 0.8)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"n_phi": 4}, "12 to 4096"),
+        ({"n_z": 1000}, "6 to 512"),
+        ({"rupture": "gumbel"}, "did you mean 'guembel'"),
+        ({"grooves": ((0.0, 1.0), (0.5, 1.0))}, "reaches the next one"),
+        ({"grooves": ((0.0, -1.0),)}, "groove"),
+    ],
+)
+def test_impossible_grids_are_refused(options, words):
+    with pytest.raises(InputError, match=words):
+        journal_grid(**{"n_phi": 48, "n_z": 12, **options})
+
+
+def test_grooves_hold_no_pressure_and_lie_where_they_are_said_to():
+    grid = journal_grid(90, 12, grooves=((0.5 * np.pi, 0.4), (4.5, 0.3)))
+    angle = np.arctan2(grid.circle[1], grid.circle[0]) % (2.0 * np.pi)
+    blocked = grid.blocked[:, 0] > 0.0
+    np.testing.assert_allclose(np.sort(angle[blocked]), [0.5 * np.pi - 0.2, 0.5 * np.pi + 0.2, 4.35, 4.65])
+    f = film(grid, 0.5, (0.5, -0.4), (0.2, 0.4))
+    assert not f.work.pressure[blocked].any()
+    assert f.work.pressure.max() > 0.0
