@@ -33,7 +33,7 @@ def grooved():
 
 @pytest.mark.parametrize("row", DYNAMIC["lund_thomsen_1978"]["expected"], ids=lambda row: f"S {row['published'][0]}")
 def test_lund_and_thomsens_coefficients(grooved, row):
-    stribeck, eps, attitude, *coefficients = row["published"]
+    _, eps, attitude, *coefficients = row["published"]
     exact = row["recomputed"]
     load = load_of(row["LD"], exact[0])
     state = grooved.state(journal(row["LD"]), load)

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from journal_films import film
 
 from cranktrain.film.journal import DAMPING, OUT_SIZE, journal_film
 from cranktrain.film.journal_grid import cold_start, journal_grid, journal_work
 from cranktrain.film.sommerfeld import prescribed_film
-from tests.journal_films import film
 
 DATA = Path(__file__).parents[1] / "data"
 SQUEEZE = {case["id"]: case for case in json.loads((DATA / "squeeze.json").read_text())}
@@ -56,11 +56,11 @@ def orbit(resistance, load, eps, times):
     return np.array(path)
 
 
-@pytest.mark.parametrize(("eps", "expected"), [(float(e), j) for e, j in SQUEEZE["short_pifilm_squeeze"]["expected"]["J"].items()])
+@pytest.mark.parametrize(("eps", "expected"), SQUEEZE["short_pifilm_squeeze"]["expected"]["J"].items())
 def test_short_half_film_resists_as_the_closed_form(eps, expected):
     # A journal on the far side that moves towards the centre is one at |ε| that retreats from the wall.
     grids = [journal_grid(n, 24, half=True, rupture="guembel") for n in (192, 384)]
-    coarse, fine = (UNIT * Resistance(g, 5e-4)(eps, 1.0) * (SHORT / 5e-4) ** 2 for g in grids)
+    coarse, fine = (UNIT * Resistance(g, 5e-4)(float(eps), 1.0) * (SHORT / 5e-4) ** 2 for g in grids)
     assert fine + (fine - coarse) / 3.0 == pytest.approx(expected, rel=1e-4)
 
 
@@ -101,7 +101,8 @@ def test_time_to_fall_under_constant_load():
 @pytest.mark.parametrize(("drive", "expected"), SQUEEZE["short_pifilm_squeeze"]["expected"]["amplitudes"].items())
 def test_periodic_orbit_of_a_half_film(drive, expected):
     resistance = Resistance(journal_grid(96, 16, half=True, rupture="guembel"), SHORT)
-    path = orbit(resistance, lambda t: float(drive) / UNIT * math.cos(t), -expected, np.linspace(-0.5 * math.pi, 1.5 * math.pi, 801))
+    turn = np.linspace(-0.5 * math.pi, 1.5 * math.pi, 801)
+    path = orbit(resistance, lambda t: float(drive) / UNIT * math.cos(t), -expected, turn)
     assert path.max() == pytest.approx(expected, rel=1e-3)
     assert path[-1] == pytest.approx(-expected, rel=1e-3)
 

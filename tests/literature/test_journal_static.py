@@ -5,13 +5,14 @@ file flags as misprints are compared with the independent value that it gives fo
 """
 
 import json
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+from journal_films import film, journal_grid
 
 from cranktrain.film.sommerfeld import prescribed_film
-from tests.journal_films import film, journal_grid
 
 DATA = Path(__file__).parents[1] / "data"
 STATIC = {case["id"]: case for case in json.loads((DATA / "bearing_static.json").read_text())}
@@ -62,7 +63,7 @@ def test_raimondi_and_boyds_load_and_friction():
 def richardson(values, orders=(2,)):
     """Extrapolate values of halved steps."""
     for order in orders:
-        values = [b + (b - a) / (2**order - 1) for a, b in zip(values, values[1:], strict=False)]
+        values = [b + (b - a) / (2**order - 1) for a, b in pairwise(values)]
     return values[-1]
 
 

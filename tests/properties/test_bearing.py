@@ -67,11 +67,22 @@ def growth(steady, state, load, threshold, turns=60, samples=24):
 
 @pytest.mark.parametrize(("supply", "eps"), [("none", 0.2), ("none", 0.5), ("two-axial", 0.35)])
 def test_a_rotor_in_time_loses_stability_at_the_threshold_of_the_coefficients(supply, eps):
+    # Coefficients of a fine grid; in time a grid as the engine takes it, its nodes following the journal.
+    fine = SteadyBearing(bearing_grid(supply, n_phi=384, n_z=24))
+    load = load_for(fine, eps)
+    threshold = fine.state(JOURNAL, load).whirl_threshold
     steady = SteadyBearing(bearing_grid(supply, n_phi=96, n_z=12))
-    load = load_for(steady, eps)
     state = steady.state(JOURNAL, load)
-    below, above = 0.995 * state.whirl_threshold, 1.005 * state.whirl_threshold
-    assert growth(steady, state, load, below) < 0.0 < growth(steady, state, load, above)
+    assert state.whirl_threshold == pytest.approx(threshold, rel=0.005)
+    assert growth(steady, state, load, 0.995 * threshold) < 0.0 < growth(steady, state, load, 1.005 * threshold)
+
+
+def test_with_nodes_at_rest_time_and_coefficients_agree_to_the_last_per_mille():
+    steady = SteadyBearing(bearing_grid("two-axial", n_phi=96, n_z=12))
+    state = steady.state(JOURNAL, 800.0)
+    below, at, above = (growth(steady, state, 800.0, f * state.whirl_threshold) for f in (0.999, 1.0, 1.001))
+    assert below < 0.0 < above
+    assert abs(at) < 0.05 * (above - below)
 
 
 def load_for(steady, eps):
@@ -115,7 +126,7 @@ def test_moment_tilts_the_journal_and_its_matrices_hold_the_aligned_ones():
     aligned = SteadyBearing(bearing_grid("none", n_phi=96, n_z=16)).state(JOURNAL, 5e3)
     straight = steady.state(JOURNAL, 5e3, (0.0, 0.0))
     np.testing.assert_allclose(straight.tilt, 0.0, atol=1e-9)
-    np.testing.assert_allclose(straight.stiffness[:2, :2], aligned.stiffness, rtol=1e-6)
+    np.testing.assert_allclose(straight.stiffness[:2, :2], aligned.stiffness, rtol=1e-4)
     np.testing.assert_allclose(straight.stiffness[:2, 2:], 0.0, atol=1e-9 * straight.stiffness[0, 0])
     assert np.linalg.eigvalsh(straight.damping).min() > 0.0
     tilted = steady.state(JOURNAL, 5e3, (10.0, -5.0))
