@@ -12,14 +12,14 @@ velocities, θ is the fill. The film ruptures at p = 0: pressures count from the
 ``mass-conserving`` p ≥ 0, 0 ≤ θ ≤ 1 and oil conserved everywhere (Jakobsson, Floberg and Olsson). Without a time step
                     the film is the limit of a very long one (``MEMORY``) from a full gap
 
-Node-centred finite volumes: second order where the film is full, first order at fronts of rupture. The oil balance
+Node-centred finite volumes: second order where the film is full, first order in the fill. The oil balance
 closes to rounding for ``full`` and ``mass-conserving``; for the other two ``FilmSolution.mass_defect`` says how much
 oil they create. Assumptions: laminar, incompressible, isothermal, thin film; viscosity constant across the film.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,18 +37,16 @@ from cranktrain.film.cavitation import (
     oil_balance,
 )
 from cranktrain.film.observables import largest_pressure, outflows, shear_forces
+from cranktrain.film.piezoviscosity import Law, reduced_pressure, true_pressure, viscosity_factor
 from cranktrain.film.supply import Edges, Supply, given_pressures, node_field
 from cranktrain.film.volumes import Array, Faces, Rectangle, band_order, cell_faces, cell_sums, node_faces, rectangle
 
 CAVITATION = {"full": FULL_FILM, "guembel": FULL_FILM, "reynolds": REYNOLDS, "mass-conserving": CONSERVING}
-VISCOSITY_TOLERANCE = 1e-11
-"""Change of the pressure, relative to its maximum, at which viscosity and pressure agree."""
-VISCOSITY_PASSES = 200
 MEMORY = 1e8
 """Time step of a film without one, over the time in which the largest flow through a face fills the gap."""
 MAX_STAGES = 100
 """Stages in which the time step of such a film is lengthened where it does not settle at once."""
-Law = Callable[[Array], Array]
+AMBIENT = Edges()
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,7 @@ class FilmSolution:
     mass_defect: float
     """|oil that appears| over all that enters, leaves, grows and that the surfaces carry."""
     passes: int
-    """Active-set passes, all viscosity passes together."""
+    """Active-set passes."""
 
 
 def solve_film(
@@ -95,7 +93,7 @@ def solve_film(
     viscosity: ArrayLike,
     pressure_viscosity: Law | None = None,
     squeeze: ArrayLike = 0.0,
-    edges: Edges = Edges(),
+    edges: Edges = AMBIENT,
     periodic: bool = False,
     supplies: Sequence[Supply] = (),
     cavitation: str = "mass-conserving",
@@ -114,7 +112,7 @@ def solve_film(
     lengths : extent in x and z, m
     speeds, cross_speeds : velocities (first, second surface) along x and along z, m/s
     viscosity : number or (n_x, n_z), Pa s, at ambient pressure
-    pressure_viscosity : factor η(p)/η(0) of an array of pressures (Pa), e.g. Barus' or Roelands' law; by iteration
+    pressure_viscosity : factor η(p)/η(0), a function of an array of pressures (Pa), e.g. Barus' or Roelands' law
     squeeze : ∂h/∂t, number or like the nodes, m/s, of a film without history. Where the gap opens while it is
         ruptured its fill stays (mass-conserving).
     edges, supplies : pressures at edges and in grooves; supplies may overlap at equal pressure only
@@ -130,7 +128,7 @@ def solve_film(
     InputError
         for unusable data
     SolverError
-        if nothing determines the pressure level, or viscosity and pressure do not agree
+        if nothing determines the pressure level, or the oil stiffens without bound
     """
     grid, film, faces = _problem(h, lengths, cavitation, periodic, nodes, stepped)
     n_x, n_z = film.shape
@@ -161,41 +159,17 @@ def solve_film(
     band, right = np.zeros((count, 2 * width + 1)), np.zeros((count, 1))
     unknown, work = np.zeros((2, count)), np.zeros((2, n_x, n_z))
     mode = CAVITATION[cavitation]
-    eta = eta_0
-    passes = 0
-    change, relax = np.inf, 1.0
-    for _ in range(VISCOSITY_PASSES):
-        g_x, g_z = _conductances(faces, eta, grid)
-        last = pressure.copy()
-        status, turns = _settle(
-            mode, (g_x, g_z, carried_x, carried_z, source), store, held, order, pressure, deficit, empty,
-            (band, width, right, unknown, work),
-        )  # fmt: skip
-        passes += turns
-        if free.all() and not empty.any():
-            status = SINGULAR  # a sealed gap full of oil, whatever rounding made of its last pivot
-        if status != CONVERGED or not np.isfinite(pressure).all():
-            raise SolverError(_failure(status, cavitation))
-        if pressure_viscosity is None:
-            break
-        before, change = change, float(np.abs(pressure - last).max()) / max(float(np.abs(pressure).max()), 1e-300)
-        if change < VISCOSITY_TOLERANCE:
-            break
-        if change > 0.8 * before:
-            relax = max(0.5 * relax, 0.05)
-        factor = np.asarray(pressure_viscosity(pressure), dtype=float)
-        if factor.shape != pressure.shape or not (np.isfinite(factor).all() and factor.min() > 0.0):
-            raise SolverError(
-                f"pressure_viscosity: no positive finite factor at pressures up to {pressure.max():.4g} Pa; "
-                "the law is outside its range, or the film too thin for it"
-            )
-        # In the logarithm, which is what such laws make linear.
-        eta = eta * (eta_0 * factor / eta) ** relax
-    else:
-        raise SolverError(
-            f"pressure and viscosity do not agree after {VISCOSITY_PASSES} passes (change {change:.1e}); "
-            "lower the pressure-viscosity coefficient or the load"
-        )
+    g_x, g_z = _conductances(faces, eta_0, grid)
+    if pressure_viscosity is not None:
+        pressure = reduced_pressure(pressure_viscosity, pressure)
+    status, passes = _settle(
+        mode, (g_x, g_z, carried_x, carried_z, source), store, held, order, pressure, deficit, empty,
+        (band, width, right, unknown, work),
+    )  # fmt: skip
+    if free.all() and not empty.any():
+        status = SINGULAR  # a sealed gap full of oil, whatever rounding made of its last pivot
+    if status != CONVERGED or not np.isfinite(pressure).all():
+        raise SolverError(_failure(status, cavitation))
     oil_balance(g_x, g_z, carried_x, carried_z, source, store, pressure, deficit, work[1])
     if mode != FULL_FILM:
         pressure, deficit = np.maximum(pressure, 0.0), np.clip(deficit, 0.0, 1.0)
@@ -203,6 +177,10 @@ def solve_film(
         pressure = np.maximum(pressure, 0.0)
         empty = free & (pressure <= 0.0)
         oil_balance(g_x, g_z, carried_x, carried_z, source, store, pressure, deficit, work[1])
+    eta = eta_0
+    if pressure_viscosity is not None:
+        pressure = true_pressure(pressure_viscosity, pressure)
+        eta = eta_0 * viscosity_factor(pressure_viscosity, pressure)
     flows, defect = outflows(work[1], owner, names, grid, film, cross_speeds)
     stored = float((source - store * deficit).sum())
     carried = float(max(np.abs(carried_x).sum(axis=1).max(), np.abs(carried_z).sum(axis=0).max()))
