@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import asdict
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -82,7 +83,7 @@ def film_table(
     Parameters
     ----------
     path : where it is kept; in the cache where not given
-    rebuild : build it even so, from nothing
+    rebuild : build it even so (an interrupted build goes on all the same)
     workers : processes; as many as there are processors where not given, none beside this one for 1
     progress : called with slabs done and slabs in all
     say : told what a user should know (a build resumed, a part file of another table put aside)
@@ -102,7 +103,7 @@ def film_table(
     if target.is_file() and not rebuild:
         return load_film_table(target, settings), target, 0
     part = target.with_name(target.name + ".part")
-    slabs = _kept(part, settings, rebuild, say)
+    slabs = _kept(part, settings, say)
     names = slab_names(settings)
     missing = [name for name in names if name not in slabs]
     _keep(part, settings, slabs)  # a place that cannot be written is refused before the work, not after it
@@ -137,9 +138,9 @@ def _keep(part: Path, settings: TableSettings, slabs: dict[str, Array]) -> None:
     write_film_table(part, SCHEMA, settings.digest, _said(settings), datasets, asdict(settings), unfinished=True)
 
 
-def _kept(part: Path, settings: TableSettings, rebuild: bool, say: Callable[[str], None] | None) -> dict[str, Array]:
+def _kept(part: Path, settings: TableSettings, say: Callable[[str], None] | None) -> dict[str, Array]:
     """Slabs of an interrupted build; none, said aloud, where the part file is not of this table."""
-    if not part.is_file() or rebuild:
+    if not part.is_file():
         return {}
     try:
         data, _ = read_film_table(part, SCHEMA, settings.digest, _said(settings), unfinished=True)
@@ -168,7 +169,7 @@ def _solve(settings: TableSettings, names: list[str], workers: int | None) -> It
     with _pool(count) as pool:
         # The slabs at high eccentricity take longest: they start first.
         waiting = iter(reversed(names))
-        running = {pool.submit(sample_slab, settings, name): name for name, _ in zip(waiting, range(2 * count))}
+        running = {pool.submit(sample_slab, settings, name): name for name in islice(waiting, 2 * count)}
         while running:
             finished, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in finished:
@@ -183,7 +184,9 @@ def _solve(settings: TableSettings, names: list[str], workers: int | None) -> It
 def _pool(count: int) -> Iterator[ProcessPoolExecutor]:
     """Processes that leave an interruption to their parent, and are not waited for beyond the slab at work."""
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(count, mp_context=context, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN))
+    pool = ProcessPoolExecutor(
+        count, mp_context=context, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN)
+    )
     try:
         yield pool
     finally:

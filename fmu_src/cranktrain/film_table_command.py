@@ -1,4 +1,4 @@
-"""The verb ``cranktrain film-table``: make the table of a journal film for one L/D, or say what the kept one is worth."""
+"""The verb ``cranktrain film-table``: make the film table of one L/D, or say what the kept one is worth."""
 
 from __future__ import annotations
 
@@ -79,11 +79,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         "groove": settings.groove,
         "tilt": settings.tilt,
         "resolution": settings.resolution,
-        **{f"{key.replace('_max', '_max_error').replace('_p95', '_p95_error')}": value for key, value in errors.items()},
-        **{
-            f"{key.replace('_max', '_max_error').replace('_p95', '_p95_error')}_to_0.95": value
-            for key, value in usual.items()
-        },
+        **{f"{key}_error": value for key, value in errors.items()},
+        **{f"{key}_error_to_0.95": value for key, value in usual.items()},
     }
     if not options.json:
         print(f"{'Solved' if solved else 'Kept'}: {path} ({result['file_bytes'] / 1e6:.1f} MB, {table.cells} cells)")

@@ -138,7 +138,9 @@ class FilmTable:
     def with_rates(self, inside: float, outside: float) -> FilmTable:
         """Table that hands over to the film solved in place between these tilt rates |w − w_ref| / |v|."""
         if not 0.0 < inside < outside:
-            raise InputError(f"tilt rates {inside:g} and {outside:g} of the hand-over: the first must be the smaller one")
+            raise InputError(
+                f"tilt rates {inside:g} and {outside:g} of the hand-over: the first must be the smaller one"
+            )
         axes = np.concatenate([self.arrays.axes[:6], [inside, outside]])
         return replace(self, arrays=self.arrays._replace(axes=axes))
 
@@ -289,7 +291,9 @@ def assemble(settings: TableSettings, slabs: Mapping[str, Array]) -> FilmTable:
     values = np.stack([slabs[f"aligned {i}"] for i in range(n_eps)])
     mirrored = values[:, _opposite(n_gamma)]
     values = 0.5 * (values + mirrored * np.array([1.0, -1.0, 1.0, 1.0]))
-    along = np.linalg.solve(_not_a_knot(n_eps), np.concatenate([values, np.zeros((2, n_gamma, 4))]).reshape(n_eps + 2, -1))
+    along = np.linalg.solve(
+        _not_a_knot(n_eps), np.concatenate([values, np.zeros((2, n_gamma, 4))]).reshape(n_eps + 2, -1)
+    )
     around = np.linalg.solve(_circulant(n_gamma), along.reshape(n_eps + 2, n_gamma, 4))
     aligned = np.ascontiguousarray(np.moveaxis(around[:, _wrapped(n_gamma)], 2, 0))
     tops = [float(_stretched(top)[0]) for top in (ALIGNED_MAX, TILTED_MAX)]
@@ -338,7 +342,9 @@ def _tilted_spline(values: Array) -> Array:
     lower = np.concatenate([ends * values[:, :, :, :0:-1], ends * mirrored], axis=3)[:, :, :0:-1]
     whole = np.concatenate([lower, upper], axis=2)
     count = 2 * n_tilt - 1
-    c = np.linalg.solve(_not_a_knot(n_eps), np.concatenate([whole, np.zeros((2, *whole.shape[1:]))]).reshape(n_eps + 2, -1))
+    c = np.linalg.solve(
+        _not_a_knot(n_eps), np.concatenate([whole, np.zeros((2, *whole.shape[1:]))]).reshape(n_eps + 2, -1)
+    )
     c = c.reshape(n_eps + 2, n_gamma, -1)
     c = np.linalg.solve(_circulant(n_gamma), c)[:, _wrapped(n_gamma)]
     c = c.reshape(n_eps + 2, n_gamma + 3, count, count, FUNCTIONS)
@@ -431,7 +437,10 @@ def _sample_tilted(
                 sin = math.sin(gamma[j])
                 wx = -sin * rate * b
                 wy = sin * rate * a
-                if journal_film(coarse, ratio2, eps, 0.0, a, b, cos, sin, wx, wy, coarse_work, coarse_active, first) < 0:
+                if (
+                    journal_film(coarse, ratio2, eps, 0.0, a, b, cos, sin, wx, wy, coarse_work, coarse_active, first)
+                    < 0
+                ):
                     status = -1
                 if journal_film(fine, ratio2, eps, 0.0, a, b, cos, sin, wx, wy, fine_work, fine_active, second) < 0:
                     status = -1
