@@ -195,10 +195,10 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     settings = simulation.Settings(**choices)
     bare, _ = _reduced(engine, options)
     body = running_body(engine, bare)
-    table = _film_table(engine) if settings.bearings == "table" else None
+    films = _film_table(engine) if settings.bearings == "table" else None
     with _bar(f"{options.speed:g} rev/min, {options.cycles} cycles") as advance:
         run = simulation.simulate(
-            engine, body, settings, options.speed * RPM, options.cycles, gas=gas, progress=advance, table=table
+            engine, body, settings, options.speed * RPM, options.cycles, gas=gas, progress=advance, table=films
         )
     attributes = {
         "engine": engine.name,
@@ -252,9 +252,12 @@ def _film_table(engine: Engine) -> FilmTable:
     bearing = engine.main_bearing
     ratio = bearing.width / bearing.diameter
     with _bar(f"film table, L/D {ratio:.4g}") as advance:
-        table, _, _ = film_table(
-            TableSettings(ratio, bearing.groove), progress=lambda done, count: advance(done / count), say=_say
-        )
+
+        def shown(done: int, count: int) -> None:
+            if advance is not None:
+                advance(done / count)
+
+        table, _, _ = film_table(TableSettings(ratio, bearing.groove), progress=shown, say=_say)
     return table
 
 

@@ -61,33 +61,21 @@ def test_blocks_are_the_derivatives_of_the_forces(choices):
 
 
 def test_free_big_ends_carry_what_rods_need():
-    """Over a cycle the mean forces of mains are the weight and the mean of gas and inertia, whatever carries the rods."""
+    """Upward forces of all mains have the same mean whatever carries the rods; each load stays what rods make it.
+
+    Sideways the means differ by what holds the films' friction on the rods.
+    """
     rigid, free = (
         simulate(ENGINE, BODY, Settings(crank="rigid", big_ends=level), SPEED, 4) for level in ("rigid", "impedance")
     )
 
-    def mean(run, axis):
-        total = sum(run.outputs[f"bearing[{i + 1}].force.{axis}"] for i in range(7))
-        return total[-1 - run.per_cycle : -1].mean()
+    def upward(run):
+        return np.array([run.outputs[f"bearing[{i + 1}].force.y"][-1 - run.per_cycle : -1] for i in range(7)])
 
-    peak = max(np.abs(rigid.outputs[f"bearing[{i + 1}].force.y"]).max() for i in range(7))
-    for axis in "xy":
-        assert mean(free, axis) == pytest.approx(mean(rigid, axis), abs=2e-4 * peak)
-
-
-def test_tighter_big_ends_come_nearer_to_rigid_ones():
-    """A pin in half the clearance moves less against its rod: the crank's motion tends to that with rigid big ends."""
-
-    def torque(engine, level):
-        run = simulate(engine, BODY, Settings(crank="rigid", big_ends=level), SPEED, 2)
-        return run.outputs["bearing[4].force.y"][-1 - run.per_cycle :]
-
-    rigid = torque(ENGINE, "rigid")
-    away = []
-    for share in (1.0, 0.5):
-        big_end = replace(ENGINE.big_end_bearing, clearance=share * ENGINE.big_end_bearing.clearance)
-        away.append(np.sqrt(np.mean((torque(replace(ENGINE, big_end_bearing=big_end), "impedance") - rigid) ** 2)))
-    assert away[1] < 0.8 * away[0]
+    peak = np.abs(upward(rigid)).max()
+    assert upward(free).sum(axis=0).mean() == pytest.approx(upward(rigid).sum(axis=0).mean(), abs=2e-4 * peak)
+    # Journals give way by their clearance of a throw of 60 mm: 6e-4 of any load.
+    assert np.sqrt(np.mean((upward(free) - upward(rigid)) ** 2)) < 1e-3 * peak
 
 
 def test_refusals():

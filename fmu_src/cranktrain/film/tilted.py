@@ -83,7 +83,7 @@ def film_arrays(bearing: PlainBearing, level: str, table: FilmTable | None) -> F
         made = table.settings
         if abs(made.length_ratio - ratio) > 1.0e-6 or made.groove != bearing.groove or not made.tilt:
             raise InputError(
-                f"film table of L/D {made.length_ratio:.6g}, groove {made.groove}, {'with' if made.tilt else 'no'} tilt "
+                f"film table of L/D {made.length_ratio:.6g}, groove {made.groove}, tilt: {made.tilt}, "
                 f"does not fit the bearing, L/D {ratio:.6g}, groove {bearing.groove}; make one by film-table"
             )
         arrays, grid = table.arrays, table_grid(made, *IN_LOOP)
