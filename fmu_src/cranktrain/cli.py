@@ -82,7 +82,9 @@ def _parser() -> _Parser:
         "--cycles", type=int, default=6, help="cycles of 720 degrees (default 6); the last one is evaluated"
     )
     run.add_argument("--crank", default="solid", metavar="LEVEL", help="rigid or solid (default)")
-    run.add_argument("--bearings", default="impedance", metavar="LEVEL", help="linear, impedance (default), table or reynolds")
+    run.add_argument(
+        "--bearings", default="impedance", metavar="LEVEL", help="linear, impedance (default), table or reynolds"
+    )
     run.add_argument("--big-ends", default="rigid", metavar="LEVEL", help="rigid (default), or impedance: own films")
     run.add_argument("--integrator", metavar="NAME", help="e.g. sdirk4, sdirk3, generalised-alpha")
     run.add_argument("--step-deg", type=float, metavar="DEG", help="internal step in degrees of crank angle")

@@ -1,4 +1,4 @@
-"""HDF5 files: reduced bodies, film tables and simulation results, with units, schema version and the digest of their inputs.
+"""HDF5 files: reduced bodies, film tables and results, with units, schema version and the digest of their inputs.
 
 A file appears whole or not at all. What is corrupt, foreign, of another schema or made from other inputs is refused.
 """
