@@ -80,7 +80,7 @@ def register(verbs: Any, show: Callable[[str, tuple[str, ...], list[tuple[str, .
         type=int,
         nargs=2,
         metavar=("N_PHI", "N_Z"),
-        help="intervals around and over the width (default 96 16; at a given tilt 160 24, with grooves 192 16)",
+        help="intervals around and over the width (default 96 16, with --tilt 160 24; by load 160 16, grooved 192 16)",
     )
     sub.add_argument("--json", action="store_true", help="print one JSON object")
     sub.set_defaults(verb=lambda options: bearing(options, show))

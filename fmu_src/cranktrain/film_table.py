@@ -10,10 +10,11 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
-from contextlib import contextmanager
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict
 from itertools import islice
 from pathlib import Path
@@ -24,12 +25,13 @@ from cranktrain.errors import StoreError
 from cranktrain.film.database import (
     SCHEMA,
     FilmTable,
-    TableArrays,
     TableSettings,
     assemble,
+    compile_sampling,
     sample_slab,
     slab_names,
 )
+from cranktrain.film.table_interpolation import TableArrays
 from cranktrain.reduced_body import Array
 from cranktrain.store import read_film_table, write_film_table
 
@@ -162,32 +164,41 @@ def _processors() -> int:
 
 def _solve(settings: TableSettings, names: list[str], workers: int | None) -> Iterator[tuple[str, Array]]:
     count = workers or _processors()
-    if count <= 1 or len(names) <= 1:
-        for name in names:
+    solved = set()
+    if count > 1 and len(names) > 1:
+        compile_sampling()
+        try:
+            for name, values in _solve_side_by_side(settings, names, count):
+                solved.add(name)
+                yield name, values
+        except BrokenProcessPool:
+            pass  # no processes to be had here (a script without a main guard, no memory): this one does the rest
+    for name in names:
+        if name not in solved:
             yield name, sample_slab(settings, name)
-        return
-    with _pool(count) as pool:
-        # The slabs at high eccentricity take longest: they start first.
-        waiting = iter(reversed(names))
+
+
+def _solve_side_by_side(settings: TableSettings, names: list[str], count: int) -> Iterator[tuple[str, Array]]:
+    # A fork asks nothing of the caller's script, but only a process without threads can be forked safely.
+    alone = "fork" in multiprocessing.get_all_start_methods() and threading.active_count() == 1
+    pool = ProcessPoolExecutor(
+        count,
+        mp_context=multiprocessing.get_context("fork" if alone else "spawn"),
+        initializer=signal.signal,
+        initargs=(signal.SIGINT, signal.SIG_IGN),  # an interruption is the parent's to handle
+    )
+    # The slabs at high eccentricity take longest: they start first.
+    waiting = iter(reversed(names))
+    try:
         running = {pool.submit(sample_slab, settings, name): name for name in islice(waiting, 2 * count)}
         while running:
             finished, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in finished:
                 name = running.pop(future)
+                values = future.result()
                 following = next(waiting, None)
                 if following is not None:
                     running[pool.submit(sample_slab, settings, following)] = following
-                yield name, future.result()
-
-
-@contextmanager
-def _pool(count: int) -> Iterator[ProcessPoolExecutor]:
-    """Processes that leave an interruption to their parent, and are not waited for beyond the slab at work."""
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(
-        count, mp_context=context, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN)
-    )
-    try:
-        yield pool
+                yield name, values
     finally:
         pool.shutdown(wait=True, cancel_futures=True)

@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         raise SystemExit(130) from None
     seconds = time.perf_counter() - start
     errors, usual = table.worst(), table.worst(0.95)
-    result = {
+    result: dict[str, Any] = {
         "path": str(path),
         "cells": table.cells,
         "max_interpolation_error": max(value for key, value in errors.items() if key.endswith("_max")),

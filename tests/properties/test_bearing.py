@@ -1,6 +1,7 @@
 """Steady bearings: equilibrium, coefficients from differences, and a rotor that loses stability where they say."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -111,6 +112,18 @@ def test_stiffness_is_the_change_of_load_with_place():
         low, here, high = (steady.state(JOURNAL, load * s) for s in (0.99, 1.0, 1.01))
         moved = (high.eccentricity - low.eccentricity) * JOURNAL.clearance
         np.testing.assert_allclose(here.stiffness @ moved, [0.02 * load, 0.0], atol=0.02 * 0.02 * load)
+
+
+def test_default_grid_has_coefficients_within_half_a_per_cent():
+    for ratio in (0.25, 0.5, 1.0):
+        journal = replace(JOURNAL, width=ratio * JOURNAL.diameter)
+        fine, usual = SteadyBearing(bearing_grid(n_phi=512, n_z=48)), SteadyBearing(bearing_grid())
+        for sommerfeld in (0.05, 0.5, 3.0):
+            load = sommerfeld * journal.force_unit / 3.0
+            exact, ours = fine.state(journal, load), usual.state(journal, load)
+            np.testing.assert_allclose(ours.eccentricity, exact.eccentricity, atol=5e-4)
+            for a, b in ((ours.stiffness, exact.stiffness), (ours.damping, exact.damping)):
+                np.testing.assert_allclose(a, b, atol=5e-3 * np.abs(b).max())
 
 
 def test_damping_is_symmetric_and_positive():

@@ -7,7 +7,8 @@ import pytest
 from journal_films import film, journal_grid
 
 from cranktrain.errors import InputError
-from cranktrain.film.journal import FLOOR, film_observables, film_shear
+from cranktrain.film.journal import FLOOR, OUT_SIZE, film_observables, film_shear, journal_film
+from cranktrain.film.journal_grid import cold_start, journal_work
 
 GRID = journal_grid(64, 12)
 AT_REST = journal_grid(48, 12, grading=0.0)
@@ -91,6 +92,20 @@ def test_result_does_not_depend_on_the_start():
             assert (warm.by_place == cold.by_place).all()
         again = film(GRID, 0.4, e, v, t, w, active=cold.active.copy())
         assert again.passes == 1
+
+
+def test_random_jumps_of_state_always_settle():
+    # Among them edges that touch or lie beyond, centred journals, velocities of one component only, and standstill.
+    rng = np.random.default_rng(11)
+    work, active, out = journal_work(GRID), cold_start(GRID), np.zeros(OUT_SIZE)
+    for _ in range(3000):
+        size = rng.choice([0.0, 0.3, 0.9, 0.999, 1.1])
+        x = rng.normal(size=8) * rng.integers(0, 2, size=8)
+        x[:2] *= size / max(np.hypot(*x[:2]), 1e-9)
+        x[2:4] *= 0.3
+        assert journal_film(GRID, rng.choice([0.5, 4.0, 16.0]), *x, work, active, out) > 0, x
+        assert np.isfinite(out).all()
+        assert (out[20::5] <= 0.0).all()
 
 
 def test_pressure_is_complementary():

@@ -38,7 +38,7 @@ def test_the_load_that_belongs_to_an_eccentricity_returns_it(capsys):
     given = run(capsys, *GIVEN)
     omega, psi = 2000.0 * math.pi / 30.0, 1e-3
     load = given["sommerfeld"] * 0.04 * 0.08 * 0.01 * omega / psi**2
-    back = run(capsys, "bearing", *MACHINE, "--load", repr(load))
+    back = run(capsys, "bearing", *MACHINE, "--load", repr(load), "--grid", "96", "16")
     assert list(back) == [
         "eccentricity", "attitude_deg", "min_film_um", "stiffness", "damping", "whirl_threshold", "flow",
         "friction_torque", "p_max", "seconds",

@@ -105,7 +105,11 @@ def bearing_grid(
     rupture: str = "reynolds",
     groove: float = math.radians(20.0),
 ) -> JournalGrid:
-    """Film grid for a steady bearing; ``groove`` is the extent of each axial groove, rad. n_phi = 0: the default."""
+    """Film grid for a steady bearing; ``groove`` is the extent of each axial groove, rad. n_phi = 0: the default.
+
+    The default, 160 (with grooves 192) × 16, has every coefficient within 0.5 % of the largest in its matrix; the force
+    alone is as good on 96 × 16.
+    """
     if supply not in SUPPLIES:
         raise InputError(f"supply '{supply}' does not exist; {nearest(supply, SUPPLIES)}")
     if supply == "two-axial":
@@ -116,7 +120,7 @@ def bearing_grid(
         places = ((0.5 * math.pi, groove), (1.5 * math.pi, groove))
         return journal_grid(n_phi or 192, n_z, half=not tilted, rupture=rupture, grooves=places)
     fed = supply == "widest-gap" and rupture == "reynolds"
-    return journal_grid(n_phi or 96, n_z, half=not tilted, rupture=rupture, fed_at_widest=fed)
+    return journal_grid(n_phi or 160, n_z, half=not tilted, rupture=rupture, fed_at_widest=fed)
 
 
 class SteadyBearing:

@@ -52,6 +52,7 @@ _invert_4 = _inverter(4)
 _invert_8 = _inverter(8)
 _invert_12 = _inverter(12)
 _invert_16 = _inverter(16)
+_invert_24 = _inverter(24)
 
 
 @kernel
@@ -67,6 +68,8 @@ def invert(s, n):
         return _invert_8(s, n)
     if padded == 16:
         return _invert_16(s, n)
+    if padded == 24:
+        return _invert_24(s, n)
     if padded == 4:
         return _invert_4(s, n)
     for k in range(n):

@@ -1,7 +1,9 @@
 """Grid, bore shapes and compliance of one elastic film, packed for :mod:`cranktrain.film.elastohydrodynamic`.
 
-The grid is uniform and fixed to the bore: n_φ nodes around, n_z nodes between the two ends ζ = ±1, which carry no
-unknown. Bore shapes are given at all n_z + 2 axial lines, because the least film of a tilted journal lies at an end.
+The grid is fixed to the bore: n_φ nodes around, evenly, and n_z nodes, gathered at the edges, between the two ends
+ζ = ±1, which carry no unknown. Bore shapes are given at all n_z + 2 axial lines, because the least film of a tilted
+journal lies at an end. Supply acts at nodes: a circumferential groove narrower than the axial spacing is a line, a
+small hole a point whose yield depends on the grid (its size is the node's share of the bore).
 """
 
 from __future__ import annotations
@@ -32,8 +34,17 @@ OUT_SIZE = 49
 FILM_FLOOR = 2.0e-4
 """Floor δ₀ of the film that carries pressure, in clearances."""
 
-NODE_FIELDS = 16
-FACE_FIELDS = 3
+# Rows of ElasticWork.vectors, all over the clearance: journal, its velocity, shapes now, the same at the step's start,
+# Δ of the stage's rule, and the last Newton step of the shapes.
+PLACE, PACE, SHIFT, START_PLACE, START_SHIFT, KNOWN, STEP = 0, 1, 2, 3, 4, 5, 6
+VECTORS = 7
+
+# Rows of ElasticWork.nodes (both ends included) and ElasticWork.faces (circumferential).
+FILM, OPEN, SLOPE, BEND, PRESSURE, VOID, FULL, START_MASS, WAS_VOID = 0, 1, 2, 3, 4, 5, 6, 7, 8
+OWN, AFTER, BEFORE, SQUEEZE, DRIVEN, CONTACT, CONTACT_SLOPE, CHANGE = 9, 10, 11, 12, 13, 14, 15, 16
+FACE_OPEN, FACE_SLOPE, FACE_FLUX, FACE_EXTRA = 0, 1, 2, 3
+NODE_FIELDS = 17
+FACE_FIELDS = 4
 
 
 class ElasticFilm(NamedTuple):
@@ -44,7 +55,7 @@ class ElasticFilm(NamedTuple):
     trig: Array
     """(n_phi, 4) cosine and sine of nodes, cosine and sine of the faces behind them."""
     lines: Array
-    """(n_z + 2, 3) ζ, weight of film pressure, weight of contact pressure; both weights sum to about n_z + 1."""
+    """(n_z + 2, 6) ζ, weights of film and of contact pressure, 1/(Δζ w) towards the next and the last line, width w."""
     shapes: Array
     """(n_phi (n_z + 2) + n_phi n_z, 8 m) shapes at nodes, then at circumferential faces; column 0 is zero."""
     supply: Array
@@ -73,7 +84,7 @@ class ElasticWork(NamedTuple):
     touching: Array
     """(4 + k, 6 + k) derivatives of the contact's generalised forces, these forces, and those of the film."""
     vectors: Array
-    """(8, ·) short vectors: place, pace, amplitudes, rates."""
+    """(VECTORS, ·) short vectors."""
     residual: Array
     """(n,) what the balance leaves over."""
 
@@ -88,6 +99,8 @@ class ElasticGrid:
         nodes around, at least 12
     n_z : int
         nodes between the ends, at least 5; 7 and 11 use the kernels' vectors best
+    edge : float
+        gathering of the axial nodes at the ends, ζ = (1 − edge) s + edge sin(π s/2): 0 uniform, to 0.9
 
     Raises
     ------
@@ -96,11 +109,14 @@ class ElasticGrid:
     """
 
     n_phi: int = 72
-    n_z: int = 9
+    n_z: int = 7
+    edge: float = 0.3
 
     def __post_init__(self) -> None:
         if self.n_phi < 12 or self.n_z < 5:
             raise InputError(f"elastic film: grid {self.n_phi} x {self.n_z} is too coarse; give at least 12 x 5")
+        if not 0.0 <= self.edge <= 0.9:
+            raise InputError(f"elastic film: gathering of nodes at the ends is {self.edge:g}; give 0 to 0.9")
 
     @property
     def size(self) -> int:
@@ -115,6 +131,10 @@ class ElasticGrid:
     @property
     def zetas(self) -> Array:
         """Axial lines including both ends, (n_z + 2,)."""
+        return (1.0 - self.edge) * self._uniform + self.edge * np.sin(0.5 * math.pi * self._uniform)
+
+    @property
+    def _uniform(self) -> Array:
         return np.linspace(-1.0, 1.0, self.n_z + 2)
 
     def work(self, shapes: int) -> ElasticWork:
@@ -130,7 +150,7 @@ class ElasticGrid:
             np.zeros((4 + shapes, BLOCK * blocks)),
             np.zeros((border, border + 1 + BLOCK)),
             np.zeros((4 + shapes, 6 + shapes)),
-            np.zeros((8, BLOCK * blocks)),
+            np.zeros((VECTORS, BLOCK * blocks)),
             np.zeros(self.size),
         )
 
@@ -233,7 +253,7 @@ class ElasticGrid:
         return ElasticFilm(
             np.array(constants, dtype=float),
             np.ascontiguousarray(trig.T),
-            _line_weights(self.zetas),
+            _lines(self.zetas, 1.0 - self.edge + 0.5 * math.pi * self.edge * np.cos(0.5 * math.pi * self._uniform)),
             table,
             np.ascontiguousarray(mask.ravel()),
             # A film pressure presses the journal along −(cos φ, sin φ).
@@ -255,16 +275,20 @@ def _square(compliance: Array, k: int) -> Array:
     return c
 
 
-def _line_weights(zetas: Array) -> Array:
-    """Axial lines with their quadrature weights, (n_z + 2, 3).
+def _lines(zetas: Array, stretch: Array) -> Array:
+    """Axial lines as in :class:`ElasticFilm`, (n_z + 2, 6); ``stretch`` dζ/ds of the uniform s behind ``zetas``.
 
-    Film pressure vanishes at the ends: the trapezoid with its first end correction, the slope there taken from two
-    nodes, is exact for cubics. Contact need not vanish at an edge and stays with the plain trapezoid.
+    Film pressure vanishes at the ends: the trapezoid in s with its first end correction, the slope there taken from two
+    nodes, is of fourth order. Contact need not vanish at an edge and stays with the plain trapezoid.
     """
     film = np.ones(zetas.size)
     film[[0, -1]] = 0.0
     film[[1, -2]] += 1.0 / 6.0
     film[[2, -3]] -= 1.0 / 24.0
-    contact = np.ones(zetas.size)
-    contact[[0, -1]] = 0.5
-    return np.ascontiguousarray(np.column_stack([zetas, film, contact]))
+    gaps = np.diff(zetas)
+    width = 0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps))
+    after, before = np.zeros(zetas.size), np.zeros(zetas.size)
+    after[:-1] = 1.0 / (gaps * width[:-1])
+    before[1:] = 1.0 / (gaps * width[1:])
+    step = 2.0 / (zetas.size - 1)
+    return np.ascontiguousarray(np.column_stack([zetas, film * stretch * step, width, after, before, width]))

@@ -6,105 +6,68 @@ complementarity). With H = h/c and ω the journal's speed, the bore at rest, eac
 
     ∂(θH)/∂t + ∂φ(½ω θH − H³ ∂φΠ) − (D/L)² ∂ζ(H³ ∂ζΠ) = 0        (1/s)
 
-on node-centred finite volumes: H³ at the middle of faces, θ from the node upstream, no pressure flow into ruptured
-nodes but what their full neighbours press there. The rate has two forms, after what the node was at the step's start:
+on node-centred finite volumes: H³ at the middle of faces, θ from the node upstream with a limited correction to second
+order from the step's start, no pressure flow into ruptured nodes but what their full neighbours press there. The rate
+has two forms, after what the node was at the step's start:
 
 * full: ∂H/∂t from the velocities of the stage, minus the void share's growth, − |u| H/Δt. A full film thus keeps the
   order of the stage's own rule;
 * void: [θH − (θH)_start]/Δt, backward Euler from the start. The oil of ruptured regions is conserved to rounding.
 
 The fill then lies in [0, 1] by itself: it is a mean of what was there and what flows in. H is the floored film
-δ₀ + ½[H − δ₀ + √((H − δ₀)² + δ₀²)]: a journal beyond its bore leaves δ₀ open, what carries there is contact. The matrix ∂R/∂u is an M-matrix by columns.
+δ₀ + ½[H − δ₀ + √((H − δ₀)² + δ₀²)]: a journal beyond its bore leaves δ₀ open, what carries there is contact. The matrix
+∂R/∂u is an M-matrix by columns.
 """
 
 from __future__ import annotations
 
 import math
 
-from cranktrain.film.asperity import HIGHEST, SIGMA, contact_pressure
-from cranktrain.film.elastic_grid import CLEARANCE, FLOOR, N_PHI, N_Z, RADIUS, VISCOSITY, WIDTH
+from cranktrain.film.elastic_grid import (
+    AFTER,
+    BEFORE,
+    BEND,
+    DRIVEN,
+    FACE_EXTRA,
+    FACE_FLUX,
+    FACE_OPEN,
+    FACE_SLOPE,
+    FILM,
+    FLOOR,
+    FULL,
+    N_PHI,
+    N_Z,
+    OPEN,
+    OWN,
+    PRESSURE,
+    RADIUS,
+    SLOPE,
+    SQUEEZE,
+    START_MASS,
+    VOID,
+    WAS_VOID,
+    WIDTH,
+)
+from cranktrain.film.film_height import node_films
 from cranktrain.kernel import kernel
 
-# Fields of nodes (both ends included) and of circumferential faces.
-FILM, OPEN, SLOPE, BEND, PRESSURE, VOID, FULL, START_MASS, WAS_VOID = 0, 1, 2, 3, 4, 5, 6, 7, 8
-OWN, AFTER, BEFORE, SQUEEZE, GROWTH, CONTACT, CONTACT_SLOPE = 9, 10, 11, 12, 13, 14, 15
-FACE_OPEN, FACE_SLOPE, FACE_FLUX = 0, 1, 2
-
 
 @kernel
-def pressure_unit(constants):
-    """p₀ = 12 η (R/c)² (Pa s)."""
-    return 12.0 * constants[VISCOSITY] * (constants[RADIUS] / constants[CLEARANCE]) ** 2
-
-
-@kernel
-def combined(row, shares, columns):
-    """Σ row·shares over a multiple of eight columns, summed in pairs: shorter chains than one by one."""
-    total = 0.0
-    for r in range(0, columns, 8):
-        a = row[r] * shares[r] + row[r + 1] * shares[r + 1]
-        b = row[r + 2] * shares[r + 2] + row[r + 3] * shares[r + 3]
-        c = row[r + 4] * shares[r + 4] + row[r + 5] * shares[r + 5]
-        d = row[r + 6] * shares[r + 6] + row[r + 7] * shares[r + 7]
-        total += (a + b) + (c + d)
-    return total
-
-
-@kernel
-def node_films(film, place, shift, out):
-    """Unfloored film H at all nodes and both ends into ``out``.
-
-    ``place`` (4,) position and tilt over the clearance, ``shift`` amplitudes of the shapes over the clearance, filled
-    up with zeros to the columns of ``film.shapes``.
-    """
-    n_phi = int(film.constants[N_PHI])
-    lines = int(film.constants[N_Z]) + 2
-    columns = film.shapes.shape[1]
-    for i in range(n_phi):
-        cos = film.trig[i, 0]
-        sin = film.trig[i, 1]
-        middle = 1.0 - place[0] * cos - place[1] * sin
-        tilt = place[2] * cos + place[3] * sin
-        for j in range(lines):
-            row = film.shapes[i * lines + j]
-            total = middle - tilt * film.lines[j, 0]
-            total += combined(row, shift, columns)
-            out[i * lines + j] = total
-
-
-@kernel
-def face_films(film, place, shift, out):
-    """Unfloored film H at the circumferential faces into ``out``."""
+def film_start(film, place, shift, start, half_speed, per_step, nodes, faces):
+    """What the step starts from: oil θH of void nodes, which they are, and how sharply their oil is carried on."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
-    columns = film.shapes.shape[1]
-    first = n_phi * (n_z + 2)
-    for i in range(n_phi):
-        cos = film.trig[i, 2]
-        sin = film.trig[i, 3]
-        middle = 1.0 - place[0] * cos - place[1] * sin
-        tilt = place[2] * cos + place[3] * sin
-        for j in range(n_z):
-            row = film.shapes[first + i * n_z + j]
-            total = middle - tilt * film.lines[j + 1, 0]
-            total += combined(row, shift, columns)
-            out[i * n_z + j] = total
-
-
-@kernel
-def film_start(film, place, shift, start, nodes):
-    """Oil (θH) at the start of the step, and which nodes held void then; from the state there."""
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
+    lines = n_z + 2
     floor = film.constants[FLOOR]
     mass = nodes[START_MASS]
     was_void = nodes[WAS_VOID]
+    extra = faces[FACE_EXTRA]
     void = False
     for k in range(n_phi * n_z):
+        extra[k] = 0.0
         if start[k] < 0.0:
             void = True
-            break
-    for k in range(n_phi * (n_z + 2)):
+    for k in range(n_phi * lines):
         was_void[k] = 0.0
     if not void:
         return
@@ -112,63 +75,69 @@ def film_start(film, place, shift, start, nodes):
     for i in range(n_phi):
         for j in range(n_z):
             u = start[i * n_z + j]
-            q = i * (n_z + 2) + j + 1
+            q = i * lines + j + 1
+            above = mass[q] - floor
+            root = math.sqrt(above * above + floor * floor)
+            rest = 0.5 * (above + root) if above > 0.0 else 0.5 * floor * floor / (root - above)
+            mass[q] = floor + rest
             if u < 0.0:
-                above = mass[q] - floor
-                fill = 1.0 + u if u > -1.0 else 0.0
-                root = math.sqrt(above * above + floor * floor)
-                rest = 0.5 * (above + root) if above > 0.0 else 0.5 * floor * floor / (root - above)
-                mass[q] = fill * (floor + rest)
                 was_void[q] = 1.0
+    _sharpen(film, start, half_speed, per_step, nodes, extra)
+    for i in range(n_phi):
+        for j in range(n_z):
+            u = start[i * n_z + j]
+            if u < 0.0:
+                mass[i * lines + j + 1] *= 1.0 + u if u > -1.0 else 0.0
 
 
 @kernel
-def open_films(film, floor, nodes, faces):
-    """Floored films with first and second derivative, at nodes and faces; contact pressure, over p₀, with its slope."""
-    constants = film.constants
-    h = nodes[FILM]
-    is_open = nodes[OPEN]
-    slope = nodes[SLOPE]
-    bend = nodes[BEND]
-    for k in range(h.shape[0]):
-        above = h[k] - floor
-        root = math.sqrt(above * above + floor * floor)
-        inverse = 1.0 / root
-        # ½(above + root), without cancellation below the floor.
-        rest = 0.5 * (above + root) if above > 0.0 else 0.5 * floor * floor / (root - above)
-        is_open[k] = floor + rest
-        slope[k] = rest * inverse
-        bend[k] = 0.5 * floor * floor * inverse * inverse * inverse
-    h = faces[FACE_OPEN]
-    slope = faces[FACE_SLOPE]
-    for k in range(h.shape[0]):
-        above = h[k] - floor
-        root = math.sqrt(above * above + floor * floor)
-        rest = 0.5 * (above + root) if above > 0.0 else 0.5 * floor * floor / (root - above)
-        h[k] = floor + rest
-        slope[k] = rest / root
-    if film.contact[SIGMA] > 0.0:
-        c = constants[CLEARANCE]
-        unit = 1.0 / pressure_unit(constants)
-        reach = HIGHEST * film.contact[SIGMA] / c
-        h = nodes[FILM]
-        for k in range(h.shape[0]):
-            if h[k] < reach:
-                p, by_gap, _ = contact_pressure(h[k] * c, film.contact, film.contact_table)
-                nodes[CONTACT, k] = p * unit
-                nodes[CONTACT_SLOPE, k] = by_gap * c * unit
-            else:
-                nodes[CONTACT, k] = 0.0
-                nodes[CONTACT_SLOPE, k] = 0.0
+def _sharpen(film, start, half_speed, per_step, nodes, extra):
+    """Flux (1/s) that upwinding loses at the start of the step: second order, limited (monotonised central).
 
-
-@kernel
-def film_rates(film, pace, shift_rate, nodes):
-    """∂H/∂t (1/s) of the unfloored film at nodes that were full at the start, from the velocities of the stage."""
+    Explicit, hence bounded and without influence on the matrix, as long as oil passes less than a node in the step.
+    """
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
-    columns = film.shapes.shape[1]
-    growth = nodes[GROWTH]
+    lines = n_z + 2
+    rate = half_speed * grid_factors(film.constants)[2]
+    if not abs(rate) < per_step:
+        return
+    share = 2.0 - 2.0 * abs(rate) / per_step
+    rate *= 0.5 * share if share < 1.0 else 0.5
+    mass = nodes[START_MASS]
+    for i in range(n_phi):
+        down = i + 1 if i + 1 < n_phi else 0
+        from_column = i if rate > 0.0 else down
+        to_column = down if rate > 0.0 else i
+        behind = i - 1 if rate > 0.0 else down + 1
+        if behind < 0 or behind >= n_phi:
+            behind = n_phi - 1 if behind < 0 else 0
+        for j in range(n_z):
+            donor = start[from_column * n_z + j]
+            if donor >= 0.0:
+                continue
+            taker = start[to_column * n_z + j]
+            upstream = start[behind * n_z + j]
+            ahead = (taker if taker < 0.0 else 0.0) - donor
+            past = donor - (upstream if upstream < 0.0 else 0.0)
+            if ahead * past <= 0.0:
+                continue
+            change = 0.5 * (ahead + past)
+            if abs(2.0 * ahead) < abs(change):
+                change = 2.0 * ahead
+            if abs(2.0 * past) < abs(change):
+                change = 2.0 * past
+            mean = 0.5 * (mass[i * lines + j + 1] + mass[down * lines + j + 1])
+            extra[i * n_z + j] = rate * mean * change
+
+
+@kernel
+def film_rates(film, place, pace, known, per_gain, nodes):
+    """What ∂H/∂t (1/s) of nodes full at the start is besides H/g: the journal's part, and −H_Δ/g of the known past."""
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    driven = nodes[DRIVEN]
+    node_films(film, place, known, driven)
     for i in range(n_phi):
         cos = film.trig[i, 0]
         sin = film.trig[i, 1]
@@ -176,28 +145,24 @@ def film_rates(film, pace, shift_rate, nodes):
         tilt = pace[2] * cos + pace[3] * sin
         for j in range(1, n_z + 1):
             q = i * (n_z + 2) + j
-            row = film.shapes[q]
-            total = middle - tilt * film.lines[j, 0]
-            total += combined(row, shift_rate, columns)
-            growth[q] = total
+            driven[q] = middle - tilt * film.lines[j, 0] - per_gain * driven[q]
 
 
 @kernel
 def grid_factors(constants):
-    """Factors of the balance: 1/Δφ² and (D/L)²/Δζ² of pressure flow, 1/Δφ of transport."""
+    """Factors of the balance: 1/Δφ² of pressure flow around, (D/L)² across, 1/Δφ of transport."""
     per_angle = constants[N_PHI] / (2.0 * math.pi)
-    per_zeta = 0.5 * (constants[N_Z] + 1.0)
     ratio = 2.0 * constants[RADIUS] / constants[WIDTH]
-    return per_angle * per_angle, ratio * ratio * per_zeta * per_zeta, per_angle
+    return per_angle * per_angle, ratio * ratio, per_angle
 
 
 @kernel
-def oil_balance(film, half_speed, per_step, nodes, faces, first, band, residual):
+def oil_balance(film, half_speed, per_step, per_gain, nodes, faces, first, band, residual):
     """Residual R (n_phi n_z,) of every node's balance (1/s), the band of ∂R/∂u, and the factors of ∂R/∂H.
 
     The band's rows start at column ``first`` and go once around: columns of the grid follow each other in the sense of
     rotation. What couples the last column and the first stands where the band would go on, and no solver reads it.
-    ``half_speed`` ½ω (rad/s), ``per_step`` 1/Δt (1/s).
+    ``half_speed`` ½ω (rad/s), ``per_step`` 1/Δt, ``per_gain`` 1/g (1/s).
     """
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
@@ -207,11 +172,14 @@ def oil_balance(film, half_speed, per_step, nodes, faces, first, band, residual)
     backward = -half_speed * per_angle if half_speed < 0.0 else 0.0
     is_open = nodes[OPEN]
     slope = nodes[SLOPE]
+    driven = nodes[DRIVEN]
+    film_h = nodes[FILM]
     pressure = nodes[PRESSURE]
     void = nodes[VOID]
     full = nodes[FULL]
     height = faces[FACE_OPEN]
     flux = faces[FACE_FLUX]
+    extra = faces[FACE_EXTRA]
     face_slope = faces[FACE_SLOPE]
     entries = band.shape[1]
     for position in range(n_phi):
@@ -244,8 +212,10 @@ def oil_balance(film, half_speed, per_step, nodes, faces, first, band, residual)
             g_up = around * h_up * h_up * h_up
             mean = 0.5 * (is_open[q] + is_open[q + 1])
             mean_before = 0.5 * (is_open[q] + is_open[q - 1])
-            side = across * mean * mean * mean
-            side_before = across * mean_before * mean_before * mean_before
+            by_after = across * film.lines[j + 1, 3] * mean * mean
+            by_before = across * film.lines[j + 1, 4] * mean_before * mean_before
+            side = by_after * mean
+            side_before = by_before * mean_before
             p = pressure[q]
             u = void[q]
             after = p - pressure[q + 1]
@@ -253,18 +223,19 @@ def oil_balance(film, half_speed, per_step, nodes, faces, first, band, residual)
             total = (
                 g * (p - pressure[q_down]) + h * (forward * (1.0 + u) - backward * (1.0 + void[q_down]))
                 + g_up * (p - pressure[q_up]) - h_up * (forward * (1.0 + void[q_up]) - backward * (1.0 + u))
-                + side * after + side_before * before
+                + side * after + side_before * before + extra[f] - extra[f_up]
             )  # fmt: skip
-            by_after = 1.5 * across * mean * mean * after
-            by_before = 1.5 * across * mean_before * mean_before * before
+            by_after *= 1.5 * after
+            by_before *= 1.5 * before
             own = slope[q] * (by_after + by_before)
             if nodes[WAS_VOID, q] > 0.0:
                 total += ((1.0 + u) * is_open[q] - nodes[START_MASS, q]) * per_step
                 own += (1.0 + u) * slope[q] * per_step
                 nodes[SQUEEZE, q] = 0.0
             else:
-                total += slope[q] * nodes[GROWTH, q] + u * is_open[q] * per_step
-                own += nodes[BEND, q] * nodes[GROWTH, q] + u * slope[q] * per_step
+                growth = driven[q] + per_gain * film_h[q]
+                total += slope[q] * growth + u * is_open[q] * per_step
+                own += nodes[BEND, q] * growth + u * slope[q] * per_step
                 nodes[SQUEEZE, q] = slope[q]
             residual[f] = total
             nodes[OWN, q] = own

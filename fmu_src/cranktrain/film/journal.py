@@ -29,16 +29,15 @@ import math
 
 import numpy as np
 
-from cranktrain.film.blocks import factor_ring, solve_ring, solve_ring_four
 from cranktrain.film.journal_grid import (
     GUEMBEL,
-    REYNOLDS,
     JournalGrid,
     JournalWork,
     cold_start,
     journal_grid,
     journal_work,
 )
+from cranktrain.film.rupture import rupture_pressure
 from cranktrain.kernel import kernel
 
 __all__ = [
@@ -54,10 +53,6 @@ __all__ = [
 
 FLOOR = 2.0e-4
 """Least film over the clearance that the pressure sees; reached smoothly from twice this."""
-MOST_PASSES = 60
-"""Passes of the active set beyond one for each column."""
-AHEAD = 0.3
-"""How far a cold start takes the film to reach where the gap opens, over the fastest approach."""
 _GAUSS = np.array([half[4:] for half in np.polynomial.legendre.leggauss(8)])
 
 # Result of journal_film.
@@ -77,7 +72,7 @@ def journal_film(grid, ratio2, ex, ey, tx, ty, vx, vy, wx, wy, work, active, out
     Returns the number of passes of the active set, negative where it did not settle or a pivot failed.
     """
     _film(grid, ratio2, ex, ey, tx, ty, work)
-    passes = _pressure(grid, vx, vy, wx, wy, work, active)
+    passes = rupture_pressure(grid, vx, vy, wx, wy, work, active)
     _tangents(grid, vx, vy, wx, wy, work, active, out)
     return passes
 
@@ -159,172 +154,8 @@ def _film(grid, ratio2, ex, ey, tx, ty, work):
 
 
 @kernel
-def _pressure(grid, vx, vy, wx, wy, work, active):
-    """Solve the complementarity problem; returns the passes it took, negative on failure."""
-    axial = grid.axial
-    blocked = grid.blocked
-    columns = blocked.shape[0]
-    padded = blocked.shape[1]
-    n = axial.shape[1] - 1
-    rupture = int(grid.settings[0])
-    cold = active[0, 0] < 0.0
-    largest = 0.0
-    fastest = 0.0
-    for i in range(columns):
-        c = work.angle[0, i]
-        s = work.angle[1, i]
-        middle = (vx * c + vy * s) * work.width[0, i]
-        end = (wx * c + wy * s) * work.width[0, i]
-        for j in range(n):
-            g = (middle + axial[0, j] * end) * axial[2, j]
-            work.source[i, j] = g
-            largest = max(largest, abs(g))
-            fastest = max(fastest, abs(middle + axial[0, j] * end) / work.width[0, i])
-    at_rest = largest == 0.0
-    for i in range(columns):
-        for j in range(padded):
-            if blocked[i, j] != 0.0:
-                active[i, j] = 0.0
-            elif rupture != REYNOLDS or at_rest:
-                active[i, j] = 1.0
-            elif cold:
-                # A first set somewhat too large settles sooner than one that is too small: it grows column by column.
-                least = -AHEAD * fastest * work.width[0, i] * axial[2, j] if j < n else 0.0
-                active[i, j] = 1.0 if work.source[i, j] > least else 0.0
-            else:
-                active[i, j] = 1.0 if active[i, j] > 0.5 else 0.0
-    tolerance = 1.0e-11 * largest
-    p = work.pressure
-    around = work.conduct[0]
-    along = work.conduct[1]
-    most = MOST_PASSES + columns
-    for passes in range(1, most + 1):
-        start, cyclic = _matrix(n, work, active)
-        if factor_ring(
-            work.matrix[0], work.matrix[1], work.around, work.used, start, cyclic, n, work.inverse, work.border,
-            work.carried,
-        ) != 0:  # fmt: skip
-            return -passes
-        for i in range(columns):
-            for j in range(padded):
-                p[i, j] = work.source[i, j] * active[i, j] if j < n else 0.0
-        solve_ring(work.around, work.used, start, cyclic, n, work.inverse, work.border, p, work.carried[0])
-        if rupture != REYNOLDS or at_rest:
-            break
-        changed = 0
-        for i in range(columns):
-            before = i - 1 if i > 0 else columns - 1
-            after = i + 1 if i + 1 < columns else 0
-            for j in range(n):
-                if active[i, j] > 0.5:
-                    if p[i, j] < 0.0:
-                        active[i, j] = 0.0
-                        changed += 1
-                elif blocked[i, j] == 0.0:
-                    push = work.source[i, j] + around[before, j] * p[before, j] + around[i, j] * p[after, j]
-                    if j > 0:
-                        push += along[i, j] * p[i, j - 1]
-                    if j + 1 < n:
-                        push += along[i, j + 1] * p[i, j + 1]
-                    if push > tolerance:
-                        active[i, j] = 1.0
-                        changed += 1
-        if changed == 0:
-            break
-    else:
-        return -most
-    unit = work.unit
-    for i in range(columns):
-        c = work.angle[0, i] * work.width[0, i]
-        s = work.angle[1, i] * work.width[0, i]
-        for j in range(n):
-            g = axial[2, j] * active[i, j]
-            unit[i, j, 0] = c * g
-            unit[i, j, 1] = s * g
-            unit[i, j, 2] = c * g * axial[0, j]
-            unit[i, j, 3] = s * g * axial[0, j]
-    solve_ring_four(work.around, work.used, start, cyclic, n, work.inverse, work.border, unit, work.carried)
-    if rupture == GUEMBEL:
-        adjoint = work.adjoint
-        _share_of_compression(n, p, work.source)
-        for i in range(columns):
-            c = work.angle[0, i] * work.width[0, i]
-            s = work.angle[1, i] * work.width[0, i]
-            for j in range(n):
-                g = axial[2, j] * work.source[i, j]
-                adjoint[i, j, 0] = c * g
-                adjoint[i, j, 1] = s * g
-                adjoint[i, j, 2] = c * g * axial[0, j]
-                adjoint[i, j, 3] = s * g * axial[0, j]
-        solve_ring_four(work.around, work.used, start, cyclic, n, work.inverse, work.border, adjoint, work.carried)
-    return passes
-
-
-@kernel
-def _share_of_compression(n, p, share):
-    """Derivative of ∫max(p, 0) by each p, in cells: one or zero, but between two nodes where p changes sign.
-
-    There the triangle that is left counts, not half a cell: else the force would have steps, and its derivative noise
-    of first order.
-    """
-    columns = p.shape[0]
-    for i in range(columns):
-        for j in range(n):
-            share[i, j] = 1.0 if p[i, j] > 0.0 else 0.0
-    for i in range(columns):
-        after = i + 1 if i + 1 < columns else 0
-        for j in range(n):
-            a = p[i, j]
-            b = p[after, j]
-            if a > 0.0 and b < 0.0:
-                kept = a / (a - b)
-                share[i, j] -= 0.5 * (1.0 - kept) * (1.0 - kept)
-                share[after, j] += 0.5 * kept * kept
-            elif a < 0.0 and b > 0.0:
-                kept = b / (b - a)
-                share[after, j] -= 0.5 * (1.0 - kept) * (1.0 - kept)
-                share[i, j] += 0.5 * kept * kept
-
-
-@kernel
-def _matrix(n, work, active):
-    """Masked matrix of the active set; returns the column where the ring starts, and whether it stays closed."""
-    columns = active.shape[0]
-    padded = active.shape[1]
-    around = work.conduct[0]
-    along = work.conduct[1]
-    diagonal = work.matrix[0]
-    coupling = work.matrix[1]
-    start = 0
-    cyclic = True
-    for i in range(columns):
-        before = i - 1 if i > 0 else columns - 1
-        after = i + 1 if i + 1 < columns else 0
-        count = 0.0
-        linked = 0.0
-        for j in range(padded):
-            here = active[i, j]
-            diagonal[i, j] = 1.0
-            coupling[i, j] = 0.0
-            both = here * active[after, j]
-            work.around[i, j] = around[i, j] * both
-            count += here
-            linked += both
-        for j in range(n):
-            if active[i, j] > 0.5:
-                diagonal[i, j] = around[before, j] + around[i, j] + along[i, j] + along[i, j + 1]
-                if j > 0:
-                    coupling[i, j] = along[i, j] * active[i, j - 1]
-        work.used[i] = count
-        if linked == 0.0 and cyclic:
-            start = after
-            cyclic = False
-    return start, cyclic
-
-
-@kernel
 def _tangents(grid, vx, vy, wx, wy, work, active, out):
-    """Forces, ∂/∂(e, t) and ∂/∂(v, w) from the unit solutions that ``_pressure`` left."""
+    """Forces, ∂/∂(e, t) and ∂/∂(v, w) from the unit solutions that ``rupture_pressure`` left."""
     axial = grid.axial
     columns = active.shape[0]
     n = axial.shape[1] - 1

@@ -13,27 +13,14 @@ import numpy as np
 
 from cranktrain.engine import PlainBearing
 from cranktrain.errors import InputError
-from cranktrain.film.database import FilmTable, TableArrays, table_grid
-from cranktrain.film.journal import (
-    OUT_SIZE,
-    JournalGrid,
-    JournalWork,
-    cold_start,
-    film_observables,
-    journal_film,
-    journal_grid,
-    journal_work,
-)
+from cranktrain.film.aligned_law import aligned_observables
+from cranktrain.film.database import FilmTable, table_grid
+from cranktrain.film.journal import OUT_SIZE, film_observables, journal_film
 from cranktrain.film.journal_contact import N_OUT, TORQUE, JournalContact, bearing_contact, journal_contact
+from cranktrain.film.journal_grid import JournalGrid, JournalWork, cold_start, journal_grid, journal_work
 from cranktrain.film.parabolic import friction_torque
-from cranktrain.film.table_law import (
-    TABLE,
-    TableWork,
-    aligned_observables,
-    table_force,
-    table_work,
-    tilted_pressure,
-)
+from cranktrain.film.table_interpolation import TableArrays
+from cranktrain.film.table_law import TABLE, TableWork, table_force, table_work, tilted_pressure
 from cranktrain.kernel import kernel
 from cranktrain.reduced_body import Array
 
@@ -83,8 +70,8 @@ def film_arrays(bearing: PlainBearing, level: str, table: FilmTable | None) -> F
         made = table.settings
         if abs(made.length_ratio - ratio) > 1.0e-6 or made.groove != bearing.groove or not made.tilt:
             raise InputError(
-                f"film table of L/D {made.length_ratio:.6g}, groove {made.groove}, tilt: {made.tilt}, "
-                f"does not fit the bearing, L/D {ratio:.6g}, groove {bearing.groove}; make one by film-table"
+                f"film table of L/D {made.length_ratio:.6g}, groove {made.groove}, "
+                f"{'with' if made.tilt else 'no'} tilt does not fit the bearing, L/D {ratio:.6g}, groove {bearing.groove}; make one by film-table"
             )
         arrays, grid = table.arrays, table_grid(made, *IN_LOOP)
     return FilmArrays(grid, bearing_contact(bearing), arrays)

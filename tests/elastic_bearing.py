@@ -1,0 +1,115 @@
+"""An elastic film as tests use it: a main bearing of the six with made-up bore shapes, stepped by backward Euler."""
+
+import numpy as np
+
+from cranktrain.film.elastic_grid import DAMPING, FORCE, OUT_SIZE, STIFFNESS
+from cranktrain.film.elastohydrodynamic import CONVERGED, elastic_film
+
+DIAMETER, WIDTH, CLEARANCE, VISCOSITY, SPEED = 0.085, 0.030, 40e-6, 0.0143, 209.4
+COMPLIANCE = np.array([0.6, 0.6, 0.2, 0.24, 0.24, 0.24, 0.24, 0.15, 0.15, 0.12, 0.12]) * 1e-9
+
+
+def bore_shapes(grid, count):
+    """Ovals, a widening, triangles and their changes along the bore, (count, n_phi, n_z + 2)."""
+    phi, zeta = np.meshgrid(grid.angles, grid.zetas, indexing="ij")
+    bow = zeta**2 - 1 / 3
+    forms = [
+        np.cos(2 * phi), np.sin(2 * phi), np.ones_like(phi), np.cos(3 * phi), np.sin(3 * phi),
+        np.cos(2 * phi) * bow, np.sin(2 * phi) * bow, np.cos(2 * phi) * zeta, np.sin(2 * phi) * zeta,
+        np.cos(4 * phi), np.sin(4 * phi),
+    ]  # fmt: skip
+    return np.array(forms[:count]).reshape(count, *phi.shape)
+
+
+class Bearing:
+    """One film with its memory: the state at the step's start, and the warm start."""
+
+    def __init__(self, grid, count=0, softness=1.0, **options):
+        self.grid, self.count = grid, count
+        sizes = {"diameter": DIAMETER, "width": WIDTH, "clearance": CLEARANCE, "viscosity": VISCOSITY}
+        sizes |= {name: options.pop(name) for name in list(options) if name in sizes}
+        self.clearance = sizes["clearance"]
+        self.film = grid.film(
+            **sizes, shapes=bore_shapes(grid, count), compliance=softness * COMPLIANCE[:count], **options
+        )
+        self.work = grid.work(count)
+        self.start, self.start_delta, self.start_position = np.zeros(grid.size), np.zeros(count), np.zeros(4)
+        self.unknowns, self.delta, self.out = np.zeros(grid.size), np.zeros(count), np.zeros(OUT_SIZE)
+
+    def solve(self, position, velocity=(0, 0, 0, 0), speed=SPEED, dt=np.inf, gain=None, tangents=True):
+        """Solve at a position (m) and velocity (m/s); the result's status."""
+        return elastic_film(
+            self.film, np.array(position, float), np.array(velocity, float), float(speed), float(dt),
+            float(dt if gain is None else gain), self.start, self.start_position, self.start_delta, self.start_delta,
+            self.unknowns, self.delta, self.work, self.out, tangents,
+        )  # fmt: skip
+
+    def settle(self, *args, **options):
+        """Solve and insist on convergence; forces (4,)."""
+        assert self.solve(*args, **options) == CONVERGED
+        return self.forces
+
+    def accept(self, position):
+        """What was solved last becomes the start of the next step."""
+        self.start[:], self.start_delta[:] = self.unknowns, self.delta
+        self.start_position[:] = position
+
+    def forget(self):
+        """A cold start: full film without pressure, round bore."""
+        self.unknowns[:] = 0
+        self.delta[:] = 0
+
+    @property
+    def forces(self):
+        return self.out[FORCE : FORCE + 4].copy()
+
+    @property
+    def stiffness(self):
+        return self.out[STIFFNESS : STIFFNESS + 16].reshape(4, 4).copy()
+
+    @property
+    def damping(self):
+        return self.out[DAMPING : DAMPING + 16].reshape(4, 4).copy()
+
+    @property
+    def pressure(self):
+        """Film pressure at the nodes, (n_phi, n_z), Pa."""
+        unit = 12 * self.film.constants[6] * (self.film.constants[3] / self.film.constants[5]) ** 2
+        return unit * np.maximum(self.unknowns, 0).reshape(self.grid.n_phi, self.grid.n_z)
+
+
+def orbit(angle, highest, tilt=0.03):
+    """Position and its derivative by the angle, over the clearance, (4,) each: eccentricity and direction vary."""
+
+    def place(t):
+        e = 0.7 + (highest - 0.7) * np.cos(3 * t)
+        phi = 0.5 * np.pi + 1.1 * np.sin(1.5 * t) + 0.4 * np.sin(3 * t)
+        return np.array([e * np.cos(phi), e * np.sin(phi), tilt * np.sin(1.5 * t), tilt * np.cos(3 * t)])
+
+    return place(angle), (place(angle + 1e-5) - place(angle - 1e-5)) / 2e-5
+
+
+def carry(bearing, load, step, steps, speed=SPEED, record=(), position=(0.1, -0.7, 0.0, 0.0)):
+    """Massless journal under ``load(angle)`` (4,) for as many steps of ``step`` rad; entries of ``out``, (steps, ·)."""
+    h = step / speed
+    c = bearing.clearance
+    position = c * np.array(position)
+    bearing.start_position[:] = position
+    velocity = np.zeros(4)
+    rows = []
+    for n in range(1, steps + 1):
+        applied = load(n * step)
+        start = bearing.start_position.copy()
+        position = start + h * velocity
+        for _ in range(60):
+            velocity = (position - start) / h
+            rest = bearing.settle(position, velocity, speed, h) + applied
+            if abs(rest).max() < 1e-4 * abs(applied).max():
+                break
+            change = -np.linalg.solve(bearing.stiffness + bearing.damping / h, rest)
+            position = position + change * min(1.0, 0.15 * c / abs(change).max())
+        else:
+            raise AssertionError(f"the journal found no place at step {n}")
+        bearing.accept(position)
+        rows.append(bearing.out[list(record)])
+    return np.array(rows)

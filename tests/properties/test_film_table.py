@@ -1,0 +1,374 @@
+"""The film table: its error at random states, tangents, mirrors, and the hand-over to the film solved in place."""
+
+import math
+
+import numpy as np
+import pytest
+
+from cranktrain.film import database
+from cranktrain.film.aligned_law import aligned_force, aligned_observables
+from cranktrain.film.database import TableSettings, aligned_norms, sample_slab, slab_names, table_grid
+from cranktrain.film.journal import OUT_SIZE, film_observables, journal_film
+from cranktrain.film.journal_grid import cold_start, journal_grid, journal_work
+from cranktrain.film.table_interpolation import ALIGNED_MAX, TILTED_MAX, centres, eccentricity_nodes, stretched
+from cranktrain.film.table_law import BLENDED, SOLVED, TABLE, table_force, table_work, tilted_pressure
+from cranktrain.film_table import film_table
+
+RATIO = 0.35
+SETTINGS = TableSettings(RATIO, resolution="coarse")
+GRID = table_grid(SETTINGS)
+FILM, MEMORY = journal_work(GRID), table_work()
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    return film_table(SETTINGS, tmp_path_factory.mktemp("films") / "coarse.h5")[0]
+
+
+def law(table, state, half_speed=0.0, clearance=1.0, factor=1.0):
+    """Output and status of the law at (x, y, ax, ay, vx, vy, wx, wy), in clearances unless told otherwise."""
+    out = np.zeros(40)
+    status = table_force(
+        *(clearance * np.asarray(state)), half_speed, clearance, factor, table.arrays, GRID, FILM, cold_start(GRID),
+        MEMORY, out,
+    )  # fmt: skip
+    return out, status
+
+
+def place(eps, angle, share_a, share_b):
+    """Position and tilt, and the axes along and across the line of centres."""
+    b = share_b * math.sqrt(1 - eps * eps)
+    a = share_a * (math.sqrt(1 - b * b) - eps)
+    along = np.array([math.cos(angle), math.sin(angle)])
+    across = np.array([-along[1], along[0]])
+    return eps * along, a * along + b * across, along, across
+
+
+def family(eps, angle, share_a, share_b, gamma):
+    """State on the family of velocities that the table samples."""
+    e, t, along, across = place(eps, angle, share_a, share_b)
+    v = math.cos(gamma) * along + math.sin(gamma) * across
+    rate = eps**3 / (eps**4 + database.CENTRED_TURN**4) * math.sin(gamma)
+    return np.concatenate([e, t, v, rate * np.array([-t[1], t[0]])])
+
+
+def solved(state, grids, length_ratio=RATIO):
+    """Force and moments of the film itself, extrapolated from two grids whose axial intervals differ by two."""
+    outs = []
+    for grid in grids:
+        out = np.zeros(OUT_SIZE)
+        assert journal_film(grid, length_ratio**-2, *state, journal_work(grid), cold_start(grid), out) > 0
+        outs.append(out[:4])
+    return outs[1] + (outs[1] - outs[0]) / 3
+
+
+def random_errors(table, count, grids, seed):
+    """Force error over |F| and moment error over |F| L/2 at random states up to eccentricity 0.95."""
+    rng = np.random.default_rng(seed)
+    limit = 0.93 * table.settings.tilt_range  # within the margin the film is solved already
+    errors = np.empty((count, 2))
+    for i in range(count):
+        state = family(
+            rng.uniform(0, 0.95), rng.uniform(-3, 3), *rng.uniform(-limit, limit, 2), rng.uniform(-math.pi, math.pi)
+        )
+        out, status = law(table, state)
+        assert status == TABLE
+        true = solved(state, grids)
+        error = out[:4] - true
+        errors[i] = np.hypot(*error[:2]), np.hypot(*error[2:])
+        errors[i] /= np.hypot(*true[:2])
+    return errors
+
+
+def test_the_stated_error_holds_at_random_states(table):
+    grids = [table_grid(SETTINGS, *size) for size in database.TILT_GRIDS[SETTINGS.groove]]
+    errors = random_errors(table, 400, grids, seed=1).max(axis=1)
+    stated = table.worst(0.95)
+    assert np.quantile(errors, 0.95) < 1.2 * stated["tilted_p95"]
+    assert errors.max() < stated["tilted_max"]
+    assert table.tilted_error.shape == tuple(n - k for n, k in zip((20, 28, 4, 4), (1, 0, 1, 1), strict=True))
+
+
+@pytest.mark.slow
+def test_the_default_table_at_random_states_against_a_finer_film(tmp_path):
+    settings = TableSettings(RATIO)
+    table, path, _ = film_table(settings, tmp_path / "default.h5")
+    errors = random_errors(table, 500, [table_grid(settings, 128, n) for n in (12, 24)], seed=2)
+    worst = errors.max(axis=1)
+    assert np.quantile(worst, 0.95) < 0.005
+    assert worst.max() < 0.02
+    assert table.worst(0.95)["tilted_max"] < 0.02
+    assert table.worst(0.95)["tilted_p95"] < 0.005
+    assert path.stat().st_size < 15e6
+
+
+@pytest.mark.parametrize(("reach", "limit"), [((0.0, 0.95), 0.005), ((0.95, 0.99), 0.02)])
+def test_aligned_table_against_a_finer_film(table, reach, limit):
+    rng = np.random.default_rng(4)
+    grid = journal_grid(240, 32, half=True)
+    work, active = journal_work(grid), cold_start(grid)
+    for _ in range(40):
+        eps, angle, gamma = rng.uniform(*reach), rng.uniform(-3, 3), rng.uniform(-math.pi, math.pi)
+        v = np.array([math.cos(gamma), math.sin(gamma)])
+        true = np.zeros(OUT_SIZE)
+        journal_film(grid, RATIO**-2, eps, 0.0, 0.0, 0.0, *v, 0.0, 0.0, work, active, true)
+        highest, flow = film_observables(grid, work)
+        turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+        out = np.zeros(12)
+        assert aligned(table, [*(turn @ [eps, 0.0]), *(turn @ v)], 0.0, out) == TABLE
+        assert np.linalg.norm(out[:2] - turn @ true[:2]) < limit * np.linalg.norm(true[:2])
+        shown = aligned_observables(
+            *(turn @ [eps, 0.0]), *(turn @ v), 0.0, 1.0, 1 / 12, 1.0, 2.0, table.arrays, np.zeros(16)
+        )
+        assert shown[0] == pytest.approx(highest, rel=0.02)
+        assert shown[1] == pytest.approx(flow, rel=0.02)
+
+
+HALF = journal_grid(96, 16, half=True)
+HALF_FILM = journal_work(HALF)
+
+
+def aligned(table, state, half_speed, out):
+    return aligned_force(*state, half_speed, 1.0, 1.0, table.arrays, HALF, HALF_FILM, cold_start(HALF), MEMORY, out)
+
+
+def differences(force, state, steps):
+    """Derivatives of ``force`` by fourth-order differences, one column for each component of ``state``."""
+    slopes = []
+    for move in np.diag(steps):
+        near, far = (force(state + k * move) - force(state - k * move) for k in (1, 2))
+        slopes.append((8 * near - far) / (12 * move.sum()))
+    return np.array(slopes).T
+
+
+@pytest.mark.parametrize("half_speed", [0.0, 0.7])
+def test_tangents_are_derivatives_of_the_interpolation(table, half_speed):
+    rng = np.random.default_rng(5)
+    tried = 0
+    while tried < 60:
+        eps = rng.uniform(0.05, 0.95)
+        state = family(eps, rng.uniform(-3, 3), *rng.uniform(-0.8, 0.8, 2), rng.uniform(-math.pi, math.pi))
+        state[6:] += rng.normal(size=2) * 0.2
+        # seen from axes that turn: the law takes the surfaces' speed back out
+        state[4:6] += half_speed * np.array([-state[1], state[0]])
+        state[6:8] += half_speed * np.array([-state[3], state[2]])
+        out, status = law(table, state, half_speed)
+        if status != TABLE:
+            continue
+        tried += 1
+        steps = 1e-4 * np.array([1 - eps] * 4 + [1.0] * 4)
+        slopes = differences(lambda s: law(table, s, half_speed)[0][:4], state, steps)
+        tangent = np.concatenate([out[4:20].reshape(4, 4), out[20:36].reshape(4, 4)], axis=1)
+        # A step may reach into the next cell, where the second derivative along a tilt differs.
+        scale = np.abs(tangent).max()
+        assert np.median(np.abs(tangent - slopes)) < 1e-7 * scale
+        assert np.abs(tangent - slopes).max() < (1e-6 if not crosses(state, steps) else 1e-3) * scale
+
+
+def crosses(state, steps):
+    """Whether a difference step may leave the cell of a tilt axis."""
+
+    def cell(s):
+        e, t = s[:2], s[2:4]
+        eps = math.hypot(*e)
+        a, b = t @ e / eps, (t[1] * e[0] - t[0] * e[1]) / eps
+        shares = abs(a) / (math.sqrt(1 - b * b) - eps), abs(b) / math.sqrt(1 - eps * eps)
+        q, n = database.TILT_STRETCH, SETTINGS.shape[2] - 1
+        return [int(math.atanh(q * s / SETTINGS.tilt_range) / math.atanh(q) * n + 0.5) for s in shares]
+
+    return any(cell(state + k * move) != cell(state) for move in np.diag(steps)[:4] for k in (-2, 2))
+
+
+def test_tangents_of_the_aligned_law(table):
+    rng = np.random.default_rng(6)
+    for _ in range(40):
+        eps, angle = rng.uniform(0.05, 0.98), rng.uniform(-3, 3)
+        state = np.array([eps * math.cos(angle), eps * math.sin(angle), *rng.normal(size=2)])
+        out = np.zeros(12)
+        assert aligned(table, state, 0.3, out) == TABLE
+
+        def force(s):
+            result = np.zeros(12)
+            aligned(table, s, 0.3, result)
+            return result[:2].copy()
+
+        squeeze = state[2:] - 0.3 * np.array([-state[1], state[0]])
+        steps = 1e-4 * np.array([1 - eps] * 2 + [1.0] * 2) * min(1.0, np.linalg.norm(squeeze))
+        slopes = differences(force, state, steps)
+        tangent = np.concatenate([out[2:6].reshape(2, 2), out[6:10].reshape(2, 2)], axis=1)
+        for block in (slice(0, 2), slice(2, 4)):
+            assert np.abs(tangent - slopes)[:, block].max() < 1e-6 * np.abs(tangent[:, block]).max()
+
+
+def test_mirrors(table):
+    rng = np.random.default_rng(7)
+    ends = np.array([1.0, 1, -1, -1, 1, 1, -1, -1])
+    line = np.array([1.0, -1, 1, -1, 1, -1, 1, -1])
+    for _ in range(50):
+        state = family(rng.uniform(0, 0.97), 0.0, *rng.uniform(-0.8, 0.8, 2), rng.uniform(-math.pi, math.pi))
+        state[6:] += rng.normal(size=2) * 0.2
+        out, _ = law(table, state)
+        stiffness, damping = out[4:20].reshape(4, 4), out[20:36].reshape(4, 4)
+        for mirror, tolerance in ((ends, 0.0), (line, 1e-11)):
+            seen, _ = law(table, mirror * state)
+            assert np.abs(seen[:4] - mirror[:4] * out[:4]).max() <= tolerance * np.abs(out[:4]).max()
+            for first, matrix in ((4, stiffness), (20, damping)):
+                expected = mirror[:4, None] * matrix * mirror[None, :4]
+                difference = seen[first : first + 16].reshape(4, 4) - expected
+                assert np.abs(difference).max() <= 100 * tolerance * np.abs(matrix).max()
+
+
+def test_homogeneous_in_all_speeds_and_round(table):
+    rng = np.random.default_rng(8)
+    for _ in range(20):
+        state = family(rng.uniform(0.05, 0.95), 0.4, *rng.uniform(-0.8, 0.8, 2), rng.uniform(-math.pi, math.pi))
+        force = law(table, state)[0][:4]
+        faster = state * np.array([1.0] * 4 + [7.0] * 4)
+        assert law(table, faster)[0][:4] == pytest.approx(7 * force, rel=1e-9, abs=1e-9 * np.abs(force).max())
+        turn = np.array([[0.6, -0.8], [0.8, 0.6]])
+        turned = np.concatenate([turn @ state[k : k + 2] for k in range(0, 8, 2)])
+        expected = np.concatenate([turn @ force[:2], turn @ force[2:]])
+        assert law(table, turned)[0][:4] == pytest.approx(expected, abs=1e-9 * np.abs(force).max())
+        # In units of a bearing: 20 µm, 3 N s.
+        scaled = law(table, state, clearance=2e-5, factor=3.0)[0]
+        assert scaled[:4] == pytest.approx(3 * force, rel=1e-9, abs=1e-9 * np.abs(force).max())
+        assert scaled[4:36] == pytest.approx(law(table, state)[0][4:36] * 3 / 2e-5, rel=1e-7, abs=1e-3)
+
+
+def path_across(table, states):
+    """Largest jump of force and of tangents between neighbours, over their size."""
+    outs = np.array([law(table, state)[0][:36] for state in states])
+    jump = np.abs(np.diff(outs, axis=0))
+    return [jump[:, part].max() / np.abs(outs[:, part]).max() for part in (slice(0, 4), slice(4, 20), slice(20, 36))]
+
+
+def edges():
+    """Pairs of states on the two sides of each border of the hand-over, 1e-9 apart."""
+    margin = 0.06 * SETTINGS.tilt_range
+    tiny = 1e-9
+    for eps in (TILTED_MAX - 0.01, TILTED_MAX):
+        yield [family(eps + s * tiny, 0.3, 0.3, -0.4, 1.9) for s in (-1, 1)]
+    for share in (SETTINGS.tilt_range - margin, SETTINGS.tilt_range):
+        yield [family(0.6, 0.3, share + s * tiny, 0.2, 1.9) for s in (-1, 1)]
+        yield [family(0.6, 0.3, -0.2, -share + s * tiny, 1.9) for s in (-1, 1)]
+    for rate in database.RATES:
+        pair = [family(0.6, 0.3, 0.4, -0.3, 1.9) for _ in range(2)]
+        for state, s in zip(pair, (-1, 1), strict=True):
+            state[6:] += (rate + s * tiny) * np.array([0.6, 0.8])
+        yield pair
+
+
+def test_force_and_tangents_are_continuous_across_the_hand_over(table):
+    seen = set()
+    for pair in edges():
+        seen |= {law(table, state)[1] for state in pair}
+        assert max(path_across(table, pair)) < 1e-5
+    assert seen == {TABLE, BLENDED, SOLVED}
+
+
+def test_force_and_tangents_are_continuous_across_cells(table):
+    eps = eccentricity_nodes(SETTINGS.shape[0], TILTED_MAX)[9]
+    assert stretched(eps)[0] == pytest.approx(9 / 19 * stretched(TILTED_MAX)[0], rel=1e-12)
+    tiny = 1e-9
+    gamma = database.directions(SETTINGS.shape[1])[18]
+    q, n = database.TILT_STRETCH, SETTINGS.shape[2] - 1
+    border = SETTINGS.tilt_range * math.tanh(0.5 / n * math.atanh(q)) / q
+    for pair in (
+        [family(eps + s * tiny, 0.3, 0.3, 0.2, 0.8) for s in (-1, 1)],
+        [family(0.5, 0.3, 0.3, 0.2, gamma + s * tiny) for s in (-1, 1)],
+        [family(0.5, 0.3, 0.3, 0.2, math.pi + s * tiny) for s in (-1, 1)],
+        [family(0.5, 0.3, border + s * tiny, 0.2, 0.8) for s in (-1, 1)],
+        [family(0.5, 0.3, 0.2, border + s * tiny, 0.8) for s in (-1, 1)],
+        [family(0.5, 0.3, s * tiny, 0.2, 0.8) for s in (-1, 1)],
+        [family(0.5, 0.3, 0.2, s * tiny, 0.8) for s in (-1, 1)],
+    ):
+        assert {law(table, state)[1] for state in pair} == {TABLE}
+        assert max(path_across(table, pair)) < 1e-6
+
+
+def test_blended_tangents_carry_the_slope_of_the_weight(table):
+    # The film's own tangents are those of a fixed active set: within a per cent or two of differences.
+    eps = TILTED_MAX - 0.005
+    for state in (
+        family(eps, 0.3, 0.3, -0.4, 1.2),
+        family(0.6, 0.3, 0.97 * SETTINGS.tilt_range, 0.2, 1.2),
+        family(0.6, 0.3, 0.2, 0.97 * SETTINGS.tilt_range, 1.2),
+    ):
+        out, status = law(table, state)
+        assert status == BLENDED
+        assert 0 < out[37] < 1
+        slopes = differences(lambda s: law(table, s)[0][:4], state, np.array([1e-4] * 4 + [1e-3] * 4))
+        tangent = np.concatenate([out[4:20].reshape(4, 4), out[20:36].reshape(4, 4)], axis=1)
+        for block in (slice(0, 4), slice(4, 8)):
+            assert np.abs(tangent - slopes)[:, block].max() < 0.03 * np.abs(tangent[:, block]).max()
+
+
+def test_a_tilted_journal_at_rest_between_turning_surfaces(table):
+    grids = [table_grid(SETTINGS, *size) for size in database.TILT_GRIDS[SETTINGS.groove]]
+    rng = np.random.default_rng(9)
+    stated = table.worst(0.95)["tilted_max"]
+    for eps in (0.3, 0.5, 0.7, 0.9, 0.94):
+        for _ in range(4):
+            e, t, *_ = place(eps, rng.uniform(-3, 3), *rng.uniform(-0.8, 0.8, 2))
+            at_rest = np.concatenate([e, t, np.zeros(4)])
+            out, status = law(table, at_rest, half_speed=1.0)
+            assert status == TABLE
+            squeeze = np.concatenate([e, t, [e[1], -e[0]], [t[1], -t[0]]])
+            true = solved(squeeze, grids)
+            assert np.abs(out[:4] - true).max() < stated * np.hypot(*true[:2])
+
+
+def test_nothing_breaks_outside_at_the_centre_or_at_rest(table):
+    for state in (
+        [0.0] * 8,
+        [0.0, 0.0, 0.1, 0.2, 0.0, 0.0, 0.0, 0.0],
+        [0.5, 0.0, 0.1, 0.2, 0.0, 0.0, 0.3, 0.0],
+        [0.99, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+        [1.2, 0.0, 0.5, 0.0, 1.0, 0.0, 0.0, 0.0],
+        [0.5, 0.0, 0.6, 0.0, 1.0, 0.0, 0.0, 0.0],
+        [0.3, 0.2, 0.0, 3.0, 1.0, 0.0, 0.0, 0.0],
+    ):
+        out, status = law(table, state, half_speed=0.0)
+        assert np.isfinite(out).all()
+        assert status in (TABLE, SOLVED)
+    assert law(table, [0.99, 0, 0, 0, 1, 0, 0, 0])[1] == SOLVED
+    assert law(table, [0.5, 0, 0.6, 0, 1, 0, 0, 0])[1] == SOLVED
+    assert (law(table, [0.0] * 8)[0][:4] == 0).all()
+    out = np.zeros(12)
+    for eps in (0.994, 0.9999, 1.1):
+        assert aligned(table, [eps, 0.0, 1.0, 0.5], 1.0, out) != TABLE
+        assert np.isfinite(out).all()
+
+
+def test_a_groove_all_round_makes_two_films_of_half_the_width(table):
+    grooved = TableSettings(2 * RATIO, groove="circumferential", resolution="coarse")
+    assert aligned_norms(grooved)[0] == pytest.approx(aligned_norms(SETTINGS)[0])
+    name = f"aligned {len(centres(eccentricity_nodes(49, ALIGNED_MAX))) // 2}"
+    assert (sample_slab(grooved, name) == sample_slab(SETTINGS, name)).all()
+    # Without tilt the film with pressure held at z = 0 is that pair.
+    slab = sample_slab(grooved, "tilted 10")[:, 0, 0]
+    eps = eccentricity_nodes(20, TILTED_MAX)[10]
+    for value, gamma in zip(slab, database.directions(28), strict=True):
+        out = np.zeros(12)
+        aligned(table, [eps, 0.0, math.cos(gamma), math.sin(gamma)], 0.0, out)
+        # The groove's film spans the whole width: norms are the same.
+        assert math.exp(value[0]) == pytest.approx(np.hypot(*out[:2]), rel=0.005)
+
+
+def test_largest_pressure_of_a_tilted_film(table):
+    grid = table_grid(SETTINGS, 96, 24)
+    work = journal_work(grid)
+    for eps, gamma in ((0.4, 0.3), (0.8, -1.7)):
+        state = family(eps, 0.5, 0.4, -0.3, gamma)
+        journal_film(grid, RATIO**-2, *state, work, cold_start(grid), np.zeros(OUT_SIZE))
+        shown = tilted_pressure(*state[:6], 0.0, 1.0, 1 / 12, 1.0, table.arrays, MEMORY)
+        assert shown == pytest.approx(film_observables(grid, work)[0], rel=0.05)
+    assert tilted_pressure(0.99, 0, 0, 0, 1, 0, 0.0, 1.0, 1.0, 1.0, table.arrays, MEMORY) < 0
+
+
+def test_slabs_do_not_depend_on_each_other():
+    names = slab_names(SETTINGS)
+    assert len(set(names)) == len(names) == 49 + 48 + 20 + 19
+    first = sample_slab(SETTINGS, "tilted 7")
+    sample_slab(SETTINGS, "tilted 15")
+    assert (sample_slab(SETTINGS, "tilted 7") == first).all()

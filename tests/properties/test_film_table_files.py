@@ -1,0 +1,168 @@
+"""Film tables on disk: built once, resumed after an interruption, refused when they are not what is asked for."""
+
+import json
+import os
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pytest
+
+from cranktrain.errors import InputError, StoreError
+from cranktrain.film.database import TableSettings, slab_names
+from cranktrain.film_table import film_table, load_film_table, table_path
+
+SETTINGS = TableSettings(0.5, tilt=False)
+COMMAND = [sys.executable, "-m", "cranktrain.cli", "film-table"]
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    path = tmp_path_factory.mktemp("films") / "table.h5"
+    film_table(SETTINGS, path, workers=1)
+    return path
+
+
+def command(*arguments, **environment):
+    return subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, env={**os.environ, **environment})
+
+
+def test_a_kept_table_is_read_and_solved_no_more(kept):
+    table, path, solved = film_table(SETTINGS, kept)
+    assert (path, solved) == (kept, 0)
+    assert table.cells == 48 * 96
+    assert table.arrays.tilted.size == 1
+    assert set(table.worst()) == {"aligned_max", "aligned_p95"}
+
+
+def test_an_interrupted_build_goes_on_and_ends_with_the_same_bits(kept, tmp_path):
+    path, told = tmp_path / "table.h5", []
+
+    def interrupt(done, total):
+        assert total == len(slab_names(SETTINGS)) == 97
+        if done == 30:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        film_table(SETTINGS, path, workers=1, progress=interrupt)
+    assert not path.exists()
+    assert path.with_name("table.h5.part").is_file()
+    table, _, solved = film_table(SETTINGS, path, workers=2, say=told.append)
+    assert solved == 67
+    assert len(told) == 1 and "goes on with 30 of 97" in told[0]
+    assert path.read_bytes() == kept.read_bytes()
+    assert not path.with_name("table.h5.part").exists()
+    whole = load_film_table(kept, SETTINGS)
+    assert all((a == b).all() for a, b in zip(table.arrays, whole.arrays, strict=True))
+
+
+def test_a_part_of_another_table_is_put_aside_with_a_word(tmp_path):
+    path, told = tmp_path / "table.h5", []
+
+    def interrupt(done, total):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        film_table(TableSettings(0.8, tilt=False), path, workers=1, progress=interrupt)
+
+    def stop(done, total):
+        assert done == 1
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        film_table(SETTINGS, path, workers=1, progress=stop, say=told.append)
+    assert len(told) == 1 and "L/D 0.8" in told[0] and "solved anew" in told[0]
+    path.with_name("table.h5.part").write_bytes(b"nonsense")
+    with pytest.raises(KeyboardInterrupt):
+        film_table(SETTINGS, path, workers=1, progress=stop, say=told.append)
+    assert "damaged" in told[1]
+
+
+def test_other_geometry_schema_and_foreign_files_are_refused_in_one_line(kept, tmp_path):
+    with pytest.raises(StoreError, match=r"made for L/D 0.5.*wanted L/D 0.6.*--rebuild") as refusal:
+        film_table(TableSettings(0.6, tilt=False), kept)
+    assert "\n" not in str(refusal.value)
+    with pytest.raises(StoreError, match=r"groove none.*wanted.*groove circumferential"):
+        film_table(TableSettings(0.5, groove="circumferential", tilt=False), kept)
+    other = tmp_path / "other.h5"
+    other.write_bytes(kept.read_bytes())
+    with h5py.File(other, "a") as file:
+        file.attrs["schema"] = 99
+    with pytest.raises(StoreError, match="schema 99"):
+        load_film_table(other, SETTINGS)
+    with h5py.File(other, "a") as file:
+        file.attrs["schema"], file.attrs["format"] = 1, "something else"
+    with pytest.raises(StoreError, match="not a cranktrain film table"):
+        load_film_table(other, SETTINGS)
+    other.write_bytes(kept.read_bytes()[:2000])
+    with pytest.raises(StoreError, match=r"damaged"):
+        load_film_table(other, SETTINGS)
+    with pytest.raises(StoreError, match="no such file"):
+        load_film_table(tmp_path / "none.h5", SETTINGS)
+
+
+def test_tables_of_different_settings_do_not_share_a_file():
+    variants = [
+        SETTINGS,
+        TableSettings(0.5),
+        TableSettings(0.51),
+        TableSettings(0.5, groove="circumferential"),
+        TableSettings(0.5, tilt_range=0.8),
+        TableSettings(0.5, resolution="fine"),
+    ]
+    assert len({table_path(settings) for settings in variants}) == len(variants)
+    assert table_path(TableSettings(0.5)) == table_path(TableSettings(0.5))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"length_ratio": -0.1}, "0.05 to 4"),
+        ({"length_ratio": float("nan")}, "0.05 to 4"),
+        ({"length_ratio": 0.5, "groove": "circumferencial"}, "did you mean 'circumferential'"),
+        ({"length_ratio": 0.5, "resolution": "corse"}, "did you mean 'coarse'"),
+        ({"length_ratio": 0.5, "tilt_range": 1.0}, "0.2 to 0.95"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused(wrong, says):
+    with pytest.raises(InputError, match=says):
+        TableSettings(**wrong)
+
+
+def test_the_command_prints_what_a_machine_reads(kept):
+    done = command("--length-ratio", "0.5", "--no-tilt", "--output", str(kept), "--json")
+    assert done.returncode == 0
+    result = json.loads(done.stdout)
+    assert result["path"] == str(kept)
+    assert result["cells"] == 48 * 96
+    assert 0 < result["max_interpolation_error"] < 0.02
+    assert result["aligned_max_error_to_0.95"] < 0.005
+    assert result["seconds"] > 0
+    table = load_film_table(kept, SETTINGS)
+    assert result["max_interpolation_error"] == np.max(table.aligned_error)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--length-ratio", "9"], "0.05 to 4"),
+        (["--length-ratio", "wide"], "--length-ratio"),
+        ([], "--length-ratio"),
+        (["--length-ratio", "0.5", "--groove", "axial"], "groove"),
+        (["--length-ratio", "0.5", "--jobs", "0"], "--jobs"),
+    ],
+)
+def test_the_command_refuses_in_one_line(arguments, says):
+    done = command(*arguments)
+    assert done.returncode == 2
+    assert says in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert done.stdout == ""
+
+
+def test_the_command_refuses_a_table_of_another_geometry(kept):
+    done = command("--length-ratio", "0.7", "--no-tilt", "--output", str(kept))
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "made for L/D 0.5" in done.stderr
