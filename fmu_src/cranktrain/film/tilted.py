@@ -71,7 +71,8 @@ def film_arrays(bearing: PlainBearing, level: str, table: FilmTable | None) -> F
         if abs(made.length_ratio - ratio) > 1.0e-6 or made.groove != bearing.groove or not made.tilt:
             raise InputError(
                 f"film table of L/D {made.length_ratio:.6g}, groove {made.groove}, "
-                f"{'with' if made.tilt else 'no'} tilt does not fit the bearing, L/D {ratio:.6g}, groove {bearing.groove}; make one by film-table"
+                f"{'with' if made.tilt else 'no'} tilt does not fit the bearing, L/D {ratio:.6g}, "
+                f"groove {bearing.groove}; make one by film-table"
             )
         arrays, grid = table.arrays, table_grid(made, *IN_LOOP)
     return FilmArrays(grid, bearing_contact(bearing), arrays)
