@@ -35,7 +35,7 @@ from cranktrain.fmi_description import Interface, Variable, complete, expand, pl
 from cranktrain.reduced_body import ReducedBody  # noqa: E402
 
 RUNNING = ("cranktrain.dynamics.simulation", "cranktrain.flat")
-FOREIGN = {"numpy", "numba"} | set(sys.stdlib_module_names)
+FOREIGN = {"numpy", "numba", "llvmlite"} | set(sys.stdlib_module_names)
 PLATFORMS = ("linux64", "win64")
 
 

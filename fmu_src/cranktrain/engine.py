@@ -125,7 +125,8 @@ class PlainBearing:
     Level ``impedance`` takes ``contact_height`` and ``contact_pressure``; the levels above it take the surfaces as
     Greenwood and Tripp do: ``roughness`` σ of both together, ``asperity_factor`` ηβσ, ``asperity_ratio`` σ/β,
     ``contact_modulus`` E' and boundary friction (coefficient on the contact pressure, stress on the real contact).
-    ``groove`` is ``none`` or ``circumferential``.
+    ``groove`` is ``none`` or ``circumferential``. Level ``ehd`` follows the oil from its supply at ``supply_pressure``:
+    the groove, or a hole in mid-bore at ``oil_hole_angle`` (from the x axis in the sense of rotation).
     """
 
     diameter: Length
@@ -140,6 +141,9 @@ class PlainBearing:
     contact_modulus: Pressure = 58.6e9
     boundary_friction: Number = 0.1
     boundary_shear: GaugePressure = 0.0
+    supply_pressure: GaugePressure = 4.0e5
+    oil_hole_angle: Angle = 0.5 * math.pi
+    oil_hole_diameter: Length = 8.0e-3
 
 
 @dataclass(frozen=True, kw_only=True)

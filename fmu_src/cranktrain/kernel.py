@@ -7,6 +7,10 @@ numba's run-time (``_nrt=False``) holds kernels to that: one that would allocate
 Compiled kernels are kept in the user's cache under a digest of this package's sources: numba itself looks only at a
 kernel's own file, and would run a stale copy of what that kernel calls. For the same reason they are not kept at all
 where the cache cannot be written; numba would then put them beside the sources.
+
+Numba compiles a kernel together with all that it calls, once more at every level above. Large force laws of which a run
+needs one at most are therefore called at their address, as C would call them: each is compiled by itself, and only
+where a model uses it.
 """
 
 from __future__ import annotations
@@ -17,7 +21,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from numba import config, njit
+from llvmlite import ir  # type: ignore[import-untyped]
+from numba import config, njit, typeof, types
+from numba.extending import intrinsic
 
 from cranktrain.cache import cache_folder
 
@@ -53,3 +59,27 @@ def kernel(function: Callable[..., Any]) -> Any:
         return njit(cache=bool(_KERNELS), **_OPTIONS)(function)
     finally:
         setattr(config, "CACHE_DIR", kept)  # noqa: B010
+
+
+def kernel_address(function: Any, *arguments: Any) -> int:
+    """Address at which :func:`call_kernel` finds ``function`` for arguments of these types; compiles it if need be."""
+    signature = tuple(typeof(argument) for argument in arguments)
+    function.compile(signature)
+    compiled = function.overloads[signature]
+    if compiled.signature.return_type != types.int64:
+        raise TypeError(f"{function.py_func.__name__} must return an integer to be called at its address")
+    return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name))
+
+
+@intrinsic
+def call_kernel(typing_context: Any, address: Any, arguments: Any) -> Any:
+    """Call the kernel at ``address`` with a tuple of arguments, of the very types that the address was made for."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        pointer, packed = values
+        kinds = [context.get_value_type(kind) for kind in arguments.types]
+        function = ir.FunctionType(context.get_value_type(types.int64), kinds)
+        unpacked = [builder.extract_value(packed, k) for k in range(len(kinds))]
+        return builder.call(builder.inttoptr(pointer, function.as_pointer()), unpacked)
+
+    return types.int64(address, arguments), generate

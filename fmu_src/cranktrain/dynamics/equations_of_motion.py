@@ -38,19 +38,11 @@ from cranktrain.dynamics.model import (
     SHAFT_K,
 )
 from cranktrain.dynamics.ports import CRANK_MODES, ROD_LAWS, RODS, THRUST_LAW, TILTS
-from cranktrain.film.laws import (
-    CLEARANCE,
-    IMPEDANCE,
-    LAW,
-    RADIUS,
-    VISCOSITY,
-    WIDTH,
-    bearing_force,
-    tilted_force,
-)
+from cranktrain.film.laws import IMPEDANCE, bearing_force
 from cranktrain.film.parabolic import friction_torque
+from cranktrain.film.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.thrust import thrust_force, thrust_force_tilted
-from cranktrain.film.tilted import BY_PLACE, BY_VELOCITY, FRICTION
+from cranktrain.film.tilted import BY_PLACE, BY_VELOCITY, FRICTION, tilted_force
 from cranktrain.kernel import kernel
 from cranktrain.loads.gas_pressure import gas_pressure
 from cranktrain.loads.slider_crank import rod_force
@@ -165,7 +157,7 @@ def port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
         else:
             t = tilts + 2 * i
             place_journal(u, ud, 2 * i, t, whirl, work.films.place[i], work.films.velocity[i])
-            tilted_force(model.films, work.films, law, i, speed, out)
+            tilted_force(model.films, work.films, law, i, speed, frame[COS], frame[SIN], True, out)
             space_block(out, ratio, whirl, block)
             f[t] = out[2]
             f[t + 1] = out[3]

@@ -21,8 +21,9 @@ import math
 import numpy as np
 
 from cranktrain.dynamics.equations_of_motion import OMEGA
+from cranktrain.dynamics.film_memory import close_stage, open_stage
 from cranktrain.dynamics.linear_algebra import product
-from cranktrain.dynamics.stage import OK, solve_stage
+from cranktrain.dynamics.stage import DIVERGED, OK, solve_stage
 from cranktrain.dynamics.state import ACCELERATION, AUXILIARY, OMEGA_REFERENCE, POSITION, VELOCITY, defect_offset
 from cranktrain.dynamics.state import offset as state_offset
 from cranktrain.errors import InputError, nearest
@@ -196,10 +197,13 @@ def integrate_step(model, work, state, level, h, frames, pressures):
         product(model.ports_transposed, big_v, n, m, u_v)
         guess_ports(model, work, state, 0, h, guess)
         out = work.stage[0]
+        open_stage(model, work, 0, h, h, h)
         status = solve_stage(
             model, work, level, big_q, big_v, c_q, c_v, omega_0, frames[0], pressures[0], guess,
             state[o_a : o_a + n], tolerance, state, out[0], out[1], out[2],
         )  # fmt: skip
+        if status == OK and close_stage(model, work, frames[0], 0) != OK:
+            status = DIVERGED
         if status != OK:
             return status
         keep_ports(model, work, state, 0)
@@ -244,10 +248,13 @@ def integrate_step(model, work, state, level, h, frames, pressures):
             guess_ports(model, work, state, s, h, guess)
             before = state[o_a : o_a + n] if s == 0 else work.stage[s - 1, 2]
             out = work.stage[s]
+            open_stage(model, work, s, table[1 + s, table.shape[1] - 1] * h, h, h * gamma)
             status = solve_stage(
                 model, work, level, big_q, big_v, c_q, c_v, omega_0, frames[s], pressures[s], guess,
                 before, tolerance, state, out[0], out[1], out[2],
             )  # fmt: skip
+            if status == OK and close_stage(model, work, frames[s], s) != OK:
+                status = DIVERGED
             if status != OK:
                 return status
             keep_ports(model, work, state, s)

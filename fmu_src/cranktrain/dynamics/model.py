@@ -15,9 +15,12 @@ from cranktrain.dynamics.big_ends import with_big_ends
 from cranktrain.dynamics.ports import lay_ports
 from cranktrain.engine import Engine
 from cranktrain.errors import InputError, nearest
+from cranktrain.film.bore_compliance import BoreCompliance
 from cranktrain.film.database import FilmTable
+from cranktrain.film.elastic_law import film_size
 from cranktrain.film.impedance import impedance_map
-from cranktrain.film.laws import BIG_END_LEVELS, KAPPA2, LAWS, TILTED, bearing_parameters
+from cranktrain.film.laws import BIG_END_LEVELS, EHD, LAWS, TILTED, bearing_parameters
+from cranktrain.film.parameters import KAPPA2, LAW
 from cranktrain.film.thrust import thrust_parameters
 from cranktrain.film.tilted import FilmArrays, FilmWork, film_arrays, film_work
 from cranktrain.loads.gas_pressure import GasTrace, spline_coefficients
@@ -40,7 +43,10 @@ LEVELS = 4
 
 @dataclass(frozen=True)
 class Settings:
-    """Choices of one run; angles rad, pressures Pa, temperature K (0: from the engine's table at the first speed)."""
+    """Choices of one run; angles rad, pressures Pa, temperature K (0: from the engine's table at the first speed).
+
+    ``film_change`` is the share of itself by which a film may close over a step: beyond it squeeze pulses are missed.
+    """
 
     crank: str = "solid"
     bearings: str = "impedance"
@@ -54,6 +60,7 @@ class Settings:
     oil_temperature: float = 0.0
     gravity: float = 9.80665
     newton_tolerance: float = 3.0e-7
+    film_change: float = 0.25
 
 
 class ModelArrays(NamedTuple):
@@ -83,7 +90,7 @@ class ModelArrays(NamedTuple):
     big_end_impedance: Array  # likewise of the big ends
     films: FilmArrays  # of the main bearings where they feel tilt
     scalars: Array  # (10,)
-    choices: Array  # (3,) gas source, reconstruction, Newton tolerance
+    choices: Array  # (4,) gas source, reconstruction, Newton tolerance, largest change of a film over a step
     stages: Array  # integrator table, see integrators
 
 
@@ -96,12 +103,14 @@ class Dimensions(NamedTuple):
     cylinders: int
     newton: int
     ports: int
+    films: int  # values of elastic films in the state
 
 
 def dimensions(model: ModelArrays) -> Dimensions:
     """Sizes of a model."""
     b, p = model.bearings.shape[0], model.pins.shape[0]
-    return Dimensions(model.omega2.size, b, p, model.cylinders.shape[0], model.scales.size, model.ports.shape[0])
+    films = b * film_size(model.films.elastic) if model.bearings[0, LAW] == EHD else 0
+    return Dimensions(model.omega2.size, b, p, model.cylinders.shape[0], model.scales.size, model.ports.shape[0], films)
 
 
 def structural_damping(engine: Engine, body: ReducedBody) -> Array:
@@ -121,10 +130,12 @@ def build_model(
     gas: GasTrace,
     stages: Array,
     table: FilmTable | None = None,
+    bore: BoreCompliance | None = None,
 ) -> ModelArrays:
     """Arrays of the running model at the oil temperature of ``speed`` (rad/s).
 
-    ``body`` is the crankshaft with flywheel and pulley attached, ``table`` the films of level ``table``.
+    ``body`` is the crankshaft with flywheel and pulley attached, ``table`` the films of level ``table``,
+    ``bore`` the elastic main bores of level ``ehd``.
     ``InputError`` for a level that does not exist, or that lacks what it needs.
     """
     for value, valid, what in (
@@ -189,13 +200,14 @@ def build_model(
         gas=contiguous(np.array([spline_coefficients(gas.motored), spline_coefficients(rise)])),
         impedance=impedance_map(float(bearing[KAPPA2])),
         big_end_impedance=impedance_map(float(big_end[KAPPA2])),
-        films=film_arrays(engine.main_bearing, settings.bearings, table),
+        films=film_arrays(engine.main_bearing, settings.bearings, eta, table, bore),
         scalars=scalars,
         choices=np.array(
             [
                 float(GAS_SOURCES[settings.gas_source]),
                 float(RECONSTRUCTIONS[settings.reconstruction]),
                 settings.newton_tolerance,
+                settings.film_change,
             ]
         ),
         stages=contiguous(stages),

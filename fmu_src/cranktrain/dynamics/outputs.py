@@ -15,16 +15,18 @@ from cranktrain.dynamics.equations_of_motion import (
     pin_motion,
     place_journal,
 )
+from cranktrain.dynamics.film_memory import kept_film
 from cranktrain.dynamics.model import AREA, BANK, CLEARANCE_VOLUME, OFFSET, PIN, ROD, SHAFT_C, SHAFT_K, STROKE_TOP
 from cranktrain.dynamics.ports import ROD_LAWS, RODS, TILTS
 from cranktrain.dynamics.stage import OK
 from cranktrain.dynamics.state import ITERATIONS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
 from cranktrain.dynamics.step_control import advance, frame_at, ports_at_state
 from cranktrain.film.impedance import pressure_and_flow
-from cranktrain.film.laws import CLEARANCE, IMPEDANCE, LAW, RADIUS, TABLE, VISCOSITY, WIDTH, bearing_force, tilted_force
+from cranktrain.film.laws import EHD, IMPEDANCE, TABLE, bearing_force
 from cranktrain.film.parabolic import friction_torque
+from cranktrain.film.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.thrust import thrust_force
-from cranktrain.film.tilted import ECCENTRICITY, FLOW, FRICTION, P_MAX, tilted_observables
+from cranktrain.film.tilted import ECCENTRICITY, FLOW, FRICTION, GAP, P_MAX, tilted_force, tilted_observables
 from cranktrain.kernel import kernel
 
 GENERAL = ("crank.angle", "crank.speed", "pulley.torsion", "pulley.axial", "flywheel.torsion", "shaft.torque")
@@ -104,10 +106,13 @@ def observe(model, work, state, out):
             eps = r[10]
         else:
             place_journal(u, ud, 2 * i, tilts + 2 * i, omega, work.films.place[i], work.films.velocity[i])
-            tilted_force(model.films, work.films, law, i, speed, r)
-            tilted_observables(
-                model.films, work.films, i, c, law[VISCOSITY], law[RADIUS], law[WIDTH], speed, law[LAW] == TABLE, r
-            )
+            if law[LAW] == EHD:
+                kept_film(model, state, i, cos, sin, c, x, y, r)
+            else:
+                tilted_force(model.films, work.films, law, i, speed, cos, sin, True, r)
+                tilted_observables(
+                    model.films, work.films, i, c, law[VISCOSITY], law[RADIUS], law[WIDTH], speed, law[LAW] == TABLE, r
+                )
             eps = r[ECCENTRICITY]
         out[k] = cos * r[0] - sin * r[1]
         out[k + 1] = sin * r[0] + cos * r[1]
@@ -129,6 +134,8 @@ def observe(model, work, state, out):
             # The ends come nearest to the bore.
             far = math.sqrt(x * x + y * y + a * a + d * d + 2.0 * abs(x * a + y * d))
             out[k + 3] = c - far if far < c else 0.0
+            if law[LAW] == EHD:
+                out[k + 3] = r[GAP]
             out[k + 4] = r[P_MAX]
             out[k + 5] = -r[FRICTION]
             out[k + 6] = r[FLOW]

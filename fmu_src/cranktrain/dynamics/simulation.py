@@ -28,8 +28,10 @@ from cranktrain.dynamics.state import (
 from cranktrain.dynamics.step_control import GIVEN, MAX_HALVINGS, settle
 from cranktrain.engine import Engine
 from cranktrain.errors import InputError, SolverError
+from cranktrain.film.bore_compliance import BoreCompliance
 from cranktrain.film.database import FilmTable
-from cranktrain.film.laws import CLEARANCE
+from cranktrain.film.parameters import CLEARANCE
+from cranktrain.film.tilted import compile_force
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.reduced_body import Array, ReducedBody, rigid
 
@@ -52,6 +54,7 @@ class Simulation:
     settings : levels, integrator, step and sources
     gas : pressure trace in place of the engine's built-in one
     table : films of the main bearings, for level ``table``
+    bore : elastic main bores, for level ``ehd``
 
     Attributes
     ----------
@@ -67,12 +70,14 @@ class Simulation:
         settings: Settings | None = None,
         gas: GasTrace | None = None,
         table: FilmTable | None = None,
+        bore: BoreCompliance | None = None,
     ) -> None:
         self.engine = engine
         self.settings = settings or Settings()
         self.body = rigid(body) if self.settings.crank == "rigid" else body
         self.table = integrator_table(self.settings.integrator)
         self.film_table = table
+        self.bore = bore
         self.gas = gas or GasTrace.from_engine(engine)
         if not (math.isfinite(self.settings.step) and self.settings.step > 0.0):
             raise InputError(f"internal step must be a positive angle, got {math.degrees(self.settings.step):g} deg")
@@ -89,11 +94,12 @@ class Simulation:
         self._check_inputs()
         speed = float(self.inputs[0])
         model = build_model(
-            self.engine, self.body, self.settings, speed, self.gas, self.table, self.film_table
+            self.engine, self.body, self.settings, speed, self.gas, self.table, self.film_table, self.bore
         )
         size = dimensions(model)
-        state = np.zeros(state_size(size.modes, size.ports))
+        state = np.zeros(state_size(size.modes, size.ports, size.films))
         work = make_work(model, state.size)
+        compile_force(model.films, work.films, self.settings.bearings, model.bearings[0])
         state[TIME] = time
         if settle(model, work, state, self.inputs, *self._start(model)) != OK:
             raise SolverError(
@@ -225,10 +231,11 @@ def simulate(
     gas: GasTrace | None = None,
     progress: Callable[[float], None] | None = None,
     table: FilmTable | None = None,
+    bore: BoreCompliance | None = None,
 ) -> Result:
     """Run ``cycles`` cycles at constant ``speed`` (rad/s) and keep every output at every step.
 
-    ``table`` serves level ``table``.
+    ``table`` serves level ``table``, ``bore`` level ``ehd``.
     ``progress`` is called with the share done, in [0, 1]. An interrupt ends the run early and keeps what it has.
 
     Raises
@@ -242,7 +249,7 @@ def simulate(
         raise InputError(f"cycles need at least 100 rev/min, got {speed * _RPM:g}; the FMU takes any speed from 0")
     if cycles < 1:
         raise InputError(f"at least one cycle must run, got {cycles}")
-    simulation = Simulation(engine, body, replace(settings), gas, table)
+    simulation = Simulation(engine, body, replace(settings), gas, table, bore)
     simulation.inputs[0] = speed
     simulation.initialize()
     h = communication_step(speed, settings.step)

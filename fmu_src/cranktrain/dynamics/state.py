@@ -1,8 +1,9 @@
 """The whole state of the running model in one float64 vector.
 
 A header of scalars, the inputs at the last two communication points, then modal position, velocity, acceleration,
-auxiliary acceleration, and what the guess of the
-ports missed at each stage of the last step. A copy of it is all that get, set and serialise need.
+auxiliary acceleration, what the guess of the ports missed at each stage of the last step, and the elastic films: of
+each its node unknowns, shapes, their rates, and the results at the end of the step. A copy of it is all that get, set
+and serialise need.
 """
 
 from __future__ import annotations
@@ -38,6 +39,12 @@ def defect_offset(n):
     return BODY + 4 * n
 
 
-def state_size(n_modes: int, n_ports: int) -> int:
-    """Length of the state vector."""
-    return BODY + 4 * n_modes + MAX_STAGES * n_ports
+@kernel
+def film_offset(n, m):
+    """First index of the elastic films."""
+    return BODY + 4 * n + MAX_STAGES * m
+
+
+def state_size(n_modes: int, n_ports: int, films: int = 0) -> int:
+    """Length of the state vector; ``films`` values belong to elastic films."""
+    return BODY + 4 * n_modes + MAX_STAGES * n_ports + films

@@ -21,11 +21,12 @@ from cranktrain.dynamics.equations_of_motion import (
     factor_stage,
     trace_pressure,
 )
+from cranktrain.dynamics.film_memory import close_stage, close_step, fastest_closing, open_stage, open_step
 from cranktrain.dynamics.integrators import coefficients, integrate_step
 from cranktrain.dynamics.linear_algebra import add_product, product
 from cranktrain.dynamics.model import AMBIENT, FILTER, LEVELS, RIGID_ROTATION, STEP
 from cranktrain.dynamics.ports import CRANK_MODES, TILTS
-from cranktrain.dynamics.stage import FIRST_CONTRACTION, OK, SINGULAR, solve_stage
+from cranktrain.dynamics.stage import DIVERGED, FIRST_CONTRACTION, OK, SINGULAR, solve_stage
 from cranktrain.dynamics.state import (
     ACCELERATION,
     AUXILIARY,
@@ -52,14 +53,14 @@ from cranktrain.dynamics.state import (
     defect_offset,
     offset,
 )
-from cranktrain.film.laws import CLEARANCE, CONTACT_HEIGHT, LAW, LINEAR
+from cranktrain.film.laws import EHD, LINEAR
+from cranktrain.film.parameters import CLEARANCE, CONTACT_HEIGHT, LAW
 from cranktrain.kernel import kernel
 from cranktrain.loads.drive_line import frame_lead, shaft_motion
 
 MAX_HALVINGS = 6
-FILM_CHANGE = 0.25
-"""Share of its gap by which a film may change over a step: beyond it squeeze pulses are missed."""
 FILM_HALVINGS = 3
+"""Halvings at most because a film changes fast."""
 SETTLED = 1.0e-4
 """Tolerance of the start, in clearances."""
 SETTLING_STEPS = 400
@@ -142,30 +143,33 @@ def ports_at_state(model, work, state):
 
 
 @kernel
-def film_rate(model, work, h):
-    """Largest relative change of a film's least gap over a step h, from the ports at the state."""
+def film_rate(model, work, state):
+    """Largest rate (1/s) at which a film's least gap changes, over itself, from the ports at the state."""
     b = model.bearings.shape[0]
     tilts = int(model.layout[TILTS])
     u = work.port[10]
     ud = work.port[11]
     rate = 0.0
-    for i in range(b):
-        law = model.bearings[i]
-        if law[LAW] != LINEAR:
+    if model.bearings[0, LAW] == EHD:
+        whirl = state[SHAFT_SPEED] + state[LEAD_SPEED]
+        rate = fastest_closing(model, work, state, whirl, model.bearings[0, CONTACT_HEIGHT])
+    else:
+        for i in range(b):
+            law = model.bearings[i]
             x = u[2 * i]
             y = u[2 * i + 1]
             e = math.sqrt(x * x + y * y)
-            if e > 0.0:
+            if law[LAW] != LINEAR and e > 0.0:
                 closing = abs(x * ud[2 * i] + y * ud[2 * i + 1]) / e
                 gap = law[CLEARANCE] - e
                 if tilts > 0:
                     a = u[tilts + 2 * i]
                     d = u[tilts + 2 * i + 1]
                     gap = law[CLEARANCE] - math.sqrt(e * e + a * a + d * d + 2.0 * abs(x * a + y * d))
-                rate = max(rate, closing * h / max(gap, law[CONTACT_HEIGHT]))
+                rate = max(rate, closing / max(gap, law[CONTACT_HEIGHT]))
     if model.thrust[0] != LINEAR:
         z = abs(u[2 * b])
-        rate = max(rate, abs(ud[2 * b]) * h / max(model.thrust[1] - z, model.thrust[2]))
+        rate = max(rate, abs(ud[2 * b]) / max(model.thrust[1] - z, model.thrust[2]))
     return rate
 
 
@@ -200,9 +204,11 @@ def sub_step(model, work, state, begin, h, halvings):
             return SINGULAR
         work.key[level, 0] = h
         work.key[level, 1] = state[OMEGA_REFERENCE]
+    open_step(model, work, state)
     status = integrate_step(model, work, state, level, h, work.frames, work.pressures)
     if status != OK:
         return status
+    close_step(model, work, state, stages - 1)
     target = work.inputs[0, 0] + work.inputs[1, 0] * begin
     angle, speed, acceleration = shaft_motion(
         state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], target, work.inputs[1, 0],
@@ -221,7 +227,7 @@ def sub_step(model, work, state, begin, h, halvings):
 def advance(model, work, state, inputs, t_end):
     """Advance ``state`` to ``t_end`` with the inputs [speed, pressures...] of this point; a stage status.
 
-    A sub-step is halved, up to MAX_HALVINGS times, while a film's gap would change by more than FILM_CHANGE over it,
+    A sub-step is halved, up to MAX_HALVINGS times, while a film would change by more than its share over it,
     and after a failure.
     """
     size = state.shape[0]
@@ -246,7 +252,8 @@ def advance(model, work, state, inputs, t_end):
             ports_at_state(model, work, state)
             halvings = failures
             piece = h / (1 << halvings)
-            while halvings < FILM_HALVINGS and film_rate(model, work, piece) > FILM_CHANGE:
+            rate = film_rate(model, work, state)
+            while halvings < FILM_HALVINGS and rate * piece > model.choices[3]:
                 halvings += 1
                 piece *= 0.5
             # Pieces stay aligned: a half begins at a multiple of a half.
@@ -315,10 +322,15 @@ def settle(model, work, state, inputs, windup, rotation, rate):
             work.port[4, k] = work.port[14, k]
             work.port[5, k] = 0.0
         iterations = work.counters[2]
+        ports_at_state(model, work, state)
+        open_step(model, work, state)
+        open_stage(model, work, 0, h, h, h)
         status = solve_stage(
             model, work, 0, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0],
             work.port[14], work.modal[9], SETTLED, state, out[0], out[1], out[2],
         )  # fmt: skip
+        if status == OK and close_stage(model, work, frame, 0) != OK:
+            status = DIVERGED
         if status != OK:
             h *= 0.25
             if h < SHORTEST:
@@ -330,6 +342,7 @@ def settle(model, work, state, inputs, windup, rotation, rate):
             moved = max(moved, abs(work.port[0, k] - work.port[14, k]) / model.bearings[k // 2, CLEARANCE])
         for i in range(n):
             state[o_q + i] = out[0, i]
+        close_step(model, work, state, 0)
         if (moved < SETTLED and h > 1.0e-3) or elapsed > SETTLING_TIME:
             break
         iterations = work.counters[2] - iterations
@@ -366,12 +379,18 @@ def settle(model, work, state, inputs, windup, rotation, rate):
         product(model.ports_transposed, work.modal[6], n, m, work.port[14])
         product(model.ports_transposed, work.modal[6], n, m, work.port[4])
         product(model.ports_transposed, work.modal[7], n, m, work.port[5])
+        ports_at_state(model, work, state)
+        open_step(model, work, state)
+        open_stage(model, work, 0, h, h, h)
         status = solve_stage(
             model, work, 0, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0],
             work.port[14], work.modal[9], STARTING_TOLERANCE, state, out[0], out[1], out[2],
         )  # fmt: skip
+        if status == OK and close_stage(model, work, frame, 0) != OK:
+            status = DIVERGED
         if status != OK:
             return status
+        close_step(model, work, state, 0)
         for i in range(n):
             state[o_q + i] = out[0, i]
             state[o_v + i] = out[1, i]

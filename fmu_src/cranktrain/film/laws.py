@@ -11,21 +11,29 @@ from cranktrain.engine import JournalBearing, PlainBearing
 from cranktrain.errors import InputError, nearest
 from cranktrain.film.impedance import journal_force
 from cranktrain.film.parabolic import film_geometry
-from cranktrain.film.tilted import reynolds_force, tabled_force
+from cranktrain.film.parameters import (
+    C_X,
+    C_Y,
+    CLEARANCE,
+    CONTACT_HEIGHT,
+    CONTACT_LOAD,
+    FACTOR,
+    K_X,
+    K_Y,
+    LAW,
+)
 from cranktrain.kernel import kernel
 
 LINEAR = 0
 IMPEDANCE = 1
 TABLE = 2
 REYNOLDS = 3
-LAWS = {"linear": LINEAR, "impedance": IMPEDANCE, "table": TABLE, "reynolds": REYNOLDS}
-TILTED = ("table", "reynolds")
+EHD = 4
+LAWS = {"linear": LINEAR, "impedance": IMPEDANCE, "table": TABLE, "reynolds": REYNOLDS, "ehd": EHD}
+TILTED = ("table", "reynolds", "ehd")
 """Levels that feel the tilt of the journal."""
 BIG_END_LEVELS = ("rigid", "impedance")
 
-# Columns of a bearing's parameters.
-LAW, CLEARANCE, KAPPA2, FACTOR, CONTACT_HEIGHT, CONTACT_LOAD = 0, 1, 2, 3, 4, 5
-K_X, K_Y, C_X, C_Y, RADIUS, WIDTH, VISCOSITY = 6, 7, 8, 9, 10, 11, 12
 
 
 def bearing_parameters(bearing: PlainBearing, viscosity: float, level: str) -> np.ndarray:
@@ -89,13 +97,3 @@ def bearing_force(parameters, x, y, vx, vy, half_speed, cos_frame, sin_frame, ta
     out[9] = -c_yy
     out[10] = (x * x + y * y) ** 0.5 / parameters[CLEARANCE]
 
-
-@kernel
-def tilted_force(films, work, parameters, i, speed, out):
-    """Force on a journal that feels its tilt, from the place and velocity in ``work``; see :mod:`film.tilted`."""
-    c = parameters[CLEARANCE]
-    eta = parameters[VISCOSITY]
-    if parameters[LAW] == TABLE:
-        tabled_force(films, work, i, c, eta, parameters[RADIUS], parameters[WIDTH], speed, out)
-    else:
-        reynolds_force(films, work, i, c, eta, parameters[RADIUS], parameters[WIDTH], speed, out)

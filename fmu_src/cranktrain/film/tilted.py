@@ -10,22 +10,40 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.engine import PlainBearing
 from cranktrain.errors import InputError
 from cranktrain.film.aligned_law import aligned_observables
+from cranktrain.film.bore_compliance import BoreCompliance
 from cranktrain.film.database import FilmTable, table_grid
+from cranktrain.film.elastic_grid import FRICTION_TORQUE, N_PHI, N_SHAPES, ElasticFilm, ElasticWork
+from cranktrain.film.elastic_law import (
+    IN_LOOP as ELASTIC_GRID,
+)
+from cranktrain.film.elastic_law import (
+    SMALLEST,
+    ElasticMemory,
+    elastic_arrays,
+    elastic_force,
+    elastic_memory,
+    elastic_solve,
+    no_elastic_film,
+)
 from cranktrain.film.journal import OUT_SIZE, film_observables, journal_film
 from cranktrain.film.journal_contact import N_OUT, TORQUE, JournalContact, bearing_contact, journal_contact
 from cranktrain.film.journal_grid import JournalGrid, JournalWork, cold_start, journal_grid, journal_work
 from cranktrain.film.parabolic import friction_torque
+from cranktrain.film.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.table_interpolation import TableArrays
 from cranktrain.film.table_law import TABLE, TableWork, table_force, table_work, tilted_pressure
-from cranktrain.kernel import kernel
+from cranktrain.kernel import call_kernel, kernel, kernel_address
 from cranktrain.reduced_body import Array
 
+IntArray = NDArray[np.int64]
+
 # What a tilted film writes: forces (4), tangents by place and by velocity (4 × 4 each), and figures.
-BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION, PASSES, P_MAX, FLOW, SIZE = 4, 20, 36, 37, 38, 39, 40, 41
+BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION, PASSES, P_MAX, FLOW, GAP, SIZE = 4, 20, 36, 37, 38, 39, 40, 41, 42
 
 IN_LOOP = (48, 8)
 """Intervals around and across of films that are solved in the loop: forces within 0.2 %, moments 0.3 % at p95."""
@@ -37,6 +55,8 @@ class FilmArrays(NamedTuple):
     grid: JournalGrid
     contact: JournalContact
     table: TableArrays
+    elastic: ElasticFilm
+    force: IntArray  # (1,) address of the level's force law
 
 
 class FilmWork(NamedTuple):
@@ -51,15 +71,19 @@ class FilmWork(NamedTuple):
     plane: Array  # (16,) a film without tilt
     table: TableWork
     solved: Array  # (1,) films that lay outside the table since the count was last taken
+    elastic: ElasticWork
+    memory: ElasticMemory  # of the elastic films
 
 
-def film_arrays(bearing: PlainBearing, level: str, table: FilmTable | None) -> FilmArrays:
-    """Data of the films of one bearing; what a level does not read is of the least size.
+def film_arrays(
+    bearing: PlainBearing, level: str, viscosity: float, table: FilmTable | None, bore: BoreCompliance | None
+) -> FilmArrays:
+    """Data of the films of one bearing at ``viscosity`` (Pa s); what a level does not read is of the least size.
 
     Raises
     ------
     InputError
-        level ``table`` without a table, or with one of another bearing
+        level ``table`` without a table, or with one of another bearing; ``ehd`` without the bore's compliance
     """
     arrays = TableArrays(np.zeros((1, 1, 1)), np.zeros((1, 1, 1, 1)), np.zeros(8))
     grid = journal_grid(*IN_LOOP) if level == "reynolds" else journal_grid(12, 6)
@@ -75,7 +99,12 @@ def film_arrays(bearing: PlainBearing, level: str, table: FilmTable | None) -> F
                 f"groove {bearing.groove}; make one by film-table"
             )
         arrays, grid = table.arrays, table_grid(made, *IN_LOOP)
-    return FilmArrays(grid, bearing_contact(bearing), arrays)
+    elastic = no_elastic_film()
+    if level == "ehd":
+        if bore is None:
+            raise InputError("bearing level 'ehd' needs the bore's compliance; make it by structure.saddle")
+        elastic = elastic_arrays(bearing, viscosity, bore, ELASTIC_GRID)
+    return FilmArrays(grid, bearing_contact(bearing), arrays, elastic, np.zeros(1, dtype=np.int64))
 
 
 def film_work(films: FilmArrays, bearings: int) -> FilmWork:
@@ -90,15 +119,41 @@ def film_work(films: FilmArrays, bearings: int) -> FilmWork:
         plane=np.zeros(16),
         table=table_work(),
         solved=np.zeros(1),
+        elastic=(ELASTIC_GRID if films.elastic.constants[N_PHI] == ELASTIC_GRID.n_phi else SMALLEST).work(
+            int(films.elastic.constants[N_SHAPES])
+        ),
+        memory=elastic_memory(films.elastic, bearings),
     )
 
 
-@kernel
-def reynolds_force(films, work, i, c, viscosity, radius, width, speed, out):
-    """Force of the film of journal i at ``work.place[i]``, ``work.velocity[i]``; ``speed`` is its own (rad/s).
+def compile_force(films: FilmArrays, work: FilmWork, level: str, parameters: Array) -> None:
+    """Compile the force law of a level that feels tilt, and leave its address in ``films.force``."""
+    if level in FORCES:
+        films.force[0] = kernel_address(FORCES[level], films, work, parameters, 0, 0.0, 1.0, 0.0, True, np.zeros(SIZE))
 
-    ``out`` is laid out as the columns above; P_MAX and FLOW are left to :func:`tilted_observables`.
+
+@kernel
+def tilted_force(films, work, parameters, i, speed, cos, sin, tangents, out):
+    """Force of the film of journal i at ``work.place[i]``, ``work.velocity[i]``, by the level's law; 0, or a failure.
+
+    Parameters
+    ----------
+    parameters : of the bearing, see :mod:`cranktrain.film.parameters`
+    speed : the journal's own, rad/s
+    cos, sin : of the frame's angle
+    tangents : bool; without, a law may leave those of its last call
+    out : laid out as the columns above; P_MAX and FLOW are left to :func:`tilted_observables`
     """
+    return call_kernel(films.force[0], (films, work, parameters, i, speed, cos, sin, tangents, out))  # type: ignore[call-arg]
+
+
+@kernel
+def reynolds_force(films, work, parameters, i, speed, cos, sin, tangents, out):
+    """Reynolds' equation of a rigid bore, solved in place."""
+    c = parameters[CLEARANCE]
+    viscosity = parameters[VISCOSITY]
+    radius = parameters[RADIUS]
+    width = parameters[WIDTH]
     place = work.place[i]
     velocity = work.velocity[i]
     half = 0.5 * speed
@@ -123,11 +178,16 @@ def reynolds_force(films, work, i, c, viscosity, radius, width, speed, out):
             out[BY_PLACE + k] = scale * (film[BY_PLACE + k] - half * film[BY_VELOCITY + k + 1])
             out[BY_PLACE + k + 1] = scale * (film[BY_PLACE + k + 1] + half * film[BY_VELOCITY + k])
     rough_force(films, work, i, c, viscosity, radius, width, speed, out)
+    return 0
 
 
 @kernel
-def tabled_force(films, work, i, c, viscosity, radius, width, speed, out):
-    """Like :func:`reynolds_force`, read from the table; films outside it are solved, and counted in ``work.solved``."""
+def tabled_force(films, work, parameters, i, speed, cos, sin, tangents, out):
+    """The same read from the table; films outside it are solved, and counted in ``work.solved``."""
+    c = parameters[CLEARANCE]
+    viscosity = parameters[VISCOSITY]
+    radius = parameters[RADIUS]
+    width = parameters[WIDTH]
     place = work.place[i]
     velocity = work.velocity[i]
     status = table_force(
@@ -139,6 +199,25 @@ def tabled_force(films, work, i, c, viscosity, radius, width, speed, out):
         work.solved[0] += 1.0
     out[PASSES] = status
     rough_force(films, work, i, c, viscosity, radius, width, speed, out)
+    return 0
+
+
+@kernel
+def elastic_bearing_force(films, work, parameters, i, speed, cos, sin, tangents, out):
+    """Film in an elastic bore that remembers its oil; asperities are in its Newton. Without tangents: no force either.
+
+    A film that failed gives forces that are no numbers, which end the stage.
+    """
+    place = work.place[i]
+    status = elastic_solve(
+        films.elastic, work.elastic, work.memory, i, place, work.velocity[i], speed, cos, sin, tangents
+    )
+    if tangents:
+        elastic_force(work.memory.out[i], status, cos, sin, out)
+        out[FRICTION] = work.memory.out[i, FRICTION_TORQUE]
+        out[ECCENTRICITY] = (place[0] * place[0] + place[1] * place[1]) ** 0.5 / parameters[CLEARANCE]
+        out[PASSES] = 0.0
+    return status
 
 
 @kernel
@@ -180,3 +259,6 @@ def tilted_observables(films, work, i, c, viscosity, radius, width, speed, table
     highest, flow = film_observables(films.grid, work.journal)
     out[P_MAX] = 12.0 * viscosity * (radius / c) * (radius / c) * highest
     out[FLOW] = 2.0 * c * radius * radius * radius / width * flow
+
+
+FORCES = {"table": tabled_force, "reynolds": reynolds_force, "ehd": elastic_bearing_force}
