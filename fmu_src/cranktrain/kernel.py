@@ -16,14 +16,17 @@ where a model uses it.
 from __future__ import annotations
 
 import tempfile
+import weakref
 from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
 from numba import config, njit, typeof, types
 from numba.extending import intrinsic
+from numpy.typing import NDArray
 
 from cranktrain.cache import cache_folder
 
@@ -83,3 +86,40 @@ def call_kernel(typing_context: Any, address: Any, arguments: Any) -> Any:
         return builder.call(builder.inttoptr(pointer, function.as_pointer()), unpacked)
 
     return types.int64(address, arguments), generate
+
+
+@intrinsic
+def _write(typing_context: Any, address: Any, record: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        builder.store(values[1], builder.inttoptr(values[0], context.get_value_type(record).as_pointer()))
+        return context.get_constant(types.int64, 0)
+
+    return types.int64(address, record), generate
+
+
+@kernel
+def _keep(address: int, record: Any) -> Any:
+    return _write(address, record)  # type: ignore[call-arg]
+
+
+def keep_record(record: Any, owner: NDArray[Any]) -> int:
+    """Address at which a reader finds ``record``, a named tuple of arrays, for as long as the array ``owner`` lives."""
+    # An array is a structure of fewer than sixteen words.
+    space = np.zeros(16 * str(typeof(record)).count("array("), dtype=np.int64)
+    _keep(space.ctypes.data, record)
+    weakref.finalize(owner, id, (space, record))  # a finalizer's arguments live until then
+    return int(space.ctypes.data)
+
+
+def record_reader(example: Any) -> Any:
+    """Function for kernels that reads a record of ``example``'s type from its address, see :func:`keep_record`."""
+    kind = typeof(example)
+
+    @intrinsic
+    def read(typing_context: Any, address: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            return builder.load(builder.inttoptr(values[0], context.get_value_type(kind).as_pointer()))
+
+        return kind(address), generate
+
+    return read

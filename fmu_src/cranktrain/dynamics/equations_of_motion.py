@@ -42,7 +42,9 @@ from cranktrain.film.laws import IMPEDANCE, bearing_force
 from cranktrain.film.parabolic import friction_torque
 from cranktrain.film.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.thrust import thrust_force, thrust_force_tilted
-from cranktrain.film.tilted import BY_PLACE, BY_VELOCITY, FRICTION, tilted_force
+from cranktrain.film.tilted import BY_PLACE, BY_VELOCITY, FORCE, FRICTION, SPEED, film_call
+from cranktrain.film.tilted import COS as FRAME_COS
+from cranktrain.film.tilted import SIN as FRAME_SIN
 from cranktrain.kernel import kernel
 from cranktrain.loads.gas_pressure import gas_pressure
 from cranktrain.loads.slider_crank import rod_force
@@ -135,6 +137,8 @@ def port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
     whirl = frame[WHIRL]
     ratio = c_v / c_q
     out = work.scratch
+    model.films.numbers[FRAME_COS] = frame[COS]
+    model.films.numbers[FRAME_SIN] = frame[SIN]
     for k in range(2 * b + 1, journal):
         f[k] = 0.0
     for i in range(b):
@@ -156,8 +160,9 @@ def port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
                 )
         else:
             t = tilts + 2 * i
-            place_journal(u, ud, 2 * i, t, whirl, work.films.place[i], work.films.velocity[i])
-            tilted_force(model.films, work.films, law, i, speed, frame[COS], frame[SIN], True, out)
+            place_journal(u, ud, 2 * i, t, whirl, model.films.place[i], model.films.velocity[i])
+            model.films.numbers[SPEED] = speed
+            film_call(model.films, FORCE, i, out, out)
             space_block(out, ratio, whirl, block)
             f[t] = out[2]
             f[t + 1] = out[3]
@@ -327,7 +332,7 @@ def big_end_film(model, frame, c, port, cos, sin, ud, ratio, f, work):
     pin_speed = frame[OMEGA] + ud[rotation + k]
     x = motion[16] - motion[0]
     y = motion[17] - motion[1]
-    out = work.films.plane
+    out = model.films.plane
     bearing_force(
         law, x, y, motion[18] - motion[2], motion[19] - motion[3], 0.5 * (pin_speed + rod_speed), frame[COS],
         frame[SIN], model.big_end_impedance, out,

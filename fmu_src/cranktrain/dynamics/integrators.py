@@ -202,7 +202,7 @@ def integrate_step(model, work, state, level, h, frames, pressures):
             model, work, level, big_q, big_v, c_q, c_v, omega_0, frames[0], pressures[0], guess,
             state[o_a : o_a + n], tolerance, state, out[0], out[1], out[2],
         )  # fmt: skip
-        if status == OK and close_stage(model, work, frames[0], 0) != OK:
+        if status == OK and close_stage(model, work, frames[0]) != OK:
             status = DIVERGED
         if status != OK:
             return status
@@ -253,7 +253,7 @@ def integrate_step(model, work, state, level, h, frames, pressures):
                 model, work, level, big_q, big_v, c_q, c_v, omega_0, frames[s], pressures[s], guess,
                 before, tolerance, state, out[0], out[1], out[2],
             )  # fmt: skip
-            if status == OK and close_stage(model, work, frames[s], s) != OK:
+            if status == OK and close_stage(model, work, frames[s]) != OK:
                 status = DIVERGED
             if status != OK:
                 return status

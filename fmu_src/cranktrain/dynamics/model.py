@@ -17,12 +17,12 @@ from cranktrain.engine import Engine
 from cranktrain.errors import InputError, nearest
 from cranktrain.film.bore_compliance import BoreCompliance
 from cranktrain.film.database import FilmTable
-from cranktrain.film.elastic_law import film_size
 from cranktrain.film.impedance import impedance_map
-from cranktrain.film.laws import BIG_END_LEVELS, EHD, LAWS, TILTED, bearing_parameters
-from cranktrain.film.parameters import KAPPA2, LAW
+from cranktrain.film.laws import BIG_END_LEVELS, LAWS, TILTED, bearing_parameters
+from cranktrain.film.parameters import KAPPA2
 from cranktrain.film.thrust import thrust_parameters
-from cranktrain.film.tilted import FilmArrays, FilmWork, film_arrays, film_work
+from cranktrain.film.tilted import Films
+from cranktrain.film.tilted_levels import tilted_films
 from cranktrain.loads.gas_pressure import GasTrace, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia
 from cranktrain.lubricant import oil_temperature, viscosity
@@ -88,7 +88,7 @@ class ModelArrays(NamedTuple):
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
     impedance: Array  # film.impedance map of the main bearings
     big_end_impedance: Array  # likewise of the big ends
-    films: FilmArrays  # of the main bearings where they feel tilt
+    films: Films  # of the main bearings where they feel tilt, with their memory of a step
     scalars: Array  # (10,)
     choices: Array  # (4,) gas source, reconstruction, Newton tolerance, largest change of a film over a step
     stages: Array  # integrator table, see integrators
@@ -109,7 +109,7 @@ class Dimensions(NamedTuple):
 def dimensions(model: ModelArrays) -> Dimensions:
     """Sizes of a model."""
     b, p = model.bearings.shape[0], model.pins.shape[0]
-    films = b * film_size(model.films.elastic) if model.bearings[0, LAW] == EHD else 0
+    films = b * int(model.films.values[0])
     return Dimensions(model.omega2.size, b, p, model.cylinders.shape[0], model.scales.size, model.ports.shape[0], films)
 
 
@@ -200,7 +200,7 @@ def build_model(
         gas=contiguous(np.array([spline_coefficients(gas.motored), spline_coefficients(rise)])),
         impedance=impedance_map(float(bearing[KAPPA2])),
         big_end_impedance=impedance_map(float(big_end[KAPPA2])),
-        films=film_arrays(engine.main_bearing, settings.bearings, eta, table, bore),
+        films=tilted_films(engine.main_bearing, settings.bearings, bearing, n_mains, table, bore),
         scalars=scalars,
         choices=np.array(
             [
@@ -264,7 +264,6 @@ class Work(NamedTuple):
     pressures: Array  # (8, c) cylinder pressures at each stage
     inputs: Array  # (2, 1 + c) value and rate of the reconstructed inputs
     backup: Array  # (2, state) state at the start of a communication step and of a sub-step
-    films: FilmWork
 
 
 def make_work(model: ModelArrays, state_size: int) -> Work:
@@ -292,5 +291,4 @@ def make_work(model: ModelArrays, state_size: int) -> Work:
         pressures=z((8, d.cylinders)),
         inputs=z((2, 1 + d.cylinders)),
         backup=z((2, state_size)),
-        films=film_work(model.films, d.bearings),
     )

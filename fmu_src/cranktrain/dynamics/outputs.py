@@ -13,20 +13,21 @@ from cranktrain.dynamics.equations_of_motion import (
     THETA,
     big_end_motion,
     pin_motion,
-    place_journal,
 )
-from cranktrain.dynamics.film_memory import kept_film
+from cranktrain.dynamics.film_memory import memory_offset, place_film
 from cranktrain.dynamics.model import AREA, BANK, CLEARANCE_VOLUME, OFFSET, PIN, ROD, SHAFT_C, SHAFT_K, STROKE_TOP
 from cranktrain.dynamics.ports import ROD_LAWS, RODS, TILTS
 from cranktrain.dynamics.stage import OK
 from cranktrain.dynamics.state import ITERATIONS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
 from cranktrain.dynamics.step_control import advance, frame_at, ports_at_state
 from cranktrain.film.impedance import pressure_and_flow
-from cranktrain.film.laws import EHD, IMPEDANCE, TABLE, bearing_force
+from cranktrain.film.laws import IMPEDANCE, bearing_force
 from cranktrain.film.parabolic import friction_torque
 from cranktrain.film.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.thrust import thrust_force
-from cranktrain.film.tilted import ECCENTRICITY, FLOW, FRICTION, GAP, P_MAX, tilted_force, tilted_observables
+from cranktrain.film.tilted import COS as FRAME_COS
+from cranktrain.film.tilted import ECCENTRICITY, FLOW, FRICTION, GAP, OBSERVE, P_MAX, SPEED, film_call
+from cranktrain.film.tilted import SIN as FRAME_SIN
 from cranktrain.kernel import kernel
 
 GENERAL = ("crank.angle", "crank.speed", "pulley.torsion", "pulley.axial", "flywheel.torsion", "shaft.torque")
@@ -92,6 +93,8 @@ def observe(model, work, state, out):
     sin = frame[SIN]
     omega = frame[OMEGA]
     r = work.scratch
+    model.films.numbers[FRAME_COS] = cos
+    model.films.numbers[FRAME_SIN] = sin
     for i in range(b):
         law = model.bearings[i]
         x = u[2 * i]
@@ -105,14 +108,9 @@ def observe(model, work, state, out):
             bearing_force(law, x, y, vx, vy, 0.5 * speed, cos, sin, model.impedance, r)
             eps = r[10]
         else:
-            place_journal(u, ud, 2 * i, tilts + 2 * i, omega, work.films.place[i], work.films.velocity[i])
-            if law[LAW] == EHD:
-                kept_film(model, state, i, cos, sin, c, x, y, r)
-            else:
-                tilted_force(model.films, work.films, law, i, speed, cos, sin, True, r)
-                tilted_observables(
-                    model.films, work.films, i, c, law[VISCOSITY], law[RADIUS], law[WIDTH], speed, law[LAW] == TABLE, r
-                )
+            place_film(model, u, ud, omega, i)
+            model.films.numbers[SPEED] = speed
+            film_call(model.films, OBSERVE, i, state[memory_offset(model, i) : memory_offset(model, i + 1)], r)
             eps = r[ECCENTRICITY]
         out[k] = cos * r[0] - sin * r[1]
         out[k + 1] = sin * r[0] + cos * r[1]
@@ -134,7 +132,7 @@ def observe(model, work, state, out):
             # The ends come nearest to the bore.
             far = math.sqrt(x * x + y * y + a * a + d * d + 2.0 * abs(x * a + y * d))
             out[k + 3] = c - far if far < c else 0.0
-            if law[LAW] == EHD:
+            if r[GAP] >= 0.0:
                 out[k + 3] = r[GAP]
             out[k + 4] = r[P_MAX]
             out[k + 5] = -r[FRICTION]

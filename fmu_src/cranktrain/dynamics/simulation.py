@@ -31,7 +31,6 @@ from cranktrain.errors import InputError, SolverError
 from cranktrain.film.bore_compliance import BoreCompliance
 from cranktrain.film.database import FilmTable
 from cranktrain.film.parameters import CLEARANCE
-from cranktrain.film.tilted import compile_force
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.reduced_body import Array, ReducedBody, rigid
 
@@ -99,7 +98,6 @@ class Simulation:
         size = dimensions(model)
         state = np.zeros(state_size(size.modes, size.ports, size.films))
         work = make_work(model, state.size)
-        compile_force(model.films, work.films, self.settings.bearings, model.bearings[0])
         state[TIME] = time
         if settle(model, work, state, self.inputs, *self._start(model)) != OK:
             raise SolverError(

@@ -53,7 +53,7 @@ from cranktrain.dynamics.state import (
     defect_offset,
     offset,
 )
-from cranktrain.film.laws import EHD, LINEAR
+from cranktrain.film.laws import LINEAR
 from cranktrain.film.parameters import CLEARANCE, CONTACT_HEIGHT, LAW
 from cranktrain.kernel import kernel
 from cranktrain.loads.drive_line import frame_lead, shaft_motion
@@ -150,9 +150,8 @@ def film_rate(model, work, state):
     u = work.port[10]
     ud = work.port[11]
     rate = 0.0
-    if model.bearings[0, LAW] == EHD:
-        whirl = state[SHAFT_SPEED] + state[LEAD_SPEED]
-        rate = fastest_closing(model, work, state, whirl, model.bearings[0, CONTACT_HEIGHT])
+    if model.films.values[0] > 0.0:
+        rate = fastest_closing(model, work, state, state[SHAFT_SPEED] + state[LEAD_SPEED])
     else:
         for i in range(b):
             law = model.bearings[i]
@@ -208,7 +207,7 @@ def sub_step(model, work, state, begin, h, halvings):
     status = integrate_step(model, work, state, level, h, work.frames, work.pressures)
     if status != OK:
         return status
-    close_step(model, work, state, stages - 1)
+    close_step(model, work, state)
     target = work.inputs[0, 0] + work.inputs[1, 0] * begin
     angle, speed, acceleration = shaft_motion(
         state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], target, work.inputs[1, 0],
@@ -329,7 +328,7 @@ def settle(model, work, state, inputs, windup, rotation, rate):
             model, work, 0, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0],
             work.port[14], work.modal[9], SETTLED, state, out[0], out[1], out[2],
         )  # fmt: skip
-        if status == OK and close_stage(model, work, frame, 0) != OK:
+        if status == OK and close_stage(model, work, frame) != OK:
             status = DIVERGED
         if status != OK:
             h *= 0.25
@@ -342,7 +341,7 @@ def settle(model, work, state, inputs, windup, rotation, rate):
             moved = max(moved, abs(work.port[0, k] - work.port[14, k]) / model.bearings[k // 2, CLEARANCE])
         for i in range(n):
             state[o_q + i] = out[0, i]
-        close_step(model, work, state, 0)
+        close_step(model, work, state)
         if (moved < SETTLED and h > 1.0e-3) or elapsed > SETTLING_TIME:
             break
         iterations = work.counters[2] - iterations
@@ -386,11 +385,11 @@ def settle(model, work, state, inputs, windup, rotation, rate):
             model, work, 0, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0],
             work.port[14], work.modal[9], STARTING_TOLERANCE, state, out[0], out[1], out[2],
         )  # fmt: skip
-        if status == OK and close_stage(model, work, frame, 0) != OK:
+        if status == OK and close_stage(model, work, frame) != OK:
             status = DIVERGED
         if status != OK:
             return status
-        close_step(model, work, state, 0)
+        close_step(model, work, state)
         for i in range(n):
             state[o_q + i] = out[0, i]
             state[o_v + i] = out[1, i]

@@ -23,14 +23,9 @@ from cranktrain.film.asperity import bearing_contact_constants
 from cranktrain.film.bore_compliance import BoreCompliance
 from cranktrain.film.elastic_grid import (
     CLEARANCE,
-    CONTACT_LOAD,
-    CONTACT_SHARE,
     DAMPING,
-    FILL_MEAN,
     FILM_MIN,
     FILM_MIN_ANGLE,
-    FILM_MIN_ZETA,
-    FORCE,
     FRICTION_TORQUE,
     N_PHI,
     N_SHAPES,
@@ -40,12 +35,34 @@ from cranktrain.film.elastic_grid import (
     PRESSURE_MAX,
     SIDE_FLOW,
     STIFFNESS,
-    SUPPLY_FLOW,
     ElasticFilm,
     ElasticGrid,
+    ElasticWork,
 )
+from cranktrain.film.elastic_grid import FORCE as FORCE_ON_JOURNAL
 from cranktrain.film.elastohydrodynamic import CONVERGED, elastic_film
-from cranktrain.kernel import kernel
+from cranktrain.film.tilted import (
+    CLOSE_STAGE,
+    CLOSE_STEP,
+    COS,
+    ECCENTRICITY,
+    ELAPSED,
+    FLOW,
+    FORCE,
+    FRICTION,
+    GAIN,
+    GAP,
+    GAP_ANGLE,
+    OPEN_STAGE,
+    OPEN_STEP,
+    P_MAX,
+    RATE,
+    SIN,
+    SPEED,
+    STAGE,
+    STEP,
+)
+from cranktrain.kernel import kernel, record_reader
 from cranktrain.reduced_body import Array
 
 SHAPES = 8
@@ -54,10 +71,8 @@ IN_LOOP = ElasticGrid(48, 7)
 SMALLEST = ElasticGrid(12, 5)
 """Grid of levels that do not read it."""
 
-# What the state keeps of a film's result, beside unknowns, shapes and rates.
-KEPT_FORCE, KEPT_PRESSURE, KEPT_FILM, KEPT_ANGLE, KEPT_ZETA = 0, 4, 5, 6, 7
-KEPT_SIDE_FLOW, KEPT_SUPPLY_FLOW, KEPT_FRICTION, KEPT_CONTACT, KEPT_SHARE = 8, 9, 10, 11, 12
-KEPT_FILL, KEPT_OIL, KEPT = 13, 14, 15
+KEPT = 4 + OIL + 1 - PRESSURE_MAX
+"""What the state keeps of a film's result: the force, and what follows the tangents."""
 
 
 class ElasticMemory(NamedTuple):
@@ -70,9 +85,27 @@ class ElasticMemory(NamedTuple):
     unknowns: Array  # (b, N) at the stage
     shapes: Array  # (b, k) at the stage, m
     rates: Array  # (stages, b, k) δ̇ of each stage, m/s
-    timing: Array  # (2,) time from the step's start to the stage, and g, s
     motion: Array  # (2, 4) place and velocity in space
     out: Array  # (b, OUT_SIZE)
+
+
+class ElasticBore(NamedTuple):
+    """Data, scratch and memory of the films."""
+
+    film: ElasticFilm
+    scratch: ElasticWork
+    memory: ElasticMemory
+    contact_height: Array  # (1,) m, the least gap that counts when a film closes
+
+
+def elastic_bore(
+    bearing: PlainBearing, viscosity: float, bore: BoreCompliance, bearings: int, grid: ElasticGrid = IN_LOOP
+) -> ElasticBore:
+    """Elastic films of ``bearings`` journals."""
+    film = elastic_arrays(bearing, viscosity, bore, grid)
+    return ElasticBore(
+        film, grid.work(len(bore.compliance)), elastic_memory(film, bearings), np.array([bearing.contact_height])
+    )
 
 
 def elastic_arrays(bearing: PlainBearing, viscosity: float, bore: BoreCompliance, grid: ElasticGrid) -> ElasticFilm:
@@ -97,11 +130,6 @@ def elastic_arrays(bearing: PlainBearing, viscosity: float, bore: BoreCompliance
     )  # fmt: skip
 
 
-def no_elastic_film() -> ElasticFilm:
-    """An elastic film of the least size, for levels that have none."""
-    return SMALLEST.film(1.0, 1.0, 1.0e-3, 1.0)
-
-
 def film_size(film: ElasticFilm) -> int:
     """Values that one film adds to the state vector."""
     constants = film.constants
@@ -115,7 +143,7 @@ def elastic_memory(film: ElasticFilm, bearings: int) -> ElasticMemory:
     z = np.zeros
     return ElasticMemory(
         z((bearings, size)), z((bearings, 4)), z((bearings, k)), z((bearings, k)), z((bearings, size)),
-        z((bearings, k)), z((8, bearings, k)), z(2), z((2, 4)), z((bearings, OUT_SIZE)),
+        z((bearings, k)), z((8, bearings, k)), z((2, 4)), z((bearings, OUT_SIZE)),
     )  # fmt: skip
 
 
@@ -129,15 +157,92 @@ def turn_pairs(cos, sin, vector, out):
         out[pair + 1] = sin * x + cos * y
 
 
+_SMALL = SMALLEST.film(1.0, 1.0, 1.0e-3, 1.0)
+_read = record_reader(ElasticBore(_SMALL, SMALLEST.work(0), elastic_memory(_SMALL, 1), np.zeros(1)))
+
+
 @kernel
-def elastic_solve(film, scratch, memory, i, place, velocity, speed, cos, sin, tangents):
+def elastic_law(record, action, i, place, velocity, numbers, memory, out):
+    """The law of an elastic bore; see :mod:`cranktrain.film.tilted`.
+
+    ``memory`` is the film's part of the state; for OPEN_STAGE the stage's row of the integrator. A film that failed
+    gives forces that are no numbers, which end the stage.
+    """
+    bore = _read(record)
+    own = bore.memory
+    nodes = own.start.shape[1]
+    shapes = own.shapes.shape[1]
+    cos = numbers[COS]
+    sin = numbers[SIN]
+    if action == FORCE:
+        status = _solve(bore, i, place, velocity, numbers, True)
+        _force(own.out[i], cos, sin, out)
+        out[FRICTION] = own.out[i, FRICTION_TORQUE]
+        out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / bore.film.constants[CLEARANCE]
+        if status != CONVERGED:
+            for k in range(4):
+                out[k] = math.nan
+    elif action == CLOSE_STAGE:
+        if _solve(bore, i, place, velocity, numbers, False) != CONVERGED:
+            return 1
+        for k in range(shapes):
+            own.rates[int(numbers[STAGE]), i, k] = (own.shapes[i, k] - own.known[i, k]) / numbers[GAIN]
+    elif action == OPEN_STAGE:
+        for k in range(shapes):
+            past = own.start_shapes[i, k]
+            for s in range(int(numbers[STAGE])):
+                past += numbers[STEP] * memory[s] * own.rates[s, i, k]
+            own.known[i, k] = past
+    elif action == OPEN_STEP:
+        turn_pairs(cos, sin, place, own.start_place[i])
+        for k in range(nodes):
+            own.start[i, k] = memory[k]
+            own.unknowns[i, k] = memory[k]
+        for k in range(shapes):
+            own.start_shapes[i, k] = memory[nodes + k]
+            own.shapes[i, k] = memory[nodes + k]
+            own.rates[0, i, k] = memory[nodes + shapes + k]
+    elif action == CLOSE_STEP:
+        for k in range(nodes):
+            memory[k] = own.unknowns[i, k]
+        for k in range(shapes):
+            memory[nodes + k] = own.shapes[i, k]
+            memory[nodes + shapes + k] = own.rates[int(numbers[STAGE]), i, k]
+        for k in range(4):
+            memory[nodes + 2 * shapes + k] = own.out[i, FORCE_ON_JOURNAL + k]
+        for k in range(PRESSURE_MAX, OIL + 1):
+            memory[nodes + 2 * shapes + 4 + k - PRESSURE_MAX] = own.out[i, k]
+    else:
+        turn_pairs(cos, sin, place, own.motion[0])
+        turn_pairs(cos, sin, velocity, own.motion[1])
+        if action == RATE:
+            out[0] = closing_rate(
+                bore.film, own.motion[0], own.motion[1], memory[nodes : nodes + shapes],
+                memory[nodes + shapes : nodes + 2 * shapes], bore.contact_height[0],
+            )  # fmt: skip
+            return 0
+        kept = memory[nodes + 2 * shapes :]
+        turn_pairs(cos, -sin, kept, out)
+        first = 4 - PRESSURE_MAX
+        out[FRICTION] = kept[first + FRICTION_TORQUE]
+        out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / bore.film.constants[CLEARANCE]
+        out[P_MAX] = kept[first + PRESSURE_MAX]
+        out[FLOW] = kept[first + SIDE_FLOW]
+        out[GAP] = max(kept[first + FILM_MIN], 0.0)
+        out[GAP_ANGLE] = kept[first + FILM_MIN_ANGLE]
+    return 0
+
+
+@kernel
+def _solve(bore, i, place, velocity, numbers, tangents):
     """Solve film i for the journal's place and velocity in the frame's axes; CONVERGED or what went wrong."""
-    turn_pairs(cos, sin, place, memory.motion[0])
-    turn_pairs(cos, sin, velocity, memory.motion[1])
+    memory = bore.memory
+    turn_pairs(numbers[COS], numbers[SIN], place, memory.motion[0])
+    turn_pairs(numbers[COS], numbers[SIN], velocity, memory.motion[1])
     status = elastic_film(
-        film, memory.motion[0], memory.motion[1], speed, memory.timing[0], memory.timing[1], memory.start[i],
-        memory.start_place[i], memory.start_shapes[i], memory.known[i], memory.unknowns[i], memory.shapes[i], scratch,
-        memory.out[i], tangents,
+        bore.film, memory.motion[0], memory.motion[1], numbers[SPEED], numbers[ELAPSED], numbers[GAIN],
+        memory.start[i], memory.start_place[i], memory.start_shapes[i], memory.known[i], memory.unknowns[i],
+        memory.shapes[i], bore.scratch, memory.out[i], tangents,
     )  # fmt: skip
     if status != CONVERGED:
         # The next attempt, of a shorter step, begins with what is sure.
@@ -149,8 +254,8 @@ def elastic_solve(film, scratch, memory, i, place, velocity, speed, cos, sin, ta
 
 
 @kernel
-def elastic_force(result, status, cos, sin, out):
-    """Force of a film's ``result`` and its tangents in the frame's axes, ``out[0:36]``; no number where it failed."""
+def _force(result, cos, sin, out):
+    """Force of a film's ``result`` and its tangents in the frame's axes, ``out[0:36]``."""
     turn_pairs(cos, -sin, result, out)
     for part in range(2):
         o = STIFFNESS if part == 0 else DAMPING
@@ -170,27 +275,6 @@ def elastic_force(result, status, cos, sin, out):
                 out[k + 1] = cos * b + sin * d
                 out[k + 4] = cos * c - sin * a
                 out[k + 5] = cos * d - sin * b
-    if status != CONVERGED:
-        for k in range(4):
-            out[k] = math.nan
-
-
-@kernel
-def kept_result(result, kept):
-    """What the state keeps of a film's result, (KEPT,)."""
-    for k in range(4):
-        kept[KEPT_FORCE + k] = result[FORCE + k]
-    kept[KEPT_PRESSURE] = result[PRESSURE_MAX]
-    kept[KEPT_FILM] = result[FILM_MIN]
-    kept[KEPT_ANGLE] = result[FILM_MIN_ANGLE]
-    kept[KEPT_ZETA] = result[FILM_MIN_ZETA]
-    kept[KEPT_SIDE_FLOW] = result[SIDE_FLOW]
-    kept[KEPT_SUPPLY_FLOW] = result[SUPPLY_FLOW]
-    kept[KEPT_FRICTION] = result[FRICTION_TORQUE]
-    kept[KEPT_CONTACT] = result[CONTACT_LOAD]
-    kept[KEPT_SHARE] = result[CONTACT_SHARE]
-    kept[KEPT_FILL] = result[FILL_MEAN]
-    kept[KEPT_OIL] = result[OIL]
 
 
 @kernel

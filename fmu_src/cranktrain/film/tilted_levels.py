@@ -1,0 +1,61 @@
+"""Levels of main bearings that feel the journal's tilt: which law, from which data."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cranktrain.engine import PlainBearing
+from cranktrain.errors import InputError
+from cranktrain.film.bore_compliance import BoreCompliance
+from cranktrain.film.database import FilmTable
+from cranktrain.film.elastic_law import elastic_bore, elastic_law, film_size
+from cranktrain.film.parameters import VISCOSITY
+from cranktrain.film.rigid_bore import reynolds_law, rigid_bore, table_law
+from cranktrain.film.tilted import SIZE, Films, no_films
+from cranktrain.kernel import keep_record, kernel_address
+from cranktrain.reduced_body import Array
+
+LAWS = {"table": table_law, "reynolds": reynolds_law, "ehd": elastic_law}
+
+
+def tilted_films(
+    bearing: PlainBearing,
+    level: str,
+    parameters: Array,
+    bearings: int,
+    table: FilmTable | None = None,
+    bore: BoreCompliance | None = None,
+) -> Films:
+    """Films of ``bearings`` equal journals; compiles their law.
+
+    Parameters
+    ----------
+    level : table, reynolds or ehd; any other feels no tilt
+    parameters : of the bearing, see :mod:`cranktrain.film.parameters`
+    table : for level ``table``
+    bore : for level ``ehd``
+
+    Raises
+    ------
+    InputError
+        where a level lacks what it needs, or the table is of another bearing
+    """
+    films = no_films(bearings)
+    if level not in LAWS:
+        return films
+    if level == "table" and table is None:
+        ratio = bearing.width / bearing.diameter
+        raise InputError(f"bearing level 'table' needs a film table of L/D {ratio:.4g}; make it by film-table")
+    if level == "ehd":
+        if bore is None:
+            raise InputError("bearing level 'ehd' needs the bore's compliance; make it by structure.saddle")
+        record: Any = elastic_bore(bearing, float(parameters[VISCOSITY]), bore, bearings)
+        films.values[0] = film_size(record.film)
+    else:
+        record = rigid_bore(bearing, parameters, table if level == "table" else None, bearings, films.solved)
+    films.entry[1] = keep_record(record, films.entry)
+    film, out = np.zeros(1), np.zeros(SIZE)
+    films.entry[0] = kernel_address(LAWS[level], 0, 0, 0, films.place[0], films.velocity[0], films.numbers, film, out)
+    return films
