@@ -126,7 +126,8 @@ class PlainBearing:
     Greenwood and Tripp do: ``roughness`` σ of both together, ``asperity_factor`` ηβσ, ``asperity_ratio`` σ/β,
     ``contact_modulus`` E' and boundary friction (coefficient on the contact pressure, stress on the real contact).
     ``groove`` is ``none`` or ``circumferential``. Level ``ehd`` follows the oil from its supply at ``supply_pressure``:
-    the groove, or a hole in mid-bore at ``oil_hole_angle`` (from the x axis in the sense of rotation).
+    the groove, or one in mid-bore that is ``supply_arc`` long and ``supply_width`` wide about ``supply_angle`` (from the
+    x axis in the sense of rotation); as it comes, the upper half.
     """
 
     diameter: Length
@@ -142,8 +143,9 @@ class PlainBearing:
     boundary_friction: Number = 0.1
     boundary_shear: GaugePressure = 0.0
     supply_pressure: GaugePressure = 4.0e5
-    oil_hole_angle: Angle = 0.5 * math.pi
-    oil_hole_diameter: Length = 8.0e-3
+    supply_angle: Angle = 0.5 * math.pi
+    supply_arc: Angle = math.pi
+    supply_width: Length = 4.0e-3
 
 
 @dataclass(frozen=True, kw_only=True)

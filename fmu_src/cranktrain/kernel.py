@@ -56,10 +56,19 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": False, "boundsch
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile ``function`` in the native-safe subset, cached on disk where possible."""
+    return _compiled(function, no_cfunc_wrapper=True)
+
+
+def law_kernel(function: Callable[..., Any]) -> Any:
+    """Like :func:`kernel`, for one that is called at its address."""
+    return _compiled(function)
+
+
+def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     kept = getattr(config, "CACHE_DIR", "")
     setattr(config, "CACHE_DIR", _KERNELS)  # noqa: B010 - numba makes its settings at run time, unknown to a type checker
     try:
-        return njit(cache=bool(_KERNELS), **_OPTIONS)(function)
+        return njit(cache=bool(_KERNELS), **_OPTIONS, **options)(function)
     finally:
         setattr(config, "CACHE_DIR", kept)  # noqa: B010
 
@@ -69,7 +78,7 @@ def kernel_address(function: Any, *arguments: Any) -> int:
     signature = tuple(typeof(argument) for argument in arguments)
     function.compile(signature)
     compiled = function.overloads[signature]
-    if compiled.signature.return_type != types.int64:
+    if types.unliteral(compiled.signature.return_type) != types.int64:
         raise TypeError(f"{function.py_func.__name__} must return an integer to be called at its address")
     return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name))
 

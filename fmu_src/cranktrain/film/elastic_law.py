@@ -62,7 +62,7 @@ from cranktrain.film.tilted import (
     STAGE,
     STEP,
 )
-from cranktrain.kernel import kernel, record_reader
+from cranktrain.kernel import kernel, law_kernel, record_reader
 from cranktrain.reduced_body import Array
 
 SHAPES = 8
@@ -112,15 +112,14 @@ def elastic_arrays(bearing: PlainBearing, viscosity: float, bore: BoreCompliance
     """Data of one elastic film of a main bearing at ``viscosity`` (Pa s); all mains share it."""
     zetas = grid.zetas
     angles = grid.angles
-    half_angle = bearing.oil_hole_diameter / bearing.diameter
     if bearing.groove == "circumferential":
         supply = np.zeros((grid.n_phi, grid.n_z))
         supply[:, grid.n_z // 2] = 1.0
     else:
-        # A hole narrower than the spacing of nodes is the node nearest to it.
-        reach = max(half_angle, 0.51 * 2.0 * math.pi / grid.n_phi)
-        near = np.abs(np.angle(np.exp(1j * (angles - bearing.oil_hole_angle)))) <= reach
-        across = np.abs(zetas[1:-1]) <= max(bearing.oil_hole_diameter / bearing.width, 1.0e-12)
+        # A pocket narrower than the spacing of nodes is the nodes nearest to it.
+        reach = max(0.5 * bearing.supply_arc, 0.51 * 2.0 * math.pi / grid.n_phi)
+        near = np.abs(np.angle(np.exp(1j * (angles - bearing.supply_angle)))) <= reach
+        across = np.abs(zetas[1:-1]) <= max(bearing.supply_width / bearing.width, 1.0e-12)
         supply = np.outer(near, across).astype(float)
     shapes = bore.shapes(angles, zetas)
     return grid.film(
@@ -161,7 +160,7 @@ _SMALL = SMALLEST.film(1.0, 1.0, 1.0e-3, 1.0)
 _read = record_reader(ElasticBore(_SMALL, SMALLEST.work(0), elastic_memory(_SMALL, 1), np.zeros(1)))
 
 
-@kernel
+@law_kernel
 def elastic_law(record, action, i, place, velocity, numbers, memory, out):
     """The law of an elastic bore; see :mod:`cranktrain.film.tilted`.
 
@@ -174,19 +173,30 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
     shapes = own.shapes.shape[1]
     cos = numbers[COS]
     sin = numbers[SIN]
-    if action == FORCE:
-        status = _solve(bore, i, place, velocity, numbers, True)
+    if action == FORCE or action == CLOSE_STAGE:
+        turn_pairs(cos, sin, place, own.motion[0])
+        turn_pairs(cos, sin, velocity, own.motion[1])
+        status = elastic_film(
+            bore.film, own.motion[0], own.motion[1], numbers[SPEED], numbers[ELAPSED], numbers[GAIN], own.start[i],
+            own.start_place[i], own.start_shapes[i], own.known[i], own.unknowns[i], own.shapes[i], bore.scratch,
+            own.out[i], action == FORCE,
+        )  # fmt: skip
+        if status != CONVERGED:
+            # The next attempt, of a shorter step, begins with what is sure.
+            for k in range(nodes):
+                own.unknowns[i, k] = own.start[i, k]
+            for k in range(shapes):
+                own.shapes[i, k] = own.start_shapes[i, k]
+        if action == CLOSE_STAGE:
+            for k in range(shapes):
+                own.rates[int(numbers[STAGE]), i, k] = (own.shapes[i, k] - own.known[i, k]) / numbers[GAIN]
+            return status
         _force(own.out[i], cos, sin, out)
         out[FRICTION] = own.out[i, FRICTION_TORQUE]
         out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / bore.film.constants[CLEARANCE]
         if status != CONVERGED:
             for k in range(4):
                 out[k] = math.nan
-    elif action == CLOSE_STAGE:
-        if _solve(bore, i, place, velocity, numbers, False) != CONVERGED:
-            return 1
-        for k in range(shapes):
-            own.rates[int(numbers[STAGE]), i, k] = (own.shapes[i, k] - own.known[i, k]) / numbers[GAIN]
     elif action == OPEN_STAGE:
         for k in range(shapes):
             past = own.start_shapes[i, k]
@@ -231,26 +241,6 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         out[GAP] = max(kept[first + FILM_MIN], 0.0)
         out[GAP_ANGLE] = kept[first + FILM_MIN_ANGLE]
     return 0
-
-
-@kernel
-def _solve(bore, i, place, velocity, numbers, tangents):
-    """Solve film i for the journal's place and velocity in the frame's axes; CONVERGED or what went wrong."""
-    memory = bore.memory
-    turn_pairs(numbers[COS], numbers[SIN], place, memory.motion[0])
-    turn_pairs(numbers[COS], numbers[SIN], velocity, memory.motion[1])
-    status = elastic_film(
-        bore.film, memory.motion[0], memory.motion[1], numbers[SPEED], numbers[ELAPSED], numbers[GAIN],
-        memory.start[i], memory.start_place[i], memory.start_shapes[i], memory.known[i], memory.unknowns[i],
-        memory.shapes[i], bore.scratch, memory.out[i], tangents,
-    )  # fmt: skip
-    if status != CONVERGED:
-        # The next attempt, of a shorter step, begins with what is sure.
-        for k in range(memory.start.shape[1]):
-            memory.unknowns[i, k] = memory.start[i, k]
-        for k in range(memory.start_shapes.shape[1]):
-            memory.shapes[i, k] = memory.start_shapes[i, k]
-    return status
 
 
 @kernel

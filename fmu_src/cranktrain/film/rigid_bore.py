@@ -29,7 +29,7 @@ from cranktrain.film.tilted import (
     PASSES,
     SPEED,
 )
-from cranktrain.kernel import kernel, record_reader
+from cranktrain.kernel import kernel, law_kernel, record_reader
 from cranktrain.reduced_body import Array
 
 IN_LOOP = (48, 8)
@@ -98,7 +98,7 @@ _read = record_reader(
 )  # fmt: skip
 
 
-@kernel
+@law_kernel
 def reynolds_law(record, action, i, place, velocity, numbers, memory, out):
     """Reynolds' equation solved in place; see :mod:`cranktrain.film.tilted`."""
     bore = _read(record)
@@ -133,7 +133,7 @@ def reynolds_law(record, action, i, place, velocity, numbers, memory, out):
     return 0
 
 
-@kernel
+@law_kernel
 def table_law(record, action, i, place, velocity, numbers, memory, out):
     """The same read from the table; films outside it are solved, and counted in ``solved``."""
     bore = _read(record)
