@@ -94,6 +94,7 @@ def _parser() -> _Parser:
     run.add_argument(
         "--pressure-tdc-deg", type=float, metavar="DEG", help="angle in the file that is firing dead centre"
     )
+    run.add_argument("--plots", metavar="FOLDER", help="also draw journal orbits and least films as pictures there")
     run.add_argument("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm.h5)")
     film_commands.register(verbs, _show_rows)
     film_table_command.register(verbs)
@@ -160,9 +161,10 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.dynamics.model import CRANK_LEVELS
     from cranktrain.film.laws import BIG_END_LEVELS, LAWS
     from cranktrain.loads.gas_pressure import GasTrace
+    from cranktrain.results.figures import check_folder, save_film_pictures
     from cranktrain.results.result_file import check_target, save_run
-    from cranktrain.results.summary import run_summary
-    from cranktrain.results.tables import run_tables
+    from cranktrain.results.summary import online_films, run_summary
+    from cranktrain.results.tables import online_text, run_tables
     from cranktrain.structure.reduction import running_body
 
     # everything that can be refused is refused before the minute that a crankshaft may take
@@ -193,6 +195,8 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
         _say(f"{gas.source}; {_pressures(gas)}")
     output = Path(options.output or f"{engine.name}_{options.speed:g}rpm.h5")
     check_target(output)
+    if options.plots is not None:
+        check_folder(Path(options.plots))
 
     settings = simulation.Settings(**choices)
     bare, _ = _reduced(engine, options)
@@ -219,16 +223,27 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     summary = run_summary(run, str(output))
     used = gas or GasTrace.from_engine(engine)
     summary["gas"] = {"source": used.source, "peak_mpa": 1e-6 * used.peak, "imep_mpa": 1e-6 * used.imep}
+    if settings.bearings == "table":
+        summary["online_films"] = online_films(run.angle, run.outputs)
+    if options.plots is not None:
+        level = settings.bearings + (f", big ends {settings.big_ends}" if settings.big_ends != "rigid" else "")
+        title = f"{engine.title}, {options.speed:g} rev/min, {settings.crank} crank, films by {level}"
+        pictures = save_film_pictures(Path(options.plots), run, engine, title)
+        summary["plots"] = [str(path) for path in pictures]
     if not options.json:
         print(f"Gas trace at full load: {used.source}; {_pressures(used)}")
         for table in run_tables(summary):
             _show(table)
+        if "online_films" in summary:
+            print(online_text(summary["online_films"]))
         print(
             f"{summary['steps']} steps, {summary['newton_iterations']} Newton iterations, {summary['rejected_steps']} "
             f"rejected; real-time factor {summary['real_time_factor']:.2f} ({settings.integrator}, "
             f"{math.degrees(settings.step):g} deg)"
         )
         print(f"Result: {output}")
+        if options.plots is not None:
+            print("Pictures: " + ", ".join(summary["plots"]))
     return summary
 
 

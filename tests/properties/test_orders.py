@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from cranktrain.errors import InputError
 from cranktrain.results.orders import CYCLE, last_cycle, order_spectrum
-from cranktrain.results.summary import bearing_rows, vibration
+from cranktrain.results.summary import bearing_rows, big_end_rows, online_films, vibration
+from cranktrain.results.tables import online_text
 
 
 @given(
@@ -75,16 +76,54 @@ def test_too_short_or_backward_runs_are_refused():
 def test_summary_takes_extremes_of_the_last_cycle_only():
     angle = np.arange(2 * 720 + 1) * CYCLE / 720
     late = angle >= CYCLE
-    outputs = {
-        "bearing[1].force.x": np.where(late, 300.0, 9e9),
-        "bearing[1].force.y": np.full(angle.size, 400.0),
-        "bearing[1].film_thickness_min": np.where(late, 2e-6, 0.0),
-        "bearing[1].eccentricity": np.where(late, 0.9, 1.0),
-    }
+
+    def film(name):
+        return {
+            f"{name}.force.x": np.where(late, 300.0, 9e9),
+            f"{name}.force.y": np.full(angle.size, 400.0),
+            f"{name}.film_thickness_min": np.where(late, 2e-6, 0.0),
+            f"{name}.eccentricity": np.where(late, 0.9, 1.0),
+            f"{name}.pressure_max": np.where(late, 5e7, 1e9),
+        }
+
+    moments = {"bearing[1].moment.x": np.full(angle.size, -3.0), "bearing[1].moment.y": np.where(late, 4.0, 50.0)}
+    outputs = {**film("bearing[1]"), **moments, **film("big_end[1]"), **film("big_end[2]")}
+    outputs["big_end[2].eccentricity"] = np.zeros(angle.size)
+    extremes = {"min_film_um": pytest.approx(2.0), "max_eccentricity": 0.9, "max_pressure_pa": 5e7}
     assert bearing_rows(angle, outputs) == [
-        {"name": "main[1]", "peak_load_n": 500.0, "min_film_um": pytest.approx(2.0), "max_eccentricity": 0.9}
+        {"name": "main[1]", "peak_load_n": 500.0, **extremes, "max_moment_nm": 5.0}
+    ]
+    # a rigid big end has a load and no film
+    assert big_end_rows(angle, outputs) == [
+        {"name": "big_end[1]", "peak_load_n": 500.0, **extremes},
+        {"name": "big_end[2]", "peak_load_n": 500.0},
     ]
     shape = vibration(angle, 0.01 + 0.002 * np.sin(3.0 * angle), 180.0 / math.pi)
     assert shape["peak_to_peak"] == pytest.approx(math.degrees(0.004), rel=1e-4)
     assert shape["mean"] == pytest.approx(math.degrees(0.01))
     assert dict(shape["orders"])[3.0] == pytest.approx(math.degrees(0.002), rel=1e-6)
+
+
+def test_films_outside_the_table_are_told_by_crank_angle():
+    """Two mains, three iterations a step of 2.5°: six films. In the second cycle some are solved within one bin."""
+    angle = np.arange(2 * 288 + 1) * CYCLE / 288 - math.radians(3.0)
+    solved = np.zeros(angle.size)
+    solved[5] = 6.0  # in the first cycle, which is not told of
+    solved[288 + 42 : 288 + 45] = 1.0, 2.0, 3.0
+    outputs = {
+        "bearing[1].eccentricity": angle,
+        "bearing[2].eccentricity": angle,
+        "big_end[1].eccentricity": angle,
+        "solver.online_films": solved,
+        "solver.iterations": np.full(angle.size, 3.0),
+    }
+    told = online_films(angle, outputs)
+    assert (told["solved"], told["films"]) == (6, 6 * 288)
+    assert told["share"] == pytest.approx(1.0 / 288)
+    # the frame stands 3° behind: steps end at 102, 104.5 and 107 deg, four steps to a bin of 10°
+    assert told["by_crank_angle"] == [[100.0, pytest.approx(6.0 / 24.0)]]
+    text = online_text(told)
+    assert "6 of 1728" in text and "100-110 deg (25 %)" in text and "\n" not in text
+    outputs["solver.online_films"] = np.zeros(angle.size)
+    none = online_films(angle, outputs)
+    assert none["by_crank_angle"] == [] and "most at" not in online_text(none)

@@ -60,14 +60,18 @@ def test_modal_json_has_the_keys_that_machines_read(coarse, capsys):
 def test_simulate_writes_a_result_and_repeats_itself(coarse, capsys, tmp_path):
     runs = []
     for name in ("a.h5", "b.h5"):
-        options = ("--speed", "2000", "--cycles", "2", "--output", str(tmp_path / name))
+        options = ("--speed", "2000", "--cycles", "2", "--output", str(tmp_path / name), "--plots", str(tmp_path / "p"))
         runs.append(run_json(capsys, "simulate", coarse, *options))
     summary = runs[0]
     assert set(summary["pulley"]) == {"torsion_deg", "axial_um"}
+    assert sorted(path.name for path in (tmp_path / "p").iterdir()) == ["least_films.png", "orbits.png"]
+    assert summary["plots"] == [str(tmp_path / "p" / name) for name in ("orbits.png", "least_films.png")]
+    assert [set(row) for row in summary["big_ends"]] == [{"name", "peak_load_n"}] * 6  # rigid: no films
     assert [row["name"] for row in summary["bearings"]] == [f"main[{i}]" for i in range(1, 8)]
     clearance_um = 1e6 * load_engine(coarse).main_bearing.clearance
     for row in summary["bearings"]:
         assert 0.0 < row["max_eccentricity"] < 1.0
+        assert row["max_pressure_pa"] > 1e6 and row["max_moment_nm"] == 0.0  # films without tilt
         assert row["min_film_um"] == pytest.approx(clearance_um * (1.0 - row["max_eccentricity"]), rel=1e-6)
     first, attributes = read_result(tmp_path / "a.h5")
     second, _ = read_result(tmp_path / "b.h5")
@@ -76,6 +80,7 @@ def test_simulate_writes_a_result_and_repeats_itself(coarse, capsys, tmp_path):
     for name, (values, unit) in first.items():
         assert np.array_equal(values, second[name][0]), name
         assert unit == {"time": "s", "angle": "rad"}.get(name) or unit == output_unit(name)
+    assert first["bearing[1].velocity.x"][1] == "m/s" and first["bearing[1].moment.x"][1] == "N m"
     assert not list(tmp_path.glob(".*"))  # nothing half-written is left
 
 
@@ -119,6 +124,7 @@ SPEED = ("--speed", "2000")
         (("simulate", "diesel_i6", *SPEED, "--crank", "soild"), r"--crank 'soild' .* did you mean 'solid'\?"),
         (("simulate", "diesel_i6", *SPEED, "--bearings", "film"), r"--bearings 'film' does not exist"),
         (("simulate", "diesel_i6", *SPEED, "--integrator", "sdirk5"), r"integrator 'sdirk5' .* did you mean"),
+        (("simulate", "diesel_i6", *SPEED, "--plots", __file__), r"test_command_line\.py: no folder for pictures"),
         (("simulate", "diesel_i6", *SPEED, "--step-deg", "-1"), r"--step-deg -1 is not within"),
         (("simulate", "diesel_i6", *SPEED, "--pressure", "none.csv"), r"none\.csv: no such pressure file"),
         (("simulate", "diesel_i6", *SPEED, "--pressure-unit", "bar"), r"need --pressure FILE\.csv"),

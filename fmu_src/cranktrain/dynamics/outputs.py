@@ -1,9 +1,17 @@
-"""What the running model shows: the outputs of DESIGN's list, as a flat array in the order of :func:`output_names`."""
+"""What the running model shows: the outputs of DESIGN's list, as a flat array in the order of :func:`output_names`.
+
+Forces, moments, places, velocities and angles of bearings are given in axes at rest: x across the engine, y upwards,
+angles from x in the crank's sense of rotation. A moment is the true vector about the bearing's middle,
+M = (−∫ z dF_y, ∫ z dF_x), on the journal. How velocities and gaps are defined: :mod:`cranktrain.film.gap_motion`.
+Films without tilt have no moment, and their least gap is that of the journal's middle. In an elastic bore least film
+and gap.angle are the film's own; gap.side and gap.rate stay those of a round bore.
+"""
 
 from __future__ import annotations
 
 import math
 
+from cranktrain.dynamics.big_end_outputs import BIG_END, BIG_END_OUTPUTS, observe_big_end
 from cranktrain.dynamics.equations_of_motion import (
     COS,
     LEAD,
@@ -18,15 +26,26 @@ from cranktrain.dynamics.film_memory import memory_offset, place_film
 from cranktrain.dynamics.model import AREA, BANK, CLEARANCE_VOLUME, OFFSET, PIN, ROD, SHAFT_C, SHAFT_K, STROKE_TOP
 from cranktrain.dynamics.ports import ROD_LAWS, RODS, TILTS
 from cranktrain.dynamics.stage import OK
-from cranktrain.dynamics.state import ITERATIONS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
+from cranktrain.dynamics.state import ITERATIONS, ONLINE_FILMS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
 from cranktrain.dynamics.step_control import advance, frame_at, ports_at_state
+from cranktrain.film.gap_motion import (
+    LEAST_ANGLE,
+    LEAST_GAP,
+    LEAST_RATE,
+    LEAST_SIDE,
+    SPEED_EFFECTIVE,
+    SPEED_GAP,
+    SPEED_RELATIVE,
+    VELOCITY_EFFECTIVE,
+    gap_motion,
+)
 from cranktrain.film.impedance import pressure_and_flow
 from cranktrain.film.laws import IMPEDANCE, bearing_force
 from cranktrain.film.parabolic import friction_torque
 from cranktrain.film.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.thrust import thrust_force
 from cranktrain.film.tilted import COS as FRAME_COS
-from cranktrain.film.tilted import ECCENTRICITY, FLOW, FRICTION, GAP, OBSERVE, P_MAX, SPEED, film_call
+from cranktrain.film.tilted import ECCENTRICITY, FLOW, FRICTION, GAP, GAP_ANGLE, OBSERVE, P_MAX, SPEED, film_call
 from cranktrain.film.tilted import SIN as FRAME_SIN
 from cranktrain.kernel import kernel
 
@@ -40,18 +59,38 @@ BEARING = (
     "friction_torque",
     "oil_flow",
     "tilt",
+    "moment.x",
+    "moment.y",
+    "position.x",
+    "position.y",
+    "velocity.x",
+    "velocity.y",
+    "velocity.effective",
+    "speed.relative",
+    "speed.gap",
+    "speed.effective",
+    "gap.angle",
+    "gap.side",
+    "gap.rate",
 )
 BEARING_OUTPUTS = len(BEARING)
-END = ("solver.substeps", "solver.iterations", "solver.residual")
+MOMENT, PLACE, ANGLE = BEARING.index("moment.x"), BEARING.index("position.x"), BEARING.index("gap.angle")
+MOTION = 48
+"""Where in the scratch memory the kinematics of a gap lie, clear of films' results."""
+END = ("solver.residual", "solver.substeps", "solver.iterations", "solver.online_films")
 
 
 def output_names(bearings: int, cylinders: int) -> tuple[str, ...]:
-    """Names of the outputs, in order; the FMU's variables carry the same names."""
+    """Names of the outputs, in order; the FMU's variables carry the same names.
+
+    The FMU's description is fixed before any level is chosen: names do not depend on levels, what a level lacks is 0.
+    """
     return (
         GENERAL
         + tuple(f"bearing[{i + 1}].{name}" for i in range(bearings) for name in BEARING)
         + ("thrust.force", "thrust.displacement")
         + tuple(f"cylinder[{i + 1}].{name}" for i in range(cylinders) for name in ("volume", "piston_position"))
+        + tuple(f"big_end[{i + 1}].{name}" for i in range(cylinders) for name in BIG_END)
         + END
     )
 
@@ -104,7 +143,18 @@ def observe(model, work, state, out):
         vy = ud[2 * i + 1] + omega * x
         c = law[CLEARANCE]
         tilts = int(model.layout[TILTS])
+        place = model.films.place[i]
+        velocity = model.films.velocity[i]
+        out[k + MOMENT] = 0.0
+        out[k + MOMENT + 1] = 0.0
         if tilts == 0:
+            place[0] = x
+            place[1] = y
+            velocity[0] = vx
+            velocity[1] = vy
+            for j in range(2, 4):
+                place[j] = 0.0
+                velocity[j] = 0.0
             bearing_force(law, x, y, vx, vy, 0.5 * speed, cos, sin, model.impedance, r)
             eps = r[10]
         else:
@@ -112,10 +162,15 @@ def observe(model, work, state, out):
             model.films.numbers[SPEED] = speed
             film_call(model.films, OBSERVE, i, state[memory_offset(model, i) : memory_offset(model, i + 1)], r)
             eps = r[ECCENTRICITY]
+            arm = 0.5 * law[WIDTH]
+            out[k + MOMENT] = -arm * (sin * r[2] + cos * r[3])
+            out[k + MOMENT + 1] = arm * (cos * r[2] - sin * r[3])
         out[k] = cos * r[0] - sin * r[1]
         out[k + 1] = sin * r[0] + cos * r[1]
         out[k + 2] = eps
-        out[k + 3] = c * (1.0 - eps) if eps < 1.0 else 0.0
+        motion = r[MOTION:]
+        observe_gap(place, velocity, cos, sin, c, speed, motion, out, k + PLACE)
+        out[k + 3] = max(motion[LEAST_GAP], 0.0)
         out[k + 4] = 0.0
         out[k + 5] = 0.0
         out[k + 6] = 0.0
@@ -127,13 +182,9 @@ def observe(model, work, state, out):
             out[k + 4] = highest
             out[k + 6] = flow
         elif tilts != 0:
-            a = u[tilts + 2 * i]
-            d = u[tilts + 2 * i + 1]
-            # The ends come nearest to the bore.
-            far = math.sqrt(x * x + y * y + a * a + d * d + 2.0 * abs(x * a + y * d))
-            out[k + 3] = c - far if far < c else 0.0
             if r[GAP] >= 0.0:
                 out[k + 3] = r[GAP]
+                out[k + ANGLE] = math.atan2(math.sin(r[GAP_ANGLE]), math.cos(r[GAP_ANGLE]))
             out[k + 4] = r[P_MAX]
             out[k + 5] = -r[FRICTION]
             out[k + 6] = r[FLOW]
@@ -162,9 +213,38 @@ def observe(model, work, state, out):
         out[k] = rod[CLEARANCE_VOLUME] + rod[AREA] * (rod[STROKE_TOP] - position)
         out[k + 1] = rod[STROKE_TOP] - position
         k += 2
-    out[k] = state[SUBSTEPS]
-    out[k + 1] = state[ITERATIONS]
-    out[k + 2] = state[RESIDUAL]
+    for c in range(model.cylinders.shape[0]):
+        observe_big_end(model, work, frame, c, u, ud, out, k)
+        k += BIG_END_OUTPUTS
+    out[k] = state[RESIDUAL]
+    out[k + 1] = state[SUBSTEPS]
+    out[k + 2] = state[ITERATIONS]
+    out[k + 3] = state[ONLINE_FILMS]
+
+
+@kernel
+def observe_gap(place, velocity, cos, sin, clearance, speed, motion, out, k):
+    """Write position to gap.rate of a journal from k on; ``place`` and ``velocity`` (4,) are in axes of the frame."""
+    x = cos * place[0] - sin * place[1]
+    y = sin * place[0] + cos * place[1]
+    vx = cos * velocity[0] - sin * velocity[1]
+    vy = sin * velocity[0] + cos * velocity[1]
+    gap_motion(
+        x, y, cos * place[2] - sin * place[3], sin * place[2] + cos * place[3],
+        vx, vy, cos * velocity[2] - sin * velocity[3], sin * velocity[2] + cos * velocity[3],
+        clearance, speed, 0.0, motion,
+    )  # fmt: skip
+    out[k] = x
+    out[k + 1] = y
+    out[k + 2] = vx
+    out[k + 3] = vy
+    out[k + 4] = motion[VELOCITY_EFFECTIVE]
+    out[k + 5] = motion[SPEED_RELATIVE]
+    out[k + 6] = motion[SPEED_GAP]
+    out[k + 7] = motion[SPEED_EFFECTIVE]
+    out[k + 8] = motion[LEAST_ANGLE]
+    out[k + 9] = motion[LEAST_SIDE]
+    out[k + 10] = motion[LEAST_RATE]
 
 
 @kernel

@@ -16,6 +16,7 @@ LEAD_ANGLE, LEAD_SPEED = 4, 5
 STEP_REFERENCE, OMEGA_REFERENCE = 6, 7
 PRESSURES_SET, LAST_INTERVAL = 8, 9
 SUBSTEPS, ITERATIONS, RESIDUAL, CONTRACTION, STEP_LAST = 10, 11, 12, 13, 14
+ONLINE_FILMS = 15
 HEADER = 16
 MAX_INPUTS = 32
 """Room for one speed and the pressures of up to 31 cylinders, at two communication points."""

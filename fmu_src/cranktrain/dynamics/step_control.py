@@ -39,6 +39,7 @@ from cranktrain.dynamics.state import (
     LEAD_SPEED,
     MAX_STAGES,
     OMEGA_REFERENCE,
+    ONLINE_FILMS,
     POSITION,
     PRESSURES_SET,
     RESIDUAL,
@@ -234,6 +235,7 @@ def advance(model, work, state, inputs, t_end):
     for i in range(size):
         work.backup[0, i] = state[i]
     iterations = work.counters[2]
+    solved = model.films.solved[0]
     work.counters[5] = 0.0
     reconstruct(model, work, state, inputs, interval)
     speed = max(abs(state[SHAFT_SPEED]), max(abs(inputs[0]), STEPPING_SPEED))
@@ -278,6 +280,7 @@ def advance(model, work, state, inputs, t_end):
     state[SUBSTEPS] = taken
     state[ITERATIONS] = work.counters[2] - iterations
     state[RESIDUAL] = work.counters[5]
+    state[ONLINE_FILMS] = model.films.solved[0] - solved
     return OK
 
 

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 BLUE, ORANGE, GREY = "#1f5a94", "#d9822b", "#8a8f98"
+CYCLE_COLOURS = ("#1f4e9c", "#1b9aa0", "#6fae3d", "#e0a21b", "#cf4a3c", "#8b3a93", "#1f4e9c")
+"""Colours round a cycle: neighbours differ, the end is the start, none fades on a light ground."""
 
 
 def plot_cycle(ax: Any, values: Array, quantity: str, unit: str, colour: str = BLUE) -> None:
@@ -111,6 +113,92 @@ def plot_bearing_load(ax: Any, force_x: Array, force_y: Array, name: str) -> Non
     ax.set(xlabel="force x / kN", ylabel="force y / kN")
     ax.set_title(name, fontsize=10, loc="left")
     ax.grid(alpha=0.25)
+
+
+def plot_orbit(ax: Any, x: Array, y: Array, name: str, marks: dict[str, int], own: Sequence[str] = ()) -> Any:
+    """Draw a journal's orbit over one cycle in its clearance circle, coloured by the crank angle.
+
+    Parameters
+    ----------
+    x, y : (n,) uniform samples over one cycle, journal's centre over the radial clearance
+    name : of the bearing
+    marks : label → sample that is marked, e.g. the firing of each cylinder; ``start`` is drawn as a ring
+    own : those of them that are drawn with their label, e.g. the cylinders beside this bearing
+
+    Returns
+    -------
+    The orbit's line, for a colour bar in degrees of crank angle
+    """
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import LinearSegmentedColormap
+
+    turn = np.linspace(0.0, 2.0 * np.pi, 361)
+    ax.fill(np.cos(turn), np.sin(turn), color="#f4f6f9", zorder=0)
+    ax.plot(np.cos(turn), np.sin(turn), color="#3c4654", lw=1.2, zorder=1)
+    for radius in (0.25, 0.5, 0.75):
+        ax.plot(radius * np.cos(turn), radius * np.sin(turn), color="#d5dae1", lw=0.5, zorder=1)
+    ax.plot([-1, 1, np.nan, 0, 0], [0, 0, np.nan, -1, 1], color="#d5dae1", lw=0.5, zorder=1)
+    closed = np.column_stack([np.append(x, x[:1]), np.append(y, y[:1])])
+    pieces = np.stack([closed[:-1], closed[1:]], axis=1)
+    colours = LinearSegmentedColormap.from_list("cycle", CYCLE_COLOURS, N=720)
+    line = LineCollection(list(pieces), cmap=colours, lw=1.7, capstyle="round", zorder=3)
+    line.set_array(np.arange(x.size) * (720.0 / x.size))
+    line.set_clim(0.0, 720.0)
+    ax.add_collection(line)
+    for label, k in marks.items():
+        if label not in ("start", *own):
+            ax.plot(x[k], y[k], "o", ms=2.6, color="black", zorder=5)
+    if "start" in marks:
+        k = marks["start"]
+        ax.plot(x[k], y[k], "o", ms=8.0, mfc="none", mec="black", mew=1.1, zorder=5)
+    for label, lean in zip(own, (0.7, -0.7) if len(own) == 2 else [0.0] * len(own), strict=True):
+        k = marks[label]
+        ax.plot(x[k], y[k], "o", ms=5.0, color="black", mec="white", mew=0.7, zorder=6)
+        inward = np.arctan2(-y[k], -x[k]) + lean  # two labels at one place lean apart
+        ax.annotate(
+            label, (x[k], y[k]), xytext=(10.5 * np.cos(inward), 10.5 * np.sin(inward)), textcoords="offset points",
+            fontsize=8.5, weight="bold", ha="center", va="center", zorder=7,
+            bbox={"boxstyle": "circle,pad=0.12", "fc": "white", "ec": "none", "alpha": 0.75},
+        )  # fmt: skip
+    ax.set_aspect("equal")
+    ax.set(xlim=(-1.06, 1.06), ylim=(-1.06, 1.06), xticks=(-1, 0, 1), yticks=(-1, 0, 1))
+    ax.tick_params(labelsize=8, length=0, pad=1)
+    for side in ax.spines.values():
+        side.set_visible(False)
+    ax.set_title(f"{name}   ε ≤ {np.hypot(x, y).max():.3f}", fontsize=9)
+    return line
+
+
+def plot_least_films(
+    ax: Any, angle_deg: Array, films: dict[str, Array], firing_deg: Sequence[float], asperities: float
+) -> None:
+    """Draw the least film of several bearings, (n,) m each, over one cycle of crank angles (n,) that increase.
+
+    ``firing_deg`` (°) marks the cylinders' firing, in the order of their numbers; ``asperities`` is the height (m) from
+    which surfaces touch, 0 where they do not.
+    """
+    from matplotlib import colormaps
+
+    colours = colormaps["viridis"](np.linspace(0.0, 0.92, len(films)))
+    for (name, film), colour in zip(films.items(), colours, strict=True):
+        angle = np.concatenate([angle_deg[-1:] - 720.0, angle_deg, angle_deg[:1] + 720.0])
+        least = 1e6 * film.min()
+        closed = np.concatenate([film[-1:], film, film[:1]])
+        ax.plot(angle, 1e6 * closed, color=colour, lw=1.4, label=f"{name}: {least:.2f} µm")
+        ax.plot(angle_deg[film.argmin()], least, "v", ms=5, color=colour, mec="white", mew=0.6, zorder=4)
+    top = 1e6 * max(film.max() for film in films.values())
+    for number, at in enumerate(firing_deg, start=1):
+        ax.axvline(at, color=GREY, lw=0.7, ls=":", zorder=0)
+        ax.annotate(
+            f"{number}", (at, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3), textcoords="offset points",
+            ha="center", fontsize=8, color="#5c6573",
+        )  # fmt: skip
+    if asperities > 0.0:
+        ax.axhspan(0.0, 1e6 * asperities, color=ORANGE, alpha=0.25, lw=0.0, label="asperities touch")
+    ax.set(xlim=(0, 720), xticks=np.arange(0, 721, 60), ylim=(0.0, 1.05 * top))
+    ax.set_ylabel("least film / µm")
+    ax.grid(alpha=0.25)
+    ax.legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), title="least", title_fontsize=8)
 
 
 def plot_pressure(ax: Any, angles_deg: Array, traces: dict[str, Array]) -> None:

@@ -12,7 +12,7 @@ from cranktrain.store import write_result
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
-# unit by the last part of an output's name
+# unit by the last part of an output's name, or by its last two where the part alone does not tell
 _UNITS = {
     "angle": "rad",
     "speed": "rad/s",
@@ -25,21 +25,35 @@ _UNITS = {
     "torque": "N m",
     "friction_torque": "N m",
     "force": "N",
-    "x": "N",
-    "y": "N",
+    "force.x": "N",
+    "force.y": "N",
+    "moment.x": "N m",
+    "moment.y": "N m",
+    "position.x": "m",
+    "position.y": "m",
+    "velocity.x": "m/s",
+    "velocity.y": "m/s",
+    "velocity.effective": "m/s",
+    "speed.relative": "rad/s",
+    "speed.gap": "rad/s",
+    "speed.effective": "rad/s",
+    "gap.angle": "rad",
+    "gap.side": "1",
+    "gap.rate": "m/s",
     "pressure_max": "Pa",
     "oil_flow": "m^3/s",
     "volume": "m^3",
     "eccentricity": "1",
     "substeps": "1",
     "iterations": "1",
+    "online_films": "1",
     "residual": "1",
 }
 
 
 def output_unit(name: str) -> str:
     """Unit of an output by its name, e.g. ``bearing[1].force.x`` → N."""
-    return _UNITS[name.rsplit(".", 1)[-1]]
+    return _UNITS.get(".".join(name.rsplit(".", 2)[-2:])) or _UNITS[name.rsplit(".", 1)[-1]]
 
 
 def check_target(path: Path) -> None:

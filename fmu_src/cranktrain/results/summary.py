@@ -56,21 +56,66 @@ def vibration(angle: Array, signal: Array, scale: float) -> dict[str, Any]:
 
 
 def bearing_rows(angle: Array, outputs: Mapping[str, Array]) -> list[dict[str, Any]]:
-    """Peak load, thinnest film and largest eccentricity of each main bearing over the last cycle."""
+    """Extremes of each main bearing over the last cycle: load, moment, least film, eccentricity and pressure."""
+    last = angle >= angle[-1] - 4.0 * math.pi
+    return [
+        {
+            "name": f"main[{i}]",
+            "peak_load_n": _peak(outputs, f"bearing[{i}].force", last),
+            **_film_extremes(outputs, f"bearing[{i}]", last),
+            "max_moment_nm": _peak(outputs, f"bearing[{i}].moment", last),
+        }
+        for i in range(1, _count(outputs, "bearing") + 1)
+    ]
+
+
+def big_end_rows(angle: Array, outputs: Mapping[str, Array]) -> list[dict[str, Any]]:
+    """Peak load of each big end over the last cycle, with the extremes of its film where it floats in one."""
     last = angle >= angle[-1] - 4.0 * math.pi
     rows = []
-    for i in range(1, sum(name.endswith("].eccentricity") for name in outputs) + 1):
-        name = f"bearing[{i}]"
-        load = np.hypot(outputs[f"{name}.force.x"][last], outputs[f"{name}.force.y"][last])
-        rows.append(
-            {
-                "name": f"main[{i}]",
-                "peak_load_n": float(load.max()),
-                "min_film_um": float(1e6 * outputs[f"{name}.film_thickness_min"][last].min()),
-                "max_eccentricity": float(outputs[f"{name}.eccentricity"][last].max()),
-            }
-        )
+    for i in range(1, _count(outputs, "big_end") + 1):
+        row = {"name": f"big_end[{i}]", "peak_load_n": _peak(outputs, f"big_end[{i}].force", last)}
+        floats = bool(np.any(outputs[f"big_end[{i}].eccentricity"]))
+        rows.append({**row, **_film_extremes(outputs, f"big_end[{i}]", last)} if floats else row)
     return rows
+
+
+def online_films(angle: Array, outputs: Mapping[str, Array], bin_deg: float = 10.0) -> dict[str, Any]:
+    """How many films of the last cycle lay outside the film table and were solved in place, and at which crank angles.
+
+    Each Newton iteration of each main bearing asks for one film. ``by_crank_angle`` lists [first deg of the bin, share
+    of its films] for the bins in which any were solved; ``bin_deg`` is the bins' width.
+    """
+    last = np.flatnonzero(angle > angle[-1] - 4.0 * math.pi + 1e-9)
+    solved = outputs["solver.online_films"][last]
+    asked = outputs["solver.iterations"][last] * _count(outputs, "bearing")
+    # a sample tells of the step that led to it
+    middle = 0.5 * (angle[last] + angle[last - 1])
+    bins = (np.degrees(middle) % 720.0 // bin_deg).astype(int)
+    by_bin = [(float(k * bin_deg), solved[bins == k].sum(), asked[bins == k].sum()) for k in np.unique(bins)]
+    return {
+        "share": float(solved.sum() / max(asked.sum(), 1.0)),
+        "solved": int(solved.sum()),
+        "films": int(asked.sum()),
+        "bin_deg": bin_deg,
+        "by_crank_angle": [[first, float(n / max(of, 1.0))] for first, n, of in by_bin if n > 0],
+    }
+
+
+def _count(outputs: Mapping[str, Array], family: str) -> int:
+    return sum(name.startswith(f"{family}[") and name.endswith("].eccentricity") for name in outputs)
+
+
+def _peak(outputs: Mapping[str, Array], vector: str, last: NDArray[np.bool_]) -> float:
+    return float(np.hypot(outputs[f"{vector}.x"][last], outputs[f"{vector}.y"][last]).max())
+
+
+def _film_extremes(outputs: Mapping[str, Array], name: str, last: NDArray[np.bool_]) -> dict[str, float]:
+    return {
+        "min_film_um": float(1e6 * outputs[f"{name}.film_thickness_min"][last].min()),
+        "max_eccentricity": float(outputs[f"{name}.eccentricity"][last].max()),
+        "max_pressure_pa": float(outputs[f"{name}.pressure_max"][last].max()),
+    }
 
 
 def run_summary(run: Run, result_path: str) -> dict[str, Any]:
@@ -87,5 +132,6 @@ def run_summary(run: Run, result_path: str) -> dict[str, Any]:
             "axial_um": vibration(run.angle, run.outputs["pulley.axial"], 1e6),
         },
         "bearings": bearing_rows(run.angle, run.outputs),
+        "big_ends": big_end_rows(run.angle, run.outputs),
         "result": result_path,
     }

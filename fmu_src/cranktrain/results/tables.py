@@ -76,7 +76,7 @@ def critical_speed_table(engine: Engine, speeds: Sequence[Mapping[str, float]]) 
 
 
 def run_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """Pulley motion and bearings of a run summary."""
+    """Pulley motion, main bearings and big ends of a run summary."""
     rows = []
     for name, unit in (("torsion_deg", "deg"), ("axial_um", "um")):
         motion = summary["pulley"][name]
@@ -91,20 +91,47 @@ def run_tables(summary: Mapping[str, Any]) -> list[Table]:
     pulley = Table(
         "Pulley over the last cycle", ("motion", "peak to peak", "strongest orders, zero to peak"), tuple(rows)
     )
-    bearings = Table(
-        "Main bearings over the last cycle",
-        ("bearing", "peak load / kN", "thinnest film / um", "largest eccentricity"),
-        tuple(
-            (
-                row["name"],
-                f"{1e-3 * row['peak_load_n']:.1f}",
-                f"{row['min_film_um']:.2f}",
-                f"{row['max_eccentricity']:.3f}",
-            )
-            for row in summary["bearings"]
-        ),
+    return [
+        pulley,
+        _bearing_table("Main bearings over the last cycle", summary["bearings"]),
+        _bearing_table("Big ends over the last cycle", summary["big_ends"]),
+    ]
+
+
+# key of a bearing's summary, header, scale, format; the last two are left out where no film has them
+_BEARING_COLUMNS = (
+    ("peak_load_n", "peak load / kN", 1e-3, ".1f"),
+    ("min_film_um", "thinnest film / um", 1.0, ".2f"),
+    ("max_eccentricity", "largest eccentricity", 1.0, ".3f"),
+    ("max_pressure_pa", "largest pressure / MPa", 1e-6, ".0f"),
+    ("max_moment_nm", "largest moment / N m", 1.0, ".1f"),
+)
+
+
+def _bearing_table(title: str, bearings: Sequence[Mapping[str, Any]]) -> Table:
+    """Rows of what the bearings have: a rigid big end has a load, one that floats a film, a tilted film a moment."""
+    known, rare = _BEARING_COLUMNS[:-2], _BEARING_COLUMNS[-2:]
+    columns = [column for column in known if column[0] in bearings[0]]
+    columns += [column for column in rare if any(row.get(column[0], 0.0) for row in bearings)]
+    rows = tuple(
+        (row["name"], *(format(scale * row[key], form) for key, _, scale, form in columns)) for row in bearings
     )
-    return [pulley, bearings]
+    return Table(title, ("bearing", *(header for _, header, _, _ in columns)), rows)
+
+
+def online_text(online: Mapping[str, Any]) -> str:
+    """One line on the films that were solved in place because they lay outside the film table."""
+    line = (
+        f"Films outside the table over the last cycle: {online['solved']} of {online['films']} solved in place "
+        f"({100.0 * online['share']:.2g} %)"
+    )
+    if not online["by_crank_angle"]:
+        return line
+    most = sorted(online["by_crank_angle"], key=lambda entry: -entry[1])[:4]
+    places = ", ".join(
+        f"{first:g}-{first + online['bin_deg']:g} deg ({100.0 * share:.2g} %)" for first, share in sorted(most)
+    )
+    return f"{line}; most at {places}"
 
 
 _HEADER = ("Hz", "shape", "bending / %", "torsional / %", "axial / %", "published / Hz", "deviation", "measured / Hz")

@@ -1,0 +1,152 @@
+"""Whole pictures of a run: journal orbits in their clearance circles, and the least films over the crank angle.
+
+Orbits are seen from the flywheel: x to the right, y up, the crank turns counter-clockwise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.engine import Engine
+from cranktrain.errors import InputError
+from cranktrain.results import plots
+from cranktrain.results.orders import last_cycle
+from cranktrain.results.summary import Run
+
+Array = NDArray[np.float64]
+
+SAMPLES = 1440
+"""Points of a cycle in a picture: half a degree apart."""
+
+
+def check_folder(folder: Path) -> None:
+    """Make the folder for pictures, or refuse it before the run; ``InputError``."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        raise InputError(f"{folder}: no folder for pictures can be made there; name another for --plots") from None
+
+
+def save_film_pictures(folder: Path, run: Run, engine: Engine, title: str) -> list[Path]:
+    """Write ``orbits.png`` and ``least_films.png`` of the run's last cycle into ``folder``; returns their paths."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    written = []
+    figures = {"orbits": orbit_figure(run, engine, title), "least_films": film_figure(run, engine, title)}
+    for name, figure in figures.items():
+        path, temporary = folder / f"{name}.png", folder / f".{name}.png"
+        FigureCanvasAgg(figure).print_png(str(temporary))
+        temporary.replace(path)
+        written.append(path)
+    return written
+
+
+def orbit_figure(run: Run, engine: Engine, title: str) -> Any:
+    """Orbits of all main journals, and below them those of the crank pins where big ends float in films."""
+    from matplotlib.figure import Figure
+
+    mains = [f"bearing[{i + 1}]" for i in range(len(engine.crankshaft.main_widths))]
+    ends = _floating(run, engine)
+    if ends:
+        rows = [mains, ends]
+    else:
+        half = math.ceil(len(mains) / 2) if len(mains) > 4 else len(mains)
+        rows = [row for row in (mains[:half], mains[half:]) if row]
+    columns = max(map(len, rows))
+    cell = 2.2  # inches of a clearance circle with its title and margins
+    width, height = cell * columns + 1.3, (cell + 0.2) * len(rows) + 1.1
+    figure = Figure(figsize=(width, height), dpi=120)
+    left, right, bottom, top = 0.45 / width, 1.0 - 0.95 / width, 0.65 / height, 1.0 - 0.75 / height
+    grid = figure.add_gridspec(
+        len(rows), 2 * columns, left=left, right=right, bottom=bottom, top=top, wspace=0.25, hspace=0.2
+    )
+    marks = {"start": 0, **{str(k + 1): round(at / 720.0 * SAMPLES) % SAMPLES for k, at in enumerate(_firing(engine))}}
+    line: Any = None
+    for r, names in enumerate(rows):
+        first = columns - len(names)  # rows stand centred: a crank pin below and between its mains
+        for k, name in enumerate(names):
+            ax = figure.add_subplot(grid[r, first + 2 * k : first + 2 * k + 2])
+            clearance = _clearance(engine, name)
+            x, y = (_cycle(run, f"{name}.position.{axis}") / clearance for axis in "xy")
+            line = plots.plot_orbit(ax, x, y, _title(name), marks, _beside(engine, name))
+            if k > 0:
+                ax.set_yticks([])
+            if r + 1 < len(rows) and len(rows[r + 1]) == len(names):
+                ax.set_xticks([])
+    beside = figure.add_axes((1.0 - 0.75 / width, bottom + 0.06, 0.14 / width, top - bottom - 0.12))
+    bar = figure.colorbar(line, cax=beside)
+    bar.set_ticks(list(range(0, 721, 120)))
+    bar.set_label("crank angle / deg", fontsize=9)
+    bar.outline.set_visible(False)
+    bar.ax.tick_params(labelsize=8, length=2)
+    figure.text(0.5, 1.0 - 0.3 / height, f"Journal orbits in the clearance circle: {title}", fontsize=12, ha="center")
+    figure.text(
+        0.5, 0.2 / height,
+        "x / c across the engine, y / c upwards, seen from the flywheel: the crank turns counter-clockwise.   "
+        "Ring: start of the cycle.   Dots: firing dead centres, with number those of the cylinders beside the bearing.",
+        fontsize=8.5, ha="center", color="#3c4654",
+    )  # fmt: skip
+    return figure
+
+
+def film_figure(run: Run, engine: Engine, title: str) -> Any:
+    """Least film of all main bearings over the last cycle, and of the big ends where they float in films."""
+    from matplotlib.figure import Figure
+
+    mains = [f"bearing[{i + 1}]" for i in range(len(engine.crankshaft.main_widths))]
+    ends = _floating(run, engine)
+    groups = [(mains, "main bearings"), *([(ends, "big ends")] if ends else [])]
+    # as computed, not smoothed: the least values are those of the summary
+    angle = np.degrees(run.angle) % 720.0
+    last = np.flatnonzero(run.angle > run.angle[-1] - 4.0 * math.pi + 1e-9)
+    order = last[np.argsort(angle[last])]
+    figure = Figure(figsize=(11.5, 1.2 + 3.3 * len(groups)), dpi=120, layout="constrained")
+    axes = figure.subplots(len(groups), 1, sharex=True, squeeze=False)[:, 0]
+    for ax, (names, what) in zip(axes, groups, strict=True):
+        films = {_title(name): run.outputs[f"{name}.film_thickness_min"][order] for name in names}
+        bearing = engine.big_end_bearing if what == "big ends" else engine.main_bearing
+        plots.plot_least_films(ax, angle[order], films, _firing(engine), bearing.contact_height if bearing else 0.0)
+        ax.set_title(what, fontsize=10, loc="left", pad=14)
+    axes[-1].set_xlabel("crank angle over the last cycle / deg; dotted: firing of the cylinder with the number above")
+    figure.suptitle(f"Least oil film: {title}", fontsize=12)
+    return figure
+
+
+def _cycle(run: Run, name: str) -> Array:
+    """Smooth samples of the last cycle from crank angle 0 on; the run ends some degrees off, by its shaft's wind-up."""
+    first = round(float(run.angle[-1]) / (4.0 * math.pi) * SAMPLES) % SAMPLES
+    return np.roll(last_cycle(run.angle, run.outputs[name], SAMPLES), first)
+
+
+def _floating(run: Run, engine: Engine) -> list[str]:
+    names = [f"big_end[{c + 1}]" for c in range(engine.n_cylinders)]
+    return [name for name in names if np.any(run.outputs[f"{name}.eccentricity"])]
+
+
+def _firing(engine: Engine) -> list[float]:
+    return [math.degrees(angle) for angle in engine.firing_angles]
+
+
+def _clearance(engine: Engine, name: str) -> float:
+    bearing = engine.big_end_bearing if name.startswith("big_end") else engine.main_bearing
+    assert bearing is not None  # a big end floats only where the engine file gives it a bearing
+    return bearing.clearance
+
+
+def _title(name: str) -> str:
+    family, number = name.rstrip("]").split("[")
+    return f"{'big end' if family == 'big_end' else 'main'} {number}"
+
+
+def _beside(engine: Engine, name: str) -> Sequence[str]:
+    """Numbers of the cylinders whose throws lie beside a main bearing, or of a big end's own."""
+    family, number = name.rstrip("]").split("[")
+    if family == "big_end":
+        return [number]
+    return [str(c + 1) for c, pin in enumerate(engine.cylinders.pins) if int(number) - 1 <= pin <= int(number)]

@@ -1,0 +1,140 @@
+"""Kinematics of the gap: against brute force, numerical derivatives and the film that they drive."""
+
+import math
+
+import numpy as np
+import pytest
+
+from cranktrain.film.gap_motion import (
+    LEAST_ANGLE,
+    LEAST_GAP,
+    LEAST_RATE,
+    LEAST_SIDE,
+    SIZE,
+    SPEED_EFFECTIVE,
+    SPEED_GAP,
+    SPEED_RELATIVE,
+    VELOCITY_EFFECTIVE,
+    gap_motion,
+)
+from cranktrain.film.impedance import impedance_map, journal_force
+from cranktrain.film.parabolic import film_geometry
+
+C = 40e-6
+
+
+def motion(place, velocity, journal=0.0, bore=0.0):
+    out = np.full(SIZE, np.nan)
+    gap_motion(*place, *velocity, C, journal, bore, out)
+    return out
+
+
+def random_states(count, seed):
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        place = C * rng.uniform(-0.5, 0.5, 4)
+        yield place, C * rng.uniform(-300.0, 300.0, 4), *rng.uniform(-300.0, 300.0, 2)
+
+
+def film(place, phi, zeta):
+    x, y, a, b = place
+    return C - (x + zeta * a) * np.cos(phi) - (y + zeta * b) * np.sin(phi)
+
+
+def test_least_gap_is_the_smallest_of_the_whole_film():
+    phi = np.linspace(-np.pi, np.pi, 7201)[:, None]
+    zeta = np.linspace(-1.0, 1.0, 41)[None, :]
+    for place, velocity, *speeds in random_states(50, 1):
+        out = motion(place, velocity, *speeds)
+        h = film(place, phi, zeta)
+        i, j = np.unravel_index(h.argmin(), h.shape)
+        # h is quadratic round its minimum: half a grid step off costs at most this.
+        assert 0.0 <= h[i, j] - out[LEAST_GAP] <= 1.5 * C * (0.5 * (phi[1, 0] - phi[0, 0])) ** 2
+        assert math.remainder(out[LEAST_ANGLE] - phi[i, 0], 2 * np.pi) == pytest.approx(0.0, abs=1e-3)
+        assert out[LEAST_SIDE] == zeta[0, j]
+        assert film(place, out[LEAST_ANGLE], out[LEAST_SIDE]) == pytest.approx(out[LEAST_GAP], rel=1e-12, abs=1e-18)
+
+
+def test_rates_are_the_derivatives_of_gap_and_angle():
+    step = 1e-7
+    for place, velocity, *speeds in random_states(50, 2):
+        out = motion(place, velocity, *speeds)
+        after, before = (motion(place + s * velocity, velocity) for s in (step, -step))
+        if after[LEAST_SIDE] != before[LEAST_SIDE]:
+            continue  # the least gap just leaps to the other end
+        scale = np.abs(velocity).max()
+        assert (after[LEAST_GAP] - before[LEAST_GAP]) / (2 * step) == pytest.approx(out[LEAST_RATE], abs=1e-5 * scale)
+        line = [math.atan2(p[1], p[0]) for p in (place + step * velocity, place - step * velocity)]
+        turned = math.remainder(line[0] - line[1], 2 * np.pi) / (2 * step)
+        assert turned == pytest.approx(out[SPEED_GAP], rel=1e-4, abs=1e-3)
+
+
+def test_effective_velocity_is_made_of_radial_motion_and_effective_speed():
+    for place, velocity, *speeds in random_states(50, 3):
+        out = motion(place, velocity, *speeds)
+        e = math.hypot(*place[:2])
+        radial = (place[0] * velocity[0] + place[1] * velocity[1]) / e
+        assert out[VELOCITY_EFFECTIVE] == pytest.approx(math.hypot(radial, 0.5 * e * out[SPEED_EFFECTIVE]), rel=1e-12)
+        assert out[SPEED_RELATIVE] == speeds[0] - speeds[1]
+
+
+def test_a_journal_that_turns_in_place_is_squeezed_at_half_its_speed():
+    place = np.array([0.3, -0.4, 0.0, 0.0]) * C
+    out = motion(place, np.zeros(4), journal=200.0)
+    assert out[VELOCITY_EFFECTIVE] == pytest.approx(200.0 * 0.5 * C / 2, rel=1e-14)
+    assert (out[SPEED_RELATIVE], out[SPEED_GAP], out[SPEED_EFFECTIVE]) == (200.0, 0.0, 200.0)
+    assert (out[LEAST_SIDE], out[LEAST_RATE]) == (0.0, 0.0)
+    assert out[LEAST_GAP] == pytest.approx(0.5 * C, rel=1e-14)
+    assert out[LEAST_ANGLE] == pytest.approx(math.atan2(-0.4, 0.3), rel=1e-14)
+
+
+@pytest.mark.parametrize("speeds", [(200.0, 0.0), (120.0, 80.0), (-50.0, 250.0)])
+def test_half_speed_whirl_has_no_effective_speed_and_no_force(speeds):
+    x, y = 0.6 * C, 0.2 * C
+    whirl = 0.5 * sum(speeds)
+    out = motion((x, y, 0.0, 0.0), (-whirl * y, whirl * x, 0.0, 0.0), *speeds)
+    assert out[SPEED_GAP] == pytest.approx(whirl, rel=1e-14)
+    assert out[SPEED_EFFECTIVE] == pytest.approx(0.0, abs=1e-12 * abs(whirl))
+    assert out[VELOCITY_EFFECTIVE] == pytest.approx(0.0, abs=1e-12 * C * abs(whirl))
+    _, kappa2, factor = film_geometry(0.08, 0.04, C, 0.01)
+    force, steady = np.zeros(16), np.zeros(16)
+    table = impedance_map(kappa2)
+    journal_force(x, y, -whirl * y, whirl * x, whirl, C, factor, 0.0, 0.0, table, force)
+    journal_force(x, y, 0.0, 0.0, whirl, C, factor, 0.0, 0.0, table, steady)
+    assert np.hypot(*force[:2]) < 1e-9 * np.hypot(*steady[:2])
+
+
+def test_the_film_force_goes_with_the_effective_velocity_alone():
+    """States of one place and one v, by squeeze or by turning: the same force."""
+    _, kappa2, factor = film_geometry(0.08, 0.04, C, 0.01)
+    table = impedance_map(kappa2)
+    for place, velocity, *speeds in random_states(10, 4):
+        x, y = place[:2]
+        half = 0.5 * sum(speeds)
+        turned, squeezed = np.zeros(16), np.zeros(16)
+        journal_force(x, y, *velocity[:2], half, C, factor, 0.0, 0.0, table, turned)
+        still = (velocity[0] + half * y, velocity[1] - half * x)
+        journal_force(x, y, *still, 0.0, C, factor, 0.0, 0.0, table, squeezed)
+        assert turned[:2] == pytest.approx(squeezed[:2], rel=1e-10)
+        both = (motion(place, velocity, *speeds), motion(place, (*still, 0.0, 0.0)))
+        assert both[0][VELOCITY_EFFECTIVE] == pytest.approx(both[1][VELOCITY_EFFECTIVE], rel=1e-12)
+
+
+def test_turning_the_axes_turns_the_angle_and_nothing_else():
+    for place, velocity, *speeds in random_states(20, 5):
+        out = motion(place, velocity, *speeds)
+        turn = np.array([[math.cos(1.1), -math.sin(1.1)], [math.sin(1.1), math.cos(1.1)]])
+        both = [(turn @ v.reshape(2, 2).T).T.ravel() for v in (place, velocity)]
+        seen = motion(*both, *speeds)
+        assert math.remainder(seen[LEAST_ANGLE] - out[LEAST_ANGLE] - 1.1, 2 * np.pi) == pytest.approx(0.0, abs=1e-12)
+        rest = [k for k in range(SIZE) if k != LEAST_ANGLE]
+        assert seen[rest] == pytest.approx(out[rest], rel=1e-9, abs=1e-16)
+
+
+def test_a_centred_journal_and_one_whose_edge_touches():
+    out = motion(np.zeros(4), (3e-3, 4e-3, 0.0, 0.0), journal=100.0)
+    assert (out[LEAST_GAP], out[LEAST_ANGLE], out[LEAST_SIDE], out[SPEED_GAP]) == (C, 0.0, 0.0, 0.0)
+    assert out[LEAST_RATE] == pytest.approx(-5e-3, rel=1e-14)
+    assert np.isfinite(out).all()
+    edge = motion((0.0, 0.0, 0.0, -1.1 * C), np.zeros(4))
+    assert edge[LEAST_GAP] == pytest.approx(-0.1 * C, rel=1e-12) and edge[LEAST_SIDE] == 1.0

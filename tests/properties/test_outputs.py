@@ -1,0 +1,243 @@
+"""What the running model shows of its bearings: derivatives, balances, and agreement of all lists of names."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bodies import rigid_crank
+from plain_model import PlainModel
+
+from cranktrain.dynamics.equations_of_motion import port_forces
+from cranktrain.dynamics.model import Settings
+from cranktrain.dynamics.outputs import output_names
+from cranktrain.dynamics.ports import TILTS
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.dynamics.state import offset
+from cranktrain.engine import load_engine
+from cranktrain.film.database import TableSettings
+from cranktrain.film_table import film_table
+from cranktrain.fmi_description import expand, read_interface
+from cranktrain.results.result_file import output_unit
+
+SPEED = 2000 * math.pi / 30
+ENGINE = load_engine("diesel_i6")
+BODY = rigid_crank(ENGINE)
+MAINS = [f"bearing[{i}]" for i in range(1, 8)]
+ENDS = [f"big_end[{i}]" for i in range(1, 7)]
+DESCRIPTION = Path(__file__).parents[2] / "modelDescription"
+
+
+def started(table=None, **choices):
+    simulation = Simulation(ENGINE, BODY, Settings(crank="rigid", **choices), table=table)
+    simulation.inputs[0] = SPEED
+    simulation.initialize()
+    return simulation
+
+
+def read(simulation, name):
+    return float(simulation.outputs[simulation.output_names.index(name)])
+
+
+def to_angle(simulation, degrees):
+    """Advance to a crank angle by steps of 2.5°."""
+    step = math.radians(2.5) / SPEED
+    for k in range(round(degrees / 2.5)):
+        simulation.step((k + 1) * step)
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    """Coarse table of the main bearings."""
+    bearing = ENGINE.main_bearing
+    settings = TableSettings(bearing.width / bearing.diameter, bearing.groove, resolution="coarse", tilt_range=0.2)
+    return film_table(settings, tmp_path_factory.mktemp("films") / "table.h5", workers=1)[0]
+
+
+def test_names_are_unique_and_the_interface_lists_them_all():
+    names = output_names(7, 6)
+    assert len(set(names)) == len(names)
+    outputs = [
+        v
+        for v in expand(read_interface(DESCRIPTION).variables, {"cylinders": 6, "main_bearings": 7})
+        if v.causality == "output"
+    ]
+    # the slave takes reals as one slice, in the order of the model's outputs
+    assert [v.name for v in outputs] == list(names)
+    for variable in outputs:
+        if variable.type == "Real":
+            assert variable.unit == output_unit(variable.name).replace(" ", ".").replace("^", ""), variable.name
+        # a name is a value or a group of values, never both: tools show names as a tree
+        assert not any(name.startswith(f"{variable.name}.") for name in names)
+
+
+@pytest.mark.parametrize("choices", [{}, {"bearings": "reynolds"}])
+def test_velocities_are_derivatives_of_places_and_gaps(choices):
+    """By outputs on both sides of a crank angle, one tiny step apart."""
+    simulation = started(**choices)
+    to_angle(simulation, 30)
+    h = 1e-7
+    runs = []
+    for _ in range(3):
+        runs.append(simulation.outputs.copy())
+        simulation.step(simulation.time + h)
+    before, now, after = (dict(zip(simulation.output_names, run, strict=True)) for run in runs)
+
+    def slope(name):
+        return (after[name] - before[name]) / (2 * h)
+
+    for main in MAINS:
+        size = max(math.hypot(now[f"{main}.velocity.x"], now[f"{main}.velocity.y"]), 1e-4)
+        for axis in "xy":
+            assert slope(f"{main}.position.{axis}") == pytest.approx(now[f"{main}.velocity.{axis}"], abs=1e-3 * size)
+        tolerance = 5e-3 * size if choices else 1e-3 * size
+        assert slope(f"{main}.film_thickness_min") == pytest.approx(now[f"{main}.gap.rate"], abs=tolerance)
+        line = [math.atan2(run[f"{main}.position.y"], run[f"{main}.position.x"]) for run in (before, after)]
+        turned = math.remainder(line[1] - line[0], 2 * math.pi) / (2 * h)
+        e = math.hypot(now[f"{main}.position.x"], now[f"{main}.position.y"])
+        assert turned == pytest.approx(now[f"{main}.speed.gap"], abs=1e-3 * size / e)
+
+
+@pytest.mark.parametrize("choices", [{}, {"bearings": "reynolds"}])
+def test_places_speeds_and_films_agree(choices):
+    simulation = started(**choices)
+    to_angle(simulation, 30)
+    c, half_width = ENGINE.main_bearing.clearance, 0.5 * ENGINE.main_bearing.width
+    for main in MAINS:
+        x, y = read(simulation, f"{main}.position.x"), read(simulation, f"{main}.position.y")
+        e = math.hypot(x, y)
+        assert read(simulation, f"{main}.eccentricity") == pytest.approx(e / c, rel=1e-12)
+        tilted = half_width * read(simulation, f"{main}.tilt") if choices else 0.0
+        film = read(simulation, f"{main}.film_thickness_min")
+        # An end is displaced by at least e, at most by e and all of its tilt.
+        assert c - e - tilted - 1e-15 <= film <= c - e + 1e-15
+        assert abs(read(simulation, f"{main}.gap.side")) == (1.0 if choices else 0.0)
+        relative, gap = read(simulation, f"{main}.speed.relative"), read(simulation, f"{main}.speed.gap")
+        assert relative == pytest.approx(read(simulation, "crank.speed"), rel=0.02)
+        assert read(simulation, f"{main}.speed.effective") == pytest.approx(relative - 2 * gap, rel=1e-12)
+        if not choices:
+            assert math.cos(read(simulation, f"{main}.gap.angle") - math.atan2(y, x)) == pytest.approx(1.0, abs=1e-12)
+            assert read(simulation, f"{main}.moment.x") == read(simulation, f"{main}.moment.y") == 0.0
+
+
+def test_moments_do_the_work_of_the_tilting_forces():
+    """For every mode: moment times the mode's rotation of the journal equals port force times the port's motion."""
+    simulation = started(bearings="reynolds")
+    to_angle(simulation, 30)
+    model, work = simulation.model, simulation.work
+    frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
+    u, ud, udd = (work.port[10 + k].copy() for k in range(3))
+    forces = np.zeros_like(u)
+    port_forces(model, frame, pressures, u, ud, udd, 1.0, 1.0, forces, work)
+    theta = read(simulation, "crank.angle")
+    turn = np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
+    first = int(model.layout[TILTS])
+    largest = 0.0
+    for i, main in enumerate(MAINS):
+        moment = turn @ [read(simulation, f"{main}.moment.x"), read(simulation, f"{main}.moment.y")]
+        by_moment = moment @ model.tilts[2 * i : 2 * i + 2]
+        by_ports = forces[first + 2 * i : first + 2 * i + 2] @ model.ports[first + 2 * i : first + 2 * i + 2]
+        assert by_moment == pytest.approx(by_ports, rel=1e-9, abs=1e-12)
+        largest = max(largest, np.hypot(*moment))
+    assert largest > 0.1
+
+
+def test_a_moment_turns_a_tilted_journal_back():
+    """Squeezed into greater tilt, the film resists: the moment's power on the tilting is negative."""
+    simulation = started(bearings="reynolds")
+    state = simulation.state
+    n = simulation.model.omega2.size
+    q, v = state[offset(0, n) : offset(1, n)], state[offset(1, n) : offset(2, n)]
+    tilts = simulation.model.tilts
+    # Mode 3 or 4 turns the rigid crank about a transverse axis.
+    mode = 3
+    v[:] = 0.0
+    v[mode] = 0.5 / np.abs(tilts[:, mode]).max()
+    assert np.all(np.isfinite(q))
+    simulation.state = state
+    theta = read(simulation, "crank.angle")
+    turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
+    power = 0.0
+    for i, main in enumerate(MAINS):
+        rate = turn @ (tilts[2 * i : 2 * i + 2] @ v)
+        power += rate @ [read(simulation, f"{main}.moment.x"), read(simulation, f"{main}.moment.y")]
+    assert power < 0.0
+
+
+def test_load_of_rigid_big_ends_is_that_of_the_plain_model():
+    simulation = started()
+    to_angle(simulation, 30)
+    plain = PlainModel(ENGINE, BODY, Settings(crank="rigid"), SPEED)
+    n = simulation.model.omega2.size
+    q, v, a = (simulation.state[offset(k, n) : offset(k + 1, n)] for k in range(3))
+    frame = simulation.work.frames[0]
+    theta, omega, omega_dot = frame[0], frame[1], frame[2]
+    motion = np.einsum("pcn,n->pc", plain.pins, a)
+    force, _, _ = plain.rods(theta, omega, omega_dot, q, v, motion, plain.pressures(theta, omega))
+    turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
+    for c, end in enumerate(ENDS):
+        ours = [read(simulation, f"{end}.force.x"), read(simulation, f"{end}.force.y")]
+        # the trace is splined once here and once there
+        assert ours == pytest.approx(turn @ force[c], rel=1e-6, abs=1e-4 * np.abs(force).max()), end
+        for name in ("eccentricity", "film_thickness_min", "pressure_max", "friction_torque", "oil_flow"):
+            assert read(simulation, f"{end}.{name}") == 0.0
+
+
+def test_films_of_floating_big_ends():
+    """Their forces are those on the pins, and stay within what the rods' loads differ by from rigid big ends."""
+    free, rigid = started(big_ends="impedance"), started()
+    to_angle(free, 30)
+    to_angle(rigid, 30)
+    model, work = free.model, free.work
+    frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
+    u, ud, udd = (work.port[10 + k].copy() for k in range(3))
+    forces = np.zeros_like(u)
+    port_forces(model, frame, pressures, u, ud, udd, 1.0, 1.0, forces, work)
+    theta = read(free, "crank.angle")
+    turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
+    bearing = ENGINE.big_end_bearing
+    peak = max(abs(read(rigid, f"{end}.force.y")) for end in ENDS)
+    for c, end in enumerate(ENDS):
+        pin = 15 + 2 * c
+        ours = np.array([read(free, f"{end}.force.x"), read(free, f"{end}.force.y")])
+        assert ours == pytest.approx(turn @ forces[pin : pin + 2], rel=1e-9)
+        stiff = [read(rigid, f"{end}.force.x"), read(rigid, f"{end}.force.y")]
+        assert ours == pytest.approx(stiff, abs=0.05 * peak)
+        x, y = read(free, f"{end}.position.x"), read(free, f"{end}.position.y")
+        eps = read(free, f"{end}.eccentricity")
+        assert eps == pytest.approx(math.hypot(x, y) / bearing.clearance, rel=1e-12)
+        assert read(free, f"{end}.film_thickness_min") == pytest.approx(bearing.clearance * (1.0 - eps), rel=1e-12)
+        # The film pushes the pin back towards the middle, and has its largest pressure there.
+        assert ours @ [x, y] < 0.0
+        mean = np.hypot(*ours) / (bearing.diameter * bearing.width)
+        assert mean < read(free, f"{end}.pressure_max") < 30.0 * mean
+        assert read(free, f"{end}.oil_flow") > 0.0
+        # The pin turns in the rod, at about the crank's speed: friction brakes it.
+        assert read(free, f"{end}.friction_torque") > 0.0
+
+
+def test_films_outside_the_table_are_counted_and_survive_in_the_state(table):
+    # Oil so hot that journals run beyond the table's largest eccentricity.
+    simulation = started(table, bearings="table", oil_temperature=440.0)
+    counts = []
+    for k in range(24):
+        simulation.step((k + 1) * math.radians(2.5) / SPEED)
+        counts.append(read(simulation, "solver.online_films"))
+        asked = 7 * read(simulation, "solver.iterations")
+        assert 0 <= counts[-1] <= asked and counts[-1] == int(counts[-1])
+    assert max(counts) > 0
+    kept, shown = simulation.state, simulation.outputs.copy()
+    simulation.step(25 * math.radians(2.5) / SPEED)
+    simulation.state = kept
+    assert np.array_equal(simulation.outputs, shown)
+    # The films of a step do not depend on what was shown in between.
+    simulation.step(25 * math.radians(2.5) / SPEED)
+    again = read(simulation, "solver.online_films")
+    simulation.state = kept
+    for _ in range(3):
+        simulation.state = kept
+    simulation.step(25 * math.radians(2.5) / SPEED)
+    assert read(simulation, "solver.online_films") == again
+    films = started(bearings="reynolds")
+    to_angle(films, 5)
+    assert read(films, "solver.online_films") == 0.0
