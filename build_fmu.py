@@ -20,6 +20,7 @@ import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 ROOT = Path(__file__).resolve().parent
@@ -31,6 +32,7 @@ if str(SOURCES) not in sys.path:
 from cranktrain import __version__, flat  # noqa: E402
 from cranktrain.engine import Engine, load_engine  # noqa: E402
 from cranktrain.errors import CranktrainError, InputError  # noqa: E402
+from cranktrain.film.elastic_law import SHAPES  # noqa: E402
 from cranktrain.fmi_description import Interface, Variable, complete, expand, plain, read_interface, variable_table  # noqa: E402
 from cranktrain.reduced_body import ReducedBody  # noqa: E402
 
@@ -48,6 +50,12 @@ def main(arguments: list[str] | None = None) -> int:
         "--description", action="store_true", help="rewrite modelDescription/modelDescription.xml instead of building"
     )
     parser.add_argument(
+        "--no-film-table",
+        dest="film_table",
+        action="store_false",
+        help="leave out the film table: a smaller FMU, made sooner, without bearing.level = table",
+    )
+    parser.add_argument(
         "--reference", action="store_true", help="also simulate the FMU and write its cross-check files beside it"
     )
     chosen = parser.parse_args(arguments)
@@ -57,7 +65,8 @@ def main(arguments: list[str] | None = None) -> int:
             path = DESCRIPTION / "modelDescription.xml"
             _write(path, model_description(engine))
         else:
-            path = build(engine, reduced_body(engine, _say), Path(chosen.output), _say)
+            body = reduced_body(engine, _say)
+            path = build(engine, body, Path(chosen.output), _say, **film_data(engine, chosen.film_table, _say))
             if chosen.reference:
                 write_reference(path, _say)
     except CranktrainError as error:
@@ -79,13 +88,35 @@ def reduced_body(engine: Engine, say: Callable[[str], None]) -> ReducedBody:
     return running_body(engine, progress=say)
 
 
-def build(engine: Engine, body: ReducedBody, folder: Path, say: Callable[[str], None]) -> Path:
+def film_data(engine: Engine, table: bool, say: Callable[[str], None]) -> dict[str, Any]:
+    """Elastic bore, and where asked for the film table, of the main bearings; both from the cache or made now."""
+    from cranktrain.film.database import TableSettings
+    from cranktrain.film_table import film_table
+    from cranktrain.structure.saddle import bore_compliance
+
+    data: dict[str, Any] = {"bore": bore_compliance(engine, SHAPES, with_motion=True, progress=say)}
+    if table:
+        bearing = engine.main_bearing
+        settings = TableSettings(bearing.width / bearing.diameter, bearing.groove)
+        say(f"{engine.name}: film table of L/D {settings.length_ratio:.4g}")
+
+        def shown(done: int, count: int) -> None:
+            if 10 * done // count > 10 * (done - 1) // count:
+                say(f"film table: {100 * done // count} %")
+
+        data["table"], _, _ = film_table(settings, progress=shown, say=say)
+    return data
+
+
+def build(engine: Engine, body: ReducedBody, folder: Path, say: Callable[[str], None], **data: Any) -> Path:
     """Write the FMU of ``engine`` with ``body`` into ``folder``; returns its path.
+
+    ``data`` may hold ``table`` and ``bore``, which the levels ``table`` and ``ehd`` of the FMU need.
 
     The file appears whole or not at all. ``InputError`` where the interface or the code cannot go into an FMU.
     """
     interface = read_interface(DESCRIPTION)
-    contents = _contents(engine, interface, flat.to_bytes(engine, body))
+    contents = _contents(engine, interface, flat.to_bytes(flat.FlatModel(engine, body, **data)))
     say(f"{engine.name}: {contents.model} {contents.guid}")
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{contents.model}.fmu"

@@ -71,7 +71,7 @@ def measure(path: Path) -> dict[str, object]:
     fmu.setupExperiment(startTime=0.0)
     fmu.enterInitializationMode()
     fmu.exitInitializationMode()
-    engine, body = importlib.import_module(f"{package}.flat").from_bytes(data, path.name)
+    engine, body, *_ = importlib.import_module(f"{package}.flat").from_bytes(data, path.name)
     simulation = importlib.import_module(f"{package}.dynamics.simulation").Simulation(engine, body)
     simulation.inputs[:] = starts
     simulation.initialize(0.0)

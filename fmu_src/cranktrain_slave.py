@@ -190,8 +190,10 @@ class CranktrainSlave(Fmi2Slave):
         if digest not in _models:
             flat = importlib.import_module(f"{name}.flat")
             _models[digest] = flat.read_model(self._resources / "model.bin")
-        engine, body = _models[digest]
-        simulation = module.Simulation(engine, body, module.Settings(**settings))
+        model = _models[digest]
+        simulation = module.Simulation(
+            model.engine, model.body, module.Settings(**settings), table=model.table, bore=model.bore
+        )
         taken = self._output_places(simulation)
         simulation.inputs[:] = inputs
         simulation.initialize(time)

@@ -25,6 +25,7 @@ from cranktrain.engine import Engine, engine_provenance, load_engine
 from cranktrain.errors import CranktrainError, InputError, nearest
 
 if TYPE_CHECKING:
+    from cranktrain.film.bore_compliance import BoreCompliance
     from cranktrain.film.database import FilmTable
 
 RPM = math.pi / 30.0
@@ -83,7 +84,7 @@ def _parser() -> _Parser:
     )
     run.add_argument("--crank", default="solid", metavar="LEVEL", help="rigid or solid (default)")
     run.add_argument(
-        "--bearings", default="impedance", metavar="LEVEL", help="linear, impedance (default), table or reynolds"
+        "--bearings", default="impedance", metavar="LEVEL", help="linear, impedance (default), table, reynolds or ehd"
     )
     run.add_argument("--big-ends", default="rigid", metavar="LEVEL", help="rigid (default), or impedance: own films")
     run.add_argument("--integrator", metavar="NAME", help="e.g. sdirk4, sdirk3, generalised-alpha")
@@ -202,10 +203,10 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     bare, _ = _reduced(engine, options)
     body = running_body(engine, bare)
     films = _film_table(engine) if settings.bearings == "table" else None
+    bore = _elastic_bore(engine) if settings.bearings == "ehd" else None
     with _bar(f"{options.speed:g} rev/min, {options.cycles} cycles") as advance:
-        run = simulation.simulate(
-            engine, body, settings, options.speed * RPM, options.cycles, gas=gas, progress=advance, table=films
-        )
+        speed = options.speed * RPM
+        run = simulation.simulate(engine, body, settings, speed, options.cycles, gas, advance, films, bore)
     attributes = {
         "engine": engine.name,
         "body_digest": body.digest,
@@ -276,6 +277,15 @@ def _film_table(engine: Engine) -> FilmTable:
 
         table, _, _ = film_table(TableSettings(ratio, bearing.groove), progress=shown, say=_say)
     return table
+
+
+def _elastic_bore(engine: Engine) -> BoreCompliance:
+    """Elastic bore of the main bearings, from the cache, else made now."""
+    from cranktrain.film.elastic_law import SHAPES
+    from cranktrain.structure.saddle import bore_compliance
+
+    with _stages(f"{engine.name}: main bore") as say:
+        return bore_compliance(engine, SHAPES, with_motion=True, progress=say)
 
 
 def _calibrated(engine: str) -> list[tuple[str, Any, str, str, str]]:

@@ -126,8 +126,8 @@ class PlainBearing:
     Greenwood and Tripp do: ``roughness`` σ of both together, ``asperity_factor`` ηβσ, ``asperity_ratio`` σ/β,
     ``contact_modulus`` E' and boundary friction (coefficient on the contact pressure, stress on the real contact).
     ``groove`` is ``none`` or ``circumferential``. Level ``ehd`` follows the oil from a supply at ``supply_pressure``:
-    the groove, or one in mid-bore that is ``supply_arc`` long and ``supply_width`` wide about ``supply_angle`` (from the
-    x axis in the sense of rotation); as it comes, the upper half.
+    the groove, or one in mid-bore that is ``supply_arc`` long and ``supply_width`` wide about ``supply_angle`` (from
+    the x axis in the sense of rotation); as it comes, the upper half.
     """
 
     diameter: Length

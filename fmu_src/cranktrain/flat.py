@@ -11,9 +11,9 @@ Layout (little-endian)::
     64            header: JSON, padded with spaces
                   values: float64 arrays in C order, at the offsets (in values) that the header gives
 
-The header holds ``engine`` (SI, as :func:`cranktrain.engine.engine_to_dict` writes it), ``body`` (what is not an array)
-and ``arrays`` (name, shape, offset). Equal data give equal bytes. A body's records and basis, which serve reports, stay
-behind.
+The header holds ``engine`` (SI, as :func:`cranktrain.engine.engine_to_dict` writes it), ``body``, ``table`` and ``bore``
+(what is not an array) and ``arrays`` (name, shape, offset). Film table and elastic bore may be absent. Equal data give
+equal bytes. A body's records and basis, which serve reports, stay behind.
 """
 
 from __future__ import annotations
@@ -23,18 +23,22 @@ import json
 import os
 import struct
 import tempfile
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from cranktrain.engine import Engine, engine_from_dict, engine_to_dict
 from cranktrain.errors import InputError, StoreError
+from cranktrain.film.bore_compliance import BoreCompliance
+from cranktrain.film.database import FilmTable, TableSettings
+from cranktrain.film.table_interpolation import TableArrays
 from cranktrain.reduced_body import SCHEMA as BODY_SCHEMA
 from cranktrain.reduced_body import ReducedBody
 
 MAGIC = b"CRNKTRN\0"
-SCHEMA = 1
+SCHEMA = 2
 _PREFIX = struct.Struct("<8sIIQQ32s")
 _ARRAYS = (
     "omega",
@@ -49,15 +53,32 @@ _ARRAYS = (
     "centre",
     "inertia",
 )
+_BORE = ("coefficients", "compliance", "load_coupling", "captured")
 
 
-def to_bytes(engine: Engine, body: ReducedBody) -> bytes:
-    """Engine and body in the layout of this module; ``StoreError`` where a value of the body is not finite."""
+class FlatModel(NamedTuple):
+    """What a flat binary holds."""
+
+    engine: Engine
+    body: ReducedBody
+    table: FilmTable | None = None
+    bore: BoreCompliance | None = None
+
+
+def to_bytes(model: FlatModel) -> bytes:
+    """The model in the layout of this module; ``StoreError`` where a value is not finite."""
+    engine, body, table, bore = model
+    named = {name: getattr(body, name) for name in _ARRAYS}
+    if table is not None:
+        named |= {f"table.{name}": array for name, array in table.arrays._asdict().items()}
+        named |= {"table.aligned_error": table.aligned_error, "table.tilted_error": table.tilted_error}
+    if bore is not None:
+        named |= {f"bore.{name}": getattr(bore, name) for name in _BORE}
     arrays, values, offset = [], [], 0
-    for name in _ARRAYS:
-        array = np.ascontiguousarray(getattr(body, name), dtype="<f8")
+    for name, given in named.items():
+        array = np.ascontiguousarray(given, dtype="<f8")
         if not np.isfinite(array).all():
-            raise StoreError(f"body '{body.name}': '{name}' holds values that are not finite; reduce the body again")
+            raise StoreError(f"body '{body.name}': '{name}' holds values that are not finite; make it again")
         arrays.append({"name": name, "shape": list(array.shape), "offset": offset})
         values.append(array.tobytes())
         offset += array.size
@@ -71,6 +92,8 @@ def to_bytes(engine: Engine, body: ReducedBody) -> bytes:
             "digest": body.digest,
             "quality": {key: float(value) for key, value in body.quality.items()},
         },
+        "table": None if table is None else asdict(table.settings),
+        "bore": None if bore is None else {"area": bore.area},
         "arrays": arrays,
     }
     text = json.dumps(header, sort_keys=True, separators=(",", ":"), ensure_ascii=True).encode()
@@ -79,7 +102,7 @@ def to_bytes(engine: Engine, body: ReducedBody) -> bytes:
     return _PREFIX.pack(MAGIC, SCHEMA, 0, len(text), offset, hashlib.sha256(content).digest()) + content
 
 
-def from_bytes(data: bytes, name: str = "model") -> tuple[Engine, ReducedBody]:
+def from_bytes(data: bytes, name: str = "model") -> FlatModel:
     """Inverse of :func:`to_bytes`.
 
     Parameters
@@ -117,22 +140,29 @@ def from_bytes(data: bytes, name: str = "model") -> tuple[Engine, ReducedBody]:
         mass=about["mass"],
         digest=about["digest"],
         quality=about["quality"],
-        **arrays,
+        **{key: arrays[key] for key in _ARRAYS},
     )
+    table = bore = None
+    if header["table"] is not None:
+        data_of = {key: arrays[f"table.{key}"] for key in TableArrays._fields}
+        errors = arrays["table.aligned_error"], arrays["table.tilted_error"]
+        table = FilmTable(TableSettings(**header["table"]), TableArrays(**data_of), *errors)
+    if header["bore"] is not None:
+        bore = BoreCompliance(**{key: arrays[f"bore.{key}"] for key in _BORE}, area=header["bore"]["area"])
     try:
-        return engine_from_dict(header["engine"]), body
+        return FlatModel(engine_from_dict(header["engine"]), body, table, bore)
     except InputError as error:
         raise StoreError(f"{name}: {error}; {remedy}") from None
 
 
-def write_model(path: str | Path, engine: Engine, body: ReducedBody) -> Path:
+def write_model(path: str | Path, model: FlatModel) -> Path:
     """Write the flat model; the file appears whole or not at all."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(prefix=path.name, dir=path.parent)
     try:
         with os.fdopen(handle, "wb") as file:
-            file.write(to_bytes(engine, body))
+            file.write(to_bytes(model))
         os.replace(temporary, path)
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
@@ -140,8 +170,8 @@ def write_model(path: str | Path, engine: Engine, body: ReducedBody) -> Path:
     return path
 
 
-def read_model(path: str | Path) -> tuple[Engine, ReducedBody]:
-    """Engine and body of a flat model; ``StoreError`` where it is missing, corrupt or foreign."""
+def read_model(path: str | Path) -> FlatModel:
+    """Read a flat model; ``StoreError`` where it is missing, corrupt or foreign."""
     path = Path(path)
     try:
         data = path.read_bytes()
