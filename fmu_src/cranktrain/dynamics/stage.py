@@ -11,6 +11,7 @@ from __future__ import annotations
 from cranktrain.dynamics.equations_of_motion import OMEGA, OMEGA_DOT, external_force, port_forces
 from cranktrain.dynamics.linear_algebra import add_product, factor_rows, product, solve_rows
 from cranktrain.dynamics.state import CONTRACTION
+from cranktrain.film.tilted import HELD
 from cranktrain.kernel import kernel
 
 MAX_ITERATIONS = 40
@@ -111,12 +112,14 @@ def solve_stage(
             for k in range(m):
                 udd[k] = (u[k] - u_q[k]) / c_q
                 ud[k] = u_v[k] + c_v * udd[k]
+            hold = previous >= 0.0 and previous <= NEAR and contraction <= STALE
+            model.films.numbers[HELD] = 1.0 if hold else 0.0
             port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work)
             # Residual u_free + H f − u, then (I − H J) δ = r on the Newton ports.
             for k in range(m):
                 step[k] = u_free[k] - u[k]
             add_product(compliance, f, m, m, step)
-            if previous < 0.0 or previous > NEAR or contraction > STALE:
+            if not hold:
                 for k in range(blocks.shape[0]):
                     for j in range(16):
                         blocks[k, j] = work.blocks[k, j]

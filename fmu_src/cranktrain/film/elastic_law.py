@@ -53,6 +53,7 @@ from cranktrain.film.tilted import (
     GAIN,
     GAP,
     GAP_ANGLE,
+    HELD,
     OPEN_STAGE,
     OPEN_STEP,
     P_MAX,
@@ -65,8 +66,8 @@ from cranktrain.film.tilted import (
 from cranktrain.kernel import kernel, law_kernel, record_reader
 from cranktrain.reduced_body import Array
 
-SHAPES = 8
-"""Bore shapes that a running film carries."""
+SHAPES = 7
+"""Bore shapes that a running film carries; with the load they fill one block of right-hand sides."""
 IN_LOOP = ElasticGrid(48, 7)
 SMALLEST = ElasticGrid(12, 5)
 """Grid of levels that do not read it."""
@@ -179,7 +180,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         status = elastic_film(
             bore.film, own.motion[0], own.motion[1], numbers[SPEED], numbers[ELAPSED], numbers[GAIN], own.start[i],
             own.start_place[i], own.start_shapes[i], own.known[i], own.unknowns[i], own.shapes[i], bore.scratch,
-            own.out[i], action == FORCE,
+            own.out[i], action == FORCE and numbers[HELD] == 0.0,
         )  # fmt: skip
         if status != CONVERGED:
             # The next attempt, of a shorter step, begins with what is sure.

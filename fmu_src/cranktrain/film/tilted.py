@@ -33,8 +33,9 @@ P_MAX, FLOW, GAP, GAP_ANGLE, SIZE = 39, 40, 41, 42, 43
 
 FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE = range(7)
 # Columns of ``numbers``: the journal's speed (rad/s); cosine and sine of the frame's angle; time from the step's start
-# to the stage, step, g of the stage's rule δ̇ = (δ − Δ)/g (s), and number of the stage.
-SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, NUMBERS = range(8)
+# to the stage, step, g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; and 1 where tangents are held: a law
+# may leave those that it found last.
+SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, HELD, NUMBERS = range(9)
 
 
 class Films(NamedTuple):
