@@ -24,7 +24,7 @@ import matplotlib.pyplot as plt
 from _engine_run import QUANTITIES, engine_and_body, errors, interleaved, reference, run
 from matplotlib.ticker import NullFormatter
 
-from cranktrain.dynamics.simulation import Settings
+from cranktrain.dynamics.model import Settings, resolved
 
 OUT = Path(__file__).resolve().parents[1] / "out"
 REPEATS = 3
@@ -49,7 +49,7 @@ def measure() -> dict[str, Any]:
         print(f"accuracy_speed: {bearings} bearings", file=sys.stderr, flush=True)
         exact, doubt = reference(engine, body, bearings)
         ladder = [(name, deg) for name, steps in LADDERS.items() for deg in steps]
-        own = (default.integrator, round(math.degrees(default.step), 9))
+        own = (resolved(default).integrator, round(math.degrees(default.step), 9))
         if own not in ladder:
             ladder.append(own)
         cases = [

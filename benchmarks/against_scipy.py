@@ -39,7 +39,7 @@ from _engine_run import (
 from _first_order import FirstOrder
 from scipy.integrate import solve_ivp
 
-from cranktrain.dynamics.simulation import Settings
+from cranktrain.dynamics.model import Settings, resolved
 from cranktrain.dynamics.state import ACCELERATION, TIME, offset
 from cranktrain.engine import Engine
 from cranktrain.reduced_body import ReducedBody
@@ -151,7 +151,7 @@ def main() -> int:
                 "accelerations_differ_by": difference,
                 "reference_doubt": doubt.tolist(),
                 "reference_against_the_closest_scipy_run": min(row["error"] for row in theirs),
-                "integrator": default.integrator,
+                "integrator": resolved(default).integrator,
                 "at_error": {f"{target:g}": compared(target, ours, theirs) for target in TARGETS},
                 "ours": ours,
                 "scipy": theirs,

@@ -87,7 +87,7 @@ def _parser() -> _Parser:
         "--bearings", default="impedance", metavar="LEVEL", help="linear, impedance (default), table, reynolds or ehd"
     )
     run.add_argument("--big-ends", default="rigid", metavar="LEVEL", help="rigid (default), or impedance: own films")
-    run.add_argument("--integrator", metavar="NAME", help="e.g. sdirk4, sdirk3, generalised-alpha")
+    run.add_argument("--integrator", metavar="NAME", help="e.g. sdirk3, generalised-alpha (default sdirk4; at level ehd sdirk2)")
     run.add_argument("--step-deg", type=float, metavar="DEG", help="internal step in degrees of crank angle")
     run.add_argument("--load", type=float, default=1.0, metavar="SHARE", help="share of the full-load burn (default 1)")
     run.add_argument("--pressure", metavar="FILE.csv", help="measured trace: angle in degrees; pressure")
@@ -159,7 +159,7 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     """Run cycles at constant speed, write the result, summarise the last cycle."""
     from cranktrain.dynamics import simulation
     from cranktrain.dynamics.integrators import integrator_table
-    from cranktrain.dynamics.model import CRANK_LEVELS
+    from cranktrain.dynamics.model import CRANK_LEVELS, resolved
     from cranktrain.film.laws import BIG_END_LEVELS, LAWS
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.results.figures import check_folder, save_film_pictures
@@ -199,7 +199,7 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     if options.plots is not None:
         check_folder(Path(options.plots))
 
-    settings = simulation.Settings(**choices)
+    settings = resolved(simulation.Settings(**choices))
     bare, _ = _reduced(engine, options)
     body = running_body(engine, bare)
     films = _film_table(engine) if settings.bearings == "table" else None

@@ -281,7 +281,9 @@ unit.close()
 @pytest.mark.parametrize(
     ("parameter", "value", "words"),
     [
-        ("bearing.level", "'ehd'", "valid: linear, impedance"),
+        ("bearing.level", "'ehs'", "valid: linear, impedance"),
+        ("bearing.level", "'ehd'", "compliance"),
+        ("bearing.level", "'table'", "film table"),
         ("solver.integrator", "'euler'", "euler"),
         ("gas.load", "-1.0", "'gas.load' is -1"),
     ],

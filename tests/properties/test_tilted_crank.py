@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -12,15 +13,29 @@ from cranktrain.dynamics.model import Settings
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.engine import load_engine
 from cranktrain.errors import InputError
+from cranktrain.film.elastic_law import IN_LOOP, KEPT, SHAPES
+from cranktrain.film.tilted import HELD
+from cranktrain.structure.saddle import bore_compliance
 
 SPEED = 2000 * math.pi / 30
 ENGINE = load_engine("diesel_i6")
 BODY = rigid_crank(ENGINE)
-CHOICES = [{"bearings": "reynolds"}, {"big_ends": "impedance"}, {"bearings": "reynolds", "big_ends": "impedance"}]
+CHOICES = [
+    {"bearings": "reynolds"},
+    {"big_ends": "impedance"},
+    {"bearings": "reynolds", "big_ends": "impedance"},
+    {"bearings": "ehd"},
+]
+
+
+@cache
+def bore():
+    return bore_compliance(ENGINE, SHAPES, with_motion=True)
 
 
 def started(**choices):
-    simulation = Simulation(ENGINE, BODY, Settings(crank="rigid", **choices))
+    elastic = bore() if choices.get("bearings") == "ehd" else None
+    simulation = Simulation(ENGINE, BODY, Settings(crank="rigid", **choices), bore=elastic)
     simulation.inputs[0] = SPEED
     simulation.initialize()
     return simulation
@@ -36,6 +51,7 @@ def test_blocks_are_the_derivatives_of_the_forces(choices):
     frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
     u, ud, udd = (work.port[10 + k].copy() for k in range(3))
     forces = np.zeros_like(u)
+    model.films.numbers[HELD] = 0.0
 
     def at(port, change):
         moved = [a.copy() for a in (u, ud, udd)]
@@ -78,7 +94,62 @@ def test_free_big_ends_carry_what_rods_need():
     assert np.sqrt(np.mean((upward(free) - upward(rigid)) ** 2)) < 1e-3 * peak
 
 
+def kept_films(simulation):
+    """Of each elastic film in the state: unknowns (b, N), shapes and their rates (b, k), kept results (b, KEPT)."""
+    films = simulation.state[-int(simulation.model.films.values[0]) * 7 :].reshape(7, -1)
+    return np.split(films, np.cumsum([IN_LOOP.size, SHAPES, SHAPES]), axis=1)
+
+
+def test_elastic_films_live_in_the_state():
+    """A restored state goes on bit by bit, also in another simulation, whose films remember other things."""
+    first, second = started(bearings="ehd"), started(bearings="ehd")
+    h = math.radians(2.5) / SPEED
+    for k in range(8):
+        first.step((k + 1) * h)
+    second.step(0.3 * h)
+    second.state = first.state
+    assert second.outputs.tolist() == first.outputs.tolist()
+    for k in range(8, 14):
+        first.step((k + 1) * h)
+        second.step((k + 1) * h)
+    assert second.state.tolist() == first.state.tolist()
+
+
+def test_fills_stay_between_empty_and_full_and_bores_widen_under_pressure():
+    simulation = started(bearings="ehd")
+    h = math.radians(2.5) / SPEED
+    moved = np.zeros((7, SHAPES))
+    for k in range(72):
+        simulation.step((k + 1) * h)
+        unknowns, shapes, _, kept = kept_films(simulation)
+        assert unknowns.min() >= -1.0
+        assert kept.shape == (7, KEPT)
+        moved = np.maximum(moved, np.abs(shapes))
+    # The loads of a firing cylinder, some 50 kN, on a bore of about 1 N/nm.
+    assert 1e-6 < moved.max() < 1e-4
+
+
+def test_a_stiffer_bore_moves_less_in_proportion():
+    """A softness of 1e-6 leaves a rigid bore: shapes a million times smaller, and films as from one of 1e-9."""
+    runs = []
+    for softness in (1.0, 1e-6, 1e-9):
+        elastic = replace(bore(), compliance=softness * bore().compliance)
+        simulation = Simulation(ENGINE, BODY, Settings(crank="rigid", bearings="ehd"), bore=elastic)
+        simulation.inputs[0] = SPEED
+        simulation.initialize()
+        simulation.step(math.radians(2.5) / SPEED)
+        runs.append((simulation.outputs.copy(), np.abs(kept_films(simulation)[1]).max()))
+    names = simulation.output_names
+    forces = [names.index(f"bearing[{i + 1}].force.y") for i in range(7)]
+    scale = np.abs(runs[2][0][forces]).max()
+    assert runs[1][1] < 1e-5 * runs[0][1]
+    assert np.abs(runs[1][0][forces] - runs[2][0][forces]).max() < 1e-5 * scale
+    assert np.abs(runs[0][0][forces] - runs[2][0][forces]).max() > 1e-4 * scale
+
+
 def test_refusals():
+    with pytest.raises(InputError, match="compliance"):
+        Simulation(ENGINE, BODY, Settings(crank="rigid", bearings="ehd")).initialize()
     with pytest.raises(InputError, match="film-table"):
         started(bearings="table")
     with pytest.raises(InputError, match="big_end_bearing"):

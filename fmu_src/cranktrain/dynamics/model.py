@@ -6,7 +6,7 @@ Where force laws act, and on which components of motion, is laid out in :mod:`cr
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -45,13 +45,14 @@ LEVELS = 4
 class Settings:
     """Choices of one run; angles rad, pressures Pa, temperature K (0: from the engine's table at the first speed).
 
-    ``film_change`` is the share of itself by which a film may close over a step: beyond it squeeze pulses are missed.
+    ``integrator`` auto is ``sdirk4``, and ``sdirk2`` at level ehd: the voids of its films, and what a film does as it closes,
+    leave no use for a higher order. ``film_change`` is the share of itself by which a film may close over a step: beyond it squeeze pulses are missed.
     """
 
     crank: str = "solid"
     bearings: str = "impedance"
     big_ends: str = "rigid"
-    integrator: str = "sdirk4"
+    integrator: str = "auto"
     step: float = math.radians(2.5)
     gas_source: str = "auto"
     gas_load: float = 1.0
@@ -61,6 +62,13 @@ class Settings:
     gravity: float = 9.80665
     newton_tolerance: float = 3.0e-7
     film_change: float = 0.25
+
+
+def resolved(settings: Settings) -> Settings:
+    """The settings with what ``auto`` stands for."""
+    if settings.integrator != "auto":
+        return settings
+    return replace(settings, integrator="sdirk2" if settings.bearings == "ehd" else "sdirk4")
 
 
 class ModelArrays(NamedTuple):

@@ -14,7 +14,7 @@ import numpy as np
 
 from cranktrain.dynamics.integrators import integrator_table
 from cranktrain.dynamics.mean_motion import rigid_start
-from cranktrain.dynamics.model import AMBIENT, ModelArrays, Settings, build_model, dimensions, make_work
+from cranktrain.dynamics.model import AMBIENT, ModelArrays, Settings, build_model, dimensions, make_work, resolved
 from cranktrain.dynamics.outputs import advance_and_observe, observe, output_names
 from cranktrain.dynamics.stage import OK
 from cranktrain.dynamics.state import (
@@ -72,7 +72,7 @@ class Simulation:
         bore: BoreCompliance | None = None,
     ) -> None:
         self.engine = engine
-        self.settings = settings or Settings()
+        self.settings = resolved(settings or Settings())
         self.body = rigid(body) if self.settings.crank == "rigid" else body
         self.table = integrator_table(self.settings.integrator)
         self.film_table = table
