@@ -87,7 +87,7 @@ def _parser() -> _Parser:
         "--bearings", default="impedance", metavar="LEVEL", help="linear, impedance (default), table, reynolds or ehd"
     )
     run.add_argument("--big-ends", default="rigid", metavar="LEVEL", help="rigid (default), or impedance: own films")
-    run.add_argument("--integrator", metavar="NAME", help="e.g. sdirk3, generalised-alpha (default sdirk4; at level ehd sdirk2)")
+    run.add_argument("--integrator", metavar="NAME", help="e.g. sdirk3 (default sdirk4; at level ehd sdirk2)")
     run.add_argument("--step-deg", type=float, metavar="DEG", help="internal step in degrees of crank angle")
     run.add_argument("--load", type=float, default=1.0, metavar="SHARE", help="share of the full-load burn (default 1)")
     run.add_argument("--pressure", metavar="FILE.csv", help="measured trace: angle in degrees; pressure")

@@ -11,7 +11,7 @@ Layout (little-endian)::
     64            header: JSON, padded with spaces
                   values: float64 arrays in C order, at the offsets (in values) that the header gives
 
-The header holds ``engine`` (SI, as :func:`cranktrain.engine.engine_to_dict` writes it), ``body``, ``table`` and ``bore``
+The header holds ``engine`` (SI, as :func:`cranktrain.engine.engine_to_dict` writes it), ``body``, ``table``, ``bore``
 (what is not an array) and ``arrays`` (name, shape, offset). Film table and elastic bore may be absent. Equal data give
 equal bytes. A body's records and basis, which serve reports, stay behind.
 """

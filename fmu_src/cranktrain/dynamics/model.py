@@ -45,8 +45,9 @@ LEVELS = 4
 class Settings:
     """Choices of one run; angles rad, pressures Pa, temperature K (0: from the engine's table at the first speed).
 
-    ``integrator`` auto is ``sdirk4``, and ``sdirk2`` at level ehd: the voids of its films, and what a film does as it closes,
-    leave no use for a higher order. ``film_change`` is the share of itself by which a film may close over a step: beyond it squeeze pulses are missed.
+    ``integrator`` auto is ``sdirk4``, and ``sdirk2`` at level ehd: the voids of its films, and what a film does as it
+    closes, leave no use for a higher order. ``film_change`` is the share of itself by which a film may close over a
+    step: beyond it squeeze pulses are missed.
     """
 
     crank: str = "solid"

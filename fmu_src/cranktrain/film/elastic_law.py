@@ -174,7 +174,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
     shapes = own.shapes.shape[1]
     cos = numbers[COS]
     sin = numbers[SIN]
-    if action == FORCE or action == CLOSE_STAGE:
+    if action in (FORCE, CLOSE_STAGE):
         turn_pairs(cos, sin, place, own.motion[0])
         turn_pairs(cos, sin, velocity, own.motion[1])
         status = elastic_film(
