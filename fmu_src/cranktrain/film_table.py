@@ -37,6 +37,8 @@ from cranktrain.store import read_film_table, write_film_table
 
 KEEP_EVERY = 2.0
 """Seconds between two copies of the part file: the most that a killed build loses."""
+WATCH_EVERY = 1.0
+"""Seconds between two looks of a worker at whether its parent still lives."""
 
 
 def table_path(settings: TableSettings) -> Path:
@@ -55,7 +57,7 @@ def load_film_table(path: str | Path, settings: TableSettings) -> FilmTable:
         missing, corrupt, foreign, of another schema, or made for another geometry, groove, tilt range or resolution
     """
     data, _ = read_film_table(path, SCHEMA, settings.digest, _said(settings))
-    arrays = TableArrays(data["aligned"], data["tilted"], data["axes"])
+    arrays = TableArrays(data["aligned"], data["tilted"], data["axes"], data["pressure"])
     return FilmTable(settings, arrays, data["aligned_error"], data["tilted_error"])
 
 
@@ -64,6 +66,7 @@ def save_film_table(path: str | Path, table: FilmTable) -> Path:
     datasets = {
         "aligned": (table.arrays.aligned, "1"),
         "tilted": (table.arrays.tilted, "1"),
+        "pressure": (table.arrays.pressure, "1"),
         "axes": (table.arrays.axes, "1"),
         "aligned_error": (table.aligned_error, "1"),
         "tilted_error": (table.tilted_error, "1"),
@@ -184,8 +187,8 @@ def _solve_side_by_side(settings: TableSettings, names: list[str], count: int) -
     pool = ProcessPoolExecutor(
         count,
         mp_context=multiprocessing.get_context("fork" if alone else "spawn"),
-        initializer=signal.signal,
-        initargs=(signal.SIGINT, signal.SIG_IGN),  # an interruption is the parent's to handle
+        initializer=_begin_work,
+        initargs=(os.getpid(),),
     )
     # The slabs at high eccentricity take longest: they start first.
     waiting = iter(reversed(names))
@@ -202,3 +205,15 @@ def _solve_side_by_side(settings: TableSettings, names: list[str], count: int) -
                 yield name, values
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _begin_work(parent: int) -> None:
+    """Leave an interruption to the parent; end with it, were it killed: a pool's processes would wait for ever."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(WATCH_EVERY)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

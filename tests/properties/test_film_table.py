@@ -4,6 +4,19 @@ import math
 
 import numpy as np
 import pytest
+from film_tables import (
+    MEMORY,
+    RATIO,
+    SETTINGS,
+    coarse_table,
+    crosses,
+    differences,
+    family,
+    law,
+    path_across,
+    place,
+    solved,
+)
 
 from cranktrain.film import database
 from cranktrain.film.aligned_law import aligned_force, aligned_observables
@@ -11,61 +24,19 @@ from cranktrain.film.database import TableSettings, aligned_norms, sample_slab, 
 from cranktrain.film.journal import OUT_SIZE, film_observables, journal_film
 from cranktrain.film.journal_grid import cold_start, journal_grid, journal_work
 from cranktrain.film.table_interpolation import ALIGNED_MAX, TILTED_MAX, centres, eccentricity_nodes, stretched
-from cranktrain.film.table_law import BLENDED, SOLVED, TABLE, table_force, table_work, tilted_pressure
+from cranktrain.film.table_law import BLENDED, SHARE_MARGIN, SOLVED, TABLE, tilted_pressure
 from cranktrain.film_table import film_table
-
-RATIO = 0.35
-SETTINGS = TableSettings(RATIO, resolution="coarse")
-GRID = table_grid(SETTINGS)
-FILM, MEMORY = journal_work(GRID), table_work()
 
 
 @pytest.fixture(scope="module")
-def table(tmp_path_factory):
-    return film_table(SETTINGS, tmp_path_factory.mktemp("films") / "coarse.h5")[0]
-
-
-def law(table, state, half_speed=0.0, clearance=1.0, factor=1.0):
-    """Output and status of the law at (x, y, ax, ay, vx, vy, wx, wy), in clearances unless told otherwise."""
-    out = np.zeros(40)
-    status = table_force(
-        *(clearance * np.asarray(state)), half_speed, clearance, factor, table.arrays, GRID, FILM, cold_start(GRID),
-        MEMORY, out,
-    )  # fmt: skip
-    return out, status
-
-
-def place(eps, angle, share_a, share_b):
-    """Position and tilt, and the axes along and across the line of centres."""
-    b = share_b * math.sqrt(1 - eps * eps)
-    a = share_a * (math.sqrt(1 - b * b) - eps)
-    along = np.array([math.cos(angle), math.sin(angle)])
-    across = np.array([-along[1], along[0]])
-    return eps * along, a * along + b * across, along, across
-
-
-def family(eps, angle, share_a, share_b, gamma):
-    """State on the family of velocities that the table samples."""
-    e, t, along, across = place(eps, angle, share_a, share_b)
-    v = math.cos(gamma) * along + math.sin(gamma) * across
-    rate = eps**3 / (eps**4 + database.CENTRED_TURN**4) * math.sin(gamma)
-    return np.concatenate([e, t, v, rate * np.array([-t[1], t[0]])])
-
-
-def solved(state, grids, length_ratio=RATIO):
-    """Force and moments of the film itself, extrapolated from two grids whose axial intervals differ by two."""
-    outs = []
-    for grid in grids:
-        out = np.zeros(OUT_SIZE)
-        assert journal_film(grid, length_ratio**-2, *state, journal_work(grid), cold_start(grid), out) > 0
-        outs.append(out[:4])
-    return outs[1] + (outs[1] - outs[0]) / 3
+def table():
+    return coarse_table()
 
 
 def random_errors(table, count, grids, seed):
     """Force error over |F| and moment error over |F| L/2 at random states up to eccentricity 0.95."""
     rng = np.random.default_rng(seed)
-    limit = 0.93 * table.settings.tilt_range  # within the margin the film is solved already
+    limit = 0.96 * table.settings.tilt_range  # within the margin the film is solved already
     errors = np.empty((count, 2))
     for i in range(count):
         state = family(
@@ -99,7 +70,7 @@ def test_the_default_table_at_random_states_against_a_finer_film(tmp_path):
     assert worst.max() < 0.02
     assert table.worst(0.95)["tilted_max"] < 0.02
     assert table.worst(0.95)["tilted_p95"] < 0.005
-    assert path.stat().st_size < 15e6
+    assert path.stat().st_size < 20e6
 
 
 @pytest.mark.parametrize(("reach", "limit"), [((0.0, 0.95), 0.005), ((0.95, 0.99), 0.02)])
@@ -132,15 +103,6 @@ def aligned(table, state, half_speed, out):
     return aligned_force(*state, half_speed, 1.0, 1.0, table.arrays, HALF, HALF_FILM, cold_start(HALF), MEMORY, out)
 
 
-def differences(force, state, steps):
-    """Derivatives of ``force`` by fourth-order differences, one column for each component of ``state``."""
-    slopes = []
-    for move in np.diag(steps):
-        near, far = (force(state + k * move) - force(state - k * move) for k in (1, 2))
-        slopes.append((8 * near - far) / (12 * move.sum()))
-    return np.array(slopes).T
-
-
 @pytest.mark.parametrize("half_speed", [0.0, 0.7])
 def test_tangents_are_derivatives_of_the_interpolation(table, half_speed):
     rng = np.random.default_rng(5)
@@ -163,20 +125,6 @@ def test_tangents_are_derivatives_of_the_interpolation(table, half_speed):
         scale = np.abs(tangent).max()
         assert np.median(np.abs(tangent - slopes)) < 1e-7 * scale
         assert np.abs(tangent - slopes).max() < (1e-6 if not crosses(state, steps) else 1e-3) * scale
-
-
-def crosses(state, steps):
-    """Whether a difference step may leave the cell of a tilt axis."""
-
-    def cell(s):
-        e, t = s[:2], s[2:4]
-        eps = math.hypot(*e)
-        a, b = t @ e / eps, (t[1] * e[0] - t[0] * e[1]) / eps
-        shares = abs(a) / (math.sqrt(1 - b * b) - eps), abs(b) / math.sqrt(1 - eps * eps)
-        q, n = database.TILT_STRETCH, SETTINGS.shape[2] - 1
-        return [int(math.atanh(q * s / SETTINGS.tilt_range) / math.atanh(q) * n + 0.5) for s in shares]
-
-    return any(cell(state + k * move) != cell(state) for move in np.diag(steps)[:4] for k in (-2, 2))
 
 
 def test_tangents_of_the_aligned_law(table):
@@ -235,16 +183,9 @@ def test_homogeneous_in_all_speeds_and_round(table):
         assert scaled[4:36] == pytest.approx(law(table, state)[0][4:36] * 3 / 2e-5, rel=1e-7, abs=1e-3)
 
 
-def path_across(table, states):
-    """Largest jump of force and of tangents between neighbours, over their size."""
-    outs = np.array([law(table, state)[0][:36] for state in states])
-    jump = np.abs(np.diff(outs, axis=0))
-    return [jump[:, part].max() / np.abs(outs[:, part]).max() for part in (slice(0, 4), slice(4, 20), slice(20, 36))]
-
-
 def edges():
     """Pairs of states on the two sides of each border of the hand-over, 1e-9 apart."""
-    margin = 0.06 * SETTINGS.tilt_range
+    margin = SHARE_MARGIN * SETTINGS.tilt_range
     tiny = 1e-9
     for eps in (TILTED_MAX - 0.01, TILTED_MAX):
         yield [family(eps + s * tiny, 0.3, 0.3, -0.4, 1.9) for s in (-1, 1)]
@@ -291,8 +232,8 @@ def test_blended_tangents_carry_the_slope_of_the_weight(table):
     eps = TILTED_MAX - 0.005
     for state in (
         family(eps, 0.3, 0.3, -0.4, 1.2),
-        family(0.6, 0.3, 0.97 * SETTINGS.tilt_range, 0.2, 1.2),
-        family(0.6, 0.3, 0.2, 0.97 * SETTINGS.tilt_range, 1.2),
+        family(0.6, 0.3, 0.985 * SETTINGS.tilt_range, 0.2, 1.2),
+        family(0.6, 0.3, 0.2, 0.985 * SETTINGS.tilt_range, 1.2),
     ):
         out, status = law(table, state)
         assert status == BLENDED

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 
 import h5py
 import numpy as np
@@ -55,6 +56,37 @@ def test_an_interrupted_build_goes_on_and_ends_with_the_same_bits(kept, tmp_path
     assert not path.with_name("table.h5.part").exists()
     whole = load_film_table(kept, SETTINGS)
     assert all((a == b).all() for a, b in zip(table.arrays, whole.arrays, strict=True))
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process groups")
+def test_a_killed_build_leaves_no_process_and_loses_no_kept_slab(tmp_path):
+    path = tmp_path / "killed.h5"
+    part = path.with_name("killed.h5.part")
+    settings = TableSettings(0.35, resolution="coarse")
+    build = subprocess.Popen(
+        [*COMMAND, "--length-ratio", "0.35", "--resolution", "coarse", "--jobs", "2", "--output", str(path)],
+        start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    deadline = time.monotonic() + 300
+    while time.monotonic() < deadline and build.poll() is None:
+        if part.is_file() and part.stat().st_size > 50_000:
+            break
+        time.sleep(0.05)
+    assert build.poll() is None
+    build.kill()
+    build.wait()
+    with pytest.raises(ProcessLookupError):
+        while time.monotonic() < deadline:
+            os.killpg(build.pid, 0)
+            time.sleep(0.1)
+    told = []
+
+    def stop(done, total):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        film_table(settings, path, workers=1, progress=stop, say=told.append)
+    assert "goes on with" in told[0]
 
 
 def test_a_part_of_another_table_is_put_aside_with_a_word(tmp_path):

@@ -50,13 +50,14 @@ def aligned_force(x, y, vx, vy, half_speed, c, factor, table, grid, film_work, a
         if speed > 0.0:
             cos = vr / speed
             sin = vt / speed
-        gamma = math.atan2(sin, cos)
         f = work.scratch
-        interpolate_aligned(eps, gamma, table, 0, f)
+        interpolate_aligned(eps, cos, sin, table, 0, f)
         size = math.exp(f[0])
         # Direction of −F, and the slope of M·direction by γ and ε.
-        mr = size * math.cos(gamma + f[3])
-        mt = size * math.sin(gamma + f[3])
+        gr = size * math.cos(f[3])
+        gt = size * math.sin(f[3])
+        mr = gr * cos - gt * sin
+        mt = gr * sin + gt * cos
         gr = mr * f[2] - mt * (1.0 + f[5])
         gt = mt * f[2] + mr * (1.0 + f[5])
         fr = -speed * mr
@@ -119,7 +120,11 @@ def aligned_observables(x, y, vx, vy, half_speed, c, viscosity, radius, width, t
     sy = vy - half_speed * x
     speed = math.sqrt(sx * sx + sy * sy)
     eps = math.sqrt(x * x + y * y) / c
-    gamma = math.atan2(x * sy - y * sx, x * sx + y * sy)
-    interpolate_aligned(min(eps, ALIGNED_MAX), gamma, table, 2, out)
+    radial = x * sx + y * sy
+    across = x * sy - y * sx
+    size = math.sqrt(radial * radial + across * across)
+    cos = radial / size if size > 0.0 else 1.0
+    sin = across / size if size > 0.0 else 0.0
+    interpolate_aligned(min(eps, ALIGNED_MAX), cos, sin, table, 2, out)
     highest = 12.0 * viscosity * (radius / c) ** 2 * speed / c * math.exp(out[0])
     return highest, 2.0 * radius**3 / width * speed * math.exp(out[3]) * table.axes[5]

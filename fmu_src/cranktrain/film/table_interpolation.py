@@ -32,10 +32,15 @@ TILTED_MAX = 0.98
 
 # Functions of the aligned and of the tilted table.
 LN_FORCE, TURN, LN_ALIGNED_PRESSURE, LN_FLOW = 0, 1, 2, 3
-MOMENT_R, MOMENT_T, D_FW, D_WW, LN_PRESSURE = 2, 3, 4, 8, 11
+MOMENT_R, MOMENT_T, REST = 2, 3, 4
 FUNCTIONS = 12
-SCRATCH = 4 * 2 * 9 * FUNCTIONS + 3 * 9 * FUNCTIONS + 4 * 3 * FUNCTIONS
-"""Length of the memory that :func:`interpolate_tilted` works in."""
+"""Of the tilted table: ln M, β, both moments over |F|, and R (4, 2) of :mod:`cranktrain.film.table_family` over M."""
+ACROSS = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0)
+ENDS = (1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0)
+"""Signs that these functions take in the mirrors about the line of centres and z → −z."""
+PLACE = 23
+SCRATCH = 4 * 2 * 9 * FUNCTIONS + 3 * 9 * FUNCTIONS + 4 * 3 * FUNCTIONS + PLACE
+"""Length of the memory that :func:`interpolate_tilted` works in; its last numbers are the place in ε, A and B."""
 
 
 class TableArrays(NamedTuple):
@@ -43,6 +48,7 @@ class TableArrays(NamedTuple):
 
     aligned : (4, n_ε + 2, n_γ + 3) spline coefficients
     tilted : (n_ε + 2, n_γ + 3, n_t + 2, 12 (n_t + 2)) spline coefficients; of length 1 in each where not built
+    pressure : (n_ε + 2, n_γ + 3, n_t + 2, n_t + 2) the same of ln p̂
     axes : (8,) (D/L)² of the film, tilt range, largest x of the aligned and the tilted table, :func:`aligned_norms`,
         and the tilt rates |w − w_ref| / |v| where the law begins and ends to hand over to the film solved in place
     """
@@ -50,6 +56,7 @@ class TableArrays(NamedTuple):
     aligned: Array
     tilted: Array
     axes: Array
+    pressure: Array = np.zeros((1, 1, 1, 1))
 
 
 def eccentricity_nodes(count: int, top: float) -> Array:
@@ -96,11 +103,10 @@ def _wrapped(n: int) -> Any:
     return np.arange(-1, n + 2) % n
 
 
-def tilted_spline(values: Array) -> Array:
-    """Coefficients of the stored quarter, from values (n_ε, n_γ, n_t, n_t, 12) on it."""
-    n_eps, n_gamma, n_tilt, _, _ = values.shape
-    line = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
-    ends = np.array([1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
+def tilted_spline(values: Array, across: tuple[float, ...] = ACROSS, ends_sign: tuple[float, ...] = ENDS) -> Array:
+    """Coefficients of the stored quarter, from values (n_ε, n_γ, n_t, n_t, m) of m functions on it, and their signs."""
+    n_eps, n_gamma, n_tilt, _, functions = values.shape
+    line, ends = np.array(across), np.array(ends_sign)
     back = _opposite(n_gamma)
     # Solved on both sides of a mirror, equal to rounding; from here on to the last bit.
     values = values.copy()
@@ -116,10 +122,10 @@ def tilted_spline(values: Array) -> Array:
     )
     c = c.reshape(n_eps + 2, n_gamma, -1)
     c = np.linalg.solve(_circulant(n_gamma), c)[:, _wrapped(n_gamma)]
-    c = c.reshape(n_eps + 2, n_gamma + 3, count, count, FUNCTIONS)
+    c = c.reshape(n_eps + 2, n_gamma + 3, count, count, functions)
     tilt = np.linalg.inv(_quadratic(count))[:, :count]
     c = np.einsum("ka,lb,xgabf->xgklf", tilt[n_tilt - 1 :], tilt[n_tilt - 1 :], c, optimize=True)
-    return np.ascontiguousarray(c.reshape(n_eps + 2, n_gamma + 3, n_tilt + 2, FUNCTIONS * (n_tilt + 2)))
+    return np.ascontiguousarray(c.reshape(n_eps + 2, n_gamma + 3, n_tilt + 2, functions * (n_tilt + 2)))
 
 
 def _not_a_knot(n: int) -> Array:
@@ -154,11 +160,10 @@ def stretched(eps):
 
 
 @kernel
-def _around(gamma, count):
-    """Cell of an angle on a circle of ``count`` cells that starts at −π, the place in it, and its slope by γ."""
+def _around(cos, sin, count):
+    """Cell of an angle γ on a circle of ``count`` cells that starts at −π, the place in it, and its slope by γ."""
     scale = count / (2.0 * math.pi)
-    sin = math.sin(gamma)
-    cos = math.cos(gamma)
+    gamma = math.atan2(sin, cos)
     y = (gamma - (GATHERED[0] + 2.0 * GATHERED[1] * cos) * sin + math.pi) * scale
     y -= count * math.floor(y / count)
     j = int(y)
@@ -168,8 +173,24 @@ def _around(gamma, count):
 
 
 @kernel
-def interpolate_aligned(eps, gamma, table, first, out):
-    """Two functions of the aligned table from ``first`` on: ``out[0:6]`` = f, ∂ε, ∂γ, g, ∂ε, ∂γ; ε ≤ ALIGNED_MAX."""
+def _cubic(t, slope):
+    """Weights of a cubic B-spline at t in [0, 1] of a cell, and their derivatives times ``slope``."""
+    r = 1.0 - t
+    a0 = r * r * r / 6.0
+    a1 = (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0
+    a3 = t * t * t / 6.0
+    d0 = -0.5 * r * r * slope
+    d1 = t * (1.5 * t - 2.0) * slope
+    d3 = 0.5 * t * t * slope
+    return a0, a1, 1.0 - a0 - a1 - a3, a3, d0, d1, -d0 - d1 - d3, d3
+
+
+@kernel
+def interpolate_aligned(eps, cos, sin, table, first, out):
+    """Two functions of the aligned table from ``first`` on, at ε ≤ ALIGNED_MAX and the angle γ of (cos, sin).
+
+    ``out[0:6]`` = f, ∂ε, ∂γ, g, ∂ε, ∂γ.
+    """
     coefficients = table.aligned
     n = coefficients.shape[1] - 2
     count = coefficients.shape[2] - 3
@@ -179,26 +200,9 @@ def interpolate_aligned(eps, gamma, table, first, out):
     i = int(x)
     if i > n - 2:
         i = n - 2
-    t = x - i
-    j, s, turn = _around(gamma, count)
-    r = 1.0 - t
-    a0 = r * r * r / 6.0
-    a1 = (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0
-    a3 = t * t * t / 6.0
-    a2 = 1.0 - a0 - a1 - a3
-    d0 = -0.5 * r * r
-    d1 = t * (1.5 * t - 2.0)
-    d3 = 0.5 * t * t
-    d2 = -d0 - d1 - d3
-    r = 1.0 - s
-    b0 = r * r * r / 6.0
-    b1 = (4.0 - 6.0 * s * s + 3.0 * s * s * s) / 6.0
-    b3 = s * s * s / 6.0
-    b2 = 1.0 - b0 - b1 - b3
-    e0 = -0.5 * r * r
-    e1 = s * (1.5 * s - 2.0)
-    e3 = 0.5 * s * s
-    e2 = -e0 - e1 - e3
+    j, s, turn = _around(cos, sin, count)
+    a0, a1, a2, a3, d0, d1, d2, d3 = _cubic(x - i, slope * scale)
+    b0, b1, b2, b3, e0, e1, e2, e3 = _cubic(s, turn)
     for k in range(2):
         value = 0.0
         by_x = 0.0
@@ -215,54 +219,82 @@ def interpolate_aligned(eps, gamma, table, first, out):
             by_x += d * line
             by_y += a * (e0 * c0 + e1 * c1 + e2 * c2 + e3 * c3)
         out[3 * k] = value
-        out[3 * k + 1] = by_x * slope * scale
-        out[3 * k + 2] = by_y * turn
+        out[3 * k + 1] = by_x
+        out[3 * k + 2] = by_y
 
 
 @kernel
-def _share_place(share, tilt_range, cells):
-    """Nearest node, place around it in [−½, ½] and slope by the share, of A or B in [0, tilt range]."""
+def _share_place(share, tilt_range, cells, place):
+    """Nearest node of A or B in [0, tilt range]; ``place[0:6]`` three weights and their derivatives by the share."""
     z = share * TILT_STRETCH / tilt_range
     scale = cells / math.atanh(TILT_STRETCH)
     s = math.atanh(z) * scale
     k = int(s + 0.5)
     if k > cells:
         k = cells
-    return k, s - k, scale * TILT_STRETCH / tilt_range / (1.0 - z * z)
+    t = s - k
+    slope = scale * TILT_STRETCH / tilt_range / (1.0 - z * z)
+    place[0] = 0.5 * (0.5 - t) * (0.5 - t)
+    place[1] = 0.75 - t * t
+    place[2] = 0.5 * (0.5 + t) * (0.5 + t)
+    place[3] = (t - 0.5) * slope
+    place[4] = -2.0 * t * slope
+    place[5] = (t + 0.5) * slope
+    return k
 
 
 @kernel
-def interpolate_tilted(eps, gamma, share_a, share_b, table, scratch, functions):
-    """All functions of the tilted table and their derivatives by ε, γ, A, B: ``functions`` (5, 12).
+def tilted_place(eps, share_a, share_b, table, scratch):
+    """Find ε ≤ TILTED_MAX and 0 ≤ A, B ≤ tilt range on the tilted table's axes, for the interpolations below.
 
-    0 ≤ A, B ≤ tilt range, ε ≤ TILTED_MAX. Contracted axis by axis, all functions of three by three tilts at a time.
+    ``scratch`` keeps it in its last numbers: three cells, weights and their derivatives along ε, A and B.
     """
     c = table.tilted
     n = c.shape[0] - 2
-    count = c.shape[1] - 3
+    place = scratch[SCRATCH - PLACE :]
     x, slope = stretched(eps)
     scale = (n - 1) / table.axes[3]
     x *= scale
-    slope *= scale
     i = int(x)
     if i > n - 2:
         i = n - 2
-    t = x - i
-    j, s, turn = _around(gamma, count)
-    ka, ta, slope_a = _share_place(share_a, table.axes[1], c.shape[2] - 3)
-    kb, tb, slope_b = _share_place(share_b, table.axes[1], c.shape[2] - 3)
-    r = 1.0 - t
-    a0 = r * r * r / 6.0
-    a1 = (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0
-    a3 = t * t * t / 6.0
-    a2 = 1.0 - a0 - a1 - a3
-    d0 = -0.5 * r * r * slope
-    d1 = t * (1.5 * t - 2.0) * slope
-    d3 = 0.5 * t * t * slope
-    d2 = -d0 - d1 - d3
+    place[0] = i
+    place[1] = _share_place(share_a, table.axes[1], c.shape[2] - 3, place[11:17])
+    place[2] = _share_place(share_b, table.axes[1], c.shape[2] - 3, place[17:23])
+    a0, a1, a2, a3, d0, d1, d2, d3 = _cubic(x - i, slope * scale)
+    place[3] = a0
+    place[4] = a1
+    place[5] = a2
+    place[6] = a3
+    place[7] = d0
+    place[8] = d1
+    place[9] = d2
+    place[10] = d3
+
+
+@kernel
+def interpolate_tilted(cos, sin, table, scratch, functions):
+    """All functions of the tilted table and their derivatives by ε, γ, A, B: ``functions`` (5, 12).
+
+    At the angle γ of (cos, sin) and the rest as :func:`tilted_place` left it. Contracted axis by axis, all functions
+    of three by three tilts at a time.
+    """
+    c = table.tilted
+    where = scratch[SCRATCH - PLACE :]
+    i = int(where[0])
+    ka = int(where[1])
+    first = int(where[2]) * FUNCTIONS
+    a0 = where[3]
+    a1 = where[4]
+    a2 = where[5]
+    a3 = where[6]
+    d0 = where[7]
+    d1 = where[8]
+    d2 = where[9]
+    d3 = where[10]
+    j, s, turn = _around(cos, sin, c.shape[1] - 3)
     row = 3 * FUNCTIONS
     block = 9 * FUNCTIONS
-    first = kb * FUNCTIONS
     for g in range(4):
         for k in range(3):
             c0 = c[i, j + g, ka + k, first : first + row]
@@ -275,15 +307,7 @@ def interpolate_tilted(eps, gamma, share_a, share_b, table, scratch, functions):
             for q in range(36):
                 value[q] = a0 * c0[q] + a1 * c1[q] + a2 * c2[q] + a3 * c3[q]
                 by_x[q] = d0 * c0[q] + d1 * c1[q] + d2 * c2[q] + d3 * c3[q]
-    r = 1.0 - s
-    a0 = r * r * r / 6.0
-    a1 = (4.0 - 6.0 * s * s + 3.0 * s * s * s) / 6.0
-    a3 = s * s * s / 6.0
-    a2 = 1.0 - a0 - a1 - a3
-    d0 = -0.5 * r * r * turn
-    d1 = s * (1.5 * s - 2.0) * turn
-    d3 = 0.5 * s * s * turn
-    d2 = -d0 - d1 - d3
+    a0, a1, a2, a3, d0, d1, d2, d3 = _cubic(s, turn)
     start = 8 * block
     v0 = scratch[:block]
     v1 = scratch[2 * block : 3 * block]
@@ -305,26 +329,47 @@ def interpolate_tilted(eps, gamma, share_a, share_b, table, scratch, functions):
     u1 = scratch[last + row : last + 2 * row]
     u2 = scratch[last + 2 * row : last + 3 * row]
     u3 = scratch[last + 3 * row : last + 4 * row]
-    a0 = 0.5 * (0.5 - ta) * (0.5 - ta)
-    a1 = 0.75 - ta * ta
-    a2 = 0.5 * (0.5 + ta) * (0.5 + ta)
-    d0 = (ta - 0.5) * slope_a
-    d1 = -2.0 * ta * slope_a
-    d2 = (ta + 0.5) * slope_a
+    a0 = where[11]
+    a1 = where[12]
+    a2 = where[13]
+    d0 = where[14]
+    d1 = where[15]
+    d2 = where[16]
     for q in range(36):
         u0[q] = a0 * value[q] + a1 * value[q + 36] + a2 * value[q + 72]
         u1[q] = a0 * by_x[q] + a1 * by_x[q + 36] + a2 * by_x[q + 72]
         u2[q] = a0 * by_y[q] + a1 * by_y[q + 36] + a2 * by_y[q + 72]
         u3[q] = d0 * value[q] + d1 * value[q + 36] + d2 * value[q + 72]
-    a0 = 0.5 * (0.5 - tb) * (0.5 - tb)
-    a1 = 0.75 - tb * tb
-    a2 = 0.5 * (0.5 + tb) * (0.5 + tb)
-    d0 = (tb - 0.5) * slope_b
-    d1 = -2.0 * tb * slope_b
-    d2 = (tb + 0.5) * slope_b
+    a0 = where[17]
+    a1 = where[18]
+    a2 = where[19]
+    d0 = where[20]
+    d1 = where[21]
+    d2 = where[22]
     for q in range(12):
         functions[0, q] = a0 * u0[q] + a1 * u0[q + 12] + a2 * u0[q + 24]
         functions[1, q] = a0 * u1[q] + a1 * u1[q + 12] + a2 * u1[q + 24]
         functions[2, q] = a0 * u2[q] + a1 * u2[q + 12] + a2 * u2[q + 24]
         functions[3, q] = a0 * u3[q] + a1 * u3[q + 12] + a2 * u3[q + 24]
         functions[4, q] = d0 * u0[q] + d1 * u0[q + 12] + d2 * u0[q + 24]
+
+
+@kernel
+def interpolate_pressure(cos, sin, table, scratch):
+    """Ln p̂ at the angle γ of (cos, sin) and the rest as :func:`tilted_place` left it."""
+    c = table.pressure
+    where = scratch[SCRATCH - PLACE :]
+    i = int(where[0])
+    ka = int(where[1])
+    kb = int(where[2])
+    j, s, _ = _around(cos, sin, c.shape[1] - 3)
+    b0, b1, b2, b3, _, _, _, _ = _cubic(s, 0.0)
+    total = 0.0
+    for m in range(4):
+        for g in range(4):
+            b = b0 if g == 0 else (b1 if g == 1 else (b2 if g == 2 else b3))
+            for k in range(3):
+                row = c[i + m, j + g, ka + k]
+                line = where[17] * row[kb] + where[18] * row[kb + 1] + where[19] * row[kb + 2]
+                total += where[3 + m] * b * where[11 + k] * line
+    return total

@@ -4,10 +4,11 @@ Position and tilt are the displacements of the journal's middle and of its axis 
 bore; forces are conjugate to them: F = −∫∫ P n and Q = −∫∫ P ζ n, both in N (the moment ∫ z dF is Q L/2). The film sees
 the velocities of pure squeeze v = ė − ω̄ e_z×e and w = ṫ − ω̄ e_z×t, ω̄ half the sum of the surface speeds.
 
-Outside the table (eccentricity, tilt, or a tilt rate far from the family that the table samples) the film is solved in
-place. Within a margin inside the edge both answers are blended, f = W f_table + (1 − W) f_solved with W falling from
-1 to 0 without a kink; the tangents carry the slope of W. So forces and tangents are continuous across the hand-over,
-and nothing is extrapolated. The law says which of them answered: :data:`TABLE`, :data:`BLENDED` or :data:`SOLVED`.
+Inside, two points of the sampled family stand for any velocity (:mod:`cranktrain.film.table_family`). Outside the table
+(eccentricity, tilt, or a tilt rate so high that hardly anything else is left) the film is solved in place. Within a
+margin inside the edge both answers are blended, f = W f_table + (1 − W) f_solved with W falling from 1 to 0 without a
+kink; the tangents carry the slope of W. So forces and tangents are continuous across the hand-over, and nothing is
+extrapolated. The law says which of them answered: :data:`TABLE`, :data:`BLENDED` or :data:`SOLVED`.
 """
 
 from __future__ import annotations
@@ -17,26 +18,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cranktrain.film.database import turning
 from cranktrain.film.journal import DAMPING, OUT_SIZE, STIFFNESS, journal_film
+from cranktrain.film.table_family import FADED, LEVER, spread, turning
 from cranktrain.film.table_interpolation import (
-    D_FW,
-    D_WW,
     FUNCTIONS,
     LN_FORCE,
-    LN_PRESSURE,
     MOMENT_R,
+    REST,
     SCRATCH,
     TILTED_MAX,
     TURN,
+    interpolate_pressure,
     interpolate_tilted,
+    tilted_place,
 )
 from cranktrain.kernel import kernel
 from cranktrain.reduced_body import Array
 
 TABLE, BLENDED, SOLVED, FAILED = 0, 1, 2, -1
 TILTED_MARGIN = 0.01
-SHARE_MARGIN = 0.06
+SHARE_MARGIN = 0.03
 """Margins inside the edges, in ε, and in A and B as a share of the tilt range."""
 CENTRED = 1.0e-3
 """Below this eccentricity the line of centres has no direction to speak of: its turning is taken at this radius."""
@@ -47,6 +48,7 @@ class TableWork(NamedTuple):
 
     scratch: Array
     functions: Array  # (5, 12)
+    slopes: Array  # (4, 9) derivatives of a family's film by ε, a, b, v_r, v_t, d_r, d_t, ζ_c, σ
     local: Array  # (4, 7) derivatives by ε, a, b, v_r, v_t, w_r, w_t
     centred: Array  # (4, 8) derivatives on the line of centres
     weight: Array  # (16,) of the table: derivatives by the seven, then by the eight
@@ -56,8 +58,8 @@ class TableWork(NamedTuple):
 def table_work() -> TableWork:
     """Memory for :func:`table_force` and ``aligned_force``."""
     return TableWork(
-        np.zeros(SCRATCH), np.zeros((5, FUNCTIONS)), np.zeros((4, 7)), np.zeros((4, 8)), np.zeros(16),
-        np.zeros(OUT_SIZE),
+        np.zeros(SCRATCH), np.zeros((5, FUNCTIONS)), np.zeros((4, 9)), np.zeros((4, 7)), np.zeros((4, 8)),
+        np.zeros(16), np.zeros(OUT_SIZE),
     )  # fmt: skip
 
 
@@ -130,6 +132,83 @@ def _table_weight(eps, a, b, vr, vt, wr, wt, axes, slopes):
 
 
 @kernel
+def _add_family(vr, vt, dr, dt, lever, side, share, table, work, out):
+    """Add ``share`` of the family's film at v + λ d, λ = ζ_c ± σ (``lever``, sign ``side``), and its rest R d.
+
+    Place and tilt as ``tilted_place`` left them. Adds to ``out[0:4]`` and ``work.slopes``.
+    """
+    sr = vr + lever * dr
+    st = vt + lever * dt
+    speed = math.sqrt(sr * sr + st * st)
+    cos = 1.0
+    sin = 0.0
+    inverse = 0.0
+    if speed > 0.0:
+        inverse = 1.0 / speed
+        cos = sr * inverse
+        sin = st * inverse
+    f = work.functions
+    interpolate_tilted(cos, sin, table, work.scratch, f)
+    # The rest fades where the direction is lost; slopes by sr and st, and by dr and dt.
+    faded = FADED * FADED * (dr * dr + dt * dt)
+    fade = 1.0
+    by_s = 0.0
+    by_d = 0.0
+    if faded > 0.0:
+        fade = 1.0 / (speed * speed + faded)
+        by_s = 2.0 * faded * fade * fade
+        by_d = -2.0 * FADED * FADED * speed * speed * fade * fade
+        fade *= speed * speed
+    size = share * math.exp(f[0, LN_FORCE])
+    c = math.cos(f[0, TURN])
+    s = math.sin(f[0, TURN])
+    mr = size * (c * cos - s * sin)
+    mt = size * (c * sin + s * cos)
+    ln_e = f[1, LN_FORCE]
+    ln_g = f[2, LN_FORCE]
+    ln_a = f[3, LN_FORCE]
+    ln_b = f[4, LN_FORCE]
+    for k in range(4):
+        first = REST + 2 * k
+        r0 = size * f[0, first]
+        r1 = size * f[0, first + 1]
+        rest = r0 * dr + r1 * dt
+        if k < 2:
+            m = mr if k == 0 else mt
+            across = -mt if k == 0 else mr
+            by_e = m * ln_e + across * f[1, TURN]
+            by_g = m * ln_g + across * (f[2, TURN] + 1.0)
+            by_a = m * ln_a + across * f[3, TURN]
+            by_b = m * ln_b + across * f[4, TURN]
+        else:
+            q = MOMENT_R + k - 2
+            m = size * f[0, q]
+            by_e = m * ln_e + size * f[1, q]
+            by_g = m * ln_g + size * f[2, q]
+            by_a = m * ln_a + size * f[3, q]
+            by_b = m * ln_b + size * f[4, q]
+        rest_e = rest * ln_e + size * (f[1, first] * dr + f[1, first + 1] * dt)
+        rest_g = rest * ln_g + size * (f[2, first] * dr + f[2, first + 1] * dt)
+        rest_a = rest * ln_a + size * (f[3, first] * dr + f[3, first + 1] * dt)
+        rest_b = rest * ln_b + size * (f[4, first] * dr + f[4, first + 1] * dt)
+        out[k] -= speed * m + fade * rest
+        turned = by_g + fade * rest_g * inverse
+        to_r = m * cos - turned * sin + rest * by_s * sr
+        to_t = m * sin + turned * cos + rest * by_s * st
+        along = to_r * dr + to_t * dt
+        row = work.slopes[k]
+        row[0] -= speed * by_e + fade * rest_e
+        row[1] -= speed * by_a + fade * rest_a
+        row[2] -= speed * by_b + fade * rest_b
+        row[3] -= to_r
+        row[4] -= to_t
+        row[5] -= fade * r0 + lever * to_r + rest * by_d * dr
+        row[6] -= fade * r1 + lever * to_t + rest * by_d * dt
+        row[7] -= along
+        row[8] -= side * along
+
+
+@kernel
 def _tabled(eps, a, b, vr, vt, wr, wt, table, work, out):
     """Force and moments on the line of centres from the table, ``out[0:4]``, with ``work.local`` (4, 7)."""
     # The two mirrors bring every state into the stored quarter.
@@ -148,79 +227,59 @@ def _tabled(eps, a, b, vr, vt, wr, wt, table, work, out):
     height = math.sqrt(free)
     root = math.sqrt(1.0 - b * b)
     gap = root - eps
-    speed = math.sqrt(vr * vr + vt * vt)
-    cos = 1.0
-    sin = 0.0
-    inverse = 0.0
-    if speed > 0.0:
-        inverse = 1.0 / speed
-        cos = vr * inverse
-        sin = vt * inverse
-    gamma = math.atan2(sin, cos)
-    f = work.functions
-    interpolate_tilted(eps, gamma, a / gap, b / height, table, work.scratch, f)
-    # From shares of the possible tilt to the tilt.
-    a_e = a / (gap * gap)
-    a_a = 1.0 / gap
-    a_b = a * b / (root * gap * gap)
-    b_e = b * eps / (free * height)
-    b_b = 1.0 / height
-    for q in range(FUNCTIONS):
-        by_a = f[3, q]
-        by_b = f[4, q]
-        f[1, q] += by_a * a_e + by_b * b_e
-        f[3, q] = by_a * a_a
-        f[4, q] = by_a * a_b + by_b * b_b
-    size = math.exp(f[0, LN_FORCE])
-    c = math.cos(gamma + f[0, TURN])
-    s = math.sin(gamma + f[0, TURN])
+    share = a / gap
+    tilted_place(eps, share, b / height, table, work.scratch)
     rate, bend = turning(eps)
     dr = wr + vt * rate * b
     dt = wt - vt * rate * a
-    jacobian = work.local
-    for k in range(4):
-        if k == 0:
-            m = size * c
-            across = -size * s
-        elif k == 1:
-            m = size * s
-            across = size * c
+    strength = LEVER * rate * eps
+    lever = strength * share
+    speed2 = vr * vr + vt * vt
+    rest2 = dr * dr + dt * dt
+    # σ(q), q = |d|²/|v|²: twice its slope over |v|².
+    apart = 0.0
+    apart_e = 0.0
+    widens = 0.0
+    q = 0.0
+    if rest2 > 0.0:
+        if speed2 > 0.0:
+            q = rest2 / speed2
+            apart, apart_e, widens = spread(eps, q)
+            widens *= 2.0 / speed2
         else:
-            m = size * f[0, MOMENT_R + k - 2]
-            across = 0.0
-        first = D_FW + 2 * k if k < 2 else D_WW + k - 2
-        d0 = size * f[0, first]
-        d1 = size * f[0, first + 1]
-        rest = d0 * dr + d1 * dt
-        out[k] = -(speed * m + rest)
-        # By ε, γ, a and b through the functions.
-        by_e = by_g = by_a = by_b = 0.0
-        for p in range(1, 5):
-            if k < 2:
-                slope = m * f[p, LN_FORCE] + across * (f[p, TURN] + (1.0 if p == 2 else 0.0))
-            else:
-                slope = m * f[p, LN_FORCE] + size * f[p, MOMENT_R + k - 2]
-            slope = speed * slope + rest * f[p, LN_FORCE] + size * (f[p, first] * dr + f[p, first + 1] * dt)
-            if p == 1:
-                by_e = slope
-            elif p == 2:
-                by_g = slope
-            elif p == 3:
-                by_a = slope
-            else:
-                by_b = slope
-        row = jacobian[k]
-        row[0] = -(by_e + vt * bend * (d0 * b - d1 * a))
-        row[1] = -(by_a - d1 * vt * rate)
-        row[2] = -(by_b + d0 * vt * rate)
-        row[3] = -(m * cos - by_g * sin * inverse)
-        row[4] = -(m * sin + by_g * cos * inverse + rate * (d0 * b - d1 * a))
-        row[5] = -d0
-        row[6] = -d1
-        if speed == 0.0:
-            # The direction of no velocity: radial, and the slope across it from the table.
-            row[4] = -(size * ((f[2, TURN] + 1.0) * c + f[2, LN_FORCE] * s) if k == 1 else 0.0)
-            row[4] -= rate * (d0 * b - d1 * a)
+            apart, apart_e, _ = spread(eps, 1.0e300)
+    slopes = work.slopes
+    for k in range(4):
+        out[k] = 0.0
+        for p in range(9):
+            slopes[k, p] = 0.0
+    if apart == 0.0:
+        _add_family(vr, vt, dr, dt, lever, 0.0, 1.0, table, work, out)
+    else:
+        _add_family(vr, vt, dr, dt, lever + apart, 1.0, 0.5, table, work, out)
+        _add_family(vr, vt, dr, dt, lever - apart, -1.0, 0.5, table, work, out)
+    # From shares of the possible tilt to the tilt.
+    a_a = 1.0 / gap
+    a_e = share * a_a
+    a_b = share * b / root * a_a
+    b_e = b * eps / (free * height)
+    b_b = 1.0 / height
+    lever_e = LEVER * (rate + eps * bend) * share
+    for k in range(4):
+        sums = slopes[k]
+        by_share = sums[1] + strength * sums[7]
+        to_r = sums[5] + sums[8] * widens * dr
+        to_t = sums[6] + sums[8] * widens * dt
+        narrows = sums[8] * widens * q
+        row = work.local[k]
+        row[0] = sums[0] + by_share * a_e + sums[2] * b_e + vt * bend * (to_r * b - to_t * a)
+        row[0] += lever_e * sums[7] + apart_e * sums[8]
+        row[1] = by_share * a_a - to_t * vt * rate
+        row[2] = by_share * a_b + sums[2] * b_b + to_r * vt * rate
+        row[3] = sums[3] - narrows * vr
+        row[4] = sums[4] - narrows * vt + rate * (to_r * b - to_t * a)
+        row[5] = to_r
+        row[6] = to_t
         sign = 1.0 if k == 0 else (line if k == 1 else (ends if k == 2 else ends * line))
         out[k] *= sign
         row[0] *= sign
@@ -375,7 +434,9 @@ def tilted_pressure(x, y, ax, ay, vx, vy, half_speed, c, viscosity, radius, tabl
     share_a = abs(a) / (math.sqrt(1.0 - b * b) - eps)
     if share_a >= table.axes[1]:
         return -1.0
-    gamma = math.atan2(vt if a * b >= 0.0 else -vt, vr)
-    interpolate_tilted(eps, gamma, share_a, abs(b) / math.sqrt(1.0 - eps * eps), table, work.scratch, work.functions)
     speed = math.sqrt(vr * vr + vt * vt)
-    return 12.0 * viscosity * (radius / c) ** 2 * speed * math.exp(work.functions[0, LN_PRESSURE])
+    cos = vr / speed if speed > 0.0 else 1.0
+    sin = vt / speed if speed > 0.0 else 0.0
+    tilted_place(eps, share_a, abs(b) / math.sqrt(1.0 - eps * eps), table, work.scratch)
+    highest = interpolate_pressure(cos, sin if a * b >= 0.0 else -sin, table, work.scratch)
+    return 12.0 * viscosity * (radius / c) ** 2 * speed * math.exp(highest)

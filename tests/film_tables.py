@@ -1,0 +1,94 @@
+"""The coarse film table that tests share, its law in clearances, and films to compare with."""
+
+import math
+import tempfile
+from functools import cache
+
+import numpy as np
+
+from cranktrain.film.database import TableSettings, table_grid
+from cranktrain.film.journal import OUT_SIZE, journal_film
+from cranktrain.film.journal_grid import cold_start, journal_work
+from cranktrain.film.table_family import CENTRED_TURN
+from cranktrain.film.table_interpolation import TILT_STRETCH
+from cranktrain.film.table_law import table_force, table_work
+from cranktrain.film_table import film_table
+
+RATIO = 0.35
+SETTINGS = TableSettings(RATIO, resolution="coarse")
+GRID = table_grid(SETTINGS)
+FILM, MEMORY = journal_work(GRID), table_work()
+
+
+@cache
+def coarse_table():
+    """The coarse table, built once for all tests."""
+    with tempfile.TemporaryDirectory() as folder:
+        return film_table(SETTINGS, f"{folder}/coarse.h5")[0]
+
+
+def law(table, state, half_speed=0.0, clearance=1.0, factor=1.0):
+    """Output and status of the law at (x, y, ax, ay, vx, vy, wx, wy), in clearances unless told otherwise."""
+    out = np.zeros(40)
+    status = table_force(
+        *(clearance * np.asarray(state)), half_speed, clearance, factor, table.arrays, GRID, FILM, cold_start(GRID),
+        MEMORY, out,
+    )  # fmt: skip
+    return out, status
+
+
+def place(eps, angle, share_a, share_b):
+    """Position and tilt, and the axes along and across the line of centres."""
+    b = share_b * math.sqrt(1 - eps * eps)
+    a = share_a * (math.sqrt(1 - b * b) - eps)
+    along = np.array([math.cos(angle), math.sin(angle)])
+    across = np.array([-along[1], along[0]])
+    return eps * along, a * along + b * across, along, across
+
+
+def family(eps, angle, share_a, share_b, gamma):
+    """State on the family of velocities that the table samples."""
+    e, t, along, across = place(eps, angle, share_a, share_b)
+    v = math.cos(gamma) * along + math.sin(gamma) * across
+    rate = eps**3 / (eps**4 + CENTRED_TURN**4) * math.sin(gamma)
+    return np.concatenate([e, t, v, rate * np.array([-t[1], t[0]])])
+
+
+def solved(state, grids, length_ratio=RATIO):
+    """Force and moments of the film itself, extrapolated from two grids whose axial intervals differ by two."""
+    outs = []
+    for grid in grids:
+        out = np.zeros(OUT_SIZE)
+        assert journal_film(grid, length_ratio**-2, *state, journal_work(grid), cold_start(grid), out) > 0
+        outs.append(out[:4])
+    return outs[1] + (outs[1] - outs[0]) / 3
+
+
+def differences(force, state, steps):
+    """Derivatives of ``force`` by fourth-order differences, one column for each component of ``state``."""
+    slopes = []
+    for move in np.diag(steps):
+        near, far = (force(state + k * move) - force(state - k * move) for k in (1, 2))
+        slopes.append((8 * near - far) / (12 * move.sum()))
+    return np.array(slopes).T
+
+
+def crosses(state, steps):
+    """Whether a difference step may leave the cell of a tilt axis."""
+
+    def cell(s):
+        e, t = s[:2], s[2:4]
+        eps = math.hypot(*e)
+        a, b = t @ e / eps, (t[1] * e[0] - t[0] * e[1]) / eps
+        shares = abs(a) / (math.sqrt(1 - b * b) - eps), abs(b) / math.sqrt(1 - eps * eps)
+        q, n = TILT_STRETCH, SETTINGS.shape[2] - 1
+        return [int(math.atanh(q * s / SETTINGS.tilt_range) / math.atanh(q) * n + 0.5) for s in shares]
+
+    return any(cell(state + k * move) != cell(state) for move in np.diag(steps)[:4] for k in (-2, 2))
+
+
+def path_across(table, states):
+    """Largest jump of force and of tangents between neighbours, over their size."""
+    outs = np.array([law(table, state)[0][:36] for state in states])
+    jump = np.abs(np.diff(outs, axis=0))
+    return [jump[:, part].max() / np.abs(outs[:, part]).max() for part in (slice(0, 4), slice(4, 20), slice(20, 36))]
