@@ -157,19 +157,44 @@ def test_convergence_of_second_order(eps, velocity):
 
 
 def test_side_flow_balances_what_the_film_displaces():
-    # Full film, approaching: the oil that is squeezed out on one side leaves and enters over the ends.
-    grid = journal_grid(256, 32, half=True, rupture="full")
-    f = film(grid, 0.5, (0.6, 0.0), (1.0, 0.0))
-    _, flow = film_observables(grid, f.work)
-    assert abs(flow) < 1e-3  # what comes in where the gap opens goes out where it closes
-    ruptured = journal_grid(256, 32, half=True)
-    f = film(ruptured, 0.5, (0.6, 0.0), (1.0, 0.0))
-    n = ruptured.axial.shape[1] - 1
-    pressed = f.active[:, :n] > 0.0
-    source = 2.0 * (f.work.angle[0] * f.work.width[0])[:, None] * ruptured.axial[1, :n] * pressed
-    # (D/L)² flow through the ends is ∫∫ of the source over the pressurised zone (no flow crosses its inner border) but
-    # for the strips of the ends, which the nodes do not own.
-    assert 4.0 * film_observables(ruptured, f.work)[1] == pytest.approx(source.sum(), rel=0.01)
+    # Full film round a centred journal: Π = (1 − cosh κζ/cosh κ) cos φ, κ = L/D; what leaves on the closing half is
+    # 4 tanh(κ)/κ of the ∫∫ cos φ = 4 that it displaces; the rest goes round to the opening half.
+    for ratio in (0.1, 0.5, 2.0):
+        grid = journal_grid(256, 32, half=True, rupture="full")
+        f = film(grid, ratio, (0.0, 0.0), (1.0, 0.0))
+        flow = ratio**-2 * film_observables(grid, f.work)[1]
+        assert flow == pytest.approx(4.0 * math.tanh(ratio) / ratio, rel=1e-3)
+    for velocity in ((1.0, 0.0), (0.0, -0.3)):
+        ruptured = journal_grid(256, 32, half=True)
+        f = film(ruptured, 0.5, (0.6, 0.0), velocity)
+        n = ruptured.axial.shape[1] - 1
+        share = ruptured.axial[2, :n].copy()
+        share[-1] += 1.0 - share.sum()
+        c, s = f.work.angle[:2] * f.work.width[0]
+        # What the pressurised zone displaces leaves over its ends: the pressure has no slope at its inner border, which
+        # lies within half a cell of its last nodes.
+        displaced = 2.0 * (velocity[0] * c + velocity[1] * s) @ (share * (f.active[:, :n] > 0.0)).sum(axis=1)
+        assert 4.0 * film_observables(ruptured, f.work)[1] == pytest.approx(displaced, rel=0.01)
+
+
+@pytest.mark.parametrize("eps", [0.1, 0.6, 0.95])
+def test_side_flow_of_wide_bearings_does_not_hang_on_the_grid(eps):
+    for width_ratio in (0.5, 2.0, 4.0):
+        flows = []
+        for n_phi, n_z in ((96, 16), (384, 96)):
+            grid = journal_grid(n_phi, n_z, half=True, fed_at_widest=True)
+            flows.append(film_observables(grid, film(grid, width_ratio, (eps, 0.0), (0.0, -0.5 * eps)).work)[1])
+        assert flows[0] == pytest.approx(flows[1], rel=0.008)
+
+
+def test_largest_pressure_of_wide_bearings_does_not_hang_on_the_grid():
+    # At the ends of a wide bearing the film's own length is far below the axial step.
+    for width_ratio, eps in ((1.0, 0.95), (4.0, 0.99), (10.0, 0.99)):
+        tops = []
+        for n_phi, n_z in ((96, 16), (384, 96)):
+            grid = journal_grid(n_phi, n_z, half=True, fed_at_widest=True)
+            tops.append(film_observables(grid, film(grid, width_ratio, (eps, 0.0), (0.0, -0.5 * eps)).work)[0])
+        assert tops[0] == pytest.approx(tops[1], rel=0.01)
 
 
 @pytest.mark.parametrize("e_end", [0.999, 1.0, 1.05, 1.4])

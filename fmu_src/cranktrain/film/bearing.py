@@ -26,7 +26,8 @@ import numpy as np
 
 from cranktrain.errors import InputError, SolverError, nearest
 from cranktrain.film.journal import DAMPING, OUT_SIZE, STIFFNESS, film_observables, film_shear, journal_film
-from cranktrain.film.journal_grid import JournalGrid, cold_start, journal_grid, journal_work
+from cranktrain.film.journal_grid import FULL, JournalGrid, cold_start, journal_grid, journal_work
+from cranktrain.film.rupture_border import border_tangents
 from cranktrain.kernel import kernel
 from cranktrain.reduced_body import Array
 
@@ -78,7 +79,7 @@ class SteadyState:
     eccentricity (2,) and tilt (2,) over the clearance; attitude from the load to the eccentricity, rad; least film, m;
     flow out of both ends, m³/s; friction torque on the journal (it brakes), N m; stiffness and damping (2, 2) or, with
     tilt, (4, 4) for (x, y, slopes dx/dz, dy/dz) against (F_x, F_y, ∫z dF_x, ∫z dF_y); whirl threshold ω_s √(c m/W),
-    infinite where the journal is stable at all speeds; iterations of Newton's method.
+    infinite where the journal is stable at all speeds, 0 where at none; iterations of Newton's method.
     """
 
     eccentricity: Array
@@ -104,8 +105,11 @@ def bearing_grid(
     tilted: bool = False,
     rupture: str = "reynolds",
     groove: float = math.radians(20.0),
+    ratio: float = 0.0,
 ) -> JournalGrid:
     """Film grid for a steady bearing; ``groove`` is the extent of each axial groove, rad. n_phi = 0: the default.
+
+    ``ratio`` (B/D, where known) lets the axial nodes see the ends of wide bearings.
 
     The default, 160 (with grooves 192) × 16, has every coefficient within 0.5 % of the largest in its matrix; the force
     alone is as good on 96 × 16.
@@ -118,9 +122,9 @@ def bearing_grid(
                 f"two grooves of {math.degrees(groove):g} deg overlap or vanish; each takes between 0 and 180 deg"
             )
         places = ((0.5 * math.pi, groove), (1.5 * math.pi, groove))
-        return journal_grid(n_phi or 192, n_z, half=not tilted, rupture=rupture, grooves=places)
+        return journal_grid(n_phi or 192, n_z, half=not tilted, rupture=rupture, grooves=places, ratio=ratio)
     fed = supply == "widest-gap" and rupture == "reynolds"
-    return journal_grid(n_phi or 160, n_z, half=not tilted, rupture=rupture, fed_at_widest=fed)
+    return journal_grid(n_phi or 160, n_z, half=not tilted, rupture=rupture, fed_at_widest=fed, ratio=ratio)
 
 
 class SteadyBearing:
@@ -158,7 +162,7 @@ class SteadyBearing:
         applied[0] = load / unit
         if moment is not None:
             applied[2:] = np.asarray(moment) / (unit * 0.5 * journal.width)
-        size, attitude = first_guess(ratio, applied[0])
+        size, attitude = first_guess(ratio, applied[0], full=int(self.grid.settings[0]) == FULL)
         state = np.array([size * math.cos(attitude), size * math.sin(attitude), 0.0, 0.0])
         freedoms = 2 if moment is None else 4
         self.active[0, 0] = -1.0
@@ -209,35 +213,43 @@ class SteadyBearing:
 
 
 def whirl_threshold(stiffness: Array, damping: Array, load: float, c: float, speed: float) -> tuple[float, float]:
-    """ω_s √(c m/W) and the whirl frequency over the speed, from (2, 2) coefficients; (inf, 0) where always stable."""
+    """ω_s √(c m/W) and the whirl frequency over the speed, from (2, 2) coefficients.
+
+    (inf, 0) where the rotor is stable at all speeds, a threshold of 0 where at none (k_eq ≤ 0).
+    """
     (kxx, kxy), (kyx, kyy) = stiffness
     (cxx, cxy), (cyx, cyy) = damping
     equivalent = (kxx * cyy + kyy * cxx - kxy * cyx - kyx * cxy) / (cxx + cyy)
     whirl2 = ((equivalent - kxx) * (equivalent - kyy) - kxy * kyx) / (cxx * cyy - cxy * cyx)
-    if whirl2 <= 0.0 or equivalent <= 0.0:
-        return math.inf, 0.0
+    if whirl2 <= 0.0:
+        return (math.inf, 0.0) if equivalent > 0.0 else (0.0, 0.0)
     ratio = math.sqrt(whirl2) / speed
+    if equivalent <= 0.0:
+        return 0.0, ratio
     return math.sqrt(equivalent * c / load) / ratio, ratio
 
 
-def first_guess(ratio: float, load: float) -> tuple[float, float]:
+def first_guess(ratio: float, load: float, full: bool = False) -> tuple[float, float]:
     """Eccentricity and attitude (rad) of a bearing of width-to-diameter ``ratio`` under ``load`` over F₀.
 
-    Half films of a short (Ocvirk) and a long (Sommerfeld) bearing, their compliances added: within some 20 %.
+    Half films, or full ones, of a short (Ocvirk) and a long (Sommerfeld) bearing, their compliances added: within some
+    20 %.
     """
     low, high = -16.0, -1.0e-9
     for _ in range(50):
         middle = 0.5 * (low + high)
         eps = 1.0 - math.exp(middle)
         left = 1.0 - eps * eps
-        short = ratio**2 * eps / (6.0 * left**2) * math.sqrt(16.0 * eps**2 + math.pi**2 * left)
-        wide = eps * math.sqrt(math.pi**2 * left + 4.0 * eps**2) / ((2.0 + eps * eps) * left)
+        # A full film has twice the force across the line of centres, and none along it.
+        around = math.pi * math.sqrt(left)
+        short = ratio**2 * eps / (6.0 * left**2) * (2.0 * around if full else math.hypot(4.0 * eps, around))
+        wide = eps / ((2.0 + eps * eps) * left) * (2.0 * around if full else math.hypot(2.0 * eps, around))
         if 1.0 / (1.0 / short + 1.0 / wide) > load:
             low = middle
         else:
             high = middle
     eps = 1.0 - math.exp(0.5 * (low + high))
-    return eps, math.atan2(math.pi * math.sqrt(1.0 - eps * eps), 4.0 * eps)
+    return eps, 0.5 * math.pi if full else math.atan2(math.pi * math.sqrt(1.0 - eps * eps), 4.0 * eps)
 
 
 @kernel
@@ -265,6 +277,11 @@ def equilibrium(grid, ratio2, applied, half_speed, freedoms, state, work, active
                 system[j, k] = out[4 + 4 * j + k] - half_speed * out[20 + 4 * j + k + 1]
                 system[j, k + 1] = out[4 + 4 * j + k + 1] + half_speed * out[20 + 4 * j + k]
         if worst <= RESIDUAL * load:
+            if border_tangents(
+                grid, half_speed * state[1], -half_speed * state[0], half_speed * state[3], -half_speed * state[2],
+                work, active, out,
+            ) != 0:  # fmt: skip
+                return -step
             return step
         size2 = state[0] * state[0] + state[1] * state[1]
         if freedoms == 2 and grid.settings[1] > 0.0 and size2 > 0.0:

@@ -31,6 +31,7 @@ import numpy as np
 
 from cranktrain.film.journal_grid import (
     GUEMBEL,
+    REYNOLDS,
     JournalGrid,
     JournalWork,
     cold_start,
@@ -71,9 +72,19 @@ def journal_film(grid, ratio2, ex, ey, tx, ty, vx, vy, wx, wy, work, active, out
     On half the width all that belongs to tilt is zero.
     Returns the number of passes of the active set, negative where it did not settle or a pivot failed.
     """
+    place = work.place
+    place[0] = ex
+    place[1] = ey
+    place[2] = tx
+    place[3] = ty
+    place[4] = vx
+    place[5] = vy
+    place[6] = wx
+    place[7] = wy
+    place[8] = ratio2
     _film(grid, ratio2, ex, ey, tx, ty, work)
     passes = rupture_pressure(grid, vx, vy, wx, wy, work, active)
-    _tangents(grid, vx, vy, wx, wy, work, active, out)
+    journal_tangents(grid, vx, vy, wx, wy, work, active, out)
     return passes
 
 
@@ -99,10 +110,6 @@ def _film(grid, ratio2, ex, ey, tx, ty, work):
     axial = grid.axial
     columns = circle.shape[1]
     n = axial.shape[1] - 1
-    work.place[0] = ex
-    work.place[1] = ey
-    work.place[2] = tx
-    work.place[3] = ty
     grading = grid.settings[1]
     mx, my = _gathering(grading, ex, ey, tx, ty)
     m = math.sqrt(mx * mx + my * my)
@@ -154,7 +161,7 @@ def _film(grid, ratio2, ex, ey, tx, ty, work):
 
 
 @kernel
-def _tangents(grid, vx, vy, wx, wy, work, active, out):
+def journal_tangents(grid, vx, vy, wx, wy, work, active, out):
     """Forces, ∂/∂(e, t) and ∂/∂(v, w) from the unit solutions that ``rupture_pressure`` left."""
     axial = grid.axial
     columns = active.shape[0]
@@ -261,43 +268,49 @@ def film_observables(grid, work):
     """Largest pressure and side flow of the film that ``journal_film`` left in ``work``.
 
     Returns max Π, by parabolas through the largest node (P: times 12 η (R/c)²); the flow out of both ends
-    Σ ∫H³ |∂ζΠ| dφ (m³/s: times 2 c R³/L).
+    Σ ∫H³ |∂ζΠ| dφ (m³/s: times 2 c R³/L). It is that of the discrete balance: what crosses the last face inside, and
+    what the strip beyond the last node adds where the film reaches it; so it equals what the gap displaces in the
+    whole film. A film that may draw oil in (full, guembel) counts what leaves only.
     """
     p = work.pressure
     axial = grid.axial
     columns = p.shape[0]
     n = axial.shape[1] - 1
-    ex, ey, tx, ty = work.place[0], work.place[1], work.place[2], work.place[3]
+    place = work.place
     half = grid.settings[2] > 1.5
-    least = 0.0 if int(grid.settings[0]) == GUEMBEL else -1.0e300
+    ruptures = int(grid.settings[0]) == REYNOLDS
     best_i = 0
     best_j = 0
+    highest = -1.0
     for i in range(columns):
         for j in range(n):
-            if p[i, j] > p[best_i, best_j]:
+            # Beside an end the weight of source and force exceeds the cell; where the film is too thin for the axial
+            # step, the pressure there does as well.
+            value = p[i, j] * min(axial[1, j] / axial[2, j], 1.0)
+            if value > highest:
+                highest = value
                 best_i = i
                 best_j = j
     top = p[best_i, best_j]
     before = p[best_i - 1 if best_i > 0 else columns - 1, best_j]
     after = p[best_i + 1 if best_i + 1 < columns else 0, best_j]
-    highest = top + _rise(before, top, after)
+    highest += _rise(before, top, after)
     after = p[best_i, best_j + 1] if best_j + 1 < n else 0.0
     before = p[best_i, best_j - 1] if best_j > 0 else (after if half else 0.0)
     highest += _rise(before, top, after)
     flow = 0.0
-    # Slope at the edges by a cubic in the uniform coordinate, through zero at the edge.
-    step = grid.settings[3]
+    strip = grid.settings[3]
     for i in range(columns):
-        c = work.angle[0, i]
-        s = work.angle[1, i]
-        h = max(1.0 - (ex + tx) * c - (ey + ty) * s, FLOOR)
-        drop = max(3.0 * p[i, n - 1] - 1.5 * p[i, n - 2] + p[i, n - 3] / 3.0, least)
-        flow += h * h * h * drop / step * work.width[0, i]
-        if not half:
-            h = max(1.0 - (ex - tx) * c - (ey - ty) * s, FLOOR)
-            drop = max(3.0 * p[i, 0] - 1.5 * p[i, 1] + p[i, 2] / 3.0, least)
-            flow += h * h * h * drop / step * work.width[0, i]
-    return highest, grid.settings[2] * flow
+        c = work.angle[0, i] * work.width[0, i]
+        s = work.angle[1, i] * work.width[0, i]
+        for end in range(1 if half else 2):
+            last = n - 1 if end == 0 else 0
+            out = work.conduct[1, i, n if end == 0 else 0] * p[i, last]
+            if grid.blocked[i, last] == 0.0 and not (ruptures and p[i, last] == 0.0):
+                side = 1.0 if end == 0 else -1.0
+                out += strip * ((place[4] + side * place[6]) * c + (place[5] + side * place[7]) * s)
+            flow += out if ruptures else max(out, 0.0)
+    return highest, grid.settings[2] * flow / place[8]
 
 
 @kernel

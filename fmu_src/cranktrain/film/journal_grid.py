@@ -28,6 +28,9 @@ GRADING = 0.85
 EDGE_GRADING = 0.7
 """Share of the sine in the axial spacing ζ(s) = (1 − a) s + a sin(π s/2): 0 is uniform, 1 Chebyshev's."""
 
+WIDE, WIDEST = 4.0, 1000.0
+"""B/D from which, and up to which, axial nodes gather the closer at the ends the wider the bearing is."""
+
 
 class JournalGrid(NamedTuple):
     """Where the film is sampled; float64 throughout.
@@ -36,7 +39,8 @@ class JournalGrid(NamedTuple):
     spacing : (2, N) cell width of a node and distance across the face behind it, in γ
     axial : (5, n + 1) ζ of nodes, cell width, weight of source and force, ζ of the face before a node, 1/distance there
     blocked : (N, m) 1 where the pressure is held at zero (grooves), and beyond n
-    settings : (4,) rupture, grading (0: nodes at rest), sides (1, or 2: half the width by symmetry), last step in ζ
+    settings : (4,) rupture, grading (0: nodes at rest), sides (1, or 2: half the width by symmetry), strip in ζ at an
+        end that no node's weight covers
     """
 
     circle: Array
@@ -63,7 +67,7 @@ class JournalWork(NamedTuple):
     unit: Array  # (N, m, 4)
     adjoint: Array  # (N, m, 4)
     carried: Array  # (m, m)
-    place: Array  # (4,) eccentricity and tilt
+    place: Array  # (9,) eccentricity, tilt, both velocities of squeeze, (D/L)²
 
 
 def journal_grid(
@@ -76,6 +80,7 @@ def journal_grid(
     grooves: tuple[tuple[float, float], ...] = (),
     fed_at_widest: bool = False,
     sealed: bool = False,
+    ratio: float = 0.0,
 ) -> JournalGrid:
     """Grid of a journal film.
 
@@ -89,6 +94,8 @@ def journal_grid(
     fed_at_widest : hold the pressure at zero on the line of the widest gap (opposite to where nodes gather), as an oil
         groove there would
     sealed : no flow over the ends, so that pressure is uniform over the width: the infinitely long bearing
+    ratio : B/D, where known: beyond ``WIDE`` axial nodes gather at the ends so closely that they see the pressure drop
+        there within a radius
 
     Raises
     ------
@@ -118,10 +125,10 @@ def journal_grid(
     step = 2.0 / n_z
     first = n_z // 2 if half else 1
     n = n_z - first
-    s = -1.0 + step * np.arange(n_z + 1)
-    node = (1.0 - EDGE_GRADING) * s + EDGE_GRADING * np.sin(0.5 * math.pi * s)
+    s: Array = np.asarray(-1.0 + step * np.arange(n_z + 1))
+    node, weight = axial_nodes(s, ratio)
+    weight *= step
     face = 0.5 * (node[1:] + node[:-1])
-    weight = step * (1.0 - EDGE_GRADING + EDGE_GRADING * 0.5 * math.pi * np.cos(0.5 * math.pi * s))
     weight[[1, -2]] *= 1.0 + 1.0 / 6.0
     weight[[2, -3]] *= 1.0 - 1.0 / 24.0
     axial = np.zeros((5, n + 1))
@@ -134,14 +141,32 @@ def journal_grid(
         axial[1, :n] *= 2.0 / (face[-1] - face[0])
         axial[2] = axial[1]
         axial[4, [0, n]] = 0.0
+    strip = 1.0 - 0.5 * (axial[2, 0] if half else 0.0) - (1.0 if half else 0.5) * axial[2, (1 if half else 0) : n].sum()
     if half:
         axial[1:3, 0] *= 0.5
         axial[4, 0] = 0.0
     padded = -(-n // LANES) * LANES
     blocked = np.ones((circle.shape[1], padded))
     blocked[:, :n] = blocked_columns[:, None]
-    settings = np.array([RUPTURES[rupture], grading, 2.0 if half else 1.0, step * (1.0 - EDGE_GRADING)])
+    settings = np.array([RUPTURES[rupture], grading, 2.0 if half else 1.0, strip])
     return JournalGrid(circle, spacing, axial, blocked, settings)
+
+
+def axial_nodes(s: Array, ratio: float) -> tuple[Array, Array]:
+    """ζ(s) and dζ/ds, s uniform in [−1, 1]."""
+    if ratio <= WIDE:
+        grading = EDGE_GRADING
+        node = (1.0 - grading) * s + grading * np.sin(0.5 * math.pi * s)
+        return node, 1.0 - grading + grading * 0.5 * math.pi * np.cos(0.5 * math.pi * s)
+    # ζ = tanh βs/tanh β: at the ends the step is the same share of the diameter for all of these bearings.
+    low, high = 0.1, 20.0
+    for _ in range(60):
+        beta = 0.5 * (low + high)
+        steep = beta * (1.0 - math.tanh(beta) ** 2) / math.tanh(beta) > (1.0 - EDGE_GRADING) * WIDE / min(ratio, WIDEST)
+        low, high = (beta, high) if steep else (low, beta)
+    node = np.tanh(beta * s) / math.tanh(beta)
+    node[[0, -1]] = -1.0, 1.0
+    return node, beta * (1.0 - np.tanh(beta * s) ** 2) / math.tanh(beta)
 
 
 def _grooved_nodes(n_phi: int, grooves: tuple[tuple[float, float], ...]) -> tuple[Array, Array, Array]:
@@ -179,7 +204,7 @@ def journal_work(grid: JournalGrid) -> JournalWork:
         np.zeros((4, columns)), np.zeros((2, columns)), np.zeros((2, columns, m + 1)), np.zeros((2, columns, m + 1)),
         np.zeros((2, columns, m + 1)), np.zeros((columns, m)), np.zeros(columns), np.zeros((columns, m, m)),
         np.zeros((columns, m, m)), np.zeros((columns, m)), np.zeros((columns, m)), np.zeros((columns, m, 4)),
-        np.zeros((columns, m, 4)), np.zeros((m, m)), np.zeros(4),
+        np.zeros((columns, m, 4)), np.zeros((m, m)), np.zeros(9),
     )  # fmt: skip
 
 

@@ -58,7 +58,7 @@ def rupture_pressure(grid, vx, vy, wx, wy, work, active):
     if not (cold or at_rest) and rupture == REYNOLDS:
         _foresee(n, blocked, vx, vy, wx, wy, work, active, tolerance)
     for passes in range(1, most + 1):
-        start, cyclic = _matrix(n, work, active)
+        start, cyclic = ring_matrix(n, work, active)
         if factor_ring(
             work.matrix[0], work.matrix[1], work.around, work.used, start, cyclic, n, work.inverse, work.border,
             work.carried,
@@ -74,17 +74,8 @@ def rupture_pressure(grid, vx, vy, wx, wy, work, active):
             break
     else:
         return -most
-    unit = work.unit
-    for i in range(columns):
-        c = work.angle[0, i] * work.width[0, i]
-        s = work.angle[1, i] * work.width[0, i]
-        for j in range(n):
-            g = axial[2, j] * active[i, j]
-            unit[i, j, 0] = c * g
-            unit[i, j, 1] = s * g
-            unit[i, j, 2] = c * g * axial[0, j]
-            unit[i, j, 3] = s * g * axial[0, j]
-    solve_ring_four(work.around, work.used, start, cyclic, n, work.inverse, work.border, unit, work.carried)
+    unit_sources(n, axial, work, active)
+    solve_ring_four(work.around, work.used, start, cyclic, n, work.inverse, work.border, work.unit, work.carried)
     if rupture == GUEMBEL:
         adjoint = work.adjoint
         _share_of_compression(n, p, work.source)
@@ -99,6 +90,21 @@ def rupture_pressure(grid, vx, vy, wx, wy, work, active):
                 adjoint[i, j, 3] = s * g * axial[0, j]
         solve_ring_four(work.around, work.used, start, cyclic, n, work.inverse, work.border, adjoint, work.carried)
     return passes
+
+
+@kernel
+def unit_sources(n, axial, work, active):
+    """The four sources g = (n, ζ n) by cells, on the active set, into ``work.unit``."""
+    unit = work.unit
+    for i in range(active.shape[0]):
+        c = work.angle[0, i] * work.width[0, i]
+        s = work.angle[1, i] * work.width[0, i]
+        for j in range(n):
+            g = axial[2, j] * active[i, j]
+            unit[i, j, 0] = c * g
+            unit[i, j, 1] = s * g
+            unit[i, j, 2] = c * g * axial[0, j]
+            unit[i, j, 3] = s * g * axial[0, j]
 
 
 @kernel
@@ -178,7 +184,7 @@ def _share_of_compression(n, p, share):
 
 
 @kernel
-def _matrix(n, work, active):
+def ring_matrix(n, work, active):
     """Masked matrix of the active set; returns the column where the ring starts, and whether it stays closed."""
     columns = active.shape[0]
     padded = active.shape[1]

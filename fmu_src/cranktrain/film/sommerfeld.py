@@ -20,9 +20,9 @@ import numpy as np
 
 from cranktrain.errors import InputError, SolverError, nearest
 from cranktrain.film.bearing import SUPPLIES, bearing_grid
+from cranktrain.film.conserving_journal import DEFAULT_GRID, conserving_film, conserving_grid
 from cranktrain.film.journal import OUT_SIZE, film_observables, film_shear, journal_film
-from cranktrain.film.journal_grid import GRADING, PRESETS, RUPTURES, cold_start, journal_work
-from cranktrain.film.reynolds import Edges, Supply, solve_film
+from cranktrain.film.journal_grid import PRESETS, RUPTURES, cold_start, journal_work
 from cranktrain.reduced_body import Array
 
 CAVITATION = (*RUPTURES, "mass-conserving")
@@ -62,7 +62,7 @@ def prescribed_film(
     squeeze_only : no rotation, ε̇ > 0
     tilt : displacement of the journal's axis at the end ζ = +1, over the clearance, along x and y; at rest
     cavitation : reynolds, guembel, full or mass-conserving
-    supply : widest-gap or none; by default widest-gap for steady rotation with reynolds (and always mass-conserving)
+    supply : widest-gap or none; by default widest-gap for rotation with reynolds (with squeeze ≥ 0) or mass-conserving
     grid : intervals around and over the width
 
     Raises
@@ -71,25 +71,26 @@ def prescribed_film(
         for input that has no film
     """
     _check(length_ratio, eccentricity, squeeze, squeeze_only, tilt, cavitation)
-    steady = squeeze == 0.0 and not squeeze_only
-    fed_by_default = steady and cavitation in ("reynolds", "mass-conserving")
-    chosen = supply or ("widest-gap" if fed_by_default else "none")
+    feeds = cavitation in ("reynolds", "mass-conserving") and not squeeze_only
+    # A journal that leaves the wall presses oil from the widest gap; a groove there would let it out.
+    by_default = feeds and (squeeze >= 0.0 or cavitation == "mass-conserving")
+    chosen = supply or ("widest-gap" if by_default else "none")
     if chosen not in SUPPLIES[:2]:
         raise InputError(f"supply '{chosen}' does not exist at a given eccentricity; {nearest(chosen, SUPPLIES[:2])}")
-    if chosen == "widest-gap" and not fed_by_default:
+    if chosen == "widest-gap" and not feeds:
         raise InputError(
-            "supply 'widest-gap' is for steady rotation with cavitation reynolds or mass-conserving; use 'none'"
+            "supply 'widest-gap' is for a journal that rotates, with cavitation reynolds or mass-conserving; use 'none'"
         )
-    n_phi, n_z = grid or (PRESETS["default"] if tuple(tilt) == (0.0, 0.0) else (160, 24))
-    if cavitation == "mass-conserving":
-        if chosen == "none" or not steady:
-            raise InputError(
-                "a mass-conserving film at a given eccentricity must rotate steadily and be fed at the widest gap: "
-                "its fill depends on supply and time; drop --squeeze, --squeeze-only and --supply none, or use reynolds"
-            )
-        return _conserving(length_ratio, eccentricity, tilt, n_phi, n_z)
     tilted = tuple(tilt) != (0.0, 0.0)
-    film = bearing_grid(chosen, n_phi=n_phi, n_z=n_z, tilted=tilted, rupture=cavitation)
+    if cavitation == "mass-conserving":
+        if chosen == "none" and not squeeze_only:
+            raise InputError(
+                "a rotating film that conserves oil runs dry with --supply none; leave it out, or use reynolds"
+            )
+        grid = grid or ((DEFAULT_GRID[0], 24) if tilted else DEFAULT_GRID)
+        return _conserving(length_ratio, eccentricity, squeeze, squeeze_only, tilt, chosen, grid)
+    n_phi, n_z = grid or ((160, 24) if tilted else PRESETS["default"])
+    film = bearing_grid(chosen, n_phi=n_phi, n_z=n_z, tilted=tilted, rupture=cavitation, ratio=length_ratio)
     work, active, out = journal_work(film), cold_start(film), np.zeros(OUT_SIZE)
     turning = 0.0 if squeeze_only else 0.5
     closing = 1.0 if squeeze_only else squeeze
@@ -117,49 +118,31 @@ def _result(eps: float, force: Array, leverage: Array, flow: float, p_max: float
         friction=0.5 * shear / load + 0.5 * eps * fy / load if load > 0.0 else math.nan,
         p_max=p_max,
         force=(fx, fy),
-        moment=(-float(leverage[1]), float(leverage[0])),
+        moment=(0.0 - float(leverage[1]), float(leverage[0])),
     )
 
 
-def _conserving(ratio: float, eps: float, tilt: tuple[float, float], n_phi: int, n_z: int) -> PrescribedFilm:
-    """Steady film that conserves oil, fed at the widest gap; R = η = ω = 1 and ψ = 1e-3."""
-    psi = 1.0e-3
-    gamma = 2.0 * math.pi * np.arange(n_phi) / n_phi
-    m = GRADING * eps
-    # x starts at the widest gap, φ = π, and follows the nodes that gather at φ = 0.
-    phi = math.pi + 2.0 * np.arctan2(math.sqrt(1.0 + m) * np.sin(0.5 * gamma), math.sqrt(1.0 - m) * np.cos(0.5 * gamma))
-    zeta = np.linspace(-1.0, 1.0, n_z + 1)
-    n = np.array([np.cos(phi), np.sin(phi)])
-    h = psi * (1.0 - eps * n[0][:, None] - np.outer(tilt[0] * n[0] + tilt[1] * n[1], zeta))
-    width = 2.0 * ratio
-    groove = np.zeros(h.shape, dtype=bool)
-    groove[0] = True
-    film = solve_film(
-        h, (2.0 * math.pi, width), speeds=(1.0, 0.0), viscosity=1.0, periodic=True, edges=Edges(),
-        supplies=(Supply("groove", groove, 0.0),), cavitation="mass-conserving",
-        nodes=(phi - math.pi, 0.5 * width * (zeta + 1.0)),
-    )  # fmt: skip
-    # The parabola of a short bearing is exact at the nodes; end corrections make its sum of fourth order.
-    weight = np.ones(n_z + 1)
-    weight[[1, -2]] = 7.0 / 6.0
-    weight[[2, -3]] = 23.0 / 24.0
-    pressed = film.pressure * film.areas * weight
-    unit = psi**2 / (2.0 * width)
-    force = -unit * (n @ pressed.sum(axis=1))
-    leverage = -unit * (n @ (pressed @ (0.5 * width * zeta))) / width
-    # What pressure drives out, with the slope at the edges by a cubic; what the surfaces draw in there is not counted.
-    step = width / n_z
-    cubic = [3.0, -1.5, 1.0 / 3.0]
-    drop = h[:, 0] ** 3 * (film.pressure[:, 1:4] @ cubic) + h[:, -1] ** 3 * (film.pressure[:, -2:-5:-1] @ cubic)
-    flow = float(np.sum(drop * film.areas[:, n_z // 2])) / (12.0 * step**2 * psi)
-    return _result(eps, force, leverage, flow, film.p_max * psi**2, film_shear(eps, 0.0, *tilt))
+def _conserving(
+    ratio: float,
+    eps: float,
+    squeeze: float,
+    squeeze_only: bool,
+    tilt: tuple[float, float],
+    supply: str,
+    grid: tuple[int, int],
+) -> PrescribedFilm:
+    place = np.array([eps, 0.0])
+    turning, rate = (0.0, 1.0) if squeeze_only else (1.0, squeeze)
+    film = conserving_film(conserving_grid(place, ratio, supply, *grid), ratio, place, tilt, (rate, 0.0), turning)
+    shear = 0.0 if squeeze_only else film_shear(eps, 0.0, *tilt)
+    return _result(eps, film.force, film.leverage, film.flow, film.p_max, shear)
 
 
 def _check(
     ratio: float, eps: float, squeeze: float, squeeze_only: bool, tilt: tuple[float, float], cavitation: str
 ) -> None:
-    if not (math.isfinite(ratio) and 0.01 <= ratio <= 20.0):
-        raise InputError(f"length ratio {ratio:g} is not within 0.01 to 20: it is the width over the diameter")
+    if not (math.isfinite(ratio) and 1e-3 <= ratio <= 1e4):
+        raise InputError(f"length ratio {ratio:g} is not within 0.001 to 10000: it is the width over the diameter")
     if not (math.isfinite(eps) and 0.0 <= eps < 1.0):
         raise InputError(
             f"eccentricity {eps:g} is not within 0 to 1: at 1 the surfaces touch and no film is left; 0.999 is possible"
