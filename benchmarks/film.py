@@ -20,8 +20,9 @@ from numba import njit
 
 from cranktrain.engine import load_engine
 from cranktrain.film.impedance import impedance_map, journal_force
-from cranktrain.film.laws import CLEARANCE, CONTACT_LOAD, FACTOR, KAPPA2, bearing_parameters
+from cranktrain.film.laws import bearing_parameters
 from cranktrain.film.parabolic import WORK_SIZE, film_force, node_table
+from cranktrain.film.parameters import CLEARANCE, CONTACT_LOAD, FACTOR, KAPPA2
 from cranktrain.lubricant import oil_temperature, viscosity
 
 SPEED = 2000.0 * math.pi / 30.0

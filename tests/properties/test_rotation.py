@@ -17,7 +17,7 @@ from cranktrain.dynamics.integrators import integrator_table
 from cranktrain.dynamics.model import DELTA_J, M_BIG, M_OSC, RIGID_ROTATION, SHAFT_C, SHAFT_K
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.engine import load_engine
-from cranktrain.film.laws import C_X, C_Y, K_X, K_Y
+from cranktrain.film.parameters import C_X, C_Y, K_X, K_Y
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 from cranktrain.reduced_body import truncate
 

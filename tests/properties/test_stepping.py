@@ -12,7 +12,7 @@ from cranktrain.dynamics.model import AMBIENT
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.engine import load_engine
 from cranktrain.errors import InputError, SolverError
-from cranktrain.film.laws import FACTOR
+from cranktrain.film.parameters import FACTOR
 
 SPEED = 2000 * math.pi / 30
 H = math.radians(2.0) / SPEED
