@@ -114,16 +114,30 @@ def test_stiffness_is_the_change_of_load_with_place():
         np.testing.assert_allclose(here.stiffness @ moved, [0.02 * load, 0.0], atol=0.02 * 0.02 * load)
 
 
-def test_default_grid_has_coefficients_within_half_a_per_cent():
-    for ratio in (0.25, 0.5, 1.0):
-        journal = replace(JOURNAL, width=ratio * JOURNAL.diameter)
-        fine, usual = SteadyBearing(bearing_grid(n_phi=512, n_z=48)), SteadyBearing(bearing_grid())
-        for sommerfeld in (0.05, 0.5, 3.0):
-            load = sommerfeld * journal.force_unit / 3.0
-            exact, ours = fine.state(journal, load), usual.state(journal, load)
-            np.testing.assert_allclose(ours.eccentricity, exact.eccentricity, atol=5e-4)
-            for a, b in ((ours.stiffness, exact.stiffness), (ours.damping, exact.damping)):
-                np.testing.assert_allclose(a, b, atol=5e-3 * np.abs(b).max())
+@pytest.mark.parametrize("ratio", [0.25, 0.5, 1.0, 2.0])
+def test_default_grid_has_coefficients_within_half_a_per_cent(ratio):
+    journal = replace(JOURNAL, width=ratio * JOURNAL.diameter)
+    fine, usual = SteadyBearing(bearing_grid(n_phi=768, n_z=48)), SteadyBearing(bearing_grid())
+    for sommerfeld in (0.02, 0.1, 0.5, 2.0, 8.0, 25.0):
+        load = sommerfeld * journal.force_unit / 3.0
+        exact, ours = fine.state(journal, load), usual.state(journal, load)
+        np.testing.assert_allclose(ours.eccentricity, exact.eccentricity, atol=5e-4)
+        for a, b in ((ours.stiffness, exact.stiffness), (ours.damping, exact.damping)):
+            np.testing.assert_allclose(a, b, atol=4e-3 * np.abs(b).max())
+        assert ours.flow == pytest.approx(exact.flow, rel=5e-3)
+        assert ours.largest_pressure == pytest.approx(exact.largest_pressure, rel=5e-3)
+
+
+def test_coefficients_do_not_jump_as_nodes_rupture():
+    # Many nodes rupture on this way; tangents on the set of nodes alone would scatter by 2e-3.
+    steady = SteadyBearing(bearing_grid(n_phi=96, n_z=12))
+    loads = np.geomspace(2e3, 4e3, 61)
+    stiffness = np.array([steady.state(JOURNAL, load).stiffness.ravel() for load in loads])
+    smooth = np.polynomial.Polynomial.fit
+    for entry in stiffness.T:
+        x = np.log(loads)
+        rest = entry - smooth(x, entry, 5)(x)
+        assert np.abs(rest).max() < 1e-3 * np.abs(stiffness).max()
 
 
 def test_damping_is_symmetric_and_positive():

@@ -7,7 +7,7 @@ import pytest
 from rotor_on_films import C, rotor
 
 from cranktrain.dynamics.model import AMBIENT
-from cranktrain.film.laws import VISCOSITY
+from cranktrain.film.parameters import VISCOSITY
 
 LEVELS = ("impedance", "reynolds")
 

@@ -14,7 +14,7 @@ from rotor_on_films import SPEED, C, rotor
 from cranktrain.dynamics.state import POSITION, VELOCITY, offset
 from cranktrain.film.bearing import Journal, SteadyBearing, bearing_grid, whirl_threshold
 from cranktrain.film.impedance import journal_force
-from cranktrain.film.laws import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, VISCOSITY
+from cranktrain.film.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, VISCOSITY
 
 
 def growth(simulation, kick, turns=40):

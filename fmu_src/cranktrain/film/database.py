@@ -60,7 +60,7 @@ from cranktrain.film.table_interpolation import (
 from cranktrain.film.table_sampling import aligned_errors, sample_aligned, sample_tilted, tilted_errors
 from cranktrain.reduced_body import Array
 
-SCHEMA = 2
+SCHEMA = 3
 GROOVES = ("none", "circumferential")
 RESOLUTIONS = {"coarse": (20, 28, 4), "default": (40, 56, 6), "fine": (48, 72, 6)}
 """Nodes over ε, γ and (from zero to the tilt range) each of A, B of the tilted table."""
@@ -98,8 +98,8 @@ class TableSettings:
             raise InputError(f"groove '{self.groove}' of a film table does not exist; {nearest(self.groove, GROOVES)}")
         if self.resolution not in RESOLUTIONS:
             raise InputError(f"resolution '{self.resolution}' does not exist; {nearest(self.resolution, RESOLUTIONS)}")
-        if not (math.isfinite(self.tilt_range) and 0.2 <= self.tilt_range <= 0.95):
-            raise InputError(f"tilt range {self.tilt_range:g} is not within 0.2 to 0.95 of the possible tilt")
+        if not (math.isfinite(self.tilt_range) and 0.2 <= self.tilt_range <= 0.98):
+            raise InputError(f"tilt range {self.tilt_range:g} is not within 0.2 to 0.98 of the possible tilt")
 
     @property
     def digest(self) -> str:
