@@ -123,7 +123,7 @@ def main() -> int:
     sizes = {"each": amplitudes, "floored": floored(amplitudes)}
     exact, doubt = reference(engine, body, "impedance")
     default = Settings()
-    ladder = [(deg, tolerance) for tolerance in (default.newton_tolerance, TIGHT) for deg in STEPS_DEG]
+    ladder = [(deg, tolerance) for tolerance in (resolved(default).newton_tolerance, TIGHT) for deg in STEPS_DEG]
     cases = [
         partial(run, engine, body, Settings(step=math.radians(deg), newton_tolerance=tolerance))
         for deg, tolerance in ladder

@@ -87,6 +87,13 @@ def _parser() -> _Parser:
         "--bearings", default="impedance", metavar="LEVEL", help="linear, impedance (default), table, reynolds or ehd"
     )
     run.add_argument("--big-ends", default="rigid", metavar="LEVEL", help="rigid (default), or impedance: own films")
+    run.add_argument(
+        "--film-temperature",
+        default="engine",
+        metavar="SOURCE",
+        help="of the main bearings' oil: engine (default), by its speed; or heat-balance, each film warmer than that "
+        "by its own friction (the run repeats, at most 6 times; big ends and thrust bearing stay with the engine's)",
+    )
     run.add_argument("--integrator", metavar="NAME", help="e.g. sdirk3 (default sdirk4; at level ehd sdirk2)")
     run.add_argument("--step-deg", type=float, metavar="DEG", help="internal step in degrees of crank angle")
     run.add_argument("--load", type=float, default=1.0, metavar="SHARE", help="share of the full-load burn (default 1)")
@@ -160,6 +167,7 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.dynamics import simulation
     from cranktrain.dynamics.integrators import integrator_table
     from cranktrain.dynamics.model import CRANK_LEVELS, resolved
+    from cranktrain.dynamics.warm_films import FILM_TEMPERATURES, check_level
     from cranktrain.film.laws import BIG_END_LEVELS, LAWS
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.results.figures import check_folder, save_film_pictures
@@ -176,6 +184,10 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     _one_of("--crank", options.crank, CRANK_LEVELS)
     _one_of("--bearings", options.bearings, tuple(LAWS))
     _one_of("--big-ends", options.big_ends, BIG_END_LEVELS)
+    _one_of("--film-temperature", options.film_temperature, FILM_TEMPERATURES)
+    balance = options.film_temperature == "heat-balance"
+    if balance:
+        check_level(options.bearings)
     choices: dict[str, Any] = {
         "crank": options.crank,
         "bearings": options.bearings,
@@ -206,7 +218,7 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     bore = _elastic_bore(engine) if settings.bearings == "ehd" else None
     with _bar(f"{options.speed:g} rev/min, {options.cycles} cycles") as advance:
         speed = options.speed * RPM
-        run = simulation.simulate(engine, body, settings, speed, options.cycles, gas, advance, films, bore)
+        run = simulation.simulate(engine, body, settings, speed, options.cycles, gas, advance, films, bore, balance)
     attributes = {
         "engine": engine.name,
         "body_digest": body.digest,
@@ -215,6 +227,7 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
         "crank": settings.crank,
         "bearings": settings.bearings,
         "big_ends": settings.big_ends,
+        "film_temperature": options.film_temperature,
         "integrator": settings.integrator,
         "step": settings.step,
         "gas": gas.source if gas else "built-in Wiebe cycle",
@@ -222,6 +235,7 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     }
     save_run(output, run, attributes)
     summary = run_summary(run, str(output))
+    summary["film_temperature"] = {"source": options.film_temperature, "passes": run.passes}
     used = gas or GasTrace.from_engine(engine)
     summary["gas"] = {"source": used.source, "peak_mpa": 1e-6 * used.peak, "imep_mpa": 1e-6 * used.imep}
     if settings.bearings == "table":
@@ -235,6 +249,8 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
         print(f"Gas trace at full load: {used.source}; {_pressures(used)}")
         for table in run_tables(summary):
             _show(table)
+        if balance:
+            print(f"Film temperatures by heat balance: {run.passes} runs of {options.cycles} cycles; the last is shown")
         if "online_films" in summary:
             print(online_text(summary["online_films"]))
         print(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,9 +45,8 @@ LEVELS = 4
 class Settings:
     """Choices of one run; angles rad, pressures Pa, temperature K (0: from the engine's table at the first speed).
 
-    ``integrator`` auto is ``sdirk4``, and ``sdirk2`` at level ehd: the voids of its films, and what a film does as it
-    closes, leave no use for a higher order. ``film_change`` is the share of itself by which a film may close over a
-    step: beyond it squeeze pulses are missed.
+    What is left open follows the level, see :func:`resolved`: ``integrator`` auto; ``newton_tolerance`` of the ports in
+    units of clearance; ``film_change``, the share of itself by which a film may close over a step.
     """
 
     crank: str = "solid"
@@ -61,15 +60,23 @@ class Settings:
     crankcase_pressure: float = AMBIENT
     oil_temperature: float = 0.0
     gravity: float = 9.80665
-    newton_tolerance: float = 3.0e-7
-    film_change: float = 0.25
+    newton_tolerance: float | None = None
+    film_change: float | None = None
 
 
 def resolved(settings: Settings) -> Settings:
-    """The settings with what ``auto`` stands for."""
-    if settings.integrator != "auto":
-        return settings
-    return replace(settings, integrator="sdirk2" if settings.bearings == "ehd" else "sdirk4")
+    """The settings with nothing left open.
+
+    Elastic films: what they do as they close, and their voids, leave no use for an order above two; their least gap
+    asks for shorter steps. Films that feel tilt cost more than what a tighter tolerance would gain.
+    """
+    elastic = settings.bearings == "ehd"
+    chosen: dict[str, Any] = {
+        "integrator": ("sdirk2" if elastic else "sdirk4") if settings.integrator == "auto" else settings.integrator,
+        "newton_tolerance": settings.newton_tolerance or (1.0e-5 if settings.bearings in TILTED else 3.0e-7),
+        "film_change": settings.film_change or (0.15 if elastic else 0.25),
+    }
+    return replace(settings, **chosen)
 
 
 class ModelArrays(NamedTuple):
@@ -140,13 +147,16 @@ def build_model(
     stages: Array,
     table: FilmTable | None = None,
     bore: BoreCompliance | None = None,
+    temperatures: Array | None = None,
 ) -> ModelArrays:
     """Arrays of the running model at the oil temperature of ``speed`` (rad/s).
 
     ``body`` is the crankshaft with flywheel and pulley attached, ``table`` the films of level ``table``,
-    ``bore`` the elastic main bores of level ``ehd``.
+    ``bore`` the elastic main bores of level ``ehd``. ``temperatures`` (b,), K, gives each main bearing's film its own;
+    without them, and at the thrust bearing and the big ends, all oil is as warm as the engine's.
     ``InputError`` for a level that does not exist, or that lacks what it needs.
     """
+    settings = resolved(settings)
     for value, valid, what in (
         (settings.crank, CRANK_LEVELS, "crank level"),
         (settings.bearings, LAWS, "bearing level"),
@@ -157,10 +167,9 @@ def build_model(
         if value not in valid:
             raise InputError(f"{what} '{value}' does not exist; {nearest(value, valid)}")
     flywheel, pulley = body.index("flywheel"), body.index("pulley")
-    temperature = settings.oil_temperature or oil_temperature(engine.oil, speed)
-    eta = viscosity(engine.oil, temperature)
+    eta = viscosity(engine.oil, supply_temperature(engine, settings, speed))
     linear = settings.bearings == "linear"
-    bearing = bearing_parameters(engine.main_bearing, eta, settings.bearings)
+    mains = _main_bearings(engine, settings.bearings, eta, temperatures)
     # Rigid big ends have no film, but kernels want one of the same form.
     big_end = bearing_parameters(engine.big_end_bearing or engine.main_bearing, eta, "impedance")
     thrust_law = thrust_parameters(engine.thrust, eta, linear)
@@ -198,7 +207,7 @@ def build_model(
         ports_transposed=contiguous(ports.shapes.T),
         ends=contiguous(np.array([shapes[flywheel, 5], shapes[pulley, 5], shapes[pulley, 2]])),
         tilts=contiguous(np.concatenate([shapes[body.index(f"main[{i + 1}]"), 3:5] for i in range(n_mains)])),
-        bearings=contiguous(np.tile(bearing, (n_mains, 1))),
+        bearings=mains,
         thrust=thrust_law,
         pins=contiguous([body.positions[body.index(f"pin[{i + 1}]"), :2] for i in range(n_pins)]),
         big_ends=contiguous(np.tile(big_end, (engine.n_cylinders, 1))),
@@ -207,9 +216,9 @@ def build_model(
         layout=ports.layout,
         cylinders=cylinder_parameters(engine, settings.big_ends != "rigid"),
         gas=contiguous(np.array([spline_coefficients(gas.motored), spline_coefficients(rise)])),
-        impedance=impedance_map(float(bearing[KAPPA2])),
+        impedance=impedance_map(float(mains[0, KAPPA2])),
         big_end_impedance=impedance_map(float(big_end[KAPPA2])),
-        films=tilted_films(engine.main_bearing, settings.bearings, bearing, n_mains, table, bore),
+        films=tilted_films(engine.main_bearing, settings.bearings, mains, table, bore),
         scalars=scalars,
         choices=np.array(
             [
@@ -217,10 +226,27 @@ def build_model(
                 float(RECONSTRUCTIONS[settings.reconstruction]),
                 settings.newton_tolerance,
                 settings.film_change,
-            ]
+            ],
+            dtype=np.float64,
         ),
         stages=contiguous(stages),
     )
+
+
+def supply_temperature(engine: Engine, settings: Settings, speed: float) -> float:
+    """Temperature of the engine's oil at ``speed`` (rad/s), K: that of all films, or of the oil supplied to them."""
+    return settings.oil_temperature or oil_temperature(engine.oil, speed)
+
+
+def _main_bearings(engine: Engine, level: str, eta: float, temperatures: Array | None) -> Array:
+    """Parameters of the main bearings, (b, 13), at viscosity ``eta``, or each at that of its own temperature."""
+    count = len(engine.crankshaft.main_widths)
+    if temperatures is None:
+        return np.tile(bearing_parameters(engine.main_bearing, eta, level), (count, 1))
+    if np.shape(temperatures) != (count,):
+        raise InputError(f"film temperatures of the form {np.shape(temperatures)}; give one for each of {count} mains")
+    etas = [viscosity(engine.oil, float(temperature)) for temperature in temperatures]
+    return np.array([bearing_parameters(engine.main_bearing, own, level) for own in etas])
 
 
 def cylinder_parameters(engine: Engine, free_big_ends: bool) -> Array:

@@ -14,7 +14,16 @@ import numpy as np
 
 from cranktrain.dynamics.integrators import integrator_table
 from cranktrain.dynamics.mean_motion import rigid_start
-from cranktrain.dynamics.model import AMBIENT, ModelArrays, Settings, build_model, dimensions, make_work, resolved
+from cranktrain.dynamics.model import (
+    AMBIENT,
+    ModelArrays,
+    Settings,
+    build_model,
+    dimensions,
+    make_work,
+    resolved,
+    supply_temperature,
+)
 from cranktrain.dynamics.outputs import advance_and_observe, observe, output_names
 from cranktrain.dynamics.stage import OK
 from cranktrain.dynamics.state import (
@@ -26,6 +35,15 @@ from cranktrain.dynamics.state import (
     state_size,
 )
 from cranktrain.dynamics.step_control import GIVEN, MAX_HALVINGS, settle
+from cranktrain.dynamics.warm_films import (
+    PASSES,
+    SETTLED,
+    balanced_temperatures,
+    check_level,
+    cycle_means,
+    warn_of_bounds,
+    warn_unsettled,
+)
 from cranktrain.engine import Engine
 from cranktrain.errors import InputError, SolverError
 from cranktrain.film.bore_compliance import BoreCompliance
@@ -54,6 +72,7 @@ class Simulation:
     gas : pressure trace in place of the engine's built-in one
     table : films of the main bearings, for level ``table``
     bore : elastic main bores, for level ``ehd``
+    temperatures : (b,) of the main bearings' films, K; without them all are as warm as the engine's oil
 
     Attributes
     ----------
@@ -70,6 +89,7 @@ class Simulation:
         gas: GasTrace | None = None,
         table: FilmTable | None = None,
         bore: BoreCompliance | None = None,
+        temperatures: Array | None = None,
     ) -> None:
         self.engine = engine
         self.settings = resolved(settings or Settings())
@@ -77,6 +97,7 @@ class Simulation:
         self.table = integrator_table(self.settings.integrator)
         self.film_table = table
         self.bore = bore
+        self._temperatures = temperatures
         self.gas = gas or GasTrace.from_engine(engine)
         if not (math.isfinite(self.settings.step) and self.settings.step > 0.0):
             raise InputError(f"internal step must be a positive angle, got {math.degrees(self.settings.step):g} deg")
@@ -91,10 +112,8 @@ class Simulation:
     def initialize(self, time: float = 0.0) -> None:
         """Start from the static equilibrium under the present inputs; loads the kernels. Raises ``InputError``."""
         self._check_inputs()
-        speed = float(self.inputs[0])
-        model = build_model(
-            self.engine, self.body, self.settings, speed, self.gas, self.table, self.film_table, self.bore
-        )
+        self._oil_temperature = supply_temperature(self.engine, self.settings, float(self.inputs[0]))
+        model = self._model()
         size = dimensions(model)
         state = np.zeros(state_size(size.modes, size.ports, size.films))
         work = make_work(model, state.size)
@@ -108,6 +127,35 @@ class Simulation:
         self.model, self.work, self._state = model, work, state
         observe(model, work, state, self.outputs)
         self._warm()
+
+    def _model(self) -> ModelArrays:
+        return build_model(
+            self.engine, self.body, replace(self.settings, oil_temperature=self._oil_temperature),
+            float(self.inputs[0]), self.gas, self.table, self.film_table, self.bore, self._temperatures,
+        )  # fmt: skip
+
+    @property
+    def film_temperatures(self) -> Array:
+        """Temperatures of the main bearings' films, (b,) K; assigning others goes on from the present state.
+
+        Known after ``initialize``.
+        """
+        self._current()
+        if self._temperatures is not None:
+            return np.array(self._temperatures, dtype=float)
+        return np.full(len(self.engine.crankshaft.main_widths), self._oil_temperature)
+
+    @film_temperatures.setter
+    def film_temperatures(self, temperatures: Array) -> None:
+        state = self._current()
+        before, self._temperatures = self._temperatures, temperatures
+        try:
+            self.model = self._model()
+        except InputError:
+            self._temperatures = before
+            raise
+        self.work = make_work(self.model, state.size)
+        observe(self.model, self.work, state, self.outputs)
 
     def _start(self, model: ModelArrays) -> tuple[float, float, float]:
         """Start in rotation: with pressures from outside nothing is known of the cycle to come."""
@@ -198,7 +246,8 @@ class Result:
 
     ``time`` and ``angle`` (frame, rad) are (n,), ``outputs`` maps each output's name to (n,); ``counters`` holds steps,
     newton_iterations and rejected_steps; ``seconds`` is wall time without compilation and start. Samples are uniform in
-    time, ``per_cycle`` of them to 720°.
+    time, ``per_cycle`` of them to 720°. ``film_temperatures`` (b,), K, are those of the main bearings' films and
+    ``passes`` the runs that it took to find them; all else tells of the last of these.
     """
 
     time: Array
@@ -208,6 +257,8 @@ class Result:
     seconds: float
     real_time_factor: float
     per_cycle: int
+    film_temperatures: Array
+    passes: int = 1
 
     def last_cycle(self, name: str) -> tuple[Array, Array]:
         """Crank angle (rad, from 0) and values of one output over the last 720°, both ends included."""
@@ -230,16 +281,20 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     table: FilmTable | None = None,
     bore: BoreCompliance | None = None,
+    heat_balance: bool = False,
 ) -> Result:
     """Run ``cycles`` cycles at constant ``speed`` (rad/s) and keep every output at every step.
 
-    ``table`` serves level ``table``, ``bore`` level ``ehd``.
-    ``progress`` is called with the share done, in [0, 1]. An interrupt ends the run early and keeps what it has.
+    ``table`` serves level ``table``, ``bore`` level ``ehd``. With ``heat_balance`` each main bearing's film is as warm
+    as its friction makes it (:mod:`cranktrain.dynamics.warm_films`): the run repeats, going on where it ended, until no
+    temperature changes by more than ``SETTLED``, at most ``PASSES`` times; the last run is the result.
+    ``progress`` is called with the share of a run done, in [0, 1]. An interrupt ends the run early and keeps what it
+    has.
 
     Raises
     ------
     InputError
-        speed below 100 rev/min, no cycle
+        speed below 100 rev/min, no cycle, a heat balance of bearings without oil
     SolverError
         a step that fails
     """
@@ -247,10 +302,44 @@ def simulate(
         raise InputError(f"cycles need at least 100 rev/min, got {speed * _RPM:g}; the FMU takes any speed from 0")
     if cycles < 1:
         raise InputError(f"at least one cycle must run, got {cycles}")
+    if heat_balance:
+        check_level(settings.bearings)
     simulation = Simulation(engine, body, replace(settings), gas, table, bore)
     simulation.inputs[0] = speed
     simulation.initialize()
-    h = communication_step(speed, settings.step)
+    result = _run(simulation, cycles, progress)
+    if not heat_balance:
+        return result
+    inlet, change = supply_temperature(engine, settings, speed), math.inf
+    for passes in range(1, PASSES + 1):
+        temperatures = simulation.film_temperatures
+        means = cycle_means(result.outputs, temperatures.size, result.per_cycle)
+        warmer, bounds = balanced_temperatures(engine, inlet, temperatures, *means)
+        change = float(np.abs(warmer - temperatures).max())
+        result = replace(result, passes=passes)
+        if change < SETTLED or passes == PASSES or result.time.size <= cycles * result.per_cycle:
+            break
+        _rewind(simulation, cycles)
+        simulation.film_temperatures = warmer
+        result = _run(simulation, cycles, progress)
+    warn_of_bounds(bounds)
+    if change >= SETTLED:
+        warn_unsettled(change, passes)
+    return result
+
+
+def _rewind(simulation: Simulation, cycles: int) -> None:
+    """Call the present state the start: time from 0, the crank's angle less the cycles that it has turned."""
+    state = simulation.state
+    state[TIME] = 0.0
+    state[SHAFT_ANGLE] -= 4.0 * math.pi * cycles
+    simulation.state = state
+
+
+def _run(simulation: Simulation, cycles: int, progress: Callable[[float], None] | None) -> Result:
+    """Cycles at constant speed from the simulation's state, whose time is 0."""
+    speed = float(simulation.inputs[0])
+    h = communication_step(speed, simulation.settings.step)
     per_cycle = round(4.0 * math.pi / speed / h)
     count = per_cycle * cycles
     series = np.empty((count + 1, simulation.outputs.size))
@@ -284,4 +373,5 @@ def simulate(
         seconds=wall,
         real_time_factor=wall / float(times[-1]),
         per_cycle=per_cycle,
+        film_temperatures=simulation.film_temperatures,
     )

@@ -24,6 +24,8 @@ from cranktrain.lubricant import viscosity
 MEAN = 0.5
 """Share of the oil's temperature rise at which the film's viscosity is taken."""
 STEPS = 100
+LARGEST_RISE = 100.0
+"""Most that a film of a run is taken to be warmer than its supply, K: no bearing metal or engine oil lasts beyond."""
 
 
 def effective_temperature(
@@ -86,6 +88,28 @@ def effective_temperature(
     if at_high == 0.0:
         return high
     return _zero(surplus, low, at_low, high, at_high)
+
+
+def balanced_temperature(
+    oil: Oil, inlet: float, temperature: float, power: float, flow: float, place: float = MEAN
+) -> tuple[float, str]:
+    """Temperature at which a bearing that ran at ``temperature`` would balance, K, and what bounds it, if anything.
+
+    Of the run only its mean friction ``power`` (W) and ``flow`` (m³/s) are known. At other viscosities it is taken to
+    follow the same orbit: friction grows with the viscosity, and the flow, which eccentricity and speed set, stays.
+    Where the load is given the orbit does shift; a new run tells by how much, and the two repeated settle on the
+    balance itself.
+
+    The film stays between the inlet, where friction takes no power, and ``LARGEST_RISE`` above it, where the flow
+    cannot carry the heat. The second result names the bound that holds, and is empty between them.
+    """
+    if not power > 0.0:
+        return inlet, "friction takes no power: as warm as its supply"
+    eta, hottest = viscosity(oil, temperature), inlet + LARGEST_RISE
+    heat = place * oil.heat_share * power / (oil.density * oil.heat_capacity)
+    if heat * viscosity(oil, hottest) / eta >= LARGEST_RISE * flow:
+        return hottest, f"{1e6 * flow:.3g} cm^3/s of oil cannot carry {power:.4g} W: bounded {LARGEST_RISE:g} K above"
+    return effective_temperature(oil, inlet, lambda other: power * other / eta, lambda _: flow, place), ""
 
 
 def _zero(surplus: Callable[[float], float], low: float, at_low: float, high: float, at_high: float) -> float:

@@ -38,6 +38,7 @@ from cranktrain.film.cavitation import (
 )
 from cranktrain.film.observables import largest_pressure, outflows, shear_forces
 from cranktrain.film.piezoviscosity import Law, reduced_pressure, true_pressure, viscosity_factor
+from cranktrain.film.rough_gap import Roughness, rough_gap
 from cranktrain.film.supply import Edges, Supply, given_pressures, node_field
 from cranktrain.film.volumes import Array, Faces, Rectangle, band_order, cell_faces, cell_sums, node_faces, rectangle
 
@@ -92,6 +93,7 @@ def solve_film(
     cross_speeds: tuple[float, float] = (0.0, 0.0),
     viscosity: ArrayLike,
     pressure_viscosity: Law | None = None,
+    roughness: Roughness | None = None,
     squeeze: ArrayLike = 0.0,
     edges: Edges = AMBIENT,
     periodic: bool = False,
@@ -113,6 +115,8 @@ def solve_film(
     speeds, cross_speeds : velocities (first, second surface) along x and along z, m/s
     viscosity : number or (n_x, n_z), Pa s, at ambient pressure
     pressure_viscosity : factor η(p)/η(0), a function of an array of pressures (Pa), e.g. Barus' or Roelands' law
+    roughness : of the surfaces: flow by the factors of Patir and Cheng, ``h`` is then the nominal film and that of the
+        result the mean gap. ``drag`` is of that gap, without factors of its own.
     squeeze : ∂h/∂t, number or like the nodes, m/s, of a film without history. Where the gap opens while it is
         ruptured its fill stays (mass-conserving).
     edges, supplies : pressures at edges and in grooves; supplies may overlap at equal pressure only
@@ -132,6 +136,9 @@ def solve_film(
     """
     grid, film, faces = _problem(h, lengths, cavitation, periodic, nodes, stepped)
     n_x, n_z = film.shape
+    slip_x, slip_z, growth = np.zeros(film.shape), np.zeros(film.shape), np.ones(film.shape)
+    if roughness is not None:
+        faces, slip_x, slip_z, film, growth = rough_gap(np.asarray(h, dtype=float), grid, stepped, roughness)
     eta_0 = node_field("viscosity", viscosity, film.shape)
     if not (np.isfinite(eta_0).all() and eta_0.min() > 0.0):
         raise InputError(f"viscosity: least value {eta_0.min():.4g} Pa s; it must be positive everywhere")
@@ -141,9 +148,10 @@ def solve_film(
     pressure, deficit, owner, names = given_pressures(edges, supplies, grid, cavitation)
     free = owner < 0
     order, width = band_order(free, periodic)
-    source, store = _growth(film, grid, squeeze, dt, previous, cavitation)
-    carried_x = 0.5 * (speeds[0] + speeds[1]) * faces.film_x
+    source, store = _growth(film, grid, squeeze, growth, dt, previous, cavitation)
+    carried_x = 0.5 * (speeds[0] + speeds[1]) * faces.film_x + 0.5 * (speeds[0] - speeds[1]) * slip_x
     carried_z = 0.5 * (cross_speeds[0] + cross_speeds[1]) * faces.film_z
+    carried_z = carried_z + 0.5 * (cross_speeds[0] - cross_speeds[1]) * slip_z
     held = np.zeros_like(film)
     if dt is None:
         # Without a time step a ruptured film that nothing moves or feeds would have any fill.
@@ -250,12 +258,16 @@ def _growth(
     film: Array,
     grid: Rectangle,
     squeeze: ArrayLike,
+    growth: Array,
     dt: float | None,
     previous: FilmSolution | None,
     cavitation: str,
 ) -> tuple[Array, Array]:
-    """Growth of the oil at each node were it full, and what a deficit of one takes from it (m³/s)."""
-    rate = node_field("squeeze", squeeze, film.shape)
+    """Growth of the oil at each node were it full, and what a deficit of one takes from it (m³/s).
+
+    ``growth`` (n_x, n_z) is what the gap grows with the film h, 1 between smooth surfaces.
+    """
+    rate = node_field("squeeze", squeeze, film.shape) * growth
     if not np.isfinite(rate).all():
         raise InputError("squeeze: not finite; give ∂h/∂t in m/s")
     if dt is None:

@@ -37,9 +37,9 @@ IN_LOOP = (48, 8)
 
 
 class RigidBore(NamedTuple):
-    """Data of the films, the same for every main bearing, and their memory; results never depend on what that holds."""
+    """Data of the films, and their memory; results never depend on what that holds."""
 
-    parameters: Array  # of the bearing, see film.parameters
+    parameters: Array  # (b, 13) of each bearing, see film.parameters; they differ in viscosity only
     grid: JournalGrid
     contact: JournalContact
     table: TableArrays
@@ -52,10 +52,8 @@ class RigidBore(NamedTuple):
     solved: Array  # (1,) films that lay outside the table
 
 
-def rigid_bore(
-    bearing: PlainBearing, parameters: Array, table: FilmTable | None, bearings: int, solved: Array
-) -> RigidBore:
-    """Films of ``bearings`` journals, read from ``table`` where there is one.
+def rigid_bore(bearing: PlainBearing, parameters: Array, table: FilmTable | None, solved: Array) -> RigidBore:
+    """Films of as many journals as ``parameters`` (b, 13) has rows, read from ``table`` where there is one.
 
     Raises
     ------
@@ -79,7 +77,7 @@ def rigid_bore(
         contact=bearing_contact(bearing),
         table=arrays,
         journal=journal_work(grid),
-        active=np.array([cold_start(grid)] * bearings),
+        active=np.array([cold_start(grid)] * len(parameters)),
         film=np.zeros(OUT_SIZE),
         rough=np.zeros(N_OUT),
         plane=np.zeros(16),
@@ -91,7 +89,7 @@ def rigid_bore(
 _SMALL = journal_grid(12, 6)
 _read = record_reader(
     RigidBore(
-        np.zeros(1), _SMALL, JournalContact(np.zeros(1), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1))),
+        np.zeros((1, 1)), _SMALL, JournalContact(np.zeros(1), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1))),
         TableArrays(np.zeros((1, 1, 1)), np.zeros((1, 1, 1, 1)), np.zeros(8)), journal_work(_SMALL),
         np.array([cold_start(_SMALL)]), np.zeros(1), np.zeros(1), np.zeros(1), table_work(), np.zeros(1),
     )
@@ -102,10 +100,11 @@ _read = record_reader(
 def reynolds_law(record, action, i, place, velocity, numbers, memory, out):
     """Reynolds' equation solved in place; see :mod:`cranktrain.film.tilted`."""
     bore = _read(record)
-    c = bore.parameters[CLEARANCE]
-    viscosity = bore.parameters[VISCOSITY]
-    radius = bore.parameters[RADIUS]
-    width = bore.parameters[WIDTH]
+    own = bore.parameters[i]
+    c = own[CLEARANCE]
+    viscosity = own[VISCOSITY]
+    radius = own[RADIUS]
+    width = own[WIDTH]
     half = 0.5 * numbers[SPEED]
     ratio = 2.0 * radius / width
     film = bore.film
@@ -127,9 +126,9 @@ def reynolds_law(record, action, i, place, velocity, numbers, memory, out):
             k = 4 * r + pair
             out[BY_PLACE + k] = scale * (film[BY_PLACE + k] - half * film[BY_VELOCITY + k + 1])
             out[BY_PLACE + k + 1] = scale * (film[BY_PLACE + k + 1] + half * film[BY_VELOCITY + k])
-    _rough_force(bore, place, numbers[SPEED], out)
+    _rough_force(bore, own, place, numbers[SPEED], out)
     if action == OBSERVE:
-        _solved_figures(bore, out)
+        _solved_figures(bore, own, out)
     return 0
 
 
@@ -137,10 +136,11 @@ def reynolds_law(record, action, i, place, velocity, numbers, memory, out):
 def table_law(record, action, i, place, velocity, numbers, memory, out):
     """The same read from the table; films outside it are solved, and counted in ``solved``."""
     bore = _read(record)
-    c = bore.parameters[CLEARANCE]
-    viscosity = bore.parameters[VISCOSITY]
-    radius = bore.parameters[RADIUS]
-    width = bore.parameters[WIDTH]
+    own = bore.parameters[i]
+    c = own[CLEARANCE]
+    viscosity = own[VISCOSITY]
+    radius = own[RADIUS]
+    width = own[WIDTH]
     half = 0.5 * numbers[SPEED]
     status = table_force(
         place[0], place[1], place[2], place[3], velocity[0], velocity[1], velocity[2], velocity[3], half, c,
@@ -150,11 +150,11 @@ def table_law(record, action, i, place, velocity, numbers, memory, out):
     if status != TABLE:
         bore.solved[0] += 1.0
     out[PASSES] = status
-    _rough_force(bore, place, numbers[SPEED], out)
+    _rough_force(bore, own, place, numbers[SPEED], out)
     if action != OBSERVE:
         return 0
     if status != TABLE:
-        _solved_figures(bore, out)
+        _solved_figures(bore, own, out)
         return 0
     # Pressure from the table with tilt, flow of the aligned film.
     _, out[FLOW] = aligned_observables(
@@ -169,24 +169,24 @@ def table_law(record, action, i, place, velocity, numbers, memory, out):
 
 
 @kernel
-def _solved_figures(bore, out):
+def _solved_figures(bore, own, out):
     """Largest pressure (Pa) and side flow (m³/s) of the film that was solved last."""
-    c = bore.parameters[CLEARANCE]
-    radius = bore.parameters[RADIUS]
+    c = own[CLEARANCE]
+    radius = own[RADIUS]
     highest, flow = film_observables(bore.grid, bore.journal)
-    out[P_MAX] = 12.0 * bore.parameters[VISCOSITY] * (radius / c) * (radius / c) * highest
-    out[FLOW] = 2.0 * c * radius * radius * radius / bore.parameters[WIDTH] * flow
+    out[P_MAX] = 12.0 * own[VISCOSITY] * (radius / c) * (radius / c) * highest
+    out[FLOW] = 2.0 * c * radius * radius * radius / own[WIDTH] * flow
     out[GAP] = -1.0
 
 
 @kernel
-def _rough_force(bore, place, speed, out):
+def _rough_force(bore, own, place, speed, out):
     """Add what asperities carry, and the friction torque of film and asperities."""
-    c = bore.parameters[CLEARANCE]
-    radius = bore.parameters[RADIUS]
+    c = own[CLEARANCE]
+    radius = own[RADIUS]
     eps = (place[0] * place[0] + place[1] * place[1]) ** 0.5 / c
     out[FRICTION] = friction_torque(
-        eps, out[0], out[1], place[0], place[1], bore.parameters[VISCOSITY], radius, bore.parameters[WIDTH], c, speed
+        eps, out[0], out[1], place[0], place[1], own[VISCOSITY], radius, own[WIDTH], c, speed
     )
     contact = bore.rough
     rough = bore.contact

@@ -24,16 +24,15 @@ def tilted_films(
     bearing: PlainBearing,
     level: str,
     parameters: Array,
-    bearings: int,
     table: FilmTable | None = None,
     bore: BoreCompliance | None = None,
 ) -> Films:
-    """Films of ``bearings`` equal journals; compiles their law.
+    """Films of the main journals, equal but for their viscosity; compiles their law.
 
     Parameters
     ----------
     level : table, reynolds or ehd; any other feels no tilt
-    parameters : of the bearing, see :mod:`cranktrain.film.parameters`
+    parameters : (b, 13) of each bearing, see :mod:`cranktrain.film.parameters`
     table : for level ``table``
     bore : for level ``ehd``
 
@@ -42,7 +41,7 @@ def tilted_films(
     InputError
         where a level lacks what it needs, or the table is of another bearing
     """
-    films = no_films(bearings)
+    films = no_films(len(parameters))
     if level not in LAWS:
         return films
     if level == "table" and table is None:
@@ -51,10 +50,10 @@ def tilted_films(
     if level == "ehd":
         if bore is None:
             raise InputError("bearing level 'ehd' needs the bore's compliance; make it by structure.saddle")
-        record: Any = elastic_bore(bearing, float(parameters[VISCOSITY]), bore, bearings)
+        record: Any = elastic_bore(bearing, parameters[:, VISCOSITY], bore)
         films.values[0] = film_size(record.film)
     else:
-        record = rigid_bore(bearing, parameters, table if level == "table" else None, bearings, films.solved)
+        record = rigid_bore(bearing, parameters, table if level == "table" else None, films.solved)
     films.entry[1] = keep_record(record, films.entry)
     film, out = np.zeros(1), np.zeros(SIZE)
     films.entry[0] = kernel_address(LAWS[level], 0, 0, 0, films.place[0], films.velocity[0], films.numbers, film, out)

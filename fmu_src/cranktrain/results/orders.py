@@ -63,7 +63,7 @@ def last_cycle(angle: Array, signal: Array, n: int = 1440) -> Array:
     Raises
     ------
     InputError
-        if the run is shorter than a cycle or the angle does not increase
+        if the run is shorter than a cycle by more than a quarter of its first sample, or the angle does not increase
     """
     x, y = np.asarray(angle, dtype=float), np.asarray(signal, dtype=float)
     if x.shape != y.shape or x.ndim != 1 or x.size < 8:
@@ -71,7 +71,8 @@ def last_cycle(angle: Array, signal: Array, n: int = 1440) -> Array:
     if not np.all(np.diff(x) > 0.0):
         raise InputError("last cycle: the crank angle must increase from point to point")
     start = x[-1] - CYCLE
-    if start < x[0] - 1e-6:
+    # The crank swings about its shaft: one turning cycle may start and end a trifle apart.
+    if start < x[0] - 0.25 * (x[1] - x[0]):
         raise InputError(f"last cycle: the run covers {math.degrees(x[-1] - x[0]):.0f} of 720 deg; simulate longer")
     first = max(int(np.searchsorted(x, start)) - 8, 0)  # a few points before the cycle settle the spline's end
     return np.asarray(CubicSpline(x[first:], y[first:])(start + np.arange(n) * (CYCLE / n)))

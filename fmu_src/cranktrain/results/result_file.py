@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from cranktrain.errors import InputError
-from cranktrain.results.summary import Run
+from cranktrain.results.summary import ZERO_CELSIUS, Run
 from cranktrain.store import write_result
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -48,6 +48,7 @@ _UNITS = {
     "iterations": "1",
     "online_films": "1",
     "residual": "1",
+    "film_temperature_c": "degC",
 }
 
 
@@ -70,7 +71,11 @@ def check_target(path: Path) -> None:
 
 
 def save_run(path: Path, run: Run, attributes: Mapping[str, str | int | float]) -> Path:
-    """Write all outputs of a run, over time (s) and crank angle (rad); the file appears whole or not at all."""
+    """Write all outputs of a run, over time (s) and crank angle (rad), and the temperature of each main bearing's film.
+
+    The file appears whole or not at all.
+    """
     datasets = {"time": (run.time, "s"), "angle": (run.angle, "rad")}
-    datasets |= {name: (values, output_unit(name)) for name, values in run.outputs.items()}
+    named = {"film_temperature_c": run.film_temperatures - ZERO_CELSIUS, **run.outputs}
+    datasets |= {name: (values, output_unit(name)) for name, values in named.items()}
     return write_result(path, datasets, attributes)

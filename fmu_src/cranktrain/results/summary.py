@@ -14,6 +14,7 @@ from cranktrain.results.orders import last_cycle, order_spectrum
 Array = NDArray[np.float64]
 
 HIGHEST_ORDER = 24.0
+ZERO_CELSIUS = 273.15
 
 
 class Run(Protocol):
@@ -42,6 +43,10 @@ class Run(Protocol):
     @property
     def real_time_factor(self) -> float:
         """Wall seconds per simulated second."""
+
+    @property
+    def film_temperatures(self) -> Array:
+        """Temperatures of the main bearings' films, (b,) K."""
 
 
 def vibration(angle: Array, signal: Array, scale: float) -> dict[str, Any]:
@@ -131,7 +136,10 @@ def run_summary(run: Run, result_path: str) -> dict[str, Any]:
             "torsion_deg": vibration(run.angle, run.outputs["pulley.torsion"], 180.0 / math.pi),
             "axial_um": vibration(run.angle, run.outputs["pulley.axial"], 1e6),
         },
-        "bearings": bearing_rows(run.angle, run.outputs),
+        "bearings": [
+            row | {"film_temperature_c": float(temperature - ZERO_CELSIUS)}
+            for row, temperature in zip(bearing_rows(run.angle, run.outputs), run.film_temperatures, strict=True)
+        ],
         "big_ends": big_end_rows(run.angle, run.outputs),
         "result": result_path,
     }

@@ -100,6 +100,7 @@ def run_tables(summary: Mapping[str, Any]) -> list[Table]:
 
 # key of a bearing's summary, header, scale, format; the last two are left out where no film has them
 _BEARING_COLUMNS = (
+    ("film_temperature_c", "film / degC", 1.0, ".1f"),
     ("peak_load_n", "peak load / kN", 1e-3, ".1f"),
     ("min_film_um", "thinnest film / um", 1.0, ".2f"),
     ("max_eccentricity", "largest eccentricity", 1.0, ".3f"),

@@ -1,0 +1,93 @@
+"""What levels of film cost and how far their steps and grids are off: ``python benchmarks/film_levels.py``.
+
+The six at 2000 rev/min, second cycle from the start. Each level at its defaults against the same with ``sdirk4`` at
+0.5 degrees: real-time factor (processor time), largest difference of torsion and axial motion over their peak to peak,
+relative difference of each main's least film (null where an edge touches), share of films solved outside the table. The
+elastic film also on another grid of nodes, and with steps that do not follow its closing. Prints one JSON
+object.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from functools import partial
+from typing import Any
+
+import numpy as np
+from _engine_run import SPEED, engine_and_body
+
+from cranktrain.dynamics.simulation import Settings, Simulation
+from cranktrain.film import tilted_levels
+from cranktrain.film.database import TableSettings
+from cranktrain.film.elastic_grid import ElasticGrid
+from cranktrain.film.elastic_law import IN_LOOP, SHAPES, elastic_bore
+from cranktrain.film_table import film_table
+from cranktrain.structure.saddle import bore_compliance
+
+CYCLES, PER_CYCLE = 2, 288
+FINE: dict[str, Any] = {
+    "integrator": "sdirk4", "step": math.radians(0.5), "newton_tolerance": 3.0e-7, "film_change": 0.1,
+}  # fmt: skip
+FINE_GRID = ElasticGrid(96, 11, IN_LOOP.edge)
+
+
+def main() -> int:
+    """Measure and print."""
+    engine, body = engine_and_body()
+    bearing = engine.main_bearing
+    table, _, _ = film_table(TableSettings(bearing.width / bearing.diameter, bearing.groove))
+    bore = bore_compliance(engine, SHAPES, with_motion=True)
+
+    def run(level: str, grid: ElasticGrid = IN_LOOP, **choices: Any) -> dict[str, Any]:
+        tilted_levels.elastic_bore = partial(elastic_bore, grid=grid)
+        print(f"film_levels: {level} {choices}", file=sys.stderr, flush=True)
+        simulation = Simulation(engine, body, Settings(bearings=level, **choices), table=table, bore=bore)
+        simulation.inputs[0] = SPEED
+        simulation.initialize()
+        count, h = CYCLES * PER_CYCLE, 4.0 * math.pi / SPEED / PER_CYCLE
+        series = np.empty((count, simulation.outputs.size))
+        start = time.process_time()
+        for k in range(count):
+            simulation.step((k + 1) * h)
+            series[k] = simulation.outputs
+        used = time.process_time() - start
+        place = {name: k for k, name in enumerate(simulation.output_names)}
+        mains = range(1, len(engine.crankshaft.main_widths) + 1)
+        films = series[:, [place[f"bearing[{i}].film_thickness_min"] for i in mains]]
+        counters = simulation.work.counters
+        return {
+            "real_time_factor": used / (count * h),
+            "steps": counters[0],
+            "iterations_per_stage": counters[2] / counters[1],
+            "outside_table": series[:, place["solver.online_films"]].sum() / (counters[2] * len(mains)),
+            "torsion": series[-PER_CYCLE:, place["pulley.torsion"]],
+            "axial": series[-PER_CYCLE:, place["pulley.axial"]],
+            "least_film_um": 1e6 * films[-PER_CYCLE:].min(axis=0),
+        }
+
+    def against(this: dict[str, Any], exact: dict[str, Any]) -> dict[str, Any]:
+        figures = {key: value for key, value in this.items() if np.ndim(value) == 0}
+        for key in ("torsion", "axial"):
+            figures[f"{key}_error"] = np.abs(this[key] - exact[key]).max() / np.ptp(exact[key])
+        pairs = zip(this["least_film_um"], exact["least_film_um"], strict=True)
+        figures["least_film_um"] = this["least_film_um"].round(3).tolist()
+        figures["least_film_error"] = [mine / its - 1.0 if min(mine, its) > 0.0 else None for mine, its in pairs]
+        return figures
+
+    result = {}
+    for level in ("impedance", "table", "reynolds", "ehd"):
+        fine = run(level, **FINE)
+        usual = run(level)
+        result[level] = against(usual, fine)
+    result["ehd, fine grid against the usual"] = against(usual, run("ehd", FINE_GRID))
+    result["ehd, sdirk4"] = against(run("ehd", integrator="sdirk4"), fine)
+    result["ehd, steps that do not follow closing films"] = against(run("ehd", film_change=1e9), fine)
+    print(json.dumps(result, default=float))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,83 @@
+"""Temperatures of the main bearings' films from the heat balance of each, over a cycle of a run.
+
+What a journal puts into its film over a cycle, friction torque times speed and the work of its centre against the
+force, ends as heat; a share of it leaves with the oil that pressure drives out of both ends, the rest through journal
+and housing (:mod:`cranktrain.film.heat_balance`). The oil comes at the engine's temperature. A bearing warms within
+seconds or more and a cycle takes hundredths of one: the balance is that of means, and the film stays as warm all
+through the cycle.
+
+The power of a journal's tilting is left out; big ends and the thrust bearing stay at the engine's temperature.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+
+import numpy as np
+
+from cranktrain.engine import Engine
+from cranktrain.errors import InputError
+from cranktrain.film.heat_balance import balanced_temperature
+from cranktrain.reduced_body import Array
+
+FILM_TEMPERATURES = ("engine", "heat-balance")
+"""Where films have their temperature from: the engine's oil at its speed, or the heat balance of each bearing."""
+SETTLED = 0.5
+"""Change of every film's temperature below which the balance has settled, K."""
+PASSES = 6
+"""Most runs of a heat balance."""
+
+
+def check_level(bearings: str) -> None:
+    """Refuse a bearing level without oil; ``InputError``."""
+    if bearings == "linear":
+        raise InputError(
+            "bearing level 'linear' has no oil that friction warms; choose impedance, table, reynolds or ehd, "
+            "or film temperature 'engine'"
+        )
+
+
+def cycle_means(outputs: Mapping[str, Array], bearings: int, samples: int) -> tuple[Array, Array]:
+    """Mean friction power (W) and oil flow (m³/s) of each main bearing, (b,), over the last ``samples``.
+
+    ``outputs`` are time series of the running model, evenly spaced.
+    """
+    powers, flows = np.zeros(bearings), np.zeros(bearings)
+    for i in range(bearings):
+
+        def last(name: str, of: str = f"bearing[{i + 1}]") -> Array:
+            return outputs[f"{of}.{name}"][-samples:]
+
+        shear = last("friction_torque") * last("speed.relative")
+        squeeze = last("force.x") * last("velocity.x") + last("force.y") * last("velocity.y")
+        powers[i], flows[i] = (shear - squeeze).mean(), last("oil_flow").mean()
+    return powers, flows
+
+
+def balanced_temperatures(
+    engine: Engine, inlet: float, temperatures: Array, powers: Array, flows: Array
+) -> tuple[Array, tuple[str, ...]]:
+    """Temperatures (b,), K, at which films that ran at ``temperatures`` would balance, and what bounds each of them."""
+    found = [
+        balanced_temperature(engine.oil, inlet, *map(float, values))
+        for values in zip(temperatures, powers, flows, strict=True)
+    ]
+    return np.array([temperature for temperature, _ in found]), tuple(bound for _, bound in found)
+
+
+def warn_of_bounds(bounds: tuple[str, ...]) -> None:
+    """One warning that names the bearings whose heat balance is bounded, and why the first of them is."""
+    held = [i for i, bound in enumerate(bounds) if bound]
+    if held:
+        names = ", ".join(f"main[{i + 1}]" for i in held)
+        warnings.warn(f"heat balance bounded at {names}; main[{held[0] + 1}]: {bounds[held[0]]}", stacklevel=3)
+
+
+def warn_unsettled(change: float, passes: int) -> None:
+    """Warn of temperatures that the last of ``passes`` runs would still change by ``change`` K."""
+    warnings.warn(
+        f"heat balance not settled by pass {passes}: film temperatures would still change by {change:.2g} K; "
+        "run more cycles",
+        stacklevel=3,
+    )
