@@ -89,7 +89,7 @@ def reduced_body(engine: Engine, say: Callable[[str], None]) -> ReducedBody:
 
 
 def film_data(engine: Engine, table: bool, say: Callable[[str], None]) -> dict[str, Any]:
-    """Elastic bore, and where asked for the film table, of the main bearings; both from the cache or made now."""
+    """Elastic bore, and where asked for the film tables of mains and big ends; from the cache or made now."""
     from cranktrain.film.database import TableSettings
     from cranktrain.film_table import film_table
     from cranktrain.structure.saddle import bore_compliance
@@ -105,13 +105,17 @@ def film_data(engine: Engine, table: bool, say: Callable[[str], None]) -> dict[s
                 say(f"film table: {100 * done // count} %")
 
         data["table"], _, _ = film_table(settings, progress=shown, say=say)
+        if engine.big_end_bearing is not None:
+            bearing = engine.big_end_bearing
+            settings = TableSettings(bearing.width / bearing.diameter, bearing.groove, tilt=False)
+            data["big_end_table"], _, _ = film_table(settings, say=say)
     return data
 
 
 def build(engine: Engine, body: ReducedBody, folder: Path, say: Callable[[str], None], **data: Any) -> Path:
     """Write the FMU of ``engine`` with ``body`` into ``folder``; returns its path.
 
-    ``data`` may hold ``table`` and ``bore``, which the levels ``table`` and ``ehd`` of the FMU need.
+    ``data`` may hold ``table``, ``big_end_table`` and ``bore``, which levels ``table`` and ``ehd`` of the FMU need.
 
     The file appears whole or not at all. ``InputError`` where the interface or the code cannot go into an FMU.
     """

@@ -192,7 +192,12 @@ class CranktrainSlave(Fmi2Slave):
             _models[digest] = flat.read_model(self._resources / "model.bin")
         model = _models[digest]
         simulation = module.Simulation(
-            model.engine, model.body, module.Settings(**settings), table=model.table, bore=model.bore
+            model.engine,
+            model.body,
+            module.Settings(**settings),
+            table=model.table,
+            bore=model.bore,
+            big_end_table=model.big_end_table,
         )
         taken = self._output_places(simulation)
         simulation.inputs[:] = inputs

@@ -25,6 +25,7 @@ from cranktrain.engine import Engine, engine_provenance, load_engine
 from cranktrain.errors import CranktrainError, InputError, nearest
 
 if TYPE_CHECKING:
+    from cranktrain.engine import PlainBearing
     from cranktrain.film.bore_compliance import BoreCompliance
     from cranktrain.film.database import FilmTable
 
@@ -86,7 +87,7 @@ def _parser() -> _Parser:
     run.add_argument(
         "--bearings", default="impedance", metavar="LEVEL", help="linear, impedance (default), table, reynolds or ehd"
     )
-    run.add_argument("--big-ends", default="rigid", metavar="LEVEL", help="rigid (default), or impedance: own films")
+    run.add_argument("--big-ends", default="rigid", metavar="LEVEL", help="rigid (default); films: impedance, table")
     run.add_argument(
         "--film-temperature",
         default="engine",
@@ -214,11 +215,16 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     settings = resolved(simulation.Settings(**choices))
     bare, _ = _reduced(engine, options)
     body = running_body(engine, bare)
-    films = _film_table(engine) if settings.bearings == "table" else None
+    films = _film_table(engine.main_bearing) if settings.bearings == "table" else None
+    floating = None
+    if settings.big_ends == "table" and engine.big_end_bearing is not None:
+        floating = _film_table(engine.big_end_bearing, tilt=False)
     bore = _elastic_bore(engine) if settings.bearings == "ehd" else None
     with _bar(f"{options.speed:g} rev/min, {options.cycles} cycles") as advance:
         speed = options.speed * RPM
-        run = simulation.simulate(engine, body, settings, speed, options.cycles, gas, advance, films, bore, balance)
+        run = simulation.simulate(
+            engine, body, settings, speed, options.cycles, gas, advance, films, bore, balance, floating
+        )
     attributes = {
         "engine": engine.name,
         "body_digest": body.digest,
@@ -278,12 +284,11 @@ def _reduced(engine: Engine, options: argparse.Namespace, rebuild: bool = False)
     return body, time.perf_counter() - start
 
 
-def _film_table(engine: Engine) -> FilmTable:
-    """Film table of the main bearings, from the cache, else made now."""
+def _film_table(bearing: PlainBearing, tilt: bool = True) -> FilmTable:
+    """Film table of a bearing, from the cache, else made now."""
     from cranktrain.film.database import TableSettings
     from cranktrain.film_table import film_table
 
-    bearing = engine.main_bearing
     ratio = bearing.width / bearing.diameter
     with _bar(f"film table, L/D {ratio:.4g}") as advance:
 
@@ -291,7 +296,7 @@ def _film_table(engine: Engine) -> FilmTable:
             if advance is not None:
                 advance(done / count)
 
-        table, _, _ = film_table(TableSettings(ratio, bearing.groove), progress=shown, say=_say)
+        table, _, _ = film_table(TableSettings(ratio, bearing.groove, tilt=tilt), progress=shown, say=_say)
     return table
 
 

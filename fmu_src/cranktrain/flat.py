@@ -11,9 +11,9 @@ Layout (little-endian)::
     64            header: JSON, padded with spaces
                   values: float64 arrays in C order, at the offsets (in values) that the header gives
 
-The header holds ``engine`` (SI, as :func:`cranktrain.engine.engine_to_dict` writes it), ``body``, ``table``, ``bore``
-(what is not an array) and ``arrays`` (name, shape, offset). Film table and elastic bore may be absent. Equal data give
-equal bytes. A body's records and basis, which serve reports, stay behind.
+The header holds ``engine`` (SI, as :func:`cranktrain.engine.engine_to_dict` writes it), ``body``, ``table``,
+``big_end_table`` and ``bore`` (what is not an array) and ``arrays`` (name, shape, offset). Film tables and elastic bore
+may be absent. Equal data give equal bytes. A body's records and basis, which serve reports, stay behind.
 """
 
 from __future__ import annotations
@@ -53,6 +53,7 @@ _ARRAYS = (
     "centre",
     "inertia",
 )
+_ERRORS = ("aligned_error", "tilted_error")
 _BORE = ("coefficients", "compliance", "load_coupling", "captured")
 
 
@@ -63,15 +64,18 @@ class FlatModel(NamedTuple):
     body: ReducedBody
     table: FilmTable | None = None
     bore: BoreCompliance | None = None
+    big_end_table: FilmTable | None = None
 
 
 def to_bytes(model: FlatModel) -> bytes:
     """The model in the layout of this module; ``StoreError`` where a value is not finite."""
-    engine, body, table, bore = model
+    engine, body, table, bore, big_end_table = model
     named = {name: getattr(body, name) for name in _ARRAYS}
-    if table is not None:
-        named |= {f"table.{name}": array for name, array in table.arrays._asdict().items()}
-        named |= {"table.aligned_error": table.aligned_error, "table.tilted_error": table.tilted_error}
+    tables = {"table": table, "big_end_table": big_end_table}
+    for key, films in tables.items():
+        if films is not None:
+            named |= {f"{key}.{name}": array for name, array in films.arrays._asdict().items()}
+            named |= {f"{key}.{name}": getattr(films, name) for name in _ERRORS}
     if bore is not None:
         named |= {f"bore.{name}": getattr(bore, name) for name in _BORE}
     arrays, values, offset = [], [], 0
@@ -92,7 +96,7 @@ def to_bytes(model: FlatModel) -> bytes:
             "digest": body.digest,
             "quality": {key: float(value) for key, value in body.quality.items()},
         },
-        "table": None if table is None else asdict(table.settings),
+        **{key: None if films is None else asdict(films.settings) for key, films in tables.items()},
         "bore": None if bore is None else {"area": bore.area},
         "arrays": arrays,
     }
@@ -142,15 +146,17 @@ def from_bytes(data: bytes, name: str = "model") -> FlatModel:
         quality=about["quality"],
         **{key: arrays[key] for key in _ARRAYS},
     )
-    table = bore = None
-    if header["table"] is not None:
-        data_of = {key: arrays[f"table.{key}"] for key in TableArrays._fields}
-        errors = arrays["table.aligned_error"], arrays["table.tilted_error"]
-        table = FilmTable(TableSettings(**header["table"]), TableArrays(**data_of), *errors)
+    bore = None
+    tables: dict[str, FilmTable | None] = {"table": None, "big_end_table": None}
+    for key in tables:
+        if header[key] is not None:
+            data_of = {field: arrays[f"{key}.{field}"] for field in TableArrays._fields}
+            errors = [arrays[f"{key}.{field}"] for field in _ERRORS]
+            tables[key] = FilmTable(TableSettings(**header[key]), TableArrays(**data_of), *errors)
     if header["bore"] is not None:
         bore = BoreCompliance(**{key: arrays[f"bore.{key}"] for key in _BORE}, area=header["bore"]["area"])
     try:
-        return FlatModel(engine_from_dict(header["engine"]), body, table, bore)
+        return FlatModel(engine_from_dict(header["engine"]), body, tables["table"], bore, tables["big_end_table"])
     except InputError as error:
         raise StoreError(f"{name}: {error}; {remedy}") from None
 

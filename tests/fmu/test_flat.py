@@ -12,7 +12,7 @@ from cranktrain.errors import StoreError
 def test_round_trip_is_exact(engine, body, tmp_path):
     path = flat.write_model(tmp_path / "model.bin", flat.FlatModel(engine, body))
     read_engine, read_body, *rest = flat.read_model(path)
-    assert rest == [None, None]
+    assert rest == [None, None, None]
     assert read_engine == engine
     for field in dataclasses.fields(body):
         if field.name in ("records", "basis"):

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.dynamics.equations_of_motion import COS, OMEGA, SIN, THETA, big_end_motion, pin_motion
+from cranktrain.dynamics.equations_of_motion import COS, OMEGA, SIN, THETA, big_end_motion, float_force, pin_motion
 from cranktrain.dynamics.model import AREA, BANK, CRANKCASE, DELTA_J, GRAVITY, M_BIG, M_OSC, OFFSET, PIN, ROD
 from cranktrain.dynamics.ports import ROD_LAWS, RODS
 from cranktrain.film.impedance import pressure_and_flow
-from cranktrain.film.laws import IMPEDANCE, bearing_force
+from cranktrain.film.laws import IMPEDANCE, TABLE
 from cranktrain.film.parabolic import friction_torque
 from cranktrain.film.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
+from cranktrain.film.tilted import FLOW, FRICTION, OBSERVE, P_MAX
 from cranktrain.kernel import kernel
 from cranktrain.loads.slider_crank import rod_force
 
@@ -80,7 +81,8 @@ def observe_big_end(model, work, frame, c, u, ud, out, k):
     eta = law[VISCOSITY]
     radius = law[RADIUS]
     width = law[WIDTH]
-    bearing_force(law, x, y, vx, vy, half, cos, sin, model.big_end_impedance, r)
+    float_force(model, c, OBSERVE, x, y, vx, vy, pin_speed, rod_speed, frame, r)
+    rubbing = r[FRICTION]
     eps = r[10]
     out[k] = cos * r[0] - sin * r[1]
     out[k + 1] = sin * r[0] + cos * r[1]
@@ -88,6 +90,11 @@ def observe_big_end(model, work, frame, c, u, ud, out, k):
     out[k + 3] = sin * x + cos * y
     out[k + 4] = eps
     out[k + 5] = max(gap * (1.0 - eps), 0.0)
+    if law[LAW] == TABLE:
+        out[k + 6] = r[P_MAX]
+        out[k + 8] = r[FLOW]
+        slip = pin_speed - rod_speed
+        out[k + 7] = -rubbing - friction_torque(eps, r[0], r[1], x, y, eta, radius, width, gap, slip)
     if law[LAW] == IMPEDANCE:
         out[k + 7] = -friction_torque(eps, r[0], r[1], x, y, eta, radius, width, gap, pin_speed - rod_speed)
         highest, flow = pressure_and_flow(x, y, vx, vy, half, gap, eta, radius, width, model.big_end_impedance, r)

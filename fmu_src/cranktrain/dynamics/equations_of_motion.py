@@ -38,11 +38,11 @@ from cranktrain.dynamics.model import (
     SHAFT_K,
 )
 from cranktrain.dynamics.ports import CRANK_MODES, ROD_LAWS, RODS, THRUST_LAW, TILTS
-from cranktrain.film.laws import IMPEDANCE, bearing_force
+from cranktrain.film.laws import IMPEDANCE, TABLE, bearing_force
 from cranktrain.film.parabolic import friction_torque
 from cranktrain.film.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.thrust import thrust_force, thrust_force_tilted
-from cranktrain.film.tilted import BY_PLACE, BY_VELOCITY, FORCE, FRICTION, SPEED, film_call
+from cranktrain.film.tilted import BY_PLACE, BY_VELOCITY, FORCE, FRICTION, RUBBING, SPEED, film_call
 from cranktrain.film.tilted import COS as FRAME_COS
 from cranktrain.film.tilted import SIN as FRAME_SIN
 from cranktrain.kernel import kernel
@@ -332,12 +332,11 @@ def big_end_film(model, frame, c, port, cos, sin, ud, ratio, f, work):
     pin_speed = frame[OMEGA] + ud[rotation + k]
     x = motion[16] - motion[0]
     y = motion[17] - motion[1]
-    out = model.films.plane
-    bearing_force(
-        law, x, y, motion[18] - motion[2], motion[19] - motion[3], 0.5 * (pin_speed + rod_speed), frame[COS],
-        frame[SIN], model.big_end_impedance, out,
-    )  # fmt: skip
-    friction = friction_torque(
+    out = model.floating.plane
+    vx = motion[18] - motion[2]
+    vy = motion[19] - motion[3]
+    float_force(model, c, FORCE, x, y, vx, vy, pin_speed, rod_speed, frame, out)
+    friction = out[FRICTION] + friction_torque(
         out[10], out[0], out[1], x, y, law[VISCOSITY], law[RADIUS], law[WIDTH], law[CLEARANCE], pin_speed - rod_speed
     )
     f[pin] += out[0]
@@ -356,6 +355,26 @@ def big_end_film(model, frame, c, port, cos, sin, ud, ratio, f, work):
             block[4 * (row + 2) + column] = -value
             block[4 * (row + 2) + column + 2] = value
     return -(friction + x * out[1] - y * out[0]) / height
+
+
+@kernel
+def float_force(model, c, action, x, y, vx, vy, pin_speed, rod_speed, frame, out):
+    """Force on the pin in the floating big end of cylinder c, as :func:`bearing_force`, and the asperities' torque."""
+    law = model.big_ends[c]
+    out[FRICTION] = 0.0
+    if law[LAW] != TABLE:
+        bearing_force(
+            law, x, y, vx, vy, 0.5 * (pin_speed + rod_speed), frame[COS], frame[SIN], model.big_end_impedance, out
+        )
+        return
+    films = model.floating
+    films.place[c, 0] = x
+    films.place[c, 1] = y
+    films.velocity[c, 0] = vx
+    films.velocity[c, 1] = vy
+    films.numbers[SPEED] = pin_speed + rod_speed
+    films.numbers[RUBBING] = pin_speed - rod_speed
+    film_call(films, action, c, out, out)
 
 
 @kernel

@@ -22,7 +22,7 @@ from cranktrain.film.laws import BIG_END_LEVELS, LAWS, TILTED, bearing_parameter
 from cranktrain.film.parameters import KAPPA2
 from cranktrain.film.thrust import thrust_parameters
 from cranktrain.film.tilted import Films
-from cranktrain.film.tilted_levels import tilted_films
+from cranktrain.film.tilted_levels import floating_films, tilted_films
 from cranktrain.loads.gas_pressure import GasTrace, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia
 from cranktrain.lubricant import oil_temperature, viscosity
@@ -97,6 +97,7 @@ class ModelArrays(NamedTuple):
     thrust: Array  # see film.thrust
     pins: Array  # (p, 2) undeformed x, y
     big_ends: Array  # (c, 13) like ``bearings``: the film between pin and rod, where the big end is not rigid
+    floating: Films  # of the big ends where they are read from a table
     connections: Array  # (k, 5) force laws: number of Newton ports that each couples, then those ports
     scales: Array  # (n_newton,) displacement of a Newton port that counts as much as a clearance
     layout: Array  # (6,) see dynamics.ports
@@ -148,12 +149,14 @@ def build_model(
     table: FilmTable | None = None,
     bore: BoreCompliance | None = None,
     temperatures: Array | None = None,
+    big_end_table: FilmTable | None = None,
 ) -> ModelArrays:
     """Arrays of the running model at the oil temperature of ``speed`` (rad/s).
 
-    ``body`` is the crankshaft with flywheel and pulley attached, ``table`` the films of level ``table``,
-    ``bore`` the elastic main bores of level ``ehd``. ``temperatures`` (b,), K, gives each main bearing's film its own;
-    without them, and at the thrust bearing and the big ends, all oil is as warm as the engine's.
+    ``body`` is the crankshaft with flywheel and pulley attached, ``table`` the films of level ``table``, ``bore`` the
+    elastic main bores of level ``ehd``, ``big_end_table`` the films of big ends. ``temperatures`` (b,), K, gives each
+    main bearing's film its own; without them, and at the thrust bearing and the big ends, all oil is as warm as the
+    engine's.
     ``InputError`` for a level that does not exist, or that lacks what it needs.
     """
     settings = resolved(settings)
@@ -171,7 +174,8 @@ def build_model(
     linear = settings.bearings == "linear"
     mains = _main_bearings(engine, settings.bearings, eta, temperatures)
     # Rigid big ends have no film, but kernels want one of the same form.
-    big_end = bearing_parameters(engine.big_end_bearing or engine.main_bearing, eta, "impedance")
+    floating = engine.big_end_bearing or engine.main_bearing
+    big_end = bearing_parameters(floating, eta, "table" if settings.big_ends == "table" else "impedance")
     thrust_law = thrust_parameters(engine.thrust, eta, linear)
     n_mains, n_pins = len(engine.crankshaft.main_widths), len(engine.crankshaft.throw_angles)
     crank_modes = body.n_modes
@@ -211,6 +215,9 @@ def build_model(
         thrust=thrust_law,
         pins=contiguous([body.positions[body.index(f"pin[{i + 1}]"), :2] for i in range(n_pins)]),
         big_ends=contiguous(np.tile(big_end, (engine.n_cylinders, 1))),
+        floating=floating_films(
+            floating, settings.big_ends, np.tile(big_end, (engine.n_cylinders, 1)), big_end_table
+        ),
         connections=ports.connections,
         scales=ports.scales,
         layout=ports.layout,

@@ -72,6 +72,7 @@ class Simulation:
     gas : pressure trace in place of the engine's built-in one
     table : films of the main bearings, for level ``table``
     bore : elastic main bores, for level ``ehd``
+    big_end_table : films of the big ends, for their level ``table``; may lack tilt
     temperatures : (b,) of the main bearings' films, K; without them all are as warm as the engine's oil
 
     Attributes
@@ -90,6 +91,7 @@ class Simulation:
         table: FilmTable | None = None,
         bore: BoreCompliance | None = None,
         temperatures: Array | None = None,
+        big_end_table: FilmTable | None = None,
     ) -> None:
         self.engine = engine
         self.settings = resolved(settings or Settings())
@@ -97,6 +99,7 @@ class Simulation:
         self.table = integrator_table(self.settings.integrator)
         self.film_table = table
         self.bore = bore
+        self.big_end_table = big_end_table
         self._temperatures = temperatures
         self.gas = gas or GasTrace.from_engine(engine)
         if not (math.isfinite(self.settings.step) and self.settings.step > 0.0):
@@ -132,6 +135,7 @@ class Simulation:
         return build_model(
             self.engine, self.body, replace(self.settings, oil_temperature=self._oil_temperature),
             float(self.inputs[0]), self.gas, self.table, self.film_table, self.bore, self._temperatures,
+            self.big_end_table,
         )  # fmt: skip
 
     @property
@@ -282,12 +286,14 @@ def simulate(
     table: FilmTable | None = None,
     bore: BoreCompliance | None = None,
     heat_balance: bool = False,
+    big_end_table: FilmTable | None = None,
 ) -> Result:
     """Run ``cycles`` cycles at constant ``speed`` (rad/s) and keep every output at every step.
 
-    ``table`` serves level ``table``, ``bore`` level ``ehd``. With ``heat_balance`` each main bearing's film is as warm
-    as its friction makes it (:mod:`cranktrain.dynamics.warm_films`): the run repeats, going on where it ended, until no
-    temperature changes by more than ``SETTLED``, at most ``PASSES`` times; the last run is the result.
+    ``table`` serves level ``table``, ``bore`` level ``ehd``, ``big_end_table`` big ends at level ``table``. With
+    ``heat_balance`` each main's film is as warm as its friction makes it (:mod:`cranktrain.dynamics.warm_films`): the
+    run repeats, going on where it ended, until no temperature changes by more than ``SETTLED``, at most ``PASSES``
+    times; the last run is the result.
     ``progress`` is called with the share of a run done, in [0, 1]. An interrupt ends the run early and keeps what it
     has.
 
@@ -304,7 +310,7 @@ def simulate(
         raise InputError(f"at least one cycle must run, got {cycles}")
     if heat_balance:
         check_level(settings.bearings)
-    simulation = Simulation(engine, body, replace(settings), gas, table, bore)
+    simulation = Simulation(engine, body, replace(settings), gas, table, bore, big_end_table=big_end_table)
     simulation.inputs[0] = speed
     simulation.initialize()
     result = _run(simulation, cycles, progress)

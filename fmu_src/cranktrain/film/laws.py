@@ -32,7 +32,7 @@ EHD = 4
 LAWS = {"linear": LINEAR, "impedance": IMPEDANCE, "table": TABLE, "reynolds": REYNOLDS, "ehd": EHD}
 TILTED = ("table", "reynolds", "ehd")
 """Levels that feel the tilt of the journal."""
-BIG_END_LEVELS = ("rigid", "impedance")
+BIG_END_LEVELS = ("rigid", "impedance", "table")
 
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from cranktrain.engine import PlainBearing
 from cranktrain.errors import InputError
-from cranktrain.film.aligned_law import aligned_observables
+from cranktrain.film.aligned_law import aligned_force, aligned_observables
 from cranktrain.film.database import FilmTable, table_grid
 from cranktrain.film.journal import OUT_SIZE, film_observables, journal_film
 from cranktrain.film.journal_contact import N_OUT, TORQUE, JournalContact, bearing_contact, journal_contact
@@ -27,6 +27,7 @@ from cranktrain.film.tilted import (
     OBSERVE,
     P_MAX,
     PASSES,
+    RUBBING,
     SPEED,
 )
 from cranktrain.kernel import kernel, law_kernel, record_reader
@@ -34,6 +35,8 @@ from cranktrain.reduced_body import Array
 
 IN_LOOP = (48, 8)
 """Intervals around and across of films that are solved in the loop: forces within 0.2 %, moments 0.3 % at p95."""
+ALIGNED = (96, 12)
+"""The same of films without tilt, which are solved beyond the table's last eccentricity only."""
 
 
 class RigidBore(NamedTuple):
@@ -52,8 +55,12 @@ class RigidBore(NamedTuple):
     solved: Array  # (1,) films that lay outside the table
 
 
-def rigid_bore(bearing: PlainBearing, parameters: Array, table: FilmTable | None, solved: Array) -> RigidBore:
+def rigid_bore(
+    bearing: PlainBearing, parameters: Array, table: FilmTable | None, solved: Array, tilted: bool = True
+) -> RigidBore:
     """Films of as many journals as ``parameters`` (b, 13) has rows, read from ``table`` where there is one.
+
+    ``tilted``: whether they feel tilt.
 
     Raises
     ------
@@ -64,13 +71,14 @@ def rigid_bore(bearing: PlainBearing, parameters: Array, table: FilmTable | None
     grid = journal_grid(*IN_LOOP)
     if table is not None:
         made, ratio = table.settings, bearing.width / bearing.diameter
-        if abs(made.length_ratio - ratio) > 1.0e-6 or made.groove != bearing.groove or not made.tilt:
+        if abs(made.length_ratio - ratio) > 1.0e-6 or made.groove != bearing.groove or (tilted and not made.tilt):
             raise InputError(
                 f"film table of L/D {made.length_ratio:.6g}, groove {made.groove}, "
                 f"{'with' if made.tilt else 'no'} tilt does not fit the bearing, L/D {ratio:.6g}, "
                 f"groove {bearing.groove}; make one by film-table"
             )
-        arrays, grid = table.arrays, table_grid(made, *IN_LOOP)
+        arrays = table.arrays
+        grid = table_grid(made, *IN_LOOP) if tilted else journal_grid(*ALIGNED, half=True)
     return RigidBore(
         parameters=parameters,
         grid=grid,
@@ -165,6 +173,45 @@ def table_law(record, action, i, place, velocity, numbers, memory, out):
         bore.tabled,
     )  # fmt: skip
     out[GAP] = -1.0
+    return 0
+
+
+@law_kernel
+def aligned_law(record, action, i, place, velocity, numbers, memory, out):
+    """A film without tilt read from the table, between a journal and a bore that both may turn (big ends).
+
+    ``out`` is laid out as :func:`cranktrain.film.laws.bearing_force` does; the asperities' friction torque, and when
+    observed pressure and flow, stand in the columns of :mod:`cranktrain.film.tilted`.
+    """
+    bore = _read(record)
+    own = bore.parameters[i]
+    c = own[CLEARANCE]
+    viscosity = own[VISCOSITY]
+    radius = own[RADIUS]
+    width = own[WIDTH]
+    half = 0.5 * numbers[SPEED]
+    status = aligned_force(
+        place[0], place[1], velocity[0], velocity[1], half, c,
+        6.0 * viscosity * radius * width * (radius / c) * (radius / c), bore.table, bore.grid, bore.journal,
+        bore.active[i], bore.tabled, out,
+    )  # fmt: skip
+    if status != TABLE:
+        bore.solved[0] += 1.0
+    contact = bore.rough
+    rough = bore.contact
+    journal_contact(
+        place[0], place[1], 0.0, 0.0, radius * numbers[RUBBING], rough.constants, rough.table, rough.slices,
+        rough.gauss, contact,
+    )  # fmt: skip
+    for r in range(2):
+        out[r] += contact[r]
+        for s in range(2):
+            out[2 + 2 * r + s] += contact[4 + 4 * r + s]
+    out[FRICTION] = contact[TORQUE]
+    if action == OBSERVE:
+        out[P_MAX], out[FLOW] = aligned_observables(
+            place[0], place[1], velocity[0], velocity[1], half, c, viscosity, radius, width, bore.table, bore.plane
+        )
     return 0
 
 

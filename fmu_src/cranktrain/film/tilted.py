@@ -33,9 +33,10 @@ P_MAX, FLOW, GAP, GAP_ANGLE, SIZE = 39, 40, 41, 42, 43
 
 FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE = range(7)
 # Columns of ``numbers``: the journal's speed (rad/s); cosine and sine of the frame's angle; time from the step's start
-# to the stage, step, g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; and 1 where tangents are held: a law
-# may leave those that it found last.
-SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, HELD, NUMBERS = range(9)
+# to the stage, step, g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; 1 where tangents are held: a law
+# may leave those that it found last; and for a bore that turns as well, where SPEED is the sum of both speeds, their
+# difference.
+SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, HELD, RUBBING, NUMBERS = range(10)
 
 
 class Films(NamedTuple):
@@ -46,7 +47,7 @@ class Films(NamedTuple):
     place: Array  # (b, 4)
     velocity: Array  # (b, 4)
     numbers: Array  # (NUMBERS,)
-    plane: Array  # (16,) a film without tilt
+    plane: Array  # (SIZE,) a film without tilt
     solved: Array  # (1,) films that lay outside the table since the count was last taken
 
 
@@ -54,7 +55,7 @@ def no_films(bearings: int) -> Films:
     """Films that do not feel tilt."""
     z = np.zeros
     entry = z(2, dtype=np.int64)
-    return Films(entry, z(1), z((bearings, 4)), z((bearings, 4)), z(NUMBERS), z(16), z(1))
+    return Films(entry, z(1), z((bearings, 4)), z((bearings, 4)), z(NUMBERS), z(SIZE), z(1))
 
 
 @kernel

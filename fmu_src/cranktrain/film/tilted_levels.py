@@ -12,7 +12,7 @@ from cranktrain.film.bore_compliance import BoreCompliance
 from cranktrain.film.database import FilmTable
 from cranktrain.film.elastic_law import elastic_bore, elastic_law, film_size
 from cranktrain.film.parameters import VISCOSITY
-from cranktrain.film.rigid_bore import reynolds_law, rigid_bore, table_law
+from cranktrain.film.rigid_bore import aligned_law, reynolds_law, rigid_bore, table_law
 from cranktrain.film.tilted import SIZE, Films, no_films
 from cranktrain.kernel import keep_record, kernel_address
 from cranktrain.reduced_body import Array
@@ -54,7 +54,29 @@ def tilted_films(
         films.values[0] = film_size(record.film)
     else:
         record = rigid_bore(bearing, parameters, table if level == "table" else None, films.solved)
+    return _entered(films, record, LAWS[level])
+
+
+def floating_films(bearing: PlainBearing, level: str, parameters: Array, table: FilmTable | None = None) -> Films:
+    """Films of big ends at level ``table``; ``parameters`` (c, 13), ``table`` may lack tilt.
+
+    Raises
+    ------
+    InputError
+        without a table, or with one of another bearing
+    """
+    films = no_films(len(parameters))
+    if level != "table":
+        return films
+    if table is None:
+        ratio = bearing.width / bearing.diameter
+        raise InputError(f"big-end level 'table' needs a film table of L/D {ratio:.4g}; make it by film-table")
+    return _entered(films, rigid_bore(bearing, parameters, table, films.solved, tilted=False), aligned_law)
+
+
+def _entered(films: Films, record: Any, law: Any) -> Films:
+    """Films with the addresses of their law, compiled here, and of its record."""
     films.entry[1] = keep_record(record, films.entry)
     film, out = np.zeros(1), np.zeros(SIZE)
-    films.entry[0] = kernel_address(LAWS[level], 0, 0, 0, films.place[0], films.velocity[0], films.numbers, film, out)
+    films.entry[0] = kernel_address(law, 0, 0, 0, films.place[0], films.velocity[0], films.numbers, film, out)
     return films
