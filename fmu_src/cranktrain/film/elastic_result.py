@@ -192,6 +192,7 @@ def _vertex(before, here, after):
     """How far the parabola through three neighbours goes beyond the middle one, and where, in steps from it."""
     bend = before - 2.0 * here + after
     lean = 0.5 * (after - before)
-    if bend == 0.0 or abs(lean) > abs(bend):
+    # Beside a supply at its pressure there is an edge, not a summit.
+    if bend == 0.0 or before == here or after == here or abs(lean) > abs(bend):
         return 0.0, 0.0
     return -0.5 * lean * lean / bend, -lean / bend

@@ -149,7 +149,7 @@ def elastic_film(
         return status
     if tangents:
         film_tangents(film, first, ring, work, out)
-    out[CLIPPED] = _keep_filled(unknowns)
+    out[CLIPPED] = _keep_filled(film, unknowns, work.nodes[VOID])
     film_result(film, speed, per_gain, work, out)
     return status
 
@@ -401,11 +401,14 @@ def _advance(film, first, ring, step, unknowns, work):
 
 
 @kernel
-def _keep_filled(unknowns):
-    """Hold fills in [0, 1]; returns how many nodes had to be held."""
+def _keep_filled(film, unknowns, void):
+    """Hold fills in [0, 1], of unknowns and of the nodes' field; returns how many nodes had to be held."""
+    n_z = int(film.constants[N_Z])
     clipped = 0
     for f in range(unknowns.shape[0]):
         if unknowns[f] < -1.0:
             unknowns[f] = -1.0
+            i = f // n_z
+            void[i * (n_z + 2) + f - i * n_z + 1] = -1.0
             clipped += 1
     return clipped
