@@ -151,6 +151,13 @@ def test_forces_converge_with_the_grid(steady, order):
     assert first / second > 1 + 2**order
 
 
+def mirrored(bearing, position, velocity, speed, axis):
+    """Forces of the film seen in a mirror across the x axis or across the middle plane, mirrored back."""
+    signs = np.array([1, -1, 1, -1]) if axis == "y" else np.array([1, 1, -1, -1])
+    force = bearing.settle(signs * position, signs * velocity, -speed if axis == "y" else speed, 1e-4)
+    return signs * force
+
+
 @pytest.mark.parametrize("axis", ["y", "z"])
 def test_a_mirrored_bearing_mirrors_its_forces(axis):
     """Across the x axis the rotation turns round; shapes 0, 2, 3, 5 of the bore are even there, all but 7, 8 in z."""
