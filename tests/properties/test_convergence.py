@@ -134,7 +134,7 @@ def last_cycle(integrator, step_deg, tolerance=1e-6):
         pytest.param(
             "sdirk3", 2.0, 5e-3, 2.5e-3,
             marks=pytest.mark.xfail(strict=True, reason="axial 5.6e-3 since the thrust pads follow Reynolds in 2-D"),
-        ),  # fmt: skip
+        ),
         ("sdirk3", 1.0, 1e-3, 4e-4),
         ("sdirk4", 2.0, 2e-3, 2e-4),
         ("sdirk4", 1.0, 3e-4, 5e-5),
