@@ -134,9 +134,9 @@ def test_the_result_does_not_depend_on_the_warm_start():
     follow(warm, 200, 1.0, visit=compare)
 
 
-@pytest.mark.parametrize(("steady", "order"), [(True, 1.3), (False, 0.5)])
-def test_forces_converge_with_the_grid(steady, order):
-    """Second order in smooth films; rupture fronts cost some of it, and more where they travel."""
+@pytest.mark.parametrize("steady", [True, False])
+def test_forces_converge_with_the_grid(steady):
+    """Second order in smooth films; the rupture front costs some of it. Moving: all forces of a piece of orbit."""
     forces = []
     for n_phi, n_z in ((24, 5), (48, 11), (96, 23)):
         bearing, history = grooved(ElasticGrid(n_phi, n_z), 7), []
@@ -148,7 +148,7 @@ def test_forces_converge_with_the_grid(steady, order):
     first, second = np.linalg.norm(forces[0] - forces[2]), np.linalg.norm(forces[1] - forces[2])
     assert second < 0.03 * np.linalg.norm(forces[2])
     # Differences to the finest of three grids halved each time: their ratio is 2^p + 1, 5 at second order.
-    assert first / second > 1 + 2**order
+    assert first / second > 1 + 2**1.3
 
 
 def mirrored(bearing, position, velocity, speed, axis):
@@ -197,12 +197,12 @@ def test_oil_of_a_filling_bearing_is_what_the_groove_gave():
     bearing.start_position[:] = position
     h = np.radians(5) / SPEED
     bearing.settle(position, dt=1e-12)
-    oil = bearing.out[OIL]
+    oil = bearing.out[OIL] - 1e-12 * (bearing.out[SUPPLY_FLOW] - bearing.out[SIDE_FLOW])
     fills = []
     for _ in range(300):
         bearing.settle(position, dt=h)
         gained = h * (bearing.out[SUPPLY_FLOW] - bearing.out[SIDE_FLOW])
-        assert bearing.out[OIL] - oil == pytest.approx(gained, abs=2e-9 * oil)  # what the last Newton step leaves
+        assert bearing.out[OIL] - oil == pytest.approx(gained, abs=1e-12 * oil)
         oil = bearing.out[OIL]
         fills.append(bearing.out[FILL_MEAN])
         bearing.accept(position)
@@ -227,7 +227,7 @@ def test_oil_that_a_full_film_gains_or_loses_in_rupturing_shrinks_with_the_step(
         return abs(np.sum(balance)) / oil[0]
 
     coarse, fine = lost(np.radians(2)), lost(np.radians(0.5))
-    assert coarse < 0.08 and fine < 0.35 * coarse
+    assert coarse < 0.06 and fine < 0.35 * coarse
 
 
 def test_jumps_of_state_never_fail_and_fills_stay_between_nothing_and_full():
