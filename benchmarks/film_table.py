@@ -188,7 +188,7 @@ def engine_states(speed: float) -> tuple[Array, Array]:
     for k in range(1, 2 * PER_CYCLE + 1):
         simulation.step(k * step)
         if k > PER_CYCLE:
-            rows.append(np.hstack([simulation.work.films.place, simulation.work.films.velocity]))
+            rows.append(np.hstack([simulation.model.films.place, simulation.model.films.velocity]))
     count = len(simulation.model.bearings)
     seen = np.concatenate(rows) / simulation.model.bearings[0, CLEARANCE]
     # Pure squeeze, in axes along and across the line of centres.
