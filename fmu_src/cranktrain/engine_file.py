@@ -19,7 +19,8 @@ from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
-from cranktrain.engine import Engine, Oil, PlainBearing, Quantity, check_crankshaft, optional_fields
+from cranktrain.crankshaft_check import check_crankshaft, in_mm
+from cranktrain.engine import Engine, Oil, PlainBearing, Quantity, optional_fields
 from cranktrain.errors import InputError, nearest
 
 GROOVES = ("none", "circumferential")
@@ -229,7 +230,7 @@ def _cylinder_rules(engine: Engine) -> list[Rule]:
     never = sorted(set(range(1, n + 1)) - set(order))
     reach = crank.throw + abs(cylinders.pin_offset)
     return [
-        ("rod.length", rod.length > reach, f"{_mm(rod.length)} is shorter than throw and pin offset, {_mm(reach)}"),
+        ("rod.length", rod.length > reach, f"{in_mm(rod.length)} is shorter than throw and pin offset, {in_mm(reach)}"),
         ("cylinders.firing_order", n >= 1, "is empty"),
         ("cylinders.firing_order", not twice, f"cylinder {twice[0] if twice else 0} fires twice"),
         ("cylinders.firing_order", not never, f"cylinder {never[0] if never else 0} of 1..{n} never fires"),
@@ -254,22 +255,22 @@ def _film_rules(table: str, film: PlainBearing, journal: str, diameter: float, n
         (
             f"{table}.diameter",
             abs(film.diameter - diameter) <= 0.01 * diameter,
-            f"{_mm(film.diameter)} does not fit the {journal}, {_mm(diameter)}",
+            f"{in_mm(film.diameter)} does not fit the {journal}, {in_mm(diameter)}",
         ),
         (
             f"{table}.width",
             film.width <= narrowest,
-            f"{_mm(film.width)} is wider than the narrowest {journal}, {_mm(narrowest)}",
+            f"{in_mm(film.width)} is wider than the narrowest {journal}, {in_mm(narrowest)}",
         ),
         (
             f"{table}.clearance",
             film.clearance < 0.01 * film.diameter,
-            f"{_mm(film.clearance)} is more than 1 % of the diameter; it is the radial clearance, often given in um",
+            f"{in_mm(film.clearance)} is more than 1 % of the diameter; it is the radial clearance, often given in um",
         ),
         (
             f"{table}.contact_height",
             film.contact_height < film.clearance,
-            f"{_mm(film.contact_height)} is not less than the clearance, {_mm(film.clearance)}",
+            f"{in_mm(film.contact_height)} is not less than the clearance, {in_mm(film.clearance)}",
         ),
         (
             f"{table}.groove",
@@ -305,19 +306,19 @@ def _bearing_rules(engine: Engine) -> list[Rule]:
         (
             "thrust.inner_diameter",
             thrust.inner_diameter < thrust.outer_diameter,
-            f"{_mm(thrust.inner_diameter)} is not less than outer_diameter {_mm(thrust.outer_diameter)}",
+            f"{in_mm(thrust.inner_diameter)} is not less than outer_diameter {in_mm(thrust.outer_diameter)}",
         ),
         (
             "thrust.inner_diameter",
             thrust.inner_diameter >= crank.main_diameter,
-            f"{_mm(thrust.inner_diameter)} is less than the main journal it surrounds, {_mm(crank.main_diameter)}",
+            f"{in_mm(thrust.inner_diameter)} is less than the main journal it surrounds, {in_mm(crank.main_diameter)}",
         ),
         ("thrust.pads", thrust.pads >= 1, f"{thrust.pads} pads; at least one is needed"),
         ("thrust.pad_fraction", 0.0 < thrust.pad_fraction <= 1.0, "must lie in (0, 1]"),
         (
             "thrust.contact_height",
             2.0 * thrust.contact_height < thrust.clearance,
-            f"two of {_mm(thrust.contact_height)} leave nothing of the clearance, {_mm(thrust.clearance)}",
+            f"two of {in_mm(thrust.contact_height)} leave nothing of the clearance, {in_mm(thrust.clearance)}",
         ),
     ]
 
@@ -417,7 +418,3 @@ def _other_rules(engine: Engine) -> list[Rule]:
             "critical_orders, critical_speeds and measured_critical_speeds must be equally long",
         ),
     ]
-
-
-def _mm(length: float) -> str:
-    return f"{1e3 * length:.4g} mm"

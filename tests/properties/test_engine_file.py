@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
+from cranktrain.crankshaft_check import check_crankshaft
 from cranktrain.engine import (
-    check_crankshaft,
     engine_from_dict,
     engine_provenance,
     engine_to_dict,

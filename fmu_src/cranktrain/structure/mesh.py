@@ -23,7 +23,8 @@ from skfem import ElementTetP2, FacetBasis, MeshTet1, MeshTet2
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet
 
-from cranktrain.engine import Crankshaft, check_crankshaft
+from cranktrain.crankshaft_check import check_crankshaft
+from cranktrain.engine import Crankshaft
 from cranktrain.errors import InputError, nearest
 from cranktrain.structure.crankshaft import stations
 
