@@ -138,9 +138,9 @@ def engine_orbit(simulation: Simulation) -> Orbit:
     for n in range(STEPS + 1):
         simulation.step(begin + (n + 1) * _DURATION)
         cos, sin = films.numbers[COS], films.numbers[SIN]
-        for now, frame in zip(motion[:, n], (films.place, films.velocity), strict=True):
-            now[:, ::2] = cos * frame[:, ::2] - sin * frame[:, 1::2]
-            now[:, 1::2] = sin * frame[:, ::2] + cos * frame[:, 1::2]
+        for fixed, turning in zip(motion[:, n], (films.place, films.velocity), strict=True):
+            fixed[:, ::2] = cos * turning[:, ::2] - sin * turning[:, 1::2]
+            fixed[:, 1::2] = sin * turning[:, ::2] + cos * turning[:, 1::2]
     return Orbit(motion[0], motion[1])
 
 
@@ -195,7 +195,8 @@ def rigid_films(
     bearing, count = engine.main_bearing, orbit.count
     level = "reynolds" if table is None else "table"
     films = _films(count)
-    record = rigid_bore(bearing, bearing_parameters(bearing, oil(engine), level), table, count, films.solved)
+    parameters = np.tile(bearing_parameters(bearing, oil(engine), level), (count, 1))
+    record = rigid_bore(bearing, parameters, table, films.solved)
     if table is None:
         chosen = journal_grid(*grid)
         active = np.array([cold_start(chosen)] * count)
@@ -210,7 +211,7 @@ def elastic_films(
     """Elastic films on ``grid`` that have run through the orbit until they repeat."""
     count = orbit.count
     films = _films(count)
-    record = elastic_bore(engine.main_bearing, oil(engine), bore, count, grid)
+    record = elastic_bore(engine.main_bearing, np.full(count, oil(engine)), bore, grid)
     size = film_size(record.film)
     films.values[0] = size
     _install(films, elastic_law, record)

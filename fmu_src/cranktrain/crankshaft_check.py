@@ -66,7 +66,7 @@ def check_crankshaft(crankshaft: Crankshaft) -> None:
         (
             0.5 * c.flange_diameter > main,
             "flange_diameter",
-            f"{in_mm(c.flange_diameter)} must be wider than the last main journal with its fillets, {in_mm(2.0 * main)}",
+            f"{in_mm(c.flange_diameter)} must be wider than the last main journal and its fillets, {in_mm(2.0 * main)}",
         ),
         (
             c.counterweight_radius > c.web_main_radius or not heavy,

@@ -97,6 +97,10 @@ def call_kernel(typing_context: Any, address: Any, arguments: Any) -> Any:
     return types.int64(address, arguments), generate
 
 
+_RECORDS: dict[type, Any] = {}
+"""Type of the records that each class' reader knows."""
+
+
 @intrinsic
 def _write(typing_context: Any, address: Any, record: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -112,7 +116,12 @@ def _keep(address: int, record: Any) -> Any:
 
 
 def keep_record(record: Any, owner: NDArray[Any]) -> int:
-    """Address at which a reader finds ``record``, a named tuple of arrays, for as long as the array ``owner`` lives."""
+    """Address at which a reader finds ``record``, a named tuple of arrays, for as long as the array ``owner`` lives.
+
+    ``TypeError`` where it is not of the type that its class' reader was made for: a law would read what is not there.
+    """
+    if typeof(record) != _RECORDS.get(type(record)):
+        raise TypeError(f"{type(record).__name__} of other arrays than its reader knows: {typeof(record)}")
     # An array is a structure of fewer than sixteen words.
     space = np.zeros(16 * str(typeof(record)).count("array("), dtype=np.int64)
     _keep(space.ctypes.data, record)
@@ -122,7 +131,7 @@ def keep_record(record: Any, owner: NDArray[Any]) -> int:
 
 def record_reader(example: Any) -> Any:
     """Function for kernels that reads a record of ``example``'s type from its address, see :func:`keep_record`."""
-    kind = typeof(example)
+    kind = _RECORDS[type(example)] = typeof(example)
 
     @intrinsic
     def read(typing_context: Any, address: Any) -> Any:

@@ -12,6 +12,10 @@ from cranktrain.dynamics.linear_algebra import (
     solve_lu,
     solve_rows,
 )
+from cranktrain.engine import load_engine
+from cranktrain.film.laws import bearing_parameters
+from cranktrain.film.rigid_bore import RigidBore, rigid_bore
+from cranktrain.kernel import keep_record
 
 SIZES = [1, 2, 3, 4, 5, 6, 7, 8, 9, 27, 62]
 
@@ -82,3 +86,13 @@ def test_products(rows):
     product(b, x, rows, 5, alone)
     assert added == pytest.approx(y + b.T @ x, abs=1e-14 * 10)
     assert alone == pytest.approx(b.T @ x, abs=1e-14 * 10)
+
+
+def test_a_record_of_other_arrays_than_its_law_reads_is_refused():
+    """A law that read it all the same would read memory that is not there."""
+    bearing = load_engine("diesel_i6").main_bearing
+    good = rigid_bore(bearing, np.tile(bearing_parameters(bearing, 0.01, "reynolds"), (2, 1)), None, np.zeros(1))
+    owner = np.zeros(1)
+    assert keep_record(good, owner) > 0
+    with pytest.raises(TypeError, match=RigidBore.__name__):
+        keep_record(good._replace(parameters=good.parameters[0]), owner)
