@@ -1,0 +1,153 @@
+"""``cranktrain roller``: its keys and units, what belongs together, and wrong input in one line with exit code 2."""
+
+import json
+import math
+
+import pytest
+
+from cranktrain.cli import main
+from cranktrain.engine import load_engine
+from cranktrain.engine_file import engine_path
+
+GIVEN = ("roller", "--rollers", "16", "--length-mm", "10")
+REAL = (*GIVEN, "--roller-diameter-mm", "10", "--pitch-mm", "70")
+ALWAYS = ("deflection_um", "q_max_n", "stiffness_n_per_mm", "tilt_stiffness_nm_per_rad")
+
+
+def run(capsys, *arguments):
+    assert main([*arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def refused(capsys, *arguments):
+    try:
+        assert main([*arguments]) == 2
+    except SystemExit as exit_:
+        assert exit_.code == 2
+    text = capsys.readouterr().err
+    assert text.count("\n") == 1
+    return text
+
+
+def test_the_issues_example(capsys):
+    result = run(capsys, *GIVEN, "--clearance-um", "0", "--load", "5000")
+    assert tuple(result)[:4] == ALWAYS
+    assert result["deflection_um"] == pytest.approx(7.598255, rel=1e-6)
+    assert result["q_max_n"] == pytest.approx(1276.2842, rel=1e-6)
+    assert result["stiffness_n_per_mm"] == pytest.approx(731162.02, rel=1e-6)
+    # Straight, aligned rollers: l²/12 of the radial stiffness.
+    assert result["tilt_stiffness_nm_per_rad"] == pytest.approx(731162.02e3 * 0.01**2 / 12, rel=1e-6)
+    assert result["load_factor"] == pytest.approx(4.0841, abs=1e-4)
+    # Seven of the sixteen: those across the load only just touch.
+    assert result["loaded_rollers"] == 7
+    assert result["many_rollers"]["deflection_um"] == pytest.approx(7.598, rel=1e-3)
+
+
+def test_the_standards_contact_is_softer(capsys):
+    ours = run(capsys, *GIVEN, "--load", "5000")
+    iso = run(capsys, *GIVEN, "--load", "5000", "--law", "iso16281")
+    assert iso["q_max_n"] == pytest.approx(ours["q_max_n"], rel=1e-9)
+    assert iso["deflection_um"] == pytest.approx(7.8566, rel=1e-4)
+
+
+def test_stiffness_is_the_slope_of_the_deflection(capsys):
+    for options in ((), ("--clearance-um", "40"), ("--clearance-um", "-10"), ("--position", "between")):
+        low, middle, high = (
+            run(capsys, *REAL, "--load", str(load), "--profile", "iso16281", *options) for load in (4999, 5000, 5001)
+        )
+        slope = 2.0 / (high["deflection_um"] - low["deflection_um"]) * 1e3
+        assert middle["stiffness_n_per_mm"] == pytest.approx(slope, rel=1e-4)
+
+
+def test_tilting_stiffness_is_the_slope_of_the_moment(capsys):
+    low, high = (run(capsys, *REAL, "--load", "5000", "--moment-nm", moment) for moment in ("-1e-3", "1e-3"))
+    slope = 2e-3 / (high["tilt_mrad"] - low["tilt_mrad"]) * 1e3
+    assert low["tilt_stiffness_nm_per_rad"] == pytest.approx(slope, rel=1e-4)
+
+
+def test_clearance_moves_the_journal_and_loads_fewer_rollers(capsys):
+    tight, loose = (run(capsys, *GIVEN, "--clearance-um", c, "--load", "5000") for c in ("0", "60"))
+    assert loose["displacement_um"] - loose["deflection_um"] == pytest.approx(30.0)
+    assert loose["loaded_rollers"] < tight["loaded_rollers"] and loose["q_max_n"] > tight["q_max_n"]
+
+
+def test_no_load(capsys):
+    result = run(capsys, *GIVEN, "--clearance-um", "40", "--load", "0")
+    assert [result[key] for key in ALWAYS] == [0.0] * 4
+    assert result["load_factor"] is None and math.copysign(1.0, result["stiffness_n_per_mm"]) == 1.0
+
+
+def test_position_of_the_rollers_matters_by_what_is_said(capsys):
+    on, beside = (run(capsys, *GIVEN, "--load", "500", "--clearance-um", "60", "--position", p) for p in
+                  ("roller", "between"))  # fmt: skip
+    told = beside["stiffness_n_per_mm"] / on["stiffness_n_per_mm"] - 1.0
+    assert on["stiffness_variation"] == pytest.approx(told, rel=1e-9) and abs(told) > 0.01
+
+
+def test_ring(capsys, monkeypatch, tmp_path):
+    monkeypatch.setenv("CRANKTRAIN_CACHE", str(tmp_path))
+    result = run(capsys, *REAL, "--load", "5000", "--ring")
+    for key in ("stiffness_n_per_mm", "tilt_stiffness_nm_per_rad"):
+        assert 0.7 * result[key] < result["ring"][key] < result[key]
+
+
+def test_mains_of_an_engine(capsys, monkeypatch, tmp_path):
+    monkeypatch.setenv("CRANKTRAIN_CACHE", str(tmp_path))
+    result = run(capsys, "roller", "--engine", "diesel_v8", "--load", "40000")
+    rollers = load_engine("diesel_v8").main_roller
+    assert [entry["main"] for entry in result["mains"]] == list(range(1, len(rollers.rollers) + 1))
+    for entry, stiffness in zip(result["mains"], rollers.stiffness, strict=True):
+        assert entry["engine_file"]["stiffness_n_per_mm"] == pytest.approx(1e-3 * stiffness)
+        assert 0.7 * entry["stiffness_n_per_mm"] < entry["ring"]["stiffness_n_per_mm"] < entry["stiffness_n_per_mm"]
+    # The command of one bearing's dimensions finds the same.
+    own = (
+        "--rollers", rollers.rollers[0], "--length-mm", 1e3 * rollers.roller_length[0],
+        "--roller-diameter-mm", 1e3 * rollers.roller_diameter[0], "--pitch-mm", 1e3 * rollers.pitch_diameter[0],
+        "--clearance-um", 1e6 * rollers.clearance[0], "--profile", rollers.profile[0], "--law", rollers.law,
+    )  # fmt: skip
+    alone = run(capsys, "roller", *map(str, own), "--load", "40000")
+    for key in ALWAYS:
+        assert alone[key] == pytest.approx(result["mains"][0][key], rel=1e-9)
+
+
+def test_an_engine_file_with_more_clearance_than_travel_is_refused(capsys, tmp_path):
+    text = engine_path("diesel_v8").read_text(encoding="utf-8")
+    start = text.index("clearance = { value = [", text.index("[main_roller]"))
+    end = text.index("]", start)
+    path = tmp_path / "loose.toml"
+    path.write_text(text[:start] + "clearance = { value = [30, 30, 3000, 30, 30" + text[end:], encoding="utf-8")
+    told = refused(capsys, "modal", str(path))
+    assert "loose.toml: main_roller.clearance[3]: clearance of 3000 um is larger than the rollers' travel" in told
+
+
+def test_table_for_people(capsys):
+    assert main([*REAL, "--load", "5e6"]) == 0
+    shown = capsys.readouterr()
+    assert "radial stiffness / (N/mm)" in shown.out
+    assert "warning: contact pressure" in shown.err and "4000 MPa" in shown.err
+
+
+WRONG = [
+    ((*GIVEN, "--load", "5000", "--clearance-um", "500"), "--clearance-um: clearance of 500 um is larger than the"),
+    ((*GIVEN, "--load", "5000", "--clearance-um", "nan"), "--clearance-um is not a finite number"),
+    ((*GIVEN, "--load", "-5"), "--load -5 is not within"),
+    ((*GIVEN, "--load", "inf"), "--load inf is not within"),
+    ((*GIVEN, "--load", "5", "--law", "palmgrem"), "--law 'palmgrem' does not exist; did you mean 'palmgren'?"),
+    ((*GIVEN, "--load", "5", "--position", "betwen"), "did you mean 'between'?"),
+    ((*GIVEN, "--load", "5", "--profile", "iso16281"), "--profile iso16281 needs --roller-diameter-mm"),
+    ((*REAL, "--load", "5", "--profile", "iso1628"), "did you mean 'iso16281'?"),
+    ((*REAL, "--load", "5", "--profile", "0.5"), "--profile: 0.5 is not within"),
+    ((*GIVEN, "--load", "5", "--slices", "1"), "--slices 1 is not within"),
+    ((*GIVEN, "--load", "5", "--pitch-mm", "40"), "--rollers: 16 of 10 mm overlap on a pitch circle of 40 mm; at most"),
+    (("roller", "--length-mm", "10", "--load", "5"), "--rollers is missing"),
+    (("roller", "--rollers", "2", "--length-mm", "10", "--load", "5"), "--rollers 2 cannot centre a journal"),
+    (("roller", "--rollers", "9", "--length-mm", "-3", "--load", "5"), "--length-mm: -3 mm is not within"),
+    (GIVEN, "--load"),
+    (("roller", "--engine", "diesel_i6", "--load", "5"), "engine 'diesel_i6' has no [main_roller]"),
+    ((*GIVEN, "--engine", "diesel_i6", "--load", "5"), "--rollers: the engine file gives it"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "text"), WRONG, ids=[" ".join(a[-2:]) for a, _ in WRONG])
+def test_wrong_input_is_one_line_and_exit_code_2(capsys, arguments, text):
+    assert text in refused(capsys, *arguments)
