@@ -1,0 +1,221 @@
+"""Torsional damper: the torque between its housing, which turns with the hub, and its ring.
+
+With the twist ψ = hub rotation − ring rotation the torque on the hub is
+
+    T = −[k ψ + c ψ̇ + Σ_i w_i η(s_i ψ̇) ψ̇]
+
+*Viscous*. The fluid in a thin gap h at radius r shears at γ̇ = r ψ̇/h (Couette flow without inertia), so the gaps give
+∫ r² η dA/h: faces 2 · 2π ∫ r³ η dr/h, cylinders 2π r³ b η/h. The faces are integrated by Gauss with four points, hence
+the layers of weight w_i and shear ratio s_i = r_i/h; with one viscosity Σ w_i = S, the area moment over the gaps. Its
+viscosity without shear falls with temperature as η₀(T) = η₂₅ exp[B (1/T − 1/298.15 K)], and
+
+* ``newtonian`` keeps it: c = S η₀;
+* ``shear-thinning`` follows Carreau at every instant, η = η₀ [1 + (λγ̇)²]^((n−1)/2);
+* ``complex-modulus`` has G* = iω η₀ / [1 + (iωλ)^(1−n)] (Cole and Cole), whose size falls over ω as Carreau's viscosity
+  does over γ̇ (the rule of Cox and Merz). In time it is the pair k = S G'(ω₀), c = S G''(ω₀)/ω₀ (Kelvin and Voigt) of
+  the one frequency ω₀ at which it is linearised: right there, and nowhere else.
+
+The time λ = η₀(T)/τ* with a critical stress τ* that temperature leaves alone (time–temperature superposition).
+
+*Rubber*: k as given and c = d k/ω₀ with the loss factor d at ω₀, the same at all temperatures of its range.
+
+The damper is as warm as a table over speed says, or its heat balance T = T_a + P/(α A).
+
+Sources: P. J. Carreau, Trans. Soc. Rheol. 16 (1972) 99; K. S. Cole, R. H. Cole, J. Chem. Phys. 9 (1941) 341; W. P. Cox,
+E. H. Merz, J. Polym. Sci. 28 (1958) 619; Shin-Etsu, KF-96 performance test results (lg η = 763.1/T + const for
+dimethyl silicones from −25 to 250 °C, so B = 1757 K); silicone oils in dampers show G' beside G'': D. Andrä, J. Sound
+Vib. 82 (1982) 465; V. Píštěk, L. Klimeš, T. Mauder, Vibroeng. Procedia (2016), Rheological models of high viscosity
+silicone fluids.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from cranktrain.damper_check import COMPLEX_MODULUS, LAWS, SHEAR_THINNING
+from cranktrain.engine import Damper, Engine
+from cranktrain.errors import InputError, nearest
+from cranktrain.kernel import kernel
+from cranktrain.lubricant import temperature_at
+from cranktrain.reduced_body import Array
+
+# Places of the parameters; LAYERS weights (N m s) follow from WEIGHTS, their shear ratios from SHEARS.
+STIFFNESS, DAMPING, EXPONENT, TIME = range(4)
+LAYERS = 6
+WEIGHTS, SHEARS = 4, 4 + LAYERS
+PARAMETERS = 4 + 2 * LAYERS
+REFERENCE_TEMPERATURE = 298.15
+_CELSIUS = 273.15
+
+
+def damper_parameters(damper: Damper, temperature: float, frequency: float | None = None) -> Array:
+    """Parameters of :func:`damper_torque`, (16,), at ``temperature``, K.
+
+    ``frequency`` (Hz) is where complex modulus and rubber are linearised, in place of the damper's own.
+
+    Raises
+    ------
+    InputError
+        a temperature outside the damper's law, an unknown law, a frequency that is not positive
+    """
+    check_temperature(damper, temperature)
+    omega = 2.0 * math.pi * (damper.frequency if frequency is None else frequency)
+    if not 0.0 < omega < math.inf:
+        raise InputError(f"a damper is linearised at a positive frequency, got {omega / (2.0 * math.pi):g} Hz")
+    parameters = np.zeros(PARAMETERS)
+    if damper.kind == "rubber":
+        parameters[STIFFNESS] = damper.stiffness
+        parameters[DAMPING] = damper.loss_factor * damper.stiffness / omega
+        return parameters
+    if damper.law not in LAWS:
+        raise InputError(f"damper.law '{damper.law}' does not exist; {nearest(damper.law, LAWS)}")
+    eta = silicone_viscosity(damper, temperature)
+    moments, ratios = shear_layers(damper)
+    if damper.law == SHEAR_THINNING:
+        parameters[EXPONENT] = 0.5 * (damper.flow_exponent - 1.0)
+        parameters[TIME] = eta / damper.critical_stress
+        parameters[WEIGHTS:SHEARS] = eta * moments
+        parameters[SHEARS:] = ratios
+        return parameters
+    modulus = 1j * omega * eta
+    if damper.law == COMPLEX_MODULUS:
+        modulus = complex_modulus(damper, temperature, omega)
+    parameters[STIFFNESS] = moments.sum() * modulus.real
+    parameters[DAMPING] = moments.sum() * modulus.imag / omega
+    return parameters
+
+
+def silicone_viscosity(damper: Damper, temperature: float) -> float:
+    """Dynamic viscosity of the fluid without shear, Pa s, at ``temperature``, K."""
+    return damper.viscosity * math.exp(damper.viscosity_slope * (1.0 / temperature - 1.0 / REFERENCE_TEMPERATURE))
+
+
+def complex_modulus(damper: Damper, temperature: float, omega: float) -> complex:
+    """G' + iG'' of the fluid, Pa, at ``temperature``, K, and angular frequency ``omega``, rad/s."""
+    eta = silicone_viscosity(damper, temperature)
+    time = eta / damper.critical_stress
+    return 1j * omega * eta / (1.0 + (1j * omega * time) ** (1.0 - damper.flow_exponent))
+
+
+def shear_layers(damper: Damper) -> tuple[Array, Array]:
+    """Weights ∫ r² dA/h (6,) m³ and shear ratios r/h (6,): four layers of the faces, outer and inner cylinder."""
+    outer, inner, width = damper.ring_outer_radius, damper.ring_inner_radius, damper.ring_width
+    nodes, shares = np.polynomial.legendre.leggauss(LAYERS - 2)
+    r = 0.5 * (outer + inner) + 0.5 * (outer - inner) * nodes
+    faces = 4.0 * math.pi * 0.5 * (outer - inner) * shares * r**3 / damper.axial_gap
+    cylinders = [2.0 * math.pi * width * a**3 / h for a, h in ((outer, damper.outer_gap), (inner, damper.inner_gap))]
+    ratios = np.concatenate((r / damper.axial_gap, [outer / damper.outer_gap, inner / damper.inner_gap]))
+    return np.concatenate((faces, cylinders)), ratios
+
+
+def damping_coefficient(parameters: Array) -> float:
+    """Damping at zero rate, N m s/rad."""
+    return float(parameters[DAMPING] + parameters[WEIGHTS:SHEARS].sum())
+
+
+def equivalent_damping(parameters: Array, rate: float) -> float:
+    """Damping (N m s/rad) of a linear damper that dissipates as much at the harmonic rate of amplitude ``rate``, rad/s.
+
+    The describing function (1/π X) ∮ T cos φ dφ of the torque at ψ̇ = X cos φ.
+    """
+    phase = np.arange(64) * (math.pi / 128.0)  # a quarter: the torque is odd, the sum spectral
+    cosine = np.cos(phase)
+    sums = np.zeros_like(phase)
+    for w, s in zip(parameters[WEIGHTS:SHEARS], parameters[SHEARS:], strict=True):
+        sums += w * (1.0 + (parameters[TIME] * s * rate * cosine) ** 2) ** parameters[EXPONENT]
+    weights = np.where(np.arange(64) == 0, 0.5, 1.0)  # trapezoidal rule; the integrand vanishes at the other end
+    return float(parameters[DAMPING] + np.sum(weights * sums * cosine**2) / np.sum(weights * cosine**2))
+
+
+def damper_temperature(damper: Damper, speed: float) -> float:
+    """Temperature of the damper, K, at engine speed ``speed``, rad/s, from its table."""
+    table = (np.array(column, dtype=float) for column in (damper.temperature_speeds, damper.temperatures))
+    return float(temperature_at(speed, *table))
+
+
+def balanced_temperature(damper: Damper, power: float) -> float:
+    """Temperature, K, at which the damper gives off the mean dissipated ``power``, W; refuses one beyond its law."""
+    temperature = damper.ambient_temperature + power / (damper.heat_transfer * damper.cooling_area)
+    if temperature > damper.highest_temperature:
+        most = damper.heat_transfer * damper.cooling_area * (damper.highest_temperature - damper.ambient_temperature)
+        raise InputError(
+            f"damper: {power:.4g} W heat it to {temperature - _CELSIUS:.4g} degC, hotter than its law is valid (to "
+            f"{damper.highest_temperature - _CELSIUS:.4g} degC or {most:.4g} W); give more damper.cooling_area or "
+            "heat_transfer, or less load"
+        )
+    return temperature
+
+
+def check_temperature(damper: Damper, temperature: float) -> None:
+    """Refuse a temperature (K) at which the damper's law is not valid, with ``InputError``."""
+    if damper.lowest_temperature <= temperature <= damper.highest_temperature:
+        return
+    way = "colder" if temperature < damper.lowest_temperature else "hotter"
+    raise InputError(
+        f"damper: {temperature - _CELSIUS:.4g} degC is {way} than its law is valid, "
+        f"{damper.lowest_temperature - _CELSIUS:.4g} to {damper.highest_temperature - _CELSIUS:.4g} degC "
+        "(damper.lowest_temperature, damper.highest_temperature)"
+    )
+
+
+def power_warning(damper: Damper, power: float) -> str | None:
+    """One line where the mean dissipated ``power`` (W) exceeds the limit of the cooling area, else None."""
+    flux = power / damper.cooling_area
+    if flux <= damper.power_limit:
+        return None
+    return (
+        f"damper dissipates {power:.4g} W, {1e-3 * flux:.4g} kW/m^2 of its cooling area; its limit is "
+        f"{1e-3 * damper.power_limit:.4g} kW/m^2 (damper.power_limit)"
+    )
+
+
+def with_damper_housing(engine: Engine) -> Engine:
+    """The engine whose pulley carries its damper: mass, housing inertia, and the ring's share in tilting.
+
+    The ring's own rotation is a coordinate besides; across and in tilt it moves with the housing.
+
+    Raises
+    ------
+    InputError
+        an engine without ``[damper]``
+    """
+    damper = required_damper(engine)
+    pulley = replace(
+        engine.pulley,
+        mass=engine.pulley.mass + damper.mass,
+        polar_inertia=engine.pulley.polar_inertia + damper.housing_inertia,
+        # A flat ring's inertia about its diameter is half the polar one.
+        diametral_inertia=engine.pulley.diametral_inertia + 0.5 * (damper.housing_inertia + damper.ring_inertia),
+    )
+    return replace(engine, pulley=pulley)
+
+
+def required_damper(engine: Engine) -> Damper:
+    """The engine's damper; ``InputError`` where it has none."""
+    if engine.damper is None:
+        raise InputError(f"engine '{engine.name}' has no [damper]; add that table as in engines/diesel_i6.toml")
+    return engine.damper
+
+
+@kernel
+def damper_torque(parameters, twist, rate, out):
+    """Torque on the hub at ``twist`` (rad) and ``rate`` (rad/s), hub less ring, with tangents.
+
+    ``out[0]`` torque on the hub, N m (the ring feels its opposite); ``out[1]`` ∂/∂twist; ``out[2]`` ∂/∂rate; ``out[3]``
+    dissipated power, W, never negative.
+    """
+    torque = parameters[DAMPING] * rate
+    tangent = parameters[DAMPING]
+    for i in range(LAYERS):
+        shear = parameters[TIME] * parameters[SHEARS + i] * rate
+        square = shear * shear
+        eta = parameters[WEIGHTS + i] * math.exp(parameters[EXPONENT] * math.log1p(square))
+        torque += eta * rate
+        tangent += eta * (1.0 + 2.0 * parameters[EXPONENT] * square / (1.0 + square))
+    out[0] = -parameters[STIFFNESS] * twist - torque
+    out[1] = -parameters[STIFFNESS]
+    out[2] = -tangent
+    out[3] = torque * rate

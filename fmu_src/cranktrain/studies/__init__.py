@@ -1,0 +1,1 @@
+"""Questions that take structure and dynamics together: optimum dampers, damped modes, forced torsion."""

@@ -1,0 +1,144 @@
+"""The damper in a run: its ring follows its law, to the limits of no fluid and of a ring that is stuck; its warmth."""
+
+import math
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from bodies import rigid_crank, six
+
+from cranktrain.dynamics.simulation import Settings, Simulation, damper_power, fitted_engine, simulate
+from cranktrain.engine import load_engine
+from cranktrain.errors import InputError
+from cranktrain.loads.damper import damper_parameters, damper_temperature, damper_torque, with_damper_housing
+from cranktrain.reduced_body import truncate
+
+SIX = load_engine("diesel_i6")
+SPEED = 2000 * math.pi / 30
+FITTED = Settings(crank="rigid", bearings="linear", damper="fitted")
+
+
+def with_damper(**changes):
+    return replace(SIX, damper=replace(SIX.damper, **changes))
+
+
+@pytest.mark.parametrize(
+    "damper",
+    [{}, {"law": "newtonian"}, {"law": "complex-modulus"}, {"kind": "rubber"}],
+    ids=["shear-thinning", "newtonian", "complex modulus", "rubber"],
+)
+def test_torque_twist_and_heat_are_those_of_the_law(damper):
+    engine = with_damper(**damper)
+    simulation = Simulation(engine, rigid_crank(engine), replace(FITTED, step=math.radians(0.5)))
+    simulation.inputs[0] = SPEED
+    simulation.initialize()
+    h = math.radians(0.5) / SPEED
+    rows = []
+    for k in range(1, 400):
+        simulation.step(k * h)
+        rows.append(simulation.outputs.copy())
+    out = dict(zip(simulation.output_names, np.array(rows).T, strict=True))
+    twist = out["damper.twist"]
+    rate = (8 * (twist[3:-1] - twist[1:-3]) - (twist[4:] - twist[:-4])) / (12 * h)
+    law, found = damper_parameters(engine.damper, damper_temperature(engine.damper, SPEED)), np.zeros(4)
+    torque, heat = (out[f"damper.{name}"][2:-2] for name in ("torque", "heat"))
+    assert np.ptp(rate) > 0.1
+    for k in range(0, rate.size, 20):
+        damper_torque(law, twist[2 + k], rate[k], found)
+        assert torque[k] == pytest.approx(found[0], abs=1e-4 * np.abs(torque).max())
+        assert heat[k] == pytest.approx(found[3], abs=1e-4 * heat.max())
+    assert (heat >= 0.0).all()
+    # Over many swings the ring keeps what it has: the torque's work on it is heat and its own energy.
+    assert out["damper.temperature"] == pytest.approx(damper_temperature(engine.damper, SPEED))
+    if damper.get("kind") == "rubber" or damper.get("law") == "complex-modulus":
+        return
+    assert heat == pytest.approx(-torque * rate, abs=1e-3 * heat.max())
+
+
+def test_the_ring_is_driven_by_the_torque_alone():
+    engine = with_damper(law="newtonian")
+    simulation = Simulation(engine, rigid_crank(engine), replace(FITTED, step=math.radians(0.5)))
+    simulation.inputs[0] = SPEED
+    simulation.initialize()
+    h = math.radians(0.5) / SPEED
+    for k in range(1, 100):
+        simulation.step(k * h)
+    out, angles, torque = simulation.output_names, [], 0.0
+    for k in range(100, 105):
+        simulation.step(k * h)
+        read = dict(zip(out, simulation.outputs, strict=True))
+        angles.append(read["crank.angle"] + read["pulley.torsion"] - read["damper.twist"])
+        torque = torque or (read["damper.torque"] if k == 102 else 0.0)
+    acceleration = (-angles[4] + 16 * angles[3] - 30 * angles[2] + 16 * angles[1] - angles[0]) / (12 * h * h)
+    # Angles of 20 rad differenced twice over 4e-5 s leave 1e-5 rad/s² of rounding.
+    assert engine.damper.ring_inertia * acceleration == pytest.approx(-torque, rel=2e-3)
+
+
+def elastic(engine):
+    """The coarse six's crank with what ``engine`` has on its pulley."""
+    from cranktrain.structure.reduction import running_body
+
+    # Cut so high that what is left out answers alike, whatever the pulley weighs.
+    return truncate(running_body(replace(engine, crankshaft=six()[0].crankshaft)), 3000.0)
+
+
+def twist(engine, body, settings):
+    # Long enough for the crank's own vibration to die down: it starts otherwise with and without a ring.
+    result = simulate(engine, body, settings, SPEED, 8)
+    # Against the flywheel: the frame goes with the crank's mean rotation, to which a ring belongs or not.
+    return result.last_cycle("pulley.torsion")[1] - result.last_cycle("flywheel.torsion")[1]
+
+
+LINEAR = Settings(bearings="linear")
+
+
+def test_without_fluid_the_housing_alone_is_left():
+    thin = with_damper(law="newtonian", viscosity=1e-6)
+    housed = with_damper_housing(thin)
+    body = elastic(housed)
+    fitted, bare = twist(thin, body, replace(LINEAR, damper="fitted")), twist(thin, body, LINEAR)
+    assert np.sqrt(np.mean((fitted - bare) ** 2)) < 1e-4 * np.std(bare)
+
+
+def test_a_stuck_ring_is_a_heavier_pulley():
+    # Damping of the shaft in proportion to its stiffness: the same whatever the modes, which differ with the ring.
+    damping = replace(SIX.damping, kind="rayleigh", alpha=0.0, beta=1e-5)
+    stuck = replace(with_damper(law="newtonian", viscosity=1e6), damping=damping)
+    housed = with_damper_housing(stuck)
+    heavier = replace(
+        housed,
+        pulley=replace(housed.pulley, polar_inertia=housed.pulley.polar_inertia + SIX.damper.ring_inertia),
+    )
+    fitted = twist(stuck, elastic(housed), replace(LINEAR, damper="fitted"))
+    rigid = twist(heavier, elastic(heavier), LINEAR)
+    assert np.sqrt(np.mean((fitted - rigid) ** 2)) < 2e-3 * np.std(rigid)
+    # The ring matters: without it the pulley swings otherwise.
+    bare = twist(housed, elastic(housed), LINEAR)
+    assert np.sqrt(np.mean((bare - rigid) ** 2)) > 0.05 * np.std(rigid)
+
+
+def test_the_heat_balance_settles_where_warmth_carries_the_losses_off():
+    engine = six()[0]
+    body = elastic(fitted_engine(engine, FITTED))
+    result = simulate(engine, body, replace(LINEAR, damper="fitted"), SPEED, 3, damper_balance=True)
+    damper = engine.damper
+    warmth = damper.ambient_temperature + damper_power(result) / (damper.heat_transfer * damper.cooling_area)
+    assert result.passes > 1
+    assert result.outputs["damper.temperature"][-1] == pytest.approx(warmth, abs=0.5)
+    assert damper_power(result) > 10.0
+
+
+def test_too_much_heat_for_the_cooling_area_is_warned_of():
+    tight = with_damper(power_limit=1e-3)
+    with pytest.warns(UserWarning, match="damper.power_limit"):
+        simulate(tight, rigid_crank(tight), FITTED, SPEED, 1)
+    wide = with_damper(power_limit=1e9)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        simulate(wide, rigid_crank(wide), FITTED, SPEED, 1)
+
+
+def test_a_damper_hotter_than_its_law_is_refused():
+    with pytest.raises(InputError, match="hotter than its law is valid"):
+        simulate(SIX, rigid_crank(SIX), replace(FITTED, damper_temperature=500.0), SPEED, 1)
