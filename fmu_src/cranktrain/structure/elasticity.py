@@ -69,7 +69,9 @@ def component_dofs(basis: Basis) -> NDArray[np.intp]:
     return np.hstack((basis.nodal_dofs, basis.edge_dofs)).astype(np.intp)
 
 
-def finite_elements(mesh: MeshTet2, material: Material, consistent_mass: bool = True) -> FEModel:
+def finite_elements(
+    mesh: MeshTet2, material: Material, consistent_mass: bool = True, elements: NDArray[np.integer] | None = None
+) -> FEModel:
     """Stiffness and mass of a free body.
 
     Parameters
@@ -77,9 +79,10 @@ def finite_elements(mesh: MeshTet2, material: Material, consistent_mass: bool = 
     mesh : quadratic tetrahedra, m
     material : Pa, 1, kg/m³
     consistent_mass : ∫ρ u·v if true; else lumped by Hinton, Rock and Zienkiewicz (row sums would be negative)
+    elements : numbers of those that are of this material, all without; matrices of several materials add up
     """
-    basis = Basis(mesh, ElementVector(ElementTetP2()), intorder=QUADRATURE_ORDER)
-    scalar = Basis(mesh, ElementTetP2(), quadrature=basis.quadrature)
+    basis = Basis(mesh, ElementVector(ElementTetP2()), intorder=QUADRATURE_ORDER, elements=elements)
+    scalar = Basis(mesh, ElementTetP2(), quadrature=basis.quadrature, elements=elements)
     nodes = _scalar_to_vector(basis, scalar)
     lam, mu = lame(material)
 

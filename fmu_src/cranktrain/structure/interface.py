@@ -23,6 +23,7 @@ from skfem import FacetBasis, LinearForm
 
 from cranktrain.errors import InputError, nearest
 from cranktrain.structure.elasticity import FEModel
+from cranktrain.structure.mesh import surface_basis
 
 Array = NDArray[np.float64]
 
@@ -73,7 +74,7 @@ def averaged_interfaces(
 
 
 def _averaging(model: FEModel, name: str, place: Array | None) -> tuple[Array, sparse.csr_matrix]:
-    facets = FacetBasis(model.mesh, model.basis.elem, facets=model.mesh.boundaries[name], intorder=4)
+    facets = surface_basis(model.mesh, model.basis.elem, name, 4)
     points = np.asarray(facets.global_coordinates())
     if place is None:
         place = np.einsum("afq,fq->a", points, facets.dx) / facets.dx.sum()

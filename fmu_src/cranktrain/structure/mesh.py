@@ -12,7 +12,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from skfem import ElementTetP2, FacetBasis, MeshTet1, MeshTet2
+from skfem.mapping import MappingIsoparametric
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet
 
@@ -109,31 +110,52 @@ def read_mesh(path: str | Path, unit: str = "m") -> MeshTet2:
         if the file cannot be read, holds other solids than tetrahedra, lacks a surface (one line lists the missing and
         the found names), or does not lie on the axis.
     """
+
+    def wanted(found: Iterable[str]) -> tuple[str, ...]:
+        numbers = [int(name[5:-1]) for name in found if name.startswith("main[")]
+        return interface_names(max(max(numbers, default=2) - 1, 1))
+
+    parts = "every journal, the pulley seat, the flywheel flange and the thrust faces"
+    return named_mesh(path, unit, wanted, "main[", "crankshaft", parts)
+
+
+def named_mesh(
+    path: str | Path,
+    unit: str,
+    wanted: Callable[[Iterable[str]], Sequence[str]],
+    axial: str,
+    what: str,
+    surfaces_of: str,
+) -> MeshTet2:
+    """Read a user's own mesh of any body that has the surfaces ``wanted``, a function of the names found.
+
+    ``axial`` begins the names of surfaces that must follow each other along the z axis; ``what`` the body is and
+    ``surfaces_of`` which parts are for the errors' text. Raises ``InputError`` as :func:`read_mesh`.
+    """
     from cranktrain.structure.mesh_file import read_surfaces_and_tetrahedra
 
     if unit not in UNITS:
         raise InputError(f"mesh unit '{unit}': {nearest(unit, UNITS)}")
     nodes, tets, surfaces = read_surfaces_and_tetrahedra(Path(path))
-    numbers = [int(name[5:-1]) for name in surfaces if name.startswith("main[")]
-    wanted = interface_names(max(max(numbers, default=2) - 1, 1))
-    if missing := [name for name in wanted if name not in surfaces]:
+    names = wanted(surfaces)
+    if missing := [name for name in names if name not in surfaces]:
         raise InputError(
             f"{path}: no surface named {', '.join(missing)}; found {', '.join(sorted(surfaces)) or 'none'}: name the "
-            "surface triangles (or nodes) of every journal, the pulley seat, the flywheel flange and the thrust faces"
+            f"surface triangles (or nodes) of {surfaces_of}"
         )
     length = UNITS[unit] * float(np.ptp(nodes, axis=0).max())
     if not 0.02 < length < 20.0:
-        raise InputError(f"{path}: a crankshaft {length:.4g} m long: state the mesh unit ({', '.join(UNITS)})")
+        raise InputError(f"{path}: a {what} {length:.4g} m long: state the mesh unit ({', '.join(UNITS)})")
     mesh = quadratic_mesh(UNITS[unit] * nodes, tets, surfaces, VTK_EDGES)
-    if loose := [name for name in wanted if not len(mesh.boundaries[name])]:
+    if loose := [name for name in names if not len(mesh.boundaries[name])]:
         raise InputError(f"{path}: {', '.join(loose)}: no triangle is a face of a tetrahedron: export both together")
     before = -np.inf
-    for name in (n for n in wanted if n.startswith("main[")):
+    for name in (n for n in names if n.startswith(axial)):
         x, y, z = surface_area(mesh, name)[1]
         if np.hypot(x, y) > 0.01 * length or z <= before:
             raise InputError(
                 f"{path}: {name} lies at ({1e3 * x:.1f}, {1e3 * y:.1f}, {1e3 * z:.1f}) mm: turn the mesh so that z is "
-                "the crank axis, with journals numbered from the pulley to the flywheel"
+                f"the crank axis, with {axial}i] numbered from the pulley to the flywheel"
             )
         before = z
     return mesh
@@ -175,9 +197,32 @@ def quadratic_mesh(
     return mesh.with_boundaries(boundaries)
 
 
+class _SurfaceMapping(MappingIsoparametric):
+    """Mapping that knows where a facet's points lie in its element; its own Newton iteration may not find them."""
+
+    def G(self, X: Array, find: Any = None) -> Array:
+        """Points ``X`` (2, q) of the reference triangle on the facets ``find``."""
+        self._asked = X, find
+        return np.asarray(super().G(X, find))
+
+    def invF(self, x: Array, tind: Any = None, **options: Any) -> Array:
+        """Reference coordinates (3, facets, q) in their elements ``tind`` of the points last asked of :meth:`G`."""
+        points, facets = self._asked
+        corners = self.mesh.facets[:, facets]
+        local = np.argmax(self.mesh.t[:, None, tind] == corners, axis=0)
+        shares = np.vstack((1.0 - points.sum(axis=0), points))
+        return np.einsum("ckf,kq->cfq", np.asarray(RefTet.p)[:, local], shares)
+
+
+def surface_basis(mesh: MeshTet2, element: Any, name: str, order: int) -> FacetBasis:
+    """Basis on a named boundary, with a quadrature of the given order."""
+    mapping = _SurfaceMapping(mesh, mesh.elem(), mesh.bndelem)
+    return FacetBasis(mesh, element, mapping, facets=mesh.boundaries[name], intorder=order)
+
+
 def surface_area(mesh: MeshTet2, name: str) -> tuple[float, Array]:
     """Area (m²) and centroid (3,) m of a named boundary, on the curved elements."""
-    basis = FacetBasis(mesh, ElementTetP2(), facets=mesh.boundaries[name], intorder=6)
+    basis = surface_basis(mesh, ElementTetP2(), name, 6)
     area = float(basis.dx.sum())
     where = np.asarray(basis.global_coordinates())
     return area, np.einsum("ceq,eq->c", where, basis.dx) / area

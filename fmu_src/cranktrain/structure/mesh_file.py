@@ -19,15 +19,20 @@ FORMATS = {".msh": "gmsh", ".inp": "abaqus", ".bdf": "nastran", ".nas": "nastran
 TETRAHEDRA = ("tetra10", "tetra")
 TRIANGLES = ("triangle6", "triangle")
 FLAT = {"vertex", "line", "line3", *TRIANGLES}
-NUMBERED = re.compile(r"(main|pin)[\s_.-]*\[?(\d+)\]?")
+NUMBERED = re.compile(r"(main|pin|bore|liner|head|mount)[\s_.-]*\[?(\d+)\]?(?:[\s_.-]*(upper|lower))?")
 NAMED_PROPERTY = re.compile(r'^\$HMNAME\s+(?:PROP|COMP)\S*\s+(\d+)\s*"([^"]+)"', re.MULTILINE)
 
 
 def interface_name(name: str) -> str:
-    """Spell a surface's name as the interfaces are: ``MAIN_1`` is ``main[1]``; others in small letters."""
+    """Spell a surface's name as the interfaces are: ``MAIN_1`` is ``main[1]``, ``LINER_1_UPPER`` ``liner[1].upper``.
+
+    Others come in small letters.
+    """
     plain = name.strip().strip("\"'").lower()
     numbered = NUMBERED.fullmatch(plain)
-    return f"{numbered[1]}[{int(numbered[2])}]" if numbered else plain
+    if not numbered:
+        return plain
+    return f"{numbered[1]}[{int(numbered[2])}]" + (f".{numbered[3]}" if numbered[3] else "")
 
 
 def read_surfaces_and_tetrahedra(path: Path) -> tuple[Array, Integers, dict[str, Integers]]:

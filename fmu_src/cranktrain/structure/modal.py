@@ -1,8 +1,9 @@
 """Natural frequencies of the crankshaft and of the assembled cranktrain, and what kind of motion each mode is.
 
-*Crankshaft, free*: with flywheel and pulley, no rods. *Cranktrain*: at rest (Ω = 0), each pin carrying the cycle mean
-of its rod across the axis, m_b + ½ m_o (the oscillating mass follows the pin by half, cos² θ on average), main bearings
-as springs, the thrust bearing closed (collar and block in series), the connecting shaft's stiffness at the flywheel.
+*Crankshaft, free*: with flywheel, pulley and what else is attached, no rods. *Cranktrain*: at rest (Ω = 0), each pin
+carrying the cycle mean of its rods across the axis, m_b + ½ m_o where each stands on the pin (the oscillating mass
+follows the pin by half, cos² θ on average), main bearings as springs (rollers resist tilt too), the thrust bearing
+closed (collar and block in series), free to turn.
 
 The kind of a mode is read from its kinetic energy. Each slice of the body around a point of the axis moves as a rigid
 section: translation across and tilt count as bending, rotation about z as torsion, translation along z as axial. A mode
@@ -20,10 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from cranktrain.engine import Engine
+from cranktrain.engine import Engine, LumpedInertia
 from cranktrain.errors import InputError
 from cranktrain.reduced_body import ReducedBody
-from cranktrain.structure.reduction import CHECKED_HZ, complete_crankshaft
+from cranktrain.structure.reduction import CHECKED_HZ, attached_parts, complete_crankshaft
 
 Array = NDArray[np.float64]
 
@@ -63,7 +64,7 @@ def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
         },
         "cranktrain": {"modes": _listed(hz, shares), **named},
         "critical_speeds": critical_speeds(engine, first[0]),
-        "reduction": _reduction(body),
+        "reduction": reduction_quality(body),
         "published": {
             "crankshaft_free_torsional_hz": list(engine.published.free_torsional_hz),
             "cranktrain_hz": list(engine.published.cranktrain_hz),
@@ -72,7 +73,7 @@ def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
             "second_torsional_hz": engine.published.second_torsional_hz,
         },
         "definitions": {
-            "crankshaft_free": "crankshaft with flywheel and pulley, no rods",
+            "crankshaft_free": f"crankshaft with {_attached(engine)}, no rods",
             "cranktrain": "at rest; big end and half the oscillating mass on each pin, bearings as springs, thrust "
             "closed with collar and block in series; free to turn, without the connecting shaft",
             "shares": SHARE_MEASURE,
@@ -92,40 +93,55 @@ def cranktrain_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Ar
 
     ``crankshaft`` is the complete one, with flywheel and pulley.
     """
+    squares, modes = eigh(*cranktrain_matrices(engine, crankshaft))
+    # Nothing holds the crank against turning: the first mode is its rigid rotation.
+    squares, modes = squares[1:], modes[:, 1:]
+    return np.sqrt(squares) / (2.0 * np.pi), energy_shares(engine, crankshaft, modes, rods=True)
+
+
+def cranktrain_matrices(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array]:
+    """Stiffness and mass (n, n) of the assembled cranktrain at rest, in the modes of the complete ``crankshaft``."""
     stiffness = np.diag(crankshaft.omega**2)
     mass = np.eye(crankshaft.n_modes)
 
     def row(name: str, component: int) -> Array:
         return np.asarray(crankshaft.shapes[crankshaft.index(name), component])
 
-    bearing, thrust = engine.main_bearing, engine.thrust
-    throws = len(engine.crankshaft.throw_angles)
-    for i in range(1, throws + 2):
-        for component, value in ((0, bearing.stiffness_x), (1, bearing.stiffness_y)):
+    thrust = engine.thrust
+    for i, springs in enumerate(main_springs(engine), 1):
+        for component, value in springs.items():
             stiffness += value * np.outer(row(f"main[{i}]", component), row(f"main[{i}]", component))
     series = 1.0 / (1.0 / thrust.contact_stiffness + 1.0 / thrust.block_stiffness)
     stiffness += series * np.outer(row("thrust", 2), row("thrust", 2))
-    for i, rod_mass in enumerate(pin_masses(engine), 1):
-        for component in (0, 1):
-            mass += rod_mass * np.outer(row(f"pin[{i}]", component), row(f"pin[{i}]", component))
-    squares, modes = eigh(stiffness, mass)
-    # Nothing holds the crank against turning: the first mode is its rigid rotation.
-    squares, modes = squares[1:], modes[:, 1:]
-    return np.sqrt(squares) / (2.0 * np.pi), energy_shares(engine, crankshaft, modes, rods=True)
+    rod_mass = mean_rod_mass(engine)
+    for pin, offset in zip(engine.cylinders.pins, engine.rod_offsets, strict=True):
+        # The rod sits on the pin beside its middle, at (0, 0, offset) from it.
+        for component, tilt in ((0, offset * row(f"pin[{pin}]", 4)), (1, -offset * row(f"pin[{pin}]", 3))):
+            at_rod = row(f"pin[{pin}]", component) + tilt
+            mass += rod_mass * np.outer(at_rod, at_rod)
+    return stiffness, mass
 
 
-def pin_masses(engine: Engine) -> list[float]:
-    """Cycle-mean mass that the rods put on each pin across the axis, m_b + ½ m_o per rod, kg."""
-    rod_mass = engine.rod.big_end_mass + 0.5 * (engine.rod.small_end_mass + engine.cylinders.piston_mass)
-    throws = range(1, len(engine.crankshaft.throw_angles) + 1)
-    return [rod_mass * engine.cylinders.pins.count(pin) for pin in throws]
+def main_springs(engine: Engine) -> list[dict[int, float]]:
+    """Linear springs of each main bearing by component of its journal's motion (0, 1: N/m; 3, 4: N m/rad)."""
+    roller = engine.main_roller
+    if roller is not None:
+        pairs = zip(roller.stiffness, roller.tilt_stiffness, strict=True)
+        return [{0: radial, 1: radial, 3: tilt, 4: tilt} for radial, tilt in pairs]
+    plain = engine.plain_mains
+    return [{0: plain.stiffness_x, 1: plain.stiffness_y} for _ in engine.crankshaft.main_widths]
+
+
+def mean_rod_mass(engine: Engine) -> float:
+    """Cycle-mean mass that one rod puts on its pin across the axis, m_b + ½ m_o, kg."""
+    return engine.rod.big_end_mass + 0.5 * (engine.rod.small_end_mass + engine.cylinders.piston_mass)
 
 
 def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: bool) -> Array:
     """Shares (k, 3) of bending, torsional and axial motion in the kinetic energy of modes (n, k).
 
-    Flywheel and pulley count as rigid sections of their own; with ``rods`` the mean rod masses move with their pins,
-    which the axis carries halfway between the neighbouring mains.
+    Attached parts count as rigid sections of their own; with ``rods`` the mean rod masses move with their pins, which
+    the axis carries halfway between the neighbouring mains.
     """
     records = crankshaft.records
     on_axis = records["section_interface"].astype(int)
@@ -133,7 +149,12 @@ def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: b
     energy = _section_energy(
         motion[on_axis], records["section_mass"], records["section_polar"], records["section_diametral"]
     )
-    for name, part in (("pulley", engine.pulley), ("flywheel", engine.flywheel)):
+    parts = attached_parts(engine)
+    if (weights := engine.balance_weights) is not None:
+        # On the axis, a weight is a section with its polar inertia about it.
+        for main, mass, r, z in zip(weights.mains, weights.masses, weights.radii, weights.offsets, strict=True):
+            parts.append((f"main[{main}]", LumpedInertia(mass, mass * r**2, 0.5 * mass * r**2, z)))
+    for name, part in parts:
         at = motion[crankshaft.index(name)].copy()
         at[0] += part.offset * at[4]
         at[1] -= part.offset * at[3]
@@ -141,7 +162,8 @@ def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: b
             at[None], np.array([part.mass]), np.array([part.polar_inertia]), np.array([part.diametral_inertia])
         )
     if rods:
-        for i, rod_mass in enumerate(pin_masses(engine), 1):
+        rod_mass = mean_rod_mass(engine)
+        for i in engine.cylinders.pins:
             axis = 0.5 * (motion[crankshaft.index(f"main[{i}]")] + motion[crankshaft.index(f"main[{i + 1}]")])
             energy[:, 0] += rod_mass * (axis[0] ** 2 + axis[1] ** 2)
             energy[:, 1] += rod_mass * (engine.crankshaft.throw * axis[5]) ** 2
@@ -178,6 +200,15 @@ def _section_energy(motion: Array, mass: Array, polar: Array, diametral: Array) 
     return np.stack((bending, polar @ squares[:, 5], mass @ squares[:, 2]), axis=1)
 
 
+def _attached(engine: Engine) -> str:
+    """What the complete crankshaft carries, in words."""
+    names = ["flywheel", "pulley"]
+    names += ["clutch"] if engine.clutch is not None else []
+    names += ["balance weights"] if engine.balance_weights is not None else []
+    names += ["outer rings of the rollers"] if engine.main_roller is not None else []
+    return ", ".join(names[:-1]) + " and " + names[-1]
+
+
 def _listed(hz: Array, shares: Array) -> list[dict[str, Any]]:
     return [
         {
@@ -190,12 +221,13 @@ def _listed(hz: Array, shares: Array) -> list[dict[str, Any]]:
     ]
 
 
-def _reduction(body: ReducedBody) -> dict[str, Any]:
+def reduction_quality(body: ReducedBody) -> dict[str, Any]:
+    """What a report says of a body's reduction; JSON-able."""
     full = body.records["full_hz"]
     reduced = body.frequencies_hz[6 : 6 + full.size]
     shown = full < CHECKED_HZ
     other = "lumped_hz" if "lumped_hz" in body.records else "consistent_hz"
-    return {
+    quality = {
         "dofs_full": int(body.quality["dofs_full"]),
         "modes": body.n_modes,
         "full_hz": full[shown].tolist(),
@@ -203,6 +235,8 @@ def _reduction(body: ReducedBody) -> dict[str, Any]:
         "max_relative_error": body.quality["max_relative_error"],
         "static_stiffness_error": body.quality["static_error"],
         "rigid_body_hz_before_replacement": body.quality["rigid_hz"],
-        "tied_surfaces_hz": body.records["tied_hz"][shown].tolist(),
         other: body.records[other][shown].tolist(),
     }
+    if "tied_hz" in body.records:
+        quality["tied_surfaces_hz"] = body.records["tied_hz"][shown].tolist()
+    return quality

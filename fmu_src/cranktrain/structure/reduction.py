@@ -1,7 +1,10 @@
 """From an engine to its reduced crankshaft: geometry → finite elements → interfaces → Craig–Bampton → stored file.
 
-The stored body is the bare crankshaft in all its Craig–Bampton modes. Flywheel and pulley are rigid parts of the engine
-file and attached afterwards, so that a change of theirs costs no finite elements.
+:func:`reduced_structure` does so for any body; :mod:`cranktrain.structure.block` is the other one.
+
+The stored body is the bare crankshaft in all its Craig–Bampton modes. Flywheel, clutch, pulley and the outer rings of
+roller bearings are rigid parts of the engine file and attached afterwards, so that a change of theirs costs no finite
+elements.
 """
 
 from __future__ import annotations
@@ -9,7 +12,7 @@ from __future__ import annotations
 import json
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -22,7 +25,7 @@ from skfem import Basis, ElementTetP2, MeshTet2
 from threadpoolctl import threadpool_limits
 
 from cranktrain.cache import cache_folder
-from cranktrain.engine import Crankshaft, Engine
+from cranktrain.engine import Crankshaft, Engine, LumpedInertia, Material
 from cranktrain.errors import InputError
 from cranktrain.reduced_body import SCHEMA, ReducedBody, attach, truncate
 from cranktrain.store import load_body, load_extras, save_body
@@ -64,23 +67,74 @@ def reduced_crankshaft(
     StoreError
         a stored file that is corrupt or foreign
     """
-    path = stored_path(engine, mesh_file)
-    digest = input_digest(engine, mesh_file)
-    if path.exists() and not rebuild:
-        return load_body(path, digest)
+    def compared(model: FEModel, reduced: Reduced, interfaces: InterfaceSet, say: Progress) -> Comparison:
+        say("rigidly tied surfaces for comparison")
+        tied = tied_frequencies(model, interfaces, reduced.body.records["full_hz"].size)
+        raised = float(tied[0] / reduced.body.records["full_hz"][0] - 1.0)
+        return {"tied_raises_first": raised}, {"tied_hz": tied, **sections(model, reduced.body)}
+
+    task = ReductionTask(
+        name=f"{engine.name} crankshaft",
+        path=stored_path(engine, mesh_file),
+        digest=input_digest(engine, mesh_file),
+        mesh=lambda: _mesh(engine, mesh_file),
+        mesh_file=mesh_file,
+        material=engine.material,
+        interfaces=lambda model: crankshaft_interfaces(model, engine.crankshaft),
+        fixed_modes=engine.reduction.fixed_modes,
+        consistent_mass=engine.reduction.consistent_mass,
+        compared=compared,
+    )
+    return reduced_structure(task, progress, rebuild)
+
+
+Comparison = tuple[dict[str, float], dict[str, Array]]
+
+
+@dataclass(frozen=True)
+class ReductionTask:
+    """A body to be reduced, and where it is kept.
+
+    Attributes
+    ----------
+    path, digest : stored file, and digest of all that the body depends on
+    mesh : makes or reads the mesh with its named surfaces
+    mesh_file : the user's own one, where it is read
+    interfaces : averaged interfaces of the model
+    compared : further quality figures and records of the reduced body, or None
+    """
+
+    name: str
+    path: Path
+    digest: str
+    mesh: Callable[[], MeshTet2]
+    mesh_file: str | Path | None
+    material: Material
+    interfaces: Callable[[FEModel], InterfaceSet]
+    fixed_modes: int
+    consistent_mass: bool
+    compared: Callable[[FEModel, Reduced, InterfaceSet, Progress], Comparison] | None = None
+
+
+def reduced_structure(task: ReductionTask, progress: Progress | None = None, rebuild: bool = False) -> ReducedBody:
+    """Body in all its Craig–Bampton modes, with the quality of the reduction; from the store where it is kept there."""
+    if task.path.exists() and not rebuild:
+        return load_body(task.path, task.digest)
     say = progress or (lambda stage: None)
-    say("meshing" if mesh_file is None else f"reading {Path(mesh_file).name}")
-    model_mesh = _mesh(engine, mesh_file)
-    say(f"finite elements ({3 * model_mesh.doflocs.shape[1]} degrees of freedom)")
-    model = finite_elements(model_mesh, engine.material, engine.reduction.consistent_mass)
-    interfaces = crankshaft_interfaces(model, engine.crankshaft)
-    with _one_thread():
-        name = f"{engine.name} crankshaft"
-        reduced = craig_bampton(model, interfaces, engine.reduction.fixed_modes, name, digest, say)
-        body = _checked(model, reduced, interfaces, engine.reduction.consistent_mass, say)
-    extras = _surface(model, reduced.modes[:, :PICTURED_MODES])
-    save_body(path, body, extras)
-    return body
+    say("meshing" if task.mesh_file is None else f"reading {Path(task.mesh_file).name}")
+    mesh = task.mesh()
+    say(f"finite elements ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
+    model = finite_elements(mesh, task.material, task.consistent_mass)
+    interfaces = task.interfaces(model)
+    with one_thread():
+        reduced = craig_bampton(model, interfaces, task.fixed_modes, task.name, task.digest, say)
+        reduced = replace(reduced, body=_checked(model, reduced, task.consistent_mass, say))
+        if task.compared is not None:
+            figures, arrays = task.compared(model, reduced, interfaces, say)
+            quality, records = reduced.body.quality | figures, reduced.body.records | arrays
+            reduced = replace(reduced, body=replace(reduced.body, quality=quality, records=records))
+    save_body(task.path, reduced.body, _surface(model, reduced.modes[:, :PICTURED_MODES]))
+    return reduced.body
 
 
 def stored_path(engine: Engine, mesh_file: str | Path | None = None) -> Path:
@@ -105,19 +159,45 @@ def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:
 
 
 def complete_crankshaft(engine: Engine, body: ReducedBody) -> ReducedBody:
-    """Bare crankshaft with the engine's pulley and flywheel attached."""
-    with _one_thread():
-        for interface, part in (("pulley", engine.pulley), ("flywheel", engine.flywheel)):
+    """Bare crankshaft with all rigid parts of the engine that move with it attached."""
+    with one_thread():
+        for interface, part in attached_parts(engine):
             inertia = np.diag([part.diametral_inertia, part.diametral_inertia, part.polar_inertia])
             body = attach(body, interface, part.mass, inertia, (0.0, 0.0, part.offset))
+        w = engine.balance_weights
+        if w is not None:
+            for main, mass, r, angle, z in zip(w.mains, w.masses, w.radii, w.angles, w.offsets, strict=True):
+                body = attach(body, f"main[{main}]", mass, np.zeros((3, 3)), (-r * np.sin(angle), r * np.cos(angle), z))
     return body
 
 
+def attached_parts(engine: Engine) -> list[tuple[str, LumpedInertia]]:
+    """Rigid parts that move with the crankshaft, and the interface of each: pulley, flywheel, clutch, outer rings.
+
+    An outer ring of a roller bearing moves with its journal but does not turn: a mass without inertia.
+    """
+    parts = [("pulley", engine.pulley), ("flywheel", engine.flywheel)]
+    if engine.clutch is not None:
+        parts.append(("flywheel", engine.clutch))
+    if engine.main_roller is not None:
+        rings = enumerate(engine.main_roller.ring_mass, start=1)
+        parts += [(f"main[{i}]", LumpedInertia(mass, 0.0, 0.0, 0.0)) for i, mass in rings]
+    return parts
+
+
 def running_loads(engine: Engine) -> list[tuple[str, int]]:
-    """Interface components at which the running model applies forces: mains and pins across, thrust along the axis."""
+    """Interface components at which the running model applies forces.
+
+    Mains and pins across, thrust along the axis; moments about x and y where two rods share a pin, which act beside its
+    middle, and at roller bearings, which resist tilt.
+    """
     throws = len(engine.crankshaft.throw_angles)
     across = [name for name in interface_names(throws) if name.startswith(("main", "pin"))]
-    return [(name, component) for name in across for component in (0, 1)] + [("thrust", 2)]
+    pins = engine.cylinders.pins
+    tilted = [f"main[{i}]" for i in range(1, throws + 2) if engine.main_roller is not None]
+    tilted += [f"pin[{i}]" for i in range(1, throws + 1) if pins.count(i) > 1]
+    loads = [(name, component) for name in across for component in (0, 1)] + [("thrust", 2)]
+    return loads + [(name, component) for name in tilted for component in (3, 4)]
 
 
 def running_body(
@@ -126,14 +206,14 @@ def running_body(
     loaded: Sequence[tuple[str, int]] | None = None,
     progress: Progress | None = None,
 ) -> ReducedBody:
-    """Body of the running model: with flywheel and pulley, cut at the engine's cut-off, static under its loads.
+    """Body of the running model: with its attached parts, cut at the engine's cut-off, static under its loads.
 
     ``body`` is the bare crankshaft where at hand; ``loaded`` defaults to :func:`running_loads`.
     """
     bare = reduced_crankshaft(engine, progress=progress) if body is None else body
     chosen = running_loads(engine) if loaded is None else loaded
     complete = complete_crankshaft(engine, bare)
-    with _one_thread():
+    with one_thread():
         return truncate(complete, engine.reduction.running_cutoff_hz, chosen)
 
 
@@ -162,7 +242,7 @@ def tied_frequencies(model: FEModel, interfaces: InterfaceSet, count: int) -> Ar
     return eigenmodes(flexibility.solve, mass, count)[0] / (2.0 * np.pi)
 
 
-def _one_thread() -> threadpool_limits:
+def one_thread() -> threadpool_limits:
     """Linear algebra on one thread: faster on small blocks than two, and the same bytes always."""
     return threadpool_limits(limits=1, user_api="blas")
 
@@ -183,10 +263,8 @@ def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
     return mesh
 
 
-def _checked(
-    model: FEModel, reduced: Reduced, interfaces: InterfaceSet, consistent: bool, say: Progress
-) -> ReducedBody:
-    """Body with the quality of its reduction and the arrays that reports show."""
+def _checked(model: FEModel, reduced: Reduced, consistent: bool, say: Progress) -> ReducedBody:
+    """Body with the quality of its reduction: against the full model, and with the other mass matrix."""
     body = reduced.body
     count = int(np.count_nonzero(body.frequencies_hz[6:] < CHECKED_HZ)) + 1
 
@@ -197,21 +275,14 @@ def _checked(
     full = frequencies(reduced.flexibility)
     other_mass = lumped_mass(model) if consistent else finite_elements(model.mesh, model.material).mass
     other = frequencies(reduced.flexibility.with_mass(other_mass))
-    say("rigidly tied surfaces for comparison")
-    tied = tied_frequencies(model, interfaces, count)
     rigid = reduced.flexibility.rigid
-    records = {
-        "full_hz": full,
-        "tied_hz": tied,
-        "lumped_hz" if consistent else "consistent_hz": other,
-        **sections(model, body),
-    }
+    error = body.frequencies_hz[6 : 6 + count] / full - 1.0
+    records = {"full_hz": full, "lumped_hz" if consistent else "consistent_hz": other}
     quality = {
         "dofs_full": float(model.basis.N),
         "rigid_hz": float(np.sqrt(np.abs(np.diag(rigid.T @ (model.stiffness @ rigid))).max()) / (2.0 * np.pi)),
-        "max_relative_error": float(np.abs(body.frequencies_hz[6 : 6 + count] / full - 1.0)[full < CHECKED_HZ].max()),
+        "max_relative_error": float(np.abs(error[full < CHECKED_HZ]).max(initial=0.0)),
         "static_error": static_error(reduced),
-        "tied_raises_first": float(tied[0] / full[0] - 1.0),
         "other_mass_shifts_first": float(other[0] / full[0] - 1.0),
     }
     return replace(body, quality=quality, records=records)

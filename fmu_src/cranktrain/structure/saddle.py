@@ -13,26 +13,22 @@ own vectors f_i, so that it is symmetric by construction:
 from __future__ import annotations
 
 import json
-import os
 import sys
-import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from hashlib import sha256
-from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import FacetBasis, MeshTet2
-from threadpoolctl import threadpool_limits
+from skfem import MeshTet2
 
 from cranktrain.cache import cache_folder
-from cranktrain.engine import Engine, JournalBearing, Material
+from cranktrain.engine import SHELL_SHARE, Engine, JournalBearing, Material
 from cranktrain.errors import InputError
 from cranktrain.film.bore_compliance import BoreCompliance, patterns, reduced_compliance
-from cranktrain.structure.elasticity import FEModel, factorise, finite_elements
-from cranktrain.structure.mesh import NETGEN_EDGES, cad_mesh, quadratic_mesh, save_cad_mesh
+from cranktrain.structure.elasticity import FEModel, finite_elements
+from cranktrain.structure.mesh import NETGEN_EDGES, cad_mesh, quadratic_mesh, save_cad_mesh, surface_basis
+from cranktrain.structure.surface_compliance import compliance_of, radial_loads, store_compliance, stored_compliance
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -85,7 +81,7 @@ def saddle_for(bearing: JournalBearing) -> Saddle:
     return Saddle(
         film_diameter=d,
         film_width=width,
-        bore_diameter=1.06 * d,
+        bore_diameter=(1.0 + 2.0 * SHELL_SHARE) * d,
         thickness=1.1 * width,
         half_width=1.5 * d,
         height=1.3 * d,
@@ -118,12 +114,12 @@ def bore_compliance(
     InputError
         dimensions that make no saddle, or a count that the patterns cannot give
     """
-    plan = saddle or saddle_for(engine.main_bearing)
+    plan = saddle or saddle_for(engine.plain_mains)
     check_saddle(plan)
     area = np.pi * plan.film_diameter * plan.film_width
     digest = sha256(json.dumps([RECIPE, WAVES, DEGREE, asdict(plan)], sort_keys=True).encode()).hexdigest()
     path = cache_folder() / f"saddle-{digest[:16]}.npz"
-    patternwise = None if rebuild else _stored(path, digest)
+    patternwise = None if rebuild else stored_compliance(path, digest)
     if patternwise is None:
         say = progress or (lambda stage: None)
         say("meshing the saddle")
@@ -132,7 +128,7 @@ def bore_compliance(
         model = finite_elements(mesh, plan.material)
         held = model.basis.get_dofs(mesh.boundaries["held"]).flatten()
         patternwise = pattern_compliance(model, held, plan.film_diameter, plan.film_width)
-        _store(path, digest, patternwise)
+        store_compliance(path, digest, patternwise)
     return reduced_compliance(patternwise, area, count, with_motion)
 
 
@@ -157,32 +153,24 @@ def pattern_compliance(
         if ``held`` lets the body move
     """
     loads = _pattern_loads(model, film_diameter, film_width, waves, degree)
-    free = np.setdiff1d(np.arange(model.basis.N), held)
-    with threadpool_limits(1, user_api="blas"):
-        try:
-            displacements = factorise(model.stiffness[free][:, free]).solve(loads[free])
-        except RuntimeError:
-            raise InputError("saddle: its supports let it move; hold surfaces that do not lie on one line") from None
-        compliance = loads[free].T @ displacements
+    try:
+        compliance = compliance_of(model, held, loads)
+    except RuntimeError:
+        raise InputError("saddle: its supports let it move; hold surfaces that do not lie on one line") from None
     shape = (2 * waves + 1, degree + 1)
-    return np.asarray(0.5 * (compliance + compliance.T)).reshape(*shape, *shape)
+    return compliance.reshape(*shape, *shape)
 
 
 def _pattern_loads(model: FEModel, film_diameter: float, film_width: float, waves: int, degree: int) -> Array:
     """Load vectors f_i of unit pressure in each pattern, (ndof, patterns) m²."""
-    facets = FacetBasis(model.mesh, model.basis.elem, facets=model.mesh.boundaries["bore"], intorder=FACET_ORDER)
+    facets = surface_basis(model.mesh, model.basis.elem, "bore", FACET_ORDER)
     x, y, z = np.asarray(facets.global_coordinates())
     radius = np.hypot(x, y)
     around, along = patterns(np.arctan2(y, x), 2.0 * z / film_width, waves, degree)
     # The film's own area: what it presses on dφ dz reaches the housing's wider dφ dz.
     weight = facets.dx * (0.5 * film_diameter / radius)
     pressure = np.einsum("mfq,lfq,fq->mlfq", around, along, weight).reshape(-1, *weight.shape)
-    radial = np.stack((x / radius, y / radius, 0.0 * z))
-    loads = np.zeros((model.basis.N, len(pressure)))
-    for dofs, basis in zip(facets.element_dofs, facets.basis, strict=True):
-        work = np.einsum("afq,afq->fq", np.asarray(basis[0]), radial)
-        np.add.at(loads, dofs, np.einsum("pfq,fq->fp", pressure, work))
-    return loads
+    return radial_loads(model, facets, pressure)
 
 
 def check_saddle(saddle: Saddle) -> None:
@@ -238,26 +226,3 @@ def _child() -> None:
         bore.faces.maxh = s["bore_mesh_share"] * s["mesh_size"]
         slices.append(bulkhead + cap - bore)
     save_cad_mesh(occ.Glue(slices), s["mesh_size"], 1.0)
-
-
-def _stored(path: Path, digest: str) -> Array | None:
-    """Stored compliance of these very inputs; nothing where there is none or it cannot be read."""
-    try:
-        with np.load(path) as data:
-            return np.asarray(data["compliance"]) if str(data["digest"]) == digest else None
-    except (OSError, ValueError, KeyError, BadZipFile):
-        return None
-
-
-def _store(path: Path, digest: str, compliance: Array) -> None:
-    """Keep a compliance, whole or not at all; a cache that cannot be written costs the next run its seconds only."""
-    temporary = None
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".npz", delete=False) as file:
-            temporary = file.name
-            np.savez(file, compliance=compliance, digest=digest)
-        os.replace(temporary, path)
-    except OSError:
-        if temporary is not None:
-            Path(temporary).unlink(missing_ok=True)
