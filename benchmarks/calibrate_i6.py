@@ -60,7 +60,7 @@ def with_values(engine: Engine, values: np.ndarray) -> Engine:
         engine,
         flywheel=disc(engine.flywheel.mass, flywheel, FLYWHEEL_WIDTH, engine.flywheel.offset),
         pulley=disc(pulley / PULLEY_GYRATION**2, pulley, PULLEY_WIDTH, engine.pulley.offset),
-        main_bearing=replace(engine.main_bearing, stiffness_x=SIDEWAYS * stiffness, stiffness_y=stiffness),
+        main_bearing=replace(engine.plain_mains, stiffness_x=SIDEWAYS * stiffness, stiffness_y=stiffness),
         thrust=replace(engine.thrust, contact_stiffness=contact),
     )
 
@@ -101,7 +101,7 @@ def main() -> None:
     fitted = with_values(engine, values)
     for name, value in zip(names, values, strict=True):
         print(f"{name:40s} {value:.4g}")
-    print(f"{'main_bearing.stiffness_x':40s} {fitted.main_bearing.stiffness_x:.4g}")
+    print(f"{'main_bearing.stiffness_x':40s} {fitted.plain_mains.stiffness_x:.4g}")
     print(f"{'flywheel.diametral_inertia':40s} {fitted.flywheel.diametral_inertia:.4g}")
     print(f"{'pulley.mass':40s} {fitted.pulley.mass:.4g}")
     print(f"{'pulley.diametral_inertia':40s} {fitted.pulley.diametral_inertia:.4g}")

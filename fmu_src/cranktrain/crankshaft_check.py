@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.engine import Crankshaft
+from cranktrain.engine import BalanceWeights, Crankshaft
 from cranktrain.errors import InputError
 
 
@@ -92,6 +92,17 @@ def check_crankshaft(crankshaft: Crankshaft) -> None:
     for holds, key, text in rules:
         if not holds:
             raise InputError(f"crankshaft.{key}: {text}")
+
+
+def check_balance_weights(weights: BalanceWeights, crankshaft: Crankshaft) -> None:
+    """Refuse balance weights that are incomplete or at no journal; the error starts with ``balance_weights.key``."""
+    count, mains = len(weights.mains), len(crankshaft.main_widths)
+    for key, values in vars(weights).items():
+        if len(values) != count:
+            raise InputError(f"balance_weights.{key}: {len(values)} values for {count} mains; give one for each weight")
+    for main in weights.mains:
+        if not 1 <= main <= mains:
+            raise InputError(f"balance_weights.mains: {main} is not one of the main journals 1..{mains}")
 
 
 def in_mm(length: float) -> str:

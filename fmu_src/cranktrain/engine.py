@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass
+from itertools import accumulate
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
@@ -25,6 +26,7 @@ class Quantity(NamedTuple):
 
 Number = Annotated[float, Quantity("1", "zero")]
 Length = Annotated[float, Quantity("length")]
+Clearance = Annotated[float, Quantity("length", "zero")]
 Offset = Annotated[float, Quantity("length", "either")]
 Angle = Annotated[float, Quantity("angle", "either")]
 Mass = Annotated[float, Quantity("mass")]
@@ -36,6 +38,8 @@ Stiffness = Annotated[float, Quantity("stiffness")]
 Damping = Annotated[float, Quantity("damping", "zero")]
 TorsionalStiffness = Annotated[float, Quantity("torsional stiffness")]
 TorsionalDamping = Annotated[float, Quantity("torsional damping", "zero")]
+SupportStiffness = Annotated[float, Quantity("stiffness", "zero")]
+SupportTorsionalStiffness = Annotated[float, Quantity("torsional stiffness", "zero")]
 Viscosity = Annotated[float, Quantity("viscosity")]
 Temperature = Annotated[float, Quantity("temperature")]
 TemperatureDifference = Annotated[float, Quantity("temperature difference")]
@@ -48,6 +52,18 @@ KinematicViscosity = Annotated[float, Quantity("kinematic viscosity")]
 PressureCoefficient = Annotated[float, Quantity("pressure coefficient", "zero")]
 HeatCapacity = Annotated[float, Quantity("heat capacity")]
 Share = Annotated[float, Quantity("1")]
+Play = Annotated[float, Quantity("length", "zero")]
+Velocity = Annotated[float, Quantity("velocity")]
+AddedInertia = Annotated[float, Quantity("inertia", "zero")]
+Area = Annotated[float, Quantity("area")]
+HeatTransfer = Annotated[float, Quantity("heat transfer")]
+HeatFlux = Annotated[float, Quantity("heat flux")]
+
+
+SHELL_SHARE = 0.03
+"""Thickness of a plain bearing's shell over its diameter; chosen."""
+RING_SHARE = 0.5
+"""Thickness of a roller bearing's outer ring over the diameter of its rollers; chosen."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +100,19 @@ class Crankshaft:
     oil_holes: bool
     mesh_size: Length
 
+    @property
+    def main_positions(self) -> tuple[float, ...]:
+        """Middle of each main journal along z, m; 0 for the first."""
+        throw = 2.0 * self.web_thickness + self.pin_width
+        pitches = (0.5 * (a + b) + throw for a, b in zip(self.main_widths, self.main_widths[1:], strict=False))
+        return tuple(accumulate(pitches, initial=0.0))
+
+    @property
+    def pin_positions(self) -> tuple[float, ...]:
+        """Middle of each pin along z, m."""
+        ends = (z + 0.5 * width for z, width in zip(self.main_positions, self.main_widths, strict=True))
+        return tuple(end + self.web_thickness + 0.5 * self.pin_width for end in ends)[: len(self.throw_angles)]
+
 
 @dataclass(frozen=True)
 class LumpedInertia:
@@ -93,6 +122,21 @@ class LumpedInertia:
     polar_inertia: Inertia
     diametral_inertia: Inertia
     offset: Offset
+
+
+@dataclass(frozen=True)
+class BalanceWeights:
+    """Heavy inserts and weights at the webs beside main journals, as point masses that turn with the crankshaft.
+
+    One entry per weight: number of the main journal, mass, distance from the axis, angle as a throw's, and place along
+    z from the journal's middle (kg, m, rad).
+    """
+
+    mains: tuple[int, ...]
+    masses: tuple[Mass, ...]
+    radii: tuple[Length, ...]
+    angles: tuple[Angle, ...]
+    offsets: tuple[Offset, ...]
 
 
 @dataclass(frozen=True)
@@ -107,7 +151,11 @@ class Rod:
 
 @dataclass(frozen=True)
 class Cylinders:
-    """Cylinders in the order of their numbers; angles rad, lengths m."""
+    """Cylinders in the order of their numbers; angles rad, lengths m.
+
+    ``bank_angles`` turn from the vertical in the sense of rotation. ``rod_offsets`` are the places along z of the rods'
+    middles from the middles of their pins; all 0 where the tuple is empty.
+    """
 
     bore: Length
     firing_order: tuple[int, ...]
@@ -116,6 +164,7 @@ class Cylinders:
     piston_mass: Mass
     pin_offset: Offset
     compression_ratio: Number
+    rod_offsets: tuple[Offset, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,6 +205,33 @@ class JournalBearing(PlainBearing):
     stiffness_y: Stiffness
     damping_x: Damping
     damping_y: Damping
+
+
+@dataclass(frozen=True, kw_only=True)
+class RollerBearings:
+    """Cylindrical roller bearings of the mains: one value per main journal, from the pulley to the flywheel (SI).
+
+    ``rollers`` on a circle of ``pitch_diameter``, their effective ``roller_length``; ``clearance`` is the diametral
+    radial clearance of the standards (play from side to side), ``profile`` the parameter p of the rollers' logarithmic
+    profile (0: straight), see :mod:`cranktrain.film.roller`. ``stiffness`` (N/m) and ``tilt_stiffness`` (N m/rad) are
+    the linear stand-ins, ``damping`` (N s/m) and ``tilt_damping`` (N m s/rad) act with every law. ``ring_mass`` is the
+    outer ring's. Level ``roller`` follows ``law``: ``linear``, ``palmgren`` or ``iso16281``; with ``variable`` the
+    rollers go round with their cage, else they stand still, the first one straight below the journal.
+    """
+
+    rollers: tuple[int, ...]
+    roller_diameter: tuple[Length, ...]
+    roller_length: tuple[Length, ...]
+    pitch_diameter: tuple[Length, ...]
+    clearance: tuple[Clearance, ...]
+    stiffness: tuple[Stiffness, ...]
+    tilt_stiffness: tuple[TorsionalStiffness, ...]
+    damping: tuple[Damping, ...]
+    tilt_damping: tuple[TorsionalDamping, ...]
+    ring_mass: tuple[Mass, ...]
+    profile: tuple[Number, ...]
+    law: str = "palmgren"
+    variable: bool = False
 
 
 @dataclass(frozen=True)
@@ -203,13 +279,81 @@ class Oil:
     heat_share: Share = 0.8
 
 
+@dataclass(frozen=True, kw_only=True)
+class PistonGuidance:
+    """How a piston is carried across its cylinder: two layers of springs between skirt and liner.
+
+    Heights are those above the pin; ``mass_height`` is that of the piston's centre of mass, ``tilt_inertia`` the moment
+    of inertia about an axis through it along the crank. ``clearance`` is the skirt's radial play, 0 for springs without
+    it; ``friction`` a coefficient on the side forces, full above ``sliding_speed``.
+    """
+
+    upper_stiffness: Stiffness
+    lower_stiffness: Stiffness
+    upper_height: Offset
+    lower_height: Offset
+    upper_damping: Damping
+    lower_damping: Damping
+    mass_height: Offset
+    tilt_inertia: Inertia
+    clearance: Play = 0.0
+    friction: Number = 0.0
+    sliding_speed: Velocity = 0.1
+
+
 @dataclass(frozen=True)
 class DriveLine:
-    """Connecting shaft from the flywheel to the dynamometer, whose speed is given."""
+    """Connecting shaft from the flywheel to the dynamometer, whose speed is given, or which a torque loads.
+
+    ``dynamometer_inertia`` counts where the load torque is given; a given speed needs none.
+    """
 
     stiffness: TorsionalStiffness
     damping: TorsionalDamping
     speed_filter_time: Time
+    dynamometer_inertia: Inertia = 2.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Damper:
+    """Torsional damper on the pulley: a ring that a fluid or rubber couples to its housing (SI).
+
+    ``kind`` is ``viscous`` or ``rubber``. ``mass`` is that of housing and ring, which the pulley carries;
+    ``housing_inertia`` turns with the pulley. A silicone fluid of ``viscosity`` at 25 °C fills the gaps at the ring's
+    two faces (``axial_gap``) and at its outer and inner cylinder; its ``law`` is ``newtonian``, ``shear-thinning`` or
+    ``complex-modulus``, see :mod:`cranktrain.loads.damper`, with ln η falling by ``viscosity_slope`` over 1/T. Complex
+    modulus and rubber are linearised at ``frequency``. A law holds between ``lowest_temperature`` and
+    ``highest_temperature``; the damper is as warm as ``temperatures`` say over ``temperature_speeds``, or as its heat
+    balance with ``heat_transfer`` from ``cooling_area`` to ``ambient_temperature`` makes it. It should not dissipate
+    more than ``power_limit`` per cooling area.
+    """
+
+    kind: str
+    ring_inertia: Inertia
+    housing_inertia: AddedInertia
+    mass: Mass
+    frequency: Frequency
+    lowest_temperature: Temperature
+    highest_temperature: Temperature
+    temperature_speeds: tuple[Speed, ...]
+    temperatures: tuple[Temperature, ...]
+    ambient_temperature: Temperature
+    heat_transfer: HeatTransfer
+    cooling_area: Area
+    power_limit: HeatFlux
+    law: str = "shear-thinning"
+    viscosity: Viscosity = 0.0
+    viscosity_slope: TemperatureDifference = 0.0
+    critical_stress: Pressure = 0.0
+    flow_exponent: Share = 0.0
+    ring_outer_radius: Length = 0.0
+    ring_inner_radius: Length = 0.0
+    ring_width: Length = 0.0
+    axial_gap: Length = 0.0
+    outer_gap: Length = 0.0
+    inner_gap: Length = 0.0
+    stiffness: TorsionalStiffness = 0.0
+    loss_factor: Share = 0.0
 
 
 @dataclass(frozen=True)
@@ -241,6 +385,90 @@ class Combustion:
     falloff: Number
 
 
+@dataclass(frozen=True, kw_only=True)
+class Block:
+    """Engine block of one casting with its bottom cover, and the heads on it (m, Pa, kg/m³, kg, Hz).
+
+    Heights are measured from the crank axis. The crankcase has upright walls ``crankcase_half_width`` to either side
+    from ``skirt_depth`` below to ``side_height`` above; from there they rise to the foot of each bank, ``foot_height``
+    along the bank's axis and ``bank_half_width`` to either side. Above it the bank's walls, with the liners between
+    them, carry the deck. Each main has a bulkhead above the axis and a housing of ``housing_thickness`` along the axis
+    around its bore, ``housing_half_width`` wide to either side, ``housing_height`` up and ``cap_depth`` down.
+    ``head_mass`` is the head's share of one cylinder, ``head_height`` its centre of mass above the deck. The last three
+    say how the block is meshed and reduced.
+    """
+
+    youngs_modulus: Pressure
+    poisson_ratio: Number
+    density: Density
+    deck_height: Length
+    deck_thickness: Length
+    foot_height: Length
+    bank_half_width: Length
+    liner_thickness: Length
+    crankcase_half_width: Length
+    side_height: Length
+    skirt_depth: Length
+    wall_thickness: Length
+    bulkhead_thickness: Length
+    bulkhead_depth: Length
+    housing_thickness: Length
+    housing_half_width: Length
+    housing_height: Length
+    cap_depth: Length
+    cover_thickness: Length
+    pad_size: Length
+    head_mass: Mass
+    head_height: Length
+    damping_ratio: Number
+    mesh_size: Length
+    fixed_modes: int
+    running_cutoff_hz: Frequency
+
+    @property
+    def material(self) -> Material:
+        """Material of block and cover."""
+        return Material(self.youngs_modulus, self.poisson_ratio, self.density)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mounts:
+    """Engine mounts: place of each, stiffness and damping along and about the engine's axes; one entry per mount."""
+
+    x: tuple[Offset, ...]
+    y: tuple[Offset, ...]
+    z: tuple[Offset, ...]
+    stiffness_x: tuple[SupportStiffness, ...]
+    stiffness_y: tuple[SupportStiffness, ...]
+    stiffness_z: tuple[SupportStiffness, ...]
+    stiffness_rx: tuple[SupportTorsionalStiffness, ...]
+    stiffness_ry: tuple[SupportTorsionalStiffness, ...]
+    stiffness_rz: tuple[SupportTorsionalStiffness, ...]
+    damping_x: tuple[Damping, ...]
+    damping_y: tuple[Damping, ...]
+    damping_z: tuple[Damping, ...]
+    damping_rx: tuple[TorsionalDamping, ...]
+    damping_ry: tuple[TorsionalDamping, ...]
+    damping_rz: tuple[TorsionalDamping, ...]
+
+    @property
+    def positions(self) -> tuple[tuple[float, float, float], ...]:
+        """Place (x, y, z) of each mount, m."""
+        return tuple(zip(self.x, self.y, self.z, strict=True))
+
+    @property
+    def stiffness(self) -> tuple[tuple[float, ...], ...]:
+        """Stiffness of each mount along x, y, z (N/m) and about them (N m/rad)."""
+        along = (self.stiffness_x, self.stiffness_y, self.stiffness_z)
+        return tuple(zip(*along, self.stiffness_rx, self.stiffness_ry, self.stiffness_rz, strict=True))
+
+    @property
+    def damping(self) -> tuple[tuple[float, ...], ...]:
+        """Damping of each mount along x, y, z (N s/m) and about them (N m s/rad)."""
+        along = (self.damping_x, self.damping_y, self.damping_z)
+        return tuple(zip(*along, self.damping_rx, self.damping_ry, self.damping_rz, strict=True))
+
+
 @dataclass(frozen=True)
 class Reduction:
     """How the finite-element crankshaft is reduced (counts, Hz)."""
@@ -269,7 +497,11 @@ class Published:
 
 @dataclass(frozen=True)
 class Engine:
-    """One engine, complete; without ``big_end_bearing`` its big ends are rigid."""
+    """One engine, complete.
+
+    Its crank runs in plain bearings, ``main_bearing``, or in roller bearings, ``main_roller``. ``clutch`` is fixed to
+    the same interface as the flywheel. What is optional serves the levels that ask for it; ``damper`` runs only then.
+    """
 
     name: str
     title: str
@@ -279,7 +511,6 @@ class Engine:
     pulley: LumpedInertia
     rod: Rod
     cylinders: Cylinders
-    main_bearing: JournalBearing
     thrust: ThrustBearing
     oil: Oil
     drive_line: DriveLine
@@ -288,11 +519,49 @@ class Engine:
     reduction: Reduction
     published: Published
     big_end_bearing: PlainBearing | None = None
+    main_bearing: JournalBearing | None = None
+    main_roller: RollerBearings | None = None
+    clutch: LumpedInertia | None = None
+    balance_weights: BalanceWeights | None = None
+    damper: Damper | None = None
+    piston_guidance: PistonGuidance | None = None
+    block: Block | None = None
+    mounts: Mounts | None = None
 
     @property
     def n_cylinders(self) -> int:
         """Number of cylinders."""
         return len(self.cylinders.firing_order)
+
+    @property
+    def cylinder_positions(self) -> tuple[float, ...]:
+        """Middle of each cylinder (in the order of their numbers) along z, m; 0 in the middle of main journal 1."""
+        pins = self.crankshaft.pin_positions
+        return tuple(pins[pin - 1] + z for pin, z in zip(self.cylinders.pins, self.rod_offsets, strict=True))
+
+    @property
+    def main_bores(self) -> tuple[float, ...]:
+        """Diameter of each main bearing's bore in the block, outside its shells or its outer ring, m."""
+        roller = self.main_roller
+        if roller is not None:
+            sizes = zip(roller.pitch_diameter, roller.roller_diameter, strict=True)
+            return tuple(pitch + (1.0 + 2.0 * RING_SHARE) * size for pitch, size in sizes)
+        return len(self.crankshaft.main_widths) * ((1.0 + 2.0 * SHELL_SHARE) * self.plain_mains.diameter,)
+
+    @property
+    def plain_mains(self) -> JournalBearing:
+        """Plain main bearing, for what needs an oil film; ``InputError`` where the mains are rollers."""
+        if self.main_bearing is None:
+            raise InputError(
+                f"engine '{self.name}' has no [main_bearing]: its mains are roller bearings without an oil film; "
+                "use bearing level 'roller', or add the table [main_bearing] in place of [main_roller]"
+            )
+        return self.main_bearing
+
+    @property
+    def rod_offsets(self) -> tuple[float, ...]:
+        """Place of each rod's middle along z from its pin's middle, m, by cylinder."""
+        return self.cylinders.rod_offsets or self.n_cylinders * (0.0,)
 
     @property
     def firing_angles(self) -> tuple[float, ...]:
@@ -305,19 +574,34 @@ class Engine:
         InputError
             if the throws cannot fire in the stated order within one cycle
         """
-        angles = [0.0] * self.n_cylinders
+        order = self.cylinders.firing_order
+        angles, stopped = self._firing(order)
+        if stopped:
+            swapped = (
+                (*order[:i], order[j], *order[i + 1 : j], order[i], *order[j + 1 :])
+                for i in range(1, len(order))
+                for j in range(i + 1, len(order))
+            )
+            near = next((other for other in swapped if not self._firing(other)[1]), None)
+            hint = f"{'-'.join(map(str, near))} would do; " if near else ""
+            raise InputError(
+                f"cylinders.firing_order: the throws do not reach dead centre in this order within 720 deg "
+                f"(stopped at cylinder {stopped}); {hint}change firing_order or crankshaft.throw_angles"
+            )
+        return angles
+
+    def _firing(self, order: tuple[int, ...]) -> tuple[tuple[float, ...], int]:
+        """Firing angles in this order, and the cylinder that is not reached within a cycle (0: all are)."""
+        angles = [0.0] * len(order)
         previous = -1e-9
-        for cylinder in self.cylinders.firing_order:
+        for cylinder in order:
             throw = self.crankshaft.throw_angles[self.cylinders.pins[cylinder - 1] - 1]
             angle = (self.cylinders.bank_angles[cylinder - 1] - throw - previous) % (2.0 * math.pi) + previous
             if angle >= 4.0 * math.pi - 1e-6:
-                raise InputError(
-                    f"cylinders.firing_order: the throws do not reach dead centre in this order within 720 deg "
-                    f"(stopped at cylinder {cylinder}); change firing_order or crankshaft.throw_angles"
-                )
+                return tuple(angles), cylinder
             angles[cylinder - 1] = max(angle, 0.0)
             previous = angle + 1e-9
-        return tuple(angles)
+        return tuple(angles), 0
 
 
 def load_engine(name_or_path: str | Path) -> Engine:

@@ -19,9 +19,13 @@ from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
-from cranktrain.crankshaft_check import check_crankshaft, in_mm
+from cranktrain.block_check import check_block, check_mounts
+from cranktrain.crankshaft_check import check_balance_weights, check_crankshaft, in_mm
+from cranktrain.cylinder_check import Rule, cylinder_rules
+from cranktrain.damper_check import damper_rules
 from cranktrain.engine import Engine, Oil, PlainBearing, Quantity, optional_fields
 from cranktrain.errors import InputError, nearest
+from cranktrain.roller_bearing import check_rollers
 
 GROOVES = ("none", "circumferential")
 VISCOSITY_LAWS = ("vogel", "walther")
@@ -39,6 +43,7 @@ UNITS: dict[str, tuple[str, float, float]] = {
     "um": ("length", 1e-6, 0.0),
     "rad": ("angle", 1.0, 0.0),
     "deg": ("angle", math.pi / 180.0, 0.0),
+    "m/s": ("velocity", 1.0, 0.0),
     "kg": ("mass", 1.0, 0.0),
     "g": ("mass", 1e-3, 0.0),
     "kg m^2": ("inertia", 1.0, 0.0),
@@ -69,6 +74,11 @@ UNITS: dict[str, tuple[str, float, float]] = {
     "s": ("time", 1.0, 0.0),
     "ms": ("time", 1e-3, 0.0),
     "us": ("time", 1e-6, 0.0),
+    "m^2": ("area", 1.0, 0.0),
+    "cm^2": ("area", 1e-4, 0.0),
+    "W/(m^2 K)": ("heat transfer", 1.0, 0.0),
+    "W/m^2": ("heat flux", 1.0, 0.0),
+    "kW/m^2": ("heat flux", 1e3, 0.0),
     "J": ("energy", 1.0, 0.0),
     "kJ": ("energy", 1e3, 0.0),
 }
@@ -213,40 +223,19 @@ def check_engine(engine: Engine) -> None:
         one line that starts with ``table.key``
     """
     check_crankshaft(engine.crankshaft)
-    for key, holds, text in (*_cylinder_rules(engine), *_bearing_rules(engine), *_other_rules(engine)):
+    if engine.balance_weights is not None:
+        check_balance_weights(engine.balance_weights, engine.crankshaft)
+    damper = damper_rules(engine.damper) if engine.damper else []
+    for key, holds, text in (*cylinder_rules(engine), *_bearing_rules(engine), *_other_rules(engine), *damper):
         if not holds:
             raise InputError(f"{key}: {text}")
+    if engine.main_roller is not None:
+        check_rollers(engine.main_roller, engine.crankshaft)
     engine.firing_angles  # noqa: B018  raises where the throws cannot fire in the stated order
-
-
-Rule = tuple[str, bool, str]
-
-
-def _cylinder_rules(engine: Engine) -> list[Rule]:
-    crank, rod, cylinders = engine.crankshaft, engine.rod, engine.cylinders
-    n, throws = len(cylinders.firing_order), len(crank.throw_angles)
-    order = cylinders.firing_order
-    twice = sorted({c for c in order if order.count(c) > 1})
-    never = sorted(set(range(1, n + 1)) - set(order))
-    reach = crank.throw + abs(cylinders.pin_offset)
-    return [
-        ("rod.length", rod.length > reach, f"{in_mm(rod.length)} is shorter than throw and pin offset, {in_mm(reach)}"),
-        ("cylinders.firing_order", n >= 1, "is empty"),
-        ("cylinders.firing_order", not twice, f"cylinder {twice[0] if twice else 0} fires twice"),
-        ("cylinders.firing_order", not never, f"cylinder {never[0] if never else 0} of 1..{n} never fires"),
-        ("cylinders.pins", len(cylinders.pins) == n, f"{len(cylinders.pins)} pins for {n} cylinders; give one each"),
-        (
-            "cylinders.pins",
-            all(1 <= pin <= throws for pin in cylinders.pins),
-            f"{list(cylinders.pins)} names a pin that is not one of 1..{throws}",
-        ),
-        (
-            "cylinders.bank_angles",
-            len(cylinders.bank_angles) == n,
-            f"{len(cylinders.bank_angles)} angles for {n} cylinders; give one for each",
-        ),
-        ("cylinders.compression_ratio", cylinders.compression_ratio > 1.0, "must exceed 1"),
-    ]
+    if engine.block is not None:
+        check_block(engine, engine.block)
+    if engine.mounts is not None:
+        check_mounts(engine.mounts)
 
 
 def _film_rules(table: str, film: PlainBearing, journal: str, diameter: float, narrowest: float) -> list[Rule]:
@@ -296,11 +285,20 @@ def _film_rules(table: str, film: PlainBearing, journal: str, diameter: float, n
 def _bearing_rules(engine: Engine) -> list[Rule]:
     crank, thrust, big_end = engine.crankshaft, engine.thrust, engine.big_end_bearing
     mains = len(crank.main_widths)
+    main = engine.main_bearing
     big_ends = (
         _film_rules("big_end_bearing", big_end, "crank pin", crank.pin_diameter, crank.pin_width) if big_end else []
     )
+    journal = ("main journal", crank.main_diameter, min(crank.main_widths))
+    plain = _film_rules("main_bearing", main, *journal) if main else []
     return [
-        *_film_rules("main_bearing", engine.main_bearing, "main journal", crank.main_diameter, min(crank.main_widths)),
+        (
+            "main_bearing",
+            (main is None) != (engine.main_roller is None),
+            f"{'stands beside [main_roller]; keep one of the two' if main else 'is missing'}; the mains are plain "
+            "bearings ([main_bearing]) or roller bearings ([main_roller])",
+        ),
+        *plain,
         *big_ends,
         ("thrust.main", 1 <= thrust.main <= mains, f"{thrust.main} is not one of the main journals 1..{mains}"),
         (
@@ -375,7 +373,8 @@ def _other_rules(engine: Engine) -> list[Rule]:
             part.polar_inertia <= 2.0 * part.diametral_inertia * (1.0 + 1e-9),
             "is more than twice diametral_inertia, which no body has",
         )
-        for name, part in (("flywheel", engine.flywheel), ("pulley", engine.pulley))
+        for name, part in (("flywheel", engine.flywheel), ("pulley", engine.pulley), ("clutch", engine.clutch))
+        if part is not None
     ]
     return [
         *inertia,
