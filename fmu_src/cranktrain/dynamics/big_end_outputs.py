@@ -8,16 +8,25 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.dynamics.equations_of_motion import COS, OMEGA, SIN, THETA, big_end_motion, float_force, pin_motion
-from cranktrain.dynamics.model import AREA, BANK, CRANKCASE, DELTA_J, GRAVITY, M_BIG, M_OSC, OFFSET, PIN, ROD
-from cranktrain.dynamics.ports import ROD_LAWS, RODS
+from cranktrain.dynamics.model import BANK, OFFSET, ROD
+from cranktrain.dynamics.ports import RODS
+from cranktrain.dynamics.rods import (
+    COS,
+    OMEGA,
+    SIDE,
+    SIN,
+    THETA,
+    big_end_motion,
+    float_force,
+    observe_rod,
+    pin_motion,
+)
 from cranktrain.film.impedance import pressure_and_flow
 from cranktrain.film.laws import IMPEDANCE, TABLE
 from cranktrain.film.parabolic import friction_torque
 from cranktrain.film.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.tilted import FLOW, FRICTION, OBSERVE, P_MAX
 from cranktrain.kernel import kernel
-from cranktrain.loads.slider_crank import rod_force
 
 BIG_END = (
     "force.x",
@@ -40,41 +49,33 @@ def observe_big_end(model, work, frame, c, u, ud, out, k):
     u and u̇ are those of the state; its cylinder pressures stand in ``work.pressures[0]``.
     """
     rod = model.cylinders[c]
-    pin = int(rod[PIN])
     r = work.scratch
     for i in range(BIG_END_OUTPUTS):
         out[k + i] = 0.0
     cos = frame[COS]
     sin = frame[SIN]
-    turn_cos = math.cos(frame[THETA] - rod[BANK])
-    turn_sin = math.sin(frame[THETA] - rod[BANK])
-    pin_motion(model, frame, pin, u, ud, work.port[12], r)
-    if model.layout[ROD_LAWS] == model.connections.shape[0]:
-        g = model.scalars[GRAVITY]
-        rod_force(
-            turn_cos * r[0] - turn_sin * r[1], turn_sin * r[0] + turn_cos * r[1],
-            turn_cos * r[2] - turn_sin * r[3], turn_sin * r[2] + turn_cos * r[3],
-            turn_cos * r[4] - turn_sin * r[5], turn_sin * r[4] + turn_cos * r[5],
-            (work.pressures[0, c] - model.scalars[CRANKCASE]) * rod[AREA], rod[ROD], rod[M_BIG], rod[M_OSC],
-            rod[DELTA_J], rod[OFFSET], g * math.sin(rod[BANK]), g * math.cos(rod[BANK]), r,
-        )  # fmt: skip
+    if model.layout[RODS] == 0.0:
+        observe_rod(model, frame, work, c, u, ud, work.port[12], r, r[SIDE:])
         cos = math.cos(rod[BANK])
         sin = math.sin(rod[BANK])
         out[k] = cos * r[0] - sin * r[1]
         out[k + 1] = sin * r[0] + cos * r[1]
         return
+    turn_cos = math.cos(frame[THETA] - rod[BANK])
+    turn_sin = math.sin(frame[THETA] - rod[BANK])
+    pin_motion(model, frame, c, u, ud, work.port[12], r)
     x = r[0]
     y = r[1]
     vx = r[2]
     vy = r[3]
-    big_end_motion(model, frame, pin, int(model.layout[RODS]) + 2 * c, u, ud, work.port[12], r)
+    big_end_motion(model, frame, c, int(model.layout[RODS]) + 2 * c, u, ud, work.port[12], r)
     x -= r[0]
     y -= r[1]
     vx -= r[2]
     vy -= r[3]
     side = turn_cos * r[0] - turn_sin * r[1] - rod[OFFSET]
     rod_speed = (turn_cos * r[2] - turn_sin * r[3]) / math.sqrt(rod[ROD] * rod[ROD] - side * side)
-    pin_speed = frame[OMEGA] + ud[model.scales.shape[0] + pin]
+    pin_speed = frame[OMEGA] + ud[model.scales.shape[0] + c]
     half = 0.5 * (pin_speed + rod_speed)
     law = model.big_ends[c]
     gap = law[CLEARANCE]

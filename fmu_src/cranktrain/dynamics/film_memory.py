@@ -8,9 +8,12 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.dynamics.equations_of_motion import COS, OMEGA, SIN, WHIRL, place_journal
-from cranktrain.dynamics.ports import TILTS
+from cranktrain.dynamics.equations_of_motion import COS, OMEGA, SIN, THETA, WHIRL
+from cranktrain.dynamics.film_ports import place_journal
+from cranktrain.dynamics.ports import PORTS, TILTS
+from cranktrain.dynamics.relative_motion import relative_motion
 from cranktrain.dynamics.state import LEAD_ANGLE, SHAFT_ANGLE, film_offset
+from cranktrain.film.tilted import ANGLE as FRAME_ANGLE
 from cranktrain.film.tilted import (
     CLOSE_STAGE,
     CLOSE_STEP,
@@ -32,26 +35,26 @@ from cranktrain.kernel import kernel
 @kernel
 def memory_offset(model, i):
     """First index in the state of what film i remembers; the next film's begins where it ends."""
-    first = film_offset(model.omega2.shape[0], model.ports.shape[0])
+    first = film_offset(model.omega2.shape[0], int(model.layout[PORTS]))
     return first + i * int(model.films.values[0])
 
 
 @kernel
-def place_film(model, u, ud, whirl, i):
-    """Place and velocity of journal i along the frame's axes."""
-    place_journal(u, ud, 2 * i, int(model.layout[TILTS]) + 2 * i, whirl, model.films.place[i], model.films.velocity[i])
+def place_film(model, d, dd, whirl, i):
+    """Place and velocity of journal i in its bore along the frame's axes, from the ports' relative motion."""
+    place_journal(d, dd, 2 * i, int(model.layout[TILTS]) + 2 * i, whirl, model.films.place[i], model.films.velocity[i])
 
 
 @kernel
 def open_step(model, work, state):
-    """Hand the films' memory at the step's start, with the ports in ``work.port[10:12]``, to the stages."""
+    """Hand the films' memory at the step's start, with the relative motion in ``work.port[15:17]``, to the stages."""
     if model.films.values[0] == 0.0:
         return
     numbers = model.films.numbers
     numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     for i in range(model.bearings.shape[0]):
-        place_film(model, work.port[10], work.port[11], 0.0, i)
+        place_film(model, work.port[15], work.port[16], 0.0, i)
         memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
         film_call(model.films, OPEN_STEP, i, memory, work.scratch)
 
@@ -78,9 +81,13 @@ def close_stage(model, work, frame):
     numbers = model.films.numbers
     numbers[FRAME_COS] = frame[COS]
     numbers[FRAME_SIN] = frame[SIN]
+    numbers[FRAME_ANGLE] = frame[THETA]
     journal = model.ports.shape[0] - model.bearings.shape[0]
+    relative_motion(
+        model, frame[COS], frame[SIN], frame[WHIRL], work.port[0], work.port[1], work.port[15], work.port[16]
+    )
     for i in range(model.bearings.shape[0]):
-        place_film(model, work.port[0], work.port[1], frame[WHIRL], i)
+        place_film(model, work.port[15], work.port[16], frame[WHIRL], i)
         numbers[SPEED] = frame[OMEGA] + work.port[1, journal + i]
         status = film_call(model.films, CLOSE_STAGE, i, work.scratch, work.scratch)
         if status != 0:
@@ -106,7 +113,7 @@ def fastest_closing(model, work, state, whirl):
     numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     worst = 0.0
     for i in range(model.bearings.shape[0]):
-        place_film(model, work.port[10], work.port[11], whirl, i)
+        place_film(model, work.port[15], work.port[16], whirl, i)
         memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
         film_call(model.films, RATE, i, memory, work.scratch)
         worst = max(worst, work.scratch[0])

@@ -22,8 +22,8 @@ import numpy as np
 
 from cranktrain.dynamics.equations_of_motion import OMEGA
 from cranktrain.dynamics.film_memory import close_stage, open_stage
-from cranktrain.dynamics.linear_algebra import product
-from cranktrain.dynamics.stage import DIVERGED, OK, solve_stage
+from cranktrain.dynamics.ports import PORTS
+from cranktrain.dynamics.stage import DIVERGED, OK, solve_stage, to_ports
 from cranktrain.dynamics.state import ACCELERATION, AUXILIARY, OMEGA_REFERENCE, POSITION, VELOCITY, defect_offset
 from cranktrain.dynamics.state import offset as state_offset
 from cranktrain.errors import InputError, nearest
@@ -134,7 +134,7 @@ def guess_ports(model, work, state, stage, h, guess):
             distance = time - table[1 + s, last]
             nearest = s
     tau = distance * h
-    m = model.ports.shape[0]
+    m = int(model.layout[PORTS])
     o = defect_offset(model.omega2.shape[0]) + stage * m
     for k in range(m):
         if nearest < 0:
@@ -150,7 +150,7 @@ def guess_ports(model, work, state, stage, h, guess):
 @kernel
 def keep_ports(model, work, state, stage):
     """Keep the ports of a solved stage, and what the series missed, for the guesses to come."""
-    m = model.ports.shape[0]
+    m = int(model.layout[PORTS])
     o = defect_offset(model.omega2.shape[0]) + stage * m
     for k in range(m):
         work.known[stage, 0, k] = work.port[0, k]
@@ -182,7 +182,7 @@ def integrate_step(model, work, state, level, h, frames, pressures):
     guess = work.port[14]
     u_q = work.port[4]
     u_v = work.port[5]
-    m = model.ports.shape[0]
+    m = int(model.layout[PORTS])
     if table[0, 0] == GENERALISED_ALPHA:
         alpha_m = table[0, 4]
         alpha_f = table[0, 5]
@@ -193,8 +193,8 @@ def integrate_step(model, work, state, level, h, frames, pressures):
             known[i] = (alpha_f * state[o_a + i] - alpha_m * state[o_x + i]) / (1.0 - alpha_m)
             big_q[i] = state[o_q + i] + h * state[o_v + i] + h * h * ((0.5 - beta) * state[o_x + i] + beta * known[i])
             big_v[i] = state[o_v + i] + h * ((1.0 - gamma) * state[o_x + i] + gamma * known[i])
-        product(model.ports_transposed, big_q, n, m, u_q)
-        product(model.ports_transposed, big_v, n, m, u_v)
+        to_ports(model, big_q, u_q)
+        to_ports(model, big_v, u_v)
         guess_ports(model, work, state, 0, h, guess)
         out = work.stage[0]
         open_stage(model, work, 0, h, h, h)

@@ -11,8 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cranktrain.dynamics.big_ends import with_big_ends
-from cranktrain.dynamics.ports import lay_ports
+from cranktrain.dynamics.block import BlockArrays, block_arrays
+from cranktrain.dynamics.bodies import standing_body, with_big_ends, with_rotor
+from cranktrain.dynamics.mains import check_mains, main_bearings
+from cranktrain.dynamics.ports import PORTS, TURNING_MODES, lay_ports
 from cranktrain.engine import Engine
 from cranktrain.errors import InputError, nearest
 from cranktrain.film.bore_compliance import BoreCompliance
@@ -22,20 +24,27 @@ from cranktrain.film.laws import BIG_END_LEVELS, LAWS, TILTED, bearing_parameter
 from cranktrain.film.parameters import KAPPA2
 from cranktrain.film.thrust import thrust_parameters
 from cranktrain.film.tilted import Films
-from cranktrain.film.tilted_levels import floating_films, tilted_films
+from cranktrain.film.tilted_levels import floating_films
+from cranktrain.loads.damper import PARAMETERS, damper_parameters, damper_temperature, required_damper
 from cranktrain.loads.gas_pressure import GasTrace, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia
 from cranktrain.lubricant import oil_temperature, viscosity
 from cranktrain.reduced_body import Array, ReducedBody
 
 # Columns of a cylinder's parameters.
-PIN, BANK, PHASE, AREA, ROD, M_BIG, M_OSC, DELTA_J, OFFSET, CLEARANCE_VOLUME, STROKE_TOP = range(11)
-# Scalars of the model.
+M_SMALL, BANK, PHASE, AREA, ROD, M_BIG, M_OSC, DELTA_J, OFFSET, CLEARANCE_VOLUME, STROKE_TOP = range(11)
+# Scalars of the model; ``DRIVEN`` is 1 where the shaft's speed is given, 0 where a torque loads it.
 GRAVITY, CRANKCASE, GAS_LOAD, BEST_SPEED, FALLOFF, SHAFT_K, SHAFT_C, FILTER, RIGID_ROTATION, STEP = range(10)
+DRIVEN, DAMPER_TEMPERATURE, SCALARS = 10, 11, 12
 # Gas source and input reconstruction.
 GAS_SOURCES = {"auto": 0, "builtin": 1, "input": 2}
 RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2}
 CRANK_LEVELS = ("rigid", "solid")
+BLOCK_LEVELS = ("ground", "flexible")
+PISTON_LEVELS = ("auto", "rigid", "guided")
+DAMPER_LEVELS = ("none", "fitted")
+BOUNDARIES = {"speed": 1.0, "torque": 0.0}
+"""What is given at the dynamometer."""
 AMBIENT = 101325.0
 LEVELS = 4
 """Step sizes whose factors are kept at once: the whole step, its half, quarter and eighth."""
@@ -43,15 +52,19 @@ LEVELS = 4
 
 @dataclass(frozen=True)
 class Settings:
-    """Choices of one run; angles rad, pressures Pa, temperature K (0: from the engine's table at the first speed).
+    """Choices of one run; angles rad, pressures Pa, temperatures K (0: from the engine's tables at the first speed).
 
     What is left open follows the level, see :func:`resolved`: ``integrator`` auto; ``newton_tolerance`` of the ports in
     units of clearance; ``film_change``, the share of itself by which a film may close over a step.
     """
 
     crank: str = "solid"
-    bearings: str = "impedance"
+    bearings: str = "auto"
     big_ends: str = "rigid"
+    block: str = "ground"
+    pistons: str = "auto"
+    damper: str = "none"
+    boundary: str = "speed"
     integrator: str = "auto"
     step: float = math.radians(2.5)
     gas_source: str = "auto"
@@ -59,54 +72,76 @@ class Settings:
     reconstruction: str = "linear"
     crankcase_pressure: float = AMBIENT
     oil_temperature: float = 0.0
+    damper_temperature: float = 0.0
     gravity: float = 9.80665
     newton_tolerance: float | None = None
     film_change: float | None = None
 
 
-def resolved(settings: Settings) -> Settings:
-    """The settings with nothing left open.
+def resolved(settings: Settings, engine: Engine) -> Settings:
+    """The settings with nothing left open for this engine.
 
-    Elastic films: what they do as they close, and their voids, leave no use for an order above two; their least gap
-    asks for shorter steps. Films that feel tilt cost more than what a tighter tolerance would gain.
+    Main bearings are rollers where the engine has them, else films without tilt. Elastic films: what they do as they
+    close, and their voids, leave no use for an order above two; their least gap asks for shorter steps. Films that feel
+    tilt cost more than what a tighter tolerance would gain. Pistons are guided by a flexible block's liners.
     """
-    elastic = settings.bearings == "ehd"
+    bearings = settings.bearings
+    if bearings == "auto":
+        bearings = "impedance" if engine.main_roller is None else "roller"
+    pistons = settings.pistons
+    if pistons == "auto":
+        pistons = "guided" if settings.block == "flexible" else "rigid"
+    elastic = bearings == "ehd"
     chosen: dict[str, Any] = {
+        "bearings": bearings,
+        "pistons": pistons,
         "integrator": ("sdirk2" if elastic else "sdirk4") if settings.integrator == "auto" else settings.integrator,
-        "newton_tolerance": settings.newton_tolerance or (1.0e-5 if settings.bearings in TILTED else 3.0e-7),
+        "newton_tolerance": settings.newton_tolerance or (1.0e-5 if bearings in TILTED else 3.0e-7),
         "film_change": settings.film_change or (0.15 if elastic else 0.25),
     }
     return replace(settings, **chosen)
 
 
 class ModelArrays(NamedTuple):
-    """Contiguous float64 arrays of the running model (SI); n modes, b main bearings, p pins, c cylinders, m ports."""
+    """Contiguous float64 arrays of the running model (SI).
+
+    n modes: n_t of bodies that turn, n_b of the block, two of each guided piston; m ports likewise; b main bearings, c
+    cylinders.
+    """
 
     omega2: Array  # (n,)
     damping: Array  # (n,) modal damping, 1/s
-    gyroscopic: Array  # (n, n) G transposed
-    spin: Array  # (n, n) (K_σ − C) transposed
-    centrifugal_load: Array  # (n,)
-    euler_load: Array  # (n,)
+    gyroscopic: Array  # (n_t, n_t) G transposed
+    spin: Array  # (n_t, n_t) (K_σ − C) transposed
+    centrifugal_load: Array  # (n_t,)
+    euler_load: Array  # (n_t,)
     gravity: Array  # (3, n) modal projection of a unit acceleration field
-    ports: Array  # (m, n) shapes
-    ports_transposed: Array  # (n, m)
-    ends: Array  # (3, n): flywheel z-rotation, pulley z-rotation, pulley z
-    tilts: Array  # (2b, n): rotation about x and y of each main journal
+    ports: Array  # (m_t, n_t) shapes
+    ports_transposed: Array  # (n_t, m_t)
+    block_ports: Array  # (m_b, n_b) shapes
+    block_ports_transposed: Array  # (n_b, m_b)
+    pairs: Array  # (r, 2) see dynamics.ports
+    axial: Array  # (0 or 1, 2)
+    shaft: Array  # (n_t,) twist of the connecting shaft: flywheel's rotation, less the rotor's where that is free
+    rotor: Array  # (n_t,) the free rotor's rotation, else 0
+    block: BlockArrays
+    ends: Array  # (3, n_t): flywheel z-rotation, pulley z-rotation, pulley z
+    tilts: Array  # (2b, n_t): rotation about x and y of each main journal
     bearings: Array  # (b, 13) see film.laws
     thrust: Array  # see film.thrust
-    pins: Array  # (p, 2) undeformed x, y
+    pins: Array  # (c, 2) undeformed x, y of each rod's pin
     big_ends: Array  # (c, 13) like ``bearings``: the film between pin and rod, where the big end is not rigid
     floating: Films  # of the big ends where they are read from a table
     connections: Array  # (k, 5) force laws: number of Newton ports that each couples, then those ports
     scales: Array  # (n_newton,) displacement of a Newton port that counts as much as a clearance
-    layout: Array  # (6,) see dynamics.ports
+    layout: Array  # (10,) see dynamics.ports
+    damper: Array  # see loads.damper
     cylinders: Array  # (c, 11)
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
     impedance: Array  # film.impedance map of the main bearings
     big_end_impedance: Array  # likewise of the big ends
     films: Films  # of the main bearings where they feel tilt, with their memory of a step
-    scalars: Array  # (10,)
+    scalars: Array  # (12,)
     choices: Array  # (4,) gas source, reconstruction, Newton tolerance, largest change of a film over a step
     stages: Array  # integrator table, see integrators
 
@@ -115,19 +150,24 @@ class Dimensions(NamedTuple):
     """Sizes that follow from the arrays."""
 
     modes: int
+    turning_modes: int
     bearings: int
-    pins: int
     cylinders: int
     newton: int
     ports: int
+    turning_ports: int
     films: int  # values of elastic films in the state
 
 
 def dimensions(model: ModelArrays) -> Dimensions:
     """Sizes of a model."""
-    b, p = model.bearings.shape[0], model.pins.shape[0]
+    b = model.bearings.shape[0]
     films = b * int(model.films.values[0])
-    return Dimensions(model.omega2.size, b, p, model.cylinders.shape[0], model.scales.size, model.ports.shape[0], films)
+    turning = int(model.layout[TURNING_MODES])
+    return Dimensions(
+        model.omega2.size, turning, b, model.cylinders.shape[0], model.scales.size, int(model.layout[PORTS]),
+        model.ports.shape[0], films,
+    )  # fmt: skip
 
 
 def structural_damping(engine: Engine, body: ReducedBody) -> Array:
@@ -139,6 +179,50 @@ def structural_damping(engine: Engine, body: ReducedBody) -> Array:
     return np.asarray(np.where(elastic, d.alpha + d.beta * body.omega**2, 0.0))
 
 
+class Parts(NamedTuple):
+    """What a run may need besides the crankshaft: each serves the level that asks for it."""
+
+    table: FilmTable | None = None  # films of the main bearings, level ``table``
+    bore: BoreCompliance | None = None  # elastic main bores, level ``ehd``
+    big_end_table: FilmTable | None = None  # films of the big ends, level ``table``
+    block: ReducedBody | None = None  # the block, level ``flexible``
+
+
+def check_levels(settings: Settings, engine: Engine) -> None:
+    """Refuse a level that does not exist, that the engine lacks, or that makes no sense beside another; ``InputError``.
+
+    ``settings`` have nothing left open.
+    """
+    for value, valid, what in (
+        (settings.crank, CRANK_LEVELS, "crank level"),
+        (settings.bearings, LAWS, "bearing level"),
+        (settings.big_ends, BIG_END_LEVELS, "big-end level"),
+        (settings.block, BLOCK_LEVELS, "block level"),
+        (settings.pistons, PISTON_LEVELS, "piston level"),
+        (settings.damper, DAMPER_LEVELS, "damper level"),
+        (settings.boundary, BOUNDARIES, "boundary"),
+        (settings.gas_source, GAS_SOURCES, "gas source"),
+        (settings.reconstruction, RECONSTRUCTIONS, "input reconstruction"),
+    ):
+        if value not in valid:
+            raise InputError(f"{what} '{value}' does not exist; {nearest(value, valid)}")
+    if settings.block == "flexible" and settings.pistons == "rigid":
+        raise InputError(
+            "rigid pistons run on an axis at rest and cannot follow a flexible block, which leans on its mounts; "
+            "use guided pistons, or block ground"
+        )
+    check_mains(engine, settings.bearings)
+    if settings.big_ends != "rigid" and engine.big_end_bearing is None:
+        raise InputError(f"engine '{engine.name}' has no [big_end_bearing]; add it, or leave big ends rigid")
+    if settings.pistons == "guided" and engine.piston_guidance is None:
+        raise InputError(f"engine '{engine.name}' has no [piston_guidance]; add it, or leave pistons rigid")
+    if settings.block == "flexible" and (engine.block is None or engine.mounts is None):
+        lacking = "block" if engine.block is None else "mounts"
+        raise InputError(f"engine '{engine.name}' has no [{lacking}]; add it, or leave the block ground")
+    if settings.damper == "fitted":
+        required_damper(engine)
+
+
 def build_model(
     engine: Engine,
     body: ReducedBody,
@@ -146,46 +230,55 @@ def build_model(
     speed: float,
     gas: GasTrace,
     stages: Array,
-    table: FilmTable | None = None,
-    bore: BoreCompliance | None = None,
+    parts: Parts | None = None,
     temperatures: Array | None = None,
-    big_end_table: FilmTable | None = None,
 ) -> ModelArrays:
     """Arrays of the running model at the oil temperature of ``speed`` (rad/s).
 
-    ``body`` is the crankshaft with flywheel and pulley attached, ``table`` the films of level ``table``, ``bore`` the
-    elastic main bores of level ``ehd``, ``big_end_table`` the films of big ends. ``temperatures`` (b,), K, gives each
-    main bearing's film its own; without them, and at the thrust bearing and the big ends, all oil is as warm as the
-    engine's.
+    ``body`` is the crankshaft with flywheel and pulley attached, and with the damper's housing where there is one.
+    ``temperatures`` (b,), K, gives each main bearing's film its own; without them, and at the thrust bearing and the
+    big ends, all oil is as warm as the engine's.
     ``InputError`` for a level that does not exist, or that lacks what it needs.
     """
-    settings = resolved(settings)
-    for value, valid, what in (
-        (settings.crank, CRANK_LEVELS, "crank level"),
-        (settings.bearings, LAWS, "bearing level"),
-        (settings.big_ends, BIG_END_LEVELS, "big-end level"),
-        (settings.gas_source, GAS_SOURCES, "gas source"),
-        (settings.reconstruction, RECONSTRUCTIONS, "input reconstruction"),
-    ):
-        if value not in valid:
-            raise InputError(f"{what} '{value}' does not exist; {nearest(value, valid)}")
+    settings, parts = resolved(settings, engine), parts or Parts()
+    check_levels(settings, engine)
     flywheel, pulley = body.index("flywheel"), body.index("pulley")
     eta = viscosity(engine.oil, supply_temperature(engine, settings, speed))
-    linear = settings.bearings == "linear"
-    mains = _main_bearings(engine, settings.bearings, eta, temperatures)
+    flexible = settings.block == "flexible"
+    journals, mains, films = main_bearings(
+        engine, settings.bearings, eta, temperatures, parts.table, parts.bore
+    )
     # Rigid big ends have no film, but kernels want one of the same form.
     floating = engine.big_end_bearing or engine.main_bearing
-    big_end = bearing_parameters(floating, eta, "table" if settings.big_ends == "table" else "impedance")
-    thrust_law = thrust_parameters(engine.thrust, eta, linear)
-    n_mains, n_pins = len(engine.crankshaft.main_widths), len(engine.crankshaft.throw_angles)
-    crank_modes = body.n_modes
+    big_ends = np.zeros((engine.n_cylinders, 13))
+    if floating is not None:
+        big_ends[:] = bearing_parameters(floating, eta, "table" if settings.big_ends == "table" else "impedance")
+    linear = settings.bearings == "linear"
+    thrust = replace(engine.thrust, block_stiffness=math.inf) if flexible else engine.thrust
+    crank_modes, crank_mass, crank_centre = body.n_modes, body.mass, body.centre
     if settings.big_ends != "rigid":
-        if engine.big_end_bearing is None:
-            raise InputError(f"engine '{engine.name}' has no [big_end_bearing]; add it, or leave big ends rigid")
         body = with_big_ends(body, engine)
+    damper, scalars = np.zeros(PARAMETERS), np.zeros(SCALARS)
+    if settings.damper == "fitted":
+        fitted = required_damper(engine)
+        warmth = settings.damper_temperature or damper_temperature(fitted, speed)
+        damper, scalars[DAMPER_TEMPERATURE] = damper_parameters(fitted, warmth), warmth
+        body = with_rotor(body, "ring", "pulley", fitted.ring_inertia)
+    driven = BOUNDARIES[settings.boundary]
+    if not driven:
+        body = with_rotor(body, "rotor", "flywheel", engine.drive_line.dynamometer_inertia)
+    if flexible and parts.block is None:
+        raise InputError("block level 'flexible' needs the reduced block; make it by structure.block")
+    block = parts.block if flexible else None
+    standing = standing_body(engine, block, settings.pistons == "guided")
+    ports = lay_ports(
+        engine, body, crank_modes, journals,
+        free_big_ends=settings.big_ends != "rigid", ring=settings.damper == "fitted",
+        block=block, pistons=settings.pistons == "guided",
+    )  # fmt: skip
     shapes = body.shapes
-    ports = lay_ports(engine, body, crank_modes, settings.bearings in TILTED, settings.big_ends != "rigid")
-    scalars = np.zeros(10)
+    n_standing = standing.n_modes if standing is not None else 0
+    rotor = np.zeros(body.n_modes) if driven else shapes[body.index("rotor"), 5]
     scalars[GRAVITY] = settings.gravity
     scalars[CRANKCASE] = settings.crankcase_pressure
     scalars[GAS_LOAD] = settings.gas_load
@@ -197,35 +290,48 @@ def build_model(
     scalars[FILTER] = 1.0 / tau if tau > 0.0 else 0.0
     scalars[RIGID_ROTATION] = shapes[pulley, 5, 5]
     scalars[STEP] = settings.step
+    scalars[DRIVEN] = driven
     rise = gas.fired - gas.motored
     contiguous = np.ascontiguousarray
+    omega = np.concatenate((body.omega, standing.omega if standing is not None else np.zeros(0)))
+    still_damping = np.zeros(n_standing)
+    if engine.block is not None and standing is not None:
+        still_damping = 2.0 * engine.block.damping_ratio * standing.omega
+    translation = np.zeros((3, n_standing)) if standing is None else standing.translation
+    pins = [body.positions[body.index(f"pin[{pin}]"), :2] for pin in engine.cylinders.pins]
     return ModelArrays(
-        omega2=contiguous(body.omega**2),
-        damping=contiguous(structural_damping(engine, body)),
+        omega2=contiguous(omega**2),
+        damping=np.concatenate((structural_damping(engine, body), still_damping)),
         gyroscopic=contiguous(body.gyroscopic.T),
         spin=contiguous((body.stress_stiffness - body.centrifugal).T),
         centrifugal_load=contiguous(body.centrifugal_load),
         euler_load=contiguous(body.euler_load),
-        gravity=contiguous(body.translation),
-        ports=contiguous(ports.shapes),
-        ports_transposed=contiguous(ports.shapes.T),
+        gravity=np.concatenate((body.translation, translation), axis=1),
+        ports=ports.turning,
+        ports_transposed=contiguous(ports.turning.T),
+        block_ports=ports.block,
+        block_ports_transposed=contiguous(ports.block.T),
+        pairs=ports.pairs,
+        axial=ports.axial,
+        shaft=contiguous(shapes[flywheel, 5] - rotor),
+        rotor=contiguous(rotor),
+        block=block_arrays(engine, standing, block, crank_mass, crank_centre, settings.gravity),
         ends=contiguous(np.array([shapes[flywheel, 5], shapes[pulley, 5], shapes[pulley, 2]])),
-        tilts=contiguous(np.concatenate([shapes[body.index(f"main[{i + 1}]"), 3:5] for i in range(n_mains)])),
+        tilts=contiguous(np.concatenate([shapes[body.index(f"main[{i + 1}]"), 3:5] for i in range(len(mains))])),
         bearings=mains,
-        thrust=thrust_law,
-        pins=contiguous([body.positions[body.index(f"pin[{i + 1}]"), :2] for i in range(n_pins)]),
-        big_ends=contiguous(np.tile(big_end, (engine.n_cylinders, 1))),
-        floating=floating_films(
-            floating, settings.big_ends, np.tile(big_end, (engine.n_cylinders, 1)), big_end_table
-        ),
+        thrust=thrust_parameters(thrust, eta, linear),
+        pins=contiguous(pins),
+        big_ends=big_ends,
+        floating=floating_films(floating, settings.big_ends, big_ends, parts.big_end_table),
         connections=ports.connections,
         scales=ports.scales,
         layout=ports.layout,
+        damper=damper,
         cylinders=cylinder_parameters(engine, settings.big_ends != "rigid"),
         gas=contiguous(np.array([spline_coefficients(gas.motored), spline_coefficients(rise)])),
-        impedance=impedance_map(float(mains[0, KAPPA2])),
-        big_end_impedance=impedance_map(float(big_end[KAPPA2])),
-        films=tilted_films(engine.main_bearing, settings.bearings, mains, table, bore),
+        impedance=_impedance(mains),
+        big_end_impedance=_impedance(big_ends),
+        films=films,
         scalars=scalars,
         choices=np.array(
             [
@@ -240,20 +346,14 @@ def build_model(
     )
 
 
+def _impedance(bearings: Array) -> Array:
+    """Impedance map of bearings alike, or of none: rollers have no film."""
+    return impedance_map(float(bearings[0, KAPPA2]) or 1.0)
+
+
 def supply_temperature(engine: Engine, settings: Settings, speed: float) -> float:
     """Temperature of the engine's oil at ``speed`` (rad/s), K: that of all films, or of the oil supplied to them."""
     return settings.oil_temperature or oil_temperature(engine.oil, speed)
-
-
-def _main_bearings(engine: Engine, level: str, eta: float, temperatures: Array | None) -> Array:
-    """Parameters of the main bearings, (b, 13), at viscosity ``eta``, or each at that of its own temperature."""
-    count = len(engine.crankshaft.main_widths)
-    if temperatures is None:
-        return np.tile(bearing_parameters(engine.main_bearing, eta, level), (count, 1))
-    if np.shape(temperatures) != (count,):
-        raise InputError(f"film temperatures of the form {np.shape(temperatures)}; give one for each of {count} mains")
-    etas = [viscosity(engine.oil, float(temperature)) for temperature in temperatures]
-    return np.array([bearing_parameters(engine.main_bearing, own, level) for own in etas])
 
 
 def cylinder_parameters(engine: Engine, free_big_ends: bool) -> Array:
@@ -267,7 +367,7 @@ def cylinder_parameters(engine: Engine, free_big_ends: bool) -> Array:
     clearance = area * (top - bottom) / (cylinders.compression_ratio - 1.0)
     rows = [
         [
-            cylinders.pins[k] - 1,
+            rod.small_end_mass,
             cylinders.bank_angles[k],
             engine.firing_angles[k],
             area,
@@ -282,55 +382,3 @@ def cylinder_parameters(engine: Engine, free_big_ends: bool) -> Array:
         for k in range(engine.n_cylinders)
     ]
     return np.array(rows, dtype=np.float64)
-
-
-class Work(NamedTuple):
-    """Memory that the caller owns: factors, matrices and vectors of a stage. Results never depend on what it holds."""
-
-    key: Array  # (levels, 2) step and speed that the factors of each level below were made for
-    factors: Array  # (n, n) scratch
-    inverse: Array  # (levels, n, n) S⁻¹ transposed
-    damping: Array  # (levels, n, n) D + 2Ω₀G + drive line, transposed
-    response: Array  # (levels, m, n) S⁻¹Φᵀ, row per port
-    compliance: Array  # (levels, m, m) Φ S⁻¹ Φᵀ, transposed
-    jacobian: Array  # (n_newton, n_newton)
-    blocks: Array  # (k, 16) force tangents of each connection, 4 × 4 row-major
-    held: Array  # (k, 16) the tangents that the Newton matrix was made from
-    modal: Array  # (12, n) vectors
-    port: Array  # (15, m) vectors
-    stage: Array  # (stages, 3, n) q, v, a of each stage
-    known: Array  # (stages, 3, m) the ports' u, u̇, ü at each stage
-    scratch: Array  # (64,)
-    counters: Array  # (6,) steps, stages, Newton iterations, rejected steps, factorisations, worst residual
-    frames: Array  # (8, 8) the frame's motion at each stage
-    pressures: Array  # (8, c) cylinder pressures at each stage
-    inputs: Array  # (2, 1 + c) value and rate of the reconstructed inputs
-    backup: Array  # (2, state) state at the start of a communication step and of a sub-step
-
-
-def make_work(model: ModelArrays, state_size: int) -> Work:
-    """Allocate the workspace of one model."""
-    d = dimensions(model)
-    n, m = d.modes, d.ports
-    z = np.zeros
-    return Work(
-        key=z((LEVELS, 2)),
-        factors=z((n, n)),
-        inverse=z((LEVELS, n, n)),
-        damping=z((LEVELS, n, n)),
-        response=z((LEVELS, m, n)),
-        compliance=z((LEVELS, m, m)),
-        jacobian=z((d.newton, d.newton)),
-        blocks=z((model.connections.shape[0], 16)),
-        held=z((model.connections.shape[0], 16)),
-        modal=z((12, n)),
-        port=z((15, m)),
-        stage=z((8, 3, n)),
-        known=z((8, 3, m)),
-        scratch=z(64),
-        counters=z(6),
-        frames=z((8, 8)),
-        pressures=z((8, d.cylinders)),
-        inputs=z((2, 1 + d.cylinders)),
-        backup=z((2, state_size)),
-    )

@@ -12,19 +12,23 @@ from __future__ import annotations
 import math
 
 from cranktrain.dynamics.big_end_outputs import BIG_END, BIG_END_OUTPUTS, observe_big_end
-from cranktrain.dynamics.equations_of_motion import (
-    COS,
-    LEAD,
-    LEAD_RATE,
-    OMEGA,
-    SIN,
-    THETA,
-    big_end_motion,
-    pin_motion,
-)
+from cranktrain.dynamics.engine_outputs import WHOLE, engine_output_names, observe_engine
+from cranktrain.dynamics.equations_of_motion import COS, LEAD, LEAD_RATE, OMEGA, SIN, THETA
 from cranktrain.dynamics.film_memory import memory_offset, place_film
-from cranktrain.dynamics.model import AREA, BANK, CLEARANCE_VOLUME, OFFSET, PIN, ROD, SHAFT_C, SHAFT_K, STROKE_TOP
-from cranktrain.dynamics.ports import ROD_LAWS, RODS, TILTS
+from cranktrain.dynamics.model import (
+    AREA,
+    BANK,
+    CLEARANCE_VOLUME,
+    DRIVEN,
+    OFFSET,
+    RIGID_ROTATION,
+    ROD,
+    SHAFT_C,
+    SHAFT_K,
+    STROKE_TOP,
+)
+from cranktrain.dynamics.ports import PISTONS, RODS, TILTS, TURNING_MODES
+from cranktrain.dynamics.rods import big_end_motion, pin_motion
 from cranktrain.dynamics.stage import OK
 from cranktrain.dynamics.state import ITERATIONS, ONLINE_FILMS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
 from cranktrain.dynamics.step_control import advance, frame_at, ports_at_state
@@ -44,6 +48,7 @@ from cranktrain.film.laws import IMPEDANCE, bearing_force
 from cranktrain.film.parabolic import friction_torque
 from cranktrain.film.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.thrust import thrust_force
+from cranktrain.film.tilted import ANGLE as FRAME_ANGLE
 from cranktrain.film.tilted import COS as FRAME_COS
 from cranktrain.film.tilted import ECCENTRICITY, FLOW, FRICTION, GAP, GAP_ANGLE, OBSERVE, P_MAX, SPEED, film_call
 from cranktrain.film.tilted import SIN as FRAME_SIN
@@ -80,7 +85,7 @@ MOTION = 48
 END = ("solver.residual", "solver.substeps", "solver.iterations", "solver.online_films")
 
 
-def output_names(bearings: int, cylinders: int) -> tuple[str, ...]:
+def output_names(bearings: int, cylinders: int, mounts: int) -> tuple[str, ...]:
     """Names of the outputs, in order; the FMU's variables carry the same names.
 
     The FMU's description is fixed before any level is chosen: names do not depend on levels, what a level lacks is 0.
@@ -91,6 +96,7 @@ def output_names(bearings: int, cylinders: int) -> tuple[str, ...]:
         + ("thrust.force", "thrust.displacement")
         + tuple(f"cylinder[{i + 1}].{name}" for i in range(cylinders) for name in ("volume", "piston_position"))
         + tuple(f"big_end[{i + 1}].{name}" for i in range(cylinders) for name in BIG_END)
+        + engine_output_names(cylinders, mounts)
         + END
     )
 
@@ -100,47 +106,55 @@ def observe(model, work, state, out):
     """Fill the outputs from the state alone, so that a restored state shows what the original did."""
     n = model.omega2.shape[0]
     m = model.ports.shape[0]
+    t = int(model.layout[TURNING_MODES])
     b = model.bearings.shape[0]
     frame = work.frames[0]
     frame_at(model, work, state, 0.0, 0.0, frame, work.pressures[0])
     ports_at_state(model, work, state)
     u = work.port[10]
     ud = work.port[11]
-    q = state[offset(POSITION, n) : offset(POSITION, n) + n]
-    v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + n]
+    d = work.port[15]
+    dd = work.port[16]
+    q = state[offset(POSITION, n) : offset(POSITION, n) + t]
+    v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
     flywheel = 0.0
-    flywheel_rate = 0.0
+    twist = model.scalars[DRIVEN] * frame[LEAD]
+    twist_rate = model.scalars[DRIVEN] * frame[LEAD_RATE]
     pulley = 0.0
     axial = 0.0
-    for i in range(n):
+    for i in range(t):
         flywheel += model.ends[0, i] * q[i]
-        flywheel_rate += model.ends[0, i] * v[i]
+        twist += model.shaft[i] * q[i]
+        twist_rate += model.shaft[i] * v[i]
         pulley += model.ends[1, i] * q[i]
         axial += model.ends[2, i] * q[i]
     out[0] = frame[THETA]
     out[1] = frame[OMEGA]
+    if model.scalars[DRIVEN] == 0.0:
+        # A free crank is where it is, not where the frame that follows it has come to.
+        out[0] += model.scalars[RIGID_ROTATION] * q[5]
+        out[1] += model.scalars[RIGID_ROTATION] * v[5]
     out[2] = pulley
     out[3] = axial
     out[4] = flywheel
-    out[5] = model.scalars[SHAFT_K] * (flywheel + frame[LEAD]) + model.scalars[SHAFT_C] * (
-        flywheel_rate + frame[LEAD_RATE]
-    )
+    out[5] = model.scalars[SHAFT_K] * twist + model.scalars[SHAFT_C] * twist_rate
     k = 6
     journal = m - b
-    free = model.layout[ROD_LAWS] < model.connections.shape[0]
+    free = model.layout[RODS] > 0.0
     cos = frame[COS]
     sin = frame[SIN]
     omega = frame[OMEGA]
     r = work.scratch
     model.films.numbers[FRAME_COS] = cos
     model.films.numbers[FRAME_SIN] = sin
+    model.films.numbers[FRAME_ANGLE] = frame[THETA]
     for i in range(b):
         law = model.bearings[i]
-        x = u[2 * i]
-        y = u[2 * i + 1]
+        x = d[2 * i]
+        y = d[2 * i + 1]
         speed = omega + ud[journal + i]
-        vx = ud[2 * i] - omega * y
-        vy = ud[2 * i + 1] + omega * x
+        vx = dd[2 * i] - omega * y
+        vy = dd[2 * i + 1] + omega * x
         c = law[CLEARANCE]
         tilts = int(model.layout[TILTS])
         place = model.films.place[i]
@@ -158,7 +172,7 @@ def observe(model, work, state, out):
             bearing_force(law, x, y, vx, vy, 0.5 * speed, cos, sin, model.impedance, r)
             eps = r[10]
         else:
-            place_film(model, u, ud, omega, i)
+            place_film(model, d, dd, omega, i)
             model.films.numbers[SPEED] = speed
             film_call(model.films, OBSERVE, i, state[memory_offset(model, i) : memory_offset(model, i + 1)], r)
             eps = r[ECCENTRICITY]
@@ -190,25 +204,27 @@ def observe(model, work, state, out):
             out[k + 6] = r[FLOW]
         tilt_x = 0.0
         tilt_y = 0.0
-        for j in range(n):
+        for j in range(t):
             tilt_x += model.tilts[2 * i, j] * q[j]
             tilt_y += model.tilts[2 * i + 1, j] * q[j]
         out[k + 7] = math.sqrt(tilt_x * tilt_x + tilt_y * tilt_y)
         k += BEARING_OUTPUTS
-    z_force, _, _ = thrust_force(u[2 * b], ud[2 * b], omega, model.thrust)
+    z_force, _, _ = thrust_force(d[2 * b], dd[2 * b], omega, model.thrust)
     out[k] = z_force
-    out[k + 1] = u[2 * b]
+    out[k + 1] = d[2 * b]
     k += 2
     for c in range(model.cylinders.shape[0]):
         rod = model.cylinders[c]
         if free:
             port = int(model.layout[RODS]) + 2 * c
-            big_end_motion(model, frame, int(rod[PIN]), port, u, ud, work.port[12], r)
+            big_end_motion(model, frame, c, port, u, ud, work.port[12], r)
         else:
-            pin_motion(model, frame, int(rod[PIN]), u, ud, work.port[12], r)
+            pin_motion(model, frame, c, u, ud, work.port[12], r)
         turn_cos = math.cos(frame[THETA] - rod[BANK])
         turn_sin = math.sin(frame[THETA] - rod[BANK])
         side = turn_cos * r[0] - turn_sin * r[1] - rod[OFFSET]
+        if model.layout[PISTONS] > 0.0:
+            side -= u[int(model.layout[PISTONS]) + 2 * c]
         position = turn_sin * r[0] + turn_cos * r[1] + math.sqrt(rod[ROD] * rod[ROD] - side * side)
         out[k] = rod[CLEARANCE_VOLUME] + rod[AREA] * (rod[STROKE_TOP] - position)
         out[k + 1] = rod[STROKE_TOP] - position
@@ -216,6 +232,8 @@ def observe(model, work, state, out):
     for c in range(model.cylinders.shape[0]):
         observe_big_end(model, work, frame, c, u, ud, out, k)
         k += BIG_END_OUTPUTS
+    mounts = (out.shape[0] - k - len(END) - len(WHOLE) - 4 * model.cylinders.shape[0]) // 6
+    k = observe_engine(model, work, state, frame, u, ud, mounts, out, k)
     out[k] = state[RESIDUAL]
     out[k + 1] = state[SUBSTEPS]
     out[k + 2] = state[ITERATIONS]

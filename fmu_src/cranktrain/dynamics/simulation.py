@@ -7,20 +7,22 @@ from __future__ import annotations
 
 import math
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cranktrain.dynamics.integrators import integrator_table
-from cranktrain.dynamics.mean_motion import rigid_start
+from cranktrain.dynamics.mean_motion import Start, leaning, rigid_start
 from cranktrain.dynamics.model import (
     AMBIENT,
+    DAMPER_TEMPERATURE,
     ModelArrays,
+    Parts,
     Settings,
     build_model,
     dimensions,
-    make_work,
     resolved,
     supply_temperature,
 )
@@ -28,13 +30,16 @@ from cranktrain.dynamics.outputs import advance_and_observe, observe, output_nam
 from cranktrain.dynamics.stage import OK
 from cranktrain.dynamics.state import (
     MAX_INPUTS,
+    POSITION,
+    SHAFT_ACCELERATION,
     SHAFT_ANGLE,
     SHAFT_SPEED,
     TIME,
+    VELOCITY,
     offset,
     state_size,
 )
-from cranktrain.dynamics.step_control import GIVEN, MAX_HALVINGS, settle
+from cranktrain.dynamics.step_control import GIVEN, MAX_HALVINGS, ports_at_state, settle
 from cranktrain.dynamics.warm_films import (
     PASSES,
     SETTLED,
@@ -44,15 +49,16 @@ from cranktrain.dynamics.warm_films import (
     warn_of_bounds,
     warn_unsettled,
 )
+from cranktrain.dynamics.workspace import make_work
 from cranktrain.engine import Engine
 from cranktrain.errors import InputError, SolverError
-from cranktrain.film.bore_compliance import BoreCompliance
-from cranktrain.film.database import FilmTable
 from cranktrain.film.parameters import CLEARANCE
+from cranktrain.loads.damper import balanced_temperature as damper_balance_temperature
+from cranktrain.loads.damper import power_warning, required_damper, with_damper_housing
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.reduced_body import Array, ReducedBody, rigid
 
-__all__ = ["Result", "Settings", "Simulation", "simulate"]
+__all__ = ["Parts", "Result", "Settings", "Simulation", "simulate"]
 
 LONGEST_STEP = 1.0
 """Longest communication step, s: beyond it inputs held or extrapolated have no meaning."""
@@ -67,17 +73,16 @@ class Simulation:
     Parameters
     ----------
     engine : the engine
-    body : its crankshaft with flywheel and pulley attached
+    body : its crankshaft with flywheel, pulley and what else is fixed to it attached
     settings : levels, integrator, step and sources
     gas : pressure trace in place of the engine's built-in one
-    table : films of the main bearings, for level ``table``
-    bore : elastic main bores, for level ``ehd``
-    big_end_table : films of the big ends, for their level ``table``; may lack tilt
+    parts : film tables, elastic bores, block: what the levels of the settings need
     temperatures : (b,) of the main bearings' films, K; without them all are as warm as the engine's oil
 
     Attributes
     ----------
-    inputs : (1 + cylinders,) speed (rad/s), then absolute cylinder pressures (Pa); set in place before each step
+    inputs : (2 + cylinders,) speed (rad/s), absolute cylinder pressures (Pa), then the load torque (N m) on the
+        dynamometer, which acts at boundary ``torque`` only; set in place before each step
     output_names : names of the outputs
     outputs : values in that order (SI), valid after ``initialize`` and after each step
     """
@@ -88,28 +93,25 @@ class Simulation:
         body: ReducedBody,
         settings: Settings | None = None,
         gas: GasTrace | None = None,
-        table: FilmTable | None = None,
-        bore: BoreCompliance | None = None,
+        parts: Parts | None = None,
         temperatures: Array | None = None,
-        big_end_table: FilmTable | None = None,
     ) -> None:
         self.engine = engine
-        self.settings = resolved(settings or Settings())
+        self.settings = resolved(settings or Settings(), engine)
         self.body = rigid(body) if self.settings.crank == "rigid" else body
         self.table = integrator_table(self.settings.integrator)
-        self.film_table = table
-        self.bore = bore
-        self.big_end_table = big_end_table
+        self.parts = parts or Parts()
         self._temperatures = temperatures
         self.gas = gas or GasTrace.from_engine(engine)
         if not (math.isfinite(self.settings.step) and self.settings.step > 0.0):
             raise InputError(f"internal step must be a positive angle, got {math.degrees(self.settings.step):g} deg")
-        self.output_names = output_names(len(engine.crankshaft.main_widths), engine.n_cylinders)
+        mounts = len(engine.mounts.x) if engine.mounts is not None else 0
+        self.output_names = output_names(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts)
         self.outputs = np.zeros(len(self.output_names))
-        self.inputs = np.full(1 + engine.n_cylinders, AMBIENT)
-        self.inputs[0] = 0.0
+        self.inputs = np.full(2 + engine.n_cylinders, AMBIENT)
+        self.inputs[0] = self.inputs[-1] = 0.0
         if self.inputs.size > MAX_INPUTS:
-            raise InputError(f"at most {MAX_INPUTS - 1} cylinders, engine '{engine.name}' has {engine.n_cylinders}")
+            raise InputError(f"at most {MAX_INPUTS - 2} cylinders, engine '{engine.name}' has {engine.n_cylinders}")
         self._state: Array | None = None
 
     def initialize(self, time: float = 0.0) -> None:
@@ -121,12 +123,19 @@ class Simulation:
         state = np.zeros(state_size(size.modes, size.ports, size.films))
         work = make_work(model, state.size)
         state[TIME] = time
-        if settle(model, work, state, self.inputs, *self._start(model)) != OK:
+        start = self._start(model)
+        for block, values in zip((POSITION, VELOCITY), leaning(model, start), strict=True):
+            state[offset(block, size.modes) : offset(block, size.modes) + size.modes] = values
+        if settle(model, work, state, self.inputs, start.windup, start.rotation, start.rate) != OK:
             raise SolverError(
                 f"no static equilibrium at {self.inputs[0] * _RPM:.0f} rev/min: a film cannot carry the load at the "
                 "start; lower the pressures or check clearance and viscosity"
             )
         work.counters[:] = 0.0
+        if self.settings.boundary == "torque" and start.inertia > 0.0:
+            # The frame sets out with the acceleration that the crank will have on average.
+            turning = start.inertia + self.engine.drive_line.dynamometer_inertia
+            state[SHAFT_ACCELERATION] = (start.torque - self.inputs[-1]) / turning
         self.model, self.work, self._state = model, work, state
         observe(model, work, state, self.outputs)
         self._warm()
@@ -134,8 +143,7 @@ class Simulation:
     def _model(self) -> ModelArrays:
         return build_model(
             self.engine, self.body, replace(self.settings, oil_temperature=self._oil_temperature),
-            float(self.inputs[0]), self.gas, self.table, self.film_table, self.bore, self._temperatures,
-            self.big_end_table,
+            float(self.inputs[0]), self.gas, self.table, self.parts, self._temperatures,
         )  # fmt: skip
 
     @property
@@ -161,11 +169,34 @@ class Simulation:
         self.work = make_work(self.model, state.size)
         observe(self.model, self.work, state, self.outputs)
 
-    def _start(self, model: ModelArrays) -> tuple[float, float, float]:
+    @property
+    def damper_temperature(self) -> float:
+        """Temperature of the damper, K; assigning another goes on from the present state."""
+        self._current()
+        return float(self.model.scalars[DAMPER_TEMPERATURE])
+
+    @damper_temperature.setter
+    def damper_temperature(self, temperature: float) -> None:
+        state = self._current()
+        before, self.settings = self.settings, replace(self.settings, damper_temperature=temperature)
+        try:
+            self.model = self._model()
+        except InputError:
+            self.settings = before
+            raise
+        self.work = make_work(self.model, state.size)
+        observe(self.model, self.work, state, self.outputs)
+
+    def steady_torque(self) -> float:
+        """Load torque (N m) that holds the speed of ``inputs`` under the built-in gas trace, without friction."""
+        self._oil_temperature = supply_temperature(self.engine, self.settings, float(self.inputs[0]))
+        return rigid_start(self._model(), float(self.inputs[0])).torque
+
+    def _start(self, model: ModelArrays) -> Start:
         """Start in rotation: with pressures from outside nothing is known of the cycle to come."""
-        given = np.abs(self.inputs[1:] - AMBIENT).max() > GIVEN
+        given = np.abs(self.inputs[1:-1] - AMBIENT).max() > GIVEN
         if self.settings.gas_source == "input" or (self.settings.gas_source == "auto" and given):
-            return 0.0, 0.0, 0.0
+            return Start()
         return rigid_start(model, float(self.inputs[0]))
 
     def _warm(self) -> None:
@@ -178,9 +209,11 @@ class Simulation:
 
     def _check_inputs(self) -> None:
         speed = self.inputs[0]
+        if not math.isfinite(self.inputs[-1]):
+            raise InputError(f"load torque must be finite (N m), got {self.inputs[-1]:g}")
         if not math.isfinite(speed) or speed < 0.0:
             raise InputError(f"speed must be finite and not negative, got {speed * _RPM:g} rev/min")
-        for k, p in enumerate(self.inputs[1:]):
+        for k, p in enumerate(self.inputs[1:-1]):
             if not math.isfinite(p) or p < 0.0:
                 raise InputError(
                     f"cylinder[{k + 1}].pressure must be finite and not negative (absolute, Pa), got {p:g}"
@@ -228,13 +261,21 @@ class Simulation:
             raise InputError(
                 f"communication step of {interval:g} s at t = {state[TIME]:g} s is too long; at most {LONGEST_STEP:g} s"
             )
+        free = self.settings.boundary == "torque"
+        before = state.copy() if free else state
         if advance_and_observe(self.model, self.work, state, self.inputs, t_end, self.outputs) != OK:
             raise SolverError(self._failure(state))
+        if free and state[SHAFT_SPEED] < 0.0:
+            self.state = before
+            raise SolverError(
+                f"the load torque of {self.inputs[-1]:g} N m stalls the engine at t = {t_end:g} s; it does not run "
+                "backwards: lower the torque"
+            )
 
     def _failure(self, state: Array) -> str:
-        n = self.model.omega2.size
-        u = self.model.ports[: 2 * self.model.bearings.shape[0]] @ state[offset(0, n) : offset(1, n)]
-        eps = np.hypot(u[::2], u[1::2]) / self.model.bearings[:, CLEARANCE]
+        ports_at_state(self.model, self.work, state)
+        d = self.work.port[15, : 2 * self.model.bearings.shape[0]]
+        eps = np.hypot(d[::2], d[1::2]) / self.model.bearings[:, CLEARANCE]
         worst = int(eps.argmax())
         angle = math.degrees(state[SHAFT_ANGLE] % (4.0 * math.pi))
         return (
@@ -270,6 +311,11 @@ class Result:
         return self.angle[first:] - self.angle[first], self.outputs[name][first:]
 
 
+def fitted_engine(engine: Engine, settings: Settings) -> Engine:
+    """The engine with what a run of these settings fixes to its crank: the damper's housing on the pulley."""
+    return with_damper_housing(engine) if settings.damper == "fitted" else engine
+
+
 def communication_step(speed: float, step: float) -> float:
     """Communication step (s) of a simulation: the largest that divides a cycle and is at most ``step`` (rad)."""
     return 4.0 * math.pi / speed / math.ceil(4.0 * math.pi / step - 1.0e-9)
@@ -283,24 +329,26 @@ def simulate(
     cycles: int,
     gas: GasTrace | None = None,
     progress: Callable[[float], None] | None = None,
-    table: FilmTable | None = None,
-    bore: BoreCompliance | None = None,
+    parts: Parts | None = None,
     heat_balance: bool = False,
-    big_end_table: FilmTable | None = None,
+    damper_balance: bool = False,
+    load_torque: float | None = None,
 ) -> Result:
     """Run ``cycles`` cycles at constant ``speed`` (rad/s) and keep every output at every step.
 
-    ``table`` serves level ``table``, ``bore`` level ``ehd``, ``big_end_table`` big ends at level ``table``. With
-    ``heat_balance`` each main's film is as warm as its friction makes it (:mod:`cranktrain.dynamics.warm_films`): the
-    run repeats, going on where it ended, until no temperature changes by more than ``SETTLED``, at most ``PASSES``
-    times; the last run is the result.
+    ``parts`` hold what the levels need. With ``heat_balance`` each main's film is as warm as its friction makes it
+    (:mod:`cranktrain.dynamics.warm_films`), with ``damper_balance`` the damper as its losses make it: the run repeats,
+    going on where it ended, until no temperature changes by more than ``SETTLED``, at most ``PASSES`` times; the last
+    run is the result. At boundary ``torque`` the dynamometer is loaded by ``load_torque`` (N m), or by the torque that
+    holds the speed; ``speed`` is where the run starts, and a cycle the time that it takes at this speed.
     ``progress`` is called with the share of a run done, in [0, 1]. An interrupt ends the run early and keeps what it
     has.
 
     Raises
     ------
     InputError
-        speed below 100 rev/min, no cycle, a heat balance of bearings without oil
+        speed below 100 rev/min, no cycle, a heat balance of bearings without oil or of no damper, a load torque at
+        boundary ``speed``
     SolverError
         a step that fails
     """
@@ -309,28 +357,65 @@ def simulate(
     if cycles < 1:
         raise InputError(f"at least one cycle must run, got {cycles}")
     if heat_balance:
-        check_level(settings.bearings)
-    simulation = Simulation(engine, body, replace(settings), gas, table, bore, big_end_table=big_end_table)
+        check_level(resolved(settings, engine).bearings)
+    if load_torque is not None and settings.boundary != "torque":
+        raise InputError(f"a load torque acts at boundary 'torque' only, not '{settings.boundary}'; change one of them")
+    if damper_balance and settings.damper != "fitted":
+        raise InputError(f"the heat balance of a damper needs damper 'fitted', not '{settings.damper}'")
+    simulation = Simulation(engine, body, replace(settings), gas, parts)
     simulation.inputs[0] = speed
+    if simulation.settings.boundary == "torque":
+        simulation.inputs[-1] = simulation.steady_torque() if load_torque is None else load_torque
     simulation.initialize()
     result = _run(simulation, cycles, progress)
-    if not heat_balance:
-        return result
-    inlet, change = supply_temperature(engine, settings, speed), math.inf
+    if heat_balance or damper_balance:
+        result = _balanced(simulation, cycles, progress, result, heat_balance, damper_balance)
+    if simulation.settings.damper == "fitted":
+        line = power_warning(required_damper(engine), damper_power(result))
+        if line is not None:
+            warnings.warn(line, stacklevel=2)
+    return result
+
+
+def damper_power(result: Result) -> float:
+    """Mean power that the damper dissipates over the last cycle, W."""
+    return float(result.outputs["damper.heat"][-result.per_cycle :].mean())
+
+
+def _balanced(
+    simulation: Simulation,
+    cycles: int,
+    progress: Callable[[float], None] | None,
+    result: Result,
+    films: bool,
+    damper: bool,
+) -> Result:
+    """Repeat a run until its temperatures agree with what it dissipates."""
+    engine = simulation.engine
+    inlet = supply_temperature(engine, simulation.settings, float(simulation.inputs[0]))
+    bounds: tuple[str, ...] = ()
     for passes in range(1, PASSES + 1):
-        temperatures = simulation.film_temperatures
-        means = cycle_means(result.outputs, temperatures.size, result.per_cycle)
-        warmer, bounds = balanced_temperatures(engine, inlet, temperatures, *means)
-        change = float(np.abs(warmer - temperatures).max())
+        changes, warmer, warmth = [], simulation.film_temperatures, 0.0
+        if films:
+            before = warmer
+            means = cycle_means(result.outputs, before.size, result.per_cycle)
+            warmer, bounds = balanced_temperatures(engine, inlet, before, *means)
+            changes.append(float(np.abs(warmer - before).max()))
+        if damper:
+            warmth = damper_balance_temperature(required_damper(engine), damper_power(result))
+            changes.append(abs(warmth - simulation.damper_temperature))
         result = replace(result, passes=passes)
-        if change < SETTLED or passes == PASSES or result.time.size <= cycles * result.per_cycle:
+        if max(changes) < SETTLED or passes == PASSES or result.time.size <= cycles * result.per_cycle:
             break
         _rewind(simulation, cycles)
-        simulation.film_temperatures = warmer
+        if films:
+            simulation.film_temperatures = warmer
+        if damper:
+            simulation.damper_temperature = warmth
         result = _run(simulation, cycles, progress)
     warn_of_bounds(bounds)
-    if change >= SETTLED:
-        warn_unsettled(change, passes)
+    if max(changes) >= SETTLED:
+        warn_unsettled(max(changes), passes)
     return result
 
 

@@ -8,8 +8,10 @@ linearised forces, whose error the contraction estimate bounds.
 
 from __future__ import annotations
 
-from cranktrain.dynamics.equations_of_motion import OMEGA, OMEGA_DOT, external_force, port_forces
+from cranktrain.dynamics.equations_of_motion import COS, OMEGA, OMEGA_DOT, SIN, external_force, port_forces
 from cranktrain.dynamics.linear_algebra import add_product, factor_rows, product, solve_rows
+from cranktrain.dynamics.ports import PISTONS, PORTS, RODS, TURNING_MODES
+from cranktrain.dynamics.relative_motion import reactions, relative_compliance, relative_step
 from cranktrain.dynamics.state import CONTRACTION
 from cranktrain.film.tilted import HELD
 from cranktrain.kernel import kernel
@@ -26,8 +28,14 @@ NEAR = 0.1
 """A Newton matrix is kept when the last step was shorter than NEAR and the iteration contracts better than STALE."""
 ROUNDING = 1.0e-13
 """Steps below this are rounding, whatever the tolerance."""
+CYCLING, NOISE = 12, 1.0e-5
+"""Iterations after which steps below NOISE count as converged: forces of films that are solved in place jump a little
+as nodes rupture, and an iteration may go to and fro over a jump for ever, at any step."""
 ROTATION_SCALE = 1.0e-2
-COUPLING_TOLERANCE = 1.0e-7
+STANDING_SCALE = 4.0e-3
+"""Rotation (rad) and displacement of what stands (m) that count as much as a clearance: they go without tangent, and
+what they miss is felt by a film at a hundredth."""
+COUPLING_TOLERANCE = 1.0e-10
 
 OK, DIVERGED, SINGULAR = 0, 1, 2
 
@@ -44,10 +52,16 @@ def solve_stage(
     remembers how well the iteration contracts.
     """
     n = model.omega2.shape[0]
-    m = model.ports.shape[0]
+    t = int(model.layout[TURNING_MODES])
+    turning = model.ports.shape[0]
+    m = int(model.layout[PORTS])
+    s = model.block_ports.shape[1]
+    pistons = int(model.layout[PISTONS]) if model.layout[PISTONS] > 0.0 else m
     n_newton = model.scales.shape[0]
     journals = 2 * model.bearings.shape[0]
     ratio = c_v / c_q
+    cos = frame[COS]
+    sin = frame[SIN]
     u = work.port[0]
     ud = work.port[1]
     udd = work.port[2]
@@ -61,21 +75,31 @@ def solve_stage(
     lever = work.modal[4]
     q_free = work.modal[5]
     jacobian = work.jacobian
-    inverse = work.inverse[level]
-    compliance = work.compliance[level]
+    # On rigid ground the journals' own compliance is the relative one.
+    compliance = work.turning.compliance[level]
+    if model.pairs.shape[0] > 0:
+        compliance = work.relative
+        relative_compliance(
+            model, cos, sin, work.turning.compliance[level], work.block.compliance[level], compliance
+        )
     # Tangents that belong to the factored matrix; the linearised forces must use the same.
     blocks = work.held
-    external_force(model, frame, big_q, base)
+    external_force(model, frame, pressures, big_q, base)
     for i in range(n):
         base[i] += big_q[i] / c_q
         lever[i] = ratio * big_q[i] - big_v[i]
         a[i] = a_guess[i]
-    add_product(work.damping[level], lever, n, n, base)
+    add_product(work.turning.damping[level], lever, t, t, base)
+    if s > 0:
+        add_product(work.block.damping[level], lever[t:], s, s, base[t:])
     for k in range(m):
         u[k] = guess[k]
     d_omega = frame[OMEGA] - omega_0
     d_omega2 = frame[OMEGA] * frame[OMEGA] - omega_0 * omega_0
     coupling = 2.0 * abs(d_omega) * c_v + (abs(d_omega2) + abs(frame[OMEGA_DOT])) * c_q
+    for c in range(work.guides.shape[0]):
+        for j in range(3):
+            work.guides[c, j] = 0.0
     iterations = 0
     previous = -1.0
     contraction = min(MOST_CONTRACTION, 2.0 * state[CONTRACTION])
@@ -84,25 +108,31 @@ def solve_stage(
         for i in range(n):
             rhs[i] = base[i]
         if coupling > 0.0:
-            for i in range(n):
+            for i in range(t):
                 lever[i] = -2.0 * d_omega * (big_v[i] + c_v * a[i]) - frame[OMEGA_DOT] * (big_q[i] + c_q * a[i])
-            add_product(model.gyroscopic, lever, n, n, rhs)
+            add_product(model.gyroscopic, lever, t, t, rhs)
             if d_omega2 != 0.0:
-                for i in range(n):
+                for i in range(t):
                     lever[i] = -d_omega2 * (big_q[i] + c_q * a[i])
-                add_product(model.spin, lever, n, n, rhs)
-        product(inverse, rhs, n, n, q_free)
-        product(model.ports_transposed, q_free, n, m, u_free)
+                add_product(model.spin, lever, t, t, rhs)
+        product(work.turning.inverse[level], rhs, t, t, q_free)
+        if s > 0:
+            product(work.block.inverse[level], rhs[t:], s, s, q_free[t:])
+        for i in range(t + s, n):
+            q_free[i] = c_q * rhs[i]
+        to_ports(model, q_free, u_free)
         if sweep > 0:
             # A small change of the load: the last Newton matrix and the linearised forces still hold.
             for k in range(m):
                 step[k] = u_free[k] - u[k]
-            add_product(compliance, f, m, m, step)
+            answer(model, work, level, f, step)
+            relative_step(model, cos, sin, step)
             solve_rows(jacobian, n_newton, step)
             linearise(model.connections, blocks, step, f)
-            for k in range(m):
+            reactions(model, cos, sin, f)
+            for k in range(pistons):
                 u[k] = u_free[k]
-            add_product(compliance, f, m, m, u)
+            answer(model, work, level, f, u)
         converged = sweep > 0
         while not converged:
             if iterations == MAX_ITERATIONS:
@@ -118,7 +148,8 @@ def solve_stage(
             # Residual u_free + H f − u, then (I − H J) δ = r on the Newton ports.
             for k in range(m):
                 step[k] = u_free[k] - u[k]
-            add_product(compliance, f, m, m, step)
+            answer(model, work, level, f, step)
+            relative_step(model, cos, sin, step)
             if not hold:
                 for k in range(blocks.shape[0]):
                     for j in range(16):
@@ -136,25 +167,30 @@ def solve_stage(
                     journal = max(journal, change)
             if not size < 1.0e12:
                 return DIVERGED
-            limit = 1.0
-            if journal > JOURNAL_STEP:
-                limit = JOURNAL_STEP / journal
-                for k in range(n_newton):
-                    step[k] *= limit
+            if model.layout[RODS] > 0.0:
+                # A pin in its floating big end is a journal too.
+                rod = int(model.layout[RODS])
+                for k in range(2 * model.cylinders.shape[0]):
+                    journal = max(journal, abs(step[rod + k] - step[journals + 1 + k]) / model.scales[rod + k])
+            limit = JOURNAL_STEP / journal if journal > JOURNAL_STEP else 1.0
             linearise(model.connections, blocks, step, f)
-            # With f + Jδ the ports follow, rotations included.
-            rotation = 0.0
+            reactions(model, cos, sin, f)
+            # With f + Jδ the ports follow, all of them; what no tangent foresaw shows in how far they go besides.
+            # Guided pistons stay where their own solution put them.
+            for k in range(pistons):
+                work.port[9, k] = u[k]
+                u[k] = u_free[k]
+            answer(model, work, level, f, u)
             if limit == 1.0:
-                for k in range(m):
-                    work.port[9, k] = u[k]
-                    u[k] = u_free[k]
-                add_product(compliance, f, m, m, u)
-                for k in range(n_newton, m):
+                rotation = 0.0
+                for k in range(n_newton, turning):
                     rotation = max(rotation, abs(u[k] - work.port[9, k]) / ROTATION_SCALE)
+                for k in range(turning, pistons):
+                    rotation = max(rotation, abs(u[k] - work.port[9, k]) / STANDING_SCALE)
+                size = max(size, rotation)
             else:
-                for k in range(n_newton):
-                    u[k] += step[k]
-            size = max(size, rotation)
+                for k in range(pistons):
+                    u[k] = work.port[9, k] + limit * (u[k] - work.port[9, k])
             if previous > 0.0 and limit == 1.0:
                 contraction = min(0.9, size / previous)
                 if not measured:
@@ -164,9 +200,18 @@ def solve_stage(
                 measured = True
             previous = size if limit == 1.0 else -1.0
             converged = limit == 1.0 and (contraction / (1.0 - contraction) * size <= tolerance or size < ROUNDING)
+            if limit == 1.0 and iterations >= CYCLING and size <= NOISE:
+                converged = True
         for i in range(n):
             q[i] = q_free[i]
-        add_product(work.response[level], f, m, n, q)
+        add_product(work.turning.response[level], f, turning, t, q)
+        if s > 0:
+            add_product(work.block.response[level], f[turning:], pistons - turning, s, q[t:])
+        if pistons < m:
+            shape = model.block.piston_shape
+            for c in range(0, m - pistons, 2):
+                q[t + s + c] += c_q * (shape[0, 0] * f[pistons + c] + shape[1, 0] * f[pistons + c + 1])
+                q[t + s + c + 1] += c_q * (shape[0, 1] * f[pistons + c] + shape[1, 1] * f[pistons + c + 1])
         moved = 0.0
         for i in range(n):
             new = (q[i] - big_q[i]) / c_q
@@ -187,6 +232,34 @@ def solve_stage(
     work.counters[2] += iterations
     work.counters[5] = max(work.counters[5], contraction * previous)
     return OK
+
+
+@kernel
+def to_ports(model, q, u):
+    """Motion (m,) of all ports in the modal motion q (n,)."""
+    t = int(model.layout[TURNING_MODES])
+    turning = model.ports.shape[0]
+    product(model.ports_transposed, q, t, turning, u)
+    block, s = model.block_ports.shape
+    if block > 0:
+        product(model.block_ports_transposed, q[t:], s, block, u[turning:])
+    shape = model.block.piston_shape
+    first = turning + block
+    for c in range(0, int(model.layout[PORTS]) - first, 2):
+        x = q[t + s + c]
+        y = q[t + s + c + 1]
+        u[first + c] = shape[0, 0] * x + shape[0, 1] * y
+        u[first + c + 1] = shape[1, 0] * x + shape[1, 1] * y
+
+
+@kernel
+def answer(model, work, level, f, u):
+    """Add what crank and block answer to forces f (m,) at their ports to u (m,): u += H f. Pistons stay."""
+    turning = model.ports.shape[0]
+    add_product(work.turning.compliance[level], f, turning, turning, u)
+    block = model.block_ports.shape[0]
+    if block > 0:
+        add_product(work.block.compliance[level], f[turning:], block, block, u[turning:])
 
 
 @kernel

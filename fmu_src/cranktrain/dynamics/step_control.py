@@ -11,8 +11,10 @@ import math
 
 from cranktrain.dynamics.equations_of_motion import (
     COS,
+    HELD_BLOCK,
     LEAD,
     LEAD_RATE,
+    LOAD,
     OMEGA,
     OMEGA_DOT,
     SIN,
@@ -23,10 +25,11 @@ from cranktrain.dynamics.equations_of_motion import (
 )
 from cranktrain.dynamics.film_memory import close_stage, close_step, fastest_closing, open_stage, open_step
 from cranktrain.dynamics.integrators import coefficients, integrate_step
-from cranktrain.dynamics.linear_algebra import add_product, product
-from cranktrain.dynamics.model import AMBIENT, FILTER, LEVELS, RIGID_ROTATION, STEP
-from cranktrain.dynamics.ports import CRANK_MODES, TILTS
-from cranktrain.dynamics.stage import DIVERGED, FIRST_CONTRACTION, OK, SINGULAR, solve_stage
+from cranktrain.dynamics.linear_algebra import add_product
+from cranktrain.dynamics.model import AMBIENT, DRIVEN, FILTER, LEVELS, RIGID_ROTATION, STEP
+from cranktrain.dynamics.ports import BORE_ROTATIONS, CRANK_MODES, PORTS, TILTS, TURNING_MODES
+from cranktrain.dynamics.relative_motion import relative_motion
+from cranktrain.dynamics.stage import DIVERGED, FIRST_CONTRACTION, OK, SINGULAR, solve_stage, to_ports
 from cranktrain.dynamics.state import (
     ACCELERATION,
     AUXILIARY,
@@ -57,7 +60,7 @@ from cranktrain.dynamics.state import (
 from cranktrain.film.laws import LINEAR
 from cranktrain.film.parameters import CLEARANCE, CONTACT_HEIGHT, LAW
 from cranktrain.kernel import kernel
-from cranktrain.loads.drive_line import frame_lead, shaft_motion
+from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_motion
 
 MAX_HALVINGS = 6
 FILM_HALVINGS = 3
@@ -73,7 +76,9 @@ STARTING_STEP = 1.0e-5
 STARTING_TOLERANCE = 1.0e-11
 """Backward-Euler steps (s) at the first angle: the films' velocities relax, accelerations come to agree with them."""
 HOLDING = 1.0e7
-"""N m/rad that hold the crank against turning meanwhile."""
+BLOCK_HOLDING = 1.0e12
+"""N m/rad that hold the crank against turning meanwhile, and (rad/s)² the block of an engine that turns: what shakes it
+as it runs would move it on soft mounts without end if it lasted."""
 GIVEN = 1.0e-3
 """Pa from the start value at which a pressure counts as given: masters that interpolate round its last digit."""
 REFACTOR = 0.01
@@ -87,7 +92,8 @@ def reconstruct(model, work, state, inputs, interval):
     """Take in the inputs of this communication point; value and rate for the coming interval go to ``work.inputs``."""
     rule = model.choices[1]
     last = state[LAST_INTERVAL]
-    for k in range(1 + model.cylinders.shape[0]):
+    cylinders = model.cylinders.shape[0]
+    for k in range(2 + cylinders):
         before = state[INPUTS_NOW + k] if last > 0.0 else inputs[k]
         now = inputs[k]
         state[INPUTS_BEFORE + k] = before
@@ -99,19 +105,37 @@ def reconstruct(model, work, state, inputs, interval):
         elif rule == 2.0:
             work.inputs[0, k] = before
             work.inputs[1, k] = (now - before) / interval
-        if k > 0 and abs(now - AMBIENT) > GIVEN:
+        if 0 < k <= cylinders and abs(now - AMBIENT) > GIVEN:
             state[PRESSURES_SET] = 1.0
     state[LAST_INTERVAL] = interval
 
 
 @kernel
-def frame_at(model, work, state, begin, tau, frame, pressures):
-    """Frame motion and cylinder pressures at ``tau`` into a sub-step that starts ``begin`` into the interval."""
+def base_motion(model, work, state, begin, tau):
+    """Angle, speed and acceleration of the shaft whose speed is given, ``tau`` into a sub-step.
+
+    Where a torque loads the shaft instead, they are those of a frame that follows the crank. Last comes what the state
+    keeps as the shaft's acceleration.
+    """
+    if model.scalars[DRIVEN] == 0.0:
+        n = model.omega2.shape[0]
+        unit = model.scalars[RIGID_ROTATION]
+        return following_motion(
+            state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], unit * state[offset(POSITION, n) + 5],
+            unit * state[offset(VELOCITY, n) + 5], unit * state[offset(ACCELERATION, n) + 5], tau,
+        )  # fmt: skip
     target = work.inputs[0, 0] + work.inputs[1, 0] * begin
     angle, speed, acceleration = shaft_motion(
         state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], target, work.inputs[1, 0],
         model.scalars[FILTER], tau,
     )  # fmt: skip
+    return angle, speed, acceleration, acceleration
+
+
+@kernel
+def frame_at(model, work, state, begin, tau, frame, pressures):
+    """Frame motion and cylinder pressures at ``tau`` into a sub-step that starts ``begin`` into the interval."""
+    angle, speed, acceleration, _ = base_motion(model, work, state, begin, tau)
     n = model.omega2.shape[0]
     unit = model.scalars[RIGID_ROTATION]
     frame[LEAD], frame[LEAD_RATE], lead_acceleration = frame_lead(
@@ -124,10 +148,26 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
     frame[WHIRL] = frame[OMEGA]
     frame[COS] = math.cos(frame[THETA])
     frame[SIN] = math.sin(frame[THETA])
+    load = model.cylinders.shape[0] + 1
+    frame[LOAD] = work.inputs[0, load] + work.inputs[1, load] * (begin + tau)
+    # A free crank runs ahead of its frame or behind; a driven one only swings about it.
+    firing = frame[THETA]
+    if model.scalars[DRIVEN] == 0.0:
+        firing += unit * (
+            state[offset(POSITION, n) + 5]
+            + tau * (state[offset(VELOCITY, n) + 5] + 0.5 * tau * state[offset(ACCELERATION, n) + 5])
+        )
+    if model.layout[BORE_ROTATIONS] > 0.0:
+        # Dead centre is where the cylinders point: the trace turns with the block that leans on its mounts.
+        t = int(model.layout[TURNING_MODES])
+        for i in range(6):
+            firing -= model.block.motion[5, i] * (
+                state[offset(POSITION, n) + t + i] + tau * state[offset(VELOCITY, n) + t + i]
+            )
     builtin = model.choices[0] == 1.0 or (model.choices[0] == 0.0 and state[PRESSURES_SET] == 0.0)
     for c in range(model.cylinders.shape[0]):
         if builtin:
-            pressures[c] = trace_pressure(model, c, frame[THETA], frame[OMEGA])
+            pressures[c] = trace_pressure(model, c, firing, frame[OMEGA])
         else:
             value = work.inputs[0, 1 + c] + work.inputs[1, 1 + c] * (begin + tau)
             pressures[c] = value if value > 0.0 else 0.0
@@ -135,12 +175,16 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
 
 @kernel
 def ports_at_state(model, work, state):
-    """Displacement, velocity, acceleration of the ports, from the state."""
+    """Displacement, velocity, acceleration of the ports, from the state, and their relative motion."""
     n = model.omega2.shape[0]
-    m = model.ports.shape[0]
     for block in range(3):
         o = offset(block, n)
-        product(model.ports_transposed, state[o : o + n], n, m, work.port[10 + block])
+        to_ports(model, state[o : o + n], work.port[10 + block])
+    angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE]
+    relative_motion(
+        model, math.cos(angle), math.sin(angle), state[SHAFT_SPEED] + state[LEAD_SPEED],
+        work.port[10], work.port[11], work.port[15], work.port[16],
+    )  # fmt: skip
 
 
 @kernel
@@ -148,8 +192,8 @@ def film_rate(model, work, state):
     """Largest rate (1/s) at which a film's least gap changes, over itself, from the ports at the state."""
     b = model.bearings.shape[0]
     tilts = int(model.layout[TILTS])
-    u = work.port[10]
-    ud = work.port[11]
+    u = work.port[15]
+    ud = work.port[16]
     rate = 0.0
     if model.films.values[0] > 0.0:
         rate = fastest_closing(model, work, state, state[SHAFT_SPEED] + state[LEAD_SPEED])
@@ -177,10 +221,10 @@ def film_rate(model, work, state):
 def sub_step(model, work, state, begin, h, halvings):
     """Advance the whole state by one step h that starts ``begin`` into the interval; a stage status.
 
-    The ports at the state must stand in ``work.port[10:13]``.
+    The ports at the state must stand in ``work.port[10:13]``, their relative motion in ``work.port[15:17]``.
     """
     n = model.omega2.shape[0]
-    m = model.ports.shape[0]
+    m = int(model.layout[PORTS])
     table = model.stages
     stages = int(table[0, 1])
     last = table.shape[1] - 1
@@ -200,20 +244,16 @@ def sub_step(model, work, state, begin, h, halvings):
     level = min(halvings, LEVELS - 1)
     if work.key[level, 0] != h or work.key[level, 1] != state[OMEGA_REFERENCE]:
         c_q, c_v = coefficients(table, h)
-        if factor_stage(model, work, level, c_q, c_v, state[OMEGA_REFERENCE], 0.0) != 0:
+        if factor_stage(model, work, level, c_q, c_v, state[OMEGA_REFERENCE], 0.0, 0.0) != 0:
             return SINGULAR
         work.key[level, 0] = h
         work.key[level, 1] = state[OMEGA_REFERENCE]
     open_step(model, work, state)
+    angle, speed, _, acceleration = base_motion(model, work, state, begin, h)
     status = integrate_step(model, work, state, level, h, work.frames, work.pressures)
     if status != OK:
         return status
     close_step(model, work, state)
-    target = work.inputs[0, 0] + work.inputs[1, 0] * begin
-    angle, speed, acceleration = shaft_motion(
-        state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], target, work.inputs[1, 0],
-        model.scalars[FILTER], h,
-    )  # fmt: skip
     state[SHAFT_ANGLE] = angle
     state[SHAFT_SPEED] = speed
     state[SHAFT_ACCELERATION] = acceleration
@@ -295,7 +335,7 @@ def settle(model, work, state, inputs, windup, rotation, rate):
     with them. Returns a stage status.
     """
     n = model.omega2.shape[0]
-    m = model.ports.shape[0]
+    m = int(model.layout[PORTS])
     b = model.bearings.shape[0]
     o_q = offset(POSITION, n)
     o_v = offset(VELOCITY, n)
@@ -308,23 +348,26 @@ def settle(model, work, state, inputs, windup, rotation, rate):
     frame = work.frames[0]
     frame_at(model, work, state, 0.0, 0.0, frame, work.pressures[0])
     frame[WHIRL] = 0.0
+    frame[HELD_BLOCK] = BLOCK_HOLDING if inputs[0] > 0.0 else 0.0
     out = work.stage[0]
     h = 1.0e-6
     elapsed = 0.0
     for _ in range(SETTLING_STEPS):
-        if factor_stage(model, work, 0, h * h, h, 0.0, HOLDING) != 0:
+        if factor_stage(model, work, 0, h * h, h, 0.0, HOLDING, frame[HELD_BLOCK]) != 0:
             return SINGULAR
         for i in range(n):
             # Velocity is dropped at every step: this is a descent, not a motion.
             work.modal[6, i] = state[o_q + i]
             work.modal[7, i] = 0.0
             work.modal[9, i] = 0.0
-        product(model.ports_transposed, state[o_q : o_q + n], n, m, work.port[14])
+        to_ports(model, state[o_q : o_q + n], work.port[14])
         for k in range(m):
             work.port[4, k] = work.port[14, k]
             work.port[5, k] = 0.0
         iterations = work.counters[2]
         ports_at_state(model, work, state)
+        for k in range(2 * b):
+            work.port[12, k] = work.port[15, k]
         open_step(model, work, state)
         open_stage(model, work, 0, h, h, h)
         status = solve_stage(
@@ -340,10 +383,12 @@ def settle(model, work, state, inputs, windup, rotation, rate):
             continue
         elapsed += h
         moved = 0.0
-        for k in range(2 * b):
-            moved = max(moved, abs(work.port[0, k] - work.port[14, k]) / model.bearings[k // 2, CLEARANCE])
         for i in range(n):
             state[o_q + i] = out[0, i]
+        ports_at_state(model, work, state)
+        for k in range(2 * b):
+            # The place in the bore, film by film.
+            moved = max(moved, abs(work.port[15, k] - work.port[12, k]) / model.bearings[k // 2, CLEARANCE])
         close_step(model, work, state)
         if (moved < SETTLED and h > 1.0e-3) or elapsed > SETTLING_TIME:
             break
@@ -353,34 +398,44 @@ def settle(model, work, state, inputs, windup, rotation, rate):
         elif iterations > 16:
             h *= 0.5
     # Bending stands still in space, wind-up turns with the shaft.
-    for i in range(n):
+    t = int(model.layout[TURNING_MODES])
+    for i in range(t):
         work.modal[9, i] = 0.0
     state[o_q + 5] = 0.0
-    add_product(model.gyroscopic, state[o_q : o_q + n], n, n, work.modal[9])
-    for i in range(n):
-        state[o_v + i] = -frame[OMEGA] * work.modal[9, i]
+    add_product(model.gyroscopic, state[o_q : o_q + t], t, t, work.modal[9])
+    for i in range(t):
+        state[o_v + i] -= frame[OMEGA] * work.modal[9, i]
     state[o_q + 5] = rotation / model.scalars[RIGID_ROTATION]
     state[o_v + 5] += rate / model.scalars[RIGID_ROTATION]
-    for i in range(int(model.layout[CRANK_MODES]), n):
-        # Free big ends turn with the crank; their Euler load is √m e_z×X.
+    for i in range(int(model.layout[CRANK_MODES]), t):
+        # Free big ends, ring and rotor turn with the crank; their Euler load is √m e_z×X.
         state[o_q + i] += rotation * model.euler_load[i]
         state[o_v + i] += rate * model.euler_load[i]
-    state[SHAFT_ANGLE] = -windup
-    state[LEAD_ANGLE] = windup
-    frame[LEAD] = windup
+    if model.scalars[DRIVEN] == 0.0:
+        # A free rotor hangs back by the shaft's wind-up instead.
+        for i in range(int(model.layout[CRANK_MODES]), t):
+            if model.rotor[i] != 0.0:
+                state[o_q + i] = -windup / model.rotor[i]
+                state[o_v + i] = 0.0
+    else:
+        state[SHAFT_ANGLE] = -windup
+        state[LEAD_ANGLE] = windup
+        frame[LEAD] = windup
     frame[WHIRL] = frame[OMEGA]
+    frame[HELD_BLOCK] = 0.0
     h = STARTING_STEP
-    if factor_stage(model, work, 0, h * h, h, frame[OMEGA], 0.0) != 0:
+    if factor_stage(model, work, 0, h * h, h, frame[OMEGA], 0.0, 0.0) != 0:
         return SINGULAR
     status = OK
-    for _ in range(STARTING_STEPS):
+    done = 0
+    while done < STARTING_STEPS:
         for i in range(n):
             work.modal[7, i] = state[o_v + i]
             work.modal[6, i] = state[o_q + i] + h * state[o_v + i]
             work.modal[9, i] = 0.0
-        product(model.ports_transposed, work.modal[6], n, m, work.port[14])
-        product(model.ports_transposed, work.modal[6], n, m, work.port[4])
-        product(model.ports_transposed, work.modal[7], n, m, work.port[5])
+        to_ports(model, work.modal[6], work.port[14])
+        to_ports(model, work.modal[6], work.port[4])
+        to_ports(model, work.modal[7], work.port[5])
         ports_at_state(model, work, state)
         open_step(model, work, state)
         open_stage(model, work, 0, h, h, h)
@@ -391,7 +446,12 @@ def settle(model, work, state, inputs, windup, rotation, rate):
         if status == OK and close_stage(model, work, frame) != OK:
             status = DIVERGED
         if status != OK:
-            return status
+            # Films that close fast as their velocities relax want shorter steps.
+            h *= 0.1
+            if h < SHORTEST or factor_stage(model, work, 0, h * h, h, frame[OMEGA], 0.0, 0.0) != 0:
+                return status
+            continue
+        done += 1
         close_step(model, work, state)
         for i in range(n):
             state[o_q + i] = out[0, i]

@@ -21,8 +21,8 @@ from cranktrain.errors import InputError
 from cranktrain.film.heat_balance import balanced_temperature
 from cranktrain.reduced_body import Array
 
-FILM_TEMPERATURES = ("engine", "heat-balance")
-"""Where films have their temperature from: the engine's oil at its speed, or the heat balance of each bearing."""
+TEMPERATURES = ("engine", "heat-balance")
+"""Where films and damper have their temperature from: the engine's table over speed, or their own heat balance."""
 SETTLED = 0.5
 """Change of every film's temperature below which the balance has settled, K."""
 PASSES = 6
@@ -31,9 +31,9 @@ PASSES = 6
 
 def check_level(bearings: str) -> None:
     """Refuse a bearing level without oil; ``InputError``."""
-    if bearings == "linear":
+    if bearings in ("linear", "roller"):
         raise InputError(
-            "bearing level 'linear' has no oil that friction warms; choose impedance, table, reynolds or ehd, "
+            f"bearing level '{bearings}' has no oil that friction warms; choose impedance, table, reynolds or ehd, "
             "or film temperature 'engine'"
         )
 
@@ -77,7 +77,7 @@ def warn_of_bounds(bounds: tuple[str, ...]) -> None:
 def warn_unsettled(change: float, passes: int) -> None:
     """Warn of temperatures that the last of ``passes`` runs would still change by ``change`` K."""
     warnings.warn(
-        f"heat balance not settled by pass {passes}: film temperatures would still change by {change:.2g} K; "
+        f"heat balance not settled by pass {passes}: temperatures would still change by {change:.2g} K; "
         "run more cycles",
         stacklevel=3,
     )

@@ -29,8 +29,9 @@ IMPEDANCE = 1
 TABLE = 2
 REYNOLDS = 3
 EHD = 4
-LAWS = {"linear": LINEAR, "impedance": IMPEDANCE, "table": TABLE, "reynolds": REYNOLDS, "ehd": EHD}
-TILTED = ("table", "reynolds", "ehd")
+ROLLER = 5
+LAWS = {"linear": LINEAR, "impedance": IMPEDANCE, "table": TABLE, "reynolds": REYNOLDS, "ehd": EHD, "roller": ROLLER}
+TILTED = ("table", "reynolds", "ehd", "roller")
 """Levels that feel the tilt of the journal."""
 BIG_END_LEVELS = ("rigid", "impedance", "table")
 

@@ -35,8 +35,8 @@ FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE = range(7)
 # Columns of ``numbers``: the journal's speed (rad/s); cosine and sine of the frame's angle; time from the step's start
 # to the stage, step, g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; 1 where tangents are held: a law
 # may leave those that it found last; and for a bore that turns as well, where SPEED is the sum of both speeds, their
-# difference.
-SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, HELD, RUBBING, NUMBERS = range(10)
+# difference; the frame's angle, whole turns counted (rad).
+SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, HELD, RUBBING, ANGLE, NUMBERS = range(11)
 
 
 class Films(NamedTuple):

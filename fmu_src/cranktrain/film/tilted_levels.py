@@ -6,35 +6,39 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.engine import PlainBearing
+from cranktrain.engine import PlainBearing, RollerBearings
 from cranktrain.errors import InputError
 from cranktrain.film.bore_compliance import BoreCompliance
 from cranktrain.film.database import FilmTable
 from cranktrain.film.elastic_law import elastic_bore, elastic_law, film_size
 from cranktrain.film.parameters import VISCOSITY
 from cranktrain.film.rigid_bore import aligned_law, reynolds_law, rigid_bore, table_law
+from cranktrain.film.roller_law import roller_law, roller_seats
 from cranktrain.film.tilted import SIZE, Films, no_films
 from cranktrain.kernel import keep_record, kernel_address
 from cranktrain.reduced_body import Array
 
-LAWS = {"table": table_law, "reynolds": reynolds_law, "ehd": elastic_law}
+LAWS = {"table": table_law, "reynolds": reynolds_law, "ehd": elastic_law, "roller": roller_law}
 
 
 def tilted_films(
-    bearing: PlainBearing,
+    bearing: PlainBearing | None,
     level: str,
     parameters: Array,
     table: FilmTable | None = None,
     bore: BoreCompliance | None = None,
+    rollers: RollerBearings | None = None,
 ) -> Films:
-    """Films of the main journals, equal but for their viscosity; compiles their law.
+    """Films of the main journals, equal but for their viscosity, or their roller bearings; compiles their law.
 
     Parameters
     ----------
-    level : table, reynolds or ehd; any other feels no tilt
+    bearing : for films
+    level : table, reynolds, ehd or roller; any other feels no tilt
     parameters : (b, 13) of each bearing, see :mod:`cranktrain.film.parameters`
     table : for level ``table``
     bore : for level ``ehd``
+    rollers : for level ``roller``, which reads nothing else
 
     Raises
     ------
@@ -44,6 +48,14 @@ def tilted_films(
     films = no_films(len(parameters))
     if level not in LAWS:
         return films
+    if level == "roller":
+        if rollers is None:
+            raise InputError("bearing level 'roller' needs [main_roller] in the engine file; add it, or take a film")
+        return _entered(films, roller_seats(rollers), roller_law)
+    if bearing is None:
+        raise InputError(
+            f"bearing level '{level}' needs [main_bearing], which the engine file lacks; take level roller or linear"
+        )
     if level == "table" and table is None:
         ratio = bearing.width / bearing.diameter
         raise InputError(f"bearing level 'table' needs a film table of L/D {ratio:.4g}; make it by film-table")
@@ -57,7 +69,9 @@ def tilted_films(
     return _entered(films, record, LAWS[level])
 
 
-def floating_films(bearing: PlainBearing, level: str, parameters: Array, table: FilmTable | None = None) -> Films:
+def floating_films(
+    bearing: PlainBearing | None, level: str, parameters: Array, table: FilmTable | None = None
+) -> Films:
     """Films of big ends at level ``table``; ``parameters`` (c, 13), ``table`` may lack tilt.
 
     Raises
@@ -66,7 +80,7 @@ def floating_films(bearing: PlainBearing, level: str, parameters: Array, table: 
         without a table, or with one of another bearing
     """
     films = no_films(len(parameters))
-    if level != "table":
+    if level != "table" or bearing is None:
         return films
     if table is None:
         ratio = bearing.width / bearing.diameter
