@@ -11,9 +11,10 @@ Layout (little-endian)::
     64            header: JSON, padded with spaces
                   values: float64 arrays in C order, at the offsets (in values) that the header gives
 
-The header holds ``engine`` (SI, as :func:`cranktrain.engine.engine_to_dict` writes it), ``body``, ``table``,
-``big_end_table`` and ``bore`` (what is not an array) and ``arrays`` (name, shape, offset). Film tables and elastic bore
-may be absent. Equal data give equal bytes. A body's records and basis, which serve reports, stay behind.
+The header holds ``engine`` (SI, as :func:`cranktrain.engine.engine_to_dict` writes it), the bodies ``body``,
+``damped_body`` and ``block``, ``table``, ``big_end_table``, ``bore`` and ``block_bore`` (what is not an array) and
+``arrays`` (name, shape, offset). All but engine and body may be absent. Equal data give equal bytes. A body's records
+and basis, which serve reports, stay behind.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ from cranktrain.reduced_body import SCHEMA as BODY_SCHEMA
 from cranktrain.reduced_body import ReducedBody
 
 MAGIC = b"CRNKTRN\0"
-SCHEMA = 2
+SCHEMA = 3
 _PREFIX = struct.Struct("<8sIIQQ32s")
 _ARRAYS = (
     "omega",
@@ -53,57 +54,72 @@ _ARRAYS = (
     "centre",
     "inertia",
 )
+_BODIES = ("body", "damped_body", "block")
+_TABLES = ("table", "big_end_table")
+_BORES = ("bore", "block_bore")
 _ERRORS = ("aligned_error", "tilted_error")
-_BORE = ("coefficients", "compliance", "load_coupling", "captured")
+_SHAPES = ("coefficients", "compliance", "load_coupling", "captured")
 
 
 class FlatModel(NamedTuple):
-    """What a flat binary holds."""
+    """What a flat binary holds.
+
+    ``damped_body`` is the crankshaft with the damper's housing on its pulley. ``bore`` moves as a whole, on ground;
+    ``block_bore`` leaves that to the modes of a flexible block.
+    """
 
     engine: Engine
     body: ReducedBody
     table: FilmTable | None = None
     bore: BoreCompliance | None = None
     big_end_table: FilmTable | None = None
+    block: ReducedBody | None = None
+    damped_body: ReducedBody | None = None
+    block_bore: BoreCompliance | None = None
 
 
 def to_bytes(model: FlatModel) -> bytes:
     """The model in the layout of this module; ``StoreError`` where a value is not finite."""
-    engine, body, table, bore, big_end_table = model
-    named = {name: getattr(body, name) for name in _ARRAYS}
-    tables = {"table": table, "big_end_table": big_end_table}
+    bodies = {key: getattr(model, key) for key in _BODIES}
+    named = {f"{key}.{name}": getattr(body, name) for key, body in bodies.items() if body for name in _ARRAYS}
+    tables = {key: getattr(model, key) for key in _TABLES}
     for key, films in tables.items():
         if films is not None:
             named |= {f"{key}.{name}": array for name, array in films.arrays._asdict().items()}
             named |= {f"{key}.{name}": getattr(films, name) for name in _ERRORS}
-    if bore is not None:
-        named |= {f"bore.{name}": getattr(bore, name) for name in _BORE}
+    bores = {key: getattr(model, key) for key in _BORES}
+    named |= {f"{key}.{name}": getattr(bore, name) for key, bore in bores.items() if bore for name in _SHAPES}
     arrays, values, offset = [], [], 0
     for name, given in named.items():
         array = np.ascontiguousarray(given, dtype="<f8")
         if not np.isfinite(array).all():
-            raise StoreError(f"body '{body.name}': '{name}' holds values that are not finite; make it again")
+            raise StoreError(f"body '{model.body.name}': '{name}' holds values that are not finite; make it again")
         arrays.append({"name": name, "shape": list(array.shape), "offset": offset})
         values.append(array.tobytes())
         offset += array.size
     header = {
-        "engine": engine_to_dict(engine),
-        "body": {
-            "schema": BODY_SCHEMA,
-            "name": body.name,
-            "interfaces": list(body.interfaces),
-            "mass": float(body.mass),
-            "digest": body.digest,
-            "quality": {key: float(value) for key, value in body.quality.items()},
-        },
+        "engine": engine_to_dict(model.engine),
+        **{key: None if body is None else _about(body) for key, body in bodies.items()},
         **{key: None if films is None else asdict(films.settings) for key, films in tables.items()},
-        "bore": None if bore is None else {"area": bore.area},
+        **{key: None if bore is None else {"area": bore.area} for key, bore in bores.items()},
         "arrays": arrays,
     }
     text = json.dumps(header, sort_keys=True, separators=(",", ":"), ensure_ascii=True).encode()
     text += b" " * (-len(text) % 8)
     content = text + b"".join(values)
     return _PREFIX.pack(MAGIC, SCHEMA, 0, len(text), offset, hashlib.sha256(content).digest()) + content
+
+
+def _about(body: ReducedBody) -> dict[str, Any]:
+    """What a body holds besides arrays."""
+    return {
+        "schema": BODY_SCHEMA,
+        "name": body.name,
+        "interfaces": list(body.interfaces),
+        "mass": float(body.mass),
+        "digest": body.digest,
+        "quality": {key: float(value) for key, value in body.quality.items()},
+    }
 
 
 def from_bytes(data: bytes, name: str = "model") -> FlatModel:
@@ -130,35 +146,40 @@ def from_bytes(data: bytes, name: str = "model") -> FlatModel:
         raise StoreError(f"{name}: truncated or changed since it was written (digest differs); {remedy}")
     header = json.loads(content[:n_header])
     values = np.frombuffer(content, dtype="<f8", offset=n_header).astype(np.float64)
-    about: dict[str, Any] = header["body"]
-    if about["schema"] != BODY_SCHEMA:
-        raise StoreError(f"{name}: body of schema {about['schema']}, not {BODY_SCHEMA}; {remedy}")
     arrays: dict[str, Any] = {}
     for entry in header["arrays"]:
         size = int(np.prod(entry["shape"]))
         array = values[entry["offset"] : entry["offset"] + size].reshape(entry["shape"]).copy()
         arrays[entry["name"]] = array
-    body = ReducedBody(
-        name=about["name"],
-        interfaces=tuple(about["interfaces"]),
-        mass=about["mass"],
-        digest=about["digest"],
-        quality=about["quality"],
-        **{key: arrays[key] for key in _ARRAYS},
-    )
-    bore = None
-    tables: dict[str, FilmTable | None] = {"table": None, "big_end_table": None}
-    for key in tables:
+    parts: dict[str, Any] = {}
+    for part in _BODIES:
+        about = header[part]
+        if about is None:
+            continue
+        if about["schema"] != BODY_SCHEMA:
+            raise StoreError(f"{name}: {part} of schema {about['schema']}, not {BODY_SCHEMA}; {remedy}")
+        parts[part] = ReducedBody(
+            name=about["name"],
+            interfaces=tuple(about["interfaces"]),
+            mass=about["mass"],
+            digest=about["digest"],
+            quality=about["quality"],
+            **{key: arrays[f"{part}.{key}"] for key in _ARRAYS},
+        )
+    for key in _TABLES:
         if header[key] is not None:
             data_of = {field: arrays[f"{key}.{field}"] for field in TableArrays._fields}
             errors = [arrays[f"{key}.{field}"] for field in _ERRORS]
-            tables[key] = FilmTable(TableSettings(**header[key]), TableArrays(**data_of), *errors)
-    if header["bore"] is not None:
-        bore = BoreCompliance(**{key: arrays[f"bore.{key}"] for key in _BORE}, area=header["bore"]["area"])
+            parts[key] = FilmTable(TableSettings(**header[key]), TableArrays(**data_of), *errors)
+    for key in _BORES:
+        if header[key] is not None:
+            data_of = {field: arrays[f"{key}.{field}"] for field in _SHAPES}
+            parts[key] = BoreCompliance(**data_of, area=header[key]["area"])
     try:
-        return FlatModel(engine_from_dict(header["engine"]), body, tables["table"], bore, tables["big_end_table"])
+        engine = engine_from_dict(header["engine"])
     except InputError as error:
         raise StoreError(f"{name}: {error}; {remedy}") from None
+    return FlatModel(engine, **parts)
 
 
 def write_model(path: str | Path, model: FlatModel) -> Path:

@@ -123,6 +123,51 @@ def _film_extremes(outputs: Mapping[str, Array], name: str, last: NDArray[np.boo
     }
 
 
+def engine_summary(angle: Array, outputs: Mapping[str, Array]) -> dict[str, Any]:
+    """What the last cycle says of shaft, damper, pistons, mounts and cover; what a level lacks is 0 or empty.
+
+    Forces and moments of a mount, and displacements of the engine, are [mean, least, largest] along x, y, z.
+    """
+    last = angle >= angle[-1] - 4.0 * math.pi
+
+    def spread(name: str, scale: float = 1.0) -> list[float]:
+        values = scale * outputs[name][last]
+        return [float(values.mean()), float(values.min()), float(values.max())]
+
+    def vector(name: str, scale: float = 1.0) -> list[list[float]]:
+        return [spread(f"{name}.{axis}", scale) for axis in "xyz"]
+
+    pistons = [
+        {
+            "lateral_um": spread(f"piston[{i}].lateral", 1e6),
+            "tilt_mrad": spread(f"piston[{i}].tilt", 1e3),
+            "side_force_n": spread(f"piston[{i}].side_force"),
+            "friction_n": spread(f"piston[{i}].friction"),
+        }
+        for i in range(1, sum(name.endswith("].side_force") for name in outputs) + 1)
+    ]
+    mounts = [
+        {"force_n": vector(f"mount[{i}].force"), "moment_nm": vector(f"mount[{i}].moment")}
+        for i in range(1, sum(name.startswith("mount[") and name.endswith("].force.x") for name in outputs) + 1)
+    ]
+    torque = outputs["damper.torque"][last]
+    return {
+        "shaft_torque_nm": vibration(angle, outputs["shaft.torque"], 1.0),
+        "damper": {
+            "torque_nm": float(np.abs(torque).max()),
+            "power_w": float(outputs["damper.heat"][last].mean()),
+            "temperature_c": float(outputs["damper.temperature"][-1] - ZERO_CELSIUS) if torque.any() else None,
+        },
+        "pistons": pistons,
+        "mounts": mounts,
+        "engine": {
+            "position_um": vector("engine.position", 1e6),
+            "rotation_mrad": vector("engine.rotation", 1e3),
+        },
+        "cover": {"acceleration_m_per_s2": vibration(angle, outputs["cover.acceleration"], 1.0)},
+    }
+
+
 def run_summary(run: Run, result_path: str) -> dict[str, Any]:
     """Summary of a run: the object that ``cranktrain simulate --json`` prints.
 
@@ -141,5 +186,6 @@ def run_summary(run: Run, result_path: str) -> dict[str, Any]:
             for row, temperature in zip(bearing_rows(run.angle, run.outputs), run.film_temperatures, strict=True)
         ],
         "big_ends": big_end_rows(run.angle, run.outputs),
+        **engine_summary(run.angle, run.outputs),
         "result": result_path,
     }

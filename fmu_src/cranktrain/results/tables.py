@@ -18,6 +18,8 @@ class Table(NamedTuple):
 
 
 NOTHING = "–"
+# Modes whose crank shapes agree less (modal assurance criterion) are not called the same.
+SAME_SHAPE = 0.5
 
 
 def frequency_tables(engine: Engine, report: Mapping[str, Any]) -> list[Table]:
@@ -30,11 +32,12 @@ def frequency_tables(engine: Engine, report: Mapping[str, Any]) -> list[Table]:
 
 
 def free_table(engine: Engine, part: Mapping[str, Any]) -> Table:
-    """Modes of the free crankshaft with flywheel and pulley; its torsional modes beside the published ones."""
+    """Modes of the free crankshaft with what is attached; its torsional modes beside the published ones."""
     ours = part["torsional_hz"]
     published = [("torsional", hz, 0.0, own) for hz, own in zip(engine.published.free_torsional_hz, ours, strict=False)]
     rows = tuple(row[:-1] for row in _beside(part["modes"], published, 6))
-    return Table("Free crankshaft with flywheel and pulley, no rods", _HEADER[:-1], rows)
+    parts = "flywheel, clutch and pulley" if engine.clutch else "flywheel and pulley"
+    return Table(f"Free crankshaft with {parts}, no rods", _HEADER[:-1], rows)
 
 
 def cranktrain_table(engine: Engine, part: Mapping[str, Any]) -> Table:
@@ -75,8 +78,31 @@ def critical_speed_table(engine: Engine, speeds: Sequence[Mapping[str, float]]) 
     return Table("Critical speeds of the first torsional mode", header, tuple(rows))
 
 
+def block_tables(part: Mapping[str, Any]) -> list[Table]:
+    """Modes of the cranktrain in its flexible block beside those on ground, and all of them with their shares."""
+    header = ("ground / Hz", "shape", "rigid block / Hz", "flexible / Hz", "change", "MAC", "energy in block / %")
+    rows = []
+    for pair in part["ground"]:
+        found = (f"{pair['hz']:.1f}", f"{pair['change_percent']:+z.1f} %", f"{pair['mac']:.2f}")
+        energy = f"{100.0 * pair['block_share']:.0f}"
+        stiff = f"{pair['rigid_block_hz']:.1f}" if pair["rigid_block_mac"] >= SAME_SHAPE else NOTHING
+        alike = (*found, energy) if pair["mac"] >= SAME_SHAPE else 4 * (NOTHING,)
+        rows.append((f"{pair['ground_hz']:.1f}", str(pair["shape"]), stiff, *alike))
+    kinds = ("bending", "torsional", "axial", "block")
+    modes = tuple(
+        (f"{mode['hz']:.1f}", str(mode["shape"]), *(f"{100.0 * mode['shares'][kind]:.0f}" for kind in kinds))
+        for mode in part["modes"]
+    )
+    mounts = ", ".join(f"{hz:.1f}" for hz in part["mounts_hz"])
+    title = f"Cranktrain in its flexible block; the engine on its mounts at {mounts} Hz"
+    return [
+        Table("Cranktrain on ground, and in its block on mounts; paired by the crank's shape", header, tuple(rows)),
+        Table(title, ("Hz", "shape", *(f"{kind} / %" for kind in kinds)), modes),
+    ]
+
+
 def run_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """Pulley motion, main bearings and big ends of a run summary."""
+    """Pulley motion, main bearings, big ends, and what else of the engine runs, of a run summary."""
     rows = []
     for name, unit in (("torsion_deg", "deg"), ("axial_um", "um")):
         motion = summary["pulley"][name]
@@ -95,7 +121,45 @@ def run_tables(summary: Mapping[str, Any]) -> list[Table]:
         pulley,
         _bearing_table("Main bearings over the last cycle", summary["bearings"]),
         _bearing_table("Big ends over the last cycle", summary["big_ends"]),
+        *engine_tables(summary),
     ]
+
+
+def engine_tables(summary: Mapping[str, Any]) -> list[Table]:
+    """Shaft and damper; pistons, mounts and the engine as a whole where they move."""
+    shaft, damper = summary["shaft_torque_nm"], summary["damper"]
+    rows = [("shaft torque / N m", f"{shaft['mean']:.4g}", f"alternating {shaft['peak_to_peak']:.4g} peak to peak")]
+    if damper["temperature_c"] is not None:
+        warm = f"{damper['power_w']:.4g} W at {damper['temperature_c']:.1f} degC"
+        rows.append(("damper torque / N m", f"{damper['torque_nm']:.4g}", f"largest; {warm}"))
+    cover = summary["cover"]["acceleration_m_per_s2"]
+    if cover["peak_to_peak"] > 0.0:
+        strongest = sorted(cover["orders"], key=lambda line: -line[1])[:3]
+        orders = ", ".join(f"{order:g}: {amplitude:.3g}" for order, amplitude in strongest)
+        rows.append(("cover / m/s^2", f"{cover['peak_to_peak']:.4g}", f"peak to peak; orders {orders}"))
+    tables = [Table("Drive line and cover over the last cycle", ("quantity", "value", "besides"), tuple(rows))]
+    if summary["mounts"] and cover["peak_to_peak"] > 0.0:
+        moved = [
+            (f"engine {name} {axis} / {unit}", *(f"{value:.4g}" for value in summary["engine"][key][k]))
+            for key, name, unit in (("position_um", "along", "um"), ("rotation_mrad", "about", "mrad"))
+            for k, axis in enumerate("xyz")
+        ]
+        moved += [
+            (f"mount[{i}] {axis} / N", *(f"{value:.4g}" for value in mount["force_n"][k]))
+            for i, mount in enumerate(summary["mounts"], 1)
+            for k, axis in enumerate("xyz")
+        ]
+        header: tuple[str, ...] = ("", "mean", "least", "largest")
+        tables.append(Table("Engine on its mounts over the last cycle", header, tuple(moved)))
+    if any(any(piston["lateral_um"]) for piston in summary["pistons"]):
+        columns = ("lateral_um", "tilt_mrad", "side_force_n", "friction_n")
+        slides = tuple(
+            (f"piston[{i}]", *(f"{piston[key][1]:.3g} to {piston[key][2]:.3g}" for key in columns))
+            for i, piston in enumerate(summary["pistons"], 1)
+        )
+        header = ("", "across / um", "tilt / mrad", "side force / N", "friction / N")
+        tables.append(Table("Pistons in their liners over the last cycle, least to largest", header, slides))
+    return tables
 
 
 # key of a bearing's summary, header, scale, format; the last two are left out where no film has them
