@@ -66,7 +66,8 @@ def main(arguments: list[str] | None = None) -> int:
             _write(path, model_description(engine))
         else:
             body = reduced_body(engine, _say)
-            path = build(engine, body, Path(chosen.output), _say, **film_data(engine, chosen.film_table, _say))
+            data = structure_data(engine, _say) | film_data(engine, chosen.film_table, _say)
+            path = build(engine, body, Path(chosen.output), _say, **data)
             if chosen.reference:
                 write_reference(path, _say)
     except CranktrainError as error:
@@ -88,15 +89,38 @@ def reduced_body(engine: Engine, say: Callable[[str], None]) -> ReducedBody:
     return running_body(engine, progress=say)
 
 
+def structure_data(engine: Engine, say: Callable[[str], None]) -> dict[str, Any]:
+    """Block, and crankshaft with the damper's housing, where the engine has them."""
+    from cranktrain.loads.damper import with_damper_housing
+    from cranktrain.structure.block import running_block
+    from cranktrain.structure.reduction import running_body
+
+    data: dict[str, Any] = {}
+    if engine.block is not None and engine.mounts is not None:
+        say(f"{engine.name}: reduced block")
+        data["block"] = running_block(engine, progress=say)
+    if engine.damper is not None:
+        data["damped_body"] = running_body(with_damper_housing(engine), progress=say)
+    return data
+
+
 def film_data(engine: Engine, table: bool, say: Callable[[str], None]) -> dict[str, Any]:
-    """Elastic bore, and where asked for the film tables of mains and big ends; from the cache or made now."""
+    """Elastic bores, and where asked for the film tables of mains and big ends; from the cache or made now.
+
+    On ground the bore is a saddle's, which moves as a whole; in a flexible block it is the block's own.
+    """
     from cranktrain.film.database import TableSettings
     from cranktrain.film_table import film_table
+    from cranktrain.structure.block_bore import block_bore_compliance
     from cranktrain.structure.saddle import bore_compliance
 
+    if engine.main_roller is not None:
+        return {}
     data: dict[str, Any] = {"bore": bore_compliance(engine, SHAPES, with_motion=True, progress=say)}
+    if engine.block is not None and engine.mounts is not None:
+        data["block_bore"] = block_bore_compliance(engine, SHAPES, progress=say)
     if table:
-        bearing = engine.main_bearing
+        bearing = engine.plain_mains
         settings = TableSettings(bearing.width / bearing.diameter, bearing.groove)
         say(f"{engine.name}: film table of L/D {settings.length_ratio:.4g}")
 
@@ -115,7 +139,8 @@ def film_data(engine: Engine, table: bool, say: Callable[[str], None]) -> dict[s
 def build(engine: Engine, body: ReducedBody, folder: Path, say: Callable[[str], None], **data: Any) -> Path:
     """Write the FMU of ``engine`` with ``body`` into ``folder``; returns its path.
 
-    ``data`` may hold ``table``, ``big_end_table`` and ``bore``, which levels ``table`` and ``ehd`` of the FMU need.
+    ``data`` may hold what levels of it need: ``block``, ``damped_body``, ``bore``, ``block_bore``, ``table`` and
+    ``big_end_table``.
 
     The file appears whole or not at all. ``InputError`` where the interface or the code cannot go into an FMU.
     """
@@ -208,7 +233,8 @@ def _contents(engine: Engine, interface: Interface, data: bytes) -> Contents:
 
 def family_counts(engine: Engine) -> dict[str, int]:
     """How many members each family of interface.toml has for an engine."""
-    return {"cylinders": engine.n_cylinders, "main_bearings": len(engine.crankshaft.main_widths)}
+    mounts = len(engine.mounts.x) if engine.mounts is not None else 0
+    return {"cylinders": engine.n_cylinders, "main_bearings": len(engine.crankshaft.main_widths), "mounts": mounts}
 
 
 def running_code() -> dict[str, bytes]:

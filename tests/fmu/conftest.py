@@ -1,39 +1,40 @@
-"""The FMU under test: built as a user builds it, from a coarse mesh of the default engine."""
+"""The FMUs under test, built as a user builds them: the default engine's, and both engines' with all that they have."""
 
 import os
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
+import build_fmu
 import pytest
-
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT))
-
-COARSE = 0.025  # m; a mesh of seconds: these tests are about the FMU, not about the crankshaft
+from coarse_engines import COARSE, built, coarse
 
 
 @pytest.fixture(scope="session")
 def engine():
-    from cranktrain.engine import load_engine
-
-    engine = load_engine("diesel_i6")
-    return replace(engine, crankshaft=replace(engine.crankshaft, mesh_size=COARSE))
+    return coarse("diesel_i6").engine
 
 
 @pytest.fixture(scope="session")
-def body(engine):
-    from cranktrain.structure.reduction import running_body
-
-    return running_body(engine)
+def body():
+    return coarse("diesel_i6").body
 
 
 @pytest.fixture(scope="session")
 def fmu(engine, body, tmp_path_factory):
-    import build_fmu
-
+    """The six's FMU without block and damper."""
     return build_fmu.build(engine, body, tmp_path_factory.mktemp("fmu"), print)
+
+
+@pytest.fixture(scope="session", params=list(COARSE))
+def whole(request):
+    """Each engine with block and damper."""
+    return coarse(request.param)
+
+
+@pytest.fixture(scope="session")
+def whole_fmu(whole, tmp_path_factory):
+    return built(whole, tmp_path_factory.mktemp(whole.engine.name))
 
 
 @pytest.fixture(scope="session")
@@ -60,7 +61,7 @@ def script(cache):
             capture_output=True,
             text=True,
             env=environment,
-            timeout=300,
+            timeout=900,  # kernels may be compiled within, on a busy machine
         )
         if check:
             assert done.returncode == 0, done.stderr[-3000:]

@@ -16,8 +16,8 @@ from cranktrain.errors import InputError
 from cranktrain.fmi_description import expand, read_interface
 
 
-def test_fmpy_finds_no_problem(fmu):
-    assert validate_fmu(str(fmu)) == []
+def test_fmpy_finds_no_problem(whole_fmu):
+    assert validate_fmu(str(whole_fmu)) == []
 
 
 def test_equal_inputs_give_equal_bytes(fmu, engine, body, tmp_path):
@@ -40,8 +40,11 @@ def test_shown_description_is_the_built_one(fmu, engine):
     assert guid.sub("", shown) == guid.sub("", built), "run: python build_fmu.py diesel_i6 --description"
 
 
-def test_archive_holds_what_a_respected_fmu_holds(fmu, engine):
-    with zipfile.ZipFile(fmu) as archive:
+def test_archive_holds_what_a_respected_fmu_holds(whole, whole_fmu):
+    engine = whole.engine
+    model = {"diesel_i6": "CranktrainDieselI6", "diesel_v8": "CranktrainDieselV8"}[engine.name]
+    assert whole_fmu.name == f"{model}.fmu"
+    with zipfile.ZipFile(whole_fmu) as archive:
         names = set(archive.namelist())
         page = archive.read("documentation/index.html").decode()
         assert archive.read("model.png")[:4] == b"\x89PNG"
@@ -51,20 +54,26 @@ def test_archive_holds_what_a_respected_fmu_holds(fmu, engine):
         "documentation/licenses/license.txt",
         "documentation/licenses/pythonfmu.txt",
         "documentation/externalDependencies.txt",
-        "binaries/linux64/CranktrainDieselI6.so",
+        f"binaries/linux64/{model}.so",
     } <= names
-    assert engine.title in page and "bearing[1..7].film_thickness_min" in page and "<!--" not in page
+    mains = len(engine.crankshaft.main_widths)
+    assert engine.title in page and f"bearing[1..{mains}].film_thickness_min" in page and "<!--" not in page
+    assert f"piston[1..{engine.n_cylinders}].side_force" in page and "mount[1..4].force.y" in page
 
 
-def test_every_real_has_a_unit_and_every_output_its_dependencies(fmu):
-    with zipfile.ZipFile(fmu) as archive:
+def test_every_real_has_a_unit_and_every_output_its_dependencies(whole, whole_fmu):
+    with zipfile.ZipFile(whole_fmu) as archive:
         root = ElementTree.fromstring(archive.read("modelDescription.xml"))
     units = {unit.get("name") for unit in root.iter("Unit")}
     reals = list(root.iter("Real"))
     assert reals and all(real.get("unit") in units for real in reals)
     unknowns = root.find("ModelStructure/Outputs")
     assert all(unknown.get("dependencies") == "" for unknown in unknowns)
-    assert len(root.find("ModelStructure/InitialUnknowns")) == len(unknowns) == 6 + 7 * 21 + 2 + 6 * 2 + 6 * 9 + 4
+    cylinders, mains = whole.engine.n_cylinders, len(whole.engine.crankshaft.main_widths)
+    counted = 6 + mains * 21 + 2 + cylinders * (2 + 9 + 4) + 4 * 6 + 11 + 4
+    assert len(root.find("ModelStructure/InitialUnknowns")) == len(unknowns) == counted
+    inputs = [v.get("name") for v in root.iter("ScalarVariable") if v.get("causality") == "input"]
+    assert inputs == ["speed", *(f"cylinder[{i + 1}].pressure" for i in range(cylinders)), "shaft.load_torque"]
     simulation = root.find("CoSimulation")
     for flag in ("canGetAndSetFMUstate", "canSerializeFMUstate", "canHandleVariableCommunicationStepSize"):
         assert simulation.get(flag) == "true"
@@ -72,9 +81,10 @@ def test_every_real_has_a_unit_and_every_output_its_dependencies(fmu):
 
 def test_families_expand_with_the_engine():
     interface = read_interface(build_fmu.DESCRIPTION)
-    variables = expand(interface.variables, {"cylinders": 8, "main_bearings": 5})
+    variables = expand(interface.variables, {"cylinders": 8, "main_bearings": 5, "mounts": 0})
     names = [v.name for v in variables]
-    assert names[:9] == ["speed"] + [f"cylinder[{i}].pressure" for i in range(1, 9)]
+    assert names[:10] == ["speed", *(f"cylinder[{i}].pressure" for i in range(1, 9)), "shaft.load_torque"]
+    assert not any(name.startswith("mount[") for name in names)
     assert "bearing[5].tilt" in names and "bearing[6].tilt" not in names
     first = names.index("bearing[1].force.x")
     assert names[first : first + 22] == [

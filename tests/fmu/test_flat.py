@@ -7,20 +7,34 @@ import pytest
 
 from cranktrain import flat
 from cranktrain.errors import StoreError
+from cranktrain.film.bore_compliance import BoreCompliance
 
 
-def test_round_trip_is_exact(engine, body, tmp_path):
-    path = flat.write_model(tmp_path / "model.bin", flat.FlatModel(engine, body))
-    read_engine, read_body, *rest = flat.read_model(path)
-    assert rest == [None, None, None]
-    assert read_engine == engine
-    for field in dataclasses.fields(body):
-        if field.name in ("records", "basis"):
-            continue  # for reports: they stay behind
-        written, read = getattr(body, field.name), getattr(read_body, field.name)
-        assert np.array_equal(written, read) if isinstance(written, np.ndarray) else written == read, field.name
-    assert flat.to_bytes(flat.FlatModel(read_engine, read_body)) == path.read_bytes()
+def bore(seed, size):
+    """Elastic bore of that many shapes, any numbers."""
+    values = np.random.default_rng(seed).random
+    return BoreCompliance(values((size, 5, 3)), values(size), values((size, 4)), values(size), 0.1 * size)
+
+
+def test_round_trip_is_exact(whole, tmp_path):
+    model = whole._replace(bore=bore(1, 4), block_bore=bore(2, 3))
+    path = flat.write_model(tmp_path / "model.bin", model)
+    read = flat.read_model(path)
+    assert read.engine == model.engine
+    assert read.table is None and read.big_end_table is None
+    for part in ("body", "damped_body", "block", "bore", "block_bore"):
+        for field in dataclasses.fields(getattr(model, part)):
+            if field.name in ("records", "basis"):
+                continue  # for reports: they stay behind
+            one, other = (getattr(getattr(m, part), field.name) for m in (model, read))
+            assert np.array_equal(one, other) if isinstance(one, np.ndarray) else one == other, (part, field.name)
+    assert flat.to_bytes(read) == path.read_bytes()
     assert [p.name for p in tmp_path.iterdir()] == ["model.bin"]
+
+
+def test_what_a_model_lacks_stays_absent(engine, body):
+    model = flat.from_bytes(flat.to_bytes(flat.FlatModel(engine, body)))
+    assert model[2:] == (None,) * 6
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,35 @@
+"""Engines whose bodies are made in seconds, and their FMUs, for tests of the FMU.
+
+Crankshafts are coarse, blocks are boxes: these tests are about the FMU, not about its bodies.
+"""
+
+from dataclasses import replace
+from functools import cache
+
+import build_fmu
+from box_block import box_block
+
+from cranktrain.engine import load_engine
+from cranktrain.flat import FlatModel
+from cranktrain.loads.damper import with_damper_housing
+from cranktrain.structure.reduction import running_body
+
+COARSE = {"diesel_i6": 0.025, "diesel_v8": 0.05}  # m; meshes of seconds
+
+
+@cache
+def coarse(name):
+    """An engine on a coarse mesh with all that a run can need but film tables and elastic bores: a ``FlatModel``."""
+    engine = load_engine(name)
+    engine = replace(engine, crankshaft=replace(engine.crankshaft, mesh_size=COARSE[name]))
+    return FlatModel(
+        engine,
+        running_body(engine),
+        block=box_block(engine),
+        damped_body=running_body(with_damper_housing(engine)),
+    )
+
+
+def built(model, folder):
+    """Build the FMU of a ``FlatModel``."""
+    return build_fmu.build(folder=folder, say=print, **model._asdict())

@@ -1,0 +1,264 @@
+"""Levels of detail in the FMU: each allowed combination runs as the native simulation does, each other is refused."""
+
+import json
+import math
+from itertools import product
+
+import pytest
+from coarse_engines import built, coarse
+
+from cranktrain.dynamics.simulation import Parts, Settings, Simulation
+from cranktrain.film.database import TableSettings
+from cranktrain.film.elastic_law import SHAPES
+from cranktrain.film_table import film_table
+from cranktrain.structure.saddle import bore_compliance
+
+PARAMETERS = {
+    "crank": "crank.level",
+    "bearings": "bearing.level",
+    "big_ends": "big_end.level",
+    "block": "block.level",
+    "pistons": "piston.level",
+    "damper": "damper.level",
+    "boundary": "shaft.boundary",
+    "gas_source": "gas.source",
+}
+BEARINGS = {"diesel_i6": ("impedance", "linear"), "diesel_v8": ("roller", "linear")}
+SURROUNDINGS = (("ground", "rigid"), ("ground", "guided"), ("flexible", "guided"))
+"""Block and pistons; rigid pistons in a flexible block are refused."""
+DAMPERS, BOUNDARIES = ("none", "fitted"), ("speed", "torque")
+RICHEST = {
+    "big_ends": "impedance",
+    "block": "flexible",
+    "pistons": "guided",
+    "damper": "fitted",
+    "boundary": "torque",
+}
+STEPS, STEP = 30, 1e-4
+
+FMU_RUN = """
+import json
+steps, h = json.loads(sys.argv[3])
+folder, rows = None, []
+for parameters in json.loads(sys.argv[2]):
+    unit = Unit(sys.argv[1], extracted=folder)
+    folder = unit.folder
+    unit.start({"speed": 150.0, **parameters})
+    unit.run(steps // 2, h)
+    unit.set(speed=152.0)
+    unit.set_named("shaft.load_torque", 800.0)
+    if parameters.get("gas.source") == "input":
+        for i, pressure in enumerate(json.loads(sys.argv[4])):
+            unit.set_named(f"cylinder[{i + 1}].pressure", pressure)
+    unit.run(steps // 2, h, steps // 2)
+    names = [name for name in unit.outputs if unit.kind[name] == "Integer"]
+    rows.append([unit.bits(), unit.get(*names)])
+    unit.close()
+print(json.dumps(rows))
+"""
+
+
+def combination(name, row):
+    around, bearings, damper, boundary = row
+    block, pistons = SURROUNDINGS[around]
+    return {
+        "bearings": BEARINGS[name][bearings],
+        "block": block,
+        "pistons": pistons,
+        "damper": DAMPERS[damper],
+        "boundary": BOUNDARIES[boundary],
+    }
+
+
+def as_parameters(settings):
+    return {PARAMETERS[key]: value for key, value in settings.items()}
+
+
+def pressures(engine):
+    """Another pressure in each cylinder, Pa."""
+    return [2e5 + 1e5 * i for i in range(engine.n_cylinders)]
+
+
+def native_run(model, settings):
+    """All outputs by name, exactly, after the steps that ``FMU_RUN`` takes."""
+    damped = settings.get("damper") == "fitted"
+    flexible = settings.get("block") == "flexible"
+    parts = Parts(model.table, model.block_bore if flexible else model.bore, model.big_end_table, model.block)
+    simulation = Simulation(
+        model.engine, model.damped_body if damped else model.body, Settings(**settings), parts=parts
+    )
+    simulation.inputs[:] = [150.0, *[101325.0] * model.engine.n_cylinders, 0.0]
+    simulation.initialize(0.0)
+    for i in range(STEPS):
+        if i == STEPS // 2:
+            simulation.inputs[0], simulation.inputs[-1] = 152.0, 800.0
+            if settings.get("gas_source") == "input":
+                simulation.inputs[1:-1] = pressures(model.engine)
+        simulation.step(i * STEP + STEP)
+    return dict(zip(simulation.output_names, map(float, simulation.outputs), strict=True))
+
+
+def check_parity(model, fmu, script, combinations):
+    """FMU and native run of each combination agree to the bit; returns the native outputs."""
+    chosen = [as_parameters(c) for c in combinations]
+    done = script(FMU_RUN, fmu, *map(json.dumps, (chosen, [STEPS, STEP], pressures(model.engine))))
+    runs = []
+    for settings, (reals, integers) in zip(combinations, json.loads(done.stdout), strict=True):
+        native = native_run(model, settings)
+        counted = [name for name in native if name.startswith("solver.") and name != "solver.residual"]
+        exact = [value.hex() for name, value in native.items() if name not in counted]
+        assert exact == reals, settings
+        assert sorted(native[name] for name in counted) == sorted(integers), settings
+        assert all(map(math.isfinite, native.values())), settings
+        runs.append(native)
+    return runs
+
+
+def test_every_combination_of_levels_runs_as_natively(whole, whole_fmu, script):
+    rows = product(range(3), range(2), range(2), range(2))
+    combinations = [combination(whole.engine.name, row) for row in rows]
+    runs = check_parity(whole, whole_fmu, script, combinations)
+    for settings, run in zip(combinations, runs, strict=True):
+        # What a level adds shows, and what is absent is 0.
+        assert (run["mount[1].force.y"] != 0.0) == (settings["block"] == "flexible")
+        assert (run["cover.acceleration"] != 0.0) == (settings["block"] == "flexible")
+        assert (run["piston[1].lateral"] != 0.0) == (settings["pistons"] == "guided")
+        assert (run["damper.heat"] != 0.0) == (settings["damper"] == "fitted")
+    assert len({run["pulley.torsion"] for run in runs}) == len(combinations)
+
+
+def test_further_levels_run_as_natively_in_the_whole_engine(whole, whole_fmu, script):
+    combinations = [RICHEST, {**RICHEST, "gas_source": "input"}, {**RICHEST, "crank": "rigid", "big_ends": "rigid"}]
+    runs = check_parity(whole, whole_fmu, script, combinations)
+    assert [run["big_end[1].eccentricity"] != 0.0 for run in runs] == [True, True, False]
+
+
+def test_state_of_the_whole_engine_is_restored_to_the_bit(whole_fmu, script, tmp_path):
+    """Back in the same instance, and on in another process; the start's inputs count for temperatures."""
+    write = """
+import json
+unit = Unit(sys.argv[1]).start({"speed": 150.0, "gas.load": 0.5, **json.loads(sys.argv[2])}).run(10)
+unit.set(speed=160.0)
+unit.set_named("shaft.load_torque", -300.0)
+unit.run(10, first=10)
+state = unit.fmu.getFMUstate()
+before = unit.bits()
+later = unit.run(20, first=20).bits()
+unit.fmu.setFMUstate(state)
+assert unit.bits() == before and unit.get("shaft.load_torque") == [-300.0]
+assert unit.run(20, first=20).bits() == later
+open(sys.argv[3], "wb").write(unit.fmu.serializeFMUstate(state))
+print(later)
+unit.fmu.reset()
+unit.fmu.setFMUstate(state)
+assert unit.run(20, first=20).bits() == later
+"""
+    read = """
+unit = Unit(sys.argv[1])
+unit.fmu.setFMUstate(unit.fmu.deSerializeFMUstate(open(sys.argv[2], "rb").read()))
+print(unit.run(20, first=20).bits())
+"""
+    file = tmp_path / "state"
+    written = script(write, whole_fmu, json.dumps(as_parameters(RICHEST)), file)
+    assert written.stdout == script(read, whole_fmu, file).stdout
+
+
+def test_levels_of_a_state_hold_over_those_of_the_instance(whole_fmu, script):
+    """A state brings its levels along: those that were set meanwhile are those of another run."""
+    script(
+        """
+import json
+unit = Unit(sys.argv[1]).start(json.loads(sys.argv[2])).run(5)
+state = unit.fmu.getFMUstate()
+later = unit.run(5, first=5).bits()
+unit.fmu.reset()
+unit.start({"block.level": "ground", "damper.level": "none"}).run(5)
+unit.fmu.setFMUstate(state)
+assert unit.get("block.level", "damper.level") == [b"flexible", b"fitted"]
+assert unit.run(5, first=5).bits() == later
+""",
+        whole_fmu,
+        json.dumps(as_parameters(RICHEST)),
+    )
+
+
+REFUSED = [
+    ({"block.level": "flexible", "piston.level": "rigid"}, "cannot follow a flexible block"),
+    ({"block.level": "flexibel"}, "'block.level' is 'flexibel'; valid: ground, flexible"),
+    ({"piston.level": "loose"}, "'piston.level' is 'loose'; valid: auto, rigid, guided"),
+    ({"damper.level": "yes"}, "'damper.level' is 'yes'; valid: none, fitted"),
+    ({"shaft.boundary": "free"}, "'shaft.boundary' is 'free'; valid: speed, torque"),
+    ({"bearing.level": "rollers"}, "'bearing.level' is 'rollers'; valid: auto, linear"),
+    ({"damper.level": "fitted", "damper.oil_temperature": 550.0}, "150 degC"),
+    ({"shaft.load_torque": math.inf}, "'shaft.load_torque' is inf"),
+]
+REFUSED_BY_MAINS = {
+    "diesel_i6": [({"bearing.level": "roller"}, "needs [main_roller], but the mains of engine 'diesel_i6' are plain")],
+    "diesel_v8": [
+        ({"bearing.level": level}, "needs oil films, but the mains of engine 'diesel_v8' are rollers")
+        for level in ("impedance", "table", "reynolds", "ehd")
+    ],
+}
+
+
+def test_what_makes_no_sense_is_refused_with_its_reason(whole, whole_fmu, script):
+    refused = REFUSED + REFUSED_BY_MAINS[whole.engine.name]
+    done = script(
+        """
+import json
+folder = None
+for parameters, words in json.loads(sys.argv[2]):
+    unit = Unit(sys.argv[1], extracted=folder)
+    folder = unit.folder
+    status, text = unit.refusal(lambda: unit.start(parameters))
+    assert status > 2 and words in text and len(text.splitlines()) == 2, (parameters, status, text)
+    # The instance is not lost.
+    unit.fmu.reset()
+    unit.start().run(1).close()
+""",
+        whole_fmu,
+        json.dumps(refused),
+    )
+    lines = done.stderr.splitlines()
+    assert len(lines) == len(refused)
+    assert all(words in line for line, (_, words) in zip(lines, refused, strict=True))
+
+
+def test_a_load_torque_brakes_a_free_dynamometer_only(whole_fmu, script):
+    done = script(
+        """
+for boundary in ("speed", "torque"):
+    unit = Unit(sys.argv[1]).start({"speed": 150.0, "gas.load": 0.0, "shaft.boundary": boundary})
+    unit.set_named("shaft.load_torque", 5e3)
+    print(unit.run(200, 5e-4).get("crank.speed")[0])
+""",
+        whole_fmu,
+    )
+    given, free = map(float, done.stdout.split())
+    assert given == pytest.approx(150.0, abs=0.1) and free < 140.0  # the frame follows the shaft with its wind-up
+
+
+def coarse_table(bearing, tilt):
+    ratio = bearing.width / bearing.diameter
+    return film_table(TableSettings(ratio, bearing.groove, resolution="coarse", tilt=tilt))[0]
+
+
+@pytest.mark.slow
+def test_films_with_tilt_run_as_natively(tmp_path, script):
+    """Level ehd takes the bore that belongs to its surroundings: on ground one that moves as a whole."""
+    model = coarse("diesel_i6")
+    engine = model.engine
+    moving, fixed = (bore_compliance(engine, SHAPES, with_motion=moves) for moves in (True, False))
+    model = model._replace(
+        bore=moving,
+        block_bore=fixed,
+        table=coarse_table(engine.main_bearing, tilt=True),
+        big_end_table=coarse_table(engine.big_end_bearing, tilt=False),
+    )
+    combinations = [
+        {"bearings": bearings, "big_ends": big_ends, "block": block, "damper": "fitted"}
+        for bearings, big_ends in (("ehd", "rigid"), ("table", "table"), ("reynolds", "impedance"))
+        for block in ("ground", "flexible")
+    ]
+    runs = check_parity(model, built(model, tmp_path), script, combinations)
+    assert all(run["bearing[4].tilt"] != 0.0 and run["bearing[4].moment.x"] != 0.0 for run in runs)
