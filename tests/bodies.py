@@ -25,13 +25,12 @@ def _skew(r):
     return np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
 
 
-def rigid_crank(engine, mass=80.0, inertia=(6.0, 6.0, 1.4), centre=(0.0, 0.0, 0.35)):
+def rigid_crank(engine, mass=80.0, inertia=(6.0, 6.0, 1.4), centre=(0.0, 0.0, 0.35), pitch=0.128):
     """Rigid body with the engine's interfaces, from mass, inertia (3,) or (3, 3) about its centre, and centre of mass.
 
     G, C, K_σ − C, f_c and f_e are the integrals of the rigid modes, written out with the second moments.
     """
     c = engine.crankshaft
-    pitch = 0.128
     throws = len(c.throw_angles)
     names, places = [], []
     for i in range(throws + 1):

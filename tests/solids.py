@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.linalg import expm
+from scipy.optimize import brentq
 from scipy.sparse.linalg import LinearOperator, eigsh
 from skfem import MeshTet1, MeshTet2, MeshTri
 
@@ -79,3 +81,30 @@ def frequencies(stiffness, mass, count, shift_hz):
     )
     order = np.argsort(values)
     return np.sqrt(np.abs(values[order])) / (2 * np.pi), modes[:, order]
+
+
+def timoshenko_free_free(
+    mode: int, length: float, area: float, inertia: float, shear: float, material: Material
+) -> float:
+    """Frequency (Hz) of a free beam with the shear coefficient ``shear``; (w, ψ, M, Q)' = A (w, ψ, M, Q)."""
+    modulus = material.youngs_modulus / (2 * (1 + material.poisson_ratio))
+    bending = material.youngs_modulus * inertia
+
+    def free_ends(frequency: float) -> float:
+        squared = material.density * (2 * np.pi * frequency) ** 2
+        change = np.array(
+            [
+                [0, 1, 0, 1 / (shear * modulus * area)],
+                [0, 0, 1 / bending, 0],
+                [0, -squared * inertia, 0, -1],
+                [-squared * area, 0, 0, 0],
+            ]
+        )
+        # Lengths over the beam's, loads over EI: a well-scaled transfer matrix.
+        scale = np.array([length, 1, bending / length, bending / length**2])
+        transfer = expm(length * change * scale / scale[:, None])
+        return float(np.linalg.det(transfer[2:, :2]))
+
+    euler = (np.array([4.7300407, 7.8532046, 10.9956078])[mode] / length) ** 2
+    euler *= np.sqrt(bending / (material.density * area)) / (2 * np.pi)
+    return brentq(free_ends, 0.7 * euler, 1.01 * euler)

@@ -5,9 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
-from scipy.optimize import brentq
-from solids import STEEL, block, frequencies, round_bar
+from solids import STEEL, block, frequencies, round_bar, timoshenko_free_free
 
 from cranktrain.engine import Material
 from cranktrain.structure.elasticity import component_dofs, finite_elements
@@ -44,35 +42,11 @@ def test_longitudinal_motion_of_a_round_bar(bar_modes):
 
 def test_bending_of_a_round_bar(bar_modes):
     hz = bar_modes[0]
+    area, inertia = np.pi * RADIUS**2, np.pi * RADIUS**4 / 4
+    cowper = 6 * (1 + STEEL.poisson_ratio) / (7 + 6 * STEEL.poisson_ratio)
     pairs = hz[6:12].reshape(3, 2)
     for mode, pair in enumerate(pairs):
-        assert pair == pytest.approx(timoshenko_free_free(mode), rel=3e-3)
-
-
-def timoshenko_free_free(mode: int) -> float:
-    """Frequency (Hz) of a free beam, Cowper's shear coefficient; (w, ψ, M, Q)' = A (w, ψ, M, Q)."""
-    area, inertia = np.pi * RADIUS**2, np.pi * RADIUS**4 / 4
-    shear = 6 * (1 + STEEL.poisson_ratio) / (7 + 6 * STEEL.poisson_ratio)
-    bending = STEEL.youngs_modulus * inertia
-
-    def free_ends(frequency: float) -> float:
-        squared = STEEL.density * (2 * np.pi * frequency) ** 2
-        change = np.array(
-            [
-                [0, 1, 0, 1 / (shear * SHEAR_MODULUS * area)],
-                [0, 0, 1 / bending, 0],
-                [0, -squared * inertia, 0, -1],
-                [-squared * area, 0, 0, 0],
-            ]
-        )
-        # Lengths over LENGTH, loads over EI: a well-scaled transfer matrix.
-        scale = np.array([LENGTH, 1, bending / LENGTH, bending / LENGTH**2])
-        transfer = expm(LENGTH * change * scale / scale[:, None])
-        return float(np.linalg.det(transfer[2:, :2]))
-
-    euler = (np.array([4.7300407, 7.8532046, 10.9956078])[mode] / LENGTH) ** 2
-    euler *= np.sqrt(bending / (STEEL.density * area)) / (2 * np.pi)
-    return brentq(free_ends, 0.85 * euler, 1.01 * euler)
+        assert pair == pytest.approx(timoshenko_free_free(mode, LENGTH, area, inertia, cowper, STEEL), rel=3e-3)
 
 
 def test_lame_modes_of_a_cube_converge_at_fourth_order():
@@ -120,5 +94,6 @@ def test_nafems_fv52_thick_plate():
     hz, _ = frequencies(model.stiffness[free][:, free], model.mass[free][:, free], 10, 20.0)
     assert np.all(hz[: case["rigid_modes"]] < 1e-2)
     elastic, reference = hz[case["rigid_modes"] :], case["reference_hz"]
-    assert elastic[0] == pytest.approx(reference[0], rel=case["tolerance_first"])
-    assert elastic[1:] == pytest.approx(reference[1:], rel=case["tolerance_others"])
+    # The case allows 2 and 1.5 %; blocks are held to 1 %.
+    assert max(case["tolerance_first"], case["tolerance_others"]) >= 0.01
+    assert elastic == pytest.approx(reference, rel=0.01)

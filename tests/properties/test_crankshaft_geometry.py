@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from solids import STEEL, block, frequencies, round_bar
 
-from cranktrain.engine import Crankshaft
+from cranktrain.engine import Crankshaft, load_engine
 from cranktrain.errors import InputError
 from cranktrain.structure import mesh as mesh_module
 from cranktrain.structure.crankshaft import pin_centre, stations
@@ -167,6 +167,19 @@ def test_cross_plane_crankshaft_with_five_mains():
     assert set(mesh.boundaries) == set(interface_names(4))
     for pin in (1, 2, 3, 4):
         assert surface_area(mesh, f"pin[{pin}]")[1] == pytest.approx(pin_centre(CROSS_PLANE, pin), abs=5e-4)
+
+
+def test_the_v8_s_crankshaft_has_the_volume_of_its_pieces():
+    c = load_engine("diesel_v8").crankshaft
+    mesh = crankshaft_mesh(replace(c, mesh_size=0.03))
+    main, pin, nose, flange = (d / 2 for d in (c.main_diameter, c.pin_diameter, c.nose_diameter, c.flange_diameter))
+    volume = pi * (main**2 * sum(c.main_widths) + 4 * pin**2 * c.pin_width)
+    volume += pi * (nose**2 * c.nose_length + flange**2 * c.flange_length) + 8 * web_volume(c)
+    volume += 9 * fillet_volume(main, c.fillet) + 8 * fillet_volume(pin, c.fillet) + fillet_volume(nose, c.fillet)
+    assert finite_elements(mesh, STEEL).basis.dx.sum() == pytest.approx(volume, rel=1e-3)
+    # Thrust faces stand at the middle main, halfway between the outer throws.
+    corners = mesh.p[:, mesh.facets[:, mesh.boundaries["thrust"]]]
+    assert np.unique(np.round(corners[2], 9)) == pytest.approx(stations(c).mains[2])
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from bodies import rigid_crank
 
 from cranktrain.dynamics.equations_of_motion import port_forces
 from cranktrain.dynamics.model import Settings
-from cranktrain.dynamics.simulation import Simulation, simulate
+from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.engine import load_engine
 from cranktrain.errors import InputError
 from cranktrain.film.database import TableSettings
@@ -46,7 +46,7 @@ def started(**choices):
     elastic = bore() if choices.get("bearings") == "ehd" else None
     floating = pin_films() if choices.get("big_ends") == "table" else None
     settings = Settings(crank="rigid", **choices)
-    simulation = Simulation(ENGINE, BODY, settings, bore=elastic, big_end_table=floating)
+    simulation = Simulation(ENGINE, BODY, settings, parts=Parts(bore=elastic, big_end_table=floating))
     simulation.inputs[0] = SPEED
     simulation.initialize()
     return simulation
@@ -91,7 +91,7 @@ def test_big_ends_of_the_table_float_as_those_of_the_impedance_map():
     """The map is of the parabolic film, 0.7 to 1.6 % off the two-dimensional one; loads are what rods make them."""
     runs = [
         simulate(
-            ENGINE, BODY, Settings(crank="rigid", big_ends=level), SPEED, 2, big_end_table=pin_films()
+            ENGINE, BODY, Settings(crank="rigid", big_ends=level), SPEED, 2, parts=Parts(big_end_table=pin_films())
         ).outputs
         for level in ("impedance", "table")
     ]
@@ -160,7 +160,7 @@ def test_a_stiffer_bore_moves_less_in_proportion():
     runs = []
     for softness in (1.0, 1e-6, 1e-9):
         elastic = replace(bore(), compliance=softness * bore().compliance)
-        simulation = Simulation(ENGINE, BODY, Settings(crank="rigid", bearings="ehd"), bore=elastic)
+        simulation = Simulation(ENGINE, BODY, Settings(crank="rigid", bearings="ehd"), parts=Parts(bore=elastic))
         simulation.inputs[0] = SPEED
         simulation.initialize()
         simulation.step(math.radians(2.5) / SPEED)

@@ -13,7 +13,7 @@ from bodies import rigid_crank
 from cranktrain.cli import main
 from cranktrain.dynamics import simulation as simulation_module
 from cranktrain.dynamics.model import Settings, supply_temperature
-from cranktrain.dynamics.simulation import Simulation, simulate
+from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.dynamics.warm_films import PASSES, SETTLED, cycle_means
 from cranktrain.engine import load_engine
 from cranktrain.errors import InputError
@@ -42,7 +42,7 @@ def bore():
 def started(level, temperatures=None):
     elastic = bore() if level == "ehd" else None
     simulation = Simulation(
-        ENGINE, BODY, Settings(crank="rigid", bearings=level), bore=elastic, temperatures=temperatures
+        ENGINE, BODY, Settings(crank="rigid", bearings=level), parts=Parts(bore=elastic), temperatures=temperatures
     )
     simulation.inputs[0] = SPEED
     simulation.initialize()
@@ -205,7 +205,7 @@ def test_a_bounded_bearing_is_named_in_one_line():
 
 def test_a_balance_that_has_not_settled_is_said(monkeypatch):
     monkeypatch.setattr(simulation_module, "PASSES", 1)
-    with pytest.warns(UserWarning, match="not settled by pass 1: film temperatures would still change by"):
+    with pytest.warns(UserWarning, match="not settled by pass 1: temperatures would still change by"):
         run = simulate(ENGINE, BODY, Settings(crank="rigid"), SPEED, 1, heat_balance=True)
     assert run.passes == 1 and np.array_equal(run.film_temperatures, np.full(7, ENGINES_OIL))
 

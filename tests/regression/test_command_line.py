@@ -76,7 +76,7 @@ def test_simulate_writes_a_result_and_repeats_itself(coarse, capsys, tmp_path):
     first, attributes = read_result(tmp_path / "a.h5")
     second, _ = read_result(tmp_path / "b.h5")
     assert attributes["speed"] == pytest.approx(2000.0 * math.pi / 30.0)
-    assert set(first) == {"time", "angle", "film_temperature_c", *output_names(7, 6)}
+    assert set(first) == {"time", "angle", "film_temperature_c", *output_names(7, 6, 4)}
     for name, (values, unit) in first.items():
         assert np.array_equal(values, second[name][0]), name
         assert unit == {"time": "s", "angle": "rad"}.get(name) or unit == output_unit(name)
@@ -117,6 +117,12 @@ SPEED = ("--speed", "2000")
         (("modal", "diesel_i7"), r"unknown engine 'diesel_i7': did you mean 'diesel_i6'\?"),
         (("modal", "nothere.toml"), r"nothere\.toml: no such engine file"),
         (("modal", "diesel_i6", "--mesh", "none.msh"), r"none\.msh: no such mesh file"),
+        (("modal", "diesel_i6", "--block", "flexibel"), r"--block 'flexibel' .* did you mean 'flexible'\?"),
+        (("modal", "diesel_i6", "--block-mesh", "none.msh"), r"--block-mesh needs --block flexible"),
+        (
+            ("modal", "diesel_i6", "--block", "flexible", "--block-mesh", "none.msh"),
+            r"none\.msh: no such mesh file; give .* named surfaces of the block",
+        ),
         (("simulate", "diesel_i6", "--speed", "nan"), r"--speed nan is not within 100"),
         (("simulate", "diesel_i6", "--speed", "-2000"), r"--speed -2000 is not within 100"),
         (("simulate", "diesel_i6", "--speed", "99"), r"--speed 99 is not within 100"),

@@ -1,0 +1,136 @@
+"""The V8 against the frequencies the reference publishes, through the whole structural chain, and its crankshaft."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cranktrain.engine import LumpedInertia, load_engine
+from cranktrain.structure.crankshaft import pin_centre, stations
+from cranktrain.structure.mesh import interface_names
+from cranktrain.structure.modal import cranktrain_modes, modal_report
+from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft, running_body, running_loads
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def engine():
+    return load_engine("diesel_v8")
+
+
+@pytest.fixture(scope="module")
+def body(engine):
+    return reduced_crankshaft(engine)
+
+
+@pytest.fixture(scope="module")
+def report(engine, body):
+    return modal_report(engine, body)
+
+
+def test_cranktrain_torsion_and_critical_speeds(engine, report):
+    assert report["cranktrain"]["first_torsional_hz"] == pytest.approx(296.0, rel=0.01)
+    published = np.array(engine.published.critical_speeds) * 30 / np.pi
+    assert published == pytest.approx([4440.0, 2220.0, 1480.0])
+    np.testing.assert_allclose([entry["rpm"] for entry in report["critical_speeds"]], published, rtol=0.01)
+
+
+def test_bending_and_axial_motion_come_in_the_reference_s_order_within_10_percent(engine, report):
+    first = report["cranktrain"]["modes"][:4]
+    assert [mode["shape"] for mode in first] == list(engine.published.cranktrain_shapes)
+    np.testing.assert_allclose([mode["hz"] for mode in first], engine.published.cranktrain_hz, rtol=0.10)
+
+
+def test_quality_of_the_reduction(body, report):
+    assert report["reduction"]["max_relative_error"] < 5e-3
+    assert report["reduction"]["static_stiffness_error"] < 1e-6
+    assert report["reduction"]["full_hz"][-1] > 800.0
+
+
+def test_throws_of_equal_pieces_stand_at_0_90_270_180(engine, body):
+    # Their centre of mass lies on the axis, and their unbalances U leave a couple that leans from throw 1 as 3 to 1.
+    throw, pitch = engine.crankshaft.throw, np.diff(engine.crankshaft.pin_positions)[0]
+    assert np.hypot(*body.centre[:2]) < 1e-4 * throw
+    angle = engine.crankshaft.throw_angles[0]
+    couple = np.array([-body.inertia[0, 2], -body.inertia[1, 2]])
+    along, across = couple @ (-np.sin(angle), np.cos(angle)), couple @ (-np.cos(angle), -np.sin(angle))
+    unbalance = -along / (3.0 * pitch)
+    # The mesh is round to 1e-3 of what the counterweights balance, some 0.5 kg m.
+    assert across == pytest.approx(-unbalance * pitch, abs=1e-3 * 0.5 * pitch)
+    # Counterweights take nearly all of each throw's own unbalance, a tenth of what its two rods add.
+    rods = 2.0 * engine.rod.big_end_mass * throw
+    assert abs(unbalance) < 0.1 * rods
+
+
+def test_interfaces_stand_where_the_engine_file_says(engine, body):
+    assert body.interfaces == interface_names(4)
+    for pin in range(1, 5):
+        assert body.positions[body.index(f"pin[{pin}]")] == pytest.approx(pin_centre(engine.crankshaft, pin), abs=1e-12)
+    mains = [sum(span) / 2 for span in stations(engine.crankshaft).mains]
+    for i, z in enumerate(mains, 1):
+        assert body.positions[body.index(f"main[{i}]")] == pytest.approx((0.0, 0.0, z), abs=1e-12)
+
+
+def test_balance_weights_cancel_the_rotating_couple(engine, body):
+    # Masses on the pins that turn, and in first order the pistons of a right-angled V, which turn as one mass a pin.
+    throw, rod = engine.crankshaft.throw, engine.rod
+    turning = 2.0 * rod.big_end_mass + rod.small_end_mass + engine.cylinders.piston_mass
+    couple = np.zeros(2)
+    for angle, z in zip(engine.crankshaft.throw_angles, engine.crankshaft.pin_positions, strict=True):
+        couple += z * turning * throw * np.array([-np.sin(angle), np.cos(angle)])
+    complete = complete_crankshaft(engine, body)
+    left = couple - complete.inertia[:2, 2]
+    # Masses in the file have three digits, and the mesh is nearly round.
+    assert np.hypot(*left) < 0.01 * np.hypot(*couple)
+    # Nor does a force remain: weights stand against each other.
+    assert np.hypot(*complete.centre[:2]) * complete.mass < 1e-3 * turning * throw
+
+
+def test_flywheel_clutch_and_outer_rings_are_attached(engine, body):
+    complete = complete_crankshaft(engine, body)
+    weights = engine.balance_weights
+    parts = engine.flywheel.mass + engine.clutch.mass + engine.pulley.mass + sum(engine.main_roller.ring_mass)
+    assert complete.mass - body.mass == pytest.approx(parts + sum(weights.masses))
+    polar = sum(mass * r**2 for mass, r in zip(weights.masses, weights.radii, strict=True))
+    polar += engine.flywheel.polar_inertia + engine.clutch.polar_inertia + engine.pulley.polar_inertia
+    # Outer rings do not turn with the crank: on the axis they add nothing to its polar inertia.
+    assert complete.inertia[2, 2] - body.inertia[2, 2] == pytest.approx(polar)
+
+
+def test_a_clutch_is_a_part_of_the_flywheel(engine, body):
+    f, c = engine.flywheel, engine.clutch
+    mass = f.mass + c.mass
+    offset = (f.mass * f.offset + c.mass * c.offset) / mass
+    diametral = f.diametral_inertia + f.mass * (f.offset - offset) ** 2
+    diametral += c.diametral_inertia + c.mass * (c.offset - offset) ** 2
+    one = LumpedInertia(mass, f.polar_inertia + c.polar_inertia, diametral, offset)
+    together = replace(engine, flywheel=one, clutch=None)
+    hz = [cranktrain_modes(e, complete_crankshaft(e, body))[0][:20] for e in (engine, together)]
+    np.testing.assert_allclose(hz[0], hz[1], rtol=1e-9)
+
+
+def test_rods_beside_the_middle_of_their_pin_add_their_tilting_inertia(engine, body):
+    complete = complete_crankshaft(engine, body)
+    beside = cranktrain_modes(engine, complete)[0][:12]
+    middle = replace(engine, cylinders=replace(engine.cylinders, rod_offsets=()))
+    together = cranktrain_modes(middle, complete)[0][:12]
+    # Two equal rods at ±d: the same mass at the middle and m d² each about it, which can only lower frequencies.
+    assert np.all(beside <= together * (1.0 + 1e-12))
+    assert np.all(beside > together * (1.0 - 5e-3)) and beside[1] < together[1] * (1.0 - 1e-7)
+
+
+def test_running_body_keeps_low_modes_and_the_statics_of_its_loads(engine, body):
+    loads = running_loads(engine)
+    assert ("pin[1]", 3) in loads and ("pin[4]", 4) in loads and ("main[5]", 3) in loads
+    complete, running = complete_crankshaft(engine, body), running_body(engine, body)
+    low = complete.frequencies_hz[6:16]
+    np.testing.assert_allclose(running.frequencies_hz[6:16], low, rtol=1e-9)
+
+    def compliance(some):
+        rows = np.array([some.shapes[some.index(name), component, 6:] for name, component in loads]) / some.omega[6:]
+        return rows @ rows.T
+
+    exact, kept = compliance(complete), compliance(running)
+    size = np.sqrt(np.diag(exact))
+    np.testing.assert_allclose(kept / np.outer(size, size), exact / np.outer(size, size), atol=1e-7)

@@ -1,0 +1,101 @@
+"""Nothing is lost between crank, pistons and block: mounts, weight and shaft alone change the engine's momentum.
+
+At every instant, within a billionth of the peak gas force (and of that force times a metre for moments). The
+linearised bodies take the forces at their undeformed places, and so does the balance. What is left at that size is what
+a step's own rounding and the last Newton step leave; steps are small here, because gravity takes the crank's
+displacement from the predictor.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from bodies import rigid_crank, six
+from momentum import imbalance
+from small_block import single
+from standing import rigid_block
+
+from cranktrain.dynamics.simulation import Parts, Settings, Simulation, communication_step
+from cranktrain.engine import load_engine
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.reduced_body import truncate
+
+SIX, EIGHT = load_engine("diesel_i6"), load_engine("diesel_v8")
+STEP = math.radians(0.5)
+GUIDED = SIX.piston_guidance
+
+
+def with_cylinders(engine, guidance=GUIDED, **changes):
+    return replace(engine, cylinders=replace(engine.cylinders, **changes), piston_guidance=guidance)
+
+
+def peak_gas_force(engine):
+    return 0.25 * math.pi * engine.cylinders.bore**2 * GasTrace.from_engine(engine).peak
+
+
+def worst_imbalance(engine, crank, block, rpm=2000, cycles=1.0, **choices):
+    """Largest imbalance over a run, (2, 3), in units of the peak gas force (and a metre)."""
+    choices = {"bearings": "linear", "crank": "solid", **choices}
+    settings = Settings(block="flexible", step=STEP, newton_tolerance=1e-13, **choices)
+    simulation = Simulation(engine, crank, settings, parts=Parts(block=block))
+    speed = rpm * math.pi / 30
+    simulation.inputs[0] = speed
+    simulation.initialize()
+    h = communication_step(speed, STEP)
+    worst = np.zeros((2, 3))
+    for k in range(1, round(cycles * 4 * math.pi / STEP) + 1):
+        simulation.step(k * h)
+        if k % 7 == 0:
+            worst = np.maximum(worst, np.abs(imbalance(simulation)))
+    return worst / peak_gas_force(engine)
+
+
+@pytest.mark.parametrize(
+    "engine",
+    [
+        SIX,
+        with_cylinders(SIX, replace(GUIDED, friction=0.0)),
+        with_cylinders(SIX, pin_offset=0.002),
+        with_cylinders(SIX, replace(GUIDED, clearance=4e-5)),
+    ],
+    ids=["friction", "none", "pin offset", "clearance"],
+)
+@pytest.mark.parametrize("bearings", ["linear", "impedance"])
+def test_rigid_six(engine, bearings):
+    crank = rigid_crank(engine)
+    assert worst_imbalance(engine, crank, rigid_block(engine, crank), bearings=bearings).max() < 1e-9
+
+
+@pytest.mark.parametrize("bearings", ["linear", "roller"])
+def test_rigid_eight_with_two_banks(bearings):
+    engine = EIGHT
+    crank = rigid_crank(engine)
+    assert worst_imbalance(engine, crank, rigid_block(engine, crank), bearings=bearings).max() < 1e-9
+
+
+def test_elastic_crank():
+    engine, body = six()
+    crank = truncate(body, 1000.0)
+    assert worst_imbalance(engine, crank, rigid_block(engine, crank), bearings="impedance").max() < 1e-9
+
+
+def test_elastic_block():
+    from cranktrain.structure.block import running_block
+
+    engine = single()
+    block = running_block(engine)
+    crank = rigid_crank(engine, mass=20.0, inertia=(0.2, 0.2, 0.3), centre=(0.0, 0.0, 0.065), pitch=0.13)
+    assert block.n_modes > 6
+    assert worst_imbalance(engine, crank, block, cycles=0.5).max() < 1e-9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("engine", "rpm"), [(SIX, 2000), (EIGHT, 1800)], ids=["six", "eight"])
+def test_engines_as_they_are(engine, rpm):
+    """Elastic crank in its elastic block, with the films or rollers that the engine has."""
+    from cranktrain.structure.block import running_block
+    from cranktrain.structure.reduction import running_body
+
+    crank, block = running_body(engine), running_block(engine)
+    assert worst_imbalance(engine, crank, block, rpm, 0.5, bearings="auto").max() < 1e-9

@@ -1,0 +1,136 @@
+"""Combinations of levels that make no sense are refused in one line that says why, before any long work."""
+
+import math
+import re
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+from bodies import rigid_crank
+
+from cranktrain.cli import main
+from cranktrain.dynamics.model import (
+    BIG_END_LEVELS,
+    BLOCK_LEVELS,
+    BOUNDARIES,
+    DAMPER_LEVELS,
+    PISTON_LEVELS,
+    Settings,
+    check_levels,
+    resolved,
+)
+from cranktrain.dynamics.simulation import Simulation, simulate
+from cranktrain.engine import load_engine
+from cranktrain.errors import InputError
+from cranktrain.film.laws import LAWS
+
+SIX, EIGHT = load_engine("diesel_i6"), load_engine("diesel_v8")
+SPEED = 2000 * math.pi / 30
+
+REFUSED = [
+    (SIX, {"crank": "torsion"}, r"crank level 'torsion' does not exist; valid: rigid, solid"),
+    (SIX, {"bearings": "roler"}, r"bearing level 'roler' does not exist; did you mean 'roller'\?"),
+    (SIX, {"big_ends": "tabel"}, r"big-end level 'tabel' .* did you mean 'table'\?"),
+    (SIX, {"block": "flexibel"}, r"block level 'flexibel' .* did you mean 'flexible'\?"),
+    (SIX, {"pistons": "guide"}, r"piston level 'guide' .* did you mean 'guided'\?"),
+    (SIX, {"damper": "fited"}, r"damper level 'fited' .* did you mean 'fitted'\?"),
+    (SIX, {"boundary": "torqe"}, r"boundary 'torqe' .* did you mean 'torque'\?"),
+    (SIX, {"gas_source": "external"}, r"gas source 'external' does not exist"),
+    (SIX, {"reconstruction": "cubic"}, r"input reconstruction 'cubic' does not exist"),
+    (SIX, {"block": "flexible", "pistons": "rigid"}, r"rigid pistons .* cannot follow a flexible block"),
+    (SIX, {"bearings": "roller"}, r"needs \[main_roller\]"),
+    *((EIGHT, {"bearings": film}, r"needs oil films, but the mains .* are rollers") for film in
+      ("impedance", "table", "reynolds", "ehd")),
+    (replace(SIX, big_end_bearing=None), {"big_ends": "impedance"}, r"no \[big_end_bearing\]"),
+    (replace(SIX, piston_guidance=None), {"pistons": "guided"}, r"no \[piston_guidance\]"),
+    (replace(SIX, piston_guidance=None), {"block": "flexible"}, r"no \[piston_guidance\]"),
+    (replace(SIX, block=None), {"block": "flexible"}, r"no \[block\]"),
+    (replace(SIX, mounts=None), {"block": "flexible"}, r"no \[mounts\]"),
+    (replace(SIX, damper=None), {"damper": "fitted"}, r"no \[damper\]"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("engine", "choices", "says"), REFUSED)
+def test_refused_with_the_reason(engine, choices, says):
+    with pytest.raises(InputError) as error:
+        check_levels(resolved(Settings(**choices), engine), engine)
+    text = str(error.value)
+    assert "\n" not in text
+    assert re.search(says, text), text
+
+
+def test_every_other_combination_of_the_six_is_taken():
+    refused = 0
+    axes = (("rigid", "solid"), LAWS, BIG_END_LEVELS, BLOCK_LEVELS, PISTON_LEVELS, DAMPER_LEVELS, BOUNDARIES)
+    for levels in product(*axes):
+        names = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "boundary")
+        chosen = resolved(Settings(**dict(zip(names, levels, strict=True))), SIX)
+        senseless = chosen.bearings == "roller" or (chosen.block == "flexible" and chosen.pistons == "rigid")
+        try:
+            check_levels(chosen, SIX)
+        except InputError:
+            assert senseless, levels
+            refused += 1
+        else:
+            assert not senseless, levels
+    assert refused > 0
+
+
+RUN = ("simulate", "diesel_i6", "--speed", "2000", "--json")
+CALLS = [
+    (("--block", "flexible", "--pistons", "rigid"), r"cannot follow a flexible block"),
+    (("--block", "flexble"), r"'flexble' does not exist; did you mean 'flexible'\?"),
+    (("--block-mesh", "mine.msh"), r"--block-mesh needs --block flexible"),
+    (("--block", "flexible", "--block-mesh", "mine.msh"), r"mine\.msh: no such mesh file"),
+    (("--pistons", "guded"), r"'guded' does not exist; did you mean 'guided'\?"),
+    (("--bearings", "roller"), r"needs \[main_roller\]"),
+    (("--damper-temperature", "heat-balance"), r"--damper-temperature needs --damper"),
+    (("--damper", "--damper-temperature", "hot"), r"--damper-temperature 'hot' does not exist"),
+    (("--load-torque-nm", "nan"), r"--load-torque-nm nan is not within"),
+    (("--bearings", "linear", "--film-temperature", "heat-balance"), r"has no oil that friction warms"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "says"), CALLS)
+def test_the_command_line_refuses_before_any_work(arguments, says, capsys, monkeypatch):
+    def work(*_, **__):
+        raise AssertionError("a crankshaft was asked for")
+
+    monkeypatch.setattr("cranktrain.structure.reduction.reduced_crankshaft", work)
+    assert main([*RUN, *arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert re.search(says, captured.err), captured.err
+
+
+def test_rollers_are_refused_their_films_on_the_command_line(capsys):
+    assert main(["simulate", "diesel_v8", "--speed", "1800", "--bearings", "reynolds", "--json"]) == 2
+    assert "are rollers; use roller or linear" in capsys.readouterr().err
+
+
+def test_a_flexible_block_must_be_given():
+    with pytest.raises(InputError, match="needs the reduced block"):
+        simulation = Simulation(SIX, rigid_crank(SIX), Settings(crank="rigid", block="flexible"))
+        simulation.inputs[0] = SPEED
+        simulation.initialize()
+
+
+@pytest.mark.parametrize(
+    ("choices", "says"),
+    [
+        ({"load_torque": 800.0}, r"a load torque .* boundary 'torque'"),
+        ({"damper_balance": True}, r"damper .* 'fitted'"),
+    ],
+)
+def test_what_a_run_would_ignore_is_refused(choices, says):
+    with pytest.raises(InputError, match=says):
+        simulate(SIX, rigid_crank(SIX), Settings(crank="rigid"), SPEED, 1, **choices)
+
+
+@pytest.mark.parametrize("torque", [np.nan, np.inf])
+def test_a_load_torque_must_be_finite(torque):
+    settings = Settings(crank="rigid", boundary="torque")
+    with pytest.raises(InputError, match="load torque must be finite"):
+        simulate(SIX, rigid_crank(SIX), settings, SPEED, 1, load_torque=torque)
