@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from cranktrain.dynamics.simulation import Settings, Simulation
+from cranktrain.dynamics.simulation import Parts, Settings, Simulation
 from cranktrain.engine import Engine
 from cranktrain.film.bore_compliance import BoreCompliance
 from cranktrain.film.database import FilmTable
@@ -123,7 +123,7 @@ def started(
 ) -> Simulation:
     """The engine with films of ``level`` after its run-in, default settings."""
     settings = Settings(bearings=level)
-    simulation = Simulation(engine, body, settings, table=table, bore=bore)
+    simulation = Simulation(engine, body, settings, parts=Parts(table=table, bore=bore))
     simulation.inputs[0] = RUNNING
     simulation.initialize()
     for k in range(RUN_IN):
@@ -192,7 +192,7 @@ def rigid_films(
     engine: Engine, orbit: Orbit, grid: tuple[int, int] = RIGID_IN_LOOP, table: FilmTable | None = None
 ) -> OrbitFilms:
     """Films solved in place on ``grid``, or read from ``table``."""
-    bearing, count = engine.main_bearing, orbit.count
+    bearing, count = engine.plain_mains, orbit.count
     level = "reynolds" if table is None else "table"
     films = _films(count)
     parameters = np.tile(bearing_parameters(bearing, oil(engine), level), (count, 1))
@@ -211,7 +211,7 @@ def elastic_films(
     """Elastic films on ``grid`` that have run through the orbit until they repeat."""
     count = orbit.count
     films = _films(count)
-    record = elastic_bore(engine.main_bearing, np.full(count, oil(engine)), bore, grid)
+    record = elastic_bore(engine.plain_mains, np.full(count, oil(engine)), bore, grid)
     size = film_size(record.film)
     films.values[0] = size
     _install(films, elastic_law, record)

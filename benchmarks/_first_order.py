@@ -19,7 +19,6 @@ from numba import njit
 
 from cranktrain.dynamics.equations_of_motion import (
     COS,
-    FRAME_SIZE,
     LEAD,
     LEAD_RATE,
     OMEGA,
@@ -28,7 +27,6 @@ from cranktrain.dynamics.equations_of_motion import (
     THETA,
     WHIRL,
     external_force,
-    pin_motion,
     trace_pressure,
 )
 from cranktrain.dynamics.linear_algebra import add_product, factor_lu, product, solve_lu
@@ -41,7 +39,6 @@ from cranktrain.dynamics.model import (
     M_BIG,
     M_OSC,
     OFFSET,
-    PIN,
     RIGID_ROTATION,
     ROD,
     SHAFT_C,
@@ -49,6 +46,7 @@ from cranktrain.dynamics.model import (
     ModelArrays,
     dimensions,
 )
+from cranktrain.dynamics.rods import pin_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.state import (
     LEAD_ANGLE,
@@ -59,6 +57,7 @@ from cranktrain.dynamics.state import (
     VELOCITY,
     offset,
 )
+from cranktrain.dynamics.workspace import FRAME_SIZE
 from cranktrain.film.laws import IMPEDANCE, bearing_force
 from cranktrain.film.parabolic import friction_torque
 from cranktrain.film.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
@@ -92,7 +91,7 @@ class FirstOrder:
     def __init__(self, simulation: Simulation) -> None:
         self.model: ModelArrays = simulation.model
         d = dimensions(self.model)
-        n, m, p = d.modes, d.ports, d.pins
+        n, m, p = d.modes, d.ports, d.cylinders
         state = simulation.state
         self.speed = float(simulation.inputs[0])
         self.angle0 = float(state[SHAFT_ANGLE] - self.speed * state[TIME])
@@ -158,7 +157,7 @@ def derivative(model, s, speed, angle0, t, y, out):
     omega = frame[OMEGA]
     out[2 * n] = frame[LEAD_RATE]
     out[2 * n + 1] = frame[OMEGA_DOT]
-    external_force(model, frame, q, a)
+    external_force(model, frame, s.rhs, q, a)
     twist = 0.0
     twist_rate = 0.0
     for i in range(n):
@@ -202,7 +201,7 @@ def derivative(model, s, speed, angle0, t, y, out):
         s.force[k, 1] = 0.0
     for c in range(model.cylinders.shape[0]):
         rod = model.cylinders[c]
-        k = int(rod[PIN])
+        k = c
         # With ü = 0, which s.port[2] always holds: the force without the pin's relative acceleration.
         pin_motion(model, frame, k, u, ud, s.port[2], r)
         # A force acts at the lever of the whole displacement; turning alone carries the pin along.

@@ -70,7 +70,7 @@ def main() -> int:
     """Measure and print."""
     engine = load_engine("diesel_i6")
     eta = viscosity(engine.oil, oil_temperature(engine.oil, SPEED))
-    law = bearing_parameters(engine.main_bearing, eta, "impedance")
+    law = bearing_parameters(engine.plain_mains, eta, "impedance")
     nodes, work, out = node_table(), np.zeros(WORK_SIZE), np.zeros(16)
     rng = np.random.default_rng(1)
     scattered = np.column_stack(

@@ -87,7 +87,7 @@ def errors(films: Array, finest: Array) -> dict[str, float]:
 
 def plane_films(engine: Engine, orbit: Orbit, level: str) -> tuple[Callable[[], None], Array]:
     """Films without tilt over the cycle: what calls them, and the forces it fills."""
-    law = bearing_parameters(engine.main_bearing, oil(engine), level)
+    law = bearing_parameters(engine.plain_mains, oil(engine), level)
     forces = np.zeros((STEPS, orbit.count, 4))
     table = impedance_map(float(law[KAPPA2]))
     return partial(around_plane, law, table, orbit.places, orbit.velocities, np.zeros(16), forces), forces
@@ -239,7 +239,7 @@ def modes_part(engine: Engine) -> list[dict[str, Any]]:
 def measure() -> dict[str, Any]:
     """All parts."""
     engine, body = engine_and_body()
-    bearing = engine.main_bearing
+    bearing = engine.plain_mains
     table, _, _ = film_table(TableSettings(bearing.width / bearing.diameter, bearing.groove))
     bore = bore_compliance(engine, SHAPES, with_motion=True)
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from _engine_run import SPEED, engine_and_body
 
-from cranktrain.dynamics.simulation import Settings, Simulation
+from cranktrain.dynamics.simulation import Parts, Settings, Simulation
 from cranktrain.film import tilted_levels
 from cranktrain.film.database import TableSettings
 from cranktrain.film.elastic_grid import ElasticGrid
@@ -37,14 +37,14 @@ FINE_GRID = ElasticGrid(96, 11, IN_LOOP.edge)
 def main() -> int:
     """Measure and print."""
     engine, body = engine_and_body()
-    bearing = engine.main_bearing
+    bearing = engine.plain_mains
     table, _, _ = film_table(TableSettings(bearing.width / bearing.diameter, bearing.groove))
     bore = bore_compliance(engine, SHAPES, with_motion=True)
 
     def run(level: str, grid: ElasticGrid = IN_LOOP, **choices: Any) -> dict[str, Any]:
         tilted_levels.elastic_bore = partial(elastic_bore, grid=grid)
         print(f"film_levels: {level} {choices}", file=sys.stderr, flush=True)
-        simulation = Simulation(engine, body, Settings(bearings=level, **choices), table=table, bore=bore)
+        simulation = Simulation(engine, body, Settings(bearings=level, **choices), parts=Parts(table=table, bore=bore))
         simulation.inputs[0] = SPEED
         simulation.initialize()
         count, h = CYCLES * PER_CYCLE, 4.0 * math.pi / SPEED / PER_CYCLE

@@ -1,0 +1,116 @@
+"""The whole six: what block, pistons and damper cost, and how far a step of 0.5 degrees is from a finer one.
+
+Cost is a ratio inside one run: medians over rounds in which every case takes its turn. The error is that of DESIGN
+section 4, against the same model at a quarter of the step by sdirk4; real-time factors are those of this machine now.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from typing import Any
+
+import numpy as np
+
+from cranktrain.dynamics.model import Parts, Settings
+from cranktrain.dynamics.simulation import Result, Simulation, communication_step, fitted_engine, simulate
+from cranktrain.engine import load_engine
+from cranktrain.film.database import TableSettings
+from cranktrain.film_table import film_table
+from cranktrain.structure.block import running_block
+from cranktrain.structure.reduction import running_body
+
+SPEED = 2000.0 * math.pi / 30.0
+ROUNDS = 9
+CYCLES = 6
+LEVELS = {
+    "ground, rigid pistons": Settings(),
+    "ground, guided pistons": Settings(pistons="guided"),
+    "flexible block": Settings(block="flexible"),
+    "flexible block, damper": Settings(block="flexible", damper="fitted"),
+}
+STEPS = (("generalised-alpha", 0.5), ("sdirk2", 0.5), ("sdirk4", 0.5), ("sdirk4", 2.5))
+
+
+def step_costs() -> dict[str, float]:
+    """Microseconds per step of each of ``LEVELS`` with impedance films at the default step."""
+    running = [_started(settings) for settings in LEVELS.values()]
+    h = communication_step(SPEED, Settings().step)
+    costs: list[list[float]] = [[] for _ in running]
+    for _ in range(ROUNDS):
+        for own, simulation in zip(costs, running, strict=True):
+            begin, steps = simulation.time, simulation.work.counters[0]
+            clock = time.perf_counter()
+            for k in range(1, 145):
+                simulation.step(begin + k * h)
+            own.append(1e6 * (time.perf_counter() - clock) / (simulation.work.counters[0] - steps))
+    return {name: statistics.median(own) for name, own in zip(LEVELS, costs, strict=True)}
+
+
+def errors(bearings: str) -> list[dict[str, Any]]:
+    """Real-time factor and errors of the whole engine, block, pistons and damper, at each of ``STEPS``."""
+    reference = _run(bearings, "sdirk4", 0.125)
+    rows = []
+    for integrator, step in STEPS:
+        run = _run(bearings, integrator, step)
+        found = {name: relative_error(run, reference, name) for name in ("pulley.torsion", "pulley.axial")}
+        rows.append({"integrator": integrator, "step_deg": step, "real_time_factor": run.real_time_factor, **found})
+    return rows
+
+
+def relative_error(run: Result, reference: Result, name: str) -> float:
+    """RMS of the difference over the last cycle over the RMS of the reference's alternating part."""
+    angle, exact = reference.last_cycle(name)
+    there, values = run.last_cycle(name)
+    difference = np.interp(angle, there, values) - exact
+    return float(np.sqrt(np.mean(difference**2)) / np.std(exact))
+
+
+def _engine(settings: Settings) -> tuple[Any, Any, Parts]:
+    engine = fitted_engine(load_engine("diesel_i6"), settings)
+    bearing = engine.plain_mains
+    table = None
+    if settings.bearings == "table":
+        table, _, _ = film_table(TableSettings(bearing.width / bearing.diameter, bearing.groove))
+    block = running_block(engine) if settings.block == "flexible" else None
+    return engine, running_body(engine), Parts(table=table, block=block)
+
+
+def _started(settings: Settings) -> Simulation:
+    engine, body, parts = _engine(settings)
+    simulation = Simulation(engine, body, settings, parts=parts)
+    simulation.inputs[0] = SPEED
+    simulation.initialize()
+    return simulation
+
+
+def _run(bearings: str, integrator: str, step_deg: float) -> Result:
+    settings = Settings(
+        bearings=bearings, block="flexible", damper="fitted", integrator=integrator, step=math.radians(step_deg)
+    )
+    engine, body, parts = _engine(settings)
+    return simulate(engine, body, settings, SPEED, CYCLES, parts=parts)
+
+
+def main() -> None:
+    """Print both tables."""
+    costs = step_costs()
+    ground = costs["ground, rigid pistons"]
+    guided = costs["ground, guided pistons"]
+    print("| level (impedance films, 2.5 deg) | us per step | over ground | over ground with guided pistons |")
+    print("| --- | --- | --- | --- |")
+    for name, cost in costs.items():
+        print(f"| {name} | {cost:.0f} | {cost / ground:.2f} | {cost / guided:.2f} |")
+    for bearings in ("impedance", "table"):
+        print(f"\n| whole engine, {bearings} films | real-time factor | error torsion | error axial |")
+        print("| --- | --- | --- | --- |")
+        for row in errors(bearings):
+            print(
+                f"| {row['integrator']} {row['step_deg']:g} deg | {row['real_time_factor']:.2f} | "
+                f"{row['pulley.torsion']:.1e} | {row['pulley.axial']:.1e} |"
+            )
+
+
+if __name__ == "__main__":
+    main()
