@@ -18,7 +18,7 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -56,6 +56,12 @@ def main(arguments: list[str] | None = None) -> int:
         help="leave out the film table: a smaller FMU, made sooner, without bearing.level = table",
     )
     parser.add_argument(
+        "--no-block",
+        dest="block",
+        action="store_false",
+        help="leave out the block: an FMU made minutes sooner, without block.level = flexible",
+    )
+    parser.add_argument(
         "--reference", action="store_true", help="also simulate the FMU and write its cross-check files beside it"
     )
     chosen = parser.parse_args(arguments)
@@ -66,6 +72,8 @@ def main(arguments: list[str] | None = None) -> int:
             _write(path, model_description(engine))
         else:
             body = reduced_body(engine, _say)
+            if not chosen.block:
+                engine = replace(engine, block=None)
             data = structure_data(engine, _say) | film_data(engine, chosen.film_table, _say)
             path = build(engine, body, Path(chosen.output), _say, **data)
             if chosen.reference:
