@@ -46,8 +46,8 @@ def main() -> int:
         ring = Ring(damper_parameters(damper, damper_temperature(damper, free.speed)), damper.ring_inertia)
         damped = forced_torsion(housed, housed_body, free.speed, ring)
         peak = order_peak(housed, housed_body, order, band, ring)
-        run = run_amplitude(engine, body, free.speed, order, False)
-        damped_run = run_amplitude(housed, housed_body, free.speed, order, True)
+        run = run_amplitude(engine, body, free.speed, order, "none")
+        damped_run = run_amplitude(housed, housed_body, free.speed, order, "fitted")
         predicted = damped.amplitude(order) / free.amplitude(order)
         result[f"order {order:g}"] = {
             "rpm": free.speed / RPM,
@@ -64,7 +64,7 @@ def main() -> int:
     return 0
 
 
-def run_amplitude(engine: Engine, body: ReducedBody, speed: float, order: float, damper: bool) -> float:
+def run_amplitude(engine: Engine, body: ReducedBody, speed: float, order: float, damper: str) -> float:
     """Amplitude of the pulley's torsion of an order in a run's last cycle, rad."""
     settings = Settings(bearings="linear", step=math.radians(1.0), damper=damper)
     run = simulate(engine, body, settings, speed, CYCLES)

@@ -236,7 +236,7 @@ def test_the_v8s_orders_fall_as_the_frequency_domain_predicts(order):
     ring = ring_of(housed.damper, damper_temperature(housed.damper, speed))
     predicted = [forced_torsion(engine, bodies[0], speed), forced_torsion(housed, bodies[1], speed, ring)]
     run = []
-    for which, body, damper in ((engine, bodies[0], False), (housed, bodies[1], True)):
+    for which, body, damper in ((engine, bodies[0], "none"), (housed, bodies[1], "fitted")):
         result = simulate(which, body, Settings(bearings="linear", step=math.radians(1.0), damper=damper), speed, 14)
         signal = result.outputs["pulley.torsion"][-1 - result.per_cycle : -1]
         run.append(2.0 / signal.size * abs(np.fft.rfft(signal)[round(2.0 * order)]))
