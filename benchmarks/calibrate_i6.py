@@ -17,7 +17,8 @@ import numpy as np
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
-from cranktrain.engine import Engine, LumpedInertia, load_engine
+from cranktrain.engine import Engine, load_engine
+from cranktrain.engine_parts import LumpedInertia
 from cranktrain.structure.modal import cranktrain_modes, first_axial, free_modes, torsional_frequencies
 from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft
 

@@ -18,7 +18,8 @@ import numpy as np
 from scipy.optimize import brentq
 from threadpoolctl import threadpool_limits
 
-from cranktrain.engine import Engine, LumpedInertia, RollerBearings, load_engine
+from cranktrain.engine import Engine, load_engine
+from cranktrain.engine_parts import LumpedInertia, RollerBearings
 from cranktrain.reduced_body import ReducedBody
 from cranktrain.structure.modal import cranktrain_modes
 from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft

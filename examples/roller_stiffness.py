@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cranktrain.engine import Material
+from cranktrain.engine_parts import Material
 from cranktrain.film.roller import LoadedBearing, equilibrium, many_rollers, roller_slices, slice_stiffness
 from cranktrain.roller_bearing import RollerBearing, iso_profile
 from cranktrain.structure.roller_ring import RollerRing, elastic_ring_stiffness, ring_compliance, ring_for

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.sparse.linalg import LinearOperator, eigsh
 from skfem import MeshTet1, MeshTet2, MeshTri
 
-from cranktrain.engine import Material
+from cranktrain.engine_parts import Material
 from cranktrain.structure.elasticity import factorise
 
 STEEL = Material(youngs_modulus=210e9, poisson_ratio=0.3, density=7850.0)

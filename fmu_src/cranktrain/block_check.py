@@ -8,7 +8,8 @@ import math
 import numpy as np
 
 from cranktrain.crankshaft_check import in_mm
-from cranktrain.engine import Block, Engine, Mounts
+from cranktrain.engine import Engine
+from cranktrain.engine_parts import Block, Mounts
 from cranktrain.errors import InputError
 
 LEAST_GAP = 1e-3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.engine import BalanceWeights, Crankshaft
+from cranktrain.engine_parts import BalanceWeights, Crankshaft
 from cranktrain.errors import InputError
 
 

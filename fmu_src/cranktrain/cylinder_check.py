@@ -5,7 +5,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 from cranktrain.crankshaft_check import in_mm
-from cranktrain.engine import Cylinders, Engine
+from cranktrain.engine import Engine
+from cranktrain.engine_parts import Cylinders
 
 Rule = tuple[str, bool, str]
 

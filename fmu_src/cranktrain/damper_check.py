@@ -6,7 +6,7 @@ import math
 from itertools import pairwise
 
 from cranktrain.crankshaft_check import in_mm
-from cranktrain.engine import Damper
+from cranktrain.engine_parts import Damper
 from cranktrain.errors import nearest
 
 KINDS = ("viscous", "rubber")

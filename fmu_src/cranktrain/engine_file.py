@@ -23,8 +23,10 @@ from cranktrain.block_check import check_block, check_mounts
 from cranktrain.crankshaft_check import check_balance_weights, check_crankshaft, in_mm
 from cranktrain.cylinder_check import Rule, cylinder_rules
 from cranktrain.damper_check import damper_rules
-from cranktrain.engine import Engine, Oil, PlainBearing, Quantity, optional_fields
+from cranktrain.engine import Engine, optional_fields
+from cranktrain.engine_parts import Oil, PlainBearing
 from cranktrain.errors import InputError, nearest
+from cranktrain.quantities import Quantity
 from cranktrain.roller_bearing import check_rollers
 
 GROOVES = ("none", "circumferential")

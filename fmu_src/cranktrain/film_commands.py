@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from cranktrain.errors import InputError, nearest
 
 if TYPE_CHECKING:
-    from cranktrain.engine import Oil
+    from cranktrain.engine_parts import Oil
     from cranktrain.film.bearing import SteadyState
 
 RPM = math.pi / 30.0
@@ -255,7 +255,7 @@ def _analysis(
 
 def _oil(options: argparse.Namespace) -> Oil:
     """Walther's oil of the options."""
-    from cranktrain.engine import Oil
+    from cranktrain.engine_parts import Oil
 
     inlet = options.inlet_temperature_c
     if not (math.isfinite(inlet) and -60.0 <= inlet <= 250.0):

@@ -24,7 +24,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.engine import Oil
+from cranktrain.engine_parts import Oil
 from cranktrain.errors import InputError, nearest
 from cranktrain.kernel import kernel
 

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, fields
 
 from cranktrain.crankshaft_check import in_mm
-from cranktrain.engine import Crankshaft, RollerBearings
+from cranktrain.engine_parts import Crankshaft, RollerBearings
 from cranktrain.errors import InputError, nearest
 
 CONTACT_LAWS = {"palmgren": 7.68e-5 ** (-10.0 / 9.0), "iso16281": 35948.0}

@@ -15,7 +15,7 @@ from cranktrain.errors import InputError
 
 if TYPE_CHECKING:
     from cranktrain.dynamics.model import Parts, Settings
-    from cranktrain.engine import PlainBearing
+    from cranktrain.engine_parts import PlainBearing
     from cranktrain.film.bore_compliance import BoreCompliance
     from cranktrain.film.database import FilmTable
     from cranktrain.loads.gas_pressure import GasTrace

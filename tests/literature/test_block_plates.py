@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import ivp, jvp, kvp, yvp
 from solids import frequencies, ring, timoshenko_free_free
 
-from cranktrain.engine import Material
+from cranktrain.engine_parts import Material
 from cranktrain.structure.elasticity import component_dofs, finite_elements
 from cranktrain.structure.mesh import NETGEN_EDGES, quadratic_mesh
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cranktrain.engine import LumpedInertia, load_engine
+from cranktrain.engine import load_engine
+from cranktrain.engine_parts import LumpedInertia
 from cranktrain.structure.crankshaft import pin_centre, stations
 from cranktrain.structure.mesh import interface_names
 from cranktrain.structure.modal import cranktrain_modes, modal_report

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from solids import STEEL, block, frequencies, round_bar, timoshenko_free_free
 
-from cranktrain.engine import Material
+from cranktrain.engine_parts import Material
 from cranktrain.structure.elasticity import component_dofs, finite_elements
 
 RADIUS, LENGTH = 0.02, 0.6

@@ -8,7 +8,7 @@ import pytest
 from skfem import MeshTet2
 from solids import STEEL, ring
 
-from cranktrain.engine import Material
+from cranktrain.engine_parts import Material
 from cranktrain.film.roller import equilibrium, force_at, many_rollers, radial_integral
 from cranktrain.roller_bearing import CONTACT_LAWS, RollerBearing
 from cranktrain.structure.roller_ring import RollerRing, ring_model, track_compliance

@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import expm
 from solids import round_bar
 
-from cranktrain.engine import Material
+from cranktrain.engine_parts import Material
 from cranktrain.reduced_body import attach, rigid, truncate
 from cranktrain.structure.craig_bampton import craig_bampton
 from cranktrain.structure.elasticity import finite_elements

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from solids import STEEL, block, frequencies, round_bar
 
-from cranktrain.engine import Crankshaft, load_engine
+from cranktrain.engine import load_engine
+from cranktrain.engine_parts import Crankshaft
 from cranktrain.errors import InputError
 from cranktrain.structure import mesh as mesh_module
 from cranktrain.structure.crankshaft import pin_centre, stations

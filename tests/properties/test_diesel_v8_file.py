@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from cranktrain.engine import LumpedInertia, engine_from_dict, engine_provenance, engine_to_dict, load_engine
+from cranktrain.engine import engine_from_dict, engine_provenance, engine_to_dict, load_engine
 from cranktrain.engine_file import ORIGINS, check_engine, engine_path
+from cranktrain.engine_parts import LumpedInertia
 from cranktrain.errors import InputError
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crankshaft import pin_centre

@@ -8,12 +8,7 @@ from dataclasses import replace
 import pytest
 
 from cranktrain.crankshaft_check import check_crankshaft
-from cranktrain.engine import (
-    engine_from_dict,
-    engine_provenance,
-    engine_to_dict,
-    load_engine,
-)
+from cranktrain.engine import engine_from_dict, engine_provenance, engine_to_dict, load_engine
 from cranktrain.engine_file import ORIGINS, UNITS, engine_path
 from cranktrain.errors import InputError
 

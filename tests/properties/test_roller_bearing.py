@@ -9,7 +9,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from cranktrain.engine import RollerBearings, engine_from_dict, engine_to_dict, load_engine
+from cranktrain.engine import engine_from_dict, engine_to_dict, load_engine
+from cranktrain.engine_parts import RollerBearings
 from cranktrain.errors import InputError
 from cranktrain.film.laws import LAWS
 from cranktrain.film.parameters import CLEARANCE, WIDTH

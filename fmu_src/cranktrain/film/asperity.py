@@ -22,7 +22,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.engine import PlainBearing
+from cranktrain.engine_parts import PlainBearing
 from cranktrain.errors import InputError
 from cranktrain.kernel import kernel
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cranktrain.engine import PlainBearing
+from cranktrain.engine_parts import PlainBearing
 from cranktrain.film.asperity import bearing_contact_constants
 from cranktrain.film.bore_compliance import BoreCompliance
 from cranktrain.film.elastic_grid import (

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from cranktrain.engine import Oil
+from cranktrain.engine_parts import Oil
 from cranktrain.errors import InputError, SolverError
 from cranktrain.lubricant import viscosity
 

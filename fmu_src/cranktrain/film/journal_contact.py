@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cranktrain.engine import PlainBearing
+from cranktrain.engine_parts import PlainBearing
 from cranktrain.errors import InputError
 from cranktrain.film.asperity import (
     AREA,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cranktrain.engine import JournalBearing, PlainBearing
+from cranktrain.engine_parts import JournalBearing, PlainBearing
 from cranktrain.errors import InputError, nearest
 from cranktrain.film.impedance import journal_force
 from cranktrain.film.parabolic import film_geometry

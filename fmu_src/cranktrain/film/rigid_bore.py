@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cranktrain.engine import PlainBearing
+from cranktrain.engine_parts import PlainBearing
 from cranktrain.errors import InputError
 from cranktrain.film.aligned_law import aligned_force, aligned_observables
 from cranktrain.film.database import FilmTable, table_grid

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cranktrain.engine import RollerBearings
+from cranktrain.engine_parts import RollerBearings
 from cranktrain.film.parameters import C_X, C_Y, CLEARANCE, K_X, K_Y, LAW, RADIUS, WIDTH
 from cranktrain.film.roller import (
     APPROACH,

@@ -24,7 +24,7 @@ import math
 
 import numpy as np
 
-from cranktrain.engine import ThrustBearing
+from cranktrain.engine_parts import ThrustBearing
 from cranktrain.kernel import kernel
 
 LINEAR = 0

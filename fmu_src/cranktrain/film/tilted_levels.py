@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.engine import PlainBearing, RollerBearings
+from cranktrain.engine_parts import PlainBearing, RollerBearings
 from cranktrain.errors import InputError
 from cranktrain.film.bore_compliance import BoreCompliance
 from cranktrain.film.database import FilmTable

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from cranktrain.engine import Oil
+from cranktrain.engine_parts import Oil
 from cranktrain.film.bearing import SteadyState
 from cranktrain.film.heat_balance import MEAN, effective_temperature
 from cranktrain.lubricant import viscosity

@@ -36,7 +36,8 @@ from dataclasses import replace
 import numpy as np
 
 from cranktrain.damper_check import COMPLEX_MODULUS, LAWS, SHEAR_THINNING
-from cranktrain.engine import Damper, Engine
+from cranktrain.engine import Engine
+from cranktrain.engine_parts import Damper
 from cranktrain.errors import InputError, nearest
 from cranktrain.kernel import kernel
 from cranktrain.lubricant import temperature_at

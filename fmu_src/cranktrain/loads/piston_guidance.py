@@ -23,7 +23,7 @@ import math
 
 import numpy as np
 
-from cranktrain.engine import PistonGuidance
+from cranktrain.engine_parts import PistonGuidance
 from cranktrain.kernel import kernel
 from cranktrain.reduced_body import Array
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.engine import Rod
+from cranktrain.engine_parts import Rod
 from cranktrain.kernel import kernel
 
 

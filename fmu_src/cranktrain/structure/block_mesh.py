@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshTet2
 
-from cranktrain.engine import Block
+from cranktrain.engine_parts import Block
 from cranktrain.errors import InputError
 from cranktrain.structure.block_shape import PATCH, Bank, BlockPlan, block_shape
 from cranktrain.structure.elasticity import FEModel

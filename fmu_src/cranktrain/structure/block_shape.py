@@ -17,7 +17,8 @@ from dataclasses import dataclass
 from math import cos, hypot, pi, sin
 from typing import Any
 
-from cranktrain.engine import Block, Engine
+from cranktrain.engine import Engine
+from cranktrain.engine_parts import Block
 from cranktrain.errors import InputError
 
 Point = tuple[float, float]

@@ -15,7 +15,7 @@ from math import asin, cos, hypot, pi, sin, sqrt
 from typing import Any
 
 from cranktrain.crankshaft_check import check_crankshaft
-from cranktrain.engine import Crankshaft
+from cranktrain.engine_parts import Crankshaft
 
 # Mesh edges in an oil hole relative to its diameter; coarser ones cut across the bore.
 HOLE_FINENESS = 0.5

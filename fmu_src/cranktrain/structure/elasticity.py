@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from skfem import Basis, BilinearForm, ElementTetP2, ElementVector, MeshTet2
 
-from cranktrain.engine import Material
+from cranktrain.engine_parts import Material
 from cranktrain.structure.factor import Factor, factorise
 
 __all__ = ["FEModel", "Factor", "factorise", "finite_elements", "geometric_stiffness", "sample"]

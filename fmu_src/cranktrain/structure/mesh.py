@@ -25,7 +25,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet
 
 from cranktrain.crankshaft_check import check_crankshaft
-from cranktrain.engine import Crankshaft
+from cranktrain.engine_parts import Crankshaft
 from cranktrain.errors import InputError, nearest
 from cranktrain.structure.crankshaft import stations
 

@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from cranktrain.engine import Engine, LumpedInertia
+from cranktrain.engine import Engine
+from cranktrain.engine_parts import LumpedInertia
 from cranktrain.errors import InputError
 from cranktrain.reduced_body import ReducedBody
 from cranktrain.structure.reduction import CHECKED_HZ, attached_parts, complete_crankshaft

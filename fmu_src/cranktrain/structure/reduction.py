@@ -25,7 +25,8 @@ from skfem import Basis, ElementTetP2, MeshTet2
 from threadpoolctl import threadpool_limits
 
 from cranktrain.cache import cache_folder
-from cranktrain.engine import Crankshaft, Engine, LumpedInertia, Material
+from cranktrain.engine import Engine
+from cranktrain.engine_parts import Crankshaft, LumpedInertia, Material
 from cranktrain.errors import InputError
 from cranktrain.reduced_body import SCHEMA, ReducedBody, attach, truncate
 from cranktrain.store import load_body, load_extras, save_body

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from skfem import FacetBasis, MeshTet2
 
 from cranktrain.cache import cache_folder
-from cranktrain.engine import Material
+from cranktrain.engine_parts import Material
 from cranktrain.errors import InputError
 from cranktrain.roller_bearing import RollerBearing
 from cranktrain.structure.elasticity import FEModel, finite_elements

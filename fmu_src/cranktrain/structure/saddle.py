@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from skfem import MeshTet2
 
 from cranktrain.cache import cache_folder
-from cranktrain.engine import SHELL_SHARE, Engine, JournalBearing, Material
+from cranktrain.engine import Engine
+from cranktrain.engine_parts import SHELL_SHARE, JournalBearing, Material
 from cranktrain.errors import InputError
 from cranktrain.film.bore_compliance import BoreCompliance, patterns, reduced_compliance
 from cranktrain.structure.elasticity import FEModel, finite_elements
