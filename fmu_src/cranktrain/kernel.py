@@ -4,7 +4,7 @@ A kernel must also compile ahead of time into a library without Python: the call
 no exceptions (integer status codes), no ``reshape``, no global mutable state, no parallel loops. Compiling without
 numba's run-time (``_nrt=False``) holds kernels to that: one that would allocate does not compile.
 
-Compiled kernels are kept in the user's cache under a digest of this package's sources: numba itself looks only at a
+Compiled kernels are kept in the user's cache under a digest of all sources that can reach one: numba itself looks only at a
 kernel's own file, and would run a stale copy of what that kernel calls. For the same reason they are not kept at all
 where the cache cannot be written; numba would then put them beside the sources.
 
@@ -31,10 +31,16 @@ from numpy.typing import NDArray
 from cranktrain.cache import cache_folder
 
 
+BELOW = ("damper_check", "engine", "engine_parts", "errors", "kernel", "lubricant", "reduced_body", "roller_bearing")
+"""Modules of the package itself that films, loads and dynamics import."""
+
+
 def _source_digest() -> str:
     root = Path(__file__).parent
     digest = sha256()
-    for path in sorted(p for part in (".", "film", "loads", "dynamics") for p in (root / part).glob("*.py")):
+    folders = [p for part in ("film", "loads", "dynamics") for p in (root / part).glob("*.py")]
+    below = [root / f"{name}.py" for name in BELOW]
+    for path in sorted([p for p in below if p.is_file()] + folders):
         digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -1,6 +1,7 @@
 """Compiled kernels: kept where the user's cache is, found again, never stale, never needed."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import cranktrain
+from cranktrain.kernel import BELOW
 
 SOURCES = Path(cranktrain.__file__).parent
 RUN = "from cranktrain.lubricant import vogel_viscosity\nprint(vogel_viscosity(350.0, 1e-4, 800.0, 180.0))"
@@ -61,3 +63,13 @@ def test_kernel_is_compiled_anew_when_a_constant_it_takes_from_another_module_ch
     assert run(install, tmp_path / "cache", text) == 1.0
     (install / "cranktrain" / "loads" / "given.py").write_text("VALUE = 2.0\n")
     assert run(install, tmp_path / "cache", text) == 2.0
+
+
+def test_digest_of_the_sources_covers_all_that_a_kernel_s_module_imports():
+    imported = {
+        name
+        for folder in ("film", "loads", "dynamics")
+        for path in (SOURCES / folder).glob("*.py")
+        for name in re.findall(r"(?m)^from cranktrain\.([a-z_]+) import", path.read_text())
+    }
+    assert imported <= set(BELOW)
