@@ -4,9 +4,9 @@ A kernel must also compile ahead of time into a library without Python: the call
 no exceptions (integer status codes), no ``reshape``, no global mutable state, no parallel loops. Compiling without
 numba's run-time (``_nrt=False``) holds kernels to that: one that would allocate does not compile.
 
-Compiled kernels are kept in the user's cache under a digest of all sources that can reach one: numba itself looks only at a
-kernel's own file, and would run a stale copy of what that kernel calls. For the same reason they are not kept at all
-where the cache cannot be written; numba would then put them beside the sources.
+Compiled kernels are kept in the user's cache under a digest of all sources that can reach one: numba itself looks only
+at a kernel's own file, and would run a stale copy of what that kernel calls. For the same reason they are not kept at
+all where the cache cannot be written; numba would then put them beside the sources.
 
 Numba compiles a kernel together with all that it calls, once more at every level above. Large force laws of which a run
 needs one at most are therefore called at their address, as C would call them: each is compiled by itself, and only
@@ -30,12 +30,12 @@ from numpy.typing import NDArray
 
 from cranktrain.cache import cache_folder
 
-
 BELOW = ("damper_check", "engine", "engine_parts", "errors", "kernel", "lubricant", "reduced_body", "roller_bearing")
 """Modules of the package itself that films, loads and dynamics import."""
 
 
-def _source_digest() -> str:
+def source_digest() -> str:
+    """Digest of all sources that can reach a kernel: what was computed by others is computed anew."""
     root = Path(__file__).parent
     digest = sha256()
     folders = [p for part in ("film", "loads", "dynamics") for p in (root / part).glob("*.py")]
@@ -47,7 +47,7 @@ def _source_digest() -> str:
 
 def _kernel_folder() -> str:
     """Folder for the compiled kernels of these sources; empty where it cannot be written."""
-    folder = cache_folder() / "kernels" / _source_digest()
+    folder = cache_folder() / "kernels" / source_digest()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()

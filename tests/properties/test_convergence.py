@@ -63,7 +63,7 @@ def carried_on(bearings, integrator, step_deg, span_deg, cutoff_hz=None):
     state = simulation.state
     state[: layout.offset(3, n)] = start[: layout.offset(3, n)]
     state[layout.offset(3, n) : layout.offset(4, n)] = start[layout.offset(2, n) : layout.offset(3, n)]
-    state[layout.STEP_REFERENCE] = -1.0
+    state[layout.STEP_REFERENCE], state[layout.STEP_LAST] = -1.0, 0.0
     simulation.state = state
     return advance(simulation, span_deg, step_deg)
 
@@ -78,6 +78,12 @@ def carried_on(bearings, integrator, step_deg, span_deg, cutoff_hz=None):
         ("tr-bdf2", (0.5, 0.25, 0.125), 1.85, 2.15),
         ("sdirk3", (0.5, 0.25, 0.125), 2.7, 3.3),
         ("sdirk4", (1.0, 0.5, 0.25), 3.3, 5.0),
+        ("trapezoidal", (0.5, 0.25, 0.125), 1.85, 2.15),
+        ("hht", (0.5, 0.25, 0.125), 1.85, 2.15),
+        ("bdf2", (0.25, 0.125, 0.0625), 1.8, 2.2),
+        ("esdirk3", (0.5, 0.25, 0.125), 2.7, 3.3),
+        ("esdirk4", (1.0, 0.5, 0.25), 3.3, 5.0),
+        ("esdirk5", (2.0, 1.0, 0.5), 4.0, 6.0),
     ],
 )
 def test_order_on_smooth_data_with_a_mass_that_varies(integrator, steps, low, high):

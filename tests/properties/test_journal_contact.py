@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cranktrain.engine import load_engine
@@ -73,6 +73,7 @@ def test_resultant_is_the_integral_of_the_contact_pressure(place):
 @given(TOUCHING, DIRECTION, TILT, DIRECTION, st.sampled_from([-3.0, 0.0, 0.004, 3.0]))
 def test_tangents_are_the_derivatives(eps, direction, tilt, way, sliding):
     # Worst end at ``eps``: the middle follows from the tilt.
+    assume(abs(eps - 1.0) > 1e-4)  # where surfaces meet the tangent has a kink, which differences step across
     end = eps * np.array([math.cos(direction), math.sin(direction)])
     turn = tilt * np.array([math.cos(way), math.sin(way)])
     at = np.array([*(end - turn), *turn])

@@ -29,7 +29,13 @@ SIX, EIGHT = load_engine("diesel_i6"), load_engine("diesel_v8")
 SPEED = 2000 * math.pi / 30
 
 REFUSED = [
-    (SIX, {"crank": "torsion"}, r"crank level 'torsion' does not exist; valid: rigid, solid"),
+    (SIX, {"crank": "torsion"}, r"crank level 'torsion' does not exist; did you mean 'torsional'\?"),
+    (SIX, {"control": "adaptiv"}, r"step control 'adaptiv' .* did you mean 'adaptive'\?"),
+    (SIX, {"control": "adaptive", "integrator": "bdf2"}, r"'bdf2' has no error estimate, .* use one of sdirk4"),
+    (SIX, {"control": "adaptive", "tolerance": 0.0}, r"tolerance of adaptive control must be 1e-10 to 1, got 0"),
+    (SIX, {"bearings": "held"}, r"holds the axis of a crank that cannot bend, not of crank level 'solid'"),
+    (SIX, {"crank": "rigid", "bearings": "held", "block": "flexible"}, r"does not meet a flexible block"),
+    (SIX, {"crank": "rigid", "bearings": "held", "big_ends": "impedance"}, r"run in no film"),
     (SIX, {"bearings": "roler"}, r"bearing level 'roler' does not exist; did you mean 'roller'\?"),
     (SIX, {"big_ends": "tabel"}, r"big-end level 'tabel' .* did you mean 'table'\?"),
     (SIX, {"block": "flexibel"}, r"block level 'flexibel' .* did you mean 'flexible'\?"),

@@ -13,7 +13,7 @@ import pytest
 from bodies import rigid_crank, six
 
 from cranktrain.dynamics import state as layout
-from cranktrain.dynamics.integrators import integrator_table
+from cranktrain.dynamics.integrator_tables import integrator_table
 from cranktrain.dynamics.model import DELTA_J, M_BIG, M_OSC, RIGID_ROTATION, SHAFT_C, SHAFT_K
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.engine import load_engine

@@ -190,15 +190,6 @@ def test_tilt_is_righted_and_turned_on():
     assert abs(whirling[2]) < 1e-9 * abs(running[2])
 
 
-def test_closed_bearing_tilts_on_its_ring_of_springs():
-    linear = thrust_parameters(BEARING, VISCOSITY, linear=True)
-    force, place, rate = tilted(1e-6, 1e-5, -2e-5, 1e-3, 1e-2, 2e-2, parameters=linear)
-    radius, k = pad_size(BEARING)[0], closed_stiffness(BEARING)
-    assert place == pytest.approx(-k * np.diag([1.0, 0.5 * radius**2, 0.5 * radius**2]), abs=1e-12 * k)
-    assert rate == pytest.approx(place * BEARING.damping / k)
-    assert force == pytest.approx(place @ (1e-6, 1e-5, -2e-5) + rate @ (1e-3, 1e-2, 2e-2))
-
-
 def test_an_edge_that_touches_carries():
     # Tilted beyond the clearance one pad is in contact: finite force and moment that right it.
     tilt = 1.05 * HALF / (pad_size(BEARING)[0] * math.sin(math.pi / 4))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.dynamics.model import BANK, OFFSET, ROD
-from cranktrain.dynamics.ports import RODS
+from cranktrain.dynamics.ports import PIN_ROTATIONS, RODS
 from cranktrain.dynamics.rods import (
     COS,
     OMEGA,
@@ -75,7 +75,7 @@ def observe_big_end(model, work, frame, c, u, ud, out, k):
     vy -= r[3]
     side = turn_cos * r[0] - turn_sin * r[1] - rod[OFFSET]
     rod_speed = (turn_cos * r[2] - turn_sin * r[3]) / math.sqrt(rod[ROD] * rod[ROD] - side * side)
-    pin_speed = frame[OMEGA] + ud[model.scales.shape[0] + c]
+    pin_speed = frame[OMEGA] + ud[int(model.layout[PIN_ROTATIONS]) + c]
     half = 0.5 * (pin_speed + rod_speed)
     law = model.big_ends[c]
     gap = law[CLEARANCE]

@@ -47,6 +47,24 @@ def with_big_ends(body: ReducedBody, engine: Engine) -> ReducedBody:
     )
 
 
+def held(body: ReducedBody) -> ReducedBody:
+    """The body when bearings hold its axis where it is: of its rigid motions only that about the axis is left."""
+    n = body.n_modes
+    free = np.ones(n)
+    free[:5] = 0.0
+    both = np.outer(free, free)
+    return replace(
+        body,
+        shapes=body.shapes * free,
+        gyroscopic=body.gyroscopic * both,
+        centrifugal=body.centrifugal * both,
+        stress_stiffness=body.stress_stiffness * both,
+        centrifugal_load=body.centrifugal_load * free,
+        euler_load=body.euler_load * free,
+        translation=body.translation * free,
+    )
+
+
 def with_rotor(body: ReducedBody, name: str, at: str, inertia: float) -> ReducedBody:
     """Append a rotor that turns freely about the crank's axis, with an interface ``name`` at the place of ``at``."""
     shapes = np.zeros((1, 6, 1))

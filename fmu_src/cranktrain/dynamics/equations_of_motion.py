@@ -73,7 +73,6 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
             if i == j:
                 b += model.damping[i]
                 s += 1.0 / c_q + model.omega2[i]
-            part.damping[level, i, j] = b
             part.scratch[i, j] = s + ratio * b
     status = factor_part(part, level, model.ports, model.ports_transposed, work.modal)
     part = work.block
@@ -87,7 +86,6 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
                 s += 1.0 / c_q + model.omega2[t + i]
                 if i < 6:
                     s += block_holding
-            part.damping[level, i, j] = b
             part.scratch[i, j] = s + ratio * b
     status += factor_part(part, level, model.block_ports, model.block_ports_transposed, work.modal)
     work.counters[4] += 1.0
@@ -150,9 +148,15 @@ def external_force(model, frame, pressures, displaced, out):
 
 
 @kernel
+def trace_angle(model, cylinder, theta):
+    """Angle of the frame after the firing dead centre of a cylinder, rad."""
+    return theta - model.cylinders[cylinder, PHASE]
+
+
+@kernel
 def trace_pressure(model, cylinder, theta, speed):
     """Cylinder pressure (Pa, absolute) of the built-in trace: motored, plus the burn's rise scaled with speed."""
-    angle = theta - model.cylinders[cylinder, PHASE]
+    angle = trace_angle(model, cylinder, theta)
     motored = gas_pressure(angle, model.gas[0])
     x = speed / model.scalars[BEST_SPEED] - 1.0
     share = model.scalars[GAS_LOAD] * (1.0 - model.scalars[FALLOFF] * x * x)

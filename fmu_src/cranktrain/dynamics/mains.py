@@ -1,4 +1,7 @@
-"""Main bearings of a run: their law, their data, and over which width tilt counts."""
+"""Main bearings of a run: their law, their data, and over which width tilt counts.
+
+At level ``held`` there are none: a crank that only twists turns about an axis that is given.
+"""
 
 from __future__ import annotations
 
@@ -20,6 +23,9 @@ from cranktrain.film.tilted_levels import tilted_films
 from cranktrain.lubricant import viscosity
 from cranktrain.reduced_body import Array
 
+HELD = "held"
+BEARING_LEVELS = (HELD, *LAWS)
+
 
 class Mains(NamedTuple):
     """Layout, parameters (b, 13) and films of the main bearings."""
@@ -31,6 +37,8 @@ class Mains(NamedTuple):
 
 def check_mains(engine: Engine, level: str) -> None:
     """Refuse a level that the engine's main bearings do not know; ``InputError``."""
+    if level == HELD:
+        return
     if engine.main_roller is not None and level not in ("roller", "linear"):
         raise InputError(
             f"bearing level '{level}' needs oil films, but the mains of engine '{engine.name}' are rollers; "
@@ -64,6 +72,10 @@ def main_bearings(
     count = len(engine.crankshaft.main_widths)
     if temperatures is not None and np.shape(temperatures) != (count,):
         raise InputError(f"film temperatures of the form {np.shape(temperatures)}; give one for each of {count} mains")
+    if level == HELD:
+        nothing = np.zeros(0)
+        films = tilted_films(None, "linear", np.zeros((1, 13)))
+        return Mains(MainJournals(nothing, nothing, False), np.zeros((0, 13)), films)
     if engine.main_roller is not None:
         rollers = replace(engine.main_roller, law="linear") if level == "linear" else engine.main_roller
         parameters = roller_parameters(rollers, LAWS["roller"])

@@ -12,21 +12,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cranktrain.dynamics.block import BlockArrays, block_arrays
-from cranktrain.dynamics.bodies import standing_body, with_big_ends, with_rotor
-from cranktrain.dynamics.mains import check_mains, main_bearings
+from cranktrain.dynamics.bodies import held, standing_body, with_big_ends, with_rotor
+from cranktrain.dynamics.integrator_tables import EMBEDDED, ORDERS, integrator_table
+from cranktrain.dynamics.mains import BEARING_LEVELS, HELD, check_mains, main_bearings
 from cranktrain.dynamics.ports import PORTS, TURNING_MODES, lay_ports
 from cranktrain.engine import Engine
 from cranktrain.errors import InputError, nearest
 from cranktrain.film.bore_compliance import BoreCompliance
 from cranktrain.film.database import FilmTable
 from cranktrain.film.impedance import impedance_map
-from cranktrain.film.laws import BIG_END_LEVELS, LAWS, TILTED, bearing_parameters
+from cranktrain.film.laws import BIG_END_LEVELS, TILTED, bearing_parameters
 from cranktrain.film.parameters import KAPPA2
 from cranktrain.film.thrust import thrust_parameters
 from cranktrain.film.tilted import Films
 from cranktrain.film.tilted_levels import floating_films
 from cranktrain.loads.damper import PARAMETERS, damper_parameters, damper_temperature, required_damper
-from cranktrain.loads.gas_pressure import GasTrace, spline_coefficients
+from cranktrain.loads.gas_pressure import GasTrace, kinks, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia
 from cranktrain.lubricant import oil_temperature, viscosity
 from cranktrain.reduced_body import Array, ReducedBody
@@ -39,15 +40,16 @@ DRIVEN, DAMPER_TEMPERATURE, SCALARS = 10, 11, 12
 # Gas source and input reconstruction.
 GAS_SOURCES = {"auto": 0, "builtin": 1, "input": 2}
 RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2}
-CRANK_LEVELS = ("rigid", "solid")
+CRANK_LEVELS = ("rigid", "torsional", "beam", "solid")
 BLOCK_LEVELS = ("ground", "flexible")
 PISTON_LEVELS = ("auto", "rigid", "guided")
 DAMPER_LEVELS = ("none", "fitted")
+CONTROLS = ("fixed", "adaptive")
 BOUNDARIES = {"speed": 1.0, "torque": 0.0}
 """What is given at the dynamometer."""
 AMBIENT = 101325.0
-LEVELS = 4
-"""Step sizes whose factors are kept at once: the whole step, its half, quarter and eighth."""
+LEVELS = 7
+"""Step sizes whose factors are kept at once: the whole step, its half, quarter, … ."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,9 @@ class Settings:
     """Choices of one run; angles rad, pressures Pa, temperatures K (0: from the engine's tables at the first speed).
 
     What is left open follows the level, see :func:`resolved`: ``integrator`` auto; ``newton_tolerance`` of the ports in
-    units of clearance; ``film_change``, the share of itself by which a film may close over a step.
+    units of clearance; ``film_change``, the share of itself by which a film may close over a step. With ``control``
+    adaptive steps are parts of ``step``, as short as an error per step of ``tolerance`` asks
+    (:mod:`cranktrain.dynamics.error_estimate`).
     """
 
     crank: str = "solid"
@@ -67,6 +71,8 @@ class Settings:
     boundary: str = "speed"
     integrator: str = "auto"
     step: float = math.radians(2.5)
+    control: str = "fixed"
+    tolerance: float = 1.0e-3
     gas_source: str = "auto"
     gas_load: float = 1.0
     reconstruction: str = "linear"
@@ -81,11 +87,14 @@ class Settings:
 def resolved(settings: Settings, engine: Engine) -> Settings:
     """The settings with nothing left open for this engine.
 
-    Main bearings are rollers where the engine has them, else films without tilt. Elastic films: what they do as they
+    A crank that only twists is held in its main bearings; else they are rollers where the engine has them, else films
+    without tilt. Elastic films: what they do as they
     close, and their voids, leave no use for an order above two; their least gap asks for shorter steps. Films that feel
     tilt cost more than what a tighter tolerance would gain. Pistons are guided by a flexible block's liners.
     """
     bearings = settings.bearings
+    if bearings == "auto" and settings.crank == "torsional":
+        bearings = HELD
     if bearings == "auto":
         bearings = "impedance" if engine.main_roller is None else "roller"
     pistons = settings.pistons
@@ -95,9 +104,9 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
     chosen: dict[str, Any] = {
         "bearings": bearings,
         "pistons": pistons,
-        "integrator": ("sdirk2" if elastic else "sdirk4") if settings.integrator == "auto" else settings.integrator,
-        "newton_tolerance": settings.newton_tolerance or (1.0e-5 if bearings in TILTED else 3.0e-7),
-        "film_change": settings.film_change or (0.15 if elastic else 0.25),
+        "integrator": ("sdirk2" if elastic else "esdirk4") if settings.integrator == "auto" else settings.integrator,
+        "newton_tolerance": settings.newton_tolerance or (1.0e-5 if bearings in TILTED else 3.0e-5),
+        "film_change": settings.film_change or (0.15 if elastic else 1.0),
     }
     return replace(settings, **chosen)
 
@@ -134,7 +143,7 @@ class ModelArrays(NamedTuple):
     floating: Films  # of the big ends where they are read from a table
     connections: Array  # (k, 5) force laws: number of Newton ports that each couples, then those ports
     scales: Array  # (n_newton,) displacement of a Newton port that counts as much as a clearance
-    layout: Array  # (10,) see dynamics.ports
+    layout: Array  # (12,) see dynamics.ports
     damper: Array  # see loads.damper
     cylinders: Array  # (c, 11)
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
@@ -142,7 +151,9 @@ class ModelArrays(NamedTuple):
     big_end_impedance: Array  # likewise of the big ends
     films: Films  # of the main bearings where they feel tilt, with their memory of a step
     scalars: Array  # (12,)
-    choices: Array  # (4,) gas source, reconstruction, Newton tolerance, largest change of a film over a step
+    kinks: Array  # (k,) angles after firing dead centre at which the built-in trace is least smooth
+    choices: Array  # (7,) gas source, reconstruction, Newton tolerance, largest change of a film over a step, tolerance
+    # of adaptive control (0: fixed steps), order of its embedded method, order of the method
     stages: Array  # integrator table, see integrators
 
 
@@ -195,17 +206,37 @@ def check_levels(settings: Settings, engine: Engine) -> None:
     """
     for value, valid, what in (
         (settings.crank, CRANK_LEVELS, "crank level"),
-        (settings.bearings, LAWS, "bearing level"),
+        (settings.bearings, BEARING_LEVELS, "bearing level"),
         (settings.big_ends, BIG_END_LEVELS, "big-end level"),
         (settings.block, BLOCK_LEVELS, "block level"),
         (settings.pistons, PISTON_LEVELS, "piston level"),
         (settings.damper, DAMPER_LEVELS, "damper level"),
         (settings.boundary, BOUNDARIES, "boundary"),
+        (settings.control, CONTROLS, "step control"),
         (settings.gas_source, GAS_SOURCES, "gas source"),
         (settings.reconstruction, RECONSTRUCTIONS, "input reconstruction"),
     ):
         if value not in valid:
             raise InputError(f"{what} '{value}' does not exist; {nearest(value, valid)}")
+    if settings.bearings == HELD and settings.crank not in ("rigid", "torsional"):
+        raise InputError(
+            f"bearing level 'held' holds the axis of a crank that cannot bend, not of crank level '{settings.crank}'; "
+            "use linear or impedance, or crank torsional"
+        )
+    if settings.bearings == HELD and settings.big_ends != "rigid":
+        raise InputError("pins of a crank whose journals are held run in no film; use rigid big ends, or bearing films")
+    if settings.bearings == HELD and settings.block == "flexible":
+        raise InputError("a crank whose journals are held does not meet a flexible block; use bearings impedance")
+    if settings.control == "adaptive":
+        base = settings.integrator.partition(":")[0]
+        integrator_table(settings.integrator)
+        if base not in EMBEDDED:
+            raise InputError(
+                f"integrator '{settings.integrator}' has no error estimate, which adaptive control needs; "
+                f"use one of {', '.join(EMBEDDED)}"
+            )
+        if not 1.0e-10 <= settings.tolerance <= 1.0:
+            raise InputError(f"tolerance of adaptive control must be 1e-10 to 1, got {settings.tolerance:g}")
     if settings.block == "flexible" and settings.pistons == "rigid":
         raise InputError(
             "rigid pistons run on an axis at rest and cannot follow a flexible block, which leans on its mounts; "
@@ -253,7 +284,9 @@ def build_model(
     big_ends = np.zeros((engine.n_cylinders, 13))
     if floating is not None:
         big_ends[:] = bearing_parameters(floating, eta, "table" if settings.big_ends == "table" else "impedance")
-    linear = settings.bearings == "linear"
+    if settings.bearings == HELD:
+        body = held(body)
+    linear = settings.bearings in ("linear", HELD)
     thrust = replace(engine.thrust, block_stiffness=math.inf) if flexible else engine.thrust
     crank_modes, crank_mass, crank_centre = body.n_modes, body.mass, body.centre
     if settings.big_ends != "rigid":
@@ -298,6 +331,9 @@ def build_model(
     if engine.block is not None and standing is not None:
         still_damping = 2.0 * engine.block.damping_ratio * standing.omega
     translation = np.zeros((3, n_standing)) if standing is None else standing.translation
+    tilts = np.zeros((0, body.n_modes))
+    if len(mains):
+        tilts = np.concatenate([shapes[body.index(f"main[{i + 1}]"), 3:5] for i in range(len(mains))])
     pins = [body.positions[body.index(f"pin[{pin}]"), :2] for pin in engine.cylinders.pins]
     return ModelArrays(
         omega2=contiguous(omega**2),
@@ -317,7 +353,7 @@ def build_model(
         rotor=contiguous(rotor),
         block=block_arrays(engine, standing, block, crank_mass, crank_centre, settings.gravity),
         ends=contiguous(np.array([shapes[flywheel, 5], shapes[pulley, 5], shapes[pulley, 2]])),
-        tilts=contiguous(np.concatenate([shapes[body.index(f"main[{i + 1}]"), 3:5] for i in range(len(mains))])),
+        tilts=contiguous(tilts),
         bearings=mains,
         thrust=thrust_parameters(thrust, eta, linear),
         pins=contiguous(pins),
@@ -333,12 +369,16 @@ def build_model(
         big_end_impedance=_impedance(big_ends),
         films=films,
         scalars=scalars,
+        kinks=kinks(gas.fired),
         choices=np.array(
             [
                 float(GAS_SOURCES[settings.gas_source]),
                 float(RECONSTRUCTIONS[settings.reconstruction]),
                 settings.newton_tolerance,
                 settings.film_change,
+                settings.tolerance if settings.control == "adaptive" else 0.0,
+                EMBEDDED.get(settings.integrator.partition(":")[0], 0),
+                max(2, ORDERS[settings.integrator.partition(":")[0]]),
             ],
             dtype=np.float64,
         ),
@@ -347,8 +387,8 @@ def build_model(
 
 
 def _impedance(bearings: Array) -> Array:
-    """Impedance map of bearings alike, or of none: rollers have no film."""
-    return impedance_map(float(bearings[0, KAPPA2]) or 1.0)
+    """Impedance map of bearings alike, or of none: rollers and held journals have no film."""
+    return impedance_map(float(bearings[0, KAPPA2] if len(bearings) else 0.0) or 1.0)
 
 
 def supply_temperature(engine: Engine, settings: Settings, speed: float) -> float:

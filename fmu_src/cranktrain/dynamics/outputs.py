@@ -27,7 +27,7 @@ from cranktrain.dynamics.model import (
     SHAFT_K,
     STROKE_TOP,
 )
-from cranktrain.dynamics.ports import PISTONS, RODS, TILTS, TURNING_MODES
+from cranktrain.dynamics.ports import MAINS, PISTONS, RODS, TILTS, TURNING_MODES
 from cranktrain.dynamics.rods import big_end_motion, pin_motion
 from cranktrain.dynamics.stage import OK
 from cranktrain.dynamics.state import ITERATIONS, ONLINE_FILMS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
@@ -209,6 +209,9 @@ def observe(model, work, state, out):
             tilt_y += model.tilts[2 * i + 1, j] * q[j]
         out[k + 7] = math.sqrt(tilt_x * tilt_x + tilt_y * tilt_y)
         k += BEARING_OUTPUTS
+    for _ in range(BEARING_OUTPUTS * (int(model.layout[MAINS]) - b)):
+        out[k] = 0.0
+        k += 1
     z_force, _, _ = thrust_force(d[2 * b], dd[2 * b], omega, model.thrust)
     out[k] = z_force
     out[k + 1] = d[2 * b]
@@ -272,3 +275,17 @@ def advance_and_observe(model, work, state, inputs, t_end, out):
     if status == OK:
         observe(model, work, state, out)
     return status
+
+
+@kernel
+def advance_series(model, work, state, inputs, step, first, series, out):
+    """Communication steps to (first + k) step for each row k of ``series``, which keeps their outputs.
+
+    Returns how many succeeded; what ends it early is tried again by the caller, who then knows why.
+    """
+    for k in range(series.shape[0]):
+        if advance_and_observe(model, work, state, inputs, (first + k) * step, out) != OK:
+            return k
+        for j in range(out.shape[0]):
+            series[k, j] = out[j]
+    return series.shape[0]

@@ -12,7 +12,8 @@ dynamometer) and those that stand (block, pistons). Turning ports, in axes of th
 6. the pulley's rotation against the damper ring's, where there is one,
 7. z-rotation of each pin under its rod, z-rotation of each main journal.
 
-All but the last group are unknowns of a stage's Newton iteration. Standing ports follow, in axes at rest:
+All but the last group are unknowns of a stage's Newton iteration. Where journals are held a pin can but turn about the
+axis: its rotation takes the place of its x and y. Standing ports follow, in axes at rest:
 
 1. with a flexible block: x and y of each main bore, z of the thrust faces, the bores' ends and the thrust faces'
    rotations where films feel tilt, then z-rotation of each main bore, and of each liner its displacement across its
@@ -36,9 +37,10 @@ from cranktrain.reduced_body import Array, ReducedBody
 
 # Columns of the layout: first port of free rods and of tilts (0: none), connection of the thrust bearing and of the
 # first rod, modes of the crank, of all that turns; the damper's port (0: none); first standing port of bores'
-# rotations, liners and pistons (0: none); ports in all.
+# rotations, liners and pistons (0: none); ports in all; main journals of the engine, which may be held;
+# first rotation of a pin.
 RODS, TILTS, THRUST_LAW, ROD_LAWS, CRANK_MODES, TURNING_MODES, DAMPER = range(7)
-BORE_ROTATIONS, LINERS, PISTONS, PORTS, LAYOUT = 7, 8, 9, 10, 11
+BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, LAYOUT = 7, 8, 9, 10, 11, 12, 13
 PIN_SCALE = 1.0e-4
 """Displacement of a pin that counts as much as a clearance, m."""
 TWIST_SCALE = 1.0e-2
@@ -61,7 +63,10 @@ class Ports(NamedTuple):
 
 
 class MainJournals(NamedTuple):
-    """What the layout needs of the main bearings: half the width over which tilt counts and the scale of motion, m."""
+    """What the layout needs of the main bearings: half the width over which tilt counts and the scale of motion, m.
+
+    Journals that are held have no bearing: b is 0.
+    """
 
     half_widths: Array  # (b,)
     clearances: Array  # (b,)
@@ -88,15 +93,16 @@ def lay_ports(
     pistons : whether they are guided
     """
     index, shapes = body.index, body.shapes
-    mains = [index(f"main[{i + 1}]") for i in range(len(engine.crankshaft.main_widths))]
+    mains = [index(f"main[{i + 1}]") for i in range(journals.clearances.size)]
     rods = [index(f"rod[{i + 1}]") for i in range(engine.n_cylinders)] if free_big_ends else []
     collar = index("thrust")
     b, c = len(mains), engine.n_cylinders
     pins = [pin_shapes(engine, body, cylinder) for cylinder in range(c)]
     rows = [shapes[k, :2] for k in mains] + [shapes[collar, 2:3]]
-    rows += [pin[:2] for pin in pins] + [shapes[k, :2] for k in rods]
+    turns = b == 0
+    rows += [pin[2:] if turns else pin[:2] for pin in pins] + [shapes[k, :2] for k in rods]
     clearances = np.repeat(journals.clearances, 2).tolist()
-    scales = clearances + [0.5 * engine.thrust.clearance] + [PIN_SCALE] * (2 * c)
+    scales = clearances + [0.5 * engine.thrust.clearance] + ([TWIST_SCALE] * c if turns else [PIN_SCALE] * (2 * c))
     if engine.big_end_bearing is not None:
         scales += [engine.big_end_bearing.clearance] * (2 * len(rods))
     first_pin = 2 * b + 1
@@ -104,7 +110,7 @@ def lay_ports(
     tilts = len(scales)
     laws = [[2 * i, 2 * i + 1] for i in range(b)]
     for k in range(c):
-        pin = [first_pin + 2 * k, first_pin + 2 * k + 1]
+        pin = [first_pin + k] if turns else [first_pin + 2 * k, first_pin + 2 * k + 1]
         laws.append([*pin, first_rod + 2 * k, first_rod + 2 * k + 1] if rods else pin)
     thrust_law = len(laws)
     laws.append([2 * b])
@@ -122,7 +128,8 @@ def lay_ports(
         rows += [shapes[index("pulley"), 5:6] - shapes[index("ring"), 5:6]]
         scales += [TWIST_SCALE]
         laws.append([damper])
-    rows += [pin[2:] for pin in pins] + [shapes[k, 5:6] for k in mains]
+    if not turns:
+        rows += [pin[2:] for pin in pins] + [shapes[k, 5:6] for k in mains]
     turning = np.ascontiguousarray(np.concatenate(rows))
     table = np.zeros((len(laws), 5))
     for row, law in zip(table, laws, strict=True):
@@ -135,6 +142,8 @@ def lay_ports(
     ]  # fmt: skip
     still, pairs, axial = _block_ports(engine, block, journals, len(turning), tilts, layout)
     layout[PORTS] = len(turning) + len(still)
+    layout[MAINS] = len(engine.crankshaft.main_widths)
+    layout[PIN_ROTATIONS] = first_pin if turns else len(scales)
     if pistons:
         layout[PISTONS] = layout[PORTS]
         layout[PORTS] += 2 * c

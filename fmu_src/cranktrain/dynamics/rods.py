@@ -22,7 +22,7 @@ from cranktrain.dynamics.model import (
     OFFSET,
     ROD,
 )
-from cranktrain.dynamics.ports import LINERS, PISTONS, ROD_LAWS, RODS
+from cranktrain.dynamics.ports import LINERS, PIN_ROTATIONS, PISTONS, ROD_LAWS, RODS
 from cranktrain.film.laws import TABLE, bearing_force
 from cranktrain.film.parabolic import friction_torque
 from cranktrain.film.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
@@ -44,7 +44,8 @@ PISTON_TOLERANCE = 1.0e-15
 def rod_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
     """Add the rods' forces to pins, big ends, pistons and liners, and their tangents at pins and big ends."""
     b = model.bearings.shape[0]
-    rotation = model.scales.shape[0]
+    rotation = int(model.layout[PIN_ROTATIONS])
+    turns = rotation < model.scales.shape[0]
     ratio = c_v / c_q
     out = work.scratch
     free = model.layout[RODS] > 0.0
@@ -85,10 +86,15 @@ def rod_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
             out[0] += torque
         fx = cos * out[0] + sin * out[1]
         fy = cos * out[1] - sin * out[0]
-        f[port] += fx
-        f[port + 1] += fy
-        if not free:
-            f[rotation + c] += arm_x * fy - arm_y * fx
+        lever_x = model.pins[c, 0] + arm_x
+        lever_y = model.pins[c, 1] + arm_y
+        if turns:
+            f[rotation + c] += lever_x * fy - lever_y * fx
+        else:
+            f[port] += fx
+            f[port + 1] += fy
+            if not free:
+                f[rotation + c] += arm_x * fy - arm_y * fx
         t_xx = out[2] + out[4] * ratio + out[6] * alpha + out[7] * beta
         t_xy = -out[4] * omega + out[7] * alpha - out[6] * beta
         t_yx = out[3] + out[5] * ratio + out[8] * alpha + out[9] * beta
@@ -98,6 +104,10 @@ def rod_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
         block[1] = cos * cos * t_xy + cos * sin * (t_yy - t_xx) - sin * sin * t_yx
         block[4] = cos * cos * t_yx + cos * sin * (t_yy - t_xx) - sin * sin * t_xy
         block[5] = cos * cos * t_yy - cos * sin * (t_xy + t_yx) + sin * sin * t_xx
+        if turns:
+            # The pin goes along its circle, and the force keeps its direction.
+            block[0] = lever_y * (lever_y * block[0] - lever_x * block[1])
+            block[0] += lever_x * (lever_x * block[5] - lever_y * block[4]) - lever_x * fx - lever_y * fy
 
 
 @kernel
@@ -281,7 +291,7 @@ def big_end_film(model, frame, c, port, cos, sin, ud, ratio, f, work):
     motion = work.scratch
     law = model.big_ends[c]
     rod = model.cylinders[c]
-    rotation = model.scales.shape[0]
+    rotation = int(model.layout[PIN_ROTATIONS])
     pin = 2 * model.bearings.shape[0] + 1 + 2 * c
     side = cos * motion[0] - sin * motion[1] - rod[OFFSET]
     height = math.sqrt(rod[ROD] * rod[ROD] - side * side)
@@ -364,7 +374,7 @@ def pin_motion(model, frame, c, u, ud, udd, out):
     ``out[6:8]`` is how far it moved, ``out[8:10]`` the share (R(φ) − I) X of turning alone.
     """
     i = 2 * model.bearings.shape[0] + 1 + 2 * c
-    r = model.scales.shape[0] + c
+    r = int(model.layout[PIN_ROTATIONS]) + c
     x0 = model.pins[c, 0]
     y0 = model.pins[c, 1]
     phi = u[r]
@@ -374,6 +384,16 @@ def pin_motion(model, frame, c, u, ud, udd, out):
     turned_y = sin * x0 + cos * y0
     arm_x = turned_x - x0
     arm_y = turned_y - y0
+    if r < model.scales.shape[0]:
+        absolute_motion(
+            turned_x, turned_y, -ud[r] * turned_y, ud[r] * turned_x,
+            -udd[r] * turned_y - ud[r] * ud[r] * turned_x, udd[r] * turned_x - ud[r] * ud[r] * turned_y, frame, out,
+        )  # fmt: skip
+        out[6] = arm_x
+        out[7] = arm_y
+        out[8] = arm_x
+        out[9] = arm_y
+        return
     x = turned_x + u[i] + phi * y0
     y = turned_y + u[i + 1] - phi * x0
     absolute_motion(

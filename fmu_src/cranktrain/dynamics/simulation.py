@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cranktrain.dynamics.integrators import integrator_table
+from cranktrain.dynamics.integrator_tables import integrator_table
+from cranktrain.dynamics.mains import HELD
 from cranktrain.dynamics.mean_motion import Start, leaning, rigid_start
 from cranktrain.dynamics.model import (
     AMBIENT,
@@ -26,10 +27,13 @@ from cranktrain.dynamics.model import (
     resolved,
     supply_temperature,
 )
-from cranktrain.dynamics.outputs import advance_and_observe, observe, output_names
+from cranktrain.dynamics.outputs import advance_and_observe, advance_series, observe, output_names
+from cranktrain.dynamics.settling import settle
 from cranktrain.dynamics.stage import OK
 from cranktrain.dynamics.state import (
     MAX_INPUTS,
+    OUTPUT_MEAN,
+    OUTPUT_VARIANCE,
     POSITION,
     SHAFT_ACCELERATION,
     SHAFT_ANGLE,
@@ -39,7 +43,7 @@ from cranktrain.dynamics.state import (
     offset,
     state_size,
 )
-from cranktrain.dynamics.step_control import GIVEN, MAX_HALVINGS, ports_at_state, settle
+from cranktrain.dynamics.step_control import GIVEN, MAX_HALVINGS, ports_at_state
 from cranktrain.dynamics.warm_films import (
     PASSES,
     SETTLED,
@@ -60,6 +64,10 @@ from cranktrain.reduced_body import Array, ReducedBody, rigid
 
 __all__ = ["Parts", "Result", "Settings", "Simulation", "simulate"]
 
+FIRST_AMPLITUDES = np.array([1.0e-4, 1.0e-6])
+"""Alternating torsion (rad) and axial motion (m) that a run expects before it knows its own; they fade over a cycle."""
+CALL = 0.2
+"""Wall time that a run spends at most, about, between two looks at an interrupt, s."""
 LONGEST_STEP = 1.0
 """Longest communication step, s: beyond it inputs held or extrapolated have no meaning."""
 SLOWEST = 100.0 * math.pi / 30.0
@@ -138,6 +146,9 @@ class Simulation:
             state[SHAFT_ACCELERATION] = (start.torque - self.inputs[-1]) / turning
         self.model, self.work, self._state = model, work, state
         observe(model, work, state, self.outputs)
+        places = [self.output_names.index(name) for name in ("pulley.torsion", "pulley.axial")]
+        state[OUTPUT_MEAN : OUTPUT_MEAN + 2] = self.outputs[places]
+        state[OUTPUT_VARIANCE : OUTPUT_VARIANCE + 2] = FIRST_AMPLITUDES**2
         self._warm()
 
     def _model(self) -> ModelArrays:
@@ -272,15 +283,28 @@ class Simulation:
                 "backwards: lower the torque"
             )
 
+    def series(self, step: float, first: int, rows: Array) -> int:
+        """Take steps to ``(first + k) step`` (s) in one call and keep their outputs in row k of ``rows``.
+
+        Inputs stay as they are. Returns how many were taken; where it stops, :meth:`step` says why.
+        """
+        self._check_inputs()
+        return int(
+            advance_series(self.model, self.work, self._current(), self.inputs, step, first, rows, self.outputs)
+        )
+
     def _failure(self, state: Array) -> str:
         ports_at_state(self.model, self.work, state)
         d = self.work.port[15, : 2 * self.model.bearings.shape[0]]
         eps = np.hypot(d[::2], d[1::2]) / self.model.bearings[:, CLEARANCE]
-        worst = int(eps.argmax())
+        lost = ""
+        if eps.size:
+            worst = int(eps.argmax())
+            lost = f": film of main[{worst + 1}] lost (eccentricity {eps[worst]:.3f})"
         angle = math.degrees(state[SHAFT_ANGLE] % (4.0 * math.pi))
         return (
             f"step failed at t = {state[TIME]:.6g} s, crank angle {angle:.1f} deg, {state[SHAFT_SPEED] * _RPM:.0f} "
-            f"rev/min after {MAX_HALVINGS} halvings: film of main[{worst + 1}] lost (eccentricity {eps[worst]:.3f}); "
+            f"rev/min after {MAX_HALVINGS} halvings{lost}; "
             "use a smaller solver.step, or check pressures, clearance and oil temperature"
         )
 
@@ -290,9 +314,10 @@ class Result:
     """Time series of one run, SI.
 
     ``time`` and ``angle`` (frame, rad) are (n,), ``outputs`` maps each output's name to (n,); ``counters`` holds steps,
-    newton_iterations and rejected_steps; ``seconds`` is wall time without compilation and start. Samples are uniform in
-    time, ``per_cycle`` of them to 720°. ``film_temperatures`` (b,), K, are those of the main bearings' films and
-    ``passes`` the runs that it took to find them; all else tells of the last of these.
+    newton_iterations, rejected_steps and missed_steps (of adaptive control); ``seconds`` is wall time without
+    compilation and start. Samples are uniform in time, ``per_cycle`` of them to 720°. ``film_temperatures`` (b,), K,
+    are those of the main bearings' films and ``passes`` the runs that it took to find them; all else tells of the last
+    of these.
     """
 
     time: Array
@@ -436,30 +461,49 @@ def _run(simulation: Simulation, cycles: int, progress: Callable[[float], None] 
     series = np.empty((count + 1, simulation.outputs.size))
     times: Array = np.arange(count + 1, dtype=np.float64) * h
     series[0] = simulation.outputs
-    done, wall = 0, 0.0
+    simulation.series(h, 1, series[:0])  # compiles what an FMU has no use for, before the clock starts
+    done, wall, at_once = 0, 0.0, 4
+    # A free crank may stall at any step, which only single ones watch for.
+    single = simulation.settings.boundary == "torque"
     try:
-        for cycle in range(cycles):
+        while done < count:
             start = time.perf_counter()
-            for k in range(cycle * per_cycle + 1, (cycle + 1) * per_cycle + 1):
-                simulation.step(times[k])
-                series[k] = simulation.outputs
-                done = k
-            wall += time.perf_counter() - start
-            if progress is not None:
-                progress((cycle + 1) / cycles)
+            end = min(done + at_once, (done // per_cycle + 1) * per_cycle)
+            if not single:
+                done += simulation.series(h, done + 1, series[done + 1 : end + 1])
+            while done < end:
+                simulation.step(times[done + 1])
+                done += 1
+                series[done] = simulation.outputs
+            spent = time.perf_counter() - start
+            wall += spent
+            at_once = max(1, min(4 * at_once, int(at_once * CALL / max(spent, 1e-9))))
+            if progress is not None and done % per_cycle == 0:
+                progress(done / count)
     except KeyboardInterrupt:
         if done < per_cycle:
             raise
     series, times = series[: done + 1], times[: done + 1]
-    counters = simulation.work.counters
+    counters, held = simulation.work.counters, simulation.settings.bearings == HELD
+    if counters[6] > 0.0:
+        warnings.warn(
+            f"{counters[6]:.0f} of {counters[0]:.0f} steps missed the tolerance of {simulation.settings.tolerance:g} "
+            f"at the shortest step; use a shorter solver.step, or a larger tolerance",
+            stacklevel=2,
+        )
     return Result(
         time=times,
         angle=series[:, 0].copy(),
-        outputs={name: series[:, i].copy() for i, name in enumerate(simulation.output_names)},
+        outputs={
+            name: series[:, i].copy()
+            for i, name in enumerate(simulation.output_names)
+            if not (held and name.startswith(("bearing[", "thrust.", "pulley.axial")))
+        },
         counters={
             "steps": int(counters[0]),
             "newton_iterations": int(counters[2]),
             "rejected_steps": int(counters[3]),
+            "missed_steps": int(counters[6]),
         },
         seconds=wall,
         real_time_factor=wall / float(times[-1]),

@@ -8,8 +8,9 @@ linearised forces, whose error the contraction estimate bounds.
 
 from __future__ import annotations
 
-from cranktrain.dynamics.equations_of_motion import COS, OMEGA, OMEGA_DOT, SIN, external_force, port_forces
+from cranktrain.dynamics.equations_of_motion import COS, OMEGA_DOT, SIN, WHIRL, external_force, port_forces
 from cranktrain.dynamics.linear_algebra import add_product, factor_rows, product, solve_rows
+from cranktrain.dynamics.model import SHAFT_C
 from cranktrain.dynamics.ports import PISTONS, PORTS, RODS, TURNING_MODES
 from cranktrain.dynamics.relative_motion import reactions, relative_compliance, relative_step
 from cranktrain.dynamics.state import CONTRACTION
@@ -36,6 +37,9 @@ STANDING_SCALE = 4.0e-3
 """Rotation (rad) and displacement of what stands (m) that count as much as a clearance: they go without tangent, and
 what they miss is felt by a film at a hundredth."""
 COUPLING_TOLERANCE = 1.0e-10
+COUPLING_LENGTH = 1.0e-6
+"""What the frame's speed away from Ω₀ couples is iterated until it changes accelerations by less than this share of
+the largest, or modal displacements (m √kg) by less than the tolerance times a length small beside clearances."""
 
 OK, DIVERGED, SINGULAR = 0, 1, 2
 
@@ -85,17 +89,23 @@ def solve_stage(
     # Tangents that belong to the factored matrix; the linearised forces must use the same.
     blocks = work.held
     external_force(model, frame, pressures, big_q, base)
+    twist = 0.0
     for i in range(n):
-        base[i] += big_q[i] / c_q
-        lever[i] = ratio * big_q[i] - big_v[i]
+        back = ratio * big_q[i] - big_v[i]
+        base[i] += big_q[i] / c_q + model.damping[i] * back
+        lever[i] = back
         a[i] = a_guess[i]
-    add_product(work.turning.damping[level], lever, t, t, base)
+    for i in range(t):
+        twist += model.shaft[i] * lever[i]
+    twist *= model.scalars[SHAFT_C]
+    for i in range(t):
+        base[i] += twist * model.shaft[i]
     if s > 0:
-        add_product(work.block.damping[level], lever[t:], s, s, base[t:])
+        add_product(model.block.damping, lever[t:], s, s, base[t:])
     for k in range(m):
         u[k] = guess[k]
-    d_omega = frame[OMEGA] - omega_0
-    d_omega2 = frame[OMEGA] * frame[OMEGA] - omega_0 * omega_0
+    d_omega = frame[WHIRL] - omega_0
+    d_omega2 = frame[WHIRL] * frame[WHIRL] - omega_0 * omega_0
     coupling = 2.0 * abs(d_omega) * c_v + (abs(d_omega2) + abs(frame[OMEGA_DOT])) * c_q
     for c in range(work.guides.shape[0]):
         for j in range(3):
@@ -107,14 +117,15 @@ def solve_stage(
     for sweep in range(4):
         for i in range(n):
             rhs[i] = base[i]
-        if coupling > 0.0:
+        # What S holds of 2Ω₀G and what it lacks, in one product.
+        for i in range(t):
+            lever[i] = 2.0 * omega_0 * (ratio * big_q[i] - big_v[i])
+            lever[i] -= 2.0 * d_omega * (big_v[i] + c_v * a[i]) + frame[OMEGA_DOT] * (big_q[i] + c_q * a[i])
+        add_product(model.gyroscopic, lever, t, t, rhs)
+        if coupling > 0.0 and d_omega2 != 0.0:
             for i in range(t):
-                lever[i] = -2.0 * d_omega * (big_v[i] + c_v * a[i]) - frame[OMEGA_DOT] * (big_q[i] + c_q * a[i])
-            add_product(model.gyroscopic, lever, t, t, rhs)
-            if d_omega2 != 0.0:
-                for i in range(t):
-                    lever[i] = -d_omega2 * (big_q[i] + c_q * a[i])
-                add_product(model.spin, lever, t, t, rhs)
+                lever[i] = -d_omega2 * (big_q[i] + c_q * a[i])
+            add_product(model.spin, lever, t, t, rhs)
         product(work.turning.inverse[level], rhs, t, t, q_free)
         if s > 0:
             product(work.block.inverse[level], rhs[t:], s, s, q_free[t:])
@@ -221,7 +232,8 @@ def solve_stage(
         largest = 1.0e-30
         for i in range(n):
             largest = max(largest, abs(a[i]))
-        if coupling * moved <= COUPLING_TOLERANCE * largest:
+        rest = coupling * moved
+        if rest <= COUPLING_TOLERANCE * largest or c_q * rest <= COUPLING_LENGTH * tolerance:
             break
     if not measured:
         state[CONTRACTION] = min(MOST_CONTRACTION, FADING * state[CONTRACTION])

@@ -1,8 +1,12 @@
-"""From one communication point to the next: sub-steps, input reconstruction, halving, and the start from rest.
+"""From one communication point to the next: sub-steps, input reconstruction, halving.
 
 The step contract: ``advance(model, work, state, inputs, t_end) -> status``. The whole state is one vector; on failure
 it is restored to the communication point. Sub-steps of an interval H: n = ceil(Ω H/Δθ − 1e-9), h = H/n; an h within
 1e-9 of the last one reuses its factors and its value, so masters that compute H by subtraction change nothing.
+
+Steps are halves, quarters, … of a sub-step, each at a multiple of its own length: factors are made once for each. A
+step is halved where films close fast, after a failure, and with adaptive control where its estimated error exceeds the
+tolerance or an event lies within it; it grows again when the error allows.
 """
 
 from __future__ import annotations
@@ -11,7 +15,6 @@ import math
 
 from cranktrain.dynamics.equations_of_motion import (
     COS,
-    HELD_BLOCK,
     LEAD,
     LEAD_RATE,
     LOAD,
@@ -23,17 +26,19 @@ from cranktrain.dynamics.equations_of_motion import (
     factor_stage,
     trace_pressure,
 )
-from cranktrain.dynamics.film_memory import close_stage, close_step, fastest_closing, open_stage, open_step
+from cranktrain.dynamics.error_estimate import event_within, remember_outputs, step_error
+from cranktrain.dynamics.film_memory import close_step, fastest_closing, open_step
+from cranktrain.dynamics.integrator_tables import BDF2
 from cranktrain.dynamics.integrators import coefficients, integrate_step
-from cranktrain.dynamics.linear_algebra import add_product
 from cranktrain.dynamics.model import AMBIENT, DRIVEN, FILTER, LEVELS, RIGID_ROTATION, STEP
-from cranktrain.dynamics.ports import BORE_ROTATIONS, CRANK_MODES, PORTS, TILTS, TURNING_MODES
+from cranktrain.dynamics.ports import BORE_ROTATIONS, PORTS, TILTS, TURNING_MODES
 from cranktrain.dynamics.relative_motion import relative_motion
-from cranktrain.dynamics.stage import DIVERGED, FIRST_CONTRACTION, OK, SINGULAR, solve_stage, to_ports
+from cranktrain.dynamics.stage import OK, SINGULAR, to_ports
 from cranktrain.dynamics.state import (
     ACCELERATION,
     AUXILIARY,
-    CONTRACTION,
+    HALVINGS,
+    HISTORY,
     INPUTS_BEFORE,
     INPUTS_NOW,
     ITERATIONS,
@@ -49,6 +54,7 @@ from cranktrain.dynamics.state import (
     SHAFT_ACCELERATION,
     SHAFT_ANGLE,
     SHAFT_SPEED,
+    STEP_ERROR,
     STEP_LAST,
     STEP_REFERENCE,
     SUBSTEPS,
@@ -65,20 +71,12 @@ from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_moti
 MAX_HALVINGS = 6
 FILM_HALVINGS = 3
 """Halvings at most because a film changes fast."""
-SETTLED = 1.0e-4
-"""Tolerance of the start, in clearances."""
-SETTLING_STEPS = 400
-SETTLING_TIME = 0.5
-SHORTEST = 1.0e-12
-"""Bounds of the descent to the start: number of steps, their sum and the least of them, s."""
-STARTING_STEPS = 3
-STARTING_STEP = 1.0e-5
-STARTING_TOLERANCE = 1.0e-11
-"""Backward-Euler steps (s) at the first angle: the films' velocities relax, accelerations come to agree with them."""
-HOLDING = 1.0e7
-BLOCK_HOLDING = 1.0e12
-"""N m/rad that hold the crank against turning meanwhile, and (rad/s)² the block of an engine that turns: what shakes it
-as it runs would move it on soft mounts without end if it lasted."""
+EVENT_HALVINGS = 1
+"""Halvings more where an event lies within a step."""
+REJECTED = 2.0
+"""Error in tolerances at which a step is taken again; below, the next one is halved."""
+MARGIN = 0.5
+"""Error in tolerances that a step of twice the length may promise."""
 GIVEN = 1.0e-3
 """Pa from the start value at which a pressure counts as given: masters that interpolate round its last digit."""
 REFACTOR = 0.01
@@ -164,13 +162,19 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
             firing -= model.block.motion[5, i] * (
                 state[offset(POSITION, n) + t + i] + tau * state[offset(VELOCITY, n) + t + i]
             )
-    builtin = model.choices[0] == 1.0 or (model.choices[0] == 0.0 and state[PRESSURES_SET] == 0.0)
+    builtin = built_in(model, state)
     for c in range(model.cylinders.shape[0]):
         if builtin:
             pressures[c] = trace_pressure(model, c, firing, frame[OMEGA])
         else:
             value = work.inputs[0, 1 + c] + work.inputs[1, 1 + c] * (begin + tau)
             pressures[c] = value if value > 0.0 else 0.0
+
+
+@kernel
+def built_in(model, state):
+    """Whether the gas is the built-in trace."""
+    return model.choices[0] == 1.0 or (model.choices[0] == 0.0 and state[PRESSURES_SET] == 0.0)
 
 
 @kernel
@@ -241,6 +245,13 @@ def sub_step(model, work, state, begin, h, halvings):
         for k in range(MAX_STAGES * m):
             state[o + k] *= share * share * share
         state[STEP_LAST] = h
+        if table[0, 0] == BDF2:
+            # Two steps of one length need a step before of that length.
+            for i in range(n):
+                v = state[offset(VELOCITY, n) + i]
+                a = state[offset(ACCELERATION, n) + i]
+                state[offset(AUXILIARY, n) + i] = state[offset(POSITION, n) + i] - h * (v - 0.5 * h * a)
+                state[offset(HISTORY, n) + i] = v - h * a
     level = min(halvings, LEVELS - 1)
     if work.key[level, 0] != h or work.key[level, 1] != state[OMEGA_REFERENCE]:
         c_q, c_v = coefficients(table, h)
@@ -264,11 +275,57 @@ def sub_step(model, work, state, begin, h, halvings):
 
 
 @kernel
+def chosen_halvings(model, work, state, begin, h, least):
+    """Halvings of a sub-step h for the piece to come: at least so many, more where films close fast or at events."""
+    ports_at_state(model, work, state)
+    adaptive = model.choices[4] > 0.0
+    halvings = max(least, int(state[HALVINGS])) if adaptive else least
+    piece = h / (1 << halvings)
+    rate = film_rate(model, work, state)
+    while halvings < FILM_HALVINGS and rate * piece > model.choices[3]:
+        halvings += 1
+        piece *= 0.5
+    if adaptive:
+        angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE]
+        speed = state[SHAFT_SPEED] + state[LEAD_SPEED]
+        for _ in range(EVENT_HALVINGS):
+            if halvings == MAX_HALVINGS:
+                break
+            if event_within(model, work, state, built_in(model, state), angle, speed * piece, piece):
+                halvings += 1
+                piece *= 0.5
+    return halvings
+
+
+@kernel
+def accept(model, work, state, h, halvings):
+    """Whether the step just taken meets the tolerance; chooses the halvings of the next one."""
+    error = step_error(model, work, state, h)
+    growth = 1.0
+    for _ in range(int(model.choices[5]) + 1):
+        growth *= 2.0
+    if error > 1.0 and halvings < MAX_HALVINGS:
+        state[HALVINGS] = halvings + 1
+        if error > REJECTED:
+            return False
+    elif error * growth < MARGIN and halvings > 0:
+        state[HALVINGS] = halvings - 1
+    else:
+        state[HALVINGS] = halvings
+    if error > REJECTED:
+        # Nothing shorter is left: the step counts as one that missed its tolerance.
+        work.counters[6] += 1.0
+    state[STEP_ERROR] = error
+    remember_outputs(model, state, h)
+    return True
+
+
+@kernel
 def advance(model, work, state, inputs, t_end):
     """Advance ``state`` to ``t_end`` with the inputs [speed, pressures...] of this point; a stage status.
 
-    A sub-step is halved, up to MAX_HALVINGS times, while a film would change by more than its share over it,
-    and after a failure.
+    A sub-step is halved, up to MAX_HALVINGS times, while a film would change by more than its share over it, after a
+    failure, and as adaptive control asks.
     """
     size = state.shape[0]
     interval = t_end - state[TIME]
@@ -290,23 +347,20 @@ def advance(model, work, state, inputs, t_end):
         done = 0
         failures = 0
         while done < whole:
-            ports_at_state(model, work, state)
-            halvings = failures
-            piece = h / (1 << halvings)
-            rate = film_rate(model, work, state)
-            while halvings < FILM_HALVINGS and rate * piece > model.choices[3]:
-                halvings += 1
-                piece *= 0.5
+            begin = k * h + h * (done / whole)
+            halvings = chosen_halvings(model, work, state, begin, h, failures)
             # Pieces stay aligned: a half begins at a multiple of a half.
             while done % (whole >> halvings) != 0:
                 halvings += 1
-                piece *= 0.5
+            piece = h / (1 << halvings)
             for i in range(size):
                 work.backup[1, i] = state[i]
-            status = sub_step(model, work, state, k * h + h * (done / whole), piece, halvings)
-            if status == OK:
+            status = sub_step(model, work, state, begin, piece, halvings)
+            if status == OK and (model.choices[4] == 0.0 or accept(model, work, state, piece, halvings)):
                 done += whole >> halvings
                 taken += 1
+                if model.choices[4] > 0.0:
+                    failures = 0
                 continue
             work.counters[3] += 1.0
             failures = halvings + 1
@@ -322,145 +376,3 @@ def advance(model, work, state, inputs, t_end):
     state[RESIDUAL] = work.counters[5]
     state[ONLINE_FILMS] = model.films.solved[0] - solved
     return OK
-
-
-@kernel
-def settle(model, work, state, inputs, windup, rotation, rate):
-    """Start: static equilibrium of shaft, films and loads at the first angle, journals at rest in their bores.
-
-    Backward-Euler steps of adapted length in a frame that stands still, with films and rods moving at the engine's
-    speed, lead there from any position; where a film cannot carry at all (standstill), they end after SETTLING_TIME.
-    The crank is held against turning meanwhile: the shaft's mean wind-up, the crank's rotation against it (rad) and its
-    rate (rad/s) are given. Then velocities of a body whose bending stands still in space, and the accelerations that go
-    with them. Returns a stage status.
-    """
-    n = model.omega2.shape[0]
-    m = int(model.layout[PORTS])
-    b = model.bearings.shape[0]
-    o_q = offset(POSITION, n)
-    o_v = offset(VELOCITY, n)
-    o_a = offset(ACCELERATION, n)
-    o_x = offset(AUXILIARY, n)
-    reconstruct(model, work, state, inputs, 0.0)
-    work.inputs[1, 0] = 0.0
-    state[CONTRACTION] = FIRST_CONTRACTION
-    state[SHAFT_SPEED] = inputs[0]
-    frame = work.frames[0]
-    frame_at(model, work, state, 0.0, 0.0, frame, work.pressures[0])
-    frame[WHIRL] = 0.0
-    frame[HELD_BLOCK] = BLOCK_HOLDING if inputs[0] > 0.0 else 0.0
-    out = work.stage[0]
-    h = 1.0e-6
-    elapsed = 0.0
-    for _ in range(SETTLING_STEPS):
-        if factor_stage(model, work, 0, h * h, h, 0.0, HOLDING, frame[HELD_BLOCK]) != 0:
-            return SINGULAR
-        for i in range(n):
-            # Velocity is dropped at every step: this is a descent, not a motion.
-            work.modal[6, i] = state[o_q + i]
-            work.modal[7, i] = 0.0
-            work.modal[9, i] = 0.0
-        to_ports(model, state[o_q : o_q + n], work.port[14])
-        for k in range(m):
-            work.port[4, k] = work.port[14, k]
-            work.port[5, k] = 0.0
-        iterations = work.counters[2]
-        ports_at_state(model, work, state)
-        for k in range(2 * b):
-            work.port[12, k] = work.port[15, k]
-        open_step(model, work, state)
-        open_stage(model, work, 0, h, h, h)
-        status = solve_stage(
-            model, work, 0, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0],
-            work.port[14], work.modal[9], SETTLED, state, out[0], out[1], out[2],
-        )  # fmt: skip
-        if status == OK and close_stage(model, work, frame) != OK:
-            status = DIVERGED
-        if status != OK:
-            h *= 0.25
-            if h < SHORTEST:
-                return status
-            continue
-        elapsed += h
-        moved = 0.0
-        for i in range(n):
-            state[o_q + i] = out[0, i]
-        ports_at_state(model, work, state)
-        for k in range(2 * b):
-            # The place in the bore, film by film.
-            moved = max(moved, abs(work.port[15, k] - work.port[12, k]) / model.bearings[k // 2, CLEARANCE])
-        close_step(model, work, state)
-        if (moved < SETTLED and h > 1.0e-3) or elapsed > SETTLING_TIME:
-            break
-        iterations = work.counters[2] - iterations
-        if iterations <= 8:
-            h *= 2.0
-        elif iterations > 16:
-            h *= 0.5
-    # Bending stands still in space, wind-up turns with the shaft.
-    t = int(model.layout[TURNING_MODES])
-    for i in range(t):
-        work.modal[9, i] = 0.0
-    state[o_q + 5] = 0.0
-    add_product(model.gyroscopic, state[o_q : o_q + t], t, t, work.modal[9])
-    for i in range(t):
-        state[o_v + i] -= frame[OMEGA] * work.modal[9, i]
-    state[o_q + 5] = rotation / model.scalars[RIGID_ROTATION]
-    state[o_v + 5] += rate / model.scalars[RIGID_ROTATION]
-    for i in range(int(model.layout[CRANK_MODES]), t):
-        # Free big ends, ring and rotor turn with the crank; their Euler load is √m e_z×X.
-        state[o_q + i] += rotation * model.euler_load[i]
-        state[o_v + i] += rate * model.euler_load[i]
-    if model.scalars[DRIVEN] == 0.0:
-        # A free rotor hangs back by the shaft's wind-up instead.
-        for i in range(int(model.layout[CRANK_MODES]), t):
-            if model.rotor[i] != 0.0:
-                state[o_q + i] = -windup / model.rotor[i]
-                state[o_v + i] = 0.0
-    else:
-        state[SHAFT_ANGLE] = -windup
-        state[LEAD_ANGLE] = windup
-        frame[LEAD] = windup
-    frame[WHIRL] = frame[OMEGA]
-    frame[HELD_BLOCK] = 0.0
-    h = STARTING_STEP
-    if factor_stage(model, work, 0, h * h, h, frame[OMEGA], 0.0, 0.0) != 0:
-        return SINGULAR
-    status = OK
-    done = 0
-    while done < STARTING_STEPS:
-        for i in range(n):
-            work.modal[7, i] = state[o_v + i]
-            work.modal[6, i] = state[o_q + i] + h * state[o_v + i]
-            work.modal[9, i] = 0.0
-        to_ports(model, work.modal[6], work.port[14])
-        to_ports(model, work.modal[6], work.port[4])
-        to_ports(model, work.modal[7], work.port[5])
-        ports_at_state(model, work, state)
-        open_step(model, work, state)
-        open_stage(model, work, 0, h, h, h)
-        status = solve_stage(
-            model, work, 0, work.modal[6], work.modal[7], h * h, h, frame[OMEGA], frame, work.pressures[0],
-            work.port[14], work.modal[9], STARTING_TOLERANCE, state, out[0], out[1], out[2],
-        )  # fmt: skip
-        if status == OK and close_stage(model, work, frame) != OK:
-            status = DIVERGED
-        if status != OK:
-            # Films that close fast as their velocities relax want shorter steps.
-            h *= 0.1
-            if h < SHORTEST or factor_stage(model, work, 0, h * h, h, frame[OMEGA], 0.0, 0.0) != 0:
-                return status
-            continue
-        done += 1
-        close_step(model, work, state)
-        for i in range(n):
-            state[o_q + i] = out[0, i]
-            state[o_v + i] = out[1, i]
-            state[o_a + i] = out[2, i]
-            state[o_x + i] = out[2, i]
-    work.key[0, 0] = -1.0
-    state[CONTRACTION] = FIRST_CONTRACTION
-    state[OMEGA_REFERENCE] = frame[OMEGA]
-    state[STEP_REFERENCE] = -1.0
-    state[STEP_LAST] = -1.0
-    return status

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.dynamics.model import LEVELS, ModelArrays, dimensions
+from cranktrain.dynamics.state import MAX_STAGES
 from cranktrain.reduced_body import Array
 
 FRAME_SIZE = 10
@@ -18,7 +19,6 @@ class Factors(NamedTuple):
 
     scratch: Array  # (n, n)
     inverse: Array  # (levels, n, n) S⁻¹ transposed
-    damping: Array  # (levels, n, n) damping, 2Ω₀G, drive line or mounts, transposed
     response: Array  # (levels, m, n) S⁻¹Φᵀ, row per port
     compliance: Array  # (levels, m, m) Φ S⁻¹ Φᵀ, transposed
 
@@ -38,10 +38,11 @@ class Work(NamedTuple):
     stage: Array  # (stages, 3, n) q, v, a of each stage
     known: Array  # (stages, 3, m) the ports' u, u̇, ü at each stage
     scratch: Array  # (64,)
-    counters: Array  # (6,) steps, stages, Newton iterations, rejected steps, factorisations, worst residual
-    frames: Array  # (8, 10) the frame's motion at each stage
+    counters: Array  # (7,) steps, stages, Newton iterations, rejected steps, factorisations, worst residual, steps that
+    # missed the tolerance
+    frames: Array  # (stages, 10) the frame's motion at each stage
     guides: Array  # (c, 3) side forces of a guided piston's layers and its friction, as a stage last found them
-    pressures: Array  # (8, c) cylinder pressures at each stage
+    pressures: Array  # (stages, c) cylinder pressures at each stage
     inputs: Array  # (2, 2 + c) value and rate of the reconstructed inputs
     backup: Array  # (2, state) state at the start of a communication step and of a sub-step
 
@@ -61,13 +62,13 @@ def make_work(model: ModelArrays, state_size: int) -> Work:
         held=z((model.connections.shape[0], 16)),
         modal=z((12, n)),
         port=z((17, m)),
-        stage=z((8, 3, n)),
-        known=z((8, 3, m)),
+        stage=z((MAX_STAGES, 3, n)),
+        known=z((MAX_STAGES, 3, m)),
         scratch=z(64),
-        counters=z(6),
-        frames=z((8, FRAME_SIZE)),
+        counters=z(7),
+        frames=z((MAX_STAGES, FRAME_SIZE)),
         guides=z((d.cylinders, 3)),
-        pressures=z((8, d.cylinders)),
+        pressures=z((MAX_STAGES, d.cylinders)),
         inputs=z((2, 2 + d.cylinders)),
         backup=z((2, state_size)),
     )
@@ -75,4 +76,4 @@ def make_work(model: ModelArrays, state_size: int) -> Work:
 
 def _factors(n: int, m: int) -> Factors:
     z = np.zeros
-    return Factors(z((n, n)), z((LEVELS, n, n)), z((LEVELS, n, n)), z((LEVELS, m, n)), z((LEVELS, m, m)))
+    return Factors(z((n, n)), z((LEVELS, n, n)), z((LEVELS, m, n)), z((LEVELS, m, m)))

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.engine_parts import RollerBearings
-from cranktrain.film.parameters import C_X, C_Y, CLEARANCE, K_X, K_Y, LAW, RADIUS, WIDTH
+from cranktrain.film.parameters import C_X, C_Y, CLEARANCE, CONTACT_HEIGHT, K_X, K_Y, LAW, RADIUS, WIDTH
 from cranktrain.film.roller import (
     APPROACH,
     LOADED,
@@ -104,6 +104,8 @@ def roller_parameters(rollers: RollerBearings, level: int) -> Array:
         bearing = main_roller(rollers, i)
         row[LAW] = level
         row[CLEARANCE] = 0.5 * bearing.clearance + bearing.travel
+        # What is left of it where rollers bear more than their rating: step control asks how fast it goes.
+        row[CONTACT_HEIGHT] = bearing.travel
         row[K_X] = row[K_Y] = rollers.stiffness[i]
         row[C_X] = row[C_Y] = rollers.damping[i]
         row[RADIUS] = 0.5 * (bearing.pitch - bearing.diameter)

@@ -196,7 +196,7 @@ def thrust_force(z, vz, speed, parameters):
 
 @kernel
 def thrust_force_tilted(z, tx, ty, vz, vtx, vty, speed, parameters, out):
-    """Force and moments on a tilted collar, with their tangents.
+    """Force and moments on a tilted collar of law FILM, with their tangents.
 
     The collar stands at z (m) in the middle of the clearance, turned by the small angles tx, ty (rad) about x and y,
     axes at rest with the pads; vz, vtx, vty are their rates, ``speed`` the crank's (rad/s). ``out[0:3]`` F_z (N), M_x,
@@ -205,7 +205,6 @@ def thrust_force_tilted(z, tx, ty, vz, vtx, vty, speed, parameters, out):
     pads = int(parameters[PADS])
     radius = parameters[RADIUS]
     half = parameters[HALF]
-    linear = parameters[LAW] == LINEAR
     for i in range(21):
         out[i] = 0.0
     for k in range(pads):
@@ -217,20 +216,14 @@ def thrust_force_tilted(z, tx, ty, vz, vtx, vty, speed, parameters, out):
         rate = vz + ax * vtx + ay * vty
         sx = -0.5 * speed * ay
         sy = 0.5 * speed * ax
-        if linear:
-            stiffness = -parameters[STIFFNESS] / pads
-            damping = -parameters[DAMPING] / pads
-            slope = 0.0
-            force = stiffness * place + damping * rate
-        else:
-            tilt = sx * tx + sy * ty
-            wedge = parameters[WEDGE] * speed
-            f1, k1, c1, w1 = pad_force(half - place, rate, wedge + tilt, parameters)
-            f2, k2, c2, w2 = pad_force(half + place, -rate, wedge - tilt, parameters)
-            force = f2 - f1
-            stiffness = k1 + k2
-            damping = -c1 - c2
-            slope = -w1 - w2
+        tilt = sx * tx + sy * ty
+        wedge = parameters[WEDGE] * speed
+        f1, k1, c1, w1 = pad_force(half - place, rate, wedge + tilt, parameters)
+        f2, k2, c2, w2 = pad_force(half + place, -rate, wedge - tilt, parameters)
+        force = f2 - f1
+        stiffness = k1 + k2
+        damping = -c1 - c2
+        slope = -w1 - w2
         kx = stiffness * ax + slope * sx
         ky = stiffness * ay + slope * sy
         for row in range(3):

@@ -34,6 +34,8 @@ Array = NDArray[np.float64]
 CYCLE = 4.0 * math.pi
 SAMPLES = 720
 GAS_CONSTANT = 287.0
+KINKS, APART = 4, math.radians(5.0)
+"""Most kinks of a trace that are kept, and how far they lie apart at least."""
 _BLEND = math.radians(40.0)  # width of a join: short against the cycle, long against a degree
 
 
@@ -146,6 +148,25 @@ def mean_effective_pressure(engine: Engine, pressure: Array) -> float:
     volume, derivative = cylinder_volume(engine, np.arange(pressure.size, dtype=np.float64) * (CYCLE / pressure.size))
     # crankcase pressure and any constant drop out of the closed integral
     return float(np.sum(pressure * derivative) * (CYCLE / pressure.size) / (volume.max() - volume.min()))
+
+
+def kinks(samples: Array) -> Array:
+    """Crank angles (k,) rad at which a trace is least smooth: up to ``KINKS`` knots, ``APART`` from one another.
+
+    A cubic spline has a third derivative that jumps at its knots; the largest jumps, down to a tenth of the largest,
+    tell where a burn begins or a valve opens.
+    """
+    table = spline_coefficients(samples)
+    jumps = np.abs(table[:, 3] - np.roll(table[:, 3], 1))
+    pitch = CYCLE / samples.size
+    found: list[float] = []
+    for k in np.argsort(-jumps).tolist():
+        if len(found) == KINKS or jumps[k] <= 0.1 * jumps.max():
+            break
+        away = [abs(math.remainder(k * pitch - other, CYCLE)) for other in found]
+        if all(distance > APART for distance in away):
+            found.append(k * pitch)
+    return np.array(sorted(found))
 
 
 def spline_coefficients(samples: Array) -> Array:
