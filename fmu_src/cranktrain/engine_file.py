@@ -31,6 +31,7 @@ from cranktrain.roller_bearing import check_rollers
 
 GROOVES = ("none", "circumferential")
 VISCOSITY_LAWS = ("vogel", "walther")
+TORSIONAL_SOURCES = ("solid", "solid-on-bearings", "ker-wilson", "carter")
 PRESSURE_LAWS = ("none", "barus", "roelands")
 ORIGINS = ("chosen", "derived", "calibrated", "published")
 ENTRY = ("value", "unit", "origin", "note")
@@ -406,6 +407,14 @@ def _other_rules(engine: Engine) -> list[Rule]:
             "combustion.exhaust_opens",
             burn.start + burn.duration <= burn.exhaust_opens < 1.5 * half_turn,
             "must lie after the end of combustion, below 270 deg after firing dead centre",
+        ),
+        (
+            "reduction.torsional_source",
+            engine.reduction.torsional_source in TORSIONAL_SOURCES,
+            "BICERA's method reads charts, there is no closed form of it; use ker-wilson, carter or solid"
+            if engine.reduction.torsional_source.lower().startswith("bicer")
+            else f"unknown source '{engine.reduction.torsional_source}'; "
+            f"{nearest(engine.reduction.torsional_source, TORSIONAL_SOURCES)}",
         ),
         ("reduction.fixed_modes", engine.reduction.fixed_modes >= 1, "at least one fixed-interface mode is needed"),
         (

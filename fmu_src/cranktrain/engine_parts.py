@@ -453,11 +453,16 @@ class Mounts:
 
 @dataclass(frozen=True)
 class Reduction:
-    """How the finite-element crankshaft is reduced (counts, Hz)."""
+    """How the finite-element crankshaft is reduced (counts, Hz).
+
+    ``torsional_source`` says where crank level ``torsional`` has its shaft stiffnesses from: the ``solid`` body, free
+    or ``solid-on-bearings``, or the formulas ``ker-wilson`` and ``carter``, see :mod:`cranktrain.structure.torsional`.
+    """
 
     fixed_modes: int
     running_cutoff_hz: Frequency
     consistent_mass: bool
+    torsional_source: str = "solid"
 
 
 @dataclass(frozen=True)

@@ -171,19 +171,21 @@ def engine_summary(angle: Array, outputs: Mapping[str, Array]) -> dict[str, Any]
 def run_summary(run: Run, result_path: str) -> dict[str, Any]:
     """Summary of a run: the object that ``cranktrain simulate --json`` prints.
 
-    Keys carry their unit; ``real_time_factor`` is wall seconds per simulated second, ``seconds`` wall seconds.
+    Keys carry their unit; ``real_time_factor`` is wall seconds per simulated second, ``seconds`` wall seconds. A crank
+    that its mains hold has no axial motion and no bearings to tell of.
     """
+    pulley = {"torsion_deg": vibration(run.angle, run.outputs["pulley.torsion"], 180.0 / math.pi)}
+    if "pulley.axial" in run.outputs:
+        pulley["axial_um"] = vibration(run.angle, run.outputs["pulley.axial"], 1e6)
+    bearings = bearing_rows(run.angle, run.outputs)
     return {
         "real_time_factor": float(run.real_time_factor),
         "seconds": float(run.seconds),
         **{key: int(run.counters[key]) for key in ("steps", "newton_iterations", "rejected_steps")},
-        "pulley": {
-            "torsion_deg": vibration(run.angle, run.outputs["pulley.torsion"], 180.0 / math.pi),
-            "axial_um": vibration(run.angle, run.outputs["pulley.axial"], 1e6),
-        },
+        "pulley": pulley,
         "bearings": [
             row | {"film_temperature_c": float(temperature - ZERO_CELSIUS)}
-            for row, temperature in zip(bearing_rows(run.angle, run.outputs), run.film_temperatures, strict=True)
+            for row, temperature in zip(bearings, run.film_temperatures[: len(bearings)], strict=True)
         ],
         "big_ends": big_end_rows(run.angle, run.outputs),
         **engine_summary(run.angle, run.outputs),

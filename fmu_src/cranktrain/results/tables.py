@@ -102,24 +102,32 @@ def block_tables(part: Mapping[str, Any]) -> list[Table]:
 
 
 def run_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """Pulley motion, main bearings, big ends, and what else of the engine runs, of a run summary."""
+    """Pulley motion, main bearings where they are not held, big ends, and what else runs, of a run summary."""
     rows = []
-    for name, unit in (("torsion_deg", "deg"), ("axial_um", "um")):
+    motions = {
+        "torsion_deg": "torsion / deg",
+        "steady_torsion_deg": "torsion / deg, frequency domain",
+        "axial_um": "axial / um",
+    }
+    for name, words in motions.items():
+        if name not in summary["pulley"]:
+            continue
         motion = summary["pulley"][name]
         strongest = sorted(motion["orders"], key=lambda line: -line[1])[:4]
         rows.append(
             (
-                f"{name.split('_')[0]} / {unit}",
-                f"{motion['peak_to_peak']:.4g}",
+                words,
+                f"{motion['peak_to_peak']:.4g}" if "peak_to_peak" in motion else NOTHING,
                 ", ".join(f"{order:g}: {amplitude:.3g}" for order, amplitude in strongest),
             )
         )
     pulley = Table(
         "Pulley over the last cycle", ("motion", "peak to peak", "strongest orders, zero to peak"), tuple(rows)
     )
+    mains = [_bearing_table("Main bearings over the last cycle", summary["bearings"])] if summary["bearings"] else []
     return [
         pulley,
-        _bearing_table("Main bearings over the last cycle", summary["bearings"]),
+        *mains,
         _bearing_table("Big ends over the last cycle", summary["big_ends"]),
         *engine_tables(summary),
     ]

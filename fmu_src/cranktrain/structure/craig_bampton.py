@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -213,22 +214,58 @@ def craig_bampton(
         where the eigenmodes are not found
     """
     say = progress or (lambda stage: None)
+    basis = reduced_basis(
+        model.stiffness, model.mass, rigid_motions(model), interfaces.averaging, fixed_modes, say
+    )
+    body = _rotating(model, interfaces, basis.free, basis.modes, basis.omega, basis.shapes, name, digest)
+    check(body)
+    return Reduced(body, basis.modes, basis.free, basis.compliance)
+
+
+class ReducedBasis(NamedTuple):
+    """Modes of a reduction before rotation is thought of.
+
+    ``omega`` (n,) rad/s, ``modes`` (ndof, n), ``shapes`` (m, 6, n) at the interfaces; ``free`` and ``compliance`` as in
+    :class:`Reduced`.
+    """
+
+    omega: Array
+    modes: Array
+    shapes: Array
+    free: Flexibility
+    compliance: Array
+
+
+def reduced_basis(
+    stiffness: sparse.csc_matrix,
+    mass: sparse.csc_matrix,
+    motions: Array,
+    averaging: sparse.csr_matrix,
+    fixed_modes: int,
+    say: Callable[[str], None],
+) -> ReducedBasis:
+    """Orthogonal modes of constraint and fixed-interface modes, rigid ones first, of any free structure.
+
+    Parameters
+    ----------
+    stiffness, mass : (ndof, ndof)
+    motions : (ndof, 6) rigid motions, translations along and rotations about x, y, z
+    averaging : (6 m, ndof) interface motions W
+    say : told each stage before it starts
+    """
     say("factorising the stiffness")
-    free = Flexibility.of(model.stiffness, model.mass, rigid_motions(model))
+    free = Flexibility.of(stiffness, mass, motions)
     say("constraint modes")
-    held = HeldFlexibility.of(free, interfaces.averaging)
+    held = HeldFlexibility.of(free, averaging)
     say(f"{fixed_modes} fixed-interface modes")
     # They only span a space: their own frequencies need no more digits than this.
-    _, fixed = eigenmodes(held.solve, model.mass, fixed_modes, tolerance=1e-5)
+    _, fixed = eigenmodes(held.solve, mass, fixed_modes, tolerance=1e-5)
     say("orthogonal modes and rotation invariants")
-    modes, omega = _ritz_modes(model, free.rigid, np.hstack((held.constraint_modes, fixed)))
-    shapes = (interfaces.averaging @ modes).reshape(len(interfaces.names), 6, -1)
+    modes, omega = _ritz_modes(stiffness, mass, free.rigid, np.hstack((held.constraint_modes, fixed)))
+    shapes = (averaging @ modes).reshape(averaging.shape[0] // 6, 6, -1)
     signs = signed(shapes)
     signs[:6] = 1.0
-    modes *= signs
-    body = _rotating(model, interfaces, free, modes, omega, shapes * signs, name, digest)
-    check(body)
-    return Reduced(body, modes, free, held.compliance)
+    return ReducedBasis(omega, modes * signs, shapes * signs, free, held.compliance)
 
 
 def rigid_motions(model: FEModel) -> Array:
@@ -243,17 +280,19 @@ def rigid_motions(model: FEModel) -> Array:
     return np.stack(fields, axis=1)
 
 
-def _ritz_modes(model: FEModel, rigid: Array, space: Array) -> tuple[Array, Array]:
+def _ritz_modes(
+    stiffness: sparse.csc_matrix, mass: sparse.csc_matrix, rigid: Array, space: Array
+) -> tuple[Array, Array]:
     """Modes of the space, rigid ones first, and their ω: Ritz vectors of the part M-orthogonal to rigid motion."""
-    space = space - rigid @ (rigid.T @ (model.mass @ space))
-    space = space / np.sqrt(np.einsum("ij,ij->j", space, model.mass @ space))
+    space = space - rigid @ (rigid.T @ (mass @ space))
+    space = space / np.sqrt(np.einsum("ij,ij->j", space, mass @ space))
     # Six of the directions were rigid motion and are gone; what is left of them is rounding.
-    squares, turn = eigh(space.T @ (model.mass @ space))
+    squares, turn = eigh(space.T @ (mass @ space))
     space = space @ (turn[:, 6:] / np.sqrt(squares[6:]))
-    lower = cholesky(space.T @ (model.mass @ space), lower=True)
+    lower = cholesky(space.T @ (mass @ space), lower=True)
     space = solve_triangular(lower, space.T, lower=True).T
-    stiffness = space.T @ (model.stiffness @ space)
-    squares, turn = eigh(0.5 * (stiffness + stiffness.T))
+    projected = space.T @ (stiffness @ space)
+    squares, turn = eigh(0.5 * (projected + projected.T))
     return np.hstack((rigid, space @ turn)), np.concatenate((np.zeros(6), np.sqrt(squares)))
 
 

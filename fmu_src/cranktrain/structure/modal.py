@@ -102,18 +102,12 @@ def cranktrain_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Ar
 
 def cranktrain_matrices(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array]:
     """Stiffness and mass (n, n) of the assembled cranktrain at rest, in the modes of the complete ``crankshaft``."""
-    stiffness = np.diag(crankshaft.omega**2)
+    stiffness = np.diag(crankshaft.omega**2) + bearing_stiffness(engine, crankshaft)
     mass = np.eye(crankshaft.n_modes)
 
     def row(name: str, component: int) -> Array:
         return np.asarray(crankshaft.shapes[crankshaft.index(name), component])
 
-    thrust = engine.thrust
-    for i, springs in enumerate(main_springs(engine), 1):
-        for component, value in springs.items():
-            stiffness += value * np.outer(row(f"main[{i}]", component), row(f"main[{i}]", component))
-    series = 1.0 / (1.0 / thrust.contact_stiffness + 1.0 / thrust.block_stiffness)
-    stiffness += series * np.outer(row("thrust", 2), row("thrust", 2))
     rod_mass = mean_rod_mass(engine)
     for pin, offset in zip(engine.cylinders.pins, engine.rod_offsets, strict=True):
         # The rod sits on the pin beside its middle, at (0, 0, offset) from it.
@@ -121,6 +115,19 @@ def cranktrain_matrices(engine: Engine, crankshaft: ReducedBody) -> tuple[Array,
             at_rod = row(f"pin[{pin}]", component) + tilt
             mass += rod_mass * np.outer(at_rod, at_rod)
     return stiffness, mass
+
+
+def bearing_stiffness(engine: Engine, crankshaft: ReducedBody) -> Array:
+    """Stiffness (n, n) of the mains' linear springs and of the closed thrust bearing, in a crankshaft's modes."""
+    result = np.zeros((crankshaft.n_modes, crankshaft.n_modes))
+    for i, springs in enumerate(main_springs(engine), 1):
+        for component, value in springs.items():
+            row = crankshaft.shapes[crankshaft.index(f"main[{i}]"), component]
+            result += value * np.outer(row, row)
+    thrust = engine.thrust
+    series = 1.0 / (1.0 / thrust.contact_stiffness + 1.0 / thrust.block_stiffness)
+    row = crankshaft.shapes[crankshaft.index("thrust"), 2]
+    return np.asarray(result + series * np.outer(row, row))
 
 
 def main_springs(engine: Engine) -> list[dict[int, float]]:
