@@ -1,0 +1,92 @@
+"""What one step of an integrator does to a linear system, straight from its table, in plain NumPy.
+
+A step of h on q̈ + C q̇ + K q = 0 applies a matrix to what the method carries from step to step: q, v and, for methods
+that read it, the true acceleration a, generalised-α's auxiliary ā, or the position and velocity a step before. Its
+eigenvalues are the theory that the running model's own steps are held against: R(hλ) for the diagonally implicit
+methods, Chung & Hulbert's roots for generalised-α (J. Appl. Mech. 60, 1993).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.dynamics.integrator_tables import BDF2, GENERALISED_ALPHA
+from cranktrain.dynamics.integrators import coefficients
+from cranktrain.dynamics.state import ACCELERATION, AUXILIARY, HISTORY, POSITION, VELOCITY
+from cranktrain.reduced_body import Array
+
+System = Callable[[float], tuple[NDArray[Any], NDArray[Any]]]
+"""Stiffness K and damping C, (n, n) over unit mass, at a time."""
+
+
+def carried(table: Array) -> list[tuple[int, int]]:
+    """Blocks of the running model's state that a method carries from step to step, each with its power of 1/s."""
+    if table[0, 0] == GENERALISED_ALPHA:
+        return [(POSITION, 0), (VELOCITY, 1), (ACCELERATION, 2), (AUXILIARY, 2)]
+    if table[0, 0] == BDF2:
+        return [(POSITION, 0), (VELOCITY, 1), (AUXILIARY, 0), (HISTORY, 1)]
+    blocks = [(POSITION, 0), (VELOCITY, 1), (ACCELERATION, 2)]
+    return blocks if table[0, 3] > 0.0 else blocks[:2]
+
+
+def step_matrix(table: Array, h: float, system: System, t: float = 0.0) -> NDArray[Any]:
+    """Matrix (k n, k n) that a step from ``t`` to ``t + h`` applies to the k carried blocks of n.
+
+    Parameters
+    ----------
+    table : as of :func:`cranktrain.dynamics.integrator_tables.integrator_table`
+    system : called with the times of the stages
+    """
+    n, k = system(t)[0].shape[0], len(carried(table))
+    eye = np.eye(k * n, dtype=complex)
+    q, v, *more = (eye[i * n : (i + 1) * n] for i in range(k))
+    c_q, c_v = coefficients(table, h)
+
+    def stage(big_q: NDArray[Any], big_v: NDArray[Any], time: float) -> tuple[NDArray[Any], ...]:
+        stiffness, damping = system(time)
+        matrix = np.eye(n) + c_v * damping + c_q * stiffness
+        new = -np.linalg.solve(matrix, damping @ big_v + stiffness @ big_q)
+        return big_q + c_q * new, big_v + c_v * new, new
+
+    if table[0, 0] == GENERALISED_ALPHA:
+        a, auxiliary = more
+        alpha_m, alpha_f, beta, gamma = table[0, 4:8]
+        known = (alpha_f * a - alpha_m * auxiliary) / (1.0 - alpha_m)
+        big_q = q + h * v + h * h * ((0.5 - beta) * auxiliary + beta * known)
+        big_v = v + h * ((1.0 - gamma) * auxiliary + gamma * known)
+        q, v, a = stage(big_q, big_v, t + h)
+        return np.vstack((q, v, a, (1.0 - alpha_f) / (1.0 - alpha_m) * a + known))
+    if table[0, 0] == BDF2:
+        big_v = (4.0 * v - more[1]) / 3.0
+        big_q = (4.0 * q - more[0]) / 3.0 + c_v * big_v
+        return np.vstack((*stage(big_q, big_v, t + h)[:2], q, v))
+    stages: list[tuple[NDArray[Any], ...]] = [(q, v, more[0])] if table[0, 3] else []
+    for s in range(len(stages), int(table[0, 1])):
+        row = table[1 + s]
+        big_v = v + sum((h * row[j] * stages[j][2] for j in range(s)), np.zeros_like(v))
+        big_q = q + sum((h * row[j] * stages[j][1] for j in range(s)), np.zeros_like(q)) + c_v * big_v
+        stages.append(stage(big_q, big_v, t + row[-1] * h))
+    return np.vstack(stages[-1][:k])
+
+
+def constant(stiffness: NDArray[Any], damping: NDArray[Any]) -> System:
+    """A system that does not change with time."""
+    return lambda time: (stiffness, damping)
+
+
+def radius(table: Array, h: float, stiffness: complex, damping: complex = 0.0) -> float:
+    """Spectral radius of a step on q̈ + d q̇ + s q = 0, complex coefficients allowed."""
+    system = constant(np.array([[stiffness]]), np.array([[damping]]))
+    matrix = scaled(step_matrix(table, h, system), table, max(abs(stiffness) ** 0.5, 1.0 / h))
+    return float(np.abs(np.linalg.eigvals(matrix)).max())
+
+
+def scaled(matrix: NDArray[Any], table: Array, rate: float) -> NDArray[Any]:
+    """A step's matrix on carried blocks of one size: velocities over ``rate`` (1/s), accelerations over its square."""
+    blocks = carried(table)
+    scale = np.repeat([rate**power for _, power in blocks], matrix.shape[0] // len(blocks))
+    return matrix * scale[None, :] / scale[:, None]
