@@ -20,11 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, gmres
 
+from cranktrain.dynamics.bodies import held
+from cranktrain.dynamics.mains import HELD
 from cranktrain.dynamics.model import AMBIENT, structural_damping
 from cranktrain.engine import Engine
 from cranktrain.errors import SolverError
 from cranktrain.film.thrust import closed_stiffness
-from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.gas_pressure import GasTrace, gas_pressure, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia, rod_force
 from cranktrain.reduced_body import ReducedBody
 from cranktrain.structure.modal import main_springs
@@ -35,8 +37,6 @@ ComplexArray = NDArray[np.complex128]
 _ACROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
 """e_z × in the plane."""
 _TOLERANCE = 1e-10
-_HELD = 1e6
-"""Stiffness that holds the mean rotation, over the largest of the modes."""
 
 
 class PeriodicForces(NamedTuple):
@@ -70,7 +70,7 @@ class OrderStructure(Protocol):
 
 
 class PeriodicCrank:
-    """Cranktrain at one speed, in the modes of its running body, with bearings of level ``linear``.
+    """Cranktrain at one speed, in the modes of its running body, with bearings of level ``linear`` or ``held``.
 
     Parameters
     ----------
@@ -79,30 +79,45 @@ class PeriodicCrank:
     gas, load : pressure trace, and share of the full-load burn
     highest : highest order
     coupled : whether what varies over the cycle couples the orders
+    mains : ``linear`` or ``held``
 
     Attributes
     ----------
     omega : (k + 1,) angular frequencies of the orders 0, 0.5, …, rad/s
     samples : number of samples of a cycle
+    angle : (N,) crank angle of the samples, rad
+    forces : the force laws about the rigid rotation; what :meth:`correct` adds is not among them
     """
 
     def __init__(
-        self, engine: Engine, body: ReducedBody, speed: float, gas: GasTrace, load: float, highest: float, coupled: bool
+        self,
+        engine: Engine,
+        body: ReducedBody,
+        speed: float,
+        gas: GasTrace,
+        load: float,
+        highest: float,
+        coupled: bool,
+        mains: str = "linear",
     ) -> None:
         count = round(2.0 * highest)
         self.samples = 8 * count
         self.omega: Array = 0.5 * speed * np.arange(count + 1, dtype=np.float64)
         self.coupled = coupled
-        angle: Array = np.arange(self.samples, dtype=np.float64) * (4.0 * math.pi / self.samples)
-        self._forces = forces = _joined(
-            rod_forces(engine, body, speed, angle, gas, load), main_forces(engine, body, speed, angle)
-        )
+        self.angle: Array = np.arange(self.samples, dtype=np.float64) * (4.0 * math.pi / self.samples)
+        if mains == HELD:
+            body = held(body)
+        self.forces = forces = rod_forces(engine, body, speed, self.angle, gas, load)
+        if mains != HELD:
+            self.forces = forces = _joined(forces, main_forces(engine, body, speed, self.angle))
+        self._known = forces.forces
         place, velocity, acceleration = (tangent.mean(axis=0) for tangent in forces[2:])
         self._varying = tuple(
             tangent - mean for tangent, mean in zip(forces[2:], (place, velocity, acceleration), strict=True)
         )
         rows = forces.rows
         thrust, shaft = body.shapes[body.index("thrust"), 2], body.shapes[body.index("flywheel"), 5]
+        self._flywheel: Array = shaft
         springs = closed_stiffness(engine.thrust) * np.outer(thrust, thrust)
         springs += engine.drive_line.stiffness * np.outer(shaft, shaft)
         dampers = engine.thrust.damping * np.outer(thrust, thrust) + engine.drive_line.damping * np.outer(shaft, shaft)
@@ -113,6 +128,8 @@ class PeriodicCrank:
         self._stiffness = stiffness - rows.T @ place @ rows
         self._damping = damping - rows.T @ velocity @ rows
         self._mass = np.eye(body.n_modes) - rows.T @ acceleration @ rows
+        # Rigid motions that bearings hold feel nothing; a stiffness keeps their equations solvable.
+        self._stiffness += self._scale * np.diag(np.where(np.any(body.shapes, axis=(0, 1)), 0.0, 1.0))
 
     def response(self, row: Array, added: ComplexArray, torque: ComplexArray) -> ComplexArray:
         """Complex amplitudes (k + 1,) of the orders of the motion ``row`` (n,).
@@ -124,15 +141,25 @@ class PeriodicCrank:
         SolverError
             orders whose coupling does not converge
         """
-        rows, w = self._forces.rows, self.omega[:, None, None]
+        return np.asarray(self.modal_response(row, added, torque) @ row)
+
+    def correct(self, added: Array) -> None:
+        """Take forces (N, m) into account that the linear laws do not have, from now on."""
+        self._known = self.forces.forces + added
+
+    def modal_response(self, row: Array, added: ComplexArray, torque: ComplexArray) -> ComplexArray:
+        """Complex amplitudes (k + 1, n) of the modes; arguments and errors as of :meth:`response`."""
+        rows, w = self.forces.rows, self.omega[:, None, None]
         dynamic = self._stiffness + 1j * w * self._damping - w**2 * self._mass
         dynamic = dynamic + added[:, None, None] * np.outer(row, row)
-        # The frame turns with the crank's mean rotation: the shaft's mean wind-up is none of the motion in it.
-        dynamic[0, 5, 5] += _HELD * self._scale
+        # The frame turns with the crank's mean rotation: in its place the mean torque of the shaft is sought, which
+        # acts on the flywheel and winds the crank up.
+        dynamic[0, :, 5] = self._scale * self._flywheel
         right = np.broadcast_to(np.vstack((rows, row)).T, (self.omega.size, row.size, rows.shape[0] + 1))
         moved = np.linalg.solve(dynamic, right)
+        moved[0, 5] = 0.0
         compliance = rows @ moved
-        spectrum = self.spectrum(self._forces.forces)
+        spectrum = self.spectrum(self._known)
 
         def feedback(force: ComplexArray, own: ComplexArray) -> Array:
             u = np.einsum("hij,hj->hi", compliance[:, :, :-1], force) + compliance[:, :, -1] * own[:, None]
@@ -141,20 +168,20 @@ class PeriodicCrank:
             return sum(np.einsum("tij,tj->ti", varying, self.signal(part)) for varying, part in parts)
 
         if self.coupled:
-            shape = self._forces.forces.shape
+            shape = self._known.shape
             silent = np.zeros_like(torque)
             operator = LinearOperator(
                 (shape[0] * shape[1],) * 2,
                 matvec=lambda x: x - feedback(self.spectrum(x.reshape(shape)), silent).ravel(),
                 dtype=np.float64,
             )
-            known = self._forces.forces + feedback(np.zeros_like(spectrum), torque)
+            known = self._known + feedback(np.zeros_like(spectrum), torque)
             found, status = gmres(operator, known.ravel(), self._start, rtol=_TOLERANCE, restart=150, maxiter=4)
             if status != 0:
                 raise SolverError("the orders of a cycle do not settle; leave their coupling out")
             self._start = found  # the next response is often nearly this one
             spectrum = self.spectrum(found.reshape(shape))
-        return np.asarray(row @ (np.einsum("hij,hj->hi", moved, np.hstack((spectrum, torque[:, None])))).T)
+        return np.asarray(np.einsum("hij,hj->hi", moved, np.hstack((spectrum, torque[:, None]))))
 
     def spectrum(self, signal: Array) -> ComplexArray:
         """Complex amplitudes (k + 1, …) of the orders of a cycle's samples (N, …)."""
@@ -176,10 +203,8 @@ def rod_forces(
     """Forces of the rods at x, y and z-rotation of their places on the pins, three per cylinder; at angles (N,)."""
     rod, cylinders = engine.rod, engine.cylinders
     remainder, oscillating = remainder_inertia(rod), rod.small_end_mass + cylinders.piston_mass
-    area = 0.25 * math.pi * cylinders.bore**2
-    share = load * (1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2)
-    trace = area * (gas.motored + max(share, 0.0) * (gas.fired - gas.motored) - AMBIENT)
     out = np.zeros(16)
+    pushes = gas_forces(engine, speed, angle, gas, load)
     rows = []
     samples, n = angle.size, 3 * engine.n_cylinders
     forces, tangents = np.zeros((samples, n)), np.zeros((3, samples, n, n))
@@ -189,14 +214,13 @@ def rod_forces(
         # The rod sits on the pin beside its middle, at (0, 0, offset) from it.
         rows.append(np.stack((shape[0] + offset * shape[4], shape[1] - offset * shape[3], shape[5])))
         x0, y0 = body.positions[pin, :2]
-        pressure = np.interp(angle - engine.firing_angles[c], gas.angles, trace, period=4.0 * math.pi)
         at = slice(3 * c, 3 * c + 2)
         for k, theta in enumerate(angle - cylinders.bank_angles[c]):
             cos, sin = math.cos(theta), math.sin(theta)
             turn = np.array([[cos, -sin], [sin, cos]])
             x, y = turn @ (x0, y0)
             rod_force(
-                x, y, -speed * y, speed * x, -(speed**2) * x, -(speed**2) * y, pressure[k], rod.length,
+                x, y, -speed * y, speed * x, -(speed**2) * x, -(speed**2) * y, pushes[k, c], rod.length,
                 rod.big_end_mass, oscillating, remainder, cylinders.pin_offset, 0.0, 0.0, out,
             )  # fmt: skip
             forces[k, at] = f_x, f_y = turn.T @ out[:2]
@@ -209,6 +233,22 @@ def rod_forces(
             tangents[2, k, at, at] = by_acceleration
             tangents[0, k, 3 * c + 2, at] = f_y, -f_x
     return PeriodicForces(np.concatenate(rows), forces, *tangents)
+
+
+def gas_forces(engine: Engine, speed: float | Array, angle: Array, gas: GasTrace, load: float) -> Array:
+    """Gauge pressure times piston area (N, c) of each cylinder, N, at crank angles (N,), as a run has it.
+
+    ``speed`` (rad/s) scales the burn, one for all or (N,).
+    """
+    area = 0.25 * math.pi * engine.cylinders.bore**2
+    share = np.maximum(load * (1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2), 0.0)
+    motored, rise = spline_coefficients(gas.motored - AMBIENT), spline_coefficients(gas.fired - gas.motored)
+    phases = engine.firing_angles
+    parts = [
+        np.array([[gas_pressure(theta - phase, table) for phase in phases] for theta in angle])
+        for table in (motored, rise)
+    ]
+    return np.asarray(area * (parts[0] + np.atleast_1d(share)[:, None] * parts[1]))
 
 
 def main_forces(engine: Engine, body: ReducedBody, speed: float, angle: Array) -> PeriodicForces:

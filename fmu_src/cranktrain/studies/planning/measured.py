@@ -1,0 +1,107 @@
+"""Short runs of a scene's model at any case, measured once and kept: the figures that a plan is made from.
+
+What is kept is the last cycle of the wanted outputs, in the store of the trade-off study, under a digest of all that
+decides it: engine, bodies, running code, settings, speed, cycles, pressure trace and outputs.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from hashlib import sha256
+
+import numpy as np
+
+from cranktrain.errors import SolverError
+from cranktrain.reduced_body import Array, ReducedBody
+from cranktrain.scene import RPM
+from cranktrain.studies.planning.difference import LastCycle, last_cycle, relative_differences
+from cranktrain.studies.planning.scene_model import Case, SceneModel
+from cranktrain.studies.tradeoff.store import PointStore, digest
+
+CYCLES = 4
+"""Cycles that a measurement takes at most: fewer than a run, which is what makes a plan cheaper than a check."""
+SLOW_LEVELS = {"reynolds": 3, "ehd": 2}
+"""Likewise at bearing levels whose films are solved in the loop; what these are held against takes as many."""
+REPEATED_BELOW = 0.5
+"""Runs shorter than so many seconds are timed twice; the faster counts."""
+
+
+class Measured:
+    """Figures of one scene's model, from the cache or from short runs.
+
+    Parameters
+    ----------
+    model : the scene's model
+    """
+
+    def __init__(self, model: SceneModel) -> None:
+        self.model = model
+        self.scene = model.scene
+        self.store = PointStore()
+
+    def cycles(self, *cases: Case) -> int:
+        """Cycles of a measurement that takes in these cases."""
+        return min(self.scene.cycles, *(SLOW_LEVELS.get(case.bearings, CYCLES) for case in cases))
+
+    def run(self, case: Case, speed: float, cycles: int) -> LastCycle:
+        """Last cycle of a case at a speed (rad/s); ``SolverError`` where the run fails."""
+        key = self._key(case, speed, cycles)
+        kept = self.store.record(key)
+        if kept is None:
+            found = self._measure(case, speed, cycles)
+            kept = {"values": found.values, "cost": np.array([found.seconds, found.real_time_factor])}
+            self.store.keep_record(key, kept)
+        return LastCycle(kept["values"], *(float(value) for value in kept["cost"]))
+
+    def _measure(self, case: Case, speed: float, cycles: int) -> LastCycle:
+        self.model.say(f"measuring {case} at {speed / RPM:.0f} rev/min")
+        run = self.model.run(case, speed, cycles)
+        found = last_cycle(run, self.scene.outputs)
+        if run.seconds < REPEATED_BELOW:
+            again = self.model.run(case, speed, cycles)
+            if again.seconds < run.seconds:
+                found = replace(found, seconds=again.seconds, real_time_factor=again.real_time_factor)
+        return found
+
+    def difference(self, case: Case, reference: Case, speed: float) -> Array:
+        """Relative difference of each wanted output of two cases at a speed, (outputs,); inf where a run fails."""
+        cycles = self.cycles(case, reference)
+        try:
+            one, other = (self.run(c, speed, cycles) for c in (case, reference))
+        except SolverError as error:
+            self.model.say(f"{case} against {reference}: {error}")
+            return np.full(len(self.scene.outputs), math.inf)
+        return relative_differences(one, other, speed, self.scene.frequency)
+
+    def worst(self, case: Case, reference: Case, speeds: tuple[float, ...]) -> Array:
+        """Largest relative difference of each wanted output over speeds, (outputs,)."""
+        return np.max([self.difference(case, reference, speed) for speed in speeds], axis=0)
+
+    def cost(self, case: Case, speeds: tuple[float, ...]) -> float:
+        """Mean real-time factor over speeds; inf where a run fails."""
+        try:
+            return float(np.mean([self.run(case, v, self.cycles(case)).real_time_factor for v in speeds]))
+        except SolverError:
+            return math.inf
+
+    def _key(self, case: Case, speed: float, cycles: int) -> str:
+        scene, model = self.scene, self.model
+        parts = model.parts(case)
+        trace = scene.pressure
+        return digest(
+            scene.engine,
+            _content(model.body(case)),
+            parts.block.digest if parts.block is not None else "",
+            [table.settings for table in (parts.table, parts.big_end_table) if table is not None],
+            model.settings(case),
+            [repr(speed), cycles],
+            [sha256(trace.file.read_bytes()).hexdigest(), trace.unit, trace.tdc_deg] if trace else None,
+            scene.outputs,
+        )
+
+
+def _content(body: ReducedBody) -> str:
+    """Digest of what a body is: its inputs' own digest does not know the sources that made it."""
+    arrays = (body.omega, body.shapes, body.stress_stiffness, body.centrifugal_load, body.inertia)
+    return sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()

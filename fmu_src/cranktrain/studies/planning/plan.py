@@ -1,0 +1,108 @@
+"""A plan: what a scene is run with, which errors and time that promises, and why."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cranktrain.reduced_body import Array
+from cranktrain.scene import Scene
+from cranktrain.studies.planning.difference import by_family
+from cranktrain.studies.planning.ladder import Pair
+from cranktrain.studies.planning.scene_model import Case
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Relative errors of each output, (outputs,); the model error is None at the top, with all modes."""
+
+    numerical: Array
+    model: Array | None
+
+    @property
+    def total(self) -> Array:
+        """Root of the sum of squares, (outputs,)."""
+        return self.numerical if self.model is None else np.hypot(self.numerical, self.model)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a scene is run with, and why.
+
+    Attributes
+    ----------
+    case : levels, cut-off, method and step
+    modes : number of the crank's modes
+    errors : predicted errors of each output
+    real_time_factor : predicted wall seconds per simulated second
+    next : the case that a check runs: next levels, all modes, half the step; None of the levels at the top
+    next_real_time_factor : of the next levels at the plan's step, or None
+    reasons : one line for each part
+    within_accuracy, within_budget : whether the scene's demands are met
+    """
+
+    scene: Scene
+    case: Case
+    modes: int
+    errors: Errors
+    real_time_factor: float
+    next: Case
+    next_real_time_factor: float | None
+    reasons: tuple[str, ...]
+    within_accuracy: bool
+    within_budget: bool
+
+    @property
+    def predicted_error(self) -> float:
+        """Largest total error over the outputs."""
+        return largest(self.errors.total)
+
+    def as_dict(self) -> dict[str, Any]:
+        """What ``cranktrain plan --json`` prints."""
+        model, outputs = self.errors.model, self.scene.outputs
+        above = None
+        if model is not None:
+            above = {
+                "crank": self.next.crank,
+                "bearings": self.next.bearings,
+                "block": self.scene.block,
+                "cutoff_hz": self.next.cutoff if self.next.crank == "solid" else None,
+                "difference": by_family(outputs, model),
+                "real_time_factor": self.next_real_time_factor,
+            }
+        return {
+            "crank": self.case.crank,
+            "bearings": self.case.bearings,
+            "block": self.scene.block,
+            "modes": self.modes,
+            "cutoff_hz": self.case.cutoff if self.case.crank == "solid" else None,
+            "integrator": self.case.integrator,
+            "step_deg": round(math.degrees(self.case.step), 9),
+            "predicted_error": self.predicted_error,
+            "predicted_numerical_error": largest(self.errors.numerical),
+            "predicted_model_error": None if model is None else largest(model),
+            "predicted_errors": by_family(outputs, self.errors.total),
+            "predicted_real_time_factor": self.real_time_factor,
+            "within_accuracy": self.within_accuracy,
+            "within_budget": self.within_budget,
+            "reasons": list(self.reasons),
+            "next_level": above,
+        }
+
+
+def largest(errors: Array) -> float:
+    """Largest of the errors of outputs; 0 where there are none."""
+    return float(errors.max()) if errors.size else 0.0
+
+
+def percent(value: float) -> str:
+    """Relative error for people."""
+    return f"{100.0 * value:.2g} %"
+
+
+def pair_name(pair: Pair) -> str:
+    """Pair of levels for people: ``solid/table``."""
+    return f"{pair[0]}/{pair[1]}"

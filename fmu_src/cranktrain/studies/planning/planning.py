@@ -1,0 +1,356 @@
+"""Choosing the lowest levels, mode count, method and step that serve a scene, by figures measured on its own model.
+
+Two errors are kept apart. The *model error* of a pair of levels is how far its outputs are from those of the next pair
+up the ladder, both at the same step; it also holds what dropped modes of the crank change. The *numerical error* is how
+far they are from the same model with half the step. Both are relative differences up to the scene's highest frequency
+(:mod:`cranktrain.studies.planning.difference`), the largest over outputs and speeds counts, and together they predict
+what a run at the next pair with half the step would show: the root of the sum of squares, since neither knows of the
+other.
+
+The plan takes the first pair of the ladder whose model error leaves room for a numerical one, and then the cheapest
+method and step within that. Where the next pair has no solid crank yet, the one after it must be as near: two coarse
+cranks may agree with each other. What the scene fixes is not judged, only reported.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cranktrain.dynamics.model import Settings, resolved
+from cranktrain.errors import InputError
+from cranktrain.scene import RPM, Scene
+from cranktrain.studies.planning.difference import longest_step
+from cranktrain.studies.planning.ladder import DEAREST, Pair, candidates, film, next_pair
+from cranktrain.studies.planning.measured import Measured
+from cranktrain.studies.planning.plan import Errors, Plan, largest, pair_name, percent
+from cranktrain.studies.planning.scene_model import Case, Progress, SceneModel
+from cranktrain.studies.tradeoff.level_points import numerical_points
+
+ELASTIC_METHODS = {"sdirk2": (2.5, 1.25, 0.625)}
+"""Methods and steps (deg) for elastic films, whose closing decides the steps; each half of one is the next."""
+LONE_STEPS = (5.0, 2.5, 1.25, 0.625, 0.3125)
+"""Steps (deg) for an integrator that the scene fixes."""
+FINE_METHOD, FINEST = "esdirk4", (0.5, 0.25)
+"""Method and steps (deg) that remain where no point of the chart of accuracy against speed is exact enough."""
+CHART_SPEED = 2000.0 * RPM
+"""Speed of the chart that ranks methods and steps; what one of them does to a scene is measured at its own speeds."""
+HOPEFUL = 3.0
+"""Points of the chart are tried whose error there is no more than so many times what is allowed."""
+USUAL_STEP = math.radians(2.5)
+NUMERICAL_SHARE = 0.5
+"""Most of the accuracy that the numerical error may take."""
+MODEL_SHARE = 0.9
+"""Most of the accuracy that the model error may take where levels are chosen."""
+CUTOFFS = (1.0, 1.5, 2.0, 3.0)
+"""Cut-offs of the crank's modes that a plan tries, in units of the highest frequency."""
+MODE_SHARE = 0.25
+"""Most of the accuracy that dropped modes may take."""
+STRETCHED = 4.0
+"""Times the budget up to which a pair is judged at the usual step: longer ones may be cheaper, but not by more."""
+SCREENED_SPEEDS = 3
+"""Speeds at which levels are judged; the plan's own figures are then measured at all."""
+LONGEST_MEASUREMENT = 60.0
+"""Expected seconds of measuring the plan's figures at every speed, above which the screened speeds stand for all."""
+
+
+def plan(scene: Scene, progress: Progress | None = None, model: SceneModel | None = None) -> Plan:
+    """Plan of a scene; what it needs to know is measured on the scene's model, or read where it was measured before.
+
+    Raises
+    ------
+    InputError
+        an accuracy that no step reaches, levels that the engine lacks
+    """
+    model = model or SceneModel(scene, progress)
+    chooser = _Chooser(scene, Measured(model))
+    return chooser.plan()
+
+
+def screened(speeds: tuple[float, ...]) -> tuple[float, ...]:
+    """Speeds at which levels are judged: both ends and what lies between, evenly."""
+    if len(speeds) <= SCREENED_SPEEDS:
+        return speeds
+    places = np.linspace(0, len(speeds) - 1, SCREENED_SPEEDS).round().astype(int)
+    return tuple(sorted(speeds)[k] for k in places)
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """A pair of levels, how far it is from what stands above (None at the top), and whether that is little enough."""
+
+    pair: Pair
+    model: float | None
+    serves: bool
+    text: str
+
+
+class _Chooser:
+    """One choice: the scene, its measurements, and the lines that say why."""
+
+    def __init__(self, scene: Scene, measured: Measured) -> None:
+        self.scene, self.measured, self.model = scene, measured, measured.model
+        self.speeds = screened(scene.speeds)
+        self.too_dear = ""
+
+    def plan(self) -> Plan:
+        scene = self.scene
+        judged = self._climb()
+        chosen = next((one for one in judged if one.serves), judged[-1])
+        case = self._method(chosen)
+        cost = self.measured.cost(case, self.speeds)
+        if scene.budget is not None and cost > scene.budget:
+            chosen, case = self._within_budget(judged, (chosen, case, cost))
+        case, modes_text = self._modes(case)
+        return self._figures(chosen, case, judged, modes_text)
+
+    # ------------------------------------------------------------------ levels
+
+    def usual(self, pair: Pair) -> Case:
+        """Case of a pair at the method and step at which levels are judged."""
+        integrator = resolved(Settings(crank=pair[0], bearings=pair[1]), self.scene.engine).integrator
+        return self.model.case(*pair, integrator, min(USUAL_STEP, self.longest))
+
+    def above(self, case: Case) -> Case | None:
+        """The next pair at a case's method and step, with all modes; at the top what dropped modes leave, or None."""
+        pair = next_pair(self.scene, case.levels)
+        if pair is None:
+            full = replace(case, cutoff=self.model.all_modes)
+            return full if case.crank == "solid" and full != case else None
+        return self.at(case, pair)
+
+    def at(self, case: Case, pair: Pair) -> Case:
+        """Another pair at a case's method and step, with all modes; elastic films at their own."""
+        if pair[1] == "ehd" and case.bearings != "ehd":
+            return Case(*pair, self.model.all_modes, "sdirk2", min(case.step, USUAL_STEP))
+        return Case(*pair, self.model.all_modes, case.integrator, case.step)
+
+    @property
+    def longest(self) -> float:
+        return longest_step(min(self.scene.speeds), self.scene.frequency)
+
+    def _climb(self) -> list[_Judged]:
+        """Judge pairs from the lowest up, as far as one that serves, or as the budget lets."""
+        scene, found = self.scene, list[_Judged]()
+        for pair in candidates(scene):
+            case = self.usual(pair)
+            if found and scene.budget is not None:
+                cost = self.measured.cost(case, self.speeds)
+                if cost > STRETCHED * scene.budget:
+                    self.too_dear = f"{pair_name(pair)} takes a real-time factor of {cost:.2g}"
+                    break
+            found.append(self._judge(pair, case))
+            if found[-1].serves:
+                break
+        if not found:
+            raise InputError(f"{scene.path.name}: no crank level answers up to {scene.frequency:g} Hz; ask for less")
+        return found
+
+    def _judge(self, pair: Pair, case: Case) -> _Judged:
+        scene, name = self.scene, pair_name(pair)
+        if next_pair(scene, pair) is None:
+            return _Judged(pair, None, True, f"{name} is the top of the ladder, which others are held against")
+        free = (scene.crank is None, scene.bearings is None)
+        above = next_pair(scene, pair, *free)
+        if above is None:
+            return _Judged(pair, 0.0, True, f"{name}: fixed by the scene, so its model error is not judged")
+        error = largest(self.measured.worst(case, self.at(case, above), self.speeds))
+        text = f"{name} is {percent(error)} from {pair_name(above)}"
+        further = next_pair(scene, above, *free)
+        if above[0] != "solid" and further is not None and error <= MODEL_SHARE * scene.accuracy:
+            error = max(error, largest(self.measured.worst(case, self.at(case, further), self.speeds)))
+            text += f" and at most {percent(error)} from {pair_name(further)}"
+        return _Judged(pair, error, error <= MODEL_SHARE * scene.accuracy, text)
+
+    # ------------------------------------------------------------------ method, step, modes
+
+    def _method(self, chosen: _Judged, limit: float | None = None) -> Case:
+        """Case of the cheapest method and step whose numerical error leaves the accuracy to the model's."""
+        scene, pair = self.scene, chosen.pair
+        allowed = limit or self._room(chosen)
+        if scene.integrator is not None and scene.step is not None:
+            return self.model.case(*pair, scene.integrator, scene.step)
+        found, finest = list[tuple[float, Case]](), math.inf
+        for name, steps in self._methods(pair, allowed).items():
+            for step in steps:
+                case = self.model.case(*pair, name, step)
+                error = self._numerical(case)
+                finest = min(finest, error)
+                if error <= allowed:
+                    found.append((self.measured.cost(case, self.speeds), case))
+                    break
+        if not found:
+            raise InputError(
+                f"{scene.path.name}: accuracy {scene.accuracy:g} cannot be reached at {pair_name(pair)}: the least "
+                f"numerical error, at the finest step, is {finest:.2g}; the nearest valid accuracy is "
+                f"{_round_up(finest / NUMERICAL_SHARE)}"
+            )
+        return min(found, key=lambda entry: entry[0])[1]
+
+    def _room(self, chosen: _Judged) -> float:
+        accuracy = self.scene.accuracy
+        model = min(chosen.model or 0.0, accuracy)
+        return min(NUMERICAL_SHARE * accuracy, math.sqrt(max(accuracy**2 - model**2, (0.1 * accuracy) ** 2)))
+
+    def _methods(self, pair: Pair, allowed: float) -> dict[str, list[float]]:
+        """Integrators and steps (rad) to try, the longest first, as the scene leaves them open.
+
+        The chart of accuracy against speed says by its errors, in the quantities that are nearest to the outputs, which
+        are worth a try. Steps that do not resolve the frequency are shortened until they do.
+        """
+        scene = self.scene
+        if scene.integrator is not None:
+            tried = {scene.integrator: list(LONE_STEPS)}
+        elif pair[1] == "ehd":
+            tried = {name: list(steps) for name, steps in ELASTIC_METHODS.items()}
+        else:
+            tried = self._charted(pair, HOPEFUL * allowed)
+            usual = tried.get(FINE_METHOD, [])
+            tried[FINE_METHOD] = [*usual, *(deg for deg in FINEST if deg not in usual)]
+        if scene.step is not None:
+            return {name: [scene.step] for name in tried}
+        return {
+            name: list(dict.fromkeys(min(math.radians(deg), self.longest) for deg in steps))
+            for name, steps in tried.items()
+        }
+
+    def _charted(self, pair: Pair, most: float) -> dict[str, list[float]]:
+        """Integrators of the chart with those steps (deg) whose errors are at most ``most``, the longest first."""
+        engine = self.scene.engine
+        bearings = film(self.scene) if pair[0] in ("beam", "solid") and pair[1] != "linear" else pair[1]
+        settings = Settings(crank=pair[0], bearings=bearings)
+        points = numerical_points(engine, CHART_SPEED, settings, progress=self.model.say)
+        wanted = {charted_as(name) for name in self.scene.outputs}
+        found: dict[str, list[float]] = {}
+        for point in sorted(points, key=lambda point: -point.parameters["step_deg"]):
+            errors = [{**point.error, **point.other_errors}.get(name) for name in wanted]
+            if point.status == "ok" and max((error for error in errors if error is not None), default=0.0) <= most:
+                found.setdefault(point.parameters["integrator"], []).append(point.parameters["step_deg"])
+        return found
+
+    def _numerical(self, case: Case) -> float:
+        return largest(self.measured.worst(case, self.model.refined(case), self.speeds))
+
+    def _modes(self, case: Case) -> tuple[Case, str]:
+        """Case with as few modes of the solid crank as serve, and why."""
+        scene, full = self.scene, self.model.own_cutoff
+        if case.crank != "solid":
+            return case, f"modes: all that crank level '{case.crank}' has"
+        if scene.cutoff is not None:
+            return case, f"modes: up to {full:g} Hz, fixed by the scene"
+        if scene.stress:
+            return case, f"modes: all up to {full:g} Hz, stresses take every one"
+        for share in CUTOFFS:
+            cutoff = share * scene.frequency
+            if cutoff >= full:
+                break
+            fewer = replace(case, cutoff=cutoff)
+            change = largest(self.measured.worst(fewer, case, self.speeds))
+            if change <= MODE_SHARE * scene.accuracy:
+                dropped = self.model.body(case).n_modes - self.model.body(fewer).n_modes
+                return fewer, f"modes: up to {cutoff:g} Hz; {dropped} more change the outputs by {percent(change)}"
+        allowed = percent(MODE_SHARE * scene.accuracy)
+        return case, f"modes: all up to {full:g} Hz; fewer change the outputs by more than {allowed}"
+
+    # ------------------------------------------------------------------ budget and figures
+
+    def _within_budget(self, judged: list[_Judged], wanted: tuple[_Judged, Case, float]) -> tuple[_Judged, Case]:
+        """The nearest pair to the top that the budget allows; else the cheapest."""
+        budget = self.scene.budget or math.inf
+        self.too_dear = self.too_dear or f"{pair_name(wanted[0].pair)} takes a real-time factor of {wanted[2]:.2g}"
+        options = [wanted]
+        for one in reversed(judged):
+            try:
+                case = self._method(one, limit=NUMERICAL_SHARE * max(self.scene.accuracy, one.model or 0.0))
+            except InputError:
+                continue
+            options.append((one, case, self.measured.cost(case, self.speeds)))
+            if options[-1][2] <= budget:
+                break
+        chosen, case, _ = min(options, key=lambda option: max(option[2], budget))
+        return chosen, case
+
+    def _figures(self, chosen: _Judged, case: Case, judged: list[_Judged], modes_text: str) -> Plan:
+        """The plan with its errors, at every speed where that does not take long."""
+        scene, above = self.scene, self.above(case)
+        cost = self.measured.cost(case, self.speeds)
+        above_cost = None if above is None else self.measured.cost(above, self.speeds)
+        seconds = sum(4.0 * math.pi / v for v in scene.speeds) * scene.cycles * (3.0 * cost + (above_cost or 0.0))
+        speeds = scene.speeds if seconds <= LONGEST_MEASUREMENT else self.speeds
+        numerical = self.measured.worst(case, self.model.refined(case), speeds)
+        errors = Errors(numerical, None if above is None else self.measured.worst(case, above, speeds))
+        total = largest(errors.total)
+        modes = 6 if case.crank == "rigid" else self.model.body(case).n_modes
+        result = Plan(
+            scene, case, modes, errors, self.measured.cost(case, speeds),
+            self.model.refined(above or case), above_cost, (),
+            within_accuracy=total <= scene.accuracy,
+            within_budget=scene.budget is None or cost <= scene.budget,
+        )  # fmt: skip
+        return replace(result, reasons=self._reasons(result, chosen, judged, modes_text, speeds))
+
+    def _reasons(
+        self, made: Plan, chosen: _Judged, judged: list[_Judged], modes_text: str, speeds: tuple[float, ...]
+    ) -> tuple[str, ...]:
+        scene, case = self.scene, made.case
+        lines = []
+        for kind, level, fixed in (("crank", case.crank, scene.crank), ("bearings", case.bearings, scene.bearings)):
+            if fixed is not None:
+                lines.append(f"{kind} {level}: fixed by the scene")
+                continue
+            lower = [one.text for one in judged if one.pair != chosen.pair and not one.serves]
+            reason = chosen.text
+            if kind == "crank":
+                lower = [one.text for one in judged if one.pair[0] != level and not one.serves]
+                reason = "the lowest that answers the outputs" if not lower else ""
+            else:
+                lower = [one.text for one in judged if one.pair[0] == case.crank and one.pair[1] != level]
+            lines.append(f"{kind} {level}: " + "; ".join(part for part in (*lower, reason) if part))
+        moves = "the outputs need one that moves" if scene.block == "flexible" else "no output needs one that moves"
+        lines.append(f"block {scene.block}: {moves}")
+        lines.append(modes_text)
+        lines.append(
+            f"{case.integrator} at {math.degrees(case.step):g} deg: the cheapest tried whose numerical error leaves "
+            f"room for the model's; half the step changes the outputs by {percent(largest(made.errors.numerical))}"
+        )
+        if len(speeds) < len(scene.speeds):
+            rpm = ", ".join(f"{v / RPM:.0f}" for v in speeds)
+            lines.append(f"errors measured at {rpm} of {len(scene.speeds)} speeds")
+        if not made.within_accuracy:
+            by = " by what the scene fixes" if scene.crank is not None or scene.bearings is not None else ""
+            lines.append(
+                f"accuracy missed{by}: {percent(made.predicted_error)} in place of {percent(scene.accuracy)}, "
+                f"{made.predicted_error / scene.accuracy:.2g} times as much"
+            )
+        open_ended = scene.bearings is None and scene.budget is None
+        if not made.within_accuracy and open_ended and made.next.levels[1] == DEAREST:
+            lines.append(f"bearings {DEAREST}: far dearer, so only within a budget, or where the scene asks for them")
+        if self.too_dear:
+            lines.append(f"budget {scene.budget:g} ends the climb: {self.too_dear}")
+        if scene.budget is not None and not made.within_budget:
+            lines.append(
+                f"budget missed: real-time factor {made.real_time_factor:.2g} in place of {scene.budget:g}, "
+                f"{made.real_time_factor / scene.budget:.2g} times as much"
+            )
+        return tuple(lines)
+
+
+def charted_as(output: str) -> str:
+    """Quantity of the trade-off study's chart that is nearest to an output."""
+    if output.startswith(("pulley.axial", "thrust.")):
+        return "pulley_axial"
+    if output == "shaft.torque":
+        return "shaft_torque"
+    if output.startswith("bearing["):
+        return "bearing_force" if ".force." in output or ".moment." in output else "bearing_film"
+    return "pulley_torsion"
+
+
+def _round_up(value: float) -> str:
+    """Number with one digit that is not below ``value``."""
+    if not math.isfinite(value):
+        return "not known: no step runs"
+    scale = 10.0 ** math.floor(math.log10(value))
+    return f"{math.ceil(value / scale) * scale:.0e}"

@@ -1,0 +1,215 @@
+"""Runs of a scene: by its plan, by the next level to check the plan, or by every level of the ladder.
+
+What has run is kept at once: the result file holds all outputs of the plan's runs (under ``2000rpm/`` where the scene
+has several speeds) and, under ``levels/``, the last cycle of the wanted outputs at other levels. An interrupt keeps
+what is complete.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cranktrain.dynamics.simulation import Result
+from cranktrain.errors import SolverError
+from cranktrain.results.orders import order_spectrum
+from cranktrain.results.result_file import output_unit
+from cranktrain.results.summary import ZERO_CELSIUS
+from cranktrain.scene import RPM, Scene
+from cranktrain.store import write_result
+from cranktrain.studies.planning.difference import CYCLE, LastCycle, by_family, last_cycle, relative_differences
+from cranktrain.studies.planning.ladder import every_pair
+from cranktrain.studies.planning.plan import Plan
+from cranktrain.studies.planning.scene_model import Case, SceneModel
+
+Advance = Callable[[float], None] | None
+
+
+@dataclass
+class LevelRun:
+    """Runs of one case, speed by speed: last cycles, seconds in all, and what went wrong (empty: nothing)."""
+
+    case: Case
+    cycles: list[LastCycle] = field(default_factory=list)
+    seconds: float = 0.0
+    status: str = "ok"
+
+
+class SceneRun:
+    """Runs of a scene and the file that keeps them.
+
+    Parameters
+    ----------
+    plan : what to run
+    model : the scene's model
+    path : result file, HDF5
+    """
+
+    def __init__(self, plan: Plan, model: SceneModel, path: Path) -> None:
+        self.plan, self.scene, self.model, self.path = plan, plan.scene, model, path
+        self.levels: list[LevelRun] = []
+        self.interrupted = False
+        self._datasets: dict[str, Any] = {}
+
+    # ------------------------------------------------------------------ runs
+
+    def run(self, advance: Advance = None) -> LevelRun:
+        """Run the plan at every speed and keep all outputs."""
+        return self._run(self.plan.case, advance, own=True)
+
+    def verify(self, advance: Advance = None) -> LevelRun:
+        """Run the next level with half the step at every speed."""
+        return self._run(self.plan.next, advance)
+
+    def run_level(self, case: Case, advance: Advance = None) -> LevelRun:
+        """Run another case at every speed."""
+        return self._run(case, advance)
+
+    def _run(self, case: Case, advance: Advance, own: bool = False) -> LevelRun:
+        scene, level = self.scene, LevelRun(case)
+        self.levels.append(level)
+        for k, speed in enumerate(scene.speeds):
+
+            def share(done: float, k: int = k) -> None:
+                if advance is not None:
+                    advance((k + done) / len(scene.speeds))
+
+            try:
+                run = self.model.run(case, speed, progress=share)
+            except SolverError as error:
+                level.status = f"failed: {error}"
+                return level
+            except KeyboardInterrupt:
+                self.interrupted = True
+                return level
+            level.cycles.append(last_cycle(run, scene.outputs))
+            level.seconds += run.seconds
+            self._keep(case, speed, run, own)
+        return level
+
+    def _keep(self, case: Case, speed: float, run: Result, own: bool) -> None:
+        rpm = f"{speed / RPM:.6g}rpm"
+        if own:
+            prefix = f"{rpm}/" if len(self.scene.speeds) > 1 else ""
+            kept = {"time": (run.time, "s"), "angle": (run.angle, "rad")}
+            kept["film_temperature_c"] = (run.film_temperatures - ZERO_CELSIUS, "degC")
+            kept |= {name: (values, output_unit(name)) for name, values in run.outputs.items()}
+        else:
+            prefix = f"levels/{case.crank}-{case.bearings}/{rpm}/"
+            kept = {name: (run.outputs[name][-run.per_cycle - 1 :], output_unit(name)) for name in self.scene.outputs}
+        self._datasets |= {prefix + name: entry for name, entry in kept.items()}
+        write_result(self.path, self._datasets, self._attributes())
+
+    def _attributes(self) -> dict[str, str | int | float]:
+        scene, case = self.scene, self.plan.case
+        return {
+            "scene": scene.name,
+            "engine": scene.engine.name,
+            "speeds_rpm": " ".join(f"{rpm:.6g}" for rpm in scene.speeds_rpm),
+            "cycles": scene.cycles,
+            "crank": case.crank,
+            "bearings": case.bearings,
+            "block": scene.block,
+            "damper": scene.damper,
+            "integrator": case.integrator,
+            "step": case.step,
+            "cutoff_hz": case.cutoff,
+            "predicted_error": self.plan.predicted_error,
+        }
+
+    # ------------------------------------------------------------------ what they say
+
+    def sort(self) -> None:
+        """Put the levels in the order of the ladder; the plan's own stays known by its case."""
+        pairs = every_pair(self.scene, True)
+        self.levels.sort(key=lambda level: pairs.index(level.case.levels) if level.case.levels in pairs else -1)
+
+    def outputs(self) -> dict[str, Any]:
+        """Summary of each wanted output at the speed of its largest amplitude, with mean and amplitude by speed.
+
+        Values in the unit of the output; ``amplitude`` is half the peak to peak, orders are zero to peak and reach up
+        to the scene's frequency.
+        """
+        return output_summary(self.scene, self._own.cycles)
+
+    @property
+    def _own(self) -> LevelRun:
+        return next(level for level in self.levels if level.case == self.plan.case)
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Every level that ran, with its difference to the last complete one."""
+        complete = [level for level in self.levels if len(level.cycles) == len(self.scene.speeds)]
+        top = complete[-1] if len(complete) > 1 else None
+        simulated = self.scene.cycles * sum(CYCLE / speed for speed in self.scene.speeds)
+        return [
+            {
+                "crank": level.case.crank,
+                "bearings": level.case.bearings,
+                "integrator": level.case.integrator,
+                "step_deg": round(math.degrees(level.case.step), 9),
+                "seconds": level.seconds,
+                "real_time_factor": level.seconds / simulated if level in complete else None,
+                "difference": self.difference(level, top) if level in complete and top is not None else {},
+                "status": level.status if level in complete or level.status != "ok" else "interrupted",
+            }
+            for level in self.levels
+        ]
+
+    def difference(self, level: LevelRun, reference: LevelRun) -> dict[str, float]:
+        """Largest relative difference over speeds of each output, or family of outputs."""
+        scene = self.scene
+        found = [
+            relative_differences(one, other, speed, scene.frequency)
+            for one, other, speed in zip(level.cycles, reference.cycles, scene.speeds, strict=True)
+        ]
+        return by_family(scene.outputs, np.max(found, axis=0))
+
+    def verification(self) -> dict[str, Any] | None:
+        """Predicted against verified error, after :meth:`verify`; None where one of the two runs is not complete."""
+        own, check = self._own, next((one for one in self.levels if one.case == self.plan.next), None)
+        if check is None or len(own.cycles) != len(check.cycles) or len(own.cycles) != len(self.scene.speeds):
+            return None
+        differences = self.difference(own, check)
+        verified = max(differences.values(), default=0.0)
+        predicted = self.plan.predicted_error
+        return {
+            "crank": check.case.crank,
+            "bearings": check.case.bearings,
+            "step_deg": round(math.degrees(check.case.step), 9),
+            "predicted_error": predicted,
+            "verified_error": verified,
+            "ratio": predicted / verified if verified > 0.0 else None,
+            "difference": differences,
+        }
+
+
+def output_summary(scene: Scene, cycles: list[LastCycle]) -> dict[str, Any]:
+    """Summary of each wanted output over the runs of a scene's first speeds."""
+    summary: dict[str, Any] = {}
+    if not cycles:
+        return summary
+    for i, name in enumerate(scene.outputs):
+        values = [cycle.values[i] for cycle in cycles]
+        amplitudes = [0.5 * float(np.ptp(one)) for one in values]
+        k = int(np.argmax(amplitudes))
+        speed = scene.speeds[k]
+        orders, sizes = order_spectrum(values[k], 2.0 * math.pi * scene.frequency / speed)
+        summary[name] = {
+            "unit": output_unit(name),
+            "speed_rpm": round(speed / RPM, 9),
+            "mean": float(values[k].mean()),
+            "amplitude": amplitudes[k],
+            "minimum": float(values[k].min()),
+            "maximum": float(values[k].max()),
+            "orders": [[float(order), float(size)] for order, size in zip(orders, sizes, strict=True)],
+            "by_speed": [
+                [round(v / RPM, 9), float(one.mean()), size]
+                for v, one, size in zip(scene.speeds, values, amplitudes, strict=False)
+            ],
+        }
+    return summary

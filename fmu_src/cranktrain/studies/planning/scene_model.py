@@ -1,0 +1,139 @@
+"""The models of a scene: its engine at any pair of levels, with any cut-off, integrator and step, ready to run.
+
+Bodies, film tables and elastic bores come from the cache or are made at their first use.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from cranktrain.dynamics.model import Parts, Settings, resolved
+from cranktrain.dynamics.simulation import Result, simulate
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.reduced_body import ReducedBody
+from cranktrain.scene import Scene
+from cranktrain.studies.tradeoff.level_bodies import level_parts, running_crank
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One way to run a scene: levels, cut-off of the solid crank's modes (Hz), integrator and step (rad)."""
+
+    crank: str
+    bearings: str
+    cutoff: float
+    integrator: str
+    step: float
+
+    @property
+    def levels(self) -> tuple[str, str]:
+        """Crank and bearing level."""
+        return self.crank, self.bearings
+
+    def __str__(self) -> str:
+        """Levels, method and step for people."""
+        return f"{self.crank}/{self.bearings}, {self.integrator} {math.degrees(self.step):g} deg"
+
+
+class SceneModel:
+    """Everything that runs of one scene share.
+
+    Parameters
+    ----------
+    scene : the scene
+    progress : told each stage of long work
+    """
+
+    def __init__(self, scene: Scene, progress: Progress | None = None) -> None:
+        self.scene = scene
+        self.say: Progress = progress or (lambda _: None)
+        self._kept: dict[Any, Any] = {}
+
+    def _once(self, key: Any, make: Callable[[], Any]) -> Any:
+        if key not in self._kept:
+            self._kept[key] = make()
+        return self._kept[key]
+
+    @property
+    def all_modes(self) -> float:
+        """Cut-off of the crank's modes where nothing is left out, Hz."""
+        return self.scene.engine.reduction.running_cutoff_hz
+
+    @property
+    def own_cutoff(self) -> float:
+        """Cut-off that the scene fixes, else that of all modes, Hz."""
+        return self.scene.cutoff or self.all_modes
+
+    def settings(self, case: Case) -> Settings:
+        """Settings of a case, with nothing left open."""
+        s = self.scene
+        return resolved(
+            Settings(
+                crank=case.crank,
+                bearings=case.bearings,
+                big_ends=s.big_ends,
+                block=s.block,
+                pistons=s.pistons,
+                damper=s.damper,
+                integrator=case.integrator,
+                step=case.step,
+                gas_load=s.load,
+            ),
+            s.engine,
+        )
+
+    def body(self, case: Case) -> ReducedBody:
+        """Crank of a case as the running model takes it."""
+        key = ("body", case.crank, case.cutoff)
+        return self._once(key, lambda: running_crank(self.scene.engine, self.settings(case), case.cutoff, self.say))
+
+    def parts(self, case: Case) -> Parts:
+        """What the levels of a case need besides the crank."""
+        return self._once(
+            ("parts", case.bearings),
+            lambda: level_parts(self.scene.engine, self.settings(case), "default", self.say),
+        )
+
+    @property
+    def gas(self) -> GasTrace | None:
+        """Measured trace of the scene, or None for the built-in one."""
+        given = self.scene.pressure
+        if given is None:
+            return None
+        return self._once(
+            "gas", lambda: GasTrace.from_csv(str(given.file), self.scene.engine, given.unit, given.tdc_deg)
+        )
+
+    def run(
+        self, case: Case, speed: float, cycles: int | None = None, progress: Callable[[float], None] | None = None
+    ) -> Result:
+        """Run a case at a speed (rad/s); ``cycles`` defaults to the scene's.
+
+        Raises
+        ------
+        InputError
+            levels that the engine lacks
+        SolverError
+            a step that fails
+        KeyboardInterrupt
+            also where an interrupt has ended the run early: half a run is none
+        """
+        body, parts, settings = self.body(case), self.parts(case), self.settings(case)
+        wanted = cycles or self.scene.cycles
+        run = simulate(self.scene.engine, body, settings, speed, wanted, self.gas, progress, parts)
+        if run.time.size <= wanted * run.per_cycle:
+            raise KeyboardInterrupt
+        return run
+
+    def case(self, crank: str, bearings: str, integrator: str, step: float) -> Case:
+        """Case with the modes of the crank that the scene allows."""
+        return Case(crank, bearings, self.own_cutoff, integrator, step)
+
+    def refined(self, case: Case) -> Case:
+        """The same model with half the step."""
+        return replace(case, step=0.5 * case.step)

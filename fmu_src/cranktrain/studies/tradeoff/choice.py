@@ -1,0 +1,99 @@
+"""What to choose for an accuracy: read off the measured points, in a few lines of text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from cranktrain.studies.tradeoff.point import NUMERICAL, TOP, Point, in_scene
+from cranktrain.studies.tradeoff.study import Study
+
+ACCURACIES = (0.1, 0.01, 0.001)
+
+
+def choice_text(study: Study) -> str:
+    """Text for each scene: what to choose for 10 %, 1 % and 0.1 %, and what the method's own gain is."""
+    lines = [
+        "What to choose, from the measured points. Errors are the largest of pulley torsion, pulley axial motion and",
+        "least film: RMS of the difference over the last cycle over the RMS of the reference's alternating part.",
+        "Numerical error (same model, finer step) and model error (against the top of a ladder) are told apart, and",
+        "add.",
+    ]
+    for scene in study.scenes:
+        points = in_scene(study.points, scene.name)
+        lines += ["", scene.name]
+        for accuracy in ACCURACIES:
+            lines += [f"  {100 * accuracy:g} %"]
+            lines += [f"    {line}" for line in _choices(points, accuracy)]
+        for target, entry in study.speedups.get(scene.name, {}).items():
+            if entry["ratio"] is not None:
+                lines.append(
+                    f"  at an error of {target} (torsion and axial motion) the stage solver is {entry['ratio']:.1f} "
+                    f"times faster than {entry['scipy_best']}, {entry['own']:.2f} against "
+                    f"{entry['scipy'][entry['scipy_best']]:.2f} s per simulated second"
+                )
+    return "\n".join(lines) + "\n"
+
+
+def _choices(points: Sequence[Point], accuracy: float) -> list[str]:
+    lines = []
+
+    def cheapest(what: str, chosen: Callable[[Point], bool], alone: bool = False) -> None:
+        """Line for all outputs; with ``alone`` also for pulley torsion by itself, where that allows something else."""
+        among = [point for point in points if chosen(point) and point.usable]
+        if not among:
+            return
+        # A level that lacks an output is close in what it has only.
+        shown = {name for point in among for name, value in point.error.items() if value is not None}
+        complete = [point for point in among if all(point.error[name] is not None for name in shown)]
+        best = _cheapest(complete, accuracy, lambda point: point.worst)
+        closest = min(complete or among, key=lambda point: point.worst or 0.0)
+        lines.append(f"{what}: " + (_said(best) if best else f"none of those measured; closest {_said(closest)}"))
+        torsion = _cheapest(among, accuracy, lambda point: point.error["pulley_torsion"])
+        if alone and torsion is not None and torsion != best:
+            lines.append(f"{what}, for pulley torsion alone: {_said(torsion)}")
+
+    def of(kind: str, family: str, ladder: str | None = None) -> Callable[[Point], bool]:
+        def chosen(point: Point) -> bool:
+            return (
+                point.parameters["error_kind"] == kind
+                and point.family == family
+                and (ladder is None or point.parameters.get("ladder") == ladder)
+            )
+
+        return chosen
+
+    cheapest("method and step", lambda p: p.parameters["error_kind"] == NUMERICAL and "scaling" not in p.parameters)
+    cheapest("crank level below solid", of(TOP, "ladder", "crank"), alone=True)
+    cheapest("bearing level below the top", of(TOP, "bearings", "bearings"), alone=True)
+    cheapest("block below flexible", of(TOP, "ladder", "block"), alone=True)
+    cheapest("modes of the crank", of(TOP, "modes"), alone=True)
+    _coarsest(points, accuracy, "coupling", "communication_deg", "communication step", lines)
+    _coarsest(points, accuracy, "pressure", "trace_deg", "spacing of the pressure trace", lines)
+    _coarsest(points, accuracy, "mesh", "mesh_size_mm", "mesh of the crank", lines)
+    return lines
+
+
+def _cheapest(points: Sequence[Point], accuracy: float, error: Callable[[Point], float | None]) -> Point | None:
+    """Cheapest point whose error is within the accuracy; None where none is."""
+    within = [point for point in points if (found := error(point)) is not None and found <= accuracy]
+    return min(within, key=lambda point: point.seconds_per_simulated_second or 0.0, default=None)
+
+
+def _coarsest(
+    points: Sequence[Point], accuracy: float, family: str, parameter: str, what: str, lines: list[str]
+) -> None:
+    among = [point for point in points if point.family == family and point.usable]
+    within = [point for point in among if (point.worst or 0.0) <= accuracy]
+    if within:
+        # The coarsest, and of equally coarse ones the closest.
+        best = max(within, key=lambda point: (point.parameters[parameter], -(point.worst or 0.0)))
+        lines.append(f"{what}: {_said(best)}")
+    elif among:
+        lines.append(f"{what}: finer than any that was measured")
+
+
+def _said(point: Point) -> str:
+    errors = ", ".join(
+        f"{name.rpartition('_')[2]} {value:.1e}" for name, value in point.error.items() if value is not None
+    )
+    return f"{point.label} ({point.seconds_per_simulated_second:.2f} s/s; {errors})"

@@ -1,0 +1,272 @@
+"""What is varied: each family as the entries that it measures in one scene.
+
+Families: ``integrators`` over their steps and tolerances, other solvers of the same equations among them; ``adaptive``
+against fixed steps; ``modes`` of the crank; ``ladder`` of the crank and the block; ``bearings`` with table and grid;
+``coupling`` to a master that sends the pressures; ``mesh`` of the solid crank; ``pressure``, the resolution of the
+trace.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from cranktrain.dynamics.integrator_tables import EMBEDDED
+from cranktrain.dynamics.model import BLOCK_LEVELS, RECONSTRUCTIONS, Settings
+from cranktrain.engine import Engine
+from cranktrain.film.laws import TILTED
+from cranktrain.studies.tradeoff.case import COMMUNICATION_DEG, Case
+from cranktrain.studies.tradeoff.level_points import (
+    CRANKS,
+    PLAIN,
+    ROLLERS,
+    level_case,
+    mode_entries,
+    next_level,
+    numerical_entries,
+)
+from cranktrain.studies.tradeoff.measure import Entry
+from cranktrain.studies.tradeoff.point import INPUT, MODEL, NUMERICAL, TOP
+from cranktrain.studies.tradeoff.reference import reference_case
+
+Entries = list[Entry]
+
+
+@dataclass(frozen=True)
+class StudyScene:
+    """An engine at one speed (rad/s) in which choices are compared; ``settings`` give what is not varied.
+
+    ``cutoff_hz`` of the crank's modes is the engine file's where it is None.
+    """
+
+    name: str
+    engine: Engine
+    speed: float
+    settings: Settings
+    cutoff_hz: float | None = None
+
+    @property
+    def case(self) -> Case:
+        """Default integrator and step in this scene."""
+        return self.at(self.settings)
+
+    def at(self, settings: Settings) -> Case:
+        """The same at other levels."""
+        return level_case(self.engine, self.speed, settings, self.cutoff_hz)
+
+    @property
+    def plain(self) -> bool:
+        """Whether the first-order equations hold this scene's model."""
+        levels = self.case.levels
+        return levels.bearings not in TILTED and levels.block == "ground" and levels.damper == "none"
+
+
+TOLERANCES = {
+    ("scipy:BDF", "each"): (1e-2, 1e-3),
+    ("scipy:Radau", "each"): (1e-2, 1e-3, 1e-4),
+    ("scipy:LSODA", "each"): (1e-3, 1e-4, 1e-5),
+    ("scipy:LSODA", "floored"): (1e-3, 3e-4, 1e-4, 1e-6),
+}
+"""SciPy's, full study. BDF floored misses the error at a higher cost; Radau floored did not finish at 1e-2."""
+RADAU_DEG = (3.0, 1.0, 0.5)
+EXPLICIT_DEG = {"runge-kutta-4": (0.1, 0.01, 0.0015), "central-differences": (0.1, 0.01, 0.0005)}
+"""Explicit steps: two that one would try, and one that the stiffest film allows."""
+EXPLICIT_CYCLES = 1
+FEW = {"scipy:LSODA": (1e-3,)}
+ADAPTIVE_TOLERANCES = (1e-2, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)
+ADAPTED = ("esdirk4", "esdirk5", "generalised-alpha:0.6")
+LONGEST_DEG = (6.0, 12.0)
+FIXED_DEG = (6.0, 4.0, 3.0, 2.5, 2.0, 1.0, 0.5, 0.25)
+CUTOFFS_HZ = (500.0, 700.0, 1000.0, 1500.0, 2000.0, 3000.0, 4500.0, 6000.0, 9000.0)
+MESHES = (0.030, 0.025, 0.018, 0.014, 0.011)
+"""Largest element edges, m; the last one is the reference."""
+FILM_GRIDS = ((24, 6), (32, 8), (48, 8), (64, 12))
+COUPLED_DEG = (0.5, 1.0, 2.0, 4.0, 6.0, 12.0)
+COUPLED_REFERENCE_DEG = 0.125
+TRACES_DEG = (0.1, 0.5, 1.0, 2.0)
+TRACE_STEP_DEG = 0.25
+"""Step of runs that tell traces apart: fine enough for the orders that a trace spoils."""
+
+
+def integrators(scene: StudyScene, quick: bool) -> Entries:
+    """The stage solver's integrators over their steps, then other solvers of the same equations."""
+    case = scene.case
+    entries = numerical_entries(case, quick)
+    if not scene.plain:
+        return entries
+    reference = reference_case(case, quick)
+
+    def other(method: str, label: str, **choices: Any) -> Entry:
+        chosen = replace(case, method=method, **choices)
+        return Entry("integrators", label, chosen, reference, NUMERICAL, {"scaling": chosen.scaling})
+
+    for method, steps in EXPLICIT_DEG.items():
+        for step in steps[:2] if quick else steps:
+            entries.append(
+                other(
+                    method, f"{method} {step:g}°", settings=_stepped(case, step), interval_deg=COMMUNICATION_DEG,
+                    cycles=EXPLICIT_CYCLES,
+                )
+            )  # fmt: skip
+    for step in RADAU_DEG[2:] if quick else RADAU_DEG:
+        entries.append(other("radau-5", f"radau-5 {step:g}°", settings=_stepped(case, step)))
+    chosen = {(method, "each"): FEW[method] for method in FEW} if quick else TOLERANCES
+    for (method, scaling), tolerances in chosen.items():
+        for tolerance in tolerances:
+            name = method.removeprefix("scipy:")
+            suffix = "" if scaling == "each" else ", floored"
+            label = f"SciPy {name} {tolerance:g}{suffix}"
+            entries.append(other(method, label, tolerance=tolerance, scaling=scaling))
+    return entries
+
+
+def adaptive(scene: StudyScene, quick: bool) -> Entries:
+    """Fixed steps, and steps that the error estimate chooses as parts of a long one."""
+    case = scene.case
+    reference = reference_case(case, quick)
+    own = case.levels.integrator
+    names = [own] if quick else [name for name in dict.fromkeys((own, *ADAPTED)) if name in EMBEDDED]
+    entries = []
+    for name in names:
+        for step in FIXED_DEG[1:6:2] if quick else FIXED_DEG:
+            settings = replace(_stepped(case, step), integrator=name)
+            more = {"control": "fixed step"}
+            entries.append(
+                Entry("adaptive", f"{name} {step:g}°", replace(case, settings=settings), reference, NUMERICAL, more)
+            )
+        for longest in LONGEST_DEG[:1] if quick else LONGEST_DEG:
+            for tolerance in ADAPTIVE_TOLERANCES[1:7:2] if quick else ADAPTIVE_TOLERANCES:
+                settings = replace(_stepped(case, longest), integrator=name, control="adaptive", tolerance=tolerance)
+                label = f"{name} adaptive {tolerance:g}, {longest:g}° at most"
+                chosen: dict[str, Any] = {"control": f"adaptive, {longest:g}° at most", "tolerance": tolerance}
+                entries.append(Entry("adaptive", label, replace(case, settings=settings), reference, NUMERICAL, chosen))
+    return entries
+
+
+def modes(scene: StudyScene, quick: bool) -> Entries:
+    """Elastic modes of the crank up to a cut-off, against all that are stored."""
+    return mode_entries(scene.case, CUTOFFS_HZ[::2] if quick else CUTOFFS_HZ)
+
+
+def ladder(scene: StudyScene, quick: bool) -> Entries:
+    """Crank levels against the top one, and each against the next."""
+    # From the scene's settings, so that a crank which only twists is held in its bearings.
+    cranks = _ladder(scene, "ladder", "crank", CRANKS, lambda level: replace(scene.settings, crank=level))
+    return cranks + _blocks(scene, quick)
+
+
+def _blocks(scene: StudyScene, quick: bool) -> Entries:
+    if quick or scene.engine.block is None:
+        return []
+    case = scene.case
+
+    def settings(level: str) -> Settings:
+        return replace(case.settings, block=level, pistons="auto")
+
+    return _ladder(scene, "ladder", "block", BLOCK_LEVELS, settings)
+
+
+def bearings(scene: StudyScene, quick: bool) -> Entries:
+    """Bearing levels against the top one and against the next; resolution of the table, grid of films in the loop."""
+    plain = scene.engine.main_roller is None
+    levels = (PLAIN[:3] if quick else PLAIN) if plain else ROLLERS
+    case = scene.case
+    entries = _ladder(scene, "bearings", "bearings", levels, lambda level: replace(case.settings, bearings=level))
+    if quick or not plain:
+        return entries
+    solved = scene.at(replace(case.settings, bearings="reynolds"))
+    finest = replace(solved, film_grid=FILM_GRIDS[-1])
+    tabled = scene.at(replace(case.settings, bearings="table"))
+    tabled = replace(tabled, cycles=solved.cycles)
+    for name in ("coarse", "default", "fine"):
+        more = {"against": "reynolds 64x12"}
+        entries.append(Entry("bearings", f"table, {name}", replace(tabled, table=name), finest, TOP, more))
+    for grid in FILM_GRIDS[:-1]:
+        more = {"against": "reynolds 64x12"}
+        label = f"reynolds {grid[0]}x{grid[1]}"
+        entries.append(Entry("bearings", label, replace(solved, film_grid=grid), finest, TOP, more))
+    return entries
+
+
+def coupling(scene: StudyScene, quick: bool) -> Entries:
+    """Communication step of a master that sends the pressures, and what the model makes of them between."""
+    base = scene.case
+    fine = replace(base.settings, step=math.radians(COUPLED_REFERENCE_DEG), reconstruction="linear")
+    reference = replace(base, settings=fine, coupled_deg=COUPLED_REFERENCE_DEG, interval_deg=1.0)
+    steps = COUPLED_DEG[1:5] if quick else COUPLED_DEG
+    return [
+        Entry(
+            "coupling", f"{rule} {step:g}°",
+            replace(base, settings=replace(base.settings, reconstruction=rule), coupled_deg=step),
+            reference, INPUT,
+        )
+        for rule in RECONSTRUCTIONS
+        for step in steps
+    ]  # fmt: skip
+
+
+def mesh(scene: StudyScene, quick: bool) -> Entries:
+    """Mesh of the solid crank against the finest; slow where a mesh is not in the cache."""
+    if quick:
+        return []
+    case = scene.case
+
+    def meshed(size: float) -> Case:
+        crank = replace(scene.engine.crankshaft, mesh_size=size)
+        return replace(case, engine=replace(scene.engine, crankshaft=crank))
+
+    finest = meshed(MESHES[-1])
+    return [
+        Entry("mesh", f"{1e3 * size:g} mm", meshed(size), finest, TOP, {"mesh_size_mm": round(1e3 * size, 6)})
+        for size in MESHES[:-1]
+    ]
+
+
+def pressure(scene: StudyScene, quick: bool) -> Entries:
+    """Samples of the pressure trace and what is drawn through them, against the trace itself."""
+    case = replace(scene.case, settings=_stepped(scene.case, TRACE_STEP_DEG), interval_deg=1.0)
+    return [
+        Entry(
+            "pressure", f"{rule} {spacing:g}°", replace(case, trace_deg=spacing, trace_rule=rule), case, INPUT
+        )
+        for rule in ("spline", "linear")
+        for spacing in (TRACES_DEG[2:] if quick else TRACES_DEG)
+    ]  # fmt: skip
+
+
+FAMILIES: dict[str, Callable[[StudyScene, bool], Entries]] = {
+    "integrators": integrators,
+    "adaptive": adaptive,
+    "modes": modes,
+    "ladder": ladder,
+    "bearings": bearings,
+    "coupling": coupling,
+    "mesh": mesh,
+    "pressure": pressure,
+}
+
+
+def _ladder(
+    scene: StudyScene, family: str, kind: str, levels: Sequence[str], settings: Callable[[str], Settings]
+) -> Entries:
+    """Each level against the top one; where the next one up is another, against that as well."""
+    cases = {level: scene.at(settings(level)) for level in levels}
+    top = levels[-1]
+    entries = []
+    for level in levels[:-1]:
+        above = next_level(kind, level, scene.engine) or top
+        for against, error_kind in ((top, TOP), (above, MODEL)):
+            own, other = cases[level], cases[against]
+            cycles = min(own.cycles, other.cycles)
+            interval = max(own.kept_deg, other.kept_deg)
+            own, other = (replace(case, cycles=cycles, interval_deg=interval) for case in (own, other))
+            label = level if error_kind == TOP else f"{level} against {against}"
+            more = {"ladder": kind, "against": against}
+            entries.append(Entry(family, label, own, other, error_kind, more))
+    return entries
+
+
+def _stepped(case: Case, step_deg: float) -> Settings:
+    return replace(case.settings, step=math.radians(step_deg))

@@ -1,0 +1,204 @@
+"""What planning asks of the study: the error and cost of one level's steps, and of one level against the next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from cranktrain.dynamics.integrator_tables import INTEGRATORS
+from cranktrain.dynamics.mains import HELD
+from cranktrain.dynamics.model import BLOCK_LEVELS, CRANK_LEVELS, Settings, resolved
+from cranktrain.engine import Engine
+from cranktrain.film.laws import LAWS
+from cranktrain.studies.tradeoff.case import CYCLES, Case
+from cranktrain.studies.tradeoff.level_bodies import ALL_MODES
+from cranktrain.studies.tradeoff.measure import Entry, Progress, measured
+from cranktrain.studies.tradeoff.point import MODEL, NUMERICAL, TOP, Point
+from cranktrain.studies.tradeoff.reference import error_estimate, reference_case
+from cranktrain.studies.tradeoff.store import PointStore
+
+CRANKS = tuple(level for level in ("rigid", "torsional", "beam", "solid") if level in CRANK_LEVELS)
+PLAIN = tuple(level for level in ("linear", "impedance", "table", "reynolds", "ehd") if level in LAWS)
+ROLLERS = ("linear", "roller")
+SLOW_CYCLES = {"reynolds": 2, "ehd": 2}
+"""Cycles of runs whose films are solved in the loop; they are judged over the second."""
+QUICK_STEPS = {
+    "esdirk4": (6.0, 4.0, 3.0, 2.5, 2.0, 1.0, 0.5),
+    "esdirk5": (6.0, 3.0, 1.0),
+    "sdirk4": (4.0, 2.5, 1.0),
+    "generalised-alpha:0.6": (1.0, 0.5),
+    "tr-bdf2": (1.0,),
+}
+STEPS = {
+    "backward-euler": (0.5, 0.25, 0.125),
+    "trapezoidal": (2.0, 1.0, 0.5, 0.25),
+    "hht:-0.1": (2.0, 1.0, 0.5, 0.25),
+    "generalised-alpha:0.5": (2.0, 1.0, 0.5, 0.25),
+    "generalised-alpha:0.6": (2.0, 1.0, 0.5, 0.25),
+    "generalised-alpha:0.8": (2.0, 1.0, 0.5, 0.25),
+    "generalised-alpha:0.9": (2.0, 1.0, 0.5, 0.25),
+    "generalised-alpha:1": (2.0, 1.0, 0.5, 0.25),
+    "bdf2": (2.0, 1.0, 0.5, 0.25),
+    "tr-bdf2": (3.0, 2.0, 1.0, 0.5, 0.25),
+    "sdirk2": (3.0, 2.0, 1.0, 0.5, 0.25),
+    "sdirk3": (4.0, 3.0, 2.0, 1.0, 0.5),
+    "sdirk4": (6.0, 5.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.0, 0.75, 0.5, 0.25),
+    "esdirk3": (4.0, 3.0, 2.0, 1.0, 0.5),
+    "esdirk4": (6.0, 5.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.0, 0.75, 0.5, 0.25),
+    "esdirk5": (10.0, 8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.5),
+}
+"""Steps in degrees of each integrator that is known here; one that is not takes those of ``sdirk2``."""
+
+
+def integrator_steps(quick: bool) -> list[tuple[str, float]]:
+    """Integrators that exist, each with the steps (degrees) that it is measured at."""
+    if quick:
+        return [(name, step) for name, steps in QUICK_STEPS.items() for step in steps]
+    named = {name.partition(":")[0] for name in STEPS}
+    others = {name: STEPS["sdirk2"] for name in INTEGRATORS if name not in named}
+    return [
+        (name, step)
+        for name, steps in (STEPS | others).items()
+        if name.partition(":")[0] in INTEGRATORS
+        for step in steps
+    ]
+
+
+def level_case(engine: Engine, speed: float, settings: Settings, cutoff_hz: float | None = None) -> Case:
+    """Default integrator and step at the settings' levels, as long as such runs are here."""
+    levels = resolved(settings, engine)
+    plain = Settings()
+    chosen = replace(
+        levels, integrator=plain.integrator, step=plain.step, control=plain.control, tolerance=plain.tolerance,
+        newton_tolerance=None, film_change=None,
+    )  # fmt: skip
+    return Case(engine, speed, chosen, SLOW_CYCLES.get(levels.bearings, CYCLES), cutoff_hz)
+
+
+def numerical_entries(case: Case, quick: bool, family: str = "integrators") -> list[Entry]:
+    """Entries of one level: every integrator over its steps, against the same model with a fine step."""
+    reference = reference_case(case, quick)
+    chosen = integrator_steps(quick)
+    default = (case.levels.integrator, case.step_deg)
+    if default not in chosen:
+        chosen.append(default)
+    return [
+        Entry(
+            family, f"{name} {step:g}°",
+            replace(case, settings=replace(case.settings, integrator=name, step=math.radians(step))),
+            reference, NUMERICAL, {"default": (name, step) == default},
+        )
+        for name, step in chosen
+    ]  # fmt: skip
+
+
+def numerical_points(
+    engine: Engine,
+    speed: float,
+    settings: Settings,
+    *,
+    cutoff_hz: float | None = None,
+    quick: bool = True,
+    progress: Progress | None = None,
+    store: PointStore | None = None,
+) -> list[Point]:
+    """Numerical error and cost of one level's steps and integrators; ``speed`` rad/s.
+
+    ``settings`` give the levels; their integrator and step are not used. Failed runs are points too.
+    """
+    case = level_case(engine, speed, settings, cutoff_hz)
+    return measured(numerical_entries(case, quick), store or PointStore(), 1, progress)
+
+
+def next_level(ladder: str, level: str, engine: Engine) -> str | None:
+    """The next level up of ``crank``, ``bearings`` or ``block``; None at the top."""
+    bearings = PLAIN if engine.main_roller is None else ROLLERS
+    levels = {"crank": CRANKS, "bearings": bearings, "block": BLOCK_LEVELS}[ladder]
+    if level == HELD:
+        return levels[0]
+    place = levels.index(level)
+    if ladder == "block" and (engine.block is None or engine.mounts is None):
+        return None
+    return levels[place + 1] if place + 1 < len(levels) else None
+
+
+def model_points(
+    engine: Engine,
+    speed: float,
+    settings: Settings,
+    *,
+    cutoff_hz: float | None = None,
+    quick: bool = True,
+    progress: Progress | None = None,
+    store: PointStore | None = None,
+    ladders: Sequence[str] = ("crank", "bearings", "block"),
+) -> list[Point]:
+    """Model error of one level: its difference to the next level up of each ladder, and its cost; ``speed`` rad/s.
+
+    Both levels take the default integrator and step. A quick study leaves out what needs elastic films.
+    """
+    kept = store or PointStore()
+    case = level_case(engine, speed, settings, cutoff_hz)
+    levels = case.levels
+    entries = []
+    for ladder in ladders:
+        above = next_level(ladder, getattr(levels, ladder), engine)
+        if above is None or (quick and above == "ehd"):
+            continue
+        change: dict[str, Any] = {ladder: above} | ({"pistons": "auto"} if ladder == "block" else {})
+        if ladder == "crank" and levels.bearings == HELD and above not in ("rigid", "torsional"):
+            change["bearings"] = "auto"  # a crank that bends cannot be held
+        raised = replace(case.settings, **change)
+        higher = level_case(engine, speed, raised, cutoff_hz)
+        cycles = min(case.cycles, higher.cycles)
+        own = replace(case, cycles=cycles, interval_deg=_common_interval(case, higher))
+        reference = replace(higher, cycles=cycles, interval_deg=own.interval_deg)
+        label = f"{getattr(levels, ladder)} against {above}"
+        more = {"ladder": ladder, "next_level": above}
+        entries.append(Entry("ladder" if ladder == "crank" else ladder, label, own, reference, MODEL, more))
+    return measured(entries, kept, 1, progress)
+
+
+def mode_points(
+    engine: Engine,
+    speed: float,
+    settings: Settings,
+    cutoffs_hz: Sequence[float],
+    *,
+    quick: bool = True,
+    progress: Progress | None = None,
+    store: PointStore | None = None,
+) -> list[Point]:
+    """Error and cost of a crank cut at each of ``cutoffs_hz`` against that with all modes that are stored."""
+    case = level_case(engine, speed, settings)
+    return measured(mode_entries(case, cutoffs_hz), store or PointStore(), 1, progress)
+
+
+def mode_entries(case: Case, cutoffs_hz: Sequence[float]) -> list[Entry]:
+    """Entries of cut-offs of the crank, at the case's integrator and step."""
+    reference = replace(case, cutoff_hz=ALL_MODES)
+    return [
+        Entry("modes", f"{cutoff:g} Hz", replace(case, cutoff_hz=cutoff), reference, TOP, {"against": "all modes"})
+        for cutoff in cutoffs_hz
+    ]
+
+
+def reference_doubt(
+    engine: Engine,
+    speed: float,
+    settings: Settings,
+    *,
+    cutoff_hz: float | None = None,
+    quick: bool = True,
+    progress: Progress | None = None,
+    store: PointStore | None = None,
+) -> dict[str, float | None]:
+    """Estimated error of the reference of :func:`numerical_points` itself."""
+    case = level_case(engine, speed, settings, cutoff_hz)
+    return error_estimate(reference_case(case, quick), store or PointStore(), progress)
+
+
+def _common_interval(case: Case, other: Case) -> float:
+    return max(case.kept_deg, other.kept_deg)

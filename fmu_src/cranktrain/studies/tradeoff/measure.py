@@ -1,0 +1,336 @@
+"""Running cases and judging them: cost from the processor's clock, error against a reference of the same start.
+
+Every run of an engine and speed starts alike, and references keep all cycles, so that a run of fewer cycles is judged
+over its own last one. What compiling takes is left out. Repeats are interleaved, case after case, because the machine's
+speed drifts; the cost is their median.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from statistics import median
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cranktrain.dynamics.equations_of_motion import trace_pressure
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.engine import Engine
+from cranktrain.errors import CranktrainError, InputError
+from cranktrain.film.rigid_bore import rigid_bore
+from cranktrain.kernel import keep_record
+from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressure, spline_coefficients
+from cranktrain.reduced_body import Array
+from cranktrain.studies.fixed_step import LIMITS
+from cranktrain.studies.tradeoff.case import STAGES, Case
+from cranktrain.studies.tradeoff.level_bodies import level_parts, running_crank
+from cranktrain.studies.tradeoff.other_solvers import Unstable, largest_rate, other_run
+from cranktrain.studies.tradeoff.point import OTHERS, OUTPUTS, Point
+from cranktrain.studies.tradeoff.store import PointStore, digest
+
+Progress = Callable[[str], None]
+
+FILMS = ("impedance", "table", "reynolds", "ehd")
+"""Bearing levels that have a film."""
+HIGH_ORDERS = (12.0, 40.0)
+"""Orders whose error in pulley torsion is given apart: those that a coarse pressure trace spoils."""
+FINE_SAMPLES = 7200
+"""Samples by which a trace of straight lines is handed to the model, whose own spline hardly rounds its kinks then."""
+SLOW = 5.0
+"""Seconds of a run that is not repeated: the machine's drift is within it."""
+
+
+class Recorded(NamedTuple):
+    """Outputs over all cycles, ends of intervals of ``interval`` degrees, and the cost.
+
+    ``values`` (2 + b, or 3 + 2b, samples): torsion, axial motion and least films of a solver that knows no more, else
+    also shaft torque and vertical bearing forces.
+    """
+
+    values: Array
+    interval: float
+    seconds: float  # processor seconds per simulated second
+    counts: dict[str, int]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A point to be measured: the choice, its case, the case that it is held against, and what else to say of it."""
+
+    family: str
+    label: str
+    case: Case
+    reference: Case
+    error_kind: str
+    more: dict[str, Any] = field(default_factory=dict)
+
+
+def run(case: Case, say: Progress | None = None) -> Recorded:
+    """Run a case; ``SolverError`` where it fails, ``InputError`` where it cannot be."""
+    told = say or (lambda stage: None)
+
+    def started(wanted: Case) -> Simulation:
+        return _started(wanted, told)
+
+    if case.method != STAGES:
+        values, used, counts = other_run(case, started)
+        return Recorded(values, case.kept_deg, used / case.simulated, counts)
+    simulation = started(case)
+    bearings = len(case.engine.crankshaft.main_widths)
+    names = ["pulley.torsion", "pulley.axial"]
+    names += [f"bearing[{i + 1}].film_thickness_min" for i in range(bearings)]
+    names += ["shaft.torque"] + [f"bearing[{i + 1}].force.y" for i in range(bearings)]
+    places = [simulation.output_names.index(name) for name in names]
+    count = round(720.0 / case.kept_deg) * case.cycles
+    series = np.empty((count, simulation.outputs.size))
+    if case.coupled_deg is None:
+        h = case.simulated / count
+        per_cycle = count // case.cycles
+        begin = time.process_time()
+        for first in range(0, count, per_cycle):  # an interrupt is seen between cycles
+            done = simulation.series(h, first + 1, series[first : first + per_cycle])
+            if done < per_cycle:
+                simulation.step((first + done + 1) * h)  # says why
+        used = time.process_time() - begin
+    else:
+        used = _coupled(simulation, case, series)
+    values = series[:, places]
+    counters = simulation.work.counters
+    counts = {
+        "steps": int(counters[0]), "iterations": int(counters[2]), "rejected": int(counters[3]),
+        "missed": int(counters[6]),
+    }  # fmt: skip
+    return Recorded(np.ascontiguousarray(values.T), case.kept_deg, used / case.simulated, counts)
+
+
+def _started(case: Case, say: Progress) -> Simulation:
+    settings = case.settings
+    if case.coupled_deg is not None:
+        settings = replace(settings, gas_source="input")
+    body = running_crank(case.engine, settings, case.cutoff_hz, say)
+    parts = level_parts(case.engine, case.levels, case.table, say)
+    gas = None if case.trace_deg is None else sampled_trace(case.engine, case.trace_deg, case.trace_rule)
+    simulation = Simulation(case.engine, body, settings, gas, parts)
+    simulation.inputs[0] = case.speed
+    if case.coupled_deg is not None:
+        # The first pressures are those of the first angle: there is no model yet to ask.
+        trace = GasTrace.from_engine(case.engine)
+        share = 1.0 - trace.falloff * (case.speed / trace.best_speed - 1.0) ** 2
+        table = spline_coefficients(trace.motored + share * (trace.fired - trace.motored))
+        simulation.inputs[1:-1] = [gas_pressure(-angle, table) for angle in case.engine.firing_angles]
+    simulation.initialize()
+    if case.film_grid is not None:
+        _change_grid(simulation, case)
+    return simulation
+
+
+def _coupled(simulation: Simulation, case: Case, series: Array) -> float:
+    """Step as a master does that sends the pressures, keep outputs in the rows of ``series``; processor seconds."""
+    inner = round(case.kept_deg / (case.coupled_deg or case.kept_deg))
+    h = case.simulated / (len(series) * inner)
+    begin = time.process_time()
+    for k in range(len(series)):
+        for j in range(inner):
+            _give_pressures(simulation)
+            simulation.step((k * inner + j + 1) * h)
+        series[k] = simulation.outputs
+    return time.process_time() - begin
+
+
+def _give_pressures(simulation: Simulation) -> None:
+    """Set the pressures that a master with the built-in trace would send at the present angle and speed."""
+    theta, omega = simulation.outputs[0], simulation.outputs[1]
+    for c in range(simulation.engine.n_cylinders):
+        simulation.inputs[1 + c] = trace_pressure(simulation.model, c, theta, omega)
+
+
+def _change_grid(simulation: Simulation, case: Case) -> None:
+    """Solve the films in the loop on the case's grid from here on."""
+    from cranktrain.film.journal_grid import cold_start, journal_grid, journal_work
+
+    model = simulation.model
+    grid = journal_grid(*(case.film_grid or (0, 0)))
+    record = rigid_bore(case.engine.plain_mains, model.bearings, None, model.films.solved)
+    record = record._replace(
+        grid=grid, journal=journal_work(grid), active=np.array([cold_start(grid)] * len(model.bearings))
+    )
+    model.films.entry[1] = keep_record(record, model.films.entry)
+
+
+def sampled_trace(engine: Engine, spacing_deg: float, rule: str) -> GasTrace:
+    """The built-in trace as samples every ``spacing_deg`` would tell it, joined by a spline or by straight lines.
+
+    Samples stand half a spacing beside the knots of the trace's own spline, which a measurement does not know either.
+    """
+    trace = GasTrace.from_engine(engine)
+    count = round(720.0 / spacing_deg)
+    spacing = CYCLE / count
+    angles = spacing * (np.arange(count) + 0.5)
+    fine = CYCLE * np.arange(FINE_SAMPLES) / FINE_SAMPLES
+
+    def sampled(values: Array) -> Array:
+        table = spline_coefficients(values)
+        found = np.array([gas_pressure(angle, table) for angle in angles])
+        if rule == "linear":
+            return np.interp(fine, angles, found, period=CYCLE)
+        between = spline_coefficients(found)
+        return np.array([gas_pressure(angle - 0.5 * spacing, between) for angle in fine])
+
+    return replace(trace, motored=sampled(trace.motored), fired=sampled(trace.fired))
+
+
+def key_of(case: Case) -> str:
+    """Key of a case in the store."""
+    from cranktrain.structure.reduction import input_digest
+
+    return digest(case, input_digest(case.engine))
+
+
+def recorded(case: Case, store: PointStore, say: Progress | None = None) -> tuple[Array, float]:
+    """Values of a case over all cycles and their interval (degrees), from the store where they are kept."""
+    key = key_of(case)
+    kept = store.record(key)
+    if kept is None:
+        got = run(case, say)
+        kept = {"values": got.values, "interval": np.array(got.interval), "seconds": np.array(got.seconds)}
+        store.keep_record(key, kept)
+    return kept["values"], float(kept["interval"])
+
+
+def differences(values: Array, interval: float, exact: Array, exact_interval: float, cycles: int) -> Array:
+    """Relative error of each row over the last of ``cycles``, (rows,); the reference may have more cycles."""
+    every = interval / exact_interval
+    if abs(every - round(every)) > 1e-9:
+        raise InputError(
+            f"outputs every {interval:g} deg do not fall on those of the reference, {exact_interval:g} deg"
+        )
+    rows = min(values.shape[0], exact.shape[0])
+    per_cycle, fine = round(720.0 / interval), round(720.0 / exact_interval)
+    wanted = exact[:rows, (cycles - 1) * fine : cycles * fine]
+    against = wanted[:, round(every) - 1 :: round(every)]
+    difference = values[:rows, (cycles - 1) * per_cycle : cycles * per_cycle] - against
+    scale = np.std(wanted, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.sqrt(np.mean(difference**2, axis=1)) / scale)
+
+
+def named_errors(errors: Array, bearings: int, films: bool) -> dict[str, float | None]:
+    """Errors (rows,) by the names of ``OUTPUTS`` and ``OTHERS``; the worst main's of films and forces."""
+
+    def worst(rows: Array) -> float | None:
+        finite = rows[np.isfinite(rows)]
+        return float(finite.max()) if finite.size else None
+
+    least = worst(errors[2 : 2 + bearings]) if films else None
+    both = {"pulley_torsion": worst(errors[0:1]), "pulley_axial": worst(errors[1:2]), "bearing_film": least}
+    rest = errors[2 + bearings :]
+    return {**both, "shaft_torque": worst(rest[0:1]), "bearing_force": worst(rest[1:])}
+
+
+def high_order_error(values: Array, interval: float, exact: Array, exact_interval: float, cycles: int) -> float:
+    """Relative error of pulley torsion over the orders of ``HIGH_ORDERS`` alone, in the last cycle."""
+
+    def lines(rows: Array, every: float) -> Array:
+        per_cycle = round(720.0 / every)
+        cycle = rows[0, (cycles - 1) * per_cycle : cycles * per_cycle]
+        # Samples are ends of intervals: the first stands one interval after the cycle's start.
+        found = np.fft.rfft(cycle) / per_cycle
+        turned = found * np.exp(-2j * math.pi * np.arange(found.size) / per_cycle)
+        low, high = (round(2.0 * order) for order in HIGH_ORDERS)
+        return np.asarray(turned[low:high])
+
+    ours, theirs = lines(values, interval), lines(exact, exact_interval)
+    n = min(ours.size, theirs.size)
+    return float(np.linalg.norm(ours[:n] - theirs[:n]) / np.linalg.norm(theirs[:n]))
+
+
+def measured(
+    entries: Sequence[Entry],
+    store: PointStore,
+    repeats: int = 1,
+    say: Progress | None = None,
+    advance: Callable[[], None] | None = None,
+) -> list[Point]:
+    """Points of the entries; what the store keeps is not run again, and every run is kept as soon as it ends.
+
+    ``say`` is told each run before it starts, ``advance`` is called after each that was run or was not needed.
+    """
+    told = say or (lambda stage: None)
+    for turn in range(repeats):
+        for entry in entries:
+            key = _entry_key(entry)
+            kept = store.point(key)
+            done = 0 if kept is None else len(kept["costs"])
+            failed = kept is not None and kept["status"] != "ok"
+            slow = kept is not None and any(cost * entry.case.simulated > SLOW for cost in kept["costs"])
+            if not (failed or slow or done > turn):
+                told(f"{entry.family}: {entry.label}" + (f", repeat {turn + 1}" if turn else ""))
+                store.keep_point(key, _measure(entry, store, kept, told))
+            if advance is not None:
+                advance()
+    return [_point(entry, store.point(_entry_key(entry)) or {}) for entry in entries]
+
+
+def _entry_key(entry: Entry) -> str:
+    return digest(key_of(entry.case), key_of(entry.reference))
+
+
+def _measure(entry: Entry, store: PointStore, kept: dict[str, Any] | None, say: Progress) -> dict[str, Any]:
+    """What is kept of an entry after one more run."""
+    case = entry.case
+    try:
+        exact, exact_interval = recorded(entry.reference, store, say)
+        got = run(case, say)
+    except Unstable as problem:
+        return _failure("unstable", problem)
+    except CranktrainError as problem:
+        return _failure(f"failed: {problem}", problem)
+    if kept is not None and kept["costs"]:
+        return {**kept, "costs": [*kept["costs"], got.seconds]}
+    errors = differences(got.values, got.interval, exact, exact_interval, case.cycles)
+    films = case.levels.bearings in FILMS and entry.reference.levels.bearings in FILMS
+    named = named_errors(errors, len(case.engine.crankshaft.main_widths), films)
+    if "held" in (case.levels.bearings, entry.reference.levels.bearings):
+        named["pulley_axial"] = named["bearing_force"] = None
+    details: dict[str, Any] = dict(got.counts)
+    status = "ok"
+    if case.method in LIMITS:
+        # Bearings that touch keep an unstable run within bounds: the step tells, not the size of the answer.
+        rate = largest_rate(replace(case, method=STAGES), lambda wanted: _started(wanted, say))
+        details["step_times_rate"] = rate * math.radians(case.step_deg) / case.speed
+        status = "ok" if details["step_times_rate"] < LIMITS[case.method] else "unstable"
+    details["modes"] = running_crank(case.engine, case.levels, case.cutoff_hz, say).n_modes
+    details["high_orders"] = high_order_error(got.values, got.interval, exact, exact_interval, case.cycles)
+    return {
+        "costs": [got.seconds],
+        "status": status,
+        "error": {name: named[name] for name in OUTPUTS},
+        "other_errors": {name: named[name] for name in OTHERS},
+        "details": details,
+    }
+
+
+def _failure(status: str, problem: Exception) -> dict[str, Any]:
+    details = {"why": " ".join(str(problem).split())}
+    errors = {"error": dict.fromkeys(OUTPUTS), "other_errors": dict.fromkeys(OTHERS)}
+    return {"costs": [], "status": status, **errors, "details": details}
+
+
+def _point(entry: Entry, kept: dict[str, Any]) -> Point:
+    details = kept["details"]
+    parameters = {
+        **entry.case.parameters(), **entry.more, **details, "error_kind": entry.error_kind,
+        "repeats": len(kept["costs"]),
+    }  # fmt: skip
+    return Point(
+        family=entry.family,
+        label=entry.label,
+        parameters=parameters,
+        seconds_per_simulated_second=median(kept["costs"]) if kept["costs"] else None,
+        error=kept["error"],
+        status=kept["status"],
+        other_errors=kept["other_errors"],
+    )

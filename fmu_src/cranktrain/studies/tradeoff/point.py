@@ -1,0 +1,75 @@
+"""One measured point: a choice, what a simulated second costs with it, and how far its outputs are off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+OUTPUTS = ("pulley_torsion", "pulley_axial", "bearing_film")
+"""Outputs by whose errors points are judged."""
+OTHERS = ("shaft_torque", "bearing_force")
+"""Outputs whose errors are kept beside."""
+NUMERICAL, MODEL, TOP, INPUT = "numerical", "model", "top", "input"
+"""Kinds of error: against the same model with a finer step; the next level up; the top of the ladder, or the finest of
+what is varied; the same model with inputs known exactly."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A choice and what was measured of it.
+
+    Attributes
+    ----------
+    family, label : what was varied, and which choice this is
+    parameters : the choice in numbers and names; ``error_kind`` says what the error is against
+    seconds_per_simulated_second : processor seconds; None where the run failed
+    error : relative error of each of ``OUTPUTS``: RMS of the difference over the last cycle over the RMS of the
+        reference's alternating part, of films the worst main's; None where the level has no such output
+    other_errors : the same of ``OTHERS``, of bearing forces the worst main's
+    status : ok, unstable, or "failed: why"
+    pareto : whether no other point of its scene and kind of error is both cheaper and closer
+    """
+
+    family: str
+    label: str
+    parameters: Mapping[str, Any]
+    seconds_per_simulated_second: float | None
+    error: Mapping[str, float | None]
+    status: str = "ok"
+    pareto: bool = False
+    other_errors: Mapping[str, float | None] = field(default_factory=dict)
+
+    @property
+    def worst(self) -> float | None:
+        """Largest of the errors that the level has; None without any."""
+        found = [value for value in self.error.values() if value is not None]
+        return max(found) if found else None
+
+    @property
+    def group(self) -> tuple[str, str]:
+        """What it may be compared with: points of the same scene and kind of error."""
+        return str(self.parameters.get("scene", "")), str(self.parameters["error_kind"])
+
+    @property
+    def usable(self) -> bool:
+        """Whether it has a cost and an error to be drawn by."""
+        return self.status == "ok" and self.seconds_per_simulated_second is not None and self.worst is not None
+
+    def as_dict(self) -> dict[str, Any]:
+        """The point as JSON holds it."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Point:
+        """Inverse of :meth:`as_dict`."""
+        return cls(**data)
+
+    def marked(self, pareto: bool) -> Point:
+        """The same point, on the front or not."""
+        return replace(self, pareto=pareto)
+
+
+def in_scene(points: Iterable[Point], scene: str) -> list[Point]:
+    """Points of one scene."""
+    return [point for point in points if point.parameters.get("scene") == scene]
