@@ -1,8 +1,9 @@
-"""Build the FMU of an engine: ``python build_fmu.py diesel_i6 [-o dist]``.
+"""Build the FMU of an engine, ``python build_fmu.py diesel_i6 [-o dist]``, or of a scene: ``… scene.toml``.
 
 Engine file, reduced crankshaft (from its cache, or made), interface and running model go into one archive. Equal inputs
-give equal bytes: the GUID is a digest of interface, code and data, the archive has sorted names and one date. The last
-line printed is the FMU's path.
+give equal bytes: the GUID is a digest of interface, code and data, the archive has sorted names and one date. A scene's
+FMU carries the levels that its plan chose, their data and the variables that they answer, and no more. The last line
+printed is the FMU's path.
 """
 
 from __future__ import annotations
@@ -16,8 +17,9 @@ import os
 import re
 import sys
 import tempfile
+import tomllib
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -35,6 +37,7 @@ from cranktrain.errors import CranktrainError, InputError  # noqa: E402
 from cranktrain.film.elastic_law import SHAPES  # noqa: E402
 from cranktrain.fmi_description import Interface, Variable, complete, expand, plain, read_interface, variable_table  # noqa: E402
 from cranktrain.reduced_body import ReducedBody  # noqa: E402
+from cranktrain.scene import Scene, load_scene  # noqa: E402
 
 RUNNING = ("cranktrain.dynamics.simulation", "cranktrain.flat")
 FOREIGN = {"numpy", "numba", "llvmlite"} | set(sys.stdlib_module_names)
@@ -43,8 +46,8 @@ PLATFORMS = ("linux64", "win64")
 
 def main(arguments: list[str] | None = None) -> int:
     """Build from the command line; 2 where the input cannot be used."""
-    parser = argparse.ArgumentParser(description="Build the FMU of an engine.")
-    parser.add_argument("engine", help="name of an engine (diesel_i6) or path of an engine file")
+    parser = argparse.ArgumentParser(description="Build the FMU of an engine, or of a scene.")
+    parser.add_argument("engine", help="name of an engine (diesel_i6), or path of an engine file or a scene")
     parser.add_argument("-o", "--output", default="dist", metavar="FOLDER", help="where the FMU goes (default: dist)")
     parser.add_argument(
         "--description", action="store_true", help="rewrite modelDescription/modelDescription.xml instead of building"
@@ -66,6 +69,14 @@ def main(arguments: list[str] | None = None) -> int:
     )
     chosen = parser.parse_args(arguments)
     try:
+        if is_scene(chosen.engine):
+            if chosen.description or not (chosen.film_table and chosen.block):
+                raise InputError("--description, --no-film-table and --no-block belong to an engine, not to a scene")
+            path = build_scene(load_scene(chosen.engine), Path(chosen.output), _say)
+            if chosen.reference:
+                write_reference(path, _say)
+            print(path)
+            return 0
         engine = load_engine(chosen.engine)
         if chosen.description:
             path = DESCRIPTION / "modelDescription.xml"
@@ -144,16 +155,62 @@ def film_data(engine: Engine, table: bool, say: Callable[[str], None]) -> dict[s
     return data
 
 
-def build(engine: Engine, body: ReducedBody, folder: Path, say: Callable[[str], None], **data: Any) -> Path:
-    """Write the FMU of ``engine`` with ``body`` into ``folder``; returns its path.
+def is_scene(name: str) -> bool:
+    """Whether a name is the path of a scene: TOML that names its engine."""
+    path = Path(name)
+    if path.suffix != ".toml" or not path.is_file():
+        return False
+    try:
+        return isinstance(tomllib.loads(path.read_text(encoding="utf-8")).get("engine"), str)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError):
+        return False
 
-    ``data`` may hold what levels of it need: ``block``, ``damped_body``, ``bore``, ``block_bore``, ``table`` and
-    ``big_end_table``.
+
+def build_scene(scene: Scene, folder: Path, say: Callable[[str], None]) -> Path:
+    """Plan a scene and write its FMU into ``folder``; returns its path. Says what it carries and how large it is."""
+    from cranktrain.reduced_body import rigid
+    from cranktrain.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
+    from cranktrain.studies.planning.planning import plan
+    from cranktrain.studies.planning.scene_model import SceneModel
+
+    if scene.pressure is not None:
+        say(f"{scene.name}: the trace of [gas] stays outside; give it to the FMU through cylinder[i].pressure")
+    model = SceneModel(scene, say)
+    made = plan(scene, model=model)
+    parts, engine = model.parts(made.case), carried_engine(made)
+    body = rigid(model.body(made.case)) if made.case.crank == "rigid" else model.body(made.case)
+    data: dict[str, Any] = {"table": parts.table, "big_end_table": parts.big_end_table, "block": parts.block}
+    data["block_bore" if scene.block == "flexible" else "bore"] = parts.bore
+    if scene.damper == "fitted":
+        data["damped_body"] = body
+    interface = scene_interface(read_interface(DESCRIPTION), made, model, family_counts(engine))
+    say(f"{scene.name}: {made.case}, {made.modes} modes; predicted error {made.predicted_error:.2g}")
+    return build(
+        engine, body, folder, say, interface=interface, fixed=fixed_settings(made, model), suffix=scene_suffix(made),
+        **data,
+    )  # fmt: skip
+
+
+def build(
+    engine: Engine,
+    body: ReducedBody,
+    folder: Path,
+    say: Callable[[str], None],
+    interface: Interface | None = None,
+    fixed: Mapping[str, Any] | None = None,
+    suffix: str = "",
+    **data: Any,
+) -> Path:
+    """Write the FMU of ``engine`` with ``body`` into ``folder``; returns its path and says how large it is.
+
+    ``interface`` defaults to the full one, ``fixed`` are settings that no variable of it changes, ``suffix`` ends the
+    model's name. ``data`` may hold what levels of it need: ``block``, ``damped_body``, ``bore``, ``block_bore``,
+    ``table`` and ``big_end_table``.
 
     The file appears whole or not at all. ``InputError`` where the interface or the code cannot go into an FMU.
     """
-    interface = read_interface(DESCRIPTION)
-    contents = _contents(engine, interface, flat.to_bytes(flat.FlatModel(engine, body, **data)))
+    interface = interface or read_interface(DESCRIPTION)
+    contents = _contents(engine, interface, flat.to_bytes(flat.FlatModel(engine, body, **data)), fixed or {}, suffix)
     say(f"{engine.name}: {contents.model} {contents.guid}")
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{contents.model}.fmu"
@@ -162,7 +219,9 @@ def build(engine: Engine, body: ReducedBody, folder: Path, say: Callable[[str], 
     complete(root, interface, contents.variables, contents.guid)
     files["modelDescription.xml"] = _xml(root)
     files.update(_accompanying(interface, engine))
-    _write(path, _archive(files))
+    archive = _archive(files)
+    _write(path, archive)
+    say(f"{path.name}: {1e-6 * len(archive):.2f} MB, model data {1e-6 * len(contents.resources['model.bin']):.2f} MB")
     return path
 
 
@@ -211,14 +270,16 @@ class Contents:
     resources: dict[str, bytes]
 
 
-def _contents(engine: Engine, interface: Interface, data: bytes) -> Contents:
+def _contents(
+    engine: Engine, interface: Interface, data: bytes, fixed: Mapping[str, Any] | None = None, suffix: str = ""
+) -> Contents:
     code = running_code()
     package = f"cranktrain_{_digest(code)[:12]}"
     files = {f"{package}/{name}": _renamed(text, package) for name, text in code.items()}
     variables = expand(interface.variables, family_counts(engine))
     slave = (SOURCES / "cranktrain_slave.py").read_bytes()
     about = {
-        "model": interface.prefix + "".join(part.capitalize() for part in engine.name.split("_")),
+        "model": interface.prefix + "".join(part.capitalize() for part in engine.name.split("_")) + suffix,
         "package": package,
         "author": "Cranktrain contributors",
         "license": "BSD-3-Clause",
@@ -226,6 +287,7 @@ def _contents(engine: Engine, interface: Interface, data: bytes) -> Contents:
         "reals": sum(v.type == "Real" for v in variables),
         "integers": sum(v.type == "Integer" for v in variables),
         "variables": [plain(v) for v in variables],
+        "fixed": dict(fixed or {}),
     }
     table = json.dumps(about, sort_keys=True).encode()
     units = json.dumps([interface.units, [repr(v) for v in variables]], sort_keys=True).encode()

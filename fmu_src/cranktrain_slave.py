@@ -179,8 +179,10 @@ class CranktrainSlave(Fmi2Slave):
             raise self._failure(error) from None
 
     def _chosen(self):
+        """Settings: those that the build fixed, and the parameters'."""
         values = self._real + self._integer + self._string
-        return {v["setting"]: values[v["reference"]] for v in self._variables if v["causality"] == "parameter"}
+        chosen = {v["setting"]: values[v["reference"]] for v in self._variables if v["causality"] == "parameter"}
+        return {**self._about["fixed"], **chosen}
 
     def _new_simulation(self, settings, inputs, time):
         """Simulation at its static equilibrium under ``inputs``, which also set what stays constant in a run."""

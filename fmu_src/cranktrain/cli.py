@@ -19,13 +19,18 @@ from cranktrain import (
     damper_command,
     film_commands,
     film_table_command,
+    plan_command,
     roller_command,
+    run_command,
     simulate_command,
+    stability_command,
+    tradeoff_command,
 )
 from cranktrain.command_bodies import add_block_options, bare_block, bare_crankshaft, wants_flexible_block
-from cranktrain.console import say, show, show_rows
+from cranktrain.console import Interrupted, one_of, say, show, show_rows
 from cranktrain.engine import Engine, engine_provenance, load_engine
-from cranktrain.errors import CranktrainError
+from cranktrain.errors import CranktrainError, InputError
+from cranktrain.levels import CRANKS
 
 
 class _Parser(argparse.ArgumentParser):
@@ -45,8 +50,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except CranktrainError as error:
         print(f"cranktrain: {error}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
-        print("cranktrain: interrupted; nothing was written", file=sys.stderr)
+    except KeyboardInterrupt as stop:
+        text = stop if isinstance(stop, Interrupted) else "interrupted; nothing was written"
+        print(f"cranktrain: {text}", file=sys.stderr)
         return 130
     if options.json:
         print(json.dumps(_finite(result), indent=2, allow_nan=False))
@@ -76,6 +82,12 @@ def _parser() -> _Parser:
     natural.add_argument(
         "--damper", action="store_true", help="also the cranktrain with the engine's torsional damper, as it damps"
     )
+    natural.add_argument(
+        "--crank",
+        default="solid",
+        metavar="LEVEL",
+        help="solid (default); or rigid, torsional, beam: frequencies of that level beside the solid's",
+    )
     add_block_options(natural)
     reduced = verb("reduce", reduce, "Make and check the reduced crankshaft, and block; they are kept in the cache.")
     reduced.add_argument("--rebuild", action="store_true", help="compute even where a stored model exists")
@@ -84,6 +96,10 @@ def _parser() -> _Parser:
     film_table_command.register(verbs)
     damper_command.register(verbs, show_rows, bare_crankshaft)
     roller_command.register(verbs, show_rows)
+    stability_command.register(verbs)
+    tradeoff_command.register(verbs, show_rows)
+    plan_command.register(verbs)
+    run_command.register(verbs)
     text = "Run cycles at constant speed; write an HDF5 result and print a summary."
     simulate_command.add_options(verb("simulate", simulate_command.simulate, text))
     return parser
@@ -97,6 +113,9 @@ def modal(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.studies.damped_modes import damper_report, damper_table
 
     engine = load_engine(options.engine)
+    one_of("--crank", options.crank, CRANKS)
+    if options.crank != "solid":
+        return _level_modal(engine, options)
     if options.damper:
         required_damper(engine)
     flexible = wants_flexible_block(engine, options)
@@ -124,6 +143,22 @@ def modal(options: argparse.Namespace) -> dict[str, Any]:
         if rows:
             show(Table("Calibrated values", ("value", "", "to which number"), rows))
     return dict(report)
+
+
+def _level_modal(engine: Engine, options: argparse.Namespace) -> dict[str, Any]:
+    """Frequencies of another crank level beside the solid's."""
+    from cranktrain.studies.level_frequencies import level_frequencies, level_tables
+
+    if options.damper or options.block != "ground":
+        raise InputError("--damper and --block flexible are shown with --crank solid only; leave one of them out")
+    solid, seconds = bare_crankshaft(engine, options)
+    start = time.perf_counter()
+    report = level_frequencies(engine, options.crank, solid)
+    report["seconds"] = {"reduction": seconds, "modal": time.perf_counter() - start}
+    if not options.json:
+        for table in level_tables(engine, report):
+            show(table)
+    return report
 
 
 def _say_quality(what: str, quality: dict[str, Any]) -> None:

@@ -17,6 +17,10 @@ from cranktrain.errors import InputError, nearest
 _LEFT = ("shape", "to which number", "value", "unit or norm")
 
 
+class Interrupted(KeyboardInterrupt):
+    """An interrupt that says what was kept and how to go on, in one line."""
+
+
 def within(option: str, value: float, low: float, high: float, what: str) -> None:
     """Refuse a number outside its bounds with ``InputError``; ``what`` is its unit, and what else serves."""
     if not (math.isfinite(value) and low <= value <= high):
@@ -72,3 +76,28 @@ def bar(title: str) -> Iterator[Callable[[float], None] | None]:
     with Progress(*columns, console=console) as progress:
         task = progress.add_task(title, total=1.0)
         yield lambda share: progress.update(task, completed=share)
+
+
+@contextmanager
+def labelled_bar(title: str) -> Iterator[tuple[Callable[[str], None], Callable[[float], None]]]:
+    """Show a bar on stderr with what is at work: functions of a text, and of a share in [0, 1].
+
+    Lines of text and share where stderr is no terminal.
+    """
+    console = Console(stderr=True)
+    share = 0.0
+
+    def follow(value: float) -> None:
+        nonlocal share
+        share = value
+
+    if not console.is_terminal:
+        yield lambda text: say(f"{title}: {100.0 * share:3.0f} %  {text}"), follow
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console) as progress:
+        task = progress.add_task(title, total=1.0)
+        yield (
+            lambda text: progress.update(task, description=f"{title}: {text[:70]}"),
+            lambda value: progress.update(task, completed=value),
+        )

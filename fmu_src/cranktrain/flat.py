@@ -39,7 +39,7 @@ from cranktrain.reduced_body import SCHEMA as BODY_SCHEMA
 from cranktrain.reduced_body import ReducedBody
 
 MAGIC = b"CRNKTRN\0"
-SCHEMA = 3
+SCHEMA = 4
 _PREFIX = struct.Struct("<8sIIQQ32s")
 _ARRAYS = (
     "omega",
@@ -64,7 +64,8 @@ _SHAPES = ("coefficients", "compliance", "load_coupling", "captured")
 class FlatModel(NamedTuple):
     """What a flat binary holds.
 
-    ``damped_body`` is the crankshaft with the damper's housing on its pulley. ``bore`` moves as a whole, on ground;
+    ``damped_body`` is the crankshaft with the damper's housing on its pulley; where it is ``body`` itself it is written
+    once. ``bore`` moves as a whole, on ground;
     ``block_bore`` leaves that to the modes of a flexible block.
     """
 
@@ -81,6 +82,9 @@ class FlatModel(NamedTuple):
 def to_bytes(model: FlatModel) -> bytes:
     """The model in the layout of this module; ``StoreError`` where a value is not finite."""
     bodies = {key: getattr(model, key) for key in _BODIES}
+    same = model.damped_body is model.body
+    if same:
+        bodies["damped_body"] = None
     named = {f"{key}.{name}": getattr(body, name) for key, body in bodies.items() if body for name in _ARRAYS}
     tables = {key: getattr(model, key) for key in _TABLES}
     for key, films in tables.items():
@@ -100,6 +104,7 @@ def to_bytes(model: FlatModel) -> bytes:
     header = {
         "engine": engine_to_dict(model.engine),
         **{key: None if body is None else _about(body) for key, body in bodies.items()},
+        "damped_body_is_body": same,
         **{key: None if films is None else asdict(films.settings) for key, films in tables.items()},
         **{key: None if bore is None else {"area": bore.area} for key, bore in bores.items()},
         "arrays": arrays,
@@ -166,6 +171,8 @@ def from_bytes(data: bytes, name: str = "model") -> FlatModel:
             quality=about["quality"],
             **{key: arrays[f"{part}.{key}"] for key in _ARRAYS},
         )
+    if header["damped_body_is_body"]:
+        parts["damped_body"] = parts["body"]
     for key in _TABLES:
         if header[key] is not None:
             data_of = {field: arrays[f"{key}.{field}"] for field in TableArrays._fields}

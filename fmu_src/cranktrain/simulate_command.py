@@ -29,12 +29,13 @@ def add_options(run: argparse.ArgumentParser) -> None:
     run.add_argument(
         "--cycles", type=int, default=6, help="cycles of 720 degrees (default 6); the last one is evaluated"
     )
-    run.add_argument("--crank", default="solid", metavar="LEVEL", help="rigid or solid (default)")
+    run.add_argument("--crank", default="solid", metavar="LEVEL", help="rigid, torsional, beam or solid (default)")
     run.add_argument(
         "--bearings",
         default="auto",
         metavar="LEVEL",
-        help="linear, impedance (default), table, reynolds, ehd; roller (default where the mains are rollers)",
+        help="linear, impedance (default), table, reynolds, ehd; roller (default where the mains are rollers); held "
+        "(default of --crank torsional): the crank only turns and twists",
     )
     run.add_argument("--big-ends", default="rigid", metavar="LEVEL", help="rigid (default); films: impedance, table")
     add_block_options(run)
@@ -64,8 +65,12 @@ def add_options(run: argparse.ArgumentParser) -> None:
         help="of the main bearings' oil: engine (default), by its speed; or heat-balance, each film warmer than that "
         "by its own friction (the run repeats, at most 6 times; big ends and thrust bearing stay with the engine's)",
     )
-    run.add_argument("--integrator", metavar="NAME", help="e.g. sdirk3 (default sdirk4; at level ehd sdirk2)")
+    run.add_argument("--integrator", metavar="NAME", help="e.g. esdirk5 (default esdirk4; at level ehd sdirk2)")
     run.add_argument("--step-deg", type=float, metavar="DEG", help="internal step in degrees of crank angle")
+    run.add_argument(
+        "--tolerance", type=float, metavar="ERROR",
+        help="adaptive steps: parts of --step-deg as short as this error of a step asks, e.g. 1e-4",
+    )  # fmt: skip
     run.add_argument("--load", type=float, default=1.0, metavar="SHARE", help="share of the full-load burn (default 1)")
     run.add_argument("--pressure", metavar="FILE.csv", help="measured trace: angle in degrees; pressure")
     run.add_argument("--pressure-unit", metavar="UNIT", help="Pa, kPa, bar or MPa; else by header or size of the peak")
@@ -73,6 +78,11 @@ def add_options(run: argparse.ArgumentParser) -> None:
         "--pressure-tdc-deg", type=float, metavar="DEG", help="angle in the file that is firing dead centre"
     )
     run.add_argument("--plots", metavar="FOLDER", help="also draw journal orbits and least films as pictures there")
+    run.add_argument(
+        "--steady",
+        action="store_true",
+        help="also the steady state in the frequency domain; needs --crank torsional on held bearings, no damper",
+    )
     run.add_argument("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm.h5)")
 
 
@@ -84,20 +94,31 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.results.result_file import check_target, save_run
     from cranktrain.results.summary import online_films, run_summary
     from cranktrain.results.tables import online_text, run_tables
-    from cranktrain.structure.reduction import running_body
+    from cranktrain.structure.crank_level import crank_body, needs_solid
 
     # everything that can be refused is refused before the minute that a crankshaft may take
     engine = load_engine(options.engine)
     settings = _settings(engine, options)
     wants_flexible_block(engine, options)
     gas = _gas(engine, options)
+    if options.steady and not (settings.crank == "torsional" and settings.bearings == "held" and not options.damper):
+        raise InputError(
+            "--steady solves a torsional crank on held bearings without damper; use --crank torsional, or leave it out"
+        )
+    if options.steady and settings.boundary == "torque":
+        raise InputError("--steady needs a given speed; leave out --load-torque-nm")
     output = Path(options.output or f"{engine.name}_{options.speed:g}rpm.h5")
     check_target(output)
     if options.plots is not None:
+        if settings.bearings == "held":
+            raise InputError("--plots draws journals in their bearings, which level 'held' has not; use impedance")
         check_folder(Path(options.plots))
 
-    bare, _ = bare_crankshaft(engine, options)
-    body = running_body(simulation.fitted_engine(engine, settings), bare)
+    # A user's own mesh counts at every level that is not made of dimensions alone.
+    solid = None
+    if needs_solid(engine, settings.crank) or (options.mesh is not None and settings.crank == "rigid"):
+        solid, _ = bare_crankshaft(engine, options)
+    body = crank_body(simulation.fitted_engine(engine, settings), settings.crank, solid)
     parts = _parts(engine, settings, options)
     with bar(f"{options.speed:g} rev/min, {options.cycles} cycles") as advance:
         run = simulation.simulate(
@@ -125,6 +146,11 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     summary["film_temperature"] = {"source": options.film_temperature, "passes": run.passes}
     used = gas or GasTrace.from_engine(engine)
     summary["gas"] = {"source": used.source, "peak_mpa": 1e-6 * used.peak, "imep_mpa": 1e-6 * used.imep}
+    if options.steady:
+        from cranktrain.studies.torsional_response import steady_orders, torsional_response
+
+        steady = torsional_response(engine, body, options.speed * RPM, used, options.load)
+        summary["pulley"]["steady_torsion_deg"] = {"orders": steady_orders(steady)}
     if settings.bearings == "table":
         summary["online_films"] = online_films(run.angle, run.outputs)
     if options.plots is not None:
@@ -153,16 +179,17 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
 
 def _settings(engine: Engine, options: argparse.Namespace) -> Settings:
     """Settings that the options ask for, with nothing left open; refuses what the engine cannot do."""
-    from cranktrain.dynamics.integrators import integrator_table
+    from cranktrain.dynamics.integrator_tables import integrator_table
+    from cranktrain.dynamics.mains import BEARING_LEVELS
     from cranktrain.dynamics.model import CRANK_LEVELS, PISTON_LEVELS, Settings, check_levels, resolved
     from cranktrain.dynamics.warm_films import TEMPERATURES, check_level
-    from cranktrain.film.laws import BIG_END_LEVELS, LAWS
+    from cranktrain.film.laws import BIG_END_LEVELS
 
     within("--speed", options.speed, 100.0, 20000.0, "rev/min; for less use the FMU, which takes any speed from 0")
     within("--cycles", options.cycles, 1, 10000, "cycles")
     within("--load", options.load, 0.0, 2.0, "of the full-load burn")
     one_of("--crank", options.crank, CRANK_LEVELS)
-    one_of("--bearings", options.bearings, ("auto", *LAWS))
+    one_of("--bearings", options.bearings, ("auto", *BEARING_LEVELS))
     one_of("--big-ends", options.big_ends, BIG_END_LEVELS)
     one_of("--pistons", options.pistons, PISTON_LEVELS)
     one_of("--film-temperature", options.film_temperature, TEMPERATURES)
@@ -187,9 +214,13 @@ def _settings(engine: Engine, options: argparse.Namespace) -> Settings:
     if options.step_deg is not None:
         within("--step-deg", options.step_deg, 0.001, 30.0, "deg of crank angle")
         choices["step"] = math.radians(options.step_deg)
+    if options.tolerance is not None:
+        choices |= {"control": "adaptive", "tolerance": options.tolerance}
     settings = resolved(Settings(**choices), engine)
     check_levels(settings, engine)
     if options.film_temperature == "heat-balance":
+        if settings.bearings == "held":
+            raise InputError("--film-temperature heat-balance needs films, which bearing level 'held' has not")
         check_level(settings.bearings)
     return settings
 

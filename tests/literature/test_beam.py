@@ -1,0 +1,193 @@
+"""Timoshenko frames against published rotors and closed forms, and the beam crank against the solid one."""
+
+import json
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+
+from cranktrain.engine import load_engine
+from cranktrain.engine_parts import Material
+from cranktrain.reduced_body import attach, rigid_coordinates
+from cranktrain.structure.beam import beam_body
+from cranktrain.structure.frame import Frame, circular
+from cranktrain.structure.reduction import reduced_crankshaft
+from cranktrain.structure.web_member import web_flexibility
+
+CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "rotor.json").read_text())}
+YOUNG, SHEAR, DENSITY = 211e9, 81.2e9, 7810.0
+POISSON = YOUNG / (2.0 * SHEAR) - 1.0
+LENGTH, DIAMETER = 1.5, 0.05
+SPEED = 4000 * np.pi / 30
+
+
+@cache
+def rotor():
+    """Friswell's shaft in six elements, reduced without loss, with its two discs."""
+    frame = Frame(YOUNG, SHEAR)
+    nodes = [frame.node((0.0, 0.0, z)) for z in np.linspace(0.0, LENGTH, 7)]
+    for first, second in pairwise(nodes):
+        frame.beam(first, second, circular(DIAMETER, DENSITY, POISSON))
+    names = {"left": nodes[0], "disc 1": nodes[2], "disc 2": nodes[4], "right": nodes[-1]}
+    body = frame.reduced("rotor", "", names, fixed_modes=18)
+    for name, outer in (("disc 1", 0.28), ("disc 2", 0.35)):
+        width, bore = 0.07, DIAMETER
+        mass = DENSITY * np.pi / 4 * (outer**2 - bore**2) * width
+        polar = mass * (outer**2 + bore**2) / 8
+        diametral = 0.5 * polar + mass * width**2 / 12
+        body = attach(body, name, mass, np.diag([diametral, diametral, polar]), (0.0, 0.0, 0.0))
+    return body
+
+
+def whirl_speeds(body, speed, stiffness):
+    """Whirl speeds seen from outside, rad/s, of a rotor on isotropic bearings at both ends."""
+    rows = np.concatenate([body.shapes[body.index(name), :2] for name in ("left", "right")])
+    rigidity = np.diag(body.omega**2) + speed**2 * (body.stress_stiffness - body.centrifugal)
+    rigidity = rigidity + stiffness * rows.T @ rows
+    n = body.n_modes
+    matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-rigidity, -2 * speed * body.gyroscopic]])
+    values, vectors = np.linalg.eig(matrix)
+    across = body.shapes[body.index("disc 1"), :2] @ vectors[:n]
+    forward, backward = np.abs(across[0] + 1j * across[1]), np.abs(across[0] - 1j * across[1])
+    chosen = (np.maximum(forward, backward) > 1e-3 * np.abs(vectors[:n]).max(axis=0)) & (values.imag > 1e-3)
+    return np.sort(np.abs(np.where(forward > backward, 1.0, -1.0) * values.imag + speed)[chosen])
+
+
+@pytest.mark.parametrize(("speed", "column"), [(0.0, "rpm0"), (SPEED, "rpm4000")])
+def test_isotropic_rotor_whirls_as_published(speed, column):
+    """Friswell et al. 5.9.1 with six Timoshenko elements: within the case's own 0.05 %."""
+    found = whirl_speeds(rotor(), speed, 1e6)
+    np.testing.assert_allclose(found[:6], CASES["friswell_5.9.1"]["expected"][column], rtol=5e-4)
+
+
+def test_anisotropic_rotor_at_rest_vibrates_as_published():
+    """Friswell et al. 5.9.2 at 0 rev/min."""
+    body = rotor()
+    stiffness = np.diag(body.omega**2)
+    for name in ("left", "right"):
+        for component, value in ((0, 1e6), (1, 8e5)):
+            row = body.shapes[body.index(name), component]
+            stiffness += value * np.outer(row, row)
+    omega = np.sqrt(np.maximum(np.linalg.eigvalsh(stiffness), 0.0))
+    expected = CASES["friswell_5.9.2"]["expected"]["rpm0"]
+    np.testing.assert_allclose([omega[np.argmin(np.abs(omega - value))] for value in expected], expected, rtol=5e-4)
+
+
+def cantilever(elements, slender, axis=(0.0, 0.0, 1.0)):
+    frame = Frame(YOUNG, SHEAR)
+    length = slender * DIAMETER
+    nodes = [frame.node(length * x * np.asarray(axis)) for x in np.linspace(0.0, 1.0, elements + 1)]
+    for first, second in pairwise(nodes):
+        frame.beam(first, second, circular(DIAMETER, DENSITY, POISSON))
+    return frame, length
+
+
+@pytest.mark.parametrize("slender", [2.0, 5.0, 30.0])
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.6, 0.0, -0.8), (1.0, 2.0, 3.0)])
+def test_one_element_carries_end_loads_exactly(slender, axis):
+    """Tip of a Timoshenko cantilever: F L³/3EI + F L/κGA, F L²/2EI; torsion T L/GJ; whatever its direction."""
+    axis = np.array(axis) / np.linalg.norm(axis)
+    frame, length = cantilever(1, slender, axis)
+    stiffness = frame.matrices()[0][6:, 6:]
+    section = circular(DIAMETER, DENSITY, POISSON)
+    across = np.cross(axis, (0.3, 0.9, 0.1))
+    across /= np.linalg.norm(across)
+    tip = np.linalg.solve(stiffness, np.concatenate((across, axis)))
+    bent = length**3 / (3 * YOUNG * section.bending) + length / (SHEAR * section.shear)
+    assert tip[:3] @ across == pytest.approx(bent, rel=1e-9)
+    assert tip[3:] @ np.cross(axis, across) == pytest.approx(length**2 / (2 * YOUNG * section.bending), rel=1e-9)
+    assert tip[3:] @ axis == pytest.approx(length / (SHEAR * section.torsion), rel=1e-9)
+
+
+def timoshenko_simply_supported(order, length):
+    """Lower root of Timoshenko's frequency equation of a simply supported beam, rad/s."""
+    section = circular(DIAMETER, DENSITY, POISSON)
+    wave = order * np.pi / length
+    bending, shear = YOUNG * section.bending, SHEAR * section.shear
+
+    def residual(omega):
+        return (shear * wave**2 - section.mass * omega**2) * (
+            bending * wave**2 + shear - section.rotary * omega**2
+        ) - (shear * wave) ** 2
+
+    euler = wave**2 * np.sqrt(bending / section.mass)
+    return brentq(residual, 0.1 * euler, 1.001 * euler)
+
+
+def test_simply_supported_beam_converges_to_timoshenko_at_second_order():
+    """The interpolation is that of statics: with shear, frequencies converge at second order."""
+    length, errors = 10 * DIAMETER, []
+    for elements in (8, 16, 32):
+        frame, _ = cantilever(elements, 10.0)
+        stiffness, mass = frame.matrices()
+        plane = [k for k in range(stiffness.shape[0]) if k % 6 in (0, 4)]
+        kept = [k for k in plane if k not in (0, 6 * elements)]
+        omega = np.sqrt(eigh(stiffness[np.ix_(kept, kept)], mass[np.ix_(kept, kept)], eigvals_only=True))
+        errors.append([omega[k - 1] / timoshenko_simply_supported(k, length) - 1.0 for k in (1, 2, 3)])
+    errors = np.abs(errors)
+    assert errors[-1][0] < 1e-5 and errors[-1].max() < 5e-4
+    np.testing.assert_allclose(np.log2(errors[1] / errors[2]), 2.0, atol=0.05)
+
+
+def test_torsion_of_a_frame_does_not_feel_the_speed_nor_does_rigid_rotation():
+    body = rotor()
+    torsion = [k for k in range(6, body.n_modes) if np.abs(body.shapes[:, :3, k]).max() < 1e-6]
+    assert torsion
+    spin = body.stress_stiffness - body.centrifugal
+    assert np.abs(spin[5]).max() < 1e-9
+    for k in torsion:
+        if np.abs(body.shapes[:, 5, k]).max() > 0.1:
+            assert abs(spin[k, k]) < 1e-9
+
+
+def test_rigid_modes_of_a_frame_are_exact():
+    body = rotor()
+    coordinates = rigid_coordinates(body)
+    for row, position in zip(body.shapes, body.positions, strict=True):
+        moved = coordinates[:3] + np.cross(coordinates[3:].T, position).T
+        np.testing.assert_allclose(row[:3, :6], moved, atol=1e-12)
+        np.testing.assert_allclose(row[3:, :6], coordinates[3:], atol=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "throw"), [("diesel_i6", 3), ("diesel_v8", 2)])
+def test_a_throw_bends_and_twists_nearly_as_the_solid_one(name, throw):
+    """Rotation of one main journal against the next per moment: within a quarter in bending, 5 % in torsion."""
+    engine = load_engine(name)
+    angle = engine.crankshaft.throw_angles[throw - 1]
+    across, along = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+
+    def compliances(body):
+        ends = [body.shapes[body.index(f"main[{i}]"), 3:, 6:] for i in (throw, throw + 1)]
+        turn = ends[1] - ends[0]
+        return [(row**2 / body.omega[6:] ** 2).sum() for row in (across @ turn[:2], along @ turn[:2], turn[2])]
+
+    ratios = np.array(compliances(beam_body(engine))) / compliances(reduced_crankshaft(engine))
+    assert np.all(np.abs(ratios[:2] - 1.0) < 0.25)
+    assert abs(ratios[2] - 1.0) < 0.05
+
+
+def test_a_slender_web_is_a_plain_beam_between_its_journals():
+    """Small journals far apart: 0.1 m more of throw is 0.1 m more of a rectangular beam under moments at its end."""
+    c, steel = load_engine("diesel_i6").crankshaft, Material(210e9, 0.3, 7850.0)
+    slender = replace(c, main_diameter=0.01, pin_diameter=0.01, throw=0.2, web_main_radius=0.03, web_pin_radius=0.03)
+    flexibility = web_flexibility(slender, steel, False, 0.0)
+    stubby = replace(slender, throw=0.1)
+    longer = flexibility - web_flexibility(stubby, steel, False, 0.0)
+    # What the journals do is the same; 60 by 24 mm of plain web make the difference.
+    width, height = 0.06, c.web_thickness
+    torsion = (width * height) ** 4 / (40.0 * (width * height**3 + height * width**3) / 12.0)
+    shear = steel.youngs_modulus / 2.6
+    expected = [
+        0.1 / (steel.youngs_modulus * width * height**3 / 12.0),
+        0.1 / (shear * torsion),
+        0.1 / (steel.youngs_modulus * height * width**3 / 12.0),
+    ]
+    np.testing.assert_allclose(np.diag(longer)[3:], expected, rtol=1e-3)
+    np.testing.assert_allclose(flexibility, flexibility.T, atol=0.0)
+    assert np.linalg.eigvalsh(flexibility)[0] > 0.0

@@ -1,0 +1,203 @@
+"""Torsional cranks: published chains of discs, formulas for throws, the solid crank, and time against frequency."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cranktrain.dynamics.simulation import Settings, Simulation, simulate
+from cranktrain.engine import load_engine
+from cranktrain.errors import InputError
+from cranktrain.structure.crank_level import crank_body
+from cranktrain.structure.modal import free_modes, torsional_frequencies
+from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft
+from cranktrain.structure.torsional import (
+    SOURCES,
+    rigid_crank,
+    shaft_modes,
+    shaft_nodes,
+    throw_compliance,
+    torsional_body,
+)
+from cranktrain.studies.torsional_response import torsional_response
+
+CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "torsion.json").read_text())}
+RPM = math.pi / 30.0
+
+
+def test_published_six_cylinder_chain():
+    """Malychevitch 1939: frequencies within 0.1 %, mode shapes within 0.002."""
+    case = CASES["malychevitch_1939_six_cyl"]
+    given, expected = case["inputs"], case["expected"]
+    omega, shapes = shaft_modes(np.array(given["k_lb_in_per_rad"]), np.array(given["I_lb_in_s2"]))
+    cpm = 30.0 / np.pi * omega
+    assert cpm[0] == pytest.approx(expected["recomputed_f1_cpm"], rel=1e-3)
+    assert cpm[1] == pytest.approx(expected["published_f2_cpm"], rel=1e-3)
+    for k, name in enumerate(("recomputed_mode1", "recomputed_mode2")):
+        np.testing.assert_allclose(shapes[:, k] / shapes[0, k], expected[name], atol=0.002)
+
+
+def test_published_mode_is_holzers_table_at_the_published_frequency():
+    """The printed shape belongs to the rounded frequency it was tabulated at, from disc to disc: within 0.002."""
+    case = CASES["malychevitch_1939_six_cyl"]
+    inertia, stiffness = (np.array(case["inputs"][key]) for key in ("I_lb_in_s2", "k_lb_in_per_rad"))
+    square = (case["expected"]["published_f2_cpm"] * np.pi / 30.0) ** 2
+    turn = [1.0]
+    for k, spring in enumerate(stiffness):
+        turn.append(turn[-1] - square * float(inertia[: k + 1] @ turn) / spring)
+    np.testing.assert_allclose(turn, case["expected"]["published_mode2"], atol=0.002)
+
+
+def test_formulas_are_those_of_their_sources():
+    """Published forms with the dimensions as numbers, mm: D 85, d 70, L 39, l 42, t 24, W 110, R 60."""
+    c = load_engine("diesel_i6").crankshaft
+    web = 24.0 * 110.0**3
+    ker_wilson = (39.0 + 0.4 * 85.0) / 85.0**4 + (42.0 + 0.4 * 70.0) / 70.0**4 + (60.0 - 0.2 * 155.0) / web
+    carter = (39.0 + 0.8 * 24.0) / 85.0**4 + 0.75 * 42.0 / 70.0**4 + 1.5 * 60.0 / web
+    assert throw_compliance(c, 0.039, "ker-wilson") == pytest.approx(1e9 * ker_wilson, rel=1e-12)
+    assert throw_compliance(c, 0.039, "carter") == pytest.approx(1e9 * carter, rel=1e-12)
+
+
+def test_without_offset_and_web_carter_is_a_plain_shaft_but_for_its_empirical_shares():
+    """Journal and pin of one diameter, no throw, no web: L + 3/4 of l, and Ker Wilson's L + l + 0.8 D less the web."""
+    c = load_engine("diesel_i6").crankshaft
+    plain = replace(c, pin_diameter=c.main_diameter, throw=1e-12, web_thickness=1e-9, web_pin_radius=1e3)
+    d = c.main_diameter
+    assert throw_compliance(plain, 0.04, "carter") == pytest.approx((0.04 + 0.75 * c.pin_width) / d**4, rel=1e-6)
+    wide = replace(plain, throw=0.4 * d)
+    assert throw_compliance(wide, 0.04, "ker-wilson") == pytest.approx((0.04 + c.pin_width + 0.8 * d) / d**4, rel=1e-6)
+
+
+def test_unknown_sources_are_refused():
+    engine = load_engine("diesel_i6")
+    with pytest.raises(InputError, match="ker-wilson"):
+        torsional_body(engine, "kerwilson")
+    with pytest.raises(InputError, match="needs the reduced"):
+        torsional_body(engine, "solid")
+
+
+@pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
+@pytest.mark.parametrize("source", ["ker-wilson", "carter"])
+def test_torsional_crank_from_dimensions(name, source):
+    """Twists feel no speed; mass, centre and inertia are those of the rigid crank; no twist moves a main."""
+    engine = load_engine(name)
+    body = torsional_body(engine, source)
+    base = rigid_crank(engine)
+    for part in ("mass", "centre", "inertia"):
+        np.testing.assert_allclose(getattr(body, part), getattr(base, part), rtol=1e-12)
+    twists = slice(6, None)
+    np.testing.assert_allclose((body.stress_stiffness - body.centrifugal)[twists, twists], 0.0, atol=1e-12)
+    np.testing.assert_allclose(body.gyroscopic[twists, twists], 0.0, atol=1e-12)
+    for interface in shaft_nodes(engine):
+        moved = body.shapes[body.index(interface), :, 6:]
+        assert not np.any(moved[:5]) and np.any(moved[5])
+    for i in range(1, len(engine.crankshaft.throw_angles) + 1):
+        pin = body.index(f"pin[{i}]")
+        x, y, _ = body.positions[pin]
+        turn = body.shapes[pin, 5, 6:]
+        np.testing.assert_allclose(body.shapes[pin, :2, 6:], np.stack((-y * turn, x * turn)), atol=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
+def test_torsional_crank_of_the_solid_twists_like_it(name):
+    """Free crank with all its parts: first frequency within 1 %, second within 5 %, flywheel to pulley within 5 %."""
+    engine = load_engine(name)
+    solid = reduced_crankshaft(engine)
+    found = []
+    for body in (solid, torsional_body(engine, "solid", solid)):
+        crankshaft = complete_crankshaft(engine, body)
+        hz, shares = free_modes(engine, crankshaft)
+        mode = 6 + int(np.argmin(np.abs(hz - torsional_frequencies(hz, shares)[0])))
+        ends = [crankshaft.shapes[crankshaft.index(end), 5, mode] for end in ("pulley", "flywheel")]
+        # All modes of a torsional crank are torsional: its first two are the first and the second one.
+        named = torsional_frequencies(hz, shares) if body is solid else hz[:2]
+        found.append((named, ends[1] / ends[0]))
+    (whole, whole_ratio), (discs, ratio) = found
+    assert discs[0] == pytest.approx(whole[0], rel=0.01)
+    assert discs[1] == pytest.approx(whole[1], rel=0.05)
+    assert ratio == pytest.approx(whole_ratio, rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
+@pytest.mark.parametrize("source", SOURCES)
+def test_every_source_is_near_the_solid(name, source):
+    """Empirical formulas claim no better than some 5 % in frequency; bearings stiffen by as much more."""
+    engine = load_engine(name)
+    solid = reduced_crankshaft(engine)
+    first = []
+    for body in (solid, torsional_body(engine, source, solid)):
+        hz, shares = free_modes(engine, complete_crankshaft(engine, body))
+        first.append(torsional_frequencies(hz, shares)[0])
+    assert first[1] == pytest.approx(first[0], rel=0.10 if source == "solid-on-bearings" else 0.03)
+
+
+def with_formula(name):
+    engine = load_engine(name)
+    return replace(engine, reduction=replace(engine.reduction, torsional_source="ker-wilson"))
+
+
+def steady_run(engine, body, speed, step_deg, cycles):
+    """Torsion of pulley and flywheel and the frame's wobble: amplitudes of orders 0.5, 1, … over its mean angle."""
+    settings = Settings(
+        crank="torsional", bearings="held", integrator="esdirk4", step=math.radians(step_deg),
+        newton_tolerance=1e-9,
+    )  # fmt: skip
+    run = simulate(engine, body, settings, speed, cycles)
+    count = (run.time.size - 1) // cycles
+    time, last = run.time[-count:], slice(-count, None)
+    wobble = run.outputs["crank.angle"][last] - speed * time
+    start = speed * time[0] + wobble.mean()
+    orders = np.arange(1, count // 2)
+    turn = np.exp(-0.5j * orders * start)
+    signals = (run.outputs["pulley.torsion"][last], run.outputs["flywheel.torsion"][last], wobble)
+    return [2.0 / count * np.fft.rfft(signal)[orders] * turn for signal in signals]
+
+
+@pytest.mark.parametrize(("name", "rpm"), [("diesel_i6", 2000.0), ("diesel_v8", 1800.0)])
+def test_time_and_frequency_agree(name, rpm):
+    """Issue: forced response equals the frequency-domain solution to 1e-6 of the alternating part."""
+    engine = with_formula(name)
+    body = crank_body(engine, "torsional")
+    exact = torsional_response(engine, body, rpm * RPM, highest=100.0)
+    found = steady_run(engine, body, rpm * RPM, 0.4, 24)
+    for amplitudes, expected in zip(found, (exact.pulley, exact.flywheel, exact.frame), strict=True):
+        error = amplitudes[: expected.size - 1] - expected[1 : amplitudes.size + 1]
+        assert np.linalg.norm(error) < 1e-6 * np.linalg.norm(expected[1:])
+
+
+def test_a_longer_step_is_farther_from_the_frequency_domain_by_the_order_of_the_method():
+    """The counterpart: the agreement above is no accident, esdirk4 loses it at fourth order."""
+    engine = with_formula("diesel_i6")
+    body = crank_body(engine, "torsional")
+    exact = torsional_response(engine, body, 2000.0 * RPM, highest=100.0)
+    errors = []
+    for step in (1.0, 0.5):
+        pulley = steady_run(engine, body, 2000.0 * RPM, step, 24)[0]
+        errors.append(np.linalg.norm(pulley[:200] - exact.pulley[1:201]))
+    assert 3.5 < math.log2(errors[0] / errors[1]) < 4.5
+
+
+def test_light_torsion_is_the_sum_of_its_modes():
+    """Motored slowly enough, twist is quasi-static: the pulley's orders are torque over stiffness and inertia."""
+    engine = with_formula("diesel_i6")
+    body = crank_body(engine, "torsional")
+    slow = torsional_response(engine, body, 300.0 * RPM, highest=40.0)
+    stiff = replace(body, omega=np.concatenate((body.omega[:6], 100.0 * body.omega[6:])))
+    turned = torsional_response(engine, stiff, 300.0 * RPM, highest=40.0)
+    # Without twist pulley and flywheel turn as one; with it they differ by far less than they turn.
+    np.testing.assert_allclose(turned.pulley, turned.flywheel, atol=2e-3 * np.abs(turned.flywheel[1:]).max())
+    difference = np.abs(slow.pulley - slow.flywheel)[1:].max()
+    assert difference > 10.0 * np.abs(turned.pulley - turned.flywheel)[1:].max()
+
+
+def test_a_torsional_crank_runs_held_unless_told_otherwise():
+    engine = with_formula("diesel_i6")
+    body = crank_body(engine, "torsional")
+    run = simulate(engine, body, Settings(crank="torsional"), 2000.0 * RPM, 1)
+    assert "pulley.torsion" in run.outputs and "bearing[1].force.x" not in run.outputs
+    assert Simulation(engine, body, Settings(crank="torsional"), 2000.0 * RPM).settings.bearings == "held"

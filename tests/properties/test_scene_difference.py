@@ -1,0 +1,130 @@
+"""Differences between runs of a scene: what counts, up to which frequency; and the ladder that a plan climbs."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cranktrain.levels import CRANKS
+from cranktrain.scene import load_scene
+from cranktrain.studies.planning.difference import LastCycle, by_family, longest_step, relative_differences
+from cranktrain.studies.planning.ladder import bearing_levels, candidates, every_pair, next_pair
+
+SPEED = 200.0
+ORDER_HZ = SPEED / (2.0 * math.pi)
+
+
+def cycle(signal, n=288):
+    """Last cycle of one output as a function of the crank angle."""
+    return LastCycle(signal(4.0 * math.pi * np.arange(n) / n)[None, :], 1.0, 1.0)
+
+
+def difference(run, reference, highest_order, n=288, m=288):
+    return relative_differences(cycle(run, n), cycle(reference, m), SPEED, highest_order * ORDER_HZ)[0]
+
+
+def test_amplitude_and_phase_of_one_order():
+    def signal(angle, size=1.0, phase=0.0):
+        return 7.0 + size * np.sin(3.0 * angle + phase)
+
+    assert difference(lambda a: signal(a, 1.02), signal, 6.0) == pytest.approx(0.02, rel=1e-9)
+    # |e^{i phase} - 1| = 2 sin(phase/2)
+    assert difference(lambda a: signal(a, 1.0, 0.1), signal, 6.0) == pytest.approx(2.0 * math.sin(0.05), rel=1e-9)
+    # a shifted mean counts against the alternating part, whose RMS is 1/sqrt(2)
+    assert difference(lambda a: signal(a) + 0.01, signal, 6.0) == pytest.approx(0.01 * math.sqrt(2.0), rel=1e-9)
+
+
+def test_nothing_above_the_frequency_counts():
+    def signal(angle):
+        return np.sin(3.0 * angle)
+
+    def rough(angle):
+        return signal(angle) + 0.3 * np.sin(8.0 * angle)
+
+    assert difference(rough, signal, 7.5) == pytest.approx(0.0, abs=1e-12)
+    assert difference(rough, signal, 8.0) == pytest.approx(0.3, rel=1e-9)
+
+
+def test_beyond_what_is_sampled_it_is_the_rms_over_samples():
+    rng = np.random.default_rng(5)
+    one, other = rng.normal(size=(2, 48))
+    runs = (LastCycle(values[None, :], 1.0, 1.0) for values in (one, other))
+    found = relative_differences(*runs, SPEED, 1e6)[0]
+    assert found == pytest.approx(np.sqrt(np.mean((one - other) ** 2)) / np.std(other), rel=1e-12)
+
+
+@pytest.mark.parametrize(("n", "m"), [(288, 576), (144, 360), (120, 90)])
+def test_runs_of_different_steps_meet_in_common_samples(n, m):
+    def signal(angle):
+        return np.sin(3.0 * angle) + 0.5 * np.cos(0.5 * angle)
+
+    assert difference(signal, signal, 6.0, n, m) == pytest.approx(0.0, abs=1e-12)
+    assert difference(lambda a: 1.1 * signal(a), signal, 6.0, n, m) == pytest.approx(0.1, rel=1e-9)
+
+
+def test_the_same_constant_is_no_difference():
+    assert difference(np.zeros_like, np.zeros_like, 6.0) == 0.0
+
+
+def test_longest_step_gives_four_steps_to_a_period():
+    assert longest_step(SPEED, 500.0) / SPEED == pytest.approx(1.0 / (4.0 * 500.0))
+
+
+def test_families_take_their_worst_member():
+    names = ("bearing[1].force.x", "bearing[2].force.x", "pulley.torsion", "mount[3].force.y")
+    assert by_family(names, [1.0, 3.0, 2.0, 4.0]) == {
+        "bearing.force.x": 3.0,
+        "pulley.torsion": 2.0,
+        "mount[3].force.y": 4.0,
+    }
+
+
+@pytest.mark.parametrize("engine", ["diesel_i6", "diesel_v8"])
+@pytest.mark.parametrize("wish", ["", 'crank = "beam"', 'bearings = "linear"', 'crank = "torsional"'])
+def test_the_ladder_climbs_and_ends(engine, wish, tmp_path: Path):
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        f'engine = "{engine}"\nspeeds_rpm = [1500]\noutputs = ["pulley.torsion"]\nfrequency_hz = 300\n'
+        f"accuracy = 0.1\n{wish}\n"
+    )
+    scene = load_scene(path)
+    levels = bearing_levels(scene)
+
+    def height(pair):
+        return CRANKS.index(pair[0]), levels.index(pair[1])
+
+    chain = candidates(scene)
+    assert chain == sorted(chain, key=height)
+    for start in (*chain, *every_pair(scene, with_ehd=True)):
+        pair, climbed = start, 0
+        while (above := next_pair(scene, pair)) is not None:
+            assert height(above) > height(pair)
+            assert all(new >= old for new, old in zip(height(above), height(pair), strict=True))
+            pair, climbed = above, climbed + 1
+        assert pair == ("solid", levels[-1])
+        assert climbed <= len(levels) + len(CRANKS)
+
+
+def test_what_is_fixed_does_not_change(tmp_path: Path):
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        'engine = "diesel_i6"\nspeeds_rpm = [1500]\noutputs = ["pulley.axial"]\nfrequency_hz = 300\naccuracy = 0.1\n'
+    )
+    scene = load_scene(path)
+    assert next_pair(scene, ("beam", "impedance"), bearings=False) == ("solid", "impedance")
+    assert next_pair(scene, ("beam", "impedance"), crank=False) == ("beam", "table")
+    assert next_pair(scene, ("solid", "ehd")) is None
+    assert next_pair(scene, ("solid", "table"), bearings=False) is None
+
+
+def test_held_mains_leave_no_films_on_the_pins(tmp_path: Path):
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        'engine = "diesel_i6"\nspeeds_rpm = [1500]\noutputs = ["pulley.torsion", "big_end[1].film_thickness_min"]\n'
+        "frequency_hz = 300\naccuracy = 0.1\n"
+    )
+    scene = load_scene(path)
+    assert scene.big_ends == "impedance"
+    assert candidates(scene)[0] == ("beam", "impedance")
+    assert not any(bearings == "held" for _, bearings in every_pair(scene, with_ehd=False))

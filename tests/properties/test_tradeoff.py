@@ -1,0 +1,193 @@
+"""The trade-off study: what a point holds, that errors fall as they must, and that an interrupted study goes on."""
+
+import csv
+import io
+import json
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tradeoff_case import small
+
+from cranktrain.errors import InputError
+from cranktrain.studies.tradeoff import measure
+from cranktrain.studies.tradeoff.choice import choice_text
+from cranktrain.studies.tradeoff.families import FAMILIES
+from cranktrain.studies.tradeoff.files import points_csv, write_files
+from cranktrain.studies.tradeoff.level_points import model_points, next_level, numerical_points
+from cranktrain.studies.tradeoff.measure import differences, high_order_error, measured
+from cranktrain.studies.tradeoff.pareto import cost_at, pareto_front
+from cranktrain.studies.tradeoff.point import OUTPUTS, Point
+from cranktrain.studies.tradeoff.store import PointStore
+from cranktrain.studies.tradeoff.study import chosen_families, study
+
+__all__ = ["small"]
+CONTRACT = {"family", "label", "parameters", "seconds_per_simulated_second", "error", "pareto", "status"}
+POSITIVE = st.floats(1e-9, 1e3)
+
+
+@given(st.lists(st.tuples(POSITIVE, POSITIVE), min_size=1, max_size=30))
+def test_a_front_is_what_nobody_beats(choices):
+    costs, errors = zip(*choices, strict=True)
+    front = pareto_front(costs, errors)
+
+    def beaten(k):
+        return any(
+            costs[j] <= costs[k] and errors[j] <= errors[k] and (costs[j] < costs[k] or errors[j] < errors[k])
+            for j in range(len(costs))
+        )
+
+    assert not any(beaten(k) for k in front)
+    on_front = {(costs[k], errors[k]) for k in front}
+    assert all((costs[k], errors[k]) in on_front for k in range(len(costs)) if not beaten(k))
+    assert [costs[k] for k in front] == sorted({costs[k] for k in front})
+    assert all(a > b for a, b in zip([errors[k] for k in front], [errors[k] for k in front][1:], strict=False))
+
+
+@given(st.lists(st.tuples(POSITIVE, POSITIVE), min_size=1, max_size=30), POSITIVE)
+def test_cost_at_an_error_lies_on_the_front(choices, wanted):
+    costs, errors = zip(*choices, strict=True)
+    cost = cost_at(wanted, errors, costs)
+    within = [c for c, e in choices if e <= wanted]
+    assert (cost is None) == (not within)
+    if within:
+        # No run that is close enough is cheaper than the interpolated cost, and the cheapest bounds it above.
+        assert min(costs) * (1 - 1e-9) <= cost <= min(within) * (1 + 1e-9)
+
+
+def test_cost_at_an_error_of_a_power_law():
+    steps = np.array([4.0, 2.0, 1.0])
+    assert cost_at(math.sqrt(8.0), steps**3, 1.0 / steps) == pytest.approx(1.0 / math.sqrt(2.0))
+
+
+def test_errors_are_relative_to_the_alternating_part():
+    fine = 2.0 * math.pi * np.arange(1, 721) / 720
+    exact = 5.0 + np.sin(fine)[None]
+    coarse = exact[:, 2::3] + 0.01
+    assert differences(coarse, 3.0, exact, 1.0, 1) == pytest.approx([0.01 * math.sqrt(2.0)])
+    twice = np.concatenate((exact + 1.0, exact), axis=1)
+    assert differences(np.tile(coarse, 2), 3.0, twice, 1.0, 2) == pytest.approx([0.01 * math.sqrt(2.0)])
+    with pytest.raises(InputError, match="do not fall on"):
+        differences(coarse, 1.5, exact, 1.0, 1)
+
+
+def test_errors_of_high_orders_stand_apart():
+    """An error of order 20 counts by its own size, whatever the low orders do and however outputs are sampled."""
+    fine, coarse = (2.0 * math.pi * np.arange(1, n + 1) / n for n in (720, 240))
+    exact = (10.0 * np.sin(3 * fine) + np.cos(40 * fine))[None]
+    found = (11.0 * np.sin(3 * coarse) + 1.1 * np.cos(40 * coarse))[None]
+    assert high_order_error(found, 3.0, exact, 1.0, 1) == pytest.approx(0.1)
+
+
+def test_points_of_a_study(small, tmp_path):
+    result = study([small], ["integrators", "pressure"], True, PointStore(tmp_path / "kept"))
+    data = json.loads(json.dumps(result.as_dict(), allow_nan=False))
+    assert set(data) == {"points", "reference", "against_scipy"}
+    estimate = data["reference"]["error_estimate"]
+    assert set(estimate) == set(OUTPUTS) and estimate["bearing_film"] is None
+    assert 0.0 < estimate["pulley_torsion"] < 1e-4
+    for point in data["points"]:
+        assert set(point) >= CONTRACT
+        assert set(point["error"]) == set(OUTPUTS)
+        assert point["error"]["bearing_film"] is None  # linear bearings have no film
+        assert point["parameters"]["error_kind"] in ("numerical", "input")
+        assert point["status"] in ("ok", "unstable")
+    points = {point.label: point for point in result.points if point.family == "integrators"}
+    steps = [points[f"esdirk4 {deg:g}°"].worst for deg in (6.0, 3.0, 1.5)]
+    assert steps[0] > 4 * steps[1] > 16 * steps[2]
+    assert points["backward-euler 3°"].worst > 0.1
+    assert points["radau-5 3°"].worst < points["esdirk4 3°"].worst
+    # Another method, another assembly of the equations: the reference cannot be wrong alone.
+    assert points["radau-5 3°"].error["pulley_torsion"] < 1e-4
+    assert [p.label for p in result.points if p.parameters.get("default")] == ["esdirk4 2.5°"]
+    traces = {point.label: point for point in result.points if point.family == "pressure"}
+    assert traces["linear 2°"].worst > 10 * traces["spline 2°"].worst > 0.0
+    on_front = [p for p in result.points if p.pareto and p.parameters["error_kind"] == "numerical"]
+    assert min(p.seconds_per_simulated_second for p in points.values() if p.usable) in [
+        p.seconds_per_simulated_second for p in on_front
+    ]
+
+    again = study([small], ["integrators", "pressure"], True, PointStore(tmp_path / "kept"))
+    assert again.as_dict() == result.as_dict()
+
+    written = write_files(result, tmp_path / "out")
+    names = {path.name for path in written}
+    assert {"integrators.png", "integrators.svg", "overall.png", "overall.svg", "tradeoff.html", "points.csv"} <= names
+    assert {path.name for path in (tmp_path / "out").iterdir()} == names  # nothing temporary is left
+    text = (tmp_path / "out" / "tradeoff.html").read_text(encoding="utf-8")
+    assert "src=" not in text and "@import" not in text and "href=" not in text
+    assert "esdirk4 2.5" in text and "@DATA@" not in text
+    rows = list(csv.DictReader(io.StringIO(points_csv(result))))
+    assert len(rows) == len(result.points)
+    assert float(rows[0]["error_pulley_torsion"]) == result.points[0].error["pulley_torsion"]
+    said = choice_text(result)
+    assert all(f"  {share} %" in said for share in ("10", "1", "0.1"))
+    assert re.search(r"method and step: esdirk4 \S+ \(", said)
+
+
+def test_an_interrupted_study_goes_on(small, tmp_path):
+    entries = FAMILIES["integrators"](small, True)[:3]
+    store = PointStore(tmp_path)
+    told = []
+
+    def interrupt(stage):
+        told.append(stage)
+        if len(told) == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        measured(entries, store, 1, interrupt)
+    with (tmp_path / "points.jsonl").open("a", encoding="utf-8") as file:
+        file.write('{"key": "half a li')  # as a killed process leaves it
+    resumed = []
+    points = measured(entries, PointStore(tmp_path), 1, resumed.append)
+    assert resumed == [f"integrators: {entries[2].label}"]
+    fresh = measured(entries[:2], PointStore(tmp_path / "other"), 1)
+    for kept, new in zip(points, fresh, strict=False):
+        assert kept.error == new.error
+    assert measured(entries, PointStore(tmp_path), 1, lambda stage: pytest.fail(stage)) == points
+
+
+def test_repeats_are_taken_in_turn_and_counted(small, tmp_path):
+    entries = FAMILIES["integrators"](small, True)[:2]
+    told = []
+    points = measured(entries, PointStore(tmp_path), 3, told.append)
+    labels = [entry.label for entry in entries]
+    assert told == [f"integrators: {label}{turn}" for turn in ("", ", repeat 2", ", repeat 3") for label in labels]
+    assert [point.parameters["repeats"] for point in points] == [3, 3]
+
+
+def test_a_run_that_fails_is_a_point(small, tmp_path, monkeypatch):
+    def lost(case, say=None):
+        raise measure.CranktrainError("film of main[3] lost")
+
+    entries = FAMILIES["integrators"](small, True)[:1]
+    store = PointStore(tmp_path)
+    measure.recorded(entries[0].reference, store)
+    monkeypatch.setattr(measure, "run", lost)
+    (point,) = measured(entries, store)
+    assert point.status == "failed: film of main[3] lost"
+    assert point.seconds_per_simulated_second is None and point.worst is None and not point.usable
+
+
+def test_levels_climb_to_the_next(small, tmp_path):
+    engine = small.engine
+    assert next_level("bearings", "linear", engine) == "impedance"
+    assert next_level("crank", "solid", engine) is None
+    assert next_level("block", "ground", replace(engine, block=None)) is None
+    store = PointStore(tmp_path)
+    (point,) = model_points(engine, small.speed, small.settings, ladders=["bearings"], store=store)
+    assert point.parameters["next_level"] == "impedance" and point.parameters["error_kind"] == "model"
+    assert point.error["bearing_film"] is None and point.error["pulley_torsion"] > 0.01
+    numbers = numerical_points(engine, small.speed, small.settings, store=store)
+    assert all(isinstance(p, Point) and p.parameters["error_kind"] == "numerical" for p in numbers)
+
+
+def test_an_unknown_family_names_the_nearest():
+    assert chosen_families(None, True) == list(FAMILIES)
+    with pytest.raises(InputError, match="did you mean 'integrators'"):
+        chosen_families(["integrator"], False)

@@ -1,0 +1,81 @@
+"""``cranktrain modal`` and ``simulate`` at crank levels other than the solid one."""
+
+import json
+
+import pytest
+
+from cranktrain.cli import main
+from cranktrain.engine_file import engine_path
+
+
+@pytest.fixture
+def formula(tmp_path):
+    """The six with its torsional stiffnesses from a formula: no finite elements needed."""
+    text = engine_path("diesel_i6").read_text(encoding="utf-8")
+    path = tmp_path / "six.toml"
+    path.write_text(text.replace('value = "solid-on-bearings"', 'value = "ker-wilson"'), encoding="utf-8")
+    return path
+
+
+def test_a_torsional_run_tells_of_torsion_and_of_no_bearing(formula, tmp_path, capsys):
+    arguments = ["simulate", str(formula), "--crank", "torsional", "--speed", "2000", "--cycles", "10"]
+    assert main([*arguments, "--output", str(tmp_path / "run.h5"), "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["pulley"]["torsion_deg"]["peak_to_peak"] > 0.1
+    assert "axial_um" not in summary["pulley"] and summary["bearings"] == []
+    assert main([*arguments, "--steady", "--output", str(tmp_path / "run.h5"), "--json"]) == 0
+    pulley = json.loads(capsys.readouterr().out)["pulley"]
+    time, frequency = (dict(map(tuple, pulley[key]["orders"])) for key in ("torsion_deg", "steady_torsion_deg"))
+    assert time[6.0] == pytest.approx(frequency[6.0], rel=0.005)
+    assert main([*arguments, "--output", str(tmp_path / "run.h5")]) == 0
+    assert "Main bearings" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("level", ["rigid", "beam"])
+def test_levels_from_dimensions_run_on_films(level, tmp_path, capsys):
+    arguments = ["simulate", "diesel_i6", "--crank", level, "--speed", "2000", "--cycles", "1"]
+    assert main([*arguments, "--output", str(tmp_path / "run.h5"), "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["bearings"]) == 7
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("level", ["rigid", "torsional", "beam"])
+def test_modal_puts_a_level_beside_the_solid(level, capsys):
+    assert main(["modal", "diesel_i6", "--crank", level, "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    first = report["cranktrain"]["first_torsional"]
+    assert first["solid_hz"] == pytest.approx(238.0, rel=0.01)
+    assert ("hz" in first) == (level != "rigid")
+    assert main(["modal", "diesel_i6", "--crank", level]) == 0
+    assert "deviation" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["modal", "diesel_i6", "--crank", "beem"], "'beam'"),
+        (["modal", "diesel_i6", "--crank", "beam", "--damper"], "--crank solid"),
+        (["simulate", "diesel_i6", "--speed", "2000", "--crank", "torsionel"], "'torsional'"),
+        (["simulate", "diesel_i6", "--speed", "2000", "--crank", "beam", "--bearings", "held"], "linear"),
+        (["simulate", "diesel_i6", "--speed", "2000", "--crank", "torsional", "--plots", "x"], "held"),
+        (["simulate", "diesel_i6", "--speed", "2000", "--crank", "beam", "--steady"], "--crank torsional"),
+        (
+            ["simulate", "diesel_i6", "--speed", "2000", "--crank", "torsional", "--film-temperature", "heat-balance"],
+            "held",
+        ),
+    ],
+)
+def test_what_makes_no_sense_is_refused_in_one_line(arguments, words, capsys):
+    assert main(arguments) == 2
+    text = capsys.readouterr().err.strip()
+    assert words in text and "\n" not in text
+
+
+@pytest.mark.parametrize(("source", "words"), [("bicera", "charts"), ("ker wilson", "'ker-wilson'")])
+def test_torsional_sources_are_checked(source, words, tmp_path, capsys):
+    text = engine_path("diesel_i6").read_text(encoding="utf-8")
+    path = tmp_path / "six.toml"
+    path.write_text(text.replace('value = "solid-on-bearings"', f'value = "{source}"'), encoding="utf-8")
+    assert main(["modal", str(path), "--crank", "torsional"]) == 2
+    text = capsys.readouterr().err.strip()
+    assert "reduction.torsional_source" in text and words in text and "\n" not in text

@@ -1,0 +1,246 @@
+"""The verbs plan and run: what their JSON holds, what an interrupt keeps, and wrong scenes."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cranktrain.cli import main
+from cranktrain.engine_file import engine_path
+from cranktrain.scene import load_scene
+from cranktrain.store import read_result
+from cranktrain.studies.planning import measured, scene_model
+from cranktrain.studies.planning.scene_model import SceneModel
+from cranktrain.studies.tradeoff.store import PointStore
+
+PLAIN = {
+    "engine": '"diesel_i6"',
+    "speeds_rpm": "[2000]",
+    "outputs": '["pulley.torsion"]',
+    "frequency_hz": "400",
+    "accuracy": "0.05",
+}
+
+
+def write(path, tables="", **keys):
+    """Scene file of PLAIN with these keys changed; None leaves one out."""
+    entries = {**PLAIN, **keys}
+    lines = [f"{key} = {value}" for key, value in entries.items() if value is not None]
+    path.write_text("\n".join(lines) + "\n" + tables, encoding="utf-8")
+    return str(path)
+
+
+@pytest.fixture(scope="module")
+def coarse(tmp_path_factory):
+    """V8 on a coarse mesh: its ladder needs no film table."""
+    text = engine_path("diesel_v8").read_text(encoding="utf-8")
+    path = tmp_path_factory.mktemp("scene") / "coarse.toml"
+    path.write_text(re.sub(r"mesh_size = \{ value = [0-9.]+", "mesh_size = { value = 50", text, count=1), "utf-8")
+    return path
+
+
+@pytest.fixture
+def scene(coarse, tmp_path):
+    """Scene whose levels, method and step are fixed, so that little is measured."""
+
+    def written(tables="", **keys):
+        fixed = {"crank": '"torsional"', "integrator": '"esdirk4"', "step_deg": "4", "cycles": "3"}
+        return write(tmp_path / "scene.toml", tables, engine=f'"{coarse}"', **{**fixed, **keys})
+
+    return written
+
+
+def run_json(capsys, *arguments):
+    assert main([*arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_the_example_is_a_scene():
+    scene = load_scene(Path(__file__).parents[2] / "examples" / "scene.toml")
+    assert scene.outputs == ("pulley.torsion", "bearing[4].force.y")
+    assert (scene.speeds_rpm, scene.frequency, scene.accuracy, scene.budget) == ((2000.0,), 600.0, 0.3, 2)
+
+
+def test_stresses_alone_are_judged_by_what_they_follow(tmp_path):
+    scene = load_scene(write(tmp_path / "scene.toml", outputs='["stress"]'))
+    assert scene.stress
+    assert scene.outputs[0] == "pulley.torsion" and "bearing[7].force.y" in scene.outputs
+
+
+def test_plan(scene, capsys):
+    plan = run_json(capsys, "plan", scene())
+    assert (plan["crank"], plan["bearings"], plan["block"]) == ("torsional", "held", "ground")
+    assert (plan["integrator"], plan["step_deg"]) == ("esdirk4", 4.0)
+    assert plan["modes"] > 6
+    assert 0.0 < plan["predicted_numerical_error"] < plan["predicted_model_error"] < plan["predicted_error"]
+    total = np.hypot(plan["predicted_numerical_error"], plan["predicted_model_error"])
+    assert plan["predicted_error"] == pytest.approx(total, rel=1e-9)  # one output: the same one is worst in both
+    assert plan["predicted_real_time_factor"] > 0.0
+    assert (plan["next_level"]["crank"], plan["next_level"]["bearings"]) == ("beam", "roller")
+    assert len(plan["reasons"]) >= 5
+    assert main(["plan", scene()]) == 0
+    assert "next level up" in capsys.readouterr().out
+
+
+def test_run_and_verify(scene, tmp_path, capsys):
+    output = tmp_path / "kept.h5"
+    result = run_json(capsys, "run", scene(), "--verify", "--output", str(output))
+    datasets, attributes = read_result(output)
+    assert result["result"] == str(output) and not result["interrupted"]
+    assert attributes["crank"] == "torsional"
+    values, unit = datasets["pulley.torsion"]
+    torsion = result["outputs"]["pulley.torsion"]
+    assert unit == torsion["unit"] == "rad"
+    last = values[-181:-1]  # 720 degrees in steps of 4
+    assert torsion["amplitude"] == pytest.approx(0.5 * np.ptp(last), rel=1e-12)
+    assert torsion["mean"] == pytest.approx(last.mean(), rel=1e-12)
+    assert torsion["orders"][-1][0] == pytest.approx(400 * 60 / 2000, abs=0.5)
+    own, check = result["levels"]
+    assert (own["crank"], check["crank"]) == ("torsional", "beam")
+    assert check["step_deg"] == 2.0 and check["difference"] == {"pulley.torsion": 0.0}
+    verification = result["verification"]
+    assert verification["verified_error"] == own["difference"]["pulley.torsion"]
+    assert verification["ratio"] == pytest.approx(verification["predicted_error"] / verification["verified_error"])
+
+
+def test_every_level(scene, tmp_path, capsys):
+    output = tmp_path / "ladder.h5"
+    result = run_json(capsys, "run", scene(), "--all-levels", "--output", str(output))
+    found = [(level["crank"], level["bearings"]) for level in result["levels"]]
+    assert found == [("torsional", "held"), ("beam", "roller"), ("solid", "linear"), ("solid", "roller")]
+    differences = [level["difference"]["pulley.torsion"] for level in result["levels"]]
+    assert differences[-1] == 0.0 and min(differences[:-1]) > 0.0
+    assert all(level["seconds"] > 0.0 and level["status"] == "ok" for level in result["levels"])
+    datasets, _ = read_result(output)
+    assert "levels/solid-roller/2000rpm/pulley.torsion" in datasets
+
+
+def test_a_run_up_keeps_a_run_per_speed(scene, tmp_path, capsys):
+    tables = "[run_up]\nfrom = 1500\nto = 2000\npoints = 3\n"
+    output = tmp_path / "up.h5"
+    result = run_json(capsys, "run", scene(tables, speeds_rpm=None), "--output", str(output))
+    torsion = result["outputs"]["pulley.torsion"]
+    assert [row[0] for row in torsion["by_speed"]] == [1500.0, 1750.0, 2000.0]
+    assert torsion["amplitude"] == max(row[2] for row in torsion["by_speed"])
+    datasets, _ = read_result(output)
+    assert {"1500rpm/pulley.torsion", "1750rpm/pulley.torsion", "2000rpm/pulley.torsion"} <= set(datasets)
+
+
+def test_an_interrupt_keeps_what_is_complete(scene, tmp_path, capsys, monkeypatch):
+    output = tmp_path / "cut.h5"
+    path = scene()
+    run_json(capsys, "plan", path)  # measures all that the run's own plan needs
+    honest, calls = SceneModel.run, []
+
+    def interrupted(model, case, *arguments, **more):
+        calls.append(case)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return honest(model, case, *arguments, **more)
+
+    monkeypatch.setattr(SceneModel, "run", interrupted)
+    result = run_json(capsys, "run", path, "--all-levels", "--output", str(output))
+    assert result["interrupted"]
+    assert [level["status"] for level in result["levels"]] == ["ok", "ok", "interrupted"]
+    datasets, _ = read_result(output)
+    assert "pulley.torsion" in datasets and "levels/beam-roller/2000rpm/pulley.torsion" in datasets
+
+
+def test_half_a_run_is_not_kept(scene, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(measured, "PointStore", lambda: PointStore(tmp_path / "store"))
+    honest = scene_model.simulate
+
+    def cut(*arguments):
+        run = honest(*arguments)
+        return replace(run, time=run.time[: run.per_cycle + 2])
+
+    monkeypatch.setattr(scene_model, "simulate", cut)
+    path = scene()
+    assert main(["plan", path]) == 130
+    assert "what was measured is kept" in capsys.readouterr().err
+    assert not list((tmp_path / "store").glob("*.npz"))
+    monkeypatch.setattr(scene_model, "simulate", honest)
+    assert run_json(capsys, "plan", path)["predicted_real_time_factor"] > 0.0
+
+
+def test_a_budget_that_is_missed_is_said_and_no_error(scene, capsys):
+    plan = run_json(capsys, "plan", scene(budget_real_time_factor="1e-4"))
+    assert not plan["within_budget"]
+    assert any(reason.startswith("budget missed") for reason in plan["reasons"])
+
+
+@pytest.mark.parametrize(
+    ("keys", "tables", "says"),
+    [
+        ({"outputs": '["pulley.torsoin"]'}, "", "did you mean 'pulley.torsion'"),
+        ({"outputs": '["bearing.film_thicknes_min"]'}, "", "did you mean 'bearing.film_thickness_min'"),
+        ({"outputs": '["bearing[9].force.x"]'}, "", "bearing[1].force.x to bearing[7].force.x"),
+        ({"outputs": "[]"}, "", "name at least one"),
+        ({"outputs": '"pulley.torsion"'}, "", "not a list of texts"),
+        ({"outputs": '["stress"]', "crank": '"torsional"'}, "", "use crank level 'solid'"),
+        ({"outputs": '["pulley.axial"]', "crank": '"torsional"'}, "", "use crank level 'beam'"),
+        ({"outputs": '["bearing.film_thickness_min"]', "bearings": '"linear"'}, "", "'impedance'"),
+        ({"outputs": '["damper.torque"]'}, "", "damper"),
+        ({"frequency_hz": "3000", "cutoff_hz": "1000"}, "", "the nearest valid is 1000, or crank 'solid'"),
+        ({"frequency_hz": "5000"}, "", "the nearest valid is 3000, or crank 'solid' with more modes"),
+        ({"frequency_hz": "2500", "crank": '"torsional"'}, "", "use crank level 'beam'"),
+        ({"frequency_hz": "5"}, "", "the nearest valid is 16.67"),
+        ({"cutoff_hz": "9000"}, "", "reduction.running_cutoff_hz"),
+        ({"accuracy": "1e-9"}, "", "the nearest valid is 1e-06"),
+        ({"accuracy": "3"}, "", "0.01 for one per cent"),
+        ({"accuracy": '"good"'}, "", "is not a finite number"),
+        ({"accuracy": "nan"}, "", "is not a finite number"),
+        ({"acuracy": "0.1"}, "", "did you mean 'accuracy'"),
+        ({"accuracy": None}, "", "key 'accuracy' is missing"),
+        ({"engine": '"diesel_i7"'}, "", "did you mean 'diesel_i6'"),
+        ({"engine": '"none.toml"'}, "", "no such engine file"),
+        ({"speeds_rpm": None}, "", "speeds_rpm = [2000]"),
+        ({"speeds_rpm": "[50]"}, "", "100 to 20000 rev/min"),
+        ({"speeds_rpm": "[2000, 2000]"}, "", "given twice"),
+        ({}, "[run_up]\nfrom = 1000\nto = 2000\npoints = 3\n", "stand beside each other"),
+        ({"speeds_rpm": None}, "[run_up]\nfrom = 1000\nto = 2000\n", "run_up.points is missing"),
+        ({"speeds_rpm": None}, "[run_up]\nfrom = 3000\nto = 2000\npoints = 3\n", "must be less than"),
+        ({"speeds_rpm": None}, "[run_up]\nfrom = 1000\nto = 2000\nstep = 3\n", "unknown key 'run_up.step'"),
+        ({}, '[gas]\npressure_file = "none.csv"\n', "does not exist"),
+        ({}, '[gas]\npressure_unit = "bar"\n', "gas.pressure_file is missing"),
+        ({"crank": '"torsinal"'}, "", "did you mean 'torsional'"),
+        ({"bearings": '"roller"'}, "", "its mains are plain bearings"),
+        ({"engine": '"diesel_v8"', "bearings": '"table"'}, "", "its mains are rollers"),
+        ({"engine": '"diesel_v8"', "outputs": '["bearing[1].oil_flow"]'}, "", "no oil film"),
+        ({"integrator": '"sdirk5"'}, "", "did you mean"),
+        ({"step_deg": "90"}, "", "not within 0.001 to 30"),
+        ({"cycles": "2.5"}, "", "not a whole number"),
+        ({"budget_real_time_factor": "0"}, "", "budget_real_time_factor"),
+        ({"block": '"flexible"', "pistons": '"rigid"'}, "", "use guided pistons"),
+        ({}, "speeds_rpm = [1000]\n", "not a TOML file"),
+    ],
+)
+@pytest.mark.parametrize("verb", ["plan", "run"])
+def test_wrong_scenes_end_in_one_line(verb, keys, tables, says, tmp_path, capsys):
+    assert main([verb, write(tmp_path / "scene.toml", tables, **keys)]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1 and "scene.toml: " in printed.err
+    assert says in printed.err
+
+
+def test_wrong_options_end_in_one_line(tmp_path, capsys):
+    path = write(tmp_path / "scene.toml")
+    for arguments, says in (
+        (["plan", str(tmp_path / "none.toml")], "cannot be read"),
+        (["run", path, "--with-ehd"], "--all-levels"),
+        (["run", path, "--output", str(tmp_path)], "is a folder"),
+    ):
+        assert main(arguments) == 2
+        error = capsys.readouterr().err
+        assert says in error and error.count("\n") == 1
+
+
+def test_an_accuracy_that_no_step_reaches(scene, capsys):
+    path = scene(accuracy="1e-6", integrator='"backward-euler"', step_deg=None)
+    assert main(["plan", path]) == 2
+    error = capsys.readouterr().err.splitlines()[-1]
+    assert "cannot be reached" in error and "the nearest valid accuracy is" in error
