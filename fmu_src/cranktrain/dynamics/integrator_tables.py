@@ -224,3 +224,12 @@ def integrator_table(name: str) -> Array:
     except ValueError:
         raise InputError(f"integrator '{name}': {what} must be a number, e.g. {base}:{example}") from None
     return make(value)
+
+
+def amplification(name: str) -> float:
+    """How much larger than a stage's own error its share in the step may be: the table's largest coefficient, or 1."""
+    table = integrator_table(name)
+    if table[0, 0] != DIRK:
+        return 1.0
+    stages = int(table[0, 1])
+    return max(1.0, float(np.abs(table[1 : stages + 1, :stages]).max()))

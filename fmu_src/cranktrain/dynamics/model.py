@@ -13,7 +13,7 @@ import numpy as np
 
 from cranktrain.dynamics.block import BlockArrays, block_arrays
 from cranktrain.dynamics.bodies import held, standing_body, with_big_ends, with_rotor
-from cranktrain.dynamics.integrator_tables import EMBEDDED, ORDERS, integrator_table
+from cranktrain.dynamics.integrator_tables import EMBEDDED, ORDERS, amplification, integrator_table
 from cranktrain.dynamics.mains import BEARING_LEVELS, HELD, check_mains, main_bearings
 from cranktrain.dynamics.ports import PORTS, TURNING_MODES, lay_ports
 from cranktrain.engine import Engine
@@ -101,11 +101,13 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
     if pistons == "auto":
         pistons = "guided" if settings.block == "flexible" else "rigid"
     elastic = bearings == "ehd"
+    integrator = ("sdirk2" if elastic else "esdirk4") if settings.integrator == "auto" else settings.integrator
+    usual = (1.0e-5 if bearings in TILTED else 3.0e-5) / amplification(integrator)
     chosen: dict[str, Any] = {
         "bearings": bearings,
         "pistons": pistons,
-        "integrator": ("sdirk2" if elastic else "esdirk4") if settings.integrator == "auto" else settings.integrator,
-        "newton_tolerance": settings.newton_tolerance or (1.0e-5 if bearings in TILTED else 3.0e-5),
+        "integrator": integrator,
+        "newton_tolerance": settings.newton_tolerance or usual,
         "film_change": settings.film_change or (0.15 if elastic else 1.0),
     }
     return replace(settings, **chosen)
