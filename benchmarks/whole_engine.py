@@ -16,9 +16,7 @@ import numpy as np
 from cranktrain.dynamics.model import Parts, Settings
 from cranktrain.dynamics.simulation import Result, Simulation, communication_step, fitted_engine, simulate
 from cranktrain.engine import load_engine
-from cranktrain.film.database import TableSettings
-from cranktrain.film_table import film_table
-from cranktrain.structure.block import running_block
+from cranktrain.level_parts import level_parts
 from cranktrain.structure.reduction import running_body
 
 SPEED = 2000.0 * math.pi / 30.0
@@ -69,12 +67,7 @@ def relative_error(run: Result, reference: Result, name: str) -> float:
 
 def _engine(settings: Settings) -> tuple[Any, Any, Parts]:
     engine = fitted_engine(load_engine("diesel_i6"), settings)
-    bearing = engine.plain_mains
-    table = None
-    if settings.bearings == "table":
-        table, _, _ = film_table(TableSettings(bearing.width / bearing.diameter, bearing.groove))
-    block = running_block(engine) if settings.block == "flexible" else None
-    return engine, running_body(engine), Parts(table=table, block=block)
+    return engine, running_body(engine), level_parts(engine, settings, lambda _: None)
 
 
 def _started(settings: Settings) -> Simulation:

@@ -8,16 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain import __version__
-from cranktrain.command_bodies import add_block_options, bare_block, bare_crankshaft, wants_flexible_block
+from cranktrain.command_bodies import add_block_options, bare_crankshaft, wants_flexible_block
 from cranktrain.console import bar, one_of, say, show, stages, within
 from cranktrain.engine import Engine, load_engine
 from cranktrain.errors import InputError
 
 if TYPE_CHECKING:
-    from cranktrain.dynamics.model import Parts, Settings
-    from cranktrain.engine_parts import PlainBearing
-    from cranktrain.film.bore_compliance import BoreCompliance
-    from cranktrain.film.database import FilmTable
+    from cranktrain.dynamics.model import Settings
     from cranktrain.loads.gas_pressure import GasTrace
 
 RPM = math.pi / 30.0
@@ -89,6 +86,7 @@ def add_options(run: argparse.ArgumentParser) -> None:
 def simulate(options: argparse.Namespace) -> dict[str, Any]:
     """Run cycles at constant speed, write the result, summarise the last cycle."""
     from cranktrain.dynamics import simulation
+    from cranktrain.level_parts import level_parts
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.results.figures import check_folder, save_film_pictures
     from cranktrain.results.result_file import check_target, save_run
@@ -119,7 +117,8 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     if needs_solid(engine, settings.crank) or (options.mesh is not None and settings.crank == "rigid"):
         solid, _ = bare_crankshaft(engine, options)
     body = crank_body(simulation.fitted_engine(engine, settings), settings.crank, solid)
-    parts = _parts(engine, settings, options)
+    with stages(f"{engine.name}: films and block") as tell:
+        parts = level_parts(engine, settings, tell, block_mesh=options.block_mesh)
     with bar(f"{options.speed:g} rev/min, {options.cycles} cycles") as advance:
         run = simulation.simulate(
             engine, body, settings, options.speed * RPM, options.cycles, gas, advance, parts,
@@ -138,6 +137,8 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
         "damper_temperature": options.damper_temperature,
         "integrator": settings.integrator,
         "step": settings.step,
+        "control": settings.control,
+        "tolerance": settings.tolerance if settings.control == "adaptive" else 0.0,
         "gas": gas.source if gas else "built-in Wiebe cycle",
         "version": __version__,
     }
@@ -236,56 +237,6 @@ def _gas(engine: Engine, options: argparse.Namespace) -> GasTrace | None:
     gas = GasTrace.from_csv(options.pressure, engine, options.pressure_unit, options.pressure_tdc_deg)
     say(f"{gas.source}; {_pressures(gas)}")
     return gas
-
-
-def _parts(engine: Engine, settings: Settings, options: argparse.Namespace) -> Parts:
-    """What the levels need besides the crankshaft, from the cache or made now."""
-    from cranktrain.dynamics.model import Parts
-
-    block = None
-    if settings.block == "flexible":
-        from cranktrain.film.laws import TILTED
-        from cranktrain.structure.block import block_loads, running_block
-
-        loads = block_loads(engine, tilting=settings.bearings in TILTED or engine.main_roller is not None)
-        block = running_block(engine, bare_block(engine, options), loads)
-    floating = None
-    if settings.big_ends == "table" and engine.big_end_bearing is not None:
-        floating = _film_table(engine.big_end_bearing, tilt=False)
-    return Parts(
-        table=_film_table(engine.plain_mains) if settings.bearings == "table" else None,
-        bore=_elastic_bore(engine, block is not None, options) if settings.bearings == "ehd" else None,
-        big_end_table=floating,
-        block=block,
-    )
-
-
-def _film_table(bearing: PlainBearing, tilt: bool = True) -> FilmTable:
-    """Film table of a bearing, from the cache, else made now."""
-    from cranktrain.film.database import TableSettings
-    from cranktrain.film_table import film_table
-
-    ratio = bearing.width / bearing.diameter
-    with bar(f"film table, L/D {ratio:.4g}") as advance:
-
-        def shown(done: int, count: int) -> None:
-            if advance is not None:
-                advance(done / count)
-
-        table, _, _ = film_table(TableSettings(ratio, bearing.groove, tilt=tilt), progress=shown, say=say)
-    return table
-
-
-def _elastic_bore(engine: Engine, in_block: bool, options: argparse.Namespace) -> BoreCompliance:
-    """Elastic bore of the main bearings, from the cache, else made now; a flexible block carries its motion itself."""
-    from cranktrain.film.elastic_law import SHAPES
-    from cranktrain.structure.block_bore import block_bore_compliance
-    from cranktrain.structure.saddle import bore_compliance
-
-    with stages(f"{engine.name}: main bore") as tell:
-        if in_block:
-            return block_bore_compliance(engine, SHAPES, mesh_file=options.block_mesh, progress=tell)
-        return bore_compliance(engine, SHAPES, with_motion=True, progress=tell)
 
 
 def _pressures(gas: Any) -> str:

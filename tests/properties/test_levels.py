@@ -7,13 +7,16 @@ from itertools import product
 
 import numpy as np
 import pytest
-from bodies import rigid_crank
+from bodies import rigid_crank, six
 
+from cranktrain import levels
 from cranktrain.cli import main
+from cranktrain.dynamics.mains import BEARING_LEVELS
 from cranktrain.dynamics.model import (
     BIG_END_LEVELS,
     BLOCK_LEVELS,
     BOUNDARIES,
+    CRANK_LEVELS,
     DAMPER_LEVELS,
     PISTON_LEVELS,
     Settings,
@@ -140,3 +143,16 @@ def test_a_load_torque_must_be_finite(torque):
     settings = Settings(crank="rigid", boundary="torque")
     with pytest.raises(InputError, match="load torque must be finite"):
         simulate(SIX, rigid_crank(SIX), settings, SPEED, 1, load_torque=torque)
+
+
+def test_a_body_that_bends_is_not_held():
+    """Taken for a torsional crank it would hang in nothing."""
+    with pytest.raises(InputError, match=r"bends, but bearing level 'held' carries none that does; make it by"):
+        simulate(*six(), Settings(crank="torsional"), SPEED, 1)
+
+
+def test_the_list_of_levels_is_that_of_the_running_model():
+    """Two lists, because a kernel is compiled anew when a module below the running model changes."""
+    assert levels.CRANKS == CRANK_LEVELS and levels.BLOCKS == BLOCK_LEVELS and levels.DAMPERS == DAMPER_LEVELS
+    assert set(levels.BEARINGS) | {"roller"} == set(BEARING_LEVELS)
+    assert levels.BIG_ENDS == BIG_END_LEVELS and ("auto", *levels.PISTONS) == PISTON_LEVELS

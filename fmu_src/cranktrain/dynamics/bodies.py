@@ -18,6 +18,9 @@ from cranktrain.errors import InputError
 from cranktrain.loads.piston_guidance import piston_mass_matrix, piston_modes
 from cranktrain.reduced_body import Array, ReducedBody
 
+BENDING = 1.0e-9
+"""Motion of a main journal across, m, over the rotation of the crank, rad, from which a body bends."""
+
 
 def with_big_ends(body: ReducedBody, engine: Engine) -> ReducedBody:
     """Append one free point mass per cylinder to the crankshaft, with interfaces ``rod[i]`` at the undeformed pins."""
@@ -48,8 +51,18 @@ def with_big_ends(body: ReducedBody, engine: Engine) -> ReducedBody:
 
 
 def held(body: ReducedBody) -> ReducedBody:
-    """The body when bearings hold its axis where it is: of its rigid motions only that about the axis is left."""
+    """The body when bearings hold its axis where it is: of its rigid motions only that about the axis is left.
+
+    ``InputError`` for a body that bends, which would hang in nothing.
+    """
     n = body.n_modes
+    mains = [k for k, name in enumerate(body.interfaces) if name.startswith("main[")]
+    bending = np.abs(body.shapes[mains][:, :2, 6:]).max(initial=0.0)
+    if bending > BENDING * np.abs(body.shapes[:, 5]).max():
+        raise InputError(
+            f"body '{body.name}' bends, but bearing level 'held' carries none that does; make it by "
+            "structure.crank_level at level torsional, or use bearings linear or impedance"
+        )
     free = np.ones(n)
     free[:5] = 0.0
     both = np.outer(free, free)

@@ -12,10 +12,11 @@ from typing import Any
 
 from cranktrain.dynamics.model import Parts, Settings, resolved
 from cranktrain.dynamics.simulation import Result, simulate
+from cranktrain.level_parts import level_parts
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.reduced_body import ReducedBody
 from cranktrain.scene import Scene
-from cranktrain.studies.tradeoff.level_bodies import level_parts, running_crank
+from cranktrain.studies.tradeoff.level_bodies import running_crank
 
 Progress = Callable[[str], None]
 
@@ -96,7 +97,7 @@ class SceneModel:
         """What the levels of a case need besides the crank."""
         return self._once(
             ("parts", case.bearings),
-            lambda: level_parts(self.scene.engine, self.settings(case), "default", self.say),
+            lambda: level_parts(self.scene.engine, self.settings(case), self.say),
         )
 
     @property

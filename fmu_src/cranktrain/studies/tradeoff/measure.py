@@ -22,11 +22,12 @@ from cranktrain.engine import Engine
 from cranktrain.errors import CranktrainError, InputError
 from cranktrain.film.rigid_bore import rigid_bore
 from cranktrain.kernel import keep_record
+from cranktrain.level_parts import level_parts
 from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressure, spline_coefficients
 from cranktrain.reduced_body import Array
 from cranktrain.studies.fixed_step import LIMITS
 from cranktrain.studies.tradeoff.case import STAGES, Case
-from cranktrain.studies.tradeoff.level_bodies import level_parts, running_crank
+from cranktrain.studies.tradeoff.level_bodies import running_crank
 from cranktrain.studies.tradeoff.other_solvers import Unstable, largest_rate, other_run
 from cranktrain.studies.tradeoff.point import OTHERS, OUTPUTS, Point
 from cranktrain.studies.tradeoff.store import PointStore, digest
@@ -111,7 +112,7 @@ def _started(case: Case, say: Progress) -> Simulation:
     if case.coupled_deg is not None:
         settings = replace(settings, gas_source="input")
     body = running_crank(case.engine, settings, case.cutoff_hz, say)
-    parts = level_parts(case.engine, case.levels, case.table, say)
+    parts = level_parts(case.engine, case.levels, say, case.table)
     gas = None if case.trace_deg is None else sampled_trace(case.engine, case.trace_deg, case.trace_rule)
     simulation = Simulation(case.engine, body, settings, gas, parts)
     simulation.inputs[0] = case.speed
