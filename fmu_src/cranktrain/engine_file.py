@@ -87,10 +87,14 @@ UNITS: dict[str, tuple[str, float, float]] = {
 }
 
 
+def engine_folder() -> Path:
+    """Folder of the engines that ship with the package."""
+    return Path(str(resources.files("cranktrain") / "engines"))
+
+
 def engine_names() -> list[str]:
     """Names of the engines that ship with the package."""
-    folder = resources.files("cranktrain") / "engines"
-    return sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
+    return sorted(path.stem for path in engine_folder().glob("*.toml"))
 
 
 def engine_path(name_or_path: str | Path) -> Path:
@@ -105,7 +109,7 @@ def engine_path(name_or_path: str | Path) -> Path:
         raise InputError(
             f"unknown engine '{text}': {nearest(text, engine_names())} (or give the path of a .toml engine file)"
         )
-    return Path(str(resources.files("cranktrain") / "engines" / f"{text}.toml"))
+    return engine_folder() / f"{text}.toml"
 
 
 def read_engine(name_or_path: str | Path) -> Engine:

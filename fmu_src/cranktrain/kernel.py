@@ -4,9 +4,10 @@ A kernel must also compile ahead of time into a library without Python: the call
 no exceptions (integer status codes), no ``reshape``, no global mutable state, no parallel loops. Compiling without
 numba's run-time (``_nrt=False``) holds kernels to that: one that would allocate does not compile.
 
-Compiled kernels are kept in the user's cache under a digest of all sources that can reach one: numba itself looks only
-at a kernel's own file, and would run a stale copy of what that kernel calls. For the same reason they are not kept at
-all where the cache cannot be written; numba would then put them beside the sources.
+Compiled kernels are kept in the user's cache under a digest of the sources that can reach them, those that their file
+imports: numba itself looks only at a kernel's own file, and would run a stale copy of what that kernel calls. So an
+edit compiles anew what rests on it and nothing else. They are not kept at all where the cache cannot be written; numba
+would then put them beside the sources.
 
 Numba compiles a kernel together with all that it calls, once more at every level above. Large force laws of which a run
 needs one at most are therefore called at their address, as C would call them: each is compiled by itself, and only
@@ -18,7 +19,7 @@ from __future__ import annotations
 import tempfile
 import weakref
 from collections.abc import Callable
-from hashlib import sha256
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -29,25 +30,13 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from cranktrain.cache import cache_folder
+from cranktrain.sources import source_digest
 
-BELOW = ("damper_check", "engine", "engine_parts", "errors", "kernel", "lubricant", "reduced_body", "roller_bearing")
-"""Modules of the package itself that films, loads and dynamics import."""
-
-
-def source_digest() -> str:
-    """Digest of all sources that can reach a kernel: what was computed by others is computed anew."""
-    root = Path(__file__).parent
-    digest = sha256()
-    folders = [p for part in ("film", "loads", "dynamics") for p in (root / part).glob("*.py")]
-    below = [root / f"{name}.py" for name in BELOW]
-    for path in sorted([p for p in below if p.is_file()] + folders):
-        digest.update(path.name.encode() + path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def _kernel_folder() -> str:
-    """Folder for the compiled kernels of these sources; empty where it cannot be written."""
-    folder = cache_folder() / "kernels" / source_digest()
+@cache
+def _kernel_folder(file: str) -> str:
+    """Folder for the compiled kernels of a source file; empty where it cannot be written."""
+    source = Path(file)
+    folder = cache_folder() / "kernels" / f"{source.stem}-{source_digest(source)}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
@@ -56,7 +45,6 @@ def _kernel_folder() -> str:
     return str(folder)
 
 
-_KERNELS = _kernel_folder()
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": False, "boundscheck": False, "_nrt": False}
 
 
@@ -71,10 +59,11 @@ def law_kernel(function: Callable[..., Any]) -> Any:
 
 
 def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+    folder = _kernel_folder(function.__code__.co_filename)
     kept = getattr(config, "CACHE_DIR", "")
-    setattr(config, "CACHE_DIR", _KERNELS)  # noqa: B010 - numba makes its settings at run time, unknown to a type checker
+    setattr(config, "CACHE_DIR", folder)  # noqa: B010 - numba makes its settings at run time, unknown to a type checker
     try:
-        return njit(cache=bool(_KERNELS), **_OPTIONS, **options)(function)
+        return njit(cache=bool(folder), **_OPTIONS, **options)(function)
     finally:
         setattr(config, "CACHE_DIR", kept)  # noqa: B010
 

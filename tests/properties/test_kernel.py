@@ -1,7 +1,7 @@
 """Compiled kernels: kept where the user's cache is, found again, never stale, never needed."""
 
+import inspect
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 
 import cranktrain
-from cranktrain.kernel import BELOW
+from cranktrain.sources import rests_on
+from cranktrain.studies.stability import oil_whirl
+from cranktrain.studies.tradeoff import measure
 
 SOURCES = Path(cranktrain.__file__).parent
 RUN = "from cranktrain.lubricant import vogel_viscosity\nprint(vogel_viscosity(350.0, 1e-4, 800.0, 180.0))"
@@ -65,11 +67,33 @@ def test_kernel_is_compiled_anew_when_a_constant_it_takes_from_another_module_ch
     assert run(install, tmp_path / "cache", text) == 2.0
 
 
-def test_digest_of_the_sources_covers_all_that_a_kernel_s_module_imports():
-    imported = {
-        name
-        for folder in ("film", "loads", "dynamics")
-        for path in (SOURCES / folder).glob("*.py")
-        for name in re.findall(r"(?m)^from cranktrain\.([a-z_]+) import", path.read_text())
-    }
-    assert imported <= set(BELOW)
+def test_a_kernel_rests_on_what_its_file_imports_wherever_that_lies(install, tmp_path):
+    """Files that move to another folder keep no stale kernel, and an edit elsewhere compiles nothing anew."""
+    loads = install / "cranktrain" / "loads"
+    (loads / "inner" / "deep").mkdir(parents=True)
+    for folder in (loads / "inner", loads / "inner" / "deep"):
+        (folder / "__init__.py").write_text('"""Folder."""\n')
+    (loads / "inner" / "deep" / "given.py").write_text("VALUE = 1.0\n")
+    taker = "from cranktrain.kernel import kernel\nfrom {} import VALUE\n\n\n@kernel\ndef taken():\n    return VALUE\n"
+    (loads / "taker.py").write_text(taker.format("cranktrain.loads.inner.deep.given"))
+    text = "from cranktrain.loads.taker import taken\nprint(taken())"
+    assert run(install, tmp_path / "cache", text) == 1.0
+    (loads / "inner" / "deep" / "given.py").write_text("VALUE = 2.0\n")
+    assert run(install, tmp_path / "cache", text) == 2.0
+    before = kept(tmp_path)
+    (loads / "other.py").write_text("VALUE = 5.0\n")
+    assert run(install, tmp_path / "cache", text) == 2.0
+    assert kept(tmp_path) == before
+    (loads / "inner" / "deep" / "given.py").rename(loads / "inner" / "given.py")
+    (loads / "taker.py").write_text(taker.format("cranktrain.loads.inner.given"))
+    (loads / "inner" / "given.py").write_text("VALUE = 3.0\n")
+    assert run(install, tmp_path / "cache", text) == 3.0
+
+
+def test_kept_maps_and_points_rest_on_all_that_their_modules_import():
+    """In whatever folder: the digests of the studies follow imports, those inside functions as well."""
+    maps = {path.name for path in rests_on(Path(inspect.getfile(oil_whirl)), deferred=True)}
+    assert {"oil_whirl.py", "integrators.py", "impedance.py", "stability_map.py"} <= maps
+    assert not {"draw.py", "cold_start.py", "kept_maps.py"} & maps
+    points = {path.name for path in rests_on(Path(inspect.getfile(measure)), deferred=True)}
+    assert {"measure.py", "first_order.py", "fixed_step.py", "case.py", "other_solvers.py", "beam.py"} <= points

@@ -1,10 +1,11 @@
 """Maps computed once and kept: an interrupted run goes on with those that are missing.
 
-A kept map belongs to the code that made it: its digest covers the running model, the engines and the studies here.
+A kept map belongs to the code that made it: its digest covers all that its module imports, and the shipped engines.
 """
 
 from __future__ import annotations
 
+import inspect
 import json
 import multiprocessing
 import os
@@ -19,7 +20,9 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain.cache import cache_folder
+from cranktrain.engine_file import engine_folder
 from cranktrain.errors import StoreError
+from cranktrain.sources import source_digest
 from cranktrain.studies.stability import MAPS
 from cranktrain.studies.stability.stability_map import StabilityMap, as_record, from_record
 
@@ -67,28 +70,18 @@ def maps(
         yield from_record(name, record), seconds
 
 
-def source_digest(name: str) -> str:
-    """Digest of all that a map can depend on: the package's sources and engines, less other maps and the drawing.
-
-    Maps do not import each other; what they share stands in modules of its own.
-    """
-    root = Path(__file__).parents[2]
-    digest = sha256(str(SCHEMA).encode())
-    others = [f"{other}.py" for other in MAPS if other != name]
-    for part in (".", "film", "loads", "dynamics", "structure", "engines", "studies/stability"):
-        for path in sorted((root / part).glob("*")):
-            beside = path.name in (*_BESIDE, *others) or path.name.endswith("_command.py")
-            if path.suffix in (".py", ".toml") and not beside:
-                digest.update(path.name.encode() + path.read_bytes())
+def map_digest(name: str) -> str:
+    """Digest of all that a map can depend on: the sources that its computation rests on, and the shipped engines."""
+    own = Path(__file__).with_name(f"{name}.py")
+    file = own if own.is_file() else Path(inspect.getfile(MAPS[name]))
+    digest = sha256(f"{SCHEMA} {source_digest(file, deferred=True)}".encode())
+    for path in sorted(engine_folder().glob("*.toml")):
+        digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()[:16]
 
 
-_BESIDE = ("draw.py", "page.py", "kept_maps.py", "cli.py", "console.py", "__main__.py")
-"""Files that no map depends on."""
-
-
 def _path(name: str, quick: bool) -> Path:
-    return cache_folder() / "stability" / f"{name}-{'quick' if quick else 'full'}-{source_digest(name)}.json"
+    return cache_folder() / "stability" / f"{name}-{'quick' if quick else 'full'}-{map_digest(name)}.json"
 
 
 def _read(name: str, path: Path) -> StabilityMap | None:

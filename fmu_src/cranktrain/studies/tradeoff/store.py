@@ -1,7 +1,7 @@
 """What was measured, kept in the user's cache: an interrupted study goes on, and planning reads its figures.
 
 Points are lines of JSON, the last one of a key counts; recorded references lie beside them as files of arrays. A key is
-a digest of the case, which holds the engine, and of the sources of the running model.
+a digest of the case, which holds the engine, and of the sources that the measuring rests on.
 """
 
 from __future__ import annotations
@@ -18,12 +18,8 @@ from typing import Any
 import numpy as np
 
 from cranktrain.cache import cache_folder
-from cranktrain.kernel import source_digest
 from cranktrain.reduced_body import Array
-
-OWN_SOURCES = ("../first_order.py", "../fixed_step.py", "case.py", "measure.py", "level_bodies.py", "other_solvers.py")
-"""What of the study itself decides a point, beside the running model."""
-
+from cranktrain.sources import source_digest
 
 class PointStore:
     """Measured points and recorded references by key; one that cannot be written keeps them for this process only."""
@@ -93,12 +89,8 @@ def digest(*parts: Any) -> str:
 
 @cache
 def sources() -> str:
-    """Digest of the sources of the running model and of the solvers that the study adds."""
-    own = Path(__file__).parent
-    total = sha256(source_digest().encode())
-    for name in OWN_SOURCES:
-        total.update((own / name).read_bytes())
-    return total.hexdigest()
+    """Digest of the sources that decide a point: those that the measuring rests on."""
+    return source_digest(Path(__file__).with_name("measure.py"), deferred=True)
 
 
 def _plain(value: Any) -> Any:
