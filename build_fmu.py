@@ -31,15 +31,17 @@ DESCRIPTION = ROOT / "modelDescription"
 if str(SOURCES) not in sys.path:
     sys.path.insert(0, str(SOURCES))
 
-from cranktrain import __version__, flat  # noqa: E402
-from cranktrain.engine import Engine, load_engine  # noqa: E402
-from cranktrain.errors import CranktrainError, InputError  # noqa: E402
-from cranktrain.film.elastic_law import SHAPES  # noqa: E402
-from cranktrain.fmi_description import Interface, Variable, complete, expand, plain, read_interface, variable_table  # noqa: E402
-from cranktrain.reduced_body import ReducedBody  # noqa: E402
-from cranktrain.scene import Scene, load_scene  # noqa: E402
+from cranktrain import __version__  # noqa: E402
+from cranktrain.core.errors import CranktrainError, InputError  # noqa: E402
+from cranktrain.core.reduced_body import ReducedBody  # noqa: E402
+from cranktrain.engine.file import load_engine  # noqa: E402
+from cranktrain.engine.model import Engine  # noqa: E402
+from cranktrain.film.laws.ehd import SHAPES  # noqa: E402
+from cranktrain.fmu import flat  # noqa: E402
+from cranktrain.fmu.description import Interface, Variable, complete, expand, plain, read_interface, variable_table  # noqa: E402
+from cranktrain.studies.scene import Scene, load_scene  # noqa: E402
 
-RUNNING = ("cranktrain.dynamics.simulation", "cranktrain.flat")
+RUNNING = ("cranktrain.dynamics.simulation", "cranktrain.fmu.flat")
 FOREIGN = {"numpy", "numba", "llvmlite"} | set(sys.stdlib_module_names)
 PLATFORMS = ("linux64", "win64")
 
@@ -102,7 +104,7 @@ def _say(text: str) -> None:
 
 def reduced_body(engine: Engine, say: Callable[[str], None]) -> ReducedBody:
     """Reduced crankshaft with flywheel and pulley, cut down to what the running model carries."""
-    from cranktrain.structure.reduction import running_body
+    from cranktrain.structure.crank.reduction import running_body
 
     say(f"{engine.name}: reduced crankshaft")
     return running_body(engine, progress=say)
@@ -111,8 +113,8 @@ def reduced_body(engine: Engine, say: Callable[[str], None]) -> ReducedBody:
 def structure_data(engine: Engine, say: Callable[[str], None]) -> dict[str, Any]:
     """Block, and crankshaft with the damper's housing, where the engine has them."""
     from cranktrain.loads.damper import with_damper_housing
-    from cranktrain.structure.block import running_block
-    from cranktrain.structure.reduction import running_body
+    from cranktrain.structure.block.reduction import running_block
+    from cranktrain.structure.crank.reduction import running_body
 
     data: dict[str, Any] = {}
     if engine.block is not None and engine.mounts is not None:
@@ -128,10 +130,10 @@ def film_data(engine: Engine, table: bool, say: Callable[[str], None]) -> dict[s
 
     On ground the bore is a saddle's, which moves as a whole; in a flexible block it is the block's own.
     """
-    from cranktrain.film.database import TableSettings
-    from cranktrain.film_table import film_table
-    from cranktrain.structure.block_bore import block_bore_compliance
-    from cranktrain.structure.saddle import bore_compliance
+    from cranktrain.film.table.database import TableSettings
+    from cranktrain.store.film_tables import film_table
+    from cranktrain.structure.block.bore import block_bore_compliance
+    from cranktrain.structure.block.saddle import bore_compliance
 
     if engine.main_roller is not None:
         return {}
@@ -168,8 +170,8 @@ def is_scene(name: str) -> bool:
 
 def build_scene(scene: Scene, folder: Path, say: Callable[[str], None]) -> Path:
     """Plan a scene and write its FMU into ``folder``; returns its path. Says what it carries and how large it is."""
-    from cranktrain.reduced_body import rigid
-    from cranktrain.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
+    from cranktrain.core.reduced_body import rigid
+    from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
     from cranktrain.studies.planning.planning import plan
     from cranktrain.studies.planning.scene_model import SceneModel
 

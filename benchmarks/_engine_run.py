@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.engine import Engine, load_engine
-from cranktrain.reduced_body import ReducedBody
-from cranktrain.structure.reduction import running_body
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.structure.crank.reduction import running_body
 
 SPEED = 2000.0 * math.pi / 30.0
 

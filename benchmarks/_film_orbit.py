@@ -19,18 +19,20 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from cranktrain.core.kernel import keep_record, kernel_address
+from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation
-from cranktrain.engine import Engine
-from cranktrain.film.bore_compliance import BoreCompliance
-from cranktrain.film.database import FilmTable
-from cranktrain.film.elastic_grid import ElasticGrid
-from cranktrain.film.elastic_law import IN_LOOP as ELASTIC_IN_LOOP
-from cranktrain.film.elastic_law import elastic_bore, elastic_law, film_size
-from cranktrain.film.journal_grid import cold_start, journal_grid, journal_work
-from cranktrain.film.laws import bearing_force, bearing_parameters
-from cranktrain.film.rigid_bore import IN_LOOP as RIGID_IN_LOOP
-from cranktrain.film.rigid_bore import reynolds_law, rigid_bore, table_law
-from cranktrain.film.tilted import (
+from cranktrain.engine.lubricant import oil_temperature, viscosity
+from cranktrain.engine.model import Engine
+from cranktrain.film.elastic.bore_compliance import BoreCompliance
+from cranktrain.film.elastic.grid import ElasticGrid
+from cranktrain.film.journal.grid import cold_start, journal_grid, journal_work
+from cranktrain.film.laws.ehd import IN_LOOP as ELASTIC_IN_LOOP
+from cranktrain.film.laws.ehd import elastic_bore, elastic_law, film_size
+from cranktrain.film.laws.register import bearing_force, bearing_parameters
+from cranktrain.film.laws.rigid_bore import IN_LOOP as RIGID_IN_LOOP
+from cranktrain.film.laws.rigid_bore import reynolds_law, rigid_bore, table_law
+from cranktrain.film.laws.tilted import (
     CLOSE_STAGE,
     CLOSE_STEP,
     COS,
@@ -47,9 +49,7 @@ from cranktrain.film.tilted import (
     film_call,
     no_films,
 )
-from cranktrain.kernel import keep_record, kernel_address
-from cranktrain.lubricant import oil_temperature, viscosity
-from cranktrain.reduced_body import ReducedBody
+from cranktrain.film.table.database import FilmTable
 
 Array = NDArray[np.float64]
 kernel: Any = njit(error_model="numpy")

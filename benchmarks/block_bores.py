@@ -14,10 +14,10 @@ import json
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.engine import load_engine
-from cranktrain.film.bore_compliance import LOBE, BoreCompliance
-from cranktrain.structure.block_bore import block_bore_compliance
-from cranktrain.structure.saddle import bore_compliance
+from cranktrain.engine.file import load_engine
+from cranktrain.film.elastic.bore_compliance import LOBE, BoreCompliance
+from cranktrain.structure.block.bore import block_bore_compliance
+from cranktrain.structure.block.saddle import bore_compliance
 
 Array = NDArray[np.float64]
 # Beyond these the displacement under a film does not change in the third digit.

@@ -17,10 +17,11 @@ import numpy as np
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
-from cranktrain.engine import Engine, load_engine
-from cranktrain.engine_parts import LumpedInertia
-from cranktrain.structure.modal import cranktrain_modes, first_axial, free_modes, torsional_frequencies
-from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import LumpedInertia
+from cranktrain.structure.crank.modal import cranktrain_modes, first_axial, free_modes, torsional_frequencies
+from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
 
 FLYWHEEL_WIDTH = 0.06
 PULLEY_WIDTH = 0.06

@@ -18,11 +18,12 @@ import numpy as np
 from scipy.optimize import brentq
 from threadpoolctl import threadpool_limits
 
-from cranktrain.engine import Engine, load_engine
-from cranktrain.engine_parts import LumpedInertia, RollerBearings
-from cranktrain.reduced_body import ReducedBody
-from cranktrain.structure.modal import cranktrain_modes
-from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import LumpedInertia, RollerBearings
+from cranktrain.structure.crank.modal import cranktrain_modes
+from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
 
 PULLEY_WIDTH = 0.06
 PULLEY_GYRATION = 0.1

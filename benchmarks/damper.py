@@ -15,13 +15,14 @@ import sys
 
 import numpy as np
 
+from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.simulation import Settings, simulate
-from cranktrain.engine import Engine, load_engine
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import damper_parameters, damper_temperature, required_damper, with_damper_housing
-from cranktrain.reduced_body import ReducedBody
-from cranktrain.structure.modal import cranktrain_modes, torsional_frequencies
-from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft, running_body
-from cranktrain.studies.forced_torsion import Ring, forced_torsion, order_peak
+from cranktrain.structure.crank.modal import cranktrain_modes, torsional_frequencies
+from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body
+from cranktrain.studies.torsion.forced_torsion import Ring, forced_torsion, order_peak
 
 RPM = math.pi / 30.0
 BAND = 0.65, 1.1

@@ -22,12 +22,12 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from cranktrain.dynamics.integrator_tables import INTEGRATORS
-from cranktrain.dynamics.model import Settings, resolved
+from cranktrain.assembly import level_parts
+from cranktrain.dynamics.model.arrays import Settings, resolved
 from cranktrain.dynamics.simulation import fitted_engine, simulate
-from cranktrain.engine import load_engine
-from cranktrain.level_parts import level_parts
-from cranktrain.structure.crank_level import crank_body
+from cranktrain.dynamics.time.integrator_tables import INTEGRATORS
+from cranktrain.engine.file import load_engine
+from cranktrain.structure.crank.level import crank_body
 
 SPEED = 2000.0 * math.pi / 30.0
 SAY = Console(stderr=True).print

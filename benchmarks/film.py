@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from cranktrain.engine import load_engine
-from cranktrain.film.impedance import impedance_map, journal_force
-from cranktrain.film.laws import bearing_parameters
-from cranktrain.film.parabolic import WORK_SIZE, film_force, node_table
-from cranktrain.film.parameters import CLEARANCE, CONTACT_LOAD, FACTOR, KAPPA2
-from cranktrain.lubricant import oil_temperature, viscosity
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.lubricant import oil_temperature, viscosity
+from cranktrain.film.laws.impedance import impedance_map, journal_force
+from cranktrain.film.laws.parabolic import WORK_SIZE, film_force, node_table
+from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_LOAD, FACTOR, KAPPA2
+from cranktrain.film.laws.register import bearing_parameters
 
 SPEED = 2000.0 * math.pi / 30.0
 COUNT, REPEATS = 4000, 15

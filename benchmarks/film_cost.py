@@ -42,21 +42,21 @@ from _film_orbit import (
 )
 from _film_share import FilmTimer
 
+from cranktrain.core.reduced_body import truncate
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.engine import Engine
-from cranktrain.film.bore_compliance import BoreCompliance
-from cranktrain.film.database import FilmTable, TableSettings
-from cranktrain.film.elastic_grid import ElasticGrid
-from cranktrain.film.elastic_law import IN_LOOP as ELASTIC_IN_LOOP
-from cranktrain.film.elastic_law import SHAPES
-from cranktrain.film.impedance import impedance_map
-from cranktrain.film.laws import bearing_parameters
-from cranktrain.film.parameters import KAPPA2
-from cranktrain.film.rigid_bore import IN_LOOP as RIGID_IN_LOOP
-from cranktrain.film_table import film_table
-from cranktrain.reduced_body import truncate
-from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft, running_loads
-from cranktrain.structure.saddle import bore_compliance
+from cranktrain.engine.model import Engine
+from cranktrain.film.elastic.bore_compliance import BoreCompliance
+from cranktrain.film.elastic.grid import ElasticGrid
+from cranktrain.film.laws.ehd import IN_LOOP as ELASTIC_IN_LOOP
+from cranktrain.film.laws.ehd import SHAPES
+from cranktrain.film.laws.impedance import impedance_map
+from cranktrain.film.laws.parameters import KAPPA2
+from cranktrain.film.laws.register import bearing_parameters
+from cranktrain.film.laws.rigid_bore import IN_LOOP as RIGID_IN_LOOP
+from cranktrain.film.table.database import FilmTable, TableSettings
+from cranktrain.store.film_tables import film_table
+from cranktrain.structure.block.saddle import bore_compliance
+from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_loads
 
 OUT = Path(__file__).resolve().parents[1] / "out"
 JOURNAL = 1

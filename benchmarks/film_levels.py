@@ -20,12 +20,12 @@ import numpy as np
 from _engine_run import SPEED, engine_and_body
 
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation
-from cranktrain.film import tilted_levels
-from cranktrain.film.database import TableSettings
-from cranktrain.film.elastic_grid import ElasticGrid
-from cranktrain.film.elastic_law import IN_LOOP, SHAPES, elastic_bore
-from cranktrain.film_table import film_table
-from cranktrain.structure.saddle import bore_compliance
+from cranktrain.film.elastic.grid import ElasticGrid
+from cranktrain.film.laws.ehd import IN_LOOP, SHAPES, elastic_bore
+from cranktrain.film.laws.register import tilted_levels
+from cranktrain.film.table.database import TableSettings
+from cranktrain.store.film_tables import film_table
+from cranktrain.structure.block.saddle import bore_compliance
 
 CYCLES, PER_CYCLE = 2, 288
 FINE: dict[str, Any] = {

@@ -21,16 +21,16 @@ from _engine_run import engine_and_body
 from numba import njit
 from numpy.typing import NDArray
 
-from cranktrain.dynamics.model import Settings
+from cranktrain.dynamics.model.arrays import Settings
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.film.aligned_law import aligned_force
-from cranktrain.film.database import ALIGNED_GRID, TILT_GRIDS, FilmTable, TableSettings, table_grid
-from cranktrain.film.journal import OUT_SIZE, journal_film
-from cranktrain.film.journal_grid import JournalGrid, cold_start, journal_grid, journal_work
-from cranktrain.film.laws import CLEARANCE
-from cranktrain.film.table_family import turning
-from cranktrain.film.table_law import SHARE_MARGIN, TABLE, table_force, table_work
-from cranktrain.film_table import film_table
+from cranktrain.film.journal.film import OUT_SIZE, journal_film
+from cranktrain.film.journal.grid import JournalGrid, cold_start, journal_grid, journal_work
+from cranktrain.film.laws.register import CLEARANCE
+from cranktrain.film.table.aligned import aligned_force
+from cranktrain.film.table.database import ALIGNED_GRID, TILT_GRIDS, FilmTable, TableSettings, table_grid
+from cranktrain.film.table.family import turning
+from cranktrain.film.table.law import SHARE_MARGIN, TABLE, table_force, table_work
+from cranktrain.store.film_tables import film_table
 
 Array = NDArray[np.float64]
 kernel: Any = njit(error_model="numpy")

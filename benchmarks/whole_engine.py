@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.dynamics.model import Parts, Settings
+from cranktrain.assembly import level_parts
+from cranktrain.dynamics.model.arrays import Parts, Settings
 from cranktrain.dynamics.simulation import Result, Simulation, communication_step, fitted_engine, simulate
-from cranktrain.engine import load_engine
-from cranktrain.level_parts import level_parts
-from cranktrain.structure.reduction import running_body
+from cranktrain.engine.file import load_engine
+from cranktrain.structure.crank.reduction import running_body
 
 SPEED = 2000.0 * math.pi / 30.0
 ROUNDS = 9

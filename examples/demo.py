@@ -22,15 +22,16 @@ matplotlib.use("Agg")
 import fmpy
 import matplotlib.pyplot as plt
 
+from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.simulation import Settings
-from cranktrain.engine import Engine, load_engine
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.reduced_body import ReducedBody
 from cranktrain.results import plots
 from cranktrain.results.orders import last_cycle, order_spectrum
 from cranktrain.results.tables import frequency_tables
-from cranktrain.structure.modal import modal_report
-from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft, surface_shape
+from cranktrain.structure.crank.modal import modal_report
+from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, surface_shape
 
 ROOT = Path(__file__).resolve().parents[1]
 SPEED_RPM = 2000.0

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.engine import load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.results.tables import block_tables
-from cranktrain.structure.block import complete_block, reduced_block, running_block
-from cranktrain.structure.modal_block import block_report
-from cranktrain.structure.reduction import reduced_crankshaft
+from cranktrain.structure.block.modal import block_report
+from cranktrain.structure.block.reduction import complete_block, reduced_block, running_block
+from cranktrain.structure.crank.reduction import reduced_crankshaft
 
 INTRODUCTION = """# The flexible block
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cranktrain.engine import load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressure, spline_coefficients
 
 FOLDER = Path(__file__).resolve().parent

@@ -17,11 +17,11 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 from cranktrain.dynamics.simulation import Settings, simulate
-from cranktrain.engine import load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.plots import plot_pressure
 from cranktrain.results.summary import run_summary
-from cranktrain.structure.reduction import running_body
+from cranktrain.structure.crank.reduction import running_body
 
 ENGINE = "diesel_i6"
 SPEED_RPM = 2000.0

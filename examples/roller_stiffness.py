@@ -13,10 +13,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from cranktrain.engine_parts import Material
-from cranktrain.film.roller import LoadedBearing, equilibrium, many_rollers, roller_slices, slice_stiffness
-from cranktrain.roller_bearing import RollerBearing, iso_profile
-from cranktrain.structure.roller_ring import RollerRing, elastic_ring_stiffness, ring_compliance, ring_for
+from cranktrain.engine.parts import Material
+from cranktrain.engine.roller_bearing import RollerBearing, iso_profile
+from cranktrain.film.laws.roller_contacts import (
+    LoadedBearing,
+    equilibrium,
+    many_rollers,
+    roller_slices,
+    slice_stiffness,
+)
+from cranktrain.structure.block.roller_ring import RollerRing, elastic_ring_stiffness, ring_compliance, ring_for
 
 MAIN = RollerBearing(22, 28e-3, 20e-3, 170e-3, 60e-6)
 FLYWHEEL_SIDE = RollerBearing(26, 24e-3, 16e-3, 166e-3, 60e-6)

@@ -17,10 +17,11 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 
+from cranktrain.dynamics.model.state import POSITION, offset
 from cranktrain.dynamics.simulation import Settings, Simulation
-from cranktrain.dynamics.state import POSITION, offset
-from cranktrain.engine import Engine, load_engine
-from cranktrain.structure.reduction import running_body
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.structure.crank.reduction import running_body
 
 ENGINE = "diesel_i6"
 SPEED_RPM = 1000.0

@@ -6,7 +6,7 @@ would get wrong, and what is done here about it:
 
 * modules are imported by bare name: slave and package carry digests in their names, so FMUs share nothing by chance;
 * the extraction folder is new each time, and numba's cache goes by the place of the sources: the package is imported
-  from a folder of the user's cache (``cranktrain/cache.py`` says where), written once and verified at each start;
+  from a folder of the user's cache (``cranktrain/core/cache.py`` says where), written once and verified at each start;
 * this module is executed at every instantiation and drops a reference on its globals: it is light, and takes one back;
 * an exception costs instance, class and message list a reference each: they are given one more beforehand, so the
   instance outlives its error with its state at the last good time;
@@ -46,7 +46,7 @@ _libraries: dict = {}
 
 def _cached_copy(source: Path) -> Path:
     """Copy of the package in the user's cache; ``source`` itself where the cache cannot be written."""
-    target = runpy.run_path(str(source / "cache.py"))["cache_folder"]() / "fmu" / source.name
+    target = runpy.run_path(str(source / "core" / "cache.py"))["cache_folder"]() / "fmu" / source.name
     try:
         for file in sorted(source.rglob("*.py")):
             content, copy = file.read_bytes(), target / file.relative_to(source)

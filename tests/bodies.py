@@ -5,8 +5,8 @@ from functools import cache
 
 import numpy as np
 
-from cranktrain.engine import load_engine
-from cranktrain.reduced_body import ReducedBody, check
+from cranktrain.core.reduced_body import ReducedBody, check
+from cranktrain.engine.file import load_engine
 
 COARSE = 0.025  # m, the mesh of tests/fmu: the tests share its cached crankshaft
 
@@ -14,7 +14,7 @@ COARSE = 0.025  # m, the mesh of tests/fmu: the tests share its cached crankshaf
 @cache
 def six():
     """The default engine and its running body, from a coarse mesh."""
-    from cranktrain.structure.reduction import running_body
+    from cranktrain.structure.crank.reduction import running_body
 
     engine = load_engine("diesel_i6")
     engine = replace(engine, crankshaft=replace(engine.crankshaft, mesh_size=COARSE))

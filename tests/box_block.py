@@ -9,9 +9,9 @@ from itertools import product
 import numpy as np
 from scipy.linalg import eigh
 
-from cranktrain.reduced_body import ReducedBody, check, rigid_modes
-from cranktrain.structure.block_mesh import interface_places
-from cranktrain.structure.block_shape import block_plan
+from cranktrain.core.reduced_body import ReducedBody, check, rigid_modes
+from cranktrain.structure.block.mesh import interface_places
+from cranktrain.structure.block.shape import block_plan
 
 DEGREE = 3
 DENSITY = 1500.0

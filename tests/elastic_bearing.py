@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cranktrain.film.elastic_grid import DAMPING, FORCE, OUT_SIZE, STIFFNESS
-from cranktrain.film.elastohydrodynamic import CONVERGED, elastic_film
+from cranktrain.film.elastic.film import CONVERGED, elastic_film
+from cranktrain.film.elastic.grid import DAMPING, FORCE, OUT_SIZE, STIFFNESS
 
 DIAMETER, WIDTH, CLEARANCE, VISCOSITY, SPEED = 0.085, 0.030, 40e-6, 0.0143, 209.4
 COMPLIANCE = np.array([0.6, 0.6, 0.2, 0.24, 0.24, 0.24, 0.24, 0.15, 0.15, 0.12, 0.12]) * 1e-9

@@ -6,13 +6,13 @@ from functools import cache
 
 import numpy as np
 
-from cranktrain.film.database import TableSettings, table_grid
-from cranktrain.film.journal import OUT_SIZE, journal_film
-from cranktrain.film.journal_grid import cold_start, journal_work
-from cranktrain.film.table_family import CENTRED_TURN
-from cranktrain.film.table_interpolation import TILT_STRETCH
-from cranktrain.film.table_law import table_force, table_work
-from cranktrain.film_table import film_table
+from cranktrain.film.journal.film import OUT_SIZE, journal_film
+from cranktrain.film.journal.grid import cold_start, journal_work
+from cranktrain.film.table.database import TableSettings, table_grid
+from cranktrain.film.table.family import CENTRED_TURN
+from cranktrain.film.table.interpolation import TILT_STRETCH
+from cranktrain.film.table.law import table_force, table_work
+from cranktrain.store.film_tables import film_table
 
 RATIO = 0.35
 SETTINGS = TableSettings(RATIO, resolution="coarse")

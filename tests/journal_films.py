@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cranktrain.film.journal import DAMPING, OUT_SIZE, STIFFNESS, journal_film
-from cranktrain.film.journal_grid import cold_start, journal_grid, journal_work
+from cranktrain.film.journal.film import DAMPING, OUT_SIZE, STIFFNESS, journal_film
+from cranktrain.film.journal.grid import cold_start, journal_grid, journal_work
 
 
 class Film(NamedTuple):

@@ -7,8 +7,8 @@ numbers stand for vectors across the axis.
 
 import numpy as np
 
-from cranktrain.dynamics.state import offset
-from cranktrain.reduced_body import rigid_coordinates
+from cranktrain.core.reduced_body import rigid_coordinates
+from cranktrain.dynamics.model.state import offset
 
 SPAN = 2e-5  # s between the points of the difference: its own error and that of rounding are far below 1e-9
 WEIGHTS = {-3: -1 / 60, -2: 9 / 60, -1: -45 / 60, 1: 45 / 60, 2: -9 / 60, 3: 1 / 60}

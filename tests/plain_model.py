@@ -7,13 +7,13 @@ tests of their own; their kernels are called. Angles rad, SI.
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from cranktrain.dynamics.model import Settings
-from cranktrain.film.impedance import impedance_map, journal_force
-from cranktrain.film.parabolic import film_geometry, friction_torque
-from cranktrain.film.thrust import thrust_force, thrust_parameters
+from cranktrain.core.reduced_body import rigid
+from cranktrain.dynamics.model.arrays import Settings
+from cranktrain.engine.lubricant import oil_temperature, viscosity
+from cranktrain.film.laws.impedance import impedance_map, journal_force
+from cranktrain.film.laws.parabolic import film_geometry, friction_torque
+from cranktrain.film.laws.thrust import thrust_force, thrust_parameters
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.lubricant import oil_temperature, viscosity
-from cranktrain.reduced_body import rigid
 
 RECENTRING_REVOLUTIONS = 2.0
 

@@ -9,7 +9,7 @@ from functools import cache
 from bodies import rigid_crank
 
 from cranktrain.dynamics.simulation import Settings, Simulation
-from cranktrain.engine import load_engine
+from cranktrain.engine.file import load_engine
 
 SPEED, C, NOTHING = 200.0, 4e-5, 1e-7
 

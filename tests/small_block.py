@@ -3,7 +3,7 @@
 from dataclasses import replace
 from functools import cache
 
-from cranktrain.engine import load_engine
+from cranktrain.engine.file import load_engine
 
 
 @cache

@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 from scipy.sparse.linalg import LinearOperator, eigsh
 from skfem import MeshTet1, MeshTet2, MeshTri
 
-from cranktrain.engine_parts import Material
-from cranktrain.structure.elasticity import factorise
+from cranktrain.engine.parts import Material
+from cranktrain.structure.fem.elasticity import factorise
 
 STEEL = Material(youngs_modulus=210e9, poisson_ratio=0.3, density=7850.0)
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cranktrain.dynamics.ports import cylinder_axes
-from cranktrain.reduced_body import ReducedBody, check, rigid_modes
+from cranktrain.core.reduced_body import ReducedBody, check, rigid_modes
+from cranktrain.dynamics.model.ports import cylinder_axes
 
 LINER_UPPER, LINER_LOWER, HEAD = 0.33, 0.16, 0.345  # m along the cylinder from the crank axis
 

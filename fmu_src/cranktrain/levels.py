@@ -16,8 +16,8 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from cranktrain.engine import Engine
-from cranktrain.errors import InputError, nearest
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.engine.model import Engine
 
 CRANKS = ("rigid", "torsional", "beam", "solid")
 """Crank levels from the lowest to the highest."""

@@ -9,10 +9,10 @@ from functools import cache
 import build_fmu
 from box_block import box_block
 
-from cranktrain.engine import load_engine
-from cranktrain.flat import FlatModel
+from cranktrain.engine.file import load_engine
+from cranktrain.fmu.flat import FlatModel
 from cranktrain.loads.damper import with_damper_housing
-from cranktrain.structure.reduction import running_body
+from cranktrain.structure.crank.reduction import running_body
 
 COARSE = {"diesel_i6": 0.025, "diesel_v8": 0.05}  # m; meshes of seconds
 

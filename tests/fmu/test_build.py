@@ -12,8 +12,8 @@ import pytest
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
-from cranktrain.errors import InputError
-from cranktrain.fmi_description import expand, read_interface
+from cranktrain.core.errors import InputError
+from cranktrain.fmu.description import expand, read_interface
 
 
 def test_fmpy_finds_no_problem(whole_fmu):
@@ -150,7 +150,7 @@ def test_unknown_engine_is_one_line_and_exit_code_2(tmp_path):
 def test_failed_build_leaves_no_file(engine, body, tmp_path):
     from dataclasses import replace
 
-    from cranktrain.errors import StoreError
+    from cranktrain.core.errors import StoreError
 
     broken = replace(body, omega=body.omega * float("nan"))
     with pytest.raises(StoreError, match="omega"):

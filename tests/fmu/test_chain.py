@@ -9,8 +9,7 @@ import sys
 import build_fmu
 import pytest
 
-from cranktrain.engine import load_engine
-from cranktrain.engine_file import engine_path
+from cranktrain.engine.file import engine_path, load_engine
 
 COARSER = {
     "diesel_i6": {"crankshaft": 25, "block": 70},

@@ -8,10 +8,10 @@ import pytest
 from coarse_engines import built, coarse
 
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation
-from cranktrain.film.database import TableSettings
-from cranktrain.film.elastic_law import SHAPES
-from cranktrain.film_table import film_table
-from cranktrain.structure.saddle import bore_compliance
+from cranktrain.film.laws.ehd import SHAPES
+from cranktrain.film.table.database import TableSettings
+from cranktrain.store.film_tables import film_table
+from cranktrain.structure.block.saddle import bore_compliance
 
 PARAMETERS = {
     "crank": "crank.level",

@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cranktrain import flat
-from cranktrain.errors import StoreError
-from cranktrain.film.bore_compliance import BoreCompliance
+from cranktrain.core.errors import StoreError
+from cranktrain.film.elastic.bore_compliance import BoreCompliance
+from cranktrain.fmu import flat
 
 
 def bore(seed, size):

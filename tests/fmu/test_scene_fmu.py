@@ -9,12 +9,12 @@ import pytest
 from coarse_engines import COARSE, coarse
 from fmpy import read_model_description
 
-from cranktrain import flat
 from cranktrain.dynamics.simulation import communication_step
-from cranktrain.engine_file import engine_path
-from cranktrain.scene import load_scene
+from cranktrain.engine.file import engine_path
+from cranktrain.fmu import flat
 from cranktrain.studies.planning.planning import plan
 from cranktrain.studies.planning.scene_model import SceneModel
+from cranktrain.studies.scene import load_scene
 
 SCENES = {
     "torsion": ("diesel_i6", 'outputs = ["pulley.torsion", "shaft.torque"]\ncrank = "torsional"\n'),

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from numpy import pi, sqrt
 
-from cranktrain.engine import load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.loads.slider_crank import rod_force
-from cranktrain.structure.crankshaft import pin_centre
+from cranktrain.structure.crank.shape import pin_centre
 
 EXPECTED = next(
     case["expected"]

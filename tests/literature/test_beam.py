@@ -11,13 +11,13 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from cranktrain.engine import load_engine
-from cranktrain.engine_parts import Material
-from cranktrain.reduced_body import attach, rigid_coordinates
-from cranktrain.structure.beam import beam_body
-from cranktrain.structure.frame import Frame, circular
-from cranktrain.structure.reduction import reduced_crankshaft
-from cranktrain.structure.web_member import web_flexibility
+from cranktrain.core.reduced_body import attach, rigid_coordinates
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.parts import Material
+from cranktrain.structure.crank.beam import beam_body
+from cranktrain.structure.crank.reduction import reduced_crankshaft
+from cranktrain.structure.crank.web_member import web_flexibility
+from cranktrain.structure.fem.frame import Frame, circular
 
 CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "rotor.json").read_text())}
 YOUNG, SHEAR, DENSITY = 211e9, 81.2e9, 7810.0

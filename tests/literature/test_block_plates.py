@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 from scipy.special import ivp, jvp, kvp, yvp
 from solids import frequencies, ring, timoshenko_free_free
 
-from cranktrain.engine_parts import Material
-from cranktrain.structure.elasticity import component_dofs, finite_elements
-from cranktrain.structure.mesh import NETGEN_EDGES, quadratic_mesh
+from cranktrain.engine.parts import Material
+from cranktrain.structure.fem.elasticity import component_dofs, finite_elements
+from cranktrain.structure.fem.mesh import NETGEN_EDGES, quadratic_mesh
 
 IRON = Material(youngs_modulus=120e9, poisson_ratio=0.26, density=7200.0)
 E, NU, RHO = IRON.youngs_modulus, IRON.poisson_ratio, IRON.density

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cranktrain.errors import InputError
-from cranktrain.studies.damper_optimum import (
+from cranktrain.core.errors import InputError
+from cranktrain.studies.torsion.damper_optimum import (
     HubModes,
     amplification,
     houdaille_optimum,

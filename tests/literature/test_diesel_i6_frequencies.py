@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from cranktrain.engine import load_engine
-from cranktrain.structure.modal import modal_report
-from cranktrain.structure.reduction import reduced_crankshaft, running_body, surface_shape
+from cranktrain.engine.file import load_engine
+from cranktrain.structure.crank.modal import modal_report
+from cranktrain.structure.crank.reduction import reduced_crankshaft, running_body, surface_shape
 
 pytestmark = pytest.mark.slow
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cranktrain.engine import load_engine
-from cranktrain.engine_parts import LumpedInertia
-from cranktrain.structure.crankshaft import pin_centre, stations
-from cranktrain.structure.mesh import interface_names
-from cranktrain.structure.modal import cranktrain_modes, modal_report
-from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft, running_body, running_loads
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.parts import LumpedInertia
+from cranktrain.structure.crank.modal import cranktrain_modes, modal_report
+from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body, running_loads
+from cranktrain.structure.crank.shape import pin_centre, stations
+from cranktrain.structure.fem.mesh import interface_names
 
 pytestmark = pytest.mark.slow
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from elastic_bearing import DIAMETER, VISCOSITY, Bearing
 
-from cranktrain.film.elastic_grid import ElasticGrid
+from cranktrain.film.elastic.grid import ElasticGrid
 
 DATA = Path(__file__).parents[1] / "data"
 STATIC = {case["id"]: case for case in json.loads((DATA / "bearing_static.json").read_text())}

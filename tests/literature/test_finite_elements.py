@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from solids import STEEL, block, frequencies, round_bar, timoshenko_free_free
 
-from cranktrain.engine_parts import Material
-from cranktrain.structure.elasticity import component_dofs, finite_elements
+from cranktrain.engine.parts import Material
+from cranktrain.structure.fem.elasticity import component_dofs, finite_elements
 
 RADIUS, LENGTH = 0.02, 0.6
 SHEAR_MODULUS = STEEL.youngs_modulus / (2 * (1 + STEEL.poisson_ratio))

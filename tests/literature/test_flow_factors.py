@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from cranktrain.errors import InputError
-from cranktrain.film.flow_factors import (
+from cranktrain.core.errors import InputError
+from cranktrain.film.reynolds.flow_factors import (
     PATTERNS,
     flow_factor_constants,
     mean_gap,

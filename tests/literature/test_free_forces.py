@@ -16,7 +16,7 @@ from bodies import rigid_crank
 from standing import rigid_block
 
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation, communication_step, simulate
-from cranktrain.engine import load_engine
+from cranktrain.engine.file import load_engine
 
 EXPECTED = next(
     case["expected"]

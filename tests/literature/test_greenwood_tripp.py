@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cranktrain.film.asperity import (
+from cranktrain.film.contact.asperity import (
     AREA,
     PRESSURE,
     contact_constants,

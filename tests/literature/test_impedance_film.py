@@ -13,7 +13,7 @@ import pytest
 from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import spsolve
 
-from cranktrain.film.parabolic import WORK_SIZE, film_force, node_table
+from cranktrain.film.laws.parabolic import WORK_SIZE, film_force, node_table
 
 DATA = Path(__file__).parents[1] / "data"
 STATIC = {case["id"]: case for case in json.loads((DATA / "bearing_static.json").read_text())}

@@ -14,9 +14,10 @@ import pytest
 from bodies import rigid_crank
 from scipy.linalg import block_diag
 
-from cranktrain.dynamics import state as layout
-from cranktrain.dynamics.integrator_tables import DIRK as RUNGE_KUTTA
-from cranktrain.dynamics.integrator_tables import (
+from cranktrain.dynamics.model.arrays import state as layout
+from cranktrain.dynamics.simulation import Settings, Simulation
+from cranktrain.dynamics.time.integrator_tables import DIRK as RUNGE_KUTTA
+from cranktrain.dynamics.time.integrator_tables import (
     EMBEDDED,
     INTEGRATORS,
     ORDERS,
@@ -25,10 +26,9 @@ from cranktrain.dynamics.integrator_tables import (
     hht,
     integrator_table,
 )
-from cranktrain.dynamics.simulation import Settings, Simulation
-from cranktrain.dynamics.stage import OK
-from cranktrain.dynamics.step_control import advance
-from cranktrain.engine import load_engine
+from cranktrain.dynamics.time.stage import OK
+from cranktrain.dynamics.time.step_control import advance
+from cranktrain.engine.file import load_engine
 
 CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "integrators.json").read_text())}
 PUBLISHED = CASES["generalized_alpha"]["expected"]["rho_Omega"]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cranktrain.film.bearing import Journal, SteadyBearing, bearing_grid, whirl_threshold
+from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid, whirl_threshold
 
 DATA = Path(__file__).parents[1] / "data"
 DYNAMIC = {case["id"]: case for case in json.loads((DATA / "bearing_dynamic.json").read_text())}

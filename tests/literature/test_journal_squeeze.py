@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from journal_films import film
 
-from cranktrain.film.journal import DAMPING, OUT_SIZE, journal_film
-from cranktrain.film.journal_grid import cold_start, journal_grid, journal_work
-from cranktrain.film.sommerfeld import prescribed_film
+from cranktrain.film.journal.film import DAMPING, OUT_SIZE, journal_film
+from cranktrain.film.journal.grid import cold_start, journal_grid, journal_work
+from cranktrain.film.steady.sommerfeld import prescribed_film
 
 DATA = Path(__file__).parents[1] / "data"
 SQUEEZE = {case["id"]: case for case in json.loads((DATA / "squeeze.json").read_text())}

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from journal_films import film, journal_grid
 
-from cranktrain.film.sommerfeld import prescribed_film
+from cranktrain.film.steady.sommerfeld import prescribed_film
 
 DATA = Path(__file__).parents[1] / "data"
 STATIC = {case["id"]: case for case in json.loads((DATA / "bearing_static.json").read_text())}

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError
-from cranktrain.lubricant import (
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.lubricant import (
     barus_factor,
     oil_temperature,
     pressure_constants,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from cranktrain.film.reynolds import Edges, Supply, solve_film
+from cranktrain.film.reynolds.field import Edges, Supply, solve_film
 
 DATA = Path(__file__).parents[1] / "data"
 CAVITATION = {case["id"]: case for case in json.loads((DATA / "cavitation.json").read_text())}

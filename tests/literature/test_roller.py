@@ -8,10 +8,10 @@ import pytest
 from skfem import MeshTet2
 from solids import STEEL, ring
 
-from cranktrain.engine_parts import Material
-from cranktrain.film.roller import equilibrium, force_at, many_rollers, radial_integral
-from cranktrain.roller_bearing import CONTACT_LAWS, RollerBearing
-from cranktrain.structure.roller_ring import RollerRing, ring_model, track_compliance
+from cranktrain.engine.parts import Material
+from cranktrain.engine.roller_bearing import CONTACT_LAWS, RollerBearing
+from cranktrain.film.laws.roller_contacts import equilibrium, force_at, many_rollers, radial_integral
+from cranktrain.structure.block.roller_ring import RollerRing, ring_model, track_compliance
 
 DATA = Path(__file__).parents[1] / "data"
 CASES = {case["id"]: case for case in json.loads((DATA / "roller.json").read_text())}

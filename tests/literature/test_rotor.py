@@ -9,11 +9,11 @@ import pytest
 from scipy.linalg import expm
 from solids import round_bar
 
-from cranktrain.engine_parts import Material
-from cranktrain.reduced_body import attach, rigid, truncate
-from cranktrain.structure.craig_bampton import craig_bampton
-from cranktrain.structure.elasticity import finite_elements
-from cranktrain.structure.interface import averaged_interfaces
+from cranktrain.core.reduced_body import attach, rigid, truncate
+from cranktrain.engine.parts import Material
+from cranktrain.structure.fem.craig_bampton import craig_bampton
+from cranktrain.structure.fem.elasticity import finite_elements
+from cranktrain.structure.fem.interfaces import averaged_interfaces
 
 CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "rotor.json").read_text())}
 SPEED = 4000 * np.pi / 30
@@ -176,7 +176,7 @@ def test_a_lumped_disc_gets_its_textbook_terms():
 
 
 def _coordinates(body):
-    from cranktrain.reduced_body import rigid_coordinates
+    from cranktrain.core.reduced_body import rigid_coordinates
 
     return rigid_coordinates(body)
 

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson, simpson
 
-from cranktrain.errors import InputError
-from cranktrain.film.flow_factors import (
+from cranktrain.core.errors import InputError
+from cranktrain.film.reynolds.field import solve_film
+from cranktrain.film.reynolds.flow_factors import (
     flow_factor_constants,
     mean_gap,
     pressure_flow_factor,
     shear_flow_factor,
 )
-from cranktrain.film.reynolds import solve_film
-from cranktrain.film.rough_gap import Roughness
-from cranktrain.film.supply import Edges
+from cranktrain.film.reynolds.rough_gap import Roughness
+from cranktrain.film.reynolds.supply import Edges
 
 ETA, SIGMA, LENGTH, WIDTH = 0.01, 1e-6, 0.02, 0.03
 PATTERNS = (1 / 6, 1.0, 6.0)

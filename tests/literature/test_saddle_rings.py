@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from solids import STEEL, ring
 
-from cranktrain.film.bore_compliance import reduced_compliance
-from cranktrain.structure.elasticity import finite_elements
-from cranktrain.structure.saddle import pattern_compliance
+from cranktrain.film.elastic.bore_compliance import reduced_compliance
+from cranktrain.structure.block.saddle import pattern_compliance
+from cranktrain.structure.fem.elasticity import finite_elements
 
 E, NU = STEEL.youngs_modulus, STEEL.poisson_ratio
 

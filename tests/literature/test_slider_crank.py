@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cranktrain.engine import load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.loads.slider_crank import rod_force
-from cranktrain.structure.crankshaft import pin_centre
+from cranktrain.structure.crank.shape import pin_centre
 
 CASES = {
     case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "slider_crank.json").read_text())

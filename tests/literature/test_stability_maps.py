@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cranktrain.dynamics.integrator_tables import INTEGRATORS, generalised_alpha, hht, integrator_table
+from cranktrain.dynamics.time.integrator_tables import INTEGRATORS, generalised_alpha, hht, integrator_table
 from cranktrain.studies.stability import contact_ringing, oil_whirl, rotating_damping, step_film_stiffness
 from cranktrain.studies.stability.amplification import constant, radius, scaled, step_matrix
 from cranktrain.studies.stability.explicit import METHODS, amplification, spectral_radius

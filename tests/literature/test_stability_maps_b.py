@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from cranktrain.errors import InputError
-from cranktrain.reduced_body import check
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import check
 from cranktrain.studies.stability import MAPS
 from cranktrain.studies.stability.cold_start import MASS, film_rotor, plain_newton, reynolds_equilibrium, start
 from cranktrain.studies.stability.mode_truncation import (

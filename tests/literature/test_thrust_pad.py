@@ -11,8 +11,8 @@ import pytest
 from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import spsolve
 
-from cranktrain.engine import load_engine
-from cranktrain.film.thrust import AMBIENT, WEDGE, pad_damping, pad_force, pad_size, thrust_parameters
+from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.thrust import AMBIENT, WEDGE, pad_damping, pad_force, pad_size, thrust_parameters
 
 BEARING = load_engine("diesel_i6").thrust
 RADIUS, LENGTH, WIDTH = pad_size(BEARING)

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cranktrain.core.errors import InputError
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError
-from cranktrain.structure.crank_level import crank_body
-from cranktrain.structure.modal import free_modes, torsional_frequencies
-from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft
-from cranktrain.structure.torsional import (
+from cranktrain.engine.file import load_engine
+from cranktrain.structure.crank.level import crank_body
+from cranktrain.structure.crank.modal import free_modes, torsional_frequencies
+from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
+from cranktrain.structure.crank.torsional import (
     SOURCES,
     rigid_crank,
     shaft_modes,
@@ -22,7 +22,7 @@ from cranktrain.structure.torsional import (
     throw_compliance,
     torsional_body,
 )
-from cranktrain.studies.torsional_response import torsional_response
+from cranktrain.studies.torsion.torsional_response import torsional_response
 
 CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "torsion.json").read_text())}
 RPM = math.pi / 30.0

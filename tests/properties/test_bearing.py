@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cranktrain.errors import InputError, SolverError
-from cranktrain.film.bearing import Journal, SteadyBearing, bearing_grid
-from cranktrain.film.journal import OUT_SIZE, journal_film
-from cranktrain.film.journal_grid import cold_start, journal_work
-from cranktrain.kernel import kernel
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.kernel import kernel
+from cranktrain.film.journal.film import OUT_SIZE, journal_film
+from cranktrain.film.journal.grid import cold_start, journal_work
+from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid
 
 JOURNAL = Journal(diameter=0.08, width=0.04, clearance=4e-5, viscosity=0.01, speed=200.0)
 

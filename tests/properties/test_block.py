@@ -10,20 +10,20 @@ from scipy.linalg import eigh
 from small_block import single
 from solids import STEEL, ring
 
-from cranktrain.block_check import check_block, check_mounts, mount_stiffness
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError
-from cranktrain.reduced_body import rigid, rigid_coordinates
-from cranktrain.structure.block import block_loads, complete_block, reduced_block, running_block
-from cranktrain.structure.block_bore import block_bore_compliance, bore_loads
-from cranktrain.structure.block_mesh import block_interface_names, block_mesh, interface_places, read_block_mesh
-from cranktrain.structure.block_shape import block_plan, block_shape, cut, edges, hull, inset, outlines
-from cranktrain.structure.elasticity import finite_elements, sample
-from cranktrain.structure.mesh import surface_area
-from cranktrain.structure.modal import cranktrain_matrices
-from cranktrain.structure.modal_block import block_modes, block_report
-from cranktrain.structure.reduction import reduced_crankshaft
-from cranktrain.structure.saddle import DEGREE, WAVES
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import rigid, rigid_coordinates
+from cranktrain.engine.checks.block import check_block, check_mounts, mount_stiffness
+from cranktrain.engine.file import load_engine
+from cranktrain.structure.block.bore import block_bore_compliance, bore_loads
+from cranktrain.structure.block.mesh import block_interface_names, block_mesh, interface_places, read_block_mesh
+from cranktrain.structure.block.modal import block_modes, block_report
+from cranktrain.structure.block.reduction import block_loads, complete_block, reduced_block, running_block
+from cranktrain.structure.block.saddle import DEGREE, WAVES
+from cranktrain.structure.block.shape import block_plan, block_shape, cut, edges, hull, inset, outlines
+from cranktrain.structure.crank.modal import cranktrain_matrices
+from cranktrain.structure.crank.reduction import reduced_crankshaft
+from cranktrain.structure.fem.elasticity import finite_elements, sample
+from cranktrain.structure.fem.mesh import surface_area
 
 
 @pytest.fixture(scope="module")
@@ -381,7 +381,7 @@ def test_mount_stiffness_of_two_springs():
 def test_engine_without_block_or_mounts_is_refused():
     six = load_engine("diesel_i6")
     for table in ("block", "mounts"):
-        with pytest.raises(InputError, match=rf"no table \[{table}\]; add it as in engines/diesel_i6.toml"):
+        with pytest.raises(InputError, match=rf"no table \[{table}\]; add it as in engine/data/diesel_i6.toml"):
             reduced_block(replace(six, **{table: None}))
 
 

@@ -14,9 +14,9 @@ from bodies import six
 from plain_model import PlainModel
 from scipy.integrate import solve_ivp
 
-from cranktrain.dynamics import state as layout
+from cranktrain.core.reduced_body import truncate
+from cranktrain.dynamics.model.arrays import state as layout
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
-from cranktrain.reduced_body import truncate
 
 SPEED = 2000 * math.pi / 30
 TIGHT = 1e-12

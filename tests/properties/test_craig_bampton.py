@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from solids import STEEL, block
 
-from cranktrain.errors import InputError
-from cranktrain.reduced_body import rigid_coordinates
-from cranktrain.structure.craig_bampton import (
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import rigid_coordinates
+from cranktrain.structure.crank.reduction import lumped_mass, static_error
+from cranktrain.structure.fem.craig_bampton import (
     Flexibility,
     HeldFlexibility,
     craig_bampton,
     eigenmodes,
     rigid_motions,
 )
-from cranktrain.structure.elasticity import finite_elements
-from cranktrain.structure.interface import averaged_interfaces, tied_surfaces
-from cranktrain.structure.reduction import lumped_mass, static_error
+from cranktrain.structure.fem.elasticity import finite_elements
+from cranktrain.structure.fem.interfaces import averaged_interfaces, tied_surfaces
 
 LENGTH = 0.6
 
@@ -151,7 +151,7 @@ def test_rigid_rotations_see_the_moments_of_inertia():
 
 def test_stress_stiffness_without_rigid_replacement_agrees_with_the_rigid_rows():
     """A balanced body: the finite-element K_σ itself gives the work of the turned centrifugal load."""
-    from cranktrain.structure.elasticity import geometric_stiffness, sample
+    from cranktrain.structure.fem.elasticity import geometric_stiffness, sample
 
     model = finite_elements(block((0.08, 0.05, 0.12), (2, 2, 3)), STEEL)
     motions = rigid_motions(model)

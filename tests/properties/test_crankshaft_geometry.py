@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from solids import STEEL, block, frequencies, round_bar
 
-from cranktrain.engine import load_engine
-from cranktrain.engine_parts import Crankshaft
-from cranktrain.errors import InputError
-from cranktrain.structure import mesh as mesh_module
-from cranktrain.structure.crankshaft import pin_centre, stations
-from cranktrain.structure.elasticity import finite_elements
-from cranktrain.structure.mesh import (
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.parts import Crankshaft
+from cranktrain.structure.crank.shape import pin_centre, stations
+from cranktrain.structure.fem import mesh as mesh_module
+from cranktrain.structure.fem.elasticity import finite_elements
+from cranktrain.structure.fem.mesh import (
     VTK_EDGES,
     crankshaft_mesh,
     interface_names,

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from bodies import COARSE
 
-from cranktrain.engine import load_engine
-from cranktrain.structure.modal import cranktrain_modes
-from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft
-from cranktrain.studies.damped_modes import damped_modes, damper_report, with_ring
-from cranktrain.studies.damper_optimum import crank_optimum, houdaille_optimum
+from cranktrain.engine.file import load_engine
+from cranktrain.structure.crank.modal import cranktrain_modes
+from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
+from cranktrain.studies.torsion.damped_modes import damped_modes, damper_report, with_ring
+from cranktrain.studies.torsion.damper_optimum import crank_optimum, houdaille_optimum
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import load_engine
 from cranktrain.loads.damper import (
     DAMPING,
     EXPONENT,

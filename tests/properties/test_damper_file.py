@@ -5,9 +5,9 @@ import re
 
 import pytest
 
-from cranktrain.engine import engine_from_dict, engine_to_dict, load_engine
-from cranktrain.engine_file import engine_path
-from cranktrain.errors import InputError
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.model import engine_from_dict, engine_to_dict
 
 SOURCE = engine_path("diesel_i6").read_text(encoding="utf-8")
 START = SOURCE.index("[damper]")

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from bodies import rigid_crank, six
 
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import truncate
 from cranktrain.dynamics.simulation import Settings, Simulation, damper_power, fitted_engine, simulate
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError
+from cranktrain.engine.file import load_engine
 from cranktrain.loads.damper import damper_parameters, damper_temperature, damper_torque, with_damper_housing
-from cranktrain.reduced_body import truncate
 
 SIX = load_engine("diesel_i6")
 SPEED = 2000 * math.pi / 30
@@ -77,7 +77,7 @@ def test_the_ring_is_driven_by_the_torque_alone():
 
 def elastic(engine):
     """The coarse six's crank with what ``engine`` has on its pulley."""
-    from cranktrain.structure.reduction import running_body
+    from cranktrain.structure.crank.reduction import running_body
 
     # Cut so high that what is left out answers alike, whatever the pulley weighs.
     return truncate(running_body(replace(engine, crankshaft=six()[0].crankshaft)), 3000.0)

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from cranktrain.engine import engine_from_dict, engine_provenance, engine_to_dict, load_engine
-from cranktrain.engine_file import ORIGINS, check_engine, engine_path
-from cranktrain.engine_parts import LumpedInertia
-from cranktrain.errors import InputError
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import ORIGINS, check_engine, engine_path, engine_provenance, load_engine
+from cranktrain.engine.model import engine_from_dict, engine_to_dict
+from cranktrain.engine.parts import LumpedInertia
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.structure.crankshaft import pin_centre
+from cranktrain.structure.crank.shape import pin_centre
 
 SOURCE = engine_path("diesel_v8").read_text(encoding="utf-8")
 

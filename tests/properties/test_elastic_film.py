@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from elastic_bearing import CLEARANCE, SPEED, WIDTH, Bearing, bore_shapes, orbit
 
-from cranktrain.errors import InputError
-from cranktrain.film.asperity import contact_constants
-from cranktrain.film.elastic_grid import (
+from cranktrain.core.errors import InputError
+from cranktrain.film.contact.asperity import contact_constants
+from cranktrain.film.elastic.film import CONVERGED
+from cranktrain.film.elastic.grid import (
     CLIPPED,
     CONTACT_LOAD,
     CONTACT_SHARE,
@@ -21,7 +22,6 @@ from cranktrain.film.elastic_grid import (
     SUPPLY_FLOW,
     ElasticGrid,
 )
-from cranktrain.film.elastohydrodynamic import CONVERGED
 
 GRID = ElasticGrid(48, 7)
 ROUGH = contact_constants(0.4e-6, 0.05, 0.01, 115e9, 0.1)

@@ -10,9 +10,9 @@ from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 from solids import STEEL, block, frequencies, round_bar
 
-from cranktrain.structure.dissection import nested_dissection, vertex_cover
-from cranktrain.structure.elasticity import component_dofs, finite_elements, geometric_stiffness, lame, sample
-from cranktrain.structure.factor import Cholesky, factorise
+from cranktrain.structure.fem.dissection import nested_dissection, vertex_cover
+from cranktrain.structure.fem.elasticity import component_dofs, finite_elements, geometric_stiffness, lame, sample
+from cranktrain.structure.fem.factor import Cholesky, factorise
 
 SIDES = (0.05, 0.08, 0.12)
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import pytest
 
-from cranktrain.crankshaft_check import check_crankshaft
-from cranktrain.engine import engine_from_dict, engine_provenance, engine_to_dict, load_engine
-from cranktrain.engine_file import ORIGINS, UNITS, engine_path
-from cranktrain.errors import InputError
+from cranktrain.core.errors import InputError
+from cranktrain.engine.checks.crankshaft import check_crankshaft
+from cranktrain.engine.file import ORIGINS, UNITS, engine_path, engine_provenance, load_engine
+from cranktrain.engine.model import engine_from_dict, engine_to_dict
 
 SOURCE = engine_path("diesel_i6").read_text(encoding="utf-8")
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from rotor_on_films import C, rotor
 
-from cranktrain.dynamics.model import AMBIENT
-from cranktrain.film.parameters import VISCOSITY
+from cranktrain.dynamics.model.arrays import AMBIENT
+from cranktrain.film.laws.parameters import VISCOSITY
 
 LEVELS = ("impedance", "reynolds")
 

@@ -7,10 +7,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from cranktrain.engine import load_engine
-from cranktrain.film.impedance import impedance_map, journal_force, pressure_and_flow
-from cranktrain.film.laws import bearing_force, bearing_parameters
-from cranktrain.film.parabolic import (
+from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.impedance import impedance_map, journal_force, pressure_and_flow
+from cranktrain.film.laws.parabolic import (
     WORK_SIZE,
     film_force,
     film_geometry,
@@ -18,6 +17,7 @@ from cranktrain.film.parabolic import (
     friction_torque,
     node_table,
 )
+from cranktrain.film.laws.register import bearing_force, bearing_parameters
 
 BEARING = load_engine("diesel_i6").main_bearing
 VISCOSITY = 0.012

@@ -18,14 +18,14 @@ from film_tables import (
     solved,
 )
 
-from cranktrain.film import database
-from cranktrain.film.aligned_law import aligned_force, aligned_observables
-from cranktrain.film.database import TableSettings, aligned_norms, sample_slab, slab_names, table_grid
-from cranktrain.film.journal import OUT_SIZE, film_observables, journal_film
-from cranktrain.film.journal_grid import cold_start, journal_grid, journal_work
-from cranktrain.film.table_interpolation import ALIGNED_MAX, TILTED_MAX, centres, eccentricity_nodes, stretched
-from cranktrain.film.table_law import BLENDED, SHARE_MARGIN, SOLVED, TABLE, tilted_pressure
-from cranktrain.film_table import film_table
+from cranktrain.film.journal.film import OUT_SIZE, film_observables, journal_film
+from cranktrain.film.journal.grid import cold_start, journal_grid, journal_work
+from cranktrain.film.table import database
+from cranktrain.film.table.aligned import aligned_force, aligned_observables
+from cranktrain.film.table.database import TableSettings, aligned_norms, sample_slab, slab_names, table_grid
+from cranktrain.film.table.interpolation import ALIGNED_MAX, TILTED_MAX, centres, eccentricity_nodes, stretched
+from cranktrain.film.table.law import BLENDED, SHARE_MARGIN, SOLVED, TABLE, tilted_pressure
+from cranktrain.store.film_tables import film_table
 
 
 @pytest.fixture(scope="module")

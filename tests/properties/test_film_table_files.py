@@ -10,12 +10,12 @@ import h5py
 import numpy as np
 import pytest
 
-from cranktrain.errors import InputError, StoreError
-from cranktrain.film.database import TableSettings, slab_names
-from cranktrain.film_table import film_table, load_film_table, table_path
+from cranktrain.core.errors import InputError, StoreError
+from cranktrain.film.table.database import TableSettings, slab_names
+from cranktrain.store.film_tables import film_table, load_film_table, table_path
 
 SETTINGS = TableSettings(0.5, tilt=False)
-COMMAND = [sys.executable, "-m", "cranktrain.cli", "film-table"]
+COMMAND = [sys.executable, "-m", "cranktrain.cli.main", "film-table"]
 
 
 @pytest.fixture(scope="module")

@@ -15,12 +15,12 @@ from film_tables import (
     solved,
 )
 
-from cranktrain.film import database
-from cranktrain.film.database import table_grid
-from cranktrain.film.journal import DAMPING, OUT_SIZE, journal_film
-from cranktrain.film.journal_grid import cold_start, journal_work
-from cranktrain.film.table_family import LEVER, ONE_POINT, SPREAD, turning
-from cranktrain.film.table_law import TABLE
+from cranktrain.film.journal.film import DAMPING, OUT_SIZE, journal_film
+from cranktrain.film.journal.grid import cold_start, journal_work
+from cranktrain.film.table import database
+from cranktrain.film.table.database import table_grid
+from cranktrain.film.table.family import LEVER, ONE_POINT, SPREAD, turning
+from cranktrain.film.table.law import TABLE
 
 GRIDS = [table_grid(SETTINGS, *size) for size in database.TILT_GRIDS[SETTINGS.groove]]
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from bodies import six
 
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model.state import ACCELERATION, TIME, offset
 from cranktrain.dynamics.simulation import Settings, Simulation
-from cranktrain.dynamics.state import ACCELERATION, TIME, offset
-from cranktrain.errors import InputError
-from cranktrain.studies.first_order import FirstOrder
+from cranktrain.studies.peers.first_order import FirstOrder
 
 SPEED = 2000.0 * math.pi / 30.0
 

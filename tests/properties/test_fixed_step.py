@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from cranktrain.errors import InputError
-from cranktrain.kernel import kernel_address, law_kernel
-from cranktrain.studies.fixed_step import METHODS, OK, ORDERS, UNBOUNDED, FixedStep
+from cranktrain.core.errors import InputError
+from cranktrain.core.kernel import kernel_address, law_kernel
+from cranktrain.studies.peers.fixed_step import METHODS, OK, ORDERS, UNBOUNDED, FixedStep
 
 DAMPING, STIFFNESS, PUSH, TURN = 0.3, np.array([1.0, 6.0]), 0.7, 1.3
 

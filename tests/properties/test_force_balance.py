@@ -16,10 +16,10 @@ from momentum import imbalance
 from small_block import single
 from standing import rigid_block
 
+from cranktrain.core.reduced_body import truncate
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation, communication_step
-from cranktrain.engine import load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.reduced_body import truncate
 
 SIX, EIGHT = load_engine("diesel_i6"), load_engine("diesel_v8")
 STEP = math.radians(0.5)
@@ -81,7 +81,7 @@ def test_elastic_crank():
 
 
 def test_elastic_block():
-    from cranktrain.structure.block import running_block
+    from cranktrain.structure.block.reduction import running_block
 
     engine = single()
     block = running_block(engine)
@@ -94,8 +94,8 @@ def test_elastic_block():
 @pytest.mark.parametrize(("engine", "rpm"), [(SIX, 2000), (EIGHT, 1800)], ids=["six", "eight"])
 def test_engines_as_they_are(engine, rpm):
     """Elastic crank in its elastic block, with the films or rollers that the engine has."""
-    from cranktrain.structure.block import running_block
-    from cranktrain.structure.reduction import running_body
+    from cranktrain.structure.block.reduction import running_block
+    from cranktrain.structure.crank.reduction import running_body
 
     crank, block = running_body(engine), running_block(engine)
     assert worst_imbalance(engine, crank, block, rpm, 0.5, bearings="auto").max() < 1e-9

@@ -8,9 +8,9 @@ import pytest
 from bodies import six
 from scipy.integrate import solve_ivp
 
+from cranktrain.core.errors import InputError
 from cranktrain.dynamics.simulation import Settings, simulate
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError
+from cranktrain.engine.file import load_engine
 from cranktrain.loads.damper import (
     balanced_temperature,
     damper_parameters,
@@ -20,10 +20,10 @@ from cranktrain.loads.damper import (
     with_damper_housing,
 )
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.structure.modal import cranktrain_modes, torsional_frequencies
-from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft, running_body
-from cranktrain.studies.forced_torsion import Ring, balanced_ring, forced_torsion, order_peak, warm_torsion
-from cranktrain.studies.periodic_crank import PeriodicCrank
+from cranktrain.structure.crank.modal import cranktrain_modes, torsional_frequencies
+from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body
+from cranktrain.studies.torsion.forced_torsion import Ring, balanced_ring, forced_torsion, order_peak, warm_torsion
+from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 RPM = math.pi / 30.0
 WARM = 273.15 + 80.0

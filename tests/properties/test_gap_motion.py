@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cranktrain.film.gap_motion import (
+from cranktrain.film.laws.gap_motion import (
     LEAST_ANGLE,
     LEAST_GAP,
     LEAST_RATE,
@@ -17,8 +17,8 @@ from cranktrain.film.gap_motion import (
     VELOCITY_EFFECTIVE,
     gap_motion,
 )
-from cranktrain.film.impedance import impedance_map, journal_force
-from cranktrain.film.parabolic import film_geometry
+from cranktrain.film.laws.impedance import impedance_map, journal_force
+from cranktrain.film.laws.parabolic import film_geometry
 
 C = 40e-6
 

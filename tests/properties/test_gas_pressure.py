@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import (
     CYCLE,
     GasTrace,

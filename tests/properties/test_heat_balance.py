@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError, SolverError
-from cranktrain.film.heat_balance import effective_temperature
-from cranktrain.lubricant import viscosity
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.lubricant import viscosity
+from cranktrain.film.steady.heat_balance import effective_temperature
 
 OIL = load_engine("diesel_i6").oil
 DIAMETER, WIDTH, CLEARANCE, FLOW = 85e-3, 30e-3, 40e-6, 20e-6

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError
-from cranktrain.film.asperity import (
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import load_engine
+from cranktrain.film.contact.asperity import (
     FADING,
     FRICTION,
     HIGHEST,
@@ -20,7 +20,7 @@ from cranktrain.film.asperity import (
     contact_pressure,
     contact_table,
 )
-from cranktrain.film.journal_contact import (
+from cranktrain.film.contact.journal import (
     N_OUT,
     bearing_contact,
     journal_contact,

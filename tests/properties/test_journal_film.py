@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from journal_films import film, journal_grid
 
-from cranktrain.errors import InputError
-from cranktrain.film.journal import FLOOR, OUT_SIZE, film_observables, film_shear, journal_film
-from cranktrain.film.journal_grid import cold_start, journal_work
+from cranktrain.core.errors import InputError
+from cranktrain.film.journal.film import FLOOR, OUT_SIZE, film_observables, film_shear, journal_film
+from cranktrain.film.journal.grid import cold_start, journal_work
 
 GRID = journal_grid(64, 12)
 AT_REST = journal_grid(48, 12, grading=0.0)

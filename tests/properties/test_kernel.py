@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 import cranktrain
-from cranktrain.sources import rests_on
+from cranktrain.core.sources import rests_on
 from cranktrain.studies.stability import oil_whirl
 from cranktrain.studies.tradeoff import measure
 
 SOURCES = Path(cranktrain.__file__).parent
-RUN = "from cranktrain.lubricant import vogel_viscosity\nprint(vogel_viscosity(350.0, 1e-4, 800.0, 180.0))"
+RUN = "from cranktrain.engine.lubricant import vogel_viscosity\nprint(vogel_viscosity(350.0, 1e-4, 800.0, 180.0))"
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ def test_kernel_is_compiled_anew_when_a_constant_it_takes_from_another_module_ch
     """What numba alone would miss: it looks at the file of the kernel only."""
     (install / "cranktrain" / "loads" / "given.py").write_text("VALUE = 1.0\n")
     (install / "cranktrain" / "loads" / "taker.py").write_text(
-        "from cranktrain.kernel import kernel\nfrom cranktrain.loads.given import VALUE\n\n\n"
+        "from cranktrain.core.kernel import kernel\nfrom cranktrain.loads.given import VALUE\n\n\n"
         "@kernel\ndef taken():\n    return VALUE\n"
     )
     text = "from cranktrain.loads.taker import taken\nprint(taken())"
@@ -74,7 +74,9 @@ def test_a_kernel_rests_on_what_its_file_imports_wherever_that_lies(install, tmp
     for folder in (loads / "inner", loads / "inner" / "deep"):
         (folder / "__init__.py").write_text('"""Folder."""\n')
     (loads / "inner" / "deep" / "given.py").write_text("VALUE = 1.0\n")
-    taker = "from cranktrain.kernel import kernel\nfrom {} import VALUE\n\n\n@kernel\ndef taken():\n    return VALUE\n"
+    taker = (
+        "from cranktrain.core.kernel import kernel\nfrom {} import VALUE\n\n\n@kernel\ndef taken():\n    return VALUE\n"
+    )
     (loads / "taker.py").write_text(taker.format("cranktrain.loads.inner.deep.given"))
     text = "from cranktrain.loads.taker import taken\nprint(taken())"
     assert run(install, tmp_path / "cache", text) == 1.0

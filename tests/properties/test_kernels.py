@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from cranktrain.dynamics.linear_algebra import (
+from cranktrain.core.kernel import keep_record
+from cranktrain.dynamics.motion.linear_algebra import (
     add_product,
     factor_lu,
     factor_rows,
@@ -12,10 +13,9 @@ from cranktrain.dynamics.linear_algebra import (
     solve_lu,
     solve_rows,
 )
-from cranktrain.engine import load_engine
-from cranktrain.film.laws import bearing_parameters
-from cranktrain.film.rigid_bore import RigidBore, rigid_bore
-from cranktrain.kernel import keep_record
+from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.register import bearing_parameters
+from cranktrain.film.laws.rigid_bore import RigidBore, rigid_bore
 
 SIZES = [1, 2, 3, 4, 5, 6, 7, 8, 9, 27, 62]
 

@@ -10,9 +10,9 @@ import pytest
 from bodies import rigid_crank, six
 
 from cranktrain import levels
-from cranktrain.cli import main
-from cranktrain.dynamics.mains import BEARING_LEVELS
-from cranktrain.dynamics.model import (
+from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model.arrays import (
     BIG_END_LEVELS,
     BLOCK_LEVELS,
     BOUNDARIES,
@@ -23,10 +23,10 @@ from cranktrain.dynamics.model import (
     check_levels,
     resolved,
 )
+from cranktrain.dynamics.model.mains import BEARING_LEVELS
 from cranktrain.dynamics.simulation import Simulation, simulate
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError
-from cranktrain.film.laws import LAWS
+from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.register import LAWS
 
 SIX, EIGHT = load_engine("diesel_i6"), load_engine("diesel_v8")
 SPEED = 2000 * math.pi / 30
@@ -72,9 +72,9 @@ def test_refused_with_the_reason(engine, choices, says):
 def test_every_other_combination_of_the_six_is_taken():
     refused = 0
     axes = (("rigid", "solid"), LAWS, BIG_END_LEVELS, BLOCK_LEVELS, PISTON_LEVELS, DAMPER_LEVELS, BOUNDARIES)
-    for levels in product(*axes):
+    for combination in product(*axes):
         names = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "boundary")
-        chosen = resolved(Settings(**dict(zip(names, levels, strict=True))), SIX)
+        chosen = resolved(Settings(**dict(zip(names, combination, strict=True))), SIX)
         senseless = chosen.bearings == "roller" or (chosen.block == "flexible" and chosen.pistons == "rigid")
         try:
             check_levels(chosen, SIX)
@@ -106,7 +106,7 @@ def test_the_command_line_refuses_before_any_work(arguments, says, capsys, monke
     def work(*_, **__):
         raise AssertionError("a crankshaft was asked for")
 
-    monkeypatch.setattr("cranktrain.structure.reduction.reduced_crankshaft", work)
+    monkeypatch.setattr("cranktrain.structure.crank.reduction.reduced_crankshaft", work)
     assert main([*RUN, *arguments]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cranktrain.dynamics.mains import BEARING_LEVELS
-from cranktrain.dynamics.model import CRANK_LEVELS
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import rigid_coordinates
+from cranktrain.dynamics.model.arrays import CRANK_LEVELS
+from cranktrain.dynamics.model.mains import BEARING_LEVELS
+from cranktrain.engine.file import load_engine
 from cranktrain.levels import (
     BEARINGS,
     CRANKS,
@@ -21,11 +22,10 @@ from cranktrain.levels import (
     plain_name,
     refuse_beyond,
 )
-from cranktrain.reduced_body import rigid_coordinates
-from cranktrain.structure.crank_level import bare_crank, crank_body, needs_solid
-from cranktrain.structure.modal import free_modes, torsional_frequencies
-from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft
-from cranktrain.studies.level_frequencies import level_frequencies
+from cranktrain.structure.crank.level import bare_crank, crank_body, needs_solid
+from cranktrain.structure.crank.modal import free_modes, torsional_frequencies
+from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
+from cranktrain.studies.torsion.level_frequencies import level_frequencies
 
 INTERFACE = Path(__file__).parents[2] / "modelDescription" / "interface.toml"
 

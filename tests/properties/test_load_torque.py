@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from bodies import rigid_crank
 
+from cranktrain.core.errors import SolverError
+from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.simulation import Settings, Simulation, communication_step, simulate
-from cranktrain.dynamics.state import offset
-from cranktrain.engine import load_engine
-from cranktrain.errors import SolverError
+from cranktrain.engine.file import load_engine
 from cranktrain.loads.slider_crank import remainder_inertia
 
 SIX = load_engine("diesel_i6")

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from rotor_on_films import SPEED, C, rotor
 
-from cranktrain.dynamics.state import POSITION, VELOCITY, offset
-from cranktrain.film.bearing import Journal, SteadyBearing, bearing_grid, whirl_threshold
-from cranktrain.film.impedance import journal_force
-from cranktrain.film.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, VISCOSITY
+from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
+from cranktrain.film.laws.impedance import journal_force
+from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, VISCOSITY
+from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid, whirl_threshold
 
 
 def growth(simulation, kick, turns=40):

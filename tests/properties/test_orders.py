@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cranktrain.errors import InputError
+from cranktrain.core.errors import InputError
 from cranktrain.results.orders import CYCLE, last_cycle, order_spectrum
 from cranktrain.results.summary import bearing_rows, big_end_rows, online_films, vibration
 from cranktrain.results.tables import online_text

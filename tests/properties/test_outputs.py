@@ -10,17 +10,17 @@ from bodies import rigid_crank
 from plain_model import PlainModel
 from standing import rigid_block
 
-from cranktrain.dynamics.equations_of_motion import port_forces
-from cranktrain.dynamics.model import Settings
-from cranktrain.dynamics.outputs import output_names
-from cranktrain.dynamics.ports import TILTS
+from cranktrain.dynamics.model.arrays import Settings
+from cranktrain.dynamics.model.ports import TILTS
+from cranktrain.dynamics.model.state import offset
+from cranktrain.dynamics.motion.equations import port_forces
+from cranktrain.dynamics.outputs.observe import output_names
 from cranktrain.dynamics.simulation import Parts, Simulation
-from cranktrain.dynamics.state import offset
-from cranktrain.engine import load_engine
-from cranktrain.film.database import TableSettings
-from cranktrain.film_table import film_table
-from cranktrain.fmi_description import expand, read_interface
-from cranktrain.results.result_file import output_unit
+from cranktrain.engine.file import load_engine
+from cranktrain.film.table.database import TableSettings
+from cranktrain.fmu.description import expand, read_interface
+from cranktrain.results.files import output_unit
+from cranktrain.store.film_tables import film_table
 
 SPEED = 2000 * math.pi / 30
 ENGINE = load_engine("diesel_i6")

@@ -11,8 +11,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import load_engine
 from cranktrain.results import figures, plots
 
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from solids import STEEL, block
 
-from cranktrain.errors import InputError, StoreError
-from cranktrain.reduced_body import attach, check, rigid, rigid_coordinates, truncate
-from cranktrain.structure.craig_bampton import craig_bampton
-from cranktrain.structure.elasticity import finite_elements
-from cranktrain.structure.interface import averaged_interfaces
+from cranktrain.core.errors import InputError, StoreError
+from cranktrain.core.reduced_body import attach, check, rigid, rigid_coordinates, truncate
+from cranktrain.structure.fem.craig_bampton import craig_bampton
+from cranktrain.structure.fem.elasticity import finite_elements
+from cranktrain.structure.fem.interfaces import averaged_interfaces
 
 INERTIA = np.array([[0.05, 0.004, -0.003], [0.004, 0.06, 0.002], [-0.003, 0.002, 0.04]])
 OFFSET = np.array([0.02, -0.03, 0.04])

@@ -9,9 +9,9 @@ import pytest
 from bodies import rigid_crank
 from standing import rigid_block
 
-from cranktrain.dynamics.relative_motion import reactions, relative_compliance, relative_motion, relative_step
+from cranktrain.dynamics.motion.relative import reactions, relative_compliance, relative_motion, relative_step
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation, simulate
-from cranktrain.engine import load_engine
+from cranktrain.engine.file import load_engine
 
 SIX = load_engine("diesel_i6")
 SPEED = 2000 * math.pi / 30

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cranktrain.errors import InputError, SolverError
-from cranktrain.film.reynolds import Edges, Supply, solve_film
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.film.reynolds.field import Edges, Supply, solve_film
 
 RADIUS, WIDTH, CLEARANCE, ETA = 0.04, 0.04, 4e-5, 0.01
 LENGTHS = (2 * np.pi * RADIUS, WIDTH)

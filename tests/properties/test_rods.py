@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cranktrain.engine_parts import Rod
+from cranktrain.engine.parts import Rod
 from cranktrain.loads.slider_crank import remainder_inertia, rod_force
 
 LENGTH, M_B, M_O, DELTA_J, OFFSET = 0.215, 1.5, 2.6, -1.6e-3, 0.004

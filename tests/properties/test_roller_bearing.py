@@ -9,12 +9,21 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from cranktrain.engine import engine_from_dict, engine_to_dict, load_engine
-from cranktrain.engine_parts import RollerBearings
-from cranktrain.errors import InputError
-from cranktrain.film.laws import LAWS
-from cranktrain.film.parameters import CLEARANCE, WIDTH
-from cranktrain.film.roller import (
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import engine_from_dict, engine_to_dict
+from cranktrain.engine.parts import RollerBearings
+from cranktrain.engine.roller_bearing import (
+    RollerBearing,
+    check_roller_bearing,
+    check_rollers,
+    iso_profile,
+    main_roller,
+)
+from cranktrain.film.laws.parameters import CLEARANCE, WIDTH
+from cranktrain.film.laws.register import LAWS
+from cranktrain.film.laws.roller import roller_parameters
+from cranktrain.film.laws.roller_contacts import (
     BY_PLACE,
     LARGEST,
     LOADED,
@@ -28,8 +37,7 @@ from cranktrain.film.roller import (
     roller_slices,
     slice_stiffness,
 )
-from cranktrain.film.roller_law import roller_parameters
-from cranktrain.film.tilted import (
+from cranktrain.film.laws.tilted import (
     ANGLE,
     BY_VELOCITY,
     COS,
@@ -43,8 +51,7 @@ from cranktrain.film.tilted import (
     SIZE,
     film_call,
 )
-from cranktrain.film.tilted_levels import tilted_films
-from cranktrain.roller_bearing import RollerBearing, check_roller_bearing, check_rollers, iso_profile, main_roller
+from cranktrain.film.laws.tilted_levels import tilted_films
 
 BEARING = RollerBearing(14, 24e-3, 18e-3, 110e-3, 40e-6, 0.00035)
 PITCH = 2.0 * math.pi / BEARING.rollers

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import cranktrain.structure.roller_ring as ring_module
-from cranktrain.errors import InputError
-from cranktrain.film.roller import equilibrium, roller_slices, slice_stiffness
-from cranktrain.roller_bearing import RollerBearing
-from cranktrain.structure.roller_ring import (
+import cranktrain.structure.block.roller_ring as ring_module
+from cranktrain.core.errors import InputError
+from cranktrain.engine.roller_bearing import RollerBearing
+from cranktrain.film.laws.roller_contacts import equilibrium, roller_slices, slice_stiffness
+from cranktrain.structure.block.roller_ring import (
     DEGREE,
     check_ring,
     elastic_ring_stiffness,

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from bodies import rigid_crank, six
 
-from cranktrain.dynamics import state as layout
-from cranktrain.dynamics.integrator_tables import integrator_table
-from cranktrain.dynamics.model import DELTA_J, M_BIG, M_OSC, RIGID_ROTATION, SHAFT_C, SHAFT_K
+from cranktrain.core.reduced_body import truncate
+from cranktrain.dynamics.model.arrays import DELTA_J, M_BIG, M_OSC, RIGID_ROTATION, SHAFT_C, SHAFT_K
+from cranktrain.dynamics.model.arrays import state as layout
 from cranktrain.dynamics.simulation import Settings, Simulation
-from cranktrain.engine import load_engine
-from cranktrain.film.parameters import C_X, C_Y, K_X, K_Y
+from cranktrain.dynamics.time.integrator_tables import integrator_table
+from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.parameters import C_X, C_Y, K_X, K_Y
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
-from cranktrain.reduced_body import truncate
 
 SPEED = 250.0
 TURN = 2 * math.pi / SPEED

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import cranktrain.structure.saddle as saddle_module
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError
-from cranktrain.film.bore_compliance import patterns, reduced_compliance
-from cranktrain.structure.elasticity import finite_elements
-from cranktrain.structure.saddle import bore_compliance, pattern_compliance, saddle_for, saddle_mesh
+import cranktrain.structure.block.saddle as saddle_module
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import load_engine
+from cranktrain.film.elastic.bore_compliance import patterns, reduced_compliance
+from cranktrain.structure.block.saddle import bore_compliance, pattern_compliance, saddle_for, saddle_mesh
+from cranktrain.structure.fem.elasticity import finite_elements
 
 ENGINE = load_engine("diesel_i6")
 PLAN = saddle_for(ENGINE.main_bearing)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from cranktrain.levels import CRANKS
-from cranktrain.scene import load_scene
 from cranktrain.studies.planning.difference import LastCycle, by_family, longest_step, relative_differences
 from cranktrain.studies.planning.ladder import bearing_levels, candidates, every_pair, next_pair
+from cranktrain.studies.scene import load_scene
 
 SPEED = 200.0
 ORDER_HZ = SPEED / (2.0 * math.pi)

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from cranktrain.scene import load_scene
 from cranktrain.studies.planning.planning import plan
 from cranktrain.studies.planning.running import SceneRun
 from cranktrain.studies.planning.scene_model import SceneModel
+from cranktrain.studies.scene import load_scene
 
 SCENES = sorted((Path(__file__).parents[1] / "data" / "scenes").glob("*.toml"))
 

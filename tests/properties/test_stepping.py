@@ -7,12 +7,12 @@ import pytest
 from bodies import rigid_crank, six
 from plain_model import PlainModel
 
-from cranktrain.dynamics import state as layout
-from cranktrain.dynamics.model import AMBIENT
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.dynamics.model.arrays import AMBIENT
+from cranktrain.dynamics.model.arrays import state as layout
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError, SolverError
-from cranktrain.film.parameters import FACTOR
+from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.parameters import FACTOR
 
 SPEED = 2000 * math.pi / 30
 H = math.radians(2.0) / SPEED

@@ -7,11 +7,11 @@ import h5py
 import numpy as np
 import pytest
 
-from cranktrain.engine import load_engine
-from cranktrain.errors import StoreError
-from cranktrain.reduced_body import ReducedBody
-from cranktrain.store import load_body, load_extras, read_result, save_body, write_result
-from cranktrain.structure.reduction import input_digest, reduced_crankshaft, running_loads, stored_path
+from cranktrain.core.errors import StoreError
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.engine.file import load_engine
+from cranktrain.store.hdf5 import load_body, load_extras, read_result, save_body, write_result
+from cranktrain.structure.crank.reduction import input_digest, reduced_crankshaft, running_loads, stored_path
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from cranktrain.engine import load_engine
-from cranktrain.film.thrust import (
+from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.thrust import (
     AMBIENT,
     PADS,
     WEDGE,

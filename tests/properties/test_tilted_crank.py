@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from bodies import rigid_crank
 
-from cranktrain.dynamics.equations_of_motion import port_forces
-from cranktrain.dynamics.model import Settings
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model.arrays import Settings
+from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.simulation import Parts, Simulation, simulate
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError
-from cranktrain.film.database import TableSettings
-from cranktrain.film.elastic_law import IN_LOOP, KEPT, SHAPES
-from cranktrain.film.tilted import HELD
-from cranktrain.film_table import film_table
-from cranktrain.structure.saddle import bore_compliance
+from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.ehd import IN_LOOP, KEPT, SHAPES
+from cranktrain.film.laws.tilted import HELD
+from cranktrain.film.table.database import TableSettings
+from cranktrain.store.film_tables import film_table
+from cranktrain.structure.block.saddle import bore_compliance
 
 SPEED = 2000 * math.pi / 30
 ENGINE = load_engine("diesel_i6")

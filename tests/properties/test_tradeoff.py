@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tradeoff_case import small
 
-from cranktrain.errors import InputError
+from cranktrain.core.errors import InputError
 from cranktrain.studies.tradeoff import measure
 from cranktrain.studies.tradeoff.choice import choice_text
 from cranktrain.studies.tradeoff.families import FAMILIES

@@ -10,20 +10,20 @@ import numpy as np
 import pytest
 from bodies import rigid_crank
 
-from cranktrain.cli import main
+from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError
 from cranktrain.dynamics import simulation as simulation_module
-from cranktrain.dynamics.model import Settings, supply_temperature
+from cranktrain.dynamics.model.arrays import Settings, supply_temperature
 from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.dynamics.warm_films import PASSES, SETTLED, cycle_means
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError
-from cranktrain.film.elastic_law import SHAPES
-from cranktrain.film.heat_balance import LARGEST_RISE, MEAN, balanced_temperature
-from cranktrain.lubricant import viscosity
-from cranktrain.results.result_file import save_run
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.lubricant import viscosity
+from cranktrain.film.laws.ehd import SHAPES
+from cranktrain.film.steady.heat_balance import LARGEST_RISE, MEAN, balanced_temperature
+from cranktrain.results.files import save_run
 from cranktrain.results.summary import run_summary
-from cranktrain.store import read_result
-from cranktrain.structure.saddle import bore_compliance
+from cranktrain.store.hdf5 import read_result
+from cranktrain.structure.block.saddle import bore_compliance
 
 ENGINE = load_engine("diesel_i6")
 OIL = ENGINE.oil

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from cranktrain.cli import main
+from cranktrain.cli.main import main
 
 GIVEN = ("bearing", "--length-ratio", "0.5", "--eccentricity", "0.6")
 MACHINE = ("--diameter-mm", "80", "--width-mm", "40", "--clearance-um", "40", "--viscosity", "0.01", "--speed", "2000")

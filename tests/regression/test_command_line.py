@@ -9,14 +9,13 @@ import sys
 import numpy as np
 import pytest
 
-from cranktrain.cli import main
-from cranktrain.dynamics.outputs import output_names
-from cranktrain.engine import load_engine
-from cranktrain.engine_file import engine_path
-from cranktrain.errors import InputError
-from cranktrain.results.result_file import check_target, output_unit
+from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.outputs.observe import output_names
+from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.results.files import check_target, output_unit
 from cranktrain.results.tables import NOTHING, cranktrain_table, critical_speed_table, free_table
-from cranktrain.store import read_result
+from cranktrain.store.hdf5 import read_result
 
 ORDERS = [3, 6, 6.5, 7.5, 9, 12]
 
@@ -147,7 +146,7 @@ def test_wrong_input_ends_in_one_line_and_exit_code_2(capsys, arguments, says):
 @pytest.mark.parametrize("arguments", [(), ("modl", "diesel_i6"), ("simulate", "diesel_i6"), ("modal",)])
 def test_a_wrong_call_ends_in_one_line_and_exit_code_2(arguments):
     done = subprocess.run(
-        [sys.executable, "-m", "cranktrain.cli", *arguments], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "cranktrain.cli.main", *arguments], capture_output=True, text=True, check=False
     )
     assert done.returncode == 2
     assert done.stdout == "" and done.stderr.count("\n") == 1

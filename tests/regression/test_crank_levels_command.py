@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from cranktrain.cli import main
-from cranktrain.engine_file import engine_path
+from cranktrain.cli.main import main
+from cranktrain.engine.file import engine_path
 
 
 @pytest.fixture

@@ -5,9 +5,8 @@ import math
 
 import pytest
 
-from cranktrain.cli import main
-from cranktrain.engine import load_engine
-from cranktrain.engine_file import engine_path
+from cranktrain.cli.main import main
+from cranktrain.engine.file import engine_path, load_engine
 
 GIVEN = ("roller", "--rollers", "16", "--length-mm", "10")
 REAL = (*GIVEN, "--roller-diameter-mm", "10", "--pitch-mm", "70")

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cranktrain.cli import main
-from cranktrain.engine_file import engine_path
-from cranktrain.scene import load_scene
-from cranktrain.store import read_result
+from cranktrain.cli.main import main
+from cranktrain.engine.file import engine_path
+from cranktrain.store.hdf5 import read_result
 from cranktrain.studies.planning import measured, scene_model
 from cranktrain.studies.planning.scene_model import SceneModel
+from cranktrain.studies.scene import load_scene
 from cranktrain.studies.tradeoff.store import PointStore
 
 PLAIN = {

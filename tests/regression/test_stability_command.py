@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cranktrain.cli import main
+from cranktrain.cli.main import main
 from cranktrain.studies import stability
 from cranktrain.studies.stability import kept_maps
 from cranktrain.studies.stability.stability_map import (

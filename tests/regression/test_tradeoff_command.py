@@ -5,7 +5,7 @@ import json
 import pytest
 from tradeoff_case import small
 
-from cranktrain.cli import main
+from cranktrain.cli.main import main
 from cranktrain.studies.tradeoff import measure, study
 from cranktrain.studies.tradeoff import store as stores
 

@@ -1,6 +1,6 @@
 """Running a cranktrain: the object that the FMU drives, and a whole simulation at constant speed.
 
-Both call the same :func:`~cranktrain.dynamics.step_control.advance`; that they agree to the last bit is a test.
+Both call the same :func:`~cranktrain.dynamics.time.step_control.advance`; that they agree to the last bit is a test.
 """
 
 from __future__ import annotations
@@ -13,10 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cranktrain.dynamics.integrator_tables import integrator_table
-from cranktrain.dynamics.mains import HELD
-from cranktrain.dynamics.mean_motion import Start, leaning, rigid_start
-from cranktrain.dynamics.model import (
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.reduced_body import Array, ReducedBody, rigid
+from cranktrain.dynamics.model.arrays import (
     AMBIENT,
     DAMPER_TEMPERATURE,
     ModelArrays,
@@ -27,10 +26,8 @@ from cranktrain.dynamics.model import (
     resolved,
     supply_temperature,
 )
-from cranktrain.dynamics.outputs import advance_and_observe, advance_series, observe, output_names
-from cranktrain.dynamics.settling import settle
-from cranktrain.dynamics.stage import OK
-from cranktrain.dynamics.state import (
+from cranktrain.dynamics.model.mains import HELD
+from cranktrain.dynamics.model.state import (
     MAX_INPUTS,
     OUTPUT_MEAN,
     OUTPUT_VARIANCE,
@@ -43,7 +40,13 @@ from cranktrain.dynamics.state import (
     offset,
     state_size,
 )
-from cranktrain.dynamics.step_control import GIVEN, MAX_HALVINGS, ports_at_state
+from cranktrain.dynamics.model.workspace import make_work
+from cranktrain.dynamics.outputs.observe import advance_and_observe, advance_series, observe, output_names
+from cranktrain.dynamics.start.mean_motion import Start, leaning, rigid_start
+from cranktrain.dynamics.start.settling import settle
+from cranktrain.dynamics.time.integrator_tables import integrator_table
+from cranktrain.dynamics.time.stage import OK
+from cranktrain.dynamics.time.step_control import GIVEN, MAX_HALVINGS, ports_at_state
 from cranktrain.dynamics.warm_films import (
     PASSES,
     SETTLED,
@@ -53,14 +56,11 @@ from cranktrain.dynamics.warm_films import (
     warn_of_bounds,
     warn_unsettled,
 )
-from cranktrain.dynamics.workspace import make_work
-from cranktrain.engine import Engine
-from cranktrain.errors import InputError, SolverError
-from cranktrain.film.parameters import CLEARANCE
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.loads.damper import balanced_temperature as damper_balance_temperature
 from cranktrain.loads.damper import power_warning, required_damper, with_damper_housing
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.reduced_body import Array, ReducedBody, rigid
 
 __all__ = ["Parts", "Result", "Settings", "Simulation", "simulate"]
 

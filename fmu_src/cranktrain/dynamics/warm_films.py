@@ -2,8 +2,8 @@
 
 What a journal puts into its film over a cycle, friction torque times speed and the work of its centre against the
 force, ends as heat; a share of it leaves with the oil that pressure drives out of both ends, the rest through journal
-and housing (:mod:`cranktrain.film.heat_balance`). The oil comes at the engine's temperature. A bearing warms within
-seconds or more and a cycle takes hundredths of one: the balance is that of means, and the film stays as warm all
+and housing (:mod:`cranktrain.film.steady.heat_balance`). The oil comes at the engine's temperature. A bearing warms
+within seconds or more and a cycle takes hundredths of one: the balance is that of means, and the film stays as warm all
 through the cycle.
 
 The power of a journal's tilting is left out; big ends and the thrust bearing stay at the engine's temperature.
@@ -16,10 +16,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from cranktrain.engine import Engine
-from cranktrain.errors import InputError
-from cranktrain.film.heat_balance import balanced_temperature
-from cranktrain.reduced_body import Array
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import Array
+from cranktrain.engine.model import Engine
+from cranktrain.film.steady.heat_balance import balanced_temperature
 
 TEMPERATURES = ("engine", "heat-balance")
 """Where films and damper have their temperature from: the engine's table over speed, or their own heat balance."""

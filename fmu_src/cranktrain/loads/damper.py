@@ -35,13 +35,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from cranktrain.damper_check import COMPLEX_MODULUS, LAWS, SHEAR_THINNING
-from cranktrain.engine import Engine
-from cranktrain.engine_parts import Damper
-from cranktrain.errors import InputError, nearest
-from cranktrain.kernel import kernel
-from cranktrain.lubricant import temperature_at
-from cranktrain.reduced_body import Array
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.kernel import kernel
+from cranktrain.core.reduced_body import Array
+from cranktrain.engine.checks.damper import COMPLEX_MODULUS, LAWS, SHEAR_THINNING
+from cranktrain.engine.lubricant import temperature_at
+from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import Damper
 
 # Places of the parameters; LAYERS weights (N m s) follow from WEIGHTS, their shear ratios from SHEARS.
 STIFFNESS, DAMPING, EXPONENT, TIME = range(4)
@@ -197,7 +197,7 @@ def with_damper_housing(engine: Engine) -> Engine:
 def required_damper(engine: Engine) -> Damper:
     """The engine's damper; ``InputError`` where it has none."""
     if engine.damper is None:
-        raise InputError(f"engine '{engine.name}' has no [damper]; add that table as in engines/diesel_i6.toml")
+        raise InputError(f"engine '{engine.name}' has no [damper]; add that table as in engine/data/diesel_i6.toml")
     return engine.damper
 
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.kernel import kernel
+from cranktrain.core.kernel import kernel
 
 RECENTRING_REVOLUTIONS = 2.0
 FOLLOWING, KEEPING = 0.7, 0.15

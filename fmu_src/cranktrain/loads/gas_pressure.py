@@ -25,9 +25,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.engine import Engine
-from cranktrain.errors import InputError
-from cranktrain.kernel import kernel
+from cranktrain.core.errors import InputError
+from cranktrain.core.kernel import kernel
+from cranktrain.engine.model import Engine
 
 Array = NDArray[np.float64]
 

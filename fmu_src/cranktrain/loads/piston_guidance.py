@@ -23,9 +23,9 @@ import math
 
 import numpy as np
 
-from cranktrain.engine_parts import PistonGuidance
-from cranktrain.kernel import kernel
-from cranktrain.reduced_body import Array
+from cranktrain.core.kernel import kernel
+from cranktrain.core.reduced_body import Array
+from cranktrain.engine.parts import PistonGuidance
 
 # Columns of the parameters.
 STIFFNESS, HEIGHT, DAMPING, CLEARANCE, FRICTION, SLIDING, UNBALANCE = 0, 2, 4, 6, 7, 8, 9

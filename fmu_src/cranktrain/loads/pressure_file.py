@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from cranktrain.errors import InputError, nearest
+from cranktrain.core.errors import InputError, nearest
 
 Array = NDArray[np.float64]
 

@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.engine_parts import Rod
-from cranktrain.kernel import kernel
+from cranktrain.core.kernel import kernel
+from cranktrain.engine.parts import Rod
 
 
 def remainder_inertia(rod: Rod) -> float:

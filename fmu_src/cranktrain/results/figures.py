@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.engine import Engine
-from cranktrain.errors import InputError
+from cranktrain.core.errors import InputError
+from cranktrain.engine.model import Engine
 from cranktrain.results import plots
 from cranktrain.results.orders import last_cycle
 from cranktrain.results.summary import Run

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from cranktrain.errors import InputError
+from cranktrain.core.errors import InputError
 
 Array = NDArray[np.float64]
 

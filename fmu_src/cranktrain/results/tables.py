@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from cranktrain.engine import Engine
+from cranktrain.engine.model import Engine
 
 
 class Table(NamedTuple):

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.simulation import Result
-from cranktrain.reduced_body import Array
 
 CYCLE = 4.0 * math.pi
 STEPS_PER_PERIOD = 4

@@ -7,7 +7,7 @@ ever finer bearings. Next above a pair stands the one with the next finer crank 
 from __future__ import annotations
 
 from cranktrain.levels import BEARINGS, CRANKS, highest_frequency, lowest_levels
-from cranktrain.scene import STRESS, Scene
+from cranktrain.studies.scene import STRESS, Scene
 
 Pair = tuple[str, str]
 

@@ -12,11 +12,11 @@ from hashlib import sha256
 
 import numpy as np
 
-from cranktrain.errors import SolverError
-from cranktrain.reduced_body import Array, ReducedBody
-from cranktrain.scene import RPM
+from cranktrain.core.errors import SolverError
+from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.studies.planning.difference import LastCycle, last_cycle, relative_differences
 from cranktrain.studies.planning.scene_model import Case, SceneModel
+from cranktrain.studies.scene import RPM
 from cranktrain.studies.tradeoff.store import PointStore, digest
 
 CYCLES = 4

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.reduced_body import Array
-from cranktrain.scene import Scene
+from cranktrain.core.reduced_body import Array
 from cranktrain.studies.planning.difference import by_family
 from cranktrain.studies.planning.ladder import Pair
 from cranktrain.studies.planning.scene_model import Case
+from cranktrain.studies.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -19,14 +19,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cranktrain.dynamics.model import Settings, resolved
-from cranktrain.errors import InputError
-from cranktrain.scene import RPM, Scene
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model.arrays import Settings, resolved
 from cranktrain.studies.planning.difference import longest_step
 from cranktrain.studies.planning.ladder import DEAREST, Pair, candidates, film, next_pair
 from cranktrain.studies.planning.measured import Measured
 from cranktrain.studies.planning.plan import Errors, Plan, largest, pair_name, percent
 from cranktrain.studies.planning.scene_model import Case, Progress, SceneModel
+from cranktrain.studies.scene import RPM, Scene
 from cranktrain.studies.tradeoff.level_points import numerical_points
 
 ELASTIC_METHODS = {"sdirk2": (2.5, 1.25, 0.625)}

@@ -15,17 +15,17 @@ from typing import Any
 
 import numpy as np
 
+from cranktrain.core.errors import SolverError
 from cranktrain.dynamics.simulation import Result
-from cranktrain.errors import SolverError
+from cranktrain.results.files import output_unit
 from cranktrain.results.orders import order_spectrum
-from cranktrain.results.result_file import output_unit
 from cranktrain.results.summary import ZERO_CELSIUS
-from cranktrain.scene import RPM, Scene
-from cranktrain.store import write_result
+from cranktrain.store.hdf5 import write_result
 from cranktrain.studies.planning.difference import CYCLE, LastCycle, by_family, last_cycle, relative_differences
 from cranktrain.studies.planning.ladder import every_pair
 from cranktrain.studies.planning.plan import Plan
 from cranktrain.studies.planning.scene_model import Case, SceneModel
+from cranktrain.studies.scene import RPM, Scene
 
 Advance = Callable[[float], None] | None
 

@@ -10,12 +10,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from cranktrain.dynamics.model import Parts, Settings, resolved
+from cranktrain.assembly import level_parts
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.dynamics.model.arrays import Parts, Settings, resolved
 from cranktrain.dynamics.simulation import Result, simulate
-from cranktrain.level_parts import level_parts
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.reduced_body import ReducedBody
-from cranktrain.scene import Scene
+from cranktrain.studies.scene import Scene
 from cranktrain.studies.tradeoff.level_bodies import running_crank
 
 Progress = Callable[[str], None]

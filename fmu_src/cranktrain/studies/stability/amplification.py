@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.dynamics.integrator_tables import BDF2, GENERALISED_ALPHA
-from cranktrain.dynamics.integrators import coefficients
-from cranktrain.dynamics.state import ACCELERATION, AUXILIARY, HISTORY, POSITION, VELOCITY
-from cranktrain.reduced_body import Array
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.state import ACCELERATION, AUXILIARY, HISTORY, POSITION, VELOCITY
+from cranktrain.dynamics.time.integrator_tables import BDF2, GENERALISED_ALPHA
+from cranktrain.dynamics.time.integrators import coefficients
 
 System = Callable[[float], tuple[NDArray[Any], NDArray[Any]]]
 """Stiffness K and damping C, (n, n) over unit mass, at a time."""
@@ -38,7 +38,7 @@ def step_matrix(table: Array, h: float, system: System, t: float = 0.0) -> NDArr
 
     Parameters
     ----------
-    table : as of :func:`cranktrain.dynamics.integrator_tables.integrator_table`
+    table : as of :func:`cranktrain.dynamics.time.integrator_tables.integrator_table`
     system : called with the times of the stages
     """
     n, k = system(t)[0].shape[0], len(carried(table))

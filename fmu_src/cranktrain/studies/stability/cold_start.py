@@ -1,13 +1,13 @@
 """Cold start: from every position of the journals in their bores to a running engine.
 
-A run begins at the static equilibrium of films and loads (:func:`cranktrain.dynamics.step_control.settle`), which it
-seeks from wherever the journals are. Here they are put everywhere, eccentric by 0 to 0.999 of the clearance in every
+A run begins at the static equilibrium of films and loads (:func:`cranktrain.dynamics.time.step_control.settle`), which
+it seeks from wherever the journals are. Here they are put everywhere, eccentric by 0 to 0.999 of the clearance in every
 direction, at speeds from standstill on: the start must find its equilibrium, and the first cycle must run. The same is
 asked without that search: journals released at rest where they are.
 
 Theory: a rigid rotor's equilibrium at each speed, from the two-dimensional Reynolds equation with Reynolds rupture
-(:class:`cranktrain.film.bearing.SteadyBearing`), while the running model's film is the one with a parabolic profile.
-For comparison, plain Newton steps on the same static equation, from the same places.
+(:class:`cranktrain.film.steady.bearing.SteadyBearing`), while the running model's film is the one with a parabolic
+profile. For comparison, plain Newton steps on the same static equation, from the same places.
 """
 
 from __future__ import annotations
@@ -17,11 +17,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cranktrain.dynamics.mean_motion import rigid_start
-from cranktrain.dynamics.settling import settle
-from cranktrain.dynamics.simulation import Settings, Simulation
-from cranktrain.dynamics.stage import FIRST_CONTRACTION, OK
-from cranktrain.dynamics.state import (
+from cranktrain.core.errors import SolverError
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.state import (
     CONTRACTION,
     INPUTS_NOW,
     OMEGA_REFERENCE,
@@ -31,14 +29,16 @@ from cranktrain.dynamics.state import (
     STEP_REFERENCE,
     offset,
 )
-from cranktrain.dynamics.step_control import STEPPING_SPEED
-from cranktrain.engine import load_engine
-from cranktrain.errors import SolverError
-from cranktrain.film.bearing import Journal, SteadyBearing, bearing_grid
-from cranktrain.film.impedance import journal_force
-from cranktrain.film.parameters import CLEARANCE, RADIUS, WIDTH
-from cranktrain.lubricant import oil_temperature, viscosity
-from cranktrain.reduced_body import Array
+from cranktrain.dynamics.simulation import Settings, Simulation
+from cranktrain.dynamics.start.mean_motion import rigid_start
+from cranktrain.dynamics.start.settling import settle
+from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, OK
+from cranktrain.dynamics.time.step_control import STEPPING_SPEED
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.lubricant import oil_temperature, viscosity
+from cranktrain.film.laws.impedance import journal_force
+from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, WIDTH
+from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid
 from cranktrain.studies.stability.rotor import film_law, film_rotor
 from cranktrain.studies.stability.stability_map import Axis, Progress, StabilityMap, curve
 
@@ -160,7 +160,7 @@ def plain_newton(simulation: Simulation, eccentricity: float, direction: float, 
 
 def six(speed: float, quick: bool, progress: Progress) -> Simulation:
     """The in-line six with its elastic crankshaft, started at a speed (rad/s) in its usual way."""
-    from cranktrain.structure.reduction import running_body
+    from cranktrain.structure.crank.reduction import running_body
 
     engine = load_engine("diesel_i6")
     if quick:

@@ -1,9 +1,9 @@
 """How long a contact rings that a step cannot resolve.
 
-A journal of 10 kg stands in its bore on contact alone (the law of :mod:`cranktrain.film.impedance` below its contact
-height, at standstill, with an oil too thin to damp) and takes a small jolt. The contact is far stiffer than a step
-resolves; what force it shows from step to step is then the method's own. Generalised-α multiplies that mode by ρ(hω)
-a step, which falls from one to ρ∞ as hω grows: with ρ∞ = 1, the trapezoidal rule, the force alternates for ever.
+A journal of 10 kg stands in its bore on contact alone (the law of :mod:`cranktrain.film.laws.impedance` below its
+contact height, at standstill, with an oil too thin to damp) and takes a small jolt. The contact is far stiffer than a
+step resolves; what force it shows from step to step is then the method's own. Generalised-α multiplies that mode by
+ρ(hω) a step, which falls from one to ρ∞ as hω grows: with ρ∞ = 1, the trapezoidal rule, the force alternates for ever.
 
 Ringing is the largest contact force, less its mean, in TAIL steps after the first SETTLING, over its largest at all.
 Found: the running model on the contact as it is. Theory: the same from powers of the method's matrix at ω = √(k/m),
@@ -16,12 +16,12 @@ import math
 
 import numpy as np
 
-from cranktrain.dynamics.integrator_tables import generalised_alpha
-from cranktrain.dynamics.model import STEP
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.arrays import STEP
+from cranktrain.dynamics.model.state import ACCELERATION, MODAL_BLOCKS, STEP_LAST, STEP_REFERENCE
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.dynamics.state import ACCELERATION, MODAL_BLOCKS, STEP_LAST, STEP_REFERENCE
-from cranktrain.film.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR
-from cranktrain.reduced_body import Array
+from cranktrain.dynamics.time.integrator_tables import generalised_alpha
+from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR
 from cranktrain.studies.stability.amplification import constant, step_matrix
 from cranktrain.studies.stability.rotor import SPEED, default_method, film_rotor, modal_places
 from cranktrain.studies.stability.stability_map import Axis, Progress, StabilityMap, bisected, curve, deviation

@@ -17,9 +17,9 @@ import math
 
 import numpy as np
 
-from cranktrain.film.impedance import journal_force
-from cranktrain.kernel import kernel
-from cranktrain.reduced_body import Array
+from cranktrain.core.kernel import kernel
+from cranktrain.core.reduced_body import Array
+from cranktrain.film.laws.impedance import journal_force
 
 RK4, CENTRAL = 0, 1
 METHODS = {"rk4": RK4, "central-differences": CENTRAL}

@@ -19,10 +19,10 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from cranktrain.cache import cache_folder
-from cranktrain.engine_file import engine_folder
-from cranktrain.errors import StoreError
-from cranktrain.sources import source_digest
+from cranktrain.core.cache import cache_folder
+from cranktrain.core.errors import StoreError
+from cranktrain.core.sources import source_digest
+from cranktrain.engine.file import engine_folder
 from cranktrain.studies.stability import MAPS
 from cranktrain.studies.stability.stability_map import StabilityMap, as_record, from_record
 

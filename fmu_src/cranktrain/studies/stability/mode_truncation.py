@@ -2,7 +2,7 @@
 
 The receptance of a free body at a loaded interface is H(ω) = Σ φ_n²/(ω_n² − ω²) over its elastic modes; its static
 value C = H(0) is the interface's elastic compliance. A body cut to m elastic modes lacks the rest, at every frequency;
-with static completeness (residual attachment, :func:`cranktrain.reduced_body.truncate`) it lacks what the rest has
+with static completeness (residual attachment, :func:`cranktrain.core.reduced_body.truncate`) it lacks what the rest has
 beyond statics. The error here is |H_m − H|/C; beyond 1 % the cut body fails.
 
 Theory: a uniform shaft, free at both ends and loaded by a torque at one, has ω_n = n ω_1 and equal φ_n² there, so that
@@ -25,8 +25,8 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.special import digamma, zeta
 
-from cranktrain.engine import load_engine
-from cranktrain.reduced_body import Array, ReducedBody, truncate
+from cranktrain.core.reduced_body import Array, ReducedBody, truncate
+from cranktrain.engine.file import load_engine
 from cranktrain.studies.stability.stability_map import Axis, Progress, StabilityMap, bisected, curve, deviation
 
 ALLOWED = 0.01
@@ -160,7 +160,7 @@ def limits(body: ReducedBody, counts: Array, loads: Loads, answers: Loads | None
 
 def crankshaft(quick: bool, progress: Progress) -> tuple[ReducedBody, Loads]:
     """The six's crankshaft with flywheel and pulley, in all its modes, and the loads of the running model."""
-    from cranktrain.structure.reduction import complete_crankshaft, reduced_crankshaft, running_loads
+    from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_loads
 
     engine = load_engine("diesel_i6")
     if quick:

@@ -2,8 +2,8 @@
 
 A rigid rotor on two of the six's films at constant speed and load; its mass moves it through the threshold of its
 speed parameter, so that the film's equilibrium, K and C stay. Whirl sets in where ω √(c m/W) reaches the threshold of
-these coefficients (:func:`~cranktrain.film.bearing.whirl_threshold`). A method that takes energy out of resolved motion
-hides it.
+these coefficients (:func:`~cranktrain.film.steady.bearing.whirl_threshold`). A method that takes energy out of resolved
+motion hides it.
 
 Found: the whole running model over one revolution, from its own periodic orbit (which shooting finds) and from states
 beside it: onset is where the largest multiplier of that map has the size one. Theory of a method: its table applied to
@@ -25,12 +25,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, root
 
-from cranktrain.dynamics.integrator_tables import BDF2, GENERALISED_ALPHA, integrator_table
+from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.film.bearing import whirl_threshold
-from cranktrain.film.impedance import journal_force
-from cranktrain.film.parameters import CLEARANCE
-from cranktrain.reduced_body import Array
+from cranktrain.dynamics.time.integrator_tables import BDF2, GENERALISED_ALPHA, integrator_table
+from cranktrain.film.laws.impedance import journal_force
+from cranktrain.film.laws.parameters import CLEARANCE
+from cranktrain.film.steady.bearing import whirl_threshold
 from cranktrain.studies.stability.amplification import carried, scaled, step_matrix
 from cranktrain.studies.stability.rotor import (
     SPEED,

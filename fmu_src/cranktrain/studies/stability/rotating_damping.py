@@ -19,12 +19,19 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.dynamics.integrator_tables import integrator_table
-from cranktrain.dynamics.model import STEP
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.arrays import STEP
+from cranktrain.dynamics.model.state import (
+    MODAL_BLOCKS,
+    OMEGA_REFERENCE,
+    SHAFT_ANGLE,
+    SHAFT_SPEED,
+    STEP_LAST,
+    STEP_REFERENCE,
+)
 from cranktrain.dynamics.simulation import Settings, Simulation
-from cranktrain.dynamics.state import MODAL_BLOCKS, OMEGA_REFERENCE, SHAFT_ANGLE, SHAFT_SPEED, STEP_LAST, STEP_REFERENCE
-from cranktrain.film.parameters import C_X, C_Y, K_X, K_Y
-from cranktrain.reduced_body import Array
+from cranktrain.dynamics.time.integrator_tables import integrator_table
+from cranktrain.film.laws.parameters import C_X, C_Y, K_X, K_Y
 from cranktrain.studies.stability.amplification import carried, radius
 from cranktrain.studies.stability.rotor import default_method, modal_places, rotor_body, rotor_engine
 from cranktrain.studies.stability.stability_map import Axis, Progress, StabilityMap, bisected, curve, deviation

@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.dynamics.model import Settings, resolved
+from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model.arrays import Settings, resolved
+from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.dynamics.state import offset
-from cranktrain.engine import Engine, load_engine
-from cranktrain.film.impedance import impedance_map, journal_force
-from cranktrain.film.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, KAPPA2
-from cranktrain.reduced_body import Array, ReducedBody
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.impedance import impedance_map, journal_force
+from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, KAPPA2
 
 NOTHING = 1.0e-7
 """Mass (kg) and inertia of what is not meant to be there; zero has no inverse."""
@@ -119,7 +120,7 @@ class LinearFilm:
 
 
 def film_law(bearing: Array) -> tuple[Any, ...]:
-    """What :func:`~cranktrain.film.impedance.journal_force` wants of a bearing: c, factor, contact and its map."""
+    """What :func:`~cranktrain.film.laws.impedance.journal_force` wants of a bearing: c, factor, contact and its map."""
     law = tuple(float(bearing[k]) for k in (CLEARANCE, FACTOR, CONTACT_HEIGHT, CONTACT_LOAD))
     return (*law, impedance_map(float(bearing[KAPPA2])))
 

@@ -4,7 +4,7 @@ A journal of 10 kg a bearing in the six's film at 2000 rev/min. Near its equilib
 damping C that both grow without end as the gap closes; the largest |λ| of m ü + C u̇ + K u = 0 is some C/m, a motion
 that dies within microseconds and that an explicit step must resolve all the same. Theory: spectral radius one of the
 methods' matrices on that linear film. Found: the same methods marched in the film as it is, not linear, by
-:func:`~cranktrain.film.impedance.journal_force`.
+:func:`~cranktrain.film.laws.impedance.journal_force`.
 
 The product's methods are A-stable: no step is too long for a film that does not whirl. What ends them is Newton's
 iteration on the film as it is. The journal's load becomes thirty times itself, as firing makes it, and one step must
@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.dynamics.model import GRAVITY, STEP
-from cranktrain.reduced_body import Array
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.arrays import GRAVITY, STEP
 from cranktrain.studies.stability.explicit import METHODS, amplification, march, spectral_radius
 from cranktrain.studies.stability.rotor import SPEED, LinearFilm, default_method, film_at, film_law, film_rotor
 from cranktrain.studies.stability.stability_map import (

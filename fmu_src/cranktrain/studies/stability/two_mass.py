@@ -26,11 +26,11 @@ from itertools import pairwise
 import numpy as np
 from scipy.linalg import expm
 
-from cranktrain.dynamics.integrator_tables import integrator_table
-from cranktrain.dynamics.integrators import coefficients
-from cranktrain.errors import InputError, nearest
-from cranktrain.kernel import kernel
-from cranktrain.reduced_body import Array
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.kernel import kernel
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.time.integrator_tables import integrator_table
+from cranktrain.dynamics.time.integrators import coefficients
 from cranktrain.studies.stability.stability_map import bisected
 
 DECOMPOSITIONS = {"force/displacement": 0, "displacement/displacement": 1}

@@ -24,10 +24,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cranktrain.dynamics.model import RIGID_ROTATION
-from cranktrain.dynamics.simulation import Settings, Simulation
-from cranktrain.dynamics.stage import FIRST_CONTRACTION
-from cranktrain.dynamics.state import (
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.arrays import RIGID_ROTATION
+from cranktrain.dynamics.model.state import (
     CONTRACTION,
     INPUTS_NOW,
     LAST_INTERVAL,
@@ -42,7 +41,8 @@ from cranktrain.dynamics.state import (
     VELOCITY,
     offset,
 )
-from cranktrain.reduced_body import Array
+from cranktrain.dynamics.simulation import Settings, Simulation
+from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
 from cranktrain.studies.stability.rotor import NOTHING, rotor_body, rotor_engine
 from cranktrain.studies.stability.stability_map import Axis, Progress, StabilityMap, bisected, curve, deviation
 

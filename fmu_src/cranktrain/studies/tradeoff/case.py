@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from cranktrain.dynamics.model import Settings, resolved
-from cranktrain.engine import Engine
+from cranktrain.dynamics.model.arrays import Settings, resolved
+from cranktrain.engine.model import Engine
 
 CYCLES = 6
 """Cycles of a run: after them what the start left has decayed."""
@@ -26,7 +26,7 @@ class Case:
     ----------
     settings : levels, and for the stage solver integrator and step
     cutoff_hz : of the crank's elastic modes; None as the engine file says
-    method : ``stages`` or a method of :mod:`cranktrain.studies.tradeoff.other_solvers`
+    method : ``stages`` or a method of :mod:`cranktrain.studies.peers.other_solvers`
     tolerance : of a method that chooses its own steps
     interval_deg : degrees between kept outputs; None: see ``COMMUNICATION_DEG``
     coupled_deg : communication step of a master that gives the pressures; None: built-in trace

@@ -13,10 +13,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from cranktrain.dynamics.integrator_tables import EMBEDDED
-from cranktrain.dynamics.model import BLOCK_LEVELS, RECONSTRUCTIONS, Settings
-from cranktrain.engine import Engine
-from cranktrain.film.laws import TILTED
+from cranktrain.dynamics.model.arrays import BLOCK_LEVELS, RECONSTRUCTIONS, Settings
+from cranktrain.dynamics.time.integrator_tables import EMBEDDED
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import TILTED
 from cranktrain.studies.tradeoff.case import COMMUNICATION_DEG, Case
 from cranktrain.studies.tradeoff.level_points import (
     CRANKS,

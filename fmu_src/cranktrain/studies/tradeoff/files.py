@@ -9,7 +9,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from cranktrain.errors import InputError
+from cranktrain.core.errors import InputError
 from cranktrain.studies.tradeoff.chart import family_figure, overall_figure
 from cranktrain.studies.tradeoff.choice import choice_text
 from cranktrain.studies.tradeoff.page import page

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from cranktrain.dynamics.model import Settings
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.dynamics.model.arrays import Settings
 from cranktrain.dynamics.simulation import fitted_engine
-from cranktrain.engine import Engine
-from cranktrain.reduced_body import ReducedBody
-from cranktrain.structure.crank_level import crank_body
+from cranktrain.engine.model import Engine
+from cranktrain.structure.crank.level import crank_body
 
 Progress = Callable[[str], None]
 

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from cranktrain.dynamics.integrator_tables import INTEGRATORS
-from cranktrain.dynamics.mains import HELD
-from cranktrain.dynamics.model import BLOCK_LEVELS, CRANK_LEVELS, Settings, resolved
-from cranktrain.engine import Engine
-from cranktrain.film.laws import LAWS
+from cranktrain.dynamics.model.arrays import BLOCK_LEVELS, CRANK_LEVELS, Settings, resolved
+from cranktrain.dynamics.model.mains import HELD
+from cranktrain.dynamics.time.integrator_tables import INTEGRATORS
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import LAWS
 from cranktrain.studies.tradeoff.case import CYCLES, Case
 from cranktrain.studies.tradeoff.level_bodies import ALL_MODES
 from cranktrain.studies.tradeoff.measure import Entry, Progress, measured

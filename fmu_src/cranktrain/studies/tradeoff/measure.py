@@ -16,19 +16,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cranktrain.dynamics.equations_of_motion import trace_pressure
+from cranktrain.assembly import level_parts
+from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.core.kernel import keep_record
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.motion.equations import trace_pressure
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.engine import Engine
-from cranktrain.errors import CranktrainError, InputError
-from cranktrain.film.rigid_bore import rigid_bore
-from cranktrain.kernel import keep_record
-from cranktrain.level_parts import level_parts
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressure, spline_coefficients
-from cranktrain.reduced_body import Array
-from cranktrain.studies.fixed_step import LIMITS
+from cranktrain.studies.peers.fixed_step import LIMITS
+from cranktrain.studies.peers.other_solvers import Unstable, largest_rate, other_run
 from cranktrain.studies.tradeoff.case import STAGES, Case
 from cranktrain.studies.tradeoff.level_bodies import running_crank
-from cranktrain.studies.tradeoff.other_solvers import Unstable, largest_rate, other_run
 from cranktrain.studies.tradeoff.point import OTHERS, OUTPUTS, Point
 from cranktrain.studies.tradeoff.store import PointStore, digest
 
@@ -150,7 +150,7 @@ def _give_pressures(simulation: Simulation) -> None:
 
 def _change_grid(simulation: Simulation, case: Case) -> None:
     """Solve the films in the loop on the case's grid from here on."""
-    from cranktrain.film.journal_grid import cold_start, journal_grid, journal_work
+    from cranktrain.film.journal.grid import cold_start, journal_grid, journal_work
 
     model = simulation.model
     grid = journal_grid(*(case.film_grid or (0, 0)))
@@ -185,7 +185,7 @@ def sampled_trace(engine: Engine, spacing_deg: float, rule: str) -> GasTrace:
 
 def key_of(case: Case) -> str:
     """Key of a case in the store."""
-    from cranktrain.structure.reduction import input_digest
+    from cranktrain.structure.crank.reduction import input_digest
 
     return digest(case, input_digest(case.engine))
 

@@ -17,9 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.cache import cache_folder
-from cranktrain.reduced_body import Array
-from cranktrain.sources import source_digest
+from cranktrain.core.cache import cache_folder
+from cranktrain.core.reduced_body import Array
+from cranktrain.core.sources import source_digest
+
 
 class PointStore:
     """Measured points and recorded references by key; one that cannot be written keeps them for this process only."""

@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from cranktrain.dynamics.model import Settings
-from cranktrain.engine import load_engine
-from cranktrain.errors import InputError, nearest
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.dynamics.model.arrays import Settings
+from cranktrain.engine.file import load_engine
+from cranktrain.studies.peers.other_solvers import SCIPY
 from cranktrain.studies.tradeoff.families import FAMILIES, StudyScene
 from cranktrain.studies.tradeoff.measure import measured
-from cranktrain.studies.tradeoff.other_solvers import SCIPY
 from cranktrain.studies.tradeoff.pareto import cost_at, marked
 from cranktrain.studies.tradeoff.point import NUMERICAL, OUTPUTS, Point, in_scene
 from cranktrain.studies.tradeoff.reference import error_estimate, reference_case
@@ -62,7 +62,7 @@ def default_scenes(quick: bool) -> list[StudyScene]:
 
 def scenes_of(path: str, quick: bool) -> list[StudyScene]:
     """Scenes of a scene file: each of its speeds, in a quick study the first; its levels where it fixes them."""
-    from cranktrain.scene import load_scene
+    from cranktrain.studies.scene import load_scene
 
     scene = load_scene(path)
     if scene.pressure is not None:

@@ -1,0 +1,316 @@
+"""The verb ``cranktrain bearing``: one plain bearing, by its eccentricity (dimensionless) or by its load (in units)."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+import statistics
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from cranktrain.core.errors import InputError, nearest
+
+if TYPE_CHECKING:
+    from cranktrain.engine.parts import Oil
+    from cranktrain.film.steady.bearing import SteadyState
+
+RPM = math.pi / 30.0
+GIVEN = ("length_ratio", "eccentricity", "squeeze", "squeeze_only", "tilt")
+HEAT = ("inlet_temperature_c", "oil_viscosity_40", "oil_viscosity_100", "oil_density", "heat_share")
+LOADED = (
+    "diameter_mm", "width_mm", "clearance_um", "viscosity", "speed", "load", "moment_nm", "grooves", "groove_deg", *HEAT
+)  # fmt: skip
+NEEDED = {"eccentricity": ("length_ratio",), "load": LOADED[:5]}
+OIL_DENSITY, HEAT_CAPACITY, HEAT_SHARE = 860.0, 2000.0, 0.8
+ZERO_CELSIUS = 273.15
+TIMED_RUNS, TIMED_SECONDS = 15, 0.02
+
+DESCRIPTION = """\
+One plain bearing with a rigid bore, oil at ambient pressure at both ends.
+
+By eccentricity: --length-ratio, --eccentricity; dimensionless results, x along the eccentricity, y 90 deg on in the
+sense of rotation, with B width, D diameter, R = D/2, c radial clearance, psi = c/R, eta viscosity, omega speed of the
+journal in a bore at rest:
+  sommerfeld   So = F psi^2/(B D eta omega); with --squeeze-only So = F psi^2/(B D eta |deps/dt|)
+  attitude_deg angle from the load to the eccentricity, in the sense of rotation
+  side_flow    Q/(R^3 psi omega), Q what pressure drives out of both ends together
+  friction     mu_f/psi = S/(2 So) + eps sin(attitude)/2, S = half the integral of dphi dzeta/H over a filled gap
+               (2 pi/sqrt(1 - eps^2) without tilt); friction of the journal, 0 for the shear of --squeeze-only
+  p_max        p psi^2/(eta omega)
+  force        [x, y] F psi^2/(B D eta omega) on the journal
+  moment       [x, y] M psi^2/(B^2 D eta omega), the moment vector on the journal about its middle
+In all norms of --squeeze-only omega is deps/dt. attitude_deg and friction are null where there is no load.
+seconds: the solution alone, kernels loaded (median of the wall times of up to 15 runs).
+
+By load: --diameter-mm, --width-mm, --clearance-um (radial), --viscosity (Pa s), --speed (rev/min), --load (N); x along
+the load, y 90 deg on in the sense of rotation: eccentricity (over c), attitude_deg, min_film_um, stiffness (N/m) and
+damping (N s/m) as rows of 2 x 2 matrices -dF/dx and -dF/dx', whirl_threshold omega_s sqrt(c m/W) of a rigid rotor with
+mass m per bearing (null: stable at every speed, 0: at none), flow (m^3/s, out of both ends), friction_torque (N m, on
+the journal, of a filled gap), p_max (Pa), seconds (equilibrium and coefficients, as above). With --moment-nm the
+matrices are 4 x 4 for (x, y, dx/dz, dy/dz) against (Fx, Fy, My, -Mx), and the result has tilt, the displacement of the
+axis at the end z = +B/2 over c.
+With --inlet-temperature-c instead of --viscosity the oil is Walther's (ASTM D341) through its kinematic viscosities at
+40 and 100 degC (--oil-viscosity-40, --oil-viscosity-100, mm^2/s) with --oil-density (kg/m^3), and the film is as warm
+as its heat balance makes it: --heat-share of the friction power warms the oil that leaves at the ends
+(2000 J/(kg K)) from inlet to outlet, and the viscosity is that of the mean. The result has effective_temperature_c,
+outlet_temperature_c and viscosity (Pa s) too.
+
+Cavitation: reynolds (p >= 0, Swift and Stieber), guembel (a full film's tension left out), full (Sommerfeld) or
+mass-conserving (oil conserved at rupture and reformation; rates of --squeeze are those of an instant, the fill of an
+opening gap unchanged; by load, coefficients are those of differences).
+Supply: widest-gap holds p = 0 on the line of the widest gap (an axial groove there, as in Butenschoen's and Raimondi
+and Boyd's tables); it is the default of rotation with --cavitation reynolds (unless --squeeze is negative: the journal
+then presses on the oil there) or mass-conserving. none leaves reformation to Reynolds' condition, the default
+otherwise. --grooves two-axial has p = 0 in two grooves at +-90 deg to the load, of --groove-deg each.
+"""
+
+
+def register(verbs: Any, show: Callable[[str, tuple[str, ...], list[tuple[str, ...]]], None]) -> None:
+    """Add the verb to the command line's ``verbs``; ``show(title, header, rows)`` prints a table."""
+    sub = verbs.add_parser(
+        "bearing",
+        help="One plain bearing: load, attitude, flow, friction, stiffness and damping.",
+        description=DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    # A tilt or moment of -1e-3 is a number, not an option.
+    sub._negative_number_matcher = re.compile(r"^-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$", re.IGNORECASE)
+    given = sub.add_argument_group("by eccentricity")
+    given.add_argument("--length-ratio", type=float, metavar="B/D", help="width over diameter")
+    given.add_argument("--eccentricity", type=float, metavar="EPS", help="over the clearance, from 0 to below 1")
+    given.add_argument("--squeeze", type=float, metavar="X", help="rate of eccentricity over omega, besides rotation")
+    given.add_argument("--squeeze-only", action="store_true", default=None, help="no rotation; the eccentricity grows")
+    given.add_argument(
+        "--tilt", type=float, nargs=2, metavar=("A", "B"), help="displacement of the axis at z = +B/2 over c"
+    )
+    loaded = sub.add_argument_group("by load")
+    loaded.add_argument("--diameter-mm", type=float, metavar="MM")
+    loaded.add_argument("--width-mm", type=float, metavar="MM")
+    loaded.add_argument("--clearance-um", type=float, metavar="UM", help="radial")
+    loaded.add_argument("--viscosity", type=float, metavar="PAS", help="Pa s")
+    loaded.add_argument("--speed", type=float, metavar="RPM", help="rev/min")
+    loaded.add_argument("--load", type=float, metavar="N")
+    loaded.add_argument("--moment-nm", type=float, nargs=2, metavar=("MX", "MY"), help="of the load, about x, y")
+    loaded.add_argument("--grooves", metavar="KIND", help="two-axial")
+    loaded.add_argument("--groove-deg", type=float, metavar="DEG", help="extent of each groove (default 20)")
+    loaded.add_argument("--inlet-temperature-c", type=float, metavar="T", help="heat balance instead of --viscosity")
+    loaded.add_argument("--oil-viscosity-40", type=float, metavar="NU", help="mm^2/s at 40 degC")
+    loaded.add_argument("--oil-viscosity-100", type=float, metavar="NU", help="mm^2/s at 100 degC")
+    loaded.add_argument("--oil-density", type=float, metavar="RHO", help=f"kg/m^3 (default {OIL_DENSITY:g})")
+    loaded.add_argument(
+        "--heat-share", type=float, metavar="X", help=f"of the friction, into the oil (default {HEAT_SHARE:g})"
+    )
+    sub.add_argument(
+        "--cavitation", default="reynolds", metavar="KIND", help="reynolds (default), guembel, full or mass-conserving"
+    )
+    sub.add_argument("--supply", metavar="KIND", help="widest-gap or none, see above")
+    sub.add_argument(
+        "--grid",
+        type=int,
+        nargs=2,
+        metavar=("N_PHI", "N_Z"),
+        help="intervals around and over the width (default 96 16, mass-conserving 160 16, with --tilt 160 24; by load "
+        "160 16, grooved 192 16)",
+    )
+    sub.add_argument("--json", action="store_true", help="print one JSON object")
+    sub.set_defaults(verb=lambda options: bearing(options, show))
+
+
+def bearing(options: argparse.Namespace, show: Callable[..., None]) -> dict[str, Any]:
+    """Run one of the two forms; what belongs to the other is refused."""
+    form = "eccentricity" if options.eccentricity is not None else "load"
+    if form == "load" and options.load is None:
+        raise InputError("bearing needs --eccentricity (with --length-ratio) or --load (with the bearing's dimensions)")
+    foreign = [name for name in (LOADED if form == "eccentricity" else GIVEN) if getattr(options, name) is not None]
+    if foreign:
+        raise InputError(f"--{foreign[0].replace('_', '-')} does not go with --{form}: one is given, the other follows")
+    needed = NEEDED[form]
+    if form == "load" and any(getattr(options, name) is not None for name in HEAT):
+        if options.viscosity is not None:
+            raise InputError("--viscosity does not go with --inlet-temperature-c: one is given, the other follows")
+        needed = tuple(name for name in needed if name != "viscosity") + HEAT[:3]
+    missing = [f"--{name.replace('_', '-')}" for name in needed if getattr(options, name) is None]
+    if missing:
+        raise InputError(f"bearing with --{form} also needs {', '.join(missing)}")
+    result = _given(options) if form == "eccentricity" else _loaded(options)
+    if not options.json:
+        rows = [(key, _text(value), _UNITS.get((form, key), "")) for key, value in result.items()]
+        show("Plain bearing", ("value", "", "unit or norm"), rows)
+    return result
+
+
+def _timed(compute: Callable[[], Any]) -> tuple[Any, float]:
+    """Result, and median of the seconds of further runs: the first one may load or compile kernels."""
+    result = compute()
+    times: list[float] = []
+    while len(times) < TIMED_RUNS and sum(times) < TIMED_SECONDS:
+        start = time.perf_counter()
+        compute()
+        times.append(time.perf_counter() - start)
+    return result, statistics.median(times)
+
+
+def _given(options: argparse.Namespace) -> dict[str, Any]:
+    from cranktrain.film.steady.sommerfeld import prescribed_film
+
+    film, seconds = _timed(
+        lambda: prescribed_film(
+            options.length_ratio,
+            options.eccentricity,
+            squeeze=options.squeeze or 0.0,
+            squeeze_only=bool(options.squeeze_only),
+            tilt=tuple(options.tilt or (0.0, 0.0)),
+            cavitation=options.cavitation,
+            supply=options.supply,
+            grid=tuple(options.grid) if options.grid else None,
+        )
+    )
+    return {
+        "sommerfeld": film.sommerfeld,
+        "attitude_deg": math.degrees(film.attitude),
+        "side_flow": film.side_flow,
+        "friction": film.friction,
+        "p_max": film.p_max,
+        "force": list(film.force),
+        "moment": list(film.moment),
+        "seconds": seconds,
+    }
+
+
+def _loaded(options: argparse.Namespace) -> dict[str, Any]:
+    from cranktrain.film.steady.sommerfeld import CAVITATION
+
+    if options.grooves is not None and options.grooves != "two-axial":
+        raise InputError(f"--grooves '{options.grooves}' does not exist; valid: two-axial")
+    if options.groove_deg is not None and options.grooves is None:
+        raise InputError("--groove-deg needs --grooves two-axial")
+    if options.grooves is not None and options.supply is not None:
+        raise InputError("--supply does not go with --grooves: the grooves are the supply")
+    for name in (*NEEDED["load"], *HEAT[1:]):
+        value = getattr(options, name)
+        if value is not None and not (math.isfinite(value) and value > 0.0):
+            raise InputError(f"--{name.replace('_', '-')} {value:g} must be above zero")
+    if options.heat_share is not None and options.heat_share > 1.0:
+        raise InputError(f"--heat-share {options.heat_share:g} is not within 0 to 1: it is a part of the friction")
+    if options.cavitation not in CAVITATION:
+        raise InputError(f"cavitation '{options.cavitation}' does not exist; {nearest(options.cavitation, CAVITATION)}")
+    conserving = options.cavitation == "mass-conserving"
+    fed = options.cavitation == "reynolds" or conserving
+    supply = options.grooves or options.supply or ("widest-gap" if fed else "none")
+    if supply == "widest-gap" and not fed:
+        raise InputError("--supply widest-gap goes with --cavitation reynolds or mass-conserving; use none")
+    if conserving and supply == "none":
+        raise InputError("a film that conserves oil runs dry with --supply none; leave it out, or use reynolds")
+    if conserving and options.moment_nm is not None:
+        raise InputError("--moment-nm needs --cavitation reynolds, guembel or full; mass-conserving has no tilt")
+    moment = None
+    if options.moment_nm is not None:
+        # About x and y; the film's own pair is ∫z dF = (M_y, −M_x).
+        moment = (options.moment_nm[1], -options.moment_nm[0])
+    groove = math.radians(20.0 if options.groove_deg is None else options.groove_deg)
+    run = _analysis(options, supply, groove, moment)
+    if options.inlet_temperature_c is None:
+        state, seconds = _timed(lambda: run(options.viscosity))
+        return _equilibrium(state, moment, seconds)
+    from cranktrain.film.steady.warm_bearing import warm_bearing
+
+    oil = _oil(options)
+    warm, seconds = _timed(lambda: warm_bearing(oil, oil.temperatures[0], options.speed * RPM, run))
+    return _equilibrium(warm.state, moment, seconds) | {
+        "effective_temperature_c": warm.effective - ZERO_CELSIUS,
+        "outlet_temperature_c": warm.outlet - ZERO_CELSIUS,
+        "viscosity": warm.viscosity,
+    }
+
+
+def _analysis(
+    options: argparse.Namespace, supply: str, groove: float, moment: tuple[float, float] | None
+) -> Callable[[float], SteadyState]:
+    """The bearing as a function of its viscosity."""
+    from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid
+    from cranktrain.film.steady.conserving_bearing import DEFAULT_GRID, conserving_state
+
+    conserving = options.cavitation == "mass-conserving"
+
+    def journal(viscosity: float) -> Journal:
+        return Journal(
+            1e-3 * options.diameter_mm, 1e-3 * options.width_mm, 1e-6 * options.clearance_um, viscosity,
+            options.speed * RPM,
+        )  # fmt: skip
+
+    if conserving:
+        return lambda eta: conserving_state(
+            journal(eta), options.load, supply, tuple(options.grid or DEFAULT_GRID), groove
+        )
+    n_phi, n_z = options.grid or (0, 16)
+    grid = bearing_grid(
+        supply, n_phi=n_phi, n_z=n_z, tilted=moment is not None, rupture=options.cavitation, groove=groove,
+        ratio=options.width_mm / options.diameter_mm,
+    )  # fmt: skip
+    steady = SteadyBearing(grid)
+    return lambda eta: steady.state(journal(eta), options.load, moment)
+
+
+def _oil(options: argparse.Namespace) -> Oil:
+    """Walther's oil of the options."""
+    from cranktrain.engine.parts import Oil
+
+    inlet = options.inlet_temperature_c
+    if not (math.isfinite(inlet) and -60.0 <= inlet <= 250.0):
+        raise InputError(f"--inlet-temperature-c {inlet:g} is not within -60 to 250 degC")
+    return Oil(
+        density=OIL_DENSITY if options.oil_density is None else options.oil_density,
+        temperature_speeds=(0.0,),
+        temperatures=(inlet + ZERO_CELSIUS,),
+        supply_pressure=0.0,
+        law="walther",
+        walther_temperatures=(40.0 + ZERO_CELSIUS, 100.0 + ZERO_CELSIUS),
+        walther_viscosities=(1e-6 * options.oil_viscosity_40, 1e-6 * options.oil_viscosity_100),
+        heat_capacity=HEAT_CAPACITY,
+        heat_share=HEAT_SHARE if options.heat_share is None else options.heat_share,
+    )
+
+
+def _equilibrium(state: SteadyState, moment: tuple[float, float] | None, seconds: float) -> dict[str, Any]:
+    result: dict[str, Any] = {
+        "eccentricity": math.hypot(*state.eccentricity),
+        "attitude_deg": math.degrees(state.attitude),
+        "min_film_um": 1e6 * state.least_film,
+        "stiffness": state.stiffness.tolist(),
+        "damping": state.damping.tolist(),
+        "whirl_threshold": state.whirl_threshold,
+        "flow": state.flow,
+        "friction_torque": state.friction_torque,
+        "p_max": state.largest_pressure,
+        "seconds": seconds,
+    }
+    if moment is not None:
+        result["tilt"] = state.tilt.tolist()
+    return result
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, list):
+        return "\n".join(map(_text, value)) if isinstance(value[0], list) else "  ".join(f"{v:.5g}" for v in value)
+    return f"{value:.5g}"
+
+
+_UNITS = {
+    ("eccentricity", "sommerfeld"): "F psi²/(B D eta omega)",
+    ("eccentricity", "side_flow"): "Q/(R³ psi omega)",
+    ("eccentricity", "friction"): "mu_f/psi",
+    ("eccentricity", "p_max"): "p psi²/(eta omega)",
+    ("eccentricity", "force"): "F psi²/(B D eta omega), x along the eccentricity",
+    ("eccentricity", "moment"): "M psi²/(B² D eta omega)",
+    ("load", "eccentricity"): "over the clearance",
+    ("load", "tilt"): "at the end, over the clearance",
+    ("load", "stiffness"): "N/m, x along the load",
+    ("load", "damping"): "N s/m",
+    ("load", "whirl_threshold"): "omega_s sqrt(c m/W)",
+    ("load", "flow"): "m³/s",
+    ("load", "friction_torque"): "N m",
+    ("load", "p_max"): "Pa",
+    ("load", "viscosity"): "Pa s",
+}

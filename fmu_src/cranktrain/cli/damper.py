@@ -1,0 +1,122 @@
+"""The verb ``damper-optimum``: optimum damping of a torsional damper, for two masses or for an engine's crank."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
+
+DESCRIPTION = """\
+Optimum damping of a viscous torsional damper, whose ring is coupled to the hub by damping alone.
+
+With --inertia-ratio: Houdaille's two masses, a hub on a spring and a ring of MU times its inertia.
+With ENGINE: its [damper] on the pulley, for one torsional mode of the cranktrain (at rest, rods as mean masses,
+bearings as springs, the structure's damping, free to turn; the pulley with the damper's housing). Only that mode is
+excited; all of them answer to the ring.
+
+damping_ratio   c / (2 I w): I hub inertia, for an engine the mode's effective inertia at the pulley; w the frequency
+                without ring, rad/s
+amplification   largest amplitude of the hub over its static one under the same torque, 1/(I w^2) per torque
+frequency_ratio frequency of that largest amplitude over w
+"""
+
+
+def register(
+    verbs: Any,
+    show: Callable[[str, Sequence[str], Sequence[Sequence[str]]], None],
+    reduced: Callable[[Engine, argparse.Namespace], tuple[ReducedBody, float]],
+) -> None:
+    """Add the verb; ``show(title, header, rows)`` prints a table, ``reduced`` gives an engine's bare crankshaft."""
+    sub = verbs.add_parser(
+        "damper-optimum",
+        help="Optimum damping of a torsional damper, for two masses or an engine's torsional mode.",
+        description=DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    sub.add_argument("engine", nargs="?", metavar="ENGINE", help="name of a shipped engine or path of a .toml file")
+    sub.add_argument("--inertia-ratio", type=float, metavar="MU", help="ring over hub inertia; takes no ENGINE")
+    sub.add_argument("--mode", type=int, metavar="N", help="first (default) or second torsional mode of the engine")
+    sub.add_argument("--mesh", metavar="FILE", help="own mesh (.msh, .inp, .bdf) with named journal surfaces")
+    sub.add_argument("--json", action="store_true", help="print one JSON object")
+    sub.set_defaults(verb=lambda options: run(options, show, reduced))
+
+
+def run(
+    options: argparse.Namespace,
+    show: Callable[[str, Sequence[str], Sequence[Sequence[str]]], None],
+    reduced: Callable[[Engine, argparse.Namespace], tuple[ReducedBody, float]],
+) -> dict[str, Any]:
+    """Find the optimum of two masses or of an engine's damper, and print it unless JSON is wanted."""
+    from cranktrain.studies.torsion.damper_optimum import houdaille_optimum, optimal_damping, two_mass_modes
+
+    if (options.engine is None) == (options.inertia_ratio is None):
+        raise InputError("damper-optimum takes either an ENGINE or --inertia-ratio MU")
+    if options.inertia_ratio is None:
+        return _engine(options, show, reduced)
+    if options.mode is not None or options.mesh is not None:
+        raise InputError("--mode and --mesh belong to an ENGINE; two masses have one mode and no mesh")
+    closed = houdaille_optimum(options.inertia_ratio)
+    searched, _ = optimal_damping(two_mass_modes(), 0, options.inertia_ratio)
+    if not options.json:
+        rows = [
+            (key.replace("_", " "), f"{value:.6f}", f"{other:.6f}")
+            for (key, value), other in zip(closed._asdict().items(), searched, strict=True)
+        ]
+        show(f"Houdaille damper, ring over hub {options.inertia_ratio:g}", ("", "closed form", "by search"), rows)
+    return {**closed._asdict(), "by_search": searched._asdict()}
+
+
+def _engine(options: argparse.Namespace, show: Any, reduced: Any) -> dict[str, Any]:
+    from cranktrain.loads.damper import damper_parameters, damper_temperature, damping_coefficient, required_damper
+    from cranktrain.studies.torsion.damper_optimum import crank_optimum, houdaille_optimum
+
+    engine = load_engine(options.engine)
+    damper = required_damper(engine)
+    number = 1 if options.mode is None else options.mode
+    if number not in (1, 2):
+        raise InputError(f"--mode {number}: give 1 or 2, the first or the second torsional mode")
+    body, _ = reduced(engine, options)
+    found = crank_optimum(engine, body, number)
+    two = houdaille_optimum(found.inertia_ratio)
+    temperature = damper_temperature(damper, damper.temperature_speeds[-1])
+    own = damping_coefficient(damper_parameters(damper, temperature, found.hz))
+    result: dict[str, Any] = {
+        **found.optimum._asdict(),
+        "damping_nms_per_rad": found.damping,
+        "mode": number,
+        "mode_hz": found.hz,
+        "effective_inertia_kgm2": found.inertia,
+        "ring_inertia_kgm2": damper.ring_inertia,
+        "inertia_ratio": found.inertia_ratio,
+        "two_masses": two._asdict(),
+        "damper": {"temperature_c": temperature - 273.15, "damping_nms_per_rad": own},
+    }
+    if not options.json:
+        critical = 4.0 * math.pi * found.hz * found.inertia
+        rows = [
+            ("damping / N m s/rad", f"{found.damping:.2f}", f"{two.damping_ratio * critical:.2f}"),
+            *(
+                (key.replace("_", " "), f"{value:.4f}", f"{other:.4f}")
+                for (key, value), other in zip(found.optimum._asdict().items(), two, strict=True)
+            ),
+        ]
+        show(
+            f"{engine.title}: damper on torsional mode {number}, {found.hz:.1f} Hz without its ring",
+            ("", "on the crank", "two masses"),
+            rows,
+        )
+        print(
+            f"effective inertia at the pulley {found.inertia:.4f} kg m^2, ring {damper.ring_inertia:.4f} kg m^2 "
+            f"(ratio {found.inertia_ratio:.3f})"
+        )
+        print(
+            f"the engine's damper at {temperature - 273.15:.0f} degC: {own:.1f} N m s/rad at that frequency, "
+            "small amplitude"
+        )
+    return result

@@ -1,0 +1,90 @@
+"""The verb ``plan``: the lowest levels, modes, method and step that serve a scene, with the reasons."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import TYPE_CHECKING, Any
+
+from cranktrain.cli.console import Interrupted, show_rows, stages
+from cranktrain.studies.scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    from cranktrain.studies.planning.plan import Plan
+    from cranktrain.studies.planning.scene_model import SceneModel
+
+DESCRIPTION = """\
+Pick the lowest levels, number of modes, bearing law, integrator and step that serve a scene.
+
+The figures behind it are measured on the scene's own model by short runs, and kept in the cache. The model error is the
+difference to the next level up, the numerical error the difference to half the step; both are relative, up to the
+scene's highest frequency, and the largest over its outputs and speeds counts.
+"""
+
+
+def register(verbs: Any) -> None:
+    """Add the verb."""
+    sub = verbs.add_parser(
+        "plan",
+        help="What serves a scene, why, and with which error and time.",
+        description=DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    sub.add_argument("scene", metavar="SCENE", help="path of a scene.toml")
+    sub.add_argument("--json", action="store_true", help="print one JSON object")
+    sub.set_defaults(verb=run)
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Make the plan and print it unless JSON is wanted."""
+    made, _ = made_plan(load_scene(options.scene))
+    if not options.json:
+        show_plan(made)
+    return made.as_dict()
+
+
+def made_plan(scene: Scene) -> tuple[Plan, SceneModel]:
+    """Plan of a scene with its stages shown, and the model that it was measured on."""
+    from cranktrain.studies.planning.planning import plan
+    from cranktrain.studies.planning.scene_model import SceneModel
+
+    try:
+        with stages(f"{scene.name}: plan") as tell:
+            model = SceneModel(scene, tell)
+            return plan(scene, model=model), model
+    except KeyboardInterrupt:
+        raise Interrupted("interrupted; what was measured is kept: plan again to go on") from None
+
+
+def show_plan(made: Plan) -> None:
+    """Print a plan as a table, its reasons below."""
+    scene, found = made.scene, made.as_dict()
+    speeds = ", ".join(f"{rpm:.5g}" for rpm in scene.speeds_rpm)
+    model = found["predicted_model_error"]
+    rows = [
+        ("engine", scene.engine.name, f"at {speeds} rev/min"),
+        ("crank", found["crank"], f"{found['modes']} modes"),
+        ("bearings", found["bearings"], ""),
+        ("block", found["block"], ""),
+        ("integrator", found["integrator"], f"{found['step_deg']:g} deg"),
+        ("numerical error", f"{found['predicted_numerical_error']:.2g}", "against half the step"),
+        ("model error", "–" if model is None else f"{model:.2g}", "against the next level up"),
+        ("predicted error", f"{found['predicted_error']:.2g}", f"{scene.accuracy:g} is wanted"),
+        (
+            "real-time factor",
+            f"{found['predicted_real_time_factor']:.3g}",
+            "no budget" if scene.budget is None else f"budget {scene.budget:g}",
+        ),
+    ]
+    show_rows(f"{scene.title}: plan up to {scene.frequency:g} Hz", ("", "choice", "besides"), rows)
+    for reason in made.reasons:
+        print(f"- {reason}")
+    above = found["next_level"]
+    if above is None:
+        print(f"No level stands above; a check runs {math.degrees(made.next.step):g} deg.")
+        return
+    changes = ", ".join(f"{name} by {100.0 * value:.2g} %" for name, value in above["difference"].items())
+    print(
+        f"The next level up, {above['crank']}/{above['bearings']}, would change {changes} at a real-time factor of "
+        f"{above['real_time_factor']:.3g}"
+    )

@@ -1,0 +1,299 @@
+"""The verb ``cranktrain roller``: one cylindrical roller bearing by its dimensions, or those of an engine's mains."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+import sys
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.engine.roller_bearing import (
+    CONTACT_LAWS,
+    RATED_PRESSURE,
+    RollerBearing,
+    check_roller_bearing,
+    iso_profile,
+    main_roller,
+)
+
+if TYPE_CHECKING:
+    from cranktrain.film.laws.roller_contacts import LoadedBearing
+
+Show = Callable[[str, tuple[str, ...], list[tuple[str, ...]]], None]
+
+POSITIONS = ("roller", "between")
+FILLED = 0.85
+"""Roller's diameter over the distance of two where no pitch circle is given."""
+FEWEST_SLICES, MOST_SLICES = 2, 500
+
+DESCRIPTION = """\
+One cylindrical roller bearing under a radial load: rollers between rigid rings, Hertzian line contacts at both rings.
+
+  palmgren   delta = 3.84e-5 Q^0.9/l^0.8 per contact (mm, N), two contacts in series (default)
+  iso16281   Q = 35948 l^(8/9) delta^(10/9), both contacts together (ISO/TS 16281)
+
+Clearance is the diametral radial clearance of the standards (ISO 5753), the whole play from side to side; negative:
+preload. --profile none (straight rollers, default), iso16281 (logarithmic, by the standard's parameter) or that
+parameter itself; a profile needs --roller-diameter-mm. --position: a roller on the load line (default), or two on
+either side of it. The roller's length is the effective one. Without --roller-diameter-mm rollers are as thick as they
+are long, without --pitch-mm they fill 85 % of their circle; both tell in the pressure, the travel and the ring only.
+
+Results:
+  deflection_um              of both contacts in series, beyond the free play: the journal's displacement along the load
+                             less half the clearance
+  q_max_n                    load of the most loaded roller
+  stiffness_n_per_mm         tangent dF/d delta along the load, at the load
+  tilt_stiffness_nm_per_rad  tangent of the moment by the tilt in the plane of the load
+  displacement_um            from the middle, the free play with it
+  tilt_mrad                  in the plane of the load, by --moment-nm
+  loaded_rollers, load_factor Q_max Z/F (null without load), pressure_mpa (largest, Hertz, at the inner ring)
+  travel_um                  approach of both contacts at the static load rating (ISO 76: 4000 MPa); half the clearance
+                             may not exceed it
+  stiffness_variation        relative change of the stiffness as the rollers go on by half their pitch
+  many_rollers               the same by Sjovall's integral: rollers infinitely close, straight, without moment
+
+--ring adds "ring": radial and tilting stiffness of the bearing without contacts, its rollers as springs of their
+tangents at the load, outer ring and housing in finite elements. With --engine the bearings are those of the engine's
+[main_roller], each under the same load, with their rings; "mains" has one entry for each.
+"""
+
+
+def register(verbs: Any, show: Show) -> None:
+    """Add the verb to the command line's ``verbs``; ``show(title, header, rows)`` prints a table."""
+    sub = verbs.add_parser(
+        "roller",
+        help="Cylindrical roller bearing: deflection, roller loads, radial and tilting stiffness.",
+        description=DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    sub.add_argument("--rollers", type=int, metavar="Z", help="number of rollers, at least 3")
+    sub.add_argument("--length-mm", type=float, metavar="MM", help="effective length of a roller")
+    sub.add_argument("--roller-diameter-mm", type=float, metavar="MM", help="default: as the length")
+    sub.add_argument("--pitch-mm", type=float, metavar="MM", help="diameter of the circle of the rollers' middles")
+    sub.add_argument("--clearance-um", type=float, metavar="UM", help="diametral radial clearance (default 0)")
+    sub.add_argument("--engine", metavar="ENGINE", help="bearings of its [main_roller], in place of all above")
+    sub.add_argument("--load", type=float, required=True, metavar="N", help="radial load, N")
+    sub.add_argument("--moment-nm", type=float, default=0.0, metavar="NM", help="in the plane of the load (default 0)")
+    sub.add_argument("--law", metavar="LAW", help=f"{' or '.join(CONTACT_LAWS)} (default palmgren, or the engine's)")
+    sub.add_argument("--profile", metavar="KIND", help="none, iso16281 or a number (default none, or the engine's)")
+    sub.add_argument("--position", default="roller", metavar="WHERE", help="roller (default) or between")
+    sub.add_argument("--slices", type=int, default=30, metavar="N", help="Gauss points along a roller (default 30)")
+    sub.add_argument("--ring", action="store_true", help="also outer ring and housing in finite elements")
+    sub.add_argument("--rebuild", action="store_true", help="compute rings even where stored ones exist")
+    sub.add_argument("--json", action="store_true", help="print one JSON object")
+    # A preload or moment of -1e-3 is a number, not an option.
+    sub._negative_number_matcher = re.compile(r"^-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$", re.IGNORECASE)
+    sub.set_defaults(verb=lambda options: run(options, show))
+
+
+def run(options: argparse.Namespace, show: Show) -> dict[str, Any]:
+    """Solve one bearing, or those of an engine; ``InputError`` for what is none."""
+    if not (math.isfinite(options.load) and 0.0 <= options.load <= 1.0e9):
+        raise InputError(
+            f"--load {options.load:g} is not within 0 to 1e9 N; give its size, the direction does not count"
+        )
+    if not math.isfinite(options.moment_nm):
+        raise InputError("--moment-nm is not a finite number")
+    if options.position not in POSITIONS:
+        raise InputError(f"--position '{options.position}' does not exist; {nearest(options.position, POSITIONS)}")
+    if options.law is not None and options.law not in CONTACT_LAWS:
+        raise InputError(f"--law '{options.law}' does not exist; {nearest(options.law, CONTACT_LAWS)}")
+    if not FEWEST_SLICES <= options.slices <= MOST_SLICES:
+        raise InputError(f"--slices {options.slices} is not within {FEWEST_SLICES} to {MOST_SLICES}")
+    if options.engine is not None:
+        return _mains(options, show)
+    bearing = _given(options)
+    result = _solved(bearing, options, options.ring)
+    if not options.json:
+        _print(
+            f"Roller bearing, {bearing.rollers} rollers, contacts by {bearing.law}, {options.load:g} N", [result], show
+        )
+    return result
+
+
+def _given(options: argparse.Namespace) -> RollerBearing:
+    """Bearing of the command line's dimensions."""
+    for name in ("rollers", "length_mm"):
+        if getattr(options, name) is None:
+            raise InputError(f"--{name.replace('_', '-')} is missing; give --rollers and --length-mm, or --engine")
+    if options.rollers < 3:
+        raise InputError(f"--rollers {options.rollers} cannot centre a journal; give at least 3")
+    for name in ("length_mm", "roller_diameter_mm", "pitch_mm", "clearance_um"):
+        if not math.isfinite(getattr(options, name) or 0.0):
+            raise InputError(f"--{name.replace('_', '-')} is not a finite number")
+    length = 1e-3 * options.length_mm
+    diameter = length if options.roller_diameter_mm is None else 1e-3 * options.roller_diameter_mm
+    pitch = diameter / (FILLED * math.sin(math.pi / options.rollers))
+    bearing = RollerBearing(
+        rollers=options.rollers,
+        length=length,
+        diameter=diameter,
+        pitch=pitch if options.pitch_mm is None else 1e-3 * options.pitch_mm,
+        clearance=1e-6 * (options.clearance_um or 0.0),
+        law=options.law or "palmgren",
+    )
+    bearing = _profiled(bearing, options, options.roller_diameter_mm is not None)
+    names = {"rollers": "--rollers", "length": "--length-mm", "diameter": "--roller-diameter-mm", "pitch": "--pitch-mm",
+             "clearance": "--clearance-um", "profile": "--profile"}  # fmt: skip
+    try:
+        check_roller_bearing(bearing)
+    except InputError as error:
+        key, text = str(error).split(": ", 1)
+        raise InputError(f"{names.get(key, key)}: {text}") from None
+    return bearing
+
+
+def _profiled(bearing: RollerBearing, options: argparse.Namespace, diameter_known: bool) -> RollerBearing:
+    """The bearing with the profile that was asked for, if any was."""
+    if options.profile is None:
+        return bearing
+    if options.profile == "none":
+        return replace(bearing, profile=0.0)
+    if not diameter_known:
+        raise InputError(f"--profile {options.profile} needs --roller-diameter-mm, to which the profile is related")
+    if options.profile == "iso16281":
+        return replace(bearing, profile=iso_profile(bearing.length, bearing.diameter))
+    try:
+        return replace(bearing, profile=float(options.profile))
+    except ValueError:
+        valid = ("none", "iso16281")
+        raise InputError(
+            f"--profile '{options.profile}' is no number and does not exist; {nearest(options.profile, valid)}"
+        ) from None
+
+
+def _mains(options: argparse.Namespace, show: Show) -> dict[str, Any]:
+    """Bearings of an engine's mains, equal ones solved once."""
+    from cranktrain.engine.file import load_engine
+
+    given = ("rollers", "length_mm", "roller_diameter_mm", "pitch_mm", "clearance_um")
+    for name in given:
+        if getattr(options, name) is not None:
+            raise InputError(f"--{name.replace('_', '-')}: the engine file gives it; leave it out, or --engine")
+    engine = load_engine(options.engine)
+    rollers = engine.main_roller
+    if rollers is None:
+        raise InputError(f"engine '{engine.name}' has no [main_roller]; its mains are no roller bearings")
+    solved: dict[RollerBearing, dict[str, Any]] = {}
+    mains = []
+    for i in range(len(rollers.rollers)):
+        bearing = _profiled(main_roller(rollers, i), options, True)
+        if options.law is not None:
+            bearing = replace(bearing, law=options.law)
+        if bearing not in solved:
+            check_roller_bearing(bearing)
+            solved[bearing] = _solved(bearing, options, True)
+        linear = {
+            "stiffness_n_per_mm": 1e-3 * rollers.stiffness[i],
+            "tilt_stiffness_nm_per_rad": rollers.tilt_stiffness[i],
+        }
+        mains.append({"main": i + 1, **solved[bearing], "engine_file": linear})
+    if not options.json:
+        law = next(iter(solved)).law
+        title = f"{engine.title}: main roller bearings, {options.load:g} N on each, contacts by {law}"
+        _print(title, mains, show)
+    return {"engine": engine.name, "load_n": options.load, "mains": mains}
+
+
+def _solved(bearing: RollerBearing, options: argparse.Namespace, with_ring: bool) -> dict[str, Any]:
+    """All results of one bearing."""
+    import numpy as np
+
+    from cranktrain.film.laws.roller_contacts import equilibrium, many_rollers
+
+    half, lever = math.pi / bearing.rollers, 0.5 * bearing.length
+    load = np.array([options.load, 0.0, options.moment_nm / lever, 0.0])
+    first, other = (half, 0.0) if options.position == "between" else (0.0, half)
+    loaded = equilibrium(bearing, load, first, options.slices)
+    moved = equilibrium(bearing, load, other, options.slices)
+    free = max(0.5 * bearing.clearance, 0.0) / math.cos(first)
+    deflection, q_max = max(float(loaded.place[0]) - free, 0.0), float(loaded.loads.max())
+    stiffness = abs(float(loaded.stiffness[0, 0]))  # no load: not a negative zero
+    many = many_rollers(bearing, options.load) if options.load > 0.0 else (0.0, 0.0)
+    # Preloaded rollers have approached before the load comes.
+    preload = min(0.5 * bearing.clearance, 0.0) if options.load > 0.0 else 0.0
+    result: dict[str, Any] = {
+        "deflection_um": 1e6 * deflection if options.load > 0.0 else 0.0,
+        "q_max_n": q_max,
+        "stiffness_n_per_mm": 1e-3 * stiffness,
+        "tilt_stiffness_nm_per_rad": abs(float(loaded.stiffness[2, 2])) * lever**2,
+        "displacement_um": 1e6 * float(loaded.place[0]),
+        "tilt_mrad": 1e3 * float(loaded.place[2]) / lever if options.moment_nm else 0.0,
+        "loaded_rollers": int((loaded.loads > 1.0e-9 * q_max).sum()),
+        "load_factor": q_max * bearing.rollers / options.load if options.load > 0.0 else None,
+        "pressure_mpa": 1e-6 * loaded.pressure,
+        "travel_um": 1e6 * bearing.travel,
+        "stiffness_variation": float(moved.stiffness[0, 0]) / stiffness - 1.0 if stiffness > 0.0 else None,
+        "many_rollers": {"deflection_um": 1e6 * (many[0] + preload), "q_max_n": many[1]},
+    }
+    if loaded.pressure > RATED_PRESSURE:
+        warnings.warn(
+            f"contact pressure {1e-6 * loaded.pressure:.0f} MPa is beyond the static rating, 4000 MPa: rollers would "
+            "dent their tracks",
+            stacklevel=2,
+        )
+    if with_ring:
+        result["ring"] = _ring(bearing, loaded, first, options)
+    return result
+
+
+def _ring(bearing: RollerBearing, loaded: LoadedBearing, first: float, options: argparse.Namespace) -> dict[str, float]:
+    """Stiffness of the bearing without contacts on its elastic ring."""
+    from cranktrain.film.laws.roller_contacts import roller_slices, slice_stiffness
+    from cranktrain.structure.block.roller_ring import elastic_ring_stiffness, ring_compliance, ring_for
+
+    ring = ring_for(bearing)
+    compliance = ring_compliance(
+        ring, first, lambda stage: print(f"cranktrain: {stage}", file=sys.stderr, flush=True), options.rebuild
+    )
+    springs = slice_stiffness(bearing, loaded.place, first, options.slices)
+    stiffness = elastic_ring_stiffness(compliance, roller_slices(bearing, options.slices)[0], springs, first)
+    return {
+        "stiffness_n_per_mm": 1e-3 * float(stiffness[0, 0]),
+        "tilt_stiffness_nm_per_rad": float(stiffness[2, 2]) * (0.5 * bearing.length) ** 2,
+        "ring_mass_kg": ring.ring_mass,
+    }
+
+
+def _print(title: str, results: list[dict[str, Any]], show: Show) -> None:
+    """Print the results of several bearings side by side."""
+
+    def row(name: str, entry: Callable[[dict[str, Any]], float | None], form: str = ".4g") -> tuple[str, ...]:
+        values = [entry(result) for result in results]
+        return (name, *("-" if value is None else format(value, form) for value in values))
+
+    rows = [
+        row("deflection / um", lambda r: r["deflection_um"]),
+        row("  many straight rollers / um", lambda r: r["many_rollers"]["deflection_um"]),
+        row("displacement / um", lambda r: r["displacement_um"]),
+        row("most loaded roller / N", lambda r: r["q_max_n"]),
+        row("  many straight rollers / N", lambda r: r["many_rollers"]["q_max_n"]),
+        row("loaded rollers", lambda r: r["loaded_rollers"]),
+        row("largest pressure / MPa", lambda r: r["pressure_mpa"]),
+        row("radial stiffness / (N/mm)", lambda r: r["stiffness_n_per_mm"], ".6g"),
+        row("  change by half a pitch / %", lambda r: _percent(r["stiffness_variation"]), "+.2g"),
+        row("tilting stiffness / (N m/rad)", lambda r: r["tilt_stiffness_nm_per_rad"], ".6g"),
+    ]
+    if any(result["tilt_mrad"] for result in results):
+        rows.append(row("tilt / mrad", lambda r: r["tilt_mrad"]))
+    if "ring" in results[0]:
+        rows += [
+            row("radial, elastic ring / (N/mm)", lambda r: r["ring"]["stiffness_n_per_mm"], ".6g"),
+            row("tilting, elastic ring / (N m/rad)", lambda r: r["ring"]["tilt_stiffness_nm_per_rad"], ".6g"),
+        ]
+    if "engine_file" in results[0]:
+        rows += [
+            row("radial, engine file / (N/mm)", lambda r: r["engine_file"]["stiffness_n_per_mm"], ".6g"),
+            row("tilting, engine file / (N m/rad)", lambda r: r["engine_file"]["tilt_stiffness_nm_per_rad"], ".6g"),
+        ]
+    heads = tuple(f"main {result['main']}" if "main" in result else "result" for result in results)
+    show(title, ("value", *heads), rows)
+
+
+def _percent(share: float | None) -> float | None:
+    return None if share is None else 100.0 * share

@@ -1,0 +1,89 @@
+"""The verb ``tradeoff``: what each choice of method, level and resolution costs, and how far it is off."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from cranktrain.cli.console import Interrupted, labelled_bar
+
+DESCRIPTION = """\
+Accuracy against speed: runs real scenes with every choice and charts error over cost, with the Pareto front.
+
+Without SCENE: the six at 2000 and at 2380 rev/min (its resonance) and the V8 at 1800; --quick: the six at 2000.
+
+families   integrators, adaptive, modes, ladder, bearings, coupling, mesh, pressure
+error      RMS of the difference over the last cycle over the RMS of the reference's alternating part, of pulley
+           torsion, pulley axial motion and the least film of the worst main bearing (null where there is none);
+           error_kind says against what: numerical (same model, finer step), model (the next level up), top (the top of
+           a ladder, or the finest of what is varied), input (inputs known exactly)
+cost       processor seconds per simulated second, median of three interleaved runs (--quick: one)
+
+Every run is kept in the cache as it ends: after an interruption the same command goes on where it stopped.
+"""
+
+
+def register(verbs: Any, show: Callable[[str, Sequence[str], Sequence[Sequence[str]]], None]) -> None:
+    """Add the verb; ``show(title, header, rows)`` prints a table."""
+    sub = verbs.add_parser(
+        "tradeoff",
+        help="Accuracy against speed: error over cost of methods, levels and resolutions, with the Pareto front.",
+        description=DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    sub.add_argument("scene", nargs="?", metavar="SCENE", help="scene file (.toml) in place of the usual scenes")
+    sub.add_argument(
+        "--family", action="append", metavar="NAME", help="measure this family only; may be given several times"
+    )
+    sub.add_argument("--quick", action="store_true", help="fewer points, one scene, one run each: under three minutes")
+    sub.add_argument("--output", default="out/tradeoff", metavar="FOLDER", help="charts and tables (out/tradeoff)")
+    sub.add_argument("--json", action="store_true", help="print one JSON object")
+    sub.set_defaults(verb=lambda options: run(options, show))
+
+
+def run(
+    options: argparse.Namespace, show: Callable[[str, Sequence[str], Sequence[Sequence[str]]], None]
+) -> dict[str, Any]:
+    """Measure, write the files, and print a table unless JSON is wanted."""
+    from cranktrain.structure.crank.reduction import one_thread
+    from cranktrain.studies.tradeoff.choice import choice_text
+    from cranktrain.studies.tradeoff.files import check_folder, write_files
+    from cranktrain.studies.tradeoff.study import chosen_families, default_scenes, scenes_of, study
+
+    families = chosen_families(options.family, options.quick)
+    scenes = default_scenes(options.quick) if options.scene is None else scenes_of(options.scene, options.quick)
+    folder = Path(options.output)
+    check_folder(folder)
+    measured = 0
+
+    def count(stage: str, say: Callable[[str], None]) -> None:
+        nonlocal measured
+        measured += 1
+        say(stage)
+
+    try:
+        with labelled_bar("tradeoff") as (say, advance), one_thread():
+            found = study(scenes, families, options.quick, say=lambda stage: count(stage, say), progress=advance)
+    except KeyboardInterrupt:
+        raise Interrupted(
+            f"interrupted after {max(0, measured - 1)} runs, which are kept; the same command goes on from there"
+        ) from None
+    written = write_files(found, folder)
+    if not options.json:
+        for scene in scenes:
+            rows = [_row(point) for point in found.points if point.pareto and point.parameters["scene"] == scene.name]
+            show(f"{scene.name}: Pareto fronts", ("choice", "error against", "s/s", "torsion", "axial", "film"), rows)
+        print(choice_text(found), end="")
+        print("Written: " + ", ".join(str(path) for path in written))
+    return {**found.as_dict(), "files": [str(path) for path in written]}
+
+
+def _row(point: Any) -> list[str]:
+    errors = ["" if value is None else f"{value:.1e}" for value in point.error.values()]
+    kind = {"numerical": "same model, finer", "top": "top level", "input": "exact inputs"}
+    return [
+        f"{point.family}: {point.label}", kind[point.parameters["error_kind"]],
+        f"{point.seconds_per_simulated_second:.3g}", *errors,
+    ]  # fmt: skip

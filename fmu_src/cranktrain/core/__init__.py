@@ -1,0 +1,1 @@
+"""What all else stands on: errors, jit decorator, cache folder, digests of sources, the one hand-off type."""

@@ -1,0 +1,139 @@
+"""The one jit decorator of the running model, and the rules its kernels keep.
+
+A kernel must also compile ahead of time into a library without Python: the caller owns all memory, no ``np.linalg``,
+no exceptions (integer status codes), no ``reshape``, no global mutable state, no parallel loops. Compiling without
+numba's run-time (``_nrt=False``) holds kernels to that: one that would allocate does not compile.
+
+Compiled kernels are kept in the user's cache under a digest of the sources that can reach them, those that their file
+imports: numba itself looks only at a kernel's own file, and would run a stale copy of what that kernel calls. So an
+edit compiles anew what rests on it and nothing else. They are not kept at all where the cache cannot be written; numba
+would then put them beside the sources.
+
+Numba compiles a kernel together with all that it calls, once more at every level above. Large force laws of which a run
+needs one at most are therefore called at their address, as C would call them: each is compiled by itself, and only
+where a model uses it.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import weakref
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from llvmlite import ir  # type: ignore[import-untyped]
+from numba import config, njit, typeof, types
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from cranktrain.core.cache import cache_folder
+from cranktrain.core.sources import source_digest
+
+
+@cache
+def _kernel_folder(file: str) -> str:
+    """Folder for the compiled kernels of a source file; empty where it cannot be written."""
+    source = Path(file)
+    folder = cache_folder() / "kernels" / f"{source.stem}-{source_digest(source)}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        return ""
+    return str(folder)
+
+
+_OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": False, "boundscheck": False, "_nrt": False}
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile ``function`` in the native-safe subset, cached on disk where possible."""
+    return _compiled(function, no_cfunc_wrapper=True)
+
+
+def law_kernel(function: Callable[..., Any]) -> Any:
+    """Like :func:`kernel`, for one that is called at its address."""
+    return _compiled(function)
+
+
+def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+    folder = _kernel_folder(function.__code__.co_filename)
+    kept = getattr(config, "CACHE_DIR", "")
+    setattr(config, "CACHE_DIR", folder)  # noqa: B010 - numba makes its settings at run time, unknown to a type checker
+    try:
+        return njit(cache=bool(folder), **_OPTIONS, **options)(function)
+    finally:
+        setattr(config, "CACHE_DIR", kept)  # noqa: B010
+
+
+def kernel_address(function: Any, *arguments: Any) -> int:
+    """Address at which :func:`call_kernel` finds ``function`` for arguments of these types; compiles it if need be."""
+    signature = tuple(typeof(argument) for argument in arguments)
+    function.compile(signature)
+    compiled = function.overloads[signature]
+    if types.unliteral(compiled.signature.return_type) != types.int64:
+        raise TypeError(f"{function.py_func.__name__} must return an integer to be called at its address")
+    return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name))
+
+
+@intrinsic
+def call_kernel(typing_context: Any, address: Any, arguments: Any) -> Any:
+    """Call the kernel at ``address`` with a tuple of arguments, of the very types that the address was made for."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        pointer, packed = values
+        kinds = [context.get_value_type(kind) for kind in arguments.types]
+        function = ir.FunctionType(context.get_value_type(types.int64), kinds)
+        unpacked = [builder.extract_value(packed, k) for k in range(len(kinds))]
+        return builder.call(builder.inttoptr(pointer, function.as_pointer()), unpacked)
+
+    return types.int64(address, arguments), generate
+
+
+_RECORDS: dict[type, Any] = {}
+"""Type of the records that each class' reader knows."""
+
+
+@intrinsic
+def _write(typing_context: Any, address: Any, record: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        builder.store(values[1], builder.inttoptr(values[0], context.get_value_type(record).as_pointer()))
+        return context.get_constant(types.int64, 0)
+
+    return types.int64(address, record), generate
+
+
+@kernel
+def _keep(address: int, record: Any) -> Any:
+    return _write(address, record)  # type: ignore[call-arg]
+
+
+def keep_record(record: Any, owner: NDArray[Any]) -> int:
+    """Address at which a reader finds ``record``, a named tuple of arrays, for as long as the array ``owner`` lives.
+
+    ``TypeError`` where it is not of the type that its class' reader was made for: a law would read what is not there.
+    """
+    if typeof(record) != _RECORDS.get(type(record)):
+        raise TypeError(f"{type(record).__name__} of other arrays than its reader knows: {typeof(record)}")
+    # An array is a structure of fewer than sixteen words.
+    space = np.zeros(16 * str(typeof(record)).count("array("), dtype=np.int64)
+    _keep(space.ctypes.data, record)
+    weakref.finalize(owner, id, (space, record))  # a finalizer's arguments live until then
+    return int(space.ctypes.data)
+
+
+def record_reader(example: Any) -> Any:
+    """Function for kernels that reads a record of ``example``'s type from its address, see :func:`keep_record`."""
+    kind = _RECORDS[type(example)] = typeof(example)
+
+    @intrinsic
+    def read(typing_context: Any, address: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            return builder.load(builder.inttoptr(values[0], context.get_value_type(kind).as_pointer()))
+
+        return kind(address), generate
+
+    return read

@@ -1,0 +1,340 @@
+"""The one form in which every body reaches the dynamics.
+
+In a frame that turns at Ω about z a body with modal coordinates q obeys
+
+    q̈ + (D + 2Ω G) q̇ + [diag(ω²) + Ω² (K_σ − C) + Ω̇ G] q = Ω² f_c − Ω̇ f_e + Σ Φᵀ f
+
+with G_ij = ∫ρ φ_i·(e_z×φ_j), C_ij = ∫ρ (e_z×φ_i)·(e_z×φ_j), f_c,i = ∫ρ φ_i·X_⊥, f_e,i = ∫ρ φ_i·(e_z×X) and K_σ the
+geometric stiffness of the stress that the centrifugal load of Ω = 1 rad/s produces. Modes are normalised to unit
+modal mass; the first six are the exact rigid-body motions (three translations, then rotations about x, y, z through the
+frame's origin, made orthonormal), with ω = 0. The rotation about z stays pure and is neutral: its row and column of
+K_σ − C are zero, for an unbalanced body too.
+
+A part fixed to the body afterwards (:func:`attach`) adds exact rigid-body terms. Its field is linear in the position r
+from the interface, u = B [1, r] with a 3×4 matrix B, so ∫ρ u·v = tr(B_u Z B_vᵀ) with the moments Z = ∫ρ [1, r][1, r]ᵀ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from hashlib import sha256
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError, StoreError, nearest
+
+Array = NDArray[np.float64]
+SCHEMA = 1
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedBody:
+    """A body in n modes with its shapes at m interfaces (SI).
+
+    Attributes
+    ----------
+    name : str
+    omega : (n,) natural angular frequencies, rad/s; the first six are 0
+    interfaces : m names, e.g. ``main[1]``, ``pin[1]``, ``pulley``, ``flywheel``, ``thrust``
+    positions : (m, 3) undeformed position of each interface node, m
+    shapes : (m, 6, n) translation (m) and rotation (rad) of each interface per unit modal coordinate
+    gyroscopic, centrifugal, stress_stiffness : (n, n) G, C, K_σ
+    centrifugal_load, euler_load : (n,) f_c, f_e
+    translation : (3, n) ∫ρ φ_i·e_k, the modal projection of a unit acceleration field (gravity)
+    mass : kg
+    centre : (3,) centre of mass, m
+    inertia : (3, 3) inertia tensor about the frame's origin, kg m²
+    digest : content digest of the inputs the body was made from
+    quality : figures of the reduction by name
+    records : arrays that travel with the body for reports (section masses, frequencies of the full model); no physics
+    basis : (n0, n) these modes in the modes of the body they were derived from, or None where they are the original
+    """
+
+    name: str
+    omega: Array
+    interfaces: tuple[str, ...]
+    positions: Array
+    shapes: Array
+    gyroscopic: Array
+    centrifugal: Array
+    stress_stiffness: Array
+    centrifugal_load: Array
+    euler_load: Array
+    translation: Array
+    mass: float
+    centre: Array
+    inertia: Array
+    digest: str = ""
+    quality: dict[str, float] = field(default_factory=dict)
+    records: dict[str, Array] = field(default_factory=dict)
+    basis: Array | None = None
+
+    @property
+    def n_modes(self) -> int:
+        """Number of modal coordinates."""
+        return int(self.omega.size)
+
+    @property
+    def frequencies_hz(self) -> Array:
+        """Natural frequencies, (n,) Hz."""
+        return np.asarray(self.omega / (2.0 * np.pi))
+
+    def index(self, interface: str) -> int:
+        """Row of an interface by name; ``KeyError`` if the body has none of that name."""
+        try:
+            return self.interfaces.index(interface)
+        except ValueError:
+            raise KeyError(f"body '{self.name}' has no interface '{interface}'") from None
+
+
+def check(body: ReducedBody) -> None:
+    """Raise ``StoreError`` where shapes or numbers cannot belong to a reduced body."""
+    n, m = body.omega.size, len(body.interfaces)
+    shapes = {
+        "positions": (m, 3),
+        "shapes": (m, 6, n),
+        "gyroscopic": (n, n),
+        "centrifugal": (n, n),
+        "stress_stiffness": (n, n),
+        "centrifugal_load": (n,),
+        "euler_load": (n,),
+        "translation": (3, n),
+        "centre": (3,),
+        "inertia": (3, 3),
+    }
+    for name, shape in {"omega": (n,), **shapes}.items():
+        array = getattr(body, name)
+        if array.shape != shape:
+            raise StoreError(f"body '{body.name}': '{name}' is {array.shape}, needs {shape}; make it anew")
+        if not np.isfinite(array).all():
+            raise StoreError(f"body '{body.name}': '{name}' holds values that are not finite; make it anew")
+    if n < 6 or m < 1 or np.any(body.omega[:6] != 0.0) or np.any(body.omega[6:] <= 0.0):
+        raise StoreError(f"body '{body.name}': needs an interface, six rigid modes and positive ω; make it anew")
+
+
+def rigid_coordinates(body: ReducedBody) -> Array:
+    """Six rigid-body motions of the frame's origin (t_x … r_z, by row) in each of the six rigid modes, (6, 6)."""
+    at_interface = np.eye(6)
+    at_interface[:3, 3:] = -_skew(body.positions[0])
+    return np.asarray(np.linalg.solve(at_interface, body.shapes[0, :, :6]), dtype=np.float64)
+
+
+def rigid_modes(mass: Array) -> Array:
+    """Coefficients (6, 6) that make rigid motions orthonormal in their mass matrix (6, 6), rotation about z kept pure.
+
+    Gram–Schmidt in the order r_z, t_x, t_y, t_z, r_x, r_y; columns stay in the order t_x … r_z.
+    """
+    order = [5, 0, 1, 2, 3, 4]
+    factor = np.linalg.cholesky(mass[np.ix_(order, order)])
+    coefficients = np.zeros((6, 6))
+    coefficients[np.ix_(order, order)] = np.linalg.inv(factor).T
+    return coefficients
+
+
+def with_rigid_rows(stress: Array, centrifugal: Array, rigid: Array, turned_load: Array) -> Array:
+    """K_σ with the exact rows and columns of the rigid modes.
+
+    A translation does not turn stress: zero. A rotation Ψ against an elastic mode is the work of the turned load,
+    ∫ρ (Ψ×X_⊥)·φ; against another rotation its symmetric part, ∫ρ [Ψ·Ψ' X·X_⊥ − sym (Ψ·X)(Ψ'·X_⊥)]. Rotation about z is
+    neutral: its row equals that of C.
+
+    Parameters
+    ----------
+    stress, centrifugal : (n, n) K_σ, valid between elastic modes, and C
+    rigid : (6, 6) as of :func:`rigid_coordinates`
+    turned_load : (3, n) ∫ρ (e_k×X_⊥)·φ_j
+    """
+    to_modes = np.linalg.inv(rigid)
+    rotations = turned_load[:, :6] @ to_modes[:, 3:]
+    among = np.zeros((6, 6))
+    among[3:, 3:] = 0.5 * (rotations + rotations.T)
+    against = np.zeros((6, stress.shape[0] - 6))
+    against[3:] = turned_load[:, 6:]
+    spin = to_modes[:, 5] @ centrifugal[:6]
+    among[5, :] = among[:, 5] = spin[:6] @ to_modes
+    against[5] = spin[6:]
+    result = 0.5 * (stress + stress.T)
+    result[:6, :6] = rigid.T @ among @ rigid
+    result[:6, 6:] = rigid.T @ against
+    result[6:, :6] = result[:6, 6:].T
+    return result
+
+
+def attach(
+    body: ReducedBody, interface: str, mass: float, inertia: Array, offset: Sequence[float] | Array
+) -> ReducedBody:
+    """Body with a rigid part fixed to one of its interfaces, in modes of the whole.
+
+    The part adds its rigid-body terms to M, G, C, K_σ, f_c and f_e; a disc on the axis so gets the textbook terms of
+    the rotating frame, Coriolis (2 J_d − J_p) Ω and stiffness (J_p − J_d) Ω². The stress that an unbalanced part raises
+    in the elastic body enters through the rigid rows of K_σ only.
+
+    Parameters
+    ----------
+    interface : where the part is fixed
+    mass : kg
+    inertia : (3, 3) about the part's own centre of mass, kg m²
+    offset : (3,) from the interface to the part's centre of mass, m
+
+    Raises
+    ------
+    InputError
+        for an unknown interface, a negative mass or an inertia that no rigid part can have
+    """
+    inertia, offset = np.asarray(inertia, dtype=float), np.asarray(offset, dtype=float)
+    second = _second_moment(body, interface, mass, inertia)
+    row = body.index(interface)
+    moments = np.zeros((4, 4))
+    moments[0, 0], moments[0, 1:], moments[1:, 0] = mass, mass * offset, mass * offset
+    moments[1:, 1:] = second + mass * np.outer(offset, offset)
+
+    fields = np.concatenate((body.shapes[row, :3].T[:, :, None], _skew(body.shapes[row, 3:].T)), axis=2)
+    position = np.hstack((body.positions[row][:, None], np.eye(3)))
+    outward = _ACROSS @ position
+    turned = _TURN @ fields
+    rotation = body.shapes[row, 3:]
+    # Work of the centrifugal load on the second-order motion ½ θ×(θ×r) that a rotation θ of the interface gives.
+    arm = moments[1:] @ outward.T
+    stress = rotation.T @ (np.trace(arm) * np.eye(3) - 0.5 * (arm + arm.T)) @ rotation
+    centrifugal = _paired(turned, moments, turned)
+    turned_load = _paired(_skew(np.eye(3)) @ outward, moments, fields)
+
+    about_origin = position @ moments @ position.T
+    total = body.mass + mass
+    heavier = replace(
+        body,
+        gyroscopic=body.gyroscopic + _paired(fields, moments, turned),
+        centrifugal=body.centrifugal + centrifugal,
+        stress_stiffness=body.stress_stiffness
+        + with_rigid_rows(stress, centrifugal, rigid_coordinates(body), turned_load),
+        centrifugal_load=body.centrifugal_load + _paired(outward[None], moments, fields)[0],
+        euler_load=body.euler_load + _paired((_TURN @ position)[None], moments, fields)[0],
+        translation=body.translation + np.einsum("b,nab->an", moments[0], fields),
+        mass=total,
+        centre=(body.mass * body.centre + position @ moments[0]) / total,
+        inertia=body.inertia + np.trace(about_origin) * np.eye(3) - about_origin,
+        digest=_derived(body, interface, mass, inertia.tolist(), offset.tolist()),
+    )
+    return _renormalised(heavier, np.eye(body.n_modes) + _paired(fields, moments, fields))
+
+
+def truncate(body: ReducedBody, cutoff_hz: float, loaded: Sequence[tuple[str, int]] = ()) -> ReducedBody:
+    """Body in its modes up to a frequency, completed so that statics under the named loads stay exact.
+
+    The static answer of the dropped modes to a unit load at each ``(interface, component)`` (components 0–5: forces
+    along and moments about x, y, z) is kept as a residual attachment mode, made orthonormal among the dropped ones
+    (Rubin 1975; Craig, *Structural Dynamics*, 2006, section 17.6).
+
+    Raises
+    ------
+    InputError
+        for an unknown interface or component
+    """
+    for name, component in loaded:
+        if name not in body.interfaces or component not in range(6):
+            raise InputError(
+                f"body '{body.name}' carries no load at '{name}' component {component}; "
+                f"{nearest(name, body.interfaces)}, components 0 to 5"
+            )
+    n = body.n_modes
+    kept = np.flatnonzero(body.omega <= 2.0 * np.pi * cutoff_hz)
+    dropped = np.setdiff1d(np.arange(n), kept)
+    basis = np.eye(n)[:, kept]
+    if loaded and dropped.size:
+        loads = np.stack([body.shapes[body.index(name), component, dropped] for name, component in loaded], axis=1)
+        answers = loads / body.omega[dropped, None] ** 2
+        vectors, sizes, _ = np.linalg.svd(answers / np.linalg.norm(answers, axis=0), full_matrices=False)
+        independent = vectors[:, sizes > 1e-9 * sizes[0]]
+        _, turn = np.linalg.eigh(independent.T @ (body.omega[dropped, None] ** 2 * independent))
+        residual = np.zeros((n, independent.shape[1]))
+        residual[dropped] = independent @ turn
+        basis = np.hstack((basis, residual))
+    omega = np.sqrt(np.einsum("ij,i,ij->j", basis, body.omega**2, basis))
+    shorter = _in_modes(body, basis, omega)
+    return replace(shorter, digest=_derived(body, cutoff_hz, [list(pair) for pair in loaded]))
+
+
+def rigid(body: ReducedBody) -> ReducedBody:
+    """Body in its six rigid modes."""
+    return replace(_in_modes(body, np.eye(body.n_modes)[:, :6], np.zeros(6)), digest=_derived(body, "rigid"))
+
+
+def signed(shapes: Array) -> Array:
+    """Sign (n,) of each mode that makes its first large interface component positive.
+
+    Rotations count with the size of the translations, so that the choice does not depend on the unit of length; the
+    first component within a tenth of the largest is taken, so that symmetric twins do not compete.
+    """
+    translation, rotation = (np.abs(part).max(initial=0.0) for part in (shapes[:, :3], shapes[:, 3:]))
+    flat = np.concatenate((shapes[:, :3] * rotation, shapes[:, 3:] * translation), axis=1).transpose(2, 0, 1)
+    flat = flat.reshape(shapes.shape[2], 6 * shapes.shape[0])
+    size = np.abs(flat)
+    first = np.argmax(size >= 0.9 * size.max(axis=1, keepdims=True), axis=1)
+    return np.where(flat[np.arange(flat.shape[0]), first] < 0.0, -1.0, 1.0)
+
+
+_ACROSS = np.diag([1.0, 1.0, 0.0])
+_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+
+
+def _skew(vector: Array) -> Array:
+    """Matrices (..., 3, 3) of r ↦ v×r for vectors (..., 3)."""
+    x, y, z = np.moveaxis(np.asarray(vector), -1, 0)
+    o = np.zeros_like(x)
+    return np.stack((np.stack((o, -z, y), -1), np.stack((z, o, -x), -1), np.stack((-y, x, o), -1)), -2)
+
+
+def _paired(left: Array, moments: Array, right: Array) -> Array:
+    """∫ρ u_i·v_j of linear fields (n, 3, 4) and (m, 3, 4): (n, m)."""
+    return np.asarray(np.einsum("iab,jab->ij", left @ moments, right))
+
+
+def _second_moment(body: ReducedBody, interface: str, mass: float, inertia: Array) -> Array:
+    """∫ρ r rᵀ (3, 3) about the centre of mass of a part with this inertia tensor; refuses what no part can have."""
+    if interface not in body.interfaces:
+        raise InputError(f"body '{body.name}' has no interface '{interface}'; {nearest(interface, body.interfaces)}")
+    second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+    smallest = np.linalg.eigvalsh(second)[0]
+    if not (mass >= 0.0 and np.array_equal(inertia, inertia.T) and smallest >= -1e-9 * np.trace(inertia)):
+        raise InputError(
+            f"part at '{interface}' with {mass:g} kg and moments of inertia {np.diag(inertia).tolist()} kg m2 is no "
+            "rigid body; the mass must not be negative and no moment may exceed the sum of the other two"
+        )
+    return second
+
+
+def _in_modes(body: ReducedBody, basis: Array, omega: Array) -> ReducedBody:
+    """Body in modes given as columns of its own, (n, r)."""
+    return replace(
+        body,
+        omega=omega,
+        shapes=body.shapes @ basis,
+        gyroscopic=basis.T @ body.gyroscopic @ basis,
+        centrifugal=basis.T @ body.centrifugal @ basis,
+        stress_stiffness=basis.T @ body.stress_stiffness @ basis,
+        centrifugal_load=body.centrifugal_load @ basis,
+        euler_load=body.euler_load @ basis,
+        translation=body.translation @ basis,
+        basis=basis if body.basis is None else body.basis @ basis,
+    )
+
+
+def _renormalised(body: ReducedBody, mass: Array) -> ReducedBody:
+    """Body whose modal mass has become ``mass`` (n, n), in orthonormal modes again: rigid ones, then elastic."""
+    n = body.n_modes
+    motions = np.zeros((n, 6))
+    motions[:6] = np.linalg.inv(rigid_coordinates(body))
+    rigid_basis = motions @ rigid_modes(motions.T @ mass @ motions)
+    factor = np.linalg.cholesky(mass)
+    complete, _ = np.linalg.qr(factor.T @ rigid_basis, mode="complete")
+    elastic_space = np.linalg.solve(factor.T, complete[:, 6:])
+    squares, turn = np.linalg.eigh(elastic_space.T @ (body.omega[:, None] ** 2 * elastic_space))
+    elastic = elastic_space @ turn
+    elastic *= signed(body.shapes @ elastic)
+    return _in_modes(body, np.hstack((rigid_basis, elastic)), np.concatenate((np.zeros(6), np.sqrt(squares))))
+
+
+def _derived(body: ReducedBody, *change: object) -> str:
+    return sha256(repr((body.digest, change)).encode()).hexdigest()

@@ -1,0 +1,59 @@
+"""Digests of sources: what a module rests on, itself and all that it imports, directly or through others.
+
+What was computed is kept under such a digest, so that a change of any source that can reach it computes it anew, and a
+change of any other does not. Imports are followed by name, wherever a file lies.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+
+PACKAGE = __name__.partition(".")[0]
+"""Name that the package goes by: its own, or in an FMU one with a digest in it."""
+ROOT = Path(__file__).parents[1]
+_IMPORT = re.compile(rf"(?m)^([ \t]*)(?:from ({PACKAGE}[\w.]*) import (\([^)]*\)|.*)|import ({PACKAGE}[\w.]*))")
+
+
+def source_digest(file: str | Path, deferred: bool = False) -> str:
+    """Digest (16 hexadecimal digits) of a source file and of all sources of the package that it rests on.
+
+    Parameters
+    ----------
+    file : the module's file, in the package or outside
+    deferred : follow imports inside functions as well; kernels never feel those
+    """
+    digest = sha256()
+    for path in sorted(rests_on(Path(file), deferred)):
+        content = path.read_bytes()
+        name = path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else path.name
+        digest.update(f"{name}\0{len(content)}\0".encode() + content)
+    return digest.hexdigest()[:16]
+
+
+def rests_on(file: Path, deferred: bool = False) -> set[Path]:
+    """Files of the package that a source file imports, directly or through others, and the file itself."""
+    found: set[Path] = set()
+    waiting = {file.resolve()}
+    while waiting:
+        path = waiting.pop()
+        found.add(path)
+        waiting |= _imported(path, deferred) - found
+    return found
+
+
+@cache
+def _imported(path: Path, deferred: bool) -> frozenset[Path]:
+    found: set[Path] = set()
+    for indent, module, names, plain in _IMPORT.findall(path.read_text(encoding="utf-8")):
+        if indent and not deferred:
+            continue
+        parts = (module or plain).split(".")[1:]
+        names = re.findall(r"(\w+)(?: +as +\w+)?", re.sub(r"#.*", "", names))
+        # A name may be a module of the package that it is imported from.
+        for place in [parts[:n] for n in range(len(parts) + 1)] + [[*parts, name] for name in names]:
+            folder = ROOT.joinpath(*place)
+            found |= {f.resolve() for f in (folder / "__init__.py", folder.with_suffix(".py")) if f.is_file()}
+    return frozenset(found)

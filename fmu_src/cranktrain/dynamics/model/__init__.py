@@ -1,0 +1,1 @@
+"""The running model as arrays: settings, bodies, ports, state, work memory."""

@@ -1,0 +1,120 @@
+"""The block on its mounts, and the pistons in it, as arrays of the running model.
+
+Mounts are linear and stand still, so their stiffness and damping are part of the linear system of what stands. The
+engine's place at rest is the one that it has under its own weight: each mount is preloaded with its share of it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates
+from cranktrain.dynamics.model.ports import cylinder_axes
+from cranktrain.engine.model import Engine
+from cranktrain.loads.piston_guidance import guidance_parameters, piston_mass_matrix, piston_modes
+
+DIRECTIONS = 6
+
+
+class BlockArrays(NamedTuple):
+    """What the running model knows of the block and the pistons; n_s standing modes, n_b the block's, j mounts."""
+
+    stiffness: Array  # (n_b, n_b) of the mounts
+    damping: Array  # (n_b, n_b) of the mounts
+    preload: Array  # (n_s,) of the mounts
+    heads: Array  # (c, n_s) displacement of each head along its cylinder
+    liners: Array  # (c, 2) height of each liner's upper and lower ring along its cylinder from the crank axis, m
+    mounts: Array  # (6 j, n_s) displacement and rotation of each mount
+    mount_laws: Array  # (6 j, 3) stiffness, damping, preload along each
+    cover: Array  # (n_s,) displacement of the bottom cover's middle, upwards
+    motion: Array  # (6, n_s) displacement and rotation of the whole block, at its centre of mass
+    guidance: Array  # (10,) see loads.piston_guidance
+    piston_shape: Array  # (2, 2) shape P of a guided piston's ports in its modes
+    piston_inverse: Array  # (2, 2) its inverse mass, P Pᵀ
+
+
+def block_arrays(
+    engine: Engine, standing: ReducedBody | None, block: ReducedBody | None, crank_mass: float, crank_centre: Array,
+    gravity: float,
+) -> BlockArrays:  # fmt: skip
+    """Gather the block's arrays; ``standing`` holds its modes, then those of guided pistons.
+
+    Raises
+    ------
+    InputError
+        a flexible block without mounts
+    """
+    n = standing.n_modes if standing is not None else 0
+    count = engine.n_cylinders
+    z = np.zeros
+    guidance: Array = z(10)
+    shape: Array = np.eye(2)
+    if engine.piston_guidance is not None:
+        guidance = guidance_parameters(engine.piston_guidance, engine.cylinders.piston_mass)
+        mass = piston_mass_matrix(engine.piston_guidance, engine.cylinders.piston_mass, engine.rod.small_end_mass)
+        shape[:] = piston_modes(mass)
+    liners = np.tile([1.0, -1.0], (count, 1))
+    if standing is None or block is None:
+        # A piston on rigid ground needs no liner: any two heights serve, their displacement is 0.
+        return BlockArrays(
+            z((0, 0)), z((0, 0)), z(n), z((count, n)), liners, z((0, n)), z((0, 3)), z(n), z((DIRECTIONS, n)),
+            guidance, shape, shape @ shape.T,
+        )  # fmt: skip
+    if engine.mounts is None:
+        raise InputError(f"engine '{engine.name}' has no [mounts]; add them, or leave the block ground")
+    heads = z((count, n))
+    for k in range(count):
+        _, along = cylinder_axes(engine.cylinders.bank_angles[k])
+        heads[k] = along @ standing.shapes[standing.index(f"head[{k + 1}]"), :3]
+        for column, end in enumerate(("upper", "lower")):
+            liners[k, column] = along @ standing.positions[standing.index(f"liner[{k + 1}].{end}")]
+    rows = [standing.index(f"mount[{k + 1}]") for k in range(len(engine.mounts.x))]
+    mounts = standing.shapes[rows].reshape(-1, n)
+    stiffness, damping = np.ravel(engine.mounts.stiffness), np.ravel(engine.mounts.damping)
+    origin = z((DIRECTIONS, n))
+    origin[:, :DIRECTIONS] = rigid_coordinates(block)
+    motion = origin.copy()
+    motion[:3] += np.cross(origin[3:].T, block.centre).T
+    of_block = mounts[:, : block.n_modes]
+    preload = _preload(engine, block, mounts, stiffness, origin, (crank_mass, crank_centre), gravity)
+    return BlockArrays(
+        stiffness=np.ascontiguousarray(of_block.T @ (stiffness[:, None] * of_block)),
+        damping=np.ascontiguousarray(of_block.T @ (damping[:, None] * of_block)),
+        preload=np.ascontiguousarray(mounts.T @ preload),
+        heads=heads,
+        liners=liners,
+        mounts=np.ascontiguousarray(mounts),
+        mount_laws=np.ascontiguousarray(np.stack((stiffness, damping, preload), axis=1)),
+        cover=np.ascontiguousarray(standing.shapes[standing.index("cover"), 1]),
+        motion=motion,
+        guidance=guidance,
+        piston_shape=shape,
+        piston_inverse=shape @ shape.T,
+    )
+
+
+def _preload(
+    engine: Engine,
+    block: ReducedBody,
+    mounts: Array,
+    stiffness: Array,
+    origin: Array,
+    crank: tuple[float, Array],
+    gravity: float,
+) -> Array:
+    """Force of each mount in each direction (6 j,) that carries the weight of the engine at rest."""
+    rods = (engine.rod.big_end_mass + engine.rod.small_end_mass + engine.cylinders.piston_mass) * engine.n_cylinders
+    mass = block.mass + crank[0] + rods
+    moment = block.mass * block.centre + (crank[0] + rods) * crank[1]
+    weight = np.array([0.0, -mass * gravity, 0.0, moment[2] * gravity, 0.0, -moment[0] * gravity])
+    # Motion of each mount per motion of the block's origin as a rigid body.
+    rigid = mounts[:, :DIRECTIONS] @ np.linalg.inv(origin[:, :DIRECTIONS])
+    supports = rigid.T @ (stiffness[:, None] * rigid)
+    # Metres and radians: scaled by their own stiffness before the rank is judged.
+    size = np.sqrt(np.diag(supports))
+    if not (size > 0.0).all() or np.linalg.cond(supports / np.outer(size, size)) > 1e12:
+        raise InputError("mounts: the engine is free to move on them; give stiffness in every direction")
+    return np.asarray(-stiffness * (rigid @ np.linalg.solve(supports, weight)))

@@ -1,0 +1,152 @@
+"""What moves: the bodies of a run, gathered into one that turns with the crank's frame and one that stands.
+
+Both are :class:`~cranktrain.core.reduced_body.ReducedBody`. To the crankshaft come free big ends (point masses in the
+plane, whose displacement from the undeformed pin is exact at any angle), the damper's ring and the dynamometer's rotor
+(one rotation each). To the block come the guided pistons, each with a motion across its cylinder and a tilt.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model.ports import cylinder_axes
+from cranktrain.engine.model import Engine
+from cranktrain.loads.piston_guidance import piston_mass_matrix, piston_modes
+
+BENDING = 1.0e-9
+"""Motion of a main journal across, m, over the rotation of the crank, rad, from which a body bends."""
+
+
+def with_big_ends(body: ReducedBody, engine: Engine) -> ReducedBody:
+    """Append one free point mass per cylinder to the crankshaft, with interfaces ``rod[i]`` at the undeformed pins."""
+    root = math.sqrt(engine.rod.big_end_mass)
+    count = engine.n_cylinders
+    places = np.array([body.positions[body.index(f"pin[{pin}]")] for pin in engine.cylinders.pins])
+    places[:, 2] += engine.rod_offsets
+    shapes = np.zeros((count, 6, 2 * count))
+    for i in range(count):
+        for axis in range(2):
+            shapes[i, axis, 2 * i + axis] = 1.0 / root
+    translation = np.zeros((3, 2 * count))
+    for axis in range(2):
+        translation[axis, axis::2] = root
+    turned = np.stack([-places[:, 1], places[:, 0]], axis=1)
+    return _appended(
+        body,
+        tuple(f"rod[{i + 1}]" for i in range(count)),
+        places,
+        shapes,
+        # ∫ρ φ_i·(e_z×φ_j) of the modes e_x and e_y: e_z turns e_x into e_y.
+        gyroscopic=np.kron(np.eye(count), np.array([[0.0, -1.0], [1.0, 0.0]])),
+        centrifugal=np.eye(2 * count),
+        centrifugal_load=root * places[:, :2].ravel(),
+        euler_load=root * turned.ravel(),
+        translation=translation,
+    )
+
+
+def held(body: ReducedBody) -> ReducedBody:
+    """The body when bearings hold its axis where it is: of its rigid motions only that about the axis is left.
+
+    ``InputError`` for a body that bends, which would hang in nothing.
+    """
+    n = body.n_modes
+    mains = [k for k, name in enumerate(body.interfaces) if name.startswith("main[")]
+    bending = np.abs(body.shapes[mains][:, :2, 6:]).max(initial=0.0)
+    if bending > BENDING * np.abs(body.shapes[:, 5]).max():
+        raise InputError(
+            f"body '{body.name}' bends, but bearing level 'held' carries none that does; make it by "
+            "structure.crank_level at level torsional, or use bearings linear or impedance"
+        )
+    free = np.ones(n)
+    free[:5] = 0.0
+    both = np.outer(free, free)
+    return replace(
+        body,
+        shapes=body.shapes * free,
+        gyroscopic=body.gyroscopic * both,
+        centrifugal=body.centrifugal * both,
+        stress_stiffness=body.stress_stiffness * both,
+        centrifugal_load=body.centrifugal_load * free,
+        euler_load=body.euler_load * free,
+        translation=body.translation * free,
+    )
+
+
+def with_rotor(body: ReducedBody, name: str, at: str, inertia: float) -> ReducedBody:
+    """Append a rotor that turns freely about the crank's axis, with an interface ``name`` at the place of ``at``."""
+    shapes = np.zeros((1, 6, 1))
+    shapes[0, 5, 0] = 1.0 / math.sqrt(inertia)
+    place = body.positions[body.index(at)][None]
+    return _appended(body, (name,), place, shapes, euler_load=np.array([math.sqrt(inertia)]))
+
+
+def standing_body(engine: Engine, block: ReducedBody | None, guided: bool) -> ReducedBody | None:
+    """What stands: block, pistons, both or nothing; ``InputError`` where the engine does not say how pistons run."""
+    if not guided:
+        return block
+    guidance, count = engine.piston_guidance, engine.n_cylinders
+    if guidance is None:
+        raise InputError(f"engine '{engine.name}' has no [piston_guidance]")
+    mass = piston_mass_matrix(guidance, engine.cylinders.piston_mass, engine.rod.small_end_mass)
+    modes = piston_modes(mass)
+    shapes = np.zeros((count, 6, 2 * count))
+    translation = np.zeros((3, 2 * count))
+    for k in range(count):
+        across, _ = cylinder_axes(engine.cylinders.bank_angles[k])
+        own = slice(2 * k, 2 * k + 2)
+        # The interface's x is the direction across the cylinder.
+        shapes[k, 0, own], shapes[k, 5, own] = modes
+        translation[:, own] = np.outer(across, mass[0] @ modes)
+    names = tuple(f"piston[{k + 1}]" for k in range(count))
+    return _appended(block or _nothing(), names, np.zeros((count, 3)), shapes, translation=translation)
+
+
+def _nothing() -> ReducedBody:
+    z = np.zeros
+    n = 0
+    return ReducedBody(
+        "nothing", z(n), (), z((0, 3)), z((0, 6, n)), z((n, n)), z((n, n)), z((n, n)), z(n), z(n), z((3, n)), 0.0,
+        z(3), z((3, 3)),
+    )  # fmt: skip
+
+
+def _appended(
+    body: ReducedBody, names: tuple[str, ...], places: Array, shapes: Array, **invariants: Array
+) -> ReducedBody:
+    """Body with free modes of unit mass behind its own; invariants that are not named are zero."""
+    n, added = body.n_modes, shapes.shape[2]
+    m = len(body.interfaces)
+    both = np.zeros((m + len(names), 6, n + added))
+    both[:m, :, :n] = body.shapes
+    both[m:, :, n:] = shapes
+
+    def square(name: str) -> Array:
+        out = np.zeros((n + added, n + added))
+        out[:n, :n] = getattr(body, name)
+        out[n:, n:] = invariants.get(name, 0.0)
+        return out
+
+    def behind(name: str) -> Array:
+        own = getattr(body, name)
+        return np.concatenate((own, invariants.get(name, np.zeros((*own.shape[:-1], added)))), axis=-1)
+
+    return replace(
+        body,
+        omega=np.append(body.omega, np.zeros(added)),
+        interfaces=body.interfaces + names,
+        positions=np.concatenate([body.positions, places]),
+        shapes=both,
+        gyroscopic=square("gyroscopic"),
+        centrifugal=square("centrifugal"),
+        stress_stiffness=square("stress_stiffness"),
+        centrifugal_load=behind("centrifugal_load"),
+        euler_load=behind("euler_load"),
+        translation=behind("translation"),
+        basis=None,
+    )

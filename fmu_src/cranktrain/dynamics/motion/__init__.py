@@ -1,0 +1,1 @@
+"""Equations of motion: what acts on crank, rods, pistons and block."""

@@ -1,0 +1,120 @@
+"""What films that feel tilt are told by a step, and what they remember; see :mod:`cranktrain.film.laws.tilted`.
+
+The order of calls in a step is ``open_step``, then for each stage ``open_stage``, the stage's iteration and
+``close_stage``, and ``close_step`` at the end. Where films have no memory they do nothing.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel
+from cranktrain.dynamics.model.ports import PORTS, TILTS
+from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE, film_offset
+from cranktrain.dynamics.motion.equations import COS, OMEGA, SIN, THETA, WHIRL
+from cranktrain.dynamics.motion.film_ports import place_journal
+from cranktrain.dynamics.motion.relative import relative_motion
+from cranktrain.film.laws.tilted import ANGLE as FRAME_ANGLE
+from cranktrain.film.laws.tilted import (
+    CLOSE_STAGE,
+    CLOSE_STEP,
+    ELAPSED,
+    GAIN,
+    OPEN_STAGE,
+    OPEN_STEP,
+    RATE,
+    SPEED,
+    STAGE,
+    STEP,
+    film_call,
+)
+from cranktrain.film.laws.tilted import COS as FRAME_COS
+from cranktrain.film.laws.tilted import SIN as FRAME_SIN
+
+
+@kernel
+def memory_offset(model, i):
+    """First index in the state of what film i remembers; the next film's begins where it ends."""
+    first = film_offset(model.omega2.shape[0], int(model.layout[PORTS]))
+    return first + i * int(model.films.values[0])
+
+
+@kernel
+def place_film(model, d, dd, whirl, i):
+    """Place and velocity of journal i in its bore along the frame's axes, from the ports' relative motion."""
+    place_journal(d, dd, 2 * i, int(model.layout[TILTS]) + 2 * i, whirl, model.films.place[i], model.films.velocity[i])
+
+
+@kernel
+def open_step(model, work, state):
+    """Hand the films' memory at the step's start, with the relative motion in ``work.port[15:17]``, to the stages."""
+    if model.films.values[0] == 0.0:
+        return
+    numbers = model.films.numbers
+    numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
+    numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
+    for i in range(model.bearings.shape[0]):
+        place_film(model, work.port[15], work.port[16], 0.0, i)
+        memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
+        film_call(model.films, OPEN_STEP, i, memory, work.scratch)
+
+
+@kernel
+def open_stage(model, work, stage, elapsed, h, gain):
+    """Tell the films the times of a stage: ``elapsed`` since the step's start, and g of the stage's rule, s."""
+    if model.films.values[0] == 0.0:
+        return
+    numbers = model.films.numbers
+    numbers[ELAPSED] = elapsed
+    numbers[STEP] = h
+    numbers[GAIN] = gain
+    numbers[STAGE] = stage
+    for i in range(model.bearings.shape[0]):
+        film_call(model.films, OPEN_STAGE, i, model.stages[1 + stage], work.scratch)
+
+
+@kernel
+def close_stage(model, work, frame):
+    """Solve the films at the stage's ports, where the last Newton step only foresaw them; 0, or what failed."""
+    if model.films.values[0] == 0.0:
+        return 0
+    numbers = model.films.numbers
+    numbers[FRAME_COS] = frame[COS]
+    numbers[FRAME_SIN] = frame[SIN]
+    numbers[FRAME_ANGLE] = frame[THETA]
+    journal = model.ports.shape[0] - model.bearings.shape[0]
+    relative_motion(
+        model, frame[COS], frame[SIN], frame[WHIRL], work.port[0], work.port[1], work.port[15], work.port[16]
+    )
+    for i in range(model.bearings.shape[0]):
+        place_film(model, work.port[15], work.port[16], frame[WHIRL], i)
+        numbers[SPEED] = frame[OMEGA] + work.port[1, journal + i]
+        status = film_call(model.films, CLOSE_STAGE, i, work.scratch, work.scratch)
+        if status != 0:
+            return status
+    return 0
+
+
+@kernel
+def close_step(model, work, state):
+    """Keep what the films of the last stage became."""
+    if model.films.values[0] == 0.0:
+        return
+    for i in range(model.bearings.shape[0]):
+        memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
+        film_call(model.films, CLOSE_STEP, i, memory, work.scratch)
+
+
+@kernel
+def fastest_closing(model, work, state, whirl):
+    """Largest rate (1/s) at which a film closes, over itself, from the ports at the state."""
+    numbers = model.films.numbers
+    numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
+    numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
+    worst = 0.0
+    for i in range(model.bearings.shape[0]):
+        place_film(model, work.port[15], work.port[16], whirl, i)
+        memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
+        film_call(model.films, RATE, i, memory, work.scratch)
+        worst = max(worst, work.scratch[0])
+    return worst

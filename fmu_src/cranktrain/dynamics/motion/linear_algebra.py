@@ -1,0 +1,146 @@
+"""Small dense linear algebra without allocation or Python: what the stage solver needs and no more."""
+
+from __future__ import annotations
+
+from cranktrain.core.kernel import kernel
+
+
+@kernel
+def factor_lu(a, n, pivots):
+    """LU-factorise the leading n × n block of ``a`` in place with partial pivoting; 0, or 1 if singular."""
+    for k in range(n):
+        best = k
+        largest = abs(a[k, k])
+        for i in range(k + 1, n):
+            if abs(a[i, k]) > largest:
+                largest = abs(a[i, k])
+                best = i
+        pivots[k] = best
+        if not largest > 0.0:
+            return 1
+        if best != k:
+            for j in range(n):
+                a[k, j], a[best, j] = a[best, j], a[k, j]
+        inverse = 1.0 / a[k, k]
+        for i in range(k + 1, n):
+            factor = a[i, k] * inverse
+            a[i, k] = factor
+            for j in range(k + 1, n):
+                a[i, j] -= factor * a[k, j]
+    return 0
+
+
+@kernel
+def solve_lu(a, n, pivots, b):
+    """Solve with the factors of :func:`factor_lu`, in place on ``b``."""
+    for k in range(n):
+        p = int(pivots[k])
+        if p != k:
+            b[k], b[p] = b[p], b[k]
+    for i in range(1, n):
+        s = b[i]
+        for j in range(i):
+            s -= a[i, j] * b[j]
+        b[i] = s
+    for i in range(n - 1, -1, -1):
+        s = b[i]
+        for j in range(i + 1, n):
+            s -= a[i, j] * b[j]
+        b[i] = s / a[i, i]
+
+
+@kernel
+def invert(a, n, pivots, column, inverse):
+    """Invert the n × n matrix ``a`` (destroyed) into ``inverse``; 0, or 1 if singular."""
+    if factor_lu(a, n, pivots) != 0:
+        return 1
+    for j in range(n):
+        for i in range(n):
+            column[i] = 0.0
+        column[j] = 1.0
+        solve_lu(a, n, pivots, column)
+        for i in range(n):
+            inverse[i, j] = column[i]
+    return 0
+
+
+@kernel
+def factor_rows(a, n):
+    """LU-factorise the leading n × n block in place, row by row without pivoting; 0, or 1 if a pivot vanishes.
+
+    For the stage's I − H J: H and −J have positive definite symmetric parts, so pivots stay away from zero. Four rows
+    are subtracted at once: memory traffic, not arithmetic, is what it costs. The diagonal is kept inverted.
+    """
+    for i in range(n):
+        k = 0
+        while k + 3 < i:
+            f0 = a[i, k] * a[k, k]
+            f1 = (a[i, k + 1] - f0 * a[k, k + 1]) * a[k + 1, k + 1]
+            f2 = (a[i, k + 2] - f0 * a[k, k + 2] - f1 * a[k + 1, k + 2]) * a[k + 2, k + 2]
+            f3 = (a[i, k + 3] - f0 * a[k, k + 3] - f1 * a[k + 1, k + 3] - f2 * a[k + 2, k + 3]) * a[k + 3, k + 3]
+            a[i, k] = f0
+            a[i, k + 1] = f1
+            a[i, k + 2] = f2
+            a[i, k + 3] = f3
+            for j in range(k + 4, n):
+                a[i, j] -= f0 * a[k, j] + f1 * a[k + 1, j] + f2 * a[k + 2, j] + f3 * a[k + 3, j]
+            k += 4
+        while k < i:
+            f0 = a[i, k] * a[k, k]
+            a[i, k] = f0
+            for j in range(k + 1, n):
+                a[i, j] -= f0 * a[k, j]
+            k += 1
+        if not abs(a[i, i]) > 1.0e-9:
+            return 1
+        a[i, i] = 1.0 / a[i, i]
+    return 0
+
+
+@kernel
+def solve_rows(a, n, b):
+    """Solve Aᵀ x = b with the factors of A by :func:`factor_rows`, in place on ``b``.
+
+    The transposed system, because it walks along rows both ways; callers keep their matrix transposed.
+    """
+    for j in range(n):
+        s = b[j] * a[j, j]
+        b[j] = s
+        for i in range(j + 1, n):
+            b[i] -= a[j, i] * s
+    for j in range(n - 1, 0, -1):
+        s = b[j]
+        for i in range(j):
+            b[i] -= a[j, i] * s
+
+
+@kernel
+def add_product(transposed, x, rows, columns, y):
+    """y += Bᵀ x for B (rows, columns): kept transposed, so that the sum runs over contiguous rows, four at once."""
+    i = 0
+    while i + 3 < rows:
+        x0 = x[i]
+        x1 = x[i + 1]
+        x2 = x[i + 2]
+        x3 = x[i + 3]
+        for j in range(columns):
+            y[j] += (
+                x0 * transposed[i, j]
+                + x1 * transposed[i + 1, j]
+                + x2 * transposed[i + 2, j]
+                + x3 * transposed[i + 3, j]
+            )
+        i += 4
+    while i < rows:
+        x0 = x[i]
+        for j in range(columns):
+            y[j] += x0 * transposed[i, j]
+        i += 1
+
+
+@kernel
+def product(transposed, x, rows, columns, y):
+    """y = Bᵀ x for B (rows, columns)."""
+    for j in range(columns):
+        y[j] = 0.0
+    add_product(transposed, x, rows, columns, y)

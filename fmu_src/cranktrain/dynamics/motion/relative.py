@@ -1,0 +1,96 @@
+"""Motion of what turns against what stands, in axes of the frame.
+
+A film between journal (displacement u in the frame's axes) and bore (w in axes at rest) feels d = u − Rᵀ w, with R the
+frame's turn by θ. It acts on the bore with −R f. Seen by a Newton iteration on d, the compliance of both bodies is that
+of one, H + Rᵀ H_b R: a flexible block adds unknowns to no stage. Velocities in space along the frame's axes are
+ḋ + Ω e_z×d with the ḋ given here, u̇ − Rᵀ ẇ + Ω e_z×Rᵀ w; its last term follows the iteration one step behind, which
+costs no digits: it weighs Ω c_q/c_v, about a hundredth, of the others.
+
+On rigid ground there are no pairs, and all this is a copy.
+"""
+
+from __future__ import annotations
+
+from cranktrain.core.kernel import kernel
+
+
+@kernel
+def relative_motion(model, cos, sin, whirl, u, ud, d, dd):
+    """Fill d and ḋ (n_newton,) from the displacement u and velocity u̇ (m,) of all ports."""
+    for k in range(model.scales.shape[0]):
+        d[k] = u[k]
+        dd[k] = ud[k]
+    for i in range(model.pairs.shape[0]):
+        t = int(model.pairs[i, 0])
+        s = int(model.pairs[i, 1])
+        x = cos * u[s] + sin * u[s + 1]
+        y = cos * u[s + 1] - sin * u[s]
+        d[t] -= x
+        d[t + 1] -= y
+        dd[t] -= cos * ud[s] + sin * ud[s + 1] + whirl * y
+        dd[t + 1] -= cos * ud[s + 1] - sin * ud[s] - whirl * x
+    for i in range(model.axial.shape[0]):
+        t = int(model.axial[i, 0])
+        s = int(model.axial[i, 1])
+        d[t] -= u[s]
+        dd[t] -= ud[s]
+
+
+@kernel
+def relative_step(model, cos, sin, step):
+    """Turn a change of all ports (m,) into that of the relative motion, in place on the first n_newton."""
+    for i in range(model.pairs.shape[0]):
+        t = int(model.pairs[i, 0])
+        s = int(model.pairs[i, 1])
+        step[t] -= cos * step[s] + sin * step[s + 1]
+        step[t + 1] -= cos * step[s + 1] - sin * step[s]
+    for i in range(model.axial.shape[0]):
+        step[int(model.axial[i, 0])] -= step[int(model.axial[i, 1])]
+
+
+@kernel
+def reactions(model, cos, sin, f):
+    """Forces on bores and thrust faces, from those on journals and collar, in f (m,)."""
+    for i in range(model.pairs.shape[0]):
+        t = int(model.pairs[i, 0])
+        s = int(model.pairs[i, 1])
+        f[s] = sin * f[t + 1] - cos * f[t]
+        f[s + 1] = -sin * f[t] - cos * f[t + 1]
+    for i in range(model.axial.shape[0]):
+        f[int(model.axial[i, 1])] = -f[int(model.axial[i, 0])]
+
+
+@kernel
+def relative_compliance(model, cos, sin, turning, standing, out):
+    """H + Rᵀ H_b R on the Newton ports, (n, n), kept transposed as its parts are: [k, i] = H_ik."""
+    n = model.scales.shape[0]
+    first = model.ports.shape[0]
+    for k in range(n):
+        for i in range(n):
+            out[k, i] = turning[k, i]
+    for i in range(model.pairs.shape[0]):
+        t = int(model.pairs[i, 0])
+        s = int(model.pairs[i, 1]) - first
+        for j in range(model.pairs.shape[0]):
+            r = int(model.pairs[j, 0])
+            o = int(model.pairs[j, 1]) - first
+            # Rᵀ B R of each 2 × 2 block B.
+            xx = standing[s, o] * cos + standing[s, o + 1] * sin
+            xy = standing[s, o + 1] * cos - standing[s, o] * sin
+            yx = standing[s + 1, o] * cos + standing[s + 1, o + 1] * sin
+            yy = standing[s + 1, o + 1] * cos - standing[s + 1, o] * sin
+            out[t, r] += cos * xx + sin * yx
+            out[t, r + 1] += cos * xy + sin * yy
+            out[t + 1, r] += cos * yx - sin * xx
+            out[t + 1, r + 1] += cos * yy - sin * xy
+        for j in range(model.axial.shape[0]):
+            r = int(model.axial[j, 0])
+            o = int(model.axial[j, 1]) - first
+            out[t, r] += cos * standing[s, o] + sin * standing[s + 1, o]
+            out[t + 1, r] += cos * standing[s + 1, o] - sin * standing[s, o]
+            out[r, t] += standing[o, s] * cos + standing[o, s + 1] * sin
+            out[r, t + 1] += standing[o, s + 1] * cos - standing[o, s] * sin
+    for i in range(model.axial.shape[0]):
+        t = int(model.axial[i, 0])
+        s = int(model.axial[i, 1]) - first
+        out[t, t] += standing[s, s]

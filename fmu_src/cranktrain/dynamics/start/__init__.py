@@ -1,0 +1,1 @@
+"""Where a run starts: mean rotation, static equilibrium."""

@@ -1,0 +1,1 @@
+"""Time integration: stages, integrators, step control, error."""

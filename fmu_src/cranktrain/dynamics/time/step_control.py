@@ -1,0 +1,378 @@
+"""From one communication point to the next: sub-steps, input reconstruction, halving.
+
+The step contract: ``advance(model, work, state, inputs, t_end) -> status``. The whole state is one vector; on failure
+it is restored to the communication point. Sub-steps of an interval H: n = ceil(Ω H/Δθ − 1e-9), h = H/n; an h within
+1e-9 of the last one reuses its factors and its value, so masters that compute H by subtraction change nothing.
+
+Steps are halves, quarters, … of a sub-step, each at a multiple of its own length: factors are made once for each. A
+step is halved where films close fast, after a failure, and with adaptive control where its estimated error exceeds the
+tolerance or an event lies within it; it grows again when the error allows.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel
+from cranktrain.dynamics.model.arrays import AMBIENT, DRIVEN, FILTER, LEVELS, RIGID_ROTATION, STEP
+from cranktrain.dynamics.model.ports import BORE_ROTATIONS, PORTS, TILTS, TURNING_MODES
+from cranktrain.dynamics.model.state import (
+    ACCELERATION,
+    AUXILIARY,
+    HALVINGS,
+    HISTORY,
+    INPUTS_BEFORE,
+    INPUTS_NOW,
+    ITERATIONS,
+    LAST_INTERVAL,
+    LEAD_ANGLE,
+    LEAD_SPEED,
+    MAX_STAGES,
+    OMEGA_REFERENCE,
+    ONLINE_FILMS,
+    POSITION,
+    PRESSURES_SET,
+    RESIDUAL,
+    SHAFT_ACCELERATION,
+    SHAFT_ANGLE,
+    SHAFT_SPEED,
+    STEP_ERROR,
+    STEP_LAST,
+    STEP_REFERENCE,
+    SUBSTEPS,
+    TIME,
+    VELOCITY,
+    defect_offset,
+    offset,
+)
+from cranktrain.dynamics.motion.equations import (
+    COS,
+    LEAD,
+    LEAD_RATE,
+    LOAD,
+    OMEGA,
+    OMEGA_DOT,
+    SIN,
+    THETA,
+    WHIRL,
+    factor_stage,
+    trace_pressure,
+)
+from cranktrain.dynamics.motion.film_memory import close_step, fastest_closing, open_step
+from cranktrain.dynamics.motion.relative import relative_motion
+from cranktrain.dynamics.time.error_estimate import event_within, remember_outputs, step_error
+from cranktrain.dynamics.time.integrator_tables import BDF2
+from cranktrain.dynamics.time.integrators import coefficients, integrate_step
+from cranktrain.dynamics.time.stage import OK, SINGULAR, to_ports
+from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, LAW
+from cranktrain.film.laws.register import LINEAR
+from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_motion
+
+MAX_HALVINGS = 6
+FILM_HALVINGS = 3
+"""Halvings at most because a film changes fast."""
+EVENT_HALVINGS = 1
+"""Halvings more where an event lies within a step."""
+REJECTED = 2.0
+"""Error in tolerances at which a step is taken again; below, the next one is halved."""
+MARGIN = 0.5
+"""Error in tolerances that a step of twice the length may promise."""
+GIVEN = 1.0e-3
+"""Pa from the start value at which a pressure counts as given: masters that interpolate round its last digit."""
+REFACTOR = 0.01
+"""S is made anew when the shaft's speed has left Ω₀ by this share; what is left over is iterated in the stage."""
+STEPPING_SPEED = 60.0
+"""rad/s below which sub-steps no longer grow with falling speed: the structure vibrates at standstill as well."""
+
+
+@kernel
+def reconstruct(model, work, state, inputs, interval):
+    """Take in the inputs of this communication point; value and rate for the coming interval go to ``work.inputs``."""
+    rule = model.choices[1]
+    last = state[LAST_INTERVAL]
+    cylinders = model.cylinders.shape[0]
+    for k in range(2 + cylinders):
+        before = state[INPUTS_NOW + k] if last > 0.0 else inputs[k]
+        now = inputs[k]
+        state[INPUTS_BEFORE + k] = before
+        state[INPUTS_NOW + k] = now
+        work.inputs[0, k] = now
+        work.inputs[1, k] = 0.0
+        if rule == 1.0 and last > 0.0:
+            work.inputs[1, k] = (now - before) / last
+        elif rule == 2.0:
+            work.inputs[0, k] = before
+            work.inputs[1, k] = (now - before) / interval
+        if 0 < k <= cylinders and abs(now - AMBIENT) > GIVEN:
+            state[PRESSURES_SET] = 1.0
+    state[LAST_INTERVAL] = interval
+
+
+@kernel
+def base_motion(model, work, state, begin, tau):
+    """Angle, speed and acceleration of the shaft whose speed is given, ``tau`` into a sub-step.
+
+    Where a torque loads the shaft instead, they are those of a frame that follows the crank. Last comes what the state
+    keeps as the shaft's acceleration.
+    """
+    if model.scalars[DRIVEN] == 0.0:
+        n = model.omega2.shape[0]
+        unit = model.scalars[RIGID_ROTATION]
+        return following_motion(
+            state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], unit * state[offset(POSITION, n) + 5],
+            unit * state[offset(VELOCITY, n) + 5], unit * state[offset(ACCELERATION, n) + 5], tau,
+        )  # fmt: skip
+    target = work.inputs[0, 0] + work.inputs[1, 0] * begin
+    angle, speed, acceleration = shaft_motion(
+        state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], target, work.inputs[1, 0],
+        model.scalars[FILTER], tau,
+    )  # fmt: skip
+    return angle, speed, acceleration, acceleration
+
+
+@kernel
+def frame_at(model, work, state, begin, tau, frame, pressures):
+    """Frame motion and cylinder pressures at ``tau`` into a sub-step that starts ``begin`` into the interval."""
+    angle, speed, acceleration, _ = base_motion(model, work, state, begin, tau)
+    n = model.omega2.shape[0]
+    unit = model.scalars[RIGID_ROTATION]
+    frame[LEAD], frame[LEAD_RATE], lead_acceleration = frame_lead(
+        state[LEAD_ANGLE], state[LEAD_SPEED], unit * state[offset(POSITION, n) + 5],
+        unit * state[offset(VELOCITY, n) + 5], unit * state[offset(ACCELERATION, n) + 5], state[SHAFT_SPEED], tau,
+    )  # fmt: skip
+    frame[THETA] = angle + frame[LEAD]
+    frame[OMEGA] = speed + frame[LEAD_RATE]
+    frame[OMEGA_DOT] = acceleration + lead_acceleration
+    frame[WHIRL] = frame[OMEGA]
+    frame[COS] = math.cos(frame[THETA])
+    frame[SIN] = math.sin(frame[THETA])
+    load = model.cylinders.shape[0] + 1
+    frame[LOAD] = work.inputs[0, load] + work.inputs[1, load] * (begin + tau)
+    # A free crank runs ahead of its frame or behind; a driven one only swings about it.
+    firing = frame[THETA]
+    if model.scalars[DRIVEN] == 0.0:
+        firing += unit * (
+            state[offset(POSITION, n) + 5]
+            + tau * (state[offset(VELOCITY, n) + 5] + 0.5 * tau * state[offset(ACCELERATION, n) + 5])
+        )
+    if model.layout[BORE_ROTATIONS] > 0.0:
+        # Dead centre is where the cylinders point: the trace turns with the block that leans on its mounts.
+        t = int(model.layout[TURNING_MODES])
+        for i in range(6):
+            firing -= model.block.motion[5, i] * (
+                state[offset(POSITION, n) + t + i] + tau * state[offset(VELOCITY, n) + t + i]
+            )
+    builtin = built_in(model, state)
+    for c in range(model.cylinders.shape[0]):
+        if builtin:
+            pressures[c] = trace_pressure(model, c, firing, frame[OMEGA])
+        else:
+            value = work.inputs[0, 1 + c] + work.inputs[1, 1 + c] * (begin + tau)
+            pressures[c] = value if value > 0.0 else 0.0
+
+
+@kernel
+def built_in(model, state):
+    """Whether the gas is the built-in trace."""
+    return model.choices[0] == 1.0 or (model.choices[0] == 0.0 and state[PRESSURES_SET] == 0.0)
+
+
+@kernel
+def ports_at_state(model, work, state):
+    """Displacement, velocity, acceleration of the ports, from the state, and their relative motion."""
+    n = model.omega2.shape[0]
+    for block in range(3):
+        o = offset(block, n)
+        to_ports(model, state[o : o + n], work.port[10 + block])
+    angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE]
+    relative_motion(
+        model, math.cos(angle), math.sin(angle), state[SHAFT_SPEED] + state[LEAD_SPEED],
+        work.port[10], work.port[11], work.port[15], work.port[16],
+    )  # fmt: skip
+
+
+@kernel
+def film_rate(model, work, state):
+    """Largest rate (1/s) at which a film's least gap changes, over itself, from the ports at the state."""
+    b = model.bearings.shape[0]
+    tilts = int(model.layout[TILTS])
+    u = work.port[15]
+    ud = work.port[16]
+    rate = 0.0
+    if model.films.values[0] > 0.0:
+        rate = fastest_closing(model, work, state, state[SHAFT_SPEED] + state[LEAD_SPEED])
+    else:
+        for i in range(b):
+            law = model.bearings[i]
+            x = u[2 * i]
+            y = u[2 * i + 1]
+            e = math.sqrt(x * x + y * y)
+            if law[LAW] != LINEAR and e > 0.0:
+                closing = abs(x * ud[2 * i] + y * ud[2 * i + 1]) / e
+                gap = law[CLEARANCE] - e
+                if tilts > 0:
+                    a = u[tilts + 2 * i]
+                    d = u[tilts + 2 * i + 1]
+                    gap = law[CLEARANCE] - math.sqrt(e * e + a * a + d * d + 2.0 * abs(x * a + y * d))
+                rate = max(rate, closing / max(gap, law[CONTACT_HEIGHT]))
+    if model.thrust[0] != LINEAR:
+        z = abs(u[2 * b])
+        rate = max(rate, abs(ud[2 * b]) / max(model.thrust[1] - z, model.thrust[2]))
+    return rate
+
+
+@kernel
+def sub_step(model, work, state, begin, h, halvings):
+    """Advance the whole state by one step h that starts ``begin`` into the interval; a stage status.
+
+    The ports at the state must stand in ``work.port[10:13]``, their relative motion in ``work.port[15:17]``.
+    """
+    n = model.omega2.shape[0]
+    m = int(model.layout[PORTS])
+    table = model.stages
+    stages = int(table[0, 1])
+    last = table.shape[1] - 1
+    for s in range(stages):
+        frame_at(model, work, state, begin, table[1 + s, last] * h, work.frames[s], work.pressures[s])
+    end = work.frames[stages - 1]
+    omega = end[OMEGA] - end[LEAD_RATE]
+    if abs(omega - state[OMEGA_REFERENCE]) > REFACTOR * abs(state[OMEGA_REFERENCE]):
+        state[OMEGA_REFERENCE] = omega
+    if h != state[STEP_LAST]:
+        # What a series misses grows with the third power of the step.
+        share = h / state[STEP_LAST] if state[STEP_LAST] > 0.0 else 0.0
+        o = defect_offset(n)
+        for k in range(MAX_STAGES * m):
+            state[o + k] *= share * share * share
+        state[STEP_LAST] = h
+        if table[0, 0] == BDF2:
+            # Two steps of one length need a step before of that length.
+            for i in range(n):
+                v = state[offset(VELOCITY, n) + i]
+                a = state[offset(ACCELERATION, n) + i]
+                state[offset(AUXILIARY, n) + i] = state[offset(POSITION, n) + i] - h * (v - 0.5 * h * a)
+                state[offset(HISTORY, n) + i] = v - h * a
+    level = min(halvings, LEVELS - 1)
+    if work.key[level, 0] != h or work.key[level, 1] != state[OMEGA_REFERENCE]:
+        c_q, c_v = coefficients(table, h)
+        if factor_stage(model, work, level, c_q, c_v, state[OMEGA_REFERENCE], 0.0, 0.0) != 0:
+            return SINGULAR
+        work.key[level, 0] = h
+        work.key[level, 1] = state[OMEGA_REFERENCE]
+    open_step(model, work, state)
+    angle, speed, _, acceleration = base_motion(model, work, state, begin, h)
+    status = integrate_step(model, work, state, level, h, work.frames, work.pressures)
+    if status != OK:
+        return status
+    close_step(model, work, state)
+    state[SHAFT_ANGLE] = angle
+    state[SHAFT_SPEED] = speed
+    state[SHAFT_ACCELERATION] = acceleration
+    state[LEAD_ANGLE] = end[LEAD]
+    state[LEAD_SPEED] = end[LEAD_RATE]
+    work.counters[0] += 1.0
+    return OK
+
+
+@kernel
+def chosen_halvings(model, work, state, begin, h, least):
+    """Halvings of a sub-step h for the piece to come: at least so many, more where films close fast or at events."""
+    ports_at_state(model, work, state)
+    adaptive = model.choices[4] > 0.0
+    halvings = max(least, int(state[HALVINGS])) if adaptive else least
+    piece = h / (1 << halvings)
+    rate = film_rate(model, work, state)
+    while halvings < FILM_HALVINGS and rate * piece > model.choices[3]:
+        halvings += 1
+        piece *= 0.5
+    if adaptive:
+        angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE]
+        speed = state[SHAFT_SPEED] + state[LEAD_SPEED]
+        for _ in range(EVENT_HALVINGS):
+            if halvings == MAX_HALVINGS:
+                break
+            if event_within(model, work, state, built_in(model, state), angle, speed * piece, piece):
+                halvings += 1
+                piece *= 0.5
+    return halvings
+
+
+@kernel
+def accept(model, work, state, h, halvings):
+    """Whether the step just taken meets the tolerance; chooses the halvings of the next one."""
+    error = step_error(model, work, state, h)
+    growth = 1.0
+    for _ in range(int(model.choices[5]) + 1):
+        growth *= 2.0
+    if error > 1.0 and halvings < MAX_HALVINGS:
+        state[HALVINGS] = halvings + 1
+        if error > REJECTED:
+            return False
+    elif error * growth < MARGIN and halvings > 0:
+        state[HALVINGS] = halvings - 1
+    else:
+        state[HALVINGS] = halvings
+    if error > REJECTED:
+        # Nothing shorter is left: the step counts as one that missed its tolerance.
+        work.counters[6] += 1.0
+    state[STEP_ERROR] = error
+    remember_outputs(model, state, h)
+    return True
+
+
+@kernel
+def advance(model, work, state, inputs, t_end):
+    """Advance ``state`` to ``t_end`` with the inputs [speed, pressures...] of this point; a stage status.
+
+    A sub-step is halved, up to MAX_HALVINGS times, while a film would change by more than its share over it, after a
+    failure, and as adaptive control asks.
+    """
+    size = state.shape[0]
+    interval = t_end - state[TIME]
+    for i in range(size):
+        work.backup[0, i] = state[i]
+    iterations = work.counters[2]
+    solved = model.films.solved[0]
+    work.counters[5] = 0.0
+    reconstruct(model, work, state, inputs, interval)
+    speed = max(abs(state[SHAFT_SPEED]), max(abs(inputs[0]), STEPPING_SPEED))
+    count = max(1, math.ceil(speed * interval / model.scalars[STEP] - 1.0e-9))
+    h = interval / count
+    if abs(h - state[STEP_REFERENCE]) <= 1.0e-9 * h:
+        h = state[STEP_REFERENCE]
+    state[STEP_REFERENCE] = h
+    whole = 1 << MAX_HALVINGS
+    taken = 0
+    for k in range(count):
+        done = 0
+        failures = 0
+        while done < whole:
+            begin = k * h + h * (done / whole)
+            halvings = chosen_halvings(model, work, state, begin, h, failures)
+            # Pieces stay aligned: a half begins at a multiple of a half.
+            while done % (whole >> halvings) != 0:
+                halvings += 1
+            piece = h / (1 << halvings)
+            for i in range(size):
+                work.backup[1, i] = state[i]
+            status = sub_step(model, work, state, begin, piece, halvings)
+            if status == OK and (model.choices[4] == 0.0 or accept(model, work, state, piece, halvings)):
+                done += whole >> halvings
+                taken += 1
+                if model.choices[4] > 0.0:
+                    failures = 0
+                continue
+            work.counters[3] += 1.0
+            failures = halvings + 1
+            if failures > MAX_HALVINGS:
+                for i in range(size):
+                    state[i] = work.backup[0, i]
+                return status
+            for i in range(size):
+                state[i] = work.backup[1, i]
+    state[TIME] = t_end
+    state[SUBSTEPS] = taken
+    state[ITERATIONS] = work.counters[2] - iterations
+    state[RESIDUAL] = work.counters[5]
+    state[ONLINE_FILMS] = model.films.solved[0] - solved
+    return OK

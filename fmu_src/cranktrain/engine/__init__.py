@@ -1,0 +1,1 @@
+"""An engine described: its parts as data, its file, and what is refused."""

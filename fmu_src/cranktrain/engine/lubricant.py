@@ -1,0 +1,205 @@
+"""Lubricating oil: viscosity against temperature and pressure, and temperature against engine speed.
+
+Vogel's law η = a exp(b / (T − c)) holds within a few per cent from 0 to 150 °C. Walther's (ASTM D341, viscosities above
+2 mm²/s) takes two points of the kinematic viscosity ν = η/ρ, in mm²/s,
+
+    lg lg(ν + 0.7) = A − B lg T
+
+with one density for all temperatures. Under pressure (gauge) the viscosity grows by Barus's law exp(α p) or by that of
+Roelands, which keeps its slope α at ambient pressure but grows slower than Barus at hundreds of megapascal:
+
+    η/η₀ = exp{(ln η₀ + 9.67) [(1 + p/p_R)^Z − 1]},    p_R = 196.2 MPa,    Z = α p_R / (ln η₀ + 9.67)
+
+The temperature follows a table over engine speed, linear between its points and constant outside.
+
+Sources: H. Vogel, Phys. Z. 22 (1921) 645; ASTM D341; C. Barus, Am. J. Sci. 45 (1893) 87; C. J. A. Roelands,
+Correlational Aspects of the Viscosity-Temperature-Pressure Relationship of Lubricating Oils (Delft, 1966).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.kernel import kernel
+from cranktrain.engine.parts import Oil
+
+CONSTANT, BARUS, ROELANDS = 0, 1, 2
+PRESSURE_LAWS = {"none": CONSTANT, "barus": BARUS, "roelands": ROELANDS}
+ROELANDS_PRESSURE = 1.962e8
+ROELANDS_LOG = 9.67
+
+
+def vogel_through(points: Sequence[tuple[float, float]]) -> tuple[float, float, float]:
+    """Vogel constants through three points.
+
+    Parameters
+    ----------
+    points : three pairs of temperature (K, increasing) and dynamic viscosity (Pa s, decreasing)
+
+    Returns
+    -------
+    a (Pa s), b (K), c (K)
+
+    Raises
+    ------
+    InputError
+        if the points do not fall on a curve of Vogel's form
+    """
+    if len(points) != 3:
+        raise InputError(f"Vogel's law takes three points of temperature and viscosity, got {len(points)}")
+    (t1, eta1), (t2, eta2), (t3, eta3) = points
+    if not (0.0 < t1 < t2 < t3 and eta1 > eta2 > eta3 > 0.0):
+        raise InputError("Vogel's law: temperatures must increase and viscosities decrease from point to point")
+    near = math.log(eta1 / eta2) * (t3 - t2)
+    far = math.log(eta2 / eta3) * (t2 - t1)
+    if near <= far:
+        raise InputError("Vogel's law: ln(viscosity) must flatten with temperature; check the third point")
+    c = (near * t1 - far * t3) / (near - far)
+    b = math.log(eta1 / eta2) * (t1 - c) * (t2 - c) / (t2 - t1)
+    return eta1 * math.exp(-b / (t1 - c)), b, c
+
+
+def walther_through(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Walther constants (ASTM D341) through two points.
+
+    Parameters
+    ----------
+    points : two pairs of temperature (K, increasing) and kinematic viscosity (m²/s, decreasing)
+
+    Returns
+    -------
+    A, B of lg lg(ν + 0.7) = A − B lg T with ν in mm²/s
+
+    Raises
+    ------
+    InputError
+        points that do not fall with temperature, or a viscosity at which the law has no value
+    """
+    if len(points) != 2:
+        raise InputError(f"Walther's law takes two points of temperature and viscosity, got {len(points)}")
+    (t1, nu1), (t2, nu2) = points
+    if not (0.0 < t1 < t2 and nu1 > nu2):
+        raise InputError("Walther's law: temperatures must increase and viscosities decrease from point to point")
+    if not nu2 > 0.3e-6:
+        raise InputError(
+            f"Walther's law holds above 2 mm^2/s and has no value at {1e6 * nu2:.4g} mm^2/s; "
+            f"give kinematic viscosities in m^2/s"
+        )
+    w1, w2 = (math.log10(math.log10(1e6 * nu + 0.7)) for nu in (nu1, nu2))
+    slope = (w1 - w2) / (math.log10(t2) - math.log10(t1))
+    return w1 + slope * math.log10(t1), slope
+
+
+def viscosity(oil: Oil, temperature: float) -> float:
+    """Dynamic viscosity of ``oil``, Pa s, at ``temperature``, K, and ambient pressure.
+
+    Raises
+    ------
+    InputError
+        an unknown law, or a temperature at which it has no value
+    """
+    if oil.law == "walther":
+        if not 0.0 < temperature < math.inf:
+            raise InputError(f"oil temperature {temperature:.4g} K must be positive; 293.15 K are 20 degC")
+        points = list(zip(oil.walther_temperatures, oil.walther_viscosities, strict=False))
+        return float(walther_viscosity(temperature, *walther_through(points), oil.density))
+    if oil.law != "vogel":
+        raise InputError(f"oil law '{oil.law}' does not exist; {nearest(oil.law, ('vogel', 'walther'))}")
+    if not temperature > oil.vogel_c:
+        raise InputError(
+            f"oil temperature {temperature:.4g} K lies below Vogel's law; give more than {oil.vogel_c:.4g} K"
+        )
+    return float(vogel_viscosity(temperature, oil.vogel_a, oil.vogel_b, oil.vogel_c))
+
+
+def pressure_constants(oil: Oil, viscosity: float) -> tuple[int, float, float]:
+    """Law (an integer) and its two constants for :func:`pressure_factor`; ``viscosity`` at ambient pressure, Pa s.
+
+    Raises
+    ------
+    InputError
+        an unknown law, a negative slope, or a viscosity below the one that Roelands' law shares by all oils
+    """
+    if oil.pressure_law not in PRESSURE_LAWS:
+        near = nearest(oil.pressure_law, PRESSURE_LAWS)
+        raise InputError(f"pressure law '{oil.pressure_law}' does not exist; {near}")
+    law, alpha = PRESSURE_LAWS[oil.pressure_law], oil.pressure_viscosity
+    if not 0.0 <= alpha < math.inf:
+        raise InputError(f"pressure_viscosity {alpha:.4g} 1/Pa must not be negative; mineral oils have 15 to 25 1/GPa")
+    if law != ROELANDS:
+        return law, alpha, 0.0
+    above = math.log(viscosity) + ROELANDS_LOG if viscosity > 0.0 else -math.inf
+    if not above > 0.0:
+        least = math.exp(-ROELANDS_LOG)
+        raise InputError(f"Roelands' law needs a viscosity above {least:.3g} Pa s, got {viscosity:.4g}")
+    return law, above, alpha * ROELANDS_PRESSURE / above
+
+
+def oil_temperature(oil: Oil, speed: float) -> float:
+    """Temperature of ``oil``, K, at engine speed ``speed``, rad/s."""
+    return float(
+        temperature_at(speed, np.array(oil.temperature_speeds, dtype=float), np.array(oil.temperatures, dtype=float))
+    )
+
+
+@kernel
+def vogel_viscosity(temperature: float, a: float, b: float, c: float) -> float:
+    """Vogel's law, Pa s; ``temperature``, ``b`` and ``c`` in K, ``a`` in Pa s."""
+    return a * math.exp(b / (temperature - c))
+
+
+@kernel
+def walther_viscosity(temperature: float, a: float, b: float, density: float) -> float:
+    """Walther's law, Pa s; ``temperature`` in K, ``density`` in kg/m³."""
+    nu = 10.0 ** (10.0 ** (a - b * math.log10(temperature))) - 0.7
+    return 1.0e-6 * density * nu
+
+
+@kernel
+def barus_factor(pressure: float, alpha: float) -> tuple[float, float]:
+    """η/η₀ after Barus and its derivative by ``pressure`` (Pa; ``alpha`` and the derivative in 1/Pa)."""
+    factor = math.exp(alpha * pressure)
+    return factor, alpha * factor
+
+
+@kernel
+def roelands_factor(pressure: float, above: float, z: float) -> tuple[float, float]:
+    """η/η₀ after Roelands and its derivative by ``pressure`` (Pa, 1/Pa); ``above`` is ln η₀ + 9.67, ``z`` his exponent.
+
+    Suction beyond half of Roelands' pressure changes nothing more.
+    """
+    lowest = -0.5 * ROELANDS_PRESSURE
+    base = 1.0 + (pressure if pressure > lowest else lowest) / ROELANDS_PRESSURE
+    power = base**z
+    factor = math.exp(above * (power - 1.0))
+    if pressure <= lowest:
+        return factor, 0.0
+    return factor, factor * above * z * power / (base * ROELANDS_PRESSURE)
+
+
+@kernel
+def pressure_factor(law: int, pressure: float, first: float, second: float) -> tuple[float, float]:
+    """η/η₀ at ``pressure`` (Pa, gauge) and its derivative (1/Pa), by the constants of :func:`pressure_constants`."""
+    if law == BARUS:
+        return barus_factor(pressure, first)
+    if law == ROELANDS:
+        return roelands_factor(pressure, first, second)
+    return 1.0, 0.0
+
+
+@kernel
+def temperature_at(speed: float, speeds: NDArray[np.float64], temperatures: NDArray[np.float64]) -> float:
+    """Temperature (K) at ``speed`` from a table over increasing ``speeds`` (rad/s), constant outside it."""
+    n = speeds.shape[0]
+    if speed <= speeds[0]:
+        return temperatures[0]
+    for i in range(1, n):
+        if speed <= speeds[i]:
+            share = (speed - speeds[i - 1]) / (speeds[i] - speeds[i - 1])
+            return temperatures[i - 1] + share * (temperatures[i] - temperatures[i - 1])
+    return temperatures[n - 1]

@@ -1,0 +1,188 @@
+"""The engine as data: frozen dataclasses in SI, read from an engine file.
+
+Angles are radians here; an engine file gives each value with its unit and its origin. The tables of an engine
+file are in :mod:`cranktrain.engine.parts`, what their numbers measure in :mod:`cranktrain.engine.quantities`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass
+from types import UnionType
+from typing import Any, get_args, get_origin, get_type_hints
+
+from cranktrain.core.errors import InputError
+from cranktrain.engine.parts import (
+    RING_SHARE,
+    SHELL_SHARE,
+    BalanceWeights,
+    Block,
+    Combustion,
+    Crankshaft,
+    Cylinders,
+    Damper,
+    DriveLine,
+    JournalBearing,
+    LumpedInertia,
+    Material,
+    Mounts,
+    Oil,
+    PistonGuidance,
+    PlainBearing,
+    Published,
+    Reduction,
+    Rod,
+    RollerBearings,
+    StructuralDamping,
+    ThrustBearing,
+)
+
+
+@dataclass(frozen=True)
+class Engine:
+    """One engine, complete.
+
+    Its crank runs in plain bearings, ``main_bearing``, or in roller bearings, ``main_roller``. ``clutch`` is fixed to
+    the same interface as the flywheel. What is optional serves the levels that ask for it; ``damper`` runs only then.
+    """
+
+    name: str
+    title: str
+    material: Material
+    crankshaft: Crankshaft
+    flywheel: LumpedInertia
+    pulley: LumpedInertia
+    rod: Rod
+    cylinders: Cylinders
+    thrust: ThrustBearing
+    oil: Oil
+    drive_line: DriveLine
+    damping: StructuralDamping
+    combustion: Combustion
+    reduction: Reduction
+    published: Published
+    big_end_bearing: PlainBearing | None = None
+    main_bearing: JournalBearing | None = None
+    main_roller: RollerBearings | None = None
+    clutch: LumpedInertia | None = None
+    balance_weights: BalanceWeights | None = None
+    damper: Damper | None = None
+    piston_guidance: PistonGuidance | None = None
+    block: Block | None = None
+    mounts: Mounts | None = None
+
+    @property
+    def n_cylinders(self) -> int:
+        """Number of cylinders."""
+        return len(self.cylinders.firing_order)
+
+    @property
+    def cylinder_positions(self) -> tuple[float, ...]:
+        """Middle of each cylinder (in the order of their numbers) along z, m; 0 in the middle of main journal 1."""
+        pins = self.crankshaft.pin_positions
+        return tuple(pins[pin - 1] + z for pin, z in zip(self.cylinders.pins, self.rod_offsets, strict=True))
+
+    @property
+    def main_bores(self) -> tuple[float, ...]:
+        """Diameter of each main bearing's bore in the block, outside its shells or its outer ring, m."""
+        roller = self.main_roller
+        if roller is not None:
+            sizes = zip(roller.pitch_diameter, roller.roller_diameter, strict=True)
+            return tuple(pitch + (1.0 + 2.0 * RING_SHARE) * size for pitch, size in sizes)
+        return len(self.crankshaft.main_widths) * ((1.0 + 2.0 * SHELL_SHARE) * self.plain_mains.diameter,)
+
+    @property
+    def plain_mains(self) -> JournalBearing:
+        """Plain main bearing, for what needs an oil film; ``InputError`` where the mains are rollers."""
+        if self.main_bearing is None:
+            raise InputError(
+                f"engine '{self.name}' has no [main_bearing]: its mains are roller bearings without an oil film; "
+                "use bearing level 'roller', or add the table [main_bearing] in place of [main_roller]"
+            )
+        return self.main_bearing
+
+    @property
+    def rod_offsets(self) -> tuple[float, ...]:
+        """Place of each rod's middle along z from its pin's middle, m, by cylinder."""
+        return self.cylinders.rod_offsets or self.n_cylinders * (0.0,)
+
+    @property
+    def firing_angles(self) -> tuple[float, ...]:
+        """Crank angle at which each cylinder (in the order of their numbers) passes firing dead centre, rad in [0, 4π).
+
+        A throw at angle α points along the bank at angle β when θ = β − α; the firing order chooses the revolution.
+
+        Raises
+        ------
+        InputError
+            if the throws cannot fire in the stated order within one cycle
+        """
+        order = self.cylinders.firing_order
+        angles, stopped = self._firing(order)
+        if stopped:
+            swapped = (
+                (*order[:i], order[j], *order[i + 1 : j], order[i], *order[j + 1 :])
+                for i in range(1, len(order))
+                for j in range(i + 1, len(order))
+            )
+            near = next((other for other in swapped if not self._firing(other)[1]), None)
+            hint = f"{'-'.join(map(str, near))} would do; " if near else ""
+            raise InputError(
+                f"cylinders.firing_order: the throws do not reach dead centre in this order within 720 deg "
+                f"(stopped at cylinder {stopped}); {hint}change firing_order or crankshaft.throw_angles"
+            )
+        return angles
+
+    def _firing(self, order: tuple[int, ...]) -> tuple[tuple[float, ...], int]:
+        """Firing angles in this order, and the cylinder that is not reached within a cycle (0: all are)."""
+        angles = [0.0] * len(order)
+        previous = -1e-9
+        for cylinder in order:
+            throw = self.crankshaft.throw_angles[self.cylinders.pins[cylinder - 1] - 1]
+            angle = (self.cylinders.bank_angles[cylinder - 1] - throw - previous) % (2.0 * math.pi) + previous
+            if angle >= 4.0 * math.pi - 1e-6:
+                return tuple(angles), cylinder
+            angles[cylinder - 1] = max(angle, 0.0)
+            previous = angle + 1e-9
+        return tuple(angles), 0
+
+
+def engine_to_dict(engine: Engine) -> dict[str, Any]:
+    """Engine as nested dictionaries of JSON-able values in SI."""
+    return _plain(asdict(engine))
+
+
+def engine_from_dict(data: Mapping[str, Any]) -> Engine:
+    """Inverse of :func:`engine_to_dict`; raises ``InputError`` where a key is unknown or missing."""
+    engine = _typed(Engine, data, "engine")
+    if not isinstance(engine, Engine):
+        raise InputError("engine: not a table")
+    return engine
+
+
+def optional_fields(kind: type) -> set[str]:
+    """Names of the fields of a dataclass that have a default."""
+    return {entry.name for entry in fields(kind) if entry.default is not MISSING}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    return [_plain(entry) for entry in value] if isinstance(value, tuple | list) else value
+
+
+def _typed(kind: Any, value: Any, where: str) -> Any:
+    if is_dataclass(kind) and isinstance(kind, type):
+        if not isinstance(value, Mapping):
+            raise InputError(f"{where}: not a table")
+        names = {entry.name for entry in fields(kind)}
+        if wrong := sorted((names - optional_fields(kind) - set(value)) | (set(value) - names)):
+            raise InputError(f"{where}.{wrong[0]}: {'unknown' if wrong[0] in value else 'missing'}")
+        hints = get_type_hints(kind)
+        return kind(**{name: _typed(hints[name], value[name], f"{where}.{name}") for name in names & set(value)})
+    if isinstance(kind, UnionType):
+        return None if value is None else _typed(get_args(kind)[0], value, where)
+    if get_origin(kind) is tuple:
+        return tuple(_typed(get_args(kind)[0], entry, where) for entry in value)
+    return float(value) if kind is float else value

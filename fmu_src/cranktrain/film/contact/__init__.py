@@ -1,0 +1,1 @@
+"""Contact of rough surfaces."""

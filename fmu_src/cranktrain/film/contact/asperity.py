@@ -1,0 +1,223 @@
+r"""Rough surfaces that touch: contact pressure after Greenwood and Tripp.
+
+Asperity heights of both surfaces together are Gaussian with standard deviation σ; η asperities per area have the tip
+radius β. Over a mean gap h the surfaces press and touch with
+
+    p = (16 √2 π / 15) (ηβσ)² √(σ/β) E' F_{5/2}(h/σ),      A_real / A = π² (ηβσ)² √(σ/β) F_2(h/σ)
+
+    F_n(H) = ∫_H^∞ (s − H)ⁿ exp(−s²/2) / √(2π) ds
+
+The integrals are taken exactly and kept as cubic splines of their logarithm over H (twice continuously differentiable).
+Above H = 5 they fade out smoothly and vanish from H = 6 on, where the pressure would be some pascal at most. They hold
+for H < 0 too: an overloaded film goes there. Far below zero F_n(H) → |H|ⁿ, of which four terms are taken.
+
+Source: J. A. Greenwood, J. H. Tripp, The Contact of Two Nominally Flat Rough Surfaces, Proc. Inst. Mech. Eng. 185
+(1970) 625.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.kernel import kernel
+from cranktrain.engine.parts import PlainBearing
+
+Array = NDArray[np.float64]
+
+HIGHEST = 6.0
+"""Gap over roughness from which on the surfaces do not touch."""
+FADING = 5.0
+"""Gap over roughness at which contact begins to fade out."""
+LOWEST = -20.0
+"""Gap over roughness below which the integrals follow their asymptotic series."""
+GAP_STEP = 0.04
+"""Spacing of the tables over H."""
+SMOOTH_SPEED = 0.01
+"""Sliding speed, m/s, within which boundary friction changes its sign."""
+TABLE_TOP = 14.0
+"""End of the table of the integrals; the resultants of a bearing's slice at HIGHEST still need what lies beyond it."""
+
+# Constants of one rough contact.
+SIGMA, PRESSURE, AREA, FRICTION, SHEAR = 0, 1, 2, 3, 4
+
+
+def greenwood_tripp_integral(power: float, gap_ratio: Array | float) -> Array:
+    """F_n(H) of Greenwood and Tripp to about 1e-11 of itself, shaped as ``gap_ratio``; n = ``power``, in halves.
+
+    With s − H = u² the integral becomes ∫ |u|^{2n+1} φ(u² + H) du from −∞ to ∞. The trapezoidal rule converges
+    exponentially where 2n + 1 is even; whole powers follow from Gauss's rule over u ≥ 0.
+    """
+    gap = np.asarray(gap_ratio, dtype=float)[..., None]
+    top = np.sqrt(9.0 - np.minimum(gap, 0.0))  # φ(u² + H) has fallen by exp(−40) beyond
+    if float(2 * power + 1) % 2.0 == 0.0:
+        places, weights = np.linspace(0.0, 1.0, 601), np.full(601, 2.0 / 600.0)
+    else:
+        places, weights = np.polynomial.legendre.leggauss(150)
+        places = 0.5 * (places + 1.0)
+    u = top * places
+    # φ(H) stands in front where the tail is thin, so that nothing underflows.
+    tail = np.maximum(gap, 0.0)
+    integrand = u ** (2.0 * power + 1.0) * np.exp(-0.5 * ((u * u + gap) ** 2 - tail**2))
+    total = np.sum(top * weights * integrand, axis=-1)
+    return np.asarray(total * np.exp(-0.5 * tail[..., 0] ** 2) / math.sqrt(2.0 * math.pi))
+
+
+def log_spline(values: Array) -> Array:
+    """B-spline coefficients (n + 2, k) of ln ``values`` (n, k) on an even grid, not-a-knot at both ends."""
+    n = len(values)
+    rows = np.zeros((n + 2, n + 2))
+    for i in range(n):
+        rows[i, i : i + 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0]
+    jump = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
+    rows[n, :5] = jump
+    rows[n + 1, -5:] = jump
+    right = np.concatenate([np.log(values), np.zeros((2, values.shape[1]))])
+    return np.ascontiguousarray(np.linalg.solve(rows, right))
+
+
+def contact_table() -> Array:
+    """Spline coefficients (n, 2) of ln F_{5/2} and ln F_2 for :func:`contact_pressure`; the same for every surface."""
+    n = round((TABLE_TOP - LOWEST) / GAP_STEP) + 1
+    gaps: Array = LOWEST + GAP_STEP * np.arange(n, dtype=np.float64)
+    return log_spline(np.stack([greenwood_tripp_integral(2.5, gaps), greenwood_tripp_integral(2.0, gaps)], axis=1))
+
+
+def contact_constants(
+    roughness: float,
+    asperity_factor: float,
+    asperity_ratio: float,
+    contact_modulus: float,
+    boundary_friction: float = 0.0,
+    boundary_shear: float = 0.0,
+) -> Array:
+    """Constants of one rough contact, (5,): σ, pressure and area in front of the integrals, μ, τ₀.
+
+    Parameters
+    ----------
+    roughness : σ of both surfaces together, m
+    asperity_factor : ηβσ
+    asperity_ratio : σ/β
+    contact_modulus : E' = 1/((1 − ν₁²)/E₁ + (1 − ν₂²)/E₂), Pa
+    boundary_friction : μ on the contact pressure
+    boundary_shear : τ₀ on the real contact, Pa
+
+    Raises
+    ------
+    InputError
+        a value that is not positive, or negative friction
+    """
+    for name, value in (
+        ("roughness", roughness),
+        ("asperity factor", asperity_factor),
+        ("asperity ratio", asperity_ratio),
+        ("contact modulus", contact_modulus),
+    ):
+        if not 0.0 < value < math.inf:
+            raise InputError(f"asperity contact: {name} {value:.4g} must be positive; e.g. 0.4 um, 0.05, 0.01, 60 GPa")
+    for name, value in (("boundary friction", boundary_friction), ("boundary shear", boundary_shear)):
+        if not 0.0 <= value < math.inf:
+            raise InputError(f"asperity contact: {name} {value:.4g} must not be negative; 0 leaves it out")
+    shape = asperity_factor**2 * math.sqrt(asperity_ratio)
+    pressure = 16.0 * math.sqrt(2.0) * math.pi / 15.0 * shape * contact_modulus
+    return np.array([roughness, pressure, math.pi**2 * shape, boundary_friction, boundary_shear])
+
+
+def bearing_contact_constants(bearing: PlainBearing) -> Array:
+    """Constants of the rough surfaces of ``bearing``, (5,); see :func:`contact_constants`."""
+    return contact_constants(
+        bearing.roughness,
+        bearing.asperity_factor,
+        bearing.asperity_ratio,
+        bearing.contact_modulus,
+        bearing.boundary_friction,
+        bearing.boundary_shear,
+    )
+
+
+# Kernels -------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def fading(gap_ratio):
+    """Weight that takes contact to zero from FADING to HIGHEST, and its slope; twice continuously differentiable."""
+    if gap_ratio <= FADING:
+        return 1.0, 0.0
+    if gap_ratio >= HIGHEST:
+        return 0.0, 0.0
+    t = (HIGHEST - gap_ratio) / (HIGHEST - FADING)
+    weight = t * t * t * (10.0 - t * (15.0 - 6.0 * t))
+    slope = 30.0 * t * t * (1.0 - t) * (1.0 - t)
+    return weight, -slope / (HIGHEST - FADING)
+
+
+@kernel
+def spline_place(gap_ratio, n):
+    """Interval of the table and place in it, clamped to the table of ``n`` coefficients."""
+    y = (gap_ratio - LOWEST) / GAP_STEP
+    i = int(y)
+    if i < 0:
+        i = 0
+    if i > n - 4:
+        i = n - 4
+    return i, y - i
+
+
+@kernel
+def spline_value(table, column, i, t):
+    """Value of one column and its derivative by H."""
+    r = 1.0 - t
+    b0 = r * r * r / 6.0
+    b3 = t * t * t / 6.0
+    b1 = (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0
+    b2 = 1.0 - b0 - b1 - b3
+    d0 = -0.5 * r * r
+    d3 = 0.5 * t * t
+    d1 = t * (1.5 * t - 2.0)
+    d2 = -d0 - d1 - d3
+    c0 = table[i, column]
+    c1 = table[i + 1, column]
+    c2 = table[i + 2, column]
+    c3 = table[i + 3, column]
+    return b0 * c0 + b1 * c1 + b2 * c2 + b3 * c3, (d0 * c0 + d1 * c1 + d2 * c2 + d3 * c3) / GAP_STEP
+
+
+@kernel
+def contact_integrals(gap_ratio, table, faded):
+    """F_{5/2}, its derivative by H, and F_2 at H = ``gap_ratio``; with ``faded`` they vanish from HIGHEST on."""
+    if gap_ratio < LOWEST:
+        # F_n(−x) = x^n Σ_k binomial(n, 2k) (2k − 1)!! x^{−2k}
+        x = -gap_ratio
+        q = 1.0 / (x * x)
+        root = math.sqrt(x)
+        f = x * x * root * (1.0 + q * (1.875 - q * (0.1171875 + q * 0.0732421875)))
+        slope = -x * root * (2.5 - q * (-0.9375 - q * (0.17578125 + q * 0.25634765625)))
+        return f, slope, x * x + 1.0
+    if faded and gap_ratio >= HIGHEST:
+        return 0.0, 0.0, 0.0
+    i, t = spline_place(gap_ratio, table.shape[0])
+    value, slope = spline_value(table, 0, i, t)
+    area, _ = spline_value(table, 1, i, t)
+    f = math.exp(value)
+    slope *= f
+    f2 = math.exp(area)
+    if faded and gap_ratio > FADING:
+        weight, by_gap = fading(gap_ratio)
+        slope = slope * weight + f * by_gap
+        f *= weight
+        f2 *= weight
+    return f, slope, f2
+
+
+@kernel
+def contact_pressure(h, constants, table):
+    """Contact pressure over the mean gap ``h`` (m): p (Pa), dp/dh (Pa/m), share of the area that truly touches."""
+    gap_ratio = h / constants[SIGMA]
+    if gap_ratio >= HIGHEST:
+        return 0.0, 0.0, 0.0
+    f, slope, f2 = contact_integrals(gap_ratio, table, True)
+    share = constants[AREA] * f2
+    return constants[PRESSURE] * f, constants[PRESSURE] / constants[SIGMA] * slope, share if share < 1.0 else 1.0

@@ -1,0 +1,1 @@
+"""Journal films in an elastic bore, solved online."""

@@ -1,0 +1,354 @@
+"""Balance of oil at the nodes of a film that ruptures and refills, with its derivatives.
+
+One unknown u per node: u ≥ 0 is the pressure of a full film, P = p₀ u with p₀ = 12 η (R/c)²; u < 0 is minus the void
+share of a ruptured one, so that its fill is θ = 1 + u and its pressure zero (Jakobsson–Floberg–Olsson by
+complementarity). With H = h/c and ω the journal's speed, the bore at rest, each node balances
+
+    ∂(θH)/∂t + ∂φ(½ω θH − H³ ∂φΠ) − (D/L)² ∂ζ(H³ ∂ζΠ) = 0        (1/s)
+
+on node-centred finite volumes: H³ at the middle of faces, θ from the node upstream with a limited correction to second
+order from the step's start, no pressure flow into ruptured nodes but what their full neighbours press there. The rate
+has two forms, after what the node was at the step's start:
+
+* full: ∂H/∂t from the velocities of the stage, minus the void share's growth, − |u| H/Δt. A full film thus keeps the
+  order of the stage's own rule;
+* void: [θH − (θH)_start]/Δt, backward Euler from the start. The oil of ruptured regions is conserved to rounding.
+
+The fill then lies in [0, 1] by itself: it is a mean of what was there and what flows in. H is the floored film
+δ₀ + ½[H − δ₀ + √((H − δ₀)² + δ₀²)]: a journal beyond its bore leaves δ₀ open, what carries there is contact. The matrix
+∂R/∂u is an M-matrix by columns.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel
+from cranktrain.film.elastic.grid import (
+    AFTER,
+    BEFORE,
+    BEND,
+    DRIVEN,
+    FACE_EXTRA,
+    FACE_FLUX,
+    FACE_OPEN,
+    FACE_SLOPE,
+    FILM,
+    FLOOR,
+    FULL,
+    N_PHI,
+    N_Z,
+    OPEN,
+    OWN,
+    PRESSURE,
+    RADIUS,
+    SLOPE,
+    SQUEEZE,
+    START_MASS,
+    VOID,
+    WAS_VOID,
+    WIDTH,
+)
+from cranktrain.film.elastic.height import node_films
+
+
+@kernel
+def film_start(film, place, shift, start, half_speed, per_step, nodes, faces):
+    """What the step starts from: oil θH of void nodes, which they are, and how sharply their oil is carried on."""
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    lines = n_z + 2
+    floor = film.constants[FLOOR]
+    mass = nodes[START_MASS]
+    was_void = nodes[WAS_VOID]
+    extra = faces[FACE_EXTRA]
+    void = False
+    for k in range(n_phi * n_z):
+        extra[k] = 0.0
+        if start[k] < 0.0:
+            void = True
+    for k in range(n_phi * lines):
+        was_void[k] = 0.0
+    if not void:
+        return
+    node_films(film, place, shift, mass)
+    for i in range(n_phi):
+        for j in range(n_z):
+            u = start[i * n_z + j]
+            q = i * lines + j + 1
+            above = mass[q] - floor
+            root = math.sqrt(above * above + floor * floor)
+            rest = 0.5 * (above + root) if above > 0.0 else 0.5 * floor * floor / (root - above)
+            mass[q] = floor + rest
+            if u < 0.0:
+                was_void[q] = 1.0
+    _sharpen(film, start, half_speed, per_step, nodes, extra)
+    for i in range(n_phi):
+        for j in range(n_z):
+            u = start[i * n_z + j]
+            if u < 0.0:
+                mass[i * lines + j + 1] *= 1.0 + u if u > -1.0 else 0.0
+
+
+@kernel
+def _sharpen(film, start, half_speed, per_step, nodes, extra):
+    """Flux (1/s) that upwinding loses at the start of the step: second order, limited (monotonised central).
+
+    Explicit, hence bounded and without influence on the matrix, as long as oil passes less than a node in the step.
+    """
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    lines = n_z + 2
+    rate = half_speed * grid_factors(film.constants)[2]
+    if not abs(rate) < per_step:
+        return
+    share = 2.0 - 2.0 * abs(rate) / per_step
+    rate *= 0.5 * share if share < 1.0 else 0.5
+    mass = nodes[START_MASS]
+    for i in range(n_phi):
+        down = i + 1 if i + 1 < n_phi else 0
+        from_column = i if rate > 0.0 else down
+        to_column = down if rate > 0.0 else i
+        behind = i - 1 if rate > 0.0 else down + 1
+        if behind < 0 or behind >= n_phi:
+            behind = n_phi - 1 if behind < 0 else 0
+        for j in range(n_z):
+            donor = start[from_column * n_z + j]
+            if donor >= 0.0:
+                continue
+            taker = start[to_column * n_z + j]
+            upstream = start[behind * n_z + j]
+            ahead = (taker if taker < 0.0 else 0.0) - donor
+            past = donor - (upstream if upstream < 0.0 else 0.0)
+            if ahead * past <= 0.0:
+                continue
+            change = 0.5 * (ahead + past)
+            if abs(2.0 * ahead) < abs(change):
+                change = 2.0 * ahead
+            if abs(2.0 * past) < abs(change):
+                change = 2.0 * past
+            mean = 0.5 * (mass[i * lines + j + 1] + mass[down * lines + j + 1])
+            extra[i * n_z + j] = rate * mean * change
+
+
+@kernel
+def film_rates(film, place, pace, known, per_gain, nodes):
+    """What ∂H/∂t (1/s) of nodes full at the start is besides H/g: the journal's part, and −H_Δ/g of the known past."""
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    driven = nodes[DRIVEN]
+    node_films(film, place, known, driven)
+    for i in range(n_phi):
+        cos = film.trig[i, 0]
+        sin = film.trig[i, 1]
+        middle = -pace[0] * cos - pace[1] * sin
+        tilt = pace[2] * cos + pace[3] * sin
+        for j in range(1, n_z + 1):
+            q = i * (n_z + 2) + j
+            driven[q] = middle - tilt * film.lines[j, 0] - per_gain * driven[q]
+
+
+@kernel
+def grid_factors(constants):
+    """Factors of the balance: 1/Δφ² of pressure flow around, (D/L)² across, 1/Δφ of transport."""
+    per_angle = constants[N_PHI] / (2.0 * math.pi)
+    ratio = 2.0 * constants[RADIUS] / constants[WIDTH]
+    return per_angle * per_angle, ratio * ratio, per_angle
+
+
+@kernel
+def oil_balance(film, half_speed, per_step, per_gain, nodes, faces, first, band, residual):
+    """Residual R (n_phi n_z,) of every node's balance (1/s), the band of ∂R/∂u, and the factors of ∂R/∂H.
+
+    The band's rows start at column ``first`` and go once around: columns of the grid follow each other in the sense of
+    rotation. What couples the last column and the first stands where the band would go on, and no solver reads it.
+    ``half_speed`` ½ω (rad/s), ``per_step`` 1/Δt, ``per_gain`` 1/g (1/s).
+    """
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    lines = n_z + 2
+    around, across, per_angle = grid_factors(film.constants)
+    forward = half_speed * per_angle if half_speed > 0.0 else 0.0
+    backward = -half_speed * per_angle if half_speed < 0.0 else 0.0
+    is_open = nodes[OPEN]
+    slope = nodes[SLOPE]
+    driven = nodes[DRIVEN]
+    film_h = nodes[FILM]
+    pressure = nodes[PRESSURE]
+    void = nodes[VOID]
+    full = nodes[FULL]
+    height = faces[FACE_OPEN]
+    flux = faces[FACE_FLUX]
+    extra = faces[FACE_EXTRA]
+    face_slope = faces[FACE_SLOPE]
+    entries = band.shape[1]
+    for position in range(n_phi):
+        i = first + position
+        if i >= n_phi:
+            i -= n_phi
+        up = i - 1 if i > 0 else n_phi - 1
+        down = i + 1 if i + 1 < n_phi else 0
+        for j in range(n_z):
+            q = i * lines + j + 1
+            q_up = up * lines + j + 1
+            q_down = down * lines + j + 1
+            row = band[position * n_z + j]
+            for k in range(entries):
+                row[k] = 0.0
+            f = i * n_z + j
+            f_up = up * n_z + j
+            if film.supply[f] > 0.0:
+                row[n_z] = 1.0
+                residual[f] = 0.0
+                flux[f] = _face_change(height, face_slope, pressure, void, f, q, q_down, around, forward, backward)
+                nodes[OWN, q] = 0.0
+                nodes[AFTER, q] = 0.0
+                nodes[BEFORE, q] = 0.0
+                nodes[SQUEEZE, q] = 0.0
+                continue
+            h = height[f]
+            h_up = height[f_up]
+            g = around * h * h * h
+            g_up = around * h_up * h_up * h_up
+            mean = 0.5 * (is_open[q] + is_open[q + 1])
+            mean_before = 0.5 * (is_open[q] + is_open[q - 1])
+            by_after = across * film.lines[j + 1, 3] * mean * mean
+            by_before = across * film.lines[j + 1, 4] * mean_before * mean_before
+            side = by_after * mean
+            side_before = by_before * mean_before
+            p = pressure[q]
+            u = void[q]
+            after = p - pressure[q + 1]
+            before = p - pressure[q - 1]
+            total = (
+                g * (p - pressure[q_down]) + h * (forward * (1.0 + u) - backward * (1.0 + void[q_down]))
+                + g_up * (p - pressure[q_up]) - h_up * (forward * (1.0 + void[q_up]) - backward * (1.0 + u))
+                + side * after + side_before * before + extra[f] - extra[f_up]
+            )  # fmt: skip
+            by_after *= 1.5 * after
+            by_before *= 1.5 * before
+            own = slope[q] * (by_after + by_before)
+            if nodes[WAS_VOID, q] > 0.0:
+                total += ((1.0 + u) * is_open[q] - nodes[START_MASS, q]) * per_step
+                own += (1.0 + u) * slope[q] * per_step
+                nodes[SQUEEZE, q] = 0.0
+            else:
+                growth = driven[q] + per_gain * film_h[q]
+                total += slope[q] * growth + u * is_open[q] * per_step
+                own += nodes[BEND, q] * growth + u * slope[q] * per_step
+                nodes[SQUEEZE, q] = slope[q]
+            residual[f] = total
+            nodes[OWN, q] = own
+            nodes[AFTER, q] = by_after * slope[q + 1]
+            nodes[BEFORE, q] = by_before * slope[q - 1]
+            flux[f] = _face_change(height, face_slope, pressure, void, f, q, q_down, around, forward, backward)
+            if full[q] > 0.0:
+                row[n_z] = g + g_up + side + side_before
+            else:
+                row[n_z] = is_open[q] * per_step + forward * h + backward * h_up
+            if j > 0 and full[q - 1] > 0.0:
+                row[n_z - 1] = -side_before
+            if j < n_z - 1 and full[q + 1] > 0.0:
+                row[n_z + 1] = -side
+            row[0] = -g_up if full[q_up] > 0.0 else -forward * h_up
+            row[2 * n_z] = -g if full[q_down] > 0.0 else -backward * h
+
+
+@kernel
+def _face_change(height, face_slope, pressure, void, f, q, q_down, around, forward, backward):
+    """Derivative of the flux through the face behind node q by the unfloored film there."""
+    h = height[f]
+    driven = forward * (1.0 + void[q]) - backward * (1.0 + void[q_down])
+    return face_slope[f] * (3.0 * around * h * h * (pressure[q] - pressure[q_down]) + driven)
+
+
+@kernel
+def shape_sources(film, per_gain, nodes, faces, first, block, columns):
+    """−∂R/∂δ of eight columns of shapes, from column 8 ``block`` on, into ``columns`` (n_phi n_z, 8), in band order.
+
+    ``per_gain`` 1/g: the shapes' velocities follow their amplitudes by the stage's own rule.
+    """
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    lines = n_z + 2
+    flux = faces[FACE_FLUX]
+    start = n_phi * lines
+    at = 8 * block
+    for position in range(n_phi):
+        i = first + position
+        if i >= n_phi:
+            i -= n_phi
+        up = i - 1 if i > 0 else n_phi - 1
+        for j in range(n_z):
+            q = i * lines + j + 1
+            target = columns[position * n_z + j]
+            if film.supply[i * n_z + j] > 0.0:
+                for r in range(8):
+                    target[r] = 0.0
+                continue
+            own = nodes[OWN, q] + per_gain * nodes[SQUEEZE, q]
+            after = nodes[AFTER, q]
+            before = nodes[BEFORE, q]
+            out = flux[i * n_z + j]
+            into = flux[up * n_z + j]
+            here = film.shapes[q]
+            right = film.shapes[q + 1]
+            left = film.shapes[q - 1]
+            face = film.shapes[start + i * n_z + j]
+            face_up = film.shapes[start + up * n_z + j]
+            for half in range(0, 8, 4):
+                k = at + half
+                c0 = into * face_up[k] - out * face[k] - own * here[k] - after * right[k] - before * left[k]
+                k += 1
+                c1 = into * face_up[k] - out * face[k] - own * here[k] - after * right[k] - before * left[k]
+                k += 1
+                c2 = into * face_up[k] - out * face[k] - own * here[k] - after * right[k] - before * left[k]
+                k += 1
+                c3 = into * face_up[k] - out * face[k] - own * here[k] - after * right[k] - before * left[k]
+                target[half] = c0
+                target[half + 1] = c1
+                target[half + 2] = c2
+                target[half + 3] = c3
+
+
+@kernel
+def motion_sources(film, nodes, faces, first, columns):
+    """−∂R/∂(x, y, a, b) and −∂R/∂(vx, vy, va, vb), all over the clearance, into ``columns`` (n_phi n_z, 8)."""
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    lines = n_z + 2
+    flux = faces[FACE_FLUX]
+    for position in range(n_phi):
+        i = first + position
+        if i >= n_phi:
+            i -= n_phi
+        up = i - 1 if i > 0 else n_phi - 1
+        cos = film.trig[i, 0]
+        sin = film.trig[i, 1]
+        for j in range(n_z):
+            q = i * lines + j + 1
+            target = columns[position * n_z + j]
+            if film.supply[i * n_z + j] > 0.0:
+                for r in range(8):
+                    target[r] = 0.0
+                continue
+            zeta = film.lines[j + 1, 0]
+            own = nodes[OWN, q]
+            after = nodes[AFTER, q]
+            before = nodes[BEFORE, q]
+            out = flux[i * n_z + j]
+            into = flux[up * n_z + j]
+            # A displacement closes the film: the shapes of x, y, a, b are −cos φ, −sin φ, −ζ cos φ, −ζ sin φ.
+            sides = own + after + before
+            tilted = own * zeta + after * film.lines[j + 2, 0] + before * film.lines[j, 0]
+            by_x = out * film.trig[i, 2] - into * film.trig[up, 2]
+            by_y = out * film.trig[i, 3] - into * film.trig[up, 3]
+            target[0] = by_x + sides * cos
+            target[1] = by_y + sides * sin
+            target[2] = by_x * zeta + tilted * cos
+            target[3] = by_y * zeta + tilted * sin
+            squeeze = nodes[SQUEEZE, q]
+            target[4] = squeeze * cos
+            target[5] = squeeze * sin
+            target[6] = squeeze * zeta * cos
+            target[7] = squeeze * zeta * sin

@@ -1,0 +1,290 @@
+"""Shapes of the bore as the border of the film's matrix: generalised forces, Schur complement, tangents.
+
+A film solution answers to eight sources at once: the residual and the bore's shapes, later the journal's displacements
+and velocities. Of each only its generalised forces ∫ S p dA are kept, S running over the shapes of x, y, a, b (−cos φ,
+−sin φ, −ζ cos φ, −ζ sin φ) and those of the bore. Elasticity δ = C ∫ S (p + p_c) dA then is a small dense system in δ,
+joined by one column of nodes where the ring of columns has no gap.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel
+from cranktrain.film.elastic.balance import motion_sources
+from cranktrain.film.elastic.band_blocks import solve_blocks
+from cranktrain.film.elastic.grid import (
+    CLEARANCE,
+    CONTACT,
+    CONTACT_SLOPE,
+    DAMPING,
+    FULL,
+    N_PHI,
+    N_SHAPES,
+    N_Z,
+    PRESSURE,
+    RADIUS,
+    SHIFT,
+    STIFFNESS,
+    WIDTH,
+)
+from cranktrain.film.elastic.height import pressure_unit
+
+
+@kernel
+def film_area(constants):
+    """A₀ = R Δφ ½L (m²): nodes' areas over their weights in ζ."""
+    return constants[RADIUS] * 2.0 * math.pi / constants[N_PHI] * 0.5 * constants[WIDTH]
+
+
+@kernel
+def load_unit(constants):
+    """p₀ A₀ (N s)."""
+    return pressure_unit(constants) * film_area(constants)
+
+
+@kernel
+def shape_value(film, q, i, line, m):
+    """Generalised shape m at node q: 0..3 those of x, y, a, b, then the bore's."""
+    if m >= 4:
+        return film.shapes[q, m - 3]
+    value = -film.trig[i, 0] if m % 2 == 0 else -film.trig[i, 1]
+    return value * film.lines[line, 0] if m >= 2 else value
+
+
+@kernel
+def solution_loads(film, first, chain, begin, end, work):
+    """Generalised forces ∫ S p dA / (p₀ A₀) of the solutions in blocks ``begin`` … ``end`` − 1, into ``loads``."""
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    n_shapes = int(film.constants[N_SHAPES])
+    lines = n_z + 2
+    loads = work.loads
+    for block in range(begin, end):
+        at = 8 * block
+        for m in range(4 + n_shapes):
+            for r in range(8):
+                loads[m, at + r] = 0.0
+        for position in range(chain // n_z):
+            i = first + position
+            if i >= n_phi:
+                i -= n_phi
+            cos = film.trig[i, 0]
+            sin = film.trig[i, 1]
+            for j in range(n_z):
+                q = i * lines + j + 1
+                if work.nodes[FULL, q] == 0.0:
+                    continue
+                row = work.columns[block, position * n_z + j]
+                weight = film.lines[j + 1, 1]
+                c0 = row[0]
+                c1 = row[1]
+                c2 = row[2]
+                c3 = row[3]
+                c4 = row[4]
+                c5 = row[5]
+                c6 = row[6]
+                c7 = row[7]
+                for m in range(4 + n_shapes):
+                    if m >= 4:
+                        s = weight * film.shapes[q, m - 3]
+                    else:
+                        s = -weight * (cos if m % 2 == 0 else sin)
+                        if m >= 2:
+                            s *= film.lines[j + 1, 0]
+                    sums = loads[m]
+                    d0 = sums[at] + s * c0
+                    d1 = sums[at + 1] + s * c1
+                    d2 = sums[at + 2] + s * c2
+                    d3 = sums[at + 3] + s * c3
+                    d4 = sums[at + 4] + s * c4
+                    d5 = sums[at + 5] + s * c5
+                    d6 = sums[at + 6] + s * c6
+                    d7 = sums[at + 7] + s * c7
+                    sums[at] = d0
+                    sums[at + 1] = d1
+                    sums[at + 2] = d2
+                    sums[at + 3] = d3
+                    sums[at + 4] = d4
+                    sums[at + 5] = d5
+                    sums[at + 6] = d6
+                    sums[at + 7] = d7
+
+
+@kernel
+def present_loads(film, work):
+    """Generalised forces of the present film and contact pressure, over p₀ A₀, and the contact's derivatives."""
+    n_phi = int(film.constants[N_PHI])
+    lines = int(film.constants[N_Z]) + 2
+    count = 4 + int(film.constants[N_SHAPES])
+    pressure = work.nodes[PRESSURE]
+    touching = work.touching
+    for m in range(count):
+        for k in range(count + 2):
+            touching[m, k] = 0.0
+    for i in range(n_phi):
+        for line in range(lines):
+            q = i * lines + line
+            p = pressure[q] * film.lines[line, 1]
+            if p > 0.0:
+                for m in range(count):
+                    touching[m, count + 1] += p * shape_value(film, q, i, line, m)
+            contact = work.nodes[CONTACT, q]
+            if contact > 0.0:
+                weight = film.lines[line, 2]
+                slope = weight * work.nodes[CONTACT_SLOPE, q]
+                for m in range(count):
+                    s = shape_value(film, q, i, line, m)
+                    touching[m, count] += weight * contact * s
+                    for k in range(count):
+                        touching[m, k] += slope * s * shape_value(film, q, i, line, k)
+
+
+@kernel
+def border_equations(film, first, ring, chain, right_sides, work):
+    """Equations of the shapes and of the border's column of nodes, after elimination of all other nodes.
+
+    Unknowns in order: shapes, then the column. One right-hand side, the Newton step, or eight, by (x, y, a, b) and
+    their velocities, stand from column k + n_z on.
+    """
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    n_shapes = int(film.constants[N_SHAPES])
+    count = 4 + n_shapes
+    size = n_phi * n_z
+    loads = work.loads
+    touching = work.touching
+    border = work.border
+    columns = work.columns
+    right = n_shapes + n_z
+    last = columns.shape[0] - 1
+    unit = load_unit(film.constants) / film.constants[CLEARANCE]
+    b = first - 1 if first > 0 else n_phi - 1
+    for k in range(n_shapes):
+        row = border[k]
+        for column in range(right + right_sides):
+            row[column] = 0.0
+        row[k] = 1.0
+        if right_sides == 1:
+            row[right] = -work.vectors[SHIFT, k + 1]
+        for m in range(count):
+            yielding = film.compliance[k, m] * unit
+            if yielding == 0.0:
+                continue
+            for column in range(n_shapes):
+                row[column] -= yielding * (loads[m, 1 + column] + touching[m, 4 + column])
+            if ring:
+                for j in range(n_z):
+                    q = b * (n_z + 2) + j + 1
+                    own = 0.0
+                    if work.nodes[FULL, q] > 0.0:
+                        own = film.lines[j + 1, 1] * shape_value(film, q, b, j + 1, m)
+                    row[n_shapes + j] -= yielding * (loads[m, 1 + n_shapes + j] + own)
+            if right_sides == 1:
+                row[right] += yielding * (loads[m, 0] + touching[m, count] + touching[m, count + 1])
+            else:
+                for t in range(8):
+                    row[right + t] += yielding * loads[m, 8 * last + t]
+                for t in range(4):
+                    row[right + t] += yielding * touching[m, t]
+    if not ring:
+        return
+    for j in range(n_z):
+        row = border[n_shapes + j]
+        at = chain + j
+        left = size - 2 * n_z + j
+        by_left = work.band[at, 0]
+        by_right = work.band[at, 2 * n_z]
+        for column in range(right):
+            slot = column + 1
+            block = slot // 8
+            r = slot - 8 * block
+            row[column] = by_left * columns[block, left, r] + by_right * columns[block, j, r] - columns[block, at, r]
+        row[n_shapes + j] += work.band[at, n_z]
+        if j > 0:
+            row[n_shapes + j - 1] += work.band[at, n_z - 1]
+        if j < n_z - 1:
+            row[n_shapes + j + 1] += work.band[at, n_z + 1]
+        if right_sides == 1:
+            row[right] = columns[0, at, 0] - by_left * columns[0, left, 0] - by_right * columns[0, j, 0]
+        else:
+            for t in range(8):
+                row[right + t] = (
+                    columns[last, at, t] - by_left * columns[last, left, t] - by_right * columns[last, j, t]
+                )
+
+
+@kernel
+def eliminate(a, n_shapes, n_z, ring, right_sides):
+    """Gauss with partial pivoting on the border's equations, in place; returns 1 where they are singular."""
+    n = n_shapes + n_z if ring else n_shapes
+    right = n_shapes + n_z
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(a[i, k]) > abs(a[best, k]):
+                best = i
+        if not abs(a[best, k]) > 0.0:
+            return 1
+        if best != k:
+            for c in range(k, n):
+                swap = a[k, c]
+                a[k, c] = a[best, c]
+                a[best, c] = swap
+            for c in range(right, right + right_sides):
+                swap = a[k, c]
+                a[k, c] = a[best, c]
+                a[best, c] = swap
+        inverse = 1.0 / a[k, k]
+        for i in range(k + 1, n):
+            share = a[i, k] * inverse
+            if share != 0.0:
+                for c in range(k + 1, n):
+                    a[i, c] -= share * a[k, c]
+                for c in range(right, right + right_sides):
+                    a[i, c] -= share * a[k, c]
+    for k in range(n - 1, -1, -1):
+        inverse = 1.0 / a[k, k]
+        for c in range(right, right + right_sides):
+            total = a[k, c]
+            for i in range(k + 1, n):
+                total -= a[k, i] * a[i, c]
+            a[k, c] = total * inverse
+    return 0
+
+
+@kernel
+def film_tangents(film, first, ring, work, out):
+    """Derivatives of the four generalised forces by position and velocity, on the converged set."""
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    n_shapes = int(film.constants[N_SHAPES])
+    size = n_phi * n_z
+    chain = size - n_z if ring else size
+    last = work.columns.shape[0] - 1
+    right = n_shapes + n_z
+    motion_sources(film, work.nodes, work.faces, first, work.columns[last])
+    solve_blocks(work.band, chain, n_z, work.columns[last])
+    solution_loads(film, first, chain, last, last + 1, work)
+    border_equations(film, first, ring, chain, 8, work)
+    eliminate(work.border, n_shapes, n_z, ring, 8)
+    b = first - 1 if first > 0 else n_phi - 1
+    unit = load_unit(film.constants) / film.constants[CLEARANCE]
+    for m in range(4):
+        for t in range(8):
+            total = work.loads[m, 8 * last + t]
+            if t < 4:
+                total += work.touching[m, t]
+            for k in range(n_shapes):
+                total += (work.loads[m, 1 + k] + work.touching[m, 4 + k]) * work.border[k, right + t]
+            if ring:
+                for j in range(n_z):
+                    q = b * (n_z + 2) + j + 1
+                    by = work.loads[m, 1 + n_shapes + j]
+                    if work.nodes[FULL, q] > 0.0:
+                        by += film.lines[j + 1, 1] * shape_value(film, q, b, j + 1, m)
+                    total += by * work.border[n_shapes + j, right + t]
+            if t < 4:
+                out[STIFFNESS + 4 * m + t] = total * unit
+            else:
+                out[DAMPING + 4 * m + t - 4] = total * unit

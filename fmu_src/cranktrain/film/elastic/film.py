@@ -1,0 +1,414 @@
+"""Elasto-hydrodynamic film in the loop: mass-conserving Reynolds' equation coupled with the elastic bore.
+
+The film h = c − (x + ζa) cos φ − (y + ζb) sin φ + Σ_k δ_k S_k(φ, ζ) follows the journal and a few shapes of the bore
+(those of an elastic journal add to the same compliance). Shapes yield to film and contact pressure together,
+
+    δ_k = Σ_l C_kl ∫ S_l (p + p_c) dA   (+ Σ_r g_kr ∫ (cos φ, sin φ, ζ cos φ, ζ sin φ)_r (p + p_c) dA),
+
+and move by the rule of the integrator's stage, δ̇ = (δ − Δ)/g with Δ from the past and g = γh. Oil balances, rupture and
+refilling are those of :mod:`cranktrain.film.elastic.balance`; p_c(h) is Greenwood and Tripp's.
+
+Solution: semi-smooth Newton on node unknowns and shapes at once. The balance is a band; the shapes are its border. A
+node changes sides when its unknown changes sign; with a fixed film that active set ends from any start, because the
+matrix is an M-matrix. The ring of columns is cut inside a ruptured region whose transport within Δt does not reach
+around; where there is none, one column of nodes joins the border. A Newton step may not close the film by more than a
+share of itself. The converged set is solved afresh, so the result does not depend on the warm start beyond the
+tolerance; tangents are those of the converged set (implicit function), the shapes' answer included.
+
+Bore at rest, isoviscous film, p = 0 (gauge) at both ends, supply nodes at their pressure. Inertial axes.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel
+from cranktrain.film.elastic.balance import film_rates, film_start, grid_factors, oil_balance, shape_sources
+from cranktrain.film.elastic.band_blocks import factor_blocks, solve_blocks
+from cranktrain.film.elastic.border import border_equations, eliminate, film_tangents, present_loads, solution_loads
+from cranktrain.film.elastic.grid import (
+    CHANGE,
+    CLEARANCE,
+    CLIPPED,
+    FACE_OPEN,
+    FILM,
+    FLOOR,
+    FULL,
+    ITERATIONS,
+    KNOWN,
+    N_PHI,
+    N_SHAPES,
+    N_Z,
+    OPEN,
+    PACE,
+    PLACE,
+    PRESSURE,
+    SHIFT,
+    START_PLACE,
+    START_SHIFT,
+    STEP,
+    SUPPLY_PRESSURE,
+    VECTORS,
+    VOID,
+)
+from cranktrain.film.elastic.height import combined, face_films, node_films, open_films, pressure_unit
+from cranktrain.film.elastic.result import film_result
+
+CONVERGED, NOT_CONVERGED, SINGULAR = 0, 1, 2
+
+MOST_ITERATIONS = 30
+HIGHEST_FLOOR, LOWERING, EASING, LAST = 0.3, 0.4, 20, 60
+"""Where plain Newton fails: first floor of the film, its decrease from solution to solution, iterations for each."""
+STEP_TOLERANCE = 1.0e-4
+"""Largest change of the film over itself in the last Newton step; what is left is its square."""
+MOVE_TOLERANCE = 1.0e-3
+"""Largest change of pressure over the highest, or of a void share, in that step: what the tangents may be wrong by."""
+CLOSING = 0.7
+"""Share of itself by which a Newton step may close the film."""
+REACH = 1.0e-9
+"""A ring is cut where transport around it, within the step, carries less than this."""
+
+TINY = 1.0e-30
+"""Void share by which a node that has just ruptured is known."""
+SWITCH = 1.0e-11
+"""Change of sign that is rounding: of the void share, and of pressure over the largest."""
+
+
+@kernel
+def elastic_film(
+    film, position, velocity, speed, dt, gain, start, start_position, start_delta, delta_known, unknowns, delta, work,
+    out, tangents,
+):  # fmt: skip
+    """Solve one film for a stage of the step.
+
+    Parameters
+    ----------
+    film, work
+        :class:`~cranktrain.film.elastic.grid.ElasticFilm`, :class:`~cranktrain.film.elastic.grid.ElasticWork`
+    position, velocity : (4,) x, y, a, b (m; a, b the axis' displacement by tilt at ζ = +1) and rates (m/s)
+    speed : journal's speed, rad/s
+    dt : time from the step's start to this stage, s; infinite for a steady film
+    gain : g in δ̇ = (δ − Δ)/g, s; infinite for a steady bore
+    start : (n,) node states at the step's start, see :mod:`cranktrain.film.elastic.balance`; zeros: full
+    start_position, start_delta : (4,) and (k,) m, at the step's start
+    delta_known : (k,) Δ, m
+    unknowns, delta : (n,) and (k,) m, in: where to begin; out: the solution
+    out : (OUT_SIZE,) out: forces (F_x, F_y, Q_x, Q_y) with Q = ∫ζ dF conjugate to (a, b), their derivatives by position
+        (N/m) and velocity (N s/m), row-major 4 × 4, and the entries named in :mod:`cranktrain.film.elastic.grid`
+    tangents : bool
+        without, ``out`` keeps the tangents of the call before
+
+    Returns
+    -------
+    int : CONVERGED, NOT_CONVERGED or SINGULAR; ``unknowns`` and ``delta`` are then what the last attempt reached
+    """
+    constants = film.constants
+    n_shapes = int(constants[N_SHAPES])
+    size = unknowns.shape[0]
+    vectors = work.vectors
+    per_clearance = 1.0 / constants[CLEARANCE]
+    for row in range(VECTORS):
+        for k in range(vectors.shape[1]):
+            vectors[row, k] = 0.0
+    for k in range(4):
+        vectors[PLACE, k] = position[k] * per_clearance
+        vectors[PACE, k] = velocity[k] * per_clearance
+        vectors[START_PLACE, k] = start_position[k] * per_clearance
+    for k in range(n_shapes):
+        vectors[SHIFT, k + 1] = delta[k] * per_clearance
+        vectors[START_SHIFT, k + 1] = start_delta[k] * per_clearance
+        vectors[KNOWN, k + 1] = delta_known[k] * per_clearance
+    per_step = 1.0 / dt
+    per_gain = 1.0 / gain
+    half = 0.5 * speed
+    film_start(film, vectors[START_PLACE], vectors[START_SHIFT], start, half, per_step, work.nodes, work.faces)
+    film_rates(film, vectors[PLACE], vectors[PACE], vectors[KNOWN], per_gain, work.nodes)
+    floor = constants[FLOOR]
+    status, passes, first, ring = _newton(film, floor, half, per_step, per_gain, MOST_ITERATIONS, unknowns, work)
+    if status != CONVERGED:
+        # Surfaces that interpenetrate by far squeeze oil through the floor of the film at any pressure, and Newton gets
+        # no grip. A high floor, lowered by steps, lets the bore open first.
+        for attempt in range(2):
+            for k in range(size):
+                unknowns[k] = start[k]
+            for k in range(n_shapes):
+                vectors[SHIFT, k + 1] = vectors[KNOWN, k + 1]
+            raised = HIGHEST_FLOOR
+            while raised > floor:
+                _, again, first, ring = _newton(film, raised, half, per_step, per_gain, EASING, unknowns, work)
+                passes += again
+                raised *= LOWERING if attempt == 0 else math.sqrt(LOWERING)
+            status, again, first, ring = _newton(film, floor, half, per_step, per_gain, LAST, unknowns, work)
+            passes += again
+            if status == CONVERGED:
+                break
+    for k in range(n_shapes):
+        delta[k] = vectors[SHIFT, k + 1] * constants[CLEARANCE]
+    out[ITERATIONS] = passes
+    if status != CONVERGED:
+        return status
+    if tangents:
+        film_tangents(film, first, ring, work, out)
+    out[CLIPPED] = _keep_filled(film, unknowns, work.nodes[VOID])
+    film_result(film, speed, per_gain, work, out)
+    return status
+
+
+@kernel
+def _cut(film, half_speed, per_step, nodes):
+    """Column with which the band begins, and whether its last column must join the border."""
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    lines = n_z + 2
+    best = 0
+    length = 0
+    run = 0
+    # Twice around: a region of ruptured columns may lie across column 0.
+    for k in range(2 * n_phi):
+        i = k if k < n_phi else k - n_phi
+        ruptured = True
+        for j in range(1, n_z + 1):
+            if nodes[FULL, i * lines + j] > 0.0:
+                ruptured = False
+                break
+        if not ruptured:
+            run = 0
+            continue
+        run += 1
+        if run > length:
+            length = run
+            best = i
+    if length < 3 or half_speed < 0.0:
+        return 0, True
+    if length >= n_phi:
+        length = n_phi
+    # What flows into the second ruptured column reaches the last one weakened by this factor each time.
+    courant = half_speed * grid_factors(film.constants)[2] / per_step if per_step > 0.0 else 1.0e300
+    weakened = (length - 1) * math.log(courant / (1.0 + courant)) if courant > 0.0 else -1.0e300
+    begin = best - length + 2
+    if begin < 0:
+        begin += n_phi
+    return begin, weakened > math.log(REACH)
+
+
+@kernel
+def _take_sides(film, unknowns, nodes):
+    """Pressure and void share of every node from its unknown; which side it is on."""
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    supply = film.constants[SUPPLY_PRESSURE] / pressure_unit(film.constants)
+    for i in range(n_phi):
+        for j in range(n_z):
+            f = i * n_z + j
+            q = i * (n_z + 2) + j + 1
+            if film.supply[f] > 0.0:
+                unknowns[f] = supply
+            u = unknowns[f]
+            is_full = u >= 0.0
+            nodes[FULL, q] = 1.0 if is_full else 0.0
+            nodes[PRESSURE, q] = u if is_full else 0.0
+            nodes[VOID, q] = 0.0 if is_full else u
+
+
+@kernel
+def _newton(film, floor, half_speed, per_step, per_gain, most, unknowns, work):
+    """Iterate to convergence; the factors of the last matrix stay in ``work``. Returns status and iterations."""
+    constants = film.constants
+    n_phi = int(constants[N_PHI])
+    n_z = int(constants[N_Z])
+    n_shapes = int(constants[N_SHAPES])
+    lines = n_z + 2
+    size = n_phi * n_z
+    nodes = work.nodes
+    faces = work.faces
+    vectors = work.vectors
+    shift = vectors[SHIFT]
+    residual = work.residual
+    step = vectors[STEP]
+    for i in range(n_phi):
+        for end in range(2):
+            q = i * lines + end * (n_z + 1)
+            nodes[FULL, q] = 1.0
+            nodes[PRESSURE, q] = 0.0
+            nodes[VOID, q] = 0.0
+    _take_sides(film, unknowns, nodes)
+    node_films(film, vectors[PLACE], shift, nodes[FILM])
+    for passes in range(1, most + 1):
+        face_films(film, vectors[PLACE], shift, faces[FACE_OPEN])
+        open_films(film, floor, nodes, faces)
+        first, ring = _cut(film, half_speed, per_step, nodes)
+        oil_balance(film, half_speed, per_step, per_gain, nodes, faces, first, work.band, residual)
+        chain = size - n_z if ring else size
+        blocks = (1 + n_shapes + (n_z if ring else 0) + 7) // 8
+        _sources(film, per_gain, first, ring, blocks, residual, work)
+        if factor_blocks(work.band, chain, n_z) != 0:
+            return SINGULAR, passes, first, ring
+        for block in range(blocks):
+            solve_blocks(work.band, chain, n_z, work.columns[block])
+        solution_loads(film, first, chain, 0, blocks, work)
+        present_loads(film, work)
+        border_equations(film, first, ring, chain, 1, work)
+        if eliminate(work.border, n_shapes, n_z, ring, 1) != 0:
+            return SINGULAR, passes, first, ring
+        # How far may the step go before it closes the film somewhere?
+        share = 1.0
+        largest = 0.0
+        if n_shapes > 0:
+            for k in range(n_shapes):
+                step[k + 1] = work.border[k, n_shapes + n_z]
+            share, largest = _reach(film, floor, step, nodes)
+            for k in range(n_shapes):
+                step[k + 1] *= share
+                shift[k + 1] += step[k + 1]
+            for q in range(nodes.shape[1]):
+                nodes[FILM, q] += share * nodes[CHANGE, q]
+            if share < 1.0 and ring:
+                # The column of the border answers to the step that is really taken.
+                border_equations(film, first, ring, chain, 1, work)
+                for k in range(n_shapes):
+                    for column in range(n_shapes + n_z):
+                        work.border[k, column] = 1.0 if k == column else 0.0
+                    work.border[k, n_shapes + n_z] = step[k + 1]
+                if eliminate(work.border, n_shapes, n_z, ring, 1) != 0:
+                    return SINGULAR, passes, first, ring
+        changed, moved = _advance(film, first, ring, step, unknowns, work)
+        if changed == 0 and share == 1.0 and largest < STEP_TOLERANCE and moved < MOVE_TOLERANCE:
+            return CONVERGED, passes, first, ring
+    return NOT_CONVERGED, most, first, ring
+
+
+@kernel
+def _sources(film, per_gain, first, ring, blocks, residual, work):
+    """Right-hand sides of one Newton step: the residual, the shapes, and the border's column of nodes."""
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    n_shapes = int(film.constants[N_SHAPES])
+    size = n_phi * n_z
+    columns = work.columns
+    held = film.shapes.shape[1] // 8
+    for block in range(blocks):
+        if block < held:
+            shape_sources(film, per_gain, work.nodes, work.faces, first, block, columns[block])
+        else:
+            for row in range(size):
+                for r in range(8):
+                    columns[block, row, r] = 0.0
+    for position in range(n_phi):
+        i = first + position
+        if i >= n_phi:
+            i -= n_phi
+        for j in range(n_z):
+            columns[0, position * n_z + j, 0] = -residual[i * n_z + j]
+    if ring:
+        for j in range(n_z):
+            slot = 1 + n_shapes + j
+            block = slot // 8
+            r = slot - 8 * block
+            columns[block, j, r] -= work.band[j, 0]
+            columns[block, size - 2 * n_z + j, r] -= work.band[size - 2 * n_z + j, 2 * n_z]
+
+
+@kernel
+def _reach(film, floor, step, nodes):
+    """Share of a step of the shapes that keeps the film open, and its largest change over the film.
+
+    Leaves the change of the whole step at every node.
+    """
+    columns = film.shapes.shape[1]
+    least = 10.0 * floor
+    share = 1.0
+    largest = 0.0
+    for q in range(nodes.shape[1]):
+        row = film.shapes[q]
+        change = combined(row, step, columns)
+        nodes[CHANGE, q] = change
+        h = nodes[OPEN, q]
+        if h < least:
+            h = least
+        relative = change / h
+        if -relative * share > CLOSING and nodes[FILM, q] > floor:
+            share = min(share, -CLOSING / relative)
+        if abs(relative) > largest:
+            largest = abs(relative)
+    return share, largest
+
+
+@kernel
+def _advance(film, first, ring, step, unknowns, work):
+    """Add the Newton step to the unknowns; nodes whose unknown changes its sign change sides.
+
+    Returns how many, and the largest change of pressure, over the highest, or of a void share.
+    """
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    n_shapes = int(film.constants[N_SHAPES])
+    columns = work.columns
+    answer = work.border
+    right = n_shapes + n_z
+    highest = 0.0
+    for f in range(unknowns.shape[0]):
+        if unknowns[f] > highest:
+            highest = unknowns[f]
+    slack = SWITCH * highest
+    changed = 0
+    moved = 0.0
+    emptied = 0.0
+    for position in range(n_phi):
+        i = first + position
+        if i >= n_phi:
+            i -= n_phi
+        for j in range(n_z):
+            at = position * n_z + j
+            f = i * n_z + j
+            q = i * (n_z + 2) + j + 1
+            if film.supply[f] > 0.0:
+                continue
+            if ring and position == n_phi - 1:
+                change = answer[n_shapes + j, right]
+            else:
+                change = columns[0, at, 0]
+                for k in range(n_shapes):
+                    slot = k + 1
+                    change += columns[slot // 8, at, slot % 8] * step[slot]
+                if ring:
+                    for k in range(n_z):
+                        slot = 1 + n_shapes + k
+                        change += columns[slot // 8, at, slot % 8] * answer[n_shapes + k, right]
+            if work.nodes[FULL, q] > 0.0:
+                u = work.nodes[PRESSURE, q] + change
+                moved = max(moved, abs(change))
+                if u < -slack:
+                    u = -TINY
+                    changed += 1
+                elif u < 0.0:
+                    u = 0.0
+            else:
+                u = work.nodes[VOID, q] + change
+                emptied = max(emptied, abs(change))
+                if u > SWITCH:
+                    u = 0.0
+                    changed += 1
+                elif u > -TINY:
+                    u = -TINY
+            unknowns[f] = u
+            is_full = u >= 0.0
+            work.nodes[FULL, q] = 1.0 if is_full else 0.0
+            work.nodes[PRESSURE, q] = u if is_full else 0.0
+            work.nodes[VOID, q] = 0.0 if is_full else u
+    if highest > 0.0:
+        moved /= highest
+    return changed, max(moved, emptied)
+
+
+@kernel
+def _keep_filled(film, unknowns, void):
+    """Hold fills in [0, 1], of unknowns and of the nodes' field; returns how many nodes had to be held."""
+    n_z = int(film.constants[N_Z])
+    clipped = 0
+    for f in range(unknowns.shape[0]):
+        if unknowns[f] < -1.0:
+            unknowns[f] = -1.0
+            i = f // n_z
+            void[i * (n_z + 2) + f - i * n_z + 1] = -1.0
+            clipped += 1
+    return clipped

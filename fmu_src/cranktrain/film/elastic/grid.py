@@ -1,0 +1,295 @@
+"""Grid, bore shapes and compliance of one elastic film, packed for :mod:`cranktrain.film.elastic.film`.
+
+The grid is fixed to the bore: n_φ nodes around, evenly, and n_z nodes, gathered at the edges, between the two ends
+ζ = ±1, which carry no unknown. Bore shapes are given at all n_z + 2 axial lines, because the least film of a tilted
+journal lies at an end. Supply acts at nodes: a circumferential groove narrower than the axial spacing is a line, a
+small hole a point whose yield depends on the grid (its size is the node's share of the bore).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError
+from cranktrain.film.contact.asperity import contact_table
+from cranktrain.film.elastic.band_blocks import BLOCK, band_columns
+
+Array = NDArray[np.float64]
+
+# Entries of a film's constants.
+N_PHI, N_Z, N_SHAPES, RADIUS, WIDTH, CLEARANCE, VISCOSITY, SUPPLY_PRESSURE, FLOOR = 0, 1, 2, 3, 4, 5, 6, 7, 8
+CONSTANTS = 9
+
+# What elastic_film writes, ``out[:OUT_SIZE]``.
+FORCE, STIFFNESS, DAMPING, PRESSURE_MAX, FILM_MIN, FILM_MIN_ANGLE, FILM_MIN_ZETA = 0, 4, 20, 36, 37, 38, 39
+SIDE_FLOW, SUPPLY_FLOW, FRICTION_TORQUE, CONTACT_LOAD, CONTACT_SHARE, FILL_MEAN, OIL = 40, 41, 42, 43, 44, 45, 46
+ITERATIONS, CLIPPED = 47, 48
+OUT_SIZE = 49
+
+FILM_FLOOR = 2.0e-4
+"""Floor δ₀ of the film that carries pressure, in clearances."""
+
+# Rows of ElasticWork.vectors, all over the clearance: journal, its velocity, shapes now, the same at the step's start,
+# Δ of the stage's rule, and the last Newton step of the shapes.
+PLACE, PACE, SHIFT, START_PLACE, START_SHIFT, KNOWN, STEP = 0, 1, 2, 3, 4, 5, 6
+VECTORS = 7
+
+# Rows of ElasticWork.nodes (both ends included) and ElasticWork.faces (circumferential).
+FILM, OPEN, SLOPE, BEND, PRESSURE, VOID, FULL, START_MASS, WAS_VOID = 0, 1, 2, 3, 4, 5, 6, 7, 8
+OWN, AFTER, BEFORE, SQUEEZE, DRIVEN, CONTACT, CONTACT_SLOPE, CHANGE = 9, 10, 11, 12, 13, 14, 15, 16
+FACE_OPEN, FACE_SLOPE, FACE_FLUX, FACE_EXTRA = 0, 1, 2, 3
+NODE_FIELDS = 17
+FACE_FIELDS = 4
+
+
+class ElasticFilm(NamedTuple):
+    """One film for the kernels: contiguous float64 arrays."""
+
+    constants: Array
+    """(CONSTANTS,) sizes, SI."""
+    trig: Array
+    """(n_phi, 4) cosine and sine of nodes, cosine and sine of the faces behind them."""
+    lines: Array
+    """(n_z + 2, 6) ζ, weights of film and of contact pressure, 1/(Δζ w) towards the next and the last line, width w."""
+    shapes: Array
+    """(n_phi (n_z + 2) + n_phi n_z, 8 m) shapes at nodes, then at circumferential faces; column 0 is zero."""
+    supply: Array
+    """(n_phi n_z,) 1 where a node is held at supply pressure, else 0."""
+    compliance: Array
+    """(k, 4 + k) m/N: by the forces on the journal (F_x, F_y, Q_x, Q_y), then by the loads of the shapes."""
+    contact: Array
+    """(5,) constants of :func:`cranktrain.film.contact.asperity.contact_constants`; σ = 0: smooth surfaces."""
+    contact_table: Array
+    """(n, 2) of :func:`cranktrain.film.contact.asperity.contact_table`."""
+
+
+class ElasticWork(NamedTuple):
+    """Scratch memory of the kernels, owned by the caller; one serves all films of the same size."""
+
+    band: Array
+    """(n, ·) matrix of the balance, see :mod:`cranktrain.film.elastic.band_blocks`."""
+    columns: Array
+    """(blocks, n, 8) right-hand sides and solutions."""
+    nodes: Array
+    faces: Array
+    loads: Array
+    """(4 + k, 8 blocks) generalised forces of every solution."""
+    border: Array
+    """(k + n_z, k + n_z + 9) equations of the shapes, and of one column of nodes where the ring has no gap."""
+    touching: Array
+    """(4 + k, 6 + k) derivatives of the contact's generalised forces, these forces, and those of the film."""
+    vectors: Array
+    """(VECTORS, ·) short vectors."""
+    residual: Array
+    """(n,) what the balance leaves over."""
+
+
+@dataclass(frozen=True)
+class ElasticGrid:
+    """Uniform grid over the developed bore.
+
+    Parameters
+    ----------
+    n_phi : int
+        nodes around, at least 12
+    n_z : int
+        nodes between the ends, at least 5; 7 and 11 use the kernels' vectors best
+    edge : float
+        gathering of the axial nodes at the ends, ζ = (1 − edge) s + edge sin(π s/2): 0 uniform, to 0.9
+
+    Raises
+    ------
+    InputError
+        if the grid is too coarse
+    """
+
+    n_phi: int = 72
+    n_z: int = 7
+    edge: float = 0.3
+
+    def __post_init__(self) -> None:
+        if self.n_phi < 12 or self.n_z < 5:
+            raise InputError(f"elastic film: grid {self.n_phi} x {self.n_z} is too coarse; give at least 12 x 5")
+        if not 0.0 <= self.edge <= 0.9:
+            raise InputError(f"elastic film: gathering of nodes at the ends is {self.edge:g}; give 0 to 0.9")
+
+    @property
+    def size(self) -> int:
+        """Film unknowns: the floats one film adds to the state vector."""
+        return self.n_phi * self.n_z
+
+    @property
+    def angles(self) -> Array:
+        """Angles of the nodes from the x axis, (n_phi,), rad."""
+        return 2.0 * math.pi * np.arange(self.n_phi) / self.n_phi
+
+    @property
+    def zetas(self) -> Array:
+        """Axial lines including both ends, (n_z + 2,)."""
+        return (1.0 - self.edge) * self._uniform + self.edge * np.sin(0.5 * math.pi * self._uniform)
+
+    @property
+    def _uniform(self) -> Array:
+        return np.linspace(-1.0, 1.0, self.n_z + 2)
+
+    def work(self, shapes: int) -> ElasticWork:
+        """Scratch memory for films of this grid with as many bore shapes."""
+        unknowns = 1 + shapes + self.n_z
+        blocks = (unknowns + BLOCK - 1) // BLOCK + 1
+        border = shapes + self.n_z
+        return ElasticWork(
+            np.zeros((self.size, band_columns(self.n_z))),
+            np.zeros((blocks, self.size, BLOCK)),
+            np.zeros((NODE_FIELDS, self.n_phi * (self.n_z + 2))),
+            np.zeros((FACE_FIELDS, self.size)),
+            np.zeros((4 + shapes, BLOCK * blocks)),
+            np.zeros((border, border + 1 + BLOCK)),
+            np.zeros((4 + shapes, 6 + shapes)),
+            np.zeros((VECTORS, BLOCK * blocks)),
+            np.zeros(self.size),
+        )
+
+    def supply_mask(self, start: float, stop: float, inner: float, outer: float) -> Array:
+        """Nodes of a supply groove or hole, (n_phi, n_z): 1 inside the angles and axial bounds, else 0.
+
+        Parameters
+        ----------
+        start, stop : float, rad
+            the groove runs from ``start`` to ``stop`` in the sense of rotation
+        inner, outer : float
+            bounds in ζ
+
+        Raises
+        ------
+        InputError
+            if no node lies inside
+        """
+        span = (stop - start) % (2.0 * math.pi) or 2.0 * math.pi
+        around = (self.angles - start) % (2.0 * math.pi) <= span * (1.0 + 1e-12)
+        zetas = self.zetas[1:-1]
+        across = (zetas >= inner - 1e-12) & (zetas <= outer + 1e-12)
+        mask = np.outer(around, across).astype(float)
+        if not mask.any():
+            raise InputError(
+                f"elastic film: no node of the {self.n_phi} x {self.n_z} grid lies in the supply area; widen it"
+            )
+        return mask
+
+    def film(
+        self,
+        diameter: float,
+        width: float,
+        clearance: float,
+        viscosity: float,
+        shapes: Array | None = None,
+        compliance: Array | None = None,
+        supply: Array | None = None,
+        supply_pressure: float = 0.0,
+        load_coupling: Array | None = None,
+        contact: Array | None = None,
+    ) -> ElasticFilm:
+        """Pack one film.
+
+        Parameters
+        ----------
+        diameter, width, clearance : float, m
+            ``clearance`` is radial
+        viscosity : float, Pa s
+        shapes : (k, n_phi, n_z + 2) float, optional
+            radial displacement of the bore (journal and bore together) per unit of δ, positive where the film opens
+        compliance : (k,) or (k, k) float, m/N, optional
+            δ = C ∫ S p dA; elastic journal and elastic bore in series simply add
+        supply : (n_phi, n_z) float, optional
+            1 where a node is held at supply pressure
+        supply_pressure : float, Pa
+            gauge
+        load_coupling : (k, 4) float, m/N, optional
+            g of :class:`cranktrain.film.elastic.bore_compliance.BoreCompliance`: δ += g ∫ (cos φ, sin φ, ζ cos φ, ζ sin
+            φ) p dA
+        contact : (5,) float, optional
+            :func:`cranktrain.film.contact.asperity.contact_constants` of rough surfaces
+
+        Raises
+        ------
+        InputError
+            for a value out of range or a shape that does not fit the grid
+        """
+        sizes = {"diameter": diameter, "width": width, "clearance": clearance, "viscosity": viscosity}
+        for name, value in sizes.items():
+            if not (value > 0.0 and math.isfinite(value)):
+                raise InputError(f"elastic film: {name} is {value:g}; give a positive value in SI units")
+        if not (supply_pressure >= 0.0 and math.isfinite(supply_pressure)):
+            raise InputError(f"elastic film: supply pressure is {supply_pressure:g} Pa; give a gauge pressure >= 0")
+        forms = np.zeros((0, self.n_phi, self.n_z + 2)) if shapes is None else np.asarray(shapes, dtype=float)
+        if forms.ndim != 3 or forms.shape[1:] != (self.n_phi, self.n_z + 2):
+            raise InputError(
+                f"elastic film: bore shapes have the form {forms.shape}; give (k, {self.n_phi}, {self.n_z + 2}),"
+                " values at all nodes and both ends"
+            )
+        k = len(forms)
+        c = _square(np.zeros(0) if compliance is None else np.asarray(compliance, dtype=float), k)
+        way = np.zeros((k, 4)) if load_coupling is None else np.asarray(load_coupling, dtype=float)
+        if way.shape != (k, 4) or not np.isfinite(way).all():
+            raise InputError(f"elastic film: load coupling of the form {way.shape}; give ({k}, 4) finite values")
+        rough = np.zeros(5) if contact is None else np.asarray(contact, dtype=float)
+        if rough.shape != (5,) or not (np.isfinite(rough).all() and (rough >= 0.0).all()):
+            raise InputError("elastic film: contact must be the five constants of asperity.contact_constants")
+        mask = np.zeros((self.n_phi, self.n_z)) if supply is None else np.asarray(supply, dtype=float)
+        if mask.shape != (self.n_phi, self.n_z) or not np.isin(mask, (0.0, 1.0)).all():
+            raise InputError(f"elastic film: the supply mask must be {self.n_phi} x {self.n_z} of 0 and 1")
+        behind = self.angles + math.pi / self.n_phi
+        trig = np.array([np.cos(self.angles), np.sin(self.angles), np.cos(behind), np.sin(behind)])
+        nodes = forms.reshape(k, self.n_phi * (self.n_z + 2))
+        inside = forms[:, :, 1:-1]
+        # Cubic through four nodes: the film at the faces is what conductance depends on, to the third power.
+        faces = (9.0 * (inside + np.roll(inside, -1, 1)) - np.roll(inside, 1, 1) - np.roll(inside, -2, 1)) / 16.0
+        table = np.zeros((nodes.shape[1] + self.size, BLOCK * ((k + BLOCK) // BLOCK)))
+        table[:, 1 : k + 1] = np.concatenate([nodes, faces.reshape(k, self.size)], axis=1).T
+        constants = [self.n_phi, self.n_z, k, 0.5 * diameter, width, clearance, viscosity, supply_pressure, FILM_FLOOR]
+        return ElasticFilm(
+            np.array(constants, dtype=float),
+            np.ascontiguousarray(trig.T),
+            _lines(self.zetas, 1.0 - self.edge + 0.5 * math.pi * self.edge * np.cos(0.5 * math.pi * self._uniform)),
+            table,
+            np.ascontiguousarray(mask.ravel()),
+            # A film pressure presses the journal along −(cos φ, sin φ).
+            np.ascontiguousarray(np.concatenate([-way, c], axis=1)),
+            rough,
+            contact_table() if rough[0] > 0.0 else np.zeros((8, 2)),
+        )
+
+
+def _square(compliance: Array, k: int) -> Array:
+    """Check a compliance and return it as a matrix, (k, k)."""
+    c = np.diag(compliance) if compliance.ndim == 1 else compliance
+    if c.shape != (k, k):
+        raise InputError(f"elastic film: compliance of the form {compliance.shape} does not fit {k} shapes")
+    if k and not (np.isfinite(c).all() and np.allclose(c, c.T, rtol=1e-9, atol=0.0)):
+        raise InputError("elastic film: the compliance must be finite and symmetric")
+    if k and np.linalg.eigvalsh(c).min() < -1e-12 * abs(c).max():
+        raise InputError("elastic film: the compliance has a negative eigenvalue; an elastic bore only yields")
+    return c
+
+
+def _lines(zetas: Array, stretch: Array) -> Array:
+    """Axial lines as in :class:`ElasticFilm`, (n_z + 2, 6); ``stretch`` dζ/ds of the uniform s behind ``zetas``.
+
+    Film pressure vanishes at the ends: the trapezoid in s with its first end correction, the slope there taken from two
+    nodes, is of fourth order. Contact need not vanish at an edge and stays with the plain trapezoid.
+    """
+    film = np.ones(zetas.size)
+    film[[0, -1]] = 0.0
+    film[[1, -2]] += 1.0 / 6.0
+    film[[2, -3]] -= 1.0 / 24.0
+    gaps = np.diff(zetas)
+    width = 0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps))
+    after, before = np.zeros(zetas.size), np.zeros(zetas.size)
+    after[:-1] = 1.0 / (gaps * width[:-1])
+    before[1:] = 1.0 / (gaps * width[1:])
+    step = 2.0 / (zetas.size - 1)
+    return np.ascontiguousarray(np.column_stack([zetas, film * stretch * step, width, after, before, width]))

@@ -1,0 +1,347 @@
+"""Reynolds' matrix column by column: block elimination with diagonal couplings, cyclic where it must be.
+
+On a grid of N columns around the bearing with n axial nodes each, the five-point matrix is block tridiagonal,
+
+    −E_{i−1} x_{i−1} + T_i x_i − E_i x_{i+1} = b_i,    E_i diagonal, T_i tridiagonal,
+
+closed in a ring. Each pivot block S_i = T_i − E_{i−1} S_{i−1}⁻¹ E_{i−1} is inverted outright: n is small, the inverse
+costs what a band factorisation would, and both it and every solution then run over dense rows of a length known to be a
+multiple of four, which a compiler turns into vector instructions. The matrix is symmetric, positive definite and
+diagonally dominant: no pivoting. Columns without unknowns break the chain. Where no two neighbouring columns are
+uncoupled, the last column becomes a border (Schur complement), which costs twice as much again.
+
+Axial rows are padded with unit rows to a multiple of :data:`LANES`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cranktrain.core.kernel import kernel
+
+LANES = 4
+
+
+def _inverter(size: int) -> Any:
+    """Kernel that inverts blocks of one padded ``size``: known to the compiler, it is worth half the time."""
+
+    @kernel
+    def invert(s, n):
+        for k in range(n):
+            pivot_row = s[k]
+            pivot = pivot_row[k]
+            if not pivot > 0.0:
+                return 1
+            inverse = 1.0 / pivot
+            pivot_row[k] = 1.0
+            for j in range(size):
+                pivot_row[j] *= inverse
+            for i in range(n):
+                if i != k:
+                    row = s[i]
+                    share = row[k]
+                    row[k] = 0.0
+                    for j in range(size):
+                        row[j] -= share * pivot_row[j]
+        return 0
+
+    return invert
+
+
+_invert_4 = _inverter(4)
+_invert_8 = _inverter(8)
+_invert_12 = _inverter(12)
+_invert_16 = _inverter(16)
+_invert_24 = _inverter(24)
+
+
+@kernel
+def invert(s, n):
+    """Invert the symmetric positive definite leading block (n, n) of ``s`` in place; rows are padded to LANES.
+
+    Returns 0, or 1 where a pivot is not positive.
+    """
+    padded = s.shape[0]
+    if padded == 12:
+        return _invert_12(s, n)
+    if padded == 8:
+        return _invert_8(s, n)
+    if padded == 16:
+        return _invert_16(s, n)
+    if padded == 24:
+        return _invert_24(s, n)
+    if padded == 4:
+        return _invert_4(s, n)
+    for k in range(n):
+        pivot_row = s[k]
+        pivot = pivot_row[k]
+        if not pivot > 0.0:
+            return 1
+        inverse = 1.0 / pivot
+        pivot_row[k] = 1.0
+        for j in range(padded):
+            pivot_row[j] *= inverse
+        for i in range(n):
+            if i != k:
+                row = s[i]
+                share = row[k]
+                row[k] = 0.0
+                for j in range(padded):
+                    row[j] -= share * pivot_row[j]
+    return 0
+
+
+@kernel
+def factor_ring(diagonal, axial, around, used, start, cyclic, n, inverse, border, coupling):
+    """Pivot blocks of the ring, from column ``start`` on.
+
+    ``diagonal``, ``axial`` (N, ≥ m) coupling of node j − 1 and j, ``around`` (N, m) that of columns i and
+    i + 1; all zero where a node carries no unknown, and the diagonal one. ``used`` (N,) counts unknowns by column. m is
+    n padded to LANES. ``inverse`` (N, m, m) receives S⁻¹; ``border`` (N, m, m) S⁻¹U and ``coupling`` (m, m) serve the
+    cyclic case alone. Returns 0, or 1 at a pivot that is not positive.
+    """
+    columns = diagonal.shape[0]
+    padded = inverse.shape[1]
+    before = start
+    schur = inverse[(start + columns - 1) % columns]
+    for step in range(columns):
+        i = start + step
+        if i >= columns:
+            i -= columns
+        last = step == columns - 1
+        if used[i] == 0.0:
+            before = i
+            continue
+        s = inverse[i]
+        if not (cyclic and last):
+            for j in range(padded):
+                row = s[j]
+                for k in range(padded):
+                    row[k] = 0.0
+        if cyclic and step == 0:
+            for j in range(padded):
+                for k in range(padded):
+                    schur[j, k] = 0.0
+        for j in range(padded):
+            s[j, j] += diagonal[i, j]
+        for j in range(1, n):
+            s[j, j - 1] -= axial[i, j]
+            s[j - 1, j] -= axial[i, j]
+        if step > 0 and not (cyclic and last):
+            e = around[before]
+            known = inverse[before]
+            for j in range(n):
+                left = e[j]
+                if left != 0.0:
+                    row = s[j]
+                    other = known[j]
+                    for b in range(padded):
+                        row[b] = row[b] - left * other[b] * e[b]
+        if invert(s, n) != 0:
+            return 1
+        if cyclic and not last:
+            # U couples this column with the border: from the ring's seam, then carried along by elimination.
+            seam = around[(start + columns - 1) % columns]
+            for j in range(n):
+                for k in range(padded):
+                    coupling[j, k] = around[before, j] * border[before, j, k] if step > 0 else 0.0
+                if step == 0:
+                    coupling[j, j] = seam[j]
+                if step == columns - 2:
+                    coupling[j, j] += around[i, j]
+            v = border[i]
+            _multiply(s, coupling, n, v)
+            for j in range(n):
+                u = coupling[j]
+                for k in range(n):
+                    share = u[k]
+                    if share != 0.0:
+                        row = schur[k]
+                        other = v[j]
+                        for b in range(padded):
+                            row[b] = row[b] - share * other[b]
+        before = i
+    return 0
+
+
+@kernel
+def _multiply(a, b, n, product):
+    """``product`` = a b for (m, m) blocks with n rows in use."""
+    padded = a.shape[0]
+    for i in range(n):
+        row = product[i]
+        for k in range(padded):
+            row[k] = 0.0
+        for j in range(n):
+            share = a[i, j]
+            if share != 0.0:
+                other = b[j]
+                for k in range(padded):
+                    row[k] = row[k] + share * other[k]
+
+
+@kernel
+def solve_ring(around, used, start, cyclic, n, inverse, border, x, carried):
+    """Solve for one right-hand side ``x`` (N, m), in place; ``used`` (N,) counts unknowns, ``carried`` (m,) is work."""
+    columns = x.shape[0]
+    padded = x.shape[1]
+    end = (start + columns - 1) % columns
+    inner = columns - 1 if cyclic else columns
+    before = start
+    for step in range(inner):
+        i = start + step
+        if i >= columns:
+            i -= columns
+        if used[i] > 0.0:
+            for j in range(n):
+                carried[j] = x[i, j] + (around[before, j] * x[before, j] if step > 0 else 0.0)
+            if cyclic:
+                for j in range(n):
+                    share = carried[j]
+                    for k in range(n):
+                        x[end, k] += border[i, j, k] * share
+            _row_products(inverse[i], carried, n, padded, x[i])
+        before = i
+    if cyclic:
+        for j in range(n):
+            carried[j] = x[end, j]
+        _row_products(inverse[end], carried, n, padded, x[end])
+    for step in range(inner - 1, -1, -1):
+        i = start + step
+        if i >= columns:
+            i -= columns
+        after = i + 1 if i + 1 < columns else 0
+        if used[i] == 0.0:
+            continue
+        if step < inner - 1 and used[after] > 0.0:
+            here = x[i]
+            s = inverse[i]
+            for k in range(n):
+                carried[k] = around[i, k] * x[after, k]
+            for j in range(0, padded, 4):
+                c0 = c1 = c2 = c3 = 0.0
+                for k in range(n):
+                    row = s[k]
+                    share = carried[k]
+                    c0 += row[j] * share
+                    c1 += row[j + 1] * share
+                    c2 += row[j + 2] * share
+                    c3 += row[j + 3] * share
+                here[j] += c0
+                here[j + 1] += c1
+                here[j + 2] += c2
+                here[j + 3] += c3
+        if cyclic:
+            for j in range(n):
+                total = x[i, j]
+                for k in range(n):
+                    total += border[i, j, k] * x[end, k]
+                x[i, j] = total
+
+
+@kernel
+def _row_products(s, vector, n, padded, product):
+    """``product`` = S vector for a symmetric S (m, m), four entries at a time."""
+    for j in range(0, padded, 4):
+        c0 = c1 = c2 = c3 = 0.0
+        for k in range(n):
+            row = s[k]
+            share = vector[k]
+            c0 += row[j] * share
+            c1 += row[j + 1] * share
+            c2 += row[j + 2] * share
+            c3 += row[j + 3] * share
+        product[j] = c0
+        product[j + 1] = c1
+        product[j + 2] = c2
+        product[j + 3] = c3
+
+
+@kernel
+def solve_ring_four(around, used, start, cyclic, n, inverse, border, x, carried):
+    """The same for four right-hand sides side by side: ``x`` (N, m, 4), in place; ``carried`` (m, 4) work."""
+    columns = x.shape[0]
+    end = (start + columns - 1) % columns
+    inner = columns - 1 if cyclic else columns
+    before = start
+    for step in range(inner):
+        i = start + step
+        if i >= columns:
+            i -= columns
+        if used[i] > 0.0:
+            here = x[i]
+            past = x[before]
+            for j in range(n):
+                e = around[before, j] if step > 0 else 0.0
+                c0 = here[j, 0] + e * past[j, 0]
+                c1 = here[j, 1] + e * past[j, 1]
+                c2 = here[j, 2] + e * past[j, 2]
+                c3 = here[j, 3] + e * past[j, 3]
+                carried[j, 0] = c0
+                carried[j, 1] = c1
+                carried[j, 2] = c2
+                carried[j, 3] = c3
+                here[j, 0] = 0.0
+                here[j, 1] = 0.0
+                here[j, 2] = 0.0
+                here[j, 3] = 0.0
+            if cyclic:
+                for k in range(n):
+                    _add_products(border[i], carried, n, k, x[end], True)
+            s = inverse[i]
+            for j in range(n):
+                _add_products(s, carried, n, j, here, False)
+        before = i
+    if cyclic:
+        here = x[end]
+        for j in range(n):
+            for r in range(4):
+                carried[j, r] = here[j, r]
+                here[j, r] = 0.0
+        for j in range(n):
+            _add_products(inverse[end], carried, n, j, here, False)
+    for step in range(inner - 1, -1, -1):
+        i = start + step
+        if i >= columns:
+            i -= columns
+        after = i + 1 if i + 1 < columns else 0
+        if used[i] == 0.0:
+            continue
+        here = x[i]
+        if step < inner - 1 and used[after] > 0.0:
+            past = x[after]
+            for j in range(n):
+                e = around[i, j]
+                c0 = e * past[j, 0]
+                c1 = e * past[j, 1]
+                c2 = e * past[j, 2]
+                c3 = e * past[j, 3]
+                carried[j, 0] = c0
+                carried[j, 1] = c1
+                carried[j, 2] = c2
+                carried[j, 3] = c3
+            s = inverse[i]
+            for j in range(n):
+                _add_products(s, carried, n, j, here, False)
+        if cyclic:
+            for j in range(n):
+                _add_products(border[i], x[end], n, j, here, False)
+
+
+@kernel
+def _add_products(s, vectors, n, j, total, transposed):
+    """Add row j (or column j) of S times four vectors (m, 4) to ``total[j]``."""
+    c0 = total[j, 0]
+    c1 = total[j, 1]
+    c2 = total[j, 2]
+    c3 = total[j, 3]
+    for k in range(n):
+        share = s[k, j] if transposed else s[j, k]
+        c0 += share * vectors[k, 0]
+        c1 += share * vectors[k, 1]
+        c2 += share * vectors[k, 2]
+        c3 += share * vectors[k, 3]
+    total[j, 0] = c0
+    total[j, 1] = c1
+    total[j, 2] = c2
+    total[j, 3] = c3

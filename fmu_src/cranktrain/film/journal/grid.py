@@ -1,0 +1,213 @@
+"""Where a journal film is sampled: nodes, cells, weights and grooves, and the memory of one solution.
+
+Plain bores take nodes that gather at the least film by Sommerfeld's substitution cos ψ = (cos γ + m)/(1 + m cos γ),
+uniform in γ; they follow the journal, in position and in m. Grooved bores have nodes at rest.
+Axial nodes gather at the edges, where a tilted film is least and a wide one drops. The weight of source and force, one
+and the same so that damping stays symmetric, is the mean of the finite-volume cell and of a quadrature of fourth order:
+with the first alone the force of a short bearing's parabola would be n⁻² low, with the second as much high (the
+solution feels it too), and the mean leaves the next order.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.reduced_body import Array
+from cranktrain.film.journal.blocks import LANES
+
+REYNOLDS, FULL, GUEMBEL = 0, 1, 2
+RUPTURES = {"reynolds": REYNOLDS, "full": FULL, "guembel": GUEMBEL}
+PRESETS = {"loop": (64, 12), "default": (96, 16), "fine": (192, 32)}
+"""Circumferential and axial intervals over the full width."""
+GRADING = 0.85
+"""m over the eccentricity in the substitution."""
+EDGE_GRADING = 0.7
+"""Share of the sine in the axial spacing ζ(s) = (1 − a) s + a sin(π s/2): 0 is uniform, 1 Chebyshev's."""
+
+WIDE, WIDEST = 4.0, 1000.0
+"""B/D from which, and up to which, axial nodes gather the closer at the ends the wider the bearing is."""
+
+
+class JournalGrid(NamedTuple):
+    """Where the film is sampled; float64 throughout.
+
+    circle : (4, N) cos γ, sin γ of nodes and of the faces behind them; for nodes at rest γ is φ itself
+    spacing : (2, N) cell width of a node and distance across the face behind it, in γ
+    axial : (5, n + 1) ζ of nodes, cell width, weight of source and force, ζ of the face before a node, 1/distance there
+    blocked : (N, m) 1 where the pressure is held at zero (grooves), and beyond n
+    settings : (4,) rupture, grading (0: nodes at rest), sides (1, or 2: half the width by symmetry), strip in ζ at an
+        end that no node's weight covers
+    """
+
+    circle: Array
+    spacing: Array
+    axial: Array
+    blocked: Array
+    settings: Array
+
+
+class JournalWork(NamedTuple):
+    """Memory of one film solution; ``journal_film`` leaves the pressure and the films in it."""
+
+    angle: Array  # (4, N) cos φ, sin φ of nodes and faces
+    width: Array  # (2, N) cell width and distance, in φ
+    conduct: Array  # (2, N, m + 1) around (face behind) and axial (face before)
+    slope: Array  # (2, N, m + 1) their derivative by the film
+    matrix: Array  # (2, N, m + 1) diagonal and axial coupling
+    around: Array  # (N, m)
+    used: Array  # (N,)
+    inverse: Array  # (N, m, m)
+    border: Array  # (N, m, m)
+    source: Array  # (N, m)
+    pressure: Array  # (N, m)
+    unit: Array  # (N, m, 4)
+    adjoint: Array  # (N, m, 4)
+    carried: Array  # (m, m)
+    place: Array  # (9,) eccentricity, tilt, both velocities of squeeze, (D/L)²
+
+
+def journal_grid(
+    n_phi: int = PRESETS["default"][0],
+    n_z: int = PRESETS["default"][1],
+    *,
+    half: bool = False,
+    rupture: str = "reynolds",
+    grading: float = GRADING,
+    grooves: tuple[tuple[float, float], ...] = (),
+    fed_at_widest: bool = False,
+    sealed: bool = False,
+    ratio: float = 0.0,
+) -> JournalGrid:
+    """Grid of a journal film.
+
+    Parameters
+    ----------
+    n_phi, n_z : intervals around (12 to 4096) and over the full width (6 to 512); odd numbers are rounded up
+    half : solve half the width by symmetry; for films without tilt (t = w = 0)
+    rupture : reynolds, guembel (full film, negative pressure left out) or full
+    grading : how far the nodes follow the eccentricity, in [0, 1); 0 leaves them at rest
+    grooves : axial grooves as (centre, extent) in rad, pressure zero; nodes then stand still in the bore
+    fed_at_widest : hold the pressure at zero on the line of the widest gap (opposite to where nodes gather), as an oil
+        groove there would
+    sealed : no flow over the ends, so that pressure is uniform over the width: the infinitely long bearing
+    ratio : B/D, where known: beyond ``WIDE`` axial nodes gather at the ends so closely that they see the pressure drop
+        there within a radius
+
+    Raises
+    ------
+    InputError
+        for a grid that is too coarse, a rupture that does not exist, grooves that overlap
+    """
+    if not (12 <= n_phi <= 4096 and 6 <= n_z <= 512):
+        raise InputError(f"film grid {n_phi} × {n_z} is not possible; take 12 to 4096 around and 6 to 512 across")
+    if rupture not in RUPTURES:
+        raise InputError(f"cavitation '{rupture}' does not exist; {nearest(rupture, RUPTURES)}")
+    n_phi += n_phi % 2
+    n_z += n_z % 2
+    if grooves:
+        face, node, blocked_columns = _grooved_nodes(n_phi, grooves)
+        grading = 0.0
+    else:
+        node = 2.0 * math.pi * np.arange(n_phi) / n_phi
+        face = node + math.pi / n_phi
+        blocked_columns = np.zeros(n_phi)
+        blocked_columns[n_phi // 2] = fed_at_widest  # γ = π whatever the grading
+    after = np.roll(node, -1)
+    after[-1] += 2.0 * math.pi
+    behind = np.roll(face, 1)
+    behind[0] -= 2.0 * math.pi
+    circle = np.array([np.cos(node), np.sin(node), np.cos(face), np.sin(face)])
+    spacing = np.array([face - behind, after - node])
+    step = 2.0 / n_z
+    first = n_z // 2 if half else 1
+    n = n_z - first
+    s: Array = np.asarray(-1.0 + step * np.arange(n_z + 1))
+    node, weight = axial_nodes(s, ratio)
+    weight *= step
+    face = 0.5 * (node[1:] + node[:-1])
+    weight[[1, -2]] *= 1.0 + 1.0 / 6.0
+    weight[[2, -3]] *= 1.0 - 1.0 / 24.0
+    axial = np.zeros((5, n + 1))
+    axial[0, :n] = node[first:n_z]
+    axial[1, :n] = face[first:] - face[first - 1 : -1]
+    axial[2, :n] = 0.5 * (axial[1, :n] + weight[first:n_z])
+    axial[3] = face[first - 1 :]
+    axial[4] = 1.0 / (node[first:] - node[first - 1 : -1])
+    if sealed:
+        axial[1, :n] *= 2.0 / (face[-1] - face[0])
+        axial[2] = axial[1]
+        axial[4, [0, n]] = 0.0
+    strip = 1.0 - 0.5 * (axial[2, 0] if half else 0.0) - (1.0 if half else 0.5) * axial[2, (1 if half else 0) : n].sum()
+    if half:
+        axial[1:3, 0] *= 0.5
+        axial[4, 0] = 0.0
+    padded = -(-n // LANES) * LANES
+    blocked = np.ones((circle.shape[1], padded))
+    blocked[:, :n] = blocked_columns[:, None]
+    settings = np.array([RUPTURES[rupture], grading, 2.0 if half else 1.0, strip])
+    return JournalGrid(circle, spacing, axial, blocked, settings)
+
+
+def axial_nodes(s: Array, ratio: float) -> tuple[Array, Array]:
+    """ζ(s) and dζ/ds, s uniform in [−1, 1]."""
+    if ratio <= WIDE:
+        grading = EDGE_GRADING
+        node = (1.0 - grading) * s + grading * np.sin(0.5 * math.pi * s)
+        return node, 1.0 - grading + grading * 0.5 * math.pi * np.cos(0.5 * math.pi * s)
+    # ζ = tanh βs/tanh β: at the ends the step is the same share of the diameter for all of these bearings.
+    low, high = 0.1, 20.0
+    for _ in range(60):
+        beta = 0.5 * (low + high)
+        steep = beta * (1.0 - math.tanh(beta) ** 2) / math.tanh(beta) > (1.0 - EDGE_GRADING) * WIDE / min(ratio, WIDEST)
+        low, high = (beta, high) if steep else (low, beta)
+    node = np.tanh(beta * s) / math.tanh(beta)
+    node[[0, -1]] = -1.0, 1.0
+    return node, beta * (1.0 - np.tanh(beta * s) ** 2) / math.tanh(beta)
+
+
+def _grooved_nodes(n_phi: int, grooves: tuple[tuple[float, float], ...]) -> tuple[Array, Array, Array]:
+    """Faces, nodes and blocked columns for axial grooves: their edges are nodes, lands are divided evenly."""
+    turn = 2.0 * math.pi
+    ordered = sorted(((centre - 0.5 * extent) % turn, extent) for centre, extent in grooves)
+    edges: list[float] = []
+    for k, (start, extent) in enumerate(ordered):
+        following = ordered[k + 1][0] if k + 1 < len(ordered) else ordered[0][0] + turn
+        if not 0.0 < extent < turn or start + extent >= following:
+            raise InputError(
+                f"the groove of {math.degrees(extent):g} deg at {math.degrees(start + 0.5 * extent):g} deg reaches the "
+                f"next one; make it narrower than {math.degrees(following - start):g} deg or set them further apart"
+            )
+        edges += [start, start + extent]
+    node: list[float] = []
+    blocked: list[float] = []
+    lands = sum([*edges, edges[0] + turn][2 * k + 2] - edges[2 * k + 1] for k in range(len(ordered)))
+    for k, (start, extent) in enumerate(ordered):
+        stop = [*edges, edges[0] + turn][2 * k + 2]
+        land = stop - start - extent
+        count = max(6, round(n_phi * land / lands))
+        node += [start, *(start + extent + land * np.arange(count) / count).tolist()]
+        blocked += [1.0, 1.0, *([0.0] * (count - 1))]
+    nodes = np.array(node)
+    after = np.roll(nodes, -1)
+    after[-1] += turn
+    return 0.5 * (nodes + after), nodes, np.array(blocked)
+
+
+def journal_work(grid: JournalGrid) -> JournalWork:
+    """Memory for ``journal_film`` on ``grid``."""
+    columns, m = grid.blocked.shape
+    return JournalWork(
+        np.zeros((4, columns)), np.zeros((2, columns)), np.zeros((2, columns, m + 1)), np.zeros((2, columns, m + 1)),
+        np.zeros((2, columns, m + 1)), np.zeros((columns, m)), np.zeros(columns), np.zeros((columns, m, m)),
+        np.zeros((columns, m, m)), np.zeros((columns, m)), np.zeros((columns, m)), np.zeros((columns, m, 4)),
+        np.zeros((columns, m, 4)), np.zeros((m, m)), np.zeros(9),
+    )  # fmt: skip
+
+
+def cold_start(grid: JournalGrid) -> Array:
+    """Active set that knows nothing, (N, m); ``journal_film`` updates it in place."""
+    return np.full(grid.blocked.shape, -1.0)

@@ -1,0 +1,219 @@
+"""Where a journal film ruptures: pressure, and the nodes that carry it, by an active set.
+
+Complementarity: on each node either Π > 0 and the balance A Π = b holds, or Π = 0 and the surplus b − A Π is not
+positive. A is an M-matrix, so dropping all nodes in tension and taking up all that their neighbours press on ends at
+the one solution, from any start. With the set known the four unit solutions A λ = g follow from its factors.
+"""
+
+from __future__ import annotations
+
+from cranktrain.core.kernel import kernel
+from cranktrain.film.journal.blocks import factor_ring, solve_ring, solve_ring_four
+from cranktrain.film.journal.grid import GUEMBEL, REYNOLDS
+
+MOST_PASSES = 60
+"""Passes of the active set beyond one for each column."""
+AHEAD = 0.3
+"""How far a cold start takes the film to reach where the gap opens, over the fastest approach."""
+
+
+@kernel
+def rupture_pressure(grid, vx, vy, wx, wy, work, active):
+    """Solve the complementarity problem; returns the passes it took, negative on failure."""
+    axial = grid.axial
+    blocked = grid.blocked
+    columns = blocked.shape[0]
+    padded = blocked.shape[1]
+    n = axial.shape[1] - 1
+    rupture = int(grid.settings[0])
+    cold = active[0, 0] < 0.0
+    largest = 0.0
+    fastest = 0.0
+    for i in range(columns):
+        c = work.angle[0, i]
+        s = work.angle[1, i]
+        middle = (vx * c + vy * s) * work.width[0, i]
+        end = (wx * c + wy * s) * work.width[0, i]
+        for j in range(n):
+            g = (middle + axial[0, j] * end) * axial[2, j]
+            work.source[i, j] = g
+            largest = max(largest, abs(g))
+            fastest = max(fastest, abs(middle + axial[0, j] * end) / work.width[0, i])
+    at_rest = largest == 0.0
+    for i in range(columns):
+        for j in range(padded):
+            if blocked[i, j] != 0.0:
+                active[i, j] = 0.0
+            elif rupture != REYNOLDS or at_rest:
+                active[i, j] = 1.0
+            elif cold:
+                # A first set somewhat too large settles sooner than one that is too small: it grows column by column.
+                least = -AHEAD * fastest * work.width[0, i] * axial[2, j] if j < n else 0.0
+                active[i, j] = 1.0 if work.source[i, j] > least else 0.0
+            else:
+                active[i, j] = 1.0 if active[i, j] > 0.5 else 0.0
+    tolerance = 1.0e-11 * largest
+    p = work.pressure
+    most = MOST_PASSES + columns
+    if not (cold or at_rest) and rupture == REYNOLDS:
+        _foresee(n, blocked, vx, vy, wx, wy, work, active, tolerance)
+    for passes in range(1, most + 1):
+        start, cyclic = ring_matrix(n, work, active)
+        if factor_ring(
+            work.matrix[0], work.matrix[1], work.around, work.used, start, cyclic, n, work.inverse, work.border,
+            work.carried,
+        ) != 0:  # fmt: skip
+            return -passes
+        for i in range(columns):
+            for j in range(padded):
+                p[i, j] = work.source[i, j] * active[i, j] if j < n else 0.0
+        solve_ring(work.around, work.used, start, cyclic, n, work.inverse, work.border, p, work.carried[0])
+        if rupture != REYNOLDS or at_rest:
+            break
+        if _change_set(n, blocked, work, active, tolerance) == 0:
+            break
+    else:
+        return -most
+    unit_sources(n, axial, work, active)
+    solve_ring_four(work.around, work.used, start, cyclic, n, work.inverse, work.border, work.unit, work.carried)
+    if rupture == GUEMBEL:
+        adjoint = work.adjoint
+        _share_of_compression(n, p, work.source)
+        for i in range(columns):
+            c = work.angle[0, i] * work.width[0, i]
+            s = work.angle[1, i] * work.width[0, i]
+            for j in range(n):
+                g = axial[2, j] * work.source[i, j]
+                adjoint[i, j, 0] = c * g
+                adjoint[i, j, 1] = s * g
+                adjoint[i, j, 2] = c * g * axial[0, j]
+                adjoint[i, j, 3] = s * g * axial[0, j]
+        solve_ring_four(work.around, work.used, start, cyclic, n, work.inverse, work.border, adjoint, work.carried)
+    return passes
+
+
+@kernel
+def unit_sources(n, axial, work, active):
+    """The four sources g = (n, ζ n) by cells, on the active set, into ``work.unit``."""
+    unit = work.unit
+    for i in range(active.shape[0]):
+        c = work.angle[0, i] * work.width[0, i]
+        s = work.angle[1, i] * work.width[0, i]
+        for j in range(n):
+            g = axial[2, j] * active[i, j]
+            unit[i, j, 0] = c * g
+            unit[i, j, 1] = s * g
+            unit[i, j, 2] = c * g * axial[0, j]
+            unit[i, j, 3] = s * g * axial[0, j]
+
+
+@kernel
+def _foresee(n, blocked, vx, vy, wx, wy, work, active, tolerance):
+    """Let the last unit solutions say what the new velocity changes in the set, where they belong to this set."""
+    columns = active.shape[0]
+    p = work.pressure
+    for i in range(columns):
+        count = 0.0
+        for j in range(n):
+            count += active[i, j]
+        if count != work.used[i]:
+            return
+    for i in range(columns):
+        for j in range(n):
+            p[i, j] = 0.0
+            if active[i, j] > 0.5:
+                u = work.unit[i, j]
+                p[i, j] = max(u[0] * vx + u[1] * vy + u[2] * wx + u[3] * wy, 0.0)
+                if p[i, j] == 0.0:
+                    active[i, j] = 0.0
+    _change_set(n, blocked, work, active, tolerance)
+
+
+@kernel
+def _change_set(n, blocked, work, active, tolerance):
+    """Drop nodes in tension, take up those that their neighbours press on; returns how many changed."""
+    columns = active.shape[0]
+    p = work.pressure
+    around = work.conduct[0]
+    along = work.conduct[1]
+    changed = 0
+    for i in range(columns):
+        before = i - 1 if i > 0 else columns - 1
+        after = i + 1 if i + 1 < columns else 0
+        for j in range(n):
+            if active[i, j] > 0.5:
+                if p[i, j] < 0.0:
+                    active[i, j] = 0.0
+                    changed += 1
+            elif blocked[i, j] == 0.0:
+                push = work.source[i, j] + around[before, j] * p[before, j] + around[i, j] * p[after, j]
+                if j > 0:
+                    push += along[i, j] * p[i, j - 1]
+                if j + 1 < n:
+                    push += along[i, j + 1] * p[i, j + 1]
+                if push > tolerance:
+                    active[i, j] = 1.0
+                    changed += 1
+    return changed
+
+
+@kernel
+def _share_of_compression(n, p, share):
+    """Derivative of ∫max(p, 0) by each p, in cells: one or zero, but between two nodes where p changes sign.
+
+    There the triangle that is left counts, not half a cell: else the force would have steps, and its derivative noise
+    of first order.
+    """
+    columns = p.shape[0]
+    for i in range(columns):
+        for j in range(n):
+            share[i, j] = 1.0 if p[i, j] > 0.0 else 0.0
+    for i in range(columns):
+        after = i + 1 if i + 1 < columns else 0
+        for j in range(n):
+            a = p[i, j]
+            b = p[after, j]
+            if a > 0.0 and b < 0.0:
+                kept = a / (a - b)
+                share[i, j] -= 0.5 * (1.0 - kept) * (1.0 - kept)
+                share[after, j] += 0.5 * kept * kept
+            elif a < 0.0 and b > 0.0:
+                kept = b / (b - a)
+                share[after, j] -= 0.5 * (1.0 - kept) * (1.0 - kept)
+                share[i, j] += 0.5 * kept * kept
+
+
+@kernel
+def ring_matrix(n, work, active):
+    """Masked matrix of the active set; returns the column where the ring starts, and whether it stays closed."""
+    columns = active.shape[0]
+    padded = active.shape[1]
+    around = work.conduct[0]
+    along = work.conduct[1]
+    diagonal = work.matrix[0]
+    coupling = work.matrix[1]
+    start = 0
+    cyclic = True
+    for i in range(columns):
+        before = i - 1 if i > 0 else columns - 1
+        after = i + 1 if i + 1 < columns else 0
+        count = 0.0
+        linked = 0.0
+        for j in range(padded):
+            here = active[i, j]
+            diagonal[i, j] = 1.0
+            coupling[i, j] = 0.0
+            both = here * active[after, j]
+            work.around[i, j] = around[i, j] * both
+            count += here
+            linked += both
+        for j in range(n):
+            if active[i, j] > 0.5:
+                diagonal[i, j] = around[before, j] + around[i, j] + along[i, j] + along[i, j + 1]
+                if j > 0:
+                    coupling[i, j] = along[i, j] * active[i, j - 1]
+        work.used[i] = count
+        if linked == 0.0 and cyclic:
+            start = after
+            cyclic = False
+    return start, cyclic

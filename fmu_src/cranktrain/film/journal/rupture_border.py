@@ -1,0 +1,76 @@
+"""Tangents of a ruptured journal film whose border lies between nodes.
+
+The pressure of :mod:`cranktrain.film.journal.rupture` is of second order wherever its border falls, but a unit solution
+on the same set ends at the first ruptured node instead of at the border, up to half a cell from it: stiffness and
+damping would jump by some 1 % each time a node ruptures. Near the border Π = ½κ(x* − x)², which five-point differences
+fulfil exactly but for a shift; with the first ruptured node at x = 0, cells of width h and the last pressure q,
+
+    q = ½κ h² (1 + 2x*/h),      x*/h = r − ½,      r = q/(κh²) in [0, 1],
+
+r being the share of the ruptured node's surplus that its neighbours press on it. The unit solutions fall to zero at x*,
+h (½ + r) from the last node: the conductance of that face is divided by ½ + r (Shortley and Weller 1938). As r reaches
+1 the node joins the film at r = 0 with the same border, so the tangents pass smoothly.
+"""
+
+from __future__ import annotations
+
+from cranktrain.core.kernel import kernel
+from cranktrain.film.journal.blocks import factor_ring, solve_ring_four
+from cranktrain.film.journal.film import FORCE, journal_tangents
+from cranktrain.film.journal.grid import REYNOLDS
+from cranktrain.film.journal.rupture import ring_matrix, unit_sources
+
+
+@kernel
+def border_tangents(grid, vx, vy, wx, wy, work, active, out):
+    """Replace the tangents that ``journal_film`` left in ``out`` (36,); the force stays. 0, or 1 for a failed pivot."""
+    if int(grid.settings[0]) != REYNOLDS:
+        return 0
+    n = grid.axial.shape[1] - 1
+    start, cyclic = ring_matrix(n, work, active)
+    _move_border(n, grid.blocked, work, active)
+    if factor_ring(
+        work.matrix[0], work.matrix[1], work.around, work.used, start, cyclic, n, work.inverse, work.border,
+        work.carried,
+    ) != 0:  # fmt: skip
+        return 1
+    unit_sources(n, grid.axial, work, active)
+    solve_ring_four(work.around, work.used, start, cyclic, n, work.inverse, work.border, work.unit, work.carried)
+    f0, f1, f2, f3 = out[FORCE], out[FORCE + 1], out[FORCE + 2], out[FORCE + 3]
+    journal_tangents(grid, vx, vy, wx, wy, work, active, out)
+    out[FORCE] = f0
+    out[FORCE + 1] = f1
+    out[FORCE + 2] = f2
+    out[FORCE + 3] = f3
+    return 0
+
+
+@kernel
+def _move_border(n, blocked, work, active):
+    """Conductances of the faces to the border, as the unit solutions feel them."""
+    columns = active.shape[0]
+    p = work.pressure
+    around = work.conduct[0]
+    along = work.conduct[1]
+    diagonal = work.matrix[0]
+    for i in range(columns):
+        before = i - 1 if i > 0 else columns - 1
+        after = i + 1 if i + 1 < columns else 0
+        for j in range(n):
+            if active[i, j] > 0.5 or blocked[i, j] != 0.0 or work.source[i, j] >= 0.0:
+                continue
+            behind = active[before, j] > 0.5
+            ahead = active[after, j] > 0.5
+            if not (behind or ahead):
+                continue
+            push = around[before, j] * p[before, j] + around[i, j] * p[after, j]
+            if j > 0:
+                push += along[i, j] * p[i, j - 1]
+            if j + 1 < n:
+                push += along[i, j + 1] * p[i, j + 1]
+            share = min(push / -work.source[i, j], 1.0)
+            factor = 1.0 / (0.5 + share) - 1.0
+            if behind:
+                diagonal[before, j] += around[before, j] * factor
+            if ahead:
+                diagonal[after, j] += around[i, j] * factor

@@ -1,0 +1,1 @@
+"""Force laws of bearings: the register, and one file a law."""

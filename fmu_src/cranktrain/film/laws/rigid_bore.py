@@ -1,0 +1,247 @@
+"""Laws ``reynolds`` and ``table``: films between a tilting journal and a rigid bore, with asperities beside them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.kernel import kernel, law_kernel, record_reader
+from cranktrain.core.reduced_body import Array
+from cranktrain.engine.parts import PlainBearing
+from cranktrain.film.contact.journal import N_OUT, TORQUE, JournalContact, bearing_contact, journal_contact
+from cranktrain.film.journal.film import OUT_SIZE, film_observables, journal_film
+from cranktrain.film.journal.grid import JournalGrid, JournalWork, cold_start, journal_grid, journal_work
+from cranktrain.film.laws.parabolic import friction_torque
+from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
+from cranktrain.film.laws.tilted import (
+    BY_PLACE,
+    BY_VELOCITY,
+    ECCENTRICITY,
+    FLOW,
+    FRICTION,
+    GAP,
+    OBSERVE,
+    P_MAX,
+    PASSES,
+    RUBBING,
+    SPEED,
+)
+from cranktrain.film.table.aligned import aligned_force, aligned_observables
+from cranktrain.film.table.database import FilmTable, table_grid
+from cranktrain.film.table.interpolation import TableArrays
+from cranktrain.film.table.law import TABLE, TableWork, table_force, table_work, tilted_pressure
+
+IN_LOOP = (48, 8)
+"""Intervals around and across of films that are solved in the loop: forces within 0.2 %, moments 0.3 % at p95."""
+ALIGNED = (96, 12)
+"""The same of films without tilt, which are solved beyond the table's last eccentricity only."""
+
+
+class RigidBore(NamedTuple):
+    """Data of the films, and their memory; results never depend on what that holds."""
+
+    parameters: Array  # (b, 13) of each bearing, see film.parameters; they differ in viscosity only
+    grid: JournalGrid
+    contact: JournalContact
+    table: TableArrays
+    journal: JournalWork
+    active: Array  # (b, N, m) active set of each film
+    film: Array  # (36,) dimensionless result
+    rough: Array  # (25,) of the contact
+    plane: Array  # (16,) a film without tilt
+    tabled: TableWork
+    solved: Array  # (1,) films that lay outside the table
+
+
+def rigid_bore(
+    bearing: PlainBearing, parameters: Array, table: FilmTable | None, solved: Array, tilted: bool = True
+) -> RigidBore:
+    """Films of as many journals as ``parameters`` (b, 13) has rows, read from ``table`` where there is one.
+
+    ``tilted``: whether they feel tilt.
+
+    Raises
+    ------
+    InputError
+        a table of another bearing
+    """
+    arrays = TableArrays(np.zeros((1, 1, 1)), np.zeros((1, 1, 1, 1)), np.zeros(8))
+    grid = journal_grid(*IN_LOOP)
+    if table is not None:
+        made, ratio = table.settings, bearing.width / bearing.diameter
+        if abs(made.length_ratio - ratio) > 1.0e-6 or made.groove != bearing.groove or (tilted and not made.tilt):
+            raise InputError(
+                f"film table of L/D {made.length_ratio:.6g}, groove {made.groove}, "
+                f"{'with' if made.tilt else 'no'} tilt does not fit the bearing, L/D {ratio:.6g}, "
+                f"groove {bearing.groove}; make one by film-table"
+            )
+        arrays = table.arrays
+        grid = table_grid(made, *IN_LOOP) if tilted else journal_grid(*ALIGNED, half=True)
+    return RigidBore(
+        parameters=parameters,
+        grid=grid,
+        contact=bearing_contact(bearing),
+        table=arrays,
+        journal=journal_work(grid),
+        active=np.array([cold_start(grid)] * len(parameters)),
+        film=np.zeros(OUT_SIZE),
+        rough=np.zeros(N_OUT),
+        plane=np.zeros(16),
+        tabled=table_work(),
+        solved=solved,
+    )
+
+
+_SMALL = journal_grid(12, 6)
+_read = record_reader(
+    RigidBore(
+        np.zeros((1, 1)), _SMALL, JournalContact(np.zeros(1), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1))),
+        TableArrays(np.zeros((1, 1, 1)), np.zeros((1, 1, 1, 1)), np.zeros(8)), journal_work(_SMALL),
+        np.array([cold_start(_SMALL)]), np.zeros(1), np.zeros(1), np.zeros(1), table_work(), np.zeros(1),
+    )
+)  # fmt: skip
+
+
+@law_kernel
+def reynolds_law(record, action, i, place, velocity, numbers, memory, out):
+    """Reynolds' equation solved in place; see :mod:`cranktrain.film.laws.tilted`."""
+    bore = _read(record)
+    own = bore.parameters[i]
+    c = own[CLEARANCE]
+    viscosity = own[VISCOSITY]
+    radius = own[RADIUS]
+    width = own[WIDTH]
+    half = 0.5 * numbers[SPEED]
+    ratio = 2.0 * radius / width
+    film = bore.film
+    out[PASSES] = journal_film(
+        bore.grid, ratio * ratio, place[0] / c, place[1] / c, place[2] / c, place[3] / c,
+        (velocity[0] + half * place[1]) / c, (velocity[1] - half * place[0]) / c,
+        (velocity[2] + half * place[3]) / c, (velocity[3] - half * place[2]) / c,
+        bore.journal, bore.active[i], film,
+    )  # fmt: skip
+    scale = 6.0 * viscosity * radius * width * (radius / c) * (radius / c)
+    for k in range(4):
+        out[k] = scale * film[k]
+    scale /= c
+    for k in range(16):
+        out[BY_VELOCITY + k] = scale * film[BY_VELOCITY + k]
+    # The velocity of pure squeeze depends on the place through the surface speeds.
+    for r in range(4):
+        for pair in range(0, 4, 2):
+            k = 4 * r + pair
+            out[BY_PLACE + k] = scale * (film[BY_PLACE + k] - half * film[BY_VELOCITY + k + 1])
+            out[BY_PLACE + k + 1] = scale * (film[BY_PLACE + k + 1] + half * film[BY_VELOCITY + k])
+    _rough_force(bore, own, place, numbers[SPEED], out)
+    if action == OBSERVE:
+        _solved_figures(bore, own, out)
+    return 0
+
+
+@law_kernel
+def table_law(record, action, i, place, velocity, numbers, memory, out):
+    """The same read from the table; films outside it are solved, and counted in ``solved``."""
+    bore = _read(record)
+    own = bore.parameters[i]
+    c = own[CLEARANCE]
+    viscosity = own[VISCOSITY]
+    radius = own[RADIUS]
+    width = own[WIDTH]
+    half = 0.5 * numbers[SPEED]
+    status = table_force(
+        place[0], place[1], place[2], place[3], velocity[0], velocity[1], velocity[2], velocity[3], half, c,
+        6.0 * viscosity * radius * width * (radius / c) * (radius / c), bore.table, bore.grid, bore.journal,
+        bore.active[i], bore.tabled, out,
+    )  # fmt: skip
+    if status != TABLE:
+        bore.solved[0] += 1.0
+    out[PASSES] = status
+    _rough_force(bore, own, place, numbers[SPEED], out)
+    if action != OBSERVE:
+        return 0
+    if status != TABLE:
+        _solved_figures(bore, own, out)
+        return 0
+    # Pressure from the table with tilt, flow of the aligned film.
+    _, out[FLOW] = aligned_observables(
+        place[0], place[1], velocity[0], velocity[1], half, c, viscosity, radius, width, bore.table, bore.plane
+    )
+    out[P_MAX] = tilted_pressure(
+        place[0], place[1], place[2], place[3], velocity[0], velocity[1], half, c, viscosity, radius, bore.table,
+        bore.tabled,
+    )  # fmt: skip
+    out[GAP] = -1.0
+    return 0
+
+
+@law_kernel
+def aligned_law(record, action, i, place, velocity, numbers, memory, out):
+    """A film without tilt read from the table, between a journal and a bore that both may turn (big ends).
+
+    ``out`` is laid out as :func:`cranktrain.film.laws.register.bearing_force` does; the asperities' friction torque,
+    and when observed pressure and flow, stand in the columns of :mod:`cranktrain.film.laws.tilted`.
+    """
+    bore = _read(record)
+    own = bore.parameters[i]
+    c = own[CLEARANCE]
+    viscosity = own[VISCOSITY]
+    radius = own[RADIUS]
+    width = own[WIDTH]
+    half = 0.5 * numbers[SPEED]
+    status = aligned_force(
+        place[0], place[1], velocity[0], velocity[1], half, c,
+        6.0 * viscosity * radius * width * (radius / c) * (radius / c), bore.table, bore.grid, bore.journal,
+        bore.active[i], bore.tabled, out,
+    )  # fmt: skip
+    if status != TABLE:
+        bore.solved[0] += 1.0
+    contact = bore.rough
+    rough = bore.contact
+    journal_contact(
+        place[0], place[1], 0.0, 0.0, radius * numbers[RUBBING], rough.constants, rough.table, rough.slices,
+        rough.gauss, contact,
+    )  # fmt: skip
+    for r in range(2):
+        out[r] += contact[r]
+        for s in range(2):
+            out[2 + 2 * r + s] += contact[4 + 4 * r + s]
+    out[FRICTION] = contact[TORQUE]
+    if action == OBSERVE:
+        out[P_MAX], out[FLOW] = aligned_observables(
+            place[0], place[1], velocity[0], velocity[1], half, c, viscosity, radius, width, bore.table, bore.plane
+        )
+    return 0
+
+
+@kernel
+def _solved_figures(bore, own, out):
+    """Largest pressure (Pa) and side flow (m³/s) of the film that was solved last."""
+    c = own[CLEARANCE]
+    radius = own[RADIUS]
+    highest, flow = film_observables(bore.grid, bore.journal)
+    out[P_MAX] = 12.0 * own[VISCOSITY] * (radius / c) * (radius / c) * highest
+    out[FLOW] = 2.0 * c * radius * radius * radius / own[WIDTH] * flow
+    out[GAP] = -1.0
+
+
+@kernel
+def _rough_force(bore, own, place, speed, out):
+    """Add what asperities carry, and the friction torque of film and asperities."""
+    c = own[CLEARANCE]
+    radius = own[RADIUS]
+    eps = (place[0] * place[0] + place[1] * place[1]) ** 0.5 / c
+    out[FRICTION] = friction_torque(
+        eps, out[0], out[1], place[0], place[1], own[VISCOSITY], radius, own[WIDTH], c, speed
+    )
+    contact = bore.rough
+    rough = bore.contact
+    journal_contact(
+        place[0], place[1], place[2], place[3], radius * speed, rough.constants, rough.table, rough.slices,
+        rough.gauss, contact,
+    )  # fmt: skip
+    for k in range(20):
+        out[k] += contact[k]
+    out[FRICTION] += contact[TORQUE]
+    out[ECCENTRICITY] = eps

@@ -1,0 +1,172 @@
+"""Law ``roller``: cylindrical roller bearings between the journals and their seats.
+
+Each bearing follows its rollers (:mod:`cranktrain.film.laws.roller_contacts`) or a linear stand-in, F = −k (x, y) and M
+= −k_t times the slopes. Beside either acts viscous damping of the motion in space, isotropic, loaded or not. A
+journal's end, where its displacement by tilt is measured and Q acts, lies half a roller's length beside its middle, so
+that Q = M/(l/2).
+
+Rollers stand still with the first one straight below the journal, or go round with the cage: ψ_0 = −π/2 + γθ, θ being
+the frame's angle with its whole turns and γ = ½(1 − D/d_m) the ratio of pure rolling. They excite at the frequency of
+their passage then.
+
+Among what is shown, ``eccentricity`` is over the clearance column of :func:`roller_parameters`, the pressure is Hertz's
+at the inner ring, and the least gap is the one between the journal and its nearest roller. Friction and flow are zero.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.kernel import kernel, law_kernel, record_reader
+from cranktrain.core.reduced_body import Array
+from cranktrain.engine.parts import RollerBearings
+from cranktrain.engine.roller_bearing import main_roller
+from cranktrain.film.laws.parameters import C_X, C_Y, CLEARANCE, CONTACT_HEIGHT, K_X, K_Y, LAW, RADIUS, WIDTH
+from cranktrain.film.laws.roller_contacts import (
+    APPROACH,
+    LOADED,
+    N_CONSTANTS,
+    N_OUT,
+    PRESSURE,
+    WHERE,
+    WORK,
+    roller_constants,
+    roller_force,
+    roller_slices,
+)
+from cranktrain.film.laws.tilted import (
+    ANGLE,
+    BY_VELOCITY,
+    COS,
+    ECCENTRICITY,
+    FLOW,
+    FRICTION,
+    GAP,
+    GAP_ANGLE,
+    OBSERVE,
+    P_MAX,
+    PASSES,
+    SIN,
+)
+
+IN_LOOP = 12
+"""Slices along a roller in a running engine."""
+FIRST_ANGLE = -0.5 * math.pi
+"""Angle of the first roller at rest: where gas presses the journals to."""
+
+# Columns of a bearing's law behind the constants of its rollers: 1 for the linear stand-in; stiffness and damping
+# (N/m, N s/m), both of tilt as of Q by the end's displacement; γ, or 0 where rollers stand still; the eccentricity's
+# scale.
+IS_LINEAR, STIFFNESS, TILT_STIFFNESS, DAMPING, TILT_DAMPING, CAGE, SCALE, N_LAW = range(N_CONSTANTS, N_CONSTANTS + 8)
+
+
+class RollerSeats(NamedTuple):
+    """Roller bearings of b journals."""
+
+    laws: Array  # (b, N_LAW)
+    slices: Array  # (b, 3, IN_LOOP)
+    result: Array  # (N_OUT,) scratch
+
+
+def roller_seats(rollers: RollerBearings) -> RollerSeats:
+    """Bearings of all mains; ``InputError`` for what is no bearing."""
+    rows, slices = [], []
+    for i, length in enumerate(rollers.roller_length):
+        bearing = main_roller(rollers, i)
+        lever = (0.5 * length) ** 2
+        rows.append(
+            [
+                *roller_constants(bearing),
+                rollers.law == "linear",
+                rollers.stiffness[i],
+                rollers.tilt_stiffness[i] / lever,
+                rollers.damping[i],
+                rollers.tilt_damping[i] / lever,
+                bearing.cage_ratio if rollers.variable else 0.0,
+                0.5 * bearing.clearance + bearing.travel,
+            ]
+        )
+        slices.append(roller_slices(bearing, IN_LOOP))
+    return RollerSeats(np.array(rows, dtype=np.float64), np.array(slices), np.zeros(N_OUT))
+
+
+def roller_parameters(rollers: RollerBearings, level: int) -> Array:
+    """Parameters of the mains as of other bearings, (b, 13), see :mod:`cranktrain.film.laws.parameters`.
+
+    ``level`` is the number of the level in :mod:`cranktrain.film.laws.register`. The clearance is how far a journal
+    goes until its rollers reach their static rating, half the play and their travel; radius is the inner track's, width
+    the rollers' length.
+    """
+    parameters = np.zeros((len(rollers.rollers), 13))
+    for i, row in enumerate(parameters):
+        bearing = main_roller(rollers, i)
+        row[LAW] = level
+        row[CLEARANCE] = 0.5 * bearing.clearance + bearing.travel
+        # What is left of it where rollers bear more than their rating: step control asks how fast it goes.
+        row[CONTACT_HEIGHT] = bearing.travel
+        row[K_X] = row[K_Y] = rollers.stiffness[i]
+        row[C_X] = row[C_Y] = rollers.damping[i]
+        row[RADIUS] = 0.5 * (bearing.pitch - bearing.diameter)
+        row[WIDTH] = bearing.length
+    return parameters
+
+
+# Kernels --------------------------------------------------------------------------------------------------------------
+
+_read = record_reader(RollerSeats(np.zeros((1, 1)), np.zeros((1, 1, 1)), np.zeros(1)))
+
+
+@law_kernel
+def roller_law(record, action, i, place, velocity, numbers, memory, out):
+    """Rollers or their stand-in, with damping; see :mod:`cranktrain.film.laws.tilted`."""
+    seats = _read(record)
+    law = seats.laws[i]
+    # Direction of the first roller in space, then in the frame's axes.
+    angle = FIRST_ANGLE + law[CAGE] * numbers[ANGLE]
+    space_cos = math.cos(angle)
+    space_sin = math.sin(angle)
+    cos = numbers[COS]
+    sin = numbers[SIN]
+    result = seats.result
+    if law[IS_LINEAR] != 0.0:
+        for k in range(N_OUT):
+            result[k] = 0.0
+    else:
+        roller_force(
+            place[0], place[1], place[2], place[3],
+            space_cos * cos + space_sin * sin, space_sin * cos - space_cos * sin, law, seats.slices[i], result,
+        )  # fmt: skip
+    for k in range(WORK):
+        out[k] = result[k]
+        if k < 16:
+            out[BY_VELOCITY + k] = 0.0
+    for k in range(4):
+        damping = law[DAMPING] if k < 2 else law[TILT_DAMPING]
+        out[k] -= damping * velocity[k]
+        out[BY_VELOCITY + 5 * k] = -damping
+        if law[IS_LINEAR] != 0.0:
+            stiffness = law[STIFFNESS] if k < 2 else law[TILT_STIFFNESS]
+            out[k] -= stiffness * place[k]
+            out[4 + 5 * k] = -stiffness
+    out[FRICTION] = 0.0
+    out[PASSES] = 0.0
+    if action == OBSERVE:
+        _figures(law, result, place, angle, cos, sin, out)
+    return 0
+
+
+@kernel
+def _figures(law, result, place, first_angle, cos, sin, out):
+    """Eccentricity, pressure, least gap and where it is."""
+    out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / law[SCALE]
+    out[P_MAX] = result[PRESSURE]
+    out[FLOW] = 0.0
+    if law[IS_LINEAR] != 0.0:
+        out[GAP] = 0.0
+        out[GAP_ANGLE] = math.atan2(sin * place[0] + cos * place[1], cos * place[0] - sin * place[1])
+        return
+    out[GAP] = 0.0 if result[LOADED] > 0.0 else max(-result[APPROACH], 0.0)
+    out[GAP_ANGLE] = first_angle + 2.0 * math.pi * result[WHERE] / law[0]

@@ -1,0 +1,317 @@
+r"""Cylindrical roller bearing: how its rollers share a load, with clearance, tilt and profile.
+
+Rollers j = 0 … Z − 1 stand at angles ψ_j = ψ_0 + 2πj/Z between rigid rings. Where the journal is displaced by (x, y) in
+its middle and by (a, b) more at its end ζ = 1, both contacts of roller j together approach at ζ by
+
+    δ_j(ζ) = (x + aζ) cos ψ_j + (y + bζ) sin ψ_j − G_r/2 − 2 P(ζ),
+
+G_r being the diametral radial clearance of the standards (ISO 5753: the whole play from side to side) and P the relief
+of the roller's profile. Each slice carries q = K δ^(10/9) per share of the length where δ > 0; slices are points of
+Gauss's rule. K = k l^(8/9) with δ and l in mm:
+
+* ``palmgren``: δ = 3.84e-5 Q^0.9/l^0.8 in each of the two contacts (steel on steel), so k = 7.68e-5^(−10/9) = 37 309.6;
+* ``iso16281``: k = 35 948 of ISO/TS 16281, both contacts.
+
+Forces are sums over slices; so are their tangents, symmetric because the contacts only store energy. Profile, in the
+logarithmic form of ISO/TS 16281: P = p D ln 1/(1 − s²), s = (2|z| − m)/(l − m), with m = l − 2.5 D of a long roller
+left straight and m = 0 of a short one; the standard has p = 0.00035 for short and 0.0005 for long rollers.
+
+Left out: centrifugal force and skew of the rollers, cage, oil film; rings stay round (how much they give way:
+:mod:`cranktrain.structure.block.roller_ring`).
+
+References: Harris and Kotzalas, Rolling Bearing Analysis, 5th ed., ch. 6 and 7 (contacts by Palmgren, load
+distribution); ISO/TS 16281 (slices, profile); ISO 76 (static rating at 4000 MPa).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.kernel import kernel
+from cranktrain.core.reduced_body import Array
+from cranktrain.engine.roller_bearing import LONG_ROLLER, RollerBearing, check_roller_bearing
+
+SLICES = 30
+"""Gauss points along a roller."""
+ITERATIONS = 200
+RESIDUAL = 1.0e-11
+"""Out-of-balance force that counts as none, over the load."""
+
+# Columns of a bearing's constants.
+COUNT, HALF_CLEARANCE, STIFFNESS_FACTOR, PRESSURE_FACTOR, TURN_COS, TURN_SIN, N_CONSTANTS = range(7)
+# Rows of its slices: place ζ, share of the length, relief 2P (m).
+ZETA, SHARE, RELIEF = range(3)
+# What roller_force writes: forces (4), tangents (4, 4), energy, load of the most loaded roller and its number, pressure
+# of the most loaded slice, rollers loaded, largest approach (negative: least gap).
+BY_PLACE, WORK, LARGEST, WHERE, PRESSURE, LOADED, APPROACH, N_OUT = 4, 20, 21, 22, 23, 24, 25, 26
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedBearing:
+    """A bearing in balance with its load.
+
+    Attributes
+    ----------
+    place : (4,) m, displacement (x, y) of the journal's middle and (a, b) of its end against that
+    stiffness : (4, 4) N/m, −∂F/∂place; the tilting stiffness about the middle is its lower block times (l/2)²
+    angles, loads : (Z,) rad, N of each roller
+    pressure : largest contact pressure at the inner ring, Pa
+    iterations : of Newton's method
+    """
+
+    place: Array
+    stiffness: Array
+    angles: Array
+    loads: Array
+    pressure: float
+    iterations: int
+
+
+def roller_constants(bearing: RollerBearing) -> Array:
+    """Constants of one bearing for :func:`roller_force`, (N_CONSTANTS,)."""
+    step = 2.0 * math.pi / bearing.rollers
+    return np.array(
+        [
+            bearing.rollers,
+            0.5 * bearing.clearance,
+            bearing.contact_stiffness,
+            bearing.pressure_factor / math.sqrt(bearing.length),
+            math.cos(step),
+            math.sin(step),
+        ]
+    )
+
+
+def roller_slices(bearing: RollerBearing, count: int = SLICES) -> Array:
+    """Slices along a roller, (3, count): ζ in (−1, 1), share of the length, relief 2P of both contacts (m)."""
+    zeta, weight = _gauss(count)
+    straight = max(0.0, 1.0 - LONG_ROLLER * bearing.diameter / bearing.length)
+    s = np.maximum(np.abs(zeta) - straight, 0.0) / (1.0 - straight)
+    relief = -2.0 * bearing.profile * bearing.diameter * np.log1p(-s * s)
+    return np.array([zeta, 0.5 * weight, relief])
+
+
+@lru_cache(maxsize=8)
+def _gauss(count: int) -> tuple[Array, Array]:
+    """Points and weights of Gauss's rule on [−1, 1]."""
+    return np.polynomial.legendre.leggauss(count)
+
+
+def radial_integral(epsilon: float, points: int = 400) -> float:
+    """Sjövall's integral J_r(ε): very many rollers carry F = Z Q_max J_r(ε), no roller more than Q_max.
+
+    J_r(ε) = 1/(2π) ∫ [1 − (1 − cos ψ)/(2ε)]^(10/9) cos ψ dψ over the loaded arc, cos ψ > 1 − 2ε; with the approach
+    δ_max of the most loaded ones ε = δ_max/(2 δ_max + G_r), ½ without clearance (Harris and Kotzalas, ch. 7).
+    """
+    end = math.acos(max(-1.0, 1.0 - 2.0 * epsilon)) if epsilon < 1.0 else math.pi
+    # ψ = end sin(t) takes the power's kink at the end of the arc away.
+    t, weight = _gauss(points)
+    psi = end * np.sin(0.5 * math.pi * t)
+    jacobian = 0.5 * math.pi * end * np.cos(0.5 * math.pi * t)
+    share = np.maximum(1.0 - (1.0 - np.cos(psi)) / (2.0 * epsilon), 0.0) ** (10.0 / 9.0)
+    return float(weight @ (jacobian * share * np.cos(psi))) / (2.0 * math.pi)
+
+
+def many_rollers(bearing: RollerBearing, load: float) -> tuple[float, float]:
+    """Closed form of a straight, aligned bearing: (δ_max, Q_max), m and N, of a radial load F > 0 (N).
+
+    F = Z K δ_max^(10/9) J_r(ε), as though the rollers stood infinitely close; ε follows from the clearance.
+    """
+
+    def total(approach: float) -> float:
+        epsilon = approach / max(2.0 * approach + bearing.clearance, 1e-300)
+        return bearing.rollers * bearing.contact_stiffness * approach ** (10.0 / 9.0) * radial_integral(epsilon)
+
+    low = max(0.0, -0.5 * bearing.clearance)
+    high = low + (load / bearing.contact_stiffness) ** 0.9
+    while total(high) < load:
+        high *= 2.0
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if total(middle) < load else (low, middle)
+    return high, bearing.contact_stiffness * high ** (10.0 / 9.0)
+
+
+def force_at(bearing: RollerBearing, place: Array, first_angle: float = 0.0, slices: int = SLICES) -> Array:
+    """Force on the journal at ``place`` (4,) m and what goes with it, (N_OUT,), see :func:`roller_force`."""
+    out = np.zeros(N_OUT)
+    first = math.cos(first_angle), math.sin(first_angle)
+    at = [float(value) for value in place]
+    roller_force(*at, *first, roller_constants(bearing), roller_slices(bearing, slices), out)
+    return out
+
+
+def roller_loads(bearing: RollerBearing, place: Array, first_angle: float = 0.0, slices: int = SLICES) -> Array:
+    """Load of each roller, (Z,) N, with the journal at ``place`` (4,) m."""
+    share = roller_slices(bearing, slices)[SHARE]
+    approach = _approach(bearing, place, first_angle, slices)
+    return np.asarray(bearing.contact_stiffness * approach ** (10.0 / 9.0) @ share)
+
+
+def slice_stiffness(bearing: RollerBearing, place: Array, first_angle: float = 0.0, slices: int = SLICES) -> Array:
+    """Tangent of each slice of each roller, (Z, slices) N/m, with the journal at ``place`` (4,) m; 0 where apart."""
+    share = roller_slices(bearing, slices)[SHARE]
+    approach = _approach(bearing, place, first_angle, slices)
+    slope = 10.0 / 9.0 * bearing.contact_stiffness * approach ** (1.0 / 9.0)
+    return np.asarray(np.where(approach > 0.0, slope, 0.0) * share)
+
+
+def _approach(bearing: RollerBearing, place: Array, first_angle: float, slices: int) -> Array:
+    """Approach of both contacts at each slice, (Z, slices) m, 0 where they are apart."""
+    angles = first_angle + 2.0 * math.pi * np.arange(bearing.rollers) / bearing.rollers
+    zeta, _, relief = roller_slices(bearing, slices)
+    x, y, a, b = place
+    radial = np.outer(np.cos(angles), x + a * zeta) + np.outer(np.sin(angles), y + b * zeta)
+    return np.asarray(np.maximum(radial - 0.5 * bearing.clearance - relief, 0.0))
+
+
+def equilibrium(bearing: RollerBearing, load: Array, first_angle: float = 0.0, slices: int = SLICES) -> LoadedBearing:
+    """Place at which the bearing carries a load.
+
+    The rollers' energy is convex, so Newton's method with a line search on energy less work of the load ends at the
+    place, wherever it starts. A direction that no roller resists (few rollers within a clearance) keeps its start.
+
+    Parameters
+    ----------
+    load : (4,) N: F_x, F_y, and the moments as forces at the end ζ = 1, Q = M/(l/2)
+    first_angle : ψ_0, rad
+
+    Returns
+    -------
+    without any load: the journal half the clearance along x, or in the middle where there is none
+
+    Raises
+    ------
+    InputError
+        for what is no bearing
+    SolverError
+        where no balance is found
+    """
+    check_roller_bearing(bearing)
+    load = np.asarray(load, dtype=np.float64)
+    size = float(np.linalg.norm(load))
+    if not math.isfinite(size):
+        raise InputError("load: is not a finite number")
+    half = max(0.5 * bearing.clearance, 0.0)
+    place = np.zeros(4)
+    direction = load / size if size > 0.0 else np.array([1.0, 0.0, 0.0, 0.0])
+    # The journal touches along the load, then as deep as many rollers would have it.
+    place += direction * (half + (5.0 * size / (bearing.rollers * bearing.contact_stiffness)) ** 0.9)
+    step_limit = half + 10.0 * float(np.linalg.norm(place)) + 1.0e-9
+    for iteration in range(ITERATIONS):
+        out = force_at(bearing, place, first_angle, slices)
+        residual = load + out[:4]
+        stiffness = -out[BY_PLACE:WORK].reshape(4, 4)
+        # Small loads across a clearance: the approach has no more digits than the place.
+        digits = abs(0.5 * bearing.clearance) + float(np.abs(place).max())
+        rounding = 1.0e-15 * float(np.trace(stiffness)) * digits
+        if np.linalg.norm(residual) <= RESIDUAL * size + rounding:
+            angles = first_angle + 2.0 * math.pi * np.arange(bearing.rollers) / bearing.rollers
+            loads = roller_loads(bearing, place, first_angle, slices)
+            return LoadedBearing(place, stiffness, angles, loads, float(out[PRESSURE]), iteration)
+        softest = max(1.0e-10 * float(np.trace(stiffness)), 1.0e-30)
+        step = np.asarray(np.linalg.solve(stiffness + softest * np.eye(4), residual), dtype=np.float64)
+        step *= min(1.0, step_limit / float(np.linalg.norm(step)))
+        place = place + _line_search(bearing, place, step, load, out[WORK], first_angle, slices) * step
+    raise SolverError(
+        f"roller bearing: no balance with {size:.4g} N after {ITERATIONS} iterations; check load, clearance and lengths"
+    )
+
+
+def _line_search(
+    bearing: RollerBearing, place: Array, step: Array, load: Array, energy: float, first_angle: float, slices: int
+) -> float:
+    """Share of a step that lowers the energy less the load's work enough (Armijo), or that leaves no force behind."""
+    promised = float((load + force_at(bearing, place, first_angle, slices)[:4]) @ step)
+    share = 1.0
+    for _ in range(40):
+        out = force_at(bearing, place + share * step, first_angle, slices)
+        left = float((load + out[:4]) @ step)
+        gained = energy - float(out[WORK]) + share * float(load @ step)
+        # Close to the balance energies no longer differ in their digits; the slope still does.
+        if gained >= 1.0e-4 * share * promised or abs(left) <= 0.5 * promised:
+            return share
+        share *= 0.5
+    return share
+
+
+# Kernels --------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def roller_force(x, y, a, b, first_cos, first_sin, constants, slices, out):
+    """Force of the rollers on a journal at (x, y), (a, b) more at its end ζ = 1 (m), in any axes.
+
+    ``first_cos``, ``first_sin`` give the direction of roller 0 in these axes, ``constants`` and ``slices`` are those of
+    :func:`roller_constants` and :func:`roller_slices`.
+
+    Fills ``out`` (26,): [0:4] forces (F_x, F_y, Q_x, Q_y) with Q = ∫ ζ dF (N); [4:20] their derivatives by
+    (x, y, a, b), row-major (N/m); [20] energy stored (J); [21] load of the most loaded roller (N), [22] its number;
+    [23] largest pressure at the inner ring (Pa); [24] rollers loaded; [25] largest approach of rollers at the journal's
+    ends or middle, the profile left out (m; below 0: least gap).
+    """
+    for k in range(N_OUT):
+        out[k] = 0.0
+    count = int(constants[COUNT])
+    half_clearance = constants[HALF_CLEARANCE]
+    factor = constants[STIFFNESS_FACTOR]
+    cos = first_cos
+    sin = first_sin
+    highest = 0.0
+    for j in range(count):
+        middle = x * cos + y * sin - half_clearance
+        lever = a * cos + b * sin
+        reach = middle + abs(lever)
+        if j == 0 or reach > out[APPROACH]:
+            out[APPROACH] = reach
+            if out[LARGEST] == 0.0:
+                out[WHERE] = j
+        if reach > 0.0:
+            load = 0.0
+            moment = 0.0
+            k_0 = 0.0
+            k_1 = 0.0
+            k_2 = 0.0
+            for i in range(slices.shape[1]):
+                zeta = slices[ZETA, i]
+                delta = middle + lever * zeta - slices[RELIEF, i]
+                if delta <= 0.0:
+                    continue
+                slope = factor * delta ** (1.0 / 9.0)
+                per_length = slope * delta
+                if per_length > highest:
+                    highest = per_length
+                q = slices[SHARE, i] * per_length
+                slope *= slices[SHARE, i] * (10.0 / 9.0)
+                load += q
+                moment += zeta * q
+                k_0 += slope
+                k_1 += zeta * slope
+                k_2 += zeta * zeta * slope
+                out[WORK] += (9.0 / 19.0) * q * delta
+            if load > 0.0:
+                out[LOADED] += 1.0
+                if load > out[LARGEST]:
+                    out[LARGEST] = load
+                    out[WHERE] = j
+                out[0] -= load * cos
+                out[1] -= load * sin
+                out[2] -= moment * cos
+                out[3] -= moment * sin
+                for row in range(2):
+                    for column in range(2):
+                        stiffness = k_0 if row + column == 0 else (k_2 if row + column == 2 else k_1)
+                        place = BY_PLACE + 8 * row + 2 * column
+                        out[place] -= stiffness * cos * cos
+                        out[place + 1] -= stiffness * cos * sin
+                        out[place + 4] -= stiffness * cos * sin
+                        out[place + 5] -= stiffness * sin * sin
+        turned = cos * constants[TURN_COS] - sin * constants[TURN_SIN]
+        sin = sin * constants[TURN_COS] + cos * constants[TURN_SIN]
+        cos = turned
+    out[PRESSURE] = constants[PRESSURE_FACTOR] * math.sqrt(highest)

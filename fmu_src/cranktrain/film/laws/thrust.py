@@ -1,0 +1,237 @@
+"""Axial (thrust) bearing: a film on each side of the collar within the axial clearance, and contact below roughness.
+
+Each side carries ``pads`` pads of length B (along the mean radius) and radial width L that rise evenly by the taper δ
+to the least film h at their end. Reynolds' equation of such a pad has the same right side for wedge and squeeze,
+
+    ∂x(H³ ∂x p) + ∂y(H³ ∂y p) = −12 η V,     V = −ḣ + U δ/(2B) + ½ U ∂h/∂s,     p = 0 around the pad,
+
+so that one number, its damping S(h), gives the force F = S V of both; the last term is the collar's tilt, whose film
+slopes along the pad. S is solved once per bearing: sine series across the pad, finite volumes along it, kept as a cubic
+spline of ln S over ln h. A pad sees the collar at its middle.
+
+A pad that is pulled apart ruptures: a film of absolute pressure zero or more pulls with F/√(1 + (F/F_a)²), F_a ambient
+pressure on the pad. Below ``contact_height`` the collar touches: a linear spring, the bearing's stiffness in series
+with the block's, and a damper, shared by the pads. docs/decisions/0006-thrust-film.md says what is left out, and how
+much it is.
+
+Level ``linear`` is the closed bearing: the same spring and damper without clearance.
+Source: Hamrock, Schmid & Jacobson, Fundamentals of Fluid Film Lubrication (2004), fixed-incline slider.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cranktrain.core.kernel import kernel
+from cranktrain.engine.parts import ThrustBearing
+
+LINEAR = 0
+FILM = 1
+AMBIENT = 101325.0
+FILM_FLOOR = 0.2
+"""The film is frozen below this fraction of the contact height, where contact carries."""
+N_FILMS = 32
+"""Films at which a pad's damping is solved, evenly in ln h from the frozen film to twice the clearance."""
+
+# Columns of the parameters; the spline's coefficients, N_FILMS + 2 of them, follow.
+LAW, HALF, CONTACT_HEIGHT, STIFFNESS, DAMPING = 0, 1, 2, 3, 4
+RADIUS, PADS, SUCTION, WEDGE, LOG_FILM, LOG_STEP, SPLINE = 5, 6, 7, 8, 9, 10, 11
+
+
+def closed_stiffness(thrust: ThrustBearing) -> float:
+    """Stiffness of the closed bearing, N/m: its contact in series with the block's share."""
+    return 1.0 / (1.0 / thrust.contact_stiffness + 1.0 / thrust.block_stiffness)
+
+
+def pad_size(thrust: ThrustBearing) -> tuple[float, float, float]:
+    """Mean radius, length along it and radial width of a pad, m."""
+    radius = 0.25 * (thrust.inner_diameter + thrust.outer_diameter)
+    width = 0.5 * (thrust.outer_diameter - thrust.inner_diameter)
+    return radius, 2.0 * math.pi * radius * thrust.pad_fraction / thrust.pads, width
+
+
+def pad_damping(films: np.ndarray, taper: float, length: float, width: float) -> np.ndarray:
+    """Damping S/η of a pad, (n,) m, at its least films (n,) m: force per closing velocity and viscosity."""
+    # The shorter the pad, the flatter the pressure across it, and the more waves it takes.
+    waves = np.arange(1, 40 * math.ceil(max(1.0, width / length)), 2)[:, None]
+    cells = 400
+    # Where the film is thin the pressure changes fast: cells even in ln h where the taper is much, in x where little.
+    spread = math.log1p(taper / float(np.min(films)))
+    face = np.linspace(0.0, 1.0, cells + 1)
+    if taper > 0.0:
+        face = np.expm1(spread * face) / math.expm1(spread)
+    # x runs against the sliding, from the least film on; nodes between the faces, p = 0 at both ends.
+    node = 0.5 * (face[1:] + face[:-1])
+    gap = np.diff(np.concatenate(([0.0], node, [1.0]))) * length
+    film = (films[:, None] + taper * node) ** 3
+    face_film = (films[:, None] + taper * face) ** 3
+    along = face_film / gap
+    volume = np.diff(face) * length
+    across = (waves * math.pi / width)[:, :, None] ** 2 * film * volume
+    diagonal = along[:, :-1] + along[:, 1:] + across
+    source = 12.0 * 4.0 / (waves[:, :, None] * math.pi) * volume * np.ones_like(diagonal)
+    for i in range(1, cells):
+        share = along[:, i] / diagonal[:, :, i - 1]
+        diagonal[:, :, i] -= share * along[:, i]
+        source[:, :, i] += share * source[:, :, i - 1]
+    pressure = source / diagonal
+    for i in range(cells - 2, -1, -1):
+        pressure[:, :, i] += along[:, i + 1] / diagonal[:, :, i] * pressure[:, :, i + 1]
+    return np.asarray(((pressure @ volume) * 2.0 * width / (waves * math.pi)).sum(axis=0))
+
+
+def thrust_parameters(thrust: ThrustBearing, viscosity: float, linear: bool) -> np.ndarray:
+    """Pack one thrust bearing for the kernels, (SPLINE + N_FILMS + 2,)."""
+    radius, length, width = pad_size(thrust)
+    start = math.log(FILM_FLOOR * thrust.contact_height)
+    step = (math.log(2.0 * thrust.clearance) - start) / (N_FILMS - 1)
+    films = np.exp(start + step * np.arange(N_FILMS))
+    return np.array(
+        [
+            LINEAR if linear else FILM,
+            0.5 * thrust.clearance,
+            thrust.contact_height,
+            closed_stiffness(thrust),
+            thrust.damping,
+            radius,
+            thrust.pads,
+            AMBIENT * length * width,
+            0.5 * thrust.taper * radius / length,
+            start,
+            step,
+            *_spline(np.log(viscosity * pad_damping(films, thrust.taper, length, width))),
+        ]
+    )
+
+
+def _spline(values: np.ndarray) -> np.ndarray:
+    """Coefficients of the cubic B-spline through even samples, without curvature at its ends."""
+    n = values.size
+    rows = np.zeros((n + 2, n + 2))
+    for i in range(n):
+        rows[i, i : i + 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0]
+    rows[n, :3] = rows[n + 1, -3:] = [1.0, -2.0, 1.0]
+    return np.asarray(np.linalg.solve(rows, np.concatenate((values, [0.0, 0.0]))))
+
+
+@kernel
+def damping_of_film(h, parameters):
+    """Damping S of a pad (N s/m) at its least film h and dS/dh; beyond the spline's end its last power of h goes on."""
+    x = (math.log(h) - parameters[LOG_FILM]) / parameters[LOG_STEP]
+    beyond = x - (N_FILMS - 1)
+    if beyond < 0.0:
+        beyond = 0.0
+    x -= beyond
+    i = int(x)
+    if i > N_FILMS - 2:
+        i = N_FILMS - 2
+    if i < 0:
+        i = 0
+    t = x - i
+    r = 1.0 - t
+    c0 = parameters[SPLINE + i]
+    c1 = parameters[SPLINE + i + 1]
+    c2 = parameters[SPLINE + i + 2]
+    c3 = parameters[SPLINE + i + 3]
+    value = (
+        r * r * r * c0 + (4.0 - 6.0 * t * t + 3.0 * t * t * t) * c1 + (4.0 - 6.0 * r * r + 3.0 * r * r * r) * c2
+        + t * t * t * c3
+    ) / 6.0  # fmt: skip
+    slope = 0.5 * (-r * r * c0 + t * (3.0 * t - 4.0) * c1 + r * (4.0 - 3.0 * r) * c2 + t * t * c3)
+    damping = math.exp(value + slope * beyond)
+    return damping, damping * slope / (parameters[LOG_STEP] * h)
+
+
+@kernel
+def pad_force(gap, closing, wedge, parameters):
+    """Force that opens one pad (N, never below −suction), and its derivatives by gap, closing velocity and wedge.
+
+    ``closing`` is −ḣ; ``wedge`` the velocity by which the film's slopes add to it.
+    """
+    contact_height = parameters[CONTACT_HEIGHT]
+    floor = FILM_FLOOR * contact_height
+    h = gap if gap > floor else floor
+    by_wedge, by_gap = damping_of_film(h, parameters)
+    force = by_wedge * (closing + wedge)
+    by_gap = by_gap * (closing + wedge) if gap > floor else 0.0
+    by_closing = by_wedge
+    depth = contact_height - gap
+    if depth > 0.0:
+        stiffness = parameters[STIFFNESS] / parameters[PADS]
+        damping = parameters[DAMPING] / parameters[PADS]
+        # The damper grows in over the roughness height, so the force has no jump on touching.
+        share = depth / contact_height if depth < contact_height else 1.0
+        force += stiffness * depth + damping * share * closing
+        by_gap -= stiffness
+        if share < 1.0:
+            by_gap -= damping * closing / contact_height
+        by_closing += damping * share
+    if force < 0.0:
+        ratio = force / parameters[SUCTION]
+        left = 1.0 / math.sqrt(1.0 + ratio * ratio)
+        force *= left
+        left = left * left * left
+        by_gap *= left
+        by_closing *= left
+        by_wedge *= left
+    return force, by_gap, by_closing, by_wedge
+
+
+@kernel
+def thrust_force(z, vz, speed, parameters):
+    """Axial force on the collar at z (m, from the middle of the clearance), with ∂F/∂z and ∂F/∂ż; no tilt."""
+    if parameters[LAW] == LINEAR:
+        stiffness = parameters[STIFFNESS]
+        damping = parameters[DAMPING]
+        return -stiffness * z - damping * vz, -stiffness, -damping
+    half = parameters[HALF]
+    wedge = parameters[WEDGE] * speed
+    f1, k1, c1, _ = pad_force(half - z, vz, wedge, parameters)
+    f2, k2, c2, _ = pad_force(half + z, -vz, wedge, parameters)
+    pads = parameters[PADS]
+    return pads * (f2 - f1), pads * (k1 + k2), -pads * (c1 + c2)
+
+
+@kernel
+def thrust_force_tilted(z, tx, ty, vz, vtx, vty, speed, parameters, out):
+    """Force and moments on a tilted collar of law FILM, with their tangents.
+
+    The collar stands at z (m) in the middle of the clearance, turned by the small angles tx, ty (rad) about x and y,
+    axes at rest with the pads; vz, vtx, vty are their rates, ``speed`` the crank's (rad/s). ``out[0:3]`` F_z (N), M_x,
+    M_y (N m); ``out[3:12]`` their derivatives by (z, tx, ty), ``out[12:21]`` by (vz, vtx, vty), row-major.
+    """
+    pads = int(parameters[PADS])
+    radius = parameters[RADIUS]
+    half = parameters[HALF]
+    for i in range(21):
+        out[i] = 0.0
+    for k in range(pads):
+        angle = 2.0 * math.pi * (k + 0.5) / pads
+        # Displacement of the collar at the pad: z + ax tx + ay ty; its slope along the pad turns film into wedge.
+        ax = radius * math.sin(angle)
+        ay = -radius * math.cos(angle)
+        place = z + ax * tx + ay * ty
+        rate = vz + ax * vtx + ay * vty
+        sx = -0.5 * speed * ay
+        sy = 0.5 * speed * ax
+        tilt = sx * tx + sy * ty
+        wedge = parameters[WEDGE] * speed
+        f1, k1, c1, w1 = pad_force(half - place, rate, wedge + tilt, parameters)
+        f2, k2, c2, w2 = pad_force(half + place, -rate, wedge - tilt, parameters)
+        force = f2 - f1
+        stiffness = k1 + k2
+        damping = -c1 - c2
+        slope = -w1 - w2
+        kx = stiffness * ax + slope * sx
+        ky = stiffness * ay + slope * sy
+        for row in range(3):
+            lever = 1.0 if row == 0 else (ax if row == 1 else ay)
+            out[row] += lever * force
+            out[3 + 3 * row] += lever * stiffness
+            out[4 + 3 * row] += lever * kx
+            out[5 + 3 * row] += lever * ky
+            out[12 + 3 * row] += lever * damping
+            out[13 + 3 * row] += lever * damping * ax
+            out[14 + 3 * row] += lever * damping * ay

@@ -1,0 +1,1 @@
+"""Reynolds' equation for any film on a rectangle; offline."""

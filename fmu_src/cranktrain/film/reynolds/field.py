@@ -1,0 +1,347 @@
+"""Reynolds' equation for any film on a rectangle, with four kinds of cavitation.
+
+    ∂(θh)/∂t + ∂/∂x (Ū θh − h³/(12η) ∂p/∂x) + ∂/∂z (W̄ θh − h³/(12η) ∂p/∂z) = 0
+
+x runs along the sliding direction (around a journal: x = Rφ), z across it; Ū, W̄ are half the sums of both surfaces'
+velocities, θ is the fill. The film ruptures at p = 0: pressures count from the cavitation pressure.
+
+``full``            no rupture, tension allowed (Sommerfeld)
+``guembel``         the full film's tension is cut off; does not conserve oil
+``reynolds``        p ≥ 0 with ∂p/∂n = 0 where the film ruptures (Swift and Stieber); the gap counts as full where it is
+                    ruptured, so that oil appears at rupture and vanishes at reformation
+``mass-conserving`` p ≥ 0, 0 ≤ θ ≤ 1 and oil conserved everywhere (Jakobsson, Floberg and Olsson). Without a time step
+                    the film is the limit of a very long one (``MEMORY``) from a full gap
+
+Node-centred finite volumes: second order where the film is full, first order in the fill. The oil balance
+closes to rounding for ``full`` and ``mass-conserving``; for the other two ``FilmSolution.mass_defect`` says how much
+oil they create. Assumptions: laminar, incompressible, isothermal, thin film; viscosity constant across the film.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cranktrain.core.errors import InputError, SolverError, nearest
+from cranktrain.film.reynolds.cavitation import (
+    CONSERVING,
+    CONVERGED,
+    FULL_FILM,
+    REYNOLDS,
+    SINGULAR,
+    film_state,
+    oil_balance,
+)
+from cranktrain.film.reynolds.observables import largest_pressure, outflows, shear_forces
+from cranktrain.film.reynolds.piezoviscosity import Law, reduced_pressure, true_pressure, viscosity_factor
+from cranktrain.film.reynolds.rough_gap import Roughness, rough_gap
+from cranktrain.film.reynolds.supply import Edges, Supply, given_pressures, node_field
+from cranktrain.film.reynolds.volumes import (
+    Array,
+    Faces,
+    Rectangle,
+    band_order,
+    cell_faces,
+    cell_sums,
+    node_faces,
+    rectangle,
+)
+
+CAVITATION = {"full": FULL_FILM, "guembel": FULL_FILM, "reynolds": REYNOLDS, "mass-conserving": CONSERVING}
+MEMORY = 1e8
+"""Time step of a film without one, over the time in which the largest flow through a face fills the gap."""
+MAX_STAGES = 100
+"""Stages in which the time step of such a film is lengthened where it does not settle at once."""
+AMBIENT = Edges()
+
+
+@dataclass(frozen=True)
+class FilmSolution:
+    """A solved film. SI throughout; fields are (n_x, n_z).
+
+    Flows are volumes per time out of the film; a groove that feeds has a negative one. Loads and moments are those of
+    the pressure, by the volumes of the nodes: ∫ p f dA = (pressure * f * areas).sum().
+    """
+
+    x: Array
+    z: Array
+    h: Array
+    areas: Array
+    pressure: Array
+    fill: Array
+    ruptured: NDArray[np.bool_]
+    viscosity: Array
+    load: float
+    """∫p dA, N."""
+    centre: tuple[float, float]
+    """Where the load acts, m; nan without load."""
+    p_max: float
+    """Largest pressure, by parabolas through the nodes beside the largest one (films with steps: at the node)."""
+    p_max_place: tuple[float, float]
+    drag: tuple[tuple[float, float], tuple[float, float]]
+    """Shear force (x, z) of the film on the first and on the second surface, N (∓h/2 ∂p and ±ηΔU/h times the fill)."""
+    flows: Mapping[str, float]
+    """Out through each edge that has a pressure and each supply, m³/s."""
+    stored: float
+    """Growth of the oil in the film, m³/s."""
+    mass_defect: float
+    """|oil that appears| over all that enters, leaves, grows and that the surfaces carry."""
+    passes: int
+    """Active-set passes."""
+
+
+def solve_film(
+    h: ArrayLike,
+    lengths: tuple[float, float],
+    *,
+    speeds: tuple[float, float] = (0.0, 0.0),
+    cross_speeds: tuple[float, float] = (0.0, 0.0),
+    viscosity: ArrayLike,
+    pressure_viscosity: Law | None = None,
+    roughness: Roughness | None = None,
+    squeeze: ArrayLike = 0.0,
+    edges: Edges = AMBIENT,
+    periodic: bool = False,
+    supplies: Sequence[Supply] = (),
+    cavitation: str = "mass-conserving",
+    nodes: tuple[ArrayLike, ArrayLike] | None = None,
+    stepped: bool = False,
+    dt: float | None = None,
+    previous: FilmSolution | None = None,
+    guess: FilmSolution | None = None,
+) -> FilmSolution:
+    """Solve Reynolds' equation on a rectangle.
+
+    Parameters
+    ----------
+    h : (n_x, n_z) > 0, m, film at the nodes. With ``stepped`` the film is constant in each cell between nodes: then
+        (n_x − 1, n_z − 1) cells, n_x in x if periodic. n_z = 1: infinitely wide, ``lengths[1]`` of it is counted.
+    lengths : extent in x and z, m
+    speeds, cross_speeds : velocities (first, second surface) along x and along z, m/s
+    viscosity : number or (n_x, n_z), Pa s, at ambient pressure
+    pressure_viscosity : factor η(p)/η(0), a function of an array of pressures (Pa), e.g. Barus' or Roelands' law
+    roughness : of the surfaces: flow by the factors of Patir and Cheng, ``h`` is then the nominal film and that of the
+        result the mean gap. ``drag`` is of that gap, without factors of its own.
+    squeeze : ∂h/∂t, number or like the nodes, m/s, of a film without history. Where the gap opens while it is
+        ruptured its fill stays (mass-conserving).
+    edges, supplies : pressures at edges and in grooves; supplies may overlap at equal pressure only
+    periodic : the film closes in x; nodes are then [0, lengths[0])
+    cavitation : ``full``, ``guembel``, ``reynolds`` or ``mass-conserving``
+    nodes : increasing x and z of the nodes (m, from 0 to the lengths); equally spaced by default
+    dt, previous : time step (s) and film at its start: backward Euler in the stored oil θh; needs mass-conserving or
+        full, and no ``squeeze``
+    guess : a film whose ruptured nodes are tried first; changes the cost, not the result
+
+    Raises
+    ------
+    InputError
+        for unusable data
+    SolverError
+        if nothing determines the pressure level, or the oil stiffens without bound
+    """
+    grid, film, faces = _problem(h, lengths, cavitation, periodic, nodes, stepped)
+    n_x, n_z = film.shape
+    slip_x, slip_z, growth = np.zeros(film.shape), np.zeros(film.shape), np.ones(film.shape)
+    if roughness is not None:
+        faces, slip_x, slip_z, film, growth = rough_gap(np.asarray(h, dtype=float), grid, stepped, roughness)
+    eta_0 = node_field("viscosity", viscosity, film.shape)
+    if not (np.isfinite(eta_0).all() and eta_0.min() > 0.0):
+        raise InputError(f"viscosity: least value {eta_0.min():.4g} Pa s; it must be positive everywhere")
+    for name, value in (("speeds", speeds), ("cross_speeds", cross_speeds)):
+        if len(value) != 2 or not np.isfinite(value).all():
+            raise InputError(f"{name}: two finite velocities in m/s are needed (first and second surface), got {value}")
+    pressure, deficit, owner, names = given_pressures(edges, supplies, grid, cavitation)
+    free = owner < 0
+    order, width = band_order(free, periodic)
+    source, store = _growth(film, grid, squeeze, growth, dt, previous, cavitation)
+    carried_x = 0.5 * (speeds[0] + speeds[1]) * faces.film_x + 0.5 * (speeds[0] - speeds[1]) * slip_x
+    carried_z = 0.5 * (cross_speeds[0] + cross_speeds[1]) * faces.film_z
+    carried_z = carried_z + 0.5 * (cross_speeds[0] - cross_speeds[1]) * slip_z
+    held = np.zeros_like(film)
+    if dt is None:
+        # Without a time step a ruptured film that nothing moves or feeds would have any fill.
+        moved = max(float(np.abs(a).max()) for a in (carried_x, carried_z, source))
+        volumes = film * grid.areas
+        held = volumes * ((moved if moved > 0.0 else 1.0) / (MEMORY * volumes.sum()))
+        store = store + held
+    empty = np.zeros((n_x, n_z), dtype=bool)
+    guess = previous if guess is None else guess
+    if guess is not None and guess.ruptured.shape == empty.shape and cavitation not in ("full", "guembel"):
+        empty = (guess.ruptured | (guess.fill < 1.0)) & free
+    count = int(free.sum())
+    band, right = np.zeros((count, 2 * width + 1)), np.zeros((count, 1))
+    unknown, work = np.zeros((2, count)), np.zeros((2, n_x, n_z))
+    mode = CAVITATION[cavitation]
+    g_x, g_z = _conductances(faces, eta_0, grid)
+    if pressure_viscosity is not None:
+        pressure = reduced_pressure(pressure_viscosity, pressure)
+    status, passes = _settle(
+        mode, (g_x, g_z, carried_x, carried_z, source), store, held, order, pressure, deficit, empty,
+        (band, width, right, unknown, work),
+    )  # fmt: skip
+    if free.all() and not empty.any():
+        status = SINGULAR  # a sealed gap full of oil, whatever rounding made of its last pivot
+    if status != CONVERGED or not np.isfinite(pressure).all():
+        raise SolverError(_failure(status, cavitation))
+    oil_balance(g_x, g_z, carried_x, carried_z, source, store, pressure, deficit, work[1])
+    if mode != FULL_FILM:
+        pressure, deficit = np.maximum(pressure, 0.0), np.clip(deficit, 0.0, 1.0)
+    if cavitation == "guembel":
+        pressure = np.maximum(pressure, 0.0)
+        empty = free & (pressure <= 0.0)
+        oil_balance(g_x, g_z, carried_x, carried_z, source, store, pressure, deficit, work[1])
+    eta = eta_0
+    if pressure_viscosity is not None:
+        pressure = true_pressure(pressure_viscosity, pressure)
+        eta = eta_0 * viscosity_factor(pressure_viscosity, pressure)
+    flows, defect = outflows(work[1], owner, names, grid, film, cross_speeds)
+    stored = float((source - store * deficit).sum())
+    carried = float(max(np.abs(carried_x).sum(axis=1).max(), np.abs(carried_z).sum(axis=0).max()))
+    through = carried + sum(abs(f) for f in flows.values()) + float(np.abs(source - store * deficit).sum())
+    rounding = 1e-15 * float(store.sum())  # of the oil that is there, when nothing moves it
+    load = float((pressure * grid.areas).sum())
+    moments = (pressure * grid.areas * grid.x[:, None]).sum(), (pressure * grid.areas * grid.z).sum()
+    centre = (float(moments[0]) / load, float(moments[1]) / load) if load != 0.0 else (np.nan, np.nan)
+    p_max, place = largest_pressure(pressure, free & (not stepped), grid, lengths[0])
+    drag = shear_forces(
+        pressure, 1.0 - deficit, eta, np.asarray(h, dtype=float), faces, grid, speeds, cross_speeds, stepped
+    )
+    return FilmSolution(
+        grid.x, grid.z, film, grid.areas, pressure, 1.0 - deficit, empty, eta, load, centre, p_max, place, drag, flows,
+        stored, abs(defect) / through if abs(defect) > rounding else 0.0, passes,
+    )  # fmt: skip
+
+
+def _problem(
+    h: ArrayLike,
+    lengths: tuple[float, float],
+    cavitation: str,
+    periodic: bool,
+    nodes: tuple[ArrayLike, ArrayLike] | None,
+    stepped: bool,
+) -> tuple[Rectangle, Array, Faces]:
+    """Check film and grid; return the grid, the film at the nodes and the faces."""
+    if cavitation not in CAVITATION:
+        raise InputError(f"cavitation '{cavitation}' does not exist; {nearest(cavitation, CAVITATION)}")
+    if len(lengths) != 2 or not (np.isfinite(lengths).all() and min(lengths) > 0.0):
+        raise InputError(f"lengths: two positive lengths in m are needed, got {lengths}")
+    given = np.asarray(h, dtype=float)
+    if given.ndim != 2:
+        raise InputError(f"h: a field over x and z is needed, got {given.ndim} dimension(s); use shape (n_x, n_z)")
+    if not np.isfinite(given).all() or given.min(initial=np.inf) <= 0.0:
+        bad = tuple(int(k) for k in np.argwhere(~(given > 0.0) | ~np.isfinite(given))[0])
+        raise InputError(f"h: {given[bad]:.4g} m at {bad}; the film must be positive everywhere")
+    n_x = given.shape[0] + (1 if stepped and not periodic else 0)
+    n_z = given.shape[1]
+    if stepped and (n_z > 1 or (nodes is not None and np.size(nodes[1]) == 2)):
+        n_z += 1
+    if n_x < 3:
+        raise InputError(f"h: {n_x} nodes in x; at least 3 are needed")
+    if nodes is None:
+        x = np.arange(n_x) * (lengths[0] / (n_x if periodic else n_x - 1))
+        z = np.linspace(0.0, lengths[1], n_z) if n_z > 1 else np.array([0.5 * lengths[1]])
+    else:
+        x, z = (np.asarray(v, dtype=float) for v in nodes)
+        for name, places, length, wanted in (("x", x, lengths[0], n_x), ("z", z, lengths[1], n_z)):
+            if places.shape != (wanted,):
+                raise InputError(f"nodes: {places.shape} places in {name}, but the film h has {wanted}")
+            if not (np.isfinite(places).all() and (np.diff(places) > 0.0).all()):
+                raise InputError(f"nodes: places in {name} must increase from node to node")
+            ring = name == "x" and periodic
+            end = length if not ring else places[-1]
+            if wanted > 1 and (abs(places[0]) > 1e-9 * length or abs(places[-1] - end) > 1e-9 * length):
+                raise InputError(f"nodes: places in {name} must run from 0 to {length:.6g} m")
+            if ring and not places[-1] < length:
+                raise InputError(f"nodes: a periodic film ends before {length:.6g} m, where it meets its first node")
+    grid = rectangle(x, z, lengths, periodic)
+    if not stepped:
+        return grid, np.ascontiguousarray(given), node_faces(given, grid)
+    return grid, cell_sums(given, grid)[2] / grid.areas, cell_faces(given, grid)
+
+
+def _growth(
+    film: Array,
+    grid: Rectangle,
+    squeeze: ArrayLike,
+    growth: Array,
+    dt: float | None,
+    previous: FilmSolution | None,
+    cavitation: str,
+) -> tuple[Array, Array]:
+    """Growth of the oil at each node were it full, and what a deficit of one takes from it (m³/s).
+
+    ``growth`` (n_x, n_z) is what the gap grows with the film h, 1 between smooth surfaces.
+    """
+    rate = node_field("squeeze", squeeze, film.shape) * growth
+    if not np.isfinite(rate).all():
+        raise InputError("squeeze: not finite; give ∂h/∂t in m/s")
+    if dt is None:
+        return rate * grid.areas, np.maximum(rate, 0.0) * grid.areas
+    if not (np.isfinite(dt) and dt > 0.0):
+        raise InputError(f"dt: {dt:.4g} s; a time step must be positive")
+    if previous is None:
+        raise InputError("dt: a time step starts from a film; give previous=, e.g. the steady solution")
+    if previous.h.shape != film.shape:
+        raise InputError(f"previous: film on {previous.h.shape} nodes, this one has {film.shape}; use one grid")
+    if rate.any():
+        raise InputError("squeeze: a time step takes it from the films at its ends; leave squeeze out")
+    if cavitation in ("guembel", "reynolds"):
+        raise InputError(f"dt: cavitation '{cavitation}' keeps no fill; use 'mass-conserving', or squeeze= without dt")
+    return (film - previous.h * previous.fill) * grid.areas / dt, film * grid.areas / dt
+
+
+def _conductances(faces: Faces, eta: Array, grid: Rectangle) -> tuple[Array, Array]:
+    """h³ width/(12 η Δ) of each face, m³/(Pa s)."""
+    eta_x = 0.5 * (eta + np.roll(eta, -1, axis=0))
+    eta_z = 0.5 * (eta + np.roll(eta, -1, axis=1))
+    step_x = np.where(grid.step_x > 0.0, grid.step_x, 1.0)[:, None]
+    step_z = np.where(grid.step_z > 0.0, grid.step_z, 1.0)
+    return faces.cube_x / (12.0 * eta_x * step_x), faces.cube_z / (12.0 * eta_z * step_z)
+
+
+def _settle(
+    mode: int,
+    balance: tuple[Array, ...],
+    store: Array,
+    held: Array,
+    order: NDArray[np.int64],
+    pressure: Array,
+    deficit: Array,
+    empty: NDArray[np.bool_],
+    space: tuple[Any, ...],
+) -> tuple[int, int]:
+    """Solve; a starved film without a time step that does not settle is given one, lengthened stage by stage."""
+    status, passes = film_state(mode, *balance, store, order, pressure, deficit, empty, *space)
+    if status == SINGULAR and mode != FULL_FILM:
+        # A sealed gap: its pressure has no level while it is full, so fill it from empty.
+        empty[:] = order >= 0
+        status, turns = film_state(mode, *balance, store, order, pressure, deficit, empty, *space)
+        passes += turns
+    if status == CONVERGED or mode != CONSERVING or not held.any():
+        return status, passes
+    settled = np.zeros_like(empty)
+    reached, ratio = 10.0 * MEMORY, 10.0
+    for _ in range(MAX_STAGES):
+        shortening = max(reached / ratio, 1.0)
+        empty[:] = settled
+        trial = store + (shortening - 1.0) * held
+        status, turns = film_state(mode, *balance, trial, order, pressure, deficit, empty, *space)
+        passes += turns
+        if status == CONVERGED:
+            if shortening == 1.0:
+                break
+            settled[:] = empty
+            reached, ratio = shortening, min(10.0, ratio**1.5)
+        else:
+            ratio = (reached / shortening) ** 0.5
+    return status, passes
+
+
+def _failure(status: int, cavitation: str) -> str:
+    if status == SINGULAR:
+        return f"film ({cavitation}): nothing determines the pressure; open an edge, or let oil leave a closing film"
+    return f"film ({cavitation}): ruptured zones did not settle; try a finer grid or a smaller change of the film"

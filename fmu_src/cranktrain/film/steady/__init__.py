@@ -1,0 +1,1 @@
+"""Bearings under a steady load: equilibrium, stiffness and damping, heat balance."""

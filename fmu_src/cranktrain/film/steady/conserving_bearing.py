@@ -1,0 +1,207 @@
+"""Journal bearings whose film conserves oil: the film at a place, and the equilibrium under a load.
+
+Rupture and reformation follow from the oil balance of :mod:`cranktrain.film.reynolds.field`: where the film has
+ruptured the fill is what the surfaces carry, and the film forms again where that fills the gap. Fed on the line of the
+widest gap this is the film of Reynolds' rupture; with grooves it forms later, as a groove in a narrow place feeds the
+wide gap behind it with less than it holds.
+
+Steady motion; a rate of the eccentricity is taken as it is at an instant, the fill of an opening gap unchanged. Oil
+comes from the supply only (and, in a gap that does not rotate, is there from the start).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import SolverError
+from cranktrain.core.reduced_body import Array
+from cranktrain.film.journal.film import film_shear
+from cranktrain.film.journal.grid import GRADING, axial_nodes
+from cranktrain.film.reynolds.field import Edges, Supply, solve_film
+from cranktrain.film.steady.bearing import Journal, SteadyBearing, SteadyState, bearing_grid, whirl_threshold
+
+PSI = 1.0e-3
+"""Clearance over radius of the film that is solved; results do not depend on it."""
+DEFAULT_GRID = (160, 16)
+MOST_STEPS = 40
+RESIDUAL = 1.0e-6
+"""Force that may be missing at an equilibrium, over the load."""
+DIFFERENCE = 0.02
+"""Step of the differences: displacement over the gap or the eccentricity, velocity over that of the wedge."""
+
+
+@dataclass(frozen=True)
+class ConservingGrid:
+    """Nodes (n_phi,) in φ from ``start`` on and (n_z,) in ζ, weights of an integral over ζ, and nodes of the supply."""
+
+    phi: Array
+    zeta: Array
+    weight: Array
+    fed: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class ConservingFilm:
+    """Force and ∫z dF on the journal, both over B D η ω/ψ² (and B), flow over R³ ψ ω, p_max over η ω/ψ²."""
+
+    force: Array
+    leverage: Array
+    flow: float
+    p_max: float
+
+
+def conserving_grid(
+    eccentricity: Array, ratio: float, supply: str, n_phi: int, n_z: int, groove: float = 0.0
+) -> ConservingGrid:
+    """Grid for a journal near ``eccentricity`` (2,) over c in a bearing of B/D ``ratio``.
+
+    ``supply`` is widest-gap, none or two-axial (grooves of ``groove`` rad each). Raises ``InputError`` where the grid
+    is too coarse or grooves overlap.
+    """
+    if supply == "two-axial":
+        circle = bearing_grid(supply, n_phi=n_phi, n_z=n_z, groove=groove)
+        phi = np.unwrap(np.arctan2(circle.circle[1], circle.circle[0]))
+        fed = circle.blocked[:, 0] > 0.0
+    else:
+        bearing_grid(supply, n_phi=n_phi, n_z=n_z)
+        size = float(np.hypot(*eccentricity))
+        towards = math.atan2(eccentricity[1], eccentricity[0]) if size > 0.0 else 0.0
+        gamma = 2.0 * math.pi * np.arange(n_phi) / n_phi
+        m = GRADING * min(size, 1.0)
+        # From the widest gap on, gathering at the least.
+        across, along = math.sqrt(1.0 + m) * np.sin(0.5 * gamma), math.sqrt(1.0 - m) * np.cos(0.5 * gamma)
+        phi = towards + math.pi + 2.0 * np.arctan2(across, along)
+        fed = np.zeros(n_phi, dtype=bool)
+        fed[0] = supply == "widest-gap"
+    s = np.linspace(-1.0, 1.0, n_z + 1)
+    zeta, weight = axial_nodes(s, ratio)
+    # Pressure vanishes at the ends: end corrections make the sum over the nodes inside of fourth order.
+    weight *= 2.0 / n_z
+    weight[[1, -2]] *= 7.0 / 6.0
+    weight[[2, -3]] *= 23.0 / 24.0
+    weight[[0, -1]] = 0.0
+    return ConservingGrid(phi, zeta, weight, fed)
+
+
+def conserving_film(
+    grid: ConservingGrid,
+    ratio: float,
+    eccentricity: Array,
+    tilt: tuple[float, float] = (0.0, 0.0),
+    rate: tuple[float, float] = (0.0, 0.0),
+    turning: float = 1.0,
+) -> ConservingFilm:
+    """Film of a journal at ``eccentricity`` and ``tilt`` (over c) in a bore at rest.
+
+    ``rate`` is that of the eccentricity over the unit of time whose inverse is ω, ``turning`` the journal's speed in
+    it. Raises ``SolverError`` where the film does not settle.
+    """
+    n = np.array([np.cos(grid.phi), np.sin(grid.phi)])
+    h = PSI * (1.0 - (eccentricity @ n)[:, None] - np.outer(np.asarray(tilt) @ n, grid.zeta))
+    width = 2.0 * ratio
+    supplies: tuple[Supply, ...] = ()
+    if grid.fed.any():
+        supplies = (Supply("supply", np.repeat(grid.fed[:, None], grid.zeta.size, axis=1), 0.0),)
+    squeeze = np.repeat((-PSI * (np.asarray(rate) @ n))[:, None], grid.zeta.size, axis=1)
+    film = solve_film(
+        h, (2.0 * math.pi, width), speeds=(turning, 0.0), viscosity=1.0, squeeze=squeeze, periodic=True, edges=Edges(),
+        supplies=supplies, nodes=(grid.phi - grid.phi[0], 0.5 * width * (grid.zeta + 1.0)),
+    )  # fmt: skip
+    around = film.areas.sum(axis=1) / width
+    pressed = film.pressure * around[:, None] * grid.weight
+    unit = 0.25 * PSI**2
+    force = -unit * (n @ pressed.sum(axis=1))
+    leverage = -0.5 * unit * (n @ (pressed @ grid.zeta))
+    # What leaves at an end: what crosses the last face inside, and what the strip beyond displaces where it has oil.
+    flow = 0.0
+    for end, inside in ((0, 1), (-1, -2)):
+        step = 0.5 * width * abs(grid.zeta[end] - grid.zeta[inside])
+        pressure = film.pressure[:, inside]
+        middle = 0.5 * (h[:, end] + h[:, inside])
+        slope = PSI * (n[::-1] * np.array([[1.0], [-1.0]])).T @ (eccentricity + grid.zeta[end] * np.asarray(tilt))
+        strip = -(0.5 * turning * slope + squeeze[:, end]) * (0.5 * step)
+        out = middle**3 / (12.0 * step) * pressure + np.where(pressure > 0.0, strip, 0.0)
+        flow += float((out * around).sum()) / PSI
+    return ConservingFilm(force, leverage, flow, film.p_max * PSI**2)
+
+
+def conserving_state(
+    journal: Journal, load: float, supply: str, grid: tuple[int, int], groove: float = 0.0
+) -> SteadyState:
+    """Equilibrium under ``load`` (N, along x) of a film that conserves oil; as :meth:`SteadyBearing.state`.
+
+    Stiffness and damping are those of differences between films with the supply at rest: the first between steady
+    films, the second at an instant, the fill of an opening gap unchanged.
+
+    Raises
+    ------
+    InputError
+        for a load that is not above zero, or a grid or grooves that cannot be
+    SolverError
+        where no film is found that carries the load
+    """
+    guess = SteadyBearing(bearing_grid(supply, n_phi=96, groove=groove)).state(journal, load)
+    ratio = journal.width / journal.diameter
+    unit = journal.force_unit / 3.0
+    wanted = np.array([-load / unit, 0.0])
+    place = guess.eccentricity.copy()
+
+    def film(at: Array, on: ConservingGrid, rate: tuple[float, float] = (0.0, 0.0)) -> ConservingFilm:
+        return conserving_film(on, ratio, at, rate=rate)
+
+    jacobian = -guess.stiffness * journal.clearance / unit
+    moved: Array = np.zeros(2)
+    before = wanted
+    for steps in range(1, MOST_STEPS + 1):  # noqa: B007 - reported below
+        nodes = conserving_grid(place, ratio, supply, *grid, groove)
+        here = film(place, nodes)
+        missing = wanted - here.force
+        if np.abs(missing).max() <= RESIDUAL * load / unit:
+            break
+        if moved.any():
+            # Broyden's rank-one correction.
+            jacobian = jacobian + np.outer(here.force - before - jacobian @ moved, moved) / (moved @ moved)
+        moved = np.asarray(np.linalg.solve(jacobian, missing))
+        gap = 1.0 - np.hypot(*place)
+        moved = moved * float(min(1.0, 0.3 * gap / np.hypot(*moved)))
+        before, place = here.force, place + moved
+    else:
+        raise SolverError(
+            f"no film that conserves oil carries {load:g} N to {RESIDUAL:g} of it on a grid {grid[0]} × {grid[1]}; "
+            "change the grid or take the film of Reynolds' rupture"
+        )
+    size = float(np.hypot(*place))
+    away = DIFFERENCE * min(1.0 - size, max(size, 1e-4))
+    fast = DIFFERENCE * 0.5 * max(size, 1e-4)
+    k, c = np.zeros((2, 2)), np.zeros((2, 2))
+    for j, direction in enumerate(np.eye(2)):
+        pair = [film(place + s * away * direction, nodes).force for s in (1.0, -1.0)]
+        k[:, j] = (pair[1] - pair[0]) / (2.0 * away)
+        pair = [film(place, nodes, tuple(s * fast * direction)).force for s in (1.0, -1.0)]
+        c[:, j] = (pair[1] - pair[0]) / (2.0 * fast)
+    stiffness = k * unit / journal.clearance
+    damping = c * unit / (journal.clearance * journal.speed)
+    threshold, whirl = whirl_threshold(stiffness, damping, load, journal.clearance, journal.speed)
+    shear = journal.viscosity * journal.radius**3 * journal.width * journal.speed / journal.clearance
+    psi = journal.clearance / journal.radius
+    force = here.force * unit
+    return SteadyState(
+        eccentricity=place,
+        tilt=np.zeros(2),
+        attitude=math.atan2(place[1], place[0]),
+        least_film=journal.clearance * (1.0 - size),
+        flow=here.flow * journal.radius**3 * psi * journal.speed,
+        friction_torque=shear * film_shear(place[0], place[1], 0.0, 0.0)
+        + 0.5 * journal.clearance * float(place[0] * force[1] - place[1] * force[0]),
+        largest_pressure=here.p_max * journal.viscosity * journal.speed / psi**2,
+        stiffness=stiffness,
+        damping=damping,
+        whirl_threshold=threshold,
+        whirl_ratio=whirl,
+        sommerfeld=load / unit,
+        iterations=steps,
+    )

@@ -1,0 +1,131 @@
+r"""Effective temperature of a bearing's film from its heat balance.
+
+A share λ of the friction power heats the oil that flows through; the rest leaves through journal and housing:
+
+    λ P(η) = ρ c_p Q(η) (T_out − T_in),      T_eff = T_in + κ (T_out − T_in),      η = η(T_eff)
+
+P is the friction power, Q the oil flow and κ where between inlet and outlet the film's viscosity is taken (½, its mean,
+unless told otherwise). Hotter oil is thinner and rubs less, so that T_in + κ λ P/(ρ c_p Q) − T falls wherever P/Q does
+not rise with temperature, and has one zero: secants find it within a bracket that only shrinks, halved where a secant
+would leave it.
+
+Source: DIN 31652 (ISO 7902-1), heat balance of a bearing cooled by its oil.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.engine.lubricant import viscosity
+from cranktrain.engine.parts import Oil
+
+MEAN = 0.5
+"""Share of the oil's temperature rise at which the film's viscosity is taken."""
+STEPS = 100
+LARGEST_RISE = 100.0
+"""Most that a film of a run is taken to be warmer than its supply, K: no bearing metal or engine oil lasts beyond."""
+
+
+def effective_temperature(
+    oil: Oil,
+    inlet: float,
+    friction_power: Callable[[float], float],
+    flow: Callable[[float], float],
+    place: float = MEAN,
+) -> float:
+    """Temperature at which the film's viscosity balances the heat, K.
+
+    Parameters
+    ----------
+    oil : its viscosity, density, heat capacity and ``heat_share``
+    inlet : temperature of the oil supplied, K
+    friction_power, flow : friction power (W) and oil flow (m³/s) of the bearing at a viscosity (Pa s)
+    place : κ, where between inlet (0) and outlet (1) the viscosity is taken
+
+    Returns
+    -------
+    T_eff, K; the residual of the fixed point is at most 1e-10 K (where friction or flow jump, T_eff is at the jump)
+
+    Raises
+    ------
+    InputError
+        a place outside [0, 1], or negative friction
+    SolverError
+        no flow to carry the heat, or no balance below 1000 K above the inlet
+    """
+    if not 0.0 <= place <= 1.0:
+        raise InputError(f"heat balance: place {place:.4g} must lie between 0 (inlet) and 1 (outlet); the mean is 0.5")
+
+    def surplus(temperature: float) -> float:
+        """Temperature that the heat at ``temperature`` would give, less that temperature, K."""
+        eta = viscosity(oil, temperature)
+        power, volume = friction_power(eta), flow(eta)
+        if not power >= 0.0:
+            raise InputError(f"heat balance: friction power {power:.4g} W at {temperature:.5g} K must not be negative")
+        if power > 0.0 and not volume > 0.0:
+            raise SolverError(
+                f"heat balance: no oil flow ({volume:.4g} m^3/s) carries {power:.4g} W at {temperature:.5g} K; "
+                f"raise the supply or give the film's temperature"
+            )
+        if power == 0.0:
+            return inlet - temperature
+        return inlet + place * oil.heat_share * power / (oil.density * oil.heat_capacity * volume) - temperature
+
+    low, at_low = inlet, surplus(inlet)
+    if at_low <= 0.0:
+        return inlet
+    # An oil that stayed as viscous as at the inlet would rise by ``at_low``: an upper bound, often far beyond boiling.
+    high, at_high = low, at_low
+    while at_high > 0.0:
+        high = min(high + max(min(at_low, 50.0), 1e-3), inlet + 1000.0)
+        at_high = surplus(high)
+        if at_high > 0.0:
+            low, at_low = high, at_high
+        if at_high > 0.0 and high >= inlet + 1000.0:
+            raise SolverError("heat balance: the film would be more than 1000 K hotter than its supply; check the flow")
+    if at_high == 0.0:
+        return high
+    return _zero(surplus, low, at_low, high, at_high)
+
+
+def balanced_temperature(
+    oil: Oil, inlet: float, temperature: float, power: float, flow: float, place: float = MEAN
+) -> tuple[float, str]:
+    """Temperature at which a bearing that ran at ``temperature`` would balance, K, and what bounds it, if anything.
+
+    Of the run only its mean friction ``power`` (W) and ``flow`` (m³/s) are known. At other viscosities it is taken to
+    follow the same orbit: friction grows with the viscosity, and the flow, which eccentricity and speed set, stays.
+    Where the load is given the orbit does shift; a new run tells by how much, and the two repeated settle on the
+    balance itself.
+
+    The film stays between the inlet, where friction takes no power, and ``LARGEST_RISE`` above it, where the flow
+    cannot carry the heat. The second result names the bound that holds, and is empty between them.
+    """
+    if not power > 0.0:
+        return inlet, "friction takes no power: as warm as its supply"
+    eta, hottest = viscosity(oil, temperature), inlet + LARGEST_RISE
+    heat = place * oil.heat_share * power / (oil.density * oil.heat_capacity)
+    if heat * viscosity(oil, hottest) / eta >= LARGEST_RISE * flow:
+        return hottest, f"{1e6 * flow:.3g} cm^3/s of oil cannot carry {power:.4g} W: bounded {LARGEST_RISE:g} K above"
+    return effective_temperature(oil, inlet, lambda other: power * other / eta, lambda _: flow, place), ""
+
+
+def _zero(surplus: Callable[[float], float], low: float, at_low: float, high: float, at_high: float) -> float:
+    """Zero of a function positive at ``low`` and negative at ``high``: secants, kept in a bracket that shrinks."""
+    older, at_older, newer, at_newer = low, at_low, high, at_high
+    for _ in range(STEPS):
+        slope = (at_newer - at_older) / (newer - older) if newer != older else 0.0
+        trial = newer - at_newer / slope if slope < 0.0 else math.nan
+        if not low < trial < high:
+            trial = 0.5 * (low + high)
+        value = surplus(trial)
+        if abs(value) <= 1e-10 or high - low <= 4.0 * math.ulp(high):
+            return trial
+        if value > 0.0:
+            low = trial
+        else:
+            high = trial
+        older, at_older, newer, at_newer = newer, at_newer, trial, value
+    raise SolverError(f"heat balance: no balance found between {low:.5g} and {high:.5g} K; check friction and flow")

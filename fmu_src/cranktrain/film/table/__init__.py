@@ -1,0 +1,1 @@
+"""Journal films in a rigid bore, read from a table."""

@@ -1,0 +1,1 @@
+"""The FMU: description, data as one flat binary, interface of a scene."""

@@ -1,0 +1,251 @@
+"""The FMU's interface: from interface.toml and units.toml to variables, model description and documentation.
+
+``interface.toml`` is the only list of variables. A name such as ``bearing[1..main_bearings].force.x`` stands for one
+variable per bearing; neighbours of one family expand together, bearing by bearing. Value references number the reals
+first, then integers, then strings, each as inputs, outputs, parameters, so that a slave keeps each type in one list.
+
+Source: FMI 2.0.4, sections 2.2 (model description schema) and 4.3 (co-simulation).
+"""
+
+from __future__ import annotations
+
+import html
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement
+
+from cranktrain.core.errors import InputError, nearest
+
+TYPES = ("Real", "Integer", "String")
+_FAMILY = re.compile(r"\[1\.\.(\w+)\]")
+_BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of the FMU, or a family of them before :func:`expand`.
+
+    ``start``, ``min``, ``max`` and ``nominal`` are in ``unit``, ``choices`` are the valid values of a string,
+    ``setting`` is the field of the simulation's settings that a parameter fills.
+    """
+
+    name: str
+    causality: str
+    description: str
+    type: str = "Real"
+    unit: str | None = None
+    display_unit: str | None = None
+    start: float | int | str | None = None
+    min: float | None = None
+    max: float | None = None
+    nominal: float | None = None
+    choices: tuple[str, ...] = ()
+    setting: str | None = None
+    reference: int = -1
+
+    @property
+    def variability(self) -> str:
+        """Continuous reals, discrete integers, fixed parameters."""
+        if self.causality == "parameter":
+            return "fixed"
+        return "continuous" if self.type == "Real" else "discrete"
+
+
+@dataclass(frozen=True)
+class Interface:
+    """What interface.toml and units.toml say."""
+
+    prefix: str
+    description: str
+    start_time: float
+    stop_time: float
+    step_size: float
+    variables: tuple[Variable, ...]
+    units: dict[str, Any]
+
+
+def read_interface(folder: str | Path) -> Interface:
+    """Read interface.toml and units.toml.
+
+    Raises
+    ------
+    InputError
+        a file is missing or a variable is not well formed: the file, the variable and the remedy in one line
+    """
+    listed = _toml(Path(folder) / "interface.toml")
+    units = _toml(Path(folder) / "units.toml")
+    keys = [entry.name for entry in fields(Variable) if entry.name != "reference"]
+    variables = []
+    for entry in listed["variable"]:
+        where = f"interface.toml: variable '{entry.get('name', '?')}'"
+        for key in entry:
+            if key not in keys:
+                raise InputError(f"{where}: unknown key '{key}'; {nearest(key, keys)}")
+        try:
+            variable = Variable(**{**entry, "choices": tuple(entry.get("choices", ()))})
+        except TypeError as error:
+            raise InputError(f"{where}: {error}") from None
+        _check(variable, units, where)
+        variables.append(variable)
+    return Interface(**listed["model"], variables=tuple(variables), units=units)
+
+
+def _toml(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, tomllib.TOMLDecodeError) as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _check(variable: Variable, units: Mapping[str, Any], where: str) -> None:
+    if variable.causality not in ("input", "output", "parameter"):
+        raise InputError(f"{where}: causality '{variable.causality}'; valid: input, output, parameter")
+    if variable.type not in TYPES:
+        raise InputError(f"{where}: type '{variable.type}'; {nearest(variable.type, TYPES)}")
+    if variable.type == "Real":
+        unit = str(variable.unit)
+        if unit not in units:
+            raise InputError(f"{where}: unit '{unit}' is not in units.toml; {nearest(unit, units)}")
+        shown = units[unit].get("display", {})
+        if variable.display_unit is not None and variable.display_unit not in shown:
+            raise InputError(f"{where}: no display unit '{variable.display_unit}' of {unit} in units.toml")
+    if (variable.start is None) != (variable.causality == "output"):
+        raise InputError(f"{where}: inputs and parameters have a start value, outputs have none")
+    if (variable.setting is None) != (variable.causality != "parameter"):
+        raise InputError(f"{where}: a parameter, and only a parameter, names the setting it fills")
+
+
+def expand(variables: Sequence[Variable], counts: Mapping[str, int]) -> tuple[Variable, ...]:
+    """Variables of one engine with their value references.
+
+    Parameters
+    ----------
+    variables : as interface.toml lists them
+    counts : how many a family has, e.g. ``{"cylinders": 6, "main_bearings": 7}``
+    """
+
+    def family(variable: Variable) -> str:
+        match = _FAMILY.search(variable.name)
+        return variable.name[: match.end()] if match else ""
+
+    listed: list[Variable] = []
+    for head, group in groupby(variables, family):
+        members = tuple(group)
+        if not head:
+            listed += members
+            continue
+        counted = head.split("..")[-1][:-1]
+        if counted not in counts:
+            raise InputError(f"interface.toml: family '{head}': '{counted}' is unknown; {nearest(counted, counts)}")
+        for i in range(1, counts[counted] + 1):
+            listed += [replace(member, name=_FAMILY.sub(f"[{i}]", member.name)) for member in members]
+    causes = ("input", "output", "parameter")
+    ranked = sorted(listed, key=lambda v: (TYPES.index(v.type), causes.index(v.causality)))
+    references = {v.name: i for i, v in enumerate(ranked)}
+    if len(references) != len(listed):
+        raise InputError("interface.toml: a name is listed twice; names must be unique")
+    return tuple(replace(v, reference=references[v.name]) for v in listed)
+
+
+def plain(variable: Variable) -> dict[str, Any]:
+    """What a slave needs to know of a variable, JSON-able."""
+    keep = ("name", "causality", "type", "start", "min", "max", "choices", "setting", "reference", "description")
+    return {key: value for key, value in asdict(variable).items() if key in keep}
+
+
+def complete(root: Element, interface: Interface, variables: Sequence[Variable], guid: str) -> None:
+    """Add to the wrapping library's model description what it leaves out, in place.
+
+    Units, start values in full precision, bounds, the order of interface.toml, the default experiment, InitialUnknowns,
+    and the dependencies of outputs. Outputs are computed in doStep and do not answer to an input before the next one:
+    their list of dependencies is empty. In initialization mode they depend on everything, the default of FMI.
+    """
+    root.set("guid", guid)
+    root.set("description", interface.description)
+    root.attrib.pop("generationDateAndTime", None)  # equal models give equal bytes
+    for tag in ("DefaultExperiment", "UnitDefinitions", "ModelStructure"):
+        for element in root.findall(tag):
+            root.remove(element)
+    root.insert(1, _unit_definitions(interface.units))
+    experiment = {
+        "startTime": repr(interface.start_time),
+        "stopTime": repr(interface.stop_time),
+        "stepSize": repr(interface.step_size),
+    }
+    before = list(root).index(_only(root, "ModelVariables"))
+    root.insert(before, Element("DefaultExperiment", experiment))
+    parent = _only(root, "ModelVariables")
+    by_name = {str(element.get("name")): element for element in parent}
+    if set(by_name) != {v.name for v in variables}:
+        raise InputError("the slave does not register the variables of interface.toml; build the FMU again")
+    for element in list(parent):
+        parent.remove(element)
+    for variable in variables:
+        parent.append(_finished(by_name[variable.name], variable))
+    structure = SubElement(root, "ModelStructure")
+    outputs = [str(i + 1) for i, v in enumerate(variables) if v.causality == "output"]
+    known, initial = SubElement(structure, "Outputs"), SubElement(structure, "InitialUnknowns")
+    for index in outputs:
+        SubElement(known, "Unknown", {"index": index, "dependencies": ""})
+        SubElement(initial, "Unknown", {"index": index})
+
+
+def _only(root: Element, tag: str) -> Element:
+    found = root.find(tag)
+    if found is None:
+        raise InputError(f"the model description has no <{tag}>; is pythonfmu 0.7 installed?")
+    return found
+
+
+def _finished(element: Element, variable: Variable) -> Element:
+    element.set("description", variable.description)
+    typed = _only(element, variable.type)
+    typed.attrib.clear()
+    attributes = {
+        "unit": variable.unit,
+        "displayUnit": variable.display_unit,
+        "min": variable.min,
+        "max": variable.max,
+        "nominal": variable.nominal,
+        "start": variable.start,
+    }
+    for name, value in attributes.items():
+        if value is not None:
+            typed.set(name, value if isinstance(value, str) else repr(value))
+    return element
+
+
+def _unit_definitions(units: Mapping[str, Any]) -> Element:
+    definitions = Element("UnitDefinitions")
+    for name, unit in units.items():
+        element = SubElement(definitions, "Unit", {"name": name})
+        base = {key: str(unit[key]) for key in _BASE_UNITS if key in unit}
+        if "factor" in unit:
+            base["factor"] = repr(unit["factor"])
+        SubElement(element, "BaseUnit", base)
+        for shown, conversion in unit.get("display", {}).items():
+            attributes = {key: repr(float(conversion[key])) for key in ("factor", "offset") if key in conversion}
+            SubElement(element, "DisplayUnit", {"name": shown, **attributes})
+    return definitions
+
+
+def variable_table(interface: Interface, counts: Mapping[str, int]) -> str:
+    """HTML table of the variables for the FMU's documentation, one row per family."""
+    rows = ["<tr><th>name</th><th>kind</th><th>unit</th><th>start</th><th>meaning</th></tr>"]
+    for variable in interface.variables:
+        name = _FAMILY.sub(lambda match: f"[1..{counts[match[1]]}]", variable.name)
+        unit = variable.unit or ""
+        if variable.display_unit:
+            unit += f" (shown in {variable.display_unit})"
+        start = "" if variable.start is None else f"{variable.start:.6g}" if variable.type == "Real" else variable.start
+        meaning = variable.description
+        if variable.choices and ":" not in meaning:
+            meaning += " (" + ", ".join(variable.choices) + ")"
+        cells = map(html.escape, (name, variable.causality, unit, str(start), meaning))
+        rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+    return "<table>\n" + "\n".join(rows) + "\n</table>"

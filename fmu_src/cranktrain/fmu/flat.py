@@ -1,0 +1,214 @@
+r"""The running model's data as one flat binary: the engine and its reduced crankshaft, readable without HDF5.
+
+Layout (little-endian)::
+
+    0   8 bytes   magic, b"CRNKTRN\0"
+    8   uint32    schema
+    12  uint32    0
+    16  uint64    length of the header in bytes, a multiple of 8
+    24  uint64    number of float64 values that follow the header
+    32  32 bytes  SHA-256 of header and values
+    64            header: JSON, padded with spaces
+                  values: float64 arrays in C order, at the offsets (in values) that the header gives
+
+The header holds ``engine`` (SI, as :func:`cranktrain.engine.model.engine_to_dict` writes it), the bodies ``body``,
+``damped_body`` and ``block``, ``table``, ``big_end_table``, ``bore`` and ``block_bore`` (what is not an array) and
+``arrays`` (name, shape, offset). All but engine and body may be absent. Equal data give equal bytes. A body's records
+and basis, which serve reports, stay behind.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import struct
+import tempfile
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, StoreError
+from cranktrain.core.reduced_body import SCHEMA as BODY_SCHEMA
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.engine.model import Engine, engine_from_dict, engine_to_dict
+from cranktrain.film.elastic.bore_compliance import BoreCompliance
+from cranktrain.film.table.database import FilmTable, TableSettings
+from cranktrain.film.table.interpolation import TableArrays
+
+MAGIC = b"CRNKTRN\0"
+SCHEMA = 4
+_PREFIX = struct.Struct("<8sIIQQ32s")
+_ARRAYS = (
+    "omega",
+    "positions",
+    "shapes",
+    "gyroscopic",
+    "centrifugal",
+    "stress_stiffness",
+    "centrifugal_load",
+    "euler_load",
+    "translation",
+    "centre",
+    "inertia",
+)
+_BODIES = ("body", "damped_body", "block")
+_TABLES = ("table", "big_end_table")
+_BORES = ("bore", "block_bore")
+_ERRORS = ("aligned_error", "tilted_error")
+_SHAPES = ("coefficients", "compliance", "load_coupling", "captured")
+
+
+class FlatModel(NamedTuple):
+    """What a flat binary holds.
+
+    ``damped_body`` is the crankshaft with the damper's housing on its pulley; where it is ``body`` itself it is written
+    once. ``bore`` moves as a whole, on ground;
+    ``block_bore`` leaves that to the modes of a flexible block.
+    """
+
+    engine: Engine
+    body: ReducedBody
+    table: FilmTable | None = None
+    bore: BoreCompliance | None = None
+    big_end_table: FilmTable | None = None
+    block: ReducedBody | None = None
+    damped_body: ReducedBody | None = None
+    block_bore: BoreCompliance | None = None
+
+
+def to_bytes(model: FlatModel) -> bytes:
+    """The model in the layout of this module; ``StoreError`` where a value is not finite."""
+    bodies = {key: getattr(model, key) for key in _BODIES}
+    same = model.damped_body is model.body
+    if same:
+        bodies["damped_body"] = None
+    named = {f"{key}.{name}": getattr(body, name) for key, body in bodies.items() if body for name in _ARRAYS}
+    tables = {key: getattr(model, key) for key in _TABLES}
+    for key, films in tables.items():
+        if films is not None:
+            named |= {f"{key}.{name}": array for name, array in films.arrays._asdict().items()}
+            named |= {f"{key}.{name}": getattr(films, name) for name in _ERRORS}
+    bores = {key: getattr(model, key) for key in _BORES}
+    named |= {f"{key}.{name}": getattr(bore, name) for key, bore in bores.items() if bore for name in _SHAPES}
+    arrays, values, offset = [], [], 0
+    for name, given in named.items():
+        array = np.ascontiguousarray(given, dtype="<f8")
+        if not np.isfinite(array).all():
+            raise StoreError(f"body '{model.body.name}': '{name}' holds values that are not finite; make it again")
+        arrays.append({"name": name, "shape": list(array.shape), "offset": offset})
+        values.append(array.tobytes())
+        offset += array.size
+    header = {
+        "engine": engine_to_dict(model.engine),
+        **{key: None if body is None else _about(body) for key, body in bodies.items()},
+        "damped_body_is_body": same,
+        **{key: None if films is None else asdict(films.settings) for key, films in tables.items()},
+        **{key: None if bore is None else {"area": bore.area} for key, bore in bores.items()},
+        "arrays": arrays,
+    }
+    text = json.dumps(header, sort_keys=True, separators=(",", ":"), ensure_ascii=True).encode()
+    text += b" " * (-len(text) % 8)
+    content = text + b"".join(values)
+    return _PREFIX.pack(MAGIC, SCHEMA, 0, len(text), offset, hashlib.sha256(content).digest()) + content
+
+
+def _about(body: ReducedBody) -> dict[str, Any]:
+    """What a body holds besides arrays."""
+    return {
+        "schema": BODY_SCHEMA,
+        "name": body.name,
+        "interfaces": list(body.interfaces),
+        "mass": float(body.mass),
+        "digest": body.digest,
+        "quality": {key: float(value) for key, value in body.quality.items()},
+    }
+
+
+def from_bytes(data: bytes, name: str = "model") -> FlatModel:
+    """Inverse of :func:`to_bytes`.
+
+    Parameters
+    ----------
+    data : the bytes
+    name : what to call them in an error
+
+    Raises
+    ------
+    StoreError
+        foreign, of another schema, truncated or changed since it was written
+    """
+    remedy = "build the FMU again with build_fmu.py"
+    if len(data) < _PREFIX.size or data[:8] != MAGIC:
+        raise StoreError(f"{name}: not a flat model of cranktrain; {remedy}")
+    _, schema, _, n_header, n_values, digest = _PREFIX.unpack_from(data)
+    if schema != SCHEMA:
+        raise StoreError(f"{name}: schema {schema}, this cranktrain reads schema {SCHEMA}; {remedy}")
+    content = data[_PREFIX.size :]
+    if len(content) != n_header + 8 * n_values or hashlib.sha256(content).digest() != digest:
+        raise StoreError(f"{name}: truncated or changed since it was written (digest differs); {remedy}")
+    header = json.loads(content[:n_header])
+    values = np.frombuffer(content, dtype="<f8", offset=n_header).astype(np.float64)
+    arrays: dict[str, Any] = {}
+    for entry in header["arrays"]:
+        size = int(np.prod(entry["shape"]))
+        array = values[entry["offset"] : entry["offset"] + size].reshape(entry["shape"]).copy()
+        arrays[entry["name"]] = array
+    parts: dict[str, Any] = {}
+    for part in _BODIES:
+        about = header[part]
+        if about is None:
+            continue
+        if about["schema"] != BODY_SCHEMA:
+            raise StoreError(f"{name}: {part} of schema {about['schema']}, not {BODY_SCHEMA}; {remedy}")
+        parts[part] = ReducedBody(
+            name=about["name"],
+            interfaces=tuple(about["interfaces"]),
+            mass=about["mass"],
+            digest=about["digest"],
+            quality=about["quality"],
+            **{key: arrays[f"{part}.{key}"] for key in _ARRAYS},
+        )
+    if header["damped_body_is_body"]:
+        parts["damped_body"] = parts["body"]
+    for key in _TABLES:
+        if header[key] is not None:
+            data_of = {field: arrays[f"{key}.{field}"] for field in TableArrays._fields}
+            errors = [arrays[f"{key}.{field}"] for field in _ERRORS]
+            parts[key] = FilmTable(TableSettings(**header[key]), TableArrays(**data_of), *errors)
+    for key in _BORES:
+        if header[key] is not None:
+            data_of = {field: arrays[f"{key}.{field}"] for field in _SHAPES}
+            parts[key] = BoreCompliance(**data_of, area=header[key]["area"])
+    try:
+        engine = engine_from_dict(header["engine"])
+    except InputError as error:
+        raise StoreError(f"{name}: {error}; {remedy}") from None
+    return FlatModel(engine, **parts)
+
+
+def write_model(path: str | Path, model: FlatModel) -> Path:
+    """Write the flat model; the file appears whole or not at all."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(prefix=path.name, dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(to_bytes(model))
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+    return path
+
+
+def read_model(path: str | Path) -> FlatModel:
+    """Read a flat model; ``StoreError`` where it is missing, corrupt or foreign."""
+    path = Path(path)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be read ({error.strerror}); build the FMU again with build_fmu.py") from None
+    return from_bytes(data, path.name)

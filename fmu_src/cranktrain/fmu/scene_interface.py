@@ -1,0 +1,75 @@
+"""The interface of a scene's FMU: of the full list of variables those that its levels answer and its user wants.
+
+Inputs stay. Outputs are those of the scene, the crank's angle and speed, and the solver's own. Levels are no parameters
+any more: the FMU holds the data of one level of each kind. What remains starts as the plan has it.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import asdict, replace
+from typing import Any
+
+from cranktrain.engine.model import Engine
+from cranktrain.fmu.description import Interface, Variable, expand
+from cranktrain.studies.planning.plan import Plan
+from cranktrain.studies.planning.scene_model import SceneModel
+
+LEVELS = ("crank", "bearings", "big_ends", "block", "pistons", "damper")
+"""Settings that a scene's FMU fixes."""
+ALWAYS = ("crank.angle", "crank.speed")
+OILED = ("impedance", "table", "reynolds", "ehd")
+
+
+def carried_engine(plan: Plan) -> Engine:
+    """The engine without the parts that the plan's levels leave aside."""
+    scene = plan.scene
+    engine = scene.engine
+    if scene.block != "flexible":
+        engine = replace(engine, block=None, mounts=None)
+    return engine if scene.damper == "fitted" else replace(engine, damper=None)
+
+
+def fixed_settings(plan: Plan, model: SceneModel) -> dict[str, Any]:
+    """Settings that the FMU holds and no variable changes."""
+    settings = asdict(model.settings(plan.case))
+    return {name: settings[name] for name in LEVELS}
+
+
+def scene_interface(interface: Interface, plan: Plan, model: SceneModel, counts: dict[str, int]) -> Interface:
+    """Interface of a plan's FMU, its variables one by one.
+
+    Parameters
+    ----------
+    interface : the full one
+    counts : members of each family on the engine, see :func:`cranktrain.fmu.description.expand`
+    """
+    scene, settings = plan.scene, asdict(model.settings(plan.case))
+    oiled = plan.case.bearings in OILED or scene.big_ends != "rigid"
+    variables = []
+    for variable in expand(interface.variables, counts):
+        if variable.causality == "output" and not _wanted(variable, plan):
+            continue
+        if variable.setting in LEVELS:
+            continue
+        if variable.setting == "oil_temperature" and not oiled:
+            continue
+        if variable.setting == "damper_temperature" and scene.damper != "fitted":
+            continue
+        if variable.setting in ("integrator", "step", "gas_load"):
+            variable = replace(variable, start=settings[variable.setting])
+        if variable.name == "speed":
+            variable = replace(variable, start=scene.speeds[0])
+        variables.append(variable)
+    return replace(interface, description=f"{interface.description}; scene: {scene.title}", variables=tuple(variables))
+
+
+def scene_suffix(plan: Plan) -> str:
+    """What the scene's name adds to the model's: its words, capitalised."""
+    return "".join(part.capitalize() for part in re.split(r"[^A-Za-z0-9]+", plan.scene.name))
+
+
+def _wanted(variable: Variable, plan: Plan) -> bool:
+    if variable.name.startswith("solver."):
+        return variable.name != "solver.online_films" or plan.case.bearings == "table"
+    return variable.name in ALWAYS or variable.name in plan.scene.outputs

@@ -1,0 +1,1 @@
+"""What is kept: HDF5 files, film tables."""

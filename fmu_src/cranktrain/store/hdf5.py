@@ -1,0 +1,250 @@
+"""HDF5 files: reduced bodies, film tables and results, with units, schema version and the digest of their inputs.
+
+A file appears whole or not at all. What is corrupt, foreign, of another schema or made from other inputs is refused.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import StoreError
+from cranktrain.core.reduced_body import SCHEMA, ReducedBody, check
+
+Dataset = tuple[NDArray[Any], str]
+
+BODY_FORMAT = "cranktrain reduced body"
+RESULT_FORMAT = "cranktrain result"
+RESULT_SCHEMA = 1
+TABLE_FORMAT = "cranktrain film table"
+PART_FORMAT = "cranktrain film table, unfinished"
+
+_UNITS = {
+    "omega": "rad/s",
+    "positions": "m",
+    "shapes": "m/(m kg^0.5), rad/(m kg^0.5)",
+    "gyroscopic": "1",
+    "centrifugal": "1",
+    "stress_stiffness": "1",
+    "centrifugal_load": "m kg^0.5",
+    "euler_load": "m kg^0.5",
+    "translation": "kg^0.5",
+    "centre": "m",
+    "inertia": "kg m^2",
+}
+
+
+def save_body(path: str | Path, body: ReducedBody, extras: Mapping[str, Dataset] | None = None) -> Path:
+    """Write a reduced body; ``extras`` are further arrays with their units (surface geometry for pictures).
+
+    Equal content gives equal bytes.
+    """
+    with _written(path) as file:
+        file.attrs.update({"format": BODY_FORMAT, "schema": SCHEMA, "digest": body.digest, "name": body.name})
+        file.attrs["interfaces"] = list(body.interfaces)
+        file.attrs["mass"] = body.mass
+        for name, unit in _UNITS.items():
+            _put(file, f"body/{name}", getattr(body, name), unit)
+        if body.basis is not None:
+            _put(file, "body/basis", body.basis, "1")
+        for name in sorted(body.quality):
+            _put(file, f"quality/{name}", np.asarray(body.quality[name]), "")
+        for name in sorted(body.records):
+            _put(file, f"records/{name}", body.records[name], "SI")
+        for name, (array, unit) in sorted((extras or {}).items()):
+            _put(file, f"extras/{name}", array, unit)
+    return Path(path)
+
+
+def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
+    """Read a reduced body.
+
+    Parameters
+    ----------
+    digest : of the inputs it must have been made from; any where not given
+
+    Raises
+    ------
+    StoreError
+        missing, corrupt, foreign, of another schema, or made from other inputs
+    """
+    with _opened(path, BODY_FORMAT, SCHEMA, "delete it and run 'cranktrain reduce'") as file:
+        found = str(file.attrs["digest"])
+        if digest is not None and found != digest:
+            raise StoreError(
+                f"{path}: made from other inputs (digest {found[:12]}, wanted {digest[:12]}); "
+                "delete it and run 'cranktrain reduce'"
+            )
+        body = ReducedBody(
+            name=str(file.attrs["name"]),
+            interfaces=tuple(str(name) for name in file.attrs["interfaces"]),
+            mass=float(file.attrs["mass"]),
+            digest=found,
+            quality={name: float(file[f"quality/{name}"][()]) for name in file.get("quality", {})},
+            records={name: file[f"records/{name}"][()] for name in file.get("records", {})},
+            basis=file["body/basis"][()] if "basis" in file["body"] else None,
+            **{name: file[f"body/{name}"][()] for name in _UNITS},
+        )
+    try:
+        check(body)
+    except StoreError as error:
+        raise StoreError(f"{path}: {error}; delete it and run 'cranktrain reduce'") from None
+    return body
+
+
+def load_extras(path: str | Path) -> dict[str, NDArray[Any]]:
+    """Arrays stored beside a reduced body; ``StoreError`` as :func:`load_body`."""
+    with _opened(path, BODY_FORMAT, SCHEMA, "delete it and run 'cranktrain reduce'") as file:
+        return {name: file[f"extras/{name}"][()] for name in file.get("extras", {})}
+
+
+def write_film_table(
+    path: str | Path,
+    schema: int,
+    digest: str,
+    made_for: str,
+    datasets: Mapping[str, Dataset],
+    attributes: Mapping[str, str | int | float],
+    *,
+    unfinished: bool = False,
+) -> Path:
+    """Write a film table, or what is finished of one.
+
+    Parameters
+    ----------
+    digest : of the settings it is made from
+    made_for : the same in words, for the one who reads a refusal
+    datasets : name → (array, unit)
+    attributes : settings, errors
+    """
+    with _written(path) as file:
+        kind = PART_FORMAT if unfinished else TABLE_FORMAT
+        file.attrs.update({"format": kind, "schema": schema, "digest": digest, "made_for": made_for})
+        for key, value in sorted(attributes.items()):
+            file.attrs[f"table.{key}"] = value
+        for name, (array, unit) in datasets.items():
+            _put(file, f"data/{name}", array, unit)
+    return Path(path)
+
+
+def read_film_table(
+    path: str | Path, schema: int, digest: str, wanted: str, *, unfinished: bool = False
+) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Read what :func:`write_film_table` wrote: (name → array, attributes).
+
+    Raises
+    ------
+    StoreError
+        missing, corrupt, foreign, of another schema, or made for something else than ``wanted``
+    """
+    arrays: dict[str, NDArray[Any]] = {}
+    remedy = "delete it, or build it anew by 'cranktrain film-table --rebuild'"
+    with _opened(path, PART_FORMAT if unfinished else TABLE_FORMAT, schema, remedy) as file:
+        if str(file.attrs["digest"]) != digest:
+            made_for = str(file.attrs["made_for"])
+            differs = f"made for {made_for}" if made_for != wanted else "made by another version"
+            raise StoreError(f"{path}: {differs}, wanted {wanted}; {remedy}")
+
+        def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
+            if isinstance(item, h5py.Dataset):
+                arrays[name] = item[()]
+
+        if "data" in file:
+            file["data"].visititems(visit)
+        elif not unfinished:
+            raise KeyError("data")
+        attributes = {key[6:]: _plain(value) for key, value in file.attrs.items() if key.startswith("table.")}
+    return arrays, attributes
+
+
+def write_result(
+    path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping[str, str | int | float] | None = None
+) -> Path:
+    """Write a simulation result.
+
+    Parameters
+    ----------
+    datasets : name → (array, unit); a name may hold ``/`` for groups
+    attributes : what describes the run (engine, speed in rad/s, integrator …)
+    """
+    with _written(path) as file:
+        file.attrs.update({"format": RESULT_FORMAT, "schema": RESULT_SCHEMA})
+        for key, value in sorted((attributes or {}).items()):
+            file.attrs[f"run.{key}"] = value
+        for name, (array, unit) in datasets.items():
+            _put(file, f"data/{name}", array, unit)
+    return Path(path)
+
+
+def read_result(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
+    """Read what :func:`write_result` wrote: (name → (array, unit), attributes); ``StoreError`` as :func:`load_body`."""
+    datasets: dict[str, Dataset] = {}
+    with _opened(path, RESULT_FORMAT, RESULT_SCHEMA, "run 'cranktrain simulate' again") as file:
+
+        def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
+            if isinstance(item, h5py.Dataset):
+                datasets[name] = (item[()], str(item.attrs["unit"]))
+
+        file["data"].visititems(visit)
+        attributes = {key[4:]: _plain(value) for key, value in file.attrs.items() if key.startswith("run.")}
+    return datasets, attributes
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _put(file: h5py.File, name: str, array: Any, unit: str) -> None:
+    array = np.asarray(array)
+    # HDF5 notices by itself that a file is cut short; values that have changed it notices by a checksum only.
+    dataset = file.create_dataset(name, data=array, track_times=False, fletcher32=array.size > 1 or None)
+    dataset.attrs["unit"] = unit
+
+
+@contextmanager
+def _written(path: str | Path) -> Iterator[h5py.File]:
+    """File beside its target that takes the target's place once it is complete."""
+    target = Path(path)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+    except OSError as error:
+        raise StoreError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
+    os.close(handle)
+    try:
+        with h5py.File(temporary, "w") as file:
+            yield file
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, target)
+    except OSError as error:
+        raise StoreError(f"{target}: cannot be written ({error}); choose another place") from None
+    finally:
+        Path(temporary).unlink(missing_ok=True)
+
+
+@contextmanager
+def _opened(path: str | Path, kind: str, schema: int, remedy: str) -> Iterator[h5py.File]:
+    if not Path(path).is_file():
+        raise StoreError(f"{path}: no such file; {remedy}")
+    try:
+        file = h5py.File(path, "r")
+    except OSError:
+        raise StoreError(f"{path}: not an HDF5 file, or a damaged one; {remedy}") from None
+    with file:
+        if str(file.attrs.get("format", "")) != kind:
+            raise StoreError(f"{path}: not a {kind}; {remedy}")
+        found = int(file.attrs.get("schema", -1))
+        if found != schema:
+            raise StoreError(f"{path}: schema {found}, this cranktrain reads schema {schema}; {remedy}")
+        try:
+            yield file
+        except (KeyError, OSError, ValueError, TypeError):
+            raise StoreError(f"{path}: damaged or incomplete; {remedy}") from None

@@ -1,0 +1,1 @@
+"""The engine block: shape, mesh, reduced body, bores."""

@@ -1,0 +1,100 @@
+"""Elastic shapes of a main bore in the engine block itself, for films whose block's modes carry the bore's motion.
+
+The block hangs free: a film's resultant is balanced by the inertia of the whole block. Under the film the housing
+takes its pressure at the same angle (shell passed through, p R dφ = p_h R_h dφ). The compliance on patterns ψ_i of
+pressure is C_ij = f_iᵀ G f_j with the block's inertia-relief flexibility G.
+
+One bore serves all: under a film's pressure the mains of the six widen alike within 2 %, those at the ends within 8 %;
+what the load's way through the block adds makes that 10 to 17 %. The saddle of usual proportions
+(:mod:`cranktrain.structure.block.saddle`) is another piece of iron and misses them by 37 %:
+``benchmarks/block_bores.py``.
+"""
+
+from __future__ import annotations
+
+import json
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.cache import cache_folder
+from cranktrain.core.errors import InputError
+from cranktrain.engine.model import Engine
+from cranktrain.film.elastic.bore_compliance import BoreCompliance, patterns, reduced_compliance
+from cranktrain.structure.block.reduction import block_model, input_digest
+from cranktrain.structure.block.saddle import DEGREE, FACET_ORDER, WAVES
+from cranktrain.structure.crank.reduction import Progress, one_thread
+from cranktrain.structure.fem.craig_bampton import Flexibility, rigid_motions
+from cranktrain.structure.fem.elasticity import FEModel
+from cranktrain.structure.fem.mesh import surface_basis
+from cranktrain.structure.fem.surface_compliance import radial_loads, store_compliance, stored_compliance
+
+Array = NDArray[np.float64]
+
+# Raised when the code would give another compliance for the same block.
+RECIPE = 1
+
+
+def block_bore_compliance(
+    engine: Engine,
+    count: int = 8,
+    main: int | None = None,
+    mesh_file: str | Path | None = None,
+    progress: Progress | None = None,
+    rebuild: bool = False,
+) -> BoreCompliance:
+    """Elastic shapes of a main bore in the block, without its motion; the finite elements run once, then the cache.
+
+    Parameters
+    ----------
+    count : shapes to keep, the softest first
+    main : main bearing, from 1; the one before the middle where not given, which is no end and carries no thrust faces
+        on engines that have them in the middle
+    mesh_file : user's own block
+    progress : told each stage before it starts
+    rebuild : compute even where a stored compliance exists
+
+    Raises
+    ------
+    InputError
+        an engine without block or plain main bearings, a main bearing that it has not, or a count that the patterns
+        cannot give
+    """
+    film, mains = engine.plain_mains, engine.crankshaft.main_positions
+    row = (len(mains) // 2 if main is None else main) - 1
+    if not 0 <= row < len(mains):
+        raise InputError(f"block: bore {main} is not one of 1..{len(mains)}")
+    inputs = [RECIPE, WAVES, DEGREE, FACET_ORDER, row, film.diameter, film.width, input_digest(engine, mesh_file)]
+    digest = sha256(json.dumps(inputs).encode()).hexdigest()
+    path = cache_folder() / f"{engine.name}-bore-{digest[:16]}.npz"
+    patternwise = None if rebuild else stored_compliance(path, digest)
+    if patternwise is None:
+        say = progress or (lambda stage: None)
+        model = block_model(engine, mesh_file, say)
+        say("factorising the stiffness")
+        with one_thread():
+            free = Flexibility.of(model.stiffness, model.mass, rigid_motions(model))
+            say(f"elastic shapes of bore {row + 1}")
+            loads = bore_loads(model, f"bore[{row + 1}]", mains[row], film.diameter, film.width)
+            compliance = loads.T @ free.solve(loads)
+        shape = (2 * WAVES + 1, DEGREE + 1)
+        patternwise = (0.5 * (compliance + compliance.T)).reshape(*shape, *shape)
+        store_compliance(path, digest, patternwise)
+    return reduced_compliance(patternwise, np.pi * film.diameter * film.width, count)
+
+
+def bore_loads(model: FEModel, name: str, middle: float, film_diameter: float, film_width: float) -> Array:
+    """Load vectors of unit pressure in each pattern on the film in the middle of a wider bore, (ndof, patterns) m².
+
+    The film ends within elements: points of the quadrature beyond its edge carry nothing, the others the whole area.
+    """
+    facets = surface_basis(model.mesh, model.basis.elem, name, FACET_ORDER)
+    x, y, z = np.asarray(facets.global_coordinates())
+    zeta = 2.0 * (z - middle) / film_width
+    around, along = patterns(np.arctan2(y, x), np.clip(zeta, -1.0, 1.0), WAVES, DEGREE)
+    weight = np.where(np.abs(zeta) <= 1.0, facets.dx * (0.5 * film_diameter / np.hypot(x, y)), 0.0)
+    weight *= np.pi * film_diameter * film_width / weight.sum()
+    pressure = np.einsum("mfq,lfq,fq->mlfq", around, along, weight).reshape(-1, *weight.shape)
+    return radial_loads(model, facets, pressure)

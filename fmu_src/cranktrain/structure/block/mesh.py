@@ -1,0 +1,181 @@
+"""Quadratic tetrahedra of an engine block, from its plan or a file, with the interface surfaces named.
+
+Interfaces: ``bore[i]`` (housing bore of main bearing i), ``liner[i].upper`` and ``liner[i].lower`` (rings of the
+liner's running surface about the piston pin's place at top and at bottom dead centre), ``head[i]`` (the deck around
+cylinder i), ``thrust`` (both faces beside the thrust main's bore), ``mount[k]`` (foot of a pad) and ``cover`` (middle
+of the bottom cover). Each is averaged (RBE3) and referred to its place in the plan.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import MeshTet2
+
+from cranktrain.core.errors import InputError
+from cranktrain.engine.parts import Block
+from cranktrain.structure.block.shape import PATCH, Bank, BlockPlan, block_shape
+from cranktrain.structure.fem.elasticity import FEModel
+from cranktrain.structure.fem.interfaces import InterfaceSet, averaged_interfaces
+from cranktrain.structure.fem.mesh import (
+    NETGEN_EDGES,
+    cad_mesh,
+    named_mesh,
+    quadratic_mesh,
+    save_cad_mesh,
+    surface_area,
+)
+
+Array = NDArray[np.float64]
+
+PLACE_TOLERANCE = 0.1
+"""An interface is referred to its place in the plan where the meshed surface lies there, within this share of the
+cylinders' bore."""
+
+
+def block_interface_names(mains: int, cylinders: int, mounts: int) -> tuple[str, ...]:
+    """Interfaces of a block: bores, liners, heads, thrust, mounts, cover."""
+    bores = [f"bore[{i}]" for i in range(1, mains + 1)]
+    liners = [f"liner[{i}].{ring}" for i in range(1, cylinders + 1) for ring in ("upper", "lower")]
+    heads = [f"head[{i}]" for i in range(1, cylinders + 1)]
+    return (*bores, *liners, *heads, "thrust", *(f"mount[{k}]" for k in range(1, mounts + 1)), "cover")
+
+
+def interface_places(plan: BlockPlan) -> dict[str, Array]:
+    """Place (3,) of each interface of a plan, m, in the order of :func:`block_interface_names`."""
+    b = plan.block
+    low, high = plan.pin_heights
+    places = {f"bore[{i}]": np.array([0.0, 0.0, z]) for i, z in enumerate(plan.mains, 1)}
+    for bank in plan.banks:
+        for i, z in zip(bank.cylinders, bank.positions, strict=True):
+            for name, height in (("upper", high), ("lower", low)):
+                places[f"liner[{i}].{name}"] = _in_bank(bank, height, z)
+            places[f"head[{i}]"] = _in_bank(bank, b.deck_height, z)
+    places["thrust"] = np.array([0.0, 0.0, plan.mains[plan.thrust[0]]])
+    places |= {f"mount[{k}]": np.array(place) for k, place in enumerate(plan.mounts, 1)}
+    places["cover"] = np.array([0.0, -b.skirt_depth - b.cover_thickness, 0.5 * sum(plan.ends)])
+    cylinders = sum(len(bank.cylinders) for bank in plan.banks)
+    return {name: places[name] for name in block_interface_names(len(plan.mains), cylinders, len(plan.mounts))}
+
+
+def _in_bank(bank: Bank, height: float, z: float) -> Array:
+    return np.array([-height * np.sin(bank.angle), height * np.cos(bank.angle), z])
+
+
+def block_mesh(plan: BlockPlan) -> MeshTet2:
+    """Mesh a block from its plan: curved quadratic tetrahedra, m, with all interfaces as named boundaries.
+
+    Raises
+    ------
+    InputError
+        for a crash of the CAD kernel, elements that stay inverted, or a surface that the kernel lost
+    """
+    values = asdict(plan)
+    nodes, tets, *_ = cad_mesh(
+        "cranktrain.structure.block.mesh:_child", values, "block", "block.mesh_size or a dimension of [block]"
+    )
+    mesh = quadratic_mesh(nodes, tets, {}, NETGEN_EDGES)
+    mesh = mesh.with_boundaries(_surfaces(plan, mesh))
+    if missing := [name for name in interface_places(plan) if not len(mesh.boundaries[name])]:
+        raise InputError(f"block: the CAD kernel lost the surfaces {', '.join(missing)}: change dimensions of [block]")
+    return mesh
+
+
+def read_block_mesh(path: str | Path, plan: BlockPlan, unit: str = "m") -> MeshTet2:
+    """Read a user's own block (Gmsh, Abaqus, Nastran) that has the plan's interfaces as named surfaces.
+
+    The crank axis is z, z = 0 in the middle of the first main bore; ``BORE_1``, ``bore1`` and ``bore[1]`` mean the
+    same, so do ``LINER_1_UPPER`` and ``liner[1].upper``.
+
+    Raises
+    ------
+    InputError
+        as :func:`cranktrain.structure.fem.mesh.read_mesh`, and where a main bore does not lie where the crankshaft
+        needs it
+    """
+    names = tuple(interface_places(plan))
+
+    def wanted(found: Iterable[str]) -> tuple[str, ...]:
+        return names
+
+    parts = "every main bore, liner (upper and lower ring), head, mount, the thrust faces and the cover"
+    mesh = named_mesh(path, unit, wanted, "bore[", "block", parts)
+    for i, z in enumerate(plan.mains, 1):
+        found = surface_area(mesh, f"bore[{i}]")[1][2]
+        if abs(found - z) > PLACE_TOLERANCE * plan.cylinder_bore:
+            raise InputError(
+                f"{path}: bore[{i}] lies at z = {1e3 * found:.1f} mm, main journal {i} at {1e3 * z:.1f} mm: shift the "
+                "mesh, or use the engine file it belongs to"
+            )
+    return mesh
+
+
+def block_interfaces(model: FEModel, plan: BlockPlan) -> InterfaceSet:
+    """Averaged interfaces of a block, each referred to its place in the plan where its surface lies there."""
+    places = interface_places(plan)
+    centroids = averaged_interfaces(model, places)
+    near = PLACE_TOLERANCE * plan.cylinder_bore
+    # A head's surface ends with the block, not with the cylinder: its middle may lie off the cylinder's axis.
+    kept = {
+        name: place if name.startswith("head") or np.linalg.norm(place - centroid) < near else centroid
+        for (name, place), centroid in zip(places.items(), centroids.positions, strict=True)
+    }
+    return averaged_interfaces(model, places, kept)
+
+
+def _surfaces(plan: BlockPlan, mesh: MeshTet2) -> dict[str, NDArray[np.integer[Any]]]:
+    """Boundary facets of each interface, by the places of their corners."""
+    b = plan.block
+    skin = mesh.boundary_facets()
+    x, y, z = mesh.p[:, mesh.facets[:, skin]]
+    small = 1e-6 * plan.cylinder_bore
+    half = 0.5 * b.housing_thickness
+    radius = np.hypot(x, y)
+
+    def within(values: Array, low: float, high: float) -> NDArray[np.bool_]:
+        return np.all((values > low - small) & (values < high + small), axis=0)
+
+    def at(values: Array, value: float) -> NDArray[np.bool_]:
+        return within(values, value, value)
+
+    chosen = {
+        f"bore[{i}]": at(radius, 0.5 * diameter) & within(z, place - half, place + half)
+        for i, (diameter, place) in enumerate(zip(plan.bores, plan.mains, strict=True), 1)
+    }
+    for bank in plan.banks:
+        across = x * np.cos(bank.angle) + y * np.sin(bank.angle)
+        along = y * np.cos(bank.angle) - x * np.sin(bank.angle)
+        for i, place, cell in zip(bank.cylinders, bank.positions, plan.cells(bank), strict=True):
+            running = at(np.hypot(across, z - place), 0.5 * plan.cylinder_bore)
+            for name, (low, high) in zip(("lower", "upper"), plan.bands(), strict=True):
+                chosen[f"liner[{i}].{name}"] = running & within(along, low, high)
+            chosen[f"head[{i}]"] = at(along, b.deck_height) & within(z, *cell)
+    main, outside = plan.thrust
+    faces = at(np.abs(z - plan.mains[main]), half)
+    chosen["thrust"] = faces & within(radius, 0.5 * plan.bores[main], 0.5 * outside)
+    for k, (mx, my, mz) in enumerate(plan.mounts, 1):
+        foot = within(x - mx, -0.5 * b.pad_size, 0.5 * b.pad_size) & within(z - mz, -0.5 * b.pad_size, 0.5 * b.pad_size)
+        chosen[f"mount[{k}]"] = at(y, my) & foot
+    patch = within(x, -0.5 * PATCH, 0.5 * PATCH) & within(z - 0.5 * sum(plan.ends), -0.5 * PATCH, 0.5 * PATCH)
+    chosen["cover"] = at(y, -b.skirt_depth - b.cover_thickness) & patch
+    return {name: skin[chosen[name]].astype(np.int32) for name in interface_places(plan)}
+
+
+def _child() -> None:
+    """Entry of the child that meshes: the plan on stdin, mesh to the file named by the first argument."""
+    values = json.load(sys.stdin)
+    block, banks = Block(**values.pop("block")), values.pop("banks")
+    others = {key: _tuples(entry) for key, entry in values.items()}
+    plan = BlockPlan(block=block, banks=tuple(Bank(**bank) for bank in banks), **others)
+    save_cad_mesh(block_shape(plan), block.mesh_size, 1.0)
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(entry) for entry in value) if isinstance(value, list) else value

@@ -1,0 +1,170 @@
+"""Natural frequencies of the cranktrain in its flexible block on mounts, beside those on rigid ground.
+
+The crank stands at θ = 0 in its linear main bearings, which now end on the block's bores; the closed thrust bearing
+acts with collar and shells alone, since the block brings its own share. The block with its heads hangs on the mounts;
+pistons load the crank by the rods' mean masses and nothing else. Both bodies are taken in all their modes.
+
+Modes are paired with those on ground by the shape of the crank, MAC = (aᵀ M b)² / (aᵀ M a · bᵀ M b) with the crank's
+mass (rods included): each mode on ground has the partner that makes the sum of all MAC largest.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag, eigh
+from scipy.optimize import linear_sum_assignment
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import ReducedBody, rigid
+from cranktrain.engine.model import Engine
+from cranktrain.structure.block.reduction import complete_block
+from cranktrain.structure.crank.modal import (
+    KINDS,
+    LISTED_HZ,
+    cranktrain_matrices,
+    energy_shares,
+    first_axial,
+    main_springs,
+    reduction_quality,
+    torsional_frequencies,
+)
+from cranktrain.structure.crank.reduction import complete_crankshaft
+
+Array = NDArray[np.float64]
+
+PARTS = (*KINDS, "block")
+REACH = 2.0
+"""Partners are sought up to this multiple of the last frequency listed."""
+RIGID_HZ = 30.0
+"""Modes below are the engine's motions as a whole on its mounts."""
+
+
+def block_modes(engine: Engine, crankshaft: ReducedBody, block: ReducedBody) -> tuple[Array, Array, Array]:
+    """Modes of the cranktrain in its block at rest, free to turn.
+
+    Parameters
+    ----------
+    crankshaft, block : complete ones, with all that is attached to them
+
+    Returns
+    -------
+    (k,) Hz, (n, k) modes of the crank and (m, k) of the block in their modal coordinates, of unit modal mass together
+
+    Raises
+    ------
+    InputError
+        for an engine without mounts
+    """
+    if engine.mounts is None:
+        raise InputError(f"engine '{engine.name}' has no table [mounts]; add it as in engine/data/diesel_i6.toml")
+    _, mass = cranktrain_matrices(engine, crankshaft)
+    n, m = crankshaft.n_modes, block.n_modes
+    stiffness = np.diag(np.concatenate((crankshaft.omega, block.omega)) ** 2)
+
+    def spring(value: float, component: int, journal: str, bore: str) -> None:
+        stretch = np.concatenate(
+            (crankshaft.shapes[crankshaft.index(journal), component], -block.shapes[block.index(bore), component])
+        )
+        stiffness[:] += value * np.outer(stretch, stretch)
+
+    for i, springs in enumerate(main_springs(engine), 1):
+        for component, value in springs.items():
+            spring(value, component, f"main[{i}]", f"bore[{i}]")
+    spring(engine.thrust.contact_stiffness, 2, "thrust", "thrust")
+    for k, values in enumerate(engine.mounts.stiffness, 1):
+        rows = block.shapes[block.index(f"mount[{k}]")]
+        stiffness[n:, n:] += rows.T @ (np.array(values)[:, None] * rows)
+    squares, modes = eigh(stiffness, block_diag(mass, np.eye(m)))
+    # Nothing holds the crank against turning: the first mode is its rigid rotation.
+    return np.sqrt(squares[1:]) / (2.0 * np.pi), modes[:n, 1:], modes[n:, 1:]
+
+
+def like_modes(ground: Array, mass: Array, hz: Array, crank: Array) -> list[tuple[int, float]]:
+    """Index of the partner in ``crank`` of each mode on ``ground``, and the MAC of the two.
+
+    Parameters
+    ----------
+    ground : (n, g) modes of unit modal mass
+    mass : (n, n) of the crank with its rods
+    hz, crank : (k,) and (n, k), k of at least g modes in a block; motions of the engine as a whole find no partner
+    """
+    reach = np.flatnonzero((hz > RIGID_HZ) & (hz <= REACH * LISTED_HZ))
+    candidates = crank[:, reach]
+    overlap = (ground.T @ mass @ candidates) ** 2 / np.einsum("ik,ij,jk->k", candidates, mass, candidates)
+    rows, columns = linear_sum_assignment(overlap, maximize=True)
+    return [(int(reach[c]), float(overlap[r, c])) for r, c in zip(rows, columns, strict=True)]
+
+
+def block_report(engine: Engine, body: ReducedBody, block: ReducedBody) -> dict[str, Any]:
+    """Frequencies in the flexible block beside those on ground, and quality of the block's reduction; JSON-able.
+
+    Parameters
+    ----------
+    body, block : bare reduced crankshaft and block of the engine
+
+    Returns
+    -------
+    ``modes`` (hz, shape, shares with the block's part of the kinetic energy), ``mounts_hz`` of the engine as a whole,
+    ``ground`` (each mode on ground, its partner in the block, MAC and change in per cent, and its partner in a rigid
+    block of the same mass on the same mounts), the named first and second frequencies, ``mass_kg`` of the block with
+    its heads, ``free_hz`` of that block, ``reduction``, ``definitions``
+    """
+    crankshaft = complete_crankshaft(engine, body)
+    on_ground, mass = cranktrain_matrices(engine, crankshaft)
+    squares, ground = eigh(on_ground, mass)
+    ground_hz, ground = np.sqrt(squares[1:]) / (2.0 * np.pi), ground[:, 1:]
+    complete = complete_block(engine, block)
+    hz, crank, _ = block_modes(engine, crankshaft, complete)
+    in_crank = np.einsum("ik,ij,jk->k", crank, mass, crank)
+    shares = energy_shares(engine, crankshaft, crank, rods=True)
+
+    listed = (ground_hz > 1.0) & (ground_hz <= LISTED_HZ)
+    ground_hz, ground = ground_hz[listed], ground[:, listed]
+    partners = like_modes(ground, mass, hz, crank)
+    stiff_hz, stiff, _ = block_modes(engine, crankshaft, rigid(complete))
+    stiff_partners = like_modes(ground, mass, stiff_hz, stiff)
+    kinds = energy_shares(engine, crankshaft, ground, rods=True)
+    whole = np.column_stack((in_crank[:, None] * shares, 1.0 - in_crank))
+    elastic = hz > RIGID_HZ
+    first, second = torsional_frequencies(hz[elastic], whole[elastic])
+    pairs = [
+        {
+            "ground_hz": float(ground_hz[k]),
+            "shape": KINDS[int(np.argmax(kinds[k]))],
+            "hz": float(hz[partner]),
+            "change_percent": float(100.0 * (hz[partner] / ground_hz[k] - 1.0)),
+            "mac": mac,
+            "block_share": float(1.0 - in_crank[partner]),
+            "rigid_block_hz": float(stiff_hz[stiff_partner]),
+            "rigid_block_mac": stiff_mac,
+        }
+        for k, ((partner, mac), (stiff_partner, stiff_mac)) in enumerate(zip(partners, stiff_partners, strict=True))
+    ]
+    return {
+        "modes": [
+            {
+                "hz": float(f),
+                "shape": PARTS[int(np.argmax(share))],
+                "shares": dict(zip(PARTS, share.tolist(), strict=True)),
+            }
+            for f, share in zip(hz, whole, strict=True)
+            if RIGID_HZ < f <= LISTED_HZ
+        ],
+        "mounts_hz": hz[hz <= RIGID_HZ].tolist(),
+        "ground": pairs,
+        "first_torsional_hz": first,
+        "second_torsional_hz": second,
+        "first_axial_hz": first_axial(hz[elastic], whole[elastic]),
+        "mass_kg": complete.mass,
+        "free_hz": complete.frequencies_hz[6:][complete.frequencies_hz[6:] <= LISTED_HZ].tolist(),
+        "reduction": reduction_quality(block),
+        "definitions": {
+            "modes": "at rest; block with heads on its mounts, linear bearings between journals and bores, thrust "
+            "closed with collar and shells alone; rods as mean masses; free to turn, without the connecting shaft",
+            "ground": "pairs of modes of the same crank shape on ground and in the block, by modal assurance criterion",
+            "shares": "kinetic energy of the crank by kind, and of the block",
+        },
+    }

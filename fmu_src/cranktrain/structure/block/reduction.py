@@ -1,0 +1,164 @@
+"""The engine block as a reduced body: plan → finite elements → interfaces → Craig–Bampton → stored file.
+
+The stored body is the bare block with its cover in all its Craig–Bampton modes. Heads are rigid masses on the deck and
+attached afterwards. The running model keeps the modes up to a cut-off and the residual attachment modes that leave its
+statics right under what loads a block: films on the bores (across and tilting), the thrust bearing, pistons on the
+liners and gas on the heads. The block stands in the inertial frame: its rotation invariants are not used.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+from skfem import MeshTet2
+
+from cranktrain.core.cache import cache_folder
+from cranktrain.core.reduced_body import SCHEMA, ReducedBody, attach, truncate
+from cranktrain.engine.model import Engine
+from cranktrain.structure.block.mesh import block_interfaces, block_mesh, read_block_mesh
+from cranktrain.structure.block.shape import (
+    BAND_SHARE,
+    BORE_MESH_SHARE,
+    COVER_MESH_SHARE,
+    LINER_MESH_SHARE,
+    PATCH,
+    BlockPlan,
+    block_plan,
+)
+from cranktrain.structure.crank.reduction import Progress, ReductionTask, one_thread, reduced_structure
+from cranktrain.structure.fem.elasticity import FEModel, finite_elements
+
+# Raised when the code would make another body from the same inputs.
+RECIPE = 1
+# Dimensions of [block] that the bare block does not depend on.
+AFTERWARDS = ("head_mass", "head_height", "damping_ratio", "running_cutoff_hz")
+
+
+def reduced_block(
+    engine: Engine, mesh_file: str | Path | None = None, progress: Progress | None = None, rebuild: bool = False
+) -> ReducedBody:
+    """Bare block of an engine, with its cover, in all Craig–Bampton modes; computed once, then read from the cache.
+
+    Parameters
+    ----------
+    engine : its block, mounts' places, crankshaft's mains, cylinders and rod; anything else changes nothing here
+    mesh_file : user's own mesh with named surfaces in place of the parametric block, see
+        :func:`cranktrain.structure.block.mesh.read_block_mesh`
+    progress : told each stage before it starts
+    rebuild : compute even where a stored body exists
+
+    Raises
+    ------
+    InputError
+        an engine without block or mounts, dimensions or a mesh that cannot be used
+    StoreError
+        a stored file that is corrupt or foreign
+    """
+    plan = block_plan(engine)
+    task = ReductionTask(
+        name=f"{engine.name} block",
+        path=stored_path(engine, mesh_file),
+        digest=input_digest(engine, mesh_file),
+        mesh=lambda: _mesh(plan, mesh_file),
+        mesh_file=mesh_file,
+        material=plan.block.material,
+        interfaces=lambda model: block_interfaces(model, plan),
+        fixed_modes=plan.block.fixed_modes,
+        consistent_mass=engine.reduction.consistent_mass,
+    )
+    return reduced_structure(task, progress, rebuild)
+
+
+def block_model(engine: Engine, mesh_file: str | Path | None = None, progress: Progress | None = None) -> FEModel:
+    """Finite elements of the bare block; ``InputError`` as :func:`reduced_block`."""
+    plan, say = block_plan(engine), progress or (lambda stage: None)
+    say("meshing" if mesh_file is None else f"reading {Path(mesh_file).name}")
+    mesh = _mesh(plan, mesh_file)
+    say(f"finite elements ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
+    return finite_elements(mesh, plan.block.material, engine.reduction.consistent_mass)
+
+
+def _mesh(plan: BlockPlan, mesh_file: str | Path | None) -> MeshTet2:
+    return block_mesh(plan) if mesh_file is None else read_block_mesh(mesh_file, plan)
+
+
+def stored_path(engine: Engine, mesh_file: str | Path | None = None) -> Path:
+    """Where the reduced block is kept in the user's cache."""
+    return cache_folder() / f"{engine.name}-block-{input_digest(engine, mesh_file)[:16]}.h5"
+
+
+def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:
+    """Digest of all that the bare reduced block depends on."""
+    plan = asdict(block_plan(engine))
+    for key in AFTERWARDS:
+        del plan["block"][key]
+    content: dict[str, object] = {
+        "recipe": [RECIPE, BAND_SHARE, PATCH, BORE_MESH_SHARE, LINER_MESH_SHARE, COVER_MESH_SHARE],
+        "schema": SCHEMA,
+        "plan": plan,
+        "consistent_mass": engine.reduction.consistent_mass,
+    }
+    if mesh_file is not None and Path(mesh_file).is_file():
+        content["mesh"] = sha256(Path(mesh_file).read_bytes()).hexdigest()
+    return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def complete_block(engine: Engine, body: ReducedBody) -> ReducedBody:
+    """Bare block with the heads on its deck, each a solid box over its cylinder."""
+    plan = block_plan(engine)
+    b = plan.block
+    with one_thread():
+        for bank in plan.banks:
+            c, s = np.cos(bank.angle), np.sin(bank.angle)
+            turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+            for number, place, (front, rear) in zip(bank.cylinders, bank.positions, plan.cells(bank), strict=True):
+                squares = np.array([2.0 * b.bank_half_width, 2.0 * b.head_height, rear - front]) ** 2
+                inertia = turn @ np.diag(squares.sum() - squares) @ turn.T * (b.head_mass / 12.0)
+                offset = turn @ np.array([0.0, b.head_height, 0.5 * (front + rear) - place])
+                body = attach(body, f"head[{number}]", b.head_mass, 0.5 * (inertia + inertia.T), offset)
+    return body
+
+
+def block_loads(engine: Engine, tilting: bool = True) -> list[tuple[str, int]]:
+    """Interface components at which the running model loads the block.
+
+    Bores across the axis and, with films that are ``tilting``, about the axes across; the thrust bearing along the
+    axis; liners across and along their bank; heads along it.
+    """
+    plan = block_plan(engine)
+    on_bore = (0, 1, 3, 4) if tilting else (0, 1)
+    loads = [(f"bore[{i}]", component) for i in range(1, len(plan.mains) + 1) for component in on_bore]
+    loads.append(("thrust", 2))
+    for bank in plan.banks:
+        along = [k for k, share in enumerate((np.sin(bank.angle), np.cos(bank.angle))) if abs(share) > 1e-9]
+        for i in bank.cylinders:
+            loads += [(f"liner[{i}].{ring}", component) for ring in ("upper", "lower") for component in (0, 1)]
+            loads += [(f"head[{i}]", component) for component in along]
+    return loads
+
+
+def running_block(
+    engine: Engine,
+    body: ReducedBody | None = None,
+    loaded: Sequence[tuple[str, int]] | None = None,
+    progress: Progress | None = None,
+) -> ReducedBody:
+    """Block of the running model: with its heads, cut at the block's cut-off, static under its loads.
+
+    ``body`` is the bare block where at hand; ``loaded`` defaults to :func:`block_loads`.
+
+    Raises
+    ------
+    InputError
+        as :func:`reduced_block`
+    """
+    bare = reduced_block(engine, progress=progress) if body is None else body
+    chosen = block_loads(engine) if loaded is None else loaded
+    complete = complete_block(engine, bare)
+    with one_thread():
+        return truncate(complete, block_plan(engine).block.running_cutoff_hz, chosen)

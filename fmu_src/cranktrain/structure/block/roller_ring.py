@@ -1,0 +1,257 @@
+"""Roller bearing without contacts: its outer ring and housing in finite elements, its rollers as linear springs.
+
+The route of the reference (its chapter 5.2): a finite-element model gives one radial and one tilting stiffness for the
+simulation of the whole engine. Here the journal is rigid; each loaded roller is a row of springs, its contacts' tangent
+at a nominal load, which presses on the track; outer ring (steel) and a round housing (cast iron) are elastic, the
+housing held all around. What a spring's foot gives way is the track's mean under the roller: contacts already hold the
+dent itself, so that each roller's force is spread over its share of the track by a smooth window,
+
+    W_j(φ) = cos²(Z(φ − ψ_j)/4)  for |φ − ψ_j| < 2π/Z,      Σ_j W_j = 1,
+
+and over its length by Legendre polynomials. With C the ring's compliance on these patterns, from the loads' own vectors
+and so symmetric, S the rollers' springs and B the rollers' approach by the journal's motion (x, y) and (a, b):
+
+    K = Bᵀ (S⁻¹ + C)⁻¹ B = Bᵀ (I + S C)⁻¹ S B.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+from numpy.typing import NDArray
+from skfem import FacetBasis, MeshTet2
+
+from cranktrain.core.cache import cache_folder
+from cranktrain.core.errors import InputError
+from cranktrain.engine.parts import Material
+from cranktrain.engine.roller_bearing import RollerBearing
+from cranktrain.structure.block.saddle import CAST_IRON
+from cranktrain.structure.fem.elasticity import FEModel, finite_elements
+from cranktrain.structure.fem.mesh import NETGEN_EDGES, cad_mesh, quadratic_mesh, save_cad_mesh
+from cranktrain.structure.fem.surface_compliance import compliance_of, radial_loads, store_compliance, stored_compliance
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+# Raised when the code would give another compliance for the same ring.
+RECIPE = 1
+DEGREE = 3
+"""Legendre degree of a roller's force along it."""
+FACET_ORDER = 8
+BEARING_STEEL = Material(youngs_modulus=210e9, poisson_ratio=0.3, density=7850.0)
+
+
+@dataclass(frozen=True)
+class RollerRing:
+    """Outer ring and housing of a cylindrical roller bearing, m; the bearing's axis is z.
+
+    Attributes
+    ----------
+    rollers : their number
+    track_diameter : of the outer ring's track
+    roller_length : the track's loaded width
+    width : of ring and housing along the axis
+    ring_diameter, housing_diameter : outside
+    mesh_size : largest edge
+    spread : width of the window that a roller's force fills, over twice the rollers' pitch
+    """
+
+    rollers: int
+    track_diameter: float
+    roller_length: float
+    width: float
+    ring_diameter: float
+    housing_diameter: float
+    mesh_size: float
+    spread: float = 1.0
+    ring: Material = BEARING_STEEL
+    housing: Material = CAST_IRON
+
+    @property
+    def ring_mass(self) -> float:
+        """Mass of the outer ring, kg."""
+        section = 0.25 * np.pi * (self.ring_diameter**2 - self.track_diameter**2)
+        return float(self.ring.density * section * self.width)
+
+
+def ring_for(bearing: RollerBearing) -> RollerRing:
+    """Outer ring and housing of usual proportions; the ratios are chosen.
+
+    Ring half a roller's diameter thick and a quarter wider than the rollers are long; housing a quarter wider across
+    than the ring, as a bulkhead's eye is.
+    """
+    track = bearing.pitch + bearing.diameter
+    outside = track + bearing.diameter
+    return RollerRing(
+        rollers=bearing.rollers,
+        track_diameter=track,
+        roller_length=bearing.length,
+        width=1.25 * bearing.length,
+        ring_diameter=outside,
+        housing_diameter=1.25 * outside,
+        mesh_size=0.075 * track,
+    )
+
+
+def elastic_ring_stiffness(compliance: Array, zeta: Array, springs: Array, first_angle: float) -> Array:
+    """Stiffness of the bearing whose rollers stand as springs on the elastic ring.
+
+    Parameters
+    ----------
+    compliance : (Z, degree + 1, Z, degree + 1) m/N of the track, see :func:`ring_compliance`
+    zeta : (slices,) places along a roller in [−1, 1]
+    springs : (Z, slices) N/m, stiffness of each slice of each roller; 0 where it carries nothing
+    first_angle : of roller 0 on the track, rad
+
+    Returns
+    -------
+    (4, 4) N/m by the journal's displacement (x, y) and that of its end ζ = 1 against it (a, b)
+    """
+    count, terms = compliance.shape[:2]
+    shapes = legvander(zeta, terms - 1)
+    angles = first_angle + 2.0 * np.pi * np.arange(count) / count
+    size = count * terms
+    rows = np.zeros((size, size))
+    approach = np.zeros((count, terms, 4))
+    for j in range(count):
+        own = slice(j * terms, (j + 1) * terms)
+        rows[own, own] = shapes.T @ (springs[j][:, None] * shapes)
+        # ζ⁰ and ζ¹ are the first two Legendre polynomials.
+        approach[j, 0, :2] = approach[j, 1, 2:] = np.cos(angles[j]), np.sin(angles[j])
+    motion = approach.reshape(size, 4)
+    stiffness = motion.T @ np.linalg.solve(np.eye(size) + rows @ compliance.reshape(size, size), rows @ motion)
+    return np.asarray(0.5 * (stiffness + stiffness.T))
+
+
+def ring_compliance(
+    ring: RollerRing, first_angle: float = 0.0, progress: Progress | None = None, rebuild: bool = False
+) -> Array:
+    """Compliance of the track under its rollers; the finite elements run once, then the user's cache is read.
+
+    Parameters
+    ----------
+    first_angle : of roller 0, rad
+    progress : told each stage before it starts
+    rebuild : compute even where a stored compliance exists
+
+    Returns
+    -------
+    (Z, DEGREE + 1, Z, DEGREE + 1) m/N
+
+    Raises
+    ------
+    InputError
+        dimensions that make no ring
+    """
+    check_ring(ring)
+    inputs = json.dumps([RECIPE, DEGREE, first_angle, asdict(ring)], sort_keys=True)
+    digest = sha256(inputs.encode()).hexdigest()
+    path = cache_folder() / f"roller-ring-{digest[:16]}.npz"
+    compliance = None if rebuild else stored_compliance(path, digest)
+    if compliance is None:
+        say = progress or (lambda stage: None)
+        say("meshing ring and housing")
+        mesh = ring_mesh(ring)
+        say(f"finite elements of ring and housing ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
+        model = ring_model(ring, mesh)
+        held = model.basis.get_dofs(mesh.boundaries["held"]).flatten()
+        compliance = track_compliance(ring, model, held, first_angle)
+        store_compliance(path, digest, compliance)
+    return compliance
+
+
+def ring_model(ring: RollerRing, mesh: MeshTet2) -> FEModel:
+    """Finite elements of ring and housing, each of its material; the model's own ``material`` is the ring's."""
+    middle = np.hypot(*mesh.p[:2, mesh.t].mean(axis=1))
+    inside = middle < 0.5 * ring.ring_diameter
+    model = finite_elements(mesh, ring.ring, elements=np.flatnonzero(inside))
+    around = finite_elements(mesh, ring.housing, elements=np.flatnonzero(~inside))
+    return FEModel(mesh, model.basis, model.stiffness + around.stiffness, model.mass + around.mass, ring.ring)
+
+
+def track_compliance(ring: RollerRing, model: FEModel, held: NDArray[np.integer], first_angle: float = 0.0) -> Array:
+    """Compliance of the boundary ``track`` on the rollers' patterns, (Z, DEGREE + 1, Z, DEGREE + 1) m/N.
+
+    ``held`` are the degrees of freedom at rest.
+    """
+    shape = (ring.rollers, DEGREE + 1)
+    return compliance_of(model, held, _roller_loads(ring, model, first_angle)).reshape(*shape, *shape)
+
+
+def _roller_loads(ring: RollerRing, model: FEModel, first_angle: float) -> Array:
+    """Loads of each pattern, (ndof, patterns): of roller j with unit ∫ P_m dF, outwards."""
+    facets = FacetBasis(model.mesh, model.basis.elem, facets=model.mesh.boundaries["track"], intorder=FACET_ORDER)
+    x, y, z = np.asarray(facets.global_coordinates())
+    radius = np.hypot(x, y)
+    pitch = 2.0 * np.pi / ring.rollers
+    angles = first_angle + pitch * np.arange(ring.rollers)
+    away = np.arctan2(y, x) - angles[:, None, None]
+    away = np.abs((away + np.pi) % (2.0 * np.pi) - np.pi) / (pitch * ring.spread)
+    window = np.where(away < 1.0, np.cos(0.5 * np.pi * away) ** 2, 0.0) / (pitch * ring.spread)
+    zeta = 2.0 * z / ring.roller_length
+    orders = np.arange(DEGREE + 1) + 0.5
+    along = np.moveaxis(legvander(zeta, DEGREE) * orders, -1, 0)
+    weight = facets.dx / radius * 2.0 / ring.roller_length
+    pressure = np.einsum("jfq,mfq,fq->jmfq", window, along, weight).reshape(-1, *weight.shape)
+    return radial_loads(model, facets, pressure)
+
+
+def check_ring(ring: RollerRing) -> None:
+    """Refuse dimensions that make no ring; ``InputError`` names the first one."""
+    r = ring
+    lengths = {key: value for key, value in vars(r).items() if isinstance(value, float)}
+    rules: list[tuple[bool, str]] = [
+        *((0.0 < value < 10.0, f"{key} must be positive and below 10 m") for key, value in lengths.items()),
+        (r.rollers >= 3, "rollers: at least 3 are needed"),
+        (r.width >= r.roller_length, "width is less than the rollers' length; give at least that"),
+        (r.ring_diameter > 1.01 * r.track_diameter, "ring_diameter leaves no ring outside the track"),
+        (r.housing_diameter > 1.01 * r.ring_diameter, "housing_diameter leaves no housing outside the ring"),
+        (r.mesh_size >= 0.02 * r.track_diameter, "mesh_size would take millions of elements"),
+    ]
+    for holds, text in rules:
+        if not holds:
+            raise InputError(f"roller ring: {text}")
+
+
+def ring_mesh(ring: RollerRing) -> MeshTet2:
+    """Curved quadratic tetrahedra with the boundaries ``track`` (under the rollers) and ``held``; ``InputError``."""
+    check_ring(ring)
+    nodes, tets, *_ = cad_mesh(
+        "cranktrain.structure.block.roller_ring:_child", asdict(ring), "roller ring", "mesh_size or a dimension"
+    )
+    mesh = quadratic_mesh(nodes, tets, {}, NETGEN_EDGES)
+    skin = mesh.boundary_facets()
+    x, y, z = mesh.p[:, mesh.facets[:, skin]]
+    radius, small = np.hypot(x, y), 1e-6 * ring.track_diameter
+    on_track = (np.abs(radius - 0.5 * ring.track_diameter) < small).all(axis=0)
+    under_rollers = (np.abs(z) < 0.5 * ring.roller_length + small).all(axis=0)
+    held = (np.abs(radius - 0.5 * ring.housing_diameter) < small).all(axis=0)
+    return mesh.with_boundaries({"track": skin[on_track & under_rollers], "held": skin[held]})
+
+
+def _child() -> None:
+    """Entry of the child that meshes: dimensions on stdin, mesh to the file named by the first argument."""
+    from netgen import occ
+
+    r = json.load(sys.stdin)
+    inner, outer = 0.5 * r["roller_length"], 0.5 * r["width"]
+    # Slices that share faces: the rollers' ends become edges of the mesh.
+    spans = [(-outer, -inner), (-inner, inner), (inner, outer)] if outer > inner * (1 + 1e-9) else [(-inner, inner)]
+
+    def cylinder(diameter: float, low: float, high: float) -> Any:
+        return occ.Cylinder(occ.Pnt(0.0, 0.0, low), occ.gp_Dir(0, 0, 1), r=0.5 * diameter, h=high - low)
+
+    parts = []
+    for low, high in spans:
+        track, ring, housing = (
+            cylinder(r[key], low, high) for key in ("track_diameter", "ring_diameter", "housing_diameter")
+        )
+        parts += [ring - track, housing - ring]
+    save_cad_mesh(occ.Glue(parts), r["mesh_size"], 1.0)

@@ -1,0 +1,229 @@
+"""Bearing saddle: a slice of crankcase with cap and main bore, which gives the elastic bore until there is a block.
+
+The slice is one solid plate: bulkhead above the split line, held at its top and its two flanks, where it goes on into
+the crankcase, and a cap hanging below, free. The bolted joint is taken as closed, the shell as passing the film's load
+on to the housing at the same angle (p R dφ = p_h R_h dφ).
+
+Compliance on patterns ψ_i of pressure (:mod:`cranktrain.film.elastic.bore_compliance`) by quadratic tetrahedra, from
+the loads' own vectors f_i, so that it is symmetric by construction:
+
+    C_ij = ∫ ψ_i u_r(ψ_j) dA = f_iᵀ K⁻¹ f_j,      f_i · v = ∫ ψ_i e_r · v dA
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import MeshTet2
+
+from cranktrain.core.cache import cache_folder
+from cranktrain.core.errors import InputError
+from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import SHELL_SHARE, JournalBearing, Material
+from cranktrain.film.elastic.bore_compliance import BoreCompliance, patterns, reduced_compliance
+from cranktrain.structure.fem.elasticity import FEModel, finite_elements
+from cranktrain.structure.fem.mesh import NETGEN_EDGES, cad_mesh, quadratic_mesh, save_cad_mesh, surface_basis
+from cranktrain.structure.fem.surface_compliance import compliance_of, radial_loads, store_compliance, stored_compliance
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+# Raised when the code would give another compliance for the same saddle.
+RECIPE = 1
+WAVES = 12
+"""Fourier waves of the patterns; film pressure has little beyond."""
+DEGREE = 4
+"""Legendre degree of the patterns."""
+FACET_ORDER = 10
+CAST_IRON = Material(youngs_modulus=120e9, poisson_ratio=0.26, density=7200.0)
+"""Grey to vermicular cast iron of crankcases, 110 to 130 GPa; chosen."""
+
+
+@dataclass(frozen=True)
+class Saddle:
+    """Dimensions of a saddle, m; x across, y up along the cylinders, the bore's axis is z.
+
+    Attributes
+    ----------
+    film_diameter, film_width : of the oil film
+    bore_diameter : of the housing, outside the shells
+    thickness : of the plate along the axis
+    half_width, height : of the bulkhead from the axis to its held flanks and top
+    cap_half_width, cap_depth : of the cap, from the axis
+    mesh_size : largest edge in the plate; the bore gets ``bore_mesh_share`` of it
+    """
+
+    film_diameter: float
+    film_width: float
+    bore_diameter: float
+    thickness: float
+    half_width: float
+    height: float
+    cap_half_width: float
+    cap_depth: float
+    mesh_size: float
+    bore_mesh_share: float = 0.35
+    material: Material = CAST_IRON
+
+
+def saddle_for(bearing: JournalBearing) -> Saddle:
+    """Saddle of usual proportions for a main bearing of diameter D and width L; the ratios are chosen.
+
+    Shells 0.03 D thick, plate 1.1 L; bulkhead 1.5 D to either flank and 1.3 D up; cap 0.95 D wide to either side (bore,
+    bolts and their bosses) and 0.95 D deep, which leaves 0.42 D of iron under the bore.
+    """
+    d, width = bearing.diameter, bearing.width
+    return Saddle(
+        film_diameter=d,
+        film_width=width,
+        bore_diameter=(1.0 + 2.0 * SHELL_SHARE) * d,
+        thickness=1.1 * width,
+        half_width=1.5 * d,
+        height=1.3 * d,
+        cap_half_width=0.95 * d,
+        cap_depth=0.95 * d,
+        mesh_size=0.2 * d,
+    )
+
+
+def bore_compliance(
+    engine: Engine,
+    count: int = 8,
+    saddle: Saddle | None = None,
+    with_motion: bool = False,
+    progress: Progress | None = None,
+    rebuild: bool = False,
+) -> BoreCompliance:
+    """Elastic shapes of a main bearing's bore; the finite elements run once, then the user's cache is read.
+
+    Parameters
+    ----------
+    count : shapes to keep, the softest first
+    saddle : dimensions in place of those that follow from the engine's main bearing
+    with_motion : let the shapes hold the bore's motion as a whole; only where no body carries it
+    progress : told each stage before it starts
+    rebuild : compute even where a stored compliance exists
+
+    Raises
+    ------
+    InputError
+        dimensions that make no saddle, or a count that the patterns cannot give
+    """
+    plan = saddle or saddle_for(engine.plain_mains)
+    check_saddle(plan)
+    area = np.pi * plan.film_diameter * plan.film_width
+    digest = sha256(json.dumps([RECIPE, WAVES, DEGREE, asdict(plan)], sort_keys=True).encode()).hexdigest()
+    path = cache_folder() / f"saddle-{digest[:16]}.npz"
+    patternwise = None if rebuild else stored_compliance(path, digest)
+    if patternwise is None:
+        say = progress or (lambda stage: None)
+        say("meshing the saddle")
+        mesh = saddle_mesh(plan)
+        say(f"finite elements of the saddle ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
+        model = finite_elements(mesh, plan.material)
+        held = model.basis.get_dofs(mesh.boundaries["held"]).flatten()
+        patternwise = pattern_compliance(model, held, plan.film_diameter, plan.film_width)
+        store_compliance(path, digest, patternwise)
+    return reduced_compliance(patternwise, area, count, with_motion)
+
+
+def pattern_compliance(
+    model: FEModel, held: NDArray[np.integer], film_diameter: float, film_width: float, waves: int = WAVES,
+    degree: int = DEGREE,
+) -> Array:  # fmt: skip
+    """Compliance of the boundary ``bore`` on patterns of pressure, the bore's axis being z and its middle z = 0.
+
+    Parameters
+    ----------
+    held : degrees of freedom at rest; must not let the body move as a whole
+    film_diameter, film_width : of the film, m, whose pressure the bore takes at the same angle
+
+    Returns
+    -------
+    (2 waves + 1, degree + 1, 2 waves + 1, degree + 1) m³/Pa, symmetric in its pairs of indices
+
+    Raises
+    ------
+    InputError
+        if ``held`` lets the body move
+    """
+    loads = _pattern_loads(model, film_diameter, film_width, waves, degree)
+    try:
+        compliance = compliance_of(model, held, loads)
+    except RuntimeError:
+        raise InputError("saddle: its supports let it move; hold surfaces that do not lie on one line") from None
+    shape = (2 * waves + 1, degree + 1)
+    return compliance.reshape(*shape, *shape)
+
+
+def _pattern_loads(model: FEModel, film_diameter: float, film_width: float, waves: int, degree: int) -> Array:
+    """Load vectors f_i of unit pressure in each pattern, (ndof, patterns) m²."""
+    facets = surface_basis(model.mesh, model.basis.elem, "bore", FACET_ORDER)
+    x, y, z = np.asarray(facets.global_coordinates())
+    radius = np.hypot(x, y)
+    around, along = patterns(np.arctan2(y, x), 2.0 * z / film_width, waves, degree)
+    # The film's own area: what it presses on dφ dz reaches the housing's wider dφ dz.
+    weight = facets.dx * (0.5 * film_diameter / radius)
+    pressure = np.einsum("mfq,lfq,fq->mlfq", around, along, weight).reshape(-1, *weight.shape)
+    return radial_loads(model, facets, pressure)
+
+
+def check_saddle(saddle: Saddle) -> None:
+    """Refuse dimensions that make no saddle; ``InputError`` names the first one."""
+    s = saddle
+    lengths = {key: value for key, value in vars(s).items() if isinstance(value, float)}
+    rules: list[tuple[bool, str]] = [
+        *((0.0 < value < 10.0, f"{key} must be positive and below 10 m") for key, value in lengths.items()),
+        (s.bore_diameter >= s.film_diameter, "bore_diameter is less than the film's, which lies inside its shells"),
+        (s.thickness >= s.film_width, "thickness is less than the film's width; give at least that"),
+        (s.cap_half_width > 0.55 * s.bore_diameter, "cap_half_width leaves no iron beside the bore"),
+        (s.cap_depth > 0.55 * s.bore_diameter, "cap_depth leaves no iron below the bore"),
+        (s.height > 0.55 * s.bore_diameter, "height leaves no iron above the bore"),
+        (s.half_width > s.cap_half_width, "half_width must exceed cap_half_width"),
+        (s.mesh_size >= 0.02 * s.bore_diameter, "mesh_size would take millions of elements"),
+    ]
+    for holds, text in rules:
+        if not holds:
+            raise InputError(f"saddle: {text}")
+
+
+def saddle_mesh(saddle: Saddle) -> MeshTet2:
+    """Curved quadratic tetrahedra with the boundaries ``bore`` (under the film) and ``held``; ``InputError``."""
+    check_saddle(saddle)
+    values = asdict(saddle)
+    nodes, tets, *_ = cad_mesh("cranktrain.structure.block.saddle:_child", values, "saddle", "mesh_size or a dimension")
+    mesh = quadratic_mesh(nodes, tets, {}, NETGEN_EDGES)
+    skin = mesh.boundary_facets()
+    x, y, z = mesh.p[:, mesh.facets[:, skin]]
+    small = 1e-6 * saddle.bore_diameter
+    on_bore = (np.abs(np.hypot(x, y) - 0.5 * saddle.bore_diameter) < small).all(axis=0)
+    under_film = (np.abs(z) < 0.5 * saddle.film_width + small).all(axis=0)
+    top = (np.abs(y - saddle.height) < small).all(axis=0)
+    flank = (np.abs(np.abs(x) - saddle.half_width) < small).all(axis=0)
+    return mesh.with_boundaries({"bore": skin[on_bore & under_film], "held": skin[top | flank]})
+
+
+def _child() -> None:
+    """Entry of the child that meshes: dimensions on stdin, mesh to the file named by the first argument."""
+    from netgen import occ
+
+    s = json.load(sys.stdin)
+    slices = []
+    # Three slices that share faces: the film's edges become edges of the mesh.
+    inner, outer = 0.5 * s["film_width"], 0.5 * s["thickness"]
+    spans = [(-outer, -inner), (-inner, inner), (inner, outer)] if outer > inner else [(-inner, inner)]
+    for low, high in spans:
+        bulkhead = occ.Box(occ.Pnt(-s["half_width"], 0.0, low), occ.Pnt(s["half_width"], s["height"], high))
+        cap = occ.Box(
+            occ.Pnt(-s["cap_half_width"], -s["cap_depth"], low), occ.Pnt(s["cap_half_width"], 0.0, high)
+        )
+        bore = occ.Cylinder(occ.Pnt(0.0, 0.0, low), occ.gp_Dir(0, 0, 1), r=0.5 * s["bore_diameter"], h=high - low)
+        bore.faces.maxh = s["bore_mesh_share"] * s["mesh_size"]
+        slices.append(bulkhead + cap - bore)
+    save_cad_mesh(occ.Glue(slices), s["mesh_size"], 1.0)

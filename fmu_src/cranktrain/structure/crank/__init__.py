@@ -1,0 +1,1 @@
+"""Crankshafts: shape, sections, and bodies of every level of detail."""

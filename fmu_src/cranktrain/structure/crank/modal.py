@@ -1,0 +1,250 @@
+"""Natural frequencies of the crankshaft and of the assembled cranktrain, and what kind of motion each mode is.
+
+*Crankshaft, free*: with flywheel, pulley and what else is attached, no rods. *Cranktrain*: at rest (Ω = 0), each pin
+carrying the cycle mean of its rods across the axis, m_b + ½ m_o where each stands on the pin (the oscillating mass
+follows the pin by half, cos² θ on average), main bearings as springs (rollers resist tilt too), the thrust bearing
+closed (collar and block in series), free to turn.
+
+The kind of a mode is read from its kinetic energy. Each slice of the body around a point of the axis moves as a rigid
+section: translation across and tilt count as bending, rotation about z as torsion, translation along z as axial. A mode
+is called by its largest share. The first torsional (axial) mode is the first one called so, rotation on the connecting
+shaft aside; the second torsional mode, which bending may divide among neighbours, is the one above it that holds the
+largest share of torsion up to 1000 Hz.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import LumpedInertia
+from cranktrain.structure.crank.reduction import CHECKED_HZ, attached_parts, complete_crankshaft
+
+Array = NDArray[np.float64]
+
+KINDS = ("bending", "torsional", "axial")
+SHARE_MEASURE = "kinetic energy of slices on the crank axis: across and tilting, turning, along"
+# Modes are listed up to here.
+LISTED_HZ = 1000.0
+
+
+def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
+    """Frequencies, shapes, critical speeds and quality of the reduction; JSON-able.
+
+    Parameters
+    ----------
+    body : bare reduced crankshaft of the engine
+
+    Returns
+    -------
+    ``crankshaft_free`` and ``cranktrain`` (modes with hz, shape and shares; the named first and second ones),
+    ``critical_speeds`` by order, ``reduction`` (full against reduced), ``published``, ``definitions``, ``seconds``
+    """
+    began = time.perf_counter()
+    crankshaft = complete_crankshaft(engine, body)
+    free_hz, free_shares = free_modes(engine, crankshaft)
+    attached = time.perf_counter()
+    hz, shares = cranktrain_modes(engine, crankshaft)
+    first = torsional_frequencies(hz, shares)
+    named = {
+        "first_torsional_hz": first[0],
+        "second_torsional_hz": first[1],
+        "first_axial_hz": first_axial(hz, shares),
+    }
+    return {
+        "crankshaft_free": {
+            "modes": _listed(free_hz, free_shares),
+            "torsional_hz": torsional_frequencies(free_hz, free_shares),
+        },
+        "cranktrain": {"modes": _listed(hz, shares), **named},
+        "critical_speeds": critical_speeds(engine, first[0]),
+        "reduction": reduction_quality(body),
+        "published": {
+            "crankshaft_free_torsional_hz": list(engine.published.free_torsional_hz),
+            "cranktrain_hz": list(engine.published.cranktrain_hz),
+            "cranktrain_shapes": list(engine.published.cranktrain_shapes),
+            "measured_hz": list(engine.published.measured_hz),
+            "second_torsional_hz": engine.published.second_torsional_hz,
+        },
+        "definitions": {
+            "crankshaft_free": f"crankshaft with {_attached(engine)}, no rods",
+            "cranktrain": "at rest; big end and half the oscillating mass on each pin, bearings as springs, thrust "
+            "closed with collar and block in series; free to turn, without the connecting shaft",
+            "shares": SHARE_MEASURE,
+        },
+        "seconds": {"attach": attached - began, "modal": time.perf_counter() - attached},
+    }
+
+
+def free_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array]:
+    """Elastic modes of the free complete crankshaft: (k,) Hz and (k, 3) shares of bending, torsion, axial motion."""
+    shares = energy_shares(engine, crankshaft, np.eye(crankshaft.n_modes)[:, 6:], rods=False)
+    return crankshaft.frequencies_hz[6:], shares
+
+
+def cranktrain_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array]:
+    """Modes of the assembled cranktrain at rest, free to turn: (n − 1,) Hz and (n − 1, 3) shares of energy by kind.
+
+    ``crankshaft`` is the complete one, with flywheel and pulley.
+    """
+    squares, modes = eigh(*cranktrain_matrices(engine, crankshaft))
+    # Nothing holds the crank against turning: the first mode is its rigid rotation.
+    squares, modes = squares[1:], modes[:, 1:]
+    return np.sqrt(squares) / (2.0 * np.pi), energy_shares(engine, crankshaft, modes, rods=True)
+
+
+def cranktrain_matrices(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array]:
+    """Stiffness and mass (n, n) of the assembled cranktrain at rest, in the modes of the complete ``crankshaft``."""
+    stiffness = np.diag(crankshaft.omega**2) + bearing_stiffness(engine, crankshaft)
+    mass = np.eye(crankshaft.n_modes)
+
+    def row(name: str, component: int) -> Array:
+        return np.asarray(crankshaft.shapes[crankshaft.index(name), component])
+
+    rod_mass = mean_rod_mass(engine)
+    for pin, offset in zip(engine.cylinders.pins, engine.rod_offsets, strict=True):
+        # The rod sits on the pin beside its middle, at (0, 0, offset) from it.
+        for component, tilt in ((0, offset * row(f"pin[{pin}]", 4)), (1, -offset * row(f"pin[{pin}]", 3))):
+            at_rod = row(f"pin[{pin}]", component) + tilt
+            mass += rod_mass * np.outer(at_rod, at_rod)
+    return stiffness, mass
+
+
+def bearing_stiffness(engine: Engine, crankshaft: ReducedBody) -> Array:
+    """Stiffness (n, n) of the mains' linear springs and of the closed thrust bearing, in a crankshaft's modes."""
+    result = np.zeros((crankshaft.n_modes, crankshaft.n_modes))
+    for i, springs in enumerate(main_springs(engine), 1):
+        for component, value in springs.items():
+            row = crankshaft.shapes[crankshaft.index(f"main[{i}]"), component]
+            result += value * np.outer(row, row)
+    thrust = engine.thrust
+    series = 1.0 / (1.0 / thrust.contact_stiffness + 1.0 / thrust.block_stiffness)
+    row = crankshaft.shapes[crankshaft.index("thrust"), 2]
+    return np.asarray(result + series * np.outer(row, row))
+
+
+def main_springs(engine: Engine) -> list[dict[int, float]]:
+    """Linear springs of each main bearing by component of its journal's motion (0, 1: N/m; 3, 4: N m/rad)."""
+    roller = engine.main_roller
+    if roller is not None:
+        pairs = zip(roller.stiffness, roller.tilt_stiffness, strict=True)
+        return [{0: radial, 1: radial, 3: tilt, 4: tilt} for radial, tilt in pairs]
+    plain = engine.plain_mains
+    return [{0: plain.stiffness_x, 1: plain.stiffness_y} for _ in engine.crankshaft.main_widths]
+
+
+def mean_rod_mass(engine: Engine) -> float:
+    """Cycle-mean mass that one rod puts on its pin across the axis, m_b + ½ m_o, kg."""
+    return engine.rod.big_end_mass + 0.5 * (engine.rod.small_end_mass + engine.cylinders.piston_mass)
+
+
+def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: bool) -> Array:
+    """Shares (k, 3) of bending, torsional and axial motion in the kinetic energy of modes (n, k).
+
+    Attached parts count as rigid sections of their own; with ``rods`` the mean rod masses move with their pins, which
+    the axis carries halfway between the neighbouring mains.
+    """
+    records = crankshaft.records
+    on_axis = records["section_interface"].astype(int)
+    motion = crankshaft.shapes @ modes
+    energy = _section_energy(
+        motion[on_axis], records["section_mass"], records["section_polar"], records["section_diametral"]
+    )
+    parts = attached_parts(engine)
+    if (weights := engine.balance_weights) is not None:
+        # On the axis, a weight is a section with its polar inertia about it.
+        for main, mass, r, z in zip(weights.mains, weights.masses, weights.radii, weights.offsets, strict=True):
+            parts.append((f"main[{main}]", LumpedInertia(mass, mass * r**2, 0.5 * mass * r**2, z)))
+    for name, part in parts:
+        at = motion[crankshaft.index(name)].copy()
+        at[0] += part.offset * at[4]
+        at[1] -= part.offset * at[3]
+        energy += _section_energy(
+            at[None], np.array([part.mass]), np.array([part.polar_inertia]), np.array([part.diametral_inertia])
+        )
+    if rods:
+        rod_mass = mean_rod_mass(engine)
+        for i in engine.cylinders.pins:
+            axis = 0.5 * (motion[crankshaft.index(f"main[{i}]")] + motion[crankshaft.index(f"main[{i + 1}]")])
+            energy[:, 0] += rod_mass * (axis[0] ** 2 + axis[1] ** 2)
+            energy[:, 1] += rod_mass * (engine.crankshaft.throw * axis[5]) ** 2
+    return np.asarray(energy / energy.sum(axis=1, keepdims=True))
+
+
+def torsional_frequencies(hz: Array, shares: Array) -> list[float]:
+    """First and second torsional frequency, Hz, as this module defines them; ``InputError`` where there is none."""
+    candidates = np.flatnonzero(hz <= LISTED_HZ)
+    mostly = candidates[np.argmax(shares[candidates], axis=1) == KINDS.index("torsional")]
+    above = candidates[candidates > mostly[0]] if mostly.size else mostly
+    if not above.size:
+        raise InputError(f"crankshaft has no two torsional modes below {LISTED_HZ:g} Hz; check its inertias")
+    return [float(hz[mostly[0]]), float(hz[above[np.argmax(shares[above, KINDS.index("torsional")])]])]
+
+
+def first_axial(hz: Array, shares: Array) -> float:
+    """First frequency, Hz, of a mode that is mostly axial; ``InputError`` where there is none."""
+    axial = np.flatnonzero(np.argmax(shares, axis=1) == KINDS.index("axial"))
+    if not axial.size:
+        raise InputError("cranktrain has no axial mode; check thrust.contact_stiffness and thrust.block_stiffness")
+    return float(hz[axial[0]])
+
+
+def critical_speeds(engine: Engine, torsional_hz: float) -> list[dict[str, float]]:
+    """Speed, rev/min, at which each published order meets the first torsional frequency."""
+    return [{"order": order, "rpm": 60.0 * torsional_hz / order} for order in engine.published.critical_orders]
+
+
+def _section_energy(motion: Array, mass: Array, polar: Array, diametral: Array) -> Array:
+    """Twice the kinetic energy per ω² by kind, (k, 3), of sections that move by ``motion`` (s, 6, k)."""
+    squares = motion**2
+    bending = mass @ (squares[:, 0] + squares[:, 1]) + diametral @ (squares[:, 3] + squares[:, 4])
+    return np.stack((bending, polar @ squares[:, 5], mass @ squares[:, 2]), axis=1)
+
+
+def _attached(engine: Engine) -> str:
+    """What the complete crankshaft carries, in words."""
+    names = ["flywheel", "pulley"]
+    names += ["clutch"] if engine.clutch is not None else []
+    names += ["balance weights"] if engine.balance_weights is not None else []
+    names += ["outer rings of the rollers"] if engine.main_roller is not None else []
+    return ", ".join(names[:-1]) + " and " + names[-1]
+
+
+def _listed(hz: Array, shares: Array) -> list[dict[str, Any]]:
+    return [
+        {
+            "hz": float(f),
+            "shape": KINDS[int(np.argmax(share))],
+            "shares": dict(zip(KINDS, (float(s) for s in share), strict=True)),
+        }
+        for f, share in zip(hz, shares, strict=True)
+        if 1.0 < f <= LISTED_HZ
+    ]
+
+
+def reduction_quality(body: ReducedBody) -> dict[str, Any]:
+    """What a report says of a body's reduction; JSON-able."""
+    full = body.records["full_hz"]
+    reduced = body.frequencies_hz[6 : 6 + full.size]
+    shown = full < CHECKED_HZ
+    other = "lumped_hz" if "lumped_hz" in body.records else "consistent_hz"
+    quality = {
+        "dofs_full": int(body.quality["dofs_full"]),
+        "modes": body.n_modes,
+        "full_hz": full[shown].tolist(),
+        "reduced_hz": reduced[shown].tolist(),
+        "max_relative_error": body.quality["max_relative_error"],
+        "static_stiffness_error": body.quality["static_error"],
+        "rigid_body_hz_before_replacement": body.quality["rigid_hz"],
+        other: body.records[other][shown].tolist(),
+    }
+    if "tied_hz" in body.records:
+        quality["tied_surfaces_hz"] = body.records["tied_hz"][shown].tolist()
+    return quality

@@ -1,0 +1,392 @@
+"""From an engine to its reduced crankshaft: geometry → finite elements → interfaces → Craig–Bampton → stored file.
+
+:func:`reduced_structure` does so for any body; :mod:`cranktrain.structure.block.reduction` is the other one.
+
+The stored body is the bare crankshaft in all its Craig–Bampton modes. Flywheel, clutch, pulley and the outer rings of
+roller bearings are rigid parts of the engine file and attached afterwards, so that a change of theirs costs no finite
+elements.
+"""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import null_space
+from skfem import Basis, ElementTetP2, MeshTet2
+from threadpoolctl import threadpool_limits
+
+from cranktrain.core.cache import cache_folder
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import SCHEMA, ReducedBody, attach, truncate
+from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import Crankshaft, LumpedInertia, Material
+from cranktrain.store.hdf5 import load_body, load_extras, save_body
+from cranktrain.structure.crank.shape import pin_centre, stations
+from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, craig_bampton, eigenmodes, rigid_motions
+from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_elements, lumped_volume
+from cranktrain.structure.fem.interfaces import InterfaceSet, averaged_interfaces, tied_surfaces
+from cranktrain.structure.fem.mesh import crankshaft_mesh, interface_names
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+# Raised when the code would make another body from the same inputs.
+RECIPE = 1
+# The reduction is checked against the full model up to here.
+CHECKED_HZ = 1000.0
+# Modes whose surface motion is stored for pictures: the rigid ones and the first elastic ones.
+PICTURED_MODES = 36
+# The reference point of an interface is its place in the engine file where the meshed surface lies there.
+PLACE_TOLERANCE = 0.1
+
+
+def reduced_crankshaft(
+    engine: Engine, mesh_file: str | Path | None = None, progress: Progress | None = None, rebuild: bool = False
+) -> ReducedBody:
+    """Bare crankshaft of an engine in all Craig–Bampton modes; computed once, then read from the user's cache.
+
+    Parameters
+    ----------
+    engine : its material, crankshaft, thrust position and reduction count; anything else changes nothing here
+    mesh_file : user's own mesh with named surfaces in place of the parametric crankshaft
+    progress : told each stage before it starts
+    rebuild : compute even where a stored body exists
+
+    Raises
+    ------
+    InputError
+        dimensions or a mesh that cannot be used
+    StoreError
+        a stored file that is corrupt or foreign
+    """
+    def compared(model: FEModel, reduced: Reduced, interfaces: InterfaceSet, say: Progress) -> Comparison:
+        say("rigidly tied surfaces for comparison")
+        tied = tied_frequencies(model, interfaces, reduced.body.records["full_hz"].size)
+        raised = float(tied[0] / reduced.body.records["full_hz"][0] - 1.0)
+        return {"tied_raises_first": raised}, {"tied_hz": tied, **sections(model, reduced.body)}
+
+    task = ReductionTask(
+        name=f"{engine.name} crankshaft",
+        path=stored_path(engine, mesh_file),
+        digest=input_digest(engine, mesh_file),
+        mesh=lambda: _mesh(engine, mesh_file),
+        mesh_file=mesh_file,
+        material=engine.material,
+        interfaces=lambda model: crankshaft_interfaces(model, engine.crankshaft),
+        fixed_modes=engine.reduction.fixed_modes,
+        consistent_mass=engine.reduction.consistent_mass,
+        compared=compared,
+    )
+    return reduced_structure(task, progress, rebuild)
+
+
+Comparison = tuple[dict[str, float], dict[str, Array]]
+
+
+@dataclass(frozen=True)
+class ReductionTask:
+    """A body to be reduced, and where it is kept.
+
+    Attributes
+    ----------
+    path, digest : stored file, and digest of all that the body depends on
+    mesh : makes or reads the mesh with its named surfaces
+    mesh_file : the user's own one, where it is read
+    interfaces : averaged interfaces of the model
+    compared : further quality figures and records of the reduced body, or None
+    """
+
+    name: str
+    path: Path
+    digest: str
+    mesh: Callable[[], MeshTet2]
+    mesh_file: str | Path | None
+    material: Material
+    interfaces: Callable[[FEModel], InterfaceSet]
+    fixed_modes: int
+    consistent_mass: bool
+    compared: Callable[[FEModel, Reduced, InterfaceSet, Progress], Comparison] | None = None
+
+
+def reduced_structure(task: ReductionTask, progress: Progress | None = None, rebuild: bool = False) -> ReducedBody:
+    """Body in all its Craig–Bampton modes, with the quality of the reduction; from the store where it is kept there."""
+    if task.path.exists() and not rebuild:
+        return load_body(task.path, task.digest)
+    say = progress or (lambda stage: None)
+    say("meshing" if task.mesh_file is None else f"reading {Path(task.mesh_file).name}")
+    mesh = task.mesh()
+    say(f"finite elements ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
+    model = finite_elements(mesh, task.material, task.consistent_mass)
+    interfaces = task.interfaces(model)
+    with one_thread():
+        reduced = craig_bampton(model, interfaces, task.fixed_modes, task.name, task.digest, say)
+        reduced = replace(reduced, body=_checked(model, reduced, task.consistent_mass, say))
+        if task.compared is not None:
+            figures, arrays = task.compared(model, reduced, interfaces, say)
+            quality, records = reduced.body.quality | figures, reduced.body.records | arrays
+            reduced = replace(reduced, body=replace(reduced.body, quality=quality, records=records))
+    save_body(task.path, reduced.body, _surface(model, reduced.modes[:, :PICTURED_MODES]))
+    return reduced.body
+
+
+def stored_path(engine: Engine, mesh_file: str | Path | None = None) -> Path:
+    """Where the reduced crankshaft is kept in the user's cache."""
+    return cache_folder() / f"{engine.name}-{input_digest(engine, mesh_file)[:16]}.h5"
+
+
+def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:
+    """Digest of all that the bare reduced crankshaft depends on."""
+    content: dict[str, object] = {
+        "recipe": RECIPE,
+        "schema": SCHEMA,
+        "material": asdict(engine.material),
+        "crankshaft": asdict(engine.crankshaft),
+        "thrust": engine.thrust.main,
+        "fixed_modes": engine.reduction.fixed_modes,
+        "consistent_mass": engine.reduction.consistent_mass,
+    }
+    if mesh_file is not None and Path(mesh_file).is_file():
+        content["mesh"] = sha256(Path(mesh_file).read_bytes()).hexdigest()
+    return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def complete_crankshaft(engine: Engine, body: ReducedBody) -> ReducedBody:
+    """Bare crankshaft with all rigid parts of the engine that move with it attached."""
+    with one_thread():
+        for interface, part in attached_parts(engine):
+            inertia = np.diag([part.diametral_inertia, part.diametral_inertia, part.polar_inertia])
+            body = attach(body, interface, part.mass, inertia, (0.0, 0.0, part.offset))
+        w = engine.balance_weights
+        if w is not None:
+            for main, mass, r, angle, z in zip(w.mains, w.masses, w.radii, w.angles, w.offsets, strict=True):
+                body = attach(body, f"main[{main}]", mass, np.zeros((3, 3)), (-r * np.sin(angle), r * np.cos(angle), z))
+    return body
+
+
+def attached_parts(engine: Engine) -> list[tuple[str, LumpedInertia]]:
+    """Rigid parts that move with the crankshaft, and the interface of each: pulley, flywheel, clutch, outer rings.
+
+    An outer ring of a roller bearing moves with its journal but does not turn: a mass without inertia.
+    """
+    parts = [("pulley", engine.pulley), ("flywheel", engine.flywheel)]
+    if engine.clutch is not None:
+        parts.append(("flywheel", engine.clutch))
+    if engine.main_roller is not None:
+        rings = enumerate(engine.main_roller.ring_mass, start=1)
+        parts += [(f"main[{i}]", LumpedInertia(mass, 0.0, 0.0, 0.0)) for i, mass in rings]
+    return parts
+
+
+def running_loads(engine: Engine) -> list[tuple[str, int]]:
+    """Interface components at which the running model applies forces.
+
+    Mains and pins across, thrust along the axis; moments about x and y where two rods share a pin, which act beside its
+    middle, and at roller bearings, which resist tilt.
+    """
+    throws = len(engine.crankshaft.throw_angles)
+    across = [name for name in interface_names(throws) if name.startswith(("main", "pin"))]
+    pins = engine.cylinders.pins
+    tilted = [f"main[{i}]" for i in range(1, throws + 2) if engine.main_roller is not None]
+    tilted += [f"pin[{i}]" for i in range(1, throws + 1) if pins.count(i) > 1]
+    loads = [(name, component) for name in across for component in (0, 1)] + [("thrust", 2)]
+    return loads + [(name, component) for name in tilted for component in (3, 4)]
+
+
+def running_body(
+    engine: Engine,
+    body: ReducedBody | None = None,
+    loaded: Sequence[tuple[str, int]] | None = None,
+    progress: Progress | None = None,
+) -> ReducedBody:
+    """Body of the running model: with its attached parts, cut at the engine's cut-off, static under its loads.
+
+    ``body`` is the bare crankshaft where at hand; ``loaded`` defaults to :func:`running_loads`.
+    """
+    bare = reduced_crankshaft(engine, progress=progress) if body is None else body
+    chosen = running_loads(engine) if loaded is None else loaded
+    complete = complete_crankshaft(engine, bare)
+    with one_thread():
+        return truncate(complete, engine.reduction.running_cutoff_hz, chosen)
+
+
+def crankshaft_interfaces(model: FEModel, crankshaft: Crankshaft) -> InterfaceSet:
+    """Averaged interfaces of a crankshaft, each referred to its place on the axis of its journal."""
+    names = interface_names(len(crankshaft.throw_angles))
+    centroids = averaged_interfaces(model, names)
+    at = stations(crankshaft)
+    nominal = {f"main[{i}]": (0.0, 0.0, sum(span) / 2) for i, span in enumerate(at.mains, 1)}
+    nominal |= {f"pin[{i}]": pin_centre(crankshaft, i) for i in range(1, len(at.pins) + 1)}
+    places = {}
+    for name, centroid in zip(names, centroids.positions, strict=True):
+        place = np.array(nominal.get(name, (0.0, 0.0, centroid[2])))
+        near = np.linalg.norm(place - centroid) < PLACE_TOLERANCE * crankshaft.main_diameter
+        places[name] = place if near else centroid
+    return averaged_interfaces(model, names, places)
+
+
+def tied_frequencies(model: FEModel, interfaces: InterfaceSet, count: int) -> Array:
+    """First free frequencies (count,) Hz with the interface surfaces rigid (RBE2); needs a factorisation of its own."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        tie, motions = tied_surfaces(model, interfaces, rigid_motions(model))
+    stiffness, mass = (tie.T @ model.stiffness @ tie).tocsc(), (tie.T @ model.mass @ tie).tocsc()
+    flexibility = Flexibility.of(stiffness, mass, motions)
+    return eigenmodes(flexibility.solve, mass, count)[0] / (2.0 * np.pi)
+
+
+def one_thread() -> threadpool_limits:
+    """Linear algebra on one thread: faster on small blocks than two, and the same bytes always."""
+    return threadpool_limits(limits=1, user_api="blas")
+
+
+def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
+    if mesh_file is None:
+        return crankshaft_mesh(engine.crankshaft, engine.thrust.main)
+    from cranktrain.structure.fem.mesh import read_mesh
+
+    mesh = read_mesh(mesh_file)
+    wanted = interface_names(len(engine.crankshaft.throw_angles))
+    found = mesh.boundaries or {}
+    if missing := [name for name in wanted if name not in found]:
+        raise InputError(
+            f"{mesh_file}: no surface named {', '.join(missing)}; found {', '.join(sorted(found)) or 'none'} - "
+            "name the facets of each journal, the pulley, the flywheel and the thrust faces"
+        )
+    return mesh
+
+
+def _checked(model: FEModel, reduced: Reduced, consistent: bool, say: Progress) -> ReducedBody:
+    """Body with the quality of its reduction: against the full model, and with the other mass matrix."""
+    body = reduced.body
+    count = int(np.count_nonzero(body.frequencies_hz[6:] < CHECKED_HZ)) + 1
+
+    def frequencies(flexibility: Flexibility) -> Array:
+        return eigenmodes(flexibility.solve, flexibility.mass, count)[0] / (2.0 * np.pi)
+
+    say(f"full model to {CHECKED_HZ:g} Hz")
+    full = frequencies(reduced.flexibility)
+    other_mass = lumped_mass(model) if consistent else finite_elements(model.mesh, model.material).mass
+    other = frequencies(reduced.flexibility.with_mass(other_mass))
+    rigid = reduced.flexibility.rigid
+    error = body.frequencies_hz[6 : 6 + count] / full - 1.0
+    records = {"full_hz": full, "lumped_hz" if consistent else "consistent_hz": other}
+    quality = {
+        "dofs_full": float(model.basis.N),
+        "rigid_hz": float(np.sqrt(np.abs(np.diag(rigid.T @ (model.stiffness @ rigid))).max()) / (2.0 * np.pi)),
+        "max_relative_error": float(np.abs(error[full < CHECKED_HZ]).max(initial=0.0)),
+        "static_error": static_error(reduced),
+        "other_mass_shifts_first": float(other[0] / full[0] - 1.0),
+    }
+    return replace(body, quality=quality, records=records)
+
+
+def lumped_mass(model: FEModel) -> sparse.csc_matrix:
+    """Diagonal mass of the model by Hinton, Rock and Zienkiewicz, (ndof, ndof) kg."""
+    scalar = Basis(model.mesh, ElementTetP2(), quadrature=model.basis.quadrature)
+    share = model.material.density * lumped_volume(scalar)
+    diagonal = np.empty(model.basis.N)
+    diagonal[component_dofs(model.basis)] = share[np.hstack((scalar.nodal_dofs[0], scalar.edge_dofs[0]))]
+    return sparse.diags_array(diagonal).tocsc()
+
+
+def static_error(reduced: Reduced) -> float:
+    """Error of the reduced interface compliance relative to the full one, over loads in balance (Frobenius norms)."""
+    body = reduced.body
+    elastic = body.shapes[:, :, 6:].reshape(-1, body.n_modes - 6)
+    motions = body.shapes[:, :, :6].reshape(-1, 6)
+    # Forces and moments are compared by the motion they cause at their own point.
+    size = np.sqrt(np.diag(reduced.compliance))
+    balanced = null_space((motions / size[:, None]).T)
+    full = reduced.compliance / np.outer(size, size)
+    scaled = elastic / body.omega[6:] / size[:, None]
+    difference = balanced.T @ (full - scaled @ scaled.T) @ balanced
+    return float(np.linalg.norm(difference) / np.linalg.norm(balanced.T @ full @ balanced))
+
+
+def sections(model: FEModel, body: ReducedBody) -> dict[str, Array]:
+    """Mass of the slices of the body around each interface on its axis, for kinetic energy by kind of motion.
+
+    Returns
+    -------
+    ``section_interface`` row of the interface, in the order of z; ``section_mass`` kg; ``section_polar`` and
+    ``section_diametral`` inertia about z and about the axes across through the interface, kg m²; each (s,)
+    """
+    on_axis = [
+        row
+        for row, name in enumerate(body.interfaces)
+        if name != "thrust" and np.hypot(*body.positions[row, :2]) < 1e-3 * np.abs(body.positions).max()
+    ]
+    rows = np.array(sorted(on_axis, key=lambda row: body.positions[row, 2]))
+    z = body.positions[rows, 2]
+    points = np.asarray(model.basis.global_coordinates()).reshape(3, -1)
+    weights = model.material.density * model.basis.dx.ravel()
+    slices = np.searchsorted(0.5 * (z[1:] + z[:-1]), points[2])
+    radial = points[0] ** 2 + points[1] ** 2
+
+    def gather(values: Array) -> Array:
+        return np.asarray(np.bincount(slices, weights * values, rows.size), dtype=np.float64)
+
+    return {
+        "section_interface": rows.astype(float),
+        "section_mass": gather(np.ones_like(radial)),
+        "section_polar": gather(radial),
+        "section_diametral": gather(0.5 * radial + (points[2] - z[slices]) ** 2),
+    }
+
+
+def surface_shape(
+    engine: Engine, body: ReducedBody, mode: int, mesh_file: str | Path | None = None
+) -> tuple[Array, NDArray[np.int32], Array]:
+    """Surface of the crankshaft and its displacement in one mode, for pictures.
+
+    Parameters
+    ----------
+    body : the engine's crankshaft, or one derived from it by attaching and truncating
+    mode : 0-based index
+
+    Returns
+    -------
+    points (p, 3) m, triangles (t, 3), displacement (p, 3) per unit modal coordinate; composed of the first stored modes
+
+    Raises
+    ------
+    StoreError
+        where the stored crankshaft is missing or foreign
+    """
+    path = stored_path(engine, mesh_file)
+    load_body(path, input_digest(engine, mesh_file))
+    surface = load_extras(path)
+    pictured = surface["surface_modes"]
+    weights = np.eye(body.n_modes)[:, mode] if body.basis is None else body.basis[:, mode]
+    displacement = np.tensordot(weights[: pictured.shape[0]], pictured.astype(float), axes=1)
+    return surface["surface_points"], surface["surface_triangles"], displacement
+
+
+def _surface(model: FEModel, modes: Array) -> dict[str, tuple[NDArray[Any], str]]:
+    """Boundary of the mesh, each six-node facet as four triangles, with the modes on it."""
+    mesh = model.mesh
+    facets = mesh.boundary_facets()
+    a, b, c = mesh.facets[:, facets]
+    edge_of = {tuple(pair): index for index, pair in enumerate(np.sort(mesh.edges, axis=0).T.tolist())}
+    corners = mesh.nvertices
+    ab, bc, ca = (
+        np.array([corners + edge_of[min(p, q), max(p, q)] for p, q in zip(u.tolist(), v.tolist(), strict=True)])
+        for u, v in ((a, b), (b, c), (c, a))
+    )
+    triangles = np.hstack([np.stack(t) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+    used, renumbered = np.unique(triangles, return_inverse=True)
+    dofs = component_dofs(model.basis)[:, used]
+    return {
+        "surface_points": (model.positions[:, dofs[0]].T, "m"),
+        "surface_triangles": (renumbered.reshape(triangles.shape).T.astype(np.int32), "1"),
+        "surface_modes": (modes[dofs].transpose(2, 1, 0).astype(np.float32), "1/kg^0.5"),
+    }

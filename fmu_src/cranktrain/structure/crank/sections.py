@@ -1,0 +1,201 @@
+"""Pieces of a crankshaft from its dimensions: where they lie, and the mass, centre and moments of their sections.
+
+Nose, main journals, webs, pins, flange and fillets lie along z as in :mod:`cranktrain.structure.crank.shape`; no finite
+elements are needed. Sections are homogeneous along z, a fillet is a ring of its mean moments; oil holes are left out. A
+section is known by its moments per unit length about the crank's axis,
+
+    ∫ρ [1, x, y][1, x, y]ᵀ dA
+
+A web is as wide as the hull of the circles about main and pin axis, or as its counterweight where that is wider; its
+moments are sums over strips across its throw.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import Crankshaft
+from cranktrain.structure.crank.shape import pin_centre, stations
+
+Array = NDArray[np.float64]
+
+_STRIPS, _FINE = 40, 200
+"""Strips of a web, and points of the quadrature in each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A piece of the crankshaft of one section.
+
+    Attributes
+    ----------
+    kind : ``nose``, ``main``, ``web``, ``pin``, ``flange`` or ``fillet``
+    number : of its kind, from 1
+    span : (2,) where it begins and ends along z, m
+    axis : (2,) x and y of its own axis (of the main axis for a web), m
+    angle : of the throw that a web or pin belongs to, rad
+    moments : (3, 3) per unit length about the crank's axis: kg/m, kg, kg m
+    """
+
+    kind: str
+    number: int
+    span: tuple[float, float]
+    axis: tuple[float, float]
+    angle: float
+    moments: Array
+
+    @property
+    def length(self) -> float:
+        """Length along z, m."""
+        return self.span[1] - self.span[0]
+
+    @property
+    def middle(self) -> float:
+        """Middle along z, m."""
+        return 0.5 * (self.span[0] + self.span[1])
+
+    @property
+    def polar_inertia(self) -> float:
+        """Moment of inertia about the crank's axis, kg m²."""
+        return float(self.length * (self.moments[1, 1] + self.moments[2, 2]))
+
+
+def crank_pieces(engine: Engine) -> list[Piece]:
+    """All pieces of the bare crankshaft, in the order of z (webs and pins of a throw in theirs)."""
+    c, density = engine.crankshaft, engine.material.density
+    at = stations(c)
+    origin = (0.0, 0.0)
+    pieces = [Piece("nose", 1, at.nose, origin, 0.0, _disc(density, c.nose_diameter, origin))]
+    main = _disc(density, c.main_diameter, origin)
+    pieces += [Piece("main", i, span, origin, 0.0, main) for i, span in enumerate(at.mains, 1)]
+    for i, span in enumerate(at.pins, 1):
+        x, y, _ = pin_centre(c, i)
+        angle = c.throw_angles[i - 1]
+        pieces.append(Piece("pin", i, span, (x, y), angle, _disc(density, c.pin_diameter, (x, y))))
+        for j in (2 * i - 2, 2 * i - 1):
+            moments = _turned(density * web_moments(c, c.counterweights[j]), angle)
+            pieces.append(Piece("web", j + 1, at.webs[j], origin, angle, moments))
+    pieces += _fillets(engine)
+    pieces.append(Piece("flange", 1, at.flange, origin, 0.0, _disc(density, c.flange_diameter, origin)))
+    return sorted(pieces, key=lambda piece: piece.span)
+
+
+def fillet_rise(c: Crankshaft, distance: Array) -> Array:
+    """How far a fillet stands out from its journal (p,), m, at distances (p,) from the face it runs into."""
+    inside = c.fillet - np.minimum(distance, c.fillet)
+    return np.asarray(c.fillet - np.sqrt(c.fillet**2 - inside**2))
+
+
+def _fillets(engine: Engine) -> list[Piece]:
+    """Rings of the fillets: behind the nose, at all journals but where nose and first journal meet, and at pins."""
+    c, density = engine.crankshaft, engine.material.density
+    if c.fillet == 0.0:
+        return []
+    at, origin = stations(c), (0.0, 0.0)
+    rear = [(c.nose_diameter, origin, at.nose[1])]
+    rear += [(c.main_diameter, origin, span[1]) for span in at.mains]
+    front = [(c.main_diameter, origin, span[0]) for span in at.mains[1:]]
+    for i, span in enumerate(at.pins, 1):
+        axis = pin_centre(c, i)[:2]
+        rear.append((c.pin_diameter, axis, span[1]))
+        front.append((c.pin_diameter, axis, span[0]))
+    distance: Array = c.fillet * (np.arange(_FINE, dtype=np.float64) + 0.5) / _FINE
+    places = [(d, axis, (z - c.fillet, z)) for d, axis, z in rear]
+    places += [(d, axis, (z, z + c.fillet)) for d, axis, z in front]
+    rings = []
+    for k, (diameter, axis, span) in enumerate(places, 1):
+        whole = [_disc(density, float(d), axis) for d in diameter + 2.0 * fillet_rise(c, distance)]
+        ring = np.mean(whole, axis=0) - _disc(density, diameter, axis)
+        rings.append(Piece("fillet", k, span, axis, 0.0, ring))
+    return rings
+
+
+def web_width(c: Crankshaft, eta: Array, counterweight: bool) -> Array:
+    """Width of a web across its throw at η (p,) from the main axis towards the pin, m: of the hull or counterweight."""
+    big, small, throw = c.web_main_radius, c.web_pin_radius, c.throw
+    width = np.maximum(_chord(eta, big), _chord(eta - throw, small))
+    if throw > abs(big - small):
+        sine = (big - small) / throw
+        cosine = math.sqrt(1.0 - sine**2)
+        low, high = big * sine, throw + small * sine
+        straight = 2.0 * cosine * (big + (small - big) * (eta - low) / (high - low))
+        width = np.maximum(width, np.where((eta >= low) & (eta <= high), straight, 0.0))
+    if counterweight:
+        disc = np.minimum(_chord(eta, c.counterweight_radius), 2.0 * c.counterweight_half_width)
+        width = np.maximum(width, np.where(eta <= 0.0, disc, 0.0))
+    return width
+
+
+def web_strips(c: Crankshaft, counterweight: bool, count: int) -> tuple[Array, Array]:
+    """Middles η (count,) of strips of a web and their moments ∫[1, ξ, η − η_i][1, ξ, η − η_i]ᵀ dA (count, 3, 3)."""
+    low = -max(c.web_main_radius, c.counterweight_radius if counterweight else 0.0)
+    borders = np.linspace(low, max(c.throw + c.web_pin_radius, c.web_main_radius), count + 1)
+    middles, step = 0.5 * (borders[1:] + borders[:-1]), (borders[1] - borders[0]) / _FINE
+    own: Array = step * (np.arange(_FINE, dtype=np.float64) + 0.5 - 0.5 * _FINE)
+    width = web_width(c, (middles[:, None] + own).ravel(), counterweight).reshape(count, _FINE)
+    moments = np.zeros((count, 3, 3))
+    moments[:, 0, 0] = step * width.sum(axis=1)
+    moments[:, 0, 2] = moments[:, 2, 0] = step * (width * own).sum(axis=1)
+    moments[:, 2, 2] = step * (width * own**2).sum(axis=1)
+    moments[:, 1, 1] = step * (width**3).sum(axis=1) / 12.0
+    return middles, moments
+
+
+def web_moments(c: Crankshaft, counterweight: bool) -> Array:
+    """Moments ∫[1, ξ, η][1, ξ, η]ᵀ dA (3, 3) of a web whose pin lies along +η, m² to m⁴."""
+    middles, moments = web_strips(c, counterweight, _STRIPS)
+    shift = np.tile(np.eye(3), (_STRIPS, 1, 1))
+    shift[:, 2, 0] = middles
+    return np.asarray((shift @ moments @ shift.swapaxes(1, 2)).sum(axis=0))
+
+
+def piece_moments(piece: Piece) -> Array:
+    """Moments ∫ρ [1, x, y, z][1, x, y, z]ᵀ (4, 4) of a piece about the frame's origin, kg to kg m²."""
+    start, end = piece.span
+    powers = [(end ** (k + 1) - start ** (k + 1)) / (k + 1) for k in range(3)]
+    result = np.empty((4, 4))
+    result[:3, :3] = piece.moments * powers[0]
+    result[3, :3] = result[:3, 3] = piece.moments[0] * powers[1]
+    result[3, 3] = piece.moments[0, 0] * powers[2]
+    return result
+
+
+def crank_moments(engine: Engine) -> Array:
+    """Moments (4, 4) of the bare crankshaft about the frame's origin, as of :func:`piece_moments`."""
+    return np.sum([piece_moments(piece) for piece in crank_pieces(engine)], axis=0)
+
+
+def interface_places(crankshaft: Crankshaft, thrust_main: int) -> dict[str, tuple[float, float, float]]:
+    """Interfaces by name and place, m: middles of journals, pins and nose (less its fillet), the flange's outer face.
+
+    Order and places are those of the solid body. The thrust faces' middle is that of their journal.
+    """
+    at = stations(crankshaft)
+    mains = {f"main[{i}]": (0.0, 0.0, 0.5 * sum(span)) for i, span in enumerate(at.mains, 1)}
+    pins = {f"pin[{i}]": pin_centre(crankshaft, i) for i in range(1, len(at.pins) + 1)}
+    nose = 0.5 * (at.nose[0] + at.nose[1] - crankshaft.fillet)
+    ends = {"pulley": (0.0, 0.0, nose), "flywheel": (0.0, 0.0, at.flange[1])}
+    return mains | pins | ends | {"thrust": mains[f"main[{thrust_main}]"]}
+
+
+def _disc(density: float, diameter: float, axis: tuple[float, float]) -> Array:
+    area = 0.25 * math.pi * diameter**2
+    place = np.array([1.0, *axis])
+    own = np.diag([0.0, 1.0, 1.0]) * area * diameter**2 / 16.0
+    return np.asarray(density * (area * np.outer(place, place) + own))
+
+
+def _chord(distance: Array, radius: float) -> Array:
+    return np.asarray(2.0 * np.sqrt(np.maximum(radius**2 - distance**2, 0.0)))
+
+
+def _turned(moments: Array, angle: float) -> Array:
+    """Moments in x, y of a web whose pin has been turned by ``angle`` from +y about z."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]])
+    return np.asarray(turn @ moments @ turn.T)

@@ -1,0 +1,188 @@
+"""The crankshaft as a solid: journals with fillets, webs with counterweights, nose and flange, from a few dimensions.
+
+Along z follow each other: nose, main journal 1, web, pin 1, web, main journal 2 … last main journal, flange; z = 0 is
+the middle of main journal 1. In a web plane (its pin along +η) the outline is the hull of a circle about the main
+axis and one about the pin axis; a counterweight adds the part of a disc with η ≤ 0 and |ξ| ≤ half width. Every round
+piece is a body of revolution that carries its own fillets and touches its neighbours on plane faces only: the booleans
+of the CAD kernel stay simple, and no fillet has to be found afterwards.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from math import asin, cos, hypot, pi, sin, sqrt
+from typing import Any
+
+from cranktrain.engine.checks.crankshaft import check_crankshaft
+from cranktrain.engine.parts import Crankshaft
+
+# Mesh edges in an oil hole relative to its diameter; coarser ones cut across the bore.
+HOLE_FINENESS = 0.5
+
+
+@dataclass(frozen=True)
+class Stations:
+    """Where the pieces begin and end along z, m: (start, end) of each."""
+
+    nose: tuple[float, float]
+    mains: tuple[tuple[float, float], ...]
+    pins: tuple[tuple[float, float], ...]
+    webs: tuple[tuple[float, float], ...]
+    flange: tuple[float, float]
+
+
+def stations(crankshaft: Crankshaft) -> Stations:
+    """Axial layout; z = 0 in the middle of main journal 1, z grows towards the flange."""
+    c = crankshaft
+    z = -0.5 * c.main_widths[0]
+    nose = (z - c.nose_length, z)
+    mains, pins, webs = [(z, -z)], [], []
+    z = -z
+    for width in c.main_widths[1:]:
+        cuts = [z, z + c.web_thickness, z + c.web_thickness + c.pin_width, z + 2 * c.web_thickness + c.pin_width]
+        front, pin, rear = pairwise(cuts)
+        webs += [front, rear]
+        pins.append(pin)
+        z = cuts[-1]
+        mains.append((z, z + width))
+        z += width
+    return Stations(nose, tuple(mains), tuple(pins), tuple(webs), (z, z + c.flange_length))
+
+
+def pin_centre(crankshaft: Crankshaft, pin: int) -> tuple[float, float, float]:
+    """Middle of a pin (numbered from 1), m; a throw at angle α points along (−sin α, cos α)."""
+    angle = crankshaft.throw_angles[pin - 1]
+    start, end = stations(crankshaft).pins[pin - 1]
+    return -crankshaft.throw * sin(angle), crankshaft.throw * cos(angle), 0.5 * (start + end)
+
+
+def crankshaft_shape(crankshaft: Crankshaft) -> Any:
+    """Build the crankshaft as one solid of netgen's CAD kernel, m.
+
+    Faces ``main[i]``, ``pin[i]``, ``pulley`` (the nose's cylinder) and ``flange`` (rim of the flange) carry names.
+    Call it where a crash of the kernel does no harm: :func:`cranktrain.structure.fem.mesh.crankshaft_mesh` does.
+    """
+    from netgen import occ
+
+    c = crankshaft
+    check_crankshaft(c)
+    at = stations(c)
+    r_main, r_pin, r_nose = 0.5 * c.main_diameter, 0.5 * c.pin_diameter, 0.5 * c.nose_diameter
+    axis = (0.0, 0.0)
+    pieces = [_journal(occ, axis, r_nose, at.nose, (0.0, c.fillet), "pulley")]
+    pieces += [
+        _journal(occ, axis, r_main, span, (c.fillet if i else 0.0, c.fillet), f"main[{i + 1}]")
+        for i, span in enumerate(at.mains)
+    ]
+    for i, span in enumerate(at.pins):
+        x, y, _ = pin_centre(c, i + 1)
+        pieces.append(_journal(occ, (x, y), r_pin, span, (c.fillet, c.fillet), f"pin[{i + 1}]"))
+        for j in (2 * i, 2 * i + 1):
+            pieces.append(_web(occ, c, c.throw_angles[i], at.webs[j], c.counterweights[j]))
+    pieces.append(_journal(occ, axis, 0.5 * c.flange_diameter, at.flange, (0.0, 0.0), "flange"))
+    pieces.sort(key=lambda piece: piece.center.z)
+    solid = pieces[0]
+    for piece in pieces[1:]:
+        solid = solid + piece
+    if c.oil_holes:
+        for i in range(len(at.pins)):
+            solid = solid - _oil_hole(occ, c, i)
+    return solid
+
+
+def _journal(
+    occ: Any,
+    centre: tuple[float, float],
+    radius: float,
+    span: tuple[float, float],
+    fillets: tuple[float, float],
+    name: str,
+) -> Any:
+    """Cylinder between two planes, flared by a quarter circle at either end; its running surface is named."""
+    x, y = centre
+    start, end = span
+    f0, f1 = fillets
+
+    def at(r: float, z: float) -> Any:
+        return occ.Pnt(x + r, y, z)
+
+    profile = [occ.Segment(at(0, start), at(radius + f0, start))]
+    bend = 1 - sqrt(0.5)
+    if f0 > 0:
+        profile.append(
+            occ.ArcOfCircle(at(radius + f0, start), at(radius + bend * f0, start + bend * f0), at(radius, start + f0))
+        )
+    profile.append(occ.Segment(at(radius, start + f0), at(radius, end - f1)))
+    if f1 > 0:
+        profile.append(
+            occ.ArcOfCircle(at(radius, end - f1), at(radius + bend * f1, end - bend * f1), at(radius + f1, end))
+        )
+    profile += [occ.Segment(at(radius + f1, end), at(0, end)), occ.Segment(at(0, end), at(0, start))]
+    solid = occ.Face(occ.Wire(profile)).Revolve(occ.Axis(occ.Pnt(x, y, 0), occ.Z), 360)
+    middle = 0.5 * (start + f0 + end - f1)
+    running = 2 * pi * radius * (end - f1 - start - f0)
+    surface = min(solid.faces, key=lambda face: abs(face.center.z - middle) + abs(face.mass - running) / radius)
+    surface.name = name
+    return solid
+
+
+def _web(occ: Any, c: Crankshaft, angle: float, span: tuple[float, float], counterweight: bool) -> Any:
+    """Plate between two planes, its pin turned by ``angle`` from +y about +z."""
+    z = span[0]
+    outline = _web_outline(occ, c.web_main_radius, c.web_pin_radius, c.throw, z)
+    if counterweight:
+        outline = outline + _counterweight_outline(occ, c.counterweight_radius, c.counterweight_half_width, z)
+    plate = outline.Extrude((span[1] - span[0]) * occ.Z)
+    return plate.Rotate(occ.Axis(occ.Pnt(0, 0, 0), occ.Z), angle * 180 / pi)
+
+
+def _web_outline(occ: Any, r_main: float, r_pin: float, throw: float, z: float) -> Any:
+    """Hull of the circles about main and pin axis, as a face."""
+    if throw <= abs(r_main - r_pin):
+        y, r = (0.0, r_main) if r_main > r_pin else (throw, r_pin)
+        right, left = occ.Pnt(r, y, z), occ.Pnt(-r, y, z)
+        arcs = [occ.ArcOfCircle(a, occ.Pnt(0, y + s * r, z), b) for a, b, s in ((right, left, 1), (left, right, -1))]
+        return occ.Face(occ.Wire(arcs))
+    tangent = asin((r_main - r_pin) / throw)
+    low = [occ.Pnt(s * r_main * cos(tangent), r_main * sin(tangent), z) for s in (1, -1)]
+    high = [occ.Pnt(s * r_pin * cos(tangent), throw + r_pin * sin(tangent), z) for s in (1, -1)]
+    edges = [
+        occ.Segment(low[0], high[0]),
+        occ.ArcOfCircle(high[0], occ.Pnt(0, throw + r_pin, z), high[1]),
+        occ.Segment(high[1], low[1]),
+        occ.ArcOfCircle(low[1], occ.Pnt(0, -r_main, z), low[0]),
+    ]
+    return occ.Face(occ.Wire(edges))
+
+
+def _counterweight_outline(occ: Any, radius: float, half_width: float, z: float) -> Any:
+    """Cut from a disc the part opposite to the pin, within its half width, as a face."""
+    b = min(half_width, radius)
+    depth = sqrt(radius**2 - b**2)
+    corners = [occ.Pnt(b, 0, z), occ.Pnt(b, -depth, z), occ.Pnt(-b, -depth, z), occ.Pnt(-b, 0, z)]
+    arc = occ.ArcOfCircle(corners[1], occ.Pnt(0, -radius, z), corners[2])
+    if depth < 1e-6 * radius:
+        half = occ.ArcOfCircle(corners[0], occ.Pnt(0, -radius, z), corners[3])
+        return occ.Face(occ.Wire([half, occ.Segment(corners[3], corners[0])]))
+    sides = [occ.Segment(corners[0], corners[1]), arc, occ.Segment(corners[2], corners[3])]
+    return occ.Face(occ.Wire([*sides, occ.Segment(corners[3], corners[0])]))
+
+
+def _oil_hole(occ: Any, c: Crankshaft, i: int) -> Any:
+    """Straight bore from the far side of main journal i to the outer side of its pin, through middle of both."""
+    x, y, z_pin = pin_centre(c, i + 1)
+    out = (x / c.throw, y / c.throw)
+    start, end = stations(c).mains[i]
+    z_main = 0.5 * (start + end)
+    rise = c.throw + 0.5 * c.pin_diameter + 0.5 * c.main_diameter
+    run = z_pin - z_main
+    length = hypot(rise, run)
+    along = (out[0] * rise / length, out[1] * rise / length, run / length)
+    reach = c.oil_hole_diameter
+    low = -0.5 * c.main_diameter
+    foot = occ.Pnt(out[0] * low - reach * along[0], out[1] * low - reach * along[1], z_main - reach * along[2])
+    bore = occ.Cylinder(foot, occ.gp_Dir(*along), r=0.5 * c.oil_hole_diameter, h=length + 2 * reach)
+    for part in (*bore.faces, *bore.edges):
+        part.maxh = HOLE_FINENESS * c.oil_hole_diameter
+    return bore

@@ -1,0 +1,270 @@
+"""Crank level ``torsional``: discs on an elastic shaft, in a body of the same form as every other level.
+
+The shaft has nodes at the pulley, each main journal and the flywheel, and a stiffness between neighbours. Each piece of
+the crankshaft is a disc that turns with the shaft where it sits; between main journals the twist is linear, so that a
+pin turns by the mean of its mains. A twist θ(z) moves a pin by θ e_z × X and turns every other interface; mains stay on
+the axis. Discs are balanced for the twist (their static moment counts in the rigid motions only): twist and rigid
+motions across do not feel each other, except through what is attached off the axis.
+
+Stiffnesses come from
+
+* ``solid``: the static answer of the free solid body to torques at the nodes. A shaft in pure torsion is a row of
+  springs, whatever its shape: each is the torque over the twist between neighbours. The inertia is that of the same
+  static answers in the solid (Ritz vectors); it holds that of the bending which a free crank's twist brings along,
+  while the bending itself is left out. Mass and inertia are the solid's.
+* ``solid-on-bearings``: the same answers with the main journals on their linear springs and the thrust bearing closed.
+  A crank in its bearings cannot bend as a free one does, and twists more stiffly.
+* ``ker-wilson``, ``carter``: formulas for one throw from the middle of a journal to that of the next,
+  k = π G / (32 λ), with journal L_j, D_j, pin L_c, D_c, web thickness t and width W, throw R:
+
+      Ker Wilson   λ = (L_j + 0.4 D_j)/D_j⁴ + (L_c + 0.4 D_c)/D_c⁴ + (R − 0.2 (D_j + D_c))/(t W³)
+      Carter       λ = (L_j + 0.8 t)/D_j⁴ + 0.75 L_c/D_c⁴ + 1.5 R/(t W³)
+
+  Carter's was found on stiff webs and flexible journals and pins, Ker Wilson's on the opposite. W is the width of the
+  web halfway between main and pin axis. Nose, half journals at the ends and flange are plain shafts; mass and inertia
+  follow from the dimensions. BICERA's method reads charts and has no closed form: it is not offered.
+
+Torsion does not feel the speed: K_σ − C is zero in the twists, and so is G.
+
+Sources: W. Ker Wilson, *Practical Solution of Torsional Vibration Problems*, vol. 1 (1956); T. Feese and C. Hill,
+*Guidelines for Preventing Torsional Vibration Problems in Reciprocating Machinery*, Gas Machinery Conference (2002),
+section 2; E. J. Nestorides, *A Handbook on Torsional Vibration* (BICERA, 1958).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from hashlib import sha256
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.reduced_body import ReducedBody, check, rigid, signed
+from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import Crankshaft
+from cranktrain.structure.crank.modal import bearing_stiffness
+from cranktrain.structure.crank.sections import crank_moments, crank_pieces, interface_places
+from cranktrain.structure.crank.shape import stations
+from cranktrain.structure.fem.rigid_slices import Slices, rigid_basis, rigid_motion, sliced_body
+
+Array = NDArray[np.float64]
+
+SOURCES = ("solid", "solid-on-bearings", "ker-wilson", "carter")
+
+
+def torsional_body(engine: Engine, source: str | None = None, solid: ReducedBody | None = None) -> ReducedBody:
+    """Bare crankshaft in its six rigid modes and the twists of discs on a shaft.
+
+    Parameters
+    ----------
+    source : one of :data:`SOURCES`; None takes ``reduction.torsional_source`` of the engine file
+    solid : the engine's bare solid body; both sources by that name need it
+
+    Raises
+    ------
+    InputError
+        an unknown source, or one that needs the body without it
+    """
+    source = engine.reduction.torsional_source if source is None else source
+    if source not in SOURCES:
+        raise InputError(f"torsional source '{source}' does not exist; {nearest(source, SOURCES)}")
+    if source.startswith("solid"):
+        if solid is None:
+            raise InputError(
+                f"torsional source '{source}' needs the reduced solid crankshaft; make it by `cranktrain reduce`, "
+                "or set reduction.torsional_source to ker-wilson"
+            )
+        base = rigid(solid)
+        stiffness, omega, twists = _solid_twists(engine, solid, source == "solid-on-bearings")
+        records = {key: value for key, value in solid.records.items() if key.startswith("section_")}
+    else:
+        base = rigid_crank(engine)
+        stiffness = shaft_stiffnesses(engine, source)
+        omega, twists = shaft_modes(stiffness, discs(engine, float(base.inertia[2, 2])))
+        records = base.records
+    twists = twists * signed(np.pad(twists[:, None, :], ((0, 0), (5, 0), (0, 0))))
+    z = np.array([base.positions[base.index(name), 2] for name in shaft_nodes(engine)])
+    turns = np.stack([np.interp(base.positions[:, 2], z, twist) for twist in twists.T], axis=1)
+    body = _with_twists(base, omega, turns)
+    digest = sha256(repr((base.digest, source, stiffness.tolist())).encode()).hexdigest()
+    records = {**records, "shaft_stiffness": stiffness}
+    body = replace(body, name=f"{engine.name} crankshaft, torsional", digest=digest, records=records)
+    check(body)
+    return body
+
+
+def rigid_crank(engine: Engine) -> ReducedBody:
+    """Bare crankshaft in its six rigid modes, from its dimensions alone.
+
+    Its records hold the sections of which :mod:`cranktrain.structure.crank.modal` reads the kind of a mode.
+    """
+    places = interface_places(engine.crankshaft, engine.thrust.main)
+    whole = Slices(np.zeros((1, 3)), crank_moments(engine)[None])
+    modes = rigid_basis(whole)
+    digest = sha256(repr((engine.crankshaft, engine.material, engine.thrust.main)).encode()).hexdigest()
+    shapes = rigid_motion(np.array(list(places.values()))) @ modes
+    motion = rigid_motion(np.zeros((1, 3))) @ modes
+    name, nothing = f"{engine.name} crankshaft, rigid", np.zeros((6, 6))
+    body = sliced_body(name, digest, places, whole, np.zeros(6), shapes, motion, nothing)
+    return replace(body, records=sections(engine))
+
+
+def shaft_stiffnesses(engine: Engine, source: str) -> Array:
+    """Torsional stiffness between neighbours of pulley, mains and flywheel, (mains + 1,) N m/rad, by formula."""
+    c, material = engine.crankshaft, engine.material
+    at = stations(c)
+    shear = material.youngs_modulus / (2.0 * (1.0 + material.poisson_ratio))
+    places = interface_places(c, engine.thrust.main)
+    half_main = 0.5 / c.main_diameter**4
+    nose = (at.nose[1] - places["pulley"][2]) / c.nose_diameter**4 + c.main_widths[0] * half_main
+    flange = c.main_widths[-1] * half_main + c.flange_length / c.flange_diameter**4
+    throws = [
+        throw_compliance(c, 0.5 * (a + b), source) for a, b in zip(c.main_widths, c.main_widths[1:], strict=False)
+    ]
+    return math.pi * shear / 32.0 / np.array([nose, *throws, flange])
+
+
+def throw_compliance(c: Crankshaft, journal_length: float, source: str) -> float:
+    """λ of a throw, 1/m³, by ``ker-wilson`` or ``carter``; ``journal_length`` is that of its main journal, m."""
+    web = c.web_thickness * web_width(c) ** 3
+    main, pin = c.main_diameter, c.pin_diameter
+    if source == "ker-wilson":
+        reach = c.throw - 0.2 * (main + pin)
+        return (journal_length + 0.4 * main) / main**4 + (c.pin_width + 0.4 * pin) / pin**4 + reach / web
+    return (journal_length + 0.8 * c.web_thickness) / main**4 + 0.75 * c.pin_width / pin**4 + 1.5 * c.throw / web
+
+
+def web_width(c: Crankshaft) -> float:
+    """Width of a web across its throw, halfway between main and pin axis, m: twice the mean of its radii."""
+    return c.web_main_radius + c.web_pin_radius
+
+
+def sections(engine: Engine) -> dict[str, Array]:
+    """Mass of the pieces by the nearest interface on the axis, as ``reduction.sections`` gives it."""
+    places = interface_places(engine.crankshaft, engine.thrust.main)
+    names = list(places)
+    on_axis = [name for name in names if not name.startswith("pin") and name != "thrust"]
+    on_axis.sort(key=lambda name: places[name][2])
+    z = np.array([places[name][2] for name in on_axis])
+    borders = 0.5 * (z[1:] + z[:-1])
+    mass, polar, diametral = (np.zeros(z.size) for _ in range(3))
+    for piece in crank_pieces(engine):
+        cuts = np.clip(np.concatenate(([-np.inf], borders, [np.inf])), *piece.span)
+        lengths, middles = np.diff(cuts), 0.5 * (cuts[1:] + cuts[:-1])
+        radial = piece.moments[1, 1] + piece.moments[2, 2]
+        mass += piece.moments[0, 0] * lengths
+        polar += radial * lengths
+        square = (middles - z) ** 2 + lengths**2 / 12.0
+        diametral += lengths * (0.5 * radial + piece.moments[0, 0] * square)
+    rows = np.array([names.index(name) for name in on_axis], dtype=float)
+    return {
+        "section_interface": rows,
+        "section_mass": mass,
+        "section_polar": polar,
+        "section_diametral": diametral,
+    }
+
+
+def shaft_nodes(engine: Engine) -> list[str]:
+    """Interfaces at the shaft's nodes, along z."""
+    return ["pulley", *(f"main[{i}]" for i in range(1, len(engine.crankshaft.main_widths) + 1)), "flywheel"]
+
+
+def discs(engine: Engine, polar: float | None = None) -> Array:
+    """Inertia (n, n) of the pieces as discs at their places, in the rotations of the shaft's nodes, kg m².
+
+    ``polar`` scales their sum, so that it is that of a body whose fillets count.
+    """
+    places = interface_places(engine.crankshaft, engine.thrust.main)
+    z = np.array([places[name][2] for name in shaft_nodes(engine)])
+    inertia = np.zeros((z.size, z.size))
+    for piece in crank_pieces(engine):
+        share = np.array([np.interp(piece.middle, z, unit) for unit in np.eye(z.size)])
+        inertia += piece.polar_inertia * np.outer(share, share)
+    return inertia if polar is None else inertia * (polar / inertia.sum())
+
+
+def shaft_matrix(stiffness: Array) -> Array:
+    """Stiffness matrix (n, n) of a row of n − 1 torsional springs."""
+    ends = -np.diff(np.eye(stiffness.size + 1), axis=0)
+    return np.asarray(ends.T @ (stiffness[:, None] * ends))
+
+
+def shaft_modes(stiffness: Array, inertia: Array) -> tuple[Array, Array]:
+    """Free torsional modes of discs on a shaft, its rigid rotation left out.
+
+    Parameters
+    ----------
+    stiffness : (n − 1,) between neighbours, N m/rad
+    inertia : (n,) of the discs, or (n, n) in the nodes' rotations, kg m²
+
+    Returns
+    -------
+    ω (n − 1,) rad/s ascending, rotations (n, n − 1) with unit modal mass
+    """
+    matrix = np.diag(inertia) if inertia.ndim == 1 else inertia
+    squares, twists = eigh(shaft_matrix(stiffness), matrix)
+    return np.sqrt(squares[1:]), twists[:, 1:]
+
+
+def _solid_twists(engine: Engine, solid: ReducedBody, supported: bool) -> tuple[Array, Array, Array]:
+    """Shaft stiffnesses, ω and twists of the nodes from the static answers of the solid; see this module."""
+    modes = np.arange(6, solid.n_modes)
+    stiffness = np.diag(solid.omega**2)
+    if supported:
+        modes = np.setdiff1d(np.arange(solid.n_modes), 5)  # rotation about z is free, and feels no spring
+        stiffness = stiffness + bearing_stiffness(engine, solid)
+    stiffness = stiffness[np.ix_(modes, modes)]
+    rows = np.stack([solid.shapes[solid.index(name), 5][modes] for name in shaft_nodes(engine)])
+    between = np.diff(rows, axis=0)
+    # One column per spring: the answer to a torque between its ends, scaled to one radian of twist there.
+    answers = np.linalg.solve(stiffness, between.T)
+    answers = answers @ np.linalg.inv(between @ answers)
+    springs = answers.T @ stiffness @ answers
+    squares, turn = eigh(springs, answers.T @ answers)
+    return np.diag(springs), np.sqrt(squares), rows @ answers @ turn
+
+
+def twist_only(body: ReducedBody) -> ReducedBody:
+    """Complete torsional crankshaft whose twists move nothing across, as its own bearings hold it.
+
+    A weight attached off the axis would carry the free crank sideways as it twists; it keeps its place in the rigid
+    motions and its inertia in the twists.
+    """
+    return _with_twists(rigid(body), body.omega[6:], body.shapes[:, 5, 6:])
+
+
+def _with_twists(base: ReducedBody, omega: Array, turns: Array) -> ReducedBody:
+    """Rigid body with twists behind its modes, that turn its interfaces by ``turns`` (m, k)."""
+    k = omega.size
+    shapes = np.zeros((len(base.interfaces), 6, 6 + k))
+    shapes[:, :, :6] = base.shapes
+    shapes[:, 5, 6:] = turns
+    for row, name in enumerate(base.interfaces):
+        if name.startswith("pin"):
+            x, y, _ = base.positions[row]
+            shapes[row, 0, 6:], shapes[row, 1, 6:] = -y * turns[row], x * turns[row]
+
+    def square(matrix: Array, own: float = 0.0) -> Array:
+        result = own * np.eye(6 + k)
+        result[:6, :6] = matrix
+        return result
+
+    def longer(vector: Array) -> Array:
+        return np.concatenate((vector, np.zeros((*vector.shape[:-1], k))), axis=-1)
+
+    return replace(
+        base,
+        omega=np.concatenate((np.zeros(6), omega)),
+        shapes=shapes,
+        gyroscopic=square(base.gyroscopic),
+        centrifugal=square(base.centrifugal, 1.0),
+        stress_stiffness=square(base.stress_stiffness, 1.0),
+        centrifugal_load=longer(base.centrifugal_load),
+        euler_load=longer(base.euler_load),
+        translation=longer(base.translation),
+        basis=None,
+    )

@@ -1,0 +1,130 @@
+"""A crank web as a beam along its throw, between the main axis and the pin axis.
+
+Main journal and pin load the web over their circles with the stresses of beam theory (uniform under a force, linear
+under a moment), and not at points: where the circles overlap, stress passes straight from one to the other. From these
+tractions follow forces and moments of each section η = const of the web, and from their energy the flexibility of the
+pin's end against the main's (Castigliano). The section is the web's own width (hull or counterweight) and thickness,
+thickened on the journals' sides by what lies within 45° below their edges: stress spreads at that angle into a step
+(the rule for the stiffness of stepped rotors). Its torsion constant is Saint-Venant's A⁴/(40 I_p), its shear factor
+Cowper's for a rectangle.
+
+A web is a few dimensions and nothing else: no constant here was fitted to a finite-element crank.
+
+References: J. Vance, F. Zeidan and B. Murphy, *Machinery Vibration and Rotordynamics* (2010), and API RP 684, for the
+45° rule; S. Timoshenko and J. Goodier, *Theory of Elasticity* (1970), section 109, for A⁴/(40 I_p).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.engine.parts import Crankshaft, Material
+from cranktrain.structure.crank.sections import web_width
+
+Array = NDArray[np.float64]
+
+_POINTS = 2000
+
+
+class WebSections(NamedTuple):
+    """Sections of a web at η (p,): area, moments about ξ (out of the web's plane) and z (in it), torsion; m² and m⁴."""
+
+    eta: Array
+    area: Array
+    out_of_plane: Array
+    in_plane: Array
+    torsion: Array
+
+
+def web_flexibility(c: Crankshaft, material: Material, counterweight: bool, main_width: float) -> Array:
+    """Motion (6, 6) of the pin's end per load there, in axes ξ, η (from main to pin axis) and z, the main end held.
+
+    ``main_width`` is that of the main journal beside the web, m.
+    """
+    at = web_sections(c, counterweight, main_width)
+    e = material.youngs_modulus
+    g = e / (2.0 * (1.0 + material.poisson_ratio))
+    nu = material.poisson_ratio
+    shear = 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu) * at.area
+    loads = np.eye(6)
+    reaction = -loads.copy()
+    # Moved to the main axis, a force at (0, R, 0) brings the moment (R F_z, 0, −R F_ξ).
+    reaction[3] -= c.throw * loads[2]
+    reaction[5] += c.throw * loads[0]
+    inner = _resultants(at.eta, c.throw, 0.5 * c.pin_diameter) @ loads
+    inner += _resultants(at.eta, 0.0, 0.5 * c.main_diameter) @ reaction
+    softness = np.stack(
+        (
+            1.0 / (g * shear),
+            1.0 / (e * at.area),
+            1.0 / (g * shear),
+            1.0 / (e * at.out_of_plane),
+            1.0 / (g * at.torsion),
+            1.0 / (e * at.in_plane),
+        ),
+        axis=1,
+    )
+    step = at.eta[1] - at.eta[0]
+    result = step * np.einsum("pai,pa,paj->ij", inner, softness, inner)
+    return np.asarray(0.5 * (result + result.T))
+
+
+def web_sections(c: Crankshaft, counterweight: bool, main_width: float) -> WebSections:
+    """Sections of a web with what of its journals lies within 45° of their edges."""
+    low, high = -0.5 * c.main_diameter, c.throw + 0.5 * c.pin_diameter
+    step = (high - low) / _POINTS
+    eta: Array = low + step * (np.arange(_POINTS, dtype=np.float64) + 0.5)
+    t = c.web_thickness
+    width = web_width(c, eta, counterweight)
+    main, main_height = _stiffening(eta, 0.5 * c.main_diameter, 0.5 * main_width)
+    pin, pin_height = _stiffening(eta - c.throw, 0.5 * c.pin_diameter, 0.5 * c.pin_width)
+    parts = (
+        (width, np.full_like(eta, t), np.zeros_like(eta)),
+        (main, main_height, -0.5 * (t + main_height)),
+        (pin, pin_height, 0.5 * (t + pin_height)),
+    )
+    area = np.sum([b * h for b, h, _ in parts], axis=0)
+    centre = np.sum([b * h * z for b, h, z in parts], axis=0) / area
+    out_of_plane = np.sum([b * h * (h**2 / 12.0 + (z - centre) ** 2) for b, h, z in parts], axis=0)
+    in_plane = np.sum([h * b**3 / 12.0 for b, h, _ in parts], axis=0)
+    return WebSections(eta, area, out_of_plane, in_plane, area**4 / (40.0 * (out_of_plane + in_plane)))
+
+
+def _stiffening(eta: Array, radius: float, longest: float) -> tuple[Array, Array]:
+    """Width and height of the part of a journal above the web that lies within 45° below its edge."""
+    chord = 2.0 * np.sqrt(np.maximum(radius**2 - eta**2, 0.0))
+    return chord, np.minimum(np.maximum(radius - np.abs(eta), 0.0), longest)
+
+
+def _resultants(eta: Array, centre: float, radius: float) -> Array:
+    """Forces and moments (p, 6, 6) in the sections of the loads on a circle that lie below them, per unit load.
+
+    Rows: shear along ξ, normal force, shear along z, moments about ξ, η, z through the section's middle; columns: load
+    F_ξ, F_η, F_z, M_ξ, M_η, M_z on the circle about its centre.
+    """
+    y = np.clip(eta - centre, -radius, radius)
+    area, inertia = math.pi * radius**2, 0.25 * math.pi * radius**4
+    root, arc = np.sqrt(np.maximum(radius**2 - y**2, 0.0)), np.arcsin(y / radius)
+    # Integrals of the chord 2 √(r² − y²) from the circle's edge: of 1, y, y², and of its third moment across.
+    part = y * root + radius**2 * (arc + 0.5 * math.pi)
+    first = -2.0 / 3.0 * root**3
+    second = 0.25 * (y * (2.0 * y**2 - radius**2) * root + radius**4 * (arc + 0.5 * math.pi))
+    across = (y * root**3 + 1.5 * radius**2 * part) / 6.0
+    arm = eta - centre  # of the cut above the circle's centre; beyond the circle too
+    result = np.zeros((eta.size, 6, 6))
+    result[:, 0, 0] = result[:, 1, 1] = result[:, 2, 2] = part / area
+    # σ_z = F_z/A + M_ξ y/I − M_η ξ/I
+    result[:, 2, 3] = first / inertia
+    result[:, 3, 2] = (first - arm * part) / area
+    result[:, 3, 3] = (second - arm * first) / inertia
+    result[:, 4, 4] = across / inertia
+    # τ_ξ = F_ξ/A − M_z y/J,  τ_η = F_η/A + M_z ξ/J
+    polar = 2.0 * inertia
+    result[:, 0, 5] = -first / polar
+    result[:, 5, 0] = -(first - arm * part) / area
+    result[:, 5, 5] = (across + second - arm * first) / polar
+    return result

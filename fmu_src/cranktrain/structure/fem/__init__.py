@@ -1,0 +1,1 @@
+"""Finite elements: meshes, elasticity, interfaces, factors, Craig–Bampton reduction."""

@@ -1,0 +1,366 @@
+"""Craig–Bampton reduction of a free body with averaged interfaces, and the invariants that rotation needs.
+
+Interface motions are q_B = W u. The reduced space holds
+
+    constraint modes      K Ψ + Wᵀ Λ = 0,         W Ψ = I     (the static answer to unit interface motions)
+    fixed-interface modes K φ + Wᵀ μ = ω² M φ,    W φ = 0
+
+The stiffness of a free body is singular, so everything is built on its inertia-relief flexibility
+
+    G = Pᵀ K_c⁻¹ P,   P = I − M R Rᵀ     (R: rigid-body modes, RᵀMR = I; K_c: K held at six well-chosen dofs)
+
+which needs one factorisation, whatever the mass matrix: loads P f are in balance, so the six supports carry nothing.
+Ritz vectors of the space are the modes of the reduced body; the six rigid ones are the analytic fields.
+
+References: Craig and Bampton, AIAA J. 6 (1968) 1313; Craig and Kurdila, *Fundamentals of Structural Dynamics*, 2006,
+chapter 17; inertia relief: MacNeal, *Finite Elements: Their Design and Performance*, 1994; block Lanczos with full
+orthogonalisation: Saad, *Numerical Methods for Large Eigenvalue Problems*, 2011, section 6.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import cholesky, eigh, qr, solve_triangular
+
+from cranktrain.core.errors import SolverError
+from cranktrain.core.reduced_body import ReducedBody, check, rigid_modes, signed, with_rigid_rows
+from cranktrain.structure.fem.elasticity import FEModel, component_dofs, factorise, geometric_stiffness, sample
+from cranktrain.structure.fem.interfaces import InterfaceSet
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Flexibility:
+    """Static answer of a free body to loads in balance, G = Pᵀ K_c⁻¹ P.
+
+    Attributes
+    ----------
+    mass : (ndof, ndof) csc
+    rigid : (ndof, 6) rigid-body modes, orthonormal in the mass
+    """
+
+    mass: sparse.csc_matrix
+    rigid: Array
+    _momentum: Array
+    _free: NDArray[np.intp]
+    _factor: object
+
+    @classmethod
+    def of(cls, stiffness: sparse.csc_matrix, mass: sparse.csc_matrix, motions: Array) -> Flexibility:
+        """Factorise once; ``motions`` (ndof, 6) spans the rigid-body motions."""
+        scaled = motions / np.linalg.norm(motions, axis=0)
+        _, _, order = qr(scaled.T, mode="economic", pivoting=True)
+        free = np.sort(order[6:])
+        return cls._with(factorise(stiffness[free][:, free].tocsc()), free, mass, motions)
+
+    def with_mass(self, mass: sparse.csc_matrix) -> Flexibility:
+        """Balance the same factors with another mass matrix."""
+        return self._with(self._factor, self._free, mass, self.rigid)
+
+    @classmethod
+    def _with(cls, factor: object, free: NDArray[np.intp], mass: sparse.csc_matrix, motions: Array) -> Flexibility:
+        rigid = motions @ rigid_modes(motions.T @ (mass @ motions))
+        return cls(mass, rigid, mass @ rigid, free, factor)
+
+    def solve(self, load: Array) -> Array:
+        """Displacement (ndof, k), free of rigid motion, under loads (ndof, k) balanced by inertia forces."""
+        balanced = load - self._momentum @ (self.rigid.T @ load)
+        answer = np.zeros_like(load)
+        answer[self._free] = self._factor.solve(np.ascontiguousarray(balanced[self._free]))  # type: ignore[attr-defined]
+        return np.asarray(answer - self.rigid @ (self._momentum.T @ answer))
+
+
+@dataclass(frozen=True, eq=False)
+class HeldFlexibility:
+    """Static answer of the body with its averaged interfaces held, W u = 0; constraint modes come with it."""
+
+    free: Flexibility
+    constraint_modes: Array
+    compliance: Array
+    _answers: Array
+    _at_interfaces: Array
+    _solution: Array
+
+    @classmethod
+    def of(cls, free: Flexibility, averaging: sparse.csr_matrix) -> HeldFlexibility:
+        """Hold the interfaces of ``averaging`` (nb, ndof)."""
+        answers = free.solve(averaging.T.toarray())
+        compliance = averaging @ answers
+        motions = averaging @ free.rigid
+        nb = compliance.shape[0]
+        # Rows in N and N m, m and rad differ by orders of magnitude: each is scaled by its own compliance.
+        scale = np.concatenate((1.0 / np.sqrt(np.diag(compliance)), np.ones(6)))
+        scale[nb:] /= np.abs(scale[:nb, None] * motions).max(axis=0)
+        saddle = np.block([[0.5 * (compliance + compliance.T), motions], [motions.T, np.zeros((6, 6))]])
+        solution = np.linalg.inv(scale[:, None] * saddle * scale) * scale[:, None] * scale
+        modes = answers @ solution[:nb, :nb] + free.rigid @ solution[nb:, :nb]
+        return cls(free, modes, compliance, answers, motions, solution)
+
+    def solve(self, load: Array) -> Array:
+        """Displacement (ndof, k) with W u = 0 under loads (ndof, k); the interfaces carry what is not in balance."""
+        nb = self._at_interfaces.shape[0]
+        # W u = W G f − F λ + W R α = 0 with the interface forces λ in balance with the load, (W R)ᵀ λ = Rᵀ f.
+        known = np.vstack((self._answers.T @ load, self.free.rigid.T @ load))
+        forces = self._solution @ known
+        return np.asarray(self.free.solve(load) - self._answers @ forces[:nb] - self.free.rigid @ forces[nb:])
+
+
+def eigenmodes(
+    flexibility: Callable[[Array], Array],
+    mass: sparse.csc_matrix,
+    count: int,
+    tolerance: float = 1e-8,
+    block: int = 16,
+) -> tuple[Array, Array]:
+    """Lowest elastic modes by block Lanczos on a flexibility, orthogonalised in full.
+
+    Parameters
+    ----------
+    flexibility : f (ndof, k) ↦ u (ndof, k), symmetric; solves K u = f in the space of the modes
+    count : modes wanted
+    tolerance : bound of the relative error of ω², from the square of the residual
+
+    Returns
+    -------
+    ω (count,) rad/s ascending, modes (ndof, count) with unit modal mass
+
+    Raises
+    ------
+    SolverError
+        where the basis grows past what a well-posed body needs
+    """
+    ndof = mass.shape[0]
+    limit = min(ndof - 6, 6 * count + 20 * block)
+    basis, momenta = (np.empty((ndof, limit + block), order="F") for _ in range(2))
+    projected = np.zeros((limit, limit))
+    image = flexibility(mass @ np.random.default_rng(20110).standard_normal((ndof, block)))
+    size = 0
+    while True:
+        vectors, with_mass = _orthonormal(image, mass, basis[:, :size], momenta[:, :size])
+        grown = size + vectors.shape[1]
+        if size:
+            coupling = with_mass.T @ image
+            squares, turn = eigh(projected[:size, :size])
+            squares, turn = squares[::-1][:count], turn[:, ::-1][:, :count]
+            residual = np.linalg.norm(coupling @ turn[size - image.shape[1] :], axis=0) / squares
+            if size >= count and np.all(residual**2 < tolerance):
+                return 1.0 / np.sqrt(squares), basis[:, :size] @ turn
+        if grown > limit or grown == size:
+            raise SolverError(
+                f"{count} eigenmodes not found in {size} Lanczos vectors; ask for fewer modes or check the mesh"
+            )
+        basis[:, size:grown], momenta[:, size:grown] = vectors, with_mass
+        image = flexibility(with_mass)
+        column = momenta[:, :grown].T @ image
+        projected[:grown, size:grown] = column
+        projected[size:grown, :grown] = column.T
+        size = grown
+
+
+def _orthonormal(vectors: Array, mass: sparse.csc_matrix, basis: Array, momenta: Array) -> tuple[Array, Array]:
+    """Part of ``vectors`` M-orthogonal to ``basis``, made M-orthonormal, and its product with the mass."""
+    vectors = vectors / np.sqrt(np.abs(np.einsum("ij,ij->j", vectors, mass @ vectors)))
+    for _ in range(2):
+        vectors = vectors - basis @ (momenta.T @ vectors)
+        squares, turn = eigh(vectors.T @ (mass @ vectors))
+        independent = squares > 1e-20
+        vectors = vectors @ (turn[:, independent] / np.sqrt(squares[independent]))
+    return vectors, mass @ vectors
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """Result of a reduction.
+
+    Attributes
+    ----------
+    body : the reduced body
+    modes : (ndof, n) its modes in finite elements
+    flexibility : of the full model
+    compliance : (6 m, 6 m) full-model interface motion per interface load, balanced by inertia; m/N, rad/(N m)
+    """
+
+    body: ReducedBody
+    modes: Array
+    flexibility: Flexibility
+    compliance: Array
+
+
+def craig_bampton(
+    model: FEModel,
+    interfaces: InterfaceSet,
+    fixed_modes: int = 40,
+    name: str = "body",
+    digest: str = "",
+    progress: Callable[[str], None] | None = None,
+) -> Reduced:
+    """Reduce a free body to constraint modes and fixed-interface modes, orthogonalised.
+
+    Parameters
+    ----------
+    fixed_modes : number of fixed-interface modes; the body has 6 per interface more
+    progress : told each stage before it starts
+
+    Raises
+    ------
+    SolverError
+        where the eigenmodes are not found
+    """
+    say = progress or (lambda stage: None)
+    basis = reduced_basis(
+        model.stiffness, model.mass, rigid_motions(model), interfaces.averaging, fixed_modes, say
+    )
+    body = _rotating(model, interfaces, basis.free, basis.modes, basis.omega, basis.shapes, name, digest)
+    check(body)
+    return Reduced(body, basis.modes, basis.free, basis.compliance)
+
+
+class ReducedBasis(NamedTuple):
+    """Modes of a reduction before rotation is thought of.
+
+    ``omega`` (n,) rad/s, ``modes`` (ndof, n), ``shapes`` (m, 6, n) at the interfaces; ``free`` and ``compliance`` as in
+    :class:`Reduced`.
+    """
+
+    omega: Array
+    modes: Array
+    shapes: Array
+    free: Flexibility
+    compliance: Array
+
+
+def reduced_basis(
+    stiffness: sparse.csc_matrix,
+    mass: sparse.csc_matrix,
+    motions: Array,
+    averaging: sparse.csr_matrix,
+    fixed_modes: int,
+    say: Callable[[str], None],
+) -> ReducedBasis:
+    """Orthogonal modes of constraint and fixed-interface modes, rigid ones first, of any free structure.
+
+    Parameters
+    ----------
+    stiffness, mass : (ndof, ndof)
+    motions : (ndof, 6) rigid motions, translations along and rotations about x, y, z
+    averaging : (6 m, ndof) interface motions W
+    say : told each stage before it starts
+    """
+    say("factorising the stiffness")
+    free = Flexibility.of(stiffness, mass, motions)
+    say("constraint modes")
+    held = HeldFlexibility.of(free, averaging)
+    say(f"{fixed_modes} fixed-interface modes")
+    # They only span a space: their own frequencies need no more digits than this.
+    _, fixed = eigenmodes(held.solve, mass, fixed_modes, tolerance=1e-5)
+    say("orthogonal modes and rotation invariants")
+    modes, omega = _ritz_modes(stiffness, mass, free.rigid, np.hstack((held.constraint_modes, fixed)))
+    shapes = (averaging @ modes).reshape(averaging.shape[0] // 6, 6, -1)
+    signs = signed(shapes)
+    signs[:6] = 1.0
+    return ReducedBasis(omega, modes * signs, shapes * signs, free, held.compliance)
+
+
+def rigid_motions(model: FEModel) -> Array:
+    """Translations along and rotations about x, y, z through the frame's origin, (ndof, 6)."""
+    position = sample(model, lambda x: x)
+    fields = []
+    for axis in np.eye(3):
+        translation = np.empty_like(position)
+        translation[_nodes(model)] = axis[:, None]
+        fields.append(translation)
+    fields += [_cross(model, axis, position) for axis in np.eye(3)]
+    return np.stack(fields, axis=1)
+
+
+def _ritz_modes(
+    stiffness: sparse.csc_matrix, mass: sparse.csc_matrix, rigid: Array, space: Array
+) -> tuple[Array, Array]:
+    """Modes of the space, rigid ones first, and their ω: Ritz vectors of the part M-orthogonal to rigid motion."""
+    space = space - rigid @ (rigid.T @ (mass @ space))
+    space = space / np.sqrt(np.einsum("ij,ij->j", space, mass @ space))
+    # Six of the directions were rigid motion and are gone; what is left of them is rounding.
+    squares, turn = eigh(space.T @ (mass @ space))
+    space = space @ (turn[:, 6:] / np.sqrt(squares[6:]))
+    lower = cholesky(space.T @ (mass @ space), lower=True)
+    space = solve_triangular(lower, space.T, lower=True).T
+    projected = space.T @ (stiffness @ space)
+    squares, turn = eigh(0.5 * (projected + projected.T))
+    return np.hstack((rigid, space @ turn)), np.concatenate((np.zeros(6), np.sqrt(squares)))
+
+
+def _rotating(
+    model: FEModel,
+    interfaces: InterfaceSet,
+    free: Flexibility,
+    modes: Array,
+    omega: Array,
+    shapes: Array,
+    name: str,
+    digest: str,
+) -> ReducedBody:
+    """Body with its rotation invariants, all exact in the finite-element space."""
+    mass = model.mass
+    turned = _turned(model, modes)
+    momenta = mass @ modes
+    position = sample(model, lambda x: x)
+    outward = sample(model, lambda x: x * np.array([[1.0], [1.0], [0.0]]))
+    turned_outward = np.stack([_cross(model, axis, outward) for axis in np.eye(3)], axis=1)
+    centrifugal = turned.T @ (mass @ turned)
+    stretched = free.solve((mass @ outward)[:, None])[:, 0]
+    elastic = modes[:, 6:]
+    stress = np.zeros_like(centrifugal)
+    stress[6:, 6:] = elastic.T @ (geometric_stiffness(model, stretched) @ elastic)
+    motions = rigid_motions(model)
+    inertia = motions.T @ (mass @ motions)
+    rigid = np.linalg.solve(inertia, motions.T @ momenta[:, :6])
+    total = float(inertia[0, 0])
+    centre = np.array([inertia[1, 5], inertia[2, 3], inertia[0, 4]]) / total
+    return ReducedBody(
+        name=name,
+        omega=omega,
+        interfaces=interfaces.names,
+        positions=interfaces.positions,
+        shapes=shapes,
+        gyroscopic=_skew_part(momenta.T @ turned),
+        centrifugal=centrifugal,
+        stress_stiffness=with_rigid_rows(stress, centrifugal, rigid, turned_outward.T @ momenta),
+        centrifugal_load=outward @ momenta,
+        euler_load=_cross(model, np.array([0.0, 0.0, 1.0]), position) @ momenta,
+        translation=motions[:, :3].T @ momenta,
+        mass=total,
+        centre=centre,
+        inertia=inertia[3:, 3:],
+        digest=digest,
+    )
+
+
+def _skew_part(matrix: Array) -> Array:
+    return 0.5 * (matrix - matrix.T)
+
+
+def _cross(model: FEModel, axis: Array, values: Array) -> Array:
+    """Nodal values of axis × v, for one field (ndof,)."""
+    result = np.empty_like(values)
+    nodes = _nodes(model)
+    result[nodes] = np.cross(axis, values[nodes], axisb=0).T
+    return result
+
+
+def _turned(model: FEModel, modes: Array) -> Array:
+    """e_z × φ for all modes (ndof, n)."""
+    nodes = _nodes(model)
+    result = np.zeros_like(modes)
+    result[nodes[0]], result[nodes[1]] = -modes[nodes[1]], modes[nodes[0]]
+    return result
+
+
+def _nodes(model: FEModel) -> NDArray[np.intp]:
+    return component_dofs(model.basis)

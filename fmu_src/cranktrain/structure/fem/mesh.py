@@ -1,0 +1,385 @@
+"""Quadratic tetrahedra of a crankshaft, from its dimensions or a file, with the interface surfaces named.
+
+The CAD kernel can end its process on degenerate input, so it meshes in a child. Mid-side nodes stay on the curved
+surface (straight sides cost about 1 % in frequency); where they would turn an element inside out they are drawn back
+towards the middle of their edge. A Jacobian gate refuses what remains.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import ElementTetP2, FacetBasis, MeshTet1, MeshTet2
+from skfem.mapping import MappingIsoparametric
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTet
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.engine.checks.crankshaft import check_crankshaft
+from cranktrain.engine.parts import Crankshaft
+from cranktrain.structure.crank.shape import stations
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.integer[Any]]
+
+# Corner pairs of the six mid-side nodes in netgen's and in VTK's order (meshio's, Abaqus', Nastran's).
+NETGEN_EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
+VTK_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+
+# Smallest Jacobian relative to the straight element's: relaxed below the first, refused below the second.
+RELAXED_BELOW = 0.1
+REFUSED_BELOW = 0.02
+# Smallest straight Jacobian (six volumes) relative to the cube of the longest edge; a regular tetrahedron has 0.71.
+FLAT_BELOW = 1e-4
+CHILD_SECONDS = 300.0
+UNITS = {"m": 1.0, "mm": 1e-3}
+
+
+def interface_names(throws: int) -> tuple[str, ...]:
+    """Interfaces of a crankshaft: main[1 … throws + 1], pin[1 … throws], pulley, flywheel, thrust."""
+    mains = [f"main[{i}]" for i in range(1, throws + 2)]
+    pins = [f"pin[{i}]" for i in range(1, throws + 1)]
+    return (*mains, *pins, "pulley", "flywheel", "thrust")
+
+
+def crankshaft_mesh(crankshaft: Crankshaft, thrust_main: int | None = None) -> MeshTet2:
+    """Mesh the crankshaft from its dimensions.
+
+    Parameters
+    ----------
+    crankshaft : dimensions, m; ``mesh_size`` is the largest edge, fillets get about half of it
+    thrust_main : main journal (from 1) beside which the thrust faces lie; the middle one by default
+
+    Returns
+    -------
+    Curved quadratic tetrahedra, m, whose ``boundaries`` hold the running surface of each ``main[i]`` and ``pin[i]``,
+    ``pulley`` (cylinder of the nose), ``flywheel`` (outer face of the flange) and ``thrust`` (the ring faces at either
+    side of the thrust main journal, out to the radius of the web).
+
+    Raises
+    ------
+    InputError
+        for impossible dimensions, a crash of the CAD kernel, or elements that stay inverted.
+    """
+    check_crankshaft(crankshaft)
+    throws = len(crankshaft.throw_angles)
+    main = throws // 2 + 1 if thrust_main is None else thrust_main
+    if not 1 <= main <= throws + 1:
+        raise InputError(f"thrust.main = {main}: the crankshaft has main journals 1 to {throws + 1}")
+    nodes, tets, triangles, labels, names = cad_mesh(
+        "cranktrain.structure.fem.mesh:_child", asdict(crankshaft), "crankshaft", "fillet or mesh_size"
+    )
+    surfaces = {name: triangles[labels == k] for k, name in enumerate(names) if name in interface_names(throws)}
+    mesh = quadratic_mesh(nodes, tets, surfaces, NETGEN_EDGES)
+    at, inner = stations(crankshaft), 0.5 * crankshaft.main_diameter
+    faces = {
+        "flywheel": _plane_ring(mesh, at.flange[1], 0.0, np.inf),
+        "thrust": np.union1d(*(_plane_ring(mesh, z, inner, crankshaft.web_main_radius) for z in at.mains[main - 1])),
+    }
+    mesh = mesh.with_boundaries(faces)
+    missing = [name for name in interface_names(throws) if not len(mesh.boundaries.get(name, ()))]
+    if missing:
+        raise InputError(f"crankshaft: the CAD kernel lost the surfaces {', '.join(missing)}: change fillet or radii")
+    return mesh
+
+
+def read_mesh(path: str | Path, unit: str = "m") -> MeshTet2:
+    """Read a user's own mesh (Gmsh ``.msh``, Abaqus ``.inp``, Nastran ``.bdf``) in place of the parametric one.
+
+    The crank axis is z, main journals numbered from the pulley to the flywheel. Surfaces are named by physical groups
+    or element sets of triangles, by node sets, or by the names HyperMesh writes as comments into a Nastran file;
+    ``MAIN_1``, ``main1`` and ``main[1]`` mean the same.
+
+    Parameters
+    ----------
+    unit : of the coordinates in the file, ``m`` or ``mm``
+
+    Raises
+    ------
+    InputError
+        if the file cannot be read, holds other solids than tetrahedra, lacks a surface (one line lists the missing and
+        the found names), or does not lie on the axis.
+    """
+
+    def wanted(found: Iterable[str]) -> tuple[str, ...]:
+        numbers = [int(name[5:-1]) for name in found if name.startswith("main[")]
+        return interface_names(max(max(numbers, default=2) - 1, 1))
+
+    parts = "every journal, the pulley seat, the flywheel flange and the thrust faces"
+    return named_mesh(path, unit, wanted, "main[", "crankshaft", parts)
+
+
+def named_mesh(
+    path: str | Path,
+    unit: str,
+    wanted: Callable[[Iterable[str]], Sequence[str]],
+    axial: str,
+    what: str,
+    surfaces_of: str,
+) -> MeshTet2:
+    """Read a user's own mesh of any body that has the surfaces ``wanted``, a function of the names found.
+
+    ``axial`` begins the names of surfaces that must follow each other along the z axis; ``what`` the body is and
+    ``surfaces_of`` which parts are for the errors' text. Raises ``InputError`` as :func:`read_mesh`.
+    """
+    from cranktrain.structure.fem.mesh_file import read_surfaces_and_tetrahedra
+
+    if unit not in UNITS:
+        raise InputError(f"mesh unit '{unit}': {nearest(unit, UNITS)}")
+    nodes, tets, surfaces = read_surfaces_and_tetrahedra(Path(path))
+    names = wanted(surfaces)
+    if missing := [name for name in names if name not in surfaces]:
+        raise InputError(
+            f"{path}: no surface named {', '.join(missing)}; found {', '.join(sorted(surfaces)) or 'none'}: name the "
+            f"surface triangles (or nodes) of {surfaces_of}"
+        )
+    length = UNITS[unit] * float(np.ptp(nodes, axis=0).max())
+    if not 0.02 < length < 20.0:
+        raise InputError(f"{path}: a {what} {length:.4g} m long: state the mesh unit ({', '.join(UNITS)})")
+    mesh = quadratic_mesh(UNITS[unit] * nodes, tets, surfaces, VTK_EDGES)
+    if loose := [name for name in names if not len(mesh.boundaries[name])]:
+        raise InputError(f"{path}: {', '.join(loose)}: no triangle is a face of a tetrahedron: export both together")
+    before = -np.inf
+    for name in (n for n in names if n.startswith(axial)):
+        x, y, z = surface_area(mesh, name)[1]
+        if np.hypot(x, y) > 0.01 * length or z <= before:
+            raise InputError(
+                f"{path}: {name} lies at ({1e3 * x:.1f}, {1e3 * y:.1f}, {1e3 * z:.1f}) mm: turn the mesh so that z is "
+                f"the crank axis, with {axial}i] numbered from the pulley to the flywheel"
+            )
+        before = z
+    return mesh
+
+
+def quadratic_mesh(
+    nodes: Array, tets: Integers, surfaces: Mapping[str, Integers], edges: Iterable[tuple[int, int]]
+) -> MeshTet2:
+    """Mesh of ten-node tetrahedra with named boundaries; mid-side nodes relaxed where needed.
+
+    Parameters
+    ----------
+    nodes : (n, 3) m
+    tets : (m, 10) four corners, then the mid-side nodes in the order of ``edges``; or (m, 4), straight
+    surfaces : name → (k, 3 or more) triangles, corners first
+
+    Raises
+    ------
+    InputError
+        if an element is flat or stays inverted with its neighbours' curved sides.
+    """
+    corners, renumbered = np.unique(tets[:, :4], return_inverse=True)
+    t = renumbered.reshape(len(tets), 4).T
+    straight = MeshTet1(np.ascontiguousarray(nodes[corners].T), np.ascontiguousarray(t))
+    mesh = MeshTet2.from_mesh(straight)
+    if tets.shape[1] == 10:
+        positions = mesh.doflocs.copy()
+        for k, (a, b) in enumerate(edges):
+            edge = _find_columns(mesh.edges, t[[a, b]], len(corners))
+            positions[:, len(corners) + edge] = nodes[tets[:, 4 + k]].T
+        mesh = replace(mesh, doflocs=positions)
+    mesh = _relaxed(mesh)
+    new_number = np.full(len(nodes), -1)
+    new_number[corners] = np.arange(len(corners))
+    boundaries = {}
+    for name, triangles in surfaces.items():
+        facets = _find_columns(mesh.facets, new_number[triangles[:, :3]].T, len(corners))
+        boundaries[name] = np.unique(facets[facets >= 0]).astype(np.int32)
+    return mesh.with_boundaries(boundaries)
+
+
+class _SurfaceMapping(MappingIsoparametric):
+    """Mapping that knows where a facet's points lie in its element; its own Newton iteration may not find them."""
+
+    def G(self, X: Array, find: Any = None) -> Array:
+        """Points ``X`` (2, q) of the reference triangle on the facets ``find``."""
+        self._asked = X, find
+        return np.asarray(super().G(X, find))
+
+    def invF(self, x: Array, tind: Any = None, **options: Any) -> Array:
+        """Reference coordinates (3, facets, q) in their elements ``tind`` of the points last asked of :meth:`G`."""
+        points, facets = self._asked
+        corners = self.mesh.facets[:, facets]
+        local = np.argmax(self.mesh.t[:, None, tind] == corners, axis=0)
+        shares = np.vstack((1.0 - points.sum(axis=0), points))
+        return np.einsum("ckf,kq->cfq", np.asarray(RefTet.p)[:, local], shares)
+
+
+def surface_basis(mesh: MeshTet2, element: Any, name: str, order: int) -> FacetBasis:
+    """Basis on a named boundary, with a quadrature of the given order."""
+    mapping = _SurfaceMapping(mesh, mesh.elem(), mesh.bndelem)
+    return FacetBasis(mesh, element, mapping, facets=mesh.boundaries[name], intorder=order)
+
+
+def surface_area(mesh: MeshTet2, name: str) -> tuple[float, Array]:
+    """Area (m²) and centroid (3,) m of a named boundary, on the curved elements."""
+    basis = surface_basis(mesh, ElementTetP2(), name, 6)
+    area = float(basis.dx.sum())
+    where = np.asarray(basis.global_coordinates())
+    return area, np.einsum("ceq,eq->c", where, basis.dx) / area
+
+
+def relative_jacobian(mesh: MeshTet2) -> Array:
+    """Least Jacobian of each element over its ten nodes and quadrature points, relative to the straight one's, (m,)."""
+    points = np.hstack((np.asarray(ElementTetP2.doflocs).T, get_quadrature(RefTet, 5)[0]))
+    slopes = np.array([[g + 0 * points[0] for g in ElementTetP2().lbasis(points, i)[1]] for i in range(10)])
+    x = mesh.doflocs[:, mesh.dofs.element_dofs]
+    determinant = np.linalg.det(np.einsum("cim,idq->mqcd", x, slopes))
+    return np.asarray((determinant / _straight_jacobian(mesh)[:, None]).min(axis=1))
+
+
+def _straight_jacobian(mesh: MeshTet2) -> Array:
+    """Six times the signed volume spanned by the corners, (m,) m³."""
+    x = mesh.p[:, mesh.t]
+    return np.linalg.det((x[:, 1:] - x[:, :1]).transpose(2, 0, 1))
+
+
+def _relaxed(mesh: MeshTet2) -> MeshTet2:
+    """Draw mid-side nodes of inverted elements towards their edges' middles, until every element passes the gate."""
+    ends = mesh.p[:, mesh.edges]
+    flat = np.abs(_straight_jacobian(mesh)) < FLAT_BELOW * _longest_edge(mesh) ** 3
+    if flat.any():
+        x, y, z = 1e3 * mesh.p[:, mesh.t[:, np.flatnonzero(flat)[0]]].mean(axis=1)
+        raise InputError(
+            f"mesh: {flat.sum()} of {flat.size} elements are flat, the first at ({x:.1f}, {y:.1f}, {z:.1f}) mm: "
+            "remesh, or change mesh_size"
+        )
+    for keep in (0.5, 0.5, 0.5, 0.0, 0.0, 0.0):
+        bad = relative_jacobian(mesh) < RELAXED_BELOW
+        if not bad.any():
+            return mesh
+        edges = np.unique(mesh.t2e[:, bad])
+        positions = mesh.doflocs.copy()
+        middle = ends[:, :, edges].mean(axis=1)
+        at = mesh.nvertices + edges
+        positions[:, at] = middle + keep * (positions[:, at] - middle)
+        mesh = replace(mesh, doflocs=positions)
+    quality = relative_jacobian(mesh)
+    worst = int(np.argmin(quality))
+    if quality[worst] < REFUSED_BELOW:
+        x, y, z = 1e3 * mesh.p[:, mesh.t[:, worst]].mean(axis=1)
+        raise InputError(
+            f"mesh: {np.sum(quality < REFUSED_BELOW)} elements stay inverted, the worst at ({x:.1f}, {y:.1f}, {z:.1f}) "
+            "mm: use a smaller mesh_size or a larger fillet"
+        )
+    return mesh
+
+
+def _longest_edge(mesh: MeshTet2) -> Array:
+    """Longest edge of each element, (m,) m."""
+    length = np.linalg.norm(mesh.p[:, mesh.edges[0]] - mesh.p[:, mesh.edges[1]], axis=0)
+    return np.asarray(length[mesh.t2e].max(axis=0))
+
+
+def _plane_ring(mesh: MeshTet2, z: float, inner: float, outer: float) -> Integers:
+    """Boundary facets in the plane z whose middle lies between two radii about the crank axis."""
+    facets = mesh.boundary_facets()
+    corners = mesh.p[:, mesh.facets[:, facets]]
+    middle = np.hypot(*corners[:2].mean(axis=1))
+    in_plane = np.abs(corners[2] - z).max(axis=0) < 1e-6
+    return facets[in_plane & (middle > inner) & (middle < outer)].astype(np.int32)
+
+
+def _find_columns(table: Integers, columns: Integers, n: int) -> Integers:
+    """Where each column, in any order of its entries, stands in ``table`` (numbers below n); −1 where it does not."""
+
+    def keys(array: Integers) -> Integers:
+        return np.asarray(np.ravel_multi_index(tuple(np.sort(array, axis=0)), (n,) * len(array), mode="wrap"))
+
+    order = np.argsort(keys(table))
+    sorted_keys, wanted = keys(table)[order], keys(columns)
+    place = np.minimum(np.searchsorted(sorted_keys, wanted), len(order) - 1)
+    found = (sorted_keys[place] == wanted) & (columns >= 0).all(axis=0)
+    return np.where(found, order[place], -1)
+
+
+def cad_mesh(
+    entry: str, values: Mapping[str, Any], what: str, remedy: str
+) -> tuple[Array, Integers, Integers, Integers, list[str]]:
+    """Mesh in a process of its own; what goes wrong there becomes one line here.
+
+    Parameters
+    ----------
+    entry : ``module:function`` that reads ``values`` from stdin as JSON and ends with :func:`save_cad_mesh`
+    what, remedy : the body in an error's text, and what to change
+
+    Returns
+    -------
+    nodes (n, 3) m, tets (m, 10), triangles (k, 3) with labels (k,) into the names of the faces, numbered from 0
+
+    Raises
+    ------
+    InputError
+        for a crash of the CAD kernel or a mesh that does not end
+    """
+    with tempfile.TemporaryDirectory(prefix="cranktrain-mesh-") as folder:
+        target = Path(folder) / "mesh.npz"
+        _run_child(entry, values, target, what, remedy)
+        with np.load(target) as data:
+            names = [str(s) for s in data["names"]]
+            return data["nodes"], data["tets"], data["triangles"], data["labels"], names
+
+
+def save_cad_mesh(shape: Any, maxh: float, fineness: float) -> None:
+    """Mesh a shape of netgen's CAD kernel with quadratic tetrahedra into the file that the first argument names.
+
+    ``maxh`` is the largest edge (m), ``fineness`` the number of sides to a radius of curvature and to an edge.
+    """
+    from netgen.occ import OCCGeometry
+
+    mesh = OCCGeometry(shape).GenerateMesh(
+        maxh=maxh, grading=0.5, curvaturesafety=fineness, segmentsperedge=fineness, parallel_meshing=False
+    )
+    mesh.SecondOrder()
+    solid, skin = mesh.Elements3D().NumPy(), mesh.Elements2D().NumPy()
+    names = [mesh.GetBCName(k) for k in range(int(skin["index"].max()))]
+    np.savez(
+        sys.argv[1],
+        nodes=mesh.Coordinates(),
+        tets=solid["nodes"] - 1,
+        triangles=skin["nodes"][:, :3] - 1,
+        labels=skin["index"] - 1,
+        names=names,
+    )
+
+
+def _run_child(entry: str, values: Mapping[str, Any], target: Path, what: str, remedy: str) -> None:
+    package_root = str(Path(__file__).resolve().parents[3])
+    paths = [package_root, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
+    module, function = entry.split(":")
+    command = [sys.executable, "-c", f"from {module} import {function}; {function}()", str(target)]
+    try:
+        child = subprocess.run(
+            command,
+            input=json.dumps(values),
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))},
+            capture_output=True,
+            text=True,
+            timeout=CHILD_SECONDS,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise InputError(f"{what}: meshing took longer than {CHILD_SECONDS:.0f} s: change {remedy}") from None
+    if child.returncode or not target.exists():
+        last = (child.stderr.strip().splitlines() or ["no message"])[-1]
+        ended = f"signal {-child.returncode}" if child.returncode < 0 else f"code {child.returncode}"
+        raise InputError(f"{what}: the CAD kernel failed ({ended}: {last}): change {remedy} a little")
+
+
+def _child() -> None:
+    """Entry of the child: dimensions on stdin, mesh to the file named by the first argument."""
+    from cranktrain.structure.crank.shape import crankshaft_shape
+
+    values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in json.load(sys.stdin).items()}
+    crankshaft = Crankshaft(**values)
+    # Half the largest edge on fillets at the default sizes: one curved side per quarter circle of 4.5 mm.
+    save_cad_mesh(crankshaft_shape(crankshaft), crankshaft.mesh_size, 1.8 * crankshaft.fillet / crankshaft.mesh_size)

@@ -1,0 +1,74 @@
+"""Compliance of a round surface on patterns of pressure, from finite elements, kept between runs.
+
+C_ij = f_iᵀ K⁻¹ f_j with the vectors of the loads themselves, f_i · v = ∫ p_i e_r · v dA: symmetric by construction.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import FacetBasis
+from threadpoolctl import threadpool_limits
+
+from cranktrain.structure.fem.elasticity import FEModel, factorise
+
+Array = NDArray[np.float64]
+
+
+def radial_loads(model: FEModel, facets: FacetBasis, pressure: Array) -> Array:
+    """Load vectors of radial pressures about z, outwards, (ndof, patterns).
+
+    Parameters
+    ----------
+    pressure : (patterns, facets, points) value times area at each point of ``facets``
+    """
+    x, y, z = np.asarray(facets.global_coordinates())
+    radius = np.hypot(x, y)
+    radial = np.stack((x / radius, y / radius, 0.0 * z))
+    loads = np.zeros((model.basis.N, len(pressure)))
+    for dofs, basis in zip(facets.element_dofs, facets.basis, strict=True):
+        work = np.einsum("afq,afq->fq", np.asarray(basis[0]), radial)
+        np.add.at(loads, dofs, np.einsum("pfq,fq->fp", pressure, work))
+    return loads
+
+
+def compliance_of(model: FEModel, held: NDArray[np.integer], loads: Array) -> Array:
+    """Compliance (n, n) on n load vectors (ndof, n), the degrees of freedom ``held`` at rest.
+
+    Raises
+    ------
+    RuntimeError
+        if they let the body move
+    """
+    free = np.setdiff1d(np.arange(model.basis.N), held)
+    with threadpool_limits(1, user_api="blas"):
+        compliance = loads[free].T @ factorise(model.stiffness[free][:, free]).solve(loads[free])
+    return np.asarray(0.5 * (compliance + compliance.T))
+
+
+def stored_compliance(path: Path, digest: str) -> Array | None:
+    """Stored compliance of these very inputs; nothing where there is none or it cannot be read."""
+    try:
+        with np.load(path) as data:
+            return np.asarray(data["compliance"]) if str(data["digest"]) == digest else None
+    except (OSError, ValueError, KeyError, BadZipFile):
+        return None
+
+
+def store_compliance(path: Path, digest: str, compliance: Array) -> None:
+    """Keep a compliance, whole or not at all; a cache that cannot be written costs the next run its seconds only."""
+    temporary = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".npz", delete=False) as file:
+            temporary = file.name
+            np.savez(file, compliance=compliance, digest=digest)
+        os.replace(temporary, path)
+    except OSError:
+        if temporary is not None:
+            Path(temporary).unlink(missing_ok=True)

@@ -1,0 +1,1 @@
+"""Other solvers on the model's own equations."""

@@ -1,0 +1,331 @@
+"""The running model as a compiled right-hand side ẏ = f(t, y), for solvers that know nothing of its structure.
+
+y = [q, q̇, δ, w]: modal position and velocity, lead of the frame and its rate. The shaft turns at constant speed, the
+gas is the built-in trace. The rods' mass sits on the pins, so M(y) = I − Pᵀ A P with P the motion of the pins where
+they are and A ≤ 0 the rods' ∂f/∂a; the acceleration of the pins w = P a then follows from 2 equations per pin,
+
+    (1 − P Pᵀ A) w = P a₀ + P Pᵀ F₀,     a = a₀ + Pᵀ (F₀ + A w).
+
+Force laws and trace are the product's kernels; what is written anew is the assembly, without any stage or tangent.
+It knows what the smaller models have: a crank on ground, rigid big ends and pistons, main bearings that do not feel
+tilt, a given speed, no damper.
+
+The equations are at an address (:func:`cranktrain.core.kernel.call_kernel`) as ``rate(*data, t, y, out)`` and their
+Jacobian as ``differences(*data, t, y, out)``, with ``data`` = (model, scratch, speed, angle at t = 0).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.kernel import kernel_address, law_kernel
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.arrays import (
+    AREA,
+    BANK,
+    CRANKCASE,
+    DELTA_J,
+    GRAVITY,
+    M_BIG,
+    M_OSC,
+    OFFSET,
+    RIGID_ROTATION,
+    ROD,
+    SHAFT_C,
+    SHAFT_K,
+    ModelArrays,
+    dimensions,
+)
+from cranktrain.dynamics.model.state import (
+    LEAD_ANGLE,
+    LEAD_SPEED,
+    POSITION,
+    SHAFT_ANGLE,
+    TIME,
+    VELOCITY,
+    offset,
+)
+from cranktrain.dynamics.model.workspace import FRAME_SIZE
+from cranktrain.dynamics.motion.equations import (
+    COS,
+    LEAD,
+    LEAD_RATE,
+    OMEGA,
+    OMEGA_DOT,
+    SIN,
+    THETA,
+    WHIRL,
+    external_force,
+    trace_pressure,
+)
+from cranktrain.dynamics.motion.linear_algebra import add_product, factor_lu, product, solve_lu
+from cranktrain.dynamics.motion.rods import pin_motion
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.film.laws.parabolic import friction_torque
+from cranktrain.film.laws.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
+from cranktrain.film.laws.register import IMPEDANCE, TILTED, bearing_force
+from cranktrain.film.laws.thrust import thrust_force
+from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
+from cranktrain.loads.slider_crank import rod_force
+
+
+class Scratch(NamedTuple):
+    """Memory of one evaluation; ``coupling`` is Φ Φᵀ over the pins' ports, (3p, 3p)."""
+
+    frame: Array
+    port: Array  # (4, m): u, u̇, ü, f
+    modal: Array  # (2, n)
+    out: Array
+    coupling: Array
+    arms: Array  # (p, 2)
+    levers: Array  # (p, 2)
+    mass: Array  # (p, 4) ∂F/∂a
+    force: Array  # (p, 2)
+    matrix: Array  # (2p, 2p)
+    pivots: Array
+    rhs: Array
+    row: Array
+    increments: Array  # (2n + 2,) of the unknowns in the Jacobian's differences
+    base: Array  # (2n + 2,)
+
+
+class FirstOrder:
+    """Right-hand side, Jacobian by compiled differences, and start values of a simulation that was just initialised.
+
+    Attributes
+    ----------
+    data : what the kernels take before time, unknowns and result
+    rate_address, jacobian_address : of the kernels
+    evaluations : calls from Python so far, those inside a Jacobian not counted
+
+    Raises
+    ------
+    InputError
+        for a model with more than these equations know
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        refuse_other_models(simulation)
+        model: ModelArrays = simulation.model
+        d = dimensions(model)
+        n, m, p = d.modes, d.ports, d.cylinders
+        state = simulation.state
+        speed = float(simulation.inputs[0])
+        pins = model.ports[2 * d.bearings + 1 : 2 * d.bearings + 1 + 3 * p]
+        z = np.zeros
+        scratch = Scratch(
+            z(FRAME_SIZE), z((4, m)), z((2, n)), z(64), np.ascontiguousarray(pins @ pins.T), z((p, 2)), z((p, 2)),
+            z((p, 4)), z((p, 2)), z((2 * p, 2 * p)), z(2 * p), z(2 * p), z(3 * p), z(2 * n + 2), z(2 * n + 2),
+        )  # fmt: skip
+        self.modes = n
+        self.clearances = np.ascontiguousarray(model.bearings[:, CLEARANCE])
+        self.data = (model, scratch, speed, float(state[SHAFT_ANGLE] - speed * state[TIME]))
+        y = self.start(state)
+        self.rate_address = kernel_address(rate, *self.data, 0.0, y, np.empty_like(y))
+        self.jacobian_address = kernel_address(differences, *self.data, 0.0, y, np.empty((y.size, y.size)))
+        self.evaluations = 0
+
+    @property
+    def increments(self) -> Array:
+        """Increments (2n + 2,) of the unknowns in the Jacobian's differences; set in place."""
+        return self.data[1].increments
+
+    def start(self, state: Array) -> Array:
+        """Unknowns (2n + 2,) of a state of the simulation."""
+        n = self.modes
+        q, v = offset(POSITION, n), offset(VELOCITY, n)
+        return np.concatenate([state[q : q + n], state[v : v + n], state[[LEAD_ANGLE, LEAD_SPEED]]])
+
+    def __call__(self, t: float, y: Array) -> Array:
+        """Derivative of the unknowns."""
+        self.evaluations += 1
+        out = np.empty_like(y)
+        rate(*self.data, t, y, out)
+        return out
+
+    def jacobian(self, t: float, y: Array) -> Array:
+        """∂f/∂y by forward differences whose increments follow the unknowns' magnitudes in ``increments``."""
+        out = np.empty((y.size, y.size))
+        differences(*self.data, t, y, out)
+        return out.T
+
+    def quantities(self, y: Array) -> Array:
+        """Pulley torsion, its axial motion and each main's least film, (2 + b, samples), of unknowns (2n + 2, samples).
+
+        The film of a main is 0 where the journal's middle lies beyond its clearance circle.
+        """
+        model, q = self.data[0], y[: self.modes]
+        b = self.clearances.size
+        across = (model.ports[: 2 * b] @ q).reshape(b, 2, -1)
+        films = np.maximum(self.clearances[:, None] - np.hypot(across[:, 0], across[:, 1]), 0.0)
+        return np.concatenate((model.ends[1:] @ q, films))
+
+
+def refuse_other_models(simulation: Simulation) -> None:
+    """Raise ``InputError`` where the simulation holds more than these equations know."""
+    chosen = simulation.settings
+    for value, known in (
+        (chosen.block, "ground"), (chosen.big_ends, "rigid"), (chosen.pistons, "rigid"), (chosen.damper, "none"),
+        (chosen.boundary, "speed"),
+    ):  # fmt: skip
+        if value != known:
+            raise InputError(f"first-order equations know '{known}' only, not '{value}'; use the stage solver")
+    if chosen.bearings in (*TILTED, "held"):
+        raise InputError(
+            f"first-order equations know bearings without tilt only, not '{chosen.bearings}'; use linear or impedance"
+        )
+
+
+@law_kernel
+def rate(model, s, speed, angle0, t, y, out):
+    """Fill ``out`` with ẏ; 0."""
+    n = model.omega2.shape[0]
+    m = model.ports.shape[0]
+    b = model.bearings.shape[0]
+    p = model.pins.shape[0]
+    first = 2 * b + 1
+    rotation = first + 2 * p
+    journal = rotation + p
+    q = y[:n]
+    v = y[n : 2 * n]
+    a = out[n : 2 * n]
+    frame = s.frame
+    inverse = speed / (2.0 * math.pi * RECENTRING_REVOLUTIONS)
+    frame[LEAD] = y[2 * n]
+    frame[LEAD_RATE] = y[2 * n + 1]
+    frame[THETA] = angle0 + speed * t + frame[LEAD]
+    frame[OMEGA] = speed + frame[LEAD_RATE]
+    frame[OMEGA_DOT] = 4.0 * inverse * (inverse * model.scalars[RIGID_ROTATION] * q[5] - frame[LEAD_RATE])
+    frame[WHIRL] = frame[OMEGA]
+    frame[COS] = math.cos(frame[THETA])
+    frame[SIN] = math.sin(frame[THETA])
+    omega = frame[OMEGA]
+    out[2 * n] = frame[LEAD_RATE]
+    out[2 * n + 1] = frame[OMEGA_DOT]
+    external_force(model, frame, s.rhs, q, a)
+    twist = 0.0
+    twist_rate = 0.0
+    for i in range(n):
+        twist += model.ends[0, i] * q[i]
+        twist_rate += model.ends[0, i] * v[i]
+    torque = model.scalars[SHAFT_K] * twist + model.scalars[SHAFT_C] * twist_rate
+    for i in range(n):
+        out[i] = v[i]
+        a[i] -= model.omega2[i] * q[i] + model.damping[i] * v[i] + torque * model.ends[0, i]
+        s.modal[0, i] = -2.0 * omega * v[i] - frame[OMEGA_DOT] * q[i]
+        s.modal[1, i] = -omega * omega * q[i]
+    add_product(model.gyroscopic, s.modal[0], n, n, a)
+    add_product(model.spin, s.modal[1], n, n, a)
+    u = s.port[0]
+    ud = s.port[1]
+    f = s.port[3]
+    product(model.ports_transposed, q, n, m, u)
+    product(model.ports_transposed, v, n, m, ud)
+    r = s.out
+    for i in range(b):
+        law = model.bearings[i]
+        x_i = u[2 * i]
+        y_i = u[2 * i + 1]
+        spin = omega + ud[journal + i]
+        bearing_force(
+            law, x_i, y_i, ud[2 * i] - omega * y_i, ud[2 * i + 1] + omega * x_i, 0.5 * spin, frame[COS], frame[SIN],
+            model.impedance, r,
+        )  # fmt: skip
+        f[2 * i] = r[0]
+        f[2 * i + 1] = r[1]
+        f[journal + i] = x_i * r[1] - y_i * r[0]
+        if law[LAW] == IMPEDANCE:
+            f[journal + i] += friction_torque(
+                r[10], r[0], r[1], x_i, y_i, law[VISCOSITY], law[RADIUS], law[WIDTH], law[CLEARANCE], spin
+            )
+    f[2 * b], _, _ = thrust_force(u[2 * b], ud[2 * b], omega, model.thrust)
+    for k in range(p):
+        for j in range(4):
+            s.mass[k, j] = 0.0
+        s.force[k, 0] = 0.0
+        s.force[k, 1] = 0.0
+    for c in range(model.cylinders.shape[0]):
+        rod = model.cylinders[c]
+        k = c
+        # With ü = 0, which s.port[2] always holds: the force without the pin's relative acceleration.
+        pin_motion(model, frame, k, u, ud, s.port[2], r)
+        # A force acts at the lever of the whole displacement; turning alone carries the pin along.
+        s.levers[k, 0] = r[6]
+        s.levers[k, 1] = r[7]
+        s.arms[k, 0] = r[8]
+        s.arms[k, 1] = r[9]
+        cos = math.cos(frame[THETA] - rod[BANK])
+        sin = math.sin(frame[THETA] - rod[BANK])
+        gas = (trace_pressure(model, c, frame[THETA], omega) - model.scalars[CRANKCASE]) * rod[AREA]
+        g = model.scalars[GRAVITY]
+        rod_force(
+            cos * r[0] - sin * r[1], sin * r[0] + cos * r[1], cos * r[2] - sin * r[3], sin * r[2] + cos * r[3],
+            cos * r[4] - sin * r[5], sin * r[4] + cos * r[5], gas, rod[ROD], rod[M_BIG], rod[M_OSC], rod[DELTA_J],
+            rod[OFFSET], g * math.sin(rod[BANK]), g * math.cos(rod[BANK]), r,
+        )  # fmt: skip
+        s.force[k, 0] += cos * r[0] + sin * r[1]
+        s.force[k, 1] += cos * r[1] - sin * r[0]
+        s.mass[k, 0] += cos * cos * r[6] + cos * sin * (r[7] + r[8]) + sin * sin * r[9]
+        s.mass[k, 1] += cos * cos * r[7] + cos * sin * (r[9] - r[6]) - sin * sin * r[8]
+        s.mass[k, 2] += cos * cos * r[8] + cos * sin * (r[9] - r[6]) - sin * sin * r[7]
+        s.mass[k, 3] += cos * cos * r[9] - cos * sin * (r[7] + r[8]) + sin * sin * r[6]
+    for k in range(p):
+        f[first + 2 * k] = s.force[k, 0]
+        f[first + 2 * k + 1] = s.force[k, 1]
+        f[rotation + k] = s.levers[k, 0] * s.force[k, 1] - s.levers[k, 1] * s.force[k, 0]
+    for k in range(m):
+        force = f[k]
+        if force != 0.0:
+            for i in range(n):
+                a[i] += force * model.ports[k, i]
+    # a holds a₀ + Pᵀ F₀; the pins' acceleration from (1 − P Pᵀ A) w = P a.
+    for k in range(p):
+        for axis in range(2):
+            i = 2 * k + axis
+            arm = -s.arms[k, 1] if axis == 0 else s.arms[k, 0]
+            value = 0.0
+            for j in range(n):
+                value += (model.ports[first + i, j] + arm * model.ports[rotation + k, j]) * a[j]
+            s.rhs[i] = value
+            for j in range(3 * p):
+                s.row[j] = s.coupling[i, j] + arm * s.coupling[2 * p + k, j]
+            for j in range(p):
+                h0 = s.row[2 * j] - s.levers[j, 1] * s.row[2 * p + j]
+                h1 = s.row[2 * j + 1] + s.levers[j, 0] * s.row[2 * p + j]
+                s.matrix[i, 2 * j] = -h0 * s.mass[j, 0] - h1 * s.mass[j, 2]
+                s.matrix[i, 2 * j + 1] = -h0 * s.mass[j, 1] - h1 * s.mass[j, 3]
+            s.matrix[i, i] += 1.0
+    factor_lu(s.matrix, 2 * p, s.pivots)
+    solve_lu(s.matrix, 2 * p, s.pivots, s.rhs)
+    for k in range(p):
+        fx = s.mass[k, 0] * s.rhs[2 * k] + s.mass[k, 1] * s.rhs[2 * k + 1]
+        fy = s.mass[k, 2] * s.rhs[2 * k] + s.mass[k, 3] * s.rhs[2 * k + 1]
+        moment = s.levers[k, 0] * fy - s.levers[k, 1] * fx
+        for i in range(n):
+            a[i] += (
+                fx * model.ports[first + 2 * k, i]
+                + fy * model.ports[first + 2 * k + 1, i]
+                + moment * model.ports[rotation + k, i]
+            )
+    return 0
+
+
+@law_kernel
+def differences(model, s, speed, angle0, t, y, out):
+    """Transposed Jacobian by forward differences: row j is ∂f/∂y_j; 0. ``y`` is left as it was."""
+    size = y.shape[0]
+    base = s.base
+    rate(model, s, speed, angle0, t, y, base)
+    for j in range(size):
+        kept = y[j]
+        y[j] = kept + s.increments[j]
+        h = y[j] - kept
+        rate(model, s, speed, angle0, t, y, out[j])
+        y[j] = kept
+        for i in range(size):
+            out[j, i] = (out[j, i] - base[i]) / h
+    return 0

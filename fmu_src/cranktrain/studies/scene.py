@@ -1,0 +1,391 @@
+"""Scenes: TOML that says what is wanted of an engine, not how it is modelled.
+
+    engine = "diesel_i6"                 # a shipped engine, or the path of an engine file, from the scene's folder
+    speeds_rpm = [2000]                  # or [run_up] with from, to (rev/min) and points
+    outputs = ["pulley.torsion", "bearing.film_thickness_min"]
+    frequency_hz = 600                   # highest frequency of interest
+    accuracy = 0.01                      # relative, see below
+
+    [run_up]                             # in place of speeds_rpm
+    from = 1200
+    to = 2400
+    points = 13
+
+    [gas]                                # a measured trace in place of the built-in one
+    pressure_file = "trace.csv"
+    pressure_unit = "bar"
+    tdc_deg = 0
+
+An output is named as the FMU names it; ``bearing.force.x`` without a number stands for those of all bearings, a name
+followed by ``.orders`` for the same output (orders are part of every summary), ``stress`` for stresses of the crank,
+which alone are judged by pulley torsion and the forces of the mains. Accuracy is the RMS of an output's error up to
+``frequency_hz`` over the last cycle, divided by the RMS of its alternating part. Optional are ``title``,
+``budget_real_time_factor`` (wall seconds per simulated second), ``cycles``, ``load`` (share of the full-load burn) and
+``damper``; and what is otherwise chosen, by the outputs alone: ``block``, ``pistons`` and ``big_ends``; by the plan:
+``crank``, ``bearings``, ``cutoff_hz`` (of the crank's modes), ``integrator`` and ``step_deg``.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.levels import BEARINGS, CRANKS, lowest_levels, refuse_beyond
+
+RPM = math.pi / 30.0
+SLOWEST_RPM, FASTEST_RPM = 100.0, 20000.0
+FINEST_ACCURACY = 1.0e-6
+"""What nobody can reach: a reference run at the finest step differs from the one with half of it by about as much."""
+STRESS = "stress"
+"""Result quantity that is no time series of the running model: asks for the solid crank with all modes."""
+STRESSING = ("pulley.torsion", "bearing.force.x", "bearing.force.y")
+"""Outputs that stresses follow: wanted where a scene names ``stress`` alone."""
+
+_NUMBER, _WHOLE, _TEXT, _FLAG, _NUMBERS, _TEXTS, _TABLE = range(7)
+_KINDS = {
+    _NUMBER: "a finite number",
+    _WHOLE: "a whole number",
+    _TEXT: "a text",
+    _FLAG: "true or false",
+    _NUMBERS: "a list of numbers",
+    _TEXTS: "a list of texts",
+    _TABLE: "a table",
+}
+_KEYS = {
+    "title": _TEXT,
+    "engine": _TEXT,
+    "speeds_rpm": _NUMBERS,
+    "run_up": _TABLE,
+    "outputs": _TEXTS,
+    "frequency_hz": _NUMBER,
+    "accuracy": _NUMBER,
+    "budget_real_time_factor": _NUMBER,
+    "cycles": _WHOLE,
+    "load": _NUMBER,
+    "crank": _TEXT,
+    "bearings": _TEXT,
+    "cutoff_hz": _NUMBER,
+    "integrator": _TEXT,
+    "step_deg": _NUMBER,
+    "big_ends": _TEXT,
+    "block": _TEXT,
+    "pistons": _TEXT,
+    "damper": _FLAG,
+    "gas": _TABLE,
+}
+_NEEDED = ("engine", "outputs", "frequency_hz", "accuracy")
+_RUN_UP = {"from": _NUMBER, "to": _NUMBER, "points": _WHOLE}
+_GAS = {"pressure_file": _TEXT, "pressure_unit": _TEXT, "tdc_deg": _NUMBER}
+
+
+@dataclass(frozen=True)
+class Pressure:
+    """Measured pressure trace of a scene: file, unit (None: by header or peak) and place of firing dead centre, deg."""
+
+    file: Path
+    unit: str | None = None
+    tdc_deg: float | None = None
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What is wanted of an engine (SI), checked.
+
+    Attributes
+    ----------
+    name, title : the file's name without its ending, and a line for people
+    path : the scene's file
+    engine : the engine
+    speeds : rad/s, one run each
+    run_up : whether they are points of a run-up
+    outputs : names of single outputs of the running model, in the order of the file
+    stress : whether stresses of the crank are wanted besides
+    frequency : highest frequency of interest, Hz
+    accuracy : relative error that is allowed
+    budget : largest real-time factor, or None
+    cycles : cycles of 720° per run, the last one is evaluated
+    load : share of the full-load burn
+    crank, bearings, cutoff, integrator, step : what the scene fixes of the plan (Hz, rad), else None
+    big_ends, block, pistons, damper : levels; those that the scene leaves open are the lowest that answer its outputs
+    pressure : measured trace, or None for the built-in one
+    """
+
+    name: str
+    title: str
+    path: Path
+    engine: Engine
+    speeds: tuple[float, ...]
+    run_up: bool
+    outputs: tuple[str, ...]
+    stress: bool
+    frequency: float
+    accuracy: float
+    budget: float | None = None
+    cycles: int = 6
+    load: float = 1.0
+    crank: str | None = None
+    bearings: str | None = None
+    cutoff: float | None = None
+    integrator: str | None = None
+    step: float | None = None
+    big_ends: str = "rigid"
+    block: str = "ground"
+    pistons: str = "auto"
+    damper: str = "none"
+    pressure: Pressure | None = None
+
+    @property
+    def speeds_rpm(self) -> tuple[float, ...]:
+        """Speeds in rev/min."""
+        return tuple(speed / RPM for speed in self.speeds)
+
+
+def load_scene(path: str | Path) -> Scene:
+    """Read and check a scene.
+
+    Raises
+    ------
+    InputError
+        one line with file and key, for anything unknown, missing, of a wrong type, or that cannot be had
+    """
+    path = Path(path)
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path.name}: not a TOML file: {error}") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); give the path of a scene.toml") from None
+    try:
+        return _scene(path, document)
+    except InputError as error:
+        text = str(error)
+        raise InputError(text if text.startswith(path.name) else f"{path.name}: {text}") from None
+
+
+def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
+    _check_types(document, _KEYS, "")
+    for key in _NEEDED:
+        if key not in document:
+            raise InputError(f"key '{key}' is missing; a scene needs {', '.join(_NEEDED)} and speeds_rpm or [run_up]")
+    engine = _engine(path, document["engine"])
+    speeds = _speeds(document)
+    outputs, stress = scene_outputs(engine, document["outputs"])
+    lowest = lowest_levels(outputs, rollers=engine.main_roller is not None)
+    gas = document.get("gas", {})
+    _check_types(gas, _GAS, "gas.")
+    pressure = None
+    if gas:
+        if "pressure_file" not in gas:
+            raise InputError("gas.pressure_file is missing; [gas] names a measured trace, or is left out")
+        file = path.parent / gas["pressure_file"]
+        if not file.is_file():
+            raise InputError(f"gas.pressure_file: {file} does not exist; paths start at the scene's folder")
+        pressure = Pressure(file, gas.get("pressure_unit"), gas.get("tdc_deg"))
+    scene = Scene(
+        name=path.stem,
+        title=document.get("title", path.stem),
+        path=path,
+        engine=engine,
+        speeds=speeds,
+        run_up="run_up" in document,
+        outputs=outputs,
+        stress=stress,
+        frequency=float(document["frequency_hz"]),
+        accuracy=float(document["accuracy"]),
+        budget=document.get("budget_real_time_factor"),
+        cycles=document.get("cycles", 6),
+        load=float(document.get("load", 1.0)),
+        crank=document.get("crank"),
+        bearings=document.get("bearings"),
+        cutoff=document.get("cutoff_hz"),
+        integrator=document.get("integrator"),
+        step=math.radians(document["step_deg"]) if "step_deg" in document else None,
+        big_ends=document.get("big_ends", lowest.big_ends),
+        block=document.get("block", lowest.block),
+        pistons=document.get("pistons", "auto" if lowest.pistons == "rigid" else lowest.pistons),
+        damper="fitted" if document.get("damper", False) else "none",
+        pressure=pressure,
+    )
+    _check_numbers(scene)
+    _check_frequency(scene)
+    _check_levels(scene)
+    return scene
+
+
+def _check_types(table: Mapping[str, Any], keys: Mapping[str, int], prefix: str) -> None:
+    for key, value in table.items():
+        if key not in keys:
+            raise InputError(f"unknown key '{prefix}{key}'; {nearest(key, keys)}")
+        if not _is(value, keys[key]):
+            raise InputError(f"{prefix}{key}: {value!r} is not {_KINDS[keys[key]]}")
+
+
+def _is(value: Any, kind: int) -> bool:
+    if kind == _NUMBER:
+        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    if kind in (_NUMBERS, _TEXTS):
+        return isinstance(value, list) and all(_is(entry, _NUMBER if kind == _NUMBERS else _TEXT) for entry in value)
+    return type(value) is {_WHOLE: int, _TEXT: str, _FLAG: bool, _TABLE: dict}[kind]
+
+
+def _engine(path: Path, name: str) -> Engine:
+    return load_engine(path.parent / name if name.endswith(".toml") else name)
+
+
+def _speeds(document: Mapping[str, Any]) -> tuple[float, ...]:
+    """Speeds of a scene, rad/s."""
+    if ("speeds_rpm" in document) == ("run_up" in document):
+        both = "speeds_rpm and [run_up] stand beside each other" if "run_up" in document else "no speeds"
+        raise InputError(f"{both}; give one of them, e.g. speeds_rpm = [2000]")
+    if "run_up" not in document:
+        speeds, where = [float(rpm) for rpm in document["speeds_rpm"]], "speeds_rpm"
+        if not speeds:
+            raise InputError("speeds_rpm: no speed in it; give at least one, rev/min")
+    else:
+        table, where = document["run_up"], "run_up"
+        _check_types(table, _RUN_UP, "run_up.")
+        for key in _RUN_UP:
+            if key not in table:
+                raise InputError(f"run_up.{key} is missing; a run-up has from, to (rev/min) and points")
+        points, first, last = table["points"], float(table["from"]), float(table["to"])
+        if not 2 <= points <= 1000:
+            raise InputError(f"run_up.points: {points} is not within 2 to 1000")
+        if not first < last:
+            raise InputError(f"run_up: from {first:g} must be less than to, {last:g} rev/min")
+        speeds = [first + (last - first) * k / (points - 1) for k in range(points)]
+    for rpm in speeds:
+        if not SLOWEST_RPM <= rpm <= FASTEST_RPM:
+            raise InputError(f"{where}: {rpm:g} is not within {SLOWEST_RPM:g} to {FASTEST_RPM:g} rev/min")
+    if len(set(speeds)) != len(speeds):
+        raise InputError(f"{where}: a speed is given twice")
+    return tuple(rpm * RPM for rpm in speeds)
+
+
+def running_outputs(engine: Engine) -> tuple[str, ...]:
+    """Names of all outputs of an engine's running model, those of the solver left out."""
+    from cranktrain.dynamics.outputs.observe import output_names
+
+    mounts = len(engine.mounts.x) if engine.mounts is not None else 0
+    names = output_names(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts)
+    return tuple(name for name in names if not name.startswith("solver."))
+
+
+def scene_outputs(engine: Engine, wanted: list[str]) -> tuple[tuple[str, ...], bool]:
+    """Single outputs that a scene's list stands for, and whether stresses are among them; ``InputError``."""
+    known = running_outputs(engine)
+    families: dict[str, list[str]] = {}
+    for name in known:
+        families.setdefault(re.sub(r"\[\d+\]", "", name), []).append(name)
+    found: dict[str, None] = {}
+    for entry in wanted:
+        name = entry.removesuffix(".orders").replace("[*]", "")
+        if name == STRESS:
+            continue
+        if name in families:
+            found |= dict.fromkeys(families[name])
+        elif name in known:
+            found[name] = None
+        else:
+            raise InputError(f"outputs: {_unknown_output(engine, name, known, families)}")
+    stress = STRESS in wanted
+    if stress and not found:
+        found = dict.fromkeys(name for family in STRESSING for name in families[family])
+    if not found:
+        raise InputError("outputs: none is wanted; name at least one, e.g. 'pulley.torsion'")
+    return tuple(found), stress
+
+
+def _unknown_output(engine: Engine, name: str, known: tuple[str, ...], families: Mapping[str, list[str]]) -> str:
+    plain = re.sub(r"\[\d+\]", "", name)
+    if plain in families and "[" in name:
+        members = families[plain]
+        return f"'{name}' does not exist on engine '{engine.name}'; it has {members[0]} to {members[-1]}"
+    return f"no output is named '{name}'; {nearest(name, (*families, *known, STRESS))}"
+
+
+def _check_numbers(scene: Scene) -> None:
+    if scene.accuracy < FINEST_ACCURACY:
+        raise InputError(
+            f"accuracy: nobody can reach {scene.accuracy:g}: runs at the finest steps differ by about "
+            f"{FINEST_ACCURACY:g} from each other; the nearest valid is {FINEST_ACCURACY:g}"
+        )
+    if scene.accuracy > 0.5:
+        raise InputError(
+            f"accuracy: {scene.accuracy:g} is more than 0.5; it is relative, 0.01 for one per cent; "
+            "the nearest valid is 0.5"
+        )
+    for key, value, low, high, unit in (
+        ("budget_real_time_factor", scene.budget, 1e-4, 1e6, "wall seconds per simulated second"),
+        ("cycles", scene.cycles, 2, 10000, "cycles; the first ones carry the start"),
+        ("load", scene.load, 0.0, 2.0, "of the full-load burn"),
+        ("step_deg", None if scene.step is None else math.degrees(scene.step), 0.001, 30.0, "deg of crank angle"),
+    ):
+        if value is not None and not low <= value <= high:
+            raise InputError(f"{key}: {value:g} is not within {low:g} to {high:g} {unit}")
+    lowest = 0.5 * min(scene.speeds) / (2.0 * math.pi)
+    if scene.frequency < lowest:
+        raise InputError(
+            f"frequency_hz: {scene.frequency:g} lies below order 0.5 of {min(scene.speeds_rpm):g} rev/min; the nearest "
+            f"valid is {math.ceil(100.0 * lowest) / 100.0:g}"
+        )
+
+
+def _check_frequency(scene: Scene) -> None:
+    """Refuse a frequency that the crank's modes do not reach."""
+    held = scene.engine.reduction.running_cutoff_hz
+    if scene.cutoff is not None and not 0.0 < scene.cutoff <= held:
+        raise InputError(
+            f"cutoff_hz: {scene.cutoff:g} is not within 0 to {held:g} Hz, where engine '{scene.engine.name}' cuts its "
+            "crank's modes; raise reduction.running_cutoff_hz (and fixed_modes) of its file for more"
+        )
+    cut = held if scene.cutoff is None else scene.cutoff
+    if scene.frequency > cut:
+        if scene.frequency <= held:
+            remedy = f"or crank 'solid' with cutoff_hz = {scene.frequency:g}, which holds it"
+        else:
+            remedy = (
+                f"or crank 'solid' with more modes: reduction.running_cutoff_hz = {scene.frequency:g} and more "
+                f"fixed_modes than {scene.engine.reduction.fixed_modes} in an engine file of your own"
+            )
+        raise InputError(
+            f"frequency_hz: {scene.frequency:g} from a crank cut at {cut:g} Hz; the nearest valid is {cut:g}, {remedy}"
+        )
+
+
+def _check_levels(scene: Scene) -> None:
+    """Refuse levels that do not exist, do not fit the engine, or cannot answer what is wanted."""
+    from cranktrain.dynamics.model.arrays import Settings, check_levels, resolved
+    from cranktrain.dynamics.time.integrator_tables import integrator_table
+
+    rollers = scene.engine.main_roller is not None
+    if scene.crank is not None and scene.crank not in CRANKS:
+        raise InputError(f"crank: level '{scene.crank}' does not exist; {nearest(scene.crank, CRANKS)}")
+    valid = ("held", "linear", "roller") if rollers else BEARINGS
+    if scene.bearings is not None and scene.bearings not in valid:
+        hint = nearest(scene.bearings, valid)
+        if scene.bearings in (*BEARINGS, "roller"):
+            hint = f"its mains are {'rollers' if rollers else 'plain bearings'}: {', '.join(valid)}"
+        raise InputError(f"bearings: level '{scene.bearings}' does not exist on engine '{scene.engine.name}'; {hint}")
+    settings = Settings(big_ends=scene.big_ends, block=scene.block, pistons=scene.pistons, damper=scene.damper)
+    check_levels(resolved(settings, scene.engine), scene.engine)
+    refuse_beyond(
+        scene.crank or "solid",
+        scene.bearings or ("roller" if rollers else "ehd"),
+        (*scene.outputs, STRESS) if scene.stress else scene.outputs,
+        scene.frequency,
+        engine=scene.engine,
+        block=scene.block,
+        big_ends=scene.big_ends,
+        pistons=scene.pistons,
+        damper=scene.damper,
+    )
+    if scene.integrator is not None:
+        integrator_table(scene.integrator)

@@ -1,0 +1,1 @@
+"""Torsion in the frequency domain, damped modes, damper optimum."""

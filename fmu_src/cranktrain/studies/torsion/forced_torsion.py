@@ -1,0 +1,208 @@
+"""Steady torsional vibration in the frequency domain, with and without damper: the counterpart of a run in time.
+
+The cranktrain is :class:`cranktrain.studies.torsion.periodic_crank.PeriodicCrank`, bearings at level ``linear``; no
+step, no integrator. With J the ring's inertia and link = k + iωc, the ring's twist against a hub that turns by θ is
+
+    ψ = (−ω²J θ − e)/(link − ω²J),   torque on the hub −(link ψ + e)
+
+Where the law's torque is not linear in the rate, c is the linear damper that dissipates as much over the cycle, the
+mean of T ψ̇ over that of ψ̇², and e the rest of the law's torque. Both are found by iteration, so that all orders of
+the torque balance: harmonic balance, of which equivalent linearisation is the first round. A ring carries no mean
+torque; where its law is not linear it slips on average, slowly, against the hub.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq, minimize_scalar
+
+from cranktrain.core.errors import SolverError
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.engine.model import Engine
+from cranktrain.loads.damper import (
+    STIFFNESS,
+    balanced_temperature,
+    damper_parameters,
+    damper_torque,
+    damping_coefficient,
+    required_damper,
+)
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.studies.torsion.periodic_crank import OrderStructure, PeriodicCrank
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+HIGHEST_ORDER = 24.0
+# The law's torque is found to this share of its largest value, or after so many rounds not at all.
+_SETTLED, _ROUNDS = 1e-8, 100
+# A damper's temperature is found to so many K.
+_WARMTH = 0.01
+
+
+class Ring(NamedTuple):
+    """A damper's ring: parameters as of :func:`cranktrain.loads.damper.damper_parameters` and inertia, kg m²."""
+
+    parameters: Array
+    inertia: float
+
+
+class TorsionResponse(NamedTuple):
+    """Steady torsional vibration at one speed.
+
+    Attributes
+    ----------
+    speed : rad/s
+    pulley : (k + 1,) complex amplitude of the pulley's torsion of order 0, 0.5, 1, …, rad; that of order o is
+        Re[pulley exp(i o θ)]
+    damping : of the linear damper that dissipates as much, N m s/rad; 0 without damper
+    power : mean dissipated power of the damper, W
+    torque : largest torque of the damper, N m
+    """
+
+    speed: float
+    pulley: ComplexArray
+    damping: float = 0.0
+    power: float = 0.0
+    torque: float = 0.0
+
+    @property
+    def orders(self) -> Array:
+        """Orders, (k + 1,), from 0 on."""
+        return np.asarray(0.5 * np.arange(self.pulley.size), dtype=np.float64)
+
+    def amplitude(self, order: float) -> float:
+        """Zero-to-peak amplitude of the pulley's torsion at ``order``, rad."""
+        return float(np.abs(self.pulley[round(2.0 * order)]))
+
+
+def forced_torsion(
+    engine: Engine,
+    body: ReducedBody,
+    speed: float,
+    ring: Ring | None = None,
+    gas: GasTrace | None = None,
+    load: float = 1.0,
+    highest: float = HIGHEST_ORDER,
+    coupled: bool = True,
+) -> TorsionResponse:
+    """Steady response at ``speed`` (rad/s).
+
+    Parameters
+    ----------
+    engine : carrying the damper's housing where there is a ``ring``, by
+        :func:`cranktrain.loads.damper.with_damper_housing`
+    body : its running body, :func:`cranktrain.structure.crank.reduction.running_body`
+    ring : of the damper on the pulley; None leaves it away
+    gas, load : pressure trace in place of the built-in one; share of the full-load burn
+    highest : highest order of the balance
+    coupled : whether what varies over the cycle couples the orders
+
+    Raises
+    ------
+    SolverError
+        orders or a damper that do not settle
+    """
+    crank = PeriodicCrank(engine, body, speed, gas or GasTrace.from_engine(engine), load, highest, coupled)
+    hub = body.shapes[body.index("pulley"), 5]
+    if ring is None:
+        nothing = np.zeros(crank.omega.size, dtype=complex)
+        return TorsionResponse(speed, crank.response(hub, nothing, nothing))
+    return balanced_ring(crank, hub, ring, speed)
+
+
+def order_peak(
+    engine: Engine,
+    body: ReducedBody,
+    order: float,
+    speeds: tuple[float, float],
+    ring: Ring | None = None,
+    gas: GasTrace | None = None,
+    load: float = 1.0,
+) -> TorsionResponse:
+    """Response at the speed, between two ``speeds`` (rad/s), at which the pulley's torsion of ``order`` is largest.
+
+    Coarsely at 17 speeds, then between the neighbours of the best one; the speed to a ten-thousandth. Everything else
+    as for :func:`forced_torsion`.
+    """
+    found: dict[float, TorsionResponse] = {}
+
+    def least(speed: float) -> float:
+        found[speed] = forced_torsion(engine, body, speed, ring, gas, load)
+        return -found[speed].amplitude(order)
+
+    grid = np.linspace(*speeds, 17).tolist()
+    best = min(grid, key=least)
+    step = grid[1] - grid[0]
+    around = (max(best - step, grid[0]), min(best + step, grid[-1]))
+    minimize_scalar(least, bounds=around, method="bounded", options={"xatol": 1e-4 * best})
+    return max(found.values(), key=lambda response: response.amplitude(order))
+
+
+def warm_torsion(
+    engine: Engine, body: ReducedBody, speed: float, gas: GasTrace | None = None, load: float = 1.0
+) -> tuple[TorsionResponse, float]:
+    """Steady response with the engine's damper as warm as its dissipated power makes it, and its temperature, K.
+
+    ``engine`` and ``body`` as for :func:`forced_torsion`, with the damper's housing.
+
+    Raises
+    ------
+    InputError
+        no damper, or one that its power heats beyond its law
+    SolverError
+        a response that does not settle
+    """
+    damper = required_damper(engine)
+    found: dict[float, TorsionResponse] = {}
+
+    def excess(temperature: float) -> float:
+        ring = Ring(damper_parameters(damper, temperature), damper.ring_inertia)
+        found[temperature] = forced_torsion(engine, body, speed, ring, gas, load)
+        given_off = damper.heat_transfer * damper.cooling_area * (temperature - damper.ambient_temperature)
+        return found[temperature].power - given_off
+
+    coldest, hottest = max(damper.ambient_temperature, damper.lowest_temperature), damper.highest_temperature
+    if excess(hottest) > 0.0:
+        balanced_temperature(damper, found[hottest].power)  # refuses it
+    temperature = float(brentq(excess, coldest, hottest, xtol=_WARMTH))
+    return found[temperature], temperature
+
+
+def balanced_ring(structure: OrderStructure, hub: Array, ring: Ring, speed: float = 0.0) -> TorsionResponse:
+    """Response of a structure whose rotation ``hub`` carries a ring, by the iteration of this module.
+
+    ``structure`` has ``omega``, ``samples`` and ``response`` as :class:`PeriodicCrank`; ``speed`` is passed on.
+    """
+    omega, samples = structure.omega, structure.samples
+    parameters = ring.parameters
+    spring, damping = float(parameters[STIFFNESS]), damping_coefficient(parameters)
+    rest, slip = np.zeros(omega.size, dtype=complex), 0.0
+    out = np.zeros(4)
+    torque, power = np.empty(samples), np.empty(samples)
+    inertia = -(omega**2) * ring.inertia
+    for _ in range(_ROUNDS):
+        link = spring + 1j * omega * damping
+        whole = np.where(omega > 0.0, link + inertia, 1.0)
+        share = np.where(omega > 0.0, inertia / whole, 0.0)
+        pulley = structure.response(hub, share * link, -share * rest)
+        twist = share * pulley - rest / whole
+        angle, rate = structure.signal(twist), structure.signal(1j * omega * twist) + slip
+        for k in range(samples):
+            damper_torque(parameters, angle[k], rate[k], out)
+            torque[k], power[k] = -out[0], out[3]
+        before = link * twist + rest
+        damping = float(power.mean() / np.mean(rate**2))
+        found = structure.spectrum(torque)
+        rest = found - (spring + 1j * omega * damping) * twist
+        rest[0] = 0.0
+        slip -= float(found[0].real) / damping
+        largest = float(np.abs(torque).max())
+        if np.abs(found - before).max() <= _SETTLED * largest:
+            return TorsionResponse(speed, pulley, damping, float(power.mean()), largest)
+    at = f" at {speed * 30.0 / math.pi:.0f} rev/min" if speed else ""
+    raise SolverError(f"the damper's torque does not settle{at}; its law is too far from a linear one")

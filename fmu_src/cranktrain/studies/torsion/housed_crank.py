@@ -1,0 +1,95 @@
+"""The cranktrain that carries its damper's housing, and which of its modes are the torsional ones.
+
+The housing shifts the torsional modes of the cranktrain, past bending modes at times, and mixes them with these. Its
+first and second torsional mode are therefore those that hold the largest share of torsion below and above the geometric
+mean of the first and second torsional frequency without damper (:mod:`cranktrain.structure.crank.modal`), up to 1000
+Hz. Energy of a ring that moves with it counts for a mode, but not as torsion of the crank: a ring that swings on its
+spring is no mode of the crank.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.engine.model import Engine
+from cranktrain.loads.damper import with_damper_housing
+from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_matrices, energy_shares, torsional_frequencies
+from cranktrain.structure.crank.reduction import complete_crankshaft
+
+Array = NDArray[np.float64]
+
+# Slower than this is the rigid rotation, or the ring creeping after the hub.
+SLOWEST_HZ = 1.0
+
+
+class HousedCrank(NamedTuple):
+    """Cranktrain at rest with the damper's housing on its pulley and without the ring (SI).
+
+    Attributes
+    ----------
+    engine, crankshaft : with the housing
+    stiffness, mass : (n, n) of the cranktrain, in the crankshaft's modes
+    omega, shapes : (n,) rad/s and (n, n) its undamped modes, of unit modal mass; the first turns it as a whole
+    hub : (n,) rotation of the pulley per modal coordinate of the crankshaft
+    border_hz : frequency that divides first from second torsional modes, Hz
+    torsional : index of the first and of the second torsional mode
+    """
+
+    engine: Engine
+    crankshaft: ReducedBody
+    stiffness: Array
+    mass: Array
+    omega: Array
+    shapes: Array
+    hub: Array
+    border_hz: float
+    torsional: tuple[int, int]
+
+    def most_torsional(
+        self, hz: Array, shapes: NDArray[Any], low: float, high: float, ring_energy: Array | float = 0.0
+    ) -> int:
+        """Index of the mode (k,) between two frequencies, Hz, that holds the largest share of torsion.
+
+        ``hz`` is (k,), ``shapes`` (n, k) real or complex; ``ring_energy`` (k,) is what a mode's xᴴ M x holds besides.
+        """
+        real = energy_shares(self.engine, self.crankshaft, at_largest(shapes), rods=True)
+        crank = np.sum(shapes.conj() * (self.mass @ shapes), axis=0).real
+        torsion = real[:, KINDS.index("torsional")] * crank / (crank + ring_energy)
+        return int(np.argmax(np.where((hz > low) & (hz <= high), torsion, -1.0)))
+
+
+def housed_crank(engine: Engine, body: ReducedBody) -> HousedCrank:
+    """Cranktrain of an engine with its damper's housing; ``body`` is the bare reduced crankshaft.
+
+    Raises
+    ------
+    InputError
+        an engine without damper, or whose crank has no two torsional modes
+    """
+    housed = with_damper_housing(engine)
+    crankshaft, plain = complete_crankshaft(housed, body), complete_crankshaft(engine, body)
+    stiffness, mass = cranktrain_matrices(housed, crankshaft)
+    squares, shapes = eigh(stiffness, mass)
+    omega = np.sqrt(np.maximum(squares, 0.0))
+    omega[0] = 0.0
+    plain_squares, plain_shapes = eigh(*cranktrain_matrices(engine, plain))
+    hz = np.sqrt(plain_squares[1:]) / (2.0 * math.pi)
+    shares = energy_shares(engine, plain, plain_shapes[:, 1:], rods=True)
+    border = math.sqrt(math.prod(torsional_frequencies(hz, shares)))
+    hub = crankshaft.shapes[crankshaft.index("pulley"), 5]
+    crank = HousedCrank(housed, crankshaft, stiffness, mass, omega, shapes, hub, border, (0, 0))
+    own = omega / (2.0 * math.pi)
+    pair = [crank.most_torsional(own, shapes, *span) for span in ((SLOWEST_HZ, border), (border, LISTED_HZ))]
+    return crank._replace(torsional=(pair[0], pair[1]))
+
+
+def at_largest(shapes: NDArray[Any]) -> Array:
+    """Motion (n, k) of modes at the instant of their largest real part: a damped mode has no one shape."""
+    turned = shapes * np.exp(-0.5j * np.angle((shapes**2).sum(axis=0)))
+    return np.ascontiguousarray(turned.real)

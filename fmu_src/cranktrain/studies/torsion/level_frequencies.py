@@ -1,0 +1,115 @@
+"""Frequencies of a crank level beside those of the solid crank, mode by mode.
+
+Modes are compared by their shapes at the interfaces (modal assurance criterion; rotations count with the throw's
+radius): each mode of the solid goes to the one of the level that is most like it, and to none where less than half is
+alike. A torsional crank has twists only: it is compared in its rotations, where torsion is most of the solid's motion.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.engine.model import Engine
+from cranktrain.results.tables import NOTHING, SAME_SHAPE, Table
+from cranktrain.structure.crank.level import bare_crank
+from cranktrain.structure.crank.modal import (
+    KINDS,
+    LISTED_HZ,
+    cranktrain_matrices,
+    energy_shares,
+    free_modes,
+    torsional_frequencies,
+)
+from cranktrain.structure.crank.reduction import complete_crankshaft
+
+Array = NDArray[np.float64]
+
+
+def level_frequencies(engine: Engine, level: str, solid: ReducedBody) -> dict[str, Any]:
+    """Modes of the free complete crankshaft and of the assembled cranktrain, at a level and solid; JSON-able.
+
+    Returns ``level`` and, for ``crankshaft_free`` and ``cranktrain``, the ``modes`` of the solid to 1000 Hz
+    (``solid_hz``, ``shape``, and ``hz``, ``deviation_percent``, ``mac`` where the level has it) and ``first_torsional``
+    likewise. ``solid`` is the bare solid body.
+    """
+    bodies = [complete_crankshaft(engine, body) for body in (solid, bare_crank(engine, level, solid))]
+    radius = engine.crankshaft.throw
+    result: dict[str, Any] = {"level": level}
+    for name, rods in (("crankshaft_free", False), ("cranktrain", True)):
+        found = [_modes(engine, body, rods) for body in bodies]
+        (solid_hz, shares, shapes), (hz, _, own) = found
+        twists = level in ("rigid", "torsional")
+        alike = _alike(shapes, own, radius, twists)
+        rows = []
+        for k in np.flatnonzero(solid_hz <= LISTED_HZ):
+            row = {"solid_hz": float(solid_hz[k]), "shape": KINDS[int(np.argmax(shares[k]))]}
+            same = int(np.argmax(alike[k])) if alike.shape[1] else -1
+            torsional = row["shape"] == "torsional"
+            mutual = same >= 0 and alike[k, same] >= SAME_SHAPE and int(np.argmax(alike[:, same])) == k
+            if mutual and (torsional or not twists):
+                row |= _beside(solid_hz[k], hz[same]) | {"mac": float(alike[k, same])}
+            rows.append(row)
+        result[name] = {"modes": rows, "first_torsional": _first_torsional(found)}
+    return result
+
+
+def level_tables(engine: Engine, report: dict[str, Any]) -> list[Table]:
+    """Report of :func:`level_frequencies` as texts."""
+    level = report["level"]
+    titles = {
+        "crankshaft_free": f"{engine.name}, free crankshaft, no rods",
+        "cranktrain": f"{engine.name}, cranktrain at rest",
+    }
+    return [
+        Table(
+            title,
+            ("solid / Hz", "shape", f"{level} / Hz", "deviation", "MAC"),
+            tuple(
+                (
+                    f"{row['solid_hz']:.1f}",
+                    row["shape"],
+                    f"{row['hz']:.1f}" if "hz" in row else NOTHING,
+                    f"{row['deviation_percent']:+.1f} %" if "hz" in row else NOTHING,
+                    f"{row['mac']:.2f}" if "hz" in row else NOTHING,
+                )
+                for row in report[name]["modes"]
+            ),
+        )
+        for name, title in titles.items()
+    ]
+
+
+def _modes(engine: Engine, crankshaft: ReducedBody, rods: bool) -> tuple[Array, Array, Array]:
+    """Frequencies (k,) Hz, shares (k, 3) and shapes (m, 6, k) of the elastic modes."""
+    if not rods:
+        hz, shares = free_modes(engine, crankshaft)
+        return hz, shares, crankshaft.shapes[:, :, 6:]
+    squares, modes = eigh(*cranktrain_matrices(engine, crankshaft))
+    squares, modes = squares[1:], modes[:, 1:]  # the first one turns the crank as a whole
+    shares = energy_shares(engine, crankshaft, modes, rods=True)
+    return np.sqrt(squares) / (2.0 * np.pi), shares, crankshaft.shapes @ modes
+
+
+def _alike(left: Array, right: Array, radius: float, twists: bool) -> Array:
+    """Modal assurance criterion (k, l) of shapes (m, 6, k) and (m, 6, l)."""
+    weights = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0]) if twists else np.array([1.0, 1.0, 1.0, radius, radius, radius])
+    a, b = ((shapes * weights[:, None]).reshape(6 * shapes.shape[0], -1) for shapes in (left, right))
+    sizes = np.outer(np.einsum("ij,ij->j", a, a), np.einsum("ij,ij->j", b, b))
+    return np.asarray((a.T @ b) ** 2 / np.maximum(sizes, np.finfo(float).tiny))
+
+
+def _beside(solid: float, own: float) -> dict[str, float]:
+    return {"hz": float(own), "deviation_percent": 100.0 * float(own / solid - 1.0)}
+
+
+def _first_torsional(found: list[tuple[Array, Array, Array]]) -> dict[str, float]:
+    """First torsional frequency of the solid and, where the level twists, of the level."""
+    solid, own = found
+    first = torsional_frequencies(solid[0], solid[1])[0]
+    torsional = own[0][np.argmax(own[1], axis=1) == KINDS.index("torsional")] if own[0].size else own[0]
+    return {"solid_hz": first, **(_beside(first, float(torsional[0])) if torsional.size else {})}
