@@ -53,9 +53,7 @@ def ring(inner: float, outer: float, length: float, around: int, through: int, l
     points = np.stack([x.reshape(n, -1).T.ravel() for x in (radius * np.cos(angle), radius * np.sin(angle), height)])
     points[2] *= length
     up = low + n, middle + n, high + n
-    prism = np.hstack(
-        [np.stack(t) for t in ((low, middle, high, up[2]), (low, middle, up[1], up[2]), (low, *up))]
-    )
+    prism = np.hstack([np.stack(t) for t in ((low, middle, high, up[2]), (low, middle, up[1], up[2]), (low, *up))])
     mesh = MeshTet2.from_mesh(MeshTet1(points, np.hstack([prism + k * n for k in range(layers)])))
     nodes = mesh.doflocs.copy()
     ends = mesh.p[:, mesh.edges]

@@ -23,8 +23,11 @@ def rigid_block(engine, crank, mass=320.0, inertia=(25.0, 22.0, 9.0), centre=(0.
     for k, pin in enumerate(engine.cylinders.pins):
         _, along = cylinder_axes(engine.cylinders.bank_angles[k])
         z = crank.positions[crank.index(f"pin[{pin}]"), 2] + engine.rod_offsets[k]
-        for name, height in ((f"liner[{k + 1}].upper", LINER_UPPER), (f"liner[{k + 1}].lower", LINER_LOWER),
-                             (f"head[{k + 1}]", HEAD)):
+        for name, height in (
+            (f"liner[{k + 1}].upper", LINER_UPPER),
+            (f"liner[{k + 1}].lower", LINER_LOWER),
+            (f"head[{k + 1}]", HEAD),
+        ):
             names.append(name)
             places.append(height * along + [0.0, 0.0, z])
     for i, place in enumerate(engine.mounts.positions):

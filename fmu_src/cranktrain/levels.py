@@ -217,9 +217,7 @@ def refuse_beyond(
                 why = _WHY[kind][wanted]
                 instead = "roller" if kind == "bearings" and rollers and wanted != "linear" else wanted
                 what = _WORDS.get(kind, kind)
-                raise InputError(
-                    f"'{output}' cannot be answered at {what} '{level}': {why}; use {what} '{instead}'"
-                )
+                raise InputError(f"'{output}' cannot be answered at {what} '{level}': {why}; use {what} '{instead}'")
     if frequency is not None and engine is not None:
         _refuse_frequency(engine, crank, frequency)
 

@@ -111,9 +111,9 @@ def timoshenko_simply_supported(order, length):
     bending, shear = YOUNG * section.bending, SHEAR * section.shear
 
     def residual(omega):
-        return (shear * wave**2 - section.mass * omega**2) * (
-            bending * wave**2 + shear - section.rotary * omega**2
-        ) - (shear * wave) ** 2
+        return (shear * wave**2 - section.mass * omega**2) * (bending * wave**2 + shear - section.rotary * omega**2) - (
+            shear * wave
+        ) ** 2
 
     euler = wave**2 * np.sqrt(bending / section.mass)
     return brentq(residual, 0.1 * euler, 1.001 * euler)

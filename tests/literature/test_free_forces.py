@@ -122,9 +122,7 @@ def test_mounts_hold_the_mean_torque(offset):
     engine = replace(SIX, mounts=mounts, cylinders=replace(SIX.cylinders, pin_offset=offset))
     crank = rigid_crank(engine)
     block = rigid_block(engine, crank)
-    run = simulate(
-        engine, crank, Settings(crank="rigid", block="flexible"), SPEED, 16, parts=Parts(block=block)
-    )
+    run = simulate(engine, crank, Settings(crank="rigid", block="flexible"), SPEED, 16, parts=Parts(block=block))
     mean = {name: values[-run.per_cycle :].mean() for name, values in run.outputs.items()}
     moment = 0.0
     for i, (x, y, _) in enumerate(mounts.positions):

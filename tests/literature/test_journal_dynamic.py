@@ -105,5 +105,3 @@ def test_threshold_formula_is_where_an_eigenvalue_crosses():
     assert growth[0].real < 0.0 < growth[2].real
     assert abs(growth[1].real) < 1e-12
     assert abs(growth[1].imag) == pytest.approx(ratio)
-
-

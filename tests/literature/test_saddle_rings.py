@@ -30,6 +30,7 @@ def widening(inner, outer, length, around, through, layers=1, waves=3, degree=1)
 
 def plane_stress_ovalisation(a, b, n):
     """Radial displacement at r = a under p = cos nφ there, m/Pa, from Michell's stress function, by a 4 × 4 system."""
+
     # φ = (A r^n + B r^-n + C r^(n+2) + D r^(2-n)) cos nθ; displacement from Hooke's law in plane stress.
     def row_rr(r):
         inner = [n * (1 - n) * r ** (n - 2), -n * (1 + n) * r ** (-n - 2)]

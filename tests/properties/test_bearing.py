@@ -157,9 +157,7 @@ def test_moment_tilts_the_journal_and_its_matrices_hold_the_aligned_ones():
     np.testing.assert_allclose(straight.stiffness[:2, 2:], 0.0, atol=1e-9 * straight.stiffness[0, 0])
     assert np.linalg.eigvalsh(straight.damping).min() > 0.0
     tilted = steady.state(JOURNAL, 5e3, (10.0, -5.0))
-    np.testing.assert_allclose(
-        JOURNAL.force_unit * steady.out[2:4] * 0.5 * JOURNAL.width, [-10.0, 5.0], rtol=1e-5
-    )
+    np.testing.assert_allclose(JOURNAL.force_unit * steady.out[2:4] * 0.5 * JOURNAL.width, [-10.0, 5.0], rtol=1e-5)
     assert tilted.least_film < straight.least_film
     small = steady.state(JOURNAL, 5e3, (0.1, 0.0))
     slope = small.tilt * JOURNAL.clearance / (0.5 * JOURNAL.width)

@@ -138,7 +138,10 @@ def last_cycle(integrator, step_deg, tolerance=1e-6):
     ("integrator", "step_deg", "axial", "torsion"),
     [
         pytest.param(
-            "sdirk3", 2.0, 5e-3, 2.5e-3,
+            "sdirk3",
+            2.0,
+            5e-3,
+            2.5e-3,
             marks=pytest.mark.xfail(strict=True, reason="axial 5.6e-3 since the thrust pads follow Reynolds in 2-D"),
         ),
         ("sdirk3", 1.0, 1e-3, 4e-4),

@@ -50,9 +50,10 @@ def torque(parameters, twist, rate):
 
 def plain_torque(parameters, twist, rate):
     """Twin of the kernel."""
-    eta = parameters[WEIGHTS:SHEARS] * (1.0 + (parameters[TIME] * parameters[SHEARS:] * rate) ** 2) ** parameters[
-        EXPONENT
-    ]
+    eta = (
+        parameters[WEIGHTS:SHEARS]
+        * (1.0 + (parameters[TIME] * parameters[SHEARS:] * rate) ** 2) ** parameters[EXPONENT]
+    )
     return -parameters[STIFFNESS] * twist - (parameters[DAMPING] + eta.sum()) * rate
 
 

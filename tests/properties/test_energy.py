@@ -67,4 +67,3 @@ def test_balance_improves_with_the_square_of_the_step(crank, bearings):
     steps = (4.0, 2.0, 1.0)
     left = [abs(balance(bearings, crank, "generalised-alpha", step)[2]) for step in steps]
     assert left[0] > 3 * left[1] > 9 * left[2]
-

@@ -110,6 +110,7 @@ def test_frequencies_beyond_a_level_are_refused_with_the_level_or_the_cut():
     with pytest.raises(InputError, match=f"at most {cut:g} Hz"):
         refuse_beyond("solid", "linear", [], 1.01 * cut, engine=engine)
 
+
 @cache
 def crank(name, level):
     """Complete crankshaft of an engine at a level."""

@@ -22,8 +22,8 @@ def growth(simulation, kick, turns=40):
     n = simulation.model.omega2.size
     shape = simulation.model.ports[:4]
     state = simulation.state
-    state[offset(VELOCITY, n) : offset(VELOCITY, n) + n] += np.linalg.pinv(shape) @ np.array([1.0, 0, 1, 0]) * (
-        kick * C * SPEED
+    state[offset(VELOCITY, n) : offset(VELOCITY, n) + n] += (
+        np.linalg.pinv(shape) @ np.array([1.0, 0, 1, 0]) * (kick * C * SPEED)
     )
     simulation.state = state
     step = simulation.settings.step

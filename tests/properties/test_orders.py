@@ -90,9 +90,7 @@ def test_summary_takes_extremes_of_the_last_cycle_only():
     outputs = {**film("bearing[1]"), **moments, **film("big_end[1]"), **film("big_end[2]")}
     outputs["big_end[2].eccentricity"] = np.zeros(angle.size)
     extremes = {"min_film_um": pytest.approx(2.0), "max_eccentricity": 0.9, "max_pressure_pa": 5e7}
-    assert bearing_rows(angle, outputs) == [
-        {"name": "main[1]", "peak_load_n": 500.0, **extremes, "max_moment_nm": 5.0}
-    ]
+    assert bearing_rows(angle, outputs) == [{"name": "main[1]", "peak_load_n": 500.0, **extremes, "max_moment_nm": 5.0}]
     # a rigid big end has a load and no film
     assert big_end_rows(angle, outputs) == [
         {"name": "big_end[1]", "peak_load_n": 500.0, **extremes},

@@ -139,12 +139,13 @@ def test_heat_balance(capsys):
     rise = warm["outlet_temperature_c"] - 80.0
     assert 0.8 * power == pytest.approx(860.0 * 2000.0 * warm["flow"] * rise, rel=1e-6)
     assert warm["effective_temperature_c"] == pytest.approx(80.0 + 0.5 * rise)
+
     # Walther's straight line through both points, at the effective temperature.
     def fold(nu):
         return math.log10(math.log10(nu + 0.7))
 
     share = math.log((warm["effective_temperature_c"] + 273.15) / 313.15) / math.log(373.15 / 313.15)
-    nu = 10.0 ** 10.0 ** (fold(100.0) + share * (fold(11.0) - fold(100.0))) - 0.7
+    nu = 10.0**10.0 ** (fold(100.0) + share * (fold(11.0) - fold(100.0))) - 0.7
     assert warm["viscosity"] == pytest.approx(860.0 * 1e-6 * nu, rel=1e-6)
     # The same bearing with that viscosity given.
     given = run(capsys, *LOADED, "--viscosity", repr(warm["viscosity"]))

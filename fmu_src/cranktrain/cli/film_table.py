@@ -40,7 +40,10 @@ def register(verbs: Any) -> None:
     sub.add_argument("--groove", default="none", metavar="KIND", help=f"{' or '.join(GROOVES)} (fully round); none")
     sub.add_argument("--no-tilt", action="store_true", help="only the table of the aligned journal")
     sub.add_argument(
-        "--tilt-range", type=float, default=TableSettings.tilt_range, metavar="SHARE",
+        "--tilt-range",
+        type=float,
+        default=TableSettings.tilt_range,
+        metavar="SHARE",
         help=f"share of the possible tilt (default {TableSettings.tilt_range:g})",
     )
     sub.add_argument("--resolution", default="default", metavar="NAME", help=", ".join(RESOLUTIONS))

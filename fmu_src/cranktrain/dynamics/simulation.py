@@ -289,9 +289,7 @@ class Simulation:
         Inputs stay as they are. Returns how many were taken; where it stops, :meth:`step` says why.
         """
         self._check_inputs()
-        return int(
-            advance_series(self.model, self.work, self._current(), self.inputs, step, first, rows, self.outputs)
-        )
+        return int(advance_series(self.model, self.work, self._current(), self.inputs, step, first, rows, self.outputs))
 
     def _failure(self, state: Array) -> str:
         ports_at_state(self.model, self.work, state)

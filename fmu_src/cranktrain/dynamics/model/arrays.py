@@ -278,9 +278,7 @@ def build_model(
     flywheel, pulley = body.index("flywheel"), body.index("pulley")
     eta = viscosity(engine.oil, supply_temperature(engine, settings, speed))
     flexible = settings.block == "flexible"
-    journals, mains, films = main_bearings(
-        engine, settings.bearings, eta, temperatures, parts.table, parts.bore
-    )
+    journals, mains, films = main_bearings(engine, settings.bearings, eta, temperatures, parts.table, parts.bore)
     # Rigid big ends have no film, but kernels want one of the same form.
     floating = engine.big_end_bearing or engine.main_bearing
     big_ends = np.zeros((engine.n_cylinders, 13))

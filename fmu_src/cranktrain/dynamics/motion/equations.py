@@ -111,9 +111,7 @@ def external_force(model, frame, pressures, displaced, out):
     """Modal force (n,) of frame and shaft, gravity on the displaced mass, gas on the heads and the mounts' preload."""
     t = int(model.layout[TURNING_MODES])
     omega = frame[OMEGA]
-    lead = model.scalars[DRIVEN] * (
-        model.scalars[SHAFT_K] * frame[LEAD] + model.scalars[SHAFT_C] * frame[LEAD_RATE]
-    )
+    lead = model.scalars[DRIVEN] * (model.scalars[SHAFT_K] * frame[LEAD] + model.scalars[SHAFT_C] * frame[LEAD_RATE])
     g_x = -model.scalars[GRAVITY] * frame[SIN]
     g_y = -model.scalars[GRAVITY] * frame[COS]
     x = 0.0

@@ -275,9 +275,7 @@ def observe_rod(model, frame, work, c, u, ud, udd, out, side):
         return
     k = int(model.layout[PISTONS]) + 2 * c
     for _ in range(3):
-        piston_forces(
-            model, c, cross, gas, 0.0, u[k], ud[k], udd[k], u[k + 1], ud[k + 1], u, ud, g_x, g_y, out, side
-        )
+        piston_forces(model, c, cross, gas, 0.0, u[k], ud[k], udd[k], u[k + 1], ud[k + 1], u, ud, g_x, g_y, out, side)
     out[0] -= rod[M_BIG] * (cross[4] + g_x)
     out[1] -= rod[M_BIG] * (cross[5] + g_y)
 

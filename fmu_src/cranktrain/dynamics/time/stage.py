@@ -83,9 +83,7 @@ def solve_stage(
     compliance = work.turning.compliance[level]
     if model.pairs.shape[0] > 0:
         compliance = work.relative
-        relative_compliance(
-            model, cos, sin, work.turning.compliance[level], work.block.compliance[level], compliance
-        )
+        relative_compliance(model, cos, sin, work.turning.compliance[level], work.block.compliance[level], compliance)
     # Tangents that belong to the factored matrix; the linearised forces must use the same.
     blocks = work.held
     external_force(model, frame, pressures, big_q, base)

@@ -163,7 +163,8 @@ def _node_outflow(film, half_speed, per_gain, i, line, work):
         + across * film.lines[line, 3] * mean * mean * mean * (pressure[q] - pressure[q + 1])
         + across * film.lines[line, 4] * mean_before * mean_before * mean_before * (pressure[q] - pressure[q - 1])
         + nodes[SLOPE, q] * (nodes[DRIVEN, q] + per_gain * nodes[FILM, q])
-        + work.faces[FACE_EXTRA, i * n_z + line - 1] - work.faces[FACE_EXTRA, up * n_z + line - 1]
+        + work.faces[FACE_EXTRA, i * n_z + line - 1]
+        - work.faces[FACE_EXTRA, up * n_z + line - 1]
     )
 
 

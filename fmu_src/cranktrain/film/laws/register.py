@@ -36,7 +36,6 @@ TILTED = ("table", "reynolds", "ehd", "roller")
 BIG_END_LEVELS = ("rigid", "impedance", "table")
 
 
-
 def bearing_parameters(bearing: PlainBearing, viscosity: float, level: str) -> np.ndarray:
     """Pack one bearing for the kernels, (13,); ``InputError`` for a level that does not exist."""
     if level not in LAWS:
@@ -97,4 +96,3 @@ def bearing_force(parameters, x, y, vx, vy, half_speed, cos_frame, sin_frame, ta
     out[8] = -c_xy
     out[9] = -c_yy
     out[10] = (x * x + y * y) ** 0.5 / parameters[CLEARANCE]
-

@@ -321,9 +321,7 @@ def _solved(eps, a, b, vr, vt, wr, wt, weight, table, grid, film_work, active, w
 
 
 @kernel
-def table_force(
-    x, y, ax, ay, vx, vy, wx, wy, half_speed, c, factor, table, grid, film_work, active, work, out
-):
+def table_force(x, y, ax, ay, vx, vy, wx, wy, half_speed, c, factor, table, grid, film_work, active, work, out):
     """Forces on a journal with tilt, in axes at rest with the bore, with tangents.
 
     Parameters

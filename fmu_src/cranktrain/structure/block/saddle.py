@@ -220,9 +220,7 @@ def _child() -> None:
     spans = [(-outer, -inner), (-inner, inner), (inner, outer)] if outer > inner else [(-inner, inner)]
     for low, high in spans:
         bulkhead = occ.Box(occ.Pnt(-s["half_width"], 0.0, low), occ.Pnt(s["half_width"], s["height"], high))
-        cap = occ.Box(
-            occ.Pnt(-s["cap_half_width"], -s["cap_depth"], low), occ.Pnt(s["cap_half_width"], 0.0, high)
-        )
+        cap = occ.Box(occ.Pnt(-s["cap_half_width"], -s["cap_depth"], low), occ.Pnt(s["cap_half_width"], 0.0, high))
         bore = occ.Cylinder(occ.Pnt(0.0, 0.0, low), occ.gp_Dir(0, 0, 1), r=0.5 * s["bore_diameter"], h=high - low)
         bore.faces.maxh = s["bore_mesh_share"] * s["mesh_size"]
         slices.append(bulkhead + cap - bore)

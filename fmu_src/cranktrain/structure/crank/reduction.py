@@ -68,6 +68,7 @@ def reduced_crankshaft(
     StoreError
         a stored file that is corrupt or foreign
     """
+
     def compared(model: FEModel, reduced: Reduced, interfaces: InterfaceSet, say: Progress) -> Comparison:
         say("rigidly tied surfaces for comparison")
         tied = tied_frequencies(model, interfaces, reduced.body.records["full_hz"].size)

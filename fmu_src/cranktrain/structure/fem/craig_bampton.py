@@ -214,9 +214,7 @@ def craig_bampton(
         where the eigenmodes are not found
     """
     say = progress or (lambda stage: None)
-    basis = reduced_basis(
-        model.stiffness, model.mass, rigid_motions(model), interfaces.averaging, fixed_modes, say
-    )
+    basis = reduced_basis(model.stiffness, model.mass, rigid_motions(model), interfaces.averaging, fixed_modes, say)
     body = _rotating(model, interfaces, basis.free, basis.modes, basis.omega, basis.shapes, name, digest)
     check(body)
     return Reduced(body, basis.modes, basis.free, basis.compliance)

@@ -156,4 +156,3 @@ def damper_table(report: Mapping[str, Any]) -> Table:
     rows[at] = (*rows[at][:3], f"{first['ring_free_hz']:.1f}", f"{first['ring_locked_hz']:.1f}")
     title = f"Cranktrain with its damper ({report['law']}) at {report['temperature_c']:.0f} degC, small amplitude"
     return Table(title, ("Hz", "shape", "damping / %", "ring free / Hz", "ring locked / Hz"), tuple(rows))
-
