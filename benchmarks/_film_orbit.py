@@ -29,10 +29,7 @@ from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.film.journal.grid import cold_start, journal_grid, journal_work
 from cranktrain.film.laws.ehd import IN_LOOP as ELASTIC_IN_LOOP
 from cranktrain.film.laws.ehd import elastic_bore, elastic_law, film_size
-from cranktrain.film.laws.register import bearing_force, bearing_parameters
-from cranktrain.film.laws.rigid_bore import IN_LOOP as RIGID_IN_LOOP
-from cranktrain.film.laws.rigid_bore import reynolds_law, rigid_bore, table_law
-from cranktrain.film.laws.tilted import (
+from cranktrain.film.laws.films import (
     CLOSE_STAGE,
     CLOSE_STEP,
     COS,
@@ -49,6 +46,9 @@ from cranktrain.film.laws.tilted import (
     film_call,
     no_films,
 )
+from cranktrain.film.laws.plane import bearing_force, bearing_parameters
+from cranktrain.film.laws.rigid_bore import IN_LOOP as RIGID_IN_LOOP
+from cranktrain.film.laws.rigid_bore import reynolds_law, rigid_bore, table_law
 from cranktrain.film.table.database import FilmTable
 
 Array = NDArray[np.float64]

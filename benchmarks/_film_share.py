@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from cranktrain.core.kernel import call_kernel, keep_record, kernel_address, record_reader
-from cranktrain.film.laws.tilted import CLOSE_STAGE, FORCE, HELD, RATE, SIZE, Films
+from cranktrain.film.laws.films import CLOSE_STAGE, FORCE, HELD, RATE, SIZE, Films
 
 _clock: Any = ctypes.CDLL(None).clock_gettime
 _clock.argtypes, _clock.restype = [ctypes.c_int, ctypes.c_void_p], ctypes.c_int

@@ -23,7 +23,7 @@ from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.film.laws.impedance import impedance_map, journal_force
 from cranktrain.film.laws.parabolic import WORK_SIZE, film_force, node_table
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_LOAD, FACTOR, KAPPA2
-from cranktrain.film.laws.register import bearing_parameters
+from cranktrain.film.laws.plane import bearing_parameters
 
 SPEED = 2000.0 * math.pi / 30.0
 COUNT, REPEATS = 4000, 15

@@ -51,7 +51,7 @@ from cranktrain.film.laws.ehd import IN_LOOP as ELASTIC_IN_LOOP
 from cranktrain.film.laws.ehd import SHAPES
 from cranktrain.film.laws.impedance import impedance_map
 from cranktrain.film.laws.parameters import KAPPA2
-from cranktrain.film.laws.register import bearing_parameters
+from cranktrain.film.laws.plane import bearing_parameters
 from cranktrain.film.laws.rigid_bore import IN_LOOP as RIGID_IN_LOOP
 from cranktrain.film.table.database import FilmTable, TableSettings
 from cranktrain.store.film_tables import film_table

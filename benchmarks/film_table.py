@@ -25,7 +25,7 @@ from cranktrain.dynamics.model.arrays import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.film.journal.film import OUT_SIZE, journal_film
 from cranktrain.film.journal.grid import JournalGrid, cold_start, journal_grid, journal_work
-from cranktrain.film.laws.register import CLEARANCE
+from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.table.aligned import aligned_force
 from cranktrain.film.table.database import ALIGNED_GRID, TILT_GRIDS, FilmTable, TableSettings, table_grid
 from cranktrain.film.table.family import turning

@@ -8,7 +8,7 @@ from pathlib import Path
 from cranktrain.dynamics.model.arrays import Parts, Settings
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import PlainBearing
-from cranktrain.film.laws.register import TILTED
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable, TableSettings
 from cranktrain.store.film_tables import film_table
 
@@ -37,7 +37,7 @@ def level_parts(
     if settings.block == "flexible":
         from cranktrain.structure.block.reduction import block_loads, reduced_block, running_block
 
-        tilting = settings.bearings in TILTED or engine.main_roller is not None
+        tilting = bearing_law(settings.bearings).tilt or engine.main_roller is not None
         bare = reduced_block(engine, block_mesh, progress=say)
         block = running_block(engine, bare, block_loads(engine, tilting=tilting))
     if settings.bearings == "ehd":

@@ -17,7 +17,7 @@ from cranktrain.film.laws.parabolic import (
     friction_torque,
     node_table,
 )
-from cranktrain.film.laws.register import bearing_force, bearing_parameters
+from cranktrain.film.laws.plane import bearing_force, bearing_parameters
 
 BEARING = load_engine("diesel_i6").main_bearing
 VISCOSITY = 0.012

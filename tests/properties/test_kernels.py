@@ -14,7 +14,7 @@ from cranktrain.dynamics.motion.linear_algebra import (
     solve_rows,
 )
 from cranktrain.engine.file import load_engine
-from cranktrain.film.laws.register import bearing_parameters
+from cranktrain.film.laws.plane import bearing_parameters
 from cranktrain.film.laws.rigid_bore import RigidBore, rigid_bore
 
 SIZES = [1, 2, 3, 4, 5, 6, 7, 8, 9, 27, 62]

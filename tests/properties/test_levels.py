@@ -13,7 +13,6 @@ from cranktrain import levels
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.arrays import (
-    BIG_END_LEVELS,
     BLOCK_LEVELS,
     BOUNDARIES,
     CRANK_LEVELS,
@@ -23,10 +22,9 @@ from cranktrain.dynamics.model.arrays import (
     check_levels,
     resolved,
 )
-from cranktrain.dynamics.model.mains import BEARING_LEVELS
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.engine.file import load_engine
-from cranktrain.film.laws.register import LAWS
+from cranktrain.film.laws.register import BIG_END, MAINS, bearing_levels
 
 SIX, EIGHT = load_engine("diesel_i6"), load_engine("diesel_v8")
 SPEED = 2000 * math.pi / 30
@@ -71,7 +69,15 @@ def test_refused_with_the_reason(engine, choices, says):
 
 def test_every_other_combination_of_the_six_is_taken():
     refused = 0
-    axes = (("rigid", "solid"), LAWS, BIG_END_LEVELS, BLOCK_LEVELS, PISTON_LEVELS, DAMPER_LEVELS, BOUNDARIES)
+    axes = (
+        ("rigid", "solid"),
+        set(bearing_levels(*MAINS)) - {"held"},
+        bearing_levels(BIG_END),
+        BLOCK_LEVELS,
+        PISTON_LEVELS,
+        DAMPER_LEVELS,
+        BOUNDARIES,
+    )
     for combination in product(*axes):
         names = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "boundary")
         chosen = resolved(Settings(**dict(zip(names, combination, strict=True))), SIX)
@@ -154,5 +160,5 @@ def test_a_body_that_bends_is_not_held():
 def test_the_list_of_levels_is_that_of_the_running_model():
     """Two lists, because a kernel is compiled anew when a module below the running model changes."""
     assert levels.CRANKS == CRANK_LEVELS and levels.BLOCKS == BLOCK_LEVELS and levels.DAMPERS == DAMPER_LEVELS
-    assert set(levels.BEARINGS) | {"roller"} == set(BEARING_LEVELS)
-    assert levels.BIG_ENDS == BIG_END_LEVELS and ("auto", *levels.PISTONS) == PISTON_LEVELS
+    assert set(levels.BEARINGS) | {"roller"} == set(bearing_levels(*MAINS))
+    assert bearing_levels(BIG_END) == levels.BIG_ENDS and ("auto", *levels.PISTONS) == PISTON_LEVELS

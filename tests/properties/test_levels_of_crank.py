@@ -11,8 +11,8 @@ import pytest
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid_coordinates
 from cranktrain.dynamics.model.arrays import CRANK_LEVELS
-from cranktrain.dynamics.model.mains import BEARING_LEVELS
 from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.register import MAINS, bearing_levels
 from cranktrain.levels import (
     BEARINGS,
     CRANKS,
@@ -60,7 +60,7 @@ def test_what_a_level_does_not_answer_is_refused_with_the_one_that_does(crank, b
 
 def test_levels_are_those_of_the_running_model():
     assert CRANKS == CRANK_LEVELS
-    assert set(BEARINGS) | {"roller"} == set(BEARING_LEVELS)
+    assert set(BEARINGS) | {"roller"} == set(bearing_levels(*MAINS))
 
 
 def test_held_bearings_hold_no_crank_that_bends():

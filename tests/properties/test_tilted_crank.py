@@ -14,7 +14,7 @@ from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.ehd import IN_LOOP, KEPT, SHAPES
-from cranktrain.film.laws.tilted import HELD
+from cranktrain.film.laws.films import HELD
 from cranktrain.film.table.database import TableSettings
 from cranktrain.store.film_tables import film_table
 from cranktrain.structure.block.saddle import bore_compliance

@@ -182,17 +182,16 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
 def _settings(engine: Engine, options: argparse.Namespace) -> Settings:
     """Settings that the options ask for, with nothing left open; refuses what the engine cannot do."""
     from cranktrain.dynamics.model.arrays import CRANK_LEVELS, PISTON_LEVELS, Settings, check_levels, resolved
-    from cranktrain.dynamics.model.mains import BEARING_LEVELS
     from cranktrain.dynamics.time.integrator_tables import integrator_table
     from cranktrain.dynamics.warm_films import TEMPERATURES, check_level
-    from cranktrain.film.laws.register import BIG_END_LEVELS
+    from cranktrain.film.laws.register import BIG_END, MAINS, bearing_levels
 
     within("--speed", options.speed, 100.0, 20000.0, "rev/min; for less use the FMU, which takes any speed from 0")
     within("--cycles", options.cycles, 1, 10000, "cycles")
     within("--load", options.load, 0.0, 2.0, "of the full-load burn")
     one_of("--crank", options.crank, CRANK_LEVELS)
-    one_of("--bearings", options.bearings, ("auto", *BEARING_LEVELS))
-    one_of("--big-ends", options.big_ends, BIG_END_LEVELS)
+    one_of("--bearings", options.bearings, ("auto", *bearing_levels(*MAINS)))
+    one_of("--big-ends", options.big_ends, bearing_levels(BIG_END))
     one_of("--pistons", options.pistons, PISTON_LEVELS)
     one_of("--film-temperature", options.film_temperature, TEMPERATURES)
     one_of("--damper-temperature", options.damper_temperature, TEMPERATURES)

@@ -19,6 +19,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import PLAIN, bearing_law, bearing_levels
 from cranktrain.film.steady.heat_balance import balanced_temperature
 
 TEMPERATURES = ("engine", "heat-balance")
@@ -31,10 +32,11 @@ PASSES = 6
 
 def check_level(bearings: str) -> None:
     """Refuse a bearing level without oil; ``InputError``."""
-    if bearings in ("linear", "roller"):
+    if not bearing_law(bearings).film:
+        oiled = [level for level in bearing_levels(PLAIN) if bearing_law(level).film]
         raise InputError(
-            f"bearing level '{bearings}' has no oil that friction warms; choose impedance, table, reynolds or ehd, "
-            "or film temperature 'engine'"
+            f"bearing level '{bearings}' has no oil that friction warms; "
+            f"choose {', '.join(oiled[:-1])} or {oiled[-1]}, or film temperature 'engine'"
         )
 
 

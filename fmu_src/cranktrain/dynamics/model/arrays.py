@@ -15,18 +15,19 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model.block import BlockArrays, block_arrays
 from cranktrain.dynamics.model.bodies import held, standing_body, with_big_ends, with_rotor
-from cranktrain.dynamics.model.mains import BEARING_LEVELS, HELD, check_mains, main_bearings
+from cranktrain.dynamics.model.mains import HELD, check_mains, main_bearings
 from cranktrain.dynamics.model.ports import PORTS, TURNING_MODES, lay_ports
 from cranktrain.dynamics.time.integrator_tables import EMBEDDED, ORDERS, amplification, integrator_table
 from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
+from cranktrain.film.laws.bearings import floating_films
+from cranktrain.film.laws.films import Films
 from cranktrain.film.laws.impedance import impedance_map
 from cranktrain.film.laws.parameters import KAPPA2
-from cranktrain.film.laws.register import BIG_END_LEVELS, TILTED, bearing_parameters
+from cranktrain.film.laws.plane import bearing_parameters
+from cranktrain.film.laws.register import BIG_END, MAINS, PLAIN, ROLLER, bearing_law, bearing_levels, usual_level
 from cranktrain.film.laws.thrust import thrust_parameters
-from cranktrain.film.laws.tilted import Films
-from cranktrain.film.laws.tilted_levels import floating_films
 from cranktrain.film.table.database import FilmTable
 from cranktrain.loads.damper import PARAMETERS, damper_parameters, damper_temperature, required_damper
 from cranktrain.loads.gas_pressure import GasTrace, kinks, spline_coefficients
@@ -96,19 +97,19 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
     if bearings == "auto" and settings.crank == "torsional":
         bearings = HELD
     if bearings == "auto":
-        bearings = "impedance" if engine.main_roller is None else "roller"
+        bearings = usual_level(PLAIN if engine.main_roller is None else ROLLER)
     pistons = settings.pistons
     if pistons == "auto":
         pistons = "guided" if settings.block == "flexible" else "rigid"
-    elastic = bearings == "ehd"
-    integrator = ("sdirk2" if elastic else "esdirk4") if settings.integrator == "auto" else settings.integrator
-    usual = (1.0e-5 if bearings in TILTED else 3.0e-5) / amplification(integrator)
+    law = bearing_law(bearings)
+    integrator = law.integrator if settings.integrator == "auto" else settings.integrator
+    usual = law.tolerance / amplification(integrator)
     chosen: dict[str, Any] = {
         "bearings": bearings,
         "pistons": pistons,
         "integrator": integrator,
         "newton_tolerance": settings.newton_tolerance or usual,
-        "film_change": settings.film_change or (0.15 if elastic else 1.0),
+        "film_change": settings.film_change or law.film_change,
     }
     return replace(settings, **chosen)
 
@@ -208,8 +209,8 @@ def check_levels(settings: Settings, engine: Engine) -> None:
     """
     for value, valid, what in (
         (settings.crank, CRANK_LEVELS, "crank level"),
-        (settings.bearings, BEARING_LEVELS, "bearing level"),
-        (settings.big_ends, BIG_END_LEVELS, "big-end level"),
+        (settings.bearings, bearing_levels(*MAINS), "bearing level"),
+        (settings.big_ends, bearing_levels(BIG_END), "big-end level"),
         (settings.block, BLOCK_LEVELS, "block level"),
         (settings.pistons, PISTON_LEVELS, "piston level"),
         (settings.damper, DAMPER_LEVELS, "damper level"),
@@ -286,7 +287,7 @@ def build_model(
         big_ends[:] = bearing_parameters(floating, eta, "table" if settings.big_ends == "table" else "impedance")
     if settings.bearings == HELD:
         body = held(body)
-    linear = settings.bearings in ("linear", HELD)
+    linear = not bearing_law(settings.bearings).clearance
     thrust = replace(engine.thrust, block_stiffness=math.inf) if flexible else engine.thrust
     crank_modes, crank_mass, crank_centre = body.n_modes, body.mass, body.centre
     if settings.big_ends != "rigid":

@@ -16,15 +16,15 @@ from cranktrain.dynamics.model.ports import MainJournals
 from cranktrain.engine.lubricant import viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
+from cranktrain.film.laws.bearings import tilted_films
+from cranktrain.film.laws.films import Films
 from cranktrain.film.laws.parameters import CLEARANCE, WIDTH
-from cranktrain.film.laws.register import LAWS, TILTED, bearing_parameters
+from cranktrain.film.laws.plane import CODES, bearing_parameters
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.laws.roller import roller_parameters
-from cranktrain.film.laws.tilted import Films
-from cranktrain.film.laws.tilted_levels import tilted_films
 from cranktrain.film.table.database import FilmTable
 
 HELD = "held"
-BEARING_LEVELS = (HELD, *LAWS)
 
 
 class Mains(NamedTuple):
@@ -78,11 +78,11 @@ def main_bearings(
         return Mains(MainJournals(nothing, nothing, False), np.zeros((0, 13)), films)
     if engine.main_roller is not None:
         rollers = replace(engine.main_roller, law="linear") if level == "linear" else engine.main_roller
-        parameters = roller_parameters(rollers, LAWS["roller"])
+        parameters = roller_parameters(rollers, CODES["roller"])
         films = tilted_films(None, "roller", parameters, rollers=rollers)
         return Mains(MainJournals(0.5 * parameters[:, WIDTH], parameters[:, CLEARANCE], True), parameters, films)
     bearing = engine.plain_mains
     etas = [eta] * count if temperatures is None else [viscosity(engine.oil, float(t)) for t in temperatures]
     parameters = np.array([bearing_parameters(bearing, own, level) for own in etas])
-    journals = MainJournals(0.5 * parameters[:, WIDTH], parameters[:, CLEARANCE], level in TILTED)
+    journals = MainJournals(0.5 * parameters[:, WIDTH], parameters[:, CLEARANCE], bearing_law(level).tilt)
     return Mains(journals, parameters, tilted_films(bearing, level, parameters, table, bore))

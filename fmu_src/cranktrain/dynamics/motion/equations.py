@@ -35,15 +35,15 @@ from cranktrain.dynamics.motion.film_ports import place_journal, plane_block, sp
 from cranktrain.dynamics.motion.linear_algebra import invert, product
 from cranktrain.dynamics.motion.relative import reactions, relative_motion
 from cranktrain.dynamics.motion.rods import rod_forces
+from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
+from cranktrain.film.laws.films import COS as FRAME_COS
+from cranktrain.film.laws.films import FORCE, FRICTION, SPEED, film_call
+from cranktrain.film.laws.films import SIN as FRAME_SIN
 from cranktrain.film.laws.parabolic import friction_torque
 from cranktrain.film.laws.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
-from cranktrain.film.laws.register import IMPEDANCE, bearing_force
+from cranktrain.film.laws.plane import IMPEDANCE, bearing_force
 from cranktrain.film.laws.thrust import LINEAR as LINEAR_THRUST
 from cranktrain.film.laws.thrust import thrust_force, thrust_force_tilted
-from cranktrain.film.laws.tilted import ANGLE as FRAME_ANGLE
-from cranktrain.film.laws.tilted import COS as FRAME_COS
-from cranktrain.film.laws.tilted import FORCE, FRICTION, SPEED, film_call
-from cranktrain.film.laws.tilted import SIN as FRAME_SIN
 from cranktrain.loads.damper import damper_torque
 from cranktrain.loads.gas_pressure import gas_pressure
 

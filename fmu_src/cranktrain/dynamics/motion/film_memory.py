@@ -1,4 +1,4 @@
-"""What films that feel tilt are told by a step, and what they remember; see :mod:`cranktrain.film.laws.tilted`.
+"""What films that feel tilt are told by a step, and what they remember; see :mod:`cranktrain.film.laws.films`.
 
 The order of calls in a step is ``open_step``, then for each stage ``open_stage``, the stage's iteration and
 ``close_stage``, and ``close_step`` at the end. Where films have no memory they do nothing.
@@ -14,8 +14,8 @@ from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE, film_offset
 from cranktrain.dynamics.motion.equations import COS, OMEGA, SIN, THETA, WHIRL
 from cranktrain.dynamics.motion.film_ports import place_journal
 from cranktrain.dynamics.motion.relative import relative_motion
-from cranktrain.film.laws.tilted import ANGLE as FRAME_ANGLE
-from cranktrain.film.laws.tilted import (
+from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
+from cranktrain.film.laws.films import (
     CLOSE_STAGE,
     CLOSE_STEP,
     ELAPSED,
@@ -28,8 +28,8 @@ from cranktrain.film.laws.tilted import (
     STEP,
     film_call,
 )
-from cranktrain.film.laws.tilted import COS as FRAME_COS
-from cranktrain.film.laws.tilted import SIN as FRAME_SIN
+from cranktrain.film.laws.films import COS as FRAME_COS
+from cranktrain.film.laws.films import SIN as FRAME_SIN
 
 
 @kernel

@@ -7,7 +7,7 @@ tangents by place and by velocity make one block.
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
-from cranktrain.film.laws.tilted import BY_PLACE, BY_VELOCITY
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY
 
 
 @kernel

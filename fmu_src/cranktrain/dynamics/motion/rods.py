@@ -24,10 +24,10 @@ from cranktrain.dynamics.model.arrays import (
 )
 from cranktrain.dynamics.model.ports import LINERS, PIN_ROTATIONS, PISTONS, ROD_LAWS, RODS
 from cranktrain.dynamics.motion.film_ports import plane_block
+from cranktrain.film.laws.films import FORCE, FRICTION, RUBBING, SPEED, film_call
 from cranktrain.film.laws.parabolic import friction_torque
 from cranktrain.film.laws.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
-from cranktrain.film.laws.register import TABLE, bearing_force
-from cranktrain.film.laws.tilted import FORCE, FRICTION, RUBBING, SPEED, film_call
+from cranktrain.film.laws.plane import TABLE, bearing_force
 from cranktrain.loads.piston_guidance import HEIGHT, UNBALANCE, layer_force, liner_friction
 from cranktrain.loads.slider_crank import rod_force
 

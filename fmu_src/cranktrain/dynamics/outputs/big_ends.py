@@ -22,11 +22,11 @@ from cranktrain.dynamics.motion.rods import (
     observe_rod,
     pin_motion,
 )
+from cranktrain.film.laws.films import FLOW, FRICTION, OBSERVE, P_MAX
 from cranktrain.film.laws.impedance import pressure_and_flow
 from cranktrain.film.laws.parabolic import friction_torque
 from cranktrain.film.laws.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
-from cranktrain.film.laws.register import IMPEDANCE, TABLE
-from cranktrain.film.laws.tilted import FLOW, FRICTION, OBSERVE, P_MAX
+from cranktrain.film.laws.plane import IMPEDANCE, TABLE
 
 BIG_END = (
     "force.x",

@@ -33,6 +33,10 @@ from cranktrain.dynamics.outputs.big_ends import BIG_END, BIG_END_OUTPUTS, obser
 from cranktrain.dynamics.outputs.whole_engine import WHOLE, engine_output_names, observe_engine
 from cranktrain.dynamics.time.stage import OK
 from cranktrain.dynamics.time.step_control import advance, frame_at, ports_at_state
+from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
+from cranktrain.film.laws.films import COS as FRAME_COS
+from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, GAP, GAP_ANGLE, OBSERVE, P_MAX, SPEED, film_call
+from cranktrain.film.laws.films import SIN as FRAME_SIN
 from cranktrain.film.laws.gap_motion import (
     LEAST_ANGLE,
     LEAST_GAP,
@@ -47,12 +51,8 @@ from cranktrain.film.laws.gap_motion import (
 from cranktrain.film.laws.impedance import pressure_and_flow
 from cranktrain.film.laws.parabolic import friction_torque
 from cranktrain.film.laws.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
-from cranktrain.film.laws.register import IMPEDANCE, bearing_force
+from cranktrain.film.laws.plane import IMPEDANCE, bearing_force
 from cranktrain.film.laws.thrust import thrust_force
-from cranktrain.film.laws.tilted import ANGLE as FRAME_ANGLE
-from cranktrain.film.laws.tilted import COS as FRAME_COS
-from cranktrain.film.laws.tilted import ECCENTRICITY, FLOW, FRICTION, GAP, GAP_ANGLE, OBSERVE, P_MAX, SPEED, film_call
-from cranktrain.film.laws.tilted import SIN as FRAME_SIN
 
 GENERAL = ("crank.angle", "crank.speed", "pulley.torsion", "pulley.axial", "flywheel.torsion", "shaft.torque")
 BEARING = (

@@ -16,7 +16,7 @@ from cranktrain.dynamics.model.state import OUTPUT_MEAN, OUTPUT_VARIANCE, POSITI
 from cranktrain.dynamics.motion.equations import trace_angle
 from cranktrain.dynamics.time.integrator_tables import DIRK
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, LAW
-from cranktrain.film.laws.register import LINEAR
+from cranktrain.film.laws.plane import LINEAR
 
 LEAST_TORSION, LEAST_AXIAL = 1.0e-6, 1.0e-8
 """Least amplitudes (rad, m) that errors are held against."""

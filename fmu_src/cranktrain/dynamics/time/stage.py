@@ -15,7 +15,7 @@ from cranktrain.dynamics.model.state import CONTRACTION
 from cranktrain.dynamics.motion.equations import COS, OMEGA_DOT, SIN, WHIRL, external_force, port_forces
 from cranktrain.dynamics.motion.linear_algebra import add_product, factor_rows, product, solve_rows
 from cranktrain.dynamics.motion.relative import reactions, relative_compliance, relative_step
-from cranktrain.film.laws.tilted import HELD
+from cranktrain.film.laws.films import HELD
 
 MAX_ITERATIONS = 40
 JOURNAL_STEP = 0.3

@@ -65,7 +65,7 @@ from cranktrain.dynamics.time.integrator_tables import BDF2
 from cranktrain.dynamics.time.integrators import coefficients, integrate_step
 from cranktrain.dynamics.time.stage import OK, SINGULAR, to_ports
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, LAW
-from cranktrain.film.laws.register import LINEAR
+from cranktrain.film.laws.plane import LINEAR
 from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_motion
 
 MAX_HALVINGS = 6

@@ -44,7 +44,7 @@ from cranktrain.film.elastic.grid import (
     ElasticWork,
 )
 from cranktrain.film.elastic.grid import FORCE as FORCE_ON_JOURNAL
-from cranktrain.film.laws.tilted import (
+from cranktrain.film.laws.films import (
     CLOSE_STAGE,
     CLOSE_STEP,
     COS,
@@ -168,7 +168,7 @@ _read = record_reader(ElasticBore(_SMALL, SMALLEST.work(0), elastic_memory(_SMAL
 
 @law_kernel
 def elastic_law(record, action, i, place, velocity, numbers, memory, out):
-    """The law of an elastic bore; see :mod:`cranktrain.film.laws.tilted`.
+    """The law of an elastic bore; see :mod:`cranktrain.film.laws.films`.
 
     ``memory`` is the film's part of the state; for OPEN_STAGE the stage's row of the integrator. A film that failed
     gives forces that are no numbers, which end the stage.

@@ -1,98 +1,172 @@
-"""Which law a journal bearing follows: the one dispatch between the integer in its data and the kernels.
+"""The register of bearing laws, from the lowest fidelity level to the highest: one row a law, one file a law.
 
-A new law is one new file and one line here.
+Command line, FMU interface, plan and studies read their lists of bearing levels here, and nobody asks for a law by its
+name: what a run needs to know of a law is a property of its row. Adding a law is one file with its kernel
+(:mod:`cranktrain.film.laws.films` says what a kernel is given) and one row.
 """
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.core.kernel import kernel
-from cranktrain.engine.parts import JournalBearing, PlainBearing
-from cranktrain.film.laws.impedance import journal_force
-from cranktrain.film.laws.parabolic import film_geometry
-from cranktrain.film.laws.parameters import (
-    C_X,
-    C_Y,
-    CLEARANCE,
-    CONTACT_HEIGHT,
-    CONTACT_LOAD,
-    FACTOR,
-    K_X,
-    K_Y,
-    LAW,
-)
+from cranktrain.core.named import Named
 
-LINEAR = 0
-IMPEDANCE = 1
-TABLE = 2
-REYNOLDS = 3
-EHD = 4
-ROLLER = 5
-LAWS = {"linear": LINEAR, "impedance": IMPEDANCE, "table": TABLE, "reynolds": REYNOLDS, "ehd": EHD, "roller": ROLLER}
-TILTED = ("table", "reynolds", "ehd", "roller")
-"""Levels that feel the tilt of the journal."""
-BIG_END_LEVELS = ("rigid", "impedance", "table")
+PLAIN, ROLLER, BIG_END = "plain", "roller", "big_end"
+"""Kinds of bearing that a law may serve: plain and roller main bearings, and the rods' big ends."""
+MAINS = (PLAIN, ROLLER)
+CHEAP, MODERATE, DEAR, DEAREST = "cheap", "moderate", "dear", "dearest"
+"""Classes of cost, about 1, 3, 30 and 100 times a run with ``linear``."""
 
 
-def bearing_parameters(bearing: PlainBearing, viscosity: float, level: str) -> np.ndarray:
-    """Pack one bearing for the kernels, (13,); ``InputError`` for a level that does not exist."""
-    if level not in LAWS:
-        raise InputError(f"bearing level '{level}' does not exist; {nearest(level, LAWS)}")
-    c, kappa2, factor = film_geometry(bearing.diameter, bearing.width, bearing.clearance, viscosity)
-    load = 0.5 * bearing.contact_pressure * bearing.width * bearing.diameter
-    linear = [0.0] * 4
-    if isinstance(bearing, JournalBearing):
-        linear = [bearing.stiffness_x, bearing.stiffness_y, bearing.damping_x, bearing.damping_y]
-    return np.array(
-        [
-            LAWS[level],
-            c,
-            kappa2,
-            factor,
-            bearing.contact_height,
-            load,
-            *linear,
-            0.5 * bearing.diameter,
-            bearing.width,
-            viscosity,
-        ]
-    )
+@dataclass(frozen=True)
+class Form:
+    """A law as it serves one kind of bearing.
 
-
-@kernel
-def bearing_force(parameters, x, y, vx, vy, half_speed, cos_frame, sin_frame, table, out):
-    """Force on the journal in axes turned by the frame's angle.
-
-    (vx, vy) is its velocity against the bore in these axes, ``table`` its impedance map. ``out[0:2]`` force
-    (N), ``out[2:6]`` ∂F/∂(x, y), ``out[6:10]`` ∂F/∂(vx, vy), row-major, ``out[10]`` eccentricity.
+    Attributes
+    ----------
+    kernel : the law's kernel, or where it is; empty where there is no bearing
+    record : makes the kernel's data, ``record(bearings) -> named tuple``, see :mod:`cranktrain.film.laws.bearings`
+    parts : fields of ``Parts`` that it needs
+    tilt : whether it feels the journal's tilt
+    closes : whether the least gap limits the step
+    contact : whether its force has a kink at the contact height, which adaptive steps look for
     """
-    if parameters[LAW] == IMPEDANCE:
-        # A plain bore looks the same from every side: no turning needed.
-        journal_force(
-            x, y, vx, vy, half_speed, parameters[CLEARANCE], parameters[FACTOR],
-            parameters[CONTACT_HEIGHT], parameters[CONTACT_LOAD], table, out,
-        )  # fmt: skip
-        return
-    # Springs and dampers stand still: k = Rᵀ diag(k_x, k_y) R, likewise the damping.
-    cc = cos_frame * cos_frame
-    ss = sin_frame * sin_frame
-    cs = cos_frame * sin_frame
-    k_xx = cc * parameters[K_X] + ss * parameters[K_Y]
-    k_xy = cs * (parameters[K_Y] - parameters[K_X])
-    k_yy = ss * parameters[K_X] + cc * parameters[K_Y]
-    c_xx = cc * parameters[C_X] + ss * parameters[C_Y]
-    c_xy = cs * (parameters[C_Y] - parameters[C_X])
-    c_yy = ss * parameters[C_X] + cc * parameters[C_Y]
-    out[0] = -k_xx * x - k_xy * y - c_xx * vx - c_xy * vy
-    out[1] = -k_xy * x - k_yy * y - c_xy * vx - c_yy * vy
-    out[2] = -k_xx
-    out[3] = -k_xy
-    out[4] = -k_xy
-    out[5] = -k_yy
-    out[6] = -c_xx
-    out[7] = -c_xy
-    out[8] = -c_xy
-    out[9] = -c_yy
-    out[10] = (x * x + y * y) ** 0.5 / parameters[CLEARANCE]
+
+    kernel: Named = ""
+    record: Named = ""
+    parts: tuple[str, ...] = ()
+    tilt: bool = False
+    closes: bool = True
+    contact: bool = False
+
+
+@dataclass(frozen=True)
+class Law:
+    """One bearing law: a fidelity level of main bearings, big ends or both.
+
+    Attributes
+    ----------
+    name : of the level
+    title : one line for users
+    forms : by kind of bearing
+    film : whether it has an oil film: gap, pressure, friction, flow
+    clearance : whether journals have play; without, the thrust bearing has none either
+    usual_for : kinds of bearing whose level it is where none is chosen
+    cost : class of cost
+    integrator, film_change, tolerance : usual integrator of its runs, share of itself by which a film may close over a
+        step, and Newton tolerance of the ports in clearances
+    """
+
+    name: str
+    title: str
+    forms: dict[str, Form]
+    film: bool = False
+    clearance: bool = True
+    usual_for: tuple[str, ...] = ()
+    cost: str = CHEAP
+    integrator: str = "esdirk4"
+    film_change: float = 1.0
+    tolerance: float = 3.0e-5
+
+    @property
+    def carries(self) -> bool:
+        """Whether there are bearings at all; else journals are locked on their axis, or pins in their rods."""
+        return any(form.kernel for form in self.forms.values())
+
+    @property
+    def tilt(self) -> bool:
+        """Whether it feels the tilt of every main journal that it serves."""
+        mains = [self.forms[kind] for kind in MAINS if kind in self.forms]
+        return bool(mains) and all(form.tilt for form in mains)
+
+
+LAWS: dict[str, Law] = {}
+
+
+def register_law(law: Law, before: str | None = None) -> None:
+    """Add a row above all others, or just below the level ``before``."""
+    rest = [LAWS.pop(name) for name in list(LAWS)[list(LAWS).index(before) :]] if before is not None else []
+    LAWS.update({row.name: row for row in (law, *rest)})
+
+
+def bearing_levels(*kinds: str) -> tuple[str, ...]:
+    """Levels of bearings of any of these kinds, from the lowest to the highest."""
+    return tuple(name for name, law in LAWS.items() if any(kind in law.forms for kind in kinds))
+
+
+def usual_level(kind: str) -> str:
+    """Level of a kind of bearing where none is chosen."""
+    return next(name for name, law in LAWS.items() if kind in law.usual_for)
+
+
+def bearing_law(name: str, what: str = "bearing level") -> Law:
+    """Row of a level; ``InputError`` where there is none."""
+    if name not in LAWS:
+        kinds = (BIG_END,) if what == "big-end level" else MAINS
+        raise InputError(f"{what} '{name}' does not exist; {nearest(name, bearing_levels(*kinds))}")
+    return LAWS[name]
+
+
+_HERE = "cranktrain.film.laws"
+
+for _law in (
+    Law("held", "no bearings: journals locked on their axis", {PLAIN: Form(), ROLLER: Form()}, clearance=False),
+    Law("rigid", "no film: pins locked in their rods", {BIG_END: Form()}, clearance=False, usual_for=(BIG_END,)),
+    Law(
+        "linear",
+        "springs and dampers",
+        {
+            PLAIN: Form(f"{_HERE}.linear:linear_law", f"{_HERE}.linear:linear_bearings", closes=False),
+            ROLLER: Form(f"{_HERE}.roller:roller_law", f"{_HERE}.roller:linear_seats", tilt=True),
+        },
+        clearance=False,
+    ),
+    Law(
+        "impedance",
+        "oil film read from an impedance map",
+        {
+            kind: Form(f"{_HERE}.impedance:impedance_law", f"{_HERE}.impedance:impedance_films", contact=True)
+            for kind in (PLAIN, BIG_END)
+        },
+        film=True,
+        usual_for=(PLAIN,),
+    ),
+    Law(
+        "table",
+        "oil film that feels tilt, read from a film table, with asperities",
+        {
+            PLAIN: Form(f"{_HERE}.rigid_bore:table_law", f"{_HERE}.rigid_bore:table_films", ("table",), tilt=True),
+            BIG_END: Form(f"{_HERE}.rigid_bore:aligned_law", f"{_HERE}.rigid_bore:aligned_films", ("big_end_table",)),
+        },
+        film=True,
+        cost=MODERATE,
+        tolerance=1.0e-5,
+    ),
+    Law(
+        "reynolds",
+        "oil film that feels tilt, Reynolds' equation solved online, with asperities",
+        {PLAIN: Form(f"{_HERE}.rigid_bore:reynolds_law", f"{_HERE}.rigid_bore:reynolds_films", tilt=True)},
+        film=True,
+        cost=DEAR,
+        tolerance=1.0e-5,
+    ),
+    Law(
+        "ehd",
+        "oil film in an elastic bore, solved online, with cavitation and asperities",
+        {PLAIN: Form(f"{_HERE}.ehd:elastic_law", f"{_HERE}.ehd:elastic_films", ("bore",), tilt=True)},
+        film=True,
+        cost=DEAREST,
+        integrator="sdirk2",
+        film_change=0.15,
+        tolerance=1.0e-5,
+    ),
+    Law(
+        "roller",
+        "cylindrical rollers",
+        {ROLLER: Form(f"{_HERE}.roller:roller_law", f"{_HERE}.roller:roller_seats", tilt=True)},
+        usual_for=(ROLLER,),
+        tolerance=1.0e-5,
+    ),
+):
+    register_law(_law)

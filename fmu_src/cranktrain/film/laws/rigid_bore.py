@@ -13,9 +13,7 @@ from cranktrain.engine.parts import PlainBearing
 from cranktrain.film.contact.journal import N_OUT, TORQUE, JournalContact, bearing_contact, journal_contact
 from cranktrain.film.journal.film import OUT_SIZE, film_observables, journal_film
 from cranktrain.film.journal.grid import JournalGrid, JournalWork, cold_start, journal_grid, journal_work
-from cranktrain.film.laws.parabolic import friction_torque
-from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
-from cranktrain.film.laws.tilted import (
+from cranktrain.film.laws.films import (
     BY_PLACE,
     BY_VELOCITY,
     ECCENTRICITY,
@@ -28,6 +26,8 @@ from cranktrain.film.laws.tilted import (
     RUBBING,
     SPEED,
 )
+from cranktrain.film.laws.parabolic import friction_torque
+from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.table.aligned import aligned_force, aligned_observables
 from cranktrain.film.table.database import FilmTable, table_grid
 from cranktrain.film.table.interpolation import TableArrays
@@ -106,7 +106,7 @@ _read = record_reader(
 
 @law_kernel
 def reynolds_law(record, action, i, place, velocity, numbers, memory, out):
-    """Reynolds' equation solved in place; see :mod:`cranktrain.film.laws.tilted`."""
+    """Reynolds' equation solved in place; see :mod:`cranktrain.film.laws.films`."""
     bore = _read(record)
     own = bore.parameters[i]
     c = own[CLEARANCE]
@@ -181,7 +181,7 @@ def aligned_law(record, action, i, place, velocity, numbers, memory, out):
     """A film without tilt read from the table, between a journal and a bore that both may turn (big ends).
 
     ``out`` is laid out as :func:`cranktrain.film.laws.register.bearing_force` does; the asperities' friction torque,
-    and when observed pressure and flow, stand in the columns of :mod:`cranktrain.film.laws.tilted`.
+    and when observed pressure and flow, stand in the columns of :mod:`cranktrain.film.laws.films`.
     """
     bore = _read(record)
     own = bore.parameters[i]

@@ -24,20 +24,7 @@ from cranktrain.core.kernel import kernel, law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import RollerBearings
 from cranktrain.engine.roller_bearing import main_roller
-from cranktrain.film.laws.parameters import C_X, C_Y, CLEARANCE, CONTACT_HEIGHT, K_X, K_Y, LAW, RADIUS, WIDTH
-from cranktrain.film.laws.roller_contacts import (
-    APPROACH,
-    LOADED,
-    N_CONSTANTS,
-    N_OUT,
-    PRESSURE,
-    WHERE,
-    WORK,
-    roller_constants,
-    roller_force,
-    roller_slices,
-)
-from cranktrain.film.laws.tilted import (
+from cranktrain.film.laws.films import (
     ANGLE,
     BY_VELOCITY,
     COS,
@@ -50,6 +37,19 @@ from cranktrain.film.laws.tilted import (
     P_MAX,
     PASSES,
     SIN,
+)
+from cranktrain.film.laws.parameters import C_X, C_Y, CLEARANCE, CONTACT_HEIGHT, K_X, K_Y, LAW, RADIUS, WIDTH
+from cranktrain.film.laws.roller_contacts import (
+    APPROACH,
+    LOADED,
+    N_CONSTANTS,
+    N_OUT,
+    PRESSURE,
+    WHERE,
+    WORK,
+    roller_constants,
+    roller_force,
+    roller_slices,
 )
 
 IN_LOOP = 12
@@ -121,7 +121,7 @@ _read = record_reader(RollerSeats(np.zeros((1, 1)), np.zeros((1, 1, 1)), np.zero
 
 @law_kernel
 def roller_law(record, action, i, place, velocity, numbers, memory, out):
-    """Rollers or their stand-in, with damping; see :mod:`cranktrain.film.laws.tilted`."""
+    """Rollers or their stand-in, with damping; see :mod:`cranktrain.film.laws.films`."""
     seats = _read(record)
     law = seats.laws[i]
     # Direction of the first roller in space, then in the frame's axes.

@@ -67,7 +67,8 @@ from cranktrain.dynamics.motion.rods import pin_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.film.laws.parabolic import friction_torque
 from cranktrain.film.laws.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
-from cranktrain.film.laws.register import IMPEDANCE, TILTED, bearing_force
+from cranktrain.film.laws.plane import IMPEDANCE, bearing_force
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.laws.thrust import thrust_force
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 from cranktrain.loads.slider_crank import rod_force
@@ -174,7 +175,8 @@ def refuse_other_models(simulation: Simulation) -> None:
     ):  # fmt: skip
         if value != known:
             raise InputError(f"first-order equations know '{known}' only, not '{value}'; use the stage solver")
-    if chosen.bearings in (*TILTED, "held"):
+    law = bearing_law(chosen.bearings)
+    if law.tilt or not law.carries:
         raise InputError(
             f"first-order equations know bearings without tilt only, not '{chosen.bearings}'; use linear or impedance"
         )

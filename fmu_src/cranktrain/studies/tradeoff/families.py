@@ -16,7 +16,7 @@ from typing import Any
 from cranktrain.dynamics.model.arrays import BLOCK_LEVELS, RECONSTRUCTIONS, Settings
 from cranktrain.dynamics.time.integrator_tables import EMBEDDED
 from cranktrain.engine.model import Engine
-from cranktrain.film.laws.register import TILTED
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.studies.tradeoff.case import COMMUNICATION_DEG, Case
 from cranktrain.studies.tradeoff.level_points import (
     CRANKS,
@@ -60,7 +60,7 @@ class StudyScene:
     def plain(self) -> bool:
         """Whether the first-order equations hold this scene's model."""
         levels = self.case.levels
-        return levels.bearings not in TILTED and levels.block == "ground" and levels.damper == "none"
+        return not bearing_law(levels.bearings).tilt and levels.block == "ground" and levels.damper == "none"
 
 
 TOLERANCES = {

@@ -11,7 +11,8 @@ from cranktrain.dynamics.model.arrays import BLOCK_LEVELS, CRANK_LEVELS, Setting
 from cranktrain.dynamics.model.mains import HELD
 from cranktrain.dynamics.time.integrator_tables import INTEGRATORS
 from cranktrain.engine.model import Engine
-from cranktrain.film.laws.register import LAWS
+from cranktrain.film.laws.register import PLAIN as PLAIN_MAINS
+from cranktrain.film.laws.register import ROLLER, bearing_law, bearing_levels
 from cranktrain.studies.tradeoff.case import CYCLES, Case
 from cranktrain.studies.tradeoff.level_bodies import ALL_MODES
 from cranktrain.studies.tradeoff.measure import Entry, Progress, measured
@@ -20,8 +21,8 @@ from cranktrain.studies.tradeoff.reference import error_estimate, reference_case
 from cranktrain.studies.tradeoff.store import PointStore
 
 CRANKS = tuple(level for level in ("rigid", "torsional", "beam", "solid") if level in CRANK_LEVELS)
-PLAIN = tuple(level for level in ("linear", "impedance", "table", "reynolds", "ehd") if level in LAWS)
-ROLLERS = ("linear", "roller")
+PLAIN = tuple(level for level in bearing_levels(PLAIN_MAINS) if bearing_law(level).carries)
+ROLLERS = tuple(level for level in bearing_levels(ROLLER) if bearing_law(level).carries)
 SLOW_CYCLES = {"reynolds": 2, "ehd": 2}
 """Cycles of runs whose films are solved in the loop; they are judged over the second."""
 QUICK_STEPS = {

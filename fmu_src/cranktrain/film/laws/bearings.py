@@ -12,13 +12,13 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import PlainBearing, RollerBearings
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.ehd import elastic_bore, elastic_law, film_size
+from cranktrain.film.laws.films import SIZE, Films, no_films
 from cranktrain.film.laws.parameters import VISCOSITY
 from cranktrain.film.laws.rigid_bore import aligned_law, reynolds_law, rigid_bore, table_law
 from cranktrain.film.laws.roller import roller_law, roller_seats
-from cranktrain.film.laws.tilted import SIZE, Films, no_films
 from cranktrain.film.table.database import FilmTable
 
-LAWS = {"table": table_law, "reynolds": reynolds_law, "ehd": elastic_law, "roller": roller_law}
+KERNELS = {"table": table_law, "reynolds": reynolds_law, "ehd": elastic_law, "roller": roller_law}
 
 
 def tilted_films(
@@ -46,7 +46,7 @@ def tilted_films(
         where a level lacks what it needs, or the table is of another bearing
     """
     films = no_films(len(parameters))
-    if level not in LAWS:
+    if level not in KERNELS:
         return films
     if level == "roller":
         if rollers is None:
@@ -66,7 +66,7 @@ def tilted_films(
         films.values[0] = film_size(record.film)
     else:
         record = rigid_bore(bearing, parameters, table if level == "table" else None, films.solved)
-    return _entered(films, record, LAWS[level])
+    return _entered(films, record, KERNELS[level])
 
 
 def floating_films(
