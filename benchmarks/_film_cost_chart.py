@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.ticker import NullFormatter
+
+from cranktrain.store.whole_file import whole_file
 
 FAMILIES = {
     "reynolds": ("reynolds", "#1f77b4", "o"),
@@ -33,11 +34,9 @@ def draw(result: dict[str, Any], path: Path) -> None:
     for ax in axes.flat:
         ax.set_axisbelow(True)
         ax.grid(which="both", alpha=0.2)
-    path.parent.mkdir(exist_ok=True)
-    temporary = path.with_name(f".{path.name}")
-    figure.savefig(temporary, dpi=110, format="png")
+    with whole_file(path) as temporary:
+        figure.savefig(temporary, dpi=110, format="png")
     plt.close(figure)
-    os.replace(temporary, path)
 
 
 def slope(ax: Any, x: tuple[float, float], y: float, power: int, name: str) -> None:

@@ -18,7 +18,8 @@ def bore(seed, size):
 
 def test_round_trip_is_exact(whole, tmp_path):
     model = whole._replace(bore=bore(1, 4), block_bore=bore(2, 3))
-    path = flat.write_model(tmp_path / "model.bin", model)
+    path = tmp_path / "model.bin"
+    path.write_bytes(flat.to_bytes(model))
     read = flat.read_model(path)
     assert read.engine == model.engine
     assert read.table is None and read.big_end_table is None
@@ -29,7 +30,6 @@ def test_round_trip_is_exact(whole, tmp_path):
             one, other = (getattr(getattr(m, part), field.name) for m in (model, read))
             assert np.array_equal(one, other) if isinstance(one, np.ndarray) else one == other, (part, field.name)
     assert flat.to_bytes(read) == path.read_bytes()
-    assert [p.name for p in tmp_path.iterdir()] == ["model.bin"]
 
 
 def test_what_a_model_lacks_stays_absent(engine, body):

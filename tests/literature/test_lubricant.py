@@ -14,7 +14,6 @@ from cranktrain.engine.lubricant import (
     pressure_factor,
     roelands_factor,
     viscosity,
-    vogel_through,
     walther_through,
     walther_viscosity,
 )
@@ -44,17 +43,7 @@ def test_third_point_is_walthers_law_through_the_first_two():
         assert viscosity(OIL, kelvin) == pytest.approx(walther(kelvin), rel=0.02)
 
 
-def test_vogel_constants_come_back_from_points_on_their_own_curve():
-    a, b, c = 7e-5, 1100.0, 165.0
-    points = [(t, a * math.exp(b / (t - c))) for t in (300.0, 350.0, 420.0)]
-    assert vogel_through(points) == pytest.approx((a, b, c), rel=1e-9)
-
-
-def test_points_off_any_vogel_curve_are_refused():
-    with pytest.raises(InputError, match="flatten"):
-        vogel_through([(300.0, 0.1), (350.0, 0.09), (400.0, 0.001)])
-    with pytest.raises(InputError, match="increase"):
-        vogel_through([(350.0, 0.1), (300.0, 0.09), (400.0, 0.001)])
+def test_a_temperature_below_vogels_law_is_refused():
     with pytest.raises(InputError, match="below"):
         viscosity(OIL, 100.0)
 

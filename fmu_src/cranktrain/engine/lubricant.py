@@ -34,36 +34,6 @@ ROELANDS_PRESSURE = 1.962e8
 ROELANDS_LOG = 9.67
 
 
-def vogel_through(points: Sequence[tuple[float, float]]) -> tuple[float, float, float]:
-    """Vogel constants through three points.
-
-    Parameters
-    ----------
-    points : three pairs of temperature (K, increasing) and dynamic viscosity (Pa s, decreasing)
-
-    Returns
-    -------
-    a (Pa s), b (K), c (K)
-
-    Raises
-    ------
-    InputError
-        if the points do not fall on a curve of Vogel's form
-    """
-    if len(points) != 3:
-        raise InputError(f"Vogel's law takes three points of temperature and viscosity, got {len(points)}")
-    (t1, eta1), (t2, eta2), (t3, eta3) = points
-    if not (0.0 < t1 < t2 < t3 and eta1 > eta2 > eta3 > 0.0):
-        raise InputError("Vogel's law: temperatures must increase and viscosities decrease from point to point")
-    near = math.log(eta1 / eta2) * (t3 - t2)
-    far = math.log(eta2 / eta3) * (t2 - t1)
-    if near <= far:
-        raise InputError("Vogel's law: ln(viscosity) must flatten with temperature; check the third point")
-    c = (near * t1 - far * t3) / (near - far)
-    b = math.log(eta1 / eta2) * (t1 - c) * (t2 - c) / (t2 - t1)
-    return eta1 * math.exp(-b / (t1 - c)), b, c
-
-
 def walther_through(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
     """Walther constants (ASTM D341) through two points.
 

@@ -21,9 +21,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import struct
-import tempfile
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -187,21 +185,6 @@ def from_bytes(data: bytes, name: str = "model") -> FlatModel:
     except InputError as error:
         raise StoreError(f"{name}: {error}; {remedy}") from None
     return FlatModel(engine, **parts)
-
-
-def write_model(path: str | Path, model: FlatModel) -> Path:
-    """Write the flat model; the file appears whole or not at all."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(prefix=path.name, dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(to_bytes(model))
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-    return path
 
 
 def read_model(path: str | Path) -> FlatModel:

@@ -18,6 +18,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.results import plots
 from cranktrain.results.orders import last_cycle
 from cranktrain.results.summary import Run
+from cranktrain.store.whole_file import whole_file
 
 Array = NDArray[np.float64]
 
@@ -40,9 +41,9 @@ def save_film_pictures(folder: Path, run: Run, engine: Engine, title: str) -> li
     written = []
     figures = {"orbits": orbit_figure(run, engine, title), "least_films": film_figure(run, engine, title)}
     for name, figure in figures.items():
-        path, temporary = folder / f"{name}.png", folder / f".{name}.png"
-        FigureCanvasAgg(figure).print_png(str(temporary))
-        temporary.replace(path)
+        path = folder / f"{name}.png"
+        with whole_file(path) as temporary:
+            FigureCanvasAgg(figure).print_png(str(temporary))
         written.append(path)
     return written
 

@@ -7,16 +7,9 @@ there, and ends with the same numbers to the last bit, because slabs know nothin
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable
 from dataclasses import asdict
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -34,11 +27,10 @@ from cranktrain.film.table.database import (
 )
 from cranktrain.film.table.interpolation import TableArrays
 from cranktrain.store.hdf5 import read_film_table, write_film_table
+from cranktrain.store.side_by_side import side_by_side
 
 KEEP_EVERY = 2.0
 """Seconds between two copies of the part file: the most that a killed build loses."""
-WATCH_EVERY = 1.0
-"""Seconds between two looks of a worker at whether its parent still lives."""
 
 
 def table_path(settings: TableSettings) -> Path:
@@ -114,7 +106,11 @@ def film_table(
     _keep(part, settings, slabs)  # a place that cannot be written is refused before the work, not after it
     copied = time.monotonic()
     try:
-        for name, values in _solve(settings, missing, workers):
+        if missing:
+            compile_sampling()
+        # The slabs at high eccentricity take longest: they start first.
+        tasks = [(settings, name) for name in reversed(missing)]
+        for (_, name), values in side_by_side(sample_slab, tasks, workers):
             slabs[name] = values
             if progress is not None:
                 progress(len(slabs), len(names))
@@ -158,62 +154,3 @@ def _kept(part: Path, settings: TableSettings, say: Callable[[str], None] | None
     if slabs and say is not None:
         say(f"goes on with {len(slabs)} of {len(wanted)} slabs from {part}")
     return slabs
-
-
-def _processors() -> int:
-    """Processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _solve(settings: TableSettings, names: list[str], workers: int | None) -> Iterator[tuple[str, Array]]:
-    count = workers or _processors()
-    solved = set()
-    if count > 1 and len(names) > 1:
-        compile_sampling()
-        try:
-            for name, values in _solve_side_by_side(settings, names, count):
-                solved.add(name)
-                yield name, values
-        except BrokenProcessPool:
-            pass  # no processes to be had here (a script without a main guard, no memory): this one does the rest
-    for name in names:
-        if name not in solved:
-            yield name, sample_slab(settings, name)
-
-
-def _solve_side_by_side(settings: TableSettings, names: list[str], count: int) -> Iterator[tuple[str, Array]]:
-    # A fork asks nothing of the caller's script, but only a process without threads can be forked safely.
-    alone = "fork" in multiprocessing.get_all_start_methods() and threading.active_count() == 1
-    pool = ProcessPoolExecutor(
-        count,
-        mp_context=multiprocessing.get_context("fork" if alone else "spawn"),
-        initializer=_begin_work,
-        initargs=(os.getpid(),),
-    )
-    # The slabs at high eccentricity take longest: they start first.
-    waiting = iter(reversed(names))
-    try:
-        running = {pool.submit(sample_slab, settings, name): name for name in islice(waiting, 2 * count)}
-        while running:
-            finished, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in finished:
-                name = running.pop(future)
-                values = future.result()
-                following = next(waiting, None)
-                if following is not None:
-                    running[pool.submit(sample_slab, settings, following)] = following
-                yield name, values
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _begin_work(parent: int) -> None:
-    """Leave an interruption to the parent; end with it, were it killed: a pool's processes would wait for ever."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(WATCH_EVERY)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()

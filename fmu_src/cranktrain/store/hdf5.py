@@ -5,8 +5,6 @@ A file appears whole or not at all. What is corrupt, foreign, of another schema 
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,6 +16,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody, check
+from cranktrain.store.whole_file import whole_file
 
 Dataset = tuple[NDArray[Any], str]
 
@@ -211,23 +210,12 @@ def _put(file: h5py.File, name: str, array: Any, unit: str) -> None:
 
 @contextmanager
 def _written(path: str | Path) -> Iterator[h5py.File]:
-    """File beside its target that takes the target's place once it is complete."""
-    target = Path(path)
+    """File that takes its target's place once it is complete; ``StoreError`` where it cannot be written."""
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-    except OSError as error:
-        raise StoreError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
-    os.close(handle)
-    try:
-        with h5py.File(temporary, "w") as file:
+        with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
             yield file
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, target)
     except OSError as error:
-        raise StoreError(f"{target}: cannot be written ({error}); choose another place") from None
-    finally:
-        Path(temporary).unlink(missing_ok=True)
+        raise StoreError(f"{path}: cannot be written ({error.strerror or error}); choose another place") from None
 
 
 @contextmanager

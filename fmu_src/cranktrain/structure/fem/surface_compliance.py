@@ -5,8 +5,6 @@ C_ij = f_iᵀ K⁻¹ f_j with the vectors of the loads themselves, f_i · v = �
 
 from __future__ import annotations
 
-import os
-import tempfile
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -15,6 +13,7 @@ from numpy.typing import NDArray
 from skfem import FacetBasis
 from threadpoolctl import threadpool_limits
 
+from cranktrain.store.whole_file import whole_file
 from cranktrain.structure.fem.elasticity import FEModel, factorise
 
 Array = NDArray[np.float64]
@@ -62,13 +61,8 @@ def stored_compliance(path: Path, digest: str) -> Array | None:
 
 def store_compliance(path: Path, digest: str, compliance: Array) -> None:
     """Keep a compliance, whole or not at all; a cache that cannot be written costs the next run its seconds only."""
-    temporary = None
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".npz", delete=False) as file:
-            temporary = file.name
-            np.savez(file, compliance=compliance, digest=digest)
-        os.replace(temporary, path)
+        with whole_file(path) as temporary:
+            np.savez(temporary, compliance=compliance, digest=digest)
     except OSError:
-        if temporary is not None:
-            Path(temporary).unlink(missing_ok=True)
+        pass

@@ -1,0 +1,92 @@
+"""Tasks on all processors: one pool of worker processes, which ends with its parent."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any
+
+LOOK_EVERY = 0.5
+"""Seconds between two looks at what workers report, and of a worker at whether its parent still lives."""
+
+_reports: Any = None
+"""In a worker process: where its progress goes."""
+
+
+def side_by_side(
+    function: Callable[..., Any],
+    tasks: Sequence[tuple[Any, ...]],
+    workers: int | None = None,
+    heard: Callable[..., None] | None = None,
+) -> Iterator[tuple[tuple[Any, ...], Any]]:
+    """Each task, the arguments of ``function``, with its result as soon as that is there; in this process where alone.
+
+    Parameters
+    ----------
+    function : of a module, so that worker processes find it
+    workers : processes; as many as processors where not given, none beside this one for 1
+    heard : told what a task says of its progress; ``function`` then takes as last argument the function to tell
+    """
+    left = list(tasks)
+    count = min(workers or processors(), len(left))
+    if count > 1:
+        try:
+            for task, result in _pooled(function, left, count, heard):
+                left = [other for other in left if other is not task]
+                yield task, result
+        except BrokenProcessPool:
+            pass  # no processes to be had here (a script without a main guard, no memory): this one does the rest
+    for task in left:
+        yield task, function(*task, *([heard] if heard else []))
+
+
+def processors() -> int:
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _pooled(
+    function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], count: int, heard: Callable[..., None] | None
+) -> Iterator[tuple[tuple[Any, ...], Any]]:
+    # A fork asks nothing of the caller's script, but only a process without threads can be forked safely.
+    alone = "fork" in multiprocessing.get_all_start_methods() and threading.active_count() == 1
+    context = multiprocessing.get_context("fork" if alone else "spawn")
+    reports = context.SimpleQueue()
+    pool = ProcessPoolExecutor(count, context, initializer=_begin_work, initargs=(os.getpid(), reports))
+    running = {pool.submit(_work, function, task, heard is not None): task for task in tasks}
+    try:
+        while running:
+            finished, _ = wait(running, timeout=LOOK_EVERY, return_when=FIRST_COMPLETED)
+            while heard and not reports.empty():
+                heard(*reports.get())
+            for future in finished:
+                yield running.pop(future), future.result()
+    finally:
+        # What is under way is not waited for: an interruption ends here.
+        for process in list((pool._processes or {}).values()) if running else ():
+            process.terminate()
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _work(function: Callable[..., Any], task: tuple[Any, ...], tells: bool) -> Any:
+    return function(*task, lambda *report: _reports.put(report)) if tells else function(*task)
+
+
+def _begin_work(parent: int, reports: Any) -> None:
+    """Leave an interruption to the parent; end with it, were it killed: a pool's processes would wait for ever."""
+    global _reports
+    _reports = reports
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(LOOK_EVERY)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
