@@ -23,7 +23,7 @@ import numpy as np
 from rich.console import Console
 
 from cranktrain.assembly import level_parts
-from cranktrain.dynamics.model.arrays import Settings, resolved
+from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.simulation import fitted_engine, simulate
 from cranktrain.dynamics.time.integrator_tables import INTEGRATORS
 from cranktrain.engine.file import load_engine

@@ -21,7 +21,7 @@ from _engine_run import engine_and_body
 from numba import njit
 from numpy.typing import NDArray
 
-from cranktrain.dynamics.model.arrays import Settings
+from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.film.journal.film import OUT_SIZE, journal_film
 from cranktrain.film.journal.grid import JournalGrid, cold_start, journal_grid, journal_work

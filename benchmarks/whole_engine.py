@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from cranktrain.assembly import level_parts
-from cranktrain.dynamics.model.arrays import Parts, Settings
+from cranktrain.dynamics.model.arrays import Parts
+from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Result, Simulation, communication_step, fitted_engine, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.crank.reduction import running_body

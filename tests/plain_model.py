@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from cranktrain.core.reduced_body import rigid
-from cranktrain.dynamics.model.arrays import Settings
+from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.film.laws.impedance import impedance_map, journal_force
 from cranktrain.film.laws.parabolic import film_geometry, friction_torque

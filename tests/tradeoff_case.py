@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from bodies import COARSE
 
-from cranktrain.dynamics.model.arrays import Settings
+from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.studies.tradeoff import families, level_points, reference
 from cranktrain.studies.tradeoff.families import StudyScene

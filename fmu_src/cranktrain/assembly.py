@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from cranktrain.dynamics.model.arrays import Parts, Settings
+from cranktrain.dynamics.model.arrays import Parts
+from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import PlainBearing
 from cranktrain.film.laws.register import bearing_law

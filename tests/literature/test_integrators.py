@@ -14,7 +14,7 @@ import pytest
 from bodies import rigid_crank
 from scipy.linalg import block_diag
 
-from cranktrain.dynamics.model.arrays import state as layout
+from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.integrator_tables import DIRK as RUNGE_KUTTA
 from cranktrain.dynamics.time.integrator_tables import (

@@ -15,7 +15,7 @@ from plain_model import PlainModel
 from scipy.integrate import solve_ivp
 
 from cranktrain.core.reduced_body import truncate
-from cranktrain.dynamics.model.arrays import state as layout
+from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 
 SPEED = 2000 * math.pi / 30

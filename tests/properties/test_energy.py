@@ -16,7 +16,7 @@ import pytest
 from bodies import six
 from plain_model import PlainModel
 
-from cranktrain.dynamics.model.arrays import state as layout
+from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.simulation import Settings, Simulation, communication_step
 
 SPEED = 2000 * math.pi / 30

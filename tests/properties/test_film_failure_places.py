@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rotor_on_films import C, rotor
 
-from cranktrain.dynamics.model.arrays import AMBIENT
+from cranktrain.dynamics.model.slots import AMBIENT
 from cranktrain.film.laws.parameters import VISCOSITY
 
 LEVELS = ("impedance", "reynolds")

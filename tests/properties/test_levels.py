@@ -12,7 +12,7 @@ from bodies import rigid_crank, six
 from cranktrain import levels
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
-from cranktrain.dynamics.model.arrays import (
+from cranktrain.dynamics.model.settings import (
     BLOCK_LEVELS,
     BOUNDARIES,
     CRANK_LEVELS,

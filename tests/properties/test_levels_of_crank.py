@@ -10,7 +10,7 @@ import pytest
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid_coordinates
-from cranktrain.dynamics.model.arrays import CRANK_LEVELS
+from cranktrain.dynamics.model.settings import CRANK_LEVELS
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.register import MAINS, bearing_levels
 from cranktrain.levels import (

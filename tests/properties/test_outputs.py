@@ -10,8 +10,8 @@ from bodies import rigid_crank
 from plain_model import PlainModel
 from standing import rigid_block
 
-from cranktrain.dynamics.model.arrays import Settings
-from cranktrain.dynamics.model.ports import TILTS
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.slots import TILTS
 from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.outputs.observe import output_names

@@ -8,7 +8,7 @@ import pytest
 from bodies import rigid_crank
 from momentum import energy_on_ground, layer_energy
 
-from cranktrain.dynamics.model.arrays import SHAFT_C, SHAFT_K
+from cranktrain.dynamics.model.slots import SHAFT_C, SHAFT_K
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.piston_guidance import guidance_parameters, layer_force, liner_friction

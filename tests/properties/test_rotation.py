@@ -13,8 +13,8 @@ import pytest
 from bodies import rigid_crank, six
 
 from cranktrain.core.reduced_body import truncate
-from cranktrain.dynamics.model.arrays import DELTA_J, M_BIG, M_OSC, RIGID_ROTATION, SHAFT_C, SHAFT_K
-from cranktrain.dynamics.model.arrays import state as layout
+from cranktrain.dynamics.model import state as layout
+from cranktrain.dynamics.model.slots import DELTA_J, M_BIG, M_OSC, RIGID_ROTATION, SHAFT_C, SHAFT_K
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.integrator_tables import integrator_table
 from cranktrain.engine.file import load_engine

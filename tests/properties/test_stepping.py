@@ -8,8 +8,8 @@ from bodies import rigid_crank, six
 from plain_model import PlainModel
 
 from cranktrain.core.errors import InputError, SolverError
-from cranktrain.dynamics.model.arrays import AMBIENT
-from cranktrain.dynamics.model.arrays import state as layout
+from cranktrain.dynamics.model import state as layout
+from cranktrain.dynamics.model.slots import AMBIENT
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.parameters import FACTOR

@@ -9,7 +9,7 @@ import pytest
 from bodies import rigid_crank
 
 from cranktrain.core.errors import InputError
-from cranktrain.dynamics.model.arrays import Settings
+from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.engine.file import load_engine

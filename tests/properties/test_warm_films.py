@@ -13,7 +13,8 @@ from bodies import rigid_crank
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics import simulation as simulation_module
-from cranktrain.dynamics.model.arrays import Settings, supply_temperature
+from cranktrain.dynamics.model.arrays import supply_temperature
+from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.dynamics.warm_films import PASSES, SETTLED, cycle_means
 from cranktrain.engine.file import load_engine

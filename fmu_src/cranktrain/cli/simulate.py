@@ -15,7 +15,7 @@ from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 
 if TYPE_CHECKING:
-    from cranktrain.dynamics.model.arrays import Settings
+    from cranktrain.dynamics.model.settings import Settings
     from cranktrain.loads.gas_pressure import GasTrace
 
 RPM = math.pi / 30.0
@@ -181,7 +181,7 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
 
 def _settings(engine: Engine, options: argparse.Namespace) -> Settings:
     """Settings that the options ask for, with nothing left open; refuses what the engine cannot do."""
-    from cranktrain.dynamics.model.arrays import CRANK_LEVELS, PISTON_LEVELS, Settings, check_levels, resolved
+    from cranktrain.dynamics.model.settings import CRANK_LEVELS, PISTON_LEVELS, Settings, check_levels, resolved
     from cranktrain.dynamics.time.integrator_tables import integrator_table
     from cranktrain.dynamics.warm_films import TEMPERATURES, check_level
     from cranktrain.film.laws.register import BIG_END, MAINS, bearing_levels

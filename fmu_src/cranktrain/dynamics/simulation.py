@@ -15,18 +15,10 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid
-from cranktrain.dynamics.model.arrays import (
-    AMBIENT,
-    DAMPER_TEMPERATURE,
-    ModelArrays,
-    Parts,
-    Settings,
-    build_model,
-    dimensions,
-    resolved,
-    supply_temperature,
-)
+from cranktrain.dynamics.model.arrays import ModelArrays, Parts, build_model, dimensions, supply_temperature
 from cranktrain.dynamics.model.mains import HELD
+from cranktrain.dynamics.model.settings import Settings, resolved
+from cranktrain.dynamics.model.slots import AMBIENT, DAMPER_TEMPERATURE
 from cranktrain.dynamics.model.state import (
     MAX_INPUTS,
     OUTPUT_MEAN,

@@ -362,7 +362,7 @@ def _check_frequency(scene: Scene) -> None:
 
 def _check_levels(scene: Scene) -> None:
     """Refuse levels that do not exist, do not fit the engine, or cannot answer what is wanted."""
-    from cranktrain.dynamics.model.arrays import Settings, check_levels, resolved
+    from cranktrain.dynamics.model.settings import Settings, check_levels, resolved
     from cranktrain.dynamics.time.integrator_tables import integrator_table
 
     rollers = scene.engine.main_roller is not None

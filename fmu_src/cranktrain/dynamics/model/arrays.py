@@ -6,18 +6,43 @@ Where force laws act, and on which components of motion, is laid out in :mod:`cr
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model.block import BlockArrays, block_arrays
 from cranktrain.dynamics.model.bodies import held, standing_body, with_big_ends, with_rotor
-from cranktrain.dynamics.model.mains import HELD, check_mains, main_bearings
-from cranktrain.dynamics.model.ports import PORTS, TURNING_MODES, lay_ports
-from cranktrain.dynamics.time.integrator_tables import EMBEDDED, ORDERS, amplification, integrator_table
+from cranktrain.dynamics.model.mains import HELD, main_bearings
+from cranktrain.dynamics.model.ports import lay_ports
+from cranktrain.dynamics.model.settings import (
+    BOUNDARIES,
+    GAS_SOURCES,
+    RECONSTRUCTIONS,
+    Settings,
+    check_levels,
+    resolved,
+)
+from cranktrain.dynamics.model.slots import (
+    BEST_SPEED,
+    CRANKCASE,
+    DAMPER_TEMPERATURE,
+    DRIVEN,
+    FALLOFF,
+    FILTER,
+    GAS_LOAD,
+    GRAVITY,
+    PORTS,
+    RIGID_ROTATION,
+    SCALARS,
+    SHAFT_C,
+    SHAFT_K,
+    STEP,
+    TURNING_MODES,
+)
+from cranktrain.dynamics.time.integrator_tables import EMBEDDED, ORDERS
 from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
@@ -26,92 +51,12 @@ from cranktrain.film.laws.films import Films
 from cranktrain.film.laws.impedance import impedance_map
 from cranktrain.film.laws.parameters import KAPPA2
 from cranktrain.film.laws.plane import bearing_parameters
-from cranktrain.film.laws.register import BIG_END, MAINS, PLAIN, ROLLER, bearing_law, bearing_levels, usual_level
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.laws.thrust import thrust_parameters
 from cranktrain.film.table.database import FilmTable
 from cranktrain.loads.damper import PARAMETERS, damper_parameters, damper_temperature, required_damper
 from cranktrain.loads.gas_pressure import GasTrace, kinks, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia
-
-# Columns of a cylinder's parameters.
-M_SMALL, BANK, PHASE, AREA, ROD, M_BIG, M_OSC, DELTA_J, OFFSET, CLEARANCE_VOLUME, STROKE_TOP = range(11)
-# Scalars of the model; ``DRIVEN`` is 1 where the shaft's speed is given, 0 where a torque loads it.
-GRAVITY, CRANKCASE, GAS_LOAD, BEST_SPEED, FALLOFF, SHAFT_K, SHAFT_C, FILTER, RIGID_ROTATION, STEP = range(10)
-DRIVEN, DAMPER_TEMPERATURE, SCALARS = 10, 11, 12
-# Gas source and input reconstruction.
-GAS_SOURCES = {"auto": 0, "builtin": 1, "input": 2}
-RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2}
-CRANK_LEVELS = ("rigid", "torsional", "beam", "solid")
-BLOCK_LEVELS = ("ground", "flexible")
-PISTON_LEVELS = ("auto", "rigid", "guided")
-DAMPER_LEVELS = ("none", "fitted")
-CONTROLS = ("fixed", "adaptive")
-BOUNDARIES = {"speed": 1.0, "torque": 0.0}
-"""What is given at the dynamometer."""
-AMBIENT = 101325.0
-LEVELS = 7
-"""Step sizes whose factors are kept at once: the whole step, its half, quarter, … ."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Choices of one run; angles rad, pressures Pa, temperatures K (0: from the engine's tables at the first speed).
-
-    What is left open follows the level, see :func:`resolved`: ``integrator`` auto; ``newton_tolerance`` of the ports in
-    units of clearance; ``film_change``, the share of itself by which a film may close over a step. With ``control``
-    adaptive steps are parts of ``step``, as short as an error per step of ``tolerance`` asks
-    (:mod:`cranktrain.dynamics.time.error_estimate`).
-    """
-
-    crank: str = "solid"
-    bearings: str = "auto"
-    big_ends: str = "rigid"
-    block: str = "ground"
-    pistons: str = "auto"
-    damper: str = "none"
-    boundary: str = "speed"
-    integrator: str = "auto"
-    step: float = math.radians(2.5)
-    control: str = "fixed"
-    tolerance: float = 1.0e-3
-    gas_source: str = "auto"
-    gas_load: float = 1.0
-    reconstruction: str = "linear"
-    crankcase_pressure: float = AMBIENT
-    oil_temperature: float = 0.0
-    damper_temperature: float = 0.0
-    gravity: float = 9.80665
-    newton_tolerance: float | None = None
-    film_change: float | None = None
-
-
-def resolved(settings: Settings, engine: Engine) -> Settings:
-    """The settings with nothing left open for this engine.
-
-    A crank that only twists is held in its main bearings; else they are rollers where the engine has them, else films
-    without tilt. Elastic films: what they do as they
-    close, and their voids, leave no use for an order above two; their least gap asks for shorter steps. Films that feel
-    tilt cost more than what a tighter tolerance would gain. Pistons are guided by a flexible block's liners.
-    """
-    bearings = settings.bearings
-    if bearings == "auto" and settings.crank == "torsional":
-        bearings = HELD
-    if bearings == "auto":
-        bearings = usual_level(PLAIN if engine.main_roller is None else ROLLER)
-    pistons = settings.pistons
-    if pistons == "auto":
-        pistons = "guided" if settings.block == "flexible" else "rigid"
-    law = bearing_law(bearings)
-    integrator = law.integrator if settings.integrator == "auto" else settings.integrator
-    usual = law.tolerance / amplification(integrator)
-    chosen: dict[str, Any] = {
-        "bearings": bearings,
-        "pistons": pistons,
-        "integrator": integrator,
-        "newton_tolerance": settings.newton_tolerance or usual,
-        "film_change": settings.film_change or law.film_change,
-    }
-    return replace(settings, **chosen)
 
 
 class ModelArrays(NamedTuple):
@@ -200,61 +145,6 @@ class Parts(NamedTuple):
     bore: BoreCompliance | None = None  # elastic main bores, level ``ehd``
     big_end_table: FilmTable | None = None  # films of the big ends, level ``table``
     block: ReducedBody | None = None  # the block, level ``flexible``
-
-
-def check_levels(settings: Settings, engine: Engine) -> None:
-    """Refuse a level that does not exist, that the engine lacks, or that makes no sense beside another; ``InputError``.
-
-    ``settings`` have nothing left open.
-    """
-    for value, valid, what in (
-        (settings.crank, CRANK_LEVELS, "crank level"),
-        (settings.bearings, bearing_levels(*MAINS), "bearing level"),
-        (settings.big_ends, bearing_levels(BIG_END), "big-end level"),
-        (settings.block, BLOCK_LEVELS, "block level"),
-        (settings.pistons, PISTON_LEVELS, "piston level"),
-        (settings.damper, DAMPER_LEVELS, "damper level"),
-        (settings.boundary, BOUNDARIES, "boundary"),
-        (settings.control, CONTROLS, "step control"),
-        (settings.gas_source, GAS_SOURCES, "gas source"),
-        (settings.reconstruction, RECONSTRUCTIONS, "input reconstruction"),
-    ):
-        if value not in valid:
-            raise InputError(f"{what} '{value}' does not exist; {nearest(value, valid)}")
-    if settings.bearings == HELD and settings.crank not in ("rigid", "torsional"):
-        raise InputError(
-            f"bearing level 'held' holds the axis of a crank that cannot bend, not of crank level '{settings.crank}'; "
-            "use linear or impedance, or crank torsional"
-        )
-    if settings.bearings == HELD and settings.big_ends != "rigid":
-        raise InputError("pins of a crank whose journals are held run in no film; use rigid big ends, or bearing films")
-    if settings.bearings == HELD and settings.block == "flexible":
-        raise InputError("a crank whose journals are held does not meet a flexible block; use bearings impedance")
-    if settings.control == "adaptive":
-        base = settings.integrator.partition(":")[0]
-        integrator_table(settings.integrator)
-        if base not in EMBEDDED:
-            raise InputError(
-                f"integrator '{settings.integrator}' has no error estimate, which adaptive control needs; "
-                f"use one of {', '.join(EMBEDDED)}"
-            )
-        if not 1.0e-10 <= settings.tolerance <= 1.0:
-            raise InputError(f"tolerance of adaptive control must be 1e-10 to 1, got {settings.tolerance:g}")
-    if settings.block == "flexible" and settings.pistons == "rigid":
-        raise InputError(
-            "rigid pistons run on an axis at rest and cannot follow a flexible block, which leans on its mounts; "
-            "use guided pistons, or block ground"
-        )
-    check_mains(engine, settings.bearings)
-    if settings.big_ends != "rigid" and engine.big_end_bearing is None:
-        raise InputError(f"engine '{engine.name}' has no [big_end_bearing]; add it, or leave big ends rigid")
-    if settings.pistons == "guided" and engine.piston_guidance is None:
-        raise InputError(f"engine '{engine.name}' has no [piston_guidance]; add it, or leave pistons rigid")
-    if settings.block == "flexible" and (engine.block is None or engine.mounts is None):
-        lacking = "block" if engine.block is None else "mounts"
-        raise InputError(f"engine '{engine.name}' has no [{lacking}]; add it, or leave the block ground")
-    if settings.damper == "fitted":
-        required_damper(engine)
 
 
 def build_model(

@@ -33,14 +33,9 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model.slots import BORE_ROTATIONS, DAMPER, LAYOUT, LINERS, MAINS, PIN_ROTATIONS, PISTONS, PORTS
 from cranktrain.engine.model import Engine
 
-# Columns of the layout: first port of free rods and of tilts (0: none), connection of the thrust bearing and of the
-# first rod, modes of the crank, of all that turns; the damper's port (0: none); first standing port of bores'
-# rotations, liners and pistons (0: none); ports in all; main journals of the engine, which may be held;
-# first rotation of a pin.
-RODS, TILTS, THRUST_LAW, ROD_LAWS, CRANK_MODES, TURNING_MODES, DAMPER = range(7)
-BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, LAYOUT = 7, 8, 9, 10, 11, 12, 13
 PIN_SCALE = 1.0e-4
 """Displacement of a pin that counts as much as a clearance, m."""
 TWIST_SCALE = 1.0e-2

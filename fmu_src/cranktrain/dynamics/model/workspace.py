@@ -7,11 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.arrays import LEVELS, ModelArrays, dimensions
+from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
+from cranktrain.dynamics.model.slots import FACTOR_SLOTS, FRAME_SIZE
 from cranktrain.dynamics.model.state import MAX_STAGES
-
-FRAME_SIZE = 10
-"""Numbers that a stage knows of the frame's motion, see :mod:`cranktrain.dynamics.motion.equations`."""
 
 
 class Factors(NamedTuple):
@@ -53,7 +51,7 @@ def make_work(model: ModelArrays, state_size: int) -> Work:
     n, m = d.modes, d.ports
     z = np.zeros
     return Work(
-        key=z((LEVELS, 2)),
+        key=z((FACTOR_SLOTS, 2)),
         turning=_factors(d.turning_modes, d.turning_ports),
         block=_factors(model.block_ports.shape[1], model.block_ports.shape[0]),
         relative=z((d.newton, d.newton)),
@@ -76,4 +74,4 @@ def make_work(model: ModelArrays, state_size: int) -> Work:
 
 def _factors(n: int, m: int) -> Factors:
     z = np.zeros
-    return Factors(z((n, n)), z((LEVELS, n, n)), z((LEVELS, m, n)), z((LEVELS, m, m)))
+    return Factors(z((n, n)), z((FACTOR_SLOTS, n, n)), z((FACTOR_SLOTS, m, n)), z((FACTOR_SLOTS, m, m)))

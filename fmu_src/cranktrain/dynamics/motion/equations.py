@@ -18,19 +18,34 @@ the opposite of what journals and collar feel, moments included.
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.arrays import (
+from cranktrain.dynamics.model.slots import (
     AREA,
     BEST_SPEED,
+    BLOCK_RESTRAINT,
+    BORE_ROTATIONS,
+    COS,
+    CRANK_MODES,
     CRANKCASE,
+    DAMPER,
     DRIVEN,
     FALLOFF,
     GAS_LOAD,
     GRAVITY,
+    LEAD,
+    LEAD_RATE,
+    LOAD,
+    OMEGA,
+    OMEGA_DOT,
     PHASE,
     SHAFT_C,
     SHAFT_K,
+    SIN,
+    THETA,
+    THRUST_LAW,
+    TILTS,
+    TURNING_MODES,
+    WHIRL,
 )
-from cranktrain.dynamics.model.ports import BORE_ROTATIONS, CRANK_MODES, DAMPER, THRUST_LAW, TILTS, TURNING_MODES
 from cranktrain.dynamics.motion.film_ports import place_journal, plane_block, space_block
 from cranktrain.dynamics.motion.linear_algebra import invert, product
 from cranktrain.dynamics.motion.relative import reactions, relative_motion
@@ -46,10 +61,6 @@ from cranktrain.film.laws.thrust import LINEAR as LINEAR_THRUST
 from cranktrain.film.laws.thrust import thrust_force, thrust_force_tilted
 from cranktrain.loads.damper import damper_torque
 from cranktrain.loads.gas_pressure import gas_pressure
-
-# What a stage knows of the frame's motion, the load torque on the rotor, and what holds the block as a whole where it
-# is, (rad/s)², while a run's start is sought.
-THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, HELD_BLOCK = range(10)
 
 
 @kernel
@@ -138,7 +149,7 @@ def external_force(model, frame, pressures, displaced, out):
         out[i] = model.block.preload[i - t] - model.scalars[GRAVITY] * model.gravity[1, i]
     if model.layout[BORE_ROTATIONS] > 0.0:
         for i in range(t, t + 6):
-            out[i] += frame[HELD_BLOCK] * displaced[i]
+            out[i] += frame[BLOCK_RESTRAINT] * displaced[i]
         for c in range(model.cylinders.shape[0]):
             gas = (pressures[c] - model.scalars[CRANKCASE]) * model.cylinders[c, AREA]
             for i in range(t, n):

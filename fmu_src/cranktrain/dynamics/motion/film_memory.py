@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.ports import PORTS, TILTS
+from cranktrain.dynamics.model.slots import COS, OMEGA, PORTS, SIN, THETA, TILTS, WHIRL
 from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE, film_offset
-from cranktrain.dynamics.motion.equations import COS, OMEGA, SIN, THETA, WHIRL
 from cranktrain.dynamics.motion.film_ports import place_journal
 from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE

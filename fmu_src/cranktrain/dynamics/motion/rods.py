@@ -10,19 +10,23 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.arrays import (
+from cranktrain.dynamics.model.slots import (
     AREA,
     BANK,
     CRANKCASE,
     DELTA_J,
     GRAVITY,
+    LINERS,
     M_BIG,
     M_OSC,
     M_SMALL,
     OFFSET,
+    PIN_ROTATIONS,
+    PISTONS,
     ROD,
+    ROD_LAWS,
+    RODS,
 )
-from cranktrain.dynamics.model.ports import LINERS, PIN_ROTATIONS, PISTONS, ROD_LAWS, RODS
 from cranktrain.dynamics.motion.film_ports import plane_block
 from cranktrain.film.laws.films import FORCE, FRICTION, RUBBING, SPEED, film_call
 from cranktrain.film.laws.parabolic import friction_torque

@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.arrays import BANK, OFFSET, ROD
-from cranktrain.dynamics.model.ports import PIN_ROTATIONS, RODS
+from cranktrain.dynamics.model.slots import BANK, OFFSET, PIN_ROTATIONS, ROD, RODS
 from cranktrain.dynamics.motion.rods import (
     COS,
     OMEGA,

@@ -12,21 +12,30 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.arrays import (
+from cranktrain.dynamics.model.slots import (
     AREA,
     BANK,
     CLEARANCE_VOLUME,
+    COS,
     DRIVEN,
+    LEAD,
+    LEAD_RATE,
+    MAINS,
     OFFSET,
+    OMEGA,
+    PISTONS,
     RIGID_ROTATION,
     ROD,
+    RODS,
     SHAFT_C,
     SHAFT_K,
+    SIN,
     STROKE_TOP,
+    THETA,
+    TILTS,
+    TURNING_MODES,
 )
-from cranktrain.dynamics.model.ports import MAINS, PISTONS, RODS, TILTS, TURNING_MODES
 from cranktrain.dynamics.model.state import ITERATIONS, ONLINE_FILMS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
-from cranktrain.dynamics.motion.equations import COS, LEAD, LEAD_RATE, OMEGA, SIN, THETA
 from cranktrain.dynamics.motion.film_memory import memory_offset, place_film
 from cranktrain.dynamics.motion.rods import big_end_motion, pin_motion
 from cranktrain.dynamics.outputs.big_ends import BIG_END, BIG_END_OUTPUTS, observe_big_end

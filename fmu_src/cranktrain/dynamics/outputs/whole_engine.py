@@ -7,8 +7,7 @@ level lacks is 0.
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.arrays import DAMPER_TEMPERATURE
-from cranktrain.dynamics.model.ports import DAMPER, LINERS, PISTONS, TURNING_MODES
+from cranktrain.dynamics.model.slots import DAMPER, DAMPER_TEMPERATURE, LINERS, PISTONS, TURNING_MODES
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
 from cranktrain.dynamics.motion.rods import SIDE, observe_rod, upper_share
 from cranktrain.loads.damper import damper_torque

@@ -16,22 +16,26 @@ from numpy.typing import NDArray
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.arrays import (
+from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.slots import (
     AREA,
     BANK,
+    BORE_ROTATIONS,
+    CRANK_MODES,
     CRANKCASE,
     DELTA_J,
     GRAVITY,
+    LINERS,
     M_BIG,
     M_OSC,
     OFFSET,
     RIGID_ROTATION,
     ROD,
+    RODS,
     SHAFT_C,
     SHAFT_K,
-    ModelArrays,
+    TURNING_MODES,
 )
-from cranktrain.dynamics.model.ports import BORE_ROTATIONS, CRANK_MODES, LINERS, RODS, TURNING_MODES
 from cranktrain.dynamics.motion.equations import trace_pressure
 from cranktrain.loads.slider_crank import rod_force
 

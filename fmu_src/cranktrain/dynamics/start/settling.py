@@ -3,8 +3,17 @@
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.arrays import DRIVEN, RIGID_ROTATION
-from cranktrain.dynamics.model.ports import CRANK_MODES, PORTS, TURNING_MODES
+from cranktrain.dynamics.model.slots import (
+    BLOCK_RESTRAINT,
+    CRANK_MODES,
+    DRIVEN,
+    LEAD,
+    OMEGA,
+    PORTS,
+    RIGID_ROTATION,
+    TURNING_MODES,
+    WHIRL,
+)
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
     AUXILIARY,
@@ -19,7 +28,7 @@ from cranktrain.dynamics.model.state import (
     VELOCITY,
     offset,
 )
-from cranktrain.dynamics.motion.equations import HELD_BLOCK, LEAD, OMEGA, WHIRL, factor_stage
+from cranktrain.dynamics.motion.equations import factor_stage
 from cranktrain.dynamics.motion.film_memory import close_stage, close_step, open_stage, open_step
 from cranktrain.dynamics.motion.linear_algebra import add_product
 from cranktrain.dynamics.time.stage import DIVERGED, FIRST_CONTRACTION, OK, SINGULAR, solve_stage, to_ports
@@ -66,12 +75,12 @@ def settle(model, work, state, inputs, windup, rotation, rate):
     frame = work.frames[0]
     frame_at(model, work, state, 0.0, 0.0, frame, work.pressures[0])
     frame[WHIRL] = 0.0
-    frame[HELD_BLOCK] = BLOCK_HOLDING if inputs[0] > 0.0 else 0.0
+    frame[BLOCK_RESTRAINT] = BLOCK_HOLDING if inputs[0] > 0.0 else 0.0
     out = work.stage[0]
     h = 1.0e-6
     elapsed = 0.0
     for _ in range(SETTLING_STEPS):
-        if factor_stage(model, work, 0, h * h, h, 0.0, HOLDING, frame[HELD_BLOCK]) != 0:
+        if factor_stage(model, work, 0, h * h, h, 0.0, HOLDING, frame[BLOCK_RESTRAINT]) != 0:
             return SINGULAR
         for i in range(n):
             # Velocity is dropped at every step: this is a descent, not a motion.
@@ -140,7 +149,7 @@ def settle(model, work, state, inputs, windup, rotation, rate):
         state[LEAD_ANGLE] = windup
         frame[LEAD] = windup
     frame[WHIRL] = frame[OMEGA]
-    frame[HELD_BLOCK] = 0.0
+    frame[BLOCK_RESTRAINT] = 0.0
     h = STARTING_STEP
     if factor_stage(model, work, 0, h * h, h, frame[OMEGA], 0.0, 0.0) != 0:
         return SINGULAR

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.ports import TILTS, TURNING_MODES
+from cranktrain.dynamics.model.slots import TILTS, TURNING_MODES
 from cranktrain.dynamics.model.state import OUTPUT_MEAN, OUTPUT_VARIANCE, POSITION, SHAFT_SPEED, offset
 from cranktrain.dynamics.motion.equations import trace_angle
 from cranktrain.dynamics.time.integrator_tables import DIRK

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.ports import PORTS
+from cranktrain.dynamics.model.slots import OMEGA, PORTS
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
     AUXILIARY,
@@ -16,7 +16,6 @@ from cranktrain.dynamics.model.state import (
     defect_offset,
 )
 from cranktrain.dynamics.model.state import offset as state_offset
-from cranktrain.dynamics.motion.equations import OMEGA
 from cranktrain.dynamics.motion.film_memory import close_stage, open_stage
 from cranktrain.dynamics.time.integrator_tables import BDF2, DIRK, GENERALISED_ALPHA
 from cranktrain.dynamics.time.stage import DIVERGED, OK, solve_stage, to_ports

@@ -9,10 +9,9 @@ linearised forces, whose error the contraction estimate bounds.
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.arrays import SHAFT_C
-from cranktrain.dynamics.model.ports import PISTONS, PORTS, RODS, TURNING_MODES
+from cranktrain.dynamics.model.slots import COS, OMEGA_DOT, PISTONS, PORTS, RODS, SHAFT_C, SIN, TURNING_MODES, WHIRL
 from cranktrain.dynamics.model.state import CONTRACTION
-from cranktrain.dynamics.motion.equations import COS, OMEGA_DOT, SIN, WHIRL, external_force, port_forces
+from cranktrain.dynamics.motion.equations import external_force, port_forces
 from cranktrain.dynamics.motion.linear_algebra import add_product, factor_rows, product, solve_rows
 from cranktrain.dynamics.motion.relative import reactions, relative_compliance, relative_step
 from cranktrain.film.laws.films import HELD

@@ -14,8 +14,27 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.arrays import AMBIENT, DRIVEN, FILTER, LEVELS, RIGID_ROTATION, STEP
-from cranktrain.dynamics.model.ports import BORE_ROTATIONS, PORTS, TILTS, TURNING_MODES
+from cranktrain.dynamics.model.slots import (
+    AMBIENT,
+    BORE_ROTATIONS,
+    COS,
+    DRIVEN,
+    FACTOR_SLOTS,
+    FILTER,
+    LEAD,
+    LEAD_RATE,
+    LOAD,
+    OMEGA,
+    OMEGA_DOT,
+    PORTS,
+    RIGID_ROTATION,
+    SIN,
+    STEP,
+    THETA,
+    TILTS,
+    TURNING_MODES,
+    WHIRL,
+)
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
     AUXILIARY,
@@ -45,19 +64,7 @@ from cranktrain.dynamics.model.state import (
     defect_offset,
     offset,
 )
-from cranktrain.dynamics.motion.equations import (
-    COS,
-    LEAD,
-    LEAD_RATE,
-    LOAD,
-    OMEGA,
-    OMEGA_DOT,
-    SIN,
-    THETA,
-    WHIRL,
-    factor_stage,
-    trace_pressure,
-)
+from cranktrain.dynamics.motion.equations import factor_stage, trace_pressure
 from cranktrain.dynamics.motion.film_memory import close_step, fastest_closing, open_step
 from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.dynamics.time.error_estimate import event_within, remember_outputs, step_error
@@ -252,7 +259,7 @@ def sub_step(model, work, state, begin, h, halvings):
                 a = state[offset(ACCELERATION, n) + i]
                 state[offset(AUXILIARY, n) + i] = state[offset(POSITION, n) + i] - h * (v - 0.5 * h * a)
                 state[offset(HISTORY, n) + i] = v - h * a
-    level = min(halvings, LEVELS - 1)
+    level = min(halvings, FACTOR_SLOTS - 1)
     if work.key[level, 0] != h or work.key[level, 1] != state[OMEGA_REFERENCE]:
         c_q, c_v = coefficients(table, h)
         if factor_stage(model, work, level, c_q, c_v, state[OMEGA_REFERENCE], 0.0, 0.0) != 0:

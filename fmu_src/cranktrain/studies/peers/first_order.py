@@ -24,21 +24,29 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel_address, law_kernel
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.arrays import (
+from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
+from cranktrain.dynamics.model.slots import (
     AREA,
     BANK,
+    COS,
     CRANKCASE,
     DELTA_J,
+    FRAME_SIZE,
     GRAVITY,
+    LEAD,
+    LEAD_RATE,
     M_BIG,
     M_OSC,
     OFFSET,
+    OMEGA,
+    OMEGA_DOT,
     RIGID_ROTATION,
     ROD,
     SHAFT_C,
     SHAFT_K,
-    ModelArrays,
-    dimensions,
+    SIN,
+    THETA,
+    WHIRL,
 )
 from cranktrain.dynamics.model.state import (
     LEAD_ANGLE,
@@ -49,19 +57,7 @@ from cranktrain.dynamics.model.state import (
     VELOCITY,
     offset,
 )
-from cranktrain.dynamics.model.workspace import FRAME_SIZE
-from cranktrain.dynamics.motion.equations import (
-    COS,
-    LEAD,
-    LEAD_RATE,
-    OMEGA,
-    OMEGA_DOT,
-    SIN,
-    THETA,
-    WHIRL,
-    external_force,
-    trace_pressure,
-)
+from cranktrain.dynamics.motion.equations import external_force, trace_pressure
 from cranktrain.dynamics.motion.linear_algebra import add_product, factor_lu, product, solve_lu
 from cranktrain.dynamics.motion.rods import pin_motion
 from cranktrain.dynamics.simulation import Simulation

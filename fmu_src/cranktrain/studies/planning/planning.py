@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cranktrain.core.errors import InputError
-from cranktrain.dynamics.model.arrays import Settings, resolved
+from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.studies.planning.difference import longest_step
 from cranktrain.studies.planning.ladder import DEAREST, Pair, candidates, film, next_pair
 from cranktrain.studies.planning.measured import Measured

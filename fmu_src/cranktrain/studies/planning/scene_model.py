@@ -12,7 +12,8 @@ from typing import Any
 
 from cranktrain.assembly import level_parts
 from cranktrain.core.reduced_body import ReducedBody
-from cranktrain.dynamics.model.arrays import Parts, Settings, resolved
+from cranktrain.dynamics.model.arrays import Parts
+from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.simulation import Result, simulate
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.studies.scene import Scene

@@ -17,7 +17,7 @@ import math
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.arrays import STEP
+from cranktrain.dynamics.model.slots import STEP
 from cranktrain.dynamics.model.state import ACCELERATION, MODAL_BLOCKS, STEP_LAST, STEP_REFERENCE
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.time.integrator_tables import generalised_alpha

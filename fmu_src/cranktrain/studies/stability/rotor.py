@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array, ReducedBody
-from cranktrain.dynamics.model.arrays import Settings, resolved
+from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine

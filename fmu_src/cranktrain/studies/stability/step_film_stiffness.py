@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.arrays import GRAVITY, STEP
+from cranktrain.dynamics.model.slots import GRAVITY, STEP
 from cranktrain.studies.stability.explicit import METHODS, amplification, march, spectral_radius
 from cranktrain.studies.stability.rotor import SPEED, LinearFilm, default_method, film_at, film_law, film_rotor
 from cranktrain.studies.stability.stability_map import (

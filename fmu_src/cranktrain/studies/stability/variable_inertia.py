@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.arrays import RIGID_ROTATION
+from cranktrain.dynamics.model.slots import RIGID_ROTATION
 from cranktrain.dynamics.model.state import (
     CONTRACTION,
     INPUTS_NOW,

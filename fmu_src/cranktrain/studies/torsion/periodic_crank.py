@@ -22,9 +22,10 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import ReducedBody
-from cranktrain.dynamics.model.arrays import AMBIENT, structural_damping
+from cranktrain.dynamics.model.arrays import structural_damping
 from cranktrain.dynamics.model.bodies import held
 from cranktrain.dynamics.model.mains import HELD
+from cranktrain.dynamics.model.slots import AMBIENT
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.thrust import closed_stiffness
 from cranktrain.loads.gas_pressure import GasTrace, gas_pressure, spline_coefficients

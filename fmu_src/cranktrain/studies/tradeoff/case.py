@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from cranktrain.dynamics.model.arrays import Settings, resolved
+from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.engine.model import Engine
 
 CYCLES = 6

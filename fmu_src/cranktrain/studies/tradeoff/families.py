@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from cranktrain.dynamics.model.arrays import BLOCK_LEVELS, RECONSTRUCTIONS, Settings
+from cranktrain.dynamics.model.settings import BLOCK_LEVELS, RECONSTRUCTIONS, Settings
 from cranktrain.dynamics.time.integrator_tables import EMBEDDED
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from cranktrain.core.reduced_body import ReducedBody
-from cranktrain.dynamics.model.arrays import Settings
+from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import fitted_engine
 from cranktrain.engine.model import Engine
 from cranktrain.structure.crank.level import crank_body

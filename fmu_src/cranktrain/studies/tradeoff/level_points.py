@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from cranktrain.dynamics.model.arrays import BLOCK_LEVELS, CRANK_LEVELS, Settings, resolved
 from cranktrain.dynamics.model.mains import HELD
+from cranktrain.dynamics.model.settings import BLOCK_LEVELS, CRANK_LEVELS, Settings, resolved
 from cranktrain.dynamics.time.integrator_tables import INTEGRATORS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import PLAIN as PLAIN_MAINS

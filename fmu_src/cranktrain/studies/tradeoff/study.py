@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.dynamics.model.arrays import Settings
+from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.studies.peers.other_solvers import SCIPY
 from cranktrain.studies.tradeoff.families import FAMILIES, StudyScene

@@ -1,0 +1,42 @@
+"""Slots of the running model's arrays: what each row or column of them holds.
+
+Nothing is imported here, so that kernels which read a slot rest on nothing that makes the arrays.
+"""
+
+from __future__ import annotations
+
+# Columns of ``ModelArrays.cylinders``: masses (kg), angles (rad), lengths (m), piston area (m²), remainder inertia of
+# the rod (kg m²), clearance volume (m³), highest position of the piston pin (m).
+M_SMALL, BANK, PHASE, AREA, ROD, M_BIG, M_OSC, DELTA_J, OFFSET, CLEARANCE_VOLUME, STROKE_TOP = range(11)
+# ``ModelArrays.scalars``; ``DRIVEN`` is 1 where the shaft's speed is given, 0 where a torque loads it.
+GRAVITY, CRANKCASE, GAS_LOAD, BEST_SPEED, FALLOFF, SHAFT_K, SHAFT_C, FILTER, RIGID_ROTATION, STEP = range(10)
+DRIVEN, DAMPER_TEMPERATURE, SCALARS = 10, 11, 12
+# ``ModelArrays.choices``: numbers of gas source and reconstruction of the inputs, Newton tolerance, share of itself by
+# which a film may close over a step, tolerance of adaptive control (0: fixed steps), order of the embedded method and
+# of the method itself.
+GAS_SOURCE, RECONSTRUCTION, NEWTON_TOLERANCE, FILM_CHANGE, STEP_TOLERANCE, EMBEDDED_ORDER, ORDER, CHOICES = range(8)
+# ``ModelArrays.layout``: first port of free rods and of tilts (0: none), connection of the thrust bearing and of the
+# first rod, modes of the crank, of all that turns; the damper's port (0: none); first stationary port of bores'
+# rotations, liners and pistons (0: none); ports in all; main journals of the engine, which may be locked on their axis;
+# first rotation of a pin.
+RODS, TILTS, THRUST_LAW, ROD_LAWS, CRANK_MODES, TURNING_MODES, DAMPER = range(7)
+BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, LAYOUT = 7, 8, 9, 10, 11, 12, 13
+# What a stage knows of the frame's motion, ``Work.frames``; the load torque on the rotor (N m), and the restraint of
+# the block as a whole, (rad/s)², while a run's start is sought.
+THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, BLOCK_RESTRAINT, FRAME_SIZE = range(11)
+# Rows of ``Work.port``: the ports' u, u̇, ü and forces at a stage, the stage's Q and V at the ports, u without forces,
+# the step of an iteration, u before it; u, u̇, ü at the state; the series behind a guess, the guess; the relative motion
+# d, ḋ that the last evaluation of forces or the state gave.
+U, UD, UDD, FORCES, U_Q, U_V, U_FREE, U_STEP, U_BEFORE = range(9)
+STATE_U, STATE_UD, STATE_UDD, SERIES, GUESS, RELATIVE, RELATIVE_RATE, PORT_VECTORS = range(9, 17)
+# Rows of ``Work.modal``: memory of a factorisation, vectors of a stage, its Q and V, what a step of Newmark's form
+# knows beforehand, and the step's difference from its embedded solution.
+PIVOTS, COLUMN, BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MODAL_VECTORS = range(11)
+# ``Work.counters``.
+N_STEPS, N_STAGES, N_ITERATIONS, N_REJECTED, N_FACTORS, WORST_RESIDUAL, N_MISSED, COUNTERS = range(8)
+# Columns of ``Work.key``: step and speed that factors were made for.
+KEY_STEP, KEY_SPEED, KEYS = range(3)
+FACTOR_SLOTS = 7
+"""Step sizes whose factors are kept at once: the whole step, its half, quarter, … ."""
+AMBIENT = 101325.0
+"""Pressure of the surroundings, Pa."""
