@@ -7,7 +7,7 @@ export PYTHONUNBUFFERED := 1
 export OMP_NUM_THREADS ?= 2
 export OPENBLAS_NUM_THREADS ?= 2
 
-.PHONY: demo test test-all lint bench install
+.PHONY: demo test test-all lint docs bench install
 
 demo: $(VENV)/.installed
 	$(BIN)/python examples/demo.py
@@ -20,8 +20,12 @@ test-all: $(VENV)/.installed-test
 
 lint: $(VENV)/.installed-lint
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+docs: $(VENV)/.installed-docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 bench: $(VENV)/.installed
 	$(BIN)/python -m benchmarks

@@ -25,13 +25,13 @@ Made by
     python examples/flexible_block.py > docs/flexible_block.md
 
 and, for one engine and with all modes, `cranktrain modal diesel_i6 --block flexible`. The block of each engine file is
-meshed from its table `[block]` (`cranktrain/structure/block_shape.py`) or read from a file with named surfaces
+meshed from its table `[block]` (`cranktrain/structure/block/shape.py`) or read from a file with named surfaces
 (`--block-mesh`), reduced by the crankshaft's path and put on the mounts of `[mounts]`. All dimensions are chosen;
-nothing was fitted. Linear main bearings stand between journals and bores; the thrust bearing acts with collar and
+nothing was fitted. Linear main bearings join journals and bores; the thrust bearing acts with collar and
 shells, on ground with `thrust.block_stiffness` in series, which the block replaces by its own.
 
 The table pairs modes by the shape of the crank (modal assurance criterion, MAC; a dash where it is below 0.5). The
-rigid block has the same mass and stands on the same mounts: from ground to it the bearings' feet begin to move, from it
+rigid block has the same mass and the same mounts: from ground to it the bearings' feet begin to move, from it
 to the flexible one they begin to give way.
 """
 

@@ -37,10 +37,10 @@ Made by
 
     python examples/roller_stiffness.py > docs/roller_bearing.md
 
-Level `roller` sums the line contacts of the rollers between rigid rings (`cranktrain/film/roller.py`): Palmgren's or the
+Level `roller` sums the line contacts of the rollers between rigid rings (`cranktrain/film/laws/roller.py`): Palmgren's or the
 standard's contact law by slices, clearance, profile, tilt, with exact tangents. The reference takes another way: a
 finite-element model of the bearing gives one radial and one tilting stiffness for the whole engine's simulation (its
-chapter 5.2). That is the table's `law = "linear"`, and `cranktrain/structure/roller_ring.py` makes its values: rollers as
+chapter 5.2). That is the table's `law = "linear"`, and `cranktrain/structure/block/roller_ring.py` makes its values: rollers as
 springs of their contacts' tangents at a nominal load, on an elastic outer ring and housing, free of contacts.
 
 Two sizes, of steel, diametral clearance {clearance:g} um:
@@ -49,7 +49,7 @@ Two sizes, of steel, diametral clearance {clearance:g} um:
 * flywheel's side: {other}.
 
 Outer rings are half a roller thick and a quarter wider than the rollers are long, in a cast-iron housing a quarter wider
-across than the ring and held all around. All of this is chosen; nothing was fitted. Stiffnesses are tangents at the load,
+across than the ring and fixed all around. All of this is chosen; nothing was fitted. Stiffnesses are tangents at the load,
 one roller on its line. For any other bearing and for those of an engine file:
 
     cranktrain roller --rollers 22 --length-mm 28 --roller-diameter-mm 20 --pitch-mm 170 --clearance-um 60 --load 40000 --ring
@@ -68,8 +68,8 @@ READING = """\
   radial one.
 * Ring and housing take about a tenth of the radial stiffness, less of the tilting one. The mesh does not count, the
   spread of a roller's force by 1 %, material and size of what lies behind the ring by 2 to 6 %. (A thicker ring with
-  its housing is softer here: the circle that is held lies further out.)
-* The springs stand where rollers bear between rigid rings: that an oval ring loads more of them is not in the linear
+  its housing is softer here: the fixed circle lies further out.)
+* The springs are where rollers bear between rigid rings: that an oval ring loads more of them is not in the linear
   values.
 """
 

@@ -1,0 +1,108 @@
+"""Pages of the site that are made from the code when it is built, and its equations.
+
+MkDocs calls this file as a hook (``mkdocs.yml``). Command line and library, FMU variables, and the index of decisions
+are never written by hand. Equations become MathML here, so that the site needs no script and no network.
+"""
+
+from __future__ import annotations
+
+import argparse
+import html
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from latex2mathml.converter import convert
+from mkdocs.structure.files import File
+
+ROOT = Path(__file__).resolve().parents[1]
+EQUATION = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
+LINK = re.compile(r"\]\((?!https?:|#)([^)]+)\)")
+
+
+def on_files(files: Any, config: Any) -> Any:
+    """Add the generated pages."""
+    pages = {
+        "reference/command_line.md": command_line(),
+        "reference/library.md": library(),
+        "reference/fmu_variables.md": fmu_variables(),
+        "decisions/index.md": decisions(),
+        "contributing.md": of_the_root("CONTRIBUTING.md"),
+        "changelog.md": of_the_root("CHANGELOG.md"),
+    }
+    for place, content in pages.items():
+        files.append(File.generated(config, place, content=content))
+    return files
+
+
+def on_page_content(text: str, **_: Any) -> str:
+    """Equations in TeX as MathML."""
+
+    def equation(found: re.Match[str]) -> str:
+        return convert(html.unescape(found[2]), display="block" if found[1] == "div" else "inline")
+
+    return EQUATION.sub(equation, text)
+
+
+def verbs() -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """Every verb of ``cranktrain`` with its parser."""
+    from cranktrain.cli.main import _parser
+
+    for action in _parser()._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            yield from action.choices.items()
+
+
+def command_line() -> str:
+    """Help of every verb, and of the FMU's build."""
+    os.environ["COLUMNS"] = "110"
+    build = [sys.executable, str(ROOT / "build_fmu.py"), "--help"]
+    helps = {f"cranktrain {name}": parser.format_help() for name, parser in verbs()}
+    helps["python build_fmu.py"] = subprocess.run(build, check=True, capture_output=True, text=True).stdout
+    sections = [f"## {name}\n\n```text\n{text}```\n" for name, text in helps.items()]
+    return "# Command line\n\nMade from the program's own `--help`.\n\n" + "\n".join(sections)
+
+
+def library() -> str:
+    """What ``import cranktrain as ct`` offers, from its docstrings."""
+    import cranktrain as ct
+
+    places = []
+    for name in sorted(getattr(ct, "__all__", ())):
+        thing = getattr(ct, name)
+        if hasattr(thing, "__qualname__"):
+            places.append(f"::: {thing.__module__}.{thing.__qualname__}\n")
+    return "# Library\n\n`import cranktrain as ct`, then `ct.` and one of these names.\n\n" + "\n".join(places)
+
+
+def fmu_variables() -> str:
+    """The FMU's variables as ``modelDescription/interface.toml`` lists them."""
+    interface = tomllib.loads((ROOT / "modelDescription" / "interface.toml").read_text("utf-8"))
+    rows = [
+        f"| `{v['name']}` | {v['causality']} | {v.get('unit', '')} | {' '.join(v['description'].split())} |"
+        for v in interface["variable"]
+    ]
+    head = "# FMU variables\n\nMade from `modelDescription/interface.toml`.\n\n| name | causality | unit | |\n"
+    return head + "| --- | --- | --- | --- |\n" + "\n".join(rows) + "\n"
+
+
+def decisions() -> str:
+    """Titles of all decisions."""
+    files = sorted((ROOT / "docs" / "decisions").glob("0*.md"))
+    titles = [f"* [{file.read_text('utf-8').splitlines()[0].lstrip('# ')}]({file.name})" for file in files]
+    return "# Decisions\n\nWhy things are as they are, half a page each.\n\n" + "\n".join(titles) + "\n"
+
+
+def of_the_root(name: str) -> str:
+    """A page of the repository's root; its links lead from ``docs/``, or are none where they leave the site."""
+
+    def target(found: re.Match[str]) -> str:
+        place = found[1]
+        return f"]({place.removeprefix('docs/')})" if place.startswith("docs/") else "]"
+
+    return LINK.sub(target, (ROOT / name).read_text("utf-8"))
