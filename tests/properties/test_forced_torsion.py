@@ -8,11 +8,9 @@ import pytest
 from bodies import six
 from scipy.integrate import solve_ivp
 
-from cranktrain.core.errors import InputError
 from cranktrain.dynamics.simulation import Settings, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.damper import (
-    balanced_temperature,
     damper_parameters,
     damper_temperature,
     damper_torque,
@@ -22,7 +20,7 @@ from cranktrain.loads.damper import (
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.modal import cranktrain_modes, torsional_frequencies
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body
-from cranktrain.studies.torsion.forced_torsion import Ring, balanced_ring, forced_torsion, order_peak, warm_torsion
+from cranktrain.studies.torsion.forced_torsion import Ring, balanced_ring, forced_torsion, order_peak
 from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 RPM = math.pi / 30.0
@@ -189,21 +187,6 @@ def test_more_orders_change_little():
     engine, body = six()
     few, many = (forced_torsion(engine, body, 2380.0 * RPM, highest=highest) for highest in (16.0, 32.0))
     assert few.pulley[1:19] == pytest.approx(many.pulley[1:19], abs=2e-4 * np.abs(many.pulley[1:]).max())
-
-
-def test_a_damper_as_warm_as_it_dissipates():
-    engine, _ = six()
-    housed = with_damper_housing(engine)
-    housed = replace(housed, damper=replace(housed.damper, law="newtonian"))
-    body, damper = running_body(housed), housed.damper
-    response, temperature = warm_torsion(housed, body, 2200.0 * RPM)
-    again = forced_torsion(housed, body, 2200.0 * RPM, ring_of(damper, temperature))
-    assert again.power == pytest.approx(response.power, rel=1e-9)
-    assert balanced_temperature(damper, response.power) == pytest.approx(temperature, abs=0.02)
-    assert temperature > damper.ambient_temperature + 5.0
-    tight = replace(housed, damper=replace(damper, cooling_area=0.001))
-    with pytest.raises(InputError, match="hotter than its law is valid"):
-        warm_torsion(tight, body, 2200.0 * RPM)
 
 
 @pytest.mark.parametrize("law", ["newtonian", "shear-thinning", "complex-modulus", "rubber"])

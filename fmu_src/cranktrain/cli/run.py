@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         show_plan(made)
     runs = SceneRun(made, model, output)
     with bar(f"{scene.name}: {made.case}") as advance:
-        runs.run(advance)
+        runs.run(made.case, advance)
     others: list[Case] = []
     if options.verify:
         others = [made.next]
@@ -70,7 +70,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         if runs.interrupted:
             break
         with bar(f"{scene.name}: {case}") as advance:
-            level = runs.run_level(case, advance)
+            level = runs.run(case, advance)
         if level.status != "ok":
             say(f"{case}: {level.status}")
     if options.all_levels:

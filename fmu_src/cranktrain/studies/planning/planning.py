@@ -25,7 +25,7 @@ from cranktrain.studies.planning.difference import longest_step
 from cranktrain.studies.planning.ladder import DEAREST, Pair, candidates, film, next_pair
 from cranktrain.studies.planning.measured import Measured
 from cranktrain.studies.planning.plan import Errors, Plan, largest, pair_name, percent
-from cranktrain.studies.planning.scene_model import Case, Progress, SceneModel
+from cranktrain.studies.planning.scene_model import Case, SceneModel
 from cranktrain.studies.scene import RPM, Scene
 from cranktrain.studies.tradeoff.level_points import numerical_points
 
@@ -56,7 +56,7 @@ LONGEST_MEASUREMENT = 60.0
 """Expected seconds of measuring the plan's figures at every speed, above which the screened speeds stand for all."""
 
 
-def plan(scene: Scene, progress: Progress | None = None, model: SceneModel | None = None) -> Plan:
+def plan(scene: Scene, model: SceneModel | None = None) -> Plan:
     """Plan of a scene; what it needs to know is measured on the scene's model, or read where it was measured before.
 
     Raises
@@ -64,9 +64,7 @@ def plan(scene: Scene, progress: Progress | None = None, model: SceneModel | Non
     InputError
         an accuracy that no step reaches, levels that the engine lacks
     """
-    model = model or SceneModel(scene, progress)
-    chooser = _Chooser(scene, Measured(model))
-    return chooser.plan()
+    return _Chooser(scene, Measured(model or SceneModel(scene))).plan()
 
 
 def screened(speeds: tuple[float, ...]) -> tuple[float, ...]:

@@ -58,19 +58,8 @@ class SceneRun:
 
     # ------------------------------------------------------------------ runs
 
-    def run(self, advance: Advance = None) -> LevelRun:
-        """Run the plan at every speed and keep all outputs."""
-        return self._run(self.plan.case, advance, own=True)
-
-    def verify(self, advance: Advance = None) -> LevelRun:
-        """Run the next level with half the step at every speed."""
-        return self._run(self.plan.next, advance)
-
-    def run_level(self, case: Case, advance: Advance = None) -> LevelRun:
-        """Run another case at every speed."""
-        return self._run(case, advance)
-
-    def _run(self, case: Case, advance: Advance, own: bool = False) -> LevelRun:
+    def run(self, case: Case, advance: Advance = None) -> LevelRun:
+        """Run a case at every speed: of the plan's own all outputs are kept, of another the last cycles."""
         scene, level = self.scene, LevelRun(case)
         self.levels.append(level)
         for k, speed in enumerate(scene.speeds):
@@ -89,12 +78,12 @@ class SceneRun:
                 return level
             level.cycles.append(last_cycle(run, scene.outputs))
             level.seconds += run.seconds
-            self._keep(case, speed, run, own)
+            self._keep(case, speed, run)
         return level
 
-    def _keep(self, case: Case, speed: float, run: Result, own: bool) -> None:
+    def _keep(self, case: Case, speed: float, run: Result) -> None:
         rpm = f"{speed / RPM:.6g}rpm"
-        if own:
+        if case == self.plan.case:
             prefix = f"{rpm}/" if len(self.scene.speeds) > 1 else ""
             kept = {"time": (run.time, "s"), "angle": (run.angle, "rad")}
             kept["film_temperature_c"] = (run.film_temperatures - ZERO_CELSIUS, "degC")
@@ -170,7 +159,7 @@ class SceneRun:
         return by_family(scene.outputs, np.max(found, axis=0))
 
     def verification(self) -> dict[str, Any] | None:
-        """Predicted against verified error, after :meth:`verify`; None where one of the two runs is not complete."""
+        """Predicted against verified error, once the plan's next case has run too; None where one is not complete."""
         own, check = self._own, next((one for one in self.levels if one.case == self.plan.next), None)
         if check is None or len(own.cycles) != len(check.cycles) or len(own.cycles) != len(self.scene.speeds):
             return None

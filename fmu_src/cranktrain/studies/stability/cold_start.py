@@ -51,7 +51,6 @@ FACTORS, REJECTED = 4, 3
 COARSE = 0.025
 """Mesh size of the six's crankshaft in a quick map, m."""
 NEWTON_STEPS = 60
-DOWN = 1.5 * math.pi
 
 
 @dataclass(frozen=True, eq=False)

@@ -83,10 +83,10 @@ def with_ring(
     return whole_stiffness + spring * np.outer(twist, twist), damper * np.outer(twist, twist), whole_mass
 
 
-def damper_report(engine: Engine, body: ReducedBody, temperature: float | None = None) -> dict[str, Any]:
+def damper_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
     """The cranktrain's modes with its damper; JSON-able. ``body`` is the bare reduced crankshaft.
 
-    ``temperature`` (K) is the damper's; without it, that of its table at the table's highest speed.
+    The damper is as warm as at the highest speed of its table.
 
     Raises
     ------
@@ -96,8 +96,7 @@ def damper_report(engine: Engine, body: ReducedBody, temperature: float | None =
     damper, crank = required_damper(engine), housed_crank(engine, body)
     stiffness, mass, hub = crank.stiffness, crank.mass, crank.hub
     free = float(crank.omega[crank.torsional[0]]) / (2.0 * math.pi)
-    if temperature is None:
-        temperature = damper_temperature(damper, damper.temperature_speeds[-1])
+    temperature = damper_temperature(damper, damper.temperature_speeds[-1])
 
     def first_torsional(hz: Array, shapes: NDArray[Any], ring: NDArray[Any]) -> int:
         energy = damper.ring_inertia * np.abs(ring) ** 2

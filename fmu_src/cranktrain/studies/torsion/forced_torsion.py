@@ -18,18 +18,15 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import minimize_scalar
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import (
     STIFFNESS,
-    balanced_temperature,
-    damper_parameters,
     damper_torque,
     damping_coefficient,
-    required_damper,
 )
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.studies.torsion.periodic_crank import OrderStructure, PeriodicCrank
@@ -40,8 +37,6 @@ ComplexArray = NDArray[np.complex128]
 HIGHEST_ORDER = 24.0
 # The law's torque is found to this share of its largest value, or after so many rounds not at all.
 _SETTLED, _ROUNDS = 1e-8, 100
-# A damper's temperature is found to so many K.
-_WARMTH = 0.01
 
 
 class Ring(NamedTuple):
@@ -121,18 +116,15 @@ def order_peak(
     order: float,
     speeds: tuple[float, float],
     ring: Ring | None = None,
-    gas: GasTrace | None = None,
-    load: float = 1.0,
 ) -> TorsionResponse:
     """Response at the speed, between two ``speeds`` (rad/s), at which the pulley's torsion of ``order`` is largest.
 
-    Coarsely at 17 speeds, then between the neighbours of the best one; the speed to a ten-thousandth. Everything else
-    as for :func:`forced_torsion`.
+    Coarsely at 17 speeds, then between the neighbours of the best one; the speed to a ten-thousandth.
     """
     found: dict[float, TorsionResponse] = {}
 
     def least(speed: float) -> float:
-        found[speed] = forced_torsion(engine, body, speed, ring, gas, load)
+        found[speed] = forced_torsion(engine, body, speed, ring)
         return -found[speed].amplitude(order)
 
     grid = np.linspace(*speeds, 17).tolist()
@@ -141,36 +133,6 @@ def order_peak(
     around = (max(best - step, grid[0]), min(best + step, grid[-1]))
     minimize_scalar(least, bounds=around, method="bounded", options={"xatol": 1e-4 * best})
     return max(found.values(), key=lambda response: response.amplitude(order))
-
-
-def warm_torsion(
-    engine: Engine, body: ReducedBody, speed: float, gas: GasTrace | None = None, load: float = 1.0
-) -> tuple[TorsionResponse, float]:
-    """Steady response with the engine's damper as warm as its dissipated power makes it, and its temperature, K.
-
-    ``engine`` and ``body`` as for :func:`forced_torsion`, with the damper's housing.
-
-    Raises
-    ------
-    InputError
-        no damper, or one that its power heats beyond its law
-    SolverError
-        a response that does not settle
-    """
-    damper = required_damper(engine)
-    found: dict[float, TorsionResponse] = {}
-
-    def excess(temperature: float) -> float:
-        ring = Ring(damper_parameters(damper, temperature), damper.ring_inertia)
-        found[temperature] = forced_torsion(engine, body, speed, ring, gas, load)
-        given_off = damper.heat_transfer * damper.cooling_area * (temperature - damper.ambient_temperature)
-        return found[temperature].power - given_off
-
-    coldest, hottest = max(damper.ambient_temperature, damper.lowest_temperature), damper.highest_temperature
-    if excess(hottest) > 0.0:
-        balanced_temperature(damper, found[hottest].power)  # refuses it
-    temperature = float(brentq(excess, coldest, hottest, xtol=_WARMTH))
-    return found[temperature], temperature
 
 
 def balanced_ring(structure: OrderStructure, hub: Array, ring: Ring, speed: float = 0.0) -> TorsionResponse:

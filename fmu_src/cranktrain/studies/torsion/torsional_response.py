@@ -34,7 +34,8 @@ from cranktrain.studies.torsion.periodic_crank import PeriodicCrank, gas_forces
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-HIGHEST_ORDER = 60.0
+HIGHEST_ORDER, LISTED = 60.0, 24.0
+GRAVITY = 9.80665
 _SETTLED, _ROUNDS = 1e-10, 30
 
 
@@ -69,7 +70,6 @@ def torsional_response(
     gas: GasTrace | None = None,
     load: float = 1.0,
     highest: float = HIGHEST_ORDER,
-    gravity: float = 9.80665,
 ) -> HeldResponse:
     """Steady response at ``speed`` (rad/s) of a torsional crank that its mains hold.
 
@@ -78,7 +78,6 @@ def torsional_response(
     engine, body : the engine and its running body, :func:`cranktrain.structure.crank.level.crank_body`
     gas, load : pressure trace in place of the built-in one; share of the full-load burn
     highest : highest order of the balance
-    gravity : m/s², on rods and pistons
 
     Raises
     ------
@@ -104,7 +103,7 @@ def torsional_response(
         wobble, rate = crank.signal(frame), crank.signal(1j * crank.omega * frame)
         push = gas_forces(engine, speed + rate, crank.angle + wobble, gas, load)
         turn, turning, swing = (motion[:, 2::3] for motion in motions)
-        exact = exact_rod_forces(engine, body, speed, crank.angle, push, turn, turning, swing, gravity)
+        exact = exact_rod_forces(engine, body, speed, crank.angle, push, turn, turning, swing)
         before, added = added, exact - tangent
         if np.abs(added - before).max() <= _SETTLED * largest:
             return HeldResponse(speed, modes @ pulley - frame, modes @ flywheel - frame, frame, round_)
@@ -112,9 +111,9 @@ def torsional_response(
     raise SolverError(f"the orders do not settle at {speed * 30.0 / math.pi:.0f} rev/min; the crank twists too far")
 
 
-def steady_orders(response: HeldResponse, highest: float = 24.0) -> list[list[float]]:
+def steady_orders(response: HeldResponse) -> list[list[float]]:
     """Orders of the pulley's torsion and their zero-to-peak amplitudes in degrees, as a run's summary has them."""
-    count = min(round(2.0 * highest), response.pulley.size - 1)
+    count = min(round(2.0 * LISTED), response.pulley.size - 1)
     amplitudes = np.degrees(np.abs(response.pulley))
     return [[float(response.orders[k]), float(amplitudes[k])] for k in range(1, count + 1)]
 
@@ -136,7 +135,6 @@ def exact_rod_forces(
     turn: Array,
     rate: Array,
     acceleration: Array,
-    gravity: float,
 ) -> Array:
     """Forces (N, 3 c) along x and y and moments about z of the rods on pins that run on their circles.
 
@@ -150,7 +148,7 @@ def exact_rod_forces(
     forces = np.zeros((angle.size, 3 * engine.n_cylinders))
     for c in range(engine.n_cylinders):
         x0, y0 = body.positions[body.index(f"pin[{cylinders.pins[c]}]"), :2]
-        down = gravity * math.sin(cylinders.bank_angles[c]), gravity * math.cos(cylinders.bank_angles[c])
+        down = GRAVITY * math.sin(cylinders.bank_angles[c]), GRAVITY * math.cos(cylinders.bank_angles[c])
         for k, frame in enumerate(angle):
             lead = turn[k, c]
             # The pin's place on its circle in cylinder axes, and in the frame's.

@@ -18,12 +18,12 @@ from cranktrain.dynamics.time.integrator_tables import EMBEDDED
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.studies.tradeoff.case import COMMUNICATION_DEG, Case
+from cranktrain.studies.tradeoff.level_bodies import ALL_MODES
 from cranktrain.studies.tradeoff.level_points import (
     CRANKS,
     PLAIN,
     ROLLERS,
     level_case,
-    mode_entries,
     next_level,
     numerical_entries,
 )
@@ -147,7 +147,12 @@ def adaptive(scene: StudyScene, quick: bool) -> Entries:
 
 def modes(scene: StudyScene, quick: bool) -> Entries:
     """Elastic modes of the crank up to a cut-off, against all that are stored."""
-    return mode_entries(scene.case, CUTOFFS_HZ[::2] if quick else CUTOFFS_HZ)
+    case, more = scene.case, {"against": "all modes"}
+    reference = replace(case, cutoff_hz=ALL_MODES)
+    return [
+        Entry("modes", f"{cutoff:g} Hz", replace(case, cutoff_hz=cutoff), reference, TOP, more)
+        for cutoff in (CUTOFFS_HZ[::2] if quick else CUTOFFS_HZ)
+    ]
 
 
 def ladder(scene: StudyScene, quick: bool) -> Entries:

@@ -1,11 +1,9 @@
-"""What planning asks of the study: the error and cost of one level's steps, and of one level against the next."""
+"""Levels and integrators of the study, and what planning asks of it: error and cost of one level's steps."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from cranktrain.dynamics.model.mains import HELD
 from cranktrain.dynamics.model.settings import BLOCK_LEVELS, CRANK_LEVELS, Settings, resolved
@@ -14,10 +12,9 @@ from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import PLAIN as PLAIN_MAINS
 from cranktrain.film.laws.register import ROLLER, bearing_law, bearing_levels
 from cranktrain.studies.tradeoff.case import CYCLES, Case
-from cranktrain.studies.tradeoff.level_bodies import ALL_MODES
 from cranktrain.studies.tradeoff.measure import Entry, Progress, measured
-from cranktrain.studies.tradeoff.point import MODEL, NUMERICAL, TOP, Point
-from cranktrain.studies.tradeoff.reference import error_estimate, reference_case
+from cranktrain.studies.tradeoff.point import NUMERICAL, Point
+from cranktrain.studies.tradeoff.reference import reference_case
 from cranktrain.studies.tradeoff.store import PointStore
 
 CRANKS = tuple(level for level in ("rigid", "torsional", "beam", "solid") if level in CRANK_LEVELS)
@@ -78,7 +75,7 @@ def level_case(engine: Engine, speed: float, settings: Settings, cutoff_hz: floa
     return Case(engine, speed, chosen, SLOW_CYCLES.get(levels.bearings, CYCLES), cutoff_hz)
 
 
-def numerical_entries(case: Case, quick: bool, family: str = "integrators") -> list[Entry]:
+def numerical_entries(case: Case, quick: bool) -> list[Entry]:
     """Entries of one level: every integrator over its steps, against the same model with a fine step."""
     reference = reference_case(case, quick)
     chosen = integrator_steps(quick)
@@ -87,7 +84,7 @@ def numerical_entries(case: Case, quick: bool, family: str = "integrators") -> l
         chosen.append(default)
     return [
         Entry(
-            family, f"{name} {step:g}°",
+            "integrators", f"{name} {step:g}°",
             replace(case, settings=replace(case.settings, integrator=name, step=math.radians(step))),
             reference, NUMERICAL, {"default": (name, step) == default},
         )
@@ -99,18 +96,15 @@ def numerical_points(
     engine: Engine,
     speed: float,
     settings: Settings,
-    *,
-    cutoff_hz: float | None = None,
-    quick: bool = True,
     progress: Progress | None = None,
     store: PointStore | None = None,
 ) -> list[Point]:
-    """Numerical error and cost of one level's steps and integrators; ``speed`` rad/s.
+    """Numerical error and cost of one level's steps and integrators, a few each; ``speed`` rad/s.
 
     ``settings`` give the levels; their integrator and step are not used. Failed runs are points too.
     """
-    case = level_case(engine, speed, settings, cutoff_hz)
-    return measured(numerical_entries(case, quick), store or PointStore(), 1, progress)
+    entries = numerical_entries(level_case(engine, speed, settings), quick=True)
+    return measured(entries, store or PointStore(), 1, progress)
 
 
 def next_level(ladder: str, level: str, engine: Engine) -> str | None:
@@ -123,83 +117,3 @@ def next_level(ladder: str, level: str, engine: Engine) -> str | None:
     if ladder == "block" and (engine.block is None or engine.mounts is None):
         return None
     return levels[place + 1] if place + 1 < len(levels) else None
-
-
-def model_points(
-    engine: Engine,
-    speed: float,
-    settings: Settings,
-    *,
-    cutoff_hz: float | None = None,
-    quick: bool = True,
-    progress: Progress | None = None,
-    store: PointStore | None = None,
-    ladders: Sequence[str] = ("crank", "bearings", "block"),
-) -> list[Point]:
-    """Model error of one level: its difference to the next level up of each ladder, and its cost; ``speed`` rad/s.
-
-    Both levels take the default integrator and step. A quick study leaves out what needs elastic films.
-    """
-    kept = store or PointStore()
-    case = level_case(engine, speed, settings, cutoff_hz)
-    levels = case.levels
-    entries = []
-    for ladder in ladders:
-        above = next_level(ladder, getattr(levels, ladder), engine)
-        if above is None or (quick and above == "ehd"):
-            continue
-        change: dict[str, Any] = {ladder: above} | ({"pistons": "auto"} if ladder == "block" else {})
-        if ladder == "crank" and levels.bearings == HELD and above not in ("rigid", "torsional"):
-            change["bearings"] = "auto"  # a crank that bends cannot be held
-        raised = replace(case.settings, **change)
-        higher = level_case(engine, speed, raised, cutoff_hz)
-        cycles = min(case.cycles, higher.cycles)
-        own = replace(case, cycles=cycles, interval_deg=_common_interval(case, higher))
-        reference = replace(higher, cycles=cycles, interval_deg=own.interval_deg)
-        label = f"{getattr(levels, ladder)} against {above}"
-        more = {"ladder": ladder, "next_level": above}
-        entries.append(Entry("ladder" if ladder == "crank" else ladder, label, own, reference, MODEL, more))
-    return measured(entries, kept, 1, progress)
-
-
-def mode_points(
-    engine: Engine,
-    speed: float,
-    settings: Settings,
-    cutoffs_hz: Sequence[float],
-    *,
-    quick: bool = True,
-    progress: Progress | None = None,
-    store: PointStore | None = None,
-) -> list[Point]:
-    """Error and cost of a crank cut at each of ``cutoffs_hz`` against that with all modes that are stored."""
-    case = level_case(engine, speed, settings)
-    return measured(mode_entries(case, cutoffs_hz), store or PointStore(), 1, progress)
-
-
-def mode_entries(case: Case, cutoffs_hz: Sequence[float]) -> list[Entry]:
-    """Entries of cut-offs of the crank, at the case's integrator and step."""
-    reference = replace(case, cutoff_hz=ALL_MODES)
-    return [
-        Entry("modes", f"{cutoff:g} Hz", replace(case, cutoff_hz=cutoff), reference, TOP, {"against": "all modes"})
-        for cutoff in cutoffs_hz
-    ]
-
-
-def reference_doubt(
-    engine: Engine,
-    speed: float,
-    settings: Settings,
-    *,
-    cutoff_hz: float | None = None,
-    quick: bool = True,
-    progress: Progress | None = None,
-    store: PointStore | None = None,
-) -> dict[str, float | None]:
-    """Estimated error of the reference of :func:`numerical_points` itself."""
-    case = level_case(engine, speed, settings, cutoff_hz)
-    return error_estimate(reference_case(case, quick), store or PointStore(), progress)
-
-
-def _common_interval(case: Case, other: Case) -> float:
-    return max(case.kept_deg, other.kept_deg)

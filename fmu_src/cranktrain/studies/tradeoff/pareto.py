@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 from cranktrain.studies.tradeoff.point import MODEL, Point
@@ -36,7 +37,7 @@ def marked(points: Sequence[Point]) -> list[Point]:
         costs = [points[k].seconds_per_simulated_second or 0.0 for k in members]
         errors = [points[k].worst or 0.0 for k in members]
         front |= {members[k] for k in pareto_front(costs, errors)}
-    return [point.marked(index in front) for index, point in enumerate(points)]
+    return [replace(point, pareto=index in front) for index, point in enumerate(points)]
 
 
 def cost_at(error: float, found: Sequence[float], costs: Sequence[float]) -> float | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 OUTPUTS = ("pulley_torsion", "pulley_axial", "bearing_film")
@@ -59,15 +59,6 @@ class Point:
     def as_dict(self) -> dict[str, Any]:
         """The point as JSON holds it."""
         return asdict(self)
-
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> Point:
-        """Inverse of :meth:`as_dict`."""
-        return cls(**data)
-
-    def marked(self, pareto: bool) -> Point:
-        """The same point, on the front or not."""
-        return replace(self, pareto=pareto)
 
 
 def in_scene(points: Iterable[Point], scene: str) -> list[Point]:
