@@ -2,6 +2,7 @@
 PYTHON ?= python3.11
 VENV ?= .venv
 WORKERS ?= 2
+TESTS ?=
 BIN := $(VENV)/bin
 export PYTHONUNBUFFERED := 1
 export OMP_NUM_THREADS ?= 2
@@ -13,7 +14,7 @@ demo: $(VENV)/.installed
 	$(BIN)/python examples/demo.py
 
 test: $(VENV)/.installed-test
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile -m "not slow"
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile -m "not slow" $(TESTS)
 
 test-all: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile

@@ -41,11 +41,10 @@ MAX_TURN = 0.16  # rad, how far the drawn torsional shape turns at most
 STARTED = time.perf_counter()
 
 
-def main() -> None:
-    """Run all stages and say where the results are."""
-    out = Path("out")
+def main(name: str = "diesel_i6", out: Path = Path("out")) -> dict[str, Any]:
+    """Run all stages and say where the results are; returns what ``summary.json`` holds."""
     out.mkdir(exist_ok=True)
-    engine = load_engine(sys.argv[1] if len(sys.argv) > 1 else "diesel_i6")
+    engine = load_engine(name)
     say("engine file read; reducing its crankshaft (finite elements, about a minute the first time)")
     bare = reduced_crankshaft(engine, progress=say)
     say("frequencies and mode shapes")
@@ -63,6 +62,7 @@ def main() -> None:
     (out / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     say(f"real-time factor {factor:.2f} (wall seconds per simulated second, through fmpy)")
     say("done; look into " + ", ".join(str(path) for path in sorted(out.iterdir())))
+    return summary
 
 
 def say(text: str) -> None:
@@ -186,4 +186,4 @@ def save(figure: Any, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:2])

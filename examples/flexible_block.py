@@ -42,8 +42,8 @@ def markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
-def figures(name: str) -> str:
-    """Section of one engine."""
+def figures(name: str) -> tuple[str, float]:
+    """Section of one engine, and the frequency of its torsional mode in the flexible block, Hz."""
     engine = load_engine(name)
     tell = lambda stage: print(f"{name}: {stage}", file=sys.stderr, flush=True)  # noqa: E731
     body = reduced_crankshaft(engine, progress=tell)
@@ -69,14 +69,17 @@ def figures(name: str) -> str:
         f"{min(across):.2f} to {max(across):.2f}, upwards {min(up):.2f} to {max(up):.2f}, thrust faces along the axis "
         f"{stiffness('thrust', 2):.2f} (on ground {1e-9 * engine.thrust.block_stiffness:.2f})."
     )
-    return f"## {engine.title}\n\n{facts}\n\n{markdown(table.header, table.rows)}\n"
+    torsional = next(float(pair["hz"]) for pair in report["ground"] if pair["shape"] == "torsional")
+    return f"## {engine.title}\n\n{facts}\n\n{markdown(table.header, table.rows)}\n", torsional
 
 
-def main() -> None:
-    """Print the page."""
+def main(*engines: str) -> dict[str, float]:
+    """Print the page; returns the torsional frequency of each engine in its block, Hz."""
     print(INTRODUCTION)
-    print("\n".join(figures(name) for name in ("diesel_i6", "diesel_v8")), end="")
+    sections = {name: figures(name) for name in engines}
+    print("\n".join(text for text, _ in sections.values()), end="")
+    return {name: torsional for name, (_, torsional) in sections.items()}
 
 
 if __name__ == "__main__":
-    main()
+    main("diesel_i6", "diesel_v8")

@@ -24,8 +24,8 @@ SPEED = 2000.0 * math.pi / 30.0
 DURATION, STEP = 0.5, 2.5e-4
 
 
-def main() -> None:
-    """Write both files beside this one."""
+def main(folder: Path = FOLDER) -> float:
+    """Write both files; returns the largest pressure, Pa."""
     engine = load_engine("diesel_i6")
     trace = GasTrace.from_engine(engine)
     share = 1.0 - trace.falloff * ((SPEED - trace.best_speed) / trace.best_speed) ** 2
@@ -34,14 +34,17 @@ def main() -> None:
     lead = trace.imep * swept / CYCLE / engine.drive_line.stiffness
     order = engine.cylinders.firing_order
     fires_at = {cylinder: place * CYCLE / len(order) for place, cylinder in enumerate(order)}
+    largest = 0.0
     rows = ["time,speed," + ",".join(f"cylinder[{i + 1}].pressure" for i in range(len(order)))]
     for time in np.arange(round(DURATION / STEP) + 1) * STEP:
         pressures = [gas_pressure(SPEED * time + lead - fires_at[i + 1], table) for i in range(len(order))]
+        largest = max(largest, *pressures)
         rows.append(f"{time:.5f},{SPEED:.6f}," + ",".join(f"{round(p, -2):.0f}" for p in pressures))
-    (FOLDER / "fmu_pressures.csv").write_text("\n".join(rows), encoding="ascii")
+    (folder / "fmu_pressures.csv").write_text("\n".join(rows), encoding="ascii")
     run_up = [(time, rpm * math.pi / 30.0) for time, rpm in ((0.0, 1500.0), (0.05, 1500.0), (0.5, 2400.0))]
     lines = ["time,speed"] + [f"{time:.2f},{speed:.6f}" for time, speed in run_up]
-    (FOLDER / "fmu_run_up.csv").write_text("\n".join(lines), encoding="ascii")
+    (folder / "fmu_run_up.csv").write_text("\n".join(lines), encoding="ascii")
+    return float(largest)
 
 
 if __name__ == "__main__":

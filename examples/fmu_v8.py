@@ -12,6 +12,7 @@ import math
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,12 +35,12 @@ COLOURS = {"none": "#c44e52", "fitted": "#1f5fa8"}
 LABELS = {"none": "without damper", "fitted": "with viscous damper"}
 
 
-def main() -> None:
-    """Run both and draw the picture."""
+def main(arguments: Sequence[str] | None = None) -> dict[str, float]:
+    """Run both and draw the picture; returns the torsion of order 8 without and with damper, degrees."""
     parser = argparse.ArgumentParser(description="The V8's pulley torsion with and without damper.")
     parser.add_argument("fmu", nargs="?", help="CranktrainDieselV8.fmu; built where not given")
     parser.add_argument("-o", "--output", default="out", metavar="FOLDER", help="where the picture goes (default: out)")
-    chosen = parser.parse_args()
+    chosen = parser.parse_args(arguments)
     fmu = Path(chosen.fmu) if chosen.fmu else built_fmu()
     if not fmu.is_file():
         sys.exit(f"fmu_v8: no file '{fmu}'; python build_fmu.py diesel_v8 makes one")
@@ -47,8 +48,9 @@ def main() -> None:
     folder = Path(chosen.output)
     folder.mkdir(parents=True, exist_ok=True)
     picture = folder / "v8_damper.png"
-    draw(runs, picture)
+    found = draw(runs, picture)
     print(picture)
+    return found
 
 
 def built_fmu() -> Path:
@@ -71,8 +73,9 @@ def simulated(fmu: Path, damper: str) -> Any:
     return result
 
 
-def draw(runs: dict[str, Any], picture: Path) -> None:
-    """Torsion over the last cycle, its orders, and what the damper turns into heat."""
+def draw(runs: dict[str, Any], picture: Path) -> dict[str, float]:
+    """Torsion over the last cycle, its orders, and what the damper turns into heat; order 8 of each run."""
+    found = {}
     figure, (cycle, spectrum) = plt.subplots(2, 1, figsize=(10, 7.5), constrained_layout=True)
     for place, (level, run) in enumerate(runs.items()):
         torsion = np.degrees(last_cycle(run["crank.angle"], run["pulley.torsion"]))
@@ -85,6 +88,7 @@ def draw(runs: dict[str, Any], picture: Path) -> None:
         cycle.plot(angles, alternating, color=COLOURS[level], lw=1.5, label=label)
         orders, amplitudes = order_spectrum(torsion, HIGHEST_ORDER)
         spectrum.bar(orders + 0.2 * (place - 0.5), amplitudes, width=0.2, color=COLOURS[level], label=LABELS[level])
+        found[level] = float(amplitudes[15])
         named = ", ".join(f"order {order}: {amplitudes[2 * order - 1]:.4f} deg" for order in (4, 8, 12))
         print(f"{label}; {named}")
     cycle.set(
@@ -100,6 +104,8 @@ def draw(runs: dict[str, Any], picture: Path) -> None:
         ax.legend(frameon=False, loc="upper right")
     cycle.margins(y=0.25)
     figure.savefig(picture, dpi=110)
+    plt.close(figure)
+    return found
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 
+from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.simulation import Settings, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import GasTrace
@@ -29,13 +30,11 @@ CYCLES = 12
 SHOWN_ORDERS = (0.5, 1.0, 1.5, 2.5, 3.0, 4.5, 6.0, 7.5, 9.0, 12.0)
 
 
-def main() -> None:
-    """Run both traces and print the note."""
-    if len(sys.argv) < 2:
-        sys.exit("usage: python examples/measured_pressure.py TRACE.csv [PICTURE.png]")
+def main(measured: str, picture: str = "", body: ReducedBody | None = None) -> float:
+    """Run both traces on the solid crank, or another, and print the note; returns the ratio of the largest loads."""
     engine = load_engine(ENGINE)
-    traces = {"built-in": GasTrace.from_engine(engine), "measured": GasTrace.from_csv(sys.argv[1], engine)}
-    body = running_body(engine)
+    traces = {"built-in": GasTrace.from_engine(engine), "measured": GasTrace.from_csv(measured, engine)}
+    body = body or running_body(engine)
     summaries = {
         name: run_summary(simulate(engine, body, Settings(), SPEED_RPM * math.pi / 30.0, CYCLES, gas=trace), "")
         for name, trace in traces.items()
@@ -69,12 +68,15 @@ def main() -> None:
         f"\nLargest main bearing load {1e-3 * load['built-in']:.1f} against {1e-3 * load['measured']:.1f} kN, thinnest"
     )
     print(f"film {film['built-in']:.2f} against {film['measured']:.2f} um.")
-    if len(sys.argv) > 2:
+    if picture:
         figure, ax = plt.subplots(figsize=(9, 4.5), constrained_layout=True)
         fired = {name: trace.fired for name, trace in traces.items()}
         plot_pressure(ax, np.degrees(traces["measured"].angles), fired)
-        figure.savefig(sys.argv[2], dpi=110)
+        figure.savefig(picture, dpi=110)
+    return float(load["measured"] / load["built-in"])
 
 
 if __name__ == "__main__":
-    main()
+    if len(sys.argv) < 2:
+        sys.exit("usage: python examples/measured_pressure.py TRACE.csv [PICTURE.png]")
+    main(*sys.argv[1:3])

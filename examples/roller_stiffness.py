@@ -104,13 +104,13 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     print()
 
 
-def of_load(title: str, bearing: RollerBearing) -> None:
-    """Deflection and stiffness over the load, by all routes."""
+def of_load(title: str, bearing: RollerBearing, loads: Sequence[float] = LOADS) -> float:
+    """Deflection and stiffness over the load, by all routes; returns the last radial stiffness, N/mm."""
     print(f"## {title}\n")
     profiled = replace(bearing, profile=iso_profile(bearing.length, bearing.diameter))
     ring = ring_for(bearing)
     rows = []
-    for load in LOADS:
+    for load in loads:
         at = loaded(bearing, load)
         closed, largest = many_rollers(bearing, load)
         radial, tilting = stiffnesses(bearing, at.stiffness)
@@ -141,6 +141,7 @@ def of_load(title: str, bearing: RollerBearing) -> None:
         ],
         rows,
     )  # fmt: skip
+    return radial
 
 
 def of_rollers(bearing: RollerBearing) -> None:

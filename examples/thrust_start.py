@@ -17,6 +17,7 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 
+from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.state import POSITION, offset
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.engine.file import load_engine
@@ -30,10 +31,10 @@ AXIAL_MODE = 2  # rigid motion along z
 BLUE, ORANGE, GREY = "#1f5a94", "#d9822b", "#8a8f98"
 
 
-def main() -> None:
-    """Run the start and draw it."""
+def main(picture: str = "docs/thrust_start.png", body: ReducedBody | None = None) -> float:
+    """Run the start of the solid crank, or of another, and draw it; returns the largest way over the last turns, µm."""
     engine = load_engine(ENGINE)
-    revolutions, place, force = started(engine)
+    revolutions, place, force = started(engine, body or running_body(engine))
     limit = 0.5e6 * engine.thrust.clearance
     for first, last in ((0, 1), (1, 2), (2, 4), (revolutions[-1] - 2.0, revolutions[-1])):
         part = (revolutions >= first) & (revolutions < last)
@@ -41,12 +42,13 @@ def main() -> None:
             f"revolutions {first:5.1f} to {last:5.1f}: collar {place[part].min():6.1f} to {place[part].max():6.1f} um "
             f"of +-{limit:.0f} um, force {force[part].min():6.0f} to {force[part].max():6.0f} N"
         )
-    draw(engine, revolutions, place, force, sys.argv[1] if len(sys.argv) > 1 else "docs/thrust_start.png")
+    draw(engine, revolutions, place, force, picture)
+    return float(np.abs(place[revolutions >= revolutions[-1] - 2.0]).max())
 
 
-def started(engine: Engine) -> tuple[Any, Any, Any]:
+def started(engine: Engine, body: ReducedBody) -> tuple[Any, Any, Any]:
     """Revolutions, displacement of the collar (µm) and force on it (N) of a start from rest."""
-    simulation = Simulation(engine, running_body(engine), Settings())
+    simulation = Simulation(engine, body, Settings())
     simulation.inputs[0] = 0.0
     simulation.initialize()
     names = list(simulation.output_names)
@@ -100,4 +102,4 @@ def draw(engine: Engine, revolutions: Any, place: Any, force: Any, path: str) ->
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:2])

@@ -1,0 +1,77 @@
+"""Every example runs, and gives one number that is known."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+from cranktrain.engine.file import load_engine
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.structure.crank.level import crank_body
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+def example(name):
+    """An example as a module; importing it runs nothing."""
+    spec = importlib.util.spec_from_file_location(f"example_{name}", EXAMPLES / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def beam():
+    """The six's crankshaft of beams, which takes no finite elements."""
+    return crank_body(load_engine("diesel_i6"), "beam")
+
+
+def test_all_examples_are_here():
+    tested = {name[len("test_") :] for name in globals() if name.startswith("test_")}
+    assert {path.stem for path in EXAMPLES.glob("*.py")} <= tested
+
+
+def test_fmu_input(tmp_path):
+    assert example("fmu_input").main(tmp_path) == pytest.approx(13.456e6, rel=1e-4)
+    for name in ("fmu_pressures.csv", "fmu_run_up.csv"):
+        assert (tmp_path / name).read_text() == (EXAMPLES / name).read_text()
+
+
+def test_roller_stiffness():
+    module = example("roller_stiffness")
+    assert module.of_load("At the throws", module.MAIN, loads=[40e3]) == pytest.approx(2552e3, rel=1e-3)
+
+
+def test_thrust_start(beam, tmp_path):
+    picture = tmp_path / "start.png"
+    assert example("thrust_start").main(str(picture), beam) == pytest.approx(42.0, rel=0.2)
+    assert picture.stat().st_size > 10_000
+
+
+def test_measured_pressure(beam, tmp_path, capsys):
+    """The built-in trace, written to a file and read again, loads the bearings as it does built in."""
+    trace = GasTrace.from_engine(load_engine("diesel_i6"))
+    file = tmp_path / "trace.csv"
+    file.write_text("\n".join(f"{a:.6f};{p:.3f}" for a, p in zip(trace.angles * 57.29577951, trace.fired, strict=True)))
+    assert example("measured_pressure").main(str(file), body=beam) == pytest.approx(1.0, abs=0.01)
+    assert "| peak to peak |" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_flexible_block():
+    assert example("flexible_block").main("diesel_i6") == {"diesel_i6": pytest.approx(236.5, abs=0.1)}
+
+
+@pytest.mark.slow
+def test_fmu_v8(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = example("fmu_v8").main([])
+    assert found["fitted"] / found["none"] == pytest.approx(0.118, abs=0.02)
+
+
+@pytest.mark.slow
+def test_demo(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    summary = example("demo").main()
+    assert summary["first_torsional_hz"] == pytest.approx(238.4, abs=0.1)
+    assert {path.name for path in (tmp_path / "out").iterdir()} >= {"pulley.png", "loads.png", "frequencies.txt"}
