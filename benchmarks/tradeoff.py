@@ -15,7 +15,7 @@ from pathlib import Path
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from cranktrain.studies.tradeoff.store import PointStore
+from cranktrain.studies.kept import Kept
 from cranktrain.studies.tradeoff.study import default_scenes, study
 
 
@@ -23,7 +23,7 @@ def main() -> int:
     """Measure and print."""
     with tempfile.TemporaryDirectory() as folder:
         found = study(
-            default_scenes(quick=True), ["integrators"], store=PointStore(Path(folder)),
+            default_scenes(quick=True), ["integrators"], store=Kept(Path(folder)),
             say=lambda stage: print(f"tradeoff: {stage}", file=sys.stderr, flush=True),
         )  # fmt: skip
     print(json.dumps(found.as_dict()))

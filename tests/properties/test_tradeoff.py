@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from tradeoff_case import small
 
 from cranktrain.core.errors import InputError
+from cranktrain.studies.kept import Kept
 from cranktrain.studies.tradeoff import measure
 from cranktrain.studies.tradeoff.choice import choice_text
 from cranktrain.studies.tradeoff.families import FAMILIES
@@ -22,7 +23,6 @@ from cranktrain.studies.tradeoff.level_points import next_level, numerical_point
 from cranktrain.studies.tradeoff.measure import differences, high_order_error, measured
 from cranktrain.studies.tradeoff.pareto import cost_at, pareto_front
 from cranktrain.studies.tradeoff.point import OUTPUTS, Point
-from cranktrain.studies.tradeoff.store import PointStore
 from cranktrain.studies.tradeoff.study import chosen_families, study
 
 __all__ = ["small"]
@@ -84,7 +84,7 @@ def test_errors_of_high_orders_stand_apart():
 
 
 def test_points_of_a_study(small, tmp_path):
-    result = study([small], ["integrators", "pressure"], True, PointStore(tmp_path / "kept"))
+    result = study([small], ["integrators", "pressure"], True, Kept(tmp_path / "kept"))
     data = json.loads(json.dumps(result.as_dict(), allow_nan=False))
     assert set(data) == {"points", "reference", "against_scipy"}
     estimate = data["reference"]["error_estimate"]
@@ -111,7 +111,7 @@ def test_points_of_a_study(small, tmp_path):
         p.seconds_per_simulated_second for p in on_front
     ]
 
-    again = study([small], ["integrators", "pressure"], True, PointStore(tmp_path / "kept"))
+    again = study([small], ["integrators", "pressure"], True, Kept(tmp_path / "kept"))
     assert again.as_dict() == result.as_dict()
 
     written = write_files(result, tmp_path / "out")
@@ -131,7 +131,7 @@ def test_points_of_a_study(small, tmp_path):
 
 def test_an_interrupted_study_goes_on(small, tmp_path):
     entries = FAMILIES["integrators"](small, True)[:3]
-    store = PointStore(tmp_path)
+    store = Kept(tmp_path)
     told = []
 
     def interrupt(stage):
@@ -141,21 +141,21 @@ def test_an_interrupted_study_goes_on(small, tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         measured(entries, store, 1, interrupt)
-    with (tmp_path / "points.jsonl").open("a", encoding="utf-8") as file:
-        file.write('{"key": "half a li')  # as a killed process leaves it
+    broken = f"{measure._entry_key(entries[2])}.json"
+    (tmp_path / broken).write_text('{"costs": [0.', encoding="utf-8")
     resumed = []
-    points = measured(entries, PointStore(tmp_path), 1, resumed.append)
+    points = measured(entries, Kept(tmp_path), 1, resumed.append)
     assert resumed == [f"integrators: {entries[2].label}"]
-    fresh = measured(entries[:2], PointStore(tmp_path / "other"), 1)
+    fresh = measured(entries[:2], Kept(tmp_path / "other"), 1)
     for kept, new in zip(points, fresh, strict=False):
         assert kept.error == new.error
-    assert measured(entries, PointStore(tmp_path), 1, lambda stage: pytest.fail(stage)) == points
+    assert measured(entries, Kept(tmp_path), 1, lambda stage: pytest.fail(stage)) == points
 
 
 def test_repeats_are_taken_in_turn_and_counted(small, tmp_path):
     entries = FAMILIES["integrators"](small, True)[:2]
     told = []
-    points = measured(entries, PointStore(tmp_path), 3, told.append)
+    points = measured(entries, Kept(tmp_path), 3, told.append)
     labels = [entry.label for entry in entries]
     assert told == [f"integrators: {label}{turn}" for turn in ("", ", repeat 2", ", repeat 3") for label in labels]
     assert [point.parameters["repeats"] for point in points] == [3, 3]
@@ -166,7 +166,7 @@ def test_a_run_that_fails_is_a_point(small, tmp_path, monkeypatch):
         raise measure.CranktrainError("film of main[3] lost")
 
     entries = FAMILIES["integrators"](small, True)[:1]
-    store = PointStore(tmp_path)
+    store = Kept(tmp_path)
     measure.recorded(entries[0].reference, store)
     monkeypatch.setattr(measure, "run", lost)
     (point,) = measured(entries, store)
@@ -179,7 +179,7 @@ def test_levels_climb_to_the_next(small, tmp_path):
     assert next_level("bearings", "linear", engine) == "impedance"
     assert next_level("crank", "solid", engine) is None
     assert next_level("block", "ground", replace(engine, block=None)) is None
-    numbers = numerical_points(engine, small.speed, small.settings, store=PointStore(tmp_path))
+    numbers = numerical_points(engine, small.speed, small.settings, store=Kept(tmp_path))
     assert all(isinstance(p, Point) and p.parameters["error_kind"] == "numerical" for p in numbers)
 
 

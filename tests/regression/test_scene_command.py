@@ -11,10 +11,10 @@ import pytest
 from cranktrain.cli.main import main
 from cranktrain.engine.file import engine_path
 from cranktrain.store.hdf5 import read_result
+from cranktrain.studies.kept import Kept
 from cranktrain.studies.planning import measured, scene_model
 from cranktrain.studies.planning.scene_model import SceneModel
 from cranktrain.studies.scene import load_scene
-from cranktrain.studies.tradeoff.store import PointStore
 
 PLAIN = {
     "engine": '"diesel_i6"',
@@ -150,7 +150,7 @@ def test_an_interrupt_keeps_what_is_complete(scene, tmp_path, capsys, monkeypatc
 
 
 def test_half_a_run_is_not_kept(scene, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(measured, "PointStore", lambda: PointStore(tmp_path / "store"))
+    monkeypatch.setattr(measured, "Kept", lambda folder: Kept(tmp_path / "store"))
     honest = scene_model.simulate
 
     def cut(*arguments):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cranktrain.cli.main import main
-from cranktrain.studies import stability
+from cranktrain.studies import kept, stability
 from cranktrain.studies.stability import kept_maps
 from cranktrain.studies.stability.stability_map import (
     Axis,
@@ -55,7 +55,8 @@ def calls(monkeypatch, tmp_path):
     maps = {name: maker(name) for name in ("first", "second", "third")}
     monkeypatch.setattr(stability, "MAPS", maps)
     monkeypatch.setattr(kept_maps, "MAPS", maps)
-    monkeypatch.setattr(kept_maps, "cache_folder", lambda: tmp_path / "cache")
+    monkeypatch.setattr(kept_maps, "map_digest", lambda name: name)
+    monkeypatch.setattr(kept, "cache_folder", lambda: tmp_path / "cache")
     return made
 
 
@@ -121,8 +122,8 @@ def test_an_interrupted_run_goes_on_with_what_is_missing(calls, tmp_path):
 
 def test_a_kept_map_that_is_broken_is_computed_anew(calls, tmp_path):
     assert run(tmp_path, "--map", "first") == 0
-    (kept,) = (tmp_path / "cache" / "stability").iterdir()
-    kept.write_text(kept.read_text()[:-40])
+    (file,) = (tmp_path / "cache" / "stability").iterdir()
+    file.write_text(file.read_text()[:-40])
     assert run(tmp_path, "--map", "first") == 0
     assert calls["first"] == 2
 

@@ -6,8 +6,8 @@ import pytest
 from tradeoff_case import small
 
 from cranktrain.cli.main import main
+from cranktrain.studies import kept as stores
 from cranktrain.studies.tradeoff import measure, study
-from cranktrain.studies.tradeoff import store as stores
 
 __all__ = ["small"]
 
@@ -62,7 +62,7 @@ def test_an_interrupt_keeps_what_was_measured(scene, capsys, tmp_path, monkeypat
     assert main(arguments) == 130
     assert "the same command goes on from there" in capsys.readouterr().err
     assert not list((tmp_path / "out").iterdir())
-    kept = len((tmp_path / "cache" / "tradeoff" / "points.jsonl").read_text(encoding="utf-8").splitlines())
+    kept = len(list((tmp_path / "cache" / "tradeoff").glob("*.json")))
     calls.clear()
     monkeypatch.setattr(measure, "run", lambda case, say=None: calls.append(case) or run(case, say))
     assert main(arguments) == 0

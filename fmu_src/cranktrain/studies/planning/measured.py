@@ -1,7 +1,7 @@
 """Short runs of a scene's model at any case, measured once and kept: the figures that a plan is made from.
 
-What is kept is the last cycle of the wanted outputs, in the store of the trade-off study, under a digest of all that
-decides it: engine, bodies, running code, settings, speed, cycles, pressure trace and outputs.
+What is kept is the last cycle of the wanted outputs, under a digest of all that decides it:
+engine, bodies, running code, settings, speed, cycles, pressure trace and outputs.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ import numpy as np
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.studies.kept import Kept, digest
 from cranktrain.studies.planning.difference import LastCycle, last_cycle, relative_differences
 from cranktrain.studies.planning.scene_model import Case, SceneModel
 from cranktrain.studies.scene import RPM
-from cranktrain.studies.tradeoff.store import PointStore, digest
 
 CYCLES = 4
 """Cycles that a measurement takes at most: fewer than a run, which is what makes a plan cheaper than a check."""
@@ -38,7 +38,7 @@ class Measured:
     def __init__(self, model: SceneModel) -> None:
         self.model = model
         self.scene = model.scene
-        self.store = PointStore()
+        self.store = Kept("plans")
 
     def cycles(self, *cases: Case) -> int:
         """Cycles of a measurement that takes in these cases."""
@@ -47,11 +47,11 @@ class Measured:
     def run(self, case: Case, speed: float, cycles: int) -> LastCycle:
         """Last cycle of a case at a speed (rad/s); ``SolverError`` where the run fails."""
         key = self._key(case, speed, cycles)
-        kept = self.store.record(key)
+        kept = self.store.arrays(key)
         if kept is None:
             found = self._measure(case, speed, cycles)
             kept = {"values": found.values, "cost": np.array([found.seconds, found.real_time_factor])}
-            self.store.keep_record(key, kept)
+            self.store.keep_arrays(key, kept)
         return LastCycle(kept["values"], *(float(value) for value in kept["cost"]))
 
     def _measure(self, case: Case, speed: float, cycles: int) -> LastCycle:
@@ -90,6 +90,7 @@ class Measured:
         parts = model.parts(case)
         trace = scene.pressure
         return digest(
+            __file__,
             scene.engine,
             _content(model.body(case)),
             parts.block.digest if parts.block is not None else "",

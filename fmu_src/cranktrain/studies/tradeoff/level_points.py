@@ -11,11 +11,11 @@ from cranktrain.dynamics.time.integrator_tables import INTEGRATORS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import PLAIN as PLAIN_MAINS
 from cranktrain.film.laws.register import ROLLER, bearing_law, bearing_levels
+from cranktrain.studies.kept import Kept
 from cranktrain.studies.tradeoff.case import CYCLES, Case
 from cranktrain.studies.tradeoff.measure import Entry, Progress, measured
 from cranktrain.studies.tradeoff.point import NUMERICAL, Point
 from cranktrain.studies.tradeoff.reference import reference_case
-from cranktrain.studies.tradeoff.store import PointStore
 
 CRANKS = tuple(level for level in ("rigid", "torsional", "beam", "solid") if level in CRANK_LEVELS)
 PLAIN = tuple(level for level in bearing_levels(PLAIN_MAINS) if bearing_law(level).carries)
@@ -97,14 +97,14 @@ def numerical_points(
     speed: float,
     settings: Settings,
     progress: Progress | None = None,
-    store: PointStore | None = None,
+    store: Kept | None = None,
 ) -> list[Point]:
     """Numerical error and cost of one level's steps and integrators, a few each; ``speed`` rad/s.
 
     ``settings`` give the levels; their integrator and step are not used. Failed runs are points too.
     """
     entries = numerical_entries(level_case(engine, speed, settings), quick=True)
-    return measured(entries, store or PointStore(), 1, progress)
+    return measured(entries, store or Kept("tradeoff"), 1, progress)
 
 
 def next_level(ladder: str, level: str, engine: Engine) -> str | None:

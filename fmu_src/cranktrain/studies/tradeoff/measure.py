@@ -25,12 +25,12 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressure, spline_coefficients
+from cranktrain.studies.kept import Kept, digest
 from cranktrain.studies.peers.fixed_step import LIMITS
 from cranktrain.studies.peers.other_solvers import Unstable, largest_rate, other_run
 from cranktrain.studies.tradeoff.case import STAGES, Case
 from cranktrain.studies.tradeoff.level_bodies import running_crank
 from cranktrain.studies.tradeoff.point import OTHERS, OUTPUTS, Point
-from cranktrain.studies.tradeoff.store import PointStore, digest
 
 Progress = Callable[[str], None]
 
@@ -187,17 +187,17 @@ def key_of(case: Case) -> str:
     """Key of a case in the store."""
     from cranktrain.structure.crank.reduction import input_digest
 
-    return digest(case, input_digest(case.engine))
+    return digest(__file__, case, input_digest(case.engine))
 
 
-def recorded(case: Case, store: PointStore, say: Progress | None = None) -> tuple[Array, float]:
+def recorded(case: Case, store: Kept, say: Progress | None = None) -> tuple[Array, float]:
     """Values of a case over all cycles and their interval (degrees), from the store where they are kept."""
     key = key_of(case)
-    kept = store.record(key)
+    kept = store.arrays(key)
     if kept is None:
         got = run(case, say)
         kept = {"values": got.values, "interval": np.array(got.interval), "seconds": np.array(got.seconds)}
-        store.keep_record(key, kept)
+        store.keep_arrays(key, kept)
     return kept["values"], float(kept["interval"])
 
 
@@ -250,7 +250,7 @@ def high_order_error(values: Array, interval: float, exact: Array, exact_interva
 
 def measured(
     entries: Sequence[Entry],
-    store: PointStore,
+    store: Kept,
     repeats: int = 1,
     say: Progress | None = None,
     advance: Callable[[], None] | None = None,
@@ -263,23 +263,23 @@ def measured(
     for turn in range(repeats):
         for entry in entries:
             key = _entry_key(entry)
-            kept = store.point(key)
+            kept = store.entry(key)
             done = 0 if kept is None else len(kept["costs"])
             failed = kept is not None and kept["status"] != "ok"
             slow = kept is not None and any(cost * entry.case.simulated > SLOW for cost in kept["costs"])
             if not (failed or slow or done > turn):
                 told(f"{entry.family}: {entry.label}" + (f", repeat {turn + 1}" if turn else ""))
-                store.keep_point(key, _measure(entry, store, kept, told))
+                store.keep(key, _measure(entry, store, kept, told))
             if advance is not None:
                 advance()
-    return [_point(entry, store.point(_entry_key(entry)) or {}) for entry in entries]
+    return [_point(entry, store.entry(_entry_key(entry)) or {}) for entry in entries]
 
 
 def _entry_key(entry: Entry) -> str:
-    return digest(key_of(entry.case), key_of(entry.reference))
+    return digest(__file__, key_of(entry.case), key_of(entry.reference))
 
 
-def _measure(entry: Entry, store: PointStore, kept: dict[str, Any] | None, say: Progress) -> dict[str, Any]:
+def _measure(entry: Entry, store: Kept, kept: dict[str, Any] | None, say: Progress) -> dict[str, Any]:
     """What is kept of an entry after one more run."""
     case = entry.case
     try:

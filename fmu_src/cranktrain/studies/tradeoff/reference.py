@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from cranktrain.studies.kept import Kept
 from cranktrain.studies.tradeoff.case import GRID_DEG, Case
 from cranktrain.studies.tradeoff.measure import FILMS, Progress, differences, named_errors, recorded
-from cranktrain.studies.tradeoff.store import PointStore
 
 INTEGRATOR = "esdirk4"
 STEPS_DEG = {"linear": 0.0625, "impedance": 0.0625, "held": 0.0625, "roller": 0.0625, "table": 0.25, "reynolds": 0.5}
@@ -32,7 +32,7 @@ def reference_case(case: Case, quick: bool = False) -> Case:
     return replace(case, settings=fine, method="stages", tolerance=None, scaling="each", interval_deg=GRID_DEG)
 
 
-def error_estimate(case: Case, store: PointStore, say: Progress | None = None) -> dict[str, float | None]:
+def error_estimate(case: Case, store: Kept, say: Progress | None = None) -> dict[str, float | None]:
     """Error of a reference by those with two and four times its step (Richardson), by the names of the outputs.
 
     With the differences e₂ of the steps 4h and 2h, and e₁ of 2h and h, the ratio r = e₂/e₁ is what a halving gains;

@@ -11,13 +11,13 @@ from typing import Any
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
+from cranktrain.studies.kept import Kept
 from cranktrain.studies.peers.other_solvers import SCIPY
 from cranktrain.studies.tradeoff.families import FAMILIES, StudyScene
 from cranktrain.studies.tradeoff.measure import measured
 from cranktrain.studies.tradeoff.pareto import cost_at, marked
 from cranktrain.studies.tradeoff.point import NUMERICAL, OUTPUTS, Point, in_scene
 from cranktrain.studies.tradeoff.reference import error_estimate, reference_case
-from cranktrain.studies.tradeoff.store import PointStore
 
 RPM = math.pi / 30.0
 REPEATS = 3
@@ -92,7 +92,7 @@ def study(
     scenes: Sequence[StudyScene],
     families: Sequence[str],
     quick: bool = False,
-    store: PointStore | None = None,
+    store: Kept | None = None,
     say: Callable[[str], None] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Study:
@@ -103,7 +103,7 @@ def study(
     say : told each run before it starts
     progress : called with the share of runs done
     """
-    kept = store or PointStore()
+    kept = store or Kept("tradeoff")
     repeats = 1 if quick else REPEATS
     plan = [(scene, family, FAMILIES[family](scene, quick)) for family in families for scene in scenes]
     total = repeats * sum(len(entries) for _, _, entries in plan) + len(scenes)

@@ -1,0 +1,85 @@
+"""What studies computed, kept in the user's cache: an interrupted study goes on, and equal cases are not run twice.
+
+A key is a digest of what decides an entry: the case, which holds the engine, and the sources that computed it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, is_dataclass
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from cranktrain.core.cache import cache_folder
+from cranktrain.core.reduced_body import Array
+from cranktrain.core.sources import source_digest
+from cranktrain.store.whole_file import whole_file
+
+
+class Kept:
+    """Entries by key, each a file that is whole or not there; in a cache that cannot be written, for this process only.
+
+    Parameters
+    ----------
+    folder : name in the cache, or a path
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = cache_folder() / folder
+        self._known: dict[str, Any] = {}
+
+    def entry(self, key: str) -> Any:
+        """Plain value kept under a key, or None."""
+        return self._found(f"{key}.json", lambda path: json.loads(path.read_text(encoding="utf-8")))
+
+    def keep(self, key: str, entry: Any) -> None:
+        """Keep a plain value; replaces what was kept before."""
+        self._keep(f"{key}.json", entry, lambda path: path.write_text(json.dumps(entry), encoding="utf-8"))
+
+    def arrays(self, key: str) -> dict[str, Array] | None:
+        """Arrays kept under a key, or None."""
+        found: dict[str, Array] | None = self._found(f"{key}.npz", _loaded)
+        return found
+
+    def keep_arrays(self, key: str, arrays: Mapping[str, Array]) -> None:
+        """Keep arrays by their names."""
+        self._keep(f"{key}.npz", arrays, lambda path: np.savez(path, **arrays))  # type: ignore[arg-type]
+
+    def _found(self, name: str, read: Callable[[Path], Any]) -> Any:
+        if name not in self._known:
+            try:
+                self._known[name] = read(self.folder / name)
+            except (OSError, ValueError, EOFError, BadZipFile):
+                return None
+        return self._known[name]
+
+    def _keep(self, name: str, value: Any, write: Callable[[Path], Any]) -> None:
+        self._known[name] = value
+        try:
+            with whole_file(self.folder / name) as path:
+                write(path)
+        except OSError:
+            pass
+
+
+def digest(source: str | Path, *parts: Any) -> str:
+    """Digest of dataclasses, mappings and plain values, and of all sources that the file ``source`` rests on."""
+    plain = [asdict(part) if is_dataclass(part) and not isinstance(part, type) else part for part in parts]
+    text = json.dumps(plain, sort_keys=True, default=repr)
+    return sha256((_sources(source) + text).encode()).hexdigest()[:32]
+
+
+@cache
+def _sources(source: str | Path) -> str:
+    return source_digest(source, deferred=True)
+
+
+def _loaded(path: Path) -> dict[str, Array]:
+    with np.load(path) as data:
+        return {name: data[name] for name in data.files}
