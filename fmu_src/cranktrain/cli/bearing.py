@@ -1,15 +1,15 @@
-"""The verb ``cranktrain bearing``: one plain bearing, by its eccentricity (dimensionless) or by its load (in units)."""
+"""The verb ``bearing``: one plain bearing, by its eccentricity (dimensionless) or by its load (in units)."""
 
 from __future__ import annotations
 
 import argparse
 import math
-import re
 import statistics
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from cranktrain.cli.console import number, positive, show_rows
 from cranktrain.core.errors import InputError, nearest
 
 if TYPE_CHECKING:
@@ -28,7 +28,9 @@ ZERO_CELSIUS = 273.15
 TIMED_RUNS, TIMED_SECONDS = 15, 0.02
 
 DESCRIPTION = """\
-One plain bearing with a rigid bore, oil at ambient pressure at both ends.
+One plain bearing: load, attitude, flow, friction, stiffness and damping.
+
+The bore is rigid, oil is at ambient pressure at both ends.
 
 By eccentricity: --length-ratio, --eccentricity; dimensionless results, x along the eccentricity, y 90 deg on in the
 sense of rotation, with B width, D diameter, R = D/2, c radial clearance, psi = c/R, eta viscosity, omega speed of the
@@ -67,58 +69,39 @@ otherwise. --grooves two-axial has p = 0 in two grooves at +-90 deg to the load,
 """
 
 
-def register(verbs: Any, show: Callable[[str, tuple[str, ...], list[tuple[str, ...]]], None]) -> None:
-    """Add the verb to the command line's ``verbs``; ``show(title, header, rows)`` prints a table."""
-    sub = verbs.add_parser(
-        "bearing",
-        help="One plain bearing: load, attitude, flow, friction, stiffness and damping.",
-        description=DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    # A tilt or moment of -1e-3 is a number, not an option.
-    sub._negative_number_matcher = re.compile(r"^-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$", re.IGNORECASE)
-    given = sub.add_argument_group("by eccentricity")
-    given.add_argument("--length-ratio", type=float, metavar="B/D", help="width over diameter")
-    given.add_argument("--eccentricity", type=float, metavar="EPS", help="over the clearance, from 0 to below 1")
-    given.add_argument("--squeeze", type=float, metavar="X", help="rate of eccentricity over omega, besides rotation")
-    given.add_argument("--squeeze-only", action="store_true", default=None, help="no rotation; the eccentricity grows")
-    given.add_argument(
-        "--tilt", type=float, nargs=2, metavar=("A", "B"), help="displacement of the axis at z = +B/2 over c"
-    )
-    loaded = sub.add_argument_group("by load")
-    loaded.add_argument("--diameter-mm", type=float, metavar="MM")
-    loaded.add_argument("--width-mm", type=float, metavar="MM")
-    loaded.add_argument("--clearance-um", type=float, metavar="UM", help="radial")
-    loaded.add_argument("--viscosity", type=float, metavar="PAS", help="Pa s")
-    loaded.add_argument("--speed", type=float, metavar="RPM", help="rev/min")
-    loaded.add_argument("--load", type=float, metavar="N")
-    loaded.add_argument("--moment-nm", type=float, nargs=2, metavar=("MX", "MY"), help="of the load, about x, y")
-    loaded.add_argument("--grooves", metavar="KIND", help="two-axial")
-    loaded.add_argument("--groove-deg", type=float, metavar="DEG", help="extent of each groove (default 20)")
-    loaded.add_argument("--inlet-temperature-c", type=float, metavar="T", help="heat balance instead of --viscosity")
-    loaded.add_argument("--oil-viscosity-40", type=float, metavar="NU", help="mm^2/s at 40 degC")
-    loaded.add_argument("--oil-viscosity-100", type=float, metavar="NU", help="mm^2/s at 100 degC")
-    loaded.add_argument("--oil-density", type=float, metavar="RHO", help=f"kg/m^3 (default {OIL_DENSITY:g})")
-    loaded.add_argument(
-        "--heat-share", type=float, metavar="X", help=f"of the friction, into the oil (default {HEAT_SHARE:g})"
-    )
-    sub.add_argument(
-        "--cavitation", default="reynolds", metavar="KIND", help="reynolds (default), guembel, full or mass-conserving"
-    )
-    sub.add_argument("--supply", metavar="KIND", help="widest-gap or none, see above")
-    sub.add_argument(
-        "--grid",
-        type=int,
-        nargs=2,
-        metavar=("N_PHI", "N_Z"),
-        help="intervals around and over the width (default 96 16, mass-conserving 160 16, with --tilt 160 24; by load "
-        "160 16, grooved 192 16)",
-    )
-    sub.add_argument("--json", action="store_true", help="print one JSON object")
-    sub.set_defaults(verb=lambda options: bearing(options, show))
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options."""
+    add = parser.add_argument_group("by eccentricity").add_argument
+    add("--length-ratio", type=float, metavar="B/D", help="width over diameter")
+    add("--eccentricity", type=float, metavar="EPS", help="over the clearance, from 0 to below 1")
+    add("--squeeze", type=float, metavar="X", help="rate of eccentricity over omega, besides rotation")
+    add("--squeeze-only", action="store_true", default=None, help="no rotation; the eccentricity grows")
+    add("--tilt", type=float, nargs=2, metavar=("A", "B"), help="displacement of the axis at z = +B/2 over c")
+    add = parser.add_argument_group("by load").add_argument
+    add("--diameter-mm", type=positive, metavar="MM")
+    add("--width-mm", type=positive, metavar="MM")
+    add("--clearance-um", type=positive, metavar="UM", help="radial")
+    add("--viscosity", type=positive, metavar="PAS", help="Pa s")
+    add("--speed", type=positive, metavar="RPM", help="rev/min")
+    add("--load", type=float, metavar="N")
+    add("--moment-nm", type=float, nargs=2, metavar=("MX", "MY"), help="of the load, about x, y")
+    add("--grooves", metavar="KIND", help="two-axial")
+    add("--groove-deg", type=float, metavar="DEG", help="extent of each groove (default 20)")
+    inlet, share = number(-60.0, 250.0, "degC"), number(0.0, 1.0, "of the friction")
+    add("--inlet-temperature-c", type=inlet, metavar="T", help="heat balance instead of --viscosity")
+    add("--oil-viscosity-40", type=positive, metavar="NU", help="mm^2/s at 40 degC")
+    add("--oil-viscosity-100", type=positive, metavar="NU", help="mm^2/s at 100 degC")
+    add("--oil-density", type=positive, metavar="RHO", help=f"kg/m^3 (default {OIL_DENSITY:g})")
+    add("--heat-share", type=share, metavar="X", help=f"of the friction, into the oil (default {HEAT_SHARE:g})")
+    add = parser.add_argument
+    kinds = "reynolds (default), guembel, full or mass-conserving"
+    add("--cavitation", default="reynolds", metavar="KIND", help=kinds)
+    add("--supply", metavar="KIND", help="widest-gap or none, see above")
+    grid = "intervals around and over the width (default 96 16, mass-conserving 160 16, with --tilt 160 24; by load "
+    add("--grid", type=int, nargs=2, metavar=("N_PHI", "N_Z"), help=grid + "160 16, grooved 192 16)")
 
 
-def bearing(options: argparse.Namespace, show: Callable[..., None]) -> dict[str, Any]:
+def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run one of the two forms; what belongs to the other is refused."""
     form = "eccentricity" if options.eccentricity is not None else "load"
     if form == "load" and options.load is None:
@@ -137,7 +120,7 @@ def bearing(options: argparse.Namespace, show: Callable[..., None]) -> dict[str,
     result = _given(options) if form == "eccentricity" else _loaded(options)
     if not options.json:
         rows = [(key, _text(value), _UNITS.get((form, key), "")) for key, value in result.items()]
-        show("Plain bearing", ("value", "", "unit or norm"), rows)
+        show_rows("Plain bearing", ("value", "", "unit or norm"), rows)
     return result
 
 
@@ -188,12 +171,6 @@ def _loaded(options: argparse.Namespace) -> dict[str, Any]:
         raise InputError("--groove-deg needs --grooves two-axial")
     if options.grooves is not None and options.supply is not None:
         raise InputError("--supply does not go with --grooves: the grooves are the supply")
-    for name in (*NEEDED["load"], *HEAT[1:]):
-        value = getattr(options, name)
-        if value is not None and not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"--{name.replace('_', '-')} {value:g} must be above zero")
-    if options.heat_share is not None and options.heat_share > 1.0:
-        raise InputError(f"--heat-share {options.heat_share:g} is not within 0 to 1: it is a part of the friction")
     if options.cavitation not in CAVITATION:
         raise InputError(f"cavitation '{options.cavitation}' does not exist; {nearest(options.cavitation, CAVITATION)}")
     conserving = options.cavitation == "mass-conserving"
@@ -258,8 +235,6 @@ def _oil(options: argparse.Namespace) -> Oil:
     from cranktrain.engine.parts import Oil
 
     inlet = options.inlet_temperature_c
-    if not (math.isfinite(inlet) and -60.0 <= inlet <= 250.0):
-        raise InputError(f"--inlet-temperature-c {inlet:g} is not within -60 to 250 degC")
     return Oil(
         density=OIL_DENSITY if options.oil_density is None else options.oil_density,
         temperature_speeds=(0.0,),

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table as RichTable
 
 from cranktrain.core.errors import InputError, nearest
@@ -27,10 +28,49 @@ def within(option: str, value: float, low: float, high: float, what: str) -> Non
         raise InputError(f"{option} {value:g} is not within {low:g} to {high:g} {what}")
 
 
-def one_of(option: str, value: str, valid: Sequence[str]) -> None:
+def one_of(option: str, value: str, valid: Collection[str]) -> None:
     """Refuse a word that is not among the valid ones with ``InputError`` that names the nearest."""
     if value not in valid:
         raise InputError(f"{option} '{value}' does not exist; {nearest(value, valid)}")
+
+
+def number(low: float, high: float, what: str, kind: type = float) -> Callable[[str], Any]:
+    """Type of an option whose value is a number within bounds; ``what`` is its unit, and what else serves."""
+
+    def number(text: str) -> Any:
+        value = kind(text)
+        if not (math.isfinite(value) and low <= value <= high):
+            raise argparse.ArgumentTypeError(f"{value:g} is not within {low:g} to {high:g} {what}")
+        return value
+
+    return number
+
+
+def finite(text: str) -> float:
+    """Type of an option whose value is any finite number."""
+    value = float(text)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError("is not a finite number")
+    return value
+
+
+def positive(text: str) -> float:
+    """Type of an option whose value is a finite number above zero."""
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{value:g} must be above zero")
+    return value
+
+
+def word(valid: Collection[str]) -> Callable[[str], str]:
+    """Type of an option whose value is one of some words."""
+
+    def word(text: str) -> str:
+        if text not in valid:
+            raise argparse.ArgumentTypeError(f"'{text}' does not exist; {nearest(text, valid)}")
+        return text
+
+    return word
 
 
 def say(text: str) -> None:
@@ -56,26 +96,15 @@ def show_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) 
 @contextmanager
 def stages(title: str) -> Iterator[Callable[[str], None]]:
     """Show the stage at work on stderr; lines where stderr is no terminal."""
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield lambda stage: say(f"{title}: {stage}")
-        return
-    with Progress(SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=console) as progress:
-        task = progress.add_task(title, total=None)
-        yield lambda stage: progress.update(task, description=f"{title}: {stage}")
+    with _drawn((title,), SpinnerColumn()) as update:
+        yield lambda stage: update(title, stage=stage) if update else say(f"{title}: {stage}")
 
 
 @contextmanager
 def bar(title: str) -> Iterator[Callable[[float], None] | None]:
     """Show a bar on stderr that follows a share in [0, 1]; nothing where stderr is no terminal."""
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield None
-        return
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console) as progress:
-        task = progress.add_task(title, total=1.0)
-        yield lambda share: progress.update(task, completed=share)
+    with _drawn((title,), BarColumn()) as update:
+        yield (lambda share: update(title, completed=share)) if update else None
 
 
 @contextmanager
@@ -84,20 +113,47 @@ def labelled_bar(title: str) -> Iterator[tuple[Callable[[str], None], Callable[[
 
     Lines of text and share where stderr is no terminal.
     """
-    console = Console(stderr=True)
     share = 0.0
+
+    def tell(text: str) -> None:
+        update(title, stage=text[:70]) if update else say(f"{title}: {100.0 * share:3.0f} %  {text}")
 
     def follow(value: float) -> None:
         nonlocal share
         share = value
+        if update:
+            update(title, completed=value)
 
+    with _drawn((title,), BarColumn()) as update:
+        yield tell, follow
+
+
+@contextmanager
+def bars(title: str, names: Sequence[str]) -> Iterator[Callable[[str, str, float], None]]:
+    """Show a bar for each name on stderr: a function of name, stage and share.
+
+    A line at the end of each where stderr is no terminal.
+    """
+
+    def tell(name: str, stage: str, share: float) -> None:
+        if update:
+            update(name, stage=stage, completed=share)
+        elif share >= 1.0:
+            say(f"{title}: {name} ({stage})")
+
+    with _drawn(names, BarColumn()) as update:
+        yield tell
+
+
+@contextmanager
+def _drawn(titles: Sequence[str], column: ProgressColumn) -> Iterator[Callable[..., None] | None]:
+    """Draw a line for each title on a terminal: a function of title and what changes; None where there is none."""
+    console = Console(stderr=True)
     if not console.is_terminal:
-        yield lambda text: say(f"{title}: {100.0 * share:3.0f} %  {text}"), follow
+        yield None
         return
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}"), column, TextColumn("{task.fields[stage]}"), TimeElapsedColumn())
     with Progress(*columns, console=console) as progress:
-        task = progress.add_task(title, total=1.0)
-        yield (
-            lambda text: progress.update(task, description=f"{title}: {text[:70]}"),
-            lambda value: progress.update(task, completed=value),
-        )
+        total = None if isinstance(column, SpinnerColumn) else 1.0
+        tasks = {title: progress.add_task(title, total=total, stage="") for title in titles}
+        yield lambda title, **change: progress.update(tasks[title], **change)

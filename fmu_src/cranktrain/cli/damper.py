@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable, Sequence
 from typing import Any
 
+from cranktrain.cli.bodies import bare_crankshaft
+from cranktrain.cli.console import show_rows
 from cranktrain.core.errors import InputError
-from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.file import load_engine
-from cranktrain.engine.model import Engine
 
 DESCRIPTION = """\
-Optimum damping of a viscous torsional damper, whose ring is coupled to the hub by damping alone.
+Optimum damping of a torsional damper, for two masses or an engine's torsional mode.
+
+The ring is coupled to the hub by damping alone.
 
 With --inertia-ratio: Houdaille's two masses, a hub on a spring and a ring of MU times its inertia.
 With ENGINE: its [damper] on the pulley, for one torsional mode of the cranktrain (at rest, rods as mean masses,
@@ -27,38 +28,23 @@ frequency_ratio frequency of that largest amplitude over w
 """
 
 
-def register(
-    verbs: Any,
-    show: Callable[[str, Sequence[str], Sequence[Sequence[str]]], None],
-    reduced: Callable[[Engine, argparse.Namespace], tuple[ReducedBody, float]],
-) -> None:
-    """Add the verb; ``show(title, header, rows)`` prints a table, ``reduced`` gives an engine's bare crankshaft."""
-    sub = verbs.add_parser(
-        "damper-optimum",
-        help="Optimum damping of a torsional damper, for two masses or an engine's torsional mode.",
-        description=DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    sub.add_argument("engine", nargs="?", metavar="ENGINE", help="name of a shipped engine or path of a .toml file")
-    sub.add_argument("--inertia-ratio", type=float, metavar="MU", help="ring over hub inertia; takes no ENGINE")
-    sub.add_argument("--mode", type=int, metavar="N", help="first (default) or second torsional mode of the engine")
-    sub.add_argument("--mesh", metavar="FILE", help="own mesh (.msh, .inp, .bdf) with named journal surfaces")
-    sub.add_argument("--json", action="store_true", help="print one JSON object")
-    sub.set_defaults(verb=lambda options: run(options, show, reduced))
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options."""
+    add = parser.add_argument
+    add("engine", nargs="?", metavar="ENGINE", help="name of a shipped engine or path of a .toml file")
+    add("--inertia-ratio", type=float, metavar="MU", help="ring over hub inertia; takes no ENGINE")
+    add("--mode", type=int, metavar="N", help="first (default) or second torsional mode of the engine")
+    add("--mesh", metavar="FILE", help="own mesh (.msh, .inp, .bdf) with named journal surfaces")
 
 
-def run(
-    options: argparse.Namespace,
-    show: Callable[[str, Sequence[str], Sequence[Sequence[str]]], None],
-    reduced: Callable[[Engine, argparse.Namespace], tuple[ReducedBody, float]],
-) -> dict[str, Any]:
+def run(options: argparse.Namespace) -> dict[str, Any]:
     """Find the optimum of two masses or of an engine's damper, and print it unless JSON is wanted."""
     from cranktrain.studies.torsion.damper_optimum import houdaille_optimum, optimal_damping, two_mass_modes
 
     if (options.engine is None) == (options.inertia_ratio is None):
         raise InputError("damper-optimum takes either an ENGINE or --inertia-ratio MU")
     if options.inertia_ratio is None:
-        return _engine(options, show, reduced)
+        return _engine(options)
     if options.mode is not None or options.mesh is not None:
         raise InputError("--mode and --mesh belong to an ENGINE; two masses have one mode and no mesh")
     closed = houdaille_optimum(options.inertia_ratio)
@@ -68,11 +54,12 @@ def run(
             (key.replace("_", " "), f"{value:.6f}", f"{other:.6f}")
             for (key, value), other in zip(closed._asdict().items(), searched, strict=True)
         ]
-        show(f"Houdaille damper, ring over hub {options.inertia_ratio:g}", ("", "closed form", "by search"), rows)
+        show_rows(f"Houdaille damper, ring over hub {options.inertia_ratio:g}", ("", "closed form", "by search"), rows)
     return {**closed._asdict(), "by_search": searched._asdict()}
 
 
-def _engine(options: argparse.Namespace, show: Any, reduced: Any) -> dict[str, Any]:
+def _engine(options: argparse.Namespace) -> dict[str, Any]:
+    """Optimum of an engine's damper for one torsional mode, printed unless JSON is wanted."""
     from cranktrain.loads.damper import damper_parameters, damper_temperature, damping_coefficient, required_damper
     from cranktrain.studies.torsion.damper_optimum import crank_optimum, houdaille_optimum
 
@@ -81,7 +68,7 @@ def _engine(options: argparse.Namespace, show: Any, reduced: Any) -> dict[str, A
     number = 1 if options.mode is None else options.mode
     if number not in (1, 2):
         raise InputError(f"--mode {number}: give 1 or 2, the first or the second torsional mode")
-    body, _ = reduced(engine, options)
+    body, _ = bare_crankshaft(engine, options)
     found = crank_optimum(engine, body, number)
     two = houdaille_optimum(found.inertia_ratio)
     temperature = damper_temperature(damper, damper.temperature_speeds[-1])
@@ -106,7 +93,7 @@ def _engine(options: argparse.Namespace, show: Any, reduced: Any) -> dict[str, A
                 for (key, value), other in zip(found.optimum._asdict().items(), two, strict=True)
             ),
         ]
-        show(
+        show_rows(
             f"{engine.title}: damper on torsional mode {number}, {found.hz:.1f} Hz without its ring",
             ("", "on the crank", "two masses"),
             rows,

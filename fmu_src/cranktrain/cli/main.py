@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import re
 import sys
 import time
 import warnings
@@ -15,34 +16,38 @@ from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 from cranktrain import __version__
-from cranktrain.cli import bearing as film_commands
-from cranktrain.cli import damper as damper_command
-from cranktrain.cli import film_table as film_table_command
-from cranktrain.cli import plan as plan_command
-from cranktrain.cli import roller as roller_command
-from cranktrain.cli import run as run_command
+from cranktrain.cli import bearing, damper, film_table, plan, roller, run, stability, tradeoff
 from cranktrain.cli import simulate as simulate_command
-from cranktrain.cli import stability as stability_command
-from cranktrain.cli import tradeoff as tradeoff_command
 from cranktrain.cli.bodies import add_block_options, bare_block, bare_crankshaft, wants_flexible_block
-from cranktrain.cli.console import Interrupted, one_of, say, show, show_rows
+from cranktrain.cli.console import Interrupted, one_of, say, show
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.levels import CRANKS
 
+VERBS = {
+    "bearing": bearing, "film-table": film_table, "damper-optimum": damper, "roller": roller, "stability": stability,
+    "tradeoff": tradeoff, "plan": plan, "run": run,
+}  # fmt: skip
+"""Modules of the verbs that are no question about one engine: ``DESCRIPTION``, ``add_options`` and ``run``."""
+
 
 class _Parser(argparse.ArgumentParser):
     """Parser whose errors are one line."""
 
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        # A moment of -1e-3 is a number, not an option.
+        self._negative_number_matcher = re.compile(r"^-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$", re.IGNORECASE)
+
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
+        raise InputError(f"{re.sub(r'^argument (--[-0-9a-z]+): ', chr(92) + '1 ', message)}; see {self.prog} --help")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code: 0, or 2 for input that cannot be used."""
-    options = _parser().parse_args(arguments)
     try:
+        options = _parser().parse_args(arguments)
         with warnings.catch_warnings():
             warnings.showwarning = lambda message, *_: say(f"cranktrain: warning: {message}")
             result = options.verb(options)
@@ -91,14 +96,13 @@ def _parser() -> _Parser:
     reduced = verb("reduce", reduce, "Make and check the reduced crankshaft, and block; they are kept in the cache.")
     reduced.add_argument("--rebuild", action="store_true", help="compute even where a stored model exists")
     add_block_options(reduced)
-    film_commands.register(verbs, show_rows)
-    film_table_command.register(verbs)
-    damper_command.register(verbs, show_rows, bare_crankshaft)
-    roller_command.register(verbs, show_rows)
-    stability_command.register(verbs)
-    tradeoff_command.register(verbs, show_rows)
-    plan_command.register(verbs)
-    run_command.register(verbs)
+    for name, module in VERBS.items():
+        text = module.DESCRIPTION.partition("\n")[0]
+        raw = argparse.RawDescriptionHelpFormatter
+        sub = verbs.add_parser(name, help=text, description=module.DESCRIPTION, formatter_class=raw)
+        module.add_options(sub)
+        sub.add_argument("--json", action="store_true", help="print one JSON object")
+        sub.set_defaults(verb=module.run)
     text = "Run cycles at constant speed; write an HDF5 result and print a summary."
     simulate_command.add_options(verb("simulate", simulate_command.simulate, text))
     return parser

@@ -14,25 +14,18 @@ if TYPE_CHECKING:
     from cranktrain.studies.planning.scene_model import SceneModel
 
 DESCRIPTION = """\
-Pick the lowest levels, number of modes, bearing law, integrator and step that serve a scene.
+What serves a scene, why, and with which error and time.
 
-The figures behind it are measured on the scene's own model by short runs, and kept in the cache. The model error is the
-difference to the next level up, the numerical error the difference to half the step; both are relative, up to the
-scene's highest frequency, and the largest over its outputs and speeds counts.
+A plan picks the lowest levels, number of modes, bearing law, integrator and step. Its figures are measured on the
+scene's own model by short runs, and kept in the cache. The model error is the difference to the next level up, the
+numerical error the difference to half the step; both are relative, up to the scene's highest frequency, and the largest
+over its outputs and speeds counts.
 """
 
 
-def register(verbs: Any) -> None:
-    """Add the verb."""
-    sub = verbs.add_parser(
-        "plan",
-        help="What serves a scene, why, and with which error and time.",
-        description=DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    sub.add_argument("scene", metavar="SCENE", help="path of a scene.toml")
-    sub.add_argument("--json", action="store_true", help="print one JSON object")
-    sub.set_defaults(verb=run)
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options."""
+    parser.add_argument("scene", metavar="SCENE", help="path of a scene.toml")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

@@ -1,16 +1,15 @@
-"""The verb ``cranktrain roller``: one cylindrical roller bearing by its dimensions, or those of an engine's mains."""
+"""The verb ``roller``: one cylindrical roller bearing by its dimensions, or those of an engine's mains."""
 
 from __future__ import annotations
 
 import argparse
 import math
-import re
-import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from cranktrain.cli.console import finite, number, say, show_rows, word
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.engine.roller_bearing import (
     CONTACT_LAWS,
@@ -24,16 +23,16 @@ from cranktrain.engine.roller_bearing import (
 if TYPE_CHECKING:
     from cranktrain.film.laws.roller_contacts import LoadedBearing
 
-Show = Callable[[str, tuple[str, ...], list[tuple[str, ...]]], None]
-
 POSITIONS = ("roller", "between")
 FILLED = 0.85
 """Roller's diameter over the distance of two where no pitch circle is given."""
-FEWEST_SLICES, MOST_SLICES = 2, 500
+OF_ENGINE = ("rollers", "length_mm", "roller_diameter_mm", "pitch_mm", "clearance_um")
+"""Options that an engine file gives."""
 
 DESCRIPTION = """\
-One cylindrical roller bearing under a radial load: rollers between rigid rings, Hertzian line contacts at both rings.
+Cylindrical roller bearing: deflection, roller loads, radial and tilting stiffness.
 
+Under a radial load, rollers between rigid rings, Hertzian line contacts at both rings:
   palmgren   delta = 3.84e-5 Q^0.9/l^0.8 per contact (mm, N), two contacts in series (default)
   iso16281   Q = 35948 l^(8/9) delta^(10/9), both contacts together (ISO/TS 16281)
 
@@ -63,56 +62,35 @@ tangents at the load, outer ring and housing in finite elements. With --engine t
 """
 
 
-def register(verbs: Any, show: Show) -> None:
-    """Add the verb to the command line's ``verbs``; ``show(title, header, rows)`` prints a table."""
-    sub = verbs.add_parser(
-        "roller",
-        help="Cylindrical roller bearing: deflection, roller loads, radial and tilting stiffness.",
-        description=DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    sub.add_argument("--rollers", type=int, metavar="Z", help="number of rollers, at least 3")
-    sub.add_argument("--length-mm", type=float, metavar="MM", help="effective length of a roller")
-    sub.add_argument("--roller-diameter-mm", type=float, metavar="MM", help="default: as the length")
-    sub.add_argument("--pitch-mm", type=float, metavar="MM", help="diameter of the circle of the rollers' middles")
-    sub.add_argument("--clearance-um", type=float, metavar="UM", help="diametral radial clearance (default 0)")
-    sub.add_argument("--engine", metavar="ENGINE", help="bearings of its [main_roller], in place of all above")
-    sub.add_argument("--load", type=float, required=True, metavar="N", help="radial load, N")
-    sub.add_argument("--moment-nm", type=float, default=0.0, metavar="NM", help="in the plane of the load (default 0)")
-    sub.add_argument("--law", metavar="LAW", help=f"{' or '.join(CONTACT_LAWS)} (default palmgren, or the engine's)")
-    sub.add_argument("--profile", metavar="KIND", help="none, iso16281 or a number (default none, or the engine's)")
-    sub.add_argument("--position", default="roller", metavar="WHERE", help="roller (default) or between")
-    sub.add_argument("--slices", type=int, default=30, metavar="N", help="Gauss points along a roller (default 30)")
-    sub.add_argument("--ring", action="store_true", help="also outer ring and housing in finite elements")
-    sub.add_argument("--rebuild", action="store_true", help="compute rings even where stored ones exist")
-    sub.add_argument("--json", action="store_true", help="print one JSON object")
-    # A preload or moment of -1e-3 is a number, not an option.
-    sub._negative_number_matcher = re.compile(r"^-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$", re.IGNORECASE)
-    sub.set_defaults(verb=lambda options: run(options, show))
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options."""
+    add, load = parser.add_argument, number(0.0, 1.0e9, "N; give its size, the direction does not count")
+    add("--rollers", type=int, metavar="Z", help="number of rollers, at least 3")
+    add("--length-mm", type=finite, metavar="MM", help="effective length of a roller")
+    add("--roller-diameter-mm", type=finite, metavar="MM", help="default: as the length")
+    add("--pitch-mm", type=finite, metavar="MM", help="diameter of the circle of the rollers' middles")
+    add("--clearance-um", type=finite, metavar="UM", help="diametral radial clearance (default 0)")
+    add("--engine", metavar="ENGINE", help="bearings of its [main_roller], in place of all above")
+    add("--load", type=load, required=True, metavar="N", help="radial load, N")
+    add("--moment-nm", type=finite, default=0.0, metavar="NM", help="in the plane of the load (default 0)")
+    laws = f"{' or '.join(CONTACT_LAWS)} (default palmgren, or the engine's)"
+    add("--law", type=word(CONTACT_LAWS), metavar="LAW", help=laws)
+    add("--profile", metavar="KIND", help="none, iso16281 or a number (default none, or the engine's)")
+    add("--position", type=word(POSITIONS), default="roller", metavar="WHERE", help="roller (default) or between")
+    slices = number(2, 500, "Gauss points", int)
+    add("--slices", type=slices, default=30, metavar="N", help="Gauss points along a roller (default 30)")
+    add("--ring", action="store_true", help="also outer ring and housing in finite elements")
+    add("--rebuild", action="store_true", help="compute rings even where stored ones exist")
 
 
-def run(options: argparse.Namespace, show: Show) -> dict[str, Any]:
+def run(options: argparse.Namespace) -> dict[str, Any]:
     """Solve one bearing, or those of an engine; ``InputError`` for what is none."""
-    if not (math.isfinite(options.load) and 0.0 <= options.load <= 1.0e9):
-        raise InputError(
-            f"--load {options.load:g} is not within 0 to 1e9 N; give its size, the direction does not count"
-        )
-    if not math.isfinite(options.moment_nm):
-        raise InputError("--moment-nm is not a finite number")
-    if options.position not in POSITIONS:
-        raise InputError(f"--position '{options.position}' does not exist; {nearest(options.position, POSITIONS)}")
-    if options.law is not None and options.law not in CONTACT_LAWS:
-        raise InputError(f"--law '{options.law}' does not exist; {nearest(options.law, CONTACT_LAWS)}")
-    if not FEWEST_SLICES <= options.slices <= MOST_SLICES:
-        raise InputError(f"--slices {options.slices} is not within {FEWEST_SLICES} to {MOST_SLICES}")
     if options.engine is not None:
-        return _mains(options, show)
+        return _mains(options)
     bearing = _given(options)
     result = _solved(bearing, options, options.ring)
     if not options.json:
-        _print(
-            f"Roller bearing, {bearing.rollers} rollers, contacts by {bearing.law}, {options.load:g} N", [result], show
-        )
+        _print(f"Roller bearing, {bearing.rollers} rollers, contacts by {bearing.law}, {options.load:g} N", [result])
     return result
 
 
@@ -123,9 +101,6 @@ def _given(options: argparse.Namespace) -> RollerBearing:
             raise InputError(f"--{name.replace('_', '-')} is missing; give --rollers and --length-mm, or --engine")
     if options.rollers < 3:
         raise InputError(f"--rollers {options.rollers} cannot centre a journal; give at least 3")
-    for name in ("length_mm", "roller_diameter_mm", "pitch_mm", "clearance_um"):
-        if not math.isfinite(getattr(options, name) or 0.0):
-            raise InputError(f"--{name.replace('_', '-')} is not a finite number")
     length = 1e-3 * options.length_mm
     diameter = length if options.roller_diameter_mm is None else 1e-3 * options.roller_diameter_mm
     pitch = diameter / (FILLED * math.sin(math.pi / options.rollers))
@@ -167,12 +142,11 @@ def _profiled(bearing: RollerBearing, options: argparse.Namespace, diameter_know
         ) from None
 
 
-def _mains(options: argparse.Namespace, show: Show) -> dict[str, Any]:
+def _mains(options: argparse.Namespace) -> dict[str, Any]:
     """Bearings of an engine's mains, equal ones solved once."""
     from cranktrain.engine.file import load_engine
 
-    given = ("rollers", "length_mm", "roller_diameter_mm", "pitch_mm", "clearance_um")
-    for name in given:
+    for name in OF_ENGINE:
         if getattr(options, name) is not None:
             raise InputError(f"--{name.replace('_', '-')}: the engine file gives it; leave it out, or --engine")
     engine = load_engine(options.engine)
@@ -196,7 +170,7 @@ def _mains(options: argparse.Namespace, show: Show) -> dict[str, Any]:
     if not options.json:
         law = next(iter(solved)).law
         title = f"{engine.title}: main roller bearings, {options.load:g} N on each, contacts by {law}"
-        _print(title, mains, show)
+        _print(title, mains)
     return {"engine": engine.name, "load_n": options.load, "mains": mains}
 
 
@@ -248,9 +222,7 @@ def _ring(bearing: RollerBearing, loaded: LoadedBearing, first: float, options: 
     from cranktrain.structure.block.roller_ring import elastic_ring_stiffness, ring_compliance, ring_for
 
     ring = ring_for(bearing)
-    compliance = ring_compliance(
-        ring, first, lambda stage: print(f"cranktrain: {stage}", file=sys.stderr, flush=True), options.rebuild
-    )
+    compliance = ring_compliance(ring, first, lambda stage: say(f"cranktrain: {stage}"), options.rebuild)
     springs = slice_stiffness(bearing, loaded.place, first, options.slices)
     stiffness = elastic_ring_stiffness(compliance, roller_slices(bearing, options.slices)[0], springs, first)
     return {
@@ -260,7 +232,7 @@ def _ring(bearing: RollerBearing, loaded: LoadedBearing, first: float, options: 
     }
 
 
-def _print(title: str, results: list[dict[str, Any]], show: Show) -> None:
+def _print(title: str, results: list[dict[str, Any]]) -> None:
     """Print the results of several bearings side by side."""
 
     def row(name: str, entry: Callable[[dict[str, Any]], float | None], form: str = ".4g") -> tuple[str, ...]:
@@ -292,7 +264,7 @@ def _print(title: str, results: list[dict[str, Any]], show: Show) -> None:
             row("tilting, engine file / (N m/rad)", lambda r: r["engine_file"]["tilt_stiffness_nm_per_rad"], ".6g"),
         ]
     heads = tuple(f"main {result['main']}" if "main" in result else "result" for result in results)
-    show(title, ("value", *heads), rows)
+    show_rows(title, ("value", *heads), rows)
 
 
 def _percent(share: float | None) -> float | None:

@@ -25,22 +25,14 @@ Plan a scene and run it, speed by speed; write an HDF5 result and print a summar
 """
 
 
-def register(verbs: Any) -> None:
-    """Add the verb."""
-    sub = verbs.add_parser(
-        "run",
-        help="Run a scene by its plan; check it by the next level, or at every level.",
-        description=DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    sub.add_argument("scene", metavar="SCENE", help="path of a scene.toml")
-    which = sub.add_mutually_exclusive_group()
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options."""
+    parser.add_argument("scene", metavar="SCENE", help="path of a scene.toml")
+    which = parser.add_mutually_exclusive_group()
     which.add_argument("--verify", action="store_true", help="check the prediction by one run at the next level")
     which.add_argument("--all-levels", action="store_true", help="ladder report: every level, with its difference")
-    sub.add_argument("--with-ehd", action="store_true", help="with elastic films in the ladder report: minutes")
-    sub.add_argument("--output", metavar="FILE.h5", help="result file (default: SCENE.h5)")
-    sub.add_argument("--json", action="store_true", help="print one JSON object")
-    sub.set_defaults(verb=run)
+    parser.add_argument("--with-ehd", action="store_true", help="with elastic films in the ladder report: minutes")
+    parser.add_argument("--output", metavar="FILE.h5", help="result file (default: SCENE.h5)")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

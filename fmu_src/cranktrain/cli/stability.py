@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from cranktrain.cli.console import say, show
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.cli.console import Interrupted, bars, number, one_of, show
+from cranktrain.core.errors import InputError
 from cranktrain.results.tables import NOTHING, Table
+from cranktrain.store.whole_file import whole_file
 
 DESCRIPTION = """\
-Maps of where methods fail, each found by bisection with the running model's own kernels and held against theory.
+Maps of where methods fail, beside theory; drawn and explained.
 
-One picture (PNG and SVG) of each goes into the output folder. Computed maps are kept in the cache: an interrupted run
-goes on with those that are missing.
+Each is found by bisection with the running model's own kernels and compared with theory. One picture (PNG and SVG) of
+each goes into the output folder. Computed maps are kept in the cache: an interrupted run goes on with those that are
+missing.
 
 max_deviation   largest relative difference between the boundary found and the theory, in the parameter that was
                 bisected; null where no theory exists
@@ -26,22 +25,15 @@ points          of a boundary: [column value, row value]
 """
 
 
-def register(verbs: Any) -> None:
-    """Add the verb to the command line's ``verbs``."""
-    sub = verbs.add_parser(
-        "stability",
-        help="Maps of where methods fail, beside theory; drawn and explained.",
-        description=DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    sub.add_argument("--map", metavar="NAME", action="append", help="this map only (may be given more than once)")
-    sub.add_argument("--quick", action="store_true", help="coarse maps: all of them within three minutes")
-    sub.add_argument("--output", metavar="FOLDER", default="out/stability", help="for pictures (default out/stability)")
-    sub.add_argument("--page", metavar="FILE.md", help="also write the maps with their explanations as one page")
-    sub.add_argument("--rebuild", action="store_true", help="compute even maps that are kept")
-    sub.add_argument("--jobs", type=int, metavar="N", help="processes (default: as many as processors)")
-    sub.add_argument("--json", action="store_true", help="print one JSON object")
-    sub.set_defaults(verb=run)
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options."""
+    add = parser.add_argument
+    add("--map", metavar="NAME", action="append", help="this map only (may be given more than once)")
+    add("--quick", action="store_true", help="coarse maps: all of them within three minutes")
+    add("--output", metavar="FOLDER", default="out/stability", help="for pictures (default out/stability)")
+    add("--page", metavar="FILE.md", help="also write the maps with their explanations as one page")
+    add("--rebuild", action="store_true", help="compute even maps that are kept")
+    add("--jobs", type=number(1, 256, "processes", int), metavar="N", help="processes (default: as many as processors)")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -50,10 +42,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
     names = list(dict.fromkeys(options.map or MAPS))
     for name in names:
-        if name not in MAPS:
-            raise InputError(f"--map '{name}' does not exist; {nearest(name, MAPS)}")
-    if options.jobs is not None and not 1 <= options.jobs <= 256:
-        raise InputError(f"--jobs {options.jobs} is not within 1 to 256 processes")
+        one_of("--map", name, MAPS)
     if options.page is not None and not Path(options.page).parent.is_dir():
         raise InputError(f"--page {options.page}: there is no folder {Path(options.page).parent}; make it first")
     folder = Path(options.output)
@@ -68,15 +57,14 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
     found, pictures, records = {}, {}, {}
     try:
-        with _bars(names) as tell:
+        with bars("stability", names) as tell:
             computed = maps(names, options.quick, rebuild=options.rebuild, workers=options.jobs, progress=tell)
             for one, seconds in computed:
                 tell(one.name, f"{seconds:.0f} s" if seconds else "kept", 1.0)
                 found[one.name] = one
                 pictures[one.name] = save_map(folder, one)
     except KeyboardInterrupt:
-        say("cranktrain: interrupted; finished maps are kept, the same command goes on with the others")
-        raise SystemExit(130) from None
+        raise Interrupted("interrupted; finished maps are kept, the same command goes on with the others") from None
     if options.page is not None:
         _write_page(Path(options.page), [found[name] for name in names], [pictures[name][0] for name in names])
     for name in names:
@@ -98,30 +86,8 @@ def _write_page(path: Path, maps: list[Any], pictures: list[Path]) -> None:
     from cranktrain.studies.stability.page import page
 
     places = [os.path.relpath(picture, path.parent) for picture in pictures]
-    temporary = path.with_name(f".{path.name}")
     try:
-        temporary.write_text(page(maps, places), encoding="utf-8")
-        os.replace(temporary, path)
+        with whole_file(path) as file:
+            file.write_text(page(maps, places), encoding="utf-8")
     except OSError as error:
         raise InputError(f"--page {path}: cannot be written ({error.strerror}); name another file") from None
-
-
-@contextmanager
-def _bars(names: list[str]) -> Iterator[Callable[[str, str, float], None]]:
-    """Show a bar for each map on stderr; a line at the end of each where stderr is no terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    console = Console(stderr=True)
-    if not sys.stderr.isatty():
-
-        def line(name: str, stage: str, share: float) -> None:
-            if share >= 1.0:
-                say(f"stability: {name} ({stage})")
-
-        yield line
-        return
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[stage]}"), TimeElapsedColumn())
-    with Progress(*columns, console=console) as progress:
-        tasks = {name: progress.add_task(name, total=1.0, stage="") for name in names}
-        yield lambda name, stage, share: progress.update(tasks[name], completed=share, stage=stage)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from cranktrain.cli.console import Interrupted, labelled_bar
+from cranktrain.cli.console import Interrupted, labelled_bar, show_rows
 
 DESCRIPTION = """\
-Accuracy against speed: runs real scenes with every choice and charts error over cost, with the Pareto front.
+Accuracy against speed: error over cost of methods, levels and resolutions, with the Pareto front.
 
 Without SCENE: the six at 2000 and at 2380 rev/min (its resonance) and the V8 at 1800; --quick: the six at 2000.
 
@@ -25,27 +25,16 @@ Every run is kept in the cache as it ends: after an interruption the same comman
 """
 
 
-def register(verbs: Any, show: Callable[[str, Sequence[str], Sequence[Sequence[str]]], None]) -> None:
-    """Add the verb; ``show(title, header, rows)`` prints a table."""
-    sub = verbs.add_parser(
-        "tradeoff",
-        help="Accuracy against speed: error over cost of methods, levels and resolutions, with the Pareto front.",
-        description=DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    sub.add_argument("scene", nargs="?", metavar="SCENE", help="scene file (.toml) in place of the usual scenes")
-    sub.add_argument(
-        "--family", action="append", metavar="NAME", help="measure this family only; may be given several times"
-    )
-    sub.add_argument("--quick", action="store_true", help="fewer points, one scene, one run each: under three minutes")
-    sub.add_argument("--output", default="out/tradeoff", metavar="FOLDER", help="charts and tables (out/tradeoff)")
-    sub.add_argument("--json", action="store_true", help="print one JSON object")
-    sub.set_defaults(verb=lambda options: run(options, show))
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options."""
+    add = parser.add_argument
+    add("scene", nargs="?", metavar="SCENE", help="scene file (.toml) in place of the usual scenes")
+    add("--family", action="append", metavar="NAME", help="measure this family only; may be given several times")
+    add("--quick", action="store_true", help="fewer points, one scene, one run each: under three minutes")
+    add("--output", default="out/tradeoff", metavar="FOLDER", help="charts and tables (out/tradeoff)")
 
 
-def run(
-    options: argparse.Namespace, show: Callable[[str, Sequence[str], Sequence[Sequence[str]]], None]
-) -> dict[str, Any]:
+def run(options: argparse.Namespace) -> dict[str, Any]:
     """Measure, write the files, and print a table unless JSON is wanted."""
     from cranktrain.structure.crank.reduction import one_thread
     from cranktrain.studies.tradeoff.choice import choice_text
@@ -74,7 +63,9 @@ def run(
     if not options.json:
         for scene in scenes:
             rows = [_row(point) for point in found.points if point.pareto and point.parameters["scene"] == scene.name]
-            show(f"{scene.name}: Pareto fronts", ("choice", "error against", "s/s", "torsion", "axial", "film"), rows)
+            show_rows(
+                f"{scene.name}: Pareto fronts", ("choice", "error against", "s/s", "torsion", "axial", "film"), rows
+            )
         print(choice_text(found), end="")
         print("Written: " + ", ".join(str(path) for path in written))
     return {**found.as_dict(), "files": [str(path) for path in written]}
