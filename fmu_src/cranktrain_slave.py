@@ -190,7 +190,7 @@ class CranktrainSlave(Fmi2Slave):
         _package(self._resources, name)
         module = importlib.import_module(f"{name}.dynamics.simulation")
         if digest not in _models:
-            flat = importlib.import_module(f"{name}.flat")
+            flat = importlib.import_module(f"{name}.fmu.flat")
             _models[digest] = flat.read_model(self._resources / "model.bin")
         model = _models[digest]
         bore = "block_bore" if settings["block"] == "flexible" else "bore"
@@ -208,7 +208,7 @@ class CranktrainSlave(Fmi2Slave):
 
     def _check_parts(self, model, bore, settings):
         """Refuse levels that the engine does not know, then levels whose data this FMU was built without."""
-        levels = importlib.import_module(f"{self._about['package']}.dynamics.model")
+        levels = importlib.import_module(f"{self._about['package']}.dynamics.model.settings")
         levels.check_levels(levels.resolved(settings, model.engine), model.engine)
         for setting, level, part, what in (
             ("block", "flexible", "block", "the reduced block"),

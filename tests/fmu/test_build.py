@@ -117,7 +117,7 @@ def test_code_that_needs_more_than_numba_is_refused(tmp_path, monkeypatch):
 
     sources = tmp_path / "fmu_src"
     shutil.copytree(build_fmu.SOURCES, sources, ignore=shutil.ignore_patterns("__pycache__"))
-    errors = sources / "cranktrain" / "errors.py"
+    errors = sources / "cranktrain" / "core" / "errors.py"
     errors.write_text(errors.read_text() + "\nimport h5py\n")
     monkeypatch.setattr(build_fmu, "SOURCES", sources)
     with pytest.raises(InputError, match="imports h5py"):

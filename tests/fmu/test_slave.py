@@ -76,7 +76,7 @@ print(json.dumps([a.bits(), b.bits()]))
 def test_two_fmus_in_one_process_run_their_own_code(fmu, engine, body, script, tmp_path, monkeypatch):
     sources = tmp_path / "fmu_src"
     shutil.copytree(build_fmu.SOURCES, sources, ignore=shutil.ignore_patterns("__pycache__"))
-    errors = sources / "cranktrain" / "errors.py"
+    errors = sources / "cranktrain" / "core" / "errors.py"
     errors.write_text(errors.read_text().replace("did you mean", "did the author mean"))
     monkeypatch.setattr(build_fmu, "SOURCES", sources)
     other = build_fmu.build(engine, body, tmp_path / "dist", print)
@@ -109,7 +109,7 @@ status, text = unit.refusal(lambda: unit.start({"solver.integrator": "sdirk44"})
 assert "did you mean" in text, text
 """
     script(run, fmu, cache=tmp_path)
-    copy = next(tmp_path.glob("fmu/cranktrain_*/errors.py"))
+    copy = next(tmp_path.glob("fmu/cranktrain_*/core/errors.py"))
     whole, stamp = copy.read_bytes(), copy.with_name("kernel.py").stat().st_mtime_ns
     copy.write_bytes(b"raise SystemExit")
     script(run, fmu, cache=tmp_path)
