@@ -11,11 +11,11 @@ import pytest
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.quantities import TORSIONAL_SOURCES
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.crank.modal import free_modes, torsional_frequencies
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
 from cranktrain.structure.crank.torsional import (
-    SOURCES,
     rigid_crank,
     shaft_modes,
     shaft_nodes,
@@ -124,7 +124,7 @@ def test_torsional_crank_of_the_solid_twists_like_it(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
-@pytest.mark.parametrize("source", SOURCES)
+@pytest.mark.parametrize("source", TORSIONAL_SOURCES)
 def test_every_source_is_near_the_solid(name, source):
     """Empirical formulas claim no better than some 5 % in frequency; bearings stiffen by as much more."""
     engine = load_engine(name)

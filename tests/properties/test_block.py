@@ -316,7 +316,7 @@ WRONG_BLOCKS = {
     "mesh_size": (0.001, "would take millions of elements"),
     "cover_thickness": (20.0, "must be positive and below 10 m"),
     "damping_ratio": (1.5, "is overcritical"),
-    "fixed_modes": (0, "at least one"),
+    "fixed_modes": (0, "must be at least 1"),
 }
 
 
@@ -356,7 +356,7 @@ def test_mounts_that_leave_the_engine_free(motion):
 def test_mounts_that_do_not_match():
     six = load_engine("diesel_i6")
     for change, text in (
-        ({"y": (0.0, 0.0)}, "mounts.y: 2 entries for 4 mounts"),
+        ({"y": (0.0, 0.0)}, "mounts.y: 2 values for 4 in x"),
         ({"x": ()}, "mounts.x: is empty"),
     ):
         with pytest.raises(InputError, match=text):

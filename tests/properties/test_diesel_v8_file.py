@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 
 from cranktrain.core.errors import InputError
-from cranktrain.engine.file import ORIGINS, check_engine, engine_path, engine_provenance, load_engine
+from cranktrain.engine.checks.engine import check_engine
+from cranktrain.engine.file import ORIGINS, engine_path, engine_provenance, load_engine
 from cranktrain.engine.model import engine_from_dict, engine_to_dict
 from cranktrain.engine.parts import LumpedInertia
 from cranktrain.loads.gas_pressure import GasTrace
@@ -160,7 +161,7 @@ OFFSETS = r"own\.toml: cylinders\.rod_offsets: "
         ),
         (
             [("balance_weights", "radii", "[107]")],
-            r"own\.toml: balance_weights\.radii: 1 values for 2 mains; give one for each weight$",
+            r"own\.toml: balance_weights\.radii: 1 values for 2 in mains; give one for each$",
         ),
         ([("cylinders", "rod_offsets", "[]")], OFFSETS + r"rods 1 and 5 overlap on pin 1: 0 mm apart"),
     ],

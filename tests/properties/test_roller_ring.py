@@ -118,11 +118,11 @@ def test_compliance_is_kept_for_these_inputs_only(monkeypatch, tmp_path, usual):
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"width": 10e-3}, "width is less than the rollers' length"),
-        ({"ring_diameter": 0.1}, "ring_diameter leaves no ring"),
-        ({"housing_diameter": 0.1}, "housing_diameter leaves no housing"),
-        ({"mesh_size": 1e-4}, "mesh_size would take millions"),
-        ({"track_diameter": -0.1}, "track_diameter must be positive"),
+        ({"width": 10e-3}, "width: is less than the rollers' length"),
+        ({"ring_diameter": 0.1}, "ring_diameter: leaves no ring"),
+        ({"housing_diameter": 0.1}, "housing_diameter: leaves no housing"),
+        ({"mesh_size": 1e-4}, "mesh_size: would take millions"),
+        ({"track_diameter": -0.1}, "track_diameter: -100 mm must be positive"),
         ({"rollers": 2}, "rollers: at least 3"),
     ],
 )

@@ -13,30 +13,7 @@ from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
 from cranktrain.core.errors import InputError
-from cranktrain.engine.parts import (
-    RING_SHARE,
-    SHELL_SHARE,
-    BalanceWeights,
-    Block,
-    Combustion,
-    Crankshaft,
-    Cylinders,
-    Damper,
-    DriveLine,
-    JournalBearing,
-    LumpedInertia,
-    Material,
-    Mounts,
-    Oil,
-    PistonGuidance,
-    PlainBearing,
-    Published,
-    Reduction,
-    Rod,
-    RollerBearings,
-    StructuralDamping,
-    ThrustBearing,
-)
+from cranktrain.engine import parts
 
 
 @dataclass(frozen=True)
@@ -49,28 +26,28 @@ class Engine:
 
     name: str
     title: str
-    material: Material
-    crankshaft: Crankshaft
-    flywheel: LumpedInertia
-    pulley: LumpedInertia
-    rod: Rod
-    cylinders: Cylinders
-    thrust: ThrustBearing
-    oil: Oil
-    drive_line: DriveLine
-    damping: StructuralDamping
-    combustion: Combustion
-    reduction: Reduction
-    published: Published
-    big_end_bearing: PlainBearing | None = None
-    main_bearing: JournalBearing | None = None
-    main_roller: RollerBearings | None = None
-    clutch: LumpedInertia | None = None
-    balance_weights: BalanceWeights | None = None
-    damper: Damper | None = None
-    piston_guidance: PistonGuidance | None = None
-    block: Block | None = None
-    mounts: Mounts | None = None
+    material: parts.Material
+    crankshaft: parts.Crankshaft
+    flywheel: parts.LumpedInertia
+    pulley: parts.LumpedInertia
+    rod: parts.Rod
+    cylinders: parts.Cylinders
+    thrust: parts.ThrustBearing
+    oil: parts.Oil
+    drive_line: parts.DriveLine
+    damping: parts.StructuralDamping
+    combustion: parts.Combustion
+    reduction: parts.Reduction
+    published: parts.Published
+    big_end_bearing: parts.PlainBearing | None = None
+    main_bearing: parts.JournalBearing | None = None
+    main_roller: parts.RollerBearings | None = None
+    clutch: parts.LumpedInertia | None = None
+    balance_weights: parts.BalanceWeights | None = None
+    damper: parts.Damper | None = None
+    piston_guidance: parts.PistonGuidance | None = None
+    block: parts.Block | None = None
+    mounts: parts.Mounts | None = None
 
     @property
     def n_cylinders(self) -> int:
@@ -89,11 +66,11 @@ class Engine:
         roller = self.main_roller
         if roller is not None:
             sizes = zip(roller.pitch_diameter, roller.roller_diameter, strict=True)
-            return tuple(pitch + (1.0 + 2.0 * RING_SHARE) * size for pitch, size in sizes)
-        return len(self.crankshaft.main_widths) * ((1.0 + 2.0 * SHELL_SHARE) * self.plain_mains.diameter,)
+            return tuple(pitch + (1.0 + 2.0 * parts.RING_SHARE) * size for pitch, size in sizes)
+        return len(self.crankshaft.main_widths) * ((1.0 + 2.0 * parts.SHELL_SHARE) * self.plain_mains.diameter,)
 
     @property
-    def plain_mains(self) -> JournalBearing:
+    def plain_mains(self) -> parts.JournalBearing:
         """Plain main bearing, for what needs an oil film; ``InputError`` where the mains are rollers."""
         if self.main_bearing is None:
             raise InputError(

@@ -6,41 +6,7 @@ import math
 from dataclasses import dataclass
 from itertools import accumulate
 
-from cranktrain.engine.quantities import (
-    AddedInertia,
-    Angle,
-    Area,
-    Clearance,
-    Damping,
-    Density,
-    Energy,
-    Frequency,
-    GaugePressure,
-    HeatCapacity,
-    HeatFlux,
-    HeatTransfer,
-    Inertia,
-    KinematicViscosity,
-    Length,
-    Mass,
-    Number,
-    Offset,
-    Pressure,
-    PressureCoefficient,
-    Rate,
-    Share,
-    Speed,
-    Stiffness,
-    SupportStiffness,
-    SupportTorsionalStiffness,
-    Temperature,
-    TemperatureDifference,
-    Time,
-    TorsionalDamping,
-    TorsionalStiffness,
-    Velocity,
-    Viscosity,
-)
+from cranktrain.engine import quantities as q
 
 SHELL_SHARE = 0.03
 """Thickness of a plain bearing's shell over its diameter; chosen."""
@@ -52,35 +18,35 @@ RING_SHARE = 0.5
 class Material:
     """Linear isotropic material (Pa, 1, kg/m³)."""
 
-    youngs_modulus: Pressure
-    poisson_ratio: Number
-    density: Density
+    youngs_modulus: q.Pressure
+    poisson_ratio: q.PoissonRatio
+    density: q.Density
 
 
 @dataclass(frozen=True)
 class Crankshaft:
     """Parametric crankshaft geometry, m and rad; one main journal more than there are throws."""
 
-    throw: Length
-    throw_angles: tuple[Angle, ...]
-    main_diameter: Length
-    main_widths: tuple[Length, ...]
-    pin_diameter: Length
-    pin_width: Length
-    web_thickness: Length
-    web_main_radius: Length
-    web_pin_radius: Length
-    counterweight_radius: Length
-    counterweight_half_width: Length
+    throw: q.Length
+    throw_angles: tuple[q.Angle, ...]
+    main_diameter: q.Length
+    main_widths: tuple[q.Length, ...]
+    pin_diameter: q.Length
+    pin_width: q.Length
+    web_thickness: q.Length
+    web_main_radius: q.Length
+    web_pin_radius: q.Length
+    counterweight_radius: q.Length
+    counterweight_half_width: q.Length
     counterweights: tuple[bool, ...]
-    nose_diameter: Length
-    nose_length: Length
-    flange_diameter: Length
-    flange_length: Length
-    fillet: Length
-    oil_hole_diameter: Length
+    nose_diameter: q.Length
+    nose_length: q.Length
+    flange_diameter: q.Length
+    flange_length: q.Length
+    fillet: q.Length
+    oil_hole_diameter: q.Length
     oil_holes: bool
-    mesh_size: Length
+    mesh_size: q.Length
 
     @property
     def main_positions(self) -> tuple[float, ...]:
@@ -100,10 +66,10 @@ class Crankshaft:
 class LumpedInertia:
     """A rigid part fixed to an interface (kg, kg m², m); offset is along z from the interface to its centre of mass."""
 
-    mass: Mass
-    polar_inertia: Inertia
-    diametral_inertia: Inertia
-    offset: Offset
+    mass: q.Mass
+    polar_inertia: q.Inertia
+    diametral_inertia: q.Inertia
+    offset: q.Offset
 
 
 @dataclass(frozen=True)
@@ -115,20 +81,20 @@ class BalanceWeights:
     """
 
     mains: tuple[int, ...]
-    masses: tuple[Mass, ...]
-    radii: tuple[Length, ...]
-    angles: tuple[Angle, ...]
-    offsets: tuple[Offset, ...]
+    masses: tuple[q.Mass, ...]
+    radii: tuple[q.Length, ...]
+    angles: tuple[q.Angle, ...]
+    offsets: tuple[q.Offset, ...]
 
 
 @dataclass(frozen=True)
 class Rod:
     """Connecting rod: length, masses at big and small end, and the true inertia about its centre of mass."""
 
-    length: Length
-    big_end_mass: Mass
-    small_end_mass: Mass
-    inertia: Inertia
+    length: q.Length
+    big_end_mass: q.Mass
+    small_end_mass: q.Mass
+    inertia: q.Inertia
 
 
 @dataclass(frozen=True)
@@ -139,14 +105,14 @@ class Cylinders:
     middles from the middles of their pins; all 0 where the tuple is empty.
     """
 
-    bore: Length
+    bore: q.Length
     firing_order: tuple[int, ...]
     pins: tuple[int, ...]
-    bank_angles: tuple[Angle, ...]
-    piston_mass: Mass
-    pin_offset: Offset
-    compression_ratio: Number
-    rod_offsets: tuple[Offset, ...] = ()
+    bank_angles: tuple[q.Angle, ...]
+    piston_mass: q.Mass
+    pin_offset: q.Offset
+    compression_ratio: q.CompressionRatio
+    rod_offsets: tuple[q.Offset, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,32 +127,32 @@ class PlainBearing:
     the x axis in the sense of rotation); as it comes, the upper half.
     """
 
-    diameter: Length
-    width: Length
-    clearance: Length
-    contact_height: Length
-    contact_pressure: Pressure
-    groove: str = "none"
-    roughness: Length = 0.4e-6
-    asperity_factor: Share = 0.05
-    asperity_ratio: Share = 0.01
-    contact_modulus: Pressure = 58.6e9
-    boundary_friction: Number = 0.1
-    boundary_shear: GaugePressure = 0.0
-    supply_pressure: GaugePressure = 4.0e5
-    supply_angle: Angle = 0.5 * math.pi
-    supply_arc: Angle = math.pi
-    supply_width: Length = 4.0e-3
+    diameter: q.Length
+    width: q.Length
+    clearance: q.Length
+    contact_height: q.Length
+    contact_pressure: q.Pressure
+    groove: q.Groove = "none"
+    roughness: q.Length = 0.4e-6
+    asperity_factor: q.AsperityFactor = 0.05
+    asperity_ratio: q.AsperityRatio = 0.01
+    contact_modulus: q.Pressure = 58.6e9
+    boundary_friction: q.Friction = 0.1
+    boundary_shear: q.GaugePressure = 0.0
+    supply_pressure: q.GaugePressure = 4.0e5
+    supply_angle: q.Angle = 0.5 * math.pi
+    supply_arc: q.Angle = math.pi
+    supply_width: q.Length = 4.0e-3
 
 
 @dataclass(frozen=True, kw_only=True)
 class JournalBearing(PlainBearing):
     """Main bearing: a plain bearing and its linear stand-in (N/m, N s/m)."""
 
-    stiffness_x: Stiffness
-    stiffness_y: Stiffness
-    damping_x: Damping
-    damping_y: Damping
+    stiffness_x: q.Stiffness
+    stiffness_y: q.Stiffness
+    damping_x: q.Damping
+    damping_y: q.Damping
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -202,17 +168,17 @@ class RollerBearings:
     """
 
     rollers: tuple[int, ...]
-    roller_diameter: tuple[Length, ...]
-    roller_length: tuple[Length, ...]
-    pitch_diameter: tuple[Length, ...]
-    clearance: tuple[Clearance, ...]
-    stiffness: tuple[Stiffness, ...]
-    tilt_stiffness: tuple[TorsionalStiffness, ...]
-    damping: tuple[Damping, ...]
-    tilt_damping: tuple[TorsionalDamping, ...]
-    ring_mass: tuple[Mass, ...]
-    profile: tuple[Number, ...]
-    law: str = "palmgren"
+    roller_diameter: tuple[q.Length, ...]
+    roller_length: tuple[q.Length, ...]
+    pitch_diameter: tuple[q.Length, ...]
+    clearance: tuple[q.Clearance, ...]
+    stiffness: tuple[q.Stiffness, ...]
+    tilt_stiffness: tuple[q.TorsionalStiffness, ...]
+    damping: tuple[q.Damping, ...]
+    tilt_damping: tuple[q.TorsionalDamping, ...]
+    ring_mass: tuple[q.Mass, ...]
+    profile: tuple[q.RollerProfile, ...]
+    law: q.RollerLaw = "palmgren"
     variable: bool = False
 
 
@@ -224,16 +190,16 @@ class ThrustBearing:
     """
 
     main: int
-    clearance: Length
-    inner_diameter: Length
-    outer_diameter: Length
-    pads: int
-    pad_fraction: Number
-    taper: Length
-    contact_height: Length
-    contact_stiffness: Stiffness
-    block_stiffness: Stiffness
-    damping: Damping
+    clearance: q.Length
+    inner_diameter: q.Length
+    outer_diameter: q.Length
+    pads: q.Count
+    pad_fraction: q.Share
+    taper: q.Length
+    contact_height: q.Length
+    contact_stiffness: q.Stiffness
+    block_stiffness: q.Stiffness
+    damping: q.Damping
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -245,20 +211,20 @@ class Oil:
     ``pressure_viscosity``. ``heat_share`` is the part of a film's friction that its oil carries away.
     """
 
-    density: Density
-    temperature_speeds: tuple[Speed, ...]
-    temperatures: tuple[Temperature, ...]
-    supply_pressure: GaugePressure
-    law: str = "vogel"
-    vogel_a: Viscosity = 0.0
-    vogel_b: TemperatureDifference = 0.0
-    vogel_c: Temperature = 0.0
-    walther_temperatures: tuple[Temperature, ...] = ()
-    walther_viscosities: tuple[KinematicViscosity, ...] = ()
-    pressure_law: str = "none"
-    pressure_viscosity: PressureCoefficient = 0.0
-    heat_capacity: HeatCapacity = 2000.0
-    heat_share: Share = 0.8
+    density: q.Density
+    temperature_speeds: tuple[q.Speed, ...]
+    temperatures: tuple[q.Temperature, ...]
+    supply_pressure: q.GaugePressure
+    law: q.OilLaw = "vogel"
+    vogel_a: q.Viscosity = 0.0
+    vogel_b: q.TemperatureDifference = 0.0
+    vogel_c: q.Temperature = 0.0
+    walther_temperatures: tuple[q.Temperature, ...] = ()
+    walther_viscosities: tuple[q.KinematicViscosity, ...] = ()
+    pressure_law: q.PressureLaw = "none"
+    pressure_viscosity: q.PressureCoefficient = 0.0
+    heat_capacity: q.HeatCapacity = 2000.0
+    heat_share: q.HeatShare = 0.8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -270,17 +236,17 @@ class PistonGuidance:
     it; ``friction`` a coefficient on the side forces, full above ``sliding_speed``.
     """
 
-    upper_stiffness: Stiffness
-    lower_stiffness: Stiffness
-    upper_height: Offset
-    lower_height: Offset
-    upper_damping: Damping
-    lower_damping: Damping
-    mass_height: Offset
-    tilt_inertia: Inertia
-    clearance: Clearance = 0.0
-    friction: Number = 0.0
-    sliding_speed: Velocity = 0.1
+    upper_stiffness: q.Stiffness
+    lower_stiffness: q.Stiffness
+    upper_height: q.Offset
+    lower_height: q.Offset
+    upper_damping: q.Damping
+    lower_damping: q.Damping
+    mass_height: q.Offset
+    tilt_inertia: q.Inertia
+    clearance: q.Clearance = 0.0
+    friction: q.Number = 0.0
+    sliding_speed: q.Velocity = 0.1
 
 
 @dataclass(frozen=True)
@@ -290,10 +256,10 @@ class DriveLine:
     ``dynamometer_inertia`` counts where the load torque is given; a given speed needs none.
     """
 
-    stiffness: TorsionalStiffness
-    damping: TorsionalDamping
-    speed_filter_time: Time
-    dynamometer_inertia: Inertia = 2.0
+    stiffness: q.TorsionalStiffness
+    damping: q.TorsionalDamping
+    speed_filter_time: q.Time
+    dynamometer_inertia: q.Inertia = 2.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -310,61 +276,61 @@ class Damper:
     more than ``power_limit`` per cooling area.
     """
 
-    kind: str
-    ring_inertia: Inertia
-    housing_inertia: AddedInertia
-    mass: Mass
-    frequency: Frequency
-    lowest_temperature: Temperature
-    highest_temperature: Temperature
-    temperature_speeds: tuple[Speed, ...]
-    temperatures: tuple[Temperature, ...]
-    ambient_temperature: Temperature
-    heat_transfer: HeatTransfer
-    cooling_area: Area
-    power_limit: HeatFlux
-    law: str = "shear-thinning"
-    viscosity: Viscosity = 0.0
-    viscosity_slope: TemperatureDifference = 0.0
-    critical_stress: Pressure = 0.0
-    flow_exponent: Share = 0.0
-    ring_outer_radius: Length = 0.0
-    ring_inner_radius: Length = 0.0
-    ring_width: Length = 0.0
-    axial_gap: Length = 0.0
-    outer_gap: Length = 0.0
-    inner_gap: Length = 0.0
-    stiffness: TorsionalStiffness = 0.0
-    loss_factor: Share = 0.0
+    kind: q.DamperKind
+    ring_inertia: q.Inertia
+    housing_inertia: q.AddedInertia
+    mass: q.Mass
+    frequency: q.WorkingFrequency
+    lowest_temperature: q.Temperature
+    highest_temperature: q.Temperature
+    temperature_speeds: tuple[q.Speed, ...]
+    temperatures: tuple[q.Temperature, ...]
+    ambient_temperature: q.Temperature
+    heat_transfer: q.HeatTransfer
+    cooling_area: q.Area
+    power_limit: q.HeatFlux
+    law: q.DamperLaw = "shear-thinning"
+    viscosity: q.Viscosity = 0.0
+    viscosity_slope: q.TemperatureDifference = 0.0
+    critical_stress: q.Pressure = 0.0
+    flow_exponent: q.FlowExponent = 0.0
+    ring_outer_radius: q.Length = 0.0
+    ring_inner_radius: q.Length = 0.0
+    ring_width: q.Length = 0.0
+    axial_gap: q.Length = 0.0
+    outer_gap: q.Length = 0.0
+    inner_gap: q.Length = 0.0
+    stiffness: q.TorsionalStiffness = 0.0
+    loss_factor: q.Positive = 0.0
 
 
 @dataclass(frozen=True)
 class StructuralDamping:
     """Damping of the elastic modes: one ratio for all (``modal``) or D = α M + β K (``rayleigh``; 1/s, s)."""
 
-    kind: str
-    ratio: Number
-    alpha: Rate
-    beta: Time
+    kind: q.DampingKind
+    ratio: q.DampingRatio
+    alpha: q.Rate
+    beta: q.Time
 
 
 @dataclass(frozen=True)
 class Combustion:
     """Single-zone closed cycle with a Wiebe burn; angles rad after firing top dead centre, pressures Pa, energy J."""
 
-    start: Angle
-    duration: Angle
-    wiebe_a: Number
-    wiebe_m: Number
-    heat: Energy
-    intake_pressure: Pressure
-    intake_temperature: Temperature
-    exhaust_pressure: Pressure
-    intake_closes: Angle
-    exhaust_opens: Angle
-    wall_temperature: Temperature
-    best_speed: Speed
-    falloff: Number
+    start: q.Angle
+    duration: q.Duration
+    wiebe_a: q.Positive
+    wiebe_m: q.Number
+    heat: q.Energy
+    intake_pressure: q.Pressure
+    intake_temperature: q.Temperature
+    exhaust_pressure: q.Pressure
+    intake_closes: q.Angle
+    exhaust_opens: q.Angle
+    wall_temperature: q.Temperature
+    best_speed: q.RatedSpeed
+    falloff: q.Number
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -380,32 +346,32 @@ class Block:
     say how the block is meshed and reduced.
     """
 
-    youngs_modulus: Pressure
-    poisson_ratio: Number
-    density: Density
-    deck_height: Length
-    deck_thickness: Length
-    foot_height: Length
-    bank_half_width: Length
-    liner_thickness: Length
-    crankcase_half_width: Length
-    side_height: Length
-    skirt_depth: Length
-    wall_thickness: Length
-    bulkhead_thickness: Length
-    bulkhead_depth: Length
-    housing_thickness: Length
-    housing_half_width: Length
-    housing_height: Length
-    cap_depth: Length
-    cover_thickness: Length
-    pad_size: Length
-    head_mass: Mass
-    head_height: Length
-    damping_ratio: Number
-    mesh_size: Length
-    fixed_modes: int
-    running_cutoff_hz: Frequency
+    youngs_modulus: q.Pressure
+    poisson_ratio: q.PoissonRatio
+    density: q.Density
+    deck_height: q.Length
+    deck_thickness: q.Length
+    foot_height: q.Length
+    bank_half_width: q.Length
+    liner_thickness: q.Length
+    crankcase_half_width: q.Length
+    side_height: q.Length
+    skirt_depth: q.Length
+    wall_thickness: q.Length
+    bulkhead_thickness: q.Length
+    bulkhead_depth: q.Length
+    housing_thickness: q.Length
+    housing_half_width: q.Length
+    housing_height: q.Length
+    cap_depth: q.Length
+    cover_thickness: q.Length
+    pad_size: q.Length
+    head_mass: q.Mass
+    head_height: q.Length
+    damping_ratio: q.DampingRatio
+    mesh_size: q.Length
+    fixed_modes: q.Count
+    running_cutoff_hz: q.Frequency
 
     @property
     def material(self) -> Material:
@@ -417,21 +383,21 @@ class Block:
 class Mounts:
     """Engine mounts: place of each, stiffness and damping along and about the engine's axes; one entry per mount."""
 
-    x: tuple[Offset, ...]
-    y: tuple[Offset, ...]
-    z: tuple[Offset, ...]
-    stiffness_x: tuple[SupportStiffness, ...]
-    stiffness_y: tuple[SupportStiffness, ...]
-    stiffness_z: tuple[SupportStiffness, ...]
-    stiffness_rx: tuple[SupportTorsionalStiffness, ...]
-    stiffness_ry: tuple[SupportTorsionalStiffness, ...]
-    stiffness_rz: tuple[SupportTorsionalStiffness, ...]
-    damping_x: tuple[Damping, ...]
-    damping_y: tuple[Damping, ...]
-    damping_z: tuple[Damping, ...]
-    damping_rx: tuple[TorsionalDamping, ...]
-    damping_ry: tuple[TorsionalDamping, ...]
-    damping_rz: tuple[TorsionalDamping, ...]
+    x: tuple[q.Offset, ...]
+    y: tuple[q.Offset, ...]
+    z: tuple[q.Offset, ...]
+    stiffness_x: tuple[q.SupportStiffness, ...]
+    stiffness_y: tuple[q.SupportStiffness, ...]
+    stiffness_z: tuple[q.SupportStiffness, ...]
+    stiffness_rx: tuple[q.SupportTorsionalStiffness, ...]
+    stiffness_ry: tuple[q.SupportTorsionalStiffness, ...]
+    stiffness_rz: tuple[q.SupportTorsionalStiffness, ...]
+    damping_x: tuple[q.Damping, ...]
+    damping_y: tuple[q.Damping, ...]
+    damping_z: tuple[q.Damping, ...]
+    damping_rx: tuple[q.TorsionalDamping, ...]
+    damping_ry: tuple[q.TorsionalDamping, ...]
+    damping_rz: tuple[q.TorsionalDamping, ...]
 
     @property
     def positions(self) -> tuple[tuple[float, float, float], ...]:
@@ -460,10 +426,10 @@ class Reduction:
     :mod:`cranktrain.structure.crank.torsional`.
     """
 
-    fixed_modes: int
-    running_cutoff_hz: Frequency
+    fixed_modes: q.Count
+    running_cutoff_hz: q.Frequency
     consistent_mass: bool
-    torsional_source: str = "solid"
+    torsional_source: q.TorsionalSource = "solid"
 
 
 @dataclass(frozen=True)
@@ -473,11 +439,11 @@ class Published:
     Nothing is computed from them.
     """
 
-    free_torsional_hz: tuple[Frequency, ...]
-    cranktrain_hz: tuple[Frequency, ...]
+    free_torsional_hz: tuple[q.Frequency, ...]
+    cranktrain_hz: tuple[q.Frequency, ...]
     cranktrain_shapes: tuple[str, ...]
-    measured_hz: tuple[Frequency, ...]
-    second_torsional_hz: Frequency
-    critical_orders: tuple[Number, ...]
-    critical_speeds: tuple[Speed, ...]
-    measured_critical_speeds: tuple[Speed, ...]
+    measured_hz: tuple[q.Frequency, ...]
+    second_torsional_hz: q.Frequency
+    critical_orders: tuple[q.Number, ...]
+    critical_speeds: tuple[q.Speed, ...]
+    measured_critical_speeds: tuple[q.Speed, ...]

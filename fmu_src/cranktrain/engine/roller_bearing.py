@@ -7,12 +7,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from functools import partial
 
-from cranktrain.core.errors import InputError, nearest
-from cranktrain.engine.checks.crankshaft import in_mm
+from cranktrain.core.errors import InputError
 from cranktrain.engine.parts import Crankshaft, RollerBearings
+from cranktrain.engine.quantities import (
+    ROLLER_CONTACTS,
+    Length,
+    RollerContact,
+    RollerProfile,
+    check_values,
+    mm,
+    need,
+)
 
-CONTACT_LAWS = {"palmgren": 7.68e-5 ** (-10.0 / 9.0), "iso16281": 35948.0}
+CONTACT_LAWS = dict(zip(ROLLER_CONTACTS, (7.68e-5 ** (-10.0 / 9.0), 35948.0), strict=True))
 """k of both contacts in series, N/mm^2: Q = k l^(8/9) δ^(10/9) with l and δ in mm."""
 SHORT_PROFILE, LONG_PROFILE = 0.00035, 0.0005
 """Profile parameters of ISO/TS 16281."""
@@ -22,8 +31,6 @@ RATED_PRESSURE = 4.0e9
 """Pressure in the middle of the most loaded contact at the static load rating of ISO 76, Pa."""
 REDUCED_MODULUS = 0.5 * 207.0e9 / (1.0 - 0.3**2)
 """E* of steel on steel, with the constants behind Palmgren's contact, Pa."""
-LAWS = ("linear", *CONTACT_LAWS)
-"""Laws of a roller bearing in a running engine."""
 FILE_KEYS = {"length": "roller_length", "diameter": "roller_diameter", "pitch": "pitch_diameter"}
 """Keys of an engine file that are named otherwise there."""
 
@@ -44,12 +51,12 @@ class RollerBearing:
     """
 
     rollers: int
-    length: float
-    diameter: float
-    pitch: float
+    length: Length
+    diameter: Length
+    pitch: Length
     clearance: float = 0.0
-    profile: float = 0.0
-    law: str = "palmgren"
+    profile: RollerProfile = 0.0
+    law: RollerContact = "palmgren"
 
     @property
     def contact_stiffness(self) -> float:
@@ -87,36 +94,21 @@ def check_roller_bearing(bearing: RollerBearing) -> None:
     InputError
         one line that starts with the quantity
     """
-    b = bearing
-    if b.law not in CONTACT_LAWS:
-        raise InputError(f"law: '{b.law}' does not exist; {nearest(b.law, CONTACT_LAWS)}")
-    if b.rollers < 3:
-        raise InputError(f"rollers: {b.rollers} cannot centre a journal; give at least 3")
-    for name in ("length", "diameter", "pitch"):
-        value = getattr(b, name)
-        if not 0.0 < value < 10.0:
-            raise InputError(f"{name}: {1e3 * value:.4g} mm is not within 0 to 10 m; check its unit")
-    if b.pitch <= b.diameter:
-        raise InputError(
-            f"pitch: {1e3 * b.pitch:.4g} mm leaves no journal inside rollers of {1e3 * b.diameter:.4g} mm; "
-            "give the diameter of the circle of the rollers' middles"
-        )
-    chord = b.pitch * math.sin(math.pi / b.rollers)
-    if chord <= b.diameter:
-        most = math.floor(math.pi / math.asin(b.diameter / b.pitch))
-        raise InputError(
-            f"rollers: {b.rollers} of {1e3 * b.diameter:.4g} mm overlap on a pitch circle of {1e3 * b.pitch:.4g} mm; "
-            f"at most {most} fit"
-        )
-    if not 0.0 <= b.profile <= 0.01:
-        raise InputError(f"profile: {b.profile:.4g} is not within 0 to 0.01; usual: 0 (straight) or {SHORT_PROFILE:g}")
-    if not abs(0.5 * b.clearance) <= b.travel:
-        what = "preload" if b.clearance < 0.0 else "clearance"
-        raise InputError(
-            f"clearance: {what} of {1e6 * abs(b.clearance):.4g} um is larger than the rollers' travel to either side, "
-            f"2 x {1e6 * b.travel:.4g} um (their approach at the static rating, 4000 MPa); give the diametral "
-            f"clearance, at most {2e6 * b.travel:.3g} um"
-        )
+    b, size, pitch = bearing, mm(bearing.diameter), mm(bearing.pitch)
+    of = partial(need, "")
+    check_values(b, "")
+    of("rollers", b.rollers >= 3, f"{b.rollers} cannot centre a journal; give at least 3")
+    text = f"{pitch} leaves no journal inside rollers of {size}; it is the diameter of the rollers' pitch circle"
+    of("pitch", b.pitch > b.diameter, text)
+    most = math.floor(math.pi / math.asin(b.diameter / b.pitch))
+    text = f"{b.rollers} of {size} overlap on a pitch circle of {pitch}; at most {most} fit"
+    of("rollers", b.pitch * math.sin(math.pi / b.rollers) > b.diameter, text)
+    text = (
+        f"{'preload' if b.clearance < 0.0 else 'clearance'} of {1e6 * abs(b.clearance):.4g} um is larger than the "
+        f"rollers' travel to either side, 2 x {1e6 * b.travel:.4g} um (their approach at the static rating, 4000 MPa); "
+        f"give the diametral clearance, at most {2e6 * b.travel:.3g} um"
+    )
+    of("clearance", abs(0.5 * b.clearance) <= b.travel, text)
 
 
 def main_roller(rollers: RollerBearings, main: int) -> RollerBearing:
@@ -140,28 +132,23 @@ def check_rollers(rollers: RollerBearings, crankshaft: Crankshaft) -> None:
     InputError
         one line that starts with ``main_roller.key``
     """
-    r, mains = rollers, len(crankshaft.main_widths)
-    if r.law not in LAWS:
-        raise InputError(f"main_roller.law: '{r.law}' does not exist; {nearest(r.law, LAWS)}")
+    r, mains, of = rollers, len(crankshaft.main_widths), partial(need, "main_roller")
+    check_values(r, "main_roller")
     for entry in fields(r):
         values = getattr(r, entry.name)
-        if isinstance(values, tuple) and len(values) != mains:
-            raise InputError(f"main_roller.{entry.name}: {len(values)} values for {mains} main journals; give one each")
+        if isinstance(values, tuple):
+            text = f"{len(values)} values for {mains} main journals; give one each"
+            of(entry.name, len(values) == mains, text)
     for i, (length, width) in enumerate(zip(r.roller_length, crankshaft.main_widths, strict=True)):
-        if length > width:
-            raise InputError(
-                f"main_roller.roller_length[{i + 1}]: {in_mm(length)} is longer than main journal {i + 1} is wide, "
-                f"{in_mm(width)}"
-            )
+        text = f"{mm(length)} is longer than main journal {i + 1} is wide, {mm(width)}"
+        of(f"roller_length[{i + 1}]", length <= width, text)
         # Seats may differ somewhat from the journals' common diameter; a wrong unit or circle differs by more.
-        track = r.pitch_diameter[i] - r.roller_diameter[i]
-        if not 0.5 <= track / crankshaft.main_diameter <= 1.5:
-            raise InputError(
-                f"main_roller.pitch_diameter[{i + 1}]: the rollers' track, {in_mm(track)}, does not belong to a main "
-                f"journal of {in_mm(crankshaft.main_diameter)}; give about "
-                f"{in_mm(crankshaft.main_diameter + r.roller_diameter[i])}"
-            )
-    for i in range(mains):
+        track, journal = r.pitch_diameter[i] - r.roller_diameter[i], crankshaft.main_diameter
+        text = (
+            f"the rollers' track, {mm(track)}, does not belong to a main journal of {mm(journal)}; give about "
+            f"{mm(journal + r.roller_diameter[i])}"
+        )
+        of(f"pitch_diameter[{i + 1}]", 0.5 <= track / journal <= 1.5, text)
         try:
             check_roller_bearing(main_roller(r, i))
         except InputError as error:

@@ -38,10 +38,10 @@ import numpy as np
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
-from cranktrain.engine.checks.damper import COMPLEX_MODULUS, LAWS, SHEAR_THINNING
 from cranktrain.engine.lubricant import temperature_at
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Damper
+from cranktrain.engine.quantities import COMPLEX_MODULUS, DAMPER_LAWS, SHEAR_THINNING
 
 # Places of the parameters; LAYERS weights (N m s) follow from WEIGHTS, their shear ratios from SHEARS.
 STIFFNESS, DAMPING, EXPONENT, TIME = range(4)
@@ -71,8 +71,8 @@ def damper_parameters(damper: Damper, temperature: float, frequency: float | Non
         parameters[STIFFNESS] = damper.stiffness
         parameters[DAMPING] = damper.loss_factor * damper.stiffness / omega
         return parameters
-    if damper.law not in LAWS:
-        raise InputError(f"damper.law '{damper.law}' does not exist; {nearest(damper.law, LAWS)}")
+    if damper.law not in DAMPER_LAWS:
+        raise InputError(f"damper.law '{damper.law}' does not exist; {nearest(damper.law, DAMPER_LAWS)}")
     eta = silicone_viscosity(damper, temperature)
     moments, ratios = shear_layers(damper)
     if damper.law == SHEAR_THINNING:

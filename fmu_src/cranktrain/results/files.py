@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from cranktrain.core.errors import InputError
-from cranktrain.results.summary import ZERO_CELSIUS, Run
+from cranktrain.engine.quantities import ZERO_CELSIUS
+from cranktrain.results.summary import Run
 from cranktrain.store.hdf5 import write_result
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"

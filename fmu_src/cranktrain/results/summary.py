@@ -9,12 +9,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.results.orders import last_cycle, order_spectrum
 
 Array = NDArray[np.float64]
 
 HIGHEST_ORDER = 24.0
-ZERO_CELSIUS = 273.15
 
 
 class Run(Protocol):

@@ -20,6 +20,7 @@ import json
 import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import partial
 from hashlib import sha256
 from typing import Any
 
@@ -29,8 +30,8 @@ from numpy.typing import NDArray
 from skfem import FacetBasis, MeshTet2
 
 from cranktrain.core.cache import cache_folder
-from cranktrain.core.errors import InputError
 from cranktrain.engine.parts import Material
+from cranktrain.engine.quantities import Length, check_values, need
 from cranktrain.engine.roller_bearing import RollerBearing
 from cranktrain.structure.block.saddle import CAST_IRON
 from cranktrain.structure.fem.elasticity import FEModel, finite_elements
@@ -64,12 +65,12 @@ class RollerRing:
     """
 
     rollers: int
-    track_diameter: float
-    roller_length: float
-    width: float
-    ring_diameter: float
-    housing_diameter: float
-    mesh_size: float
+    track_diameter: Length
+    roller_length: Length
+    width: Length
+    ring_diameter: Length
+    housing_diameter: Length
+    mesh_size: Length
     spread: float = 1.0
     ring: Material = BEARING_STEEL
     housing: Material = CAST_IRON
@@ -205,19 +206,13 @@ def _roller_loads(ring: RollerRing, model: FEModel, first_angle: float) -> Array
 
 def check_ring(ring: RollerRing) -> None:
     """Refuse dimensions that make no ring; ``InputError`` names the first one."""
-    r = ring
-    lengths = {key: value for key, value in vars(r).items() if isinstance(value, float)}
-    rules: list[tuple[bool, str]] = [
-        *((0.0 < value < 10.0, f"{key} must be positive and below 10 m") for key, value in lengths.items()),
-        (r.rollers >= 3, "rollers: at least 3 are needed"),
-        (r.width >= r.roller_length, "width is less than the rollers' length; give at least that"),
-        (r.ring_diameter > 1.01 * r.track_diameter, "ring_diameter leaves no ring outside the track"),
-        (r.housing_diameter > 1.01 * r.ring_diameter, "housing_diameter leaves no housing outside the ring"),
-        (r.mesh_size >= 0.02 * r.track_diameter, "mesh_size would take millions of elements"),
-    ]
-    for holds, text in rules:
-        if not holds:
-            raise InputError(f"roller ring: {text}")
+    r, of = ring, partial(need, "roller ring")
+    check_values(r, "roller ring")
+    of("rollers", r.rollers >= 3, "at least 3 are needed")
+    of("width", r.width >= r.roller_length, "is less than the rollers' length; give at least that")
+    of("ring_diameter", r.ring_diameter > 1.01 * r.track_diameter, "leaves no ring outside the track")
+    of("housing_diameter", r.housing_diameter > 1.01 * r.ring_diameter, "leaves no housing outside the ring")
+    of("mesh_size", r.mesh_size >= 0.02 * r.track_diameter, "would take millions of elements")
 
 
 def ring_mesh(ring: RollerRing) -> MeshTet2:

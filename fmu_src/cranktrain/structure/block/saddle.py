@@ -16,6 +16,7 @@ import json
 import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import partial
 from hashlib import sha256
 
 import numpy as np
@@ -26,6 +27,7 @@ from cranktrain.core.cache import cache_folder
 from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import SHELL_SHARE, JournalBearing, Material
+from cranktrain.engine.quantities import Length, check_values, need
 from cranktrain.film.elastic.bore_compliance import BoreCompliance, patterns, reduced_compliance
 from cranktrain.structure.fem.elasticity import FEModel, finite_elements
 from cranktrain.structure.fem.mesh import NETGEN_EDGES, cad_mesh, quadratic_mesh, save_cad_mesh, surface_basis
@@ -59,15 +61,15 @@ class Saddle:
     mesh_size : largest edge in the plate; the bore gets ``bore_mesh_share`` of it
     """
 
-    film_diameter: float
-    film_width: float
-    bore_diameter: float
-    thickness: float
-    half_width: float
-    height: float
-    cap_half_width: float
-    cap_depth: float
-    mesh_size: float
+    film_diameter: Length
+    film_width: Length
+    bore_diameter: Length
+    thickness: Length
+    half_width: Length
+    height: Length
+    cap_half_width: Length
+    cap_depth: Length
+    mesh_size: Length
     bore_mesh_share: float = 0.35
     material: Material = CAST_IRON
 
@@ -176,21 +178,15 @@ def _pattern_loads(model: FEModel, film_diameter: float, film_width: float, wave
 
 def check_saddle(saddle: Saddle) -> None:
     """Refuse dimensions that make no saddle; ``InputError`` names the first one."""
-    s = saddle
-    lengths = {key: value for key, value in vars(s).items() if isinstance(value, float)}
-    rules: list[tuple[bool, str]] = [
-        *((0.0 < value < 10.0, f"{key} must be positive and below 10 m") for key, value in lengths.items()),
-        (s.bore_diameter >= s.film_diameter, "bore_diameter is less than the film's, which lies inside its shells"),
-        (s.thickness >= s.film_width, "thickness is less than the film's width; give at least that"),
-        (s.cap_half_width > 0.55 * s.bore_diameter, "cap_half_width leaves no iron beside the bore"),
-        (s.cap_depth > 0.55 * s.bore_diameter, "cap_depth leaves no iron below the bore"),
-        (s.height > 0.55 * s.bore_diameter, "height leaves no iron above the bore"),
-        (s.half_width > s.cap_half_width, "half_width must exceed cap_half_width"),
-        (s.mesh_size >= 0.02 * s.bore_diameter, "mesh_size would take millions of elements"),
-    ]
-    for holds, text in rules:
-        if not holds:
-            raise InputError(f"saddle: {text}")
+    s, of, least = saddle, partial(need, "saddle"), 0.55 * saddle.bore_diameter
+    check_values(s, "saddle")
+    of("bore_diameter", s.bore_diameter >= s.film_diameter, "is less than the film's, which lies inside its shells")
+    of("thickness", s.thickness >= s.film_width, "is less than the film's width; give at least that")
+    of("cap_half_width", s.cap_half_width > least, "leaves no iron beside the bore")
+    of("cap_depth", s.cap_depth > least, "leaves no iron below the bore")
+    of("height", s.height > least, "leaves no iron above the bore")
+    of("half_width", s.half_width > s.cap_half_width, "must exceed cap_half_width")
+    of("mesh_size", s.mesh_size >= 0.02 * s.bore_diameter, "would take millions of elements")
 
 
 def saddle_mesh(saddle: Saddle) -> MeshTet2:

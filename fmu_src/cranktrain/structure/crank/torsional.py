@@ -45,6 +45,7 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import ReducedBody, check, rigid, signed
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft
+from cranktrain.engine.quantities import TORSIONAL_SOURCES
 from cranktrain.structure.crank.modal import bearing_stiffness
 from cranktrain.structure.crank.sections import crank_moments, crank_pieces, interface_places
 from cranktrain.structure.crank.shape import stations
@@ -52,15 +53,13 @@ from cranktrain.structure.fem.rigid_slices import Slices, rigid_basis, rigid_mot
 
 Array = NDArray[np.float64]
 
-SOURCES = ("solid", "solid-on-bearings", "ker-wilson", "carter")
-
 
 def torsional_body(engine: Engine, source: str | None = None, solid: ReducedBody | None = None) -> ReducedBody:
     """Bare crankshaft in its six rigid modes and the twists of discs on a shaft.
 
     Parameters
     ----------
-    source : one of :data:`SOURCES`; None takes ``reduction.torsional_source`` of the engine file
+    source : one of :data:`TORSIONAL_SOURCES`; None takes ``reduction.torsional_source`` of the engine file
     solid : the engine's bare solid body; both sources by that name need it
 
     Raises
@@ -69,8 +68,8 @@ def torsional_body(engine: Engine, source: str | None = None, solid: ReducedBody
         an unknown source, or one that needs the body without it
     """
     source = engine.reduction.torsional_source if source is None else source
-    if source not in SOURCES:
-        raise InputError(f"torsional source '{source}' does not exist; {nearest(source, SOURCES)}")
+    if source not in TORSIONAL_SOURCES:
+        raise InputError(f"torsional source '{source}' does not exist; {nearest(source, TORSIONAL_SOURCES)}")
     if source.startswith("solid"):
         if solid is None:
             raise InputError(

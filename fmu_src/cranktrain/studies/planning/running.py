@@ -17,9 +17,9 @@ import numpy as np
 
 from cranktrain.core.errors import SolverError
 from cranktrain.dynamics.simulation import Result
+from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.results.files import output_unit
 from cranktrain.results.orders import order_spectrum
-from cranktrain.results.summary import ZERO_CELSIUS
 from cranktrain.store.hdf5 import write_result
 from cranktrain.studies.planning.difference import CYCLE, LastCycle, by_family, last_cycle, relative_differences
 from cranktrain.studies.planning.ladder import every_pair

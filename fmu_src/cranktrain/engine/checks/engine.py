@@ -1,0 +1,82 @@
+"""Whether the parts of an engine fit together: values within their fields' bounds, then rules between values."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, is_dataclass
+from functools import partial
+
+from cranktrain.engine.checks.bearings import check_bearings
+from cranktrain.engine.checks.block import check_block, check_mounts
+from cranktrain.engine.checks.crankshaft import check_balance_weights, check_crankshaft
+from cranktrain.engine.checks.cylinder import check_cylinders
+from cranktrain.engine.checks.damper import check_damper
+from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import Combustion, Oil
+from cranktrain.engine.quantities import check_values, need, need_equal_lengths, need_table
+from cranktrain.engine.roller_bearing import check_rollers
+
+
+def check_engine(engine: Engine) -> None:
+    """Refuse an engine whose parts do not fit together.
+
+    Raises
+    ------
+    InputError
+        one line that starts with ``table.key``
+    """
+    charts = "BICERA's method reads charts, there is no closed form of it; use ker-wilson, carter or solid"
+    source = engine.reduction.torsional_source.lower()
+    need("reduction", "torsional_source", not source.startswith("bicer"), charts)
+    check_crankshaft(engine.crankshaft)
+    for entry in fields(engine):
+        part = getattr(engine, entry.name)
+        if is_dataclass(part):
+            check_values(part, entry.name)
+    mains = len(engine.crankshaft.main_widths)
+    if engine.balance_weights is not None:
+        check_balance_weights(engine.balance_weights, mains)
+    check_cylinders(engine)
+    check_bearings(engine)
+    for name in ("flywheel", "pulley", "clutch"):
+        if (part := getattr(engine, name)) is not None:
+            plausible = part.polar_inertia <= 2.0 * part.diametral_inertia * (1.0 + 1e-9)
+            need(name, "polar_inertia", plausible, "is more than twice diametral_inertia, which no body has")
+    _check_oil(engine.oil)
+    _check_combustion(engine.combustion)
+    need_equal_lengths(engine.published, "published", "cranktrain_hz", "cranktrain_shapes", "measured_hz")
+    orders = ("critical_orders", "critical_speeds", "measured_critical_speeds")
+    need_equal_lengths(engine.published, "published", *orders)
+    if engine.damper is not None:
+        check_damper(engine.damper)
+    if engine.main_roller is not None:
+        check_rollers(engine.main_roller, engine.crankshaft)
+    engine.firing_angles  # noqa: B018  raises where the throws cannot fire in the stated order
+    if engine.block is not None:
+        check_block(engine, engine.block)
+    if engine.mounts is not None:
+        check_mounts(engine.mounts)
+
+
+def _check_oil(oil: Oil) -> None:
+    of, warm, cold = partial(need, "oil"), oil.walther_temperatures, oil.walther_viscosities
+    need_table("oil", oil)
+    if oil.law == "vogel":
+        for key in ("vogel_a", "vogel_b", "vogel_c"):
+            of(key, getattr(oil, key) > 0.0, "is missing; law vogel needs vogel_a, vogel_b and vogel_c")
+        of("vogel_c", oil.vogel_c < min(oil.temperatures), "must lie below every oil temperature")
+    if warm or cold or oil.law == "walther":
+        text = f"{len(cold)} viscosities at {len(warm)} walther_temperatures; Walther's law takes two points"
+        of("walther_viscosities", len(warm) == len(cold) == 2, text)
+        text = "temperatures must increase and viscosities decrease from point to point"
+        of("walther_viscosities", warm[0] < warm[1] and cold[0] > cold[1], text)
+    text = f"is missing; pressure_law {oil.pressure_law} needs it, mineral oils have 15 to 25 1/GPa"
+    of("pressure_viscosity", oil.pressure_viscosity > 0.0 or oil.pressure_law == "none", text)
+
+
+def _check_combustion(burn: Combustion) -> None:
+    of, latest = partial(need, "combustion"), 1.5 * math.pi
+    text = "must lie before the start of combustion, in (-270, 0) deg after firing dead centre"
+    of("intake_closes", -latest < burn.intake_closes < min(burn.start, 0.0), text)
+    text = "must lie after the end of combustion, below 270 deg after firing dead centre"
+    of("exhaust_opens", burn.start + burn.duration <= burn.exhaust_opens < latest, text)
