@@ -19,7 +19,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from cranktrain.core.kernel import keep_record, kernel_address
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation
 from cranktrain.engine.lubricant import oil_temperature, viscosity
@@ -27,6 +26,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.film.journal.grid import cold_start, journal_grid, journal_work
+from cranktrain.film.laws.bearings import Bearings, bearing_parameters, enter, law_films
 from cranktrain.film.laws.ehd import IN_LOOP as ELASTIC_IN_LOOP
 from cranktrain.film.laws.ehd import elastic_bore, elastic_law, film_size
 from cranktrain.film.laws.films import (
@@ -36,17 +36,18 @@ from cranktrain.film.laws.films import (
     ELAPSED,
     FORCE,
     GAIN,
+    MEMORY,
     OPEN_STAGE,
     OPEN_STEP,
+    RUBBING,
     SIN,
-    SIZE,
     SPEED,
     STEP,
     Films,
     film_call,
     no_films,
 )
-from cranktrain.film.laws.plane import bearing_force, bearing_parameters
+from cranktrain.film.laws.register import PLAIN, bearing_law
 from cranktrain.film.laws.rigid_bore import IN_LOOP as RIGID_IN_LOOP
 from cranktrain.film.laws.rigid_bore import reynolds_law, rigid_bore, table_law
 from cranktrain.film.table.database import FilmTable
@@ -147,14 +148,14 @@ def engine_orbit(simulation: Simulation) -> Orbit:
 @kernel
 def around(films, places, velocities, kept, h, forces, carry):
     """Films over one cycle; ``carry``: close every step and keep what films remember in ``kept[1:]``."""
-    out = films.plane
+    out = films.out
     numbers = films.numbers
     numbers[ELAPSED] = h
     numbers[STEP] = h
     numbers[GAIN] = h
     for n in range(places.shape[0] - 1):
         for i in range(places.shape[1]):
-            if films.values[0] > 0.0:
+            if films.traits[MEMORY] > 0.0:
                 for k in range(4):
                     films.place[i, k] = places[n, i, k]
                 film_call(films, OPEN_STEP, i, kept[n, i], out)
@@ -171,21 +172,19 @@ def around(films, places, velocities, kept, h, forces, carry):
                 film_call(films, CLOSE_STEP, i, kept[n + 1, i], out)
 
 
-@kernel
-def around_plane(law, table, places, velocities, out, forces):
-    """Films that feel no tilt, over one cycle; their moments are zero."""
-    for n in range(places.shape[0] - 1):
-        for i in range(places.shape[1]):
-            p = places[n + 1, i]
-            v = velocities[n + 1, i]
-            bearing_force(law, p[0], p[1], v[0], v[1], 0.5 * RUNNING, 1.0, 0.0, table, out)
-            for k in range(4):
-                forces[n, i, k] = out[k] if k < 2 else 0.0
-
-
 def oil(engine: Engine) -> float:
     """Viscosity at the running speed, Pa s."""
     return viscosity(engine.oil, oil_temperature(engine.oil, RUNNING))
+
+
+def plane_films(engine: Engine, orbit: Orbit, level: str) -> OrbitFilms:
+    """Films that feel no tilt; their moments are zero."""
+    bearing, count = engine.plain_mains, orbit.count
+    parameters = np.tile(bearing_parameters(bearing, oil(engine)), (count, 1))
+    films = law_films(bearing_law(level), PLAIN, Bearings(parameters, bearing))
+    films.numbers[SPEED] = films.numbers[RUBBING] = RUNNING
+    films.numbers[COS] = 1.0
+    return OrbitFilms(films, orbit, np.zeros((STEPS + 1, count, 1)), np.empty((STEPS, count, 4)))
 
 
 def rigid_films(
@@ -193,15 +192,14 @@ def rigid_films(
 ) -> OrbitFilms:
     """Films solved in place on ``grid``, or read from ``table``."""
     bearing, count = engine.plain_mains, orbit.count
-    level = "reynolds" if table is None else "table"
     films = _films(count)
-    parameters = np.tile(bearing_parameters(bearing, oil(engine), level), (count, 1))
+    parameters = np.tile(bearing_parameters(bearing, oil(engine)), (count, 1))
     record = rigid_bore(bearing, parameters, table, films.solved)
     if table is None:
         chosen = journal_grid(*grid)
         active = np.array([cold_start(chosen)] * count)
         record = record._replace(grid=chosen, journal=journal_work(chosen), active=active)
-    _install(films, reynolds_law if table is None else table_law, record)
+    enter(films, reynolds_law if table is None else table_law, record)
     return OrbitFilms(films, orbit, np.zeros((STEPS + 1, count, 1)), np.empty((STEPS, count, 4)))
 
 
@@ -213,8 +211,8 @@ def elastic_films(
     films = _films(count)
     record = elastic_bore(engine.plain_mains, np.full(count, oil(engine)), bore, grid)
     size = film_size(record.film)
-    films.values[0] = size
-    _install(films, elastic_law, record)
+    films.traits[MEMORY] = size
+    enter(films, elastic_law, record)
     result = OrbitFilms(films, orbit, np.zeros((STEPS + 1, count, size)), np.empty((STEPS, count, 4)))
     for _ in range(LAPS):
         result.carry()
@@ -234,16 +232,10 @@ def softest(bore: BoreCompliance, count: int) -> BoreCompliance:
 
 
 def _films(count: int) -> Films:
-    films = no_films(count)._replace(plane=np.zeros(SIZE))
-    films.numbers[SPEED] = RUNNING
+    films = no_films(count)
+    films.numbers[SPEED] = films.numbers[RUBBING] = RUNNING
     films.numbers[COS] = 1.0
     return films
-
-
-def _install(films: Films, law: Any, record: Any) -> None:
-    films.entry[1] = keep_record(record, films.entry)
-    memory, out = np.zeros(1), np.zeros(SIZE)
-    films.entry[0] = kernel_address(law, 0, 0, 0, films.place[0], films.velocity[0], films.numbers, memory, out)
 
 
 def interleaved(cases: Sequence[Callable[[], None]], repeats: int) -> list[float]:

@@ -20,10 +20,10 @@ from numba import njit
 
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.lubricant import oil_temperature, viscosity
+from cranktrain.film.laws.bearings import bearing_parameters
 from cranktrain.film.laws.impedance import impedance_map, journal_force
 from cranktrain.film.laws.parabolic import WORK_SIZE, film_force, node_table
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_LOAD, FACTOR, KAPPA2
-from cranktrain.film.laws.plane import bearing_parameters
 
 SPEED = 2000.0 * math.pi / 30.0
 COUNT, REPEATS = 4000, 15
@@ -70,7 +70,7 @@ def main() -> int:
     """Measure and print."""
     engine = load_engine("diesel_i6")
     eta = viscosity(engine.oil, oil_temperature(engine.oil, SPEED))
-    law = bearing_parameters(engine.plain_mains, eta, "impedance")
+    law = bearing_parameters(engine.plain_mains, eta)
     nodes, work, out = node_table(), np.zeros(WORK_SIZE), np.zeros(16)
     rng = np.random.default_rng(1)
     scattered = np.column_stack(

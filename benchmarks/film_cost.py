@@ -31,11 +31,10 @@ from _film_orbit import (
     Array,
     Orbit,
     OrbitFilms,
-    around_plane,
     elastic_films,
     engine_orbit,
     interleaved,
-    oil,
+    plane_films,
     rigid_films,
     softest,
     started,
@@ -49,9 +48,6 @@ from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.film.laws.ehd import IN_LOOP as ELASTIC_IN_LOOP
 from cranktrain.film.laws.ehd import SHAPES
-from cranktrain.film.laws.impedance import impedance_map
-from cranktrain.film.laws.parameters import KAPPA2
-from cranktrain.film.laws.plane import bearing_parameters
 from cranktrain.film.laws.rigid_bore import IN_LOOP as RIGID_IN_LOOP
 from cranktrain.film.table.database import FilmTable, TableSettings
 from cranktrain.store.film_tables import film_table
@@ -83,14 +79,6 @@ def errors(films: Array, finest: Array) -> dict[str, float]:
         f"{name}_error": rounded(np.linalg.norm(difference[..., part]) / np.linalg.norm(finest[..., part]))
         for name, part in (("force", slice(0, 2)), ("moment", slice(2, 4)))
     }
-
-
-def plane_films(engine: Engine, orbit: Orbit, level: str) -> tuple[Callable[[], None], Array]:
-    """Films without tilt over the cycle: what calls them, and the forces it fills."""
-    law = bearing_parameters(engine.plain_mains, oil(engine), level)
-    forces = np.zeros((STEPS, orbit.count, 4))
-    table = impedance_map(float(law[KAPPA2]))
-    return partial(around_plane, law, table, orbit.places, orbit.velocities, np.zeros(16), forces), forces
 
 
 def grid_part(engine: Engine, orbits: dict[str, Orbit], table: FilmTable, bore: BoreCompliance) -> dict[str, Any]:
@@ -127,12 +115,12 @@ def grid_part(engine: Engine, orbits: dict[str, Orbit], table: FilmTable, bore: 
             exact = reference.forces
     tabled = rigid_films(engine, rigid, table=table)
     tabled.call()
-    mapped, forces = plane_films(engine, rigid, "impedance")
-    mapped()
-    for name, call, found in (("table", tabled.call, tabled.forces), ("impedance", mapped, forces)):
-        result[name] = errors(found, exact)
+    mapped = plane_films(engine, rigid, "impedance")
+    mapped.call()
+    for name, films in (("table", tabled), ("impedance", mapped)):
+        result[name] = errors(films.forces, exact)
         rows.append(result[name])
-        cases.append(call)
+        cases.append(films.call)
     result["table"]["not_from_table"] = int(tabled.films.solved[0])
     for row, seconds in zip(rows, interleaved(cases, REPEATS), strict=True):
         row["us"] = rounded(1e6 * seconds / STEPS)
@@ -189,7 +177,7 @@ class Cycle:
 
 def levels_part(engine: Engine, cycles: dict[str, Cycle], orbit: Orbit) -> dict[str, dict[str, Any]]:
     """Real-time factor of the engine by level, its films and the rest."""
-    plane = [plane_films(engine, orbit, level)[0] for level in LEVELS[:2]]
+    plane = [plane_films(engine, orbit, level).call for level in LEVELS[:2]]
     per_film = [seconds / (STEPS * orbit.count) for seconds in interleaved(plane, REPEATS)]
     taken = interleaved(list(cycles.values()), ENGINE_REPEATS)
     result = {}

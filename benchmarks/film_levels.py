@@ -21,7 +21,7 @@ from _engine_run import SPEED, engine_and_body
 
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation
 from cranktrain.film.elastic.grid import ElasticGrid
-from cranktrain.film.laws import bearings
+from cranktrain.film.laws import ehd
 from cranktrain.film.laws.ehd import IN_LOOP, SHAPES, elastic_bore
 from cranktrain.film.table.database import TableSettings
 from cranktrain.store.film_tables import film_table
@@ -42,7 +42,7 @@ def main() -> int:
     bore = bore_compliance(engine, SHAPES, with_motion=True)
 
     def run(level: str, grid: ElasticGrid = IN_LOOP, **choices: Any) -> dict[str, Any]:
-        bearings.elastic_bore = partial(elastic_bore, grid=grid)
+        ehd.elastic_bore = partial(elastic_bore, grid=grid)
         print(f"film_levels: {level} {choices}", file=sys.stderr, flush=True)
         simulation = Simulation(engine, body, Settings(bearings=level, **choices), parts=Parts(table=table, bore=bore))
         simulation.inputs[0] = SPEED

@@ -10,9 +10,10 @@ from scipy.interpolate import CubicSpline
 from cranktrain.core.reduced_body import rigid
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.lubricant import oil_temperature, viscosity
+from cranktrain.film.laws.bearings import thrust_bearing
+from cranktrain.film.laws.films import FORCE, SPEED, film_call
 from cranktrain.film.laws.impedance import impedance_map, journal_force
 from cranktrain.film.laws.parabolic import film_geometry, friction_torque
-from cranktrain.film.laws.thrust import thrust_force, thrust_parameters
 from cranktrain.loads.gas_pressure import GasTrace
 
 RECENTRING_REVOLUTIONS = 2.0
@@ -60,7 +61,7 @@ class PlainModel:
         )
         self.contact = 0.5 * bearing.contact_pressure * bearing.width * bearing.diameter
         self.map = impedance_map(kappa2)
-        self.thrust = thrust_parameters(engine.thrust, self.viscosity, settings.bearings == "linear")
+        self.thrust = thrust_bearing(engine.thrust, self.viscosity, settings.bearings != "linear", False)
         rod, cylinders = engine.rod, engine.cylinders
         self.area = 0.25 * np.pi * cylinders.bore**2
         self.m_big, self.m_osc = rod.big_end_mass, rod.small_end_mass + cylinders.piston_mass
@@ -147,6 +148,13 @@ class PlainModel:
             )
         return force, torque, seen
 
+    def collar(self, q, v, omega):
+        """Axial force of the thrust bearing."""
+        thrust = self.thrust
+        thrust.place[0, 0], thrust.velocity[0, 0], thrust.numbers[SPEED] = self.axial @ q, self.axial @ v, omega
+        film_call(thrust, FORCE, 0, thrust.out, thrust.out)
+        return thrust.out[0]
+
     def loads(self, frame, q, v):
         """Modal force of everything but the rods, (n,)."""
         theta, omega, omega_dot, lead, rate = frame
@@ -162,7 +170,7 @@ class PlainModel:
         # Gravity on the displaced mass, about the frame's axis.
         x, y = body.translation[:2] @ q
         out[5] += body.shapes[body.index("pulley"), 5, 5] * g * (y * np.sin(theta) - x * np.cos(theta))
-        out += thrust_force(self.axial @ q, self.axial @ v, omega, self.thrust)[0] * self.axial
+        out += self.collar(q, v, omega) * self.axial
         out -= (self.damping * v) + 2 * omega * body.gyroscopic @ v
         stiffness = omega**2 * (body.stress_stiffness - body.centrifugal) + omega_dot * body.gyroscopic
         return out - body.omega**2 * q - stiffness @ q
@@ -229,7 +237,7 @@ class PlainModel:
         twist, twist_rate = lead + self.flywheel @ q, rate + self.flywheel @ v
         force, torque, seen = self.journals(theta, omega, q, v)
         spin = omega + self.main_turn @ v
-        axial = thrust_force(self.axial @ q, self.axial @ v, omega, self.thrust)[0]
+        axial = self.collar(q, v, omega)
         return {
             "gas": -gauge @ motion[:, 1],
             "shaft": (drive.stiffness * twist + drive.damping * twist_rate) * self.speed,

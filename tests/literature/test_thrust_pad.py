@@ -17,7 +17,7 @@ from cranktrain.film.laws.thrust import AMBIENT, WEDGE, pad_damping, pad_force, 
 BEARING = load_engine("diesel_i6").thrust
 RADIUS, LENGTH, WIDTH = pad_size(BEARING)
 VISCOSITY, SPEED = 0.012, 200.0
-FILM = thrust_parameters(BEARING, VISCOSITY, linear=False)
+FILM = thrust_parameters(BEARING, VISCOSITY)
 
 
 def solved_pad(film, closing, sliding, least_pressure=-np.inf, along=160, across=20):

@@ -8,6 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, FORCE, SIN, film_call
 from cranktrain.film.laws.impedance import impedance_map, journal_force, pressure_and_flow
 from cranktrain.film.laws.parabolic import (
     WORK_SIZE,
@@ -17,7 +19,7 @@ from cranktrain.film.laws.parabolic import (
     friction_torque,
     node_table,
 )
-from cranktrain.film.laws.plane import bearing_force, bearing_parameters
+from cranktrain.film.laws.register import PLAIN, bearing_law
 
 BEARING = load_engine("diesel_i6").main_bearing
 VISCOSITY = 0.012
@@ -192,15 +194,18 @@ def test_friction_brakes_and_is_petroffs_in_the_middle():
 
 
 def test_springs_and_dampers_stand_still_in_space():
-    parameters = bearing_parameters(BEARING, VISCOSITY, "linear")
-    out = np.zeros(16)
+    films = law_films(bearing_law("linear"), PLAIN, Bearings(bearing_parameters(BEARING, VISCOSITY)[None], BEARING))
+    out = films.out
     place, velocity = np.array([3e-6, -2e-6]), np.array([1e-3, 2e-3])
     for angle in (0.0, 0.7, 2.0):
         c, s = math.cos(angle), math.sin(angle)
         to_space = np.array([[c, -s], [s, c]])
-        bearing_force(parameters, *place, *velocity, SPIN, c, s, MAP, out)
+        films.place[0, :2], films.velocity[0, :2] = place, velocity
+        films.numbers[[COS, SIN]] = c, s
+        assert film_call(films, FORCE, 0, out, out) == 0
+        by_place, by_velocity = (out[k : k + 16].reshape(4, 4)[:2, :2] for k in (BY_PLACE, BY_VELOCITY))
         x, v = to_space @ place, to_space @ velocity
         expected = -np.array([BEARING.stiffness_x, BEARING.stiffness_y]) * x
         expected -= np.array([BEARING.damping_x, BEARING.damping_y]) * v
         assert to_space @ out[:2] == pytest.approx(expected, rel=1e-12)
-        assert out[:2] == pytest.approx(out[2:6].reshape(2, 2) @ place + out[6:10].reshape(2, 2) @ velocity, rel=1e-12)
+        assert out[:2] == pytest.approx(by_place @ place + by_velocity @ velocity, rel=1e-12)

@@ -14,7 +14,7 @@ from cranktrain.dynamics.motion.linear_algebra import (
     solve_rows,
 )
 from cranktrain.engine.file import load_engine
-from cranktrain.film.laws.plane import bearing_parameters
+from cranktrain.film.laws.bearings import bearing_parameters
 from cranktrain.film.laws.rigid_bore import RigidBore, rigid_bore
 
 SIZES = [1, 2, 3, 4, 5, 6, 7, 8, 9, 27, 62]
@@ -91,7 +91,7 @@ def test_products(rows):
 def test_a_record_of_other_arrays_than_its_law_reads_is_refused():
     """A law that read it all the same would read memory that is not there."""
     bearing = load_engine("diesel_i6").main_bearing
-    good = rigid_bore(bearing, np.tile(bearing_parameters(bearing, 0.01, "reynolds"), (2, 1)), None, np.zeros(1))
+    good = rigid_bore(bearing, np.tile(bearing_parameters(bearing, 0.01), (2, 1)), None, np.zeros(1))
     owner = np.zeros(1)
     assert keep_record(good, owner) > 0
     with pytest.raises(TypeError, match=RigidBore.__name__):

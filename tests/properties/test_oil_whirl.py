@@ -12,8 +12,8 @@ import pytest
 from rotor_on_films import SPEED, C, rotor
 
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
-from cranktrain.film.laws.impedance import journal_force
-from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, VISCOSITY
+from cranktrain.film.laws.impedance import impedance_map, journal_force
+from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, KAPPA2, VISCOSITY
 from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid, whirl_threshold
 
 
@@ -47,7 +47,7 @@ def critical_mass(load):
     for _ in range(100):
         journal_force(
             *place, 0.0, 0.0, 0.5 * SPEED, law[CLEARANCE], law[FACTOR], law[CONTACT_HEIGHT], law[CONTACT_LOAD],
-            simulation.model.impedance, out,
+            impedance_map(law[KAPPA2]), out,
         )  # fmt: skip
         move = -np.linalg.solve(out[2:6].reshape(2, 2), out[:2] + np.array([load, 0.0]))
         place = place + move * min(1.0, 0.1 * C / max(np.hypot(*move), 1e-12))

@@ -20,7 +20,7 @@ from cranktrain.engine.roller_bearing import (
     iso_profile,
     main_roller,
 )
-from cranktrain.film.laws.bearings import tilted_films
+from cranktrain.film.laws.bearings import Bearings, law_films
 from cranktrain.film.laws.films import (
     ANGLE,
     BY_VELOCITY,
@@ -36,7 +36,7 @@ from cranktrain.film.laws.films import (
     film_call,
 )
 from cranktrain.film.laws.parameters import CLEARANCE, WIDTH
-from cranktrain.film.laws.plane import CODES
+from cranktrain.film.laws.register import PLAIN, ROLLER, bearing_law
 from cranktrain.film.laws.roller import roller_parameters
 from cranktrain.film.laws.roller_contacts import (
     BY_PLACE,
@@ -293,7 +293,7 @@ MAINS = RollerBearings(
 
 def law(mains, i, place, velocity=(0.0, 0.0, 0.0, 0.0), theta=0.0, action=FORCE):
     """Forces (4,), tangents by place and by velocity, and all that the law writes; the frame stands at ``theta``."""
-    films = tilted_films(None, "roller", roller_parameters(mains, CODES["roller"]), rollers=mains)
+    films = law_films(bearing_law("roller"), ROLLER, Bearings(roller_parameters(mains), rollers=mains))
     films.numbers[COS], films.numbers[SIN], films.numbers[ANGLE] = math.cos(theta), math.sin(theta), theta
     films.place[i], films.velocity[i] = place, velocity
     out = np.full(SIZE, np.nan)
@@ -372,7 +372,7 @@ def test_figures_that_are_shown():
     assert out[GAP] == 0.0 and math.sin(out[GAP_ANGLE]) == pytest.approx(-1.0)
     scale = bearing.travel + 0.5 * bearing.clearance
     assert out[ECCENTRICITY] == pytest.approx(60e-6 / scale)
-    parameters = roller_parameters(MAINS, CODES["roller"])
+    parameters = roller_parameters(MAINS)
     assert parameters[0, CLEARANCE] == pytest.approx(scale) and parameters[1, WIDTH] == 20e-3
     free = law(MAINS, 0, np.array([0.0, -5e-6, 0.0, 2e-6]), action=OBSERVE)[-1]
     assert free[GAP] == pytest.approx(20e-6 - 5e-6 - 2e-6) and not free[:4].any()
@@ -380,11 +380,11 @@ def test_figures_that_are_shown():
 
 
 def test_levels_that_lack_what_they_need_say_so():
-    parameters = roller_parameters(MAINS, CODES["roller"])
+    parameters = roller_parameters(MAINS)
     with pytest.raises(InputError, match=r"'roller' needs \[main_roller\]"):
-        tilted_films(None, "roller", parameters)
+        law_films(bearing_law("roller"), ROLLER, Bearings(parameters))
     with pytest.raises(InputError, match=r"'reynolds' needs \[main_bearing\]"):
-        tilted_films(None, "reynolds", parameters, rollers=MAINS)
+        law_films(bearing_law("reynolds"), PLAIN, Bearings(parameters, rollers=MAINS))
 
 
 # The engine's table ---------------------------------------------------------------------------------------------------

@@ -9,6 +9,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.bearings import thrust_bearing
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FORCE, film_call
 from cranktrain.film.laws.thrust import (
     AMBIENT,
     PADS,
@@ -25,7 +27,7 @@ from cranktrain.film.laws.thrust import (
 
 BEARING = load_engine("diesel_i6").thrust
 VISCOSITY = 0.012
-FILM = thrust_parameters(BEARING, VISCOSITY, linear=False)
+FILM = thrust_parameters(BEARING, VISCOSITY)
 HALF = 0.5 * BEARING.clearance
 SPEED = 200.0
 PLACES = st.floats(-1.03, 1.03).map(lambda share: share * HALF)
@@ -106,8 +108,10 @@ def test_closed_it_is_collar_and_block_in_series():
     # Deep in contact the film is frozen and the spring's slope remains; the other side has no film to speak of.
     deep = thrust_force(HALF + 3e-6, 0.0, 0.0, FILM)[0] - thrust_force(HALF + 2e-6, 0.0, 0.0, FILM)[0]
     assert -deep / 1e-6 == pytest.approx(series, rel=1e-3)
-    linear = thrust_parameters(BEARING, VISCOSITY, linear=True)
-    assert thrust_force(1e-6, 0.0, SPEED, linear) == pytest.approx((-1e-6 * series, -series, -BEARING.damping))
+    closed = thrust_bearing(BEARING, VISCOSITY, clearance=False, tilt=False)
+    closed.place[0, 0] = 1e-6
+    film_call(closed, FORCE, 0, closed.out, closed.out)
+    assert closed.out[[0, BY_PLACE, BY_VELOCITY]] == pytest.approx((-1e-6 * series, -series, -BEARING.damping))
     assert closed_stiffness(replace(BEARING, block_stiffness=1e30)) == pytest.approx(BEARING.contact_stiffness)
 
 

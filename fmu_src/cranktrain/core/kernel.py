@@ -10,8 +10,8 @@ edit compiles anew what rests on it and nothing else. They are not kept at all w
 would then put them beside the sources.
 
 Numba compiles a kernel together with all that it calls, once more at every level above. Large force laws of which a run
-needs one at most are therefore called at their address, as C would call them: each is compiled by itself, and only
-where a model uses it.
+needs one at most are therefore called at their address, by numba's own convention: each is compiled by itself, and
+only where a model uses it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from llvmlite import ir  # type: ignore[import-untyped]
 from numba import config, njit, typeof, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
@@ -46,27 +45,28 @@ def _kernel_folder(file: str) -> str:
     return str(folder)
 
 
-_OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": False, "boundscheck": False, "_nrt": False}
+_OPTIONS: dict[str, Any] = {
+    "error_model": "numpy",
+    "fastmath": False,
+    "boundscheck": False,
+    "_nrt": False,
+    "no_cfunc_wrapper": True,
+}
 
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile ``function`` in the native-safe subset, cached on disk where possible."""
-    return _compiled(function, no_cfunc_wrapper=True)
-
-
-def law_kernel(function: Callable[..., Any]) -> Any:
-    """Like :func:`kernel`, for one that is called at its address."""
-    return _compiled(function)
-
-
-def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     folder = _kernel_folder(function.__code__.co_filename)
     kept = getattr(config, "CACHE_DIR", "")
     setattr(config, "CACHE_DIR", folder)  # noqa: B010 - numba makes its settings at run time, unknown to a type checker
     try:
-        return njit(cache=bool(folder), **_OPTIONS, **options)(function)
+        return njit(cache=bool(folder), **_OPTIONS)(function)
     finally:
         setattr(config, "CACHE_DIR", kept)  # noqa: B010
+
+
+law_kernel = kernel
+"""For kernels that are called at their address."""
 
 
 def kernel_address(function: Any, *arguments: Any) -> int:
@@ -76,7 +76,7 @@ def kernel_address(function: Any, *arguments: Any) -> int:
     compiled = function.overloads[signature]
     if types.unliteral(compiled.signature.return_type) != types.int64:
         raise TypeError(f"{function.py_func.__name__} must return an integer to be called at its address")
-    return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name))
+    return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
 
 
 @intrinsic
@@ -85,10 +85,12 @@ def call_kernel(typing_context: Any, address: Any, arguments: Any) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         pointer, packed = values
-        kinds = [context.get_value_type(kind) for kind in arguments.types]
-        function = ir.FunctionType(context.get_value_type(types.int64), kinds)
+        kinds = tuple(arguments.types)
+        function = context.call_conv.get_function_type(types.int64, kinds).as_pointer()
         unpacked = [builder.extract_value(packed, k) for k in range(len(kinds))]
-        return builder.call(builder.inttoptr(pointer, function.as_pointer()), unpacked)
+        callee = builder.inttoptr(pointer, function)
+        _, result = context.call_conv.call_function(builder, callee, types.int64, kinds, unpacked)
+        return result
 
     return types.int64(address, arguments), generate
 

@@ -16,7 +16,6 @@ import numpy as np
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid
 from cranktrain.dynamics.model.arrays import ModelArrays, Parts, build_model, dimensions, supply_temperature
-from cranktrain.dynamics.model.mains import HELD
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.model.slots import AMBIENT, DAMPER_TEMPERATURE
 from cranktrain.dynamics.model.state import (
@@ -50,6 +49,7 @@ from cranktrain.dynamics.warm_films import (
 )
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.parameters import CLEARANCE
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.damper import balanced_temperature as damper_balance_temperature
 from cranktrain.loads.damper import power_warning, required_damper, with_damper_housing
 from cranktrain.loads.gas_pressure import GasTrace
@@ -474,7 +474,7 @@ def _run(simulation: Simulation, cycles: int, progress: Callable[[float], None] 
         if done < per_cycle:
             raise
     series, times = series[: done + 1], times[: done + 1]
-    counters, held = simulation.work.counters, simulation.settings.bearings == HELD
+    counters, locked = simulation.work.counters, not bearing_law(simulation.settings.bearings).carries
     if counters[6] > 0.0:
         warnings.warn(
             f"{counters[6]:.0f} of {counters[0]:.0f} steps missed the tolerance of {simulation.settings.tolerance:g} "
@@ -487,7 +487,7 @@ def _run(simulation: Simulation, cycles: int, progress: Callable[[float], None] 
         outputs={
             name: series[:, i].copy()
             for i, name in enumerate(simulation.output_names)
-            if not (held and name.startswith(("bearing[", "thrust.", "pulley.axial")))
+            if not (locked and name.startswith(("bearing[", "thrust.", "pulley.axial")))
         },
         counters={
             "steps": int(counters[0]),

@@ -15,7 +15,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model.block import BlockArrays, block_arrays
 from cranktrain.dynamics.model.bodies import held, standing_body, with_big_ends, with_rotor
-from cranktrain.dynamics.model.mains import HELD, main_bearings
+from cranktrain.dynamics.model.mains import main_bearings
 from cranktrain.dynamics.model.ports import lay_ports
 from cranktrain.dynamics.model.settings import (
     BOUNDARIES,
@@ -46,13 +46,10 @@ from cranktrain.dynamics.time.integrator_tables import EMBEDDED, ORDERS
 from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
-from cranktrain.film.laws.bearings import floating_films
-from cranktrain.film.laws.films import Films
-from cranktrain.film.laws.impedance import impedance_map
-from cranktrain.film.laws.parameters import KAPPA2
-from cranktrain.film.laws.plane import bearing_parameters
-from cranktrain.film.laws.register import bearing_law
-from cranktrain.film.laws.thrust import thrust_parameters
+from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films, thrust_bearing
+from cranktrain.film.laws.films import MEMORY, Films
+from cranktrain.film.laws.parameters import COLUMNS
+from cranktrain.film.laws.register import BIG_END, bearing_law
 from cranktrain.film.table.database import FilmTable
 from cranktrain.loads.damper import PARAMETERS, damper_parameters, damper_temperature, required_damper
 from cranktrain.loads.gas_pressure import GasTrace, kinks, spline_coefficients
@@ -84,20 +81,18 @@ class ModelArrays(NamedTuple):
     block: BlockArrays
     ends: Array  # (3, n_t): flywheel z-rotation, pulley z-rotation, pulley z
     tilts: Array  # (2b, n_t): rotation about x and y of each main journal
-    bearings: Array  # (b, 13) see film.laws
-    thrust: Array  # see film.thrust
+    bearings: Array  # (b, COLUMNS) see film.laws.parameters
+    films: Films  # of the main bearings, with their memory of a step
+    thrust: Films  # the thrust bearing, see film.laws.thrust
     pins: Array  # (c, 2) undeformed x, y of each rod's pin
-    big_ends: Array  # (c, 13) like ``bearings``: the film between pin and rod, where the big end is not rigid
-    floating: Films  # of the big ends where they are read from a table
+    big_ends: Array  # (c, COLUMNS) like ``bearings``: the film between pin and rod, where the big end is not rigid
+    floating: Films  # of the big ends
     connections: Array  # (k, 5) force laws: number of Newton ports that each couples, then those ports
     scales: Array  # (n_newton,) displacement of a Newton port that counts as much as a clearance
     layout: Array  # (12,) see dynamics.ports
     damper: Array  # see loads.damper
     cylinders: Array  # (c, 11)
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
-    impedance: Array  # film.impedance map of the main bearings
-    big_end_impedance: Array  # likewise of the big ends
-    films: Films  # of the main bearings where they feel tilt, with their memory of a step
     scalars: Array  # (12,)
     kinks: Array  # (k,) angles after firing dead centre at which the built-in trace is least smooth
     choices: Array  # (7,) gas source, reconstruction, Newton tolerance, largest change of a film over a step, tolerance
@@ -121,7 +116,7 @@ class Dimensions(NamedTuple):
 def dimensions(model: ModelArrays) -> Dimensions:
     """Sizes of a model."""
     b = model.bearings.shape[0]
-    films = b * int(model.films.values[0])
+    films = b * int(model.films.traits[MEMORY])
     turning = int(model.layout[TURNING_MODES])
     return Dimensions(
         model.omega2.size, turning, b, model.cylinders.shape[0], model.scales.size, int(model.layout[PORTS]),
@@ -170,14 +165,13 @@ def build_model(
     eta = viscosity(engine.oil, supply_temperature(engine, settings, speed))
     flexible = settings.block == "flexible"
     journals, mains, films = main_bearings(engine, settings.bearings, eta, temperatures, parts.table, parts.bore)
-    # Rigid big ends have no film, but kernels want one of the same form.
-    floating = engine.big_end_bearing or engine.main_bearing
-    big_ends = np.zeros((engine.n_cylinders, 13))
-    if floating is not None:
-        big_ends[:] = bearing_parameters(floating, eta, "table" if settings.big_ends == "table" else "impedance")
-    if settings.bearings == HELD:
+    big_ends = np.zeros((engine.n_cylinders, COLUMNS))
+    if engine.big_end_bearing is not None:
+        big_ends[:] = bearing_parameters(engine.big_end_bearing, eta)
+    pin_films = Bearings(big_ends, engine.big_end_bearing, parts={"big_end_table": parts.big_end_table})
+    law = bearing_law(settings.bearings)
+    if not law.carries:
         body = held(body)
-    linear = not bearing_law(settings.bearings).clearance
     thrust = replace(engine.thrust, block_stiffness=math.inf) if flexible else engine.thrust
     crank_modes, crank_mass, crank_centre = body.n_modes, body.mass, body.centre
     if settings.big_ends != "rigid":
@@ -246,18 +240,16 @@ def build_model(
         ends=contiguous(np.array([shapes[flywheel, 5], shapes[pulley, 5], shapes[pulley, 2]])),
         tilts=contiguous(tilts),
         bearings=mains,
-        thrust=thrust_parameters(thrust, eta, linear),
+        thrust=thrust_bearing(thrust, eta, law.clearance, journals.tilted),
         pins=contiguous(pins),
         big_ends=big_ends,
-        floating=floating_films(floating, settings.big_ends, big_ends, parts.big_end_table),
+        floating=law_films(bearing_law(settings.big_ends), BIG_END, pin_films),
         connections=ports.connections,
         scales=ports.scales,
         layout=ports.layout,
         damper=damper,
         cylinders=cylinder_parameters(engine, settings.big_ends != "rigid"),
         gas=contiguous(np.array([spline_coefficients(gas.motored), spline_coefficients(rise)])),
-        impedance=_impedance(mains),
-        big_end_impedance=_impedance(big_ends),
         films=films,
         scalars=scalars,
         kinks=kinks(gas.fired),
@@ -275,11 +267,6 @@ def build_model(
         ),
         stages=contiguous(stages),
     )
-
-
-def _impedance(bearings: Array) -> Array:
-    """Impedance map of bearings alike, or of none: rollers and held journals have no film."""
-    return impedance_map(float(bearings[0, KAPPA2] if len(bearings) else 0.0) or 1.0)
 
 
 def supply_temperature(engine: Engine, settings: Settings, speed: float) -> float:

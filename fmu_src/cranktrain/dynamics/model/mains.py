@@ -1,11 +1,7 @@
-"""Main bearings of a run: their law, their data, and over which width tilt counts.
-
-At level ``held`` there are none: a crank that only twists turns about an axis that is given.
-"""
+"""Main bearings of a run: their law, their data, and over which width tilt counts."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,39 +12,41 @@ from cranktrain.dynamics.model.ports import MainJournals
 from cranktrain.engine.lubricant import viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
-from cranktrain.film.laws.bearings import tilted_films
+from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films
 from cranktrain.film.laws.films import Films
-from cranktrain.film.laws.parameters import CLEARANCE, WIDTH
-from cranktrain.film.laws.plane import CODES, bearing_parameters
-from cranktrain.film.laws.register import bearing_law
+from cranktrain.film.laws.parameters import CLEARANCE, COLUMNS, WIDTH
+from cranktrain.film.laws.register import PLAIN, ROLLER, bearing_law, usual_level
 from cranktrain.film.laws.roller import roller_parameters
 from cranktrain.film.table.database import FilmTable
 
-HELD = "held"
-
 
 class Mains(NamedTuple):
-    """Layout, parameters (b, 13) and films of the main bearings."""
+    """Layout, parameters (b, COLUMNS) and films of the main bearings; b is 0 where journals are locked."""
 
     journals: MainJournals
     parameters: Array
     films: Films
 
 
+def mains_kind(engine: Engine) -> str:
+    """Kind of an engine's main bearings, see :mod:`cranktrain.film.laws.register`."""
+    return PLAIN if engine.main_roller is None else ROLLER
+
+
 def check_mains(engine: Engine, level: str) -> None:
     """Refuse a level that the engine's main bearings do not know; ``InputError``."""
-    if level == HELD:
+    kind = mains_kind(engine)
+    if kind in bearing_law(level).forms:
         return
-    if engine.main_roller is not None and level not in ("roller", "linear"):
+    if kind == ROLLER:
         raise InputError(
             f"bearing level '{level}' needs oil films, but the mains of engine '{engine.name}' are rollers; "
-            "use roller or linear"
+            f"use {usual_level(ROLLER)} or linear"
         )
-    if engine.main_roller is None and level == "roller":
-        raise InputError(
-            f"bearing level 'roller' needs [main_roller], but the mains of engine '{engine.name}' are plain bearings; "
-            "use impedance or another film"
-        )
+    raise InputError(
+        f"bearing level '{level}' needs [main_roller], but the mains of engine '{engine.name}' are plain bearings; "
+        f"use {usual_level(PLAIN)} or another film"
+    )
 
 
 def main_bearings(
@@ -61,28 +59,24 @@ def main_bearings(
 ) -> Mains:
     """Main bearings at a level, with films of viscosity ``eta``, or each at that of its own temperature (b,), K.
 
-    Rollers know the levels ``roller`` and ``linear``, which is the same law with constant stiffness.
-
     Raises
     ------
     InputError
         a level that the engine's bearings do not know, or that lacks what it needs
     """
     check_mains(engine, level)
-    count = len(engine.crankshaft.main_widths)
+    count, law, kind = len(engine.crankshaft.main_widths), bearing_law(level), mains_kind(engine)
     if temperatures is not None and np.shape(temperatures) != (count,):
         raise InputError(f"film temperatures of the form {np.shape(temperatures)}; give one for each of {count} mains")
-    if level == HELD:
-        nothing = np.zeros(0)
-        films = tilted_films(None, "linear", np.zeros((1, 13)))
-        return Mains(MainJournals(nothing, nothing, False), np.zeros((0, 13)), films)
-    if engine.main_roller is not None:
-        rollers = replace(engine.main_roller, law="linear") if level == "linear" else engine.main_roller
-        parameters = roller_parameters(rollers, CODES["roller"])
-        films = tilted_films(None, "roller", parameters, rollers=rollers)
-        return Mains(MainJournals(0.5 * parameters[:, WIDTH], parameters[:, CLEARANCE], True), parameters, films)
-    bearing = engine.plain_mains
-    etas = [eta] * count if temperatures is None else [viscosity(engine.oil, float(t)) for t in temperatures]
-    parameters = np.array([bearing_parameters(bearing, own, level) for own in etas])
-    journals = MainJournals(0.5 * parameters[:, WIDTH], parameters[:, CLEARANCE], bearing_law(level).tilt)
-    return Mains(journals, parameters, tilted_films(bearing, level, parameters, table, bore))
+    if not law.carries:
+        parameters = np.zeros((0, COLUMNS))
+    elif engine.main_roller is not None:
+        parameters = roller_parameters(engine.main_roller)
+    else:
+        etas = [eta] * count if temperatures is None else [viscosity(engine.oil, float(t)) for t in temperatures]
+        parameters = np.array([bearing_parameters(engine.plain_mains, own) for own in etas])
+    parts = {"table": table, "bore": bore}
+    films = law_films(law, kind, Bearings(parameters, engine.main_bearing, engine.main_roller, parts))
+    return Mains(
+        MainJournals(0.5 * parameters[:, WIDTH], parameters[:, CLEARANCE], law.forms[kind].tilt), parameters, films
+    )

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.dynamics.model.mains import HELD, check_mains
+from cranktrain.dynamics.model.mains import check_mains, mains_kind
 from cranktrain.dynamics.model.slots import AMBIENT
 from cranktrain.dynamics.time.integrator_tables import EMBEDDED, amplification, integrator_table
 from cranktrain.engine.model import Engine
-from cranktrain.film.laws.register import BIG_END, MAINS, PLAIN, ROLLER, bearing_law, bearing_levels, usual_level
+from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_levels, usual_level
 from cranktrain.loads.damper import required_damper
 
 # Gas source and input reconstruction.
@@ -67,10 +67,8 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
     tilt cost more than what a tighter tolerance would gain. Pistons are guided by a flexible block's liners.
     """
     bearings = settings.bearings
-    if bearings == "auto" and settings.crank == "torsional":
-        bearings = HELD
     if bearings == "auto":
-        bearings = usual_level(PLAIN if engine.main_roller is None else ROLLER)
+        bearings = usual_level(settings.crank, mains_kind(engine))
     pistons = settings.pistons
     if pistons == "auto":
         pistons = "guided" if settings.block == "flexible" else "rigid"
@@ -106,15 +104,8 @@ def check_levels(settings: Settings, engine: Engine) -> None:
     ):
         if value not in valid:
             raise InputError(f"{what} '{value}' does not exist; {nearest(value, valid)}")
-    if settings.bearings == HELD and settings.crank not in ("rigid", "torsional"):
-        raise InputError(
-            f"bearing level 'held' holds the axis of a crank that cannot bend, not of crank level '{settings.crank}'; "
-            "use linear or impedance, or crank torsional"
-        )
-    if settings.bearings == HELD and settings.big_ends != "rigid":
-        raise InputError("pins of a crank whose journals are held run in no film; use rigid big ends, or bearing films")
-    if settings.bearings == HELD and settings.block == "flexible":
-        raise InputError("a crank whose journals are held does not meet a flexible block; use bearings impedance")
+    if not bearing_law(settings.bearings).carries:
+        _check_locked(settings)
     if settings.control == "adaptive":
         base = settings.integrator.partition(":")[0]
         integrator_table(settings.integrator)
@@ -140,3 +131,23 @@ def check_levels(settings: Settings, engine: Engine) -> None:
         raise InputError(f"engine '{engine.name}' has no [{lacking}]; add it, or leave the block ground")
     if settings.damper == "fitted":
         required_damper(engine)
+
+
+def _check_locked(settings: Settings) -> None:
+    """Refuse what journals that are locked on their axis cannot serve; ``InputError``."""
+    level = settings.bearings
+    if settings.crank not in ("rigid", "torsional"):
+        raise InputError(
+            f"bearing level '{level}' holds the axis of a crank that cannot bend, not of crank level "
+            f"'{settings.crank}'; use linear or impedance, or crank torsional"
+        )
+    if settings.big_ends != "rigid":
+        raise InputError(
+            f"pins of a crank whose journals are locked on their axis (bearing level '{level}') run in no film; "
+            "use rigid big ends, or bearing films"
+        )
+    if settings.block == "flexible":
+        raise InputError(
+            f"a crank whose journals are locked on their axis (bearing level '{level}') does not meet a flexible "
+            "block; use bearings impedance"
+        )

@@ -21,6 +21,8 @@ GAS_SOURCE, RECONSTRUCTION, NEWTON_TOLERANCE, FILM_CHANGE, STEP_TOLERANCE, EMBED
 # first rotation of a pin.
 RODS, TILTS, THRUST_LAW, ROD_LAWS, CRANK_MODES, TURNING_MODES, DAMPER = range(7)
 BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, LAYOUT = 7, 8, 9, 10, 11, 12, 13
+# Columns of ``ModelArrays.connections``: number of Newton ports that a law couples, and the first of them.
+COUPLED, FIRST = 0, 1
 # What a stage knows of the frame's motion, ``Work.frames``; the load torque on the rotor (N m), and the restraint of
 # the block as a whole, (rad/s)², while a run's start is sought.
 THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, BLOCK_RESTRAINT, FRAME_SIZE = range(11)

@@ -24,11 +24,13 @@ from cranktrain.dynamics.model.slots import (
     BLOCK_RESTRAINT,
     BORE_ROTATIONS,
     COS,
+    COUPLED,
     CRANK_MODES,
     CRANKCASE,
     DAMPER,
     DRIVEN,
     FALLOFF,
+    FIRST,
     GAS_LOAD,
     GRAVITY,
     LEAD,
@@ -42,23 +44,17 @@ from cranktrain.dynamics.model.slots import (
     SIN,
     THETA,
     THRUST_LAW,
-    TILTS,
     TURNING_MODES,
     WHIRL,
 )
-from cranktrain.dynamics.motion.film_ports import place_journal, plane_block, space_block
+from cranktrain.dynamics.motion.film_ports import film_block, journal_forces, place_journal
 from cranktrain.dynamics.motion.linear_algebra import invert, product
 from cranktrain.dynamics.motion.relative import reactions, relative_motion
 from cranktrain.dynamics.motion.rods import rod_forces
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FORCE, RUBBING, SPEED, film_call
 from cranktrain.film.laws.films import COS as FRAME_COS
-from cranktrain.film.laws.films import FORCE, FRICTION, SPEED, film_call
 from cranktrain.film.laws.films import SIN as FRAME_SIN
-from cranktrain.film.laws.parabolic import friction_torque
-from cranktrain.film.laws.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
-from cranktrain.film.laws.plane import IMPEDANCE, bearing_force
-from cranktrain.film.laws.thrust import LINEAR as LINEAR_THRUST
-from cranktrain.film.laws.thrust import thrust_force, thrust_force_tilted
 from cranktrain.loads.damper import damper_torque
 from cranktrain.loads.gas_pressure import gas_pressure
 
@@ -179,113 +175,87 @@ def port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
     """Forces at all ports (m,) and the tangent blocks ∂f/∂u of a stage at displacement u, velocity u̇, acceleration ü.
 
     Moments of displaced forces and film friction act at the rotations of journals and pins; they go without tangent.
-    ``work.port[4:7]`` hold Q, V and the free displacement of the ports where pistons are guided.
+    ``work.port[4:7]`` hold Q, V and the free displacement of the ports where pistons are guided. Returns 0, or tells
+    that a law failed.
     """
     b = model.bearings.shape[0]
     journal = model.ports.shape[0] - b
-    tilts = int(model.layout[TILTS])
     omega = frame[OMEGA]
-    whirl = frame[WHIRL]
     ratio = c_v / c_q
-    out = work.scratch
     d = work.port[15]
     dd = work.port[16]
-    relative_motion(model, frame[COS], frame[SIN], whirl, u, ud, d, dd)
-    model.films.numbers[FRAME_COS] = frame[COS]
-    model.films.numbers[FRAME_SIN] = frame[SIN]
-    model.films.numbers[FRAME_ANGLE] = frame[THETA]
+    relative_motion(model, frame[COS], frame[SIN], frame[WHIRL], u, ud, d, dd)
+    films = model.films
+    frame_numbers(frame, films.numbers)
     for k in range(2 * b + 1, f.shape[0]):
         f[k] = 0.0
+    status = 0
     for i in range(b):
-        x = d[2 * i]
-        y = d[2 * i + 1]
-        speed = omega + ud[journal + i]
-        law = model.bearings[i]
-        block = work.blocks[i]
-        if tilts == 0:
-            bearing_force(
-                law, x, y, dd[2 * i] - whirl * y, dd[2 * i + 1] + whirl * x, 0.5 * speed, frame[COS], frame[SIN],
-                model.impedance, out,
-            )  # fmt: skip
-            plane_block(out, ratio, whirl, block)
-            friction = 0.0
-            if law[LAW] == IMPEDANCE:
-                friction = friction_torque(
-                    out[10], out[0], out[1], x, y, law[VISCOSITY], law[RADIUS], law[WIDTH], law[CLEARANCE], speed
-                )
-            f[journal + i] = u[2 * i] * out[1] - u[2 * i + 1] * out[0] + friction
-        else:
-            t = tilts + 2 * i
-            place_journal(d, dd, 2 * i, t, whirl, model.films.place[i], model.films.velocity[i])
-            model.films.numbers[SPEED] = speed
-            film_call(model.films, FORCE, i, out, out)
-            space_block(out, ratio, whirl, block)
-            f[t] = out[2]
-            f[t + 1] = out[3]
-            f[journal + i] = (
-                u[2 * i] * out[1] - u[2 * i + 1] * out[0] + u[t] * out[3] - u[t + 1] * out[2] + out[FRICTION]
-            )
-        f[2 * i] = out[0]
-        f[2 * i + 1] = out[1]
-    collar_force(model, frame, d, dd, ratio, f, work)
+        connection = model.connections[i]
+        place_journal(connection, d, dd, frame[WHIRL], films.place[i], films.velocity[i])
+        films.numbers[SPEED] = omega + ud[journal + i]
+        films.numbers[RUBBING] = films.numbers[SPEED]
+        status |= film_call(films, FORCE, i, films.out, films.out)
+        film_block(films.out, int(connection[COUPLED]), ratio, frame[WHIRL], work.blocks[i])
+        f[journal + i] = journal_forces(connection, films.out, u, f)
+    status |= collar_force(model, frame, d, dd, ratio, f, work)
     if model.layout[DAMPER] > 0.0:
         k = int(model.layout[DAMPER])
-        damper_torque(model.damper, u[k], ud[k], out)
-        f[k] = out[0]
-        work.blocks[model.connections.shape[0] - 1, 0] = out[1] + ratio * out[2]
-    rod_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work)
+        damper_torque(model.damper, u[k], ud[k], work.scratch)
+        f[k] = work.scratch[0]
+        work.blocks[model.connections.shape[0] - 1, 0] = work.scratch[1] + ratio * work.scratch[2]
+    status |= rod_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work)
     if model.layout[BORE_ROTATIONS] > 0.0:
         reactions(model, frame[COS], frame[SIN], f)
         for i in range(b):
             f[int(model.layout[BORE_ROTATIONS]) + i] = -f[journal + i]
+    return status
+
+
+@kernel
+def frame_numbers(frame, numbers):
+    """Tell films the frame's angle."""
+    numbers[FRAME_COS] = frame[COS]
+    numbers[FRAME_SIN] = frame[SIN]
+    numbers[FRAME_ANGLE] = frame[THETA]
+
+
+@kernel
+def place_collar(model, frame, u, ud):
+    """Place and velocity of the thrust collar in space, along the frame's axes; returns its connection's number."""
+    thrust = model.thrust
+    k = int(model.layout[THRUST_LAW])
+    connection = model.connections[k]
+    z = int(connection[FIRST])
+    place = thrust.place[0]
+    velocity = thrust.velocity[0]
+    place[0] = u[z]
+    velocity[0] = ud[z]
+    if connection[COUPLED] > 1.0:
+        t = int(connection[FIRST + 1])
+        place[1] = u[t]
+        place[2] = u[t + 1]
+        velocity[1] = ud[t] - frame[WHIRL] * u[t + 1]
+        velocity[2] = ud[t + 1] + frame[WHIRL] * u[t]
+    thrust.numbers[SPEED] = frame[OMEGA]
+    frame_numbers(frame, thrust.numbers)
+    return k
 
 
 @kernel
 def collar_force(model, frame, u, ud, ratio, f, work):
-    """Thrust bearing: axial force, and where films feel tilt the collar's two moments as well.
-
-    A linear stand-in is a spring along the axis: a closed ring of pads would resist tilt as no real one with play does.
-    """
-    b = model.bearings.shape[0]
-    z = 2 * b
-    block = work.blocks[int(model.layout[THRUST_LAW])]
-    if model.layout[TILTS] == 0.0 or model.thrust[0] == LINEAR_THRUST:
-        for j in range(16):
-            block[j] = 0.0
-        f[z], stiffness, damping = thrust_force(u[z], ud[z], frame[OMEGA], model.thrust)
-        block[0] = stiffness + ratio * damping
-        return
-    t = int(model.layout[TILTS]) + 2 * b
-    cos = frame[COS]
-    sin = frame[SIN]
+    """Thrust bearing: axial force, and where the collar's tilt has ports its two moments as well; 0, or a failure."""
+    k = place_collar(model, frame, u, ud)
+    connection = model.connections[k]
+    block = work.blocks[k]
+    out = model.thrust.out
     whirl = frame[WHIRL]
-    out = work.scratch
-    rate_x = ud[t] - whirl * u[t + 1]
-    rate_y = ud[t + 1] + whirl * u[t]
-    thrust_force_tilted(
-        u[z], cos * u[t] - sin * u[t + 1], sin * u[t] + cos * u[t + 1],
-        ud[z], cos * rate_x - sin * rate_y, sin * rate_x + cos * rate_y,
-        frame[OMEGA], model.thrust, out,
-    )  # fmt: skip
-    f[z] = out[0]
-    f[t] = cos * out[1] + sin * out[2]
-    f[t + 1] = cos * out[2] - sin * out[1]
-    # Pads stand still: turn the tangents by place (3 × 3 from 3 on) and by velocity (from 12 on) into the frame.
-    for part in range(2):
-        o = 3 + 9 * part
-        for r in range(3):
-            x = out[o + 3 * r + 1]
-            y = out[o + 3 * r + 2]
-            out[o + 3 * r + 1] = cos * x + sin * y
-            out[o + 3 * r + 2] = cos * y - sin * x
-        for c in range(3):
-            x = out[o + 3 + c]
-            y = out[o + 6 + c]
-            out[o + 3 + c] = cos * x + sin * y
-            out[o + 6 + c] = cos * y - sin * x
-    for r in range(3):
-        d_x = out[12 + 3 * r + 1]
-        d_y = out[12 + 3 * r + 2]
-        block[4 * r] = out[3 + 3 * r] + ratio * out[12 + 3 * r]
-        block[4 * r + 1] = out[3 + 3 * r + 1] + ratio * d_x + whirl * d_y
-        block[4 * r + 2] = out[3 + 3 * r + 2] + ratio * d_y - whirl * d_x
+    status = film_call(model.thrust, FORCE, 0, out, out)
+    for r in range(int(connection[COUPLED])):
+        f[int(connection[FIRST + r])] = out[r]
+        place = out[BY_PLACE + 4 * r :]
+        rate = out[BY_VELOCITY + 4 * r :]
+        block[4 * r] = place[0] + ratio * rate[0]
+        block[4 * r + 1] = place[1] + ratio * rate[1] + whirl * rate[2]
+        block[4 * r + 2] = place[2] + ratio * rate[2] - whirl * rate[1]
+    return status

@@ -1,4 +1,4 @@
-"""What films that feel tilt are told by a step, and what they remember; see :mod:`cranktrain.film.laws.films`.
+"""What films are told by a step, and what they remember; see :mod:`cranktrain.film.laws.films`.
 
 The order of calls in a step is ``open_step``, then for each stage ``open_stage``, the stage's iteration and
 ``close_stage``, and ``close_step`` at the end. Where films have no memory they do nothing.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.slots import COS, OMEGA, PORTS, SIN, THETA, TILTS, WHIRL
+from cranktrain.dynamics.model.slots import COS, OMEGA, PORTS, SIN, THETA, WHIRL
 from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE, film_offset
 from cranktrain.dynamics.motion.film_ports import place_journal
 from cranktrain.dynamics.motion.relative import relative_motion
@@ -17,8 +17,12 @@ from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
 from cranktrain.film.laws.films import (
     CLOSE_STAGE,
     CLOSE_STEP,
+    CLOSES,
     ELAPSED,
+    END_X,
+    END_Y,
     GAIN,
+    MEMORY,
     OPEN_STAGE,
     OPEN_STEP,
     RATE,
@@ -29,25 +33,26 @@ from cranktrain.film.laws.films import (
 )
 from cranktrain.film.laws.films import COS as FRAME_COS
 from cranktrain.film.laws.films import SIN as FRAME_SIN
+from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT
 
 
 @kernel
 def memory_offset(model, i):
     """First index in the state of what film i remembers; the next film's begins where it ends."""
     first = film_offset(model.omega2.shape[0], int(model.layout[PORTS]))
-    return first + i * int(model.films.values[0])
+    return first + i * int(model.films.traits[MEMORY])
 
 
 @kernel
 def place_film(model, d, dd, whirl, i):
     """Place and velocity of journal i in its bore along the frame's axes, from the ports' relative motion."""
-    place_journal(d, dd, 2 * i, int(model.layout[TILTS]) + 2 * i, whirl, model.films.place[i], model.films.velocity[i])
+    place_journal(model.connections[i], d, dd, whirl, model.films.place[i], model.films.velocity[i])
 
 
 @kernel
 def open_step(model, work, state):
     """Hand the films' memory at the step's start, with the relative motion in ``work.port[15:17]``, to the stages."""
-    if model.films.values[0] == 0.0:
+    if model.films.traits[MEMORY] == 0.0:
         return
     numbers = model.films.numbers
     numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
@@ -61,7 +66,7 @@ def open_step(model, work, state):
 @kernel
 def open_stage(model, work, stage, elapsed, h, gain):
     """Tell the films the times of a stage: ``elapsed`` since the step's start, and g of the stage's rule, s."""
-    if model.films.values[0] == 0.0:
+    if model.films.traits[MEMORY] == 0.0:
         return
     numbers = model.films.numbers
     numbers[ELAPSED] = elapsed
@@ -75,7 +80,7 @@ def open_stage(model, work, stage, elapsed, h, gain):
 @kernel
 def close_stage(model, work, frame):
     """Solve the films at the stage's ports, where the last Newton step only foresaw them; 0, or what failed."""
-    if model.films.values[0] == 0.0:
+    if model.films.traits[MEMORY] == 0.0:
         return 0
     numbers = model.films.numbers
     numbers[FRAME_COS] = frame[COS]
@@ -97,7 +102,7 @@ def close_stage(model, work, frame):
 @kernel
 def close_step(model, work, state):
     """Keep what the films of the last stage became."""
-    if model.films.values[0] == 0.0:
+    if model.films.traits[MEMORY] == 0.0:
         return
     for i in range(model.bearings.shape[0]):
         memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
@@ -106,14 +111,37 @@ def close_step(model, work, state):
 
 @kernel
 def fastest_closing(model, work, state, whirl):
-    """Largest rate (1/s) at which a film closes, over itself, from the ports at the state."""
+    """Largest rate (1/s) at which a film closes, over itself, from the ports at the state.
+
+    Films with a memory tell it themselves; of others it is the rate of the journal's middle over the gap at the end
+    that is nearest to the bore.
+    """
+    if model.films.traits[CLOSES] == 0.0:
+        return 0.0
     numbers = model.films.numbers
     numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     worst = 0.0
     for i in range(model.bearings.shape[0]):
         place_film(model, work.port[15], work.port[16], whirl, i)
-        memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
-        film_call(model.films, RATE, i, memory, work.scratch)
-        worst = max(worst, work.scratch[0])
+        if model.films.traits[MEMORY] > 0.0:
+            memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
+            film_call(model.films, RATE, i, memory, work.scratch)
+            worst = max(worst, work.scratch[0])
+        else:
+            worst = max(worst, _closing_rate(model.bearings[i], model.films.place[i], model.films.velocity[i]))
     return worst
+
+
+@kernel
+def _closing_rate(law, place, velocity):
+    """Rate (1/s) at which the middle of a journal goes to or from the wall, over the least gap in a round bore."""
+    x = place[0]
+    y = place[1]
+    e = math.sqrt(x * x + y * y)
+    if e == 0.0:
+        return 0.0
+    a = place[END_X]
+    b = place[END_Y]
+    reach = math.sqrt(e * e + a * a + b * b + 2.0 * abs(x * a + y * b))
+    return abs(x * velocity[0] + y * velocity[1]) / e / max(law[CLEARANCE] - reach, law[CONTACT_HEIGHT])

@@ -27,11 +27,11 @@ from cranktrain.dynamics.model.slots import (
     ROD_LAWS,
     RODS,
 )
-from cranktrain.dynamics.motion.film_ports import plane_block
+from cranktrain.dynamics.motion.film_ports import film_block
+from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
+from cranktrain.film.laws.films import COS as FRAME_COS
 from cranktrain.film.laws.films import FORCE, FRICTION, RUBBING, SPEED, film_call
-from cranktrain.film.laws.parabolic import friction_torque
-from cranktrain.film.laws.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
-from cranktrain.film.laws.plane import TABLE, bearing_force
+from cranktrain.film.laws.films import SIN as FRAME_SIN
 from cranktrain.loads.piston_guidance import HEIGHT, UNBALANCE, layer_force, liner_friction
 from cranktrain.loads.slider_crank import rod_force
 
@@ -56,6 +56,7 @@ def rod_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
     omega = frame[OMEGA]
     alpha = 1.0 / c_q - omega * omega
     beta = 2.0 * omega * ratio + frame[OMEGA_DOT]
+    status = 0
     for c in range(model.cylinders.shape[0]):
         rod = model.cylinders[c]
         cos = math.cos(frame[THETA] - rod[BANK])
@@ -73,7 +74,8 @@ def rod_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
             for j in range(6):
                 out[16 + j] = out[j]
             big_end_motion(model, frame, c, port, u, ud, udd, out)
-            torque = big_end_film(model, frame, c, port, cos, sin, ud, ratio, f, work)
+            torque, failure = big_end_film(model, frame, c, port, cos, sin, ud, ratio, f, work)
+            status |= failure
         cross = work.scratch[CROSS:]
         for j in range(0, 6, 2):
             cross[j] = cos * out[j] - sin * out[j + 1]
@@ -112,6 +114,7 @@ def rod_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
             # The pin goes along its circle, and the force keeps its direction.
             block[0] = lever_y * (lever_y * block[0] - lever_x * block[1])
             block[0] += lever_x * (lever_x * block[5] - lever_y * block[4]) - lever_x * fx - lever_y * fy
+    return status
 
 
 @kernel
@@ -291,7 +294,6 @@ def big_end_film(model, frame, c, port, cos, sin, ud, ratio, f, work):
     Adds its forces to pin, rod and pin rotation; returns the side force that holds its friction on the rod.
     """
     motion = work.scratch
-    law = model.big_ends[c]
     rod = model.cylinders[c]
     rotation = int(model.layout[PIN_ROTATIONS])
     pin = 2 * model.bearings.shape[0] + 1 + 2 * c
@@ -302,13 +304,11 @@ def big_end_film(model, frame, c, port, cos, sin, ud, ratio, f, work):
     pin_speed = frame[OMEGA] + ud[rotation + c]
     x = motion[16] - motion[0]
     y = motion[17] - motion[1]
-    out = model.floating.plane
+    out = model.floating.out
     vx = motion[18] - motion[2]
     vy = motion[19] - motion[3]
-    float_force(model, c, FORCE, x, y, vx, vy, pin_speed, rod_speed, frame, out)
-    friction = out[FRICTION] + friction_torque(
-        out[10], out[0], out[1], x, y, law[VISCOSITY], law[RADIUS], law[WIDTH], law[CLEARANCE], pin_speed - rod_speed
-    )
+    status = float_force(model, c, FORCE, x, y, vx, vy, pin_speed, rod_speed, frame, out)
+    friction = out[FRICTION]
     f[pin] += out[0]
     f[pin + 1] += out[1]
     f[port] -= out[0]
@@ -317,26 +317,19 @@ def big_end_film(model, frame, c, port, cos, sin, ud, ratio, f, work):
     y0 = model.pins[c, 1]
     f[rotation + c] += (motion[16] - x0) * out[1] - (motion[17] - y0) * out[0] + friction
     block = work.blocks[model.bearings.shape[0] + c]
-    plane_block(out, ratio, frame[OMEGA], block)
+    film_block(out, 2, ratio, frame[OMEGA], block)
     for row in range(2):
         for column in range(2):
             value = block[4 * row + column]
             block[4 * row + column + 2] = -value
             block[4 * (row + 2) + column] = -value
             block[4 * (row + 2) + column + 2] = value
-    return -(friction + x * out[1] - y * out[0]) / height
+    return -(friction + x * out[1] - y * out[0]) / height, status
 
 
 @kernel
 def float_force(model, c, action, x, y, vx, vy, pin_speed, rod_speed, frame, out):
-    """Force on the pin in the floating big end of cylinder c, as :func:`bearing_force`, and the asperities' torque."""
-    law = model.big_ends[c]
-    out[FRICTION] = 0.0
-    if law[LAW] != TABLE:
-        bearing_force(
-            law, x, y, vx, vy, 0.5 * (pin_speed + rod_speed), frame[COS], frame[SIN], model.big_end_impedance, out
-        )
-        return
+    """Let the law act on the film of the floating big end of cylinder c; 0, or a failure."""
     films = model.floating
     films.place[c, 0] = x
     films.place[c, 1] = y
@@ -344,7 +337,10 @@ def float_force(model, c, action, x, y, vx, vy, pin_speed, rod_speed, frame, out
     films.velocity[c, 1] = vy
     films.numbers[SPEED] = pin_speed + rod_speed
     films.numbers[RUBBING] = pin_speed - rod_speed
-    film_call(films, action, c, out, out)
+    films.numbers[FRAME_COS] = frame[COS]
+    films.numbers[FRAME_SIN] = frame[SIN]
+    films.numbers[FRAME_ANGLE] = frame[THETA]
+    return film_call(films, action, c, out, out)
 
 
 @kernel

@@ -21,11 +21,8 @@ from cranktrain.dynamics.motion.rods import (
     observe_rod,
     pin_motion,
 )
-from cranktrain.film.laws.films import FLOW, FRICTION, OBSERVE, P_MAX
-from cranktrain.film.laws.impedance import pressure_and_flow
-from cranktrain.film.laws.parabolic import friction_torque
-from cranktrain.film.laws.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
-from cranktrain.film.laws.plane import IMPEDANCE, TABLE
+from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, OBSERVE, P_MAX
+from cranktrain.film.laws.parameters import CLEARANCE
 
 BIG_END = (
     "force.x",
@@ -75,28 +72,14 @@ def observe_big_end(model, work, frame, c, u, ud, out, k):
     side = turn_cos * r[0] - turn_sin * r[1] - rod[OFFSET]
     rod_speed = (turn_cos * r[2] - turn_sin * r[3]) / math.sqrt(rod[ROD] * rod[ROD] - side * side)
     pin_speed = frame[OMEGA] + ud[int(model.layout[PIN_ROTATIONS]) + c]
-    half = 0.5 * (pin_speed + rod_speed)
-    law = model.big_ends[c]
-    gap = law[CLEARANCE]
-    eta = law[VISCOSITY]
-    radius = law[RADIUS]
-    width = law[WIDTH]
-    float_force(model, c, OBSERVE, x, y, vx, vy, pin_speed, rod_speed, frame, r)
-    rubbing = r[FRICTION]
-    eps = r[10]
-    out[k] = cos * r[0] - sin * r[1]
-    out[k + 1] = sin * r[0] + cos * r[1]
+    film = model.floating.out
+    float_force(model, c, OBSERVE, x, y, vx, vy, pin_speed, rod_speed, frame, film)
+    out[k] = cos * film[0] - sin * film[1]
+    out[k + 1] = sin * film[0] + cos * film[1]
     out[k + 2] = cos * x - sin * y
     out[k + 3] = sin * x + cos * y
-    out[k + 4] = eps
-    out[k + 5] = max(gap * (1.0 - eps), 0.0)
-    if law[LAW] == TABLE:
-        out[k + 6] = r[P_MAX]
-        out[k + 8] = r[FLOW]
-        slip = pin_speed - rod_speed
-        out[k + 7] = -rubbing - friction_torque(eps, r[0], r[1], x, y, eta, radius, width, gap, slip)
-    if law[LAW] == IMPEDANCE:
-        out[k + 7] = -friction_torque(eps, r[0], r[1], x, y, eta, radius, width, gap, pin_speed - rod_speed)
-        highest, flow = pressure_and_flow(x, y, vx, vy, half, gap, eta, radius, width, model.big_end_impedance, r)
-        out[k + 6] = highest
-        out[k + 8] = flow
+    out[k + 4] = film[ECCENTRICITY]
+    out[k + 5] = max(model.big_ends[c, CLEARANCE] * (1.0 - film[ECCENTRICITY]), 0.0)
+    out[k + 6] = film[P_MAX]
+    out[k + 7] = -film[FRICTION]
+    out[k + 8] = film[FLOW]

@@ -32,20 +32,29 @@ from cranktrain.dynamics.model.slots import (
     SIN,
     STROKE_TOP,
     THETA,
-    TILTS,
     TURNING_MODES,
 )
 from cranktrain.dynamics.model.state import ITERATIONS, ONLINE_FILMS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
+from cranktrain.dynamics.motion.equations import frame_numbers, place_collar
 from cranktrain.dynamics.motion.film_memory import memory_offset, place_film
 from cranktrain.dynamics.motion.rods import big_end_motion, pin_motion
 from cranktrain.dynamics.outputs.big_ends import BIG_END, BIG_END_OUTPUTS, observe_big_end
 from cranktrain.dynamics.outputs.whole_engine import WHOLE, engine_output_names, observe_engine
 from cranktrain.dynamics.time.stage import OK
 from cranktrain.dynamics.time.step_control import advance, frame_at, ports_at_state
-from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
-from cranktrain.film.laws.films import COS as FRAME_COS
-from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, GAP, GAP_ANGLE, OBSERVE, P_MAX, SPEED, film_call
-from cranktrain.film.laws.films import SIN as FRAME_SIN
+from cranktrain.film.laws.films import (
+    ECCENTRICITY,
+    END_Y,
+    FLOW,
+    FRICTION,
+    GAP,
+    GAP_ANGLE,
+    OBSERVE,
+    P_MAX,
+    RUBBING,
+    SPEED,
+    film_call,
+)
 from cranktrain.film.laws.gap_motion import (
     LEAST_ANGLE,
     LEAST_GAP,
@@ -57,11 +66,7 @@ from cranktrain.film.laws.gap_motion import (
     VELOCITY_EFFECTIVE,
     gap_motion,
 )
-from cranktrain.film.laws.impedance import pressure_and_flow
-from cranktrain.film.laws.parabolic import friction_torque
-from cranktrain.film.laws.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
-from cranktrain.film.laws.plane import IMPEDANCE, bearing_force
-from cranktrain.film.laws.thrust import thrust_force
+from cranktrain.film.laws.parameters import CLEARANCE, WIDTH
 
 GENERAL = ("crank.angle", "crank.speed", "pulley.torsion", "pulley.axial", "flywheel.torsion", "shaft.torque")
 BEARING = (
@@ -154,63 +159,32 @@ def observe(model, work, state, out):
     sin = frame[SIN]
     omega = frame[OMEGA]
     r = work.scratch
-    model.films.numbers[FRAME_COS] = cos
-    model.films.numbers[FRAME_SIN] = sin
-    model.films.numbers[FRAME_ANGLE] = frame[THETA]
+    films = model.films
+    frame_numbers(frame, films.numbers)
     for i in range(b):
         law = model.bearings[i]
-        x = d[2 * i]
-        y = d[2 * i + 1]
         speed = omega + ud[journal + i]
-        vx = dd[2 * i] - omega * y
-        vy = dd[2 * i + 1] + omega * x
-        c = law[CLEARANCE]
-        tilts = int(model.layout[TILTS])
-        place = model.films.place[i]
-        velocity = model.films.velocity[i]
-        out[k + MOMENT] = 0.0
-        out[k + MOMENT + 1] = 0.0
-        if tilts == 0:
-            place[0] = x
-            place[1] = y
-            velocity[0] = vx
-            velocity[1] = vy
-            for j in range(2, 4):
-                place[j] = 0.0
-                velocity[j] = 0.0
-            bearing_force(law, x, y, vx, vy, 0.5 * speed, cos, sin, model.impedance, r)
-            eps = r[10]
-        else:
-            place_film(model, d, dd, omega, i)
-            model.films.numbers[SPEED] = speed
-            film_call(model.films, OBSERVE, i, state[memory_offset(model, i) : memory_offset(model, i + 1)], r)
-            eps = r[ECCENTRICITY]
-            arm = 0.5 * law[WIDTH]
-            out[k + MOMENT] = -arm * (sin * r[2] + cos * r[3])
-            out[k + MOMENT + 1] = arm * (cos * r[2] - sin * r[3])
-        out[k] = cos * r[0] - sin * r[1]
-        out[k + 1] = sin * r[0] + cos * r[1]
-        out[k + 2] = eps
+        film = films.out
+        place_film(model, d, dd, omega, i)
+        films.numbers[SPEED] = speed
+        films.numbers[RUBBING] = speed
+        film_call(films, OBSERVE, i, state[memory_offset(model, i) : memory_offset(model, i + 1)], film)
+        # A sum with 0: of a law without tilt 0 is shown, not −0.
+        arm = 0.5 * law[WIDTH]
+        out[k + MOMENT] = 0.0 - arm * (sin * film[2] + cos * film[END_Y])
+        out[k + MOMENT + 1] = 0.0 + arm * (cos * film[2] - sin * film[END_Y])
+        out[k] = cos * film[0] - sin * film[1]
+        out[k + 1] = sin * film[0] + cos * film[1]
+        out[k + 2] = film[ECCENTRICITY]
         motion = r[MOTION:]
-        observe_gap(place, velocity, cos, sin, c, speed, motion, out, k + PLACE)
+        observe_gap(films.place[i], films.velocity[i], cos, sin, law[CLEARANCE], speed, motion, out, k + PLACE)
         out[k + 3] = max(motion[LEAST_GAP], 0.0)
-        out[k + 4] = 0.0
-        out[k + 5] = 0.0
-        out[k + 6] = 0.0
-        if law[LAW] == IMPEDANCE:
-            out[k + 5] = -friction_torque(eps, r[0], r[1], x, y, law[VISCOSITY], law[RADIUS], law[WIDTH], c, speed)
-            highest, flow = pressure_and_flow(
-                x, y, vx, vy, 0.5 * speed, c, law[VISCOSITY], law[RADIUS], law[WIDTH], model.impedance, r
-            )
-            out[k + 4] = highest
-            out[k + 6] = flow
-        elif tilts != 0:
-            if r[GAP] >= 0.0:
-                out[k + 3] = r[GAP]
-                out[k + ANGLE] = math.atan2(math.sin(r[GAP_ANGLE]), math.cos(r[GAP_ANGLE]))
-            out[k + 4] = r[P_MAX]
-            out[k + 5] = -r[FRICTION]
-            out[k + 6] = r[FLOW]
+        if film[GAP] >= 0.0:
+            out[k + 3] = film[GAP]
+            out[k + ANGLE] = math.atan2(math.sin(film[GAP_ANGLE]), math.cos(film[GAP_ANGLE]))
+        out[k + 4] = film[P_MAX]
+        out[k + 5] = -film[FRICTION]
+        out[k + 6] = film[FLOW]
         tilt_x = 0.0
         tilt_y = 0.0
         for j in range(t):
@@ -221,8 +195,9 @@ def observe(model, work, state, out):
     for _ in range(BEARING_OUTPUTS * (int(model.layout[MAINS]) - b)):
         out[k] = 0.0
         k += 1
-    z_force, _, _ = thrust_force(d[2 * b], dd[2 * b], omega, model.thrust)
-    out[k] = z_force
+    place_collar(model, frame, d, dd)
+    film_call(model.thrust, OBSERVE, 0, model.thrust.out, model.thrust.out)
+    out[k] = model.thrust.out[0]
     out[k + 1] = d[2 * b]
     k += 2
     for c in range(model.cylinders.shape[0]):

@@ -11,12 +11,12 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.slots import TILTS, TURNING_MODES
+from cranktrain.dynamics.model.slots import TURNING_MODES
 from cranktrain.dynamics.model.state import OUTPUT_MEAN, OUTPUT_VARIANCE, POSITION, SHAFT_SPEED, offset
 from cranktrain.dynamics.motion.equations import trace_angle
 from cranktrain.dynamics.time.integrator_tables import DIRK
-from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, LAW
-from cranktrain.film.laws.plane import LINEAR
+from cranktrain.film.laws.films import CLOSES, CONTACT
+from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT
 
 LEAST_TORSION, LEAST_AXIAL = 1.0e-6, 1.0e-8
 """Least amplitudes (rad, m) that errors are held against."""
@@ -86,17 +86,16 @@ def event_within(model, work, state, builtin, angle, turn, h):
     u = work.port[15]
     ud = work.port[16]
     b = model.bearings.shape[0]
-    if model.layout[TILTS] == 0.0:
+    if model.films.traits[CONTACT] > 0.0:
         for i in range(b):
             law = model.bearings[i]
-            if law[LAW] != LINEAR:
-                x = u[2 * i]
-                y = u[2 * i + 1]
-                e = math.sqrt(x * x + y * y)
-                if e > 0.0:
-                    gap = law[CLEARANCE] - e - law[CONTACT_HEIGHT]
-                    rate = -(x * ud[2 * i] + y * ud[2 * i + 1]) / e
-                    if gap * (gap + h * rate) < 0.0:
-                        return True
+            x = u[2 * i]
+            y = u[2 * i + 1]
+            e = math.sqrt(x * x + y * y)
+            if e > 0.0:
+                gap = law[CLEARANCE] - e - law[CONTACT_HEIGHT]
+                rate = -(x * ud[2 * i] + y * ud[2 * i + 1]) / e
+                if gap * (gap + h * rate) < 0.0:
+                    return True
     z = u[2 * b]
-    return model.thrust[0] != LINEAR and z * (z + h * ud[2 * b]) < 0.0
+    return model.thrust.traits[CLOSES] > 0.0 and z * (z + h * ud[2 * b]) < 0.0

@@ -31,7 +31,6 @@ from cranktrain.dynamics.model.slots import (
     SIN,
     STEP,
     THETA,
-    TILTS,
     TURNING_MODES,
     WHIRL,
 )
@@ -71,8 +70,7 @@ from cranktrain.dynamics.time.error_estimate import event_within, remember_outpu
 from cranktrain.dynamics.time.integrator_tables import BDF2
 from cranktrain.dynamics.time.integrators import coefficients, integrate_step
 from cranktrain.dynamics.time.stage import OK, SINGULAR, to_ports
-from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, LAW
-from cranktrain.film.laws.plane import LINEAR
+from cranktrain.film.laws.films import RATE, film_call
 from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_motion
 
 MAX_HALVINGS = 6
@@ -201,31 +199,13 @@ def ports_at_state(model, work, state):
 @kernel
 def film_rate(model, work, state):
     """Largest rate (1/s) at which a film's least gap changes, over itself, from the ports at the state."""
-    b = model.bearings.shape[0]
-    tilts = int(model.layout[TILTS])
-    u = work.port[15]
-    ud = work.port[16]
-    rate = 0.0
-    if model.films.values[0] > 0.0:
-        rate = fastest_closing(model, work, state, state[SHAFT_SPEED] + state[LEAD_SPEED])
-    else:
-        for i in range(b):
-            law = model.bearings[i]
-            x = u[2 * i]
-            y = u[2 * i + 1]
-            e = math.sqrt(x * x + y * y)
-            if law[LAW] != LINEAR and e > 0.0:
-                closing = abs(x * ud[2 * i] + y * ud[2 * i + 1]) / e
-                gap = law[CLEARANCE] - e
-                if tilts > 0:
-                    a = u[tilts + 2 * i]
-                    d = u[tilts + 2 * i + 1]
-                    gap = law[CLEARANCE] - math.sqrt(e * e + a * a + d * d + 2.0 * abs(x * a + y * d))
-                rate = max(rate, closing / max(gap, law[CONTACT_HEIGHT]))
-    if model.thrust[0] != LINEAR:
-        z = abs(u[2 * b])
-        rate = max(rate, abs(ud[2 * b]) / max(model.thrust[1] - z, model.thrust[2]))
-    return rate
+    rate = fastest_closing(model, work, state, state[SHAFT_SPEED] + state[LEAD_SPEED])
+    z = 2 * model.bearings.shape[0]
+    thrust = model.thrust
+    thrust.place[0, 0] = work.port[15, z]
+    thrust.velocity[0, 0] = work.port[16, z]
+    film_call(thrust, RATE, 0, thrust.out, thrust.out)
+    return max(rate, thrust.out[0])
 
 
 @kernel

@@ -1,96 +1,104 @@
-"""Levels of main bearings that feel the journal's tilt: which law, from which data."""
+"""Bearings of a model behind one address: the data of their law from its row in the register, its kernel compiled."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import keep_record, kernel_address
+from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
-from cranktrain.engine.parts import PlainBearing, RollerBearings
-from cranktrain.film.elastic.bore_compliance import BoreCompliance
-from cranktrain.film.laws.ehd import elastic_bore, elastic_law, film_size
-from cranktrain.film.laws.films import SIZE, Films, no_films
-from cranktrain.film.laws.parameters import VISCOSITY
-from cranktrain.film.laws.rigid_bore import aligned_law, reynolds_law, rigid_bore, table_law
-from cranktrain.film.laws.roller import roller_law, roller_seats
-from cranktrain.film.table.database import FilmTable
+from cranktrain.engine.parts import JournalBearing, PlainBearing, ThrustBearing
+from cranktrain.film.laws.films import CLOSES, CONTACT, MEMORY, SIZE, Films, no_films
+from cranktrain.film.laws.parabolic import film_geometry
+from cranktrain.film.laws.register import BIG_END, ROLLER, Law
 
-KERNELS = {"table": table_law, "reynolds": reynolds_law, "ehd": elastic_law, "roller": roller_law}
+_MISSING = {
+    "table": "a film table of L/D {ratio:.4g}; make it by film-table",
+    "big_end_table": "a film table of L/D {ratio:.4g}; make it by film-table",
+    "bore": "the bore's compliance; make it by structure.saddle",
+}
+"""How to come by a part that is missing."""
 
 
-def tilted_films(
-    bearing: PlainBearing | None,
-    level: str,
-    parameters: Array,
-    table: FilmTable | None = None,
-    bore: BoreCompliance | None = None,
-    rollers: RollerBearings | None = None,
-) -> Films:
-    """Films of the main journals, equal but for their viscosity, or their roller bearings; compiles their law.
+@dataclass(frozen=True)
+class Bearings:
+    """What the data of a law are made from.
 
-    Parameters
+    Attributes
     ----------
-    bearing : for films
-    level : table, reynolds, ehd or roller; any other feels no tilt
-    parameters : (b, 13) of each bearing, see :mod:`cranktrain.film.laws.parameters`
-    table : for level ``table``
-    bore : for level ``ehd``
-    rollers : for level ``roller``, which reads nothing else
+    parameters : (b, COLUMNS) of each bearing, see :mod:`cranktrain.film.laws.parameters`
+    plain : the plain bearing that all are, but for their viscosity
+    rollers : or the roller bearings
+    parts : film table or elastic bore, by the names that the law's row gives
+    solved : (1,) where the law counts films that lie outside their table
+    """
+
+    parameters: Array
+    plain: Any = None  # PlainBearing
+    rollers: Any = None  # RollerBearings
+    parts: Mapping[str, Any] = field(default_factory=dict)
+    solved: Array = field(default_factory=lambda: np.zeros(1))
+
+
+def bearing_parameters(bearing: PlainBearing, viscosity: float) -> Array:
+    """Pack one plain bearing for the kernels, (COLUMNS,)."""
+    c, kappa2, factor = film_geometry(bearing.diameter, bearing.width, bearing.clearance, viscosity)
+    load = 0.5 * bearing.contact_pressure * bearing.width * bearing.diameter
+    linear = [0.0] * 4
+    if isinstance(bearing, JournalBearing):
+        linear = [bearing.stiffness_x, bearing.stiffness_y, bearing.damping_x, bearing.damping_y]
+    row = [c, kappa2, factor, bearing.contact_height, load, *linear, 0.5 * bearing.diameter, bearing.width, viscosity]
+    return np.array(row)
+
+
+def law_films(law: Law, kind: str, bearings: Bearings) -> Films:
+    """Bearings of one kind by a law; compiles its kernel.
 
     Raises
     ------
     InputError
-        where a level lacks what it needs, or the table is of another bearing
+        where the law lacks what it needs, or the table is of another bearing
     """
-    films = no_films(len(parameters))
-    if level not in KERNELS:
+    form, films = law.forms[kind], no_films(len(bearings.parameters))
+    what = f"{'big-end' if kind == BIG_END else 'bearing'} level '{law.name}'"
+    if not form.kernel:
         return films
-    if level == "roller":
-        if rollers is None:
-            raise InputError("bearing level 'roller' needs [main_roller] in the engine file; add it, or take a film")
-        return _entered(films, roller_seats(rollers), roller_law)
-    if bearing is None:
-        raise InputError(
-            f"bearing level '{level}' needs [main_bearing], which the engine file lacks; take level roller or linear"
-        )
-    if level == "table" and table is None:
-        ratio = bearing.width / bearing.diameter
-        raise InputError(f"bearing level 'table' needs a film table of L/D {ratio:.4g}; make it by film-table")
-    if level == "ehd":
-        if bore is None:
-            raise InputError("bearing level 'ehd' needs the bore's compliance; make it by structure.saddle")
-        record: Any = elastic_bore(bearing, parameters[:, VISCOSITY], bore)
-        films.values[0] = film_size(record.film)
-    else:
-        record = rigid_bore(bearing, parameters, table if level == "table" else None, films.solved)
-    return _entered(films, record, KERNELS[level])
+    if kind == ROLLER and bearings.rollers is None:
+        raise InputError(f"{what} needs [main_roller] in the engine file; add it, or take a film")
+    if kind != ROLLER and bearings.plain is None:
+        raise InputError(f"{what} needs [main_bearing], which the engine file lacks; take level roller or linear")
+    for part in form.parts:
+        if bearings.parts.get(part) is None:
+            ratio = bearings.plain.width / bearings.plain.diameter if bearings.plain else 0.0
+            raise InputError(f"{what} needs {_MISSING.get(part, part).format(ratio=ratio)}")
+    films.traits[CLOSES], films.traits[CONTACT] = form.closes, form.contact
+    record = resolve(form.record)(bearings)
+    films.traits[MEMORY] = resolve(form.memory)(record) if form.memory else 0.0
+    return enter(films._replace(solved=bearings.solved), resolve(form.kernel), record)
 
 
-def floating_films(
-    bearing: PlainBearing | None, level: str, parameters: Array, table: FilmTable | None = None
-) -> Films:
-    """Films of big ends at level ``table``; ``parameters`` (c, 13), ``table`` may lack tilt.
+def thrust_bearing(thrust: ThrustBearing, viscosity: float, clearance: bool, tilt: bool) -> Films:
+    """The thrust bearing of a model whose main bearings have ``clearance`` and feel ``tilt``, or not.
 
-    Raises
-    ------
-    InputError
-        without a table, or with one of another bearing
+    Without clearance it is a spring and damper along the axis: a closed ring of pads would resist tilt as no real one
+    with play does.
     """
-    films = no_films(len(parameters))
-    if level != "table" or bearing is None:
-        return films
-    if table is None:
-        ratio = bearing.width / bearing.diameter
-        raise InputError(f"big-end level 'table' needs a film table of L/D {ratio:.4g}; make it by film-table")
-    return _entered(films, rigid_bore(bearing, parameters, table, films.solved, tilted=False), aligned_law)
+    films = no_films(1)
+    films.traits[CLOSES] = clearance
+    kernel = "cranktrain.film.laws.thrust:closed_thrust"
+    if clearance:
+        kernel = "cranktrain.film.laws.thrust:tilting_thrust" if tilt else "cranktrain.film.laws.thrust:axial_thrust"
+    return enter(films, resolve(kernel), resolve("cranktrain.film.laws.thrust:thrust_pads")(thrust, viscosity))
 
 
-def _entered(films: Films, record: Any, law: Any) -> Films:
-    """Films with the addresses of their law, compiled here, and of its record."""
+def enter(films: Films, law: Any, record: Any) -> Films:
+    """The films with the addresses of their law, compiled here, and of its record."""
     films.entry[1] = keep_record(record, films.entry)
-    film, out = np.zeros(1), np.zeros(SIZE)
-    films.entry[0] = kernel_address(law, 0, 0, 0, films.place[0], films.velocity[0], films.numbers, film, out)
+    memory, out = np.zeros(1), np.zeros(SIZE)
+    films.entry[0] = kernel_address(law, 0, 0, 0, films.place[0], films.velocity[0], films.numbers, memory, out)
     return films

@@ -14,7 +14,7 @@ journals come in the frame's axes and are turned there and back.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -66,6 +66,10 @@ from cranktrain.film.laws.films import (
     STAGE,
     STEP,
 )
+from cranktrain.film.laws.parameters import VISCOSITY as VISCOSITIES
+
+if TYPE_CHECKING:
+    from cranktrain.film.laws.bearings import Bearings
 
 SHAPES = 7
 """Bore shapes that a running film carries; with the load they fill one block of right-hand sides."""
@@ -112,6 +116,16 @@ def elastic_bore(
         film, grid.work(len(bore.compliance)), elastic_memory(film, len(viscosities)),
         np.array([bearing.contact_height]), np.array(viscosities, dtype=float),
     )  # fmt: skip
+
+
+def elastic_films(bearings: Bearings) -> ElasticBore:
+    """Films of main bearings, of their own viscosities."""
+    return elastic_bore(bearings.plain, bearings.parameters[:, VISCOSITIES], bearings.parts["bore"])
+
+
+def film_values(bore: ElasticBore) -> int:
+    """Values that one film adds to the state vector."""
+    return film_size(bore.film)
 
 
 def elastic_arrays(bearing: PlainBearing, viscosity: float, bore: BoreCompliance, grid: ElasticGrid) -> ElasticFilm:

@@ -1,17 +1,18 @@
-"""Films that feel the journal's tilt, as the running model sees them: one address, whatever the law behind it.
+"""Films and other bearings as the running model sees them: one address, whatever the law behind it.
 
 A journal is described by the displacement of its middle (x, y) and that of its end at ζ = 1 against the middle (a, b),
 m, with velocities in space, in the axes of a frame; forces on these four are (F_x, F_y, Q_x, Q_y), N, with Q = ∫ ζ dF.
+A law without tilt has zero moments.
 
 A law is a kernel ``law(record, action, i, place, velocity, numbers, memory, out) -> status`` whose data and memory lie
 in a record of its own. It knows these actions:
 
-* FORCE: force and tangents of film i into ``out``;
+* FORCE: force and tangents of film i, and its friction torque, into ``out``;
 * OBSERVE: the same and the figures that are shown;
 
 and laws whose films remember what happened to them also those of a step, in this order: OPEN_STEP takes the memory from
 the state; OPEN_STAGE the times of a stage; CLOSE_STAGE solves the films at the stage's last place; CLOSE_STEP leaves
-the memory in the state. RATE tells how fast a film closes.
+the memory in the state. RATE tells how fast a film closes: ``out[0]``, 1/s. The status is 0, or tells of a failure.
 """
 
 from __future__ import annotations
@@ -26,36 +27,47 @@ from cranktrain.core.reduced_body import Array
 
 IntArray = NDArray[np.int64]
 
-# What a tilted film writes: forces (4), tangents by place and by velocity (4 × 4 each), and figures; the least gap and
-# its angle where the bore is not rigid (else the gap is negative).
+# Places, velocities and forces of a journal: of its middle, of its end against the middle.
+X, Y, END_X, END_Y = range(4)
+
+# What a law writes: forces (4), tangents by place and by velocity (4 × 4 each, row-major), and figures: eccentricity,
+# friction torque on the journal, N m; passes of a solver; largest pressure, Pa, and side flow, m³/s; the least gap, m,
+# and its angle, rad, where the bore is not a rigid circle (else the gap is negative).
 BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION, PASSES = 4, 20, 36, 37, 38
 P_MAX, FLOW, GAP, GAP_ANGLE, SIZE = 39, 40, 41, 42, 43
 
+# What a law of the plane writes before :func:`widen`: forces (2), tangents by place and velocity (2 × 2 each).
+PLANE_BY_PLACE, PLANE_BY_VELOCITY, PLANE_ECCENTRICITY = 2, 6, 10
+
 FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE = range(7)
-# Columns of ``numbers``: the journal's speed (rad/s); cosine and sine of the frame's angle; time from the step's start
-# to the stage, step, g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; 1 where tangents are held: a law
-# may leave those that it found last; and for a bore that turns as well, where SPEED is the sum of both speeds, their
-# difference; the frame's angle, whole turns counted (rad).
+# Columns of ``numbers``: the sum of the speeds of journal and bore (rad/s); cosine and sine of the frame's angle; time
+# from the step's start to the stage, step, g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; 1 where
+# tangents are kept: a law may leave those that it found last; the difference of the speeds of journal and bore (rad/s);
+# the frame's angle, whole turns counted (rad).
 SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, HELD, RUBBING, ANGLE, NUMBERS = range(11)
+
+# Traits of a law: values that one film keeps in the state; 1 where its least gap limits the step; 1 where its force has
+# a kink at the contact height.
+MEMORY, CLOSES, CONTACT, TRAITS = range(4)
 
 
 class Films(NamedTuple):
-    """Films of all main journals; b journals."""
+    """Films or other bearings of b journals behind one address."""
 
-    entry: IntArray  # (2,) addresses of the law and of its record; zero where films do not feel tilt
-    values: Array  # (1,) values that one film keeps in the state
+    entry: IntArray  # (2,) addresses of the law and of its record; zero where there are none
+    traits: Array  # (TRAITS,)
     place: Array  # (b, 4)
     velocity: Array  # (b, 4)
     numbers: Array  # (NUMBERS,)
-    plane: Array  # (SIZE,) a film without tilt
-    solved: Array  # (1,) films that lay outside the table since the count was last taken
+    out: Array  # (SIZE,)
+    solved: Array  # (1,) films that lay outside their table so far
 
 
 def no_films(bearings: int) -> Films:
-    """Films that do not feel tilt."""
+    """Films without a law."""
     z = np.zeros
     entry = z(2, dtype=np.int64)
-    return Films(entry, z(1), z((bearings, 4)), z((bearings, 4)), z(NUMBERS), z(SIZE), z(1))
+    return Films(entry, z(TRAITS), z((bearings, 4)), z((bearings, 4)), z(NUMBERS), z(SIZE), z(1))
 
 
 @kernel
@@ -63,3 +75,16 @@ def film_call(films, action, i, memory, out):
     """Let the law act on film i at its ``place``, ``velocity`` and the ``numbers``; 0, or a failure."""
     arguments = (films.entry[1], action, i, films.place[i], films.velocity[i], films.numbers, memory, out)
     return call_kernel(films.entry[0], arguments)  # type: ignore[call-arg]
+
+
+@kernel
+def widen(plane, out):
+    """Force and tangents of a film of the plane, with zero moments, into ``out[0:36]``; its eccentricity too."""
+    for k in range(ECCENTRICITY):
+        out[k] = 0.0
+    for r in range(2):
+        out[r] = plane[r]
+        for s in range(2):
+            out[BY_PLACE + 4 * r + s] = plane[PLANE_BY_PLACE + 2 * r + s]
+            out[BY_VELOCITY + 4 * r + s] = plane[PLANE_BY_VELOCITY + 2 * r + s]
+    out[ECCENTRICITY] = plane[PLANE_ECCENTRICITY]

@@ -11,7 +11,7 @@ dimensionless impedance depends on two numbers only: the eccentricity ε and the
 and q̂ are sampled from the film of :mod:`cranktrain.film.laws.parabolic` for one width-to-diameter ratio and
 interpolated by bicubic B-splines, twice continuously differentiable, over x = −ln(1 − 0.97 ε) and γ. Tangents are the
 exact derivatives of that interpolation. tests/properties/test_film_impedance.py states its error against the film
-solved in place.
+solved online.
 
 Below a film of ``contact_height`` the surfaces carry by contact: N = ½ p_c L D [(h_c − h)/h_c]², a stand-in that keeps
 a journal at rest or overloaded in its bore.
@@ -20,12 +20,34 @@ a journal at rest or overloaded in its bore.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import kernel, law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
-from cranktrain.film.laws.parabolic import ECCENTRICITY_MAX, WORK_SIZE, film_force, film_observables, node_table
+from cranktrain.film.laws.films import FLOW, FRICTION, GAP, OBSERVE, P_MAX, PLANE_ECCENTRICITY, RUBBING, SPEED, widen
+from cranktrain.film.laws.parabolic import (
+    ECCENTRICITY_MAX,
+    WORK_SIZE,
+    film_force,
+    film_observables,
+    friction_torque,
+    node_table,
+)
+from cranktrain.film.laws.parameters import (
+    CLEARANCE,
+    CONTACT_HEIGHT,
+    CONTACT_LOAD,
+    FACTOR,
+    KAPPA2,
+    RADIUS,
+    VISCOSITY,
+    WIDTH,
+)
+
+if TYPE_CHECKING:
+    from cranktrain.film.laws.bearings import Bearings
 
 STRETCH = 0.97
 N_ECCENTRICITY = 48
@@ -35,6 +57,20 @@ _DX = _X_MAX / (N_ECCENTRICITY - 1)
 _DG = 2.0 * math.pi / N_ANGLE
 CENTRED = 1.0e-3
 """Below this eccentricity the line of centres has no direction to speak of: its turning is taken at this radius."""
+
+
+class ImpedanceFilms(NamedTuple):
+    """Data of b films, alike but for their viscosity."""
+
+    parameters: Array  # (b, COLUMNS)
+    table: Array  # see :func:`impedance_map`
+    plane: Array  # (16,) scratch
+
+
+def impedance_films(bearings: Bearings) -> ImpedanceFilms:
+    """Films of main bearings or big ends, with their map."""
+    parameters = bearings.parameters
+    return ImpedanceFilms(parameters, impedance_map(float(parameters[0, KAPPA2])), np.zeros(16))
 
 
 def impedance_map(kappa2: float) -> Array:
@@ -236,3 +272,34 @@ def pressure_and_flow(x, y, vx, vy, half_speed, c, viscosity, radius, width, tab
     impedance(ECCENTRICITY_MAX if eps > ECCENTRICITY_MAX else eps, gamma, table, 2, out)
     highest = 15.0 * viscosity * (radius / c) ** 2 * size / c * math.exp(out[0])
     return highest, 10.0 * radius**3 / width * size * math.exp(out[3])
+
+
+_read = record_reader(ImpedanceFilms(np.zeros((1, 1)), np.zeros((1, 1, 1)), np.zeros(1)))
+
+
+@law_kernel
+def impedance_law(record, action, i, place, velocity, numbers, memory, out):
+    """The law of the map, see :mod:`cranktrain.film.laws.films`: a round bore looks the same from every side."""
+    films = _read(record)
+    own = films.parameters[i]
+    x = place[0]
+    y = place[1]
+    vx = velocity[0]
+    vy = velocity[1]
+    c = own[CLEARANCE]
+    radius = own[RADIUS]
+    width = own[WIDTH]
+    viscosity = own[VISCOSITY]
+    half = 0.5 * numbers[SPEED]
+    plane = films.plane
+    journal_force(
+        x, y, vx, vy, half, c, own[FACTOR], own[CONTACT_HEIGHT], own[CONTACT_LOAD], films.table, plane,
+    )  # fmt: skip
+    widen(plane, out)
+    out[FRICTION] = friction_torque(
+        plane[PLANE_ECCENTRICITY], out[0], out[1], x, y, viscosity, radius, width, c, numbers[RUBBING]
+    )
+    if action == OBSERVE:
+        out[P_MAX], out[FLOW] = pressure_and_flow(x, y, vx, vy, half, c, viscosity, radius, width, films.table, plane)
+        out[GAP] = -1.0
+    return 0

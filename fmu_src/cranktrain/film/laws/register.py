@@ -31,6 +31,7 @@ class Form:
     tilt : whether it feels the journal's tilt
     closes : whether the least gap limits the step
     contact : whether its force has a kink at the contact height, which adaptive steps look for
+    memory : ``memory(record)``, how many values one film keeps in the state; empty where it keeps none
     """
 
     kernel: Named = ""
@@ -39,6 +40,7 @@ class Form:
     tilt: bool = False
     closes: bool = True
     contact: bool = False
+    memory: Named = ""
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ class Law:
     forms : by kind of bearing
     film : whether it has an oil film: gap, pressure, friction, flow
     clearance : whether journals have play; without, the thrust bearing has none either
-    usual_for : kinds of bearing whose level it is where none is chosen
+    usual_for : kinds of bearing, or crank levels, whose level it is where none is chosen
     cost : class of cost
     integrator, film_change, tolerance : usual integrator of its runs, share of itself by which a film may close over a
         step, and Newton tolerance of the ports in clearances
@@ -95,9 +97,9 @@ def bearing_levels(*kinds: str) -> tuple[str, ...]:
     return tuple(name for name, law in LAWS.items() if any(kind in law.forms for kind in kinds))
 
 
-def usual_level(kind: str) -> str:
-    """Level of a kind of bearing where none is chosen."""
-    return next(name for name, law in LAWS.items() if kind in law.usual_for)
+def usual_level(*kinds: str) -> str:
+    """Level where none is chosen, of the first kind of bearing or crank level that has one."""
+    return next(name for kind in kinds for name, law in LAWS.items() if kind in law.usual_for)
 
 
 def bearing_law(name: str, what: str = "bearing level") -> Law:
@@ -111,7 +113,13 @@ def bearing_law(name: str, what: str = "bearing level") -> Law:
 _HERE = "cranktrain.film.laws"
 
 for _law in (
-    Law("held", "no bearings: journals locked on their axis", {PLAIN: Form(), ROLLER: Form()}, clearance=False),
+    Law(
+        "held",
+        "no bearings: journals locked on their axis",
+        {PLAIN: Form(), ROLLER: Form()},
+        clearance=False,
+        usual_for=("torsional",),
+    ),
     Law("rigid", "no film: pins locked in their rods", {BIG_END: Form()}, clearance=False, usual_for=(BIG_END,)),
     Law(
         "linear",
@@ -154,7 +162,15 @@ for _law in (
     Law(
         "ehd",
         "oil film in an elastic bore, solved online, with cavitation and asperities",
-        {PLAIN: Form(f"{_HERE}.ehd:elastic_law", f"{_HERE}.ehd:elastic_films", ("bore",), tilt=True)},
+        {
+            PLAIN: Form(
+                f"{_HERE}.ehd:elastic_law",
+                f"{_HERE}.ehd:elastic_films",
+                ("bore",),
+                tilt=True,
+                memory=f"{_HERE}.ehd:film_values",
+            )
+        },
         film=True,
         cost=DEAREST,
         integrator="sdirk2",

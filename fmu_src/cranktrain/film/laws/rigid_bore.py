@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from cranktrain.film.laws.films import (
     PASSES,
     RUBBING,
     SPEED,
+    widen,
 )
 from cranktrain.film.laws.parabolic import friction_torque
 from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
@@ -32,6 +33,9 @@ from cranktrain.film.table.aligned import aligned_force, aligned_observables
 from cranktrain.film.table.database import FilmTable, table_grid
 from cranktrain.film.table.interpolation import TableArrays
 from cranktrain.film.table.law import TABLE, TableWork, table_force, table_work, tilted_pressure
+
+if TYPE_CHECKING:
+    from cranktrain.film.laws.bearings import Bearings
 
 IN_LOOP = (48, 8)
 """Intervals around and across of films that are solved in the loop: forces within 0.2 %, moments 0.3 % at p95."""
@@ -42,7 +46,7 @@ ALIGNED = (96, 12)
 class RigidBore(NamedTuple):
     """Data of the films, and their memory; results never depend on what that holds."""
 
-    parameters: Array  # (b, 13) of each bearing, see film.parameters; they differ in viscosity only
+    parameters: Array  # (b, COLUMNS) of each bearing, see film.laws.parameters; they differ in viscosity only
     grid: JournalGrid
     contact: JournalContact
     table: TableArrays
@@ -58,7 +62,7 @@ class RigidBore(NamedTuple):
 def rigid_bore(
     bearing: PlainBearing, parameters: Array, table: FilmTable | None, solved: Array, tilted: bool = True
 ) -> RigidBore:
-    """Films of as many journals as ``parameters`` (b, 13) has rows, read from ``table`` where there is one.
+    """Films of as many journals as ``parameters`` (b, COLUMNS) has rows, read from ``table`` where there is one.
 
     ``tilted``: whether they feel tilt.
 
@@ -94,6 +98,21 @@ def rigid_bore(
     )
 
 
+def reynolds_films(bearings: Bearings) -> RigidBore:
+    """Films of main bearings that are solved online."""
+    return rigid_bore(bearings.plain, bearings.parameters, None, bearings.solved)
+
+
+def table_films(bearings: Bearings) -> RigidBore:
+    """Films of main bearings that are read from a table."""
+    return rigid_bore(bearings.plain, bearings.parameters, bearings.parts["table"], bearings.solved)
+
+
+def aligned_films(bearings: Bearings) -> RigidBore:
+    """Films of big ends that are read from a table; it may lack tilt."""
+    return rigid_bore(bearings.plain, bearings.parameters, bearings.parts["big_end_table"], bearings.solved, False)
+
+
 _SMALL = journal_grid(12, 6)
 _read = record_reader(
     RigidBore(
@@ -106,7 +125,7 @@ _read = record_reader(
 
 @law_kernel
 def reynolds_law(record, action, i, place, velocity, numbers, memory, out):
-    """Reynolds' equation solved in place; see :mod:`cranktrain.film.laws.films`."""
+    """Reynolds' equation solved online; see :mod:`cranktrain.film.laws.films`."""
     bore = _read(record)
     own = bore.parameters[i]
     c = own[CLEARANCE]
@@ -178,11 +197,7 @@ def table_law(record, action, i, place, velocity, numbers, memory, out):
 
 @law_kernel
 def aligned_law(record, action, i, place, velocity, numbers, memory, out):
-    """A film without tilt read from the table, between a journal and a bore that both may turn (big ends).
-
-    ``out`` is laid out as :func:`cranktrain.film.laws.register.bearing_force` does; the asperities' friction torque,
-    and when observed pressure and flow, stand in the columns of :mod:`cranktrain.film.laws.films`.
-    """
+    """A film without tilt read from the table, between a journal and a bore that both may turn (big ends)."""
     bore = _read(record)
     own = bore.parameters[i]
     c = own[CLEARANCE]
@@ -193,10 +208,11 @@ def aligned_law(record, action, i, place, velocity, numbers, memory, out):
     status = aligned_force(
         place[0], place[1], velocity[0], velocity[1], half, c,
         6.0 * viscosity * radius * width * (radius / c) * (radius / c), bore.table, bore.grid, bore.journal,
-        bore.active[i], bore.tabled, out,
+        bore.active[i], bore.tabled, bore.plane,
     )  # fmt: skip
     if status != TABLE:
         bore.solved[0] += 1.0
+    widen(bore.plane, out)
     contact = bore.rough
     rough = bore.contact
     journal_contact(
@@ -206,12 +222,15 @@ def aligned_law(record, action, i, place, velocity, numbers, memory, out):
     for r in range(2):
         out[r] += contact[r]
         for s in range(2):
-            out[2 + 2 * r + s] += contact[4 + 4 * r + s]
-    out[FRICTION] = contact[TORQUE]
+            out[BY_PLACE + 4 * r + s] += contact[BY_PLACE + 4 * r + s]
+    out[FRICTION] = contact[TORQUE] + friction_torque(
+        out[ECCENTRICITY], out[0], out[1], place[0], place[1], viscosity, radius, width, c, numbers[RUBBING]
+    )
     if action == OBSERVE:
         out[P_MAX], out[FLOW] = aligned_observables(
             place[0], place[1], velocity[0], velocity[1], half, c, viscosity, radius, width, bore.table, bore.plane
         )
+        out[GAP] = -1.0
     return 0
 
 

@@ -16,7 +16,8 @@ at the inner ring, and the least gap is the one between the journal and its near
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from cranktrain.engine.parts import RollerBearings
 from cranktrain.engine.roller_bearing import main_roller
 from cranktrain.film.laws.films import (
     ANGLE,
+    BY_PLACE,
     BY_VELOCITY,
     COS,
     ECCENTRICITY,
@@ -38,9 +40,20 @@ from cranktrain.film.laws.films import (
     PASSES,
     SIN,
 )
-from cranktrain.film.laws.parameters import C_X, C_Y, CLEARANCE, CONTACT_HEIGHT, K_X, K_Y, LAW, RADIUS, WIDTH
+from cranktrain.film.laws.parameters import (
+    C_X,
+    C_Y,
+    CLEARANCE,
+    COLUMNS,
+    CONTACT_HEIGHT,
+    K_X,
+    K_Y,
+    RADIUS,
+    WIDTH,
+)
 from cranktrain.film.laws.roller_contacts import (
     APPROACH,
+    COUNT,
     LOADED,
     N_CONSTANTS,
     N_OUT,
@@ -52,15 +65,18 @@ from cranktrain.film.laws.roller_contacts import (
     roller_slices,
 )
 
+if TYPE_CHECKING:
+    from cranktrain.film.laws.bearings import Bearings
+
 IN_LOOP = 12
 """Slices along a roller in a running engine."""
 FIRST_ANGLE = -0.5 * math.pi
 """Angle of the first roller at rest: where gas presses the journals to."""
 
-# Columns of a bearing's law behind the constants of its rollers: 1 for the linear stand-in; stiffness and damping
-# (N/m, N s/m), both of tilt as of Q by the end's displacement; γ, or 0 where rollers stand still; the eccentricity's
-# scale.
-IS_LINEAR, STIFFNESS, TILT_STIFFNESS, DAMPING, TILT_DAMPING, CAGE, SCALE, N_LAW = range(N_CONSTANTS, N_CONSTANTS + 8)
+# Columns of a bearing's law behind the constants of its rollers: stiffness and damping (N/m, N s/m), both of tilt as of
+# Q by the end's displacement; γ, or 0 where rollers stand still; the eccentricity's scale. Where a linear stand-in
+# takes the rollers' place there are none, else its stiffness is 0.
+STIFFNESS, TILT_STIFFNESS, DAMPING, TILT_DAMPING, CAGE, SCALE, N_LAW = range(N_CONSTANTS, N_CONSTANTS + 7)
 
 
 class RollerSeats(NamedTuple):
@@ -71,18 +87,29 @@ class RollerSeats(NamedTuple):
     result: Array  # (N_OUT,) scratch
 
 
-def roller_seats(rollers: RollerBearings) -> RollerSeats:
+def roller_seats(bearings: Bearings) -> RollerSeats:
+    """Bearings of all mains as the engine file has them."""
+    return seats(bearings.rollers)
+
+
+def linear_seats(bearings: Bearings) -> RollerSeats:
+    """The linear stand-in of all mains."""
+    return seats(replace(bearings.rollers, law="linear"))
+
+
+def seats(rollers: RollerBearings) -> RollerSeats:
     """Bearings of all mains; ``InputError`` for what is no bearing."""
     rows, slices = [], []
+    linear = rollers.law == "linear"
     for i, length in enumerate(rollers.roller_length):
         bearing = main_roller(rollers, i)
         lever = (0.5 * length) ** 2
         rows.append(
             [
-                *roller_constants(bearing),
-                rollers.law == "linear",
-                rollers.stiffness[i],
-                rollers.tilt_stiffness[i] / lever,
+                0 if linear else bearing.rollers,
+                *roller_constants(bearing)[1:],
+                rollers.stiffness[i] if linear else 0.0,
+                rollers.tilt_stiffness[i] / lever if linear else 0.0,
                 rollers.damping[i],
                 rollers.tilt_damping[i] / lever,
                 bearing.cage_ratio if rollers.variable else 0.0,
@@ -93,17 +120,15 @@ def roller_seats(rollers: RollerBearings) -> RollerSeats:
     return RollerSeats(np.array(rows, dtype=np.float64), np.array(slices), np.zeros(N_OUT))
 
 
-def roller_parameters(rollers: RollerBearings, level: int) -> Array:
-    """Parameters of the mains as of other bearings, (b, 13), see :mod:`cranktrain.film.laws.parameters`.
+def roller_parameters(rollers: RollerBearings) -> Array:
+    """Parameters of the mains as of other bearings, (b, COLUMNS), see :mod:`cranktrain.film.laws.parameters`.
 
-    ``level`` is the number of the level in :mod:`cranktrain.film.laws.register`. The clearance is how far a journal
-    goes until its rollers reach their static rating, half the play and their travel; radius is the inner track's, width
-    the rollers' length.
+    The clearance is how far a journal goes until its rollers reach their static rating, half the play and their travel;
+    radius is the inner track's, width the rollers' length.
     """
-    parameters = np.zeros((len(rollers.rollers), 13))
+    parameters = np.zeros((len(rollers.rollers), COLUMNS))
     for i, row in enumerate(parameters):
         bearing = main_roller(rollers, i)
-        row[LAW] = level
         row[CLEARANCE] = 0.5 * bearing.clearance + bearing.travel
         # What is left of it where rollers bear more than their rating: step control asks how fast it goes.
         row[CONTACT_HEIGHT] = bearing.travel
@@ -131,14 +156,10 @@ def roller_law(record, action, i, place, velocity, numbers, memory, out):
     cos = numbers[COS]
     sin = numbers[SIN]
     result = seats.result
-    if law[IS_LINEAR] != 0.0:
-        for k in range(N_OUT):
-            result[k] = 0.0
-    else:
-        roller_force(
-            place[0], place[1], place[2], place[3],
-            space_cos * cos + space_sin * sin, space_sin * cos - space_cos * sin, law, seats.slices[i], result,
-        )  # fmt: skip
+    roller_force(
+        place[0], place[1], place[2], place[3],
+        space_cos * cos + space_sin * sin, space_sin * cos - space_cos * sin, law, seats.slices[i], result,
+    )  # fmt: skip
     for k in range(WORK):
         out[k] = result[k]
         if k < 16:
@@ -147,10 +168,9 @@ def roller_law(record, action, i, place, velocity, numbers, memory, out):
         damping = law[DAMPING] if k < 2 else law[TILT_DAMPING]
         out[k] -= damping * velocity[k]
         out[BY_VELOCITY + 5 * k] = -damping
-        if law[IS_LINEAR] != 0.0:
-            stiffness = law[STIFFNESS] if k < 2 else law[TILT_STIFFNESS]
-            out[k] -= stiffness * place[k]
-            out[4 + 5 * k] = -stiffness
+        stiffness = law[STIFFNESS] if k < 2 else law[TILT_STIFFNESS]
+        out[k] -= stiffness * place[k]
+        out[BY_PLACE + 5 * k] -= stiffness
     out[FRICTION] = 0.0
     out[PASSES] = 0.0
     if action == OBSERVE:
@@ -164,9 +184,9 @@ def _figures(law, result, place, first_angle, cos, sin, out):
     out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / law[SCALE]
     out[P_MAX] = result[PRESSURE]
     out[FLOW] = 0.0
-    if law[IS_LINEAR] != 0.0:
+    if law[COUNT] == 0.0:
         out[GAP] = 0.0
         out[GAP_ANGLE] = math.atan2(sin * place[0] + cos * place[1], cos * place[0] - sin * place[1])
         return
     out[GAP] = 0.0 if result[LOADED] > 0.0 else max(-result[APPROACH], 0.0)
-    out[GAP_ANGLE] = first_angle + 2.0 * math.pi * result[WHERE] / law[0]
+    out[GAP_ANGLE] = first_angle + 2.0 * math.pi * result[WHERE] / law[COUNT]

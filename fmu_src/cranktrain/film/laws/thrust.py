@@ -14,21 +14,22 @@ pressure on the pad. Below ``contact_height`` the collar touches: a linear sprin
 with the block's, and a damper, shared by the pads. docs/decisions/0006-thrust-film.md says what is left out, and how
 much it is.
 
-Level ``linear`` is the closed bearing: the same spring and damper without clearance.
+The closed bearing beside main bearings without clearance is the same spring and damper.
 Source: Hamrock, Schmid & Jacobson, Fundamentals of Fluid Film Lubrication (2004), fixed-incline slider.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import kernel, law_kernel, record_reader
+from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import ThrustBearing
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, FORCE, RATE, SIN, SPEED
 
-LINEAR = 0
-FILM = 1
 AMBIENT = 101325.0
 FILM_FLOOR = 0.2
 """The film is frozen below this fraction of the contact height, where contact carries."""
@@ -36,8 +37,10 @@ N_FILMS = 32
 """Films at which a pad's damping is solved, evenly in ln h from the frozen film to twice the clearance."""
 
 # Columns of the parameters; the spline's coefficients, N_FILMS + 2 of them, follow.
-LAW, HALF, CONTACT_HEIGHT, STIFFNESS, DAMPING = 0, 1, 2, 3, 4
-RADIUS, PADS, SUCTION, WEDGE, LOG_FILM, LOG_STEP, SPLINE = 5, 6, 7, 8, 9, 10, 11
+HALF, CONTACT_HEIGHT, STIFFNESS, DAMPING, RADIUS, PADS, SUCTION, WEDGE, LOG_FILM, LOG_STEP, SPLINE = range(11)
+
+# What :func:`thrust_force_tilted` writes behind the forces: tangents by place and by velocity, 3 × 3 each.
+TILTED_BY_PLACE, TILTED_BY_VELOCITY = 3, 12
 
 
 def closed_stiffness(thrust: ThrustBearing) -> float:
@@ -82,7 +85,7 @@ def pad_damping(films: np.ndarray, taper: float, length: float, width: float) ->
     return np.asarray(((pressure @ volume) * 2.0 * width / (waves * math.pi)).sum(axis=0))
 
 
-def thrust_parameters(thrust: ThrustBearing, viscosity: float, linear: bool) -> np.ndarray:
+def thrust_parameters(thrust: ThrustBearing, viscosity: float) -> Array:
     """Pack one thrust bearing for the kernels, (SPLINE + N_FILMS + 2,)."""
     radius, length, width = pad_size(thrust)
     start = math.log(FILM_FLOOR * thrust.contact_height)
@@ -90,7 +93,6 @@ def thrust_parameters(thrust: ThrustBearing, viscosity: float, linear: bool) -> 
     films = np.exp(start + step * np.arange(N_FILMS))
     return np.array(
         [
-            LINEAR if linear else FILM,
             0.5 * thrust.clearance,
             thrust.contact_height,
             closed_stiffness(thrust),
@@ -104,6 +106,18 @@ def thrust_parameters(thrust: ThrustBearing, viscosity: float, linear: bool) -> 
             *_spline(np.log(viscosity * pad_damping(films, thrust.taper, length, width))),
         ]
     )
+
+
+class ThrustPads(NamedTuple):
+    """Data of the bearing."""
+
+    parameters: Array  # see above
+    tilted: Array  # (21,) result of :func:`thrust_force_tilted`
+
+
+def thrust_pads(thrust: ThrustBearing, viscosity: float) -> ThrustPads:
+    """The bearing with oil of ``viscosity``, Pa s."""
+    return ThrustPads(thrust_parameters(thrust, viscosity), np.zeros(21))
 
 
 def _spline(values: np.ndarray) -> np.ndarray:
@@ -182,10 +196,6 @@ def pad_force(gap, closing, wedge, parameters):
 @kernel
 def thrust_force(z, vz, speed, parameters):
     """Axial force on the collar at z (m, from the middle of the clearance), with ∂F/∂z and ∂F/∂ż; no tilt."""
-    if parameters[LAW] == LINEAR:
-        stiffness = parameters[STIFFNESS]
-        damping = parameters[DAMPING]
-        return -stiffness * z - damping * vz, -stiffness, -damping
     half = parameters[HALF]
     wedge = parameters[WEDGE] * speed
     f1, k1, c1, _ = pad_force(half - z, vz, wedge, parameters)
@@ -196,7 +206,7 @@ def thrust_force(z, vz, speed, parameters):
 
 @kernel
 def thrust_force_tilted(z, tx, ty, vz, vtx, vty, speed, parameters, out):
-    """Force and moments on a tilted collar of law FILM, with their tangents.
+    """Force and moments on a tilted collar with their tangents.
 
     The collar stands at z (m) in the middle of the clearance, turned by the small angles tx, ty (rad) about x and y,
     axes at rest with the pads; vz, vtx, vty are their rates, ``speed`` the crank's (rad/s). ``out[0:3]`` F_z (N), M_x,
@@ -235,3 +245,81 @@ def thrust_force_tilted(z, tx, ty, vz, vtx, vty, speed, parameters, out):
             out[12 + 3 * row] += lever * damping
             out[13 + 3 * row] += lever * damping * ax
             out[14 + 3 * row] += lever * damping * ay
+
+
+# The bearing as the running model calls it, see :mod:`cranktrain.film.laws.films`: places (z, θ_x, θ_y) of the collar
+# against its middle, in the frame's axes, and (F_z, M_x, M_y) on it.
+
+_read = record_reader(ThrustPads(np.zeros(1), np.zeros(1)))
+
+
+@kernel
+def _axial(force, stiffness, damping, out):
+    """Write an axial force and its derivatives, without moments."""
+    for k in range(BY_VELOCITY + 16):
+        out[k] = 0.0
+    out[0] = force
+    out[BY_PLACE] = stiffness
+    out[BY_VELOCITY] = damping
+
+
+@law_kernel
+def closed_thrust(record, action, i, place, velocity, numbers, memory, out):
+    """Spring and damper along the axis; never closes further."""
+    own = _read(record).parameters
+    if action == RATE:
+        out[0] = 0.0
+        return 0
+    stiffness = own[STIFFNESS]
+    damping = own[DAMPING]
+    _axial(-stiffness * place[0] - damping * velocity[0], -stiffness, -damping, out)
+    return 0
+
+
+@law_kernel
+def axial_thrust(record, action, i, place, velocity, numbers, memory, out):
+    """Films and contact under a collar that stays square to its axis."""
+    own = _read(record).parameters
+    if action == RATE:
+        out[0] = abs(velocity[0]) / max(own[HALF] - abs(place[0]), own[CONTACT_HEIGHT])
+        return 0
+    force, stiffness, damping = thrust_force(place[0], velocity[0], numbers[SPEED], own)
+    _axial(force, stiffness, damping, out)
+    return 0
+
+
+@law_kernel
+def tilting_thrust(record, action, i, place, velocity, numbers, memory, out):
+    """Films and contact under a collar that tilts; what is observed is the force without tilt."""
+    if action != FORCE:
+        return axial_thrust(record, action, i, place, velocity, numbers, memory, out)
+    bearing = _read(record)
+    result = bearing.tilted
+    cos = numbers[COS]
+    sin = numbers[SIN]
+    thrust_force_tilted(
+        place[0], cos * place[1] - sin * place[2], sin * place[1] + cos * place[2],
+        velocity[0], cos * velocity[1] - sin * velocity[2], sin * velocity[1] + cos * velocity[2],
+        numbers[SPEED], bearing.parameters, result,
+    )  # fmt: skip
+    out[0] = result[0]
+    out[1] = cos * result[1] + sin * result[2]
+    out[2] = cos * result[2] - sin * result[1]
+    # Pads stand still: turn the tangents into the frame.
+    for part in range(2):
+        o = TILTED_BY_PLACE if part == 0 else TILTED_BY_VELOCITY
+        for r in range(3):
+            x = result[o + 3 * r + 1]
+            y = result[o + 3 * r + 2]
+            result[o + 3 * r + 1] = cos * x + sin * y
+            result[o + 3 * r + 2] = cos * y - sin * x
+        for c in range(3):
+            x = result[o + 3 + c]
+            y = result[o + 6 + c]
+            result[o + 3 + c] = cos * x + sin * y
+            result[o + 6 + c] = cos * y - sin * x
+        first = BY_PLACE if part == 0 else BY_VELOCITY
+        for r in range(3):
+            for c in range(3):
+                out[first + 4 * r + c] = result[o + 3 * r + c]
+    return 0

@@ -57,15 +57,14 @@ from cranktrain.dynamics.model.state import (
     VELOCITY,
     offset,
 )
-from cranktrain.dynamics.motion.equations import external_force, trace_pressure
+from cranktrain.dynamics.motion.equations import external_force, frame_numbers, place_collar, trace_pressure
+from cranktrain.dynamics.motion.film_ports import journal_forces, place_journal
 from cranktrain.dynamics.motion.linear_algebra import add_product, factor_lu, product, solve_lu
 from cranktrain.dynamics.motion.rods import pin_motion
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.film.laws.parabolic import friction_torque
-from cranktrain.film.laws.parameters import CLEARANCE, LAW, RADIUS, VISCOSITY, WIDTH
-from cranktrain.film.laws.plane import IMPEDANCE, bearing_force
+from cranktrain.film.laws.films import FORCE, RUBBING, SPEED, film_call
+from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.film.laws.thrust import thrust_force
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 from cranktrain.loads.slider_crank import rod_force
 
@@ -224,23 +223,17 @@ def rate(model, s, speed, angle0, t, y, out):
     product(model.ports_transposed, q, n, m, u)
     product(model.ports_transposed, v, n, m, ud)
     r = s.out
+    films = model.films
+    frame_numbers(frame, films.numbers)
     for i in range(b):
-        law = model.bearings[i]
-        x_i = u[2 * i]
-        y_i = u[2 * i + 1]
-        spin = omega + ud[journal + i]
-        bearing_force(
-            law, x_i, y_i, ud[2 * i] - omega * y_i, ud[2 * i + 1] + omega * x_i, 0.5 * spin, frame[COS], frame[SIN],
-            model.impedance, r,
-        )  # fmt: skip
-        f[2 * i] = r[0]
-        f[2 * i + 1] = r[1]
-        f[journal + i] = x_i * r[1] - y_i * r[0]
-        if law[LAW] == IMPEDANCE:
-            f[journal + i] += friction_torque(
-                r[10], r[0], r[1], x_i, y_i, law[VISCOSITY], law[RADIUS], law[WIDTH], law[CLEARANCE], spin
-            )
-    f[2 * b], _, _ = thrust_force(u[2 * b], ud[2 * b], omega, model.thrust)
+        films.numbers[SPEED] = omega + ud[journal + i]
+        films.numbers[RUBBING] = films.numbers[SPEED]
+        place_journal(model.connections[i], u, ud, omega, films.place[i], films.velocity[i])
+        film_call(films, FORCE, i, films.out, films.out)
+        f[journal + i] = journal_forces(model.connections[i], films.out, u, f)
+    place_collar(model, frame, u, ud)
+    film_call(model.thrust, FORCE, 0, model.thrust.out, model.thrust.out)
+    f[2 * b] = model.thrust.out[0]
     for k in range(p):
         for j in range(4):
             s.mass[k, j] = 0.0

@@ -24,9 +24,9 @@ from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.arrays import structural_damping
 from cranktrain.dynamics.model.bodies import held
-from cranktrain.dynamics.model.mains import HELD
 from cranktrain.dynamics.model.slots import AMBIENT
 from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.laws.thrust import closed_stiffness
 from cranktrain.loads.gas_pressure import GasTrace, gas_pressure, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia, rod_force
@@ -106,10 +106,11 @@ class PeriodicCrank:
         self.omega: Array = 0.5 * speed * np.arange(count + 1, dtype=np.float64)
         self.coupled = coupled
         self.angle: Array = np.arange(self.samples, dtype=np.float64) * (4.0 * math.pi / self.samples)
-        if mains == HELD:
+        locked = not bearing_law(mains).carries
+        if locked:
             body = held(body)
         self.forces = forces = rod_forces(engine, body, speed, self.angle, gas, load)
-        if mains != HELD:
+        if not locked:
             self.forces = forces = _joined(forces, main_forces(engine, body, speed, self.angle))
         self._known = forces.forces
         place, velocity, acceleration = (tangent.mean(axis=0) for tangent in forces[2:])

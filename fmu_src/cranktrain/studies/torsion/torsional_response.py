@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import ReducedBody
-from cranktrain.dynamics.model.mains import HELD
 from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import usual_level
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.slider_crank import remainder_inertia, rod_force
@@ -85,7 +85,7 @@ def torsional_response(
         orders that do not settle
     """
     gas = gas or GasTrace.from_engine(engine)
-    crank = PeriodicCrank(engine, body, speed, gas, load, highest, True, HELD)
+    crank = PeriodicCrank(engine, body, speed, gas, load, highest, True, usual_level("torsional"))
     pulley, flywheel = (body.shapes[body.index(name), 5] for name in ("pulley", "flywheel"))
     nothing = np.zeros(crank.omega.size, dtype=complex)
     laws, w = crank.forces, crank.omega[:, None]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from cranktrain.dynamics.model.mains import HELD
 from cranktrain.dynamics.model.settings import BLOCK_LEVELS, CRANK_LEVELS, Settings, resolved
 from cranktrain.dynamics.time.integrator_tables import INTEGRATORS
 from cranktrain.engine.model import Engine
@@ -111,7 +110,7 @@ def next_level(ladder: str, level: str, engine: Engine) -> str | None:
     """The next level up of ``crank``, ``bearings`` or ``block``; None at the top."""
     bearings = PLAIN if engine.main_roller is None else ROLLERS
     levels = {"crank": CRANKS, "bearings": bearings, "block": BLOCK_LEVELS}[ladder]
-    if level == HELD:
+    if not bearing_law(level).carries:
         return levels[0]
     place = levels.index(level)
     if ladder == "block" and (engine.block is None or engine.mounts is None):
