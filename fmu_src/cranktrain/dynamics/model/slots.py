@@ -29,8 +29,8 @@ THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, BLOCK_RESTRAINT
 # Rows of ``Work.port``: the ports' u, u̇, ü and forces at a stage, the stage's Q and V at the ports, u without forces,
 # the step of an iteration, u before it; u, u̇, ü at the state; the series behind a guess, the guess; the relative motion
 # d, ḋ that the last evaluation of forces or the state gave.
-U, UD, UDD, FORCES, U_Q, U_V, U_FREE, U_STEP, U_BEFORE = range(9)
-STATE_U, STATE_UD, STATE_UDD, SERIES, GUESS, RELATIVE, RELATIVE_RATE, PORT_VECTORS = range(9, 17)
+U, UD, UDD, FORCES, U_Q, U_V, U_FREE, U_STEP = range(8)
+U_BEFORE, STATE_U, STATE_UD, STATE_UDD, SERIES, GUESS, RELATIVE, RELATIVE_RATE, PORT_VECTORS = range(9, 18)
 # Rows of ``Work.modal``: memory of a factorisation, vectors of a stage, its Q and V, what a step of Newmark's form
 # knows beforehand, and the step's difference from its embedded solution.
 PIVOTS, COLUMN, BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MODAL_VECTORS = range(11)

@@ -36,9 +36,12 @@ from cranktrain.dynamics.model.slots import (
     LEAD,
     LEAD_RATE,
     LOAD,
+    N_FACTORS,
     OMEGA,
     OMEGA_DOT,
     PHASE,
+    RELATIVE,
+    RELATIVE_RATE,
     SHAFT_C,
     SHAFT_K,
     SIN,
@@ -95,7 +98,7 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
                     s += block_holding
             part.scratch[i, j] = s + ratio * b
     status += factor_part(part, level, model.block_ports, model.block_ports_transposed, work.modal)
-    work.counters[4] += 1.0
+    work.counters[N_FACTORS] += 1.0
     return status
 
 
@@ -175,15 +178,15 @@ def port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
     """Forces at all ports (m,) and the tangent blocks ∂f/∂u of a stage at displacement u, velocity u̇, acceleration ü.
 
     Moments of displaced forces and film friction act at the rotations of journals and pins; they go without tangent.
-    ``work.port[4:7]`` hold Q, V and the free displacement of the ports where pistons are guided. Returns 0, or tells
-    that a law failed.
+    ``work.port[U_Q]``, ``[U_V]`` and ``[U_FREE]`` hold Q, V and the displacement without forces of the ports where
+    pistons are guided. Returns 0, or tells that a law failed.
     """
     b = model.bearings.shape[0]
     journal = model.ports.shape[0] - b
     omega = frame[OMEGA]
     ratio = c_v / c_q
-    d = work.port[15]
-    dd = work.port[16]
+    d = work.port[RELATIVE]
+    dd = work.port[RELATIVE_RATE]
     relative_motion(model, frame[COS], frame[SIN], frame[WHIRL], u, ud, d, dd)
     films = model.films
     frame_numbers(frame, films.numbers)

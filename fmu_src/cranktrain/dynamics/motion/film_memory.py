@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.slots import COS, OMEGA, PORTS, SIN, THETA, WHIRL
+from cranktrain.dynamics.model.slots import COS, OMEGA, PORTS, RELATIVE, RELATIVE_RATE, SIN, THETA, UD, WHIRL, U
 from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE, film_offset
 from cranktrain.dynamics.motion.film_ports import place_journal
 from cranktrain.dynamics.motion.relative import relative_motion
@@ -51,14 +51,14 @@ def place_film(model, d, dd, whirl, i):
 
 @kernel
 def open_step(model, work, state):
-    """Hand the films' memory at the step's start, with the relative motion in ``work.port[15:17]``, to the stages."""
+    """Hand the films' memory at the step's start, with the relative motion of the ports then, to the stages."""
     if model.films.traits[MEMORY] == 0.0:
         return
     numbers = model.films.numbers
     numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     for i in range(model.bearings.shape[0]):
-        place_film(model, work.port[15], work.port[16], 0.0, i)
+        place_film(model, work.port[RELATIVE], work.port[RELATIVE_RATE], 0.0, i)
         memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
         film_call(model.films, OPEN_STEP, i, memory, work.scratch)
 
@@ -88,11 +88,18 @@ def close_stage(model, work, frame):
     numbers[FRAME_ANGLE] = frame[THETA]
     journal = model.ports.shape[0] - model.bearings.shape[0]
     relative_motion(
-        model, frame[COS], frame[SIN], frame[WHIRL], work.port[0], work.port[1], work.port[15], work.port[16]
+        model,
+        frame[COS],
+        frame[SIN],
+        frame[WHIRL],
+        work.port[U],
+        work.port[UD],
+        work.port[RELATIVE],
+        work.port[RELATIVE_RATE],
     )
     for i in range(model.bearings.shape[0]):
-        place_film(model, work.port[15], work.port[16], frame[WHIRL], i)
-        numbers[SPEED] = frame[OMEGA] + work.port[1, journal + i]
+        place_film(model, work.port[RELATIVE], work.port[RELATIVE_RATE], frame[WHIRL], i)
+        numbers[SPEED] = frame[OMEGA] + work.port[UD, journal + i]
         status = film_call(model.films, CLOSE_STAGE, i, work.scratch, work.scratch)
         if status != 0:
             return status
@@ -123,7 +130,7 @@ def fastest_closing(model, work, state, whirl):
     numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     worst = 0.0
     for i in range(model.bearings.shape[0]):
-        place_film(model, work.port[15], work.port[16], whirl, i)
+        place_film(model, work.port[RELATIVE], work.port[RELATIVE_RATE], whirl, i)
         if model.films.traits[MEMORY] > 0.0:
             memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
             film_call(model.films, RATE, i, memory, work.scratch)

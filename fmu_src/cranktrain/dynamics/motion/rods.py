@@ -26,6 +26,9 @@ from cranktrain.dynamics.model.slots import (
     ROD,
     ROD_LAWS,
     RODS,
+    U_FREE,
+    U_Q,
+    U_V,
 )
 from cranktrain.dynamics.motion.film_ports import film_block
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
@@ -140,9 +143,9 @@ def guided_rod(model, c, cross, gas, torque, u, ud, c_q, c_v, f, work):
     g = model.scalars[GRAVITY]
     g_x = g * math.sin(rod[BANK])
     g_y = g * math.cos(rod[BANK])
-    u_q = work.port[4]
-    u_v = work.port[5]
-    u_free = work.port[6]
+    u_q = work.port[U_Q]
+    u_v = work.port[U_V]
+    u_free = work.port[U_FREE]
     side = work.scratch[SIDE:]
     # Side forces and friction go on from the stage's last evaluation.
     for j in range(3):

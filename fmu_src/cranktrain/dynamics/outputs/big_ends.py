@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.slots import BANK, OFFSET, PIN_ROTATIONS, ROD, RODS
+from cranktrain.dynamics.model.slots import BANK, OFFSET, PIN_ROTATIONS, ROD, RODS, STATE_UDD
 from cranktrain.dynamics.motion.rods import (
     COS,
     OMEGA,
@@ -51,7 +51,7 @@ def observe_big_end(model, work, frame, c, u, ud, out, k):
     cos = frame[COS]
     sin = frame[SIN]
     if model.layout[RODS] == 0.0:
-        observe_rod(model, frame, work, c, u, ud, work.port[12], r, r[SIDE:])
+        observe_rod(model, frame, work, c, u, ud, work.port[STATE_UDD], r, r[SIDE:])
         cos = math.cos(rod[BANK])
         sin = math.sin(rod[BANK])
         out[k] = cos * r[0] - sin * r[1]
@@ -59,12 +59,12 @@ def observe_big_end(model, work, frame, c, u, ud, out, k):
         return
     turn_cos = math.cos(frame[THETA] - rod[BANK])
     turn_sin = math.sin(frame[THETA] - rod[BANK])
-    pin_motion(model, frame, c, u, ud, work.port[12], r)
+    pin_motion(model, frame, c, u, ud, work.port[STATE_UDD], r)
     x = r[0]
     y = r[1]
     vx = r[2]
     vy = r[3]
-    big_end_motion(model, frame, c, int(model.layout[RODS]) + 2 * c, u, ud, work.port[12], r)
+    big_end_motion(model, frame, c, int(model.layout[RODS]) + 2 * c, u, ud, work.port[STATE_UDD], r)
     x -= r[0]
     y -= r[1]
     vx -= r[2]

@@ -24,12 +24,17 @@ from cranktrain.dynamics.model.slots import (
     OFFSET,
     OMEGA,
     PISTONS,
+    RELATIVE,
+    RELATIVE_RATE,
     RIGID_ROTATION,
     ROD,
     RODS,
     SHAFT_C,
     SHAFT_K,
     SIN,
+    STATE_U,
+    STATE_UD,
+    STATE_UDD,
     STROKE_TOP,
     THETA,
     TURNING_MODES,
@@ -125,10 +130,10 @@ def observe(model, work, state, out):
     frame = work.frames[0]
     frame_at(model, work, state, 0.0, 0.0, frame, work.pressures[0])
     ports_at_state(model, work, state)
-    u = work.port[10]
-    ud = work.port[11]
-    d = work.port[15]
-    dd = work.port[16]
+    u = work.port[STATE_U]
+    ud = work.port[STATE_UD]
+    d = work.port[RELATIVE]
+    dd = work.port[RELATIVE_RATE]
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
     flywheel = 0.0
@@ -204,9 +209,9 @@ def observe(model, work, state, out):
         rod = model.cylinders[c]
         if free:
             port = int(model.layout[RODS]) + 2 * c
-            big_end_motion(model, frame, c, port, u, ud, work.port[12], r)
+            big_end_motion(model, frame, c, port, u, ud, work.port[STATE_UDD], r)
         else:
-            pin_motion(model, frame, c, u, ud, work.port[12], r)
+            pin_motion(model, frame, c, u, ud, work.port[STATE_UDD], r)
         turn_cos = math.cos(frame[THETA] - rod[BANK])
         turn_sin = math.sin(frame[THETA] - rod[BANK])
         side = turn_cos * r[0] - turn_sin * r[1] - rod[OFFSET]

@@ -7,7 +7,7 @@ level lacks is 0.
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.slots import DAMPER, DAMPER_TEMPERATURE, LINERS, PISTONS, TURNING_MODES
+from cranktrain.dynamics.model.slots import DAMPER, DAMPER_TEMPERATURE, LINERS, PISTONS, STATE_UDD, TURNING_MODES
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
 from cranktrain.dynamics.motion.rods import SIDE, observe_rod, upper_share
 from cranktrain.loads.damper import damper_torque
@@ -48,7 +48,7 @@ def observe_engine(model, work, state, frame, u, ud, mounts, out, k):
     r = work.scratch
     for c in range(model.cylinders.shape[0]):
         side = r[SIDE:]
-        observe_rod(model, frame, work, c, u, ud, work.port[12], r, side)
+        observe_rod(model, frame, work, c, u, ud, work.port[STATE_UDD], r, side)
         out[k] = 0.0
         out[k + 1] = 0.0
         if model.layout[PISTONS] > 0.0:
