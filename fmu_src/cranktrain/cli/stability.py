@@ -38,6 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Compute or read the maps, draw them, and print a table unless JSON is wanted."""
+    from cranktrain.results.figures import check_folder
     from cranktrain.studies.stability import MAPS
 
     names = list(dict.fromkeys(options.map or MAPS))
@@ -46,10 +47,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if options.page is not None and not Path(options.page).parent.is_dir():
         raise InputError(f"--page {options.page}: there is no folder {Path(options.page).parent}; make it first")
     folder = Path(options.output)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        raise InputError(f"{folder}: no folder for pictures can be made there; name another for --output") from None
+    check_folder(folder, "--output")
     from cranktrain.studies.stability.draw import save_map
     from cranktrain.studies.stability.kept_maps import maps
     from cranktrain.studies.stability.page import shown_deviation

@@ -36,15 +36,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Measure, write the files, and print a table unless JSON is wanted."""
+    from cranktrain.results.figures import check_folder
     from cranktrain.structure.crank.reduction import one_thread
     from cranktrain.studies.tradeoff.choice import choice_text
-    from cranktrain.studies.tradeoff.files import check_folder, write_files
+    from cranktrain.studies.tradeoff.files import write_files
     from cranktrain.studies.tradeoff.study import chosen_families, default_scenes, scenes_of, study
 
     families = chosen_families(options.family, options.quick)
     scenes = default_scenes(options.quick) if options.scene is None else scenes_of(options.scene, options.quick)
     folder = Path(options.output)
-    check_folder(folder)
+    check_folder(folder, "--output")
     measured = 0
 
     def count(stage: str, say: Callable[[str], None]) -> None:

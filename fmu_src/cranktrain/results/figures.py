@@ -6,6 +6,7 @@ Orbits are seen from the flywheel: x to the right, y up, the crank turns counter
 from __future__ import annotations
 
 import math
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -26,26 +27,32 @@ SAMPLES = 1440
 """Points of a cycle in a picture: half a degree apart."""
 
 
-def check_folder(folder: Path) -> None:
-    """Make the folder for pictures, or refuse it before the run; ``InputError``."""
+def check_folder(folder: Path, option: str = "--plots") -> None:
+    """Make a folder for files, or refuse it before the work; ``InputError``."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
     except OSError:
-        raise InputError(f"{folder}: no folder for pictures can be made there; name another for --plots") from None
+        raise InputError(f"{folder}: no files can be written there; name another folder for {option}") from None
+
+
+def save_figure(figure: Any, path: Path) -> Path:
+    """Write a picture, PNG or SVG by the ending of its path, whole or not at all; returns the path."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    with whole_file(path) as temporary:
+        if path.suffix == ".svg":
+            FigureCanvasSVG(figure).print_svg(str(temporary), metadata={"Date": None})
+        else:
+            FigureCanvasAgg(figure).print_png(str(temporary))
+    return path
 
 
 def save_film_pictures(folder: Path, run: Run, engine: Engine, title: str) -> list[Path]:
     """Write ``orbits.png`` and ``least_films.png`` of the run's last cycle into ``folder``; returns their paths."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    written = []
     figures = {"orbits": orbit_figure(run, engine, title), "least_films": film_figure(run, engine, title)}
-    for name, figure in figures.items():
-        path = folder / f"{name}.png"
-        with whole_file(path) as temporary:
-            FigureCanvasAgg(figure).print_png(str(temporary))
-        written.append(path)
-    return written
+    return [save_figure(figure, folder / f"{name}.png") for name, figure in figures.items()]
 
 
 def orbit_figure(run: Run, engine: Engine, title: str) -> Any:

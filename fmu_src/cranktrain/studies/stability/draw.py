@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from cranktrain.results.figures import save_figure
 from cranktrain.studies.stability.stability_map import Array, Axis, StabilityMap
 
 UNSTABLE = "#c8553d"
@@ -89,20 +90,8 @@ def _scale(own: Any, axis: Axis) -> None:
 
 
 def save_map(folder: Path, found: StabilityMap) -> list[Path]:
-    """Write ``NAME.png`` and ``NAME.svg`` into ``folder``, each whole or not at all; returns their paths."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-
-    written = []
-    for suffix in (".png", ".svg"):
-        path, temporary = folder / f"{found.name}{suffix}", folder / f".{found.name}{suffix}"
-        if suffix == ".png":
-            FigureCanvasAgg(map_figure(found)).print_png(str(temporary))
-        else:
-            FigureCanvasSVG(map_figure(found)).print_svg(str(temporary), metadata={"Date": None})
-        temporary.replace(path)
-        written.append(path)
-    return written
+    """Write ``NAME.png`` and ``NAME.svg`` into ``folder``; returns their paths."""
+    return [save_figure(map_figure(found), folder / f"{found.name}{suffix}") for suffix in (".png", ".svg")]
 
 
 def _edges(axis: Axis) -> Array:

@@ -67,31 +67,23 @@ def series(point: Point) -> str:
 
 def family_figure(points: Sequence[Point], family: str, scenes: Sequence[str]) -> Any:
     """Error of each output over cost, or over what is chosen; a column for each scene, a row for each output."""
-    from matplotlib.figure import Figure
-
     own = [point for point in points if point.family == family and _drawn(point)]
     columns = [scene for scene in scenes if in_scene(own, scene)] or list(scenes[:1])
     rows = [name for name in OUTPUTS if any(point.error[name] for point in own)] or [OUTPUTS[0]]
-    figure = Figure(figsize=(4.6 * len(columns) + 2.6, 3.3 * len(rows) + 0.7), dpi=130, layout="constrained")
     names = list(dict.fromkeys(series(point) for point in own))
-    axes = figure.subplots(len(rows), len(columns), squeeze=False, sharex="col")
-    handles: dict[str, Any] = {}
-    labels: list[tuple[Any, Labels]] = []
-    for c, scene in enumerate(columns):
-        for r, output in enumerate(rows):
-            ax = axes[r][c]
-            labels.append((ax, plot_family(ax, in_scene(own, scene), family, output, names, handles)))
-            if r == 0:
-                ax.set_title(scene, fontsize=10, loc="left")
-            if c == 0:
-                ax.set_ylabel(f"{NAMES[output]}\n{ERROR}", fontsize=8)
-            if r == len(rows) - 1:
-                ax.set_xlabel(AXES[family][1] if family in AXES else COST, fontsize=8)
-    figure.legend(list(handles.values()), list(handles), loc="outside right upper", fontsize=7, frameon=False)
     kinds = [text for kind, text in KINDS.items() if any(p.parameters["error_kind"] == kind for p in own)]
-    figure.suptitle(f"{family}: {'; '.join(kinds)}", fontsize=11, x=0.01, ha="left")
-    _name_points(figure, labels)
-    return figure
+
+    def draw(ax: Any, r: int, c: int, handles: dict[str, Any]) -> Labels:
+        if r == 0:
+            ax.set_title(columns[c], fontsize=10, loc="left")
+        if c == 0:
+            ax.set_ylabel(f"{NAMES[rows[r]]}\n{ERROR}", fontsize=8)
+        if r == len(rows) - 1:
+            ax.set_xlabel(AXES[family][1] if family in AXES else COST, fontsize=8)
+        return plot_family(ax, in_scene(own, columns[c]), family, rows[r], names, handles)
+
+    size = (4.6 * len(columns) + 2.6, 3.3 * len(rows) + 0.7)
+    return _figure(size, (len(rows), len(columns)), draw, 7, f"{family}: {'; '.join(kinds)}")
 
 
 def plot_family(
@@ -124,10 +116,7 @@ def plot_family(
                 [_cost(p) for p in front], [_level(p, output) for p in front], color="black", lw=2.5, alpha=0.25,
                 zorder=0,
             )  # fmt: skip
-    ax.set_xscale("log")
-    ax.set_yscale("log")
-    _ring_default(ax, shown, place, lambda point: _level(point, output), handles)
-    _finish(ax)
+    _finish(ax, shown, place, lambda point: _level(point, output), handles)
     if family not in ("ladder", "bearings", "mesh"):
         return []
     return [(place(p), _level(p, output), p.label) for p in shown if p.parameters["error_kind"] != MODEL]
@@ -135,27 +124,35 @@ def plot_family(
 
 def overall_figure(points: Sequence[Point], scenes: Sequence[str]) -> Any:
     """All points of a scene over their cost, by kind of error, with the front marked and labelled."""
-    from matplotlib.figure import Figure
-
     drawn = [point for point in points if _drawn(point)]
     found = {point.parameters["error_kind"] for point in drawn}
     kinds = [kind for kind in KINDS if kind in found and kind != MODEL] or [NUMERICAL]
     columns = [scene for scene in scenes if in_scene(drawn, scene)] or list(scenes[:1])
-    size = (6.8 * len(columns) + 1.8, 4.6 * len(kinds) + 0.6)
-    figure = Figure(figsize=size, dpi=130, layout="constrained")
     families = list(dict.fromkeys(point.family for point in points))
-    axes = figure.subplots(len(kinds), len(columns), squeeze=False)
+
+    def draw(ax: Any, r: int, c: int, handles: dict[str, Any]) -> Labels:
+        ax.set_title(f"{columns[c]}\n{KINDS[kinds[r]]}", fontsize=9, loc="left")
+        ax.set_ylabel(f"largest of the outputs' errors\n{ERROR}", fontsize=8)
+        ax.set_xlabel(COST, fontsize=8)
+        shown = [p for p in in_scene(drawn, columns[c]) if p.parameters["error_kind"] == kinds[r]]
+        return plot_overall(ax, shown, families, handles)
+
+    return _figure((6.8 * len(columns) + 1.8, 4.6 * len(kinds) + 0.6), (len(kinds), len(columns)), draw, 8)
+
+
+def _figure(
+    size: tuple[float, float], shape: tuple[int, int], draw: Callable[..., Labels], fontsize: int, title: str = ""
+) -> Any:
+    """Figure of axes drawn by ``draw(ax, row, column, handles)``, one legend beside them, points named."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, dpi=130, layout="constrained")
+    axes = figure.subplots(*shape, squeeze=False, sharex="col" if title else False)
     handles: dict[str, Any] = {}
-    labels: list[tuple[Any, Labels]] = []
-    for r, kind in enumerate(kinds):
-        for c, scene in enumerate(columns):
-            ax = axes[r][c]
-            shown = [p for p in in_scene(drawn, scene) if p.parameters["error_kind"] == kind]
-            labels.append((ax, plot_overall(ax, shown, families, handles)))
-            ax.set_title(f"{scene}\n{KINDS[kind]}", fontsize=9, loc="left")
-            ax.set_ylabel(f"largest of the outputs' errors\n{ERROR}", fontsize=8)
-            ax.set_xlabel(COST, fontsize=8)
-    figure.legend(list(handles.values()), list(handles), loc="outside right upper", fontsize=8, frameon=False)
+    labels = [(axes[r][c], draw(axes[r][c], r, c, handles)) for c in range(shape[1]) for r in range(shape[0])]
+    figure.legend(list(handles.values()), list(handles), loc="outside right upper", fontsize=fontsize, frameon=False)
+    if title:
+        figure.suptitle(title, fontsize=11, x=0.01, ha="left")
     _name_points(figure, labels)
     return figure
 
@@ -181,10 +178,7 @@ def plot_overall(ax: Any, points: Sequence[Point], families: Sequence[str], hand
         (handles["Pareto front"],) = ax.plot(
             [_cost(p) for p in front], [_worst(p) for p in front], color="black", lw=1.2, alpha=0.7, zorder=0
         )
-    ax.set_xscale("log")
-    ax.set_yscale("log")
-    _ring_default(ax, points, _cost, _worst, handles)
-    _finish(ax)
+    _finish(ax, points, _cost, _worst, handles)
     named = [f"{k}  {_named(p)}" for k, p in enumerate(front, 1)]
     ax.text(1.02, 1.0, "\n".join(["Pareto front", *named]), transform=ax.transAxes, fontsize=6.5, va="top")
     return [(_cost(p), _worst(p), str(k)) for k, p in enumerate(front, 1)]
@@ -210,18 +204,6 @@ def _level(point: Point, output: str) -> float:
 
 def _worst(point: Point) -> float:
     return max(point.worst or 0.0, LEAST)
-
-
-def _ring_default(
-    ax: Any,
-    points: Sequence[Point],
-    x: Callable[[Point], float],
-    y: Callable[[Point], float],
-    handles: dict[str, Any],
-) -> None:
-    own = [point for point in points if point.parameters.get("default")]
-    for point in own:
-        (handles["default settings"],) = ax.plot([x(point)], [y(point)], "o", ms=13, mfc="none", mec="black", ls="none")
 
 
 def _name_points(figure: Any, wanted: Sequence[tuple[Any, Labels]]) -> None:
@@ -254,9 +236,16 @@ def _inside(ax: Any, box: Any) -> bool:
     return bool(frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1)
 
 
-def _finish(ax: Any) -> None:
+def _finish(
+    ax: Any, points: Sequence[Point], x: Callable[[Point], float], y: Callable[[Point], float], handles: dict[str, Any]
+) -> None:
+    """Ring the default settings; logarithmic axes, in plain numbers where they span little."""
     from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 
+    ax.set(xscale="log", yscale="log")
+    for point in points:
+        if point.parameters.get("default"):
+            (handles["default settings"],) = ax.plot(x(point), y(point), "o", ms=13, mfc="none", mec="black", ls="none")
     ax.margins(x=0.22, y=0.12)
     ax.autoscale_view()
     low, high = ax.get_xlim()

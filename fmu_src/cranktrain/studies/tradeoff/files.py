@@ -1,15 +1,13 @@
-"""Everything that a study writes into its folder, whole or not at all."""
+"""Everything that a study writes into its folder, each file whole or not at all."""
 
 from __future__ import annotations
 
 import csv
 import io
-import os
-import shutil
-import tempfile
 from pathlib import Path
 
-from cranktrain.core.errors import InputError
+from cranktrain.results.figures import save_figure
+from cranktrain.store.whole_file import whole_file
 from cranktrain.studies.tradeoff.chart import family_figure, overall_figure
 from cranktrain.studies.tradeoff.choice import choice_text
 from cranktrain.studies.tradeoff.page import page
@@ -19,40 +17,20 @@ from cranktrain.studies.tradeoff.study import Study
 FIRST_COLUMNS = ("scene", "error_kind", "speed_rpm", "crank", "bearings", "block", "integrator", "step_deg", "modes")
 
 
-def check_folder(folder: Path) -> None:
-    """Make the folder, or refuse it before the work; ``InputError``."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=folder).close()
-    except OSError:
-        raise InputError(f"{folder}: no files can be written there; name another folder for --output") from None
-
-
 def write_files(study: Study, folder: Path) -> list[Path]:
     """Charts (PNG and SVG), page, points and choice; returns their paths."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-
-    check_folder(folder)
     scenes = [scene.name for scene in study.scenes]
     families = list(dict.fromkeys(point.family for point in study.points))
     figures = {family: family_figure(study.points, family, scenes) for family in families}
     figures["overall"] = overall_figure(study.points, scenes)
-    made = Path(tempfile.mkdtemp(prefix=".tradeoff", dir=folder))
-    try:
-        for name, figure in figures.items():
-            FigureCanvasAgg(figure).print_png(str(made / f"{name}.png"))
-            FigureCanvasSVG(figure).print_svg(str(made / f"{name}.svg"))
-        (made / "tradeoff.html").write_text(page(study), encoding="utf-8")
-        (made / "points.csv").write_text(points_csv(study), encoding="utf-8")
-        (made / "choice.txt").write_text(choice_text(study), encoding="utf-8")
-        written = []
-        for path in sorted(made.iterdir()):
-            os.replace(path, folder / path.name)
-            written.append(folder / path.name)
-        return written
-    finally:
-        shutil.rmtree(made, ignore_errors=True)
+    texts = {"tradeoff.html": page(study), "points.csv": points_csv(study), "choice.txt": choice_text(study)}
+    endings = (".png", ".svg")
+    written = [save_figure(figure, folder / f"{name}{end}") for name, figure in figures.items() for end in endings]
+    for name, text in texts.items():
+        with whole_file(folder / name) as path:
+            path.write_text(text, encoding="utf-8")
+        written.append(folder / name)
+    return sorted(written)
 
 
 def points_csv(study: Study) -> str:
