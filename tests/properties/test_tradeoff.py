@@ -5,7 +5,6 @@ import io
 import json
 import math
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,7 +18,7 @@ from cranktrain.studies.tradeoff import measure
 from cranktrain.studies.tradeoff.choice import choice_text
 from cranktrain.studies.tradeoff.families import FAMILIES
 from cranktrain.studies.tradeoff.files import points_csv, write_files
-from cranktrain.studies.tradeoff.level_points import next_level, numerical_points
+from cranktrain.studies.tradeoff.level_points import numerical_points
 from cranktrain.studies.tradeoff.measure import differences, high_order_error, measured
 from cranktrain.studies.tradeoff.pareto import cost_at, pareto_front
 from cranktrain.studies.tradeoff.point import OUTPUTS, Point
@@ -174,11 +173,17 @@ def test_a_run_that_fails_is_a_point(small, tmp_path, monkeypatch):
     assert point.seconds_per_simulated_second is None and point.worst is None and not point.usable
 
 
-def test_levels_climb_to_the_next(small, tmp_path):
+def test_levels_climb_to_the_next(small):
+    for family, kind in (("bearings", "bearings"), ("ladder", "crank")):
+        entries = [e for e in FAMILIES[family](small, True) if e.more.get("ladder") == kind]
+        climbed = [(getattr(e.case.levels, kind), e.more["against"]) for e in entries if e.error_kind == "model"]
+        assert [below for below, _ in climbed][1:] == [above for _, above in climbed][:-1]
+        tops = {e.more["against"] for e in entries if e.error_kind == "top"}
+        assert tops == {climbed[-1][1]}
+
+
+def test_numerical_points_of_one_level(small, tmp_path):
     engine = small.engine
-    assert next_level("bearings", "linear", engine) == "impedance"
-    assert next_level("crank", "solid", engine) is None
-    assert next_level("block", "ground", replace(engine, block=None)) is None
     numbers = numerical_points(engine, small.speed, small.settings, store=Kept(tmp_path))
     assert all(isinstance(p, Point) and p.parameters["error_kind"] == "numerical" for p in numbers)
 

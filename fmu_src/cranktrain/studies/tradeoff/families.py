@@ -24,7 +24,6 @@ from cranktrain.studies.tradeoff.level_points import (
     PLAIN,
     ROLLERS,
     level_case,
-    next_level,
     numerical_entries,
 )
 from cranktrain.studies.tradeoff.measure import Entry
@@ -126,22 +125,21 @@ def adaptive(scene: StudyScene, quick: bool) -> Entries:
     """Fixed steps, and steps that the error estimate chooses as parts of a long one."""
     case = scene.case
     reference = reference_case(case, quick)
+    entries: Entries = []
+
+    def add(label: str, step: float, more: dict[str, Any], **choices: Any) -> None:
+        settings = replace(_stepped(case, step), **choices)
+        entries.append(Entry("adaptive", label, replace(case, settings=settings), reference, NUMERICAL, more))
+
     own = case.levels.integrator
-    names = [own] if quick else [name for name in dict.fromkeys((own, *ADAPTED)) if name in EMBEDDED]
-    entries = []
-    for name in names:
+    for name in [own] if quick else [name for name in dict.fromkeys((own, *ADAPTED)) if name in EMBEDDED]:
         for step in FIXED_DEG[1:6:2] if quick else FIXED_DEG:
-            settings = replace(_stepped(case, step), integrator=name)
-            more = {"control": "fixed step"}
-            entries.append(
-                Entry("adaptive", f"{name} {step:g}°", replace(case, settings=settings), reference, NUMERICAL, more)
-            )
+            add(f"{name} {step:g}°", step, {"control": "fixed step"}, integrator=name)
         for longest in LONGEST_DEG[:1] if quick else LONGEST_DEG:
             for tolerance in ADAPTIVE_TOLERANCES[1:7:2] if quick else ADAPTIVE_TOLERANCES:
-                settings = replace(_stepped(case, longest), integrator=name, control="adaptive", tolerance=tolerance)
+                more = {"control": f"adaptive, {longest:g}° at most", "tolerance": tolerance}
                 label = f"{name} adaptive {tolerance:g}, {longest:g}° at most"
-                chosen: dict[str, Any] = {"control": f"adaptive, {longest:g}° at most", "tolerance": tolerance}
-                entries.append(Entry("adaptive", label, replace(case, settings=settings), reference, NUMERICAL, chosen))
+                add(label, longest, more, integrator=name, control="adaptive", tolerance=tolerance)
     return entries
 
 
@@ -157,20 +155,15 @@ def modes(scene: StudyScene, quick: bool) -> Entries:
 
 def ladder(scene: StudyScene, quick: bool) -> Entries:
     """Crank levels against the top one, and each against the next."""
-    # From the scene's settings, so that a crank which only twists is held in its bearings.
-    cranks = _ladder(scene, "ladder", "crank", CRANKS, lambda level: replace(scene.settings, crank=level))
-    return cranks + _blocks(scene, quick)
-
-
-def _blocks(scene: StudyScene, quick: bool) -> Entries:
-    if quick or scene.engine.block is None:
-        return []
     case = scene.case
-
-    def settings(level: str) -> Settings:
-        return replace(case.settings, block=level, pistons="auto")
-
-    return _ladder(scene, "ladder", "block", BLOCK_LEVELS, settings)
+    # From the scene's settings: the bearings follow the crank's level.
+    entries = _ladder(scene, "ladder", "crank", CRANKS, lambda level: replace(scene.settings, crank=level))
+    if quick or scene.engine.block is None:
+        return entries
+    blocks = _ladder(
+        scene, "ladder", "block", BLOCK_LEVELS, lambda level: replace(case.settings, block=level, pistons="auto")
+    )
+    return entries + blocks
 
 
 def bearings(scene: StudyScene, quick: bool) -> Entries:
@@ -185,14 +178,10 @@ def bearings(scene: StudyScene, quick: bool) -> Entries:
     finest = replace(solved, film_grid=FILM_GRIDS[-1])
     tabled = scene.at(replace(case.settings, bearings="table"))
     tabled = replace(tabled, cycles=solved.cycles)
-    for name in ("coarse", "default", "fine"):
-        more = {"against": "reynolds 64x12"}
-        entries.append(Entry("bearings", f"table, {name}", replace(tabled, table=name), finest, TOP, more))
-    for grid in FILM_GRIDS[:-1]:
-        more = {"against": "reynolds 64x12"}
-        label = f"reynolds {grid[0]}x{grid[1]}"
-        entries.append(Entry("bearings", label, replace(solved, film_grid=grid), finest, TOP, more))
-    return entries
+    tables = {f"table, {name}": replace(tabled, table=name) for name in ("coarse", "default", "fine")}
+    grids = {f"reynolds {m}x{n}": replace(solved, film_grid=(m, n)) for m, n in FILM_GRIDS[:-1]}
+    more = {"against": "reynolds 64x12"}
+    return entries + [Entry("bearings", label, own, finest, TOP, more) for label, own in (tables | grids).items()]
 
 
 def coupling(scene: StudyScene, quick: bool) -> Entries:
@@ -257,18 +246,15 @@ def _ladder(
     scene: StudyScene, family: str, kind: str, levels: Sequence[str], settings: Callable[[str], Settings]
 ) -> Entries:
     """Each level against the top one; where the next one up is another, against that as well."""
-    cases = {level: scene.at(settings(level)) for level in levels}
-    top = levels[-1]
+    cases = [scene.at(settings(level)) for level in levels]
     entries = []
-    for level in levels[:-1]:
-        above = next_level(kind, level, scene.engine) or top
-        for against, error_kind in ((top, TOP), (above, MODEL)):
-            own, other = cases[level], cases[against]
-            cycles = min(own.cycles, other.cycles)
-            interval = max(own.kept_deg, other.kept_deg)
-            own, other = (replace(case, cycles=cycles, interval_deg=interval) for case in (own, other))
-            label = level if error_kind == TOP else f"{level} against {against}"
-            more = {"ladder": kind, "against": against}
+    for k, level in enumerate(levels[:-1]):
+        for place, error_kind in ((len(levels) - 1, TOP), (k + 1, MODEL)):
+            pair = cases[k], cases[place]
+            cycles, interval = min(case.cycles for case in pair), max(case.kept_deg for case in pair)
+            own, other = (replace(case, cycles=cycles, interval_deg=interval) for case in pair)
+            label = level if error_kind == TOP else f"{level} against {levels[place]}"
+            more = {"ladder": kind, "against": levels[place]}
             entries.append(Entry(family, label, own, other, error_kind, more))
     return entries
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from cranktrain.dynamics.model.settings import BLOCK_LEVELS, CRANK_LEVELS, Settings, resolved
+from cranktrain.dynamics.model.settings import CRANK_LEVELS, Settings, resolved
 from cranktrain.dynamics.time.integrator_tables import INTEGRATORS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import PLAIN as PLAIN_MAINS
@@ -28,22 +28,18 @@ QUICK_STEPS = {
     "generalised-alpha:0.6": (1.0, 0.5),
     "tr-bdf2": (1.0,),
 }
+_SECOND_ORDER, _THIRD_ORDER = (2.0, 1.0, 0.5, 0.25), (4.0, 3.0, 2.0, 1.0, 0.5)
+_FOURTH_ORDER = (6.0, 5.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.0, 0.75, 0.5, 0.25)
 STEPS = {
     "backward-euler": (0.5, 0.25, 0.125),
-    "trapezoidal": (2.0, 1.0, 0.5, 0.25),
-    "hht:-0.1": (2.0, 1.0, 0.5, 0.25),
-    "generalised-alpha:0.5": (2.0, 1.0, 0.5, 0.25),
-    "generalised-alpha:0.6": (2.0, 1.0, 0.5, 0.25),
-    "generalised-alpha:0.8": (2.0, 1.0, 0.5, 0.25),
-    "generalised-alpha:0.9": (2.0, 1.0, 0.5, 0.25),
-    "generalised-alpha:1": (2.0, 1.0, 0.5, 0.25),
-    "bdf2": (2.0, 1.0, 0.5, 0.25),
-    "tr-bdf2": (3.0, 2.0, 1.0, 0.5, 0.25),
-    "sdirk2": (3.0, 2.0, 1.0, 0.5, 0.25),
-    "sdirk3": (4.0, 3.0, 2.0, 1.0, 0.5),
-    "sdirk4": (6.0, 5.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.0, 0.75, 0.5, 0.25),
-    "esdirk3": (4.0, 3.0, 2.0, 1.0, 0.5),
-    "esdirk4": (6.0, 5.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.0, 0.75, 0.5, 0.25),
+    **dict.fromkeys(("trapezoidal", "hht:-0.1"), _SECOND_ORDER),
+    **{f"generalised-alpha:{radius:g}": _SECOND_ORDER for radius in (0.5, 0.6, 0.8, 0.9, 1.0)},
+    "bdf2": _SECOND_ORDER,
+    **dict.fromkeys(("tr-bdf2", "sdirk2"), (3.0, *_SECOND_ORDER)),
+    "sdirk3": _THIRD_ORDER,
+    "sdirk4": _FOURTH_ORDER,
+    "esdirk3": _THIRD_ORDER,
+    "esdirk4": _FOURTH_ORDER,
     "esdirk5": (10.0, 8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.5),
 }
 """Steps in degrees of each integrator that is known here; one that is not takes those of ``sdirk2``."""
@@ -104,15 +100,3 @@ def numerical_points(
     """
     entries = numerical_entries(level_case(engine, speed, settings), quick=True)
     return measured(entries, store or Kept("tradeoff"), 1, progress)
-
-
-def next_level(ladder: str, level: str, engine: Engine) -> str | None:
-    """The next level up of ``crank``, ``bearings`` or ``block``; None at the top."""
-    bearings = PLAIN if engine.main_roller is None else ROLLERS
-    levels = {"crank": CRANKS, "bearings": bearings, "block": BLOCK_LEVELS}[ladder]
-    if not bearing_law(level).carries:
-        return levels[0]
-    place = levels.index(level)
-    if ladder == "block" and (engine.block is None or engine.mounts is None):
-        return None
-    return levels[place + 1] if place + 1 < len(levels) else None
