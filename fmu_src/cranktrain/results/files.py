@@ -13,62 +13,28 @@ from cranktrain.store.hdf5 import write_result
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
-# unit by the last part of an output's name, or by its last two where the part alone does not tell
-_UNITS = {
-    "angle": "rad",
-    "speed": "rad/s",
-    "torsion": "rad",
-    "tilt": "rad",
-    "axial": "m",
-    "displacement": "m",
-    "film_thickness_min": "m",
-    "piston_position": "m",
-    "torque": "N m",
-    "friction_torque": "N m",
-    "force": "N",
-    "force.x": "N",
-    "force.y": "N",
-    "force.z": "N",
-    "side_force": "N",
-    "friction": "N",
-    "lateral": "m",
-    "acceleration": "m/s^2",
-    "heat": "W",
-    "twist": "rad",
-    "temperature": "K",
-    "moment.x": "N m",
-    "moment.y": "N m",
-    "moment.z": "N m",
-    "position.x": "m",
-    "position.y": "m",
-    "position.z": "m",
-    "rotation.x": "rad",
-    "rotation.y": "rad",
-    "rotation.z": "rad",
-    "velocity.x": "m/s",
-    "velocity.y": "m/s",
-    "velocity.effective": "m/s",
-    "speed.relative": "rad/s",
-    "speed.gap": "rad/s",
-    "speed.effective": "rad/s",
-    "gap.angle": "rad",
-    "gap.side": "1",
-    "gap.rate": "m/s",
-    "pressure_max": "Pa",
-    "oil_flow": "m^3/s",
-    "volume": "m^3",
-    "eccentricity": "1",
-    "substeps": "1",
-    "iterations": "1",
-    "online_films": "1",
-    "residual": "1",
-    "film_temperature_c": "degC",
+_NAMES = {
+    "1": "eccentricity substeps iterations online_films residual side",
+    "N": "force side_force friction",
+    "N m": "torque friction_torque moment",
+    "Pa": "pressure_max",
+    "W": "heat",
+    "K": "temperature",
+    "degC": "film_temperature_c",
+    "m": "axial displacement film_thickness_min piston_position lateral position",
+    "m/s": "velocity rate",
+    "m/s^2": "acceleration",
+    "m^3": "volume",
+    "m^3/s": "oil_flow",
+    "rad": "angle torsion tilt twist rotation",
+    "rad/s": "speed",
 }
+_UNITS = {name: unit for unit, names in _NAMES.items() for name in names.split()}
 
 
 def output_unit(name: str) -> str:
-    """Unit of an output by its name, e.g. ``bearing[1].force.x`` → N."""
-    return _UNITS.get(".".join(name.rsplit(".", 2)[-2:])) or _UNITS[name.rsplit(".", 1)[-1]]
+    """Unit of an output by the last part of its name that has one, e.g. ``bearing[1].force.x`` → N."""
+    return next(_UNITS[part] for part in reversed(name.split(".")) if part in _UNITS)
 
 
 def check_target(path: Path) -> None:

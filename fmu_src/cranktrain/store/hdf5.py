@@ -124,14 +124,13 @@ def write_film_table(
     datasets : name → (array, unit)
     attributes : settings, errors
     """
-    with _written(path) as file:
-        kind = PART_FORMAT if unfinished else TABLE_FORMAT
-        file.attrs.update({"format": kind, "schema": schema, "digest": digest, "made_for": made_for})
-        for key, value in sorted(attributes.items()):
-            file.attrs[f"table.{key}"] = value
-        for name, (array, unit) in datasets.items():
-            _put(file, f"data/{name}", array, unit)
-    return Path(path)
+    header = {
+        "format": PART_FORMAT if unfinished else TABLE_FORMAT,
+        "schema": schema,
+        "digest": digest,
+        "made_for": made_for,
+    }
+    return _write(path, header, "table", datasets, attributes)
 
 
 def read_film_table(
@@ -144,24 +143,14 @@ def read_film_table(
     StoreError
         missing, corrupt, foreign, of another schema, or made for something else than ``wanted``
     """
-    arrays: dict[str, NDArray[Any]] = {}
     remedy = "delete it, or build it anew by 'cranktrain film-table --rebuild'"
     with _opened(path, PART_FORMAT if unfinished else TABLE_FORMAT, schema, remedy) as file:
         if str(file.attrs["digest"]) != digest:
             made_for = str(file.attrs["made_for"])
             differs = f"made for {made_for}" if made_for != wanted else "made by another version"
             raise StoreError(f"{path}: {differs}, wanted {wanted}; {remedy}")
-
-        def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
-            if isinstance(item, h5py.Dataset):
-                arrays[name] = item[()]
-
-        if "data" in file:
-            file["data"].visititems(visit)
-        elif not unfinished:
-            raise KeyError("data")
-        attributes = {key[6:]: _plain(value) for key, value in file.attrs.items() if key.startswith("table.")}
-    return arrays, attributes
+        datasets, attributes = _read(file, "table", may_be_empty=unfinished)
+    return {name: array for name, (array, _) in datasets.items()}, attributes
 
 
 def write_result(
@@ -174,27 +163,44 @@ def write_result(
     datasets : name → (array, unit); a name may hold ``/`` for groups
     attributes : what describes the run (engine, speed in rad/s, integrator …)
     """
+    return _write(path, {"format": RESULT_FORMAT, "schema": RESULT_SCHEMA}, "run", datasets, attributes or {})
+
+
+def read_result(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
+    """Read what :func:`write_result` wrote: (name → (array, unit), attributes); ``StoreError`` as :func:`load_body`."""
+    with _opened(path, RESULT_FORMAT, RESULT_SCHEMA, "run 'cranktrain simulate' again") as file:
+        return _read(file, "run")
+
+
+def _write(
+    path: str | Path,
+    header: Mapping[str, Any],
+    prefix: str,
+    datasets: Mapping[str, Dataset],
+    attributes: Mapping[str, Any],
+) -> Path:
+    """Datasets in the group ``data`` and attributes with a prefix, behind a header."""
     with _written(path) as file:
-        file.attrs.update({"format": RESULT_FORMAT, "schema": RESULT_SCHEMA})
-        for key, value in sorted((attributes or {}).items()):
-            file.attrs[f"run.{key}"] = value
+        file.attrs.update(header)
+        for key, value in sorted(attributes.items()):
+            file.attrs[f"{prefix}.{key}"] = value
         for name, (array, unit) in datasets.items():
             _put(file, f"data/{name}", array, unit)
     return Path(path)
 
 
-def read_result(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
-    """Read what :func:`write_result` wrote: (name → (array, unit), attributes); ``StoreError`` as :func:`load_body`."""
+def _read(file: h5py.File, prefix: str, may_be_empty: bool = False) -> tuple[dict[str, Dataset], dict[str, Any]]:
+    """What :func:`_write` wrote: datasets with their units, and attributes."""
     datasets: dict[str, Dataset] = {}
-    with _opened(path, RESULT_FORMAT, RESULT_SCHEMA, "run 'cranktrain simulate' again") as file:
 
-        def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
-            if isinstance(item, h5py.Dataset):
-                datasets[name] = (item[()], str(item.attrs["unit"]))
+    def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
+        if isinstance(item, h5py.Dataset):
+            datasets[name] = (item[()], str(item.attrs["unit"]))
 
+    if "data" in file or not may_be_empty:
         file["data"].visititems(visit)
-        attributes = {key[4:]: _plain(value) for key, value in file.attrs.items() if key.startswith("run.")}
-    return datasets, attributes
+    named = {key.removeprefix(f"{prefix}."): _plain(value) for key, value in file.attrs.items() if "." in key}
+    return datasets, named
 
 
 def _plain(value: Any) -> Any:

@@ -12,14 +12,11 @@ what the load's way through the block adds makes that 10 to 17 %. The saddle of 
 
 from __future__ import annotations
 
-import json
-from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.cache import cache_folder
 from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance, patterns, reduced_compliance
@@ -29,7 +26,7 @@ from cranktrain.structure.crank.reduction import Progress, one_thread
 from cranktrain.structure.fem.craig_bampton import Flexibility, rigid_motions
 from cranktrain.structure.fem.elasticity import FEModel
 from cranktrain.structure.fem.mesh import surface_basis
-from cranktrain.structure.fem.surface_compliance import radial_loads, store_compliance, stored_compliance
+from cranktrain.structure.fem.surface_compliance import kept_compliance, radial_loads
 
 Array = NDArray[np.float64]
 
@@ -67,11 +64,9 @@ def block_bore_compliance(
     if not 0 <= row < len(mains):
         raise InputError(f"block: bore {main} is not one of 1..{len(mains)}")
     inputs = [RECIPE, WAVES, DEGREE, FACET_ORDER, row, film.diameter, film.width, input_digest(engine, mesh_file)]
-    digest = sha256(json.dumps(inputs).encode()).hexdigest()
-    path = cache_folder() / f"{engine.name}-bore-{digest[:16]}.npz"
-    patternwise = None if rebuild else stored_compliance(path, digest)
-    if patternwise is None:
-        say = progress or (lambda stage: None)
+    say = progress or (lambda stage: None)
+
+    def computed() -> Array:
         model = block_model(engine, mesh_file, say)
         say("factorising the stiffness")
         with one_thread():
@@ -80,8 +75,9 @@ def block_bore_compliance(
             loads = bore_loads(model, f"bore[{row + 1}]", mains[row], film.diameter, film.width)
             compliance = loads.T @ free.solve(loads)
         shape = (2 * WAVES + 1, DEGREE + 1)
-        patternwise = (0.5 * (compliance + compliance.T)).reshape(*shape, *shape)
-        store_compliance(path, digest, patternwise)
+        return np.asarray((0.5 * (compliance + compliance.T)).reshape(*shape, *shape))
+
+    patternwise = kept_compliance(f"{engine.name}-bore", inputs, computed, rebuild)
     return reduced_compliance(patternwise, np.pi * film.diameter * film.width, count)
 
 

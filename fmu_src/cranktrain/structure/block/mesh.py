@@ -8,8 +8,6 @@ of the bottom cover). Each is averaged (RBE3) and referred to its place in the p
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
@@ -24,14 +22,7 @@ from cranktrain.engine.parts import Block
 from cranktrain.structure.block.shape import PATCH, Bank, BlockPlan, block_shape
 from cranktrain.structure.fem.elasticity import FEModel
 from cranktrain.structure.fem.interfaces import InterfaceSet, averaged_interfaces
-from cranktrain.structure.fem.mesh import (
-    NETGEN_EDGES,
-    cad_mesh,
-    named_mesh,
-    quadratic_mesh,
-    save_cad_mesh,
-    surface_area,
-)
+from cranktrain.structure.fem.mesh import cad_solid, named_mesh, surface_area
 
 Array = NDArray[np.float64]
 
@@ -77,11 +68,8 @@ def block_mesh(plan: BlockPlan) -> MeshTet2:
     InputError
         for a crash of the CAD kernel, elements that stay inverted, or a surface that the kernel lost
     """
-    values = asdict(plan)
-    nodes, tets, *_ = cad_mesh(
-        "cranktrain.structure.block.mesh:_child", values, "block", "block.mesh_size or a dimension of [block]"
-    )
-    mesh = quadratic_mesh(nodes, tets, {}, NETGEN_EDGES)
+    remedy = "block.mesh_size or a dimension of [block]"
+    mesh = cad_solid("cranktrain.structure.block.mesh:_solid", asdict(plan), "block", remedy)
     mesh = mesh.with_boundaries(_surfaces(plan, mesh))
     if missing := [name for name in interface_places(plan) if not len(mesh.boundaries[name])]:
         raise InputError(f"block: the CAD kernel lost the surfaces {', '.join(missing)}: change dimensions of [block]")
@@ -168,13 +156,11 @@ def _surfaces(plan: BlockPlan, mesh: MeshTet2) -> dict[str, NDArray[np.integer[A
     return {name: skin[chosen[name]].astype(np.int32) for name in interface_places(plan)}
 
 
-def _child() -> None:
-    """Entry of the child that meshes: the plan on stdin, mesh to the file named by the first argument."""
-    values = json.load(sys.stdin)
+def _solid(values: dict[str, Any]) -> tuple[Any, float, float]:
     block, banks = Block(**values.pop("block")), values.pop("banks")
     others = {key: _tuples(entry) for key, entry in values.items()}
     plan = BlockPlan(block=block, banks=tuple(Bank(**bank) for bank in banks), **others)
-    save_cad_mesh(block_shape(plan), block.mesh_size, 1.0)
+    return block_shape(plan), block.mesh_size, 1.0
 
 
 def _tuples(value: Any) -> Any:

@@ -16,12 +16,9 @@ and so symmetric, S the rollers' springs and B the rollers' approach by the jour
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
-from hashlib import sha256
 from typing import Any
 
 import numpy as np
@@ -29,14 +26,13 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from skfem import FacetBasis, MeshTet2
 
-from cranktrain.core.cache import cache_folder
 from cranktrain.engine.parts import Material
 from cranktrain.engine.quantities import Length, check_values, need
 from cranktrain.engine.roller_bearing import RollerBearing
 from cranktrain.structure.block.saddle import CAST_IRON
 from cranktrain.structure.fem.elasticity import FEModel, finite_elements
-from cranktrain.structure.fem.mesh import NETGEN_EDGES, cad_mesh, quadratic_mesh, save_cad_mesh
-from cranktrain.structure.fem.surface_compliance import compliance_of, radial_loads, store_compliance, stored_compliance
+from cranktrain.structure.fem.mesh import cad_solid
+from cranktrain.structure.fem.surface_compliance import compliance_of, kept_compliance, radial_loads
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -152,20 +148,16 @@ def ring_compliance(
         dimensions that make no ring
     """
     check_ring(ring)
-    inputs = json.dumps([RECIPE, DEGREE, first_angle, asdict(ring)], sort_keys=True)
-    digest = sha256(inputs.encode()).hexdigest()
-    path = cache_folder() / f"roller-ring-{digest[:16]}.npz"
-    compliance = None if rebuild else stored_compliance(path, digest)
-    if compliance is None:
-        say = progress or (lambda stage: None)
+    say = progress or (lambda stage: None)
+
+    def computed() -> Array:
         say("meshing ring and housing")
         mesh = ring_mesh(ring)
         say(f"finite elements of ring and housing ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
         model = ring_model(ring, mesh)
-        held = model.basis.get_dofs(mesh.boundaries["held"]).flatten()
-        compliance = track_compliance(ring, model, held, first_angle)
-        store_compliance(path, digest, compliance)
-    return compliance
+        return track_compliance(ring, model, model.basis.get_dofs(mesh.boundaries["held"]).flatten(), first_angle)
+
+    return kept_compliance("roller-ring", [RECIPE, DEGREE, first_angle, asdict(ring)], computed, rebuild)
 
 
 def ring_model(ring: RollerRing, mesh: MeshTet2) -> FEModel:
@@ -218,10 +210,8 @@ def check_ring(ring: RollerRing) -> None:
 def ring_mesh(ring: RollerRing) -> MeshTet2:
     """Curved quadratic tetrahedra with the boundaries ``track`` (under the rollers) and ``held``; ``InputError``."""
     check_ring(ring)
-    nodes, tets, *_ = cad_mesh(
-        "cranktrain.structure.block.roller_ring:_child", asdict(ring), "roller ring", "mesh_size or a dimension"
-    )
-    mesh = quadratic_mesh(nodes, tets, {}, NETGEN_EDGES)
+    remedy = "mesh_size or a dimension"
+    mesh = cad_solid("cranktrain.structure.block.roller_ring:_solid", asdict(ring), "roller ring", remedy)
     skin = mesh.boundary_facets()
     x, y, z = mesh.p[:, mesh.facets[:, skin]]
     radius, small = np.hypot(x, y), 1e-6 * ring.track_diameter
@@ -231,11 +221,9 @@ def ring_mesh(ring: RollerRing) -> MeshTet2:
     return mesh.with_boundaries({"track": skin[on_track & under_rollers], "held": skin[held]})
 
 
-def _child() -> None:
-    """Entry of the child that meshes: dimensions on stdin, mesh to the file named by the first argument."""
+def _solid(r: dict[str, Any]) -> tuple[Any, float, float]:
     from netgen import occ
 
-    r = json.load(sys.stdin)
     inner, outer = 0.5 * r["roller_length"], 0.5 * r["width"]
     # Slices that share faces: the rollers' ends become edges of the mesh.
     spans = [(-outer, -inner), (-inner, inner), (inner, outer)] if outer > inner * (1 + 1e-9) else [(-inner, inner)]
@@ -249,4 +237,4 @@ def _child() -> None:
             cylinder(r[key], low, high) for key in ("track_diameter", "ring_diameter", "housing_diameter")
         )
         parts += [ring - track, housing - ring]
-    save_cad_mesh(occ.Glue(parts), r["mesh_size"], 1.0)
+    return occ.Glue(parts), r["mesh_size"], 1.0

@@ -12,26 +12,23 @@ the loads' own vectors f_i, so that it is symmetric by construction:
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
-from hashlib import sha256
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshTet2
 
-from cranktrain.core.cache import cache_folder
 from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import SHELL_SHARE, JournalBearing, Material
 from cranktrain.engine.quantities import Length, check_values, need
 from cranktrain.film.elastic.bore_compliance import BoreCompliance, patterns, reduced_compliance
 from cranktrain.structure.fem.elasticity import FEModel, finite_elements
-from cranktrain.structure.fem.mesh import NETGEN_EDGES, cad_mesh, quadratic_mesh, save_cad_mesh, surface_basis
-from cranktrain.structure.fem.surface_compliance import compliance_of, radial_loads, store_compliance, stored_compliance
+from cranktrain.structure.fem.mesh import cad_solid, surface_basis
+from cranktrain.structure.fem.surface_compliance import compliance_of, kept_compliance, radial_loads
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -120,18 +117,17 @@ def bore_compliance(
     plan = saddle or saddle_for(engine.plain_mains)
     check_saddle(plan)
     area = np.pi * plan.film_diameter * plan.film_width
-    digest = sha256(json.dumps([RECIPE, WAVES, DEGREE, asdict(plan)], sort_keys=True).encode()).hexdigest()
-    path = cache_folder() / f"saddle-{digest[:16]}.npz"
-    patternwise = None if rebuild else stored_compliance(path, digest)
-    if patternwise is None:
-        say = progress or (lambda stage: None)
+    say = progress or (lambda stage: None)
+
+    def computed() -> Array:
         say("meshing the saddle")
         mesh = saddle_mesh(plan)
         say(f"finite elements of the saddle ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
         model = finite_elements(mesh, plan.material)
         held = model.basis.get_dofs(mesh.boundaries["held"]).flatten()
-        patternwise = pattern_compliance(model, held, plan.film_diameter, plan.film_width)
-        store_compliance(path, digest, patternwise)
+        return pattern_compliance(model, held, plan.film_diameter, plan.film_width)
+
+    patternwise = kept_compliance("saddle", [RECIPE, WAVES, DEGREE, asdict(plan)], computed, rebuild)
     return reduced_compliance(patternwise, area, count, with_motion)
 
 
@@ -192,9 +188,8 @@ def check_saddle(saddle: Saddle) -> None:
 def saddle_mesh(saddle: Saddle) -> MeshTet2:
     """Curved quadratic tetrahedra with the boundaries ``bore`` (under the film) and ``held``; ``InputError``."""
     check_saddle(saddle)
-    values = asdict(saddle)
-    nodes, tets, *_ = cad_mesh("cranktrain.structure.block.saddle:_child", values, "saddle", "mesh_size or a dimension")
-    mesh = quadratic_mesh(nodes, tets, {}, NETGEN_EDGES)
+    remedy = "mesh_size or a dimension"
+    mesh = cad_solid("cranktrain.structure.block.saddle:_solid", asdict(saddle), "saddle", remedy)
     skin = mesh.boundary_facets()
     x, y, z = mesh.p[:, mesh.facets[:, skin]]
     small = 1e-6 * saddle.bore_diameter
@@ -205,11 +200,9 @@ def saddle_mesh(saddle: Saddle) -> MeshTet2:
     return mesh.with_boundaries({"bore": skin[on_bore & under_film], "held": skin[top | flank]})
 
 
-def _child() -> None:
-    """Entry of the child that meshes: dimensions on stdin, mesh to the file named by the first argument."""
+def _solid(s: dict[str, Any]) -> tuple[Any, float, float]:
     from netgen import occ
 
-    s = json.load(sys.stdin)
     slices = []
     # Three slices that share faces: the film's edges become edges of the mesh.
     inner, outer = 0.5 * s["film_width"], 0.5 * s["thickness"]
@@ -220,4 +213,4 @@ def _child() -> None:
         bore = occ.Cylinder(occ.Pnt(0.0, 0.0, low), occ.gp_Dir(0, 0, 1), r=0.5 * s["bore_diameter"], h=high - low)
         bore.faces.maxh = s["bore_mesh_share"] * s["mesh_size"]
         slices.append(bulkhead + cap - bore)
-    save_cad_mesh(occ.Glue(slices), s["mesh_size"], 1.0)
+    return occ.Glue(slices), s["mesh_size"], 1.0

@@ -94,10 +94,10 @@ class BlockPlan:
         """Outer radius of the liners, m."""
         return 0.5 * self.cylinder_bore + self.block.liner_thickness
 
-    def bands(self, heights: Sequence[float] | None = None) -> list[Span]:
+    def bands(self) -> list[Span]:
         """Lower and upper ring of the liner, along the bank from the axis."""
         half = 0.5 * BAND_SHARE * self.stroke
-        return [(h - half, h + half) for h in heights or self.pin_heights]
+        return [(h - half, h + half) for h in self.pin_heights]
 
     def cells(self, bank: Bank) -> list[Span]:
         """Stretch of the bank that belongs to each of its cylinders."""

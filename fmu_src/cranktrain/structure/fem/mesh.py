@@ -14,6 +14,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +78,7 @@ def crankshaft_mesh(crankshaft: Crankshaft, thrust_main: int | None = None) -> M
     if not 1 <= main <= throws + 1:
         raise InputError(f"thrust.main = {main}: the crankshaft has main journals 1 to {throws + 1}")
     nodes, tets, triangles, labels, names = cad_mesh(
-        "cranktrain.structure.fem.mesh:_child", asdict(crankshaft), "crankshaft", "fillet or mesh_size"
+        "cranktrain.structure.fem.mesh:_solid", asdict(crankshaft), "crankshaft", "fillet or mesh_size"
     )
     surfaces = {name: triangles[labels == k] for k, name in enumerate(names) if name in interface_names(throws)}
     mesh = quadratic_mesh(nodes, tets, surfaces, NETGEN_EDGES)
@@ -309,7 +310,8 @@ def cad_mesh(
 
     Parameters
     ----------
-    entry : ``module:function`` that reads ``values`` from stdin as JSON and ends with :func:`save_cad_mesh`
+    entry : ``module:function`` of ``values`` (as JSON gives them back) that returns a shape of netgen's CAD kernel,
+        the largest edge (m), and the number of sides to a radius of curvature and to an edge
     what, remedy : the body in an error's text, and what to change
 
     Returns
@@ -329,13 +331,18 @@ def cad_mesh(
             return data["nodes"], data["tets"], data["triangles"], data["labels"], names
 
 
-def save_cad_mesh(shape: Any, maxh: float, fineness: float) -> None:
-    """Mesh a shape of netgen's CAD kernel with quadratic tetrahedra into the file that the first argument names.
+def cad_solid(entry: str, values: Mapping[str, Any], what: str, remedy: str) -> MeshTet2:
+    """Quadratic mesh of a solid as :func:`cad_mesh` makes it, without boundaries."""
+    nodes, tets, *_ = cad_mesh(entry, values, what, remedy)
+    return quadratic_mesh(nodes, tets, {}, NETGEN_EDGES)
 
-    ``maxh`` is the largest edge (m), ``fineness`` the number of sides to a radius of curvature and to an edge.
-    """
+
+def child(entry: str) -> None:
+    """Work of the child: values on stdin, mesh of quadratic tetrahedra to the file that the first argument names."""
     from netgen.occ import OCCGeometry
 
+    module, function = entry.split(":")
+    shape, maxh, fineness = getattr(import_module(module), function)(json.load(sys.stdin))
     mesh = OCCGeometry(shape).GenerateMesh(
         maxh=maxh, grading=0.5, curvaturesafety=fineness, segmentsperedge=fineness, parallel_meshing=False
     )
@@ -355,8 +362,7 @@ def save_cad_mesh(shape: Any, maxh: float, fineness: float) -> None:
 def _run_child(entry: str, values: Mapping[str, Any], target: Path, what: str, remedy: str) -> None:
     package_root = str(Path(__file__).resolve().parents[3])
     paths = [package_root, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
-    module, function = entry.split(":")
-    command = [sys.executable, "-c", f"from {module} import {function}; {function}()", str(target)]
+    command = [sys.executable, "-c", f"import {__name__} as mesh; mesh.child({entry!r})", str(target)]
     try:
         child = subprocess.run(
             command,
@@ -375,11 +381,10 @@ def _run_child(entry: str, values: Mapping[str, Any], target: Path, what: str, r
         raise InputError(f"{what}: the CAD kernel failed ({ended}: {last}): change {remedy} a little")
 
 
-def _child() -> None:
-    """Entry of the child: dimensions on stdin, mesh to the file named by the first argument."""
+def _solid(values: dict[str, Any]) -> tuple[Any, float, float]:
     from cranktrain.structure.crank.shape import crankshaft_shape
 
-    values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in json.load(sys.stdin).items()}
-    crankshaft = Crankshaft(**values)
+    sizes: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
+    crankshaft = Crankshaft(**sizes)
     # Half the largest edge on fillets at the default sizes: one curved side per quarter circle of 4.5 mm.
-    save_cad_mesh(crankshaft_shape(crankshaft), crankshaft.mesh_size, 1.8 * crankshaft.fillet / crankshaft.mesh_size)
+    return crankshaft_shape(crankshaft), crankshaft.mesh_size, 1.8 * crankshaft.fillet / crankshaft.mesh_size

@@ -5,7 +5,10 @@ C_ij = f_iᵀ K⁻¹ f_j with the vectors of the loads themselves, f_i · v = �
 
 from __future__ import annotations
 
-from pathlib import Path
+import json
+from collections.abc import Callable
+from hashlib import sha256
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -13,6 +16,7 @@ from numpy.typing import NDArray
 from skfem import FacetBasis
 from threadpoolctl import threadpool_limits
 
+from cranktrain.core.cache import cache_folder
 from cranktrain.store.whole_file import whole_file
 from cranktrain.structure.fem.elasticity import FEModel, factorise
 
@@ -50,19 +54,23 @@ def compliance_of(model: FEModel, held: NDArray[np.integer], loads: Array) -> Ar
     return np.asarray(0.5 * (compliance + compliance.T))
 
 
-def stored_compliance(path: Path, digest: str) -> Array | None:
-    """Stored compliance of these very inputs; nothing where there is none or it cannot be read."""
+def kept_compliance(name: str, inputs: Any, computed: Callable[[], Array], rebuild: bool = False) -> Array:
+    """Compliance of these very ``inputs`` from the user's cache; where there is none it is ``computed`` and kept.
+
+    A cache that cannot be written costs the next run its seconds only.
+    """
+    digest = sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
+    path = cache_folder() / f"{name}-{digest[:16]}.npz"
     try:
         with np.load(path) as data:
-            return np.asarray(data["compliance"]) if str(data["digest"]) == digest else None
+            if str(data["digest"]) == digest and not rebuild:
+                return np.asarray(data["compliance"])
     except (OSError, ValueError, KeyError, BadZipFile):
-        return None
-
-
-def store_compliance(path: Path, digest: str, compliance: Array) -> None:
-    """Keep a compliance, whole or not at all; a cache that cannot be written costs the next run its seconds only."""
+        pass  # none there, or none that can be read
+    compliance = computed()
     try:
         with whole_file(path) as temporary:
             np.savez(temporary, compliance=compliance, digest=digest)
     except OSError:
         pass
+    return compliance
