@@ -8,8 +8,8 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid_coordinates
 from cranktrain.structure.crank.reduction import lumped_mass, static_error
 from cranktrain.structure.fem.craig_bampton import (
+    ClampedFlexibility,
     Flexibility,
-    HeldFlexibility,
     craig_bampton,
     eigenmodes,
     rigid_motions,
@@ -72,8 +72,10 @@ def test_an_interface_force_is_spread_with_its_resultant(model, interfaces):
 
 
 def test_constraint_modes_are_static_answers_to_unit_interface_motions(model, interfaces):
-    held = HeldFlexibility.of(Flexibility.of(model.stiffness, model.mass, rigid_motions(model)), interfaces.averaging)
-    modes = held.constraint_modes
+    clamped = ClampedFlexibility.of(
+        Flexibility.of(model.stiffness, model.mass, rigid_motions(model)), interfaces.averaging
+    )
+    modes = clamped.constraint_modes
     np.testing.assert_allclose(interfaces.averaging @ modes, np.eye(18), atol=1e-9)
     # K Ψ is carried by the interfaces alone: what is left after fitting interface forces is rounding.
     force = model.stiffness @ modes
@@ -84,8 +86,10 @@ def test_constraint_modes_are_static_answers_to_unit_interface_motions(model, in
 
 
 def test_fixed_interface_modes_hold_the_interfaces_and_are_eigenmodes_of_the_rest(model, interfaces):
-    held = HeldFlexibility.of(Flexibility.of(model.stiffness, model.mass, rigid_motions(model)), interfaces.averaging)
-    omega, modes = eigenmodes(held.solve, model.mass, 5)
+    clamped = ClampedFlexibility.of(
+        Flexibility.of(model.stiffness, model.mass, rigid_motions(model)), interfaces.averaging
+    )
+    omega, modes = eigenmodes(clamped.solve, model.mass, 5)
     assert np.abs(interfaces.averaging[:3] @ modes).max() < 1e-9 * np.abs(modes).max()
     energy = np.einsum("ij,ij->j", modes, model.stiffness @ modes)
     np.testing.assert_allclose(energy, omega**2, rtol=1e-6)

@@ -33,7 +33,7 @@ def compliance(share=1.0, **changes):
     ring = replace(RING, mesh_size=share * RING.mesh_size, **changes)
     mesh = ring_mesh(ring)
     model = ring_model(ring, mesh)
-    return track_compliance(ring, model, model.basis.get_dofs(mesh.boundaries["held"]).flatten())
+    return track_compliance(ring, model, model.basis.get_dofs(mesh.boundaries["clamped"]).flatten())
 
 
 @pytest.fixture(scope="module")

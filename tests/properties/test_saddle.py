@@ -25,7 +25,7 @@ MEAN = np.full(48, 1 / 48)[:, None] * 0.5 * ACROSS
 def patternwise(mesh_size):
     mesh = saddle_mesh(replace(PLAN, mesh_size=mesh_size))
     model = finite_elements(mesh, PLAN.material)
-    held = model.basis.get_dofs(mesh.boundaries["held"]).flatten()
+    held = model.basis.get_dofs(mesh.boundaries["clamped"]).flatten()
     return pattern_compliance(model, held, PLAN.film_diameter, PLAN.film_width, WAVES, DEGREE)
 
 

@@ -337,4 +337,5 @@ def _renormalised(body: ReducedBody, mass: Array) -> ReducedBody:
 
 
 def _derived(body: ReducedBody, *change: object) -> str:
+    """Digest of a body that was derived from another by a change."""
     return sha256(repr((body.digest, change)).encode()).hexdigest()

@@ -46,6 +46,7 @@ def rests_on(file: Path, deferred: bool = False) -> set[Path]:
 
 @cache
 def _imported(path: Path, deferred: bool) -> frozenset[Path]:
+    """Files of the package that one source file imports."""
     found: set[Path] = set()
     for indent, module, names, plain in _IMPORT.findall(path.read_text(encoding="utf-8")):
         if indent and not deferred:

@@ -107,6 +107,7 @@ def engine_provenance(name_or_path: str | Path) -> list[tuple[str, Any, str, str
 
 
 def _document(path: Path) -> dict[str, Any]:
+    """TOML document of an engine file; ``InputError`` where it is none."""
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -116,6 +117,7 @@ def _document(path: Path) -> dict[str, Any]:
 
 
 def _same_names(known: set[str], optional: set[str], found: set[str], where: str, noun: str) -> None:
+    """Refuse names that are unknown or missing."""
     if unknown := sorted(found - known):
         raise InputError(f"{where}: unknown {noun} '{unknown[0]}'; {nearest(unknown[0], sorted(known))}")
     if missing := sorted(known - optional - found):

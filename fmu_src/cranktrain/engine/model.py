@@ -144,12 +144,14 @@ def optional_fields(kind: type) -> set[str]:
 
 
 def _plain(value: Any) -> Any:
+    """Tuples as lists, at any depth."""
     if isinstance(value, dict):
         return {key: _plain(entry) for key, entry in value.items()}
     return [_plain(entry) for entry in value] if isinstance(value, tuple | list) else value
 
 
 def _typed(kind: Any, value: Any, where: str) -> Any:
+    """Value as a field of its type wants it."""
     if is_dataclass(kind) and isinstance(kind, type):
         if not isinstance(value, Mapping):
             raise InputError(f"{where}: not a table")

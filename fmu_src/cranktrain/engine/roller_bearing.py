@@ -10,18 +10,11 @@ from dataclasses import dataclass, fields
 from functools import partial
 
 from cranktrain.core.errors import InputError
+from cranktrain.engine import quantities as q
 from cranktrain.engine.parts import Crankshaft, RollerBearings
-from cranktrain.engine.quantities import (
-    ROLLER_CONTACTS,
-    Length,
-    RollerContact,
-    RollerProfile,
-    check_values,
-    mm,
-    need,
-)
+from cranktrain.engine.quantities import check_values, mm, need
 
-CONTACT_LAWS = dict(zip(ROLLER_CONTACTS, (7.68e-5 ** (-10.0 / 9.0), 35948.0), strict=True))
+CONTACT_LAWS = dict(zip(q.ROLLER_CONTACTS, (7.68e-5 ** (-10.0 / 9.0), 35948.0), strict=True))
 """k of both contacts in series, N/mm^2: Q = k l^(8/9) δ^(10/9) with l and δ in mm."""
 SHORT_PROFILE, LONG_PROFILE = 0.00035, 0.0005
 """Profile parameters of ISO/TS 16281."""
@@ -51,12 +44,12 @@ class RollerBearing:
     """
 
     rollers: int
-    length: Length
-    diameter: Length
-    pitch: Length
+    length: q.Length
+    diameter: q.Length
+    pitch: q.Length
     clearance: float = 0.0
-    profile: RollerProfile = 0.0
-    law: RollerContact = "palmgren"
+    profile: q.RollerProfile = 0.0
+    law: q.RollerContact = "palmgren"
 
     @property
     def contact_stiffness(self) -> float:

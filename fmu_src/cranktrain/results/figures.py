@@ -133,21 +133,25 @@ def _cycle(run: Run, name: str) -> Array:
 
 
 def _floating(run: Run, engine: Engine) -> list[str]:
+    """Big ends that float in films."""
     names = [f"big_end[{c + 1}]" for c in range(engine.n_cylinders)]
     return [name for name in names if np.any(run.outputs[f"{name}.eccentricity"])]
 
 
 def _firing(engine: Engine) -> list[float]:
+    """Firing angles by cylinder, deg."""
     return [math.degrees(angle) for angle in engine.firing_angles]
 
 
 def _clearance(engine: Engine, name: str) -> float:
+    """Radial clearance of a bearing by its name, m."""
     bearing = engine.big_end_bearing if name.startswith("big_end") else engine.main_bearing
     assert bearing is not None  # a big end floats only where the engine file gives it a bearing
     return bearing.clearance
 
 
 def _title(name: str) -> str:
+    """Name of a bearing in words."""
     family, number = name.rstrip("]").split("[")
     return f"{'big end' if family == 'big_end' else 'main'} {number}"
 

@@ -86,7 +86,7 @@ def big_end_rows(angle: Array, outputs: Mapping[str, Array]) -> list[dict[str, A
 
 
 def online_films(angle: Array, outputs: Mapping[str, Array], bin_deg: float = 10.0) -> dict[str, Any]:
-    """How many films of the last cycle lay outside the film table and were solved in place, and at which crank angles.
+    """How many films of the last cycle lay outside the film table and were solved online, and at which crank angles.
 
     Each Newton iteration of each main bearing asks for one film. ``by_crank_angle`` lists [first deg of the bin, share
     of its films] for the bins in which any were solved; ``bin_deg`` is the bins' width.
@@ -108,14 +108,17 @@ def online_films(angle: Array, outputs: Mapping[str, Array], bin_deg: float = 10
 
 
 def _count(outputs: Mapping[str, Array], family: str) -> int:
+    """How many bearings of a family a run has."""
     return sum(name.startswith(f"{family}[") and name.endswith("].eccentricity") for name in outputs)
 
 
 def _peak(outputs: Mapping[str, Array], vector: str, last: NDArray[np.bool_]) -> float:
+    """Largest magnitude across the axis of a vector output."""
     return float(np.hypot(outputs[f"{vector}.x"][last], outputs[f"{vector}.y"][last]).max())
 
 
 def _film_extremes(outputs: Mapping[str, Array], name: str, last: NDArray[np.bool_]) -> dict[str, float]:
+    """Least film, largest eccentricity and pressure of a bearing."""
     return {
         "min_film_um": float(1e6 * outputs[f"{name}.film_thickness_min"][last].min()),
         "max_eccentricity": float(outputs[f"{name}.eccentricity"][last].max()),
@@ -172,7 +175,7 @@ def run_summary(run: Run, result_path: str) -> dict[str, Any]:
     """Summary of a run: the object that ``cranktrain simulate --json`` prints.
 
     Keys carry their unit; ``real_time_factor`` is wall seconds per simulated second, ``seconds`` wall seconds. A crank
-    that its mains hold has no axial motion and no bearings to tell of.
+    whose journals are locked on their axis has no axial motion and no bearings to tell of.
     """
     pulley = {"torsion_deg": vibration(run.angle, run.outputs["pulley.torsion"], 180.0 / math.pi)}
     if "pulley.axial" in run.outputs:

@@ -102,7 +102,7 @@ def block_tables(part: Mapping[str, Any]) -> list[Table]:
 
 
 def run_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """Pulley motion, main bearings where they are not held, big ends, and what else runs, of a run summary."""
+    """Pulley motion, main bearings where the journals move in them, big ends, and what else runs, of a run summary."""
     rows = []
     motions = {
         "torsion_deg": "torsion / deg",
@@ -193,9 +193,9 @@ def _bearing_table(title: str, bearings: Sequence[Mapping[str, Any]]) -> Table:
 
 
 def online_text(online: Mapping[str, Any]) -> str:
-    """One line on the films that were solved in place because they lay outside the film table."""
+    """One line on the films that were solved online because they lay outside the film table."""
     line = (
-        f"Films outside the table over the last cycle: {online['solved']} of {online['films']} solved in place "
+        f"Films outside the table over the last cycle: {online['solved']} of {online['films']} solved online "
         f"({100.0 * online['share']:.2g} %)"
     )
     if not online["by_crank_angle"]:
@@ -241,8 +241,10 @@ def _beside(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry], firs
 
 
 def _number(value: float, form: str) -> str:
+    """A number in its format; a dash where it is 0."""
     return format(value, form) if value else NOTHING
 
 
 def _deviation(value: float, reference: float) -> str:
+    """Deviation from a reference in per cent; a dash where there is none."""
     return f"{100.0 * (value / reference - 1.0):+z.1f} %" if reference else NOTHING

@@ -126,15 +126,18 @@ def film_table(
 
 
 def _said(settings: TableSettings) -> str:
+    """What a table is for, in words."""
     tilt = f"tilt to {settings.tilt_range:g}" if settings.tilt else "no tilt"
     return f"L/D {settings.length_ratio:g}, groove {settings.groove}, {tilt}, resolution {settings.resolution}"
 
 
 def _attributes(table: FilmTable) -> dict[str, Any]:
+    """Settings and worst errors, as a file keeps them."""
     return {**asdict(table.settings), **{f"error_{name}": value for name, value in table.worst().items()}}
 
 
 def _keep(part: Path, settings: TableSettings, slabs: dict[str, Array]) -> None:
+    """Keep the slabs that are finished."""
     datasets = {f"slab/{name}": (slabs[name], "1") for name in sorted(slabs)}
     write_film_table(part, SCHEMA, settings.digest, _said(settings), datasets, asdict(settings), unfinished=True)
 

@@ -204,10 +204,12 @@ def _read(file: h5py.File, prefix: str, may_be_empty: bool = False) -> tuple[dic
 
 
 def _plain(value: Any) -> Any:
+    """Number of NumPy as one of Python."""
     return value.item() if isinstance(value, np.generic) else value
 
 
 def _put(file: h5py.File, name: str, array: Any, unit: str) -> None:
+    """Write one dataset with its unit and a checksum."""
     array = np.asarray(array)
     # HDF5 notices by itself that a file is cut short; values that have changed it notices by a checksum only.
     dataset = file.create_dataset(name, data=array, track_times=False, fletcher32=array.size > 1 or None)
@@ -226,6 +228,7 @@ def _written(path: str | Path) -> Iterator[h5py.File]:
 
 @contextmanager
 def _opened(path: str | Path, kind: str, schema: int, remedy: str) -> Iterator[h5py.File]:
+    """File of its kind and schema; ``StoreError`` with the remedy otherwise."""
     if not Path(path).is_file():
         raise StoreError(f"{path}: no such file; {remedy}")
     try:

@@ -54,6 +54,7 @@ def processors() -> int:
 def _pooled(
     function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], count: int, heard: Callable[..., None] | None
 ) -> Iterator[tuple[tuple[Any, ...], Any]]:
+    """Tasks with their results from a pool of ``count`` processes."""
     # A fork asks nothing of the caller's script, but only a process without threads can be forked safely.
     alone = "fork" in multiprocessing.get_all_start_methods() and threading.active_count() == 1
     context = multiprocessing.get_context("fork" if alone else "spawn")
@@ -75,6 +76,7 @@ def _pooled(
 
 
 def _work(function: Callable[..., Any], task: tuple[Any, ...], tells: bool) -> Any:
+    """One task in a worker process."""
     return function(*task, lambda *report: _reports.put(report)) if tells else function(*task)
 
 

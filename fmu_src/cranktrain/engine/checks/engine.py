@@ -59,6 +59,7 @@ def check_engine(engine: Engine) -> None:
 
 
 def _check_oil(oil: Oil) -> None:
+    """Refuse an oil whose law lacks its constants."""
     of, warm, cold = partial(need, "oil"), oil.walther_temperatures, oil.walther_viscosities
     need_table("oil", oil)
     if oil.law == "vogel":
@@ -75,6 +76,7 @@ def _check_oil(oil: Oil) -> None:
 
 
 def _check_combustion(burn: Combustion) -> None:
+    """Refuse valves that are open while the charge burns."""
     of, latest = partial(need, "combustion"), 1.5 * math.pi
     text = "must lie before the start of combustion, in (-270, 0) deg after firing dead centre"
     of("intake_closes", -latest < burn.intake_closes < min(burn.start, 0.0), text)

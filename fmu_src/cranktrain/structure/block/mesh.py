@@ -21,7 +21,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.parts import Block
 from cranktrain.structure.block.shape import PATCH, Bank, BlockPlan, block_shape
 from cranktrain.structure.fem.elasticity import FEModel
-from cranktrain.structure.fem.interfaces import InterfaceSet, averaged_interfaces
+from cranktrain.structure.fem.interfaces import InterfaceSet, placed_interfaces
 from cranktrain.structure.fem.mesh import cad_solid, named_mesh, surface_area
 
 Array = NDArray[np.float64]
@@ -57,6 +57,7 @@ def interface_places(plan: BlockPlan) -> dict[str, Array]:
 
 
 def _in_bank(bank: Bank, height: float, z: float) -> Array:
+    """Point (3,) at a height along a bank, m."""
     return np.array([-height * np.sin(bank.angle), height * np.cos(bank.angle), z])
 
 
@@ -108,14 +109,13 @@ def read_block_mesh(path: str | Path, plan: BlockPlan, unit: str = "m") -> MeshT
 def block_interfaces(model: FEModel, plan: BlockPlan) -> InterfaceSet:
     """Averaged interfaces of a block, each referred to its place in the plan where its surface lies there."""
     places = interface_places(plan)
-    centroids = averaged_interfaces(model, places)
-    near = PLACE_TOLERANCE * plan.cylinder_bore
-    # A head's surface ends with the block, not with the cylinder: its middle may lie off the cylinder's axis.
-    kept = {
-        name: place if name.startswith("head") or np.linalg.norm(place - centroid) < near else centroid
-        for (name, place), centroid in zip(places.items(), centroids.positions, strict=True)
-    }
-    return averaged_interfaces(model, places, kept)
+
+    def place(name: str, centroid: Array) -> Array:
+        # A head's surface ends with the block, not with the cylinder: its middle may lie off the cylinder's axis.
+        near = np.linalg.norm(places[name] - centroid) < PLACE_TOLERANCE * plan.cylinder_bore
+        return places[name] if near or name.startswith("head") else centroid
+
+    return placed_interfaces(model, places, place)
 
 
 def _surfaces(plan: BlockPlan, mesh: MeshTet2) -> dict[str, NDArray[np.integer[Any]]]:
@@ -157,6 +157,7 @@ def _surfaces(plan: BlockPlan, mesh: MeshTet2) -> dict[str, NDArray[np.integer[A
 
 
 def _solid(values: dict[str, Any]) -> tuple[Any, float, float]:
+    """Solid, largest edge and fineness, in the child that meshes."""
     block, banks = Block(**values.pop("block")), values.pop("banks")
     others = {key: _tuples(entry) for key, entry in values.items()}
     plan = BlockPlan(block=block, banks=tuple(Bank(**bank) for bank in banks), **others)
@@ -164,4 +165,5 @@ def _solid(values: dict[str, Any]) -> tuple[Any, float, float]:
 
 
 def _tuples(value: Any) -> Any:
+    """Lists as tuples, at any depth."""
     return tuple(_tuples(entry) for entry in value) if isinstance(value, list) else value

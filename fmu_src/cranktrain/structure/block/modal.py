@@ -21,16 +21,8 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody, rigid
 from cranktrain.engine.model import Engine
 from cranktrain.structure.block.reduction import complete_block
-from cranktrain.structure.crank.modal import (
-    KINDS,
-    LISTED_HZ,
-    cranktrain_matrices,
-    energy_shares,
-    first_axial,
-    main_springs,
-    reduction_quality,
-    torsional_frequencies,
-)
+from cranktrain.structure.crank import modal as crank_modal
+from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_matrices, energy_shares
 from cranktrain.structure.crank.reduction import complete_crankshaft
 
 Array = NDArray[np.float64]
@@ -70,7 +62,7 @@ def block_modes(engine: Engine, crankshaft: ReducedBody, block: ReducedBody) -> 
         )
         stiffness[:] += value * np.outer(stretch, stretch)
 
-    for i, springs in enumerate(main_springs(engine), 1):
+    for i, springs in enumerate(crank_modal.main_springs(engine), 1):
         for component, value in springs.items():
             spring(value, component, f"main[{i}]", f"bore[{i}]")
     spring(engine.thrust.contact_stiffness, 2, "thrust", "thrust")
@@ -129,7 +121,7 @@ def block_report(engine: Engine, body: ReducedBody, block: ReducedBody) -> dict[
     kinds = energy_shares(engine, crankshaft, ground, rods=True)
     whole = np.column_stack((in_crank[:, None] * shares, 1.0 - in_crank))
     elastic = hz > RIGID_HZ
-    first, second = torsional_frequencies(hz[elastic], whole[elastic])
+    first, second = crank_modal.torsional_frequencies(hz[elastic], whole[elastic])
     pairs = [
         {
             "ground_hz": float(ground_hz[k]),
@@ -144,23 +136,15 @@ def block_report(engine: Engine, body: ReducedBody, block: ReducedBody) -> dict[
         for k, ((partner, mac), (stiff_partner, stiff_mac)) in enumerate(zip(partners, stiff_partners, strict=True))
     ]
     return {
-        "modes": [
-            {
-                "hz": float(f),
-                "shape": PARTS[int(np.argmax(share))],
-                "shares": dict(zip(PARTS, share.tolist(), strict=True)),
-            }
-            for f, share in zip(hz, whole, strict=True)
-            if RIGID_HZ < f <= LISTED_HZ
-        ],
+        "modes": crank_modal.listed_modes(hz, whole, PARTS, RIGID_HZ),
         "mounts_hz": hz[hz <= RIGID_HZ].tolist(),
         "ground": pairs,
         "first_torsional_hz": first,
         "second_torsional_hz": second,
-        "first_axial_hz": first_axial(hz[elastic], whole[elastic]),
+        "first_axial_hz": crank_modal.first_axial(hz[elastic], whole[elastic]),
         "mass_kg": complete.mass,
         "free_hz": complete.frequencies_hz[6:][complete.frequencies_hz[6:] <= LISTED_HZ].tolist(),
-        "reduction": reduction_quality(block),
+        "reduction": crank_modal.reduction_quality(block),
         "definitions": {
             "modes": "at rest; block with heads on its mounts, linear bearings between journals and bores, thrust "
             "closed with collar and shells alone; rods as mean masses; free to turn, without the connecting shaft",

@@ -3,35 +3,26 @@
 The stored body is the bare block with its cover in all its Craig–Bampton modes. Heads are rigid masses on the deck and
 attached afterwards. The running model keeps the modes up to a cut-off and the residual attachment modes that leave its
 statics right under what loads a block: films on the bores (across and tilting), the thrust bearing, pistons on the
-liners and gas on the heads. The block stands in the inertial frame: its rotation invariants are not used.
+liners and gas on the heads. The block is a stationary body: its rotation invariants are not used.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict
-from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 from skfem import MeshTet2
 
 from cranktrain.core.cache import cache_folder
-from cranktrain.core.reduced_body import SCHEMA, ReducedBody, attach, truncate
+from cranktrain.core.reduced_body import ReducedBody, attach, truncate
 from cranktrain.engine.model import Engine
+from cranktrain.structure.block import shape
 from cranktrain.structure.block.mesh import block_interfaces, block_mesh, read_block_mesh
-from cranktrain.structure.block.shape import (
-    BAND_SHARE,
-    BORE_MESH_SHARE,
-    COVER_MESH_SHARE,
-    LINER_MESH_SHARE,
-    PATCH,
-    BlockPlan,
-    block_plan,
-)
-from cranktrain.structure.crank.reduction import Progress, ReductionTask, one_thread, reduced_structure
-from cranktrain.structure.fem.elasticity import FEModel, finite_elements
+from cranktrain.structure.block.shape import BlockPlan, block_plan
+from cranktrain.structure.crank.reduction import Progress, ReductionTask, content_digest, one_thread, reduced_structure
+from cranktrain.structure.fem.elasticity import FEModel
 
 # Raised when the code would make another body from the same inputs.
 RECIPE = 1
@@ -59,8 +50,18 @@ def reduced_block(
     StoreError
         a stored file that is corrupt or foreign
     """
+    return reduced_structure(_task(engine, mesh_file), progress, rebuild)
+
+
+def block_model(engine: Engine, mesh_file: str | Path | None = None, progress: Progress | None = None) -> FEModel:
+    """Finite elements of the bare block; ``InputError`` as :func:`reduced_block`."""
+    return _task(engine, mesh_file).model(progress or (lambda stage: None))
+
+
+def _task(engine: Engine, mesh_file: str | Path | None) -> ReductionTask:
+    """Reduction of the bare block."""
     plan = block_plan(engine)
-    task = ReductionTask(
+    return ReductionTask(
         name=f"{engine.name} block",
         path=stored_path(engine, mesh_file),
         digest=input_digest(engine, mesh_file),
@@ -71,19 +72,10 @@ def reduced_block(
         fixed_modes=plan.block.fixed_modes,
         consistent_mass=engine.reduction.consistent_mass,
     )
-    return reduced_structure(task, progress, rebuild)
-
-
-def block_model(engine: Engine, mesh_file: str | Path | None = None, progress: Progress | None = None) -> FEModel:
-    """Finite elements of the bare block; ``InputError`` as :func:`reduced_block`."""
-    plan, say = block_plan(engine), progress or (lambda stage: None)
-    say("meshing" if mesh_file is None else f"reading {Path(mesh_file).name}")
-    mesh = _mesh(plan, mesh_file)
-    say(f"finite elements ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
-    return finite_elements(mesh, plan.block.material, engine.reduction.consistent_mass)
 
 
 def _mesh(plan: BlockPlan, mesh_file: str | Path | None) -> MeshTet2:
+    """Mesh of the plan, or the user's own."""
     return block_mesh(plan) if mesh_file is None else read_block_mesh(mesh_file, plan)
 
 
@@ -97,15 +89,10 @@ def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:
     plan = asdict(block_plan(engine))
     for key in AFTERWARDS:
         del plan["block"][key]
-    content: dict[str, object] = {
-        "recipe": [RECIPE, BAND_SHARE, PATCH, BORE_MESH_SHARE, LINER_MESH_SHARE, COVER_MESH_SHARE],
-        "schema": SCHEMA,
-        "plan": plan,
-        "consistent_mass": engine.reduction.consistent_mass,
-    }
-    if mesh_file is not None and Path(mesh_file).is_file():
-        content["mesh"] = sha256(Path(mesh_file).read_bytes()).hexdigest()
-    return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+    shares = [shape.BORE_MESH_SHARE, shape.LINER_MESH_SHARE, shape.COVER_MESH_SHARE]
+    recipe = [RECIPE, shape.BAND_SHARE, shape.PATCH, *shares]
+    content = {"recipe": recipe, "plan": plan, "consistent_mass": engine.reduction.consistent_mass}
+    return content_digest(content, mesh_file)
 
 
 def complete_block(engine: Engine, body: ReducedBody) -> ReducedBody:

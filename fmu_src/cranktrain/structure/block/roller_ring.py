@@ -3,8 +3,8 @@
 The route of the reference (its chapter 5.2): a finite-element model gives one radial and one tilting stiffness for the
 simulation of the whole engine. Here the journal is rigid; each loaded roller is a row of springs, its contacts' tangent
 at a nominal load, which presses on the track; outer ring (steel) and a round housing (cast iron) are elastic, the
-housing held all around. What a spring's foot gives way is the track's mean under the roller: contacts already hold the
-dent itself, so that each roller's force is spread over its share of the track by a smooth window,
+housing clamped all around. What a spring's foot gives way is the track's mean under the roller: contacts already hold
+the dent itself, so that each roller's force is spread over its share of the track by a smooth window,
 
     W_j(φ) = cos²(Z(φ − ψ_j)/4)  for |φ − ψ_j| < 2π/Z,      Σ_j W_j = 1,
 
@@ -155,7 +155,7 @@ def ring_compliance(
         mesh = ring_mesh(ring)
         say(f"finite elements of ring and housing ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
         model = ring_model(ring, mesh)
-        return track_compliance(ring, model, model.basis.get_dofs(mesh.boundaries["held"]).flatten(), first_angle)
+        return track_compliance(ring, model, model.basis.get_dofs(mesh.boundaries["clamped"]).flatten(), first_angle)
 
     return kept_compliance("roller-ring", [RECIPE, DEGREE, first_angle, asdict(ring)], computed, rebuild)
 
@@ -169,13 +169,13 @@ def ring_model(ring: RollerRing, mesh: MeshTet2) -> FEModel:
     return FEModel(mesh, model.basis, model.stiffness + around.stiffness, model.mass + around.mass, ring.ring)
 
 
-def track_compliance(ring: RollerRing, model: FEModel, held: NDArray[np.integer], first_angle: float = 0.0) -> Array:
+def track_compliance(ring: RollerRing, model: FEModel, clamped: NDArray[np.integer], first_angle: float = 0.0) -> Array:
     """Compliance of the boundary ``track`` on the rollers' patterns, (Z, DEGREE + 1, Z, DEGREE + 1) m/N.
 
-    ``held`` are the degrees of freedom at rest.
+    ``clamped`` are the degrees of freedom at rest.
     """
     shape = (ring.rollers, DEGREE + 1)
-    return compliance_of(model, held, _roller_loads(ring, model, first_angle)).reshape(*shape, *shape)
+    return compliance_of(model, clamped, _roller_loads(ring, model, first_angle)).reshape(*shape, *shape)
 
 
 def _roller_loads(ring: RollerRing, model: FEModel, first_angle: float) -> Array:
@@ -208,7 +208,7 @@ def check_ring(ring: RollerRing) -> None:
 
 
 def ring_mesh(ring: RollerRing) -> MeshTet2:
-    """Curved quadratic tetrahedra with the boundaries ``track`` (under the rollers) and ``held``; ``InputError``."""
+    """Curved quadratic tetrahedra with the boundaries ``track`` (under the rollers) and ``clamped``; ``InputError``."""
     check_ring(ring)
     remedy = "mesh_size or a dimension"
     mesh = cad_solid("cranktrain.structure.block.roller_ring:_solid", asdict(ring), "roller ring", remedy)
@@ -217,11 +217,12 @@ def ring_mesh(ring: RollerRing) -> MeshTet2:
     radius, small = np.hypot(x, y), 1e-6 * ring.track_diameter
     on_track = (np.abs(radius - 0.5 * ring.track_diameter) < small).all(axis=0)
     under_rollers = (np.abs(z) < 0.5 * ring.roller_length + small).all(axis=0)
-    held = (np.abs(radius - 0.5 * ring.housing_diameter) < small).all(axis=0)
-    return mesh.with_boundaries({"track": skin[on_track & under_rollers], "held": skin[held]})
+    clamped = (np.abs(radius - 0.5 * ring.housing_diameter) < small).all(axis=0)
+    return mesh.with_boundaries({"track": skin[on_track & under_rollers], "clamped": skin[clamped]})
 
 
 def _solid(r: dict[str, Any]) -> tuple[Any, float, float]:
+    """Solid, largest edge and fineness, in the child that meshes."""
     from netgen import occ
 
     inner, outer = 0.5 * r["roller_length"], 0.5 * r["width"]

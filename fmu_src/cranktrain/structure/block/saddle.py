@@ -1,6 +1,6 @@
 """Bearing saddle: a slice of crankcase with cap and main bore, which gives the elastic bore until there is a block.
 
-The slice is one solid plate: bulkhead above the split line, held at its top and its two flanks, where it goes on into
+The slice is one solid plate: bulkhead above the split line, clamped at its top and two flanks, where it goes on into
 the crankcase, and a cap hanging below, free. The bolted joint is taken as closed, the shell as passing the film's load
 on to the housing at the same angle (p R dφ = p_h R_h dφ).
 
@@ -53,7 +53,7 @@ class Saddle:
     film_diameter, film_width : of the oil film
     bore_diameter : of the housing, outside the shells
     thickness : of the plate along the axis
-    half_width, height : of the bulkhead from the axis to its held flanks and top
+    half_width, height : of the bulkhead from the axis to its clamped flanks and top
     cap_half_width, cap_depth : of the cap, from the axis
     mesh_size : largest edge in the plate; the bore gets ``bore_mesh_share`` of it
     """
@@ -124,22 +124,22 @@ def bore_compliance(
         mesh = saddle_mesh(plan)
         say(f"finite elements of the saddle ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
         model = finite_elements(mesh, plan.material)
-        held = model.basis.get_dofs(mesh.boundaries["held"]).flatten()
-        return pattern_compliance(model, held, plan.film_diameter, plan.film_width)
+        clamped = model.basis.get_dofs(mesh.boundaries["clamped"]).flatten()
+        return pattern_compliance(model, clamped, plan.film_diameter, plan.film_width)
 
     patternwise = kept_compliance("saddle", [RECIPE, WAVES, DEGREE, asdict(plan)], computed, rebuild)
     return reduced_compliance(patternwise, area, count, with_motion)
 
 
 def pattern_compliance(
-    model: FEModel, held: NDArray[np.integer], film_diameter: float, film_width: float, waves: int = WAVES,
+    model: FEModel, clamped: NDArray[np.integer], film_diameter: float, film_width: float, waves: int = WAVES,
     degree: int = DEGREE,
 ) -> Array:  # fmt: skip
     """Compliance of the boundary ``bore`` on patterns of pressure, the bore's axis being z and its middle z = 0.
 
     Parameters
     ----------
-    held : degrees of freedom at rest; must not let the body move as a whole
+    clamped : degrees of freedom at rest; must not let the body move as a whole
     film_diameter, film_width : of the film, m, whose pressure the bore takes at the same angle
 
     Returns
@@ -149,11 +149,11 @@ def pattern_compliance(
     Raises
     ------
     InputError
-        if ``held`` lets the body move
+        if ``clamped`` lets the body move
     """
     loads = _pattern_loads(model, film_diameter, film_width, waves, degree)
     try:
-        compliance = compliance_of(model, held, loads)
+        compliance = compliance_of(model, clamped, loads)
     except RuntimeError:
         raise InputError("saddle: its supports let it move; hold surfaces that do not lie on one line") from None
     shape = (2 * waves + 1, degree + 1)
@@ -186,7 +186,7 @@ def check_saddle(saddle: Saddle) -> None:
 
 
 def saddle_mesh(saddle: Saddle) -> MeshTet2:
-    """Curved quadratic tetrahedra with the boundaries ``bore`` (under the film) and ``held``; ``InputError``."""
+    """Curved quadratic tetrahedra with the boundaries ``bore`` (under the film) and ``clamped``; ``InputError``."""
     check_saddle(saddle)
     remedy = "mesh_size or a dimension"
     mesh = cad_solid("cranktrain.structure.block.saddle:_solid", asdict(saddle), "saddle", remedy)
@@ -197,10 +197,11 @@ def saddle_mesh(saddle: Saddle) -> MeshTet2:
     under_film = (np.abs(z) < 0.5 * saddle.film_width + small).all(axis=0)
     top = (np.abs(y - saddle.height) < small).all(axis=0)
     flank = (np.abs(np.abs(x) - saddle.half_width) < small).all(axis=0)
-    return mesh.with_boundaries({"bore": skin[on_bore & under_film], "held": skin[top | flank]})
+    return mesh.with_boundaries({"bore": skin[on_bore & under_film], "clamped": skin[top | flank]})
 
 
 def _solid(s: dict[str, Any]) -> tuple[Any, float, float]:
+    """Solid, largest edge and fineness, in the child that meshes."""
     from netgen import occ
 
     slices = []

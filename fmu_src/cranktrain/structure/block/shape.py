@@ -185,6 +185,7 @@ def inset(polygon: Sequence[Point], distances: Sequence[float]) -> list[Point]:
 
 
 def _turn(a: Point, b: Point, c: Point) -> float:
+    """Twice the area of a triangle; positive where it runs anticlockwise."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
@@ -292,12 +293,14 @@ def _pad(occ: Any, plan: BlockPlan, x: float, y: float, z: float) -> list[Any]:
 
 
 def _prism(occ: Any, polygon: Sequence[Point], span: Span) -> Any:
+    """Prism of a polygon across the axis."""
     points = [occ.Pnt(x, y, span[0]) for x, y in polygon]
     sides = [occ.Segment(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
     return occ.Face(occ.Wire(sides)).Extrude((span[1] - span[0]) * occ.Z)
 
 
 def _box(occ: Any, x: Span, y: Span, z: Span) -> Any:
+    """Box between the ends of three spans."""
     corners = list(zip(*(sorted(span) for span in (x, y, z)), strict=True))
     return occ.Box(occ.Pnt(*corners[0]), occ.Pnt(*corners[1]))
 

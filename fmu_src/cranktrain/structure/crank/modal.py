@@ -60,10 +60,10 @@ def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
     }
     return {
         "crankshaft_free": {
-            "modes": _listed(free_hz, free_shares),
+            "modes": listed_modes(free_hz, free_shares),
             "torsional_hz": torsional_frequencies(free_hz, free_shares),
         },
-        "cranktrain": {"modes": _listed(hz, shares), **named},
+        "cranktrain": {"modes": listed_modes(hz, shares), **named},
         "critical_speeds": critical_speeds(engine, first[0]),
         "reduction": reduction_quality(body),
         "published": {
@@ -217,15 +217,12 @@ def _attached(engine: Engine) -> str:
     return ", ".join(names[:-1]) + " and " + names[-1]
 
 
-def _listed(hz: Array, shares: Array) -> list[dict[str, Any]]:
+def listed_modes(hz: Array, shares: Array, kinds: tuple[str, ...] = KINDS, above: float = 1.0) -> list[dict[str, Any]]:
+    """Modes of a report, ``above`` so many Hz: each with its frequency, shape, and shares (k, kinds) by kind."""
     return [
-        {
-            "hz": float(f),
-            "shape": KINDS[int(np.argmax(share))],
-            "shares": dict(zip(KINDS, (float(s) for s in share), strict=True)),
-        }
+        {"hz": float(f), "shape": kinds[int(np.argmax(share))], "shares": dict(zip(kinds, share.tolist(), strict=True))}
         for f, share in zip(hz, shares, strict=True)
-        if 1.0 < f <= LISTED_HZ
+        if above < f <= LISTED_HZ
     ]
 
 

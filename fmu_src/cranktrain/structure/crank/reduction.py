@@ -33,7 +33,7 @@ from cranktrain.store.hdf5 import load_body, load_extras, save_body
 from cranktrain.structure.crank.shape import pin_centre, stations
 from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, craig_bampton, eigenmodes, rigid_motions
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_elements, lumped_volume
-from cranktrain.structure.fem.interfaces import InterfaceSet, averaged_interfaces, tied_surfaces
+from cranktrain.structure.fem.interfaces import InterfaceSet, placed_interfaces, tied_surfaces
 from cranktrain.structure.fem.mesh import crankshaft_mesh, interface_names
 
 Array = NDArray[np.float64]
@@ -117,16 +117,20 @@ class ReductionTask:
     consistent_mass: bool
     compared: Callable[[FEModel, Reduced, InterfaceSet, Progress], Comparison] | None = None
 
+    def model(self, say: Progress) -> FEModel:
+        """Finite elements of the body."""
+        say("meshing" if self.mesh_file is None else f"reading {Path(self.mesh_file).name}")
+        mesh = self.mesh()
+        say(f"finite elements ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
+        return finite_elements(mesh, self.material, self.consistent_mass)
+
 
 def reduced_structure(task: ReductionTask, progress: Progress | None = None, rebuild: bool = False) -> ReducedBody:
     """Body in all its Craig–Bampton modes, with the quality of the reduction; from the store where it is kept there."""
     if task.path.exists() and not rebuild:
         return load_body(task.path, task.digest)
     say = progress or (lambda stage: None)
-    say("meshing" if task.mesh_file is None else f"reading {Path(task.mesh_file).name}")
-    mesh = task.mesh()
-    say(f"finite elements ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
-    model = finite_elements(mesh, task.material, task.consistent_mass)
+    model = task.model(say)
     interfaces = task.interfaces(model)
     with one_thread():
         reduced = craig_bampton(model, interfaces, task.fixed_modes, task.name, task.digest, say)
@@ -146,15 +150,20 @@ def stored_path(engine: Engine, mesh_file: str | Path | None = None) -> Path:
 
 def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:
     """Digest of all that the bare reduced crankshaft depends on."""
-    content: dict[str, object] = {
+    content = {
         "recipe": RECIPE,
-        "schema": SCHEMA,
         "material": asdict(engine.material),
         "crankshaft": asdict(engine.crankshaft),
         "thrust": engine.thrust.main,
         "fixed_modes": engine.reduction.fixed_modes,
         "consistent_mass": engine.reduction.consistent_mass,
     }
+    return content_digest(content, mesh_file)
+
+
+def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str:
+    """Digest of what a body is made from and of the user's mesh, where there is one."""
+    content = {"schema": SCHEMA, **content}
     if mesh_file is not None and Path(mesh_file).is_file():
         content["mesh"] = sha256(Path(mesh_file).read_bytes()).hexdigest()
     return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
@@ -222,16 +231,15 @@ def running_body(
 def crankshaft_interfaces(model: FEModel, crankshaft: Crankshaft) -> InterfaceSet:
     """Averaged interfaces of a crankshaft, each referred to its place on the axis of its journal."""
     names = interface_names(len(crankshaft.throw_angles))
-    centroids = averaged_interfaces(model, names)
     at = stations(crankshaft)
     nominal = {f"main[{i}]": (0.0, 0.0, sum(span) / 2) for i, span in enumerate(at.mains, 1)}
     nominal |= {f"pin[{i}]": pin_centre(crankshaft, i) for i in range(1, len(at.pins) + 1)}
-    places = {}
-    for name, centroid in zip(names, centroids.positions, strict=True):
-        place = np.array(nominal.get(name, (0.0, 0.0, centroid[2])))
-        near = np.linalg.norm(place - centroid) < PLACE_TOLERANCE * crankshaft.main_diameter
-        places[name] = place if near else centroid
-    return averaged_interfaces(model, names, places)
+
+    def place(name: str, centroid: Array) -> Array:
+        own = np.array(nominal.get(name, (0.0, 0.0, centroid[2])))
+        return own if np.linalg.norm(own - centroid) < PLACE_TOLERANCE * crankshaft.main_diameter else centroid
+
+    return placed_interfaces(model, names, place)
 
 
 def tied_frequencies(model: FEModel, interfaces: InterfaceSet, count: int) -> Array:
@@ -250,6 +258,7 @@ def one_thread() -> threadpool_limits:
 
 
 def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
+    """Mesh of the dimensions, or the user's own."""
     if mesh_file is None:
         return crankshaft_mesh(engine.crankshaft, engine.thrust.main)
     from cranktrain.structure.fem.mesh import read_mesh

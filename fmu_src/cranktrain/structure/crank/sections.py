@@ -184,6 +184,7 @@ def interface_places(crankshaft: Crankshaft, thrust_main: int) -> dict[str, tupl
 
 
 def _disc(density: float, diameter: float, axis: tuple[float, float]) -> Array:
+    """Moments (3, 3) per length of a round section about the crank's axis."""
     area = 0.25 * math.pi * diameter**2
     place = np.array([1.0, *axis])
     own = np.diag([0.0, 1.0, 1.0]) * area * diameter**2 / 16.0
@@ -191,6 +192,7 @@ def _disc(density: float, diameter: float, axis: tuple[float, float]) -> Array:
 
 
 def _chord(distance: Array, radius: float) -> Array:
+    """Chord of a circle at a distance from its centre."""
     return np.asarray(2.0 * np.sqrt(np.maximum(radius**2 - distance**2, 0.0)))
 
 

@@ -41,7 +41,7 @@ class WebSections(NamedTuple):
 
 
 def web_flexibility(c: Crankshaft, material: Material, counterweight: bool, main_width: float) -> Array:
-    """Motion (6, 6) of the pin's end per load there, in axes ξ, η (from main to pin axis) and z, the main end held.
+    """Motion (6, 6) of the pin's end per load there, in axes ξ, η (from main to pin axis) and z, the main end clamped.
 
     ``main_width`` is that of the main journal beside the web, m.
     """

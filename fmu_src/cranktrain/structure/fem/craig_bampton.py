@@ -7,7 +7,7 @@ Interface motions are q_B = W u. The reduced space holds
 
 The stiffness of a free body is singular, so everything is built on its inertia-relief flexibility
 
-    G = Pᵀ K_c⁻¹ P,   P = I − M R Rᵀ     (R: rigid-body modes, RᵀMR = I; K_c: K held at six well-chosen dofs)
+    G = Pᵀ K_c⁻¹ P,   P = I − M R Rᵀ     (R: rigid-body modes, RᵀMR = I; K_c: K clamped at six well-chosen dofs)
 
 which needs one factorisation, whatever the mass matrix: loads P f are in balance, so the six supports carry nothing.
 Ritz vectors of the space are the modes of the reduced body; the six rigid ones are the analytic fields.
@@ -66,6 +66,7 @@ class Flexibility:
 
     @classmethod
     def _with(cls, factor: object, free: NDArray[np.intp], mass: sparse.csc_matrix, motions: Array) -> Flexibility:
+        """Flexibility of these factors, balanced by a mass matrix; ``motions`` span the rigid ones."""
         rigid = motions @ rigid_modes(motions.T @ (mass @ motions))
         return cls(mass, rigid, mass @ rigid, free, factor)
 
@@ -78,8 +79,8 @@ class Flexibility:
 
 
 @dataclass(frozen=True, eq=False)
-class HeldFlexibility:
-    """Static answer of the body with its averaged interfaces held, W u = 0; constraint modes come with it."""
+class ClampedFlexibility:
+    """Static answer of the body with its averaged interfaces clamped, W u = 0; constraint modes come with it."""
 
     free: Flexibility
     constraint_modes: Array
@@ -89,7 +90,7 @@ class HeldFlexibility:
     _solution: Array
 
     @classmethod
-    def of(cls, free: Flexibility, averaging: sparse.csr_matrix) -> HeldFlexibility:
+    def of(cls, free: Flexibility, averaging: sparse.csr_matrix) -> ClampedFlexibility:
         """Hold the interfaces of ``averaging`` (nb, ndof)."""
         answers = free.solve(averaging.T.toarray())
         compliance = averaging @ answers
@@ -254,16 +255,16 @@ def reduced_basis(
     say("factorising the stiffness")
     free = Flexibility.of(stiffness, mass, motions)
     say("constraint modes")
-    held = HeldFlexibility.of(free, averaging)
+    clamped = ClampedFlexibility.of(free, averaging)
     say(f"{fixed_modes} fixed-interface modes")
     # They only span a space: their own frequencies need no more digits than this.
-    _, fixed = eigenmodes(held.solve, mass, fixed_modes, tolerance=1e-5)
+    _, fixed = eigenmodes(clamped.solve, mass, fixed_modes, tolerance=1e-5)
     say("orthogonal modes and rotation invariants")
-    modes, omega = _ritz_modes(stiffness, mass, free.rigid, np.hstack((held.constraint_modes, fixed)))
+    modes, omega = _ritz_modes(stiffness, mass, free.rigid, np.hstack((clamped.constraint_modes, fixed)))
     shapes = (averaging @ modes).reshape(averaging.shape[0] // 6, 6, -1)
     signs = signed(shapes)
     signs[:6] = 1.0
-    return ReducedBasis(omega, modes * signs, shapes * signs, free, held.compliance)
+    return ReducedBasis(omega, modes * signs, shapes * signs, free, clamped.compliance)
 
 
 def rigid_motions(model: FEModel) -> Array:
@@ -341,6 +342,7 @@ def _rotating(
 
 
 def _skew_part(matrix: Array) -> Array:
+    """Skew-symmetric part of a matrix."""
     return 0.5 * (matrix - matrix.T)
 
 
@@ -361,4 +363,5 @@ def _turned(model: FEModel, modes: Array) -> Array:
 
 
 def _nodes(model: FEModel) -> NDArray[np.intp]:
+    """Degrees of freedom (3, nodes) by component."""
     return component_dofs(model.basis)

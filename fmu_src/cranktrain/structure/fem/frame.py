@@ -122,7 +122,7 @@ class Frame:
         )
 
     def flexible_link(self, first: int, second: int, flexibility: Array, slices: Slices, share: Array) -> None:
-        """Add a member of which the second node moves by ``flexibility`` (6, 6) under its loads, the first held.
+        """Add a member of which the second node moves by ``flexibility`` (6, 6) under its loads, the first clamped.
 
         Each of its ``slices`` moves as if rigidly fixed to both nodes, by its ``share`` (s,) with the second.
         """
@@ -131,12 +131,12 @@ class Frame:
         carried = np.eye(6)
         carried[:3, 3:] = -skew(span)
         relative = np.hstack((-carried, np.eye(6)))
-        held = np.linalg.inv(flexibility)
-        stiffness = relative.T @ held @ relative
+        clamped = np.linalg.inv(flexibility)
+        stiffness = relative.T @ clamped @ relative
         axis = span / length
         across = np.hstack((-np.eye(3), np.zeros((3, 3)), np.eye(3), np.zeros((3, 3))))
         across = (np.eye(3) - np.outer(axis, axis)) @ across
-        along = axis @ (held @ relative)[:3]
+        along = axis @ (clamped @ relative)[:3]
         shares = np.stack((1.0 - share, share))
         arms = np.stack([slices.places - self.positions[node] for node in (first, second)])
         motion = np.concatenate([rigid_motion(arm) * s[:, None, None] for arm, s in zip(arms, shares, strict=True)], 2)
@@ -197,6 +197,7 @@ class Frame:
         return Slices(np.concatenate(places), np.concatenate(moments)), np.concatenate(motions)
 
     def _assembled(self, matrices: Sequence[Array]) -> sparse.csc_matrix:
+        """Sum of the members' matrices (12, 12) in the frame's degrees of freedom."""
         ndof = 6 * len(self.positions)
         dofs = [_dofs(member) for member in self.members]
         rows = np.concatenate([np.repeat(d, 12) for d in dofs])
@@ -206,6 +207,7 @@ class Frame:
 
     @staticmethod
     def _force(member: Member, displacement: Array) -> float:
+        """Axial force of a member, N."""
         return float(member.along @ displacement[_dofs(member)])
 
 
@@ -235,6 +237,7 @@ def circular(diameter: float, density: float, poisson_ratio: float, heavy_diamet
 
 
 def _dofs(member: Member) -> NDArray[np.intp]:
+    """Degrees of freedom (12,) of a member."""
     return np.concatenate([np.arange(6 * node, 6 * node + 6) for node in member.nodes])
 
 

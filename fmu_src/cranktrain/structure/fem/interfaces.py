@@ -13,7 +13,7 @@ as evenly as balance allows; the surface stays free to deform.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,7 +73,15 @@ def averaged_interfaces(
     return InterfaceSet(names=chosen, positions=np.array(places), averaging=sparse.vstack(blocks, format="csr"))
 
 
+def placed_interfaces(model: FEModel, names: Iterable[str], place: Callable[[str, Array], Array]) -> InterfaceSet:
+    """Interfaces averaged over named surfaces, each referred to its ``place``, a function of name and centroid (3,)."""
+    centroids = averaged_interfaces(model, names)
+    places = {name: place(name, at) for name, at in zip(centroids.names, centroids.positions, strict=True)}
+    return averaged_interfaces(model, centroids.names, places)
+
+
 def _averaging(model: FEModel, name: str, place: Array | None) -> tuple[Array, sparse.csr_matrix]:
+    """Reference point (3,) and averaging rows (6, ndof) of one surface."""
     facets = surface_basis(model.mesh, model.basis.elem, name, 4)
     points = np.asarray(facets.global_coordinates())
     if place is None:
@@ -127,15 +135,15 @@ def tied_surfaces(model: FEModel, interfaces: InterfaceSet, motions: Array) -> t
     owner = np.full(ndof, -1)
     for index, name in reversed(list(enumerate(interfaces.names))):
         owner[model.basis.get_dofs(model.mesh.boundaries[name]).flatten()] = index
-    free, held = np.flatnonzero(owner < 0), np.flatnonzero(owner >= 0)
-    owners, owner_of_held = np.unique(owner[held], return_inverse=True)
-    arm = model.positions[:, held] - interfaces.positions[owner[held]].T
-    across = _rigid_motions(arm)[:, model.components[held], np.arange(held.size)]
-    columns = free.size + 6 * owner_of_held[None, :] + np.arange(6)[:, None]
+    free, tied = np.flatnonzero(owner < 0), np.flatnonzero(owner >= 0)
+    owners, owner_of_tied = np.unique(owner[tied], return_inverse=True)
+    arm = model.positions[:, tied] - interfaces.positions[owner[tied]].T
+    across = _rigid_motions(arm)[:, model.components[tied], np.arange(tied.size)]
+    columns = free.size + 6 * owner_of_tied[None, :] + np.arange(6)[:, None]
     tie = sparse.csr_matrix(
         (
             np.concatenate((np.ones(free.size), across.ravel())),
-            (np.concatenate((free, np.tile(held, 6))), np.concatenate((np.arange(free.size), columns.ravel()))),
+            (np.concatenate((free, np.tile(tied, 6))), np.concatenate((np.arange(free.size), columns.ravel()))),
         ),
         shape=(ndof, free.size + 6 * owners.size),
     )

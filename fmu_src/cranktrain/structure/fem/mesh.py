@@ -360,6 +360,7 @@ def child(entry: str) -> None:
 
 
 def _run_child(entry: str, values: Mapping[str, Any], target: Path, what: str, remedy: str) -> None:
+    """Run the child that meshes; ``InputError`` where it fails."""
     package_root = str(Path(__file__).resolve().parents[3])
     paths = [package_root, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
     command = [sys.executable, "-c", f"import {__name__} as mesh; mesh.child({entry!r})", str(target)]
@@ -382,6 +383,7 @@ def _run_child(entry: str, values: Mapping[str, Any], target: Path, what: str, r
 
 
 def _solid(values: dict[str, Any]) -> tuple[Any, float, float]:
+    """Solid, largest edge and fineness, in the child that meshes."""
     from cranktrain.structure.crank.shape import crankshaft_shape
 
     sizes: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}

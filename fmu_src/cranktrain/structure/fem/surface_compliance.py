@@ -40,15 +40,15 @@ def radial_loads(model: FEModel, facets: FacetBasis, pressure: Array) -> Array:
     return loads
 
 
-def compliance_of(model: FEModel, held: NDArray[np.integer], loads: Array) -> Array:
-    """Compliance (n, n) on n load vectors (ndof, n), the degrees of freedom ``held`` at rest.
+def compliance_of(model: FEModel, clamped: NDArray[np.integer], loads: Array) -> Array:
+    """Compliance (n, n) on n load vectors (ndof, n), the degrees of freedom ``clamped`` at rest.
 
     Raises
     ------
     RuntimeError
         if they let the body move
     """
-    free = np.setdiff1d(np.arange(model.basis.N), held)
+    free = np.setdiff1d(np.arange(model.basis.N), clamped)
     with threadpool_limits(1, user_api="blas"):
         compliance = loads[free].T @ factorise(model.stiffness[free][:, free]).solve(loads[free])
     return np.asarray(0.5 * (compliance + compliance.T))
