@@ -22,12 +22,11 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from cranktrain.assembly import level_parts
-from cranktrain.dynamics.model.settings import Settings, resolved
-from cranktrain.dynamics.simulation import fitted_engine, simulate
+from cranktrain.assembly import assemble
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import simulate
 from cranktrain.dynamics.time.integrator_tables import INTEGRATORS
 from cranktrain.engine.file import load_engine
-from cranktrain.structure.crank.level import crank_body
 
 SPEED = 2000.0 * math.pi / 30.0
 SAY = Console(stderr=True).print
@@ -66,10 +65,8 @@ def cases(quick: bool) -> Iterator[tuple[str, str, dict[str, Any]]]:
 
 def case_digest(engine_name: str, choices: dict[str, Any]) -> str:
     """Digest of every output at every step of one cycle at 2000 rev/min."""
-    engine = load_engine(engine_name)
-    settings = resolved(Settings(**choices), engine)
-    body = crank_body(fitted_engine(engine, settings), settings.crank)
-    run = simulate(engine, body, settings, SPEED, 1, parts=level_parts(engine, settings, SAY))
+    made = assemble(load_engine(engine_name), Settings(**choices), say=SAY)
+    run = simulate(made.engine, made.body, made.settings, SPEED, 1, parts=made.parts)
     found = hashlib.sha256(np.ascontiguousarray(run.angle).tobytes())
     for name in sorted(run.outputs):
         found.update(name.encode() + np.ascontiguousarray(run.outputs[name]).tobytes())

@@ -13,12 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.assembly import level_parts
-from cranktrain.dynamics.model.arrays import Parts
+from cranktrain.assembly import Assembly, assemble
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import Result, Simulation, communication_step, fitted_engine, simulate
+from cranktrain.dynamics.simulation import Result, Simulation, communication_step, simulate
 from cranktrain.engine.file import load_engine
-from cranktrain.structure.crank.reduction import running_body
 
 SPEED = 2000.0 * math.pi / 30.0
 ROUNDS = 9
@@ -66,14 +64,13 @@ def relative_error(run: Result, reference: Result, name: str) -> float:
     return float(np.sqrt(np.mean(difference**2)) / np.std(exact))
 
 
-def _engine(settings: Settings) -> tuple[Any, Any, Parts]:
-    engine = fitted_engine(load_engine("diesel_i6"), settings)
-    return engine, running_body(engine), level_parts(engine, settings, lambda _: None)
+def _made(settings: Settings) -> Assembly:
+    return assemble(load_engine("diesel_i6"), settings)
 
 
 def _started(settings: Settings) -> Simulation:
-    engine, body, parts = _engine(settings)
-    simulation = Simulation(engine, body, settings, parts=parts)
+    made = _made(settings)
+    simulation = Simulation(made.engine, made.body, settings, parts=made.parts)
     simulation.inputs[0] = SPEED
     simulation.initialize()
     return simulation
@@ -83,8 +80,8 @@ def _run(bearings: str, integrator: str, step_deg: float) -> Result:
     settings = Settings(
         bearings=bearings, block="flexible", damper="fitted", integrator=integrator, step=math.radians(step_deg)
     )
-    engine, body, parts = _engine(settings)
-    return simulate(engine, body, settings, SPEED, CYCLES, parts=parts)
+    made = _made(settings)
+    return simulate(made.engine, made.body, settings, SPEED, CYCLES, parts=made.parts)
 
 
 def main() -> None:

@@ -188,41 +188,15 @@ class CranktrainSlave(Fmi2Slave):
         """Simulation at its static equilibrium under ``inputs``, which also set what stays constant in a run."""
         name, digest = self._about["package"], self._about["digest"]
         _package(self._resources, name)
-        module = importlib.import_module(f"{name}.dynamics.simulation")
+        running = importlib.import_module(f"{name}.fmu.running")
         if digest not in _models:
-            flat = importlib.import_module(f"{name}.fmu.flat")
-            _models[digest] = flat.read_model(self._resources / "model.bin")
-        model = _models[digest]
-        bore = "block_bore" if settings["block"] == "flexible" else "bore"
-        self._check_parts(model, bore, module.Settings(**settings))
-        simulation = module.Simulation(
-            model.engine,
-            model.damped_body if settings["damper"] == "fitted" else model.body,
-            module.Settings(**settings),
-            parts=module.Parts(model.table, getattr(model, bore), model.big_end_table, model.block),
-        )
+            _models[digest] = running.read_model(self._resources / "model.bin")
+        names = {v["setting"]: v["name"] for v in self._variables if v["setting"]}
+        simulation = running.simulation(_models[digest], settings, names)
         taken = self._output_places(simulation)
         simulation.inputs[:] = inputs
         simulation.initialize(time)
         self._simulation, self._taken, self._origin = simulation, taken, (settings, inputs)
-
-    def _check_parts(self, model, bore, settings):
-        """Refuse levels that the engine does not know, then levels whose data this FMU was built without."""
-        levels = importlib.import_module(f"{self._about['package']}.dynamics.model.settings")
-        levels.check_levels(levels.resolved(settings, model.engine), model.engine)
-        for setting, level, part, what in (
-            ("block", "flexible", "block", "the reduced block"),
-            ("damper", "fitted", "damped_body", "the crankshaft with the damper's housing"),
-            ("bearings", "table", "table", "the film table of the main bearings"),
-            ("bearings", "ehd", bore, "the elastic bore of the main bearings"),
-            ("big_ends", "table", "big_end_table", "the film table of the big ends"),
-        ):
-            if getattr(settings, setting) == level and getattr(model, part) is None:
-                name = next(v["name"] for v in self._variables if v["setting"] == setting)
-                raise ValueError(
-                    f"'{name}' is '{level}', but the FMU was built without {what}; build it with build_fmu.py and "
-                    "leave nothing out, or choose another level"
-                )
 
     def _output_places(self, simulation):
         """Where each output of the interface stands in the simulation's outputs: reals, then integers."""

@@ -1,71 +1,216 @@
-"""What a run's levels need besides the crankshaft: block, film tables, elastic bores; from the cache or made now."""
+"""The way from an engine and its settings to what a run is made of: the crank's body, block, film tables, bores.
+
+Command line, studies, FMU build and library all take it, so that a fidelity level means one thing. What is made is kept
+for as long as the process lives, and on disk where it takes long.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.arrays import Parts
-from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.settings import Settings, check_levels, needed_parts, resolved
+from cranktrain.dynamics.simulation import fitted_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import PlainBearing
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable, TableSettings
-from cranktrain.store.film_tables import film_table
+from cranktrain.levels import CRANKS, crank_level
 
 Progress = Callable[[str], None]
 
-_TABLES: dict[TableSettings, FilmTable] = {}
+_KEPT: dict[Any, Any] = {}
 
 
-def level_parts(
-    engine: Engine, settings: Settings, say: Progress, resolution: str = "default", block_mesh: str | Path | None = None
-) -> Parts:
-    """Parts of a run; ``settings`` have nothing left open.
+@dataclass(frozen=True)
+class Assembly:
+    """What a run is made of.
+
+    Attributes
+    ----------
+    engine : as it was given
+    settings : with nothing left open, checked
+    body : crankshaft of the running model at its level, with all that is fixed to it
+    parts : what the levels need besides
+    """
+
+    engine: Engine
+    settings: Settings
+    body: ReducedBody
+    parts: Parts
+
+
+def assemble(
+    engine: Engine,
+    settings: Settings,
+    *,
+    say: Progress = lambda stage: None,
+    crank_mesh: str | Path | None = None,
+    block_mesh: str | Path | None = None,
+    table_resolution: str = "default",
+    cutoff_hz: float | None = None,
+) -> Assembly:
+    """Make what a run of these settings needs, or read it from the cache.
 
     Parameters
     ----------
     say : told each stage of long work
-    resolution : of the main bearings' film table, see :class:`cranktrain.film.table.database.TableSettings`
-    block_mesh : the user's own mesh of the block
+    crank_mesh : user's own mesh of the crankshaft, for levels that are made of it; ``rigid`` takes its mass
+    block_mesh : user's own mesh of the block; needs block level ``flexible``
+    table_resolution : of the main bearings' film table, see :class:`cranktrain.film.table.database.TableSettings`
+    cutoff_hz : of the crank's modes; None as the engine file says
 
     Raises
     ------
     InputError
-        an engine that lacks what a level needs, a mesh that cannot be used
+        before any work: levels that do not exist, that the engine lacks or that do not go together, a mesh that is not
+        there or that no level uses; then a mesh that cannot be used
     """
-    block = bore = table = floating = None
+    settings = checked(engine, settings, crank_mesh, block_mesh)
+    cut = engine
+    if cutoff_hz is not None:
+        cut = replace(engine, reduction=replace(engine.reduction, running_cutoff_hz=cutoff_hz))
+    body = running_crank(fitted_engine(cut, settings), settings.crank, say=say, mesh=crank_mesh)
+    return Assembly(engine, settings, body, _parts(engine, settings, say, table_resolution, block_mesh))
+
+
+def checked(
+    engine: Engine,
+    settings: Settings,
+    crank_mesh: str | Path | None = None,
+    block_mesh: str | Path | None = None,
+) -> Settings:
+    """Settings with nothing left open; ``InputError`` for what :func:`assemble` would refuse before any work."""
+    settings = resolved(settings, engine)
+    check_levels(settings, engine)
+    check_crank_mesh(settings.crank, crank_mesh)
+    if block_mesh is not None and settings.block == "ground":
+        raise InputError("a mesh of the block needs block 'flexible'; on ground there is no block")
+    check_mesh(block_mesh, "surfaces of the block")
     if settings.block == "flexible":
+        from cranktrain.structure.block.shape import block_plan
+
+        block_plan(engine)
+    return settings
+
+
+def check_crank_mesh(level: str, mesh: str | Path | None) -> None:
+    """Refuse a user's own mesh of the crankshaft that is not there, or that a level does not use; ``InputError``."""
+    if mesh is not None and not crank_level(level).takes_mesh:
+        users = ", ".join(row.name for row in CRANKS.values() if row.takes_mesh)
+        raise InputError(f"crank level '{level}' is made from dimensions; an own mesh goes with crank levels {users}")
+    check_mesh(mesh, "journal surfaces")
+
+
+def check_mesh(mesh: str | Path | None, surfaces: str) -> None:
+    """Refuse a user's own mesh that is not there; ``InputError``."""
+    if mesh is not None and not Path(mesh).is_file():
+        raise InputError(f"{mesh}: no such mesh file; give a .msh, .inp or .bdf file with named {surfaces}")
+
+
+def running_crank(
+    engine: Engine, level: str, *, say: Progress = lambda stage: None, mesh: str | Path | None = None
+) -> ReducedBody:
+    """Crankshaft of the running model at a level; ``engine`` as it is fitted, with the damper's housing where one is.
+
+    ``mesh`` is the user's own. Raises ``InputError``.
+    """
+
+    def make() -> ReducedBody:
+        from cranktrain.structure.crank.level import crank_body
+        from cranktrain.structure.crank.reduction import reduced_crankshaft
+
+        own = None if mesh is None else reduced_crankshaft(engine, mesh, progress=say)
+        return crank_body(engine, level, own, say)
+
+    return make() if mesh is not None else _once(("crank", engine, level), make)
+
+
+def _parts(engine: Engine, settings: Settings, say: Progress, resolution: str, block_mesh: str | Path | None) -> Parts:
+    """Block, elastic bores and film tables of a run."""
+    block = bore = table = floating = None
+    flexible = settings.block == "flexible"
+    if flexible:
+        tilting = bearing_law(settings.bearings).tilt or engine.main_roller is not None
+        block = running_block(engine, tilting, say, block_mesh)
+    wanted = needed_parts(engine, settings)
+    if "bore" in wanted:
+        bore = elastic_bore(engine, flexible, say, block_mesh)
+    if "table" in wanted:
+        table = main_table(engine, say, resolution)
+    if "big_end_table" in wanted:
+        floating = big_end_table(engine, say)
+    return Parts(table=table, bore=bore, big_end_table=floating, block=block)
+
+
+def running_block(
+    engine: Engine, tilting: bool, say: Progress = lambda stage: None, mesh: str | Path | None = None
+) -> ReducedBody:
+    """Block of the running model; ``tilting``: under bearings that also load it by moments."""
+
+    def make() -> ReducedBody:
         from cranktrain.structure.block.reduction import block_loads, reduced_block, running_block
 
-        tilting = bearing_law(settings.bearings).tilt or engine.main_roller is not None
-        bare = reduced_block(engine, block_mesh, progress=say)
-        block = running_block(engine, bare, block_loads(engine, tilting=tilting))
-    if settings.bearings == "ehd":
+        bare = reduced_block(engine, mesh, progress=say)
+        return running_block(engine, bare, block_loads(engine, tilting=tilting))
+
+    return make() if mesh is not None else _once(("block", engine, tilting), make)
+
+
+def elastic_bore(
+    engine: Engine, flexible: bool, say: Progress = lambda stage: None, mesh: str | Path | None = None
+) -> Any:
+    """Elastic bore of the main bearings: a saddle's on ground, the block's own where that is flexible.
+
+    A flexible block carries the motion of its bores itself; a saddle moves as a whole.
+    """
+
+    def make() -> Any:
         from cranktrain.film.laws.ehd import SHAPES
         from cranktrain.structure.block.bore import block_bore_compliance
         from cranktrain.structure.block.saddle import bore_compliance
 
-        if block is None:
-            bore = bore_compliance(engine, SHAPES, with_motion=True, progress=say)
-        else:
-            # A flexible block carries the motion of its bores itself.
-            bore = block_bore_compliance(engine, SHAPES, mesh_file=block_mesh, progress=say)
-    if settings.bearings == "table":
-        table = _film_table(engine.plain_mains, say, resolution)
-    if settings.big_ends == "table" and engine.big_end_bearing is not None:
-        floating = _film_table(engine.big_end_bearing, say, tilt=False)
-    return Parts(table=table, bore=bore, big_end_table=floating, block=block)
+        if flexible:
+            return block_bore_compliance(engine, SHAPES, mesh_file=mesh, progress=say)
+        return bore_compliance(engine, SHAPES, with_motion=True, progress=say)
+
+    return make() if mesh is not None else _once(("bore", engine, flexible), make)
+
+
+def main_table(engine: Engine, say: Progress = lambda stage: None, resolution: str = "default") -> FilmTable:
+    """Film table of the main bearings."""
+    return _film_table(engine.plain_mains, say, resolution)
+
+
+def big_end_table(engine: Engine, say: Progress = lambda stage: None) -> FilmTable:
+    """Film table of the big ends, which do not tilt; ``InputError`` where the engine has no bearing there."""
+    if engine.big_end_bearing is None:
+        raise InputError(f"engine '{engine.name}' has no [big_end_bearing]; add it, or leave big ends rigid")
+    return _film_table(engine.big_end_bearing, say, tilt=False)
 
 
 def _film_table(bearing: PlainBearing, say: Progress, resolution: str = "default", tilt: bool = True) -> FilmTable:
-    """Film table of a bearing; read or made once in a process."""
     settings = TableSettings(bearing.width / bearing.diameter, bearing.groove, resolution, tilt=tilt)
 
     def shown(done: int, count: int) -> None:
         if 10 * done // count > 10 * (done - 1) // count:
             say(f"film table of L/D {settings.length_ratio:.4g}: {100 * done // count} %")
 
-    if settings not in _TABLES:
-        _TABLES[settings] = film_table(settings, progress=shown, say=say)[0]
-    return _TABLES[settings]
+    def make() -> FilmTable:
+        from cranktrain.store.film_tables import film_table
+
+        return film_table(settings, progress=shown, say=say)[0]
+
+    return _once(("table", settings), make)
+
+
+def _once(key: Any, make: Callable[[], Any]) -> Any:
+    """What ``make`` gives, once in a process."""
+    if key not in _KEPT:
+        _KEPT[key] = make()
+    return _KEPT[key]

@@ -6,13 +6,14 @@ Crankshafts are coarse, blocks are boxes: these tests are about the FMU, not abo
 from dataclasses import replace
 from functools import cache
 
-import build_fmu
 from box_block import box_block
 
+from cranktrain.assembly import running_crank
 from cranktrain.engine.file import load_engine
+from cranktrain.fmu import archive
 from cranktrain.fmu.flat import FlatModel
+from cranktrain.levels import CRANKS
 from cranktrain.loads.damper import with_damper_housing
-from cranktrain.structure.crank.reduction import running_body
 
 COARSE = {"diesel_i6": 0.025, "diesel_v8": 0.05}  # m; meshes of seconds
 
@@ -22,14 +23,12 @@ def coarse(name):
     """An engine on a coarse mesh with all that a run can need but film tables and elastic bores: a ``FlatModel``."""
     engine = load_engine(name)
     engine = replace(engine, crankshaft=replace(engine.crankshaft, mesh_size=COARSE[name]))
-    return FlatModel(
-        engine,
-        running_body(engine),
-        block=box_block(engine),
-        damped_body=running_body(with_damper_housing(engine)),
+    cranks, damped = (
+        {level: running_crank(fitted, level) for level in CRANKS} for fitted in (engine, with_damper_housing(engine))
     )
+    return FlatModel(engine, cranks, damped, block=box_block(engine))
 
 
 def built(model, folder):
     """Build the FMU of a ``FlatModel``."""
-    return build_fmu.build(folder=folder, say=print, **model._asdict())
+    return archive.build(model, folder, print)

@@ -5,9 +5,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-import build_fmu
 import pytest
 from coarse_engines import COARSE, built, coarse
+
+from cranktrain.fmu.flat import FlatModel
 
 
 @pytest.fixture(scope="session")
@@ -17,13 +18,19 @@ def engine():
 
 @pytest.fixture(scope="session")
 def body():
-    return coarse("diesel_i6").body
+    return coarse("diesel_i6").cranks["solid"]
 
 
 @pytest.fixture(scope="session")
-def fmu(engine, body, tmp_path_factory):
+def model(engine, body):
+    """The six without block and damper, its crank rigid or solid."""
+    return FlatModel(engine, {"rigid": coarse("diesel_i6").cranks["rigid"], "solid": body})
+
+
+@pytest.fixture(scope="session")
+def fmu(model, tmp_path_factory):
     """The six's FMU without block and damper."""
-    return build_fmu.build(engine, body, tmp_path_factory.mktemp("fmu"), print)
+    return built(model, tmp_path_factory.mktemp("fmu"))
 
 
 @pytest.fixture(scope="session", params=list(COARSE))

@@ -7,12 +7,12 @@ import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
-import build_fmu
 import pytest
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 from cranktrain.core.errors import InputError
+from cranktrain.fmu import archive, running_code
 from cranktrain.fmu.description import expand, read_interface
 
 
@@ -20,22 +20,22 @@ def test_fmpy_finds_no_problem(whole_fmu):
     assert validate_fmu(str(whole_fmu)) == []
 
 
-def test_equal_inputs_give_equal_bytes(fmu, engine, body, tmp_path):
-    again = build_fmu.build(engine, body, tmp_path, print)
+def test_equal_inputs_give_equal_bytes(fmu, model, tmp_path):
+    again = archive.build(model, tmp_path, print)
     assert again.read_bytes() == Path(fmu).read_bytes()
 
 
-def test_guid_changes_with_the_data(fmu, engine, body, tmp_path):
+def test_guid_changes_with_the_data(fmu, model, tmp_path):
     from dataclasses import replace
 
-    other = build_fmu.build(replace(engine, title="another"), body, tmp_path, print)
+    other = archive.build(model._replace(engine=replace(model.engine, title="another")), tmp_path, print)
     assert read_model_description(other).guid != read_model_description(str(fmu)).guid
 
 
 def test_shown_description_is_the_built_one(fmu, engine):
-    shown = (build_fmu.DESCRIPTION / "modelDescription.xml").read_text(encoding="utf-8")
-    with zipfile.ZipFile(fmu) as archive:
-        built = archive.read("modelDescription.xml").decode()
+    shown = (archive.DESCRIPTION / "modelDescription.xml").read_text(encoding="utf-8")
+    with zipfile.ZipFile(fmu) as opened:
+        built = opened.read("modelDescription.xml").decode()
     guid = re.compile(r'guid="[^"]*"')
     assert guid.sub("", shown) == guid.sub("", built), "run: python build_fmu.py diesel_i6 --description"
 
@@ -44,11 +44,11 @@ def test_archive_holds_what_a_respected_fmu_holds(whole, whole_fmu):
     engine = whole.engine
     model = {"diesel_i6": "CranktrainDieselI6", "diesel_v8": "CranktrainDieselV8"}[engine.name]
     assert whole_fmu.name == f"{model}.fmu"
-    with zipfile.ZipFile(whole_fmu) as archive:
-        names = set(archive.namelist())
-        page = archive.read("documentation/index.html").decode()
-        assert archive.read("model.png")[:4] == b"\x89PNG"
-        binaries = [archive.read(name) for name in names if name.endswith(".h5") or "__pycache__" in name]
+    with zipfile.ZipFile(whole_fmu) as opened:
+        names = set(opened.namelist())
+        page = opened.read("documentation/index.html").decode()
+        assert opened.read("model.png")[:4] == b"\x89PNG"
+        binaries = [opened.read(name) for name in names if name.endswith(".h5") or "__pycache__" in name]
     assert binaries == []
     assert {
         "documentation/licenses/license.txt",
@@ -62,8 +62,8 @@ def test_archive_holds_what_a_respected_fmu_holds(whole, whole_fmu):
 
 
 def test_every_real_has_a_unit_and_every_output_its_dependencies(whole, whole_fmu):
-    with zipfile.ZipFile(whole_fmu) as archive:
-        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    with zipfile.ZipFile(whole_fmu) as opened:
+        root = ElementTree.fromstring(opened.read("modelDescription.xml"))
     units = {unit.get("name") for unit in root.iter("Unit")}
     reals = list(root.iter("Real"))
     assert reals and all(real.get("unit") in units for real in reals)
@@ -80,7 +80,7 @@ def test_every_real_has_a_unit_and_every_output_its_dependencies(whole, whole_fm
 
 
 def test_families_expand_with_the_engine():
-    interface = read_interface(build_fmu.DESCRIPTION)
+    interface = read_interface(archive.DESCRIPTION)
     variables = expand(interface.variables, {"cylinders": 8, "main_bearings": 5, "mounts": 0})
     names = [v.name for v in variables]
     assert names[:10] == ["speed", *(f"cylinder[{i}].pressure" for i in range(1, 9)), "shaft.load_torque"]
@@ -107,7 +107,7 @@ def test_families_expand_with_the_engine():
 )
 def test_a_wrong_interface_is_refused_by_name(tmp_path, old, new, words):
     for name in ("interface.toml", "units.toml"):
-        (tmp_path / name).write_text((build_fmu.DESCRIPTION / name).read_text().replace(old, new, 1))
+        (tmp_path / name).write_text((archive.DESCRIPTION / name).read_text().replace(old, new, 1))
     with pytest.raises(InputError, match=re.escape(words)):
         read_interface(tmp_path)
 
@@ -116,19 +116,19 @@ def test_code_that_needs_more_than_numba_is_refused(tmp_path, monkeypatch):
     import shutil
 
     sources = tmp_path / "fmu_src"
-    shutil.copytree(build_fmu.SOURCES, sources, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(running_code.SOURCES, sources, ignore=shutil.ignore_patterns("__pycache__"))
     errors = sources / "cranktrain" / "core" / "errors.py"
     errors.write_text(errors.read_text() + "\nimport h5py\n")
-    monkeypatch.setattr(build_fmu, "SOURCES", sources)
+    monkeypatch.setattr(running_code, "SOURCES", sources)
     with pytest.raises(InputError, match="imports h5py"):
-        build_fmu.running_code()
+        running_code.running_code()
 
 
 def test_packaged_code_never_names_the_package_it_came_from():
     import ast
 
-    for name, source in build_fmu.running_code().items():
-        for node in ast.walk(ast.parse(build_fmu._renamed(source, "cranktrain_0"))):
+    for name, source in running_code.running_code().items():
+        for node in ast.walk(ast.parse(running_code.renamed(source, "cranktrain_0"))):
             if isinstance(node, ast.ImportFrom):
                 assert str(node.module).split(".")[0] != "cranktrain", name
             if isinstance(node, ast.Import):
@@ -137,7 +137,7 @@ def test_packaged_code_never_names_the_package_it_came_from():
 
 def test_unknown_engine_is_one_line_and_exit_code_2(tmp_path):
     done = subprocess.run(
-        [sys.executable, str(build_fmu.ROOT / "build_fmu.py"), "diesel_i5", "-o", str(tmp_path)],
+        [sys.executable, str(archive.ROOT / "build_fmu.py"), "diesel_i5", "-o", str(tmp_path)],
         capture_output=True,
         text=True,
         timeout=900,
@@ -147,12 +147,13 @@ def test_unknown_engine_is_one_line_and_exit_code_2(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_failed_build_leaves_no_file(engine, body, tmp_path):
+def test_failed_build_leaves_no_file(model, tmp_path):
     from dataclasses import replace
 
     from cranktrain.core.errors import StoreError
 
+    body = model.cranks["solid"]
     broken = replace(body, omega=body.omega * float("nan"))
     with pytest.raises(StoreError, match="omega"):
-        build_fmu.build(engine, broken, tmp_path, print)
+        archive.build(model._replace(cranks={"solid": broken}), tmp_path, print)
     assert list(tmp_path.iterdir()) == []

@@ -6,10 +6,10 @@ import re
 import subprocess
 import sys
 
-import build_fmu
 import pytest
 
 from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.fmu import archive
 
 COARSER = {
     "diesel_i6": {"crankshaft": 25, "block": 70},
@@ -36,7 +36,7 @@ def coarse_file(name, folder):
 @pytest.mark.parametrize("name", list(COARSER))
 def test_from_engine_file_to_the_whole_engine_in_fmpy(name, tmp_path, script, cache):
     done = subprocess.run(
-        [sys.executable, str(build_fmu.ROOT / "build_fmu.py"), str(coarse_file(name, tmp_path)), "-o", str(tmp_path),
+        [sys.executable, str(archive.ROOT / "build_fmu.py"), str(coarse_file(name, tmp_path)), "-o", str(tmp_path),
          "--no-film-table"],
         capture_output=True, text=True, timeout=900, env={**os.environ, "CRANKTRAIN_CACHE": str(cache)},
     )  # fmt: skip

@@ -4,12 +4,15 @@ import json
 import math
 from itertools import product
 
+import numpy as np
 import pytest
 from coarse_engines import built, coarse
 
+from cranktrain.assembly import assemble
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation
 from cranktrain.film.laws.ehd import SHAPES
 from cranktrain.film.table.database import TableSettings
+from cranktrain.levels import CRANKS
 from cranktrain.store.film_tables import film_table
 from cranktrain.structure.block.saddle import bore_compliance
 
@@ -85,7 +88,10 @@ def native_run(model, settings):
     flexible = settings.get("block") == "flexible"
     parts = Parts(model.table, model.block_bore if flexible else model.bore, model.big_end_table, model.block)
     simulation = Simulation(
-        model.engine, model.damped_body if damped else model.body, Settings(**settings), parts=parts
+        model.engine,
+        (model.damped if damped else model.cranks)[settings.get("crank", "solid")],
+        Settings(**settings),
+        parts=parts,
     )
     simulation.inputs[:] = [150.0, *[101325.0] * model.engine.n_cylinders, 0.0]
     simulation.initialize(0.0)
@@ -125,6 +131,19 @@ def test_every_combination_of_levels_runs_as_natively(whole, whole_fmu, script):
         assert (run["piston[1].lateral"] != 0.0) == (settings["pistons"] == "guided")
         assert (run["damper.heat"] != 0.0) == (settings["damper"] == "fitted")
     assert len({run["pulley.torsion"] for run in runs}) == len(combinations)
+
+
+def test_every_crank_level_runs_as_simulate_does(whole, whole_fmu, script):
+    """A level is made by the one assembly, so that the FMU's crank is that of the command line, with damper or not."""
+    engine = whole.engine
+    combinations = [{"crank": level, "damper": damper} for level in CRANKS for damper in DAMPERS]
+    combinations.append({"crank": "rigid", "bearings": "held"})
+    for settings in combinations:
+        made = assemble(engine, Settings(**settings))
+        carried = (whole.damped if settings.get("damper") == "fitted" else whole.cranks)[settings["crank"]]
+        for name in ("omega", "shapes", "inertia"):
+            assert np.array_equal(getattr(made.body, name), getattr(carried, name)), settings
+    check_parity(whole, whole_fmu, script, combinations)
 
 
 def test_further_levels_run_as_natively_in_the_whole_engine(whole, whole_fmu, script):
@@ -183,12 +202,15 @@ assert unit.run(5, first=5).bits() == later
 
 
 REFUSED = [
+    ({"crank.level": "beem"}, "'crank.level' is 'beem'; valid: rigid, torsional, beam, solid"),
+    ({"bearing.level": "held"}, "locks the axis of a crank that cannot bend, not of crank level 'solid'"),
+    ({"crank.level": "torsional", "block.level": "flexible"}, "'held' does not meet a flexible block"),
     ({"block.level": "flexible", "piston.level": "rigid"}, "cannot follow a flexible block"),
     ({"block.level": "flexibel"}, "'block.level' is 'flexibel'; valid: ground, flexible"),
     ({"piston.level": "loose"}, "'piston.level' is 'loose'; valid: auto, rigid, guided"),
     ({"damper.level": "yes"}, "'damper.level' is 'yes'; valid: none, fitted"),
     ({"shaft.boundary": "free"}, "'shaft.boundary' is 'free'; valid: speed, torque"),
-    ({"bearing.level": "rollers"}, "'bearing.level' is 'rollers'; valid: auto, linear"),
+    ({"bearing.level": "rollers"}, "'bearing.level' is 'rollers'; valid: auto, held, linear"),
     ({"damper.level": "fitted", "damper.oil_temperature": 550.0}, "150 degC"),
     ({"shaft.load_torque": math.inf}, "'shaft.load_torque' is inf"),
 ]

@@ -8,6 +8,7 @@ import pytest
 from cranktrain.core.errors import StoreError
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.fmu import flat
+from cranktrain.levels import CRANKS
 
 
 def bore(seed, size):
@@ -23,18 +24,29 @@ def test_round_trip_is_exact(whole, tmp_path):
     read = flat.read_model(path)
     assert read.engine == model.engine
     assert read.table is None and read.big_end_table is None
-    for part in ("body", "damped_body", "block", "bore", "block_bore"):
-        for field in dataclasses.fields(getattr(model, part)):
+
+    def parts(model):
+        return {
+            **model.cranks,
+            **{f"damped {key}": body for key, body in model.damped.items()},
+            "block": model.block,
+            "bore": model.bore,
+            "block bore": model.block_bore,
+        }
+
+    assert list(read.cranks) == list(read.damped) == list(CRANKS)
+    for part, written in parts(model).items():
+        for field in dataclasses.fields(written):
             if field.name in ("records", "basis"):
                 continue  # for reports: they stay behind
-            one, other = (getattr(getattr(m, part), field.name) for m in (model, read))
+            one, other = (getattr(source, field.name) for source in (written, parts(read)[part]))
             assert np.array_equal(one, other) if isinstance(one, np.ndarray) else one == other, (part, field.name)
     assert flat.to_bytes(read) == path.read_bytes()
 
 
 def test_what_a_model_lacks_stays_absent(engine, body):
-    model = flat.from_bytes(flat.to_bytes(flat.FlatModel(engine, body)))
-    assert model[2:] == (None,) * 6
+    model = flat.from_bytes(flat.to_bytes(flat.FlatModel(engine, {"solid": body})))
+    assert list(model.cranks) == ["solid"] and model.damped == {} and model[3:] == (None,) * 5
 
 
 @pytest.mark.parametrize(
@@ -49,7 +61,7 @@ def test_what_a_model_lacks_stays_absent(engine, body):
 )
 def test_what_is_not_whole_is_refused(engine, body, tmp_path, change, words):
     path = tmp_path / "model.bin"
-    path.write_bytes(change(flat.to_bytes(flat.FlatModel(engine, body))))
+    path.write_bytes(change(flat.to_bytes(flat.FlatModel(engine, {"solid": body}))))
     with pytest.raises(StoreError, match=words):
         flat.read_model(path)
 

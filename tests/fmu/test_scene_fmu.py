@@ -12,6 +12,7 @@ from fmpy import read_model_description
 from cranktrain.dynamics.simulation import communication_step
 from cranktrain.engine.file import engine_path
 from cranktrain.fmu import flat
+from cranktrain.fmu.build import build_scene
 from cranktrain.studies.planning.planning import plan
 from cranktrain.studies.planning.scene_model import SceneModel
 from cranktrain.studies.scene import load_scene
@@ -51,7 +52,7 @@ def scene(request, tmp_path_factory):
 @pytest.fixture(scope="module")
 def scene_fmu(scene, tmp_path_factory):
     said = []
-    path = build_fmu.build_scene(scene, tmp_path_factory.mktemp("fmu"), said.append)
+    path = build_scene(scene, tmp_path_factory.mktemp("fmu"), said.append)
     assert any(re.search(r"\d MB, model data \d", line) for line in said)
     return path
 
@@ -88,10 +89,10 @@ def test_it_carries_what_its_level_needs(scene, scene_fmu):
     model = flat.from_bytes(data)
     assert model.table is None and model.bore is None and model.block is None and model.big_end_table is None
     assert model.engine.block is None and model.engine.mounts is None
-    assert (model.damped_body is not None) == (scene.damper == "fitted")
-    assert model.damped_body in (None, model.body)
+    carried, absent = (model.damped, model.cranks) if scene.damper == "fitted" else (model.cranks, model.damped)
+    assert len(carried) == 1 and not absent
     whole = coarse("diesel_v8" if scene.damper == "fitted" else "diesel_i6")
-    bare = whole._replace(block=None, damped_body=None)
+    bare = whole._replace(block=None, damped={})
     assert len(data) < len(flat.to_bytes(bare))
     assert len(data) < 0.5 * len(flat.to_bytes(whole))
 

@@ -9,8 +9,9 @@ import sys
 import zipfile
 from dataclasses import replace
 
-import build_fmu
 import pytest
+
+from cranktrain.fmu import archive, running_code
 
 FOREIGN = ("h5py", "scipy", "skfem", "matplotlib", "netgen", "meshio", "rich", "cranktrain")
 
@@ -57,9 +58,9 @@ def test_process_ends_cleanly(fmu, script):
     assert codes == {0}
 
 
-def test_two_fmus_in_one_process_keep_their_own_data(fmu, engine, body, script, tmp_path):
+def test_two_fmus_in_one_process_keep_their_own_data(fmu, engine, model, script, tmp_path):
     heavier = replace(engine, rod=replace(engine.rod, small_end_mass=engine.rod.small_end_mass + 1.0))
-    other = build_fmu.build(heavier, body, tmp_path, print)
+    other = archive.build(model._replace(engine=heavier), tmp_path, print)
     alone = "import json\nprint(json.dumps(Unit(sys.argv[1]).start().run(20).bits()))"
     both = """
 import json
@@ -73,13 +74,13 @@ print(json.dumps([a.bits(), b.bits()]))
     assert json.loads(script(both, fmu, other).stdout) == [first, second]
 
 
-def test_two_fmus_in_one_process_run_their_own_code(fmu, engine, body, script, tmp_path, monkeypatch):
+def test_two_fmus_in_one_process_run_their_own_code(fmu, model, script, tmp_path, monkeypatch):
     sources = tmp_path / "fmu_src"
-    shutil.copytree(build_fmu.SOURCES, sources, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(running_code.SOURCES, sources, ignore=shutil.ignore_patterns("__pycache__"))
     errors = sources / "cranktrain" / "core" / "errors.py"
     errors.write_text(errors.read_text().replace("did you mean", "did the author mean"))
-    monkeypatch.setattr(build_fmu, "SOURCES", sources)
-    other = build_fmu.build(engine, body, tmp_path / "dist", print)
+    monkeypatch.setattr(running_code, "SOURCES", sources)
+    other = archive.build(model, tmp_path / "dist", print)
     script(
         """
 for i, words in ((1, "did you mean"), (2, "did the author mean"), (1, "did you mean")):
@@ -376,7 +377,7 @@ for signals in (None, read_csv(sys.argv[2])):
 print(*spans[0], *spans[1])
 """,
         fmu,
-        build_fmu.ROOT / "examples" / "fmu_pressures.csv",
+        archive.ROOT / "examples" / "fmu_pressures.csv",
     )
     torsion, torque, driven_torsion, driven_torque = map(float, done.stdout.splitlines()[-1].split())
     # rows 3 degrees apart, joined by straight lines, cut the peaks; the lead of the crank is the mean one

@@ -10,21 +10,13 @@ import pytest
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid_coordinates
-from cranktrain.dynamics.model.settings import CRANK_LEVELS
 from cranktrain.engine.file import load_engine
-from cranktrain.film.laws.register import MAINS, bearing_levels
-from cranktrain.levels import (
-    BEARINGS,
-    CRANKS,
-    VARIABLES,
-    highest_frequency,
-    lowest_levels,
-    plain_name,
-    refuse_beyond,
-)
-from cranktrain.structure.crank.level import bare_crank, crank_body, needs_solid
+from cranktrain.film.laws.register import PLAIN, bearing_levels
+from cranktrain.levels import CRANKS
+from cranktrain.structure.crank.level import bare_crank, crank_body
 from cranktrain.structure.crank.modal import free_modes, torsional_frequencies
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
+from cranktrain.studies.answers import VARIABLES, lowest_levels, plain_name, refuse_beyond
 from cranktrain.studies.torsion.level_frequencies import level_frequencies
 
 INTERFACE = Path(__file__).parents[2] / "modelDescription" / "interface.toml"
@@ -58,11 +50,6 @@ def test_what_a_level_does_not_answer_is_refused_with_the_one_that_does(crank, b
     assert output in text and can in text and "\n" not in text
 
 
-def test_levels_are_those_of_the_running_model():
-    assert CRANKS == CRANK_LEVELS
-    assert set(BEARINGS) | {"roller"} == set(bearing_levels(*MAINS))
-
-
 def test_held_bearings_hold_no_crank_that_bends():
     with pytest.raises(InputError, match="does not bend"):
         refuse_beyond("beam", "held", ["crank.speed"])
@@ -79,14 +66,15 @@ def test_misspelt_outputs_and_levels_are_refused_with_the_nearest():
 
 
 def test_the_lowest_levels_answer_and_none_below_does():
+    plain = bearing_levels(PLAIN)
     for output, lowest in VARIABLES.items():
         chosen = lowest_levels([output])
         levels = {"block": chosen.block, "big_ends": chosen.big_ends, "pistons": chosen.pistons}
         refuse_beyond(chosen.crank, chosen.bearings, [output], **levels, damper=chosen.damper)
-        for below in CRANKS[: CRANKS.index(lowest.crank)]:
+        for below in list(CRANKS)[: list(CRANKS).index(lowest.crank)]:
             with pytest.raises(InputError):
                 refuse_beyond(below, chosen.bearings, [output], **levels, damper=chosen.damper)
-        for below in BEARINGS[: BEARINGS.index(lowest.bearings)]:
+        for below in plain[: plain.index(lowest.bearings)]:
             with pytest.raises(InputError):
                 refuse_beyond(chosen.crank, below, [output], **levels, damper=chosen.damper)
 
@@ -104,9 +92,9 @@ def test_frequencies_beyond_a_level_are_refused_with_the_level_or_the_cut():
     cut = engine.reduction.running_cutoff_hz
     refuse_beyond("solid", "linear", [], cut, engine=engine)
     with pytest.raises(InputError, match="crank level 'torsional'"):
-        refuse_beyond("rigid", "linear", [], 2.0 * highest_frequency(engine, "rigid"), engine=engine)
+        refuse_beyond("rigid", "linear", [], 2.0 * CRANKS["rigid"].highest_frequency(engine), engine=engine)
     with pytest.raises(InputError, match="crank level 'beam'"):
-        refuse_beyond("torsional", "linear", [], 1.01 * highest_frequency(engine, "torsional"), engine=engine)
+        refuse_beyond("torsional", "linear", [], 1.01 * CRANKS["torsional"].highest_frequency(engine), engine=engine)
     with pytest.raises(InputError, match=f"at most {cut:g} Hz"):
         refuse_beyond("solid", "linear", [], 1.01 * cut, engine=engine)
 
@@ -232,5 +220,5 @@ def test_an_unknown_level_is_refused_with_the_nearest():
 def test_only_what_is_made_of_the_solid_asks_for_it():
     engine = load_engine("diesel_i6")
     formula = replace(engine, reduction=replace(engine.reduction, torsional_source="carter"))
-    assert [needs_solid(engine, level) for level in CRANKS] == [False, True, False, True]
-    assert not needs_solid(formula, "torsional")
+    assert [row.needs_solid(engine) for row in CRANKS.values()] == [False, True, False, True]
+    assert not CRANKS["torsional"].needs_solid(formula)

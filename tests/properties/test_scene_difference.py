@@ -92,7 +92,7 @@ def test_the_ladder_climbs_and_ends(engine, wish, tmp_path: Path):
     levels = bearing_levels(scene)
 
     def height(pair):
-        return CRANKS.index(pair[0]), levels.index(pair[1])
+        return list(CRANKS).index(pair[0]), levels.index(pair[1])
 
     chain = candidates(scene)
     assert chain == sorted(chain, key=height)

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import argparse
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cranktrain.cli.console import one_of, stages
 from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
+from cranktrain.levels import BLOCKS
 
 if TYPE_CHECKING:
     from cranktrain.core.reduced_body import ReducedBody
 
-BLOCK_LEVELS = ("ground", "flexible")
-
 
 def add_block_options(parser: argparse.ArgumentParser) -> None:
     """Options that say what the crank runs in."""
-    parser.add_argument("--block", default="ground", metavar="LEVEL", help="ground (default) or flexible")
+    levels = "; ".join(f"{row.name} ({row.title})" for row in BLOCKS.values())
+    parser.add_argument("--block", default="ground", metavar="LEVEL", help=f"{levels}; default ground")
     parser.add_argument(
         "--block-mesh", metavar="FILE", help="own block (.msh, .inp, .bdf) with named surfaces; needs --block flexible"
     )
@@ -27,12 +26,10 @@ def add_block_options(parser: argparse.ArgumentParser) -> None:
 
 def bare_crankshaft(engine: Engine, options: argparse.Namespace, rebuild: bool = False) -> tuple[ReducedBody, float]:
     """Bare reduced crankshaft and the seconds it took, with the stages shown."""
+    from cranktrain.assembly import check_mesh
     from cranktrain.structure.crank.reduction import reduced_crankshaft
 
-    if options.mesh is not None and not Path(options.mesh).is_file():
-        raise InputError(
-            f"{options.mesh}: no such mesh file; give a .msh, .inp or .bdf file with named journal surfaces"
-        )
+    check_mesh(options.mesh, "journal surfaces")
     start = time.perf_counter()
     with stages(f"{engine.name}: crankshaft") as say:
         body = reduced_crankshaft(engine, options.mesh, progress=say, rebuild=rebuild)
@@ -41,18 +38,16 @@ def bare_crankshaft(engine: Engine, options: argparse.Namespace, rebuild: bool =
 
 def wants_flexible_block(engine: Engine, options: argparse.Namespace) -> bool:
     """Whether the block is to be flexible; refuses what the engine or the options do not allow before any work."""
+    from cranktrain.assembly import check_mesh
     from cranktrain.structure.block.shape import block_plan
 
-    one_of("--block", options.block, BLOCK_LEVELS)
+    one_of("--block", options.block, BLOCKS)
     if options.block == "ground":
         if options.block_mesh is not None:
             raise InputError("--block-mesh needs --block flexible; on ground there is no block")
         return False
     block_plan(engine)
-    if options.block_mesh is not None and not Path(options.block_mesh).is_file():
-        raise InputError(
-            f"{options.block_mesh}: no such mesh file; give a .msh, .inp or .bdf file with named surfaces of the block"
-        )
+    check_mesh(options.block_mesh, "surfaces of the block")
     return True
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid
 from cranktrain.dynamics.model.arrays import ModelArrays, Parts, build_model, dimensions, supply_temperature
+from cranktrain.dynamics.model.bodies import bends
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.model.slots import AMBIENT, DAMPER_TEMPERATURE
 from cranktrain.dynamics.model.state import (
@@ -50,6 +51,7 @@ from cranktrain.dynamics.warm_films import (
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.register import bearing_law
+from cranktrain.levels import crank_level
 from cranktrain.loads.damper import balanced_temperature as damper_balance_temperature
 from cranktrain.loads.damper import power_warning, required_damper, with_damper_housing
 from cranktrain.loads.gas_pressure import GasTrace
@@ -98,7 +100,7 @@ class Simulation:
     ) -> None:
         self.engine = engine
         self.settings = resolved(settings or Settings(), engine)
-        self.body = rigid(body) if self.settings.crank == "rigid" else body
+        self.body = self._fitting(body)
         self.table = integrator_table(self.settings.integrator)
         self.parts = parts or Parts()
         self._temperatures = temperatures
@@ -113,6 +115,18 @@ class Simulation:
         if self.inputs.size > MAX_INPUTS:
             raise InputError(f"at most {MAX_INPUTS - 2} cylinders, engine '{engine.name}' has {engine.n_cylinders}")
         self._state: Array | None = None
+
+    def _fitting(self, body: ReducedBody) -> ReducedBody:
+        """The body at the settings' crank level; ``InputError`` for one that bends where the level does not."""
+        level = crank_level(self.settings.crank)
+        if not level.elastic:
+            return rigid(body)
+        if not level.bends and bends(body):
+            raise InputError(
+                f"body '{body.name}' bends, which one of crank level '{level.name}' does not; take a body that "
+                "cranktrain.assemble makes, or call it crank level solid"
+            )
+        return body
 
     def initialize(self, time: float = 0.0) -> None:
         """Start from the static equilibrium under the present inputs; loads the kernels. Raises ``InputError``."""

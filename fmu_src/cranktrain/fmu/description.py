@@ -12,7 +12,7 @@ from __future__ import annotations
 import html
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import groupby
 from pathlib import Path
@@ -20,6 +20,27 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, bearing_levels
+from cranktrain.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
+
+
+def _titles(rows: Iterable[Any]) -> dict[str, str]:
+    return {row.name: row.title for row in rows}
+
+
+def _bearings(*kinds: str) -> dict[str, str]:
+    return _titles(LAWS[name] for name in bearing_levels(*kinds))
+
+
+REGISTERS: dict[str, Callable[[], dict[str, str]]] = {
+    "cranks": lambda: _titles(CRANKS.values()),
+    "bearings": lambda: _bearings(*MAINS),
+    "big_ends": lambda: _bearings(BIG_END),
+    "blocks": lambda: _titles(BLOCKS.values()),
+    "pistons": lambda: _titles(PISTONS.values()),
+    "dampers": lambda: _titles(DAMPERS.values()),
+}
+"""Registers that interface.toml names: the names of their rows and what they are."""
 
 TYPES = ("Real", "Integer", "String")
 _FAMILY = re.compile(r"\[1\.\.(\w+)\]")
@@ -31,7 +52,8 @@ class Variable:
     """One variable of the FMU, or a family of them before :func:`expand`.
 
     ``start``, ``min``, ``max`` and ``nominal`` are in ``unit``, ``choices`` are the valid values of a string,
-    ``setting`` is the field of the simulation's settings that a parameter fills.
+    ``setting`` is the field of the simulation's settings that a parameter fills. In interface.toml an entry may name a
+    ``register``, whose rows follow its choices.
     """
 
     name: str
@@ -79,7 +101,7 @@ def read_interface(folder: str | Path) -> Interface:
     """
     listed = _toml(Path(folder) / "interface.toml")
     units = _toml(Path(folder) / "units.toml")
-    keys = [entry.name for entry in fields(Variable) if entry.name != "reference"]
+    keys = [*(entry.name for entry in fields(Variable) if entry.name != "reference"), "register"]
     variables = []
     for entry in listed["variable"]:
         where = f"interface.toml: variable '{entry.get('name', '?')}'"
@@ -87,12 +109,25 @@ def read_interface(folder: str | Path) -> Interface:
             if key not in keys:
                 raise InputError(f"{where}: unknown key '{key}'; {nearest(key, keys)}")
         try:
-            variable = Variable(**{**entry, "choices": tuple(entry.get("choices", ()))})
+            variable = Variable(**_from_register({**entry, "choices": tuple(entry.get("choices", ()))}, where))
         except TypeError as error:
             raise InputError(f"{where}: {error}") from None
         _check(variable, units, where)
         variables.append(variable)
     return Interface(**listed["model"], variables=tuple(variables), units=units)
+
+
+def _from_register(entry: dict[str, Any], where: str) -> dict[str, Any]:
+    """Entry of a variable with the names of a register behind its choices, their titles behind its description."""
+    name = entry.pop("register", None)
+    if name is None:
+        return entry
+    if name not in REGISTERS:
+        raise InputError(f"{where}: register '{name}' does not exist; {nearest(name, REGISTERS)}")
+    rows = REGISTERS[name]()
+    entry["choices"] += tuple(rows)
+    entry["description"] += "".join(f"; {row}: {title}" for row, title in rows.items())
+    return entry
 
 
 def _toml(path: Path) -> dict[str, Any]:

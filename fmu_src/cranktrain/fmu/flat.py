@@ -11,10 +11,10 @@ Layout (little-endian)::
     64            header: JSON, padded with spaces
                   values: float64 arrays in C order, at the offsets (in values) that the header gives
 
-The header holds ``engine`` (SI, as :func:`cranktrain.engine.model.engine_to_dict` writes it), the bodies ``body``,
-``damped_body`` and ``block``, ``table``, ``big_end_table``, ``bore`` and ``block_bore`` (what is not an array) and
-``arrays`` (name, shape, offset). All but engine and body may be absent. Equal data give equal bytes. A body's records
-and basis, which serve reports, stay behind.
+The header holds ``engine`` (SI, as :func:`cranktrain.engine.model.engine_to_dict` writes it), ``bodies`` with their
+names (``cranks.solid``, ``damped.solid``, ``block``), ``table``, ``big_end_table``, ``bore`` and ``block_bore`` (what
+is not an array) and ``arrays`` (name, shape, offset). All but the engine may be absent. Equal data give equal bytes. A
+body's records and basis, which serve reports, stay behind.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ from __future__ import annotations
 import hashlib
 import json
 import struct
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,7 +39,7 @@ from cranktrain.film.table.database import FilmTable, TableSettings
 from cranktrain.film.table.interpolation import TableArrays
 
 MAGIC = b"CRNKTRN\0"
-SCHEMA = 4
+SCHEMA = 5
 _PREFIX = struct.Struct("<8sIIQQ32s")
 _ARRAYS = (
     "omega",
@@ -52,7 +54,7 @@ _ARRAYS = (
     "centre",
     "inertia",
 )
-_BODIES = ("body", "damped_body", "block")
+_CRANKS = ("cranks", "damped")
 _TABLES = ("table", "big_end_table")
 _BORES = ("bore", "block_bore")
 _ERRORS = ("aligned_error", "tilted_error")
@@ -62,28 +64,26 @@ _SHAPES = ("coefficients", "compliance", "load_coupling", "captured")
 class FlatModel(NamedTuple):
     """What a flat binary holds.
 
-    ``damped_body`` is the crankshaft with the damper's housing on its pulley; where it is ``body`` itself it is written
-    once. ``bore`` moves as a whole, on ground;
-    ``block_bore`` leaves that to the modes of a flexible block.
+    ``cranks`` are crankshafts by their level, ``damped`` likewise those with the damper's housing on the pulley.
+    ``bore`` moves as a whole, on ground; ``block_bore`` leaves that to the modes of a flexible block.
     """
 
     engine: Engine
-    body: ReducedBody
+    cranks: Mapping[str, ReducedBody]
+    damped: Mapping[str, ReducedBody] = MappingProxyType({})
     table: FilmTable | None = None
     bore: BoreCompliance | None = None
     big_end_table: FilmTable | None = None
     block: ReducedBody | None = None
-    damped_body: ReducedBody | None = None
     block_bore: BoreCompliance | None = None
 
 
 def to_bytes(model: FlatModel) -> bytes:
     """The model in the layout of this module; ``StoreError`` where a value is not finite."""
-    bodies = {key: getattr(model, key) for key in _BODIES}
-    same = model.damped_body is model.body
-    if same:
-        bodies["damped_body"] = None
-    named = {f"{key}.{name}": getattr(body, name) for key, body in bodies.items() if body for name in _ARRAYS}
+    bodies = {f"{kind}.{level}": body for kind in _CRANKS for level, body in getattr(model, kind).items()}
+    if model.block is not None:
+        bodies["block"] = model.block
+    named = {f"{key}.{name}": getattr(body, name) for key, body in bodies.items() for name in _ARRAYS}
     tables = {key: getattr(model, key) for key in _TABLES}
     for key, films in tables.items():
         if films is not None:
@@ -95,14 +95,13 @@ def to_bytes(model: FlatModel) -> bytes:
     for name, given in named.items():
         array = np.ascontiguousarray(given, dtype="<f8")
         if not np.isfinite(array).all():
-            raise StoreError(f"body '{model.body.name}': '{name}' holds values that are not finite; make it again")
+            raise StoreError(f"{model.engine.name}: '{name}' holds values that are not finite; make it again")
         arrays.append({"name": name, "shape": list(array.shape), "offset": offset})
         values.append(array.tobytes())
         offset += array.size
     header = {
         "engine": engine_to_dict(model.engine),
-        **{key: None if body is None else _about(body) for key, body in bodies.items()},
-        "damped_body_is_body": same,
+        "bodies": [{"part": key, **_about(body)} for key, body in bodies.items()],
         **{key: None if films is None else asdict(films.settings) for key, films in tables.items()},
         **{key: None if bore is None else {"area": bore.area} for key, bore in bores.items()},
         "arrays": arrays,
@@ -154,14 +153,12 @@ def from_bytes(data: bytes, name: str = "model") -> FlatModel:
         size = int(np.prod(entry["shape"]))
         array = values[entry["offset"] : entry["offset"] + size].reshape(entry["shape"]).copy()
         arrays[entry["name"]] = array
-    parts: dict[str, Any] = {}
-    for part in _BODIES:
-        about = header[part]
-        if about is None:
-            continue
+    parts: dict[str, Any] = {kind: {} for kind in _CRANKS}
+    for about in header["bodies"]:
+        part = about["part"]
         if about["schema"] != BODY_SCHEMA:
             raise StoreError(f"{name}: {part} of schema {about['schema']}, not {BODY_SCHEMA}; {remedy}")
-        parts[part] = ReducedBody(
+        body = ReducedBody(
             name=about["name"],
             interfaces=tuple(about["interfaces"]),
             mass=about["mass"],
@@ -169,8 +166,11 @@ def from_bytes(data: bytes, name: str = "model") -> FlatModel:
             quality=about["quality"],
             **{key: arrays[f"{part}.{key}"] for key in _ARRAYS},
         )
-    if header["damped_body_is_body"]:
-        parts["damped_body"] = parts["body"]
+        kind, _, level = part.partition(".")
+        if level:
+            parts[kind][level] = body
+        else:
+            parts[kind] = body
     for key in _TABLES:
         if header[key] is not None:
             data_of = {field: arrays[f"{key}.{field}"] for field in TableArrays._fields}

@@ -11,6 +11,7 @@ from dataclasses import asdict, replace
 from typing import Any
 
 from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.fmu.description import Interface, Variable, expand
 from cranktrain.studies.planning.plan import Plan
 from cranktrain.studies.planning.scene_model import SceneModel
@@ -18,7 +19,6 @@ from cranktrain.studies.planning.scene_model import SceneModel
 LEVELS = ("crank", "bearings", "big_ends", "block", "pistons", "damper")
 """Settings that a scene's FMU fixes."""
 ALWAYS = ("crank.angle", "crank.speed")
-OILED = ("impedance", "table", "reynolds", "ehd")
 
 
 def carried_engine(plan: Plan) -> Engine:
@@ -45,7 +45,7 @@ def scene_interface(interface: Interface, plan: Plan, model: SceneModel, counts:
     counts : members of each family on the engine, see :func:`cranktrain.fmu.description.expand`
     """
     scene, settings = plan.scene, asdict(model.settings(plan.case))
-    oiled = plan.case.bearings in OILED or scene.big_ends != "rigid"
+    oiled = bearing_law(plan.case.bearings).film or bearing_law(scene.big_ends).film
     variables = []
     for variable in expand(interface.variables, counts):
         if variable.causality == "output" and not _wanted(variable, plan):

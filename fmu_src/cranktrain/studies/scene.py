@@ -38,7 +38,8 @@ from typing import Any
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.levels import BEARINGS, CRANKS, lowest_levels, refuse_beyond
+from cranktrain.levels import CRANKS
+from cranktrain.studies.answers import bearing_ladder, lowest_levels, refuse_beyond
 
 RPM = math.pi / 30.0
 SLOWEST_RPM, FASTEST_RPM = 100.0, 20000.0
@@ -368,17 +369,17 @@ def _check_levels(scene: Scene) -> None:
     rollers = scene.engine.main_roller is not None
     if scene.crank is not None and scene.crank not in CRANKS:
         raise InputError(f"crank: level '{scene.crank}' does not exist; {nearest(scene.crank, CRANKS)}")
-    valid = ("held", "linear", "roller") if rollers else BEARINGS
+    valid = tuple(bearing_ladder(rollers))
     if scene.bearings is not None and scene.bearings not in valid:
         hint = nearest(scene.bearings, valid)
-        if scene.bearings in (*BEARINGS, "roller"):
+        if scene.bearings in bearing_ladder(not rollers):
             hint = f"its mains are {'rollers' if rollers else 'plain bearings'}: {', '.join(valid)}"
         raise InputError(f"bearings: level '{scene.bearings}' does not exist on engine '{scene.engine.name}'; {hint}")
     settings = Settings(big_ends=scene.big_ends, block=scene.block, pistons=scene.pistons, damper=scene.damper)
     check_levels(resolved(settings, scene.engine), scene.engine)
     refuse_beyond(
-        scene.crank or "solid",
-        scene.bearings or ("roller" if rollers else "ehd"),
+        scene.crank or list(CRANKS)[-1],
+        scene.bearings or valid[-1],
         (*scene.outputs, STRESS) if scene.stress else scene.outputs,
         scene.frequency,
         engine=scene.engine,

@@ -50,18 +50,23 @@ def with_big_ends(body: ReducedBody, engine: Engine) -> ReducedBody:
     )
 
 
+def bends(body: ReducedBody) -> bool:
+    """Whether elastic modes of a crankshaft move its main journals across."""
+    mains = [k for k, name in enumerate(body.interfaces) if name.startswith("main[")]
+    bending = np.abs(body.shapes[mains][:, :2, 6:]).max(initial=0.0)
+    return bool(bending > BENDING * np.abs(body.shapes[:, 5]).max())
+
+
 def held(body: ReducedBody) -> ReducedBody:
     """The body when bearings hold its axis where it is: of its rigid motions only that about the axis is left.
 
     ``InputError`` for a body that bends, which would hang in nothing.
     """
     n = body.n_modes
-    mains = [k for k, name in enumerate(body.interfaces) if name.startswith("main[")]
-    bending = np.abs(body.shapes[mains][:, :2, 6:]).max(initial=0.0)
-    if bending > BENDING * np.abs(body.shapes[:, 5]).max():
+    if bends(body):
         raise InputError(
             f"body '{body.name}' bends, but bearing level 'held' carries none that does; make it by "
-            "structure.crank_level at level torsional, or use bearings linear or impedance"
+            "cranktrain.assemble at crank level torsional, or use bearings linear or impedance"
         )
     free = np.ones(n)
     free[:5] = 0.0

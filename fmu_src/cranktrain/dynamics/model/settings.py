@@ -12,15 +12,12 @@ from cranktrain.dynamics.model.slots import AMBIENT
 from cranktrain.dynamics.time.integrator_tables import EMBEDDED, amplification, integrator_table
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_levels, usual_level
+from cranktrain.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
 from cranktrain.loads.damper import required_damper
 
 # Gas source and input reconstruction.
 GAS_SOURCES = {"auto": 0, "builtin": 1, "input": 2}
 RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2}
-CRANK_LEVELS = ("rigid", "torsional", "beam", "solid")
-BLOCK_LEVELS = ("ground", "flexible")
-PISTON_LEVELS = ("auto", "rigid", "guided")
-DAMPER_LEVELS = ("none", "fitted")
 CONTROLS = ("fixed", "adaptive")
 BOUNDARIES = {"speed": 1.0, "torque": 0.0}
 """What is given at the dynamometer."""
@@ -61,10 +58,10 @@ class Settings:
 def resolved(settings: Settings, engine: Engine) -> Settings:
     """The settings with nothing left open for this engine.
 
-    A crank that only twists is held in its main bearings; else they are rollers where the engine has them, else films
-    without tilt. Elastic films: what they do as they
-    close, and their voids, leave no use for an order above two; their least gap asks for shorter steps. Films that feel
-    tilt cost more than what a tighter tolerance would gain. Pistons are guided by a flexible block's liners.
+    Journals of a crank that only twists are locked on their axis; else mains are rollers where the engine has them,
+    else films without tilt. Elastic films: what they do as they close, and their voids, leave no use for an order above
+    two; their least gap asks for shorter steps. Films that feel tilt cost more than what a tighter tolerance would
+    gain. Pistons are guided by a flexible block's liners.
     """
     bearings = settings.bearings
     if bearings == "auto":
@@ -85,18 +82,25 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
     return replace(settings, **chosen)
 
 
+def needed_parts(engine: Engine, settings: Settings) -> tuple[str, ...]:
+    """Fields of ``Parts`` that a run needs; ``settings`` have nothing left open."""
+    mains = bearing_law(settings.bearings).forms[mains_kind(engine)]
+    block = ("block",) if settings.block == "flexible" else ()
+    return (*block, *mains.parts, *bearing_law(settings.big_ends).forms[BIG_END].parts)
+
+
 def check_levels(settings: Settings, engine: Engine) -> None:
     """Refuse a level that does not exist, that the engine lacks, or that makes no sense beside another; ``InputError``.
 
     ``settings`` have nothing left open.
     """
     for value, valid, what in (
-        (settings.crank, CRANK_LEVELS, "crank level"),
+        (settings.crank, CRANKS, "crank level"),
         (settings.bearings, bearing_levels(*MAINS), "bearing level"),
         (settings.big_ends, bearing_levels(BIG_END), "big-end level"),
-        (settings.block, BLOCK_LEVELS, "block level"),
-        (settings.pistons, PISTON_LEVELS, "piston level"),
-        (settings.damper, DAMPER_LEVELS, "damper level"),
+        (settings.block, BLOCKS, "block level"),
+        (settings.pistons, ("auto", *PISTONS), "piston level"),
+        (settings.damper, DAMPERS, "damper level"),
         (settings.boundary, BOUNDARIES, "boundary"),
         (settings.control, CONTROLS, "step control"),
         (settings.gas_source, GAS_SOURCES, "gas source"),
@@ -134,20 +138,14 @@ def check_levels(settings: Settings, engine: Engine) -> None:
 
 
 def _check_locked(settings: Settings) -> None:
-    """Refuse what journals that are locked on their axis cannot serve; ``InputError``."""
+    """Refuse what journals that are locked on their axis do not go with; ``InputError``."""
     level = settings.bearings
-    if settings.crank not in ("rigid", "torsional"):
+    if CRANKS[settings.crank].bends:
         raise InputError(
-            f"bearing level '{level}' holds the axis of a crank that cannot bend, not of crank level "
+            f"bearing level '{level}' locks the axis of a crank that cannot bend, not of crank level "
             f"'{settings.crank}'; use linear or impedance, or crank torsional"
         )
-    if settings.big_ends != "rigid":
-        raise InputError(
-            f"pins of a crank whose journals are locked on their axis (bearing level '{level}') run in no film; "
-            "use rigid big ends, or bearing films"
-        )
+    if bearing_law(settings.big_ends).carries:
+        raise InputError(f"pins run in no film at bearing level '{level}'; use rigid big ends, or bearing films")
     if settings.block == "flexible":
-        raise InputError(
-            f"a crank whose journals are locked on their axis (bearing level '{level}') does not meet a flexible "
-            "block; use bearings impedance"
-        )
+        raise InputError(f"bearing level '{level}' does not meet a flexible block; use bearings impedance")

@@ -1,9 +1,8 @@
-"""The crank of a running model at any level of detail: one body, whatever made it.
+"""The crank of a running model at any fidelity level: one body, whatever made it.
 
-``solid`` comes from finite elements, ``beam`` from :mod:`cranktrain.structure.crank.beam`, ``torsional`` from
-:mod:`cranktrain.structure.crank.torsional`; ``rigid`` is the solid one without its elastic modes where that is at hand,
-else made from dimensions. All carry the same flywheel, pulley and further parts, and all are cut at the engine's
-cut-off.
+:data:`cranktrain.levels.CRANKS` lists the levels; each row names two functions of this form, one for the bare
+crankshaft, one for the running model's. All carry the same flywheel, pulley and further parts, and all are cut at the
+engine's cut-off.
 """
 
 from __future__ import annotations
@@ -12,26 +11,21 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody, rigid, truncate
 from cranktrain.engine.model import Engine
-from cranktrain.levels import CRANKS
+from cranktrain.levels import crank_level
 from cranktrain.structure.crank.beam import beam_body
-from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body, running_loads
+from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_loads
 from cranktrain.structure.crank.torsional import rigid_crank, torsional_body, twist_only
 
 Progress = Callable[[str], None]
 
 
-def needs_solid(engine: Engine, level: str) -> bool:
-    """Whether a level is made of the solid crankshaft, which takes a minute where it is not in the cache."""
-    return level == "solid" or (level == "torsional" and engine.reduction.torsional_source.startswith("solid"))
-
-
 def bare_crank(
     engine: Engine, level: str, solid: ReducedBody | None = None, progress: Progress | None = None
 ) -> ReducedBody:
-    """Bare crankshaft at a level: ``rigid``, ``torsional``, ``beam`` or ``solid``.
+    """Bare crankshaft at a level.
 
     Parameters
     ----------
@@ -43,19 +37,10 @@ def bare_crank(
     InputError
         a level that does not exist
     """
-    if level not in CRANKS:
-        raise InputError(f"crank level '{level}' does not exist; {nearest(level, CRANKS)}")
-    if solid is None and needs_solid(engine, level):
+    row = crank_level(level)
+    if solid is None and row.needs_solid(engine):
         solid = reduced_crankshaft(engine, progress=progress)
-    if level == "beam":
-        return beam_body(engine, progress)
-    if level == "torsional":
-        return torsional_body(engine, solid=solid)
-    if level == "rigid":
-        return rigid_crank(engine) if solid is None else rigid(solid)
-    if solid is None:
-        raise InputError("crank level 'solid' needs the reduced crankshaft; make it by `cranktrain reduce`")
-    return solid
+    return row.make_bare(engine, solid, progress)
 
 
 def crank_body(
@@ -67,11 +52,38 @@ def crank_body(
     pins, the others as :func:`cranktrain.structure.crank.reduction.running_loads` says. Parameters and errors as of
     :func:`bare_crank`.
     """
-    bare = bare_crank(engine, level, solid, progress)
-    if level == "rigid":
-        return rigid(complete_crankshaft(engine, bare))
-    if level != "torsional":
-        return running_body(engine, bare)
+    return crank_level(level).make_running(engine, bare_crank(engine, level, solid, progress))
+
+
+def bare_rigid(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
+    """Rigid crankshaft from dimensions, or with the mass of the solid one where that is given."""
+    return rigid_crank(engine) if solid is None else rigid(solid)
+
+
+def bare_torsional(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
+    """Discs on a shaft."""
+    return torsional_body(engine, solid=solid)
+
+
+def bare_beam(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
+    """Beams, from dimensions alone."""
+    return beam_body(engine, progress)
+
+
+def bare_solid(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
+    """The solid body as it is; ``InputError`` without it."""
+    if solid is None:
+        raise InputError("crank level 'solid' needs the reduced crankshaft; make it by `cranktrain reduce`")
+    return solid
+
+
+def running_rigid(engine: Engine, bare: ReducedBody) -> ReducedBody:
+    """Six rigid motions of the crankshaft with its parts."""
+    return rigid(complete_crankshaft(engine, bare))
+
+
+def running_torsional(engine: Engine, bare: ReducedBody) -> ReducedBody:
+    """Twists of the crankshaft with its parts, cut at the engine's cut-off."""
     complete = twist_only(complete_crankshaft(engine, bare))
     cut = engine.reduction.running_cutoff_hz
     above = complete.frequencies_hz > cut

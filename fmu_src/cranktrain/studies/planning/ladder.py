@@ -6,23 +6,25 @@ ever finer bearings. Next above a pair stands the one with the next finer crank 
 
 from __future__ import annotations
 
-from cranktrain.levels import BEARINGS, CRANKS, highest_frequency, lowest_levels
+from cranktrain.dynamics.model.mains import mains_kind
+from cranktrain.film.laws.register import DEAREST, bearing_law, usual_level
+from cranktrain.levels import CRANKS, crank_level
+from cranktrain.studies.answers import bearing_ladder, lowest_levels
 from cranktrain.studies.scene import STRESS, Scene
 
 Pair = tuple[str, str]
 
-DEAREST = "ehd"
-ROLLERS = ("held", "linear", "roller")
+SOLID = list(CRANKS)[-1]
 
 
 def bearing_levels(scene: Scene) -> tuple[str, ...]:
     """Levels of the engine's main bearings, from the lowest to the highest."""
-    return ROLLERS if scene.engine.main_roller is not None else BEARINGS
+    return bearing_ladder(scene.engine.main_roller is not None)
 
 
 def film(scene: Scene) -> str:
     """Lowest level of the mains that moves as the engine's own bearings do: roller, or oil film."""
-    return "roller" if scene.engine.main_roller is not None else "impedance"
+    return usual_level(mains_kind(scene.engine))
 
 
 def candidates(scene: Scene) -> list[Pair]:
@@ -31,23 +33,37 @@ def candidates(scene: Scene) -> list[Pair]:
     Elastic films take a hundred times as long as others: only a scene with a budget, or one that names them, gets them.
     """
     levels, usual = bearing_levels(scene), film(scene)
-    films = tuple(level for level in levels[levels.index(usual) :] if level != DEAREST or scene.budget is not None)
+    films = tuple(level for level in levels[levels.index(usual) :] if not dearest(level) or scene.budget is not None)
     if scene.bearings is not None:
         chain = [(crank, scene.bearings) for crank in CRANKS if scene.crank in (None, crank)]
     elif scene.crank is not None:
-        turning = ("held",) if scene.crank in ("rigid", "torsional") else ()
+        turning = () if crank_level(scene.crank).bends else ("held",)
         chain = [(scene.crank, level) for level in (*turning, *films)]
     else:
-        chain = [("rigid", usual), ("torsional", "held"), ("beam", usual), *(("solid", level) for level in films)]
+        chain = [*_lower_cranks(scene), *((SOLID, level) for level in films)]
     return [pair for pair in chain if answers(scene, pair)]
 
 
 def every_pair(scene: Scene, with_ehd: bool) -> list[Pair]:
     """Pairs of the ladder report, the lowest first; those that the scene's outputs do not allow left out."""
-    usual = film(scene)
-    chain = [("rigid", usual), ("torsional", "held"), ("beam", usual)]
-    chain += [("solid", level) for level in bearing_levels(scene)[1:] if with_ehd or level != "ehd"]
+    levels = bearing_levels(scene)[1:]
+    chain = [*_lower_cranks(scene), *((SOLID, level) for level in levels if with_ehd or not dearest(level))]
     return [pair for pair in chain if answers(scene, pair, by_frequency=False)]
+
+
+def dearest(level: str) -> bool:
+    """Whether films of a level take a hundred times as long as others."""
+    return bearing_law(level).cost == DEAREST
+
+
+def locked(level: str) -> bool:
+    """Whether a level has no bearings: journals are locked on their axis."""
+    return not bearing_law(level).carries
+
+
+def _lower_cranks(scene: Scene) -> list[Pair]:
+    """Every crank but the highest on the bearings that are usual for it."""
+    return [(crank, usual_level(crank, mains_kind(scene.engine))) for crank in CRANKS if crank != SOLID]
 
 
 def answers(scene: Scene, pair: Pair, by_frequency: bool = True) -> bool:
@@ -57,12 +73,13 @@ def answers(scene: Scene, pair: Pair, by_frequency: bool = True) -> bool:
     lowest = lowest_levels((*scene.outputs, STRESS) if scene.stress else scene.outputs, rollers)
     levels = bearing_levels(scene)
     wanted = lowest.bearings if lowest.bearings in levels else levels[-1]
-    if scene.block == "flexible" and (crank == "rigid" or bearings == "held"):
+    if scene.block == "flexible" and (not CRANKS[crank].elastic or locked(bearings)):
         return False  # a block that moves asks for a crank and bearings that follow it
-    if bearings == "held" and scene.big_ends != "rigid":
+    if locked(bearings) and scene.big_ends != "rigid":
         return False  # films on the pins of a crank that does not move across would carry nothing
-    high_enough = CRANKS.index(crank) >= CRANKS.index(lowest.crank) and levels.index(bearings) >= levels.index(wanted)
-    return high_enough and (not by_frequency or scene.frequency <= highest_frequency(scene.engine, crank))
+    cranks = list(CRANKS)
+    high_enough = cranks.index(crank) >= cranks.index(lowest.crank) and levels.index(bearings) >= levels.index(wanted)
+    return high_enough and (not by_frequency or scene.frequency <= crank_level(crank).highest_frequency(scene.engine))
 
 
 def next_pair(scene: Scene, pair: Pair, crank: bool = True, bearings: bool = True) -> Pair | None:
@@ -71,12 +88,13 @@ def next_pair(scene: Scene, pair: Pair, crank: bool = True, bearings: bool = Tru
     ``crank`` and ``bearings`` say which of the two may change. Held mains belong to a crank that turns only: a finer
     one runs on the engine's own.
     """
-    if pair == ("rigid", "held"):
-        return ("torsional", "held") if crank else ("rigid", film(scene)) if bearings else None
     levels, usual = bearing_levels(scene), film(scene)
-    finer_crank = {"rigid": "beam", "torsional": "beam", "beam": "solid"}.get(pair[0], pair[0]) if crank else pair[0]
+    higher = list(CRANKS.values())[list(CRANKS).index(pair[0]) + 1 :]
+    if locked(pair[1]) and not CRANKS[pair[0]].elastic:
+        return (higher[0].name, "held") if crank else (pair[0], usual) if bearings else None
+    finer_crank = next((row.name for row in higher if row.bends), pair[0]) if crank else pair[0]
     finer = pair[1]
-    if pair[1] in ("held", "linear") and (bearings or (pair[1] == "held" and finer_crank != pair[0])):
+    if levels.index(pair[1]) < levels.index(usual) and (bearings or (locked(pair[1]) and finer_crank != pair[0])):
         finer = usual
     elif bearings and levels.index(pair[1]) + 1 < len(levels):
         finer = levels[levels.index(pair[1]) + 1]

@@ -14,6 +14,7 @@ import numpy as np
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.film.laws.register import DEAR, DEAREST, bearing_law
 from cranktrain.studies.kept import Kept, digest
 from cranktrain.studies.planning.difference import LastCycle, last_cycle, relative_differences
 from cranktrain.studies.planning.scene_model import Case, SceneModel
@@ -21,8 +22,8 @@ from cranktrain.studies.scene import RPM
 
 CYCLES = 4
 """Cycles that a measurement takes at most: fewer than a run, which is what makes a plan cheaper than a check."""
-SLOW_LEVELS = {"reynolds": 3, "ehd": 2}
-"""Likewise at bearing levels whose films are solved in the loop; what these are held against takes as many."""
+SLOW = {DEAR: 3, DEAREST: 2}
+"""Likewise by the bearing level's class of cost: films are solved online; what these are held against takes as many."""
 REPEATED_BELOW = 0.5
 """Runs shorter than so many seconds are timed twice; the faster counts."""
 
@@ -42,7 +43,7 @@ class Measured:
 
     def cycles(self, *cases: Case) -> int:
         """Cycles of a measurement that takes in these cases."""
-        return min(self.scene.cycles, *(SLOW_LEVELS.get(case.bearings, CYCLES) for case in cases))
+        return min(self.scene.cycles, *(SLOW.get(bearing_law(case.bearings).cost, CYCLES) for case in cases))
 
     def run(self, case: Case, speed: float, cycles: int) -> LastCycle:
         """Last cycle of a case at a speed (rad/s); ``SolverError`` where the run fails."""
@@ -87,12 +88,13 @@ class Measured:
 
     def _key(self, case: Case, speed: float, cycles: int) -> str:
         scene, model = self.scene, self.model
-        parts = model.parts(case)
+        made = model.assembly(case)
+        parts = made.parts
         trace = scene.pressure
         return digest(
             __file__,
             scene.engine,
-            _content(model.body(case)),
+            _content(made.body),
             parts.block.digest if parts.block is not None else "",
             [table.settings for table in (parts.table, parts.big_end_table) if table is not None],
             model.settings(case),

@@ -10,7 +10,7 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.studies.planning.difference import by_family
-from cranktrain.studies.planning.ladder import Pair
+from cranktrain.studies.planning.ladder import SOLID, Pair
 from cranktrain.studies.planning.scene_model import Case
 from cranktrain.studies.scene import Scene
 
@@ -69,7 +69,7 @@ class Plan:
                 "crank": self.next.crank,
                 "bearings": self.next.bearings,
                 "block": self.scene.block,
-                "cutoff_hz": self.next.cutoff if self.next.crank == "solid" else None,
+                "cutoff_hz": self.next.cutoff if self.next.crank == SOLID else None,
                 "difference": by_family(outputs, model),
                 "real_time_factor": self.next_real_time_factor,
             }
@@ -78,7 +78,7 @@ class Plan:
             "bearings": self.case.bearings,
             "block": self.scene.block,
             "modes": self.modes,
-            "cutoff_hz": self.case.cutoff if self.case.crank == "solid" else None,
+            "cutoff_hz": self.case.cutoff if self.case.crank == SOLID else None,
             "integrator": self.case.integrator,
             "step_deg": round(math.degrees(self.case.step), 9),
             "predicted_error": self.predicted_error,

@@ -21,8 +21,10 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.settings import Settings, resolved
+from cranktrain.film.laws.register import bearing_law
+from cranktrain.levels import CRANKS
 from cranktrain.studies.planning.difference import longest_step
-from cranktrain.studies.planning.ladder import DEAREST, Pair, candidates, film, next_pair
+from cranktrain.studies.planning.ladder import SOLID, Pair, candidates, dearest, film, next_pair
 from cranktrain.studies.planning.measured import Measured
 from cranktrain.studies.planning.plan import Errors, Plan, largest, pair_name, percent
 from cranktrain.studies.planning.scene_model import Case, SceneModel
@@ -116,13 +118,14 @@ class _Chooser:
         pair = next_pair(self.scene, case.levels)
         if pair is None:
             full = replace(case, cutoff=self.model.all_modes)
-            return full if case.crank == "solid" and full != case else None
+            return full if case.crank == SOLID and full != case else None
         return self.at(case, pair)
 
     def at(self, case: Case, pair: Pair) -> Case:
         """Another pair at a case's method and step, with all modes; elastic films at their own."""
-        if pair[1] == "ehd" and case.bearings != "ehd":
-            return Case(*pair, self.model.all_modes, "sdirk2", min(case.step, USUAL_STEP))
+        own = bearing_law(pair[1]).integrator
+        if dearest(pair[1]) and not dearest(case.bearings):
+            return Case(*pair, self.model.all_modes, own, min(case.step, USUAL_STEP))
         return Case(*pair, self.model.all_modes, case.integrator, case.step)
 
     @property
@@ -157,7 +160,7 @@ class _Chooser:
         error = largest(self.measured.worst(case, self.at(case, above), self.speeds))
         text = f"{name} is {percent(error)} from {pair_name(above)}"
         further = next_pair(scene, above, *free)
-        if above[0] != "solid" and further is not None and error <= MODEL_SHARE * scene.accuracy:
+        if above[0] != SOLID and further is not None and error <= MODEL_SHARE * scene.accuracy:
             error = max(error, largest(self.measured.worst(case, self.at(case, further), self.speeds)))
             text += f" and at most {percent(error)} from {pair_name(further)}"
         return _Judged(pair, error, error <= MODEL_SHARE * scene.accuracy, text)
@@ -217,7 +220,7 @@ class _Chooser:
     def _charted(self, pair: Pair, most: float) -> dict[str, list[float]]:
         """Integrators of the chart with those steps (deg) whose errors are at most ``most``, the longest first."""
         engine = self.scene.engine
-        bearings = film(self.scene) if pair[0] in ("beam", "solid") and pair[1] != "linear" else pair[1]
+        bearings = film(self.scene) if CRANKS[pair[0]].bends and pair[1] != "linear" else pair[1]
         settings = Settings(crank=pair[0], bearings=bearings)
         points = numerical_points(engine, CHART_SPEED, settings, progress=self.model.say)
         wanted = {charted_as(name) for name in self.scene.outputs}
@@ -234,7 +237,7 @@ class _Chooser:
     def _modes(self, case: Case) -> tuple[Case, str]:
         """Case with as few modes of the solid crank as serve, and why."""
         scene, full = self.scene, self.model.own_cutoff
-        if case.crank != "solid":
+        if case.crank != SOLID:
             return case, f"modes: all that crank level '{case.crank}' has"
         if scene.cutoff is not None:
             return case, f"modes: up to {full:g} Hz, fixed by the scene"
@@ -247,7 +250,7 @@ class _Chooser:
             fewer = replace(case, cutoff=cutoff)
             change = largest(self.measured.worst(fewer, case, self.speeds))
             if change <= MODE_SHARE * scene.accuracy:
-                dropped = self.model.body(case).n_modes - self.model.body(fewer).n_modes
+                dropped = self.model.assembly(case).body.n_modes - self.model.assembly(fewer).body.n_modes
                 return fewer, f"modes: up to {cutoff:g} Hz; {dropped} more change the outputs by {percent(change)}"
         allowed = percent(MODE_SHARE * scene.accuracy)
         return case, f"modes: all up to {full:g} Hz; fewer change the outputs by more than {allowed}"
@@ -280,7 +283,7 @@ class _Chooser:
         numerical = self.measured.worst(case, self.model.refined(case), speeds)
         errors = Errors(numerical, None if above is None else self.measured.worst(case, above, speeds))
         total = largest(errors.total)
-        modes = 6 if case.crank == "rigid" else self.model.body(case).n_modes
+        modes = self.model.assembly(case).body.n_modes
         result = Plan(
             scene, case, modes, errors, self.measured.cost(case, speeds),
             self.model.refined(above or case), above_cost, (),
@@ -323,8 +326,10 @@ class _Chooser:
                 f"{made.predicted_error / scene.accuracy:.2g} times as much"
             )
         open_ended = scene.bearings is None and scene.budget is None
-        if not made.within_accuracy and open_ended and made.next.levels[1] == DEAREST:
-            lines.append(f"bearings {DEAREST}: far dearer, so only within a budget, or where the scene asks for them")
+        if not made.within_accuracy and open_ended and dearest(made.next.levels[1]):
+            lines.append(
+                f"bearings {made.next.levels[1]}: far dearer, so only within a budget, or where the scene asks for them"
+            )
         if self.too_dear:
             lines.append(f"budget {scene.budget:g} ends the climb: {self.too_dear}")
         if scene.budget is not None and not made.within_budget:

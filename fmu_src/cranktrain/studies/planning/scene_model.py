@@ -8,16 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import cached_property
 
-from cranktrain.assembly import level_parts
-from cranktrain.core.reduced_body import ReducedBody
-from cranktrain.dynamics.model.arrays import Parts
+from cranktrain.assembly import Assembly, assemble
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.simulation import Result, simulate
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.studies.scene import Scene
-from cranktrain.studies.tradeoff.level_bodies import running_crank
 
 Progress = Callable[[str], None]
 
@@ -54,12 +51,6 @@ class SceneModel:
     def __init__(self, scene: Scene, progress: Progress | None = None) -> None:
         self.scene = scene
         self.say: Progress = progress or (lambda _: None)
-        self._kept: dict[Any, Any] = {}
-
-    def _once(self, key: Any, make: Callable[[], Any]) -> Any:
-        if key not in self._kept:
-            self._kept[key] = make()
-        return self._kept[key]
 
     @property
     def all_modes(self) -> float:
@@ -89,27 +80,17 @@ class SceneModel:
             s.engine,
         )
 
-    def body(self, case: Case) -> ReducedBody:
-        """Crank of a case as the running model takes it."""
-        key = ("body", case.crank, case.cutoff)
-        return self._once(key, lambda: running_crank(self.scene.engine, self.settings(case), case.cutoff, self.say))
+    def assembly(self, case: Case) -> Assembly:
+        """What a case is made of."""
+        return assemble(self.scene.engine, self.settings(case), say=self.say, cutoff_hz=case.cutoff)
 
-    def parts(self, case: Case) -> Parts:
-        """What the levels of a case need besides the crank."""
-        return self._once(
-            ("parts", case.bearings),
-            lambda: level_parts(self.scene.engine, self.settings(case), self.say),
-        )
-
-    @property
+    @cached_property
     def gas(self) -> GasTrace | None:
         """Measured trace of the scene, or None for the built-in one."""
         given = self.scene.pressure
         if given is None:
             return None
-        return self._once(
-            "gas", lambda: GasTrace.from_csv(str(given.file), self.scene.engine, given.unit, given.tdc_deg)
-        )
+        return GasTrace.from_csv(str(given.file), self.scene.engine, given.unit, given.tdc_deg)
 
     def run(
         self, case: Case, speed: float, cycles: int | None = None, progress: Callable[[float], None] | None = None
@@ -125,9 +106,8 @@ class SceneModel:
         KeyboardInterrupt
             also where an interrupt has ended the run early: half a run is none
         """
-        body, parts, settings = self.body(case), self.parts(case), self.settings(case)
-        wanted = cycles or self.scene.cycles
-        run = simulate(self.scene.engine, body, settings, speed, wanted, self.gas, progress, parts)
+        made, wanted = self.assembly(case), cycles or self.scene.cycles
+        run = simulate(made.engine, made.body, made.settings, speed, wanted, self.gas, progress, made.parts)
         if run.time.size <= wanted * run.per_cycle:
             raise KeyboardInterrupt
         return run

@@ -15,8 +15,8 @@ from scipy.linalg import eigh
 
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.model import Engine
+from cranktrain.levels import crank_level
 from cranktrain.results.tables import NOTHING, SAME_SHAPE, Table
-from cranktrain.structure.crank.level import bare_crank
 from cranktrain.structure.crank.modal import (
     KINDS,
     LISTED_HZ,
@@ -37,24 +37,26 @@ def level_frequencies(engine: Engine, level: str, solid: ReducedBody) -> dict[st
     (``solid_hz``, ``shape``, and ``hz``, ``deviation_percent``, ``mac`` where the level has it) and ``first_torsional``
     likewise. ``solid`` is the bare solid body.
     """
-    bodies = [complete_crankshaft(engine, body) for body in (solid, bare_crank(engine, level, solid))]
+    row = crank_level(level)
+    own = row.make_bare(engine, solid if row.needs_solid(engine) else None)
+    bodies = [complete_crankshaft(engine, body) for body in (solid, own)]
     radius = engine.crankshaft.throw
     result: dict[str, Any] = {"level": level}
     for name, rods in (("crankshaft_free", False), ("cranktrain", True)):
         found = [_modes(engine, body, rods) for body in bodies]
-        (solid_hz, shares, shapes), (hz, _, own) = found
-        twists = level in ("rigid", "torsional")
-        alike = _alike(shapes, own, radius, twists)
-        rows = []
+        (solid_hz, shares, shapes), (hz, _, moved) = found
+        twists = not row.bends
+        alike = _alike(shapes, moved, radius, twists)
+        listed = []
         for k in np.flatnonzero(solid_hz <= LISTED_HZ):
-            row = {"solid_hz": float(solid_hz[k]), "shape": KINDS[int(np.argmax(shares[k]))]}
+            one = {"solid_hz": float(solid_hz[k]), "shape": KINDS[int(np.argmax(shares[k]))]}
             same = int(np.argmax(alike[k])) if alike.shape[1] else -1
-            torsional = row["shape"] == "torsional"
+            torsional = one["shape"] == "torsional"
             mutual = same >= 0 and alike[k, same] >= SAME_SHAPE and int(np.argmax(alike[:, same])) == k
             if mutual and (torsional or not twists):
-                row |= _beside(solid_hz[k], hz[same]) | {"mac": float(alike[k, same])}
-            rows.append(row)
-        result[name] = {"modes": rows, "first_torsional": _first_torsional(found)}
+                one |= _beside(solid_hz[k], hz[same]) | {"mac": float(alike[k, same])}
+            listed.append(one)
+        result[name] = {"modes": listed, "first_torsional": _first_torsional(found)}
     return result
 
 

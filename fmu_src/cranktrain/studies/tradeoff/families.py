@@ -13,16 +13,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from cranktrain.dynamics.model.settings import BLOCK_LEVELS, RECONSTRUCTIONS, Settings
+from cranktrain.dynamics.model.settings import RECONSTRUCTIONS, Settings
 from cranktrain.dynamics.time.integrator_tables import EMBEDDED
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
+from cranktrain.levels import BLOCKS, CRANKS
 from cranktrain.studies.tradeoff.case import COMMUNICATION_DEG, Case
-from cranktrain.studies.tradeoff.level_bodies import ALL_MODES
 from cranktrain.studies.tradeoff.level_points import (
-    CRANKS,
-    PLAIN,
-    ROLLERS,
+    bearing_levels,
     level_case,
     numerical_entries,
 )
@@ -31,6 +29,9 @@ from cranktrain.studies.tradeoff.point import INPUT, MODEL, NUMERICAL, TOP
 from cranktrain.studies.tradeoff.reference import reference_case
 
 Entries = list[Entry]
+
+ALL_MODES = 1.0e6
+"""Cut-off (Hz) above every mode that is stored."""
 
 
 @dataclass(frozen=True)
@@ -157,11 +158,11 @@ def ladder(scene: StudyScene, quick: bool) -> Entries:
     """Crank levels against the top one, and each against the next."""
     case = scene.case
     # From the scene's settings: the bearings follow the crank's level.
-    entries = _ladder(scene, "ladder", "crank", CRANKS, lambda level: replace(scene.settings, crank=level))
+    entries = _ladder(scene, "ladder", "crank", list(CRANKS), lambda level: replace(scene.settings, crank=level))
     if quick or scene.engine.block is None:
         return entries
     blocks = _ladder(
-        scene, "ladder", "block", BLOCK_LEVELS, lambda level: replace(case.settings, block=level, pistons="auto")
+        scene, "ladder", "block", list(BLOCKS), lambda level: replace(case.settings, block=level, pistons="auto")
     )
     return entries + blocks
 
@@ -169,7 +170,9 @@ def ladder(scene: StudyScene, quick: bool) -> Entries:
 def bearings(scene: StudyScene, quick: bool) -> Entries:
     """Bearing levels against the top one and against the next; resolution of the table, grid of films in the loop."""
     plain = scene.engine.main_roller is None
-    levels = (PLAIN[:3] if quick else PLAIN) if plain else ROLLERS
+    levels = bearing_levels(scene.engine)
+    if quick and plain:
+        levels = levels[:3]
     case = scene.case
     entries = _ladder(scene, "bearings", "bearings", levels, lambda level: replace(case.settings, bearings=level))
     if quick or not plain:

@@ -5,21 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from cranktrain.dynamics.model.settings import CRANK_LEVELS, Settings, resolved
+from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.time.integrator_tables import INTEGRATORS
 from cranktrain.engine.model import Engine
-from cranktrain.film.laws.register import PLAIN as PLAIN_MAINS
-from cranktrain.film.laws.register import ROLLER, bearing_law, bearing_levels
+from cranktrain.film.laws.register import DEAR, DEAREST, bearing_law
+from cranktrain.studies.answers import bearing_ladder
 from cranktrain.studies.kept import Kept
 from cranktrain.studies.tradeoff.case import CYCLES, Case
 from cranktrain.studies.tradeoff.measure import Entry, Progress, measured
 from cranktrain.studies.tradeoff.point import NUMERICAL, Point
 from cranktrain.studies.tradeoff.reference import reference_case
 
-CRANKS = tuple(level for level in ("rigid", "torsional", "beam", "solid") if level in CRANK_LEVELS)
-PLAIN = tuple(level for level in bearing_levels(PLAIN_MAINS) if bearing_law(level).carries)
-ROLLERS = tuple(level for level in bearing_levels(ROLLER) if bearing_law(level).carries)
-SLOW_CYCLES = {"reynolds": 2, "ehd": 2}
+SLOW_CYCLES = {DEAR: 2, DEAREST: 2}
 """Cycles of runs whose films are solved in the loop; they are judged over the second."""
 QUICK_STEPS = {
     "esdirk4": (6.0, 4.0, 3.0, 2.5, 2.0, 1.0, 0.5),
@@ -67,7 +64,7 @@ def level_case(engine: Engine, speed: float, settings: Settings, cutoff_hz: floa
         levels, integrator=plain.integrator, step=plain.step, control=plain.control, tolerance=plain.tolerance,
         newton_tolerance=None, film_change=None,
     )  # fmt: skip
-    return Case(engine, speed, chosen, SLOW_CYCLES.get(levels.bearings, CYCLES), cutoff_hz)
+    return Case(engine, speed, chosen, SLOW_CYCLES.get(bearing_law(levels.bearings).cost, CYCLES), cutoff_hz)
 
 
 def numerical_entries(case: Case, quick: bool) -> list[Entry]:
@@ -100,3 +97,8 @@ def numerical_points(
     """
     entries = numerical_entries(level_case(engine, speed, settings), quick=True)
     return measured(entries, store or Kept("tradeoff"), 1, progress)
+
+
+def bearing_levels(engine: Engine) -> list[str]:
+    """Levels of the engine's main bearings that move, from the lowest to the highest."""
+    return [level for level in bearing_ladder(engine.main_roller is not None) if bearing_law(level).carries]

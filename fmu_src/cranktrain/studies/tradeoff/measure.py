@@ -16,26 +16,24 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cranktrain.assembly import level_parts
+from cranktrain.assembly import Assembly, assemble
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.kernel import keep_record
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.motion.equations import trace_pressure
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressure, spline_coefficients
 from cranktrain.studies.kept import Kept, digest
 from cranktrain.studies.peers.fixed_step import LIMITS
 from cranktrain.studies.peers.other_solvers import Unstable, largest_rate, other_run
 from cranktrain.studies.tradeoff.case import STAGES, Case
-from cranktrain.studies.tradeoff.level_bodies import running_crank
 from cranktrain.studies.tradeoff.point import OTHERS, OUTPUTS, Point
 
 Progress = Callable[[str], None]
 
-FILMS = ("impedance", "table", "reynolds", "ehd")
-"""Bearing levels that have a film."""
 HIGH_ORDERS = (12.0, 40.0)
 """Orders whose error in pulley torsion is given apart: those that a coarse pressure trace spoils."""
 FINE_SAMPLES = 7200
@@ -107,14 +105,17 @@ def run(case: Case, say: Progress | None = None) -> Recorded:
     return Recorded(np.ascontiguousarray(values.T), case.kept_deg, used / case.simulated, counts)
 
 
+def _assembled(case: Case, say: Progress) -> Assembly:
+    return assemble(case.engine, case.levels, say=say, table_resolution=case.table, cutoff_hz=case.cutoff_hz)
+
+
 def _started(case: Case, say: Progress) -> Simulation:
     settings = case.settings
     if case.coupled_deg is not None:
         settings = replace(settings, gas_source="input")
-    body = running_crank(case.engine, settings, case.cutoff_hz, say)
-    parts = level_parts(case.engine, case.levels, say, case.table)
+    made = _assembled(case, say)
     gas = None if case.trace_deg is None else sampled_trace(case.engine, case.trace_deg, case.trace_rule)
-    simulation = Simulation(case.engine, body, settings, gas, parts)
+    simulation = Simulation(case.engine, made.body, settings, gas, made.parts)
     simulation.inputs[0] = case.speed
     if case.coupled_deg is not None:
         # The first pressures are those of the first angle: there is no model yet to ask.
@@ -292,9 +293,10 @@ def _measure(entry: Entry, store: Kept, kept: dict[str, Any] | None, say: Progre
     if kept is not None and kept["costs"]:
         return {**kept, "costs": [*kept["costs"], got.seconds]}
     errors = differences(got.values, got.interval, exact, exact_interval, case.cycles)
-    films = case.levels.bearings in FILMS and entry.reference.levels.bearings in FILMS
+    laws = [bearing_law(one.levels.bearings) for one in (case, entry.reference)]
+    films = all(law.film for law in laws)
     named = named_errors(errors, len(case.engine.crankshaft.main_widths), films)
-    if "held" in (case.levels.bearings, entry.reference.levels.bearings):
+    if not all(law.carries for law in laws):
         named["pulley_axial"] = named["bearing_force"] = None
     details: dict[str, Any] = dict(got.counts)
     status = "ok"
@@ -303,7 +305,7 @@ def _measure(entry: Entry, store: Kept, kept: dict[str, Any] | None, say: Progre
         rate = largest_rate(replace(case, method=STAGES), lambda wanted: _started(wanted, say))
         details["step_times_rate"] = rate * math.radians(case.step_deg) / case.speed
         status = "ok" if details["step_times_rate"] < LIMITS[case.method] else "unstable"
-    details["modes"] = running_crank(case.engine, case.levels, case.cutoff_hz, say).n_modes
+    details["modes"] = _assembled(case, say).body.n_modes
     details["high_orders"] = high_order_error(got.values, got.interval, exact, exact_interval, case.cycles)
     return {
         "costs": [got.seconds],

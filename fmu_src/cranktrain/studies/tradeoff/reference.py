@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.studies.kept import Kept
 from cranktrain.studies.tradeoff.case import GRID_DEG, Case
-from cranktrain.studies.tradeoff.measure import FILMS, Progress, differences, named_errors, recorded
+from cranktrain.studies.tradeoff.measure import Progress, differences, named_errors, recorded
 
 INTEGRATOR = "esdirk4"
 STEPS_DEG = {"linear": 0.0625, "impedance": 0.0625, "held": 0.0625, "roller": 0.0625, "table": 0.25, "reynolds": 0.5}
@@ -38,7 +39,7 @@ def error_estimate(case: Case, store: Kept, say: Progress | None = None) -> dict
     With the differences e₂ of the steps 4h and 2h, and e₁ of 2h and h, the ratio r = e₂/e₁ is what a halving gains;
     what is left at h is e₁/(r − 1), with r bounded below by 2. Where halving gains nothing it is the larger of both.
     """
-    films = case.levels.bearings in FILMS
+    films = bearing_law(case.levels.bearings).film
     bearings = len(case.engine.crankshaft.main_widths)
     runs = []
     for factor in (1.0, 2.0, 4.0):

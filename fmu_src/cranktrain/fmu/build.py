@@ -1,0 +1,127 @@
+"""Building an FMU: of an engine with all its levels, or of a scene with those that its plan chose."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from cranktrain import assembly
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import LAWS, PLAIN
+from cranktrain.fmu.archive import build, family_counts, full_interface
+from cranktrain.fmu.flat import FlatModel
+from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
+from cranktrain.levels import CRANKS
+from cranktrain.loads.damper import with_damper_housing
+from cranktrain.studies.scene import Scene, load_scene
+
+Progress = Callable[[str], None]
+
+
+def build_fmu(
+    source: str | Path | Engine | Scene,
+    folder: str | Path = "dist",
+    *,
+    film_table: bool = True,
+    block: bool = True,
+    say: Progress = lambda text: None,
+) -> Path:
+    """Build the FMU of an engine or a scene; returns its path.
+
+    Parameters
+    ----------
+    source : name of a shipped engine, path of an engine file or a scene, an engine, or a scene
+    film_table : with the film tables of bearing and big-end level ``table``
+    block : with the block of block level ``flexible``
+    say : told each stage of long work
+
+    Raises
+    ------
+    InputError
+        what cannot be read or built
+    """
+    full_interface()
+    if isinstance(source, str | Path) and is_scene(source):
+        source = load_scene(source)
+    if isinstance(source, Scene):
+        if not (film_table and block):
+            raise InputError("film table and block are left out of an engine's FMU, not of a scene's")
+        return build_scene(source, folder, say)
+    engine = source if isinstance(source, Engine) else load_engine(source)
+    return build(whole_model(engine, film_table=film_table, block=block, say=say), folder, say)
+
+
+def whole_model(
+    engine: Engine, *, film_table: bool = True, block: bool = True, say: Progress = lambda text: None
+) -> FlatModel:
+    """An engine with what each of its levels needs, from the cache or made now."""
+    if not block:
+        engine = replace(engine, block=None)
+
+    def cranks(fitted: Engine) -> dict[str, Any]:
+        return {level: assembly.running_crank(fitted, level, say=say) for level in CRANKS}
+
+    say(f"{engine.name}: crankshaft")
+    data: dict[str, Any] = {"cranks": cranks(engine)}
+    if engine.damper is not None:
+        data["damped"] = cranks(with_damper_housing(engine))
+    flexible = engine.block is not None and engine.mounts is not None
+    if flexible:
+        say(f"{engine.name}: block")
+        data["block"] = assembly.running_block(engine, tilting=True, say=say)
+    if engine.main_roller is not None:
+        return FlatModel(engine, **data)
+    if any("bore" in law.forms[PLAIN].parts for law in LAWS.values() if PLAIN in law.forms):
+        say(f"{engine.name}: elastic bores")
+        data["bore"] = assembly.elastic_bore(engine, flexible=False, say=say)
+        if flexible:
+            data["block_bore"] = assembly.elastic_bore(engine, flexible=True, say=say)
+    if film_table:
+        say(f"{engine.name}: film tables")
+        data["table"] = assembly.main_table(engine, say)
+        if engine.big_end_bearing is not None:
+            data["big_end_table"] = assembly.big_end_table(engine, say)
+    return FlatModel(engine, **data)
+
+
+def is_scene(name: str | Path) -> bool:
+    """Whether a name is the path of a scene: TOML that names its engine."""
+    path = Path(name)
+    if path.suffix != ".toml" or not path.is_file():
+        return False
+    try:
+        return isinstance(tomllib.loads(path.read_text(encoding="utf-8")).get("engine"), str)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError):
+        return False
+
+
+def build_scene(scene: Scene, folder: str | Path, say: Progress = lambda text: None) -> Path:
+    """Plan a scene and write its FMU into ``folder``; returns its path. Says what it carries and how large it is."""
+    from cranktrain.studies.planning.planning import plan
+    from cranktrain.studies.planning.scene_model import SceneModel
+
+    if scene.pressure is not None:
+        say(f"{scene.name}: the trace of [gas] stays outside; give it to the FMU through cylinder[i].pressure")
+    model = SceneModel(scene, say)
+    made = plan(scene, model=model)
+    run, engine = model.assembly(made.case), carried_engine(made)
+    crank = {made.case.crank: run.body}
+    fitted = scene.damper == "fitted"
+    flat = FlatModel(
+        engine,
+        {} if fitted else crank,
+        crank if fitted else {},
+        table=run.parts.table,
+        big_end_table=run.parts.big_end_table,
+        block=run.parts.block,
+        bore=None if scene.block == "flexible" else run.parts.bore,
+        block_bore=run.parts.bore if scene.block == "flexible" else None,
+    )
+    interface = scene_interface(full_interface(), made, model, family_counts(engine))
+    say(f"{scene.name}: {made.case}, {made.modes} modes; predicted error {made.predicted_error:.2g}")
+    return build(flat, folder, say, interface, fixed_settings(made, model), scene_suffix(made))

@@ -1,0 +1,57 @@
+"""What an FMU's slave asks of the package: the model's data, and a simulation at the levels of its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model.arrays import Parts
+from cranktrain.dynamics.model.settings import Settings, check_levels, needed_parts, resolved
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.fmu.flat import FlatModel, read_model
+
+__all__ = ["read_model", "simulation"]
+
+_PARTS = {
+    "block": ("block", "the reduced block"),
+    "table": ("bearings", "the film table of the main bearings"),
+    "bore": ("bearings", "the elastic bore of the main bearings"),
+    "big_end_table": ("big_ends", "the film table of the big ends"),
+}
+"""Parts of a run: the setting that asks for them, and what they are called."""
+
+
+def simulation(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, str]) -> Simulation:
+    """Simulation at the levels of ``chosen``, the values of settings.
+
+    Parameters
+    ----------
+    names : what the FMU calls a setting
+
+    Raises
+    ------
+    InputError
+        levels that do not go together, that the engine lacks, or whose data the FMU was built without
+    """
+    settings = resolved(Settings(**chosen), model.engine)
+    check_levels(settings, model.engine)
+    bore = model.block_bore if settings.block == "flexible" else model.bore
+    parts = Parts(model.table, bore, model.big_end_table, model.block)
+    for part in needed_parts(model.engine, settings):
+        if getattr(parts, part) is None:
+            _refuse(settings, names, *_PARTS[part])
+    fitted = settings.damper == "fitted"
+    cranks = model.damped if fitted else model.cranks
+    if fitted and not cranks:
+        _refuse(settings, names, "damper", "the crankshaft with the damper's housing")
+    if settings.crank not in cranks:
+        _refuse(settings, names, "crank", "its crankshaft")
+    return Simulation(model.engine, cranks[settings.crank], settings, parts=parts)
+
+
+def _refuse(settings: Settings, names: Mapping[str, str], setting: str, what: str) -> None:
+    raise InputError(
+        f"'{names.get(setting, setting)}' is '{getattr(settings, setting)}', but the FMU was built without {what}; "
+        "build it with build_fmu.py and leave nothing out, or choose another level"
+    )

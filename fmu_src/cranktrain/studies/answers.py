@@ -1,0 +1,225 @@
+"""Which fidelity levels answer an output, and which level to take instead where one does not.
+
+An output is named as in the FMU's interface; indices in brackets do not matter. Results that are no variables of the
+FMU are in :data:`RESULTS`. Levels are those of :mod:`cranktrain.levels` and
+:mod:`cranktrain.film.laws.register`, from the lowest to the highest.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import BIG_END, PLAIN, ROLLER, bearing_law, bearing_levels
+from cranktrain.levels import BLOCKS, CRANKS, DAMPERS, PISTONS, Level, Levels, crank_level
+
+_TURNS = Levels()
+_TWISTS = Levels(crank="torsional")
+_BENDS = Levels(crank="beam", bearings="linear")
+_LOADED = Levels(bearings="linear")
+_FILM = Levels(bearings="impedance", film=True)
+_TILTS = Levels(crank="beam", bearings="table")
+_STANDS = Levels(bearings="linear", block="flexible")
+_GUIDED = Levels(pistons="guided")
+_FLOATS = Levels(big_ends="impedance")
+_DAMPED = Levels(crank="torsional", damper="fitted")
+
+_AXES = ("x", "y", "z")
+
+VARIABLES: dict[str, Levels] = {
+    **dict.fromkeys(("crank.angle", "crank.speed", "flywheel.torsion", "shaft.torque"), _TURNS),
+    "pulley.torsion": _TWISTS,
+    "pulley.axial": _BENDS,
+    **dict.fromkeys(("bearing.force.x", "bearing.force.y", "bearing.position.x", "bearing.position.y"), _LOADED),
+    **dict.fromkeys(("bearing.velocity.x", "bearing.velocity.y", "bearing.speed.relative"), _LOADED),
+    **dict.fromkeys(("bearing.eccentricity", "bearing.velocity.effective"), Levels(bearings="impedance")),
+    **dict.fromkeys(("bearing.film_thickness_min", "bearing.pressure_max", "bearing.friction_torque"), _FILM),
+    **dict.fromkeys(("bearing.oil_flow", "bearing.speed.gap", "bearing.speed.effective"), _FILM),
+    **dict.fromkeys(("bearing.gap.angle", "bearing.gap.side", "bearing.gap.rate"), _FILM),
+    **dict.fromkeys(("bearing.tilt", "bearing.moment.x", "bearing.moment.y"), _TILTS),
+    **dict.fromkeys(("thrust.force", "thrust.displacement"), _BENDS),
+    **dict.fromkeys(("cylinder.volume", "cylinder.piston_position"), _TURNS),
+    **dict.fromkeys(("big_end.force.x", "big_end.force.y"), _TURNS),
+    **{f"big_end.{name}": _FLOATS for name in ("position.x", "position.y", "eccentricity", "film_thickness_min")},
+    **{f"big_end.{name}": _FLOATS for name in ("pressure_max", "friction_torque", "oil_flow")},
+    **dict.fromkeys(("piston.side_force", "piston.friction"), _TURNS),
+    **dict.fromkeys(("piston.lateral", "piston.tilt"), _GUIDED),
+    **{f"mount.{kind}.{axis}": _STANDS for kind in ("force", "moment") for axis in _AXES},
+    **{f"engine.{kind}.{axis}": _STANDS for kind in ("position", "rotation") for axis in _AXES},
+    "cover.acceleration": _STANDS,
+    **{f"damper.{name}": _DAMPED for name in ("torque", "heat", "twist", "temperature")},
+    **{f"solver.{name}": _TURNS for name in ("residual", "substeps", "iterations", "online_films")},
+}
+"""Outputs of the running model without their indices, and the lowest levels that answer each."""
+
+RESULTS: dict[str, Levels] = {
+    "free_forces": _TURNS,
+    "critical_speeds": _TWISTS,
+    "torsional_frequencies": _TWISTS,
+    "bending_frequencies": Levels(crank="beam"),
+    "stress": Levels(crank="solid", bearings="linear"),
+}
+"""Results that are no outputs of the running model."""
+
+_WORDS = {"crank": "crank level", "bearings": "bearing level", "block": "block level", "big_ends": "big-end level"}
+
+
+def bearing_ladder(rollers: bool) -> tuple[str, ...]:
+    """Levels of main bearings from the lowest to the highest: of roller bearings, or of plain ones."""
+    return bearing_levels(ROLLER if rollers else PLAIN)
+
+
+def ladders(rollers: bool) -> dict[str, tuple[str, ...]]:
+    """Levels of each kind from the lowest to the highest; ``rollers``: the main bearings are roller bearings."""
+    return {
+        "crank": tuple(CRANKS),
+        "bearings": bearing_ladder(rollers),
+        "block": tuple(BLOCKS),
+        "big_ends": bearing_levels(BIG_END),
+        "pistons": tuple(PISTONS),
+        "damper": tuple(DAMPERS),
+    }
+
+
+def plain_name(output: str) -> str:
+    """Name of an output without the indices of its parts: ``bearing[3].force.x`` becomes ``bearing.force.x``."""
+    return re.sub(r"\[[^]]*\]", "", output.strip())
+
+
+def need(output: str) -> Levels:
+    """Lowest levels that answer one output; ``InputError`` with the nearest name for one that does not exist."""
+    name = plain_name(output)
+    known = VARIABLES | RESULTS
+    if name not in known:
+        raise InputError(f"output '{output}' does not exist; {nearest(name, known)}")
+    return known[name]
+
+
+def lowest_levels(outputs: Iterable[str], rollers: bool = False) -> Levels:
+    """Lowest levels that answer all ``outputs``; ``rollers``: the main bearings are roller bearings.
+
+    Raises
+    ------
+    InputError
+        an output that does not exist, or one of an oil film where the mains are rollers
+    """
+    needs = [(output, need(output)) for output in outputs]
+    film = [output for output, one in needs if one.film]
+    if rollers and film:
+        raise InputError(_no_film(film[0]))
+    chosen = {}
+    for kind, ladder in ladders(rollers).items():
+        chosen[kind] = ladder[max((_place(ladder, getattr(one, kind)) for _, one in needs), default=0)]
+    if CRANKS[chosen["crank"]].bends and not bearing_law(chosen["bearings"]).carries:
+        chosen["bearings"] = next(level for level in bearing_ladder(rollers) if bearing_law(level).carries)
+    return Levels(**chosen, film=bool(film))
+
+
+def _place(ladder: tuple[str, ...], level: str) -> int:
+    """Place of a level; the top for one of the other kind of bearing, which asks for more than its lowest levels."""
+    return ladder.index(level) if level in ladder else len(ladder) - 1
+
+
+def refuse_beyond(
+    crank: str,
+    bearings: str,
+    outputs: Iterable[str],
+    frequency: float | None = None,
+    *,
+    engine: Engine | None = None,
+    block: str = "ground",
+    big_ends: str = "rigid",
+    pistons: str = "auto",
+    damper: str = "none",
+) -> None:
+    """Refuse outputs, and a frequency, that the levels do not answer.
+
+    Parameters
+    ----------
+    crank, bearings, block, big_ends, pistons, damper : levels; pistons ``auto`` are guided in a flexible block
+    outputs : names as in the FMU's interface or :data:`RESULTS`
+    frequency : highest of interest, Hz; needs ``engine``
+
+    Raises
+    ------
+    InputError
+        one line that names the output, the level and the one that can
+    """
+    plain, rolling = bearing_ladder(rollers=False), bearing_ladder(rollers=True)
+    rollers = bearings not in plain or (engine is not None and engine.main_roller is not None)
+    given = {
+        "crank": crank,
+        "bearings": bearings,
+        "block": block,
+        "big_ends": big_ends,
+        "pistons": ("guided" if block == "flexible" else "rigid") if pistons == "auto" else pistons,
+        "damper": damper,
+    }
+    tables = ladders(rollers and bearings in rolling)
+    for kind, ladder in tables.items():
+        valid = (*plain, *rolling) if kind == "bearings" else ladder
+        if given[kind] not in valid:
+            raise InputError(f"{_WORDS.get(kind, kind)} '{given[kind]}' does not exist; {nearest(given[kind], valid)}")
+    if not bearing_law(bearings).carries and CRANKS[crank].bends:
+        raise InputError(
+            f"bearing level '{bearings}' locks the axis of a crank that does not bend, not of crank level '{crank}'; "
+            "use bearing level 'linear', or crank level 'torsional'"
+        )
+    for output in outputs:
+        lowest = need(output)
+        if lowest.film and rollers:
+            raise InputError(_no_film(output))
+        for kind, ladder in tables.items():
+            level = given[kind]
+            wanted = _place(ladder, getattr(lowest, kind))
+            if ladder.index(level) < wanted:
+                what, why = _WORDS.get(kind, kind), _reason(kind, getattr(lowest, kind))
+                raise InputError(
+                    f"'{output}' cannot be answered at {what} '{level}': {why}; use {what} '{ladder[wanted]}'"
+                )
+    if frequency is not None and engine is not None:
+        _refuse_frequency(engine, crank, frequency)
+
+
+def _reason(kind: str, wanted: str) -> str:
+    """Why a level below the wanted one does not do."""
+    if kind == "big_ends":
+        return "rigid big ends have no film"
+    if kind != "bearings":
+        rows: dict[str, Mapping[str, Level]] = {
+            "crank": CRANKS,
+            "block": BLOCKS,
+            "pistons": PISTONS,
+            "damper": DAMPERS,
+        }
+        return rows[kind][wanted].reason
+    law = bearing_law(wanted)
+    if law.tilt:
+        return "it needs bearings that feel tilt"
+    return "it needs an oil film" if law.film else "journals locked on their axis have neither motion nor load"
+
+
+def _refuse_frequency(engine: Engine, crank: str, frequency: float) -> None:
+    highest = crank_level(crank).highest_frequency(engine)
+    if frequency <= highest:
+        return
+    higher = next((row.name for row in CRANKS.values() if row.highest_frequency(engine) >= frequency), None)
+    if higher is not None:
+        raise InputError(
+            f"{frequency:g} Hz is above what crank level '{crank}' answers, {highest:.0f} Hz; "
+            f"use crank level '{higher}'"
+        )
+    cut = engine.reduction.running_cutoff_hz
+    raise InputError(
+        f"{frequency:g} Hz is above the cut of the crank's modes, {cut:g} Hz; ask for at most {cut:g} Hz, or raise "
+        f"reduction.running_cutoff_hz in the engine file"
+    )
+
+
+def _no_film(output: str) -> str:
+    return (
+        f"'{output}' cannot be answered: roller bearings have no oil film; "
+        "bearing.force.x, .force.y, .eccentricity, .tilt and .moment they have"
+    )

@@ -1,0 +1,245 @@
+"""One run at constant speed, asked for by names and in engineering units.
+
+The verb ``simulate`` and the library's :func:`simulate` share it. A :class:`Request` is checked before any work:
+everything that can be refused is refused before the minute that a crankshaft may take.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+from cranktrain.assembly import Assembly, assemble, checked
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.dynamics import simulation
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.time.integrator_tables import integrator_table
+from cranktrain.dynamics.warm_films import TEMPERATURES, check_level
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_levels
+from cranktrain.levels import BLOCKS, CRANKS, PISTONS
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.results.run import Run
+
+RPM = math.pi / 30.0
+
+_BOUNDS = {
+    "speed_rpm": (100.0, 20000.0, "rev/min; for less use the FMU, which takes any speed from 0"),
+    "cycles": (1, 10000, "cycles"),
+    "load": (0.0, 2.0, "of the full-load burn"),
+    "load_torque_nm": (-1e6, 1e6, "N m"),
+    "step_deg": (0.001, 30.0, "deg of crank angle"),
+}
+_LEVELS: dict[str, Callable[[], tuple[str, ...]]] = {
+    "crank": lambda: tuple(CRANKS),
+    "bearings": lambda: ("auto", *bearing_levels(*MAINS)),
+    "big_ends": lambda: bearing_levels(BIG_END),
+    "block": lambda: tuple(BLOCKS),
+    "pistons": lambda: ("auto", *PISTONS),
+    "film_temperature": lambda: TEMPERATURES,
+    "damper_temperature": lambda: TEMPERATURES,
+}
+_OF_THE_ASSEMBLY = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "mesh", "block_mesh")
+"""What an assembly has settled."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request:
+    """What one asks of a run at constant speed.
+
+    Attributes
+    ----------
+    speed_rpm : rev/min; with ``load_torque_nm`` where the run starts
+    cycles : of 720 degrees; the last one is evaluated
+    crank, bearings, big_ends, block, pistons : fidelity levels; ``auto`` follows the engine and the other levels
+    damper : with the engine's torsional damper on the pulley
+    film_temperature, damper_temperature : ``engine`` by its speed, or ``heat-balance``
+    load_torque_nm : frees the dynamometer and loads it with this torque
+    integrator : None as the bearing level has it
+    step_deg : internal step in degrees of crank angle
+    tolerance : adaptive steps: parts of ``step_deg`` as short as this error of a step asks
+    load : share of the full-load burn
+    pressure, pressure_unit, pressure_tdc_deg : file of a measured trace, its unit, the angle of firing dead centre
+    mesh, block_mesh : the user's own meshes of crankshaft and block
+    """
+
+    speed_rpm: float
+    cycles: int = 6
+    crank: str = "solid"
+    bearings: str = "auto"
+    big_ends: str = "rigid"
+    block: str = "ground"
+    pistons: str = "auto"
+    damper: bool = False
+    film_temperature: str = "engine"
+    damper_temperature: str = "engine"
+    load_torque_nm: float | None = None
+    integrator: str | None = None
+    step_deg: float | None = None
+    tolerance: float | None = None
+    load: float = 1.0
+    pressure: str | Path | None = None
+    pressure_unit: str | None = None
+    pressure_tdc_deg: float | None = None
+    mesh: str | Path | None = None
+    block_mesh: str | Path | None = None
+
+    @property
+    def speed(self) -> float:
+        """Speed, rad/s."""
+        return self.speed_rpm * RPM
+
+    def settings(self, engine: Engine, label: Callable[[str], str] = str) -> Settings:
+        """Settings with nothing left open; ``label`` says what a user calls a field.
+
+        Raises
+        ------
+        InputError
+            anything that does not exist, lies out of bounds, does not go together, or that the engine lacks
+        """
+        self.check(label)
+        levels = Settings(
+            crank=self.crank,
+            bearings=self.bearings,
+            big_ends=self.big_ends,
+            block=self.block,
+            pistons=self.pistons,
+            damper="fitted" if self.damper else "none",
+        )
+        settings = checked(engine, self.of_a_run(levels), self.mesh, self.block_mesh)
+        self.check_heat(settings, label)
+        return settings
+
+    def check(self, label: Callable[[str], str] = str) -> None:
+        """Refuse what no engine can run; ``InputError``."""
+        for name, (low, high, what) in _BOUNDS.items():
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and low <= value <= high):
+                raise InputError(f"{label(name)} {value:g} is not within {low:g} to {high:g} {what}")
+        for name, valid in _LEVELS.items():
+            level = getattr(self, name)
+            if level not in valid():
+                raise InputError(f"{label(name)} '{level}' does not exist; {nearest(level, valid())}")
+        if self.block_mesh is not None and self.block == "ground":
+            raise InputError(f"{label('block_mesh')} needs {label('block')} flexible; on ground there is no block")
+        if self.integrator is not None:
+            integrator_table(self.integrator)
+
+    def check_heat(self, settings: Settings, label: Callable[[str], str] = str) -> None:
+        """Refuse a heat balance of what has no heat; ``InputError``."""
+        if self.damper_temperature != "engine" and settings.damper == "none":
+            raise InputError(
+                f"{label('damper_temperature')} needs {label('damper')}; without it there is nothing to warm"
+            )
+        if self.film_temperature == "engine":
+            return
+        if not bearing_law(settings.bearings).carries:
+            raise InputError(
+                f"{label('film_temperature')} heat-balance needs films, which bearing level '{settings.bearings}' "
+                "has not"
+            )
+        check_level(settings.bearings)
+
+    def of_a_run(self, levels: Settings) -> Settings:
+        """Settings of these levels with what is chosen for the run: load, integrator and steps."""
+        choices: dict[str, Any] = {}
+        if self.load_torque_nm is not None:
+            choices["boundary"] = "torque"
+        if self.load != 1.0:
+            choices["gas_load"] = self.load
+        if self.integrator is not None:
+            choices["integrator"] = self.integrator
+        if self.step_deg is not None:
+            choices["step"] = math.radians(self.step_deg)
+        if self.tolerance is not None:
+            choices |= {"control": "adaptive", "tolerance": self.tolerance}
+        return replace(levels, **choices)
+
+    def gas(self, engine: Engine, label: Callable[[str], str] = str) -> GasTrace | None:
+        """Measured pressure trace, or None for the built-in one; ``InputError``."""
+        if self.pressure is not None:
+            return GasTrace.from_csv(str(self.pressure), engine, self.pressure_unit, self.pressure_tdc_deg)
+        if self.pressure_unit or self.pressure_tdc_deg is not None:
+            raise InputError(
+                f"{label('pressure_unit')} and {label('pressure_tdc_deg')} need {label('pressure')} FILE.csv"
+            )
+        return None
+
+    def run(
+        self,
+        made: Assembly,
+        gas: GasTrace | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Run:
+        """Run the cycles; ``progress`` is told the share done. Raises ``InputError`` and ``SolverError``."""
+        settings = made.settings
+        result = simulation.simulate(
+            made.engine, made.body, settings, self.speed, self.cycles, gas, progress, made.parts,
+            heat_balance=self.film_temperature == "heat-balance",
+            damper_balance=self.damper_temperature == "heat-balance",
+            load_torque=self.load_torque_nm,
+        )  # fmt: skip
+        choices = ("crank", "bearings", "big_ends", "block", "pistons", "boundary", "damper")
+        attributes = {
+            "body_digest": made.body.digest,
+            "speed": self.speed,
+            "cycles": self.cycles,
+            **{key: getattr(settings, key) for key in choices},
+            "film_temperature": self.film_temperature,
+            "damper_temperature": self.damper_temperature,
+            "integrator": settings.integrator,
+            "step": settings.step,
+            "control": settings.control,
+            "tolerance": settings.tolerance if settings.control == "adaptive" else 0.0,
+        }
+        used = gas or GasTrace.from_engine(made.engine)
+        return Run(**vars(result), engine=made.engine, gas=used, attributes=attributes)
+
+
+def simulate(
+    engine: str | Path | Engine | Assembly,
+    *,
+    say: Callable[[str], None] = lambda stage: None,
+    progress: Callable[[float], None] | None = None,
+    **choices: Any,
+) -> Run:
+    """Run cycles of an engine at constant speed.
+
+    Parameters
+    ----------
+    engine : name of a shipped engine, path of an engine file, an engine, or an assembly, which has settled the levels
+    say : told each stage of long work
+    progress : told the share of the run done
+    choices : ``speed_rpm`` and what else of :class:`Request` differs from its defaults
+
+    Raises
+    ------
+    InputError
+        an unknown keyword or level with the nearest one, and what cannot be run
+    SolverError
+        a step that fails
+    """
+    names = [field.name for field in fields(Request)]
+    for name in choices:
+        if name not in names:
+            raise InputError(f"simulate: unknown keyword '{name}'; {nearest(name, names)}")
+    if "speed_rpm" not in choices:
+        raise InputError("simulate: speed_rpm is missing; give it in rev/min, e.g. speed_rpm=2000")
+    request = Request(**choices)
+    if isinstance(engine, Assembly):
+        settled = [name for name in choices if name in _OF_THE_ASSEMBLY]
+        if settled:
+            raise InputError(f"simulate: '{settled[0]}' is settled by the assembly; leave it out, or give the engine")
+        request.check()
+        settings = checked(engine.engine, request.of_a_run(engine.settings))
+        request.check_heat(settings)
+        made = replace(engine, settings=settings)
+    else:
+        found = engine if isinstance(engine, Engine) else load_engine(engine)
+        settings = request.settings(found)
+        made = assemble(found, settings, say=say, crank_mesh=request.mesh, block_mesh=request.block_mesh)
+    return request.run(made, request.gas(made.engine), progress)
