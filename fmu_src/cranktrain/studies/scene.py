@@ -50,37 +50,12 @@ STRESS = "stress"
 STRESSING = ("pulley.torsion", "bearing.force.x", "bearing.force.y")
 """Outputs that stresses follow: wanted where a scene names ``stress`` alone."""
 
-_NUMBER, _WHOLE, _TEXT, _FLAG, _NUMBERS, _TEXTS, _TABLE = range(7)
-_KINDS = {
-    _NUMBER: "a finite number",
-    _WHOLE: "a whole number",
-    _TEXT: "a text",
-    _FLAG: "true or false",
-    _NUMBERS: "a list of numbers",
-    _TEXTS: "a list of texts",
-    _TABLE: "a table",
-}
+_NUMBER, _WHOLE, _TEXT, _FLAG = "a finite number", "a whole number", "a text", "true or false"
+_NUMBERS, _TEXTS, _TABLE = "a list of numbers", "a list of texts", "a table"
 _KEYS = {
-    "title": _TEXT,
-    "engine": _TEXT,
-    "speeds_rpm": _NUMBERS,
-    "run_up": _TABLE,
-    "outputs": _TEXTS,
-    "frequency_hz": _NUMBER,
-    "accuracy": _NUMBER,
-    "budget_real_time_factor": _NUMBER,
-    "cycles": _WHOLE,
-    "load": _NUMBER,
-    "crank": _TEXT,
-    "bearings": _TEXT,
-    "cutoff_hz": _NUMBER,
-    "integrator": _TEXT,
-    "step_deg": _NUMBER,
-    "big_ends": _TEXT,
-    "block": _TEXT,
-    "pistons": _TEXT,
-    "damper": _FLAG,
-    "gas": _TABLE,
+    **dict.fromkeys(("title", "engine", "crank", "bearings", "integrator", "big_ends", "block", "pistons"), _TEXT),
+    **dict.fromkeys(("frequency_hz", "accuracy", "budget_real_time_factor", "load", "cutoff_hz", "step_deg"), _NUMBER),
+    **{"speeds_rpm": _NUMBERS, "outputs": _TEXTS, "cycles": _WHOLE, "damper": _FLAG, "run_up": _TABLE, "gas": _TABLE},
 }
 _NEEDED = ("engine", "outputs", "frequency_hz", "accuracy")
 _RUN_UP = {"from": _NUMBER, "to": _NUMBER, "points": _WHOLE}
@@ -221,15 +196,15 @@ def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
     return scene
 
 
-def _check_types(table: Mapping[str, Any], keys: Mapping[str, int], prefix: str) -> None:
+def _check_types(table: Mapping[str, Any], keys: Mapping[str, str], prefix: str) -> None:
     for key, value in table.items():
         if key not in keys:
             raise InputError(f"unknown key '{prefix}{key}'; {nearest(key, keys)}")
         if not _is(value, keys[key]):
-            raise InputError(f"{prefix}{key}: {value!r} is not {_KINDS[keys[key]]}")
+            raise InputError(f"{prefix}{key}: {value!r} is not {keys[key]}")
 
 
-def _is(value: Any, kind: int) -> bool:
+def _is(value: Any, kind: str) -> bool:
     if kind == _NUMBER:
         return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     if kind in (_NUMBERS, _TEXTS):

@@ -13,7 +13,7 @@ Elements for Continua and Structures, 6.2.
 
 from __future__ import annotations
 
-import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,19 @@ from cranktrain.film.laws.impedance import journal_force
 
 RK4, CENTRAL = 0, 1
 METHODS = {"rk4": RK4, "central-differences": CENTRAL}
+
+
+class FilmedJournal(NamedTuple):
+    """A journal of ``mass`` (kg) under a ``load`` (N) downwards, half its speed (rad/s), and its film's law."""
+
+    mass: float
+    load: float
+    half_speed: float
+    c: float
+    factor: float
+    contact_height: float
+    contact_load: float
+    table: Array
 
 
 def amplification(method: str, h: float, system: Array) -> Array:
@@ -44,48 +57,48 @@ def spectral_radius(matrix: Array) -> float:
 # Kernels -------------------------------------------------------------------------------------------------------------
 
 
-@kernel
-def acceleration(y, mass, load, half_speed, c, factor, contact_height, contact_load, table, out, a):
-    """Acceleration (2,) of a journal in its film at y = [x, y, vx, vy]."""
-    journal_force(y[0], y[1], y[2], y[3], half_speed, c, factor, contact_height, contact_load, table, out)
-    a[0] = out[0] / mass
-    a[1] = (out[1] - load) / mass
+V_X, V_Y = 2, 3
+"""Slots of the velocity in y = [x, y, vx, vy]."""
+OUT, POINT, TOTAL, SLOPE, ROWS = range(5)
+"""Rows of scratch (ROWS, 16): the film law's results, a stage's y, the stages' sum, a stage's ẏ."""
 
 
 @kernel
-def march(
-    method, h, steps, limit, mass, load, half_speed, c, factor, contact_height, contact_load, table, left, start, y,
-    work,
-):  # fmt: skip
+def rates(journal, y, out, slope):
+    """Fill ``slope`` (4,) with ẏ of a journal in its film; ``out`` (16,) takes the film law's results."""
+    journal_force(
+        y[0], y[1], y[V_X], y[V_Y], journal.half_speed, journal.c, journal.factor, journal.contact_height,
+        journal.contact_load, journal.table, out,
+    )  # fmt: skip
+    slope[0] = y[V_X]
+    slope[1] = y[V_Y]
+    slope[V_X] = out[0] / journal.mass
+    slope[V_Y] = (out[1] - journal.load) / journal.mass
+
+
+@kernel
+def march(method, h, steps, limit, journal, watched, y, work):
     """Take up to ``steps`` explicit steps of the journal from ``y`` (4,), which it overwrites; returns steps taken.
 
-    Stops where |left · (y − start)| leaves 1/limit to limit times its first value. ``work`` is (6, 16).
+    Stops where |left · (y − start)|, with ``watched`` (2, 4) = [left, start], leaves 1/limit to limit times its first
+    value. ``work`` is (ROWS, 16).
     """
-    first = 0.0
-    for i in range(4):
-        first += left[i] * (y[i] - start[i])
-    first = abs(first)
-    out = work[0]
-    a = work[1]
+    first = away_from(watched, y)
+    slope = work[SLOPE]
     for k in range(steps):
         if method == CENTRAL:
-            acceleration(y, mass, load, half_speed, c, factor, contact_height, contact_load, table, out, a)
+            rates(journal, y, work[OUT], slope)
             for i in range(2):
-                y[2 + i] += h * a[i]
-                y[i] += h * y[2 + i]
+                y[V_X + i] += h * slope[V_X + i]
+                y[i] += h * y[V_X + i]
         else:
-            point = work[2]
-            total = work[3]
-            slope = work[4]
+            point = work[POINT]
+            total = work[TOTAL]
             for i in range(4):
                 total[i] = 0.0
                 point[i] = y[i]
             for stage in range(4):
-                acceleration(point, mass, load, half_speed, c, factor, contact_height, contact_load, table, out, a)
-                slope[0] = point[2]
-                slope[1] = point[3]
-                slope[2] = a[0]
-                slope[3] = a[1]
+                rates(journal, point, work[OUT], slope)
                 weight = 2.0 if stage == 1 or stage == 2 else 1.0
                 reach = 1.0 if stage == 2 else 0.5
                 for i in range(4):
@@ -93,12 +106,16 @@ def march(
                     point[i] = y[i] + reach * h * slope[i]
             for i in range(4):
                 y[i] += h / 6.0 * total[i]
-        away = 0.0
-        for i in range(4):
-            away += left[i] * (y[i] - start[i])
-        away = abs(away)
-        if not (away < limit * first and away > first / limit):
-            return k + 1
-        if math.isnan(away):
+        away = away_from(watched, y)
+        if not (away < limit * first and away > first / limit):  # not a number, too
             return k + 1
     return steps
+
+
+@kernel
+def away_from(watched, y):
+    """Size |left · (y − start)| of the motion that is watched."""
+    away = 0.0
+    for i in range(4):
+        away += watched[0, i] * (y[i] - watched[1, i])
+    return abs(away)

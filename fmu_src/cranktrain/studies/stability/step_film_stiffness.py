@@ -21,7 +21,7 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.slots import GRAVITY, STEP
-from cranktrain.studies.stability.explicit import METHODS, amplification, march, spectral_radius
+from cranktrain.studies.stability.explicit import METHODS, ROWS, FilmedJournal, amplification, march, spectral_radius
 from cranktrain.studies.stability.rotor import SPEED, LinearFilm, default_method, film_at, film_law, film_rotor
 from cranktrain.studies.stability.stability_map import (
     Axis,
@@ -72,11 +72,12 @@ def marched_limit(method: str, film: LinearFilm, mass: float, law: tuple[Any, ..
     shortest = 1.0 / float(np.abs(np.linalg.eigvals(system)).max())
     start = np.concatenate((film.place, np.zeros(2)))
     away = KICK * law[0] * SPEED * right / np.abs(right[2:]).max()
-    work = np.zeros((6, 16))
+    journal = FilmedJournal(mass, film.load, 0.5 * SPEED, *law)
+    watched, work = np.stack((left, start)), np.zeros((ROWS, 16))
 
     def fails(h: float) -> bool:
         y = start + away
-        march(METHODS[method], h, STEPS, LIMIT, mass, film.load, 0.5 * SPEED, *law, left, start, y, work)
+        march(METHODS[method], h, STEPS, LIMIT, journal, watched, y, work)
         return not abs(left @ (y - start)) < abs(left @ away)
 
     return bisected(fails, 0.5 * shortest, 5.0 * shortest, 1e-5)
