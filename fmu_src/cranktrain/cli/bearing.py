@@ -136,6 +136,7 @@ def _timed(compute: Callable[[], Any]) -> tuple[Any, float]:
 
 
 def _given(options: argparse.Namespace) -> dict[str, Any]:
+    """Results of a bearing at an eccentricity."""
     from cranktrain.film.steady.sommerfeld import prescribed_film
 
     film, seconds = _timed(
@@ -163,6 +164,7 @@ def _given(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _loaded(options: argparse.Namespace) -> dict[str, Any]:
+    """Results of a bearing under a load."""
     from cranktrain.film.steady.sommerfeld import CAVITATION
 
     if options.grooves is not None and options.grooves != "two-axial":
@@ -249,6 +251,7 @@ def _oil(options: argparse.Namespace) -> Oil:
 
 
 def _equilibrium(state: SteadyState, moment: tuple[float, float] | None, seconds: float) -> dict[str, Any]:
+    """Results of an equilibrium in the units of the command line."""
     result: dict[str, Any] = {
         "eccentricity": math.hypot(*state.eccentricity),
         "attitude_deg": math.degrees(state.attitude),
@@ -267,6 +270,7 @@ def _equilibrium(state: SteadyState, moment: tuple[float, float] | None, seconds
 
 
 def _text(value: Any) -> str:
+    """A number, vector or matrix for people."""
     if isinstance(value, list):
         return "\n".join(map(_text, value)) if isinstance(value[0], list) else "  ".join(f"{v:.5g}" for v in value)
     return f"{value:.5g}"

@@ -64,6 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> _Parser:
+    """Parser of all verbs."""
     parser = _Parser(prog="cranktrain", description="Crankshaft dynamics of an engine.")
     parser.add_argument("--version", action="version", version=f"cranktrain {__version__}")
     verbs = parser.add_subparsers(metavar="VERB", required=True, parser_class=_Parser)

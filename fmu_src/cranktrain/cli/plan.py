@@ -74,7 +74,7 @@ def show_plan(made: Plan) -> None:
         print(f"- {reason}")
     above = found["next_level"]
     if above is None:
-        print(f"No level stands above; a check runs {math.degrees(made.next.step):g} deg.")
+        print(f"There is no level above; a check runs {math.degrees(made.next.step):g} deg.")
         return
     changes = ", ".join(f"{name} by {100.0 * value:.2g} %" for name, value in above["difference"].items())
     print(

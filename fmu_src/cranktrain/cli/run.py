@@ -97,6 +97,7 @@ def ladder_cases(runs: SceneRun, with_ehd: bool) -> list[Case]:
 
 
 def _show(runs: SceneRun, result: dict[str, Any]) -> None:
+    """Print the summary of a scene's runs."""
     rows = [
         (
             f"{name} / {one['unit']}",

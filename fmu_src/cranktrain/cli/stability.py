@@ -81,6 +81,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _write_page(path: Path, maps: list[Any], pictures: list[Path]) -> None:
+    """Write the page; ``InputError`` where that cannot be."""
     from cranktrain.studies.stability.page import page
 
     places = [os.path.relpath(picture, path.parent) for picture in pictures]

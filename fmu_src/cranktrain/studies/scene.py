@@ -147,6 +147,7 @@ def load_scene(path: str | Path) -> Scene:
 
 
 def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
+    """Scene of a TOML document, checked."""
     _check_types(document, _KEYS, "")
     for key in _NEEDED:
         if key not in document:
@@ -197,6 +198,7 @@ def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
 
 
 def _check_types(table: Mapping[str, Any], keys: Mapping[str, str], prefix: str) -> None:
+    """Refuse unknown keys and values of a wrong type."""
     for key, value in table.items():
         if key not in keys:
             raise InputError(f"unknown key '{prefix}{key}'; {nearest(key, keys)}")
@@ -205,6 +207,7 @@ def _check_types(table: Mapping[str, Any], keys: Mapping[str, str], prefix: str)
 
 
 def _is(value: Any, kind: str) -> bool:
+    """Whether a value is of a kind."""
     if kind == _NUMBER:
         return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     if kind in (_NUMBERS, _TEXTS):
@@ -219,7 +222,7 @@ def _engine(path: Path, name: str) -> Engine:
 def _speeds(document: Mapping[str, Any]) -> tuple[float, ...]:
     """Speeds of a scene, rad/s."""
     if ("speeds_rpm" in document) == ("run_up" in document):
-        both = "speeds_rpm and [run_up] stand beside each other" if "run_up" in document else "no speeds"
+        both = "speeds_rpm and [run_up] exclude each other" if "run_up" in document else "no speeds"
         raise InputError(f"{both}; give one of them, e.g. speeds_rpm = [2000]")
     if "run_up" not in document:
         speeds, where = [float(rpm) for rpm in document["speeds_rpm"]], "speeds_rpm"
@@ -280,6 +283,7 @@ def scene_outputs(engine: Engine, wanted: list[str]) -> tuple[tuple[str, ...], b
 
 
 def _unknown_output(engine: Engine, name: str, known: tuple[str, ...], families: Mapping[str, list[str]]) -> str:
+    """What is said of an output that does not exist."""
     plain = re.sub(r"\[\d+\]", "", name)
     if plain in families and "[" in name:
         members = families[plain]
@@ -288,6 +292,7 @@ def _unknown_output(engine: Engine, name: str, known: tuple[str, ...], families:
 
 
 def _check_numbers(scene: Scene) -> None:
+    """Refuse numbers outside their bounds."""
     if scene.accuracy < FINEST_ACCURACY:
         raise InputError(
             f"accuracy: nobody can reach {scene.accuracy:g}: runs at the finest steps differ by about "
@@ -316,15 +321,15 @@ def _check_numbers(scene: Scene) -> None:
 
 def _check_frequency(scene: Scene) -> None:
     """Refuse a frequency that the crank's modes do not reach."""
-    held = scene.engine.reduction.running_cutoff_hz
-    if scene.cutoff is not None and not 0.0 < scene.cutoff <= held:
+    kept = scene.engine.reduction.running_cutoff_hz
+    if scene.cutoff is not None and not 0.0 < scene.cutoff <= kept:
         raise InputError(
-            f"cutoff_hz: {scene.cutoff:g} is not within 0 to {held:g} Hz, where engine '{scene.engine.name}' cuts its "
+            f"cutoff_hz: {scene.cutoff:g} is not within 0 to {kept:g} Hz, where engine '{scene.engine.name}' cuts its "
             "crank's modes; raise reduction.running_cutoff_hz (and fixed_modes) of its file for more"
         )
-    cut = held if scene.cutoff is None else scene.cutoff
+    cut = kept if scene.cutoff is None else scene.cutoff
     if scene.frequency > cut:
-        if scene.frequency <= held:
+        if scene.frequency <= kept:
             remedy = f"or crank 'solid' with cutoff_hz = {scene.frequency:g}, which holds it"
         else:
             remedy = (

@@ -104,6 +104,7 @@ def largest_rate(case: Case, started: Callable[[Case], Simulation], samples: int
 
 
 def _scipy(case: Case, equations: FirstOrder, y0: Array, size: Array) -> tuple[Array, float, dict[str, int]]:
+    """Run SciPy's solver: outputs, processor seconds, counts."""
     if case.tolerance is None:
         raise InputError(f"{case.method} needs a tolerance")
     equations(0.0, y0)
@@ -124,6 +125,8 @@ def _scipy(case: Case, equations: FirstOrder, y0: Array, size: Array) -> tuple[A
 
 
 def _fixed(case: Case, equations: FirstOrder, y0: Array, size: Array) -> tuple[Array, float, dict[str, int]]:
+    """Run a solver of fixed steps: outputs, processor seconds, counts."""
+
     def solver() -> FixedStep:
         return FixedStep(
             case.method,

@@ -1,7 +1,8 @@
 """The ladder of a scene: which pairs of crank and bearing level may serve it, from the lowest to the highest.
 
-Without wishes a scene climbs rigid crank on films, torsional crank held in its mains, beam, then the solid crank under
-ever finer bearings. Next above a pair stands the one with the next finer crank and the next finer bearings.
+Without wishes a scene climbs rigid crank on films, torsional crank with its journals locked on their axis, beam, then
+the solid crank under ever finer bearings. Next above a pair is the one with the next finer crank and the next finer
+bearings.
 """
 
 from __future__ import annotations

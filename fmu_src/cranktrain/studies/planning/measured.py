@@ -23,7 +23,7 @@ from cranktrain.studies.scene import RPM
 CYCLES = 4
 """Cycles that a measurement takes at most: fewer than a run, which is what makes a plan cheaper than a check."""
 SLOW = {DEAR: 3, DEAREST: 2}
-"""Likewise by the bearing level's class of cost: films are solved online; what these are held against takes as many."""
+"""Likewise by the bearing level's class of cost, of films solved online; so many of what these are compared with."""
 REPEATED_BELOW = 0.5
 """Runs shorter than so many seconds are timed twice; the faster counts."""
 
@@ -56,6 +56,7 @@ class Measured:
         return LastCycle(kept["values"], *(float(value) for value in kept["cost"]))
 
     def _measure(self, case: Case, speed: float, cycles: int) -> LastCycle:
+        """Run a case; a short one twice, the faster counts."""
         self.model.say(f"measuring {case} at {speed / RPM:.0f} rev/min")
         run = self.model.run(case, speed, cycles)
         found = last_cycle(run, self.scene.outputs)
@@ -87,6 +88,7 @@ class Measured:
             return math.inf
 
     def _key(self, case: Case, speed: float, cycles: int) -> str:
+        """Digest of all that decides a run."""
         scene, model = self.scene, self.model
         made = model.assembly(case)
         parts = made.parts

@@ -55,7 +55,7 @@ STRETCHED = 4.0
 SCREENED_SPEEDS = 3
 """Speeds at which levels are judged; the plan's own figures are then measured at all."""
 LONGEST_MEASUREMENT = 60.0
-"""Expected seconds of measuring the plan's figures at every speed, above which the screened speeds stand for all."""
+"""Expected seconds of measuring the plan's figures at every speed, above which the screened speeds serve for all."""
 
 
 def plan(scene: Scene, model: SceneModel | None = None) -> Plan:
@@ -79,7 +79,7 @@ def screened(speeds: tuple[float, ...]) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class _Judged:
-    """A pair of levels, how far it is from what stands above (None at the top), and whether that is little enough."""
+    """A pair of levels, how far it is from the next pair up (None at the top), and whether that is little enough."""
 
     pair: Pair
     model: float | None
@@ -96,6 +96,7 @@ class _Chooser:
         self.too_dear = ""
 
     def plan(self) -> Plan:
+        """Levels first, then method and step, then modes."""
         scene = self.scene
         judged = self._climb()
         chosen = next((one for one in judged if one.serves), judged[-1])
@@ -130,6 +131,7 @@ class _Chooser:
 
     @property
     def longest(self) -> float:
+        """Longest step (rad) that resolves the frequency at the lowest speed."""
         return longest_step(min(self.scene.speeds), self.scene.frequency)
 
     def _climb(self) -> list[_Judged]:
@@ -150,9 +152,10 @@ class _Chooser:
         return found
 
     def _judge(self, pair: Pair, case: Case) -> _Judged:
+        """How far a pair is from the next one up, and whether that is little enough."""
         scene, name = self.scene, pair_name(pair)
         if next_pair(scene, pair) is None:
-            return _Judged(pair, None, True, f"{name} is the top of the ladder, which others are held against")
+            return _Judged(pair, None, True, f"{name} is the top of the ladder, which others are compared with")
         free = (scene.crank is None, scene.bearings is None)
         above = next_pair(scene, pair, *free)
         if above is None:
@@ -191,6 +194,7 @@ class _Chooser:
         return min(found, key=lambda entry: entry[0])[1]
 
     def _room(self, chosen: _Judged) -> float:
+        """Most numerical error (relative) that the model error leaves."""
         accuracy = self.scene.accuracy
         model = min(chosen.model or 0.0, accuracy)
         return min(NUMERICAL_SHARE * accuracy, math.sqrt(max(accuracy**2 - model**2, (0.1 * accuracy) ** 2)))
@@ -232,6 +236,7 @@ class _Chooser:
         return found
 
     def _numerical(self, case: Case) -> float:
+        """Numerical error of a case: against half its step."""
         return largest(self.measured.worst(case, self.model.refined(case), self.speeds))
 
     def _modes(self, case: Case) -> tuple[Case, str]:
@@ -295,6 +300,7 @@ class _Chooser:
     def _reasons(
         self, made: Plan, chosen: _Judged, judged: list[_Judged], modes_text: str, speeds: tuple[float, ...]
     ) -> tuple[str, ...]:
+        """A line for each part of the plan."""
         scene, case = self.scene, made.case
         lines = []
         for kind, level, fixed in (("crank", case.crank, scene.crank), ("bearings", case.bearings, scene.bearings)):

@@ -82,6 +82,7 @@ class SceneRun:
         return level
 
     def _keep(self, case: Case, speed: float, run: Result) -> None:
+        """Write what has run so far, with this run."""
         rpm = f"{speed / RPM:.6g}rpm"
         if case == self.plan.case:
             prefix = f"{rpm}/" if len(self.scene.speeds) > 1 else ""
@@ -95,6 +96,7 @@ class SceneRun:
         write_result(self.path, self._datasets, self._attributes())
 
     def _attributes(self) -> dict[str, str | int | float]:
+        """Attributes of the result file."""
         scene, case = self.scene, self.plan.case
         return {
             "scene": scene.name,

@@ -1,4 +1,4 @@
-"""Maps of where methods fail: each computed with the product's own kernels and held against theory.
+"""Maps of where methods fail: each computed with the product's own kernels and compared with theory.
 
 One module per map, each with ``compute(quick, progress)``; :data:`MAPS` finds it by name and imports it when called.
 """

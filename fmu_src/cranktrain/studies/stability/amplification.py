@@ -2,7 +2,7 @@
 
 A step of h on q̈ + C q̇ + K q = 0 applies a matrix to what the method carries from step to step: q, v and, for methods
 that read it, the true acceleration a, generalised-α's auxiliary ā, or the position and velocity a step before. Its
-eigenvalues are the theory that the running model's own steps are held against: R(hλ) for the diagonally implicit
+eigenvalues are the theory that the running model's own steps are compared with: R(hλ) for the diagonally implicit
 methods, Chung & Hulbert's roots for generalised-α (J. Appl. Mech. 60, 1993).
 """
 

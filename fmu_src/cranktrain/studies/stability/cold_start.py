@@ -78,7 +78,7 @@ def journals(simulation: Simulation, state: Array, angle: float = 0.0) -> np.nda
 
 
 def placed(simulation: Simulation, eccentricity: float, direction: float) -> Array:
-    """State of a crank at rest in its frame, moved as a rigid body until its journals stand where they are wanted."""
+    """State of a crank at rest in its frame, moved as a rigid body until its journals are where they are wanted."""
     model = simulation.model
     n, b = model.omega2.size, model.bearings.shape[0]
     unit = np.array([math.cos(direction), math.sin(direction)])
@@ -243,6 +243,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
 
 def _explanation(stable: np.ndarray, runs: list[Start], lost: int, cases: list[str], still: float) -> str:
+    """Explanation of the map, with its figures."""
     without = sum(run.released for run in runs)
     most = max(run.search for run in runs), max(run.rejected for run in runs)
     jolts = max(run.released_rejected for run in runs)

@@ -1,6 +1,6 @@
 """How long a contact rings that a step cannot resolve.
 
-A journal of 10 kg stands in its bore on contact alone (the law of :mod:`cranktrain.film.laws.impedance` below its
+A journal of 10 kg rests in its bore on contact alone (the law of :mod:`cranktrain.film.laws.impedance` below its
 contact height, at standstill, with an oil too thin to damp) and takes a small jolt. The contact is far stiffer than a
 step resolves; what force it shows from step to step is then the method's own. Generalised-α multiplies that mode by
 ρ(hω) a step, which falls from one to ρ∞ as hω grows: with ρ∞ = 1, the trapezoidal rule, the force alternates for ever.
@@ -127,6 +127,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
 
 def _explanation(degrees: Array, contact: Contact, found: Array, default: float) -> str:
+    """Explanation of the map, with its figures."""
     resolved = math.degrees(SPEED / contact.omega)
     return (
         f"Left of {resolved:.2g} deg (hω = 1) steps resolve the contact, and it rings as an undamped contact does; "

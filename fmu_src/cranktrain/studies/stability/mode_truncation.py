@@ -218,6 +218,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
 
 def _explanation(static: dict[int, float], kept: Array, usable: Array) -> str:
+    """Explanation of the map, with its figures."""
     needed = next(m for m in range(1, 1000) if zeta(2, m + 1) < ALLOWED * zeta(2))
     (few, error), (many, less) = static.items()
     some = kept >= 10

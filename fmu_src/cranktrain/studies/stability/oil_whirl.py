@@ -10,7 +10,7 @@ beside it: onset is where the largest multiplier of that map has the size one. T
 the linear film in the turning frame, in plain NumPy, over the same revolution.
 
 In that frame a load at rest turns backwards, and a method that follows it with an error in velocity feeds the film that
-error as squeeze: its journal stands elsewhere. Backward Euler's ė is wrong by ½ hΩ² e, outwards, so it sees a journal
+error as squeeze: its journal is elsewhere. Backward Euler's ė is wrong by ½ hΩ² e, outwards, so it sees a journal
 nearer to the middle, and its film is linear about that place (:func:`film_as_seen`).
 """
 
@@ -143,6 +143,7 @@ def running_growth(method: str, step: float, film: LinearFilm, mass: float) -> f
 
 
 def _map(simulation: Simulation, count: int, start: Array, end: Array, at: NDArray[np.intp], unit: Array) -> Array:
+    """Matrix of a revolution about an orbit from ``start`` to ``end``, in ``unit``."""
     columns = []
     for k in range(at.size):
         beside = start.copy()
@@ -226,6 +227,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
 
 def _explanation(methods: tuple[str, ...], degrees: Array, found: Array) -> str:
+    """Explanation of the map, with its figures."""
     at = int(np.argmin(np.abs(degrees - 2.5)))
     errors = [float(np.nanmax(np.abs(row[: at + 1] - 1.0))) for row in found[1:]]
     accurate = ", ".join(f"{m} {100.0 * e:.1g} %" for m, e in zip(methods[1:], errors, strict=True))

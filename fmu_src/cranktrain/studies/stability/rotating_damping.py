@@ -2,7 +2,7 @@
 
 Laval's (Jeffcott's) rotor: a disc m on a shaft k, an outer damper c_e at rest on the disc, the shaft's own damping c_i
 in the turning frame. In axes at rest m r̈ + (c_e + c_i) ṙ + (k − i c_i Ω) r = 0, unstable above Ω = ω_n (1 + c_e/c_i),
-whirling forwards at ω_n. In the running model the crank's structural damping is such a c_i: it stands in the turning
+whirling forwards at ω_n. In the running model the crank's structural damping is such a c_i: it acts in the turning
 frame with the modes.
 
 The rotor goes through the running model as a reduced body: its shaft bends between the disc and two journals that
@@ -48,7 +48,7 @@ FASTEST = 40.0
 """Highest speed over ω_n at which a method's onset is sought."""
 KICK = 1.0e-8
 """Displacement in modal units by which a step's matrix is taken: small, for the moments of forces at displaced journals
-are of second order in it, and held journals answer with large forces."""
+are of second order in it, and journals on stiff springs answer with large forces."""
 LATERAL = [0, 1, 6, 7]
 """Modes across: translation, and bending of the disc against the journals."""
 
@@ -207,6 +207,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
 
 def _explanation(ratios: Array, closed: Array, found: Array) -> str:
+    """Explanation of the map, with its figures."""
     late = found[2] / closed
     exact = 100.0 * float(np.nanmax(np.abs(found[0] / closed - 1.0)))
     seen = [math.isfinite(method_onset("backward-euler", math.radians(DEFAULT_STEP), OUTER, r * OUTER)) for r in ratios]

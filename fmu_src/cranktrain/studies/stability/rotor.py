@@ -2,7 +2,7 @@
 
 A disc on a shaft in two or three plain bearings; rod and piston weigh nothing, the gas carries nothing. It goes through
 the running model like any crank: reduced body, film laws, stage solver, integrators. The frame's origin is the mass
-centre, bearings stand at equal distances to both sides (and at the disc, where there are three).
+centre, bearings are at equal distances to both sides (and at the disc, where there are three).
 """
 
 from __future__ import annotations

@@ -156,6 +156,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
 
 def _explanation(marched: Array, eccentricities: Array, rejected: Array) -> str:
+    """Explanation of the map, with its figures."""
     failing = np.isfinite(rejected)
     newton = (
         f"A film at eccentricity {eccentricities[failing][0]:.2f} or above that takes a thirtyfold blow makes the "

@@ -6,7 +6,7 @@ A piston on a very long rod gives the crank J(θ) = J₀ (1 − ε cos 2θ). Wit
     J φ̈ + J′ Ω φ̇ + (k + ½ J″ Ω²) φ = 0,
 
 or over θ, with ν = ω_n/Ω and ω_n² = k/J₀: (J φ′)′ + (ν² J₀ + ½ J″) φ = 0, of period π. Floquet's theory: where the
-monodromy matrix (its determinant is 1) has a trace beyond ±2, motion grows without any force. The first band stands
+monodromy matrix (its determinant is 1) has a trace beyond ±2, motion grows without any force. The first band lies
 about ν = 1 and is classically ε/2 wide, 1 ± ε/4 (put cos θ or sin θ in and keep their own harmonic); the second about
 ν = 2 has a width of order ε².
 

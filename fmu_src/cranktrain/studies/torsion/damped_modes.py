@@ -7,7 +7,7 @@ at the first torsional mode's own frequency (found by iteration). Modes are the 
     M ẍ + C ẋ + K x = 0,   frequency |Im λ|/2π,   damping ratio −Re λ/|λ|
 
 with the damper's C alone: neither structure nor bearings damp here. Which mode is the first torsional one says
-:mod:`cranktrain.studies.torsion.housed_crank`. Beside it stand its limits, the ring let go and the ring held to the
+:mod:`cranktrain.studies.torsion.housed_crank`. Its limits are given as well, the ring free and the ring locked to the
 pulley.
 """
 

@@ -5,7 +5,7 @@ About the rigid crank that turns at Ω the motion is small. In the turning frame
     q̈ + (D + 2ΩG) q̇ + [ω² + Ω² (K_σ − C)] q + shaft = Σ Φᵀ f,   f = f₀(t) + A(t) ü + B(t) u̇ + C(t) u,   u = Φ q
 
 with f₀ the rods' forces on a rigid crank (gas and inertia) and A, B, C, of the cycle's period, the exact tangents of
-the rods (whose inertia varies as they turn), of the bearings' springs and dampers (which stand still) and of the moment
+the rods (whose inertia varies as they turn), of the bearings' springs and dampers (fixed in space) and of the moment
 (u × f₀)_z. Every order of a cycle is solved with the mean of A, B and C; what they vary couples the orders and is
 solved for by GMRES, matrix-free, in the forces at samples of a cycle. The frame turns with the crank's mean rotation,
 as in a run. Gravity is left out.
@@ -130,7 +130,7 @@ class PeriodicCrank:
         self._stiffness = stiffness - rows.T @ place @ rows
         self._damping = damping - rows.T @ velocity @ rows
         self._mass = np.eye(body.n_modes) - rows.T @ acceleration @ rows
-        # Rigid motions that bearings hold feel nothing; a stiffness keeps their equations solvable.
+        # Rigid motions that are locked feel nothing; a stiffness keeps their equations solvable.
         self._stiffness += self._scale * np.diag(np.where(np.any(body.shapes, axis=(0, 1)), 0.0, 1.0))
 
     def response(self, row: Array, added: ComplexArray, torque: ComplexArray) -> ComplexArray:
@@ -285,6 +285,7 @@ def main_dampers(engine: Engine) -> list[dict[int, float]]:
 
 
 def _joined(*parts: PeriodicForces) -> PeriodicForces:
+    """Force laws side by side."""
     sizes = [part.rows.shape[0] for part in parts]
     samples, n = parts[0].forces.shape[0], sum(sizes)
     tangents = np.zeros((3, samples, n, n))

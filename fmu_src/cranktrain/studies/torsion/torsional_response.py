@@ -1,10 +1,11 @@
 """Steady state of a crank that only twists, in the frequency domain, to the last digit of a run in time.
 
-A torsional crank held in its mains turns and twists, nothing else. Its pins run on circles: at the angle θ + φ of pin c
-the rod pushes with the force of :mod:`cranktrain.loads.slider_crank`, whose inertia varies as it turns. The linear laws
-of :class:`cranktrain.studies.torsion.periodic_crank.PeriodicCrank` are the tangents of these forces at φ = 0; what the
-exact ones have besides, at the motion found last, is added to the known forces, and the orders are solved anew until
-nothing changes (harmonic balance). With twists of some thousandths each round gains two digits or more.
+A torsional crank with its journals locked on their axis turns and twists, nothing else. Its pins run on circles: at the
+angle θ + φ of pin c the rod pushes with the force of :mod:`cranktrain.loads.slider_crank`, whose inertia varies as it
+turns. The linear laws of :class:`cranktrain.studies.torsion.periodic_crank.PeriodicCrank` are the tangents of these
+forces at φ = 0; what the exact ones have besides, at the motion found last, is added to the known forces, and the
+orders are solved anew until nothing changes (harmonic balance). With twists of some thousandths each round gains two
+digits or more.
 
 The frame of a run follows the crank's rotation slowly (:func:`cranktrain.loads.drive_line.frame_lead`): it wobbles by
 
@@ -71,7 +72,7 @@ def torsional_response(
     load: float = 1.0,
     highest: float = HIGHEST_ORDER,
 ) -> HeldResponse:
-    """Steady response at ``speed`` (rad/s) of a torsional crank that its mains hold.
+    """Steady response at ``speed`` (rad/s) of a torsional crank, its journals locked on their axis.
 
     Parameters
     ----------

@@ -35,6 +35,7 @@ def choice_text(study: Study) -> str:
 
 
 def _choices(points: Sequence[Point], accuracy: float) -> list[str]:
+    """Lines of what to choose for an accuracy."""
     lines = []
 
     def cheapest(what: str, chosen: Callable[[Point], bool], alone: bool = False) -> None:
@@ -82,6 +83,7 @@ def _cheapest(points: Sequence[Point], accuracy: float, error: Callable[[Point],
 def _coarsest(
     points: Sequence[Point], accuracy: float, family: str, parameter: str, what: str, lines: list[str]
 ) -> None:
+    """Add the line of the coarsest choice of a family that is within the accuracy."""
     among = [point for point in points if point.family == family and point.usable]
     within = [point for point in among if (point.worst or 0.0) <= accuracy]
     if within:
@@ -93,6 +95,7 @@ def _coarsest(
 
 
 def _said(point: Point) -> str:
+    """A point with its cost and errors, for people."""
     errors = ", ".join(
         f"{name.rpartition('_')[2]} {value:.1e}" for name, value in point.error.items() if value is not None
     )

@@ -57,7 +57,7 @@ class Recorded(NamedTuple):
 
 @dataclass(frozen=True)
 class Entry:
-    """A point to be measured: the choice, its case, the case that it is held against, and what else to say of it."""
+    """A point to be measured: the choice, its case, the case that it is compared with, and what else to say of it."""
 
     family: str
     label: str
@@ -110,6 +110,7 @@ def _assembled(case: Case, say: Progress) -> Assembly:
 
 
 def _started(case: Case, say: Progress) -> Simulation:
+    """Simulation of a case at its start."""
     settings = case.settings
     if case.coupled_deg is not None:
         settings = replace(settings, gas_source="input")
@@ -165,7 +166,7 @@ def _change_grid(simulation: Simulation, case: Case) -> None:
 def sampled_trace(engine: Engine, spacing_deg: float, rule: str) -> GasTrace:
     """The built-in trace as samples every ``spacing_deg`` would tell it, joined by a spline or by straight lines.
 
-    Samples stand half a spacing beside the knots of the trace's own spline, which a measurement does not know either.
+    Samples lie half a spacing beside the knots of the trace's own spline, which a measurement does not know either.
     """
     trace = GasTrace.from_engine(engine)
     count = round(720.0 / spacing_deg)
@@ -238,7 +239,7 @@ def high_order_error(values: Array, interval: float, exact: Array, exact_interva
     def lines(rows: Array, every: float) -> Array:
         per_cycle = round(720.0 / every)
         cycle = rows[0, (cycles - 1) * per_cycle : cycles * per_cycle]
-        # Samples are ends of intervals: the first stands one interval after the cycle's start.
+        # Samples are ends of intervals: the first lies one interval after the cycle's start.
         found = np.fft.rfft(cycle) / per_cycle
         turned = found * np.exp(-2j * math.pi * np.arange(found.size) / per_cycle)
         low, high = (round(2.0 * order) for order in HIGH_ORDERS)
@@ -317,12 +318,14 @@ def _measure(entry: Entry, store: Kept, kept: dict[str, Any] | None, say: Progre
 
 
 def _failure(status: str, problem: Exception) -> dict[str, Any]:
+    """What is kept of an entry whose run failed."""
     details = {"why": " ".join(str(problem).split())}
     errors = {"error": dict.fromkeys(OUTPUTS), "other_errors": dict.fromkeys(OTHERS)}
     return {"costs": [], "status": status, **errors, "details": details}
 
 
 def _point(entry: Entry, kept: dict[str, Any]) -> Point:
+    """Point of an entry from what is kept of it."""
     details = kept["details"]
     parameters = {
         **entry.case.parameters(), **entry.more, **details, "error_kind": entry.error_kind,

@@ -26,7 +26,7 @@ def pareto_front(costs: Sequence[float], errors: Sequence[float]) -> list[int]:
 def marked(points: Sequence[Point]) -> list[Point]:
     """The points with ``pareto`` set, each within its scene and kind of error; the error is the largest one.
 
-    Differences to a next level up have no front: each is held against something else.
+    Differences to a next level up have no front: each is compared with something else.
     """
     groups: dict[tuple[str, str], list[int]] = defaultdict(list)
     for index, point in enumerate(points):
@@ -43,7 +43,7 @@ def marked(points: Sequence[Point]) -> list[Point]:
 def cost_at(error: float, found: Sequence[float], costs: Sequence[float]) -> float | None:
     """Cost at an error by log-log interpolation along the front; None where no run reaches it.
 
-    Nothing is extrapolated to smaller errors, and above the largest error the cheapest run stands.
+    Nothing is extrapolated to smaller errors, and above the largest error the cheapest run counts.
     """
     order = pareto_front(costs, found)
     front = [(found[k], costs[k]) for k in order]

@@ -23,7 +23,7 @@ RPM = math.pi / 30.0
 REPEATS = 3
 """Runs of a point in a full study, whose median is its cost."""
 TARGETS = (1.0e-3, 1.0e-5)
-"""Errors at which own points are held against SciPy's."""
+"""Errors at which own points are compared with SciPy's."""
 
 Estimates = dict[str, dict[str, float | None]]
 
@@ -149,6 +149,7 @@ def speedups(points: Sequence[Point]) -> dict[str, Any]:
 
 
 def _compared(points: Sequence[Point], target: float, outputs: Sequence[str]) -> dict[str, Any] | None:
+    """Cost of the best own point and of SciPy's at an error; None where one is missing."""
     own: list[tuple[float, float]] = []
     scipy: dict[str, list[tuple[float, float]]] = {}
     for point in points:
