@@ -6,7 +6,6 @@ from solids import STEEL, block
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid_coordinates
-from cranktrain.structure.crank.reduction import lumped_mass, static_error
 from cranktrain.structure.fem.craig_bampton import (
     ClampedFlexibility,
     Flexibility,
@@ -16,6 +15,7 @@ from cranktrain.structure.fem.craig_bampton import (
 )
 from cranktrain.structure.fem.elasticity import finite_elements
 from cranktrain.structure.fem.interfaces import averaged_interfaces, tied_surfaces
+from cranktrain.structure.fem.reduction import lumped_mass, static_error
 
 LENGTH = 0.6
 

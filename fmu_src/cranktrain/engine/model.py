@@ -6,6 +6,7 @@ file are in :mod:`cranktrain.engine.parts`, what their numbers measure in :mod:`
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass
@@ -127,7 +128,8 @@ class Engine:
 
 def engine_to_dict(engine: Engine) -> dict[str, Any]:
     """Engine as nested dictionaries of JSON-able values in SI."""
-    return _plain(asdict(engine))
+    data: dict[str, Any] = json.loads(json.dumps(asdict(engine)))
+    return data
 
 
 def engine_from_dict(data: Mapping[str, Any]) -> Engine:
@@ -141,13 +143,6 @@ def engine_from_dict(data: Mapping[str, Any]) -> Engine:
 def optional_fields(kind: type) -> set[str]:
     """Names of the fields of a dataclass that have a default."""
     return {entry.name for entry in fields(kind) if entry.default is not MISSING}
-
-
-def _plain(value: Any) -> Any:
-    """Tuples as lists, at any depth."""
-    if isinstance(value, dict):
-        return {key: _plain(entry) for key, entry in value.items()}
-    return [_plain(entry) for entry in value] if isinstance(value, tuple | list) else value
 
 
 def _typed(kind: Any, value: Any, where: str) -> Any:

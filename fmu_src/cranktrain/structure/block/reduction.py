@@ -1,4 +1,4 @@
-"""The engine block as a reduced body: plan → finite elements → interfaces → Craig–Bampton → stored file.
+"""The engine block as a reduced body, by :mod:`cranktrain.structure.fem.reduction`.
 
 The stored body is the bare block with its cover in all its Craig–Bampton modes. Heads are rigid masses on the deck and
 attached afterwards. The running model keeps the modes up to a cut-off and the residual attachment modes that leave its
@@ -21,8 +21,8 @@ from cranktrain.engine.model import Engine
 from cranktrain.structure.block import shape
 from cranktrain.structure.block.mesh import block_interfaces, block_mesh, read_block_mesh
 from cranktrain.structure.block.shape import BlockPlan, block_plan
-from cranktrain.structure.crank.reduction import Progress, ReductionTask, content_digest, one_thread, reduced_structure
 from cranktrain.structure.fem.elasticity import FEModel
+from cranktrain.structure.fem.reduction import Progress, ReductionTask, content_digest, one_thread, reduced_structure
 
 # Raised when the code would make another body from the same inputs.
 RECIPE = 1
@@ -145,7 +145,6 @@ def running_block(
         as :func:`reduced_block`
     """
     bare = reduced_block(engine, progress=progress) if body is None else body
-    chosen = block_loads(engine) if loaded is None else loaded
     complete = complete_block(engine, bare)
     with one_thread():
-        return truncate(complete, block_plan(engine).block.running_cutoff_hz, chosen)
+        return truncate(complete, block_plan(engine).block.running_cutoff_hz, loaded or block_loads(engine))

@@ -25,7 +25,8 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import LumpedInertia
-from cranktrain.structure.crank.reduction import CHECKED_HZ, attached_parts, complete_crankshaft
+from cranktrain.structure.crank.reduction import attached_parts, complete_crankshaft
+from cranktrain.structure.fem.reduction import CHECKED_HZ
 
 Array = NDArray[np.float64]
 

@@ -1,6 +1,4 @@
-"""From an engine to its reduced crankshaft: geometry → finite elements → interfaces → Craig–Bampton → stored file.
-
-:func:`reduced_structure` does so for any body; :mod:`cranktrain.structure.block.reduction` is the other one.
+"""From an engine to its reduced crankshaft, by :mod:`cranktrain.structure.fem.reduction`.
 
 The stored body is the bare crankshaft in all its Craig–Bampton modes. Flywheel, clutch, pulley and the outer rings of
 roller bearings are rigid parts of the engine file and attached afterwards, so that a change of theirs costs no finite
@@ -9,42 +7,38 @@ elements.
 
 from __future__ import annotations
 
-import json
 import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
-from hashlib import sha256
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.linalg import null_space
-from skfem import Basis, ElementTetP2, MeshTet2
-from threadpoolctl import threadpool_limits
+from skfem import MeshTet2
 
 from cranktrain.core.cache import cache_folder
 from cranktrain.core.errors import InputError
-from cranktrain.core.reduced_body import SCHEMA, ReducedBody, attach, truncate
+from cranktrain.core.reduced_body import ReducedBody, attach, truncate
 from cranktrain.engine.model import Engine
-from cranktrain.engine.parts import Crankshaft, LumpedInertia, Material
-from cranktrain.store.hdf5 import load_body, load_extras, save_body
+from cranktrain.engine.parts import Crankshaft, LumpedInertia
+from cranktrain.store.hdf5 import load_body, load_extras
 from cranktrain.structure.crank.shape import pin_centre, stations
-from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, craig_bampton, eigenmodes, rigid_motions
-from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_elements, lumped_volume
+from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, eigenmodes, rigid_motions
+from cranktrain.structure.fem.elasticity import FEModel
 from cranktrain.structure.fem.interfaces import InterfaceSet, placed_interfaces, tied_surfaces
 from cranktrain.structure.fem.mesh import crankshaft_mesh, interface_names
+from cranktrain.structure.fem.reduction import (
+    Comparison,
+    Progress,
+    ReductionTask,
+    content_digest,
+    one_thread,
+    reduced_structure,
+)
 
 Array = NDArray[np.float64]
-Progress = Callable[[str], None]
 
 # Raised when the code would make another body from the same inputs.
 RECIPE = 1
-# The reduction is checked against the full model up to here.
-CHECKED_HZ = 1000.0
-# Modes whose surface motion is stored for pictures: the rigid ones and the first elastic ones.
-PICTURED_MODES = 36
 # The reference point of an interface is its place in the engine file where the meshed surface lies there.
 PLACE_TOLERANCE = 0.1
 
@@ -90,59 +84,6 @@ def reduced_crankshaft(
     return reduced_structure(task, progress, rebuild)
 
 
-Comparison = tuple[dict[str, float], dict[str, Array]]
-
-
-@dataclass(frozen=True)
-class ReductionTask:
-    """A body to be reduced, and where it is kept.
-
-    Attributes
-    ----------
-    path, digest : stored file, and digest of all that the body depends on
-    mesh : makes or reads the mesh with its named surfaces
-    mesh_file : the user's own one, where it is read
-    interfaces : averaged interfaces of the model
-    compared : further quality figures and records of the reduced body, or None
-    """
-
-    name: str
-    path: Path
-    digest: str
-    mesh: Callable[[], MeshTet2]
-    mesh_file: str | Path | None
-    material: Material
-    interfaces: Callable[[FEModel], InterfaceSet]
-    fixed_modes: int
-    consistent_mass: bool
-    compared: Callable[[FEModel, Reduced, InterfaceSet, Progress], Comparison] | None = None
-
-    def model(self, say: Progress) -> FEModel:
-        """Finite elements of the body."""
-        say("meshing" if self.mesh_file is None else f"reading {Path(self.mesh_file).name}")
-        mesh = self.mesh()
-        say(f"finite elements ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
-        return finite_elements(mesh, self.material, self.consistent_mass)
-
-
-def reduced_structure(task: ReductionTask, progress: Progress | None = None, rebuild: bool = False) -> ReducedBody:
-    """Body in all its Craig–Bampton modes, with the quality of the reduction; from the store where it is kept there."""
-    if task.path.exists() and not rebuild:
-        return load_body(task.path, task.digest)
-    say = progress or (lambda stage: None)
-    model = task.model(say)
-    interfaces = task.interfaces(model)
-    with one_thread():
-        reduced = craig_bampton(model, interfaces, task.fixed_modes, task.name, task.digest, say)
-        reduced = replace(reduced, body=_checked(model, reduced, task.consistent_mass, say))
-        if task.compared is not None:
-            figures, arrays = task.compared(model, reduced, interfaces, say)
-            quality, records = reduced.body.quality | figures, reduced.body.records | arrays
-            reduced = replace(reduced, body=replace(reduced.body, quality=quality, records=records))
-    save_body(task.path, reduced.body, _surface(model, reduced.modes[:, :PICTURED_MODES]))
-    return reduced.body
-
-
 def stored_path(engine: Engine, mesh_file: str | Path | None = None) -> Path:
     """Where the reduced crankshaft is kept in the user's cache."""
     return cache_folder() / f"{engine.name}-{input_digest(engine, mesh_file)[:16]}.h5"
@@ -159,14 +100,6 @@ def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:
         "consistent_mass": engine.reduction.consistent_mass,
     }
     return content_digest(content, mesh_file)
-
-
-def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str:
-    """Digest of what a body is made from and of the user's mesh, where there is one."""
-    content = {"schema": SCHEMA, **content}
-    if mesh_file is not None and Path(mesh_file).is_file():
-        content["mesh"] = sha256(Path(mesh_file).read_bytes()).hexdigest()
-    return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def complete_crankshaft(engine: Engine, body: ReducedBody) -> ReducedBody:
@@ -211,21 +144,15 @@ def running_loads(engine: Engine) -> list[tuple[str, int]]:
     return loads + [(name, component) for name in tilted for component in (3, 4)]
 
 
-def running_body(
-    engine: Engine,
-    body: ReducedBody | None = None,
-    loaded: Sequence[tuple[str, int]] | None = None,
-    progress: Progress | None = None,
-) -> ReducedBody:
+def running_body(engine: Engine, body: ReducedBody | None = None, progress: Progress | None = None) -> ReducedBody:
     """Body of the running model: with its attached parts, cut at the engine's cut-off, static under its loads.
 
-    ``body`` is the bare crankshaft where at hand; ``loaded`` defaults to :func:`running_loads`.
+    ``body`` is the bare crankshaft where at hand.
     """
     bare = reduced_crankshaft(engine, progress=progress) if body is None else body
-    chosen = running_loads(engine) if loaded is None else loaded
     complete = complete_crankshaft(engine, bare)
     with one_thread():
-        return truncate(complete, engine.reduction.running_cutoff_hz, chosen)
+        return truncate(complete, engine.reduction.running_cutoff_hz, running_loads(engine))
 
 
 def crankshaft_interfaces(model: FEModel, crankshaft: Crankshaft) -> InterfaceSet:
@@ -252,11 +179,6 @@ def tied_frequencies(model: FEModel, interfaces: InterfaceSet, count: int) -> Ar
     return eigenmodes(flexibility.solve, mass, count)[0] / (2.0 * np.pi)
 
 
-def one_thread() -> threadpool_limits:
-    """Linear algebra on one thread: faster on small blocks than two, and the same bytes always."""
-    return threadpool_limits(limits=1, user_api="blas")
-
-
 def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
     """Mesh of the dimensions, or the user's own."""
     if mesh_file is None:
@@ -272,54 +194,6 @@ def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
             "name the facets of each journal, the pulley, the flywheel and the thrust faces"
         )
     return mesh
-
-
-def _checked(model: FEModel, reduced: Reduced, consistent: bool, say: Progress) -> ReducedBody:
-    """Body with the quality of its reduction: against the full model, and with the other mass matrix."""
-    body = reduced.body
-    count = int(np.count_nonzero(body.frequencies_hz[6:] < CHECKED_HZ)) + 1
-
-    def frequencies(flexibility: Flexibility) -> Array:
-        return eigenmodes(flexibility.solve, flexibility.mass, count)[0] / (2.0 * np.pi)
-
-    say(f"full model to {CHECKED_HZ:g} Hz")
-    full = frequencies(reduced.flexibility)
-    other_mass = lumped_mass(model) if consistent else finite_elements(model.mesh, model.material).mass
-    other = frequencies(reduced.flexibility.with_mass(other_mass))
-    rigid = reduced.flexibility.rigid
-    error = body.frequencies_hz[6 : 6 + count] / full - 1.0
-    records = {"full_hz": full, "lumped_hz" if consistent else "consistent_hz": other}
-    quality = {
-        "dofs_full": float(model.basis.N),
-        "rigid_hz": float(np.sqrt(np.abs(np.diag(rigid.T @ (model.stiffness @ rigid))).max()) / (2.0 * np.pi)),
-        "max_relative_error": float(np.abs(error[full < CHECKED_HZ]).max(initial=0.0)),
-        "static_error": static_error(reduced),
-        "other_mass_shifts_first": float(other[0] / full[0] - 1.0),
-    }
-    return replace(body, quality=quality, records=records)
-
-
-def lumped_mass(model: FEModel) -> sparse.csc_matrix:
-    """Diagonal mass of the model by Hinton, Rock and Zienkiewicz, (ndof, ndof) kg."""
-    scalar = Basis(model.mesh, ElementTetP2(), quadrature=model.basis.quadrature)
-    share = model.material.density * lumped_volume(scalar)
-    diagonal = np.empty(model.basis.N)
-    diagonal[component_dofs(model.basis)] = share[np.hstack((scalar.nodal_dofs[0], scalar.edge_dofs[0]))]
-    return sparse.diags_array(diagonal).tocsc()
-
-
-def static_error(reduced: Reduced) -> float:
-    """Error of the reduced interface compliance relative to the full one, over loads in balance (Frobenius norms)."""
-    body = reduced.body
-    elastic = body.shapes[:, :, 6:].reshape(-1, body.n_modes - 6)
-    motions = body.shapes[:, :, :6].reshape(-1, 6)
-    # Forces and moments are compared by the motion they cause at their own point.
-    size = np.sqrt(np.diag(reduced.compliance))
-    balanced = null_space((motions / size[:, None]).T)
-    full = reduced.compliance / np.outer(size, size)
-    scaled = elastic / body.omega[6:] / size[:, None]
-    difference = balanced.T @ (full - scaled @ scaled.T) @ balanced
-    return float(np.linalg.norm(difference) / np.linalg.norm(balanced.T @ full @ balanced))
 
 
 def sections(model: FEModel, body: ReducedBody) -> dict[str, Array]:
@@ -379,24 +253,3 @@ def surface_shape(
     weights = np.eye(body.n_modes)[:, mode] if body.basis is None else body.basis[:, mode]
     displacement = np.tensordot(weights[: pictured.shape[0]], pictured.astype(float), axes=1)
     return surface["surface_points"], surface["surface_triangles"], displacement
-
-
-def _surface(model: FEModel, modes: Array) -> dict[str, tuple[NDArray[Any], str]]:
-    """Boundary of the mesh, each six-node facet as four triangles, with the modes on it."""
-    mesh = model.mesh
-    facets = mesh.boundary_facets()
-    a, b, c = mesh.facets[:, facets]
-    edge_of = {tuple(pair): index for index, pair in enumerate(np.sort(mesh.edges, axis=0).T.tolist())}
-    corners = mesh.nvertices
-    ab, bc, ca = (
-        np.array([corners + edge_of[min(p, q), max(p, q)] for p, q in zip(u.tolist(), v.tolist(), strict=True)])
-        for u, v in ((a, b), (b, c), (c, a))
-    )
-    triangles = np.hstack([np.stack(t) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
-    used, renumbered = np.unique(triangles, return_inverse=True)
-    dofs = component_dofs(model.basis)[:, used]
-    return {
-        "surface_points": (model.positions[:, dofs[0]].T, "m"),
-        "surface_triangles": (renumbered.reshape(triangles.shape).T.astype(np.int32), "1"),
-        "surface_modes": (modes[dofs].transpose(2, 1, 0).astype(np.float32), "1/kg^0.5"),
-    }

@@ -1,0 +1,169 @@
+"""Any body from its mesh to its reduced form: finite elements → interfaces → Craig–Bampton → stored file.
+
+The reduction is checked against the full model, and with the other mass matrix.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import null_space
+from skfem import Basis, ElementTetP2, MeshTet2
+from threadpoolctl import threadpool_limits
+
+from cranktrain.core.reduced_body import SCHEMA, ReducedBody
+from cranktrain.engine.parts import Material
+from cranktrain.store.hdf5 import load_body, save_body
+from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, craig_bampton, eigenmodes
+from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_elements, lumped_volume
+from cranktrain.structure.fem.interfaces import InterfaceSet
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+# The reduction is checked against the full model up to here.
+CHECKED_HZ = 1000.0
+# Modes whose surface motion is stored for pictures: the rigid ones and the first elastic ones.
+PICTURED_MODES = 36
+
+Comparison = tuple[dict[str, float], dict[str, Array]]
+
+
+@dataclass(frozen=True)
+class ReductionTask:
+    """A body to be reduced, and where it is kept.
+
+    Attributes
+    ----------
+    path, digest : stored file, and digest of all that the body depends on
+    mesh : makes or reads the mesh with its named surfaces
+    mesh_file : the user's own one, where it is read
+    interfaces : averaged interfaces of the model
+    compared : further quality figures and records of the reduced body, or None
+    """
+
+    name: str
+    path: Path
+    digest: str
+    mesh: Callable[[], MeshTet2]
+    mesh_file: str | Path | None
+    material: Material
+    interfaces: Callable[[FEModel], InterfaceSet]
+    fixed_modes: int
+    consistent_mass: bool
+    compared: Callable[[FEModel, Reduced, InterfaceSet, Progress], Comparison] | None = None
+
+    def model(self, say: Progress) -> FEModel:
+        """Finite elements of the body."""
+        say("meshing" if self.mesh_file is None else f"reading {Path(self.mesh_file).name}")
+        mesh = self.mesh()
+        say(f"finite elements ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
+        return finite_elements(mesh, self.material, self.consistent_mass)
+
+
+def reduced_structure(task: ReductionTask, progress: Progress | None = None, rebuild: bool = False) -> ReducedBody:
+    """Body in all its Craig–Bampton modes, with the quality of the reduction; from the store where it is kept there."""
+    if task.path.exists() and not rebuild:
+        return load_body(task.path, task.digest)
+    say = progress or (lambda stage: None)
+    model = task.model(say)
+    interfaces = task.interfaces(model)
+    with one_thread():
+        reduced = craig_bampton(model, interfaces, task.fixed_modes, task.name, task.digest, say)
+        reduced = replace(reduced, body=_checked(model, reduced, task.consistent_mass, say))
+        if task.compared is not None:
+            figures, arrays = task.compared(model, reduced, interfaces, say)
+            quality, records = reduced.body.quality | figures, reduced.body.records | arrays
+            reduced = replace(reduced, body=replace(reduced.body, quality=quality, records=records))
+    save_body(task.path, reduced.body, _surface(model, reduced.modes[:, :PICTURED_MODES]))
+    return reduced.body
+
+
+def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str:
+    """Digest of what a body is made from and of the user's mesh, where there is one."""
+    content = {"schema": SCHEMA, **content}
+    if mesh_file is not None and Path(mesh_file).is_file():
+        content["mesh"] = sha256(Path(mesh_file).read_bytes()).hexdigest()
+    return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def one_thread() -> threadpool_limits:
+    """Linear algebra on one thread: faster on small blocks than two, and the same bytes always."""
+    return threadpool_limits(limits=1, user_api="blas")
+
+
+def _checked(model: FEModel, reduced: Reduced, consistent: bool, say: Progress) -> ReducedBody:
+    """Body with the quality of its reduction: against the full model, and with the other mass matrix."""
+    body = reduced.body
+    count = int(np.count_nonzero(body.frequencies_hz[6:] < CHECKED_HZ)) + 1
+
+    def frequencies(flexibility: Flexibility) -> Array:
+        return eigenmodes(flexibility.solve, flexibility.mass, count)[0] / (2.0 * np.pi)
+
+    say(f"full model to {CHECKED_HZ:g} Hz")
+    full = frequencies(reduced.flexibility)
+    other_mass = lumped_mass(model) if consistent else finite_elements(model.mesh, model.material).mass
+    other = frequencies(reduced.flexibility.with_mass(other_mass))
+    rigid = reduced.flexibility.rigid
+    error = body.frequencies_hz[6 : 6 + count] / full - 1.0
+    records = {"full_hz": full, "lumped_hz" if consistent else "consistent_hz": other}
+    quality = {
+        "dofs_full": float(model.basis.N),
+        "rigid_hz": float(np.sqrt(np.abs(np.diag(rigid.T @ (model.stiffness @ rigid))).max()) / (2.0 * np.pi)),
+        "max_relative_error": float(np.abs(error[full < CHECKED_HZ]).max(initial=0.0)),
+        "static_error": static_error(reduced),
+        "other_mass_shifts_first": float(other[0] / full[0] - 1.0),
+    }
+    return replace(body, quality=quality, records=records)
+
+
+def lumped_mass(model: FEModel) -> sparse.csc_matrix:
+    """Diagonal mass of the model by Hinton, Rock and Zienkiewicz, (ndof, ndof) kg."""
+    scalar = Basis(model.mesh, ElementTetP2(), quadrature=model.basis.quadrature)
+    share = model.material.density * lumped_volume(scalar)
+    diagonal = np.empty(model.basis.N)
+    diagonal[component_dofs(model.basis)] = share[np.hstack((scalar.nodal_dofs[0], scalar.edge_dofs[0]))]
+    return sparse.diags_array(diagonal).tocsc()
+
+
+def static_error(reduced: Reduced) -> float:
+    """Error of the reduced interface compliance relative to the full one, over loads in balance (Frobenius norms)."""
+    body = reduced.body
+    elastic = body.shapes[:, :, 6:].reshape(-1, body.n_modes - 6)
+    motions = body.shapes[:, :, :6].reshape(-1, 6)
+    # Forces and moments are compared by the motion they cause at their own point.
+    size = np.sqrt(np.diag(reduced.compliance))
+    balanced = null_space((motions / size[:, None]).T)
+    full = reduced.compliance / np.outer(size, size)
+    scaled = elastic / body.omega[6:] / size[:, None]
+    difference = balanced.T @ (full - scaled @ scaled.T) @ balanced
+    return float(np.linalg.norm(difference) / np.linalg.norm(balanced.T @ full @ balanced))
+
+
+def _surface(model: FEModel, modes: Array) -> dict[str, tuple[NDArray[Any], str]]:
+    """Boundary of the mesh, each six-node facet as four triangles, with the modes on it."""
+    mesh = model.mesh
+    facets = mesh.boundary_facets()
+    a, b, c = mesh.facets[:, facets]
+    edge_of = {tuple(pair): index for index, pair in enumerate(np.sort(mesh.edges, axis=0).T.tolist())}
+    corners = mesh.nvertices
+    ab, bc, ca = (
+        np.array([corners + edge_of[min(p, q), max(p, q)] for p, q in zip(u.tolist(), v.tolist(), strict=True)])
+        for u, v in ((a, b), (b, c), (c, a))
+    )
+    triangles = np.hstack([np.stack(t) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+    used, renumbered = np.unique(triangles, return_inverse=True)
+    dofs = component_dofs(model.basis)[:, used]
+    return {
+        "surface_points": (model.positions[:, dofs[0]].T, "m"),
+        "surface_triangles": (renumbered.reshape(triangles.shape).T.astype(np.int32), "1"),
+        "surface_modes": (modes[dofs].transpose(2, 1, 0).astype(np.float32), "1/kg^0.5"),
+    }
