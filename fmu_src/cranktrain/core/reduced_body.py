@@ -169,7 +169,8 @@ def attach(
 
     The part adds its rigid-body terms to M, G, C, K_σ, f_c and f_e; a disc on the axis so gets the textbook terms of
     the rotating frame, Coriolis (2 J_d − J_p) Ω and stiffness (J_p − J_d) Ω². The stress that an unbalanced part raises
-    in the elastic body enters through the rigid rows of K_σ only.
+    in the elastic body enters through the rigid rows of K_σ only. Raises ``InputError``: for an unknown interface, a
+    negative mass or an inertia that no rigid part can have.
 
     Parameters
     ----------
@@ -177,11 +178,6 @@ def attach(
     mass : kg
     inertia : (3, 3) about the part's own centre of mass, kg m²
     offset : (3,) from the interface to the part's centre of mass, m
-
-    Raises
-    ------
-    InputError
-        for an unknown interface, a negative mass or an inertia that no rigid part can have
     """
     inertia, offset = np.asarray(inertia, dtype=float), np.asarray(offset, dtype=float)
     second = _second_moment(body, interface, mass, inertia)
@@ -225,12 +221,8 @@ def truncate(body: ReducedBody, cutoff_hz: float, loaded: Sequence[tuple[str, in
 
     The static answer of the dropped modes to a unit load at each ``(interface, component)`` (components 0–5: forces
     along and moments about x, y, z) is kept as a residual attachment mode, made orthonormal among the dropped ones
-    (Rubin 1975; Craig, *Structural Dynamics*, 2006, section 17.6).
-
-    Raises
-    ------
-    InputError
-        for an unknown interface or component
+    (Rubin 1975; Craig, *Structural Dynamics*, 2006, section 17.6). Raises ``InputError``: for an unknown interface or
+    component.
     """
     for name, component in loaded:
         if name not in body.interfaces or component not in range(6):

@@ -56,14 +56,12 @@ def engine_path(name_or_path: str | Path) -> Path:
 def load_engine(name_or_path: str | Path) -> Engine:
     """Read and check an engine file.
 
+    Raises ``InputError``: one line with file, table and key, for anything unknown, missing, in a wrong unit or
+    impossible.
+
     Parameters
     ----------
     name_or_path : name of an engine that ships with the package (``diesel_i6``) or path of a ``.toml`` file
-
-    Raises
-    ------
-    InputError
-        one line with file, table and key, for anything unknown, missing, in a wrong unit or impossible
     """
     path = engine_path(name_or_path)
     document = _document(path)

@@ -37,6 +37,8 @@ ROELANDS_LOG = 9.67
 def walther_through(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
     """Walther constants (ASTM D341) through two points.
 
+    Raises ``InputError``: points that do not fall with temperature, or a viscosity at which the law has no value.
+
     Parameters
     ----------
     points : two pairs of temperature (K, increasing) and kinematic viscosity (m²/s, decreasing)
@@ -44,11 +46,6 @@ def walther_through(points: Sequence[tuple[float, float]]) -> tuple[float, float
     Returns
     -------
     A, B of lg lg(ν + 0.7) = A − B lg T with ν in mm²/s
-
-    Raises
-    ------
-    InputError
-        points that do not fall with temperature, or a viscosity at which the law has no value
     """
     if len(points) != 2:
         raise InputError(f"Walther's law takes two points of temperature and viscosity, got {len(points)}")
@@ -68,10 +65,7 @@ def walther_through(points: Sequence[tuple[float, float]]) -> tuple[float, float
 def viscosity(oil: Oil, temperature: float) -> float:
     """Dynamic viscosity of ``oil``, Pa s, at ``temperature``, K, and ambient pressure.
 
-    Raises
-    ------
-    InputError
-        an unknown law, or a temperature at which it has no value
+    Raises ``InputError``: an unknown law, or a temperature at which it has no value.
     """
     if oil.law == "walther":
         if not 0.0 < temperature < math.inf:
@@ -90,10 +84,8 @@ def viscosity(oil: Oil, temperature: float) -> float:
 def pressure_constants(oil: Oil, viscosity: float) -> tuple[int, float, float]:
     """Law (an integer) and its two constants for :func:`pressure_factor`; ``viscosity`` at ambient pressure, Pa s.
 
-    Raises
-    ------
-    InputError
-        an unknown law, a negative slope, or a viscosity below the one that Roelands' law shares by all oils
+    Raises ``InputError``: an unknown law, a negative slope, or a viscosity below the one that Roelands' law shares by
+    all oils.
     """
     if oil.pressure_law not in PRESSURE_LAWS:
         near = nearest(oil.pressure_law, PRESSURE_LAWS)

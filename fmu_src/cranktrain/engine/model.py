@@ -90,11 +90,7 @@ class Engine:
         """Crank angle at which each cylinder (in the order of their numbers) passes firing dead centre, rad in [0, 4π).
 
         A throw at angle α points along the bank at angle β when θ = β − α; the firing order chooses the revolution.
-
-        Raises
-        ------
-        InputError
-            if the throws cannot fire in the stated order within one cycle
+        Raises ``InputError``: if the throws cannot fire in the stated order within one cycle.
         """
         order = self.cylinders.firing_order
         angles, stopped = self._firing(order)

@@ -164,10 +164,7 @@ def kinds(part: type) -> dict[str, tuple[type, bool, Any]]:
 def check_values(part: Any, table: str) -> None:
     """Refuse a value outside its field's bounds; defaults pass: a 0 there may say that nothing was given.
 
-    Raises
-    ------
-    InputError
-        one line that starts with ``table.key``
+    Raises ``InputError``: one line that starts with ``table.key``.
     """
     for entry in fields(part):
         _, many, rule = kinds(part.__class__)[entry.name]

@@ -82,10 +82,7 @@ def iso_profile(length: float, diameter: float) -> float:
 def check_roller_bearing(bearing: RollerBearing) -> None:
     """Refuse what is no cylindrical roller bearing.
 
-    Raises
-    ------
-    InputError
-        one line that starts with the quantity
+    Raises ``InputError``: one line that starts with the quantity.
     """
     b, size, pitch = bearing, mm(bearing.diameter), mm(bearing.pitch)
     of = partial(need, "")
@@ -120,10 +117,7 @@ def main_roller(rollers: RollerBearings, main: int) -> RollerBearing:
 def check_rollers(rollers: RollerBearings, crankshaft: Crankshaft) -> None:
     """Refuse roller bearings that do not fit their journals or themselves.
 
-    Raises
-    ------
-    InputError
-        one line that starts with ``main_roller.key``
+    Raises ``InputError``: one line that starts with ``main_roller.key``.
     """
     r, mains, of = rollers, len(crankshaft.main_widths), partial(need, "main_roller")
     check_values(r, "main_roller")

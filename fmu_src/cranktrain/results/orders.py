@@ -21,6 +21,8 @@ CYCLE = 4.0 * math.pi
 def order_spectrum(signal: Array, highest: float | None = None) -> tuple[Array, Array]:
     """Order amplitudes of one cycle.
 
+    Raises ``InputError``: for fewer than two samples or values that are not finite.
+
     Parameters
     ----------
     signal : (n,) uniform samples over one 720° cycle, its end point left out; any unit
@@ -29,11 +31,6 @@ def order_spectrum(signal: Array, highest: float | None = None) -> tuple[Array, 
     Returns
     -------
     orders (k,) 0.5, 1, …; amplitudes (k,) zero-to-peak in the unit of the signal. The mean (order 0) is left out.
-
-    Raises
-    ------
-    InputError
-        for fewer than two samples or values that are not finite
     """
     values = np.asarray(signal, dtype=float)
     n = values.size
@@ -50,6 +47,9 @@ def order_spectrum(signal: Array, highest: float | None = None) -> tuple[Array, 
 def last_cycle(angle: Array, signal: Array, n: int = 1440) -> Array:
     """Resample the last 720° of a signal at uniform crank angles, by a cubic spline over the crank angle.
 
+    Raises ``InputError``: if the run is shorter than a cycle by more than a quarter of its first sample, or the angle
+    does not increase.
+
     Parameters
     ----------
     angle : (k,) increasing crank angle, rad, its spacing as the speed made it
@@ -59,11 +59,6 @@ def last_cycle(angle: Array, signal: Array, n: int = 1440) -> Array:
     Returns
     -------
     (n,) samples at angle[-1] − 4π + 4π i/n
-
-    Raises
-    ------
-    InputError
-        if the run is shorter than a cycle by more than a quarter of its first sample, or the angle does not increase
     """
     x, y = np.asarray(angle, dtype=float), np.asarray(signal, dtype=float)
     if x.shape != y.shape or x.ndim != 1 or x.size < 8:

@@ -43,10 +43,8 @@ def table_path(settings: TableSettings) -> Path:
 def load_film_table(path: str | Path, settings: TableSettings) -> FilmTable:
     """Read a table.
 
-    Raises
-    ------
-    StoreError
-        missing, corrupt, foreign, of another schema, or made for another geometry, groove, tilt range or resolution
+    Raises ``StoreError``: missing, corrupt, foreign, of another schema, or made for another geometry, groove, tilt
+    range or resolution.
     """
     data, _ = read_film_table(path, SCHEMA, settings.digest, _said(settings))
     arrays = TableArrays(data["aligned"], data["tilted"], data["axes"], data["pressure"])
@@ -77,6 +75,9 @@ def film_table(
 ) -> tuple[FilmTable, Path, int]:
     """Table of ``settings``, read where it is kept, else built.
 
+    Raises ``StoreError``: a file at ``path`` that is not this table, or a place that cannot be written;
+    ``SolverError``: a film that did not converge.
+
     Parameters
     ----------
     path : where it is kept; in the cache where not given
@@ -88,13 +89,6 @@ def film_table(
     Returns
     -------
     table, its path, and the number of slabs solved now (0: read)
-
-    Raises
-    ------
-    StoreError
-        a file at ``path`` that is not this table, or a place that cannot be written
-    SolverError
-        a film that did not converge
     """
     target = Path(path) if path is not None else table_path(settings)
     if target.is_file() and not rebuild:

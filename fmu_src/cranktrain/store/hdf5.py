@@ -66,14 +66,11 @@ def save_body(path: str | Path, body: ReducedBody, extras: Mapping[str, Dataset]
 def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
     """Read a reduced body.
 
+    Raises ``StoreError``: missing, corrupt, foreign, of another schema, or made from other inputs.
+
     Parameters
     ----------
     digest : of the inputs it must have been made from; any where not given
-
-    Raises
-    ------
-    StoreError
-        missing, corrupt, foreign, of another schema, or made from other inputs
     """
     with _opened(path, BODY_FORMAT, SCHEMA, "delete it and run 'cranktrain reduce'") as file:
         found = str(file.attrs["digest"])
@@ -138,10 +135,7 @@ def read_film_table(
 ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """Read what :func:`write_film_table` wrote: (name → array, attributes).
 
-    Raises
-    ------
-    StoreError
-        missing, corrupt, foreign, of another schema, or made for something else than ``wanted``
+    Raises ``StoreError``: missing, corrupt, foreign, of another schema, or made for something else than ``wanted``.
     """
     remedy = "delete it, or build it anew by 'cranktrain film-table --rebuild'"
     with _opened(path, PART_FORMAT if unfinished else TABLE_FORMAT, schema, remedy) as file:

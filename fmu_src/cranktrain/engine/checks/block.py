@@ -22,10 +22,7 @@ _of = partial(need, "block")
 def check_block(engine: Engine, block: Block) -> None:
     """Refuse a block that leaves no iron, or no room for its cylinders and its crankshaft.
 
-    Raises
-    ------
-    InputError
-        one line that starts with the key, e.g. ``block.liner_thickness``
+    Raises ``InputError``: one line that starts with the key, e.g. ``block.liner_thickness``.
     """
     check_values(block, "block")
     _check_cylinder_room(engine, block)
@@ -122,10 +119,7 @@ def _check_banks(engine: Engine, b: Block) -> None:
 def check_mounts(mounts: Mounts) -> None:
     """Refuse mounts that do not match each other, or leave the engine free to move as a whole.
 
-    Raises
-    ------
-    InputError
-        one line that starts with the key, or says which motion is free
+    Raises ``InputError``: one line that starts with the key, or says which motion is free.
     """
     need("mounts", "x", len(mounts.x) > 0, "is empty; give the place of each mount")
     need_equal_lengths(mounts, "mounts")

@@ -11,10 +11,7 @@ from cranktrain.engine.quantities import check_values, mm, need, need_equal_leng
 def check_crankshaft(c: Crankshaft) -> None:
     """Refuse parameters that describe no crankshaft, before any CAD kernel sees them.
 
-    Raises
-    ------
-    InputError
-        one line that starts with the key, e.g. ``crankshaft.web_pin_radius``
+    Raises ``InputError``: one line that starts with the key, e.g. ``crankshaft.web_pin_radius``.
     """
     of, throws, widths, webs = (
         partial(need, "crankshaft"),

@@ -20,10 +20,7 @@ from cranktrain.engine.roller_bearing import check_rollers
 def check_engine(engine: Engine) -> None:
     """Refuse an engine whose parts do not fit together.
 
-    Raises
-    ------
-    InputError
-        one line that starts with ``table.key``
+    Raises ``InputError``: one line that starts with ``table.key``.
     """
     charts = "BICERA's method reads charts, there is no closed form of it; use ker-wilson, carter or solid"
     source = engine.reduction.torsional_source.lower()

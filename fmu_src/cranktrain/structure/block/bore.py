@@ -44,6 +44,9 @@ def block_bore_compliance(
 ) -> BoreCompliance:
     """Elastic shapes of a main bore in the block, without its motion; the finite elements run once, then the cache.
 
+    Raises ``InputError``: an engine without block or plain main bearings, a main bearing that it has not, or a count
+    that the patterns cannot give.
+
     Parameters
     ----------
     count : shapes to keep, the softest first
@@ -52,12 +55,6 @@ def block_bore_compliance(
     mesh_file : user's own block
     progress : told each stage before it starts
     rebuild : compute even where a stored compliance exists
-
-    Raises
-    ------
-    InputError
-        an engine without block or plain main bearings, a main bearing that it has not, or a count that the patterns
-        cannot give
     """
     film, mains = engine.plain_mains, engine.crankshaft.main_positions
     row = (len(mains) // 2 if main is None else main) - 1

@@ -64,10 +64,8 @@ def _in_bank(bank: Bank, height: float, z: float) -> Array:
 def block_mesh(plan: BlockPlan) -> MeshTet2:
     """Mesh a block from its plan: curved quadratic tetrahedra, m, with all interfaces as named boundaries.
 
-    Raises
-    ------
-    InputError
-        for a crash of the CAD kernel, elements that stay inverted, or a surface that the kernel lost
+    Raises ``InputError``: for a crash of the CAD kernel, elements that stay inverted, or a surface that the kernel
+    lost.
     """
     remedy = "block.mesh_size or a dimension of [block]"
     mesh = cad_solid("cranktrain.structure.block.mesh:_solid", asdict(plan), "block", remedy)
@@ -81,13 +79,8 @@ def read_block_mesh(path: str | Path, plan: BlockPlan, unit: str = "m") -> MeshT
     """Read a user's own block (Gmsh, Abaqus, Nastran) that has the plan's interfaces as named surfaces.
 
     The crank axis is z, z = 0 in the middle of the first main bore; ``BORE_1``, ``bore1`` and ``bore[1]`` mean the
-    same, so do ``LINER_1_UPPER`` and ``liner[1].upper``.
-
-    Raises
-    ------
-    InputError
-        as :func:`cranktrain.structure.fem.mesh.read_mesh`, and where a main bore does not lie where the crankshaft
-        needs it
+    same, so do ``LINER_1_UPPER`` and ``liner[1].upper``. Raises ``InputError``: as
+    :func:`cranktrain.structure.fem.mesh.read_mesh`, and where a main bore does not lie where the crankshaft needs it.
     """
     names = tuple(interface_places(plan))
 

@@ -37,6 +37,8 @@ RIGID_HZ = 30.0
 def block_modes(engine: Engine, crankshaft: ReducedBody, block: ReducedBody) -> tuple[Array, Array, Array]:
     """Modes of the cranktrain in its block at rest, free to turn.
 
+    Raises ``InputError``: for an engine without mounts.
+
     Parameters
     ----------
     crankshaft, block : complete ones, with all that is attached to them
@@ -44,11 +46,6 @@ def block_modes(engine: Engine, crankshaft: ReducedBody, block: ReducedBody) -> 
     Returns
     -------
     (k,) Hz, (n, k) modes of the crank and (m, k) of the block in their modal coordinates, of unit modal mass together
-
-    Raises
-    ------
-    InputError
-        for an engine without mounts
     """
     if engine.mounts is None:
         raise InputError(f"engine '{engine.name}' has no table [mounts]; add it as in engine/data/diesel_i6.toml")

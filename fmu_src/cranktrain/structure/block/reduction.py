@@ -35,6 +35,9 @@ def reduced_block(
 ) -> ReducedBody:
     """Bare block of an engine, with its cover, in all Craig–Bampton modes; computed once, then read from the cache.
 
+    Raises ``InputError``: an engine without block or mounts, dimensions or a mesh that cannot be used; ``StoreError``:
+    a stored file that is corrupt or foreign.
+
     Parameters
     ----------
     engine : its block, mounts' places, crankshaft's mains, cylinders and rod; anything else changes nothing here
@@ -42,13 +45,6 @@ def reduced_block(
         :func:`cranktrain.structure.block.mesh.read_block_mesh`
     progress : told each stage before it starts
     rebuild : compute even where a stored body exists
-
-    Raises
-    ------
-    InputError
-        an engine without block or mounts, dimensions or a mesh that cannot be used
-    StoreError
-        a stored file that is corrupt or foreign
     """
     return reduced_structure(_task(engine, mesh_file), progress, rebuild)
 
@@ -137,12 +133,8 @@ def running_block(
 ) -> ReducedBody:
     """Block of the running model: with its heads, cut at the block's cut-off, static under its loads.
 
-    ``body`` is the bare block where at hand; ``loaded`` defaults to :func:`block_loads`.
-
-    Raises
-    ------
-    InputError
-        as :func:`reduced_block`
+    ``body`` is the bare block where at hand; ``loaded`` defaults to :func:`block_loads`. Raises ``InputError``: as
+    :func:`reduced_block`.
     """
     bare = reduced_block(engine, progress=progress) if body is None else body
     complete = complete_block(engine, bare)

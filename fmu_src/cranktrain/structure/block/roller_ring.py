@@ -132,6 +132,8 @@ def ring_compliance(
 ) -> Array:
     """Compliance of the track under its rollers; the finite elements run once, then the user's cache is read.
 
+    Raises ``InputError``: dimensions that make no ring.
+
     Parameters
     ----------
     first_angle : of roller 0, rad
@@ -141,11 +143,6 @@ def ring_compliance(
     Returns
     -------
     (Z, DEGREE + 1, Z, DEGREE + 1) m/N
-
-    Raises
-    ------
-    InputError
-        dimensions that make no ring
     """
     check_ring(ring)
     say = progress or (lambda stage: None)

@@ -101,6 +101,8 @@ def bore_compliance(
 ) -> BoreCompliance:
     """Elastic shapes of a main bearing's bore; the finite elements run once, then the user's cache is read.
 
+    Raises ``InputError``: dimensions that make no saddle, or a count that the patterns cannot give.
+
     Parameters
     ----------
     count : shapes to keep, the softest first
@@ -108,11 +110,6 @@ def bore_compliance(
     with_motion : let the shapes hold the bore's motion as a whole; only where no body carries it
     progress : told each stage before it starts
     rebuild : compute even where a stored compliance exists
-
-    Raises
-    ------
-    InputError
-        dimensions that make no saddle, or a count that the patterns cannot give
     """
     plan = saddle or saddle_for(engine.plain_mains)
     check_saddle(plan)
@@ -137,6 +134,8 @@ def pattern_compliance(
 ) -> Array:  # fmt: skip
     """Compliance of the boundary ``bore`` on patterns of pressure, the bore's axis being z and its middle z = 0.
 
+    Raises ``InputError``: if ``clamped`` lets the body move.
+
     Parameters
     ----------
     clamped : degrees of freedom at rest; must not let the body move as a whole
@@ -145,11 +144,6 @@ def pattern_compliance(
     Returns
     -------
     (2 waves + 1, degree + 1, 2 waves + 1, degree + 1) m³/Pa, symmetric in its pairs of indices
-
-    Raises
-    ------
-    InputError
-        if ``clamped`` lets the body move
     """
     loads = _pattern_loads(model, film_diameter, film_width, waves, degree)
     try:

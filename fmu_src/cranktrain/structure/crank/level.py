@@ -27,15 +27,12 @@ def bare_crank(
 ) -> ReducedBody:
     """Bare crankshaft at a level.
 
+    Raises ``InputError``: a level that does not exist.
+
     Parameters
     ----------
     solid : the bare solid body where at hand; else it is read from the cache, or made, where the level needs it
     progress : told each stage before it starts
-
-    Raises
-    ------
-    InputError
-        a level that does not exist
     """
     row = crank_level(level)
     if solid is None and row.needs_solid(engine):

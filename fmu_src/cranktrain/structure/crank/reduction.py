@@ -48,19 +48,15 @@ def reduced_crankshaft(
 ) -> ReducedBody:
     """Bare crankshaft of an engine in all Craig–Bampton modes; computed once, then read from the user's cache.
 
+    Raises ``InputError``: dimensions or a mesh that cannot be used; ``StoreError``: a stored file that is corrupt or
+    foreign.
+
     Parameters
     ----------
     engine : its material, crankshaft, thrust position and reduction count; anything else changes nothing here
     mesh_file : user's own mesh with named surfaces in place of the parametric crankshaft
     progress : told each stage before it starts
     rebuild : compute even where a stored body exists
-
-    Raises
-    ------
-    InputError
-        dimensions or a mesh that cannot be used
-    StoreError
-        a stored file that is corrupt or foreign
     """
 
     def compared(model: FEModel, reduced: Reduced, interfaces: InterfaceSet, say: Progress) -> Comparison:
@@ -232,6 +228,8 @@ def surface_shape(
 ) -> tuple[Array, NDArray[np.int32], Array]:
     """Surface of the crankshaft and its displacement in one mode, for pictures.
 
+    Raises ``StoreError``: where the stored crankshaft is missing or foreign.
+
     Parameters
     ----------
     body : the engine's crankshaft, or one derived from it by attaching and truncating
@@ -240,11 +238,6 @@ def surface_shape(
     Returns
     -------
     points (p, 3) m, triangles (t, 3), displacement (p, 3) per unit modal coordinate; composed of the first stored modes
-
-    Raises
-    ------
-    StoreError
-        where the stored crankshaft is missing or foreign
     """
     path = stored_path(engine, mesh_file)
     load_body(path, input_digest(engine, mesh_file))

@@ -57,15 +57,12 @@ Array = NDArray[np.float64]
 def torsional_body(engine: Engine, source: str | None = None, solid: ReducedBody | None = None) -> ReducedBody:
     """Bare crankshaft in its six rigid modes and the twists of discs on a shaft.
 
+    Raises ``InputError``: an unknown source, or one that needs the body without it.
+
     Parameters
     ----------
     source : one of :data:`TORSIONAL_SOURCES`; None takes ``reduction.torsional_source`` of the engine file
     solid : the engine's bare solid body; both sources by that name need it
-
-    Raises
-    ------
-    InputError
-        an unknown source, or one that needs the body without it
     """
     source = engine.reduction.torsional_source if source is None else source
     if source not in TORSIONAL_SOURCES:

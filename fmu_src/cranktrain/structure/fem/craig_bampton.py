@@ -122,6 +122,8 @@ def eigenmodes(
 ) -> tuple[Array, Array]:
     """Lowest elastic modes by block Lanczos on a flexibility, orthogonalised in full.
 
+    Raises ``SolverError``: where the basis grows past what a well-posed body needs.
+
     Parameters
     ----------
     flexibility : f (ndof, k) ↦ u (ndof, k), symmetric; solves K u = f in the space of the modes
@@ -131,11 +133,6 @@ def eigenmodes(
     Returns
     -------
     ω (count,) rad/s ascending, modes (ndof, count) with unit modal mass
-
-    Raises
-    ------
-    SolverError
-        where the basis grows past what a well-posed body needs
     """
     ndof = mass.shape[0]
     limit = min(ndof - 6, 6 * count + 20 * block)
@@ -204,15 +201,12 @@ def craig_bampton(
 ) -> Reduced:
     """Reduce a free body to constraint modes and fixed-interface modes, orthogonalised.
 
+    Raises ``SolverError``: where the eigenmodes are not found.
+
     Parameters
     ----------
     fixed_modes : number of fixed-interface modes; the body has 6 per interface more
     progress : told each stage before it starts
-
-    Raises
-    ------
-    SolverError
-        where the eigenmodes are not found
     """
     say = progress or (lambda stage: None)
     basis = reduced_basis(model.stiffness, model.mass, rigid_motions(model), interfaces.averaging, fixed_modes, say)

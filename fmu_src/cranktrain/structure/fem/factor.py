@@ -43,12 +43,8 @@ class Factor(Protocol):
 def factorise(matrix: sparse.spmatrix) -> Factor:
     """Factors of a symmetric matrix (n, n), for many solutions; quickest for many right-hand sides in one call.
 
-    A matrix that is not positive definite goes to SciPy's SuperLU instead.
-
-    Raises
-    ------
-    RuntimeError
-        if the matrix is singular
+    A matrix that is not positive definite goes to SciPy's SuperLU instead. Raises ``RuntimeError``: if the matrix is
+    singular.
     """
     try:
         return Cholesky(matrix)
@@ -59,14 +55,11 @@ def factorise(matrix: sparse.spmatrix) -> Factor:
 class Cholesky:
     """Multifrontal factors of a symmetric positive definite matrix.
 
+    Raises ``numpy.linalg.LinAlgError``: if the matrix is not positive definite.
+
     Attributes
     ----------
     entries : number of entries of L
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        if the matrix is not positive definite
     """
 
     def __init__(self, matrix: sparse.spmatrix) -> None:

@@ -154,10 +154,7 @@ class Frame:
     ) -> ReducedBody:
         """Reduced body of the frame: constraint modes of the ``interfaces`` (nodes by name) and fixed-interface modes.
 
-        Raises
-        ------
-        SolverError
-            where the eigenmodes are not found
+        Raises ``SolverError``: where the eigenmodes are not found.
         """
         ndof = 6 * len(self.positions)
         places = np.array(self.positions)

@@ -49,15 +49,12 @@ def averaged_interfaces(
 ) -> InterfaceSet:
     """Interfaces averaged over named surfaces, weighted by area.
 
+    Raises ``InputError``: for a surface the mesh does not have, or one too small to show a rotation.
+
     Parameters
     ----------
     names : surfaces to use, all named boundaries of the mesh where not given
     positions : reference point (3,) by name; the surface's centroid where not given
-
-    Raises
-    ------
-    InputError
-        for a surface the mesh does not have, or one too small to show a rotation
     """
     boundaries = model.mesh.boundaries or {}
     chosen = tuple(boundaries if names is None else names)

@@ -56,6 +56,8 @@ def interface_names(throws: int) -> tuple[str, ...]:
 def crankshaft_mesh(crankshaft: Crankshaft, thrust_main: int | None = None) -> MeshTet2:
     """Mesh the crankshaft from its dimensions.
 
+    Raises ``InputError``: for impossible dimensions, a crash of the CAD kernel, or elements that stay inverted.
+
     Parameters
     ----------
     crankshaft : dimensions, m; ``mesh_size`` is the largest edge, fillets get about half of it
@@ -66,11 +68,6 @@ def crankshaft_mesh(crankshaft: Crankshaft, thrust_main: int | None = None) -> M
     Curved quadratic tetrahedra, m, whose ``boundaries`` hold the running surface of each ``main[i]`` and ``pin[i]``,
     ``pulley`` (cylinder of the nose), ``flywheel`` (outer face of the flange) and ``thrust`` (the ring faces at either
     side of the thrust main journal, out to the radius of the web).
-
-    Raises
-    ------
-    InputError
-        for impossible dimensions, a crash of the CAD kernel, or elements that stay inverted.
     """
     check_crankshaft(crankshaft)
     throws = len(crankshaft.throw_angles)
@@ -99,17 +96,13 @@ def read_mesh(path: str | Path, unit: str = "m") -> MeshTet2:
 
     The crank axis is z, main journals numbered from the pulley to the flywheel. Surfaces are named by physical groups
     or element sets of triangles, by node sets, or by the names HyperMesh writes as comments into a Nastran file;
-    ``MAIN_1``, ``main1`` and ``main[1]`` mean the same.
+    ``MAIN_1``, ``main1`` and ``main[1]`` mean the same. Raises ``InputError``: if the file cannot be read, holds other
+    solids than tetrahedra, lacks a surface (one line lists the missing and the found names), or does not lie on the
+    axis.
 
     Parameters
     ----------
     unit : of the coordinates in the file, ``m`` or ``mm``
-
-    Raises
-    ------
-    InputError
-        if the file cannot be read, holds other solids than tetrahedra, lacks a surface (one line lists the missing and
-        the found names), or does not lie on the axis.
     """
 
     def wanted(found: Iterable[str]) -> tuple[str, ...]:
@@ -167,16 +160,13 @@ def quadratic_mesh(
 ) -> MeshTet2:
     """Mesh of ten-node tetrahedra with named boundaries; mid-side nodes relaxed where needed.
 
+    Raises ``InputError``: if an element is flat or stays inverted with its neighbours' curved sides.
+
     Parameters
     ----------
     nodes : (n, 3) m
     tets : (m, 10) four corners, then the mid-side nodes in the order of ``edges``; or (m, 4), straight
     surfaces : name → (k, 3 or more) triangles, corners first
-
-    Raises
-    ------
-    InputError
-        if an element is flat or stays inverted with its neighbours' curved sides.
     """
     corners, renumbered = np.unique(tets[:, :4], return_inverse=True)
     t = renumbered.reshape(len(tets), 4).T
@@ -308,6 +298,8 @@ def cad_mesh(
 ) -> tuple[Array, Integers, Integers, Integers, list[str]]:
     """Mesh in a process of its own; what goes wrong there becomes one line here.
 
+    Raises ``InputError``: for a crash of the CAD kernel or a mesh that does not end.
+
     Parameters
     ----------
     entry : ``module:function`` of ``values`` (as JSON gives them back) that returns a shape of netgen's CAD kernel,
@@ -317,11 +309,6 @@ def cad_mesh(
     Returns
     -------
     nodes (n, 3) m, tets (m, 10), triangles (k, 3) with labels (k,) into the names of the faces, numbered from 0
-
-    Raises
-    ------
-    InputError
-        for a crash of the CAD kernel or a mesh that does not end
     """
     with tempfile.TemporaryDirectory(prefix="cranktrain-mesh-") as folder:
         target = Path(folder) / "mesh.npz"

@@ -38,10 +38,8 @@ def interface_name(name: str) -> str:
 def read_surfaces_and_tetrahedra(path: Path) -> tuple[Array, Integers, dict[str, Integers]]:
     """Nodes (n, 3), tetrahedra (m, 10) or (m, 4) in VTK's order, and triangles (k, 3) of each named surface.
 
-    Raises
-    ------
-    InputError
-        if the file is missing or broken, its format unknown, or its solids are not tetrahedra of one kind.
+    Raises ``InputError``: if the file is missing or broken, its format unknown, or its solids are not tetrahedra of one
+    kind.
     """
     import meshio
 

@@ -43,10 +43,7 @@ def radial_loads(model: FEModel, facets: FacetBasis, pressure: Array) -> Array:
 def compliance_of(model: FEModel, clamped: NDArray[np.integer], loads: Array) -> Array:
     """Compliance (n, n) on n load vectors (ndof, n), the degrees of freedom ``clamped`` at rest.
 
-    Raises
-    ------
-    RuntimeError
-        if they let the body move
+    Raises ``RuntimeError``: if they let the body move.
     """
     free = np.setdiff1d(np.arange(model.basis.N), clamped)
     with threadpool_limits(1, user_api="blas"):
