@@ -9,7 +9,7 @@ import math
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,10 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
 from cranktrain.results import plots
 from cranktrain.results.orders import last_cycle
-from cranktrain.results.summary import Run
 from cranktrain.store.whole_file import whole_file
+
+if TYPE_CHECKING:
+    from cranktrain.dynamics.simulation import Result
 
 Array = NDArray[np.float64]
 
@@ -49,13 +51,13 @@ def save_figure(figure: Any, path: Path) -> Path:
     return path
 
 
-def save_film_pictures(folder: Path, run: Run, engine: Engine, title: str) -> list[Path]:
+def save_film_pictures(folder: Path, run: Result, engine: Engine, title: str) -> list[Path]:
     """Write ``orbits.png`` and ``least_films.png`` of the run's last cycle into ``folder``; returns their paths."""
     figures = {"orbits": orbit_figure(run, engine, title), "least_films": film_figure(run, engine, title)}
     return [save_figure(figure, folder / f"{name}.png") for name, figure in figures.items()]
 
 
-def orbit_figure(run: Run, engine: Engine, title: str) -> Any:
+def orbit_figure(run: Result, engine: Engine, title: str) -> Any:
     """Orbits of all main journals, and below them those of the crank pins where big ends float in films."""
     from matplotlib.figure import Figure
 
@@ -103,7 +105,7 @@ def orbit_figure(run: Run, engine: Engine, title: str) -> Any:
     return figure
 
 
-def film_figure(run: Run, engine: Engine, title: str) -> Any:
+def film_figure(run: Result, engine: Engine, title: str) -> Any:
     """Least film of all main bearings over the last cycle, and of the big ends where they float in films."""
     from matplotlib.figure import Figure
 
@@ -126,13 +128,13 @@ def film_figure(run: Run, engine: Engine, title: str) -> Any:
     return figure
 
 
-def _cycle(run: Run, name: str) -> Array:
+def _cycle(run: Result, name: str) -> Array:
     """Smooth samples of the last cycle from crank angle 0 on; the run ends some degrees off, by its shaft's wind-up."""
     first = round(float(run.angle[-1]) / (4.0 * math.pi) * SAMPLES) % SAMPLES
     return np.roll(last_cycle(run.angle, run.outputs[name], SAMPLES), first)
 
 
-def _floating(run: Run, engine: Engine) -> list[str]:
+def _floating(run: Result, engine: Engine) -> list[str]:
     """Big ends that float in films."""
     names = [f"big_end[{c + 1}]" for c in range(engine.n_cylinders)]
     return [name for name in names if np.any(run.outputs[f"{name}.eccentricity"])]

@@ -5,11 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine.quantities import ZERO_CELSIUS
-from cranktrain.results.summary import Run
 from cranktrain.store.hdf5 import write_result
+
+if TYPE_CHECKING:
+    from cranktrain.dynamics.simulation import Result
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
@@ -50,7 +53,7 @@ def check_target(path: Path) -> None:
         raise InputError(f"{path}: {folder} is no folder that can be written to; choose another place for the result")
 
 
-def save_run(path: Path, run: Run, attributes: Mapping[str, str | int | float]) -> Path:
+def save_run(path: Path, run: Result, attributes: Mapping[str, str | int | float]) -> Path:
     """Write all outputs of a run, over time (s) and crank angle (rad), and the temperature of each main bearing's film.
 
     The file appears whole or not at all.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,41 +12,12 @@ from numpy.typing import NDArray
 from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.results.orders import last_cycle, order_spectrum
 
+if TYPE_CHECKING:
+    from cranktrain.dynamics.simulation import Result
+
 Array = NDArray[np.float64]
 
 HIGHEST_ORDER = 24.0
-
-
-class Run(Protocol):
-    """A finished simulation as far as a summary needs it (SI)."""
-
-    @property
-    def time(self) -> Array:
-        """Time, (n,) s."""
-
-    @property
-    def angle(self) -> Array:
-        """Crank angle, (n,) rad."""
-
-    @property
-    def outputs(self) -> Mapping[str, Array]:
-        """Output name → (n,) values in SI."""
-
-    @property
-    def counters(self) -> Mapping[str, int]:
-        """Steps, newton_iterations, rejected_steps."""
-
-    @property
-    def seconds(self) -> float:
-        """Wall time of the steps, s."""
-
-    @property
-    def real_time_factor(self) -> float:
-        """Wall seconds per simulated second."""
-
-    @property
-    def film_temperatures(self) -> Array:
-        """Temperatures of the main bearings' films, (b,) K."""
 
 
 def vibration(angle: Array, signal: Array, scale: float) -> dict[str, Any]:
@@ -171,7 +142,7 @@ def engine_summary(angle: Array, outputs: Mapping[str, Array]) -> dict[str, Any]
     }
 
 
-def run_summary(run: Run, result_path: str) -> dict[str, Any]:
+def run_summary(run: Result, result_path: str) -> dict[str, Any]:
     """Summary of a run: the object that ``cranktrain simulate --json`` prints.
 
     Keys carry their unit; ``real_time_factor`` is wall seconds per simulated second, ``seconds`` wall seconds. A crank
