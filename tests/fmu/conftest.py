@@ -68,7 +68,7 @@ def script(cache):
             capture_output=True,
             text=True,
             env=environment,
-            timeout=900,  # kernels may be compiled within, on a busy machine
+            timeout=3600,  # kernels may be compiled within, on a busy machine
         )
         if check:
             assert done.returncode == 0, done.stderr[-3000:]

@@ -140,7 +140,7 @@ def test_unknown_engine_is_one_line_and_exit_code_2(tmp_path):
         [sys.executable, str(archive.ROOT / "build_fmu.py"), "diesel_i5", "-o", str(tmp_path)],
         capture_output=True,
         text=True,
-        timeout=900,
+        timeout=3600,
     )
     assert done.returncode == 2 and done.stdout == ""
     assert len(done.stderr.splitlines()) == 1 and "diesel_i6" in done.stderr

@@ -38,7 +38,7 @@ def test_from_engine_file_to_the_whole_engine_in_fmpy(name, tmp_path, script, ca
     done = subprocess.run(
         [sys.executable, str(archive.ROOT / "build_fmu.py"), str(coarse_file(name, tmp_path)), "-o", str(tmp_path),
          "--no-film-table"],
-        capture_output=True, text=True, timeout=900, env={**os.environ, "CRANKTRAIN_CACHE": str(cache)},
+        capture_output=True, text=True, timeout=3600, env={**os.environ, "CRANKTRAIN_CACHE": str(cache)},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-3000:]
     fmu = done.stdout.splitlines()[-1]

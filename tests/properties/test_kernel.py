@@ -27,7 +27,7 @@ def install(tmp_path):
 
 def run(install, cache, text=RUN):
     environment = {**os.environ, "PYTHONPATH": str(install), "CRANKTRAIN_CACHE": str(cache)}
-    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, env=environment, timeout=900)
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, env=environment, timeout=3600)
     assert done.returncode == 0, done.stderr[-3000:]
     return float(done.stdout)
 

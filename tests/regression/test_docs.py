@@ -1,0 +1,70 @@
+"""What the documents say holds: links lead somewhere, files exist, commands are understood, the tutorial runs."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+import cranktrain
+from cranktrain.cli.main import _parser
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = Path(cranktrain.__file__).parent
+FILES = {
+    str(path.relative_to(ROOT)): path.read_text("utf-8")
+    for path in sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
+}
+GENERATED = re.compile(r"docs/(reference/\w+|decisions/index|contributing|changelog)\.md")
+"""Pages that ``docs/reference.py`` adds to the site."""
+COMMAND = re.compile(r"^(?: {4})?cranktrain ((?:(?!\.\.\.).)*?)(?:\s*#.*)?$", re.MULTILINE)
+FOLDERS = (
+    "",
+    "fmu_src",
+    "fmu_src/cranktrain",
+    "modelDescription",
+    "tests",
+    "tests/literature",
+    "fmu_src/cranktrain/engine/data",
+)
+
+
+def anchors(text):
+    """Anchors of a page's headings, as MkDocs makes them."""
+    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return {re.sub(r"[\s-]+", "-", re.sub(r"[^\w\s-]", "", heading.lower()).strip()) for heading in headings}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_links_lead_somewhere(name):
+    for link in re.findall(r"\]\(([^)\s]+)\)", FILES[name]):
+        if link.startswith(("http://", "https://")):
+            continue
+        place, _, anchor = link.partition("#")
+        path = (ROOT / name).parent.joinpath(place).resolve() if place else ROOT / name
+        assert path.exists() or GENERATED.fullmatch(str(path.relative_to(ROOT))), link
+        assert not anchor or anchor in anchors(path.read_text("utf-8")), link
+
+
+@pytest.mark.parametrize("name", FILES.keys() - {"CHANGELOG.md"})
+def test_files_exist(name):
+    for file in re.findall(r"`((?:[\w-]+/)+[\w.-]+\.(?:py|toml|txt|csv))`", FILES[name]):
+        assert any((ROOT / folder / file).is_file() for folder in FOLDERS), file
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_commands_are_understood(name):
+    for command in COMMAND.findall(FILES[name]):
+        _parser().parse_args(shlex.split(command))
+
+
+def test_site_builds(tmp_path):
+    """Without a broken link or a page that is in no menu."""
+    pytest.importorskip("mkdocs")
+    pytest.importorskip("material")
+    from mkdocs.commands.build import build
+    from mkdocs.config import load_config
+
+    build(load_config(str(ROOT / "mkdocs.yml"), site_dir=str(tmp_path), strict=True))
+    assert "<math" in (tmp_path / "theory" / "linear.html").read_text("utf-8")
+    assert "--bearings" in (tmp_path / "reference" / "command_line.html").read_text("utf-8")
