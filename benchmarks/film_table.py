@@ -24,12 +24,12 @@ from numpy.typing import NDArray
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.film.journal.film import OUT_SIZE, journal_film
-from cranktrain.film.journal.grid import JournalGrid, cold_start, journal_grid, journal_work
+from cranktrain.film.journal.grid import JournalGrid, Motion, cold_start, journal_grid, journal_work
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.table.aligned import aligned_force
 from cranktrain.film.table.database import ALIGNED_GRID, TILT_GRIDS, FilmTable, TableSettings, table_grid
 from cranktrain.film.table.family import turning
-from cranktrain.film.table.law import SHARE_MARGIN, TABLE, table_force, table_work
+from cranktrain.film.table.law import SHARE_MARGIN, TABLE, Tabled, table_force, table_work
 from cranktrain.store.film_tables import film_table
 
 Array = NDArray[np.float64]
@@ -53,34 +53,40 @@ def films(states: Array, grids: list[JournalGrid]) -> Array:
     for grid, results in zip(grids, solved, strict=True):
         work = journal_work(grid)
         for (eps, a, b, *velocity), out in zip(states, results, strict=True):
-            journal_film(grid, RATIO**-2, eps, 0.0, a, b, *velocity, work, cold_start(grid), out)
+            journal_film(grid, RATIO**-2, Motion(eps, 0.0, a, b, *velocity), work, cold_start(grid), out)
     fine = solved[-1, :, :4]
     return np.asarray(fine + (fine - solved[0, :, :4]) / 3.0)
 
 
 @kernel
-def read(states, arrays, grid, film_work, active, work, outs, status):
+def read(states, tabled, outs, status):
     """Law with tilt at all states, on the line of centres, surfaces at rest."""
     for i in range(states.shape[0]):
-        s = states[i]
-        status[i] = table_force(
-            s[0], 0.0, s[1], s[2], s[3], s[4], s[5], s[6], 0.0, 1.0, 1.0, arrays, grid, film_work, active, work, outs[i]
-        )
+        status[i] = table_force(states[i, :4], states[i, 4:], 0.0, 1.0, 1.0, tabled, outs[i])
 
 
 @kernel
-def read_aligned(states, arrays, grid, film_work, active, work, outs):
+def read_aligned(states, tabled, outs):
     """Law without tilt at all states."""
     for i in range(states.shape[0]):
-        s = states[i]
-        aligned_force(s[0], 0.0, s[3], s[4], 0.0, 1.0, 1.0, arrays, grid, film_work, active, work, outs[i])
+        aligned_force(states[i, :4], states[i, 4:], 0.0, 1.0, 1.0, tabled, outs[i])
+
+
+def tabled_film(table: FilmTable, grid: JournalGrid) -> Tabled:
+    """A film read from the table, with fresh memory."""
+    return Tabled(table.arrays, grid, journal_work(grid), cold_start(grid), table_work())
+
+
+def with_place(states: Array) -> Array:
+    """Places and velocities (n, 8) of states (n, 7) on the line of centres."""
+    return np.insert(states, 1, 0.0, axis=1)
 
 
 def law(table: FilmTable, states: Array) -> tuple[Array, Array]:
     """Output (n, 40) and status (n,) of the law with tilt."""
     grid = table_grid(table.settings)
     outs, status = np.zeros((len(states), 40)), np.zeros(len(states))
-    read(states, table.arrays, grid, journal_work(grid), cold_start(grid), table_work(), outs, status)
+    read(with_place(states), tabled_film(table, grid), outs, status)
     return outs, status
 
 
@@ -129,7 +135,7 @@ def aligned_part(table: FilmTable) -> dict[str, Any]:
         states[:, 0], states[:, 3], states[:, 4] = rng.uniform(low, top, ALIGNED_STATES), np.cos(gamma), np.sin(gamma)
         grid = journal_grid(*ALIGNED_GRID, half=True)
         outs = np.zeros((ALIGNED_STATES, 12))
-        read_aligned(states, table.arrays, grid, journal_work(grid), cold_start(grid), table_work(), outs)
+        read_aligned(with_place(states), tabled_film(table, grid), outs)
         found = np.column_stack([outs[:, :2], np.zeros((ALIGNED_STATES, 2))])
         finer = journal_grid(2 * ALIGNED_GRID[0], 2 * ALIGNED_GRID[1], half=True)
         some = slice(0, FINER_STATES)
@@ -154,16 +160,16 @@ def tilted_part(table: FilmTable) -> dict[str, Any]:
 
 def cost_part(table: FilmTable) -> dict[str, float]:
     """Microseconds of one evaluation with tangents at random states: medians of repeats short enough to run through."""
-    on = family(COST_STATES, 0.8, 3)
+    on = with_place(family(COST_STATES, 0.8, 3))
     off = on.copy()
-    off[:, 5:] += 0.7 * np.random.default_rng(4).normal(size=(COST_STATES, 2))
+    off[:, 6:] += 0.7 * np.random.default_rng(4).normal(size=(COST_STATES, 2))
     grid, half = table_grid(table.settings), journal_grid(*ALIGNED_GRID, half=True)
-    memory, half_memory = ((journal_work(g), cold_start(g), table_work()) for g in (grid, half))
+    tilted, plane = tabled_film(table, grid), tabled_film(table, half)
     outs, status = np.zeros((COST_STATES, 40)), np.zeros(COST_STATES)
     cases: dict[str, Any] = {
-        "aligned_us": lambda: read_aligned(on, table.arrays, half, *half_memory, outs),
-        "tilted_one_point_us": lambda: read(on, table.arrays, grid, *memory, outs, status),
-        "tilted_two_points_us": lambda: read(off, table.arrays, grid, *memory, outs, status),
+        "aligned_us": lambda: read_aligned(on, plane, outs),
+        "tilted_one_point_us": lambda: read(on, tilted, outs, status),
+        "tilted_two_points_us": lambda: read(off, tilted, outs, status),
     }
     taken = {}
     for name, run in cases.items():

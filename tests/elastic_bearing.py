@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cranktrain.film.elastic.film import CONVERGED, elastic_film
+from cranktrain.film.elastic.film import CONVERGED, FilmHistory, elastic_film
 from cranktrain.film.elastic.grid import DAMPING, FORCE, OUT_SIZE, STIFFNESS
 
 DIAMETER, WIDTH, CLEARANCE, VISCOSITY, SPEED = 0.085, 0.030, 40e-6, 0.0143, 209.4
@@ -38,11 +38,12 @@ class Bearing:
 
     def solve(self, position, velocity=(0, 0, 0, 0), speed=SPEED, dt=np.inf, gain=None, tangents=True):
         """Solve at a position (m) and velocity (m/s); the result's status."""
-        return elastic_film(
-            self.film, np.array(position, float), np.array(velocity, float), float(speed), float(dt),
-            float(dt if gain is None else gain), self.start, self.start_position, self.start_delta, self.start_delta,
-            self.unknowns, self.delta, self.work, self.out, tangents,
-        )  # fmt: skip
+        history = FilmHistory(
+            self.start, self.start_position, self.start_delta, self.start_delta, self.unknowns, self.delta
+        )
+        clock = float(speed), float(dt), float(dt if gain is None else gain)
+        motion = np.array([position, velocity], float)
+        return elastic_film(self.film, motion, clock, history, self.work, self.out, tangents)
 
     def settle(self, *args, **options):
         """Solve and insist on convergence; forces (4,)."""

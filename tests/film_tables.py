@@ -7,11 +7,11 @@ from functools import cache
 import numpy as np
 
 from cranktrain.film.journal.film import OUT_SIZE, journal_film
-from cranktrain.film.journal.grid import cold_start, journal_work
+from cranktrain.film.journal.grid import Motion, cold_start, journal_work
 from cranktrain.film.table.database import TableSettings, table_grid
 from cranktrain.film.table.family import CENTRED_TURN
 from cranktrain.film.table.interpolation import TILT_STRETCH
-from cranktrain.film.table.law import table_force, table_work
+from cranktrain.film.table.law import Tabled, table_force, table_work
 from cranktrain.store.film_tables import film_table
 
 RATIO = 0.35
@@ -30,10 +30,9 @@ def coarse_table():
 def law(table, state, half_speed=0.0, clearance=1.0, factor=1.0):
     """Output and status of the law at (x, y, ax, ay, vx, vy, wx, wy), in clearances unless told otherwise."""
     out = np.zeros(40)
-    status = table_force(
-        *(clearance * np.asarray(state)), half_speed, clearance, factor, table.arrays, GRID, FILM, cold_start(GRID),
-        MEMORY, out,
-    )  # fmt: skip
+    place, velocity = clearance * np.asarray(state, dtype=float).reshape(2, 4)
+    tabled = Tabled(table.arrays, GRID, FILM, cold_start(GRID), MEMORY)
+    status = table_force(place, velocity, half_speed, clearance, factor, tabled, out)
     return out, status
 
 
@@ -59,7 +58,7 @@ def solved(state, grids, length_ratio=RATIO):
     outs = []
     for grid in grids:
         out = np.zeros(OUT_SIZE)
-        assert journal_film(grid, length_ratio**-2, *state, journal_work(grid), cold_start(grid), out) > 0
+        assert journal_film(grid, length_ratio**-2, Motion(*state), journal_work(grid), cold_start(grid), out) > 0
         outs.append(out[:4])
     return outs[1] + (outs[1] - outs[0]) / 3
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.film.journal.film import DAMPING, OUT_SIZE, STIFFNESS, journal_film
-from cranktrain.film.journal.grid import cold_start, journal_grid, journal_work
+from cranktrain.film.journal.grid import Motion, cold_start, journal_grid, journal_work
 
 
 class Film(NamedTuple):
@@ -23,8 +23,8 @@ def film(grid, width_ratio, e, v, t=(0.0, 0.0), w=(0.0, 0.0), active=None):
     """Film at eccentricity e, tilt t and the velocities of pure squeeze v, w."""
     active = cold_start(grid) if active is None else active
     work, out = journal_work(grid), np.zeros(OUT_SIZE)
-    numbers = [float(x) for x in (width_ratio**-2, *e, *t, *v, *w)]
-    passes = journal_film(grid, *numbers, work, active, out)
+    at = Motion(*(float(x) for x in (*e, *t, *v, *w)))
+    passes = journal_film(grid, float(width_ratio**-2), at, work, active, out)
     by_place, by_velocity = out[STIFFNESS:DAMPING].reshape(4, 4), out[DAMPING:].reshape(4, 4)
     return Film(out[:4], by_place, by_velocity, passes, active, work)
 

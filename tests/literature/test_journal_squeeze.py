@@ -12,7 +12,7 @@ import pytest
 from journal_films import film
 
 from cranktrain.film.journal.film import DAMPING, OUT_SIZE, journal_film
-from cranktrain.film.journal.grid import cold_start, journal_grid, journal_work
+from cranktrain.film.journal.grid import Motion, cold_start, journal_grid, journal_work
 from cranktrain.film.steady.sommerfeld import prescribed_film
 
 DATA = Path(__file__).parents[1] / "data"
@@ -31,10 +31,8 @@ class Resistance:
         self.active = cold_start(grid)
 
     def __call__(self, eps, rate):
-        journal_film(
-            self.grid, self.ratio2, eps, 0.0, 0.0, 0.0, math.copysign(1.0, rate), 0.0, 0.0, 0.0, self.work, self.active,
-            self.out,
-        )  # fmt: skip
+        at = Motion(eps, 0.0, 0.0, 0.0, math.copysign(1.0, rate), 0.0, 0.0, 0.0)
+        journal_film(self.grid, self.ratio2, at, self.work, self.active, self.out)
         return -self.out[DAMPING]
 
 

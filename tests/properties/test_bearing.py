@@ -9,7 +9,7 @@ import pytest
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.kernel import kernel
 from cranktrain.film.journal.film import OUT_SIZE, journal_film
-from cranktrain.film.journal.grid import cold_start, journal_work
+from cranktrain.film.journal.grid import Motion, cold_start, journal_work
 from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid
 
 JOURNAL = Journal(diameter=0.08, width=0.04, clearance=4e-5, viscosity=0.01, speed=200.0)
@@ -33,9 +33,8 @@ def whirl(grid, ratio2, load, mass, path, steps, dt, work, active, out):
             for stage in range(4):
                 share = 0.0 if stage == 0 else (dt if stage == 3 else 0.5 * dt)
                 sx, sy, su, sv = x + share * px, y + share * py, u + share * pu, v + share * pv
-                if journal_film(
-                    grid, ratio2, sx, sy, 0.0, 0.0, su + 0.5 * sy, sv - 0.5 * sx, 0.0, 0.0, work, active, out
-                ) < 0:  # fmt: skip
+                at = Motion(sx, sy, 0.0, 0.0, su + 0.5 * sy, sv - 0.5 * sx, 0.0, 0.0)
+                if journal_film(grid, ratio2, at, work, active, out) < 0:
                     return -1
                 px, py = su, sv
                 pu, pv = (out[0] / load + 1.0) / mass, out[1] / load / mass

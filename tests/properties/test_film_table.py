@@ -19,13 +19,18 @@ from film_tables import (
 )
 
 from cranktrain.film.journal.film import OUT_SIZE, film_observables, journal_film
-from cranktrain.film.journal.grid import cold_start, journal_grid, journal_work
+from cranktrain.film.journal.grid import Motion, cold_start, journal_grid, journal_work
+from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.table import database
 from cranktrain.film.table.aligned import aligned_force, aligned_observables
 from cranktrain.film.table.database import TableSettings, aligned_norms, sample_slab, slab_names, table_grid
 from cranktrain.film.table.interpolation import ALIGNED_MAX, TILTED_MAX, centres, eccentricity_nodes, stretched
-from cranktrain.film.table.law import BLENDED, SHARE_MARGIN, SOLVED, TABLE, tilted_pressure
+from cranktrain.film.table.law import BLENDED, SHARE_MARGIN, SOLVED, TABLE, Tabled, tilted_pressure
 from cranktrain.store.film_tables import film_table
+
+BEARING = np.zeros(13)
+"""Parameters whose pressure unit and flow unit are one."""
+BEARING[[CLEARANCE, VISCOSITY, RADIUS, WIDTH]] = 1.0, 1 / 12, 1.0, 2.0
 
 
 @pytest.fixture(scope="module")
@@ -82,15 +87,13 @@ def test_aligned_table_against_a_finer_film(table, reach, limit):
         eps, angle, gamma = rng.uniform(*reach), rng.uniform(-3, 3), rng.uniform(-math.pi, math.pi)
         v = np.array([math.cos(gamma), math.sin(gamma)])
         true = np.zeros(OUT_SIZE)
-        journal_film(grid, RATIO**-2, eps, 0.0, 0.0, 0.0, *v, 0.0, 0.0, work, active, true)
+        journal_film(grid, RATIO**-2, Motion(eps, 0.0, 0.0, 0.0, *v, 0.0, 0.0), work, active, true)
         highest, flow = film_observables(grid, work)
         turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
         out = np.zeros(12)
         assert aligned(table, [*(turn @ [eps, 0.0]), *(turn @ v)], 0.0, out) == TABLE
         assert np.linalg.norm(out[:2] - turn @ true[:2]) < limit * np.linalg.norm(true[:2])
-        shown = aligned_observables(
-            *(turn @ [eps, 0.0]), *(turn @ v), 0.0, 1.0, 1 / 12, 1.0, 2.0, table.arrays, np.zeros(16)
-        )
+        shown = aligned_observables(turn @ [eps, 0.0], turn @ v, 0.0, BEARING, table.arrays, np.zeros(16))
         assert shown[0] == pytest.approx(highest, rel=0.02)
         assert shown[1] == pytest.approx(flow, rel=0.02)
 
@@ -100,7 +103,9 @@ HALF_FILM = journal_work(HALF)
 
 
 def aligned(table, state, half_speed, out):
-    return aligned_force(*state, half_speed, 1.0, 1.0, table.arrays, HALF, HALF_FILM, cold_start(HALF), MEMORY, out)
+    place, velocity = np.asarray(state, dtype=float).reshape(2, 2)
+    tabled = Tabled(table.arrays, HALF, HALF_FILM, cold_start(HALF), MEMORY)
+    return aligned_force(place, velocity, half_speed, 1.0, 1.0, tabled, out)
 
 
 @pytest.mark.parametrize("half_speed", [0.0, 0.7])
@@ -301,10 +306,11 @@ def test_largest_pressure_of_a_tilted_film(table):
     work = journal_work(grid)
     for eps, gamma in ((0.4, 0.3), (0.8, -1.7)):
         state = family(eps, 0.5, 0.4, -0.3, gamma)
-        journal_film(grid, RATIO**-2, *state, work, cold_start(grid), np.zeros(OUT_SIZE))
-        shown = tilted_pressure(*state[:6], 0.0, 1.0, 1 / 12, 1.0, table.arrays, MEMORY)
+        journal_film(grid, RATIO**-2, Motion(*state), work, cold_start(grid), np.zeros(OUT_SIZE))
+        shown = tilted_pressure(state[:4], state[4:], 0.0, BEARING, table.arrays, MEMORY)
         assert shown == pytest.approx(film_observables(grid, work)[0], rel=0.05)
-    assert tilted_pressure(0.99, 0, 0, 0, 1, 0, 0.0, 1.0, 1.0, 1.0, table.arrays, MEMORY) < 0
+    outside = np.array([0.99, 0.0, 0.0, 0.0])
+    assert tilted_pressure(outside, np.array([1.0, 0.0, 0.0, 0.0]), 0.0, BEARING, table.arrays, MEMORY) < 0
 
 
 def test_slabs_do_not_depend_on_each_other():

@@ -16,7 +16,7 @@ from film_tables import (
 )
 
 from cranktrain.film.journal.film import DAMPING, OUT_SIZE, journal_film
-from cranktrain.film.journal.grid import cold_start, journal_work
+from cranktrain.film.journal.grid import Motion, cold_start, journal_work
 from cranktrain.film.table import database
 from cranktrain.film.table.database import table_grid
 from cranktrain.film.table.family import LEVER, ONE_POINT, SPREAD, turning
@@ -46,7 +46,7 @@ def test_damping_on_the_family_is_that_of_the_film(table):
     for _ in range(100):
         state = family(rng.uniform(0.1, 0.9), 0.0, *rng.uniform(-0.8, 0.8, 2), rng.uniform(-math.pi, math.pi))
         out = np.zeros(OUT_SIZE)
-        journal_film(grid, SETTINGS.length_ratio**-2, *state, journal_work(grid), cold_start(grid), out)
+        journal_film(grid, SETTINGS.length_ratio**-2, Motion(*state), journal_work(grid), cold_start(grid), out)
         true = out[DAMPING:].reshape(4, 4)
         read = law(table, state)[0][20:36].reshape(4, 4)
         differs.append(np.abs(read - true).max() / np.abs(true).max())

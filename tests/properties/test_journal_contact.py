@@ -41,7 +41,7 @@ def contact(x, y, a=0.0, b=0.0, sliding=0.0, data=SMOOTH):
     """Forces (4,), tangents (4, 4) and the rest; places in units of the clearance."""
     out = np.zeros(N_OUT)
     places = np.array([x, y, a, b]) * CLEARANCE
-    journal_contact(*places, sliding, *data, out)
+    journal_contact(*places, float(sliding), data, out)
     return out[:4], out[4:20].reshape(4, 4), out[20:]
 
 
@@ -155,7 +155,7 @@ def test_bearings_of_an_engine_carry_their_own_surfaces():
     for bearing in (engine.main_bearing, engine.big_end_bearing):
         data = bearing_contact(bearing, TABLE)
         out = np.zeros(N_OUT)
-        journal_contact(bearing.clearance - 2.0 * bearing.roughness, 0.0, 0.0, 0.0, 5.0, *data, out)
+        journal_contact(bearing.clearance - 2.0 * bearing.roughness, 0.0, 0.0, 0.0, 5.0, data, out)
         # At two roughnesses it carries newtons to kilonewtons: the order of the film's own load near the end.
         assert -1e4 < out[0] < -1.0
         assert out[20] == pytest.approx(-0.5 * bearing.diameter * bearing.boundary_friction * out[22], rel=1e-5)

@@ -8,7 +8,7 @@ from journal_films import film, journal_grid
 
 from cranktrain.core.errors import InputError
 from cranktrain.film.journal.film import FLOOR, OUT_SIZE, film_observables, film_shear, journal_film
-from cranktrain.film.journal.grid import cold_start, journal_work
+from cranktrain.film.journal.grid import Motion, cold_start, journal_work
 
 GRID = journal_grid(64, 12)
 AT_REST = journal_grid(48, 12, grading=0.0)
@@ -103,7 +103,7 @@ def test_random_jumps_of_state_always_settle():
         x = rng.normal(size=8) * rng.integers(0, 2, size=8)
         x[:2] *= size / max(np.hypot(*x[:2]), 1e-9)
         x[2:4] *= 0.3
-        assert journal_film(GRID, rng.choice([0.5, 4.0, 16.0]), *x, work, active, out) > 0, x
+        assert journal_film(GRID, rng.choice([0.5, 4.0, 16.0]), Motion(*x), work, active, out) > 0, x
         assert np.isfinite(out).all()
         assert (out[20::5] <= 0.0).all()
 

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel
 from cranktrain.engine.parts import PlainBearing
+from cranktrain.film.spline import cubic, not_a_knot
 
 Array = NDArray[np.float64]
 
@@ -69,14 +70,8 @@ def greenwood_tripp_integral(power: float, gap_ratio: Array | float) -> Array:
 def log_spline(values: Array) -> Array:
     """B-spline coefficients (n + 2, k) of ln ``values`` (n, k) on an even grid, not-a-knot at both ends."""
     n = len(values)
-    rows = np.zeros((n + 2, n + 2))
-    for i in range(n):
-        rows[i, i : i + 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0]
-    jump = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
-    rows[n, :5] = jump
-    rows[n + 1, -5:] = jump
     right = np.concatenate([np.log(values), np.zeros((2, values.shape[1]))])
-    return np.ascontiguousarray(np.linalg.solve(rows, right))
+    return np.ascontiguousarray(np.linalg.solve(not_a_knot(n), right))
 
 
 def contact_table() -> Array:
@@ -169,15 +164,7 @@ def spline_place(gap_ratio, n):
 @kernel
 def spline_value(table, column, i, t):
     """Value of one column and its derivative by H."""
-    r = 1.0 - t
-    b0 = r * r * r / 6.0
-    b3 = t * t * t / 6.0
-    b1 = (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0
-    b2 = 1.0 - b0 - b1 - b3
-    d0 = -0.5 * r * r
-    d3 = 0.5 * t * t
-    d1 = t * (1.5 * t - 2.0)
-    d2 = -d0 - d1 - d3
+    b0, b1, b2, b3, d0, d1, d2, d3 = cubic(t, 1.0)
     c0 = table[i, column]
     c1 = table[i + 1, column]
     c2 = table[i + 2, column]

@@ -20,6 +20,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import four, plus, put_four
 from cranktrain.engine.parts import PlainBearing
 from cranktrain.film.contact.asperity import (
     AREA,
@@ -49,13 +50,15 @@ SLICES = 12
 
 # Constants of the bearing, behind those of its contact.
 RADIUS, CLEARANCE, WIDTH = 5, 6, 7
+# Columns of JournalContact.slices.
+NORMAL, SLICE_LOAD, SLICE_TOUCHING, SLICE_SHEAR, N_COLUMNS = range(5)
 # What journal_contact writes.
 FORCE, STIFFNESS, TORQUE, TORQUE_BY_SLIDING, LOAD, TOUCHING, PRESSURE_MAX = 0, 4, 20, 21, 22, 23, 24
 N_OUT = 25
 
 
 class JournalContact(NamedTuple):
-    """Rough contact of one journal bearing: the arrays that :func:`journal_contact` takes.
+    """Rough contact of one journal bearing, for :func:`journal_contact`.
 
     ``constants`` (8,) are those of the contact with radius, clearance and width (m), ``table`` the integrals
     (both of :mod:`cranktrain.film.contact.asperity`), ``slices`` (n, 4) spline coefficients over (c − e)/σ of the
@@ -99,7 +102,7 @@ def journal_contact_data(
         )
     table = contact_table() if table is None else table
     points, weights = np.polynomial.legendre.leggauss(200)
-    values = np.empty((round((HIGHEST - LOWEST) / GAP_STEP) + 1, 4))
+    values = np.empty((round((HIGHEST - LOWEST) / GAP_STEP) + 1, N_COLUMNS))
     of_bearing = np.concatenate([constants, [radius, clearance, width]])
     _sample_slices(of_bearing, table, points, weights, values)
     return JournalContact(of_bearing, table, log_spline(values), np.array(np.polynomial.legendre.leggauss(SLICES)))
@@ -120,8 +123,7 @@ def _sample_slices(constants, table, points, weights, values):
         # Gap over roughness: least + (e/σ)(1 − cos φ).
         cos_end = 1.0 - (top - least) * sigma / eccentricity
         end = math.acos(cos_end if cos_end > -1.0 else -1.0)
-        for m in range(4):
-            values[k, m] = 0.0
+        values[k, :] = 0.0
         for i in range(points.shape[0]):
             # Both sides of the line of centres.
             phi = 0.5 * end * (points[i] + 1.0)
@@ -131,10 +133,10 @@ def _sample_slices(constants, table, points, weights, values):
             share = constants[AREA] * f2
             share = share if share < 1.0 else 1.0
             cos = math.cos(phi)
-            values[k, 0] += weight * constants[PRESSURE] * f * cos
-            values[k, 1] += weight * constants[PRESSURE] * f
-            values[k, 2] += weight * share
-            values[k, 3] += weight * share * cos
+            values[k, NORMAL] += weight * constants[PRESSURE] * f * cos
+            values[k, SLICE_LOAD] += weight * constants[PRESSURE] * f
+            values[k, SLICE_TOUCHING] += weight * share
+            values[k, SLICE_SHEAR] += weight * share * cos
 
 
 @kernel
@@ -161,102 +163,101 @@ def _slice(gap_ratio, slices, column):
 
 
 @kernel
-def journal_contact(x, y, a, b, sliding, constants, table, slices, gauss, out):
+def journal_contact(x, y, a, b, sliding, contact, out):
     """Contact in the whole film of a journal at (x, y), tilted by (a, b) at its end ζ = 1 (m), in any axes.
 
     ``sliding`` is the journal's surface speed against the bore's (m/s, + in the sense of rotation); 0 leaves friction
-    out. The other arguments are those of :class:`JournalContact`.
+    out. ``contact`` is a :class:`JournalContact`.
 
-    Fills ``out`` (25,): [0:4] forces on the journal (F_x, F_y, Q_x, Q_y), Q = ∫ ζ dF conjugate to the displacement of
-    the end (all N); [4:20] their derivatives by (x, y, a, b), row-major (N/m); [20] friction torque on it (N m,
-    + in the sense of rotation), [21] its derivative by ``sliding`` (N s); [22] load ∫ p dA (N); [23] area that truly
-    touches (m²); [24] largest contact pressure (Pa).
+    Fills ``out`` (N_OUT,): from FORCE on the forces on the journal (F_x, F_y, Q_x, Q_y), Q = ∫ ζ dF conjugate to the
+    displacement of the end (all N); from STIFFNESS on their derivatives by (x, y, a, b), row-major (N/m); TORQUE of
+    friction on it (N m, + in the sense of rotation), TORQUE_BY_SLIDING (N s); LOAD ∫ p dA (N); TOUCHING, the area that
+    truly touches (m²); PRESSURE_MAX (Pa).
     """
-    for k in range(N_OUT):
-        out[k] = 0.0
-    sigma = constants[SIGMA]
-    c = constants[CLEARANCE]
-    reach = c - HIGHEST * sigma
-    tilt2 = a * a + b * b
-    cross = x * a + y * b
-    e2 = x * x + y * y
-    end2 = e2 + tilt2 + 2.0 * abs(cross)
+    out[:N_OUT] = 0.0
+    constants = contact.constants
+    reach = constants[CLEARANCE] - HIGHEST * constants[SIGMA]
+    end2 = x * x + y * y + (a * a + b * b) + 2.0 * abs(x * a + y * b)
     if end2 <= reach * reach:
         return
-    out[PRESSURE_MAX] = contact_pressure(c - math.sqrt(end2), constants, table)[0]
+    out[PRESSURE_MAX] = contact_pressure(constants[CLEARANCE] - math.sqrt(end2), constants, contact.table)[0]
     speed = math.sqrt(sliding * sliding + SMOOTH_SPEED * SMOOTH_SPEED)
     sign = sliding / speed
-    mu = constants[FRICTION] * sign
-    tau = constants[SHEAR] * sign
-    # Each side of the place nearest to the centre touches, if at all, from some ζ to its end.
-    middle = 1.0
-    near = 1.0
-    far = 1.0
-    if tilt2 > 1.0e-18 * c * c:
-        middle = -cross / tilt2
-        middle = -1.0 if middle < -1.0 else (1.0 if middle > 1.0 else middle)
-        near = middle
-        far = middle
-        root = cross * cross - tilt2 * (e2 - reach * reach)
-        if root > 0.0:
-            root = math.sqrt(root)
-            near = min(middle, (-cross - root) / tilt2)
-            far = max(middle, (-cross + root) / tilt2)
+    near, far = _untouched((x, y, a, b), reach, constants[CLEARANCE])
     friction = 0.0
     for side in range(2):
         begin = -1.0 if side == 0 else far
         end = near if side == 0 else 1.0
         if end <= begin:
             continue
-        for i in range(gauss.shape[1]):
-            zeta = begin + 0.5 * (end - begin) * (gauss[0, i] + 1.0)
+        for i in range(contact.gauss.shape[1]):
+            zeta = begin + 0.5 * (end - begin) * (contact.gauss[0, i] + 1.0)
             # dz = ½ L dζ
-            weight = 0.25 * constants[WIDTH] * (end - begin) * gauss[1, i]
-            ux = x + a * zeta
-            uy = y + b * zeta
-            e = math.sqrt(ux * ux + uy * uy)
-            gap_ratio = (c - e) / sigma
-            if gap_ratio >= HIGHEST:
-                continue
-            nx = ux / e
-            ny = uy / e
-            normal, slope = _slice(gap_ratio, slices, 0)
-            load, _ = _slice(gap_ratio, slices, 1)
-            touching, _ = _slice(gap_ratio, slices, 2)
-            normal *= weight
-            slope *= -weight / sigma
-            across = mu * normal
-            across_slope = mu * slope
-            if tau != 0.0:
-                shear, shear_slope = _slice(gap_ratio, slices, 3)
-                across += tau * weight * shear
-                across_slope -= tau * weight / sigma * shear_slope
-            out[LOAD] += weight * load
-            out[TOUCHING] += weight * touching
-            friction += weight * (constants[FRICTION] * load + constants[SHEAR] * touching)
-            # f = −N n − T t with t across the line of centres, in the sense of rotation.
-            fx = -normal * nx + across * ny
-            fy = -normal * ny - across * nx
-            # By a radial and by a tangential displacement of the slice.
-            rx = -slope * nx + across_slope * ny
-            ry = -slope * ny - across_slope * nx
-            tx = (normal * ny + across * nx) / e
-            ty = (-normal * nx + across * ny) / e
-            k_xx = rx * nx - tx * ny
-            k_xy = rx * ny + tx * nx
-            k_yx = ry * nx - ty * ny
-            k_yy = ry * ny + ty * nx
-            out[0] += fx
-            out[1] += fy
-            out[2] += zeta * fx
-            out[3] += zeta * fy
-            for row in range(2):
-                for column in range(2):
-                    by = zeta if row != column else (zeta * zeta if row == 1 else 1.0)
-                    place = STIFFNESS + 8 * row + 2 * column
-                    out[place] += by * k_xx
-                    out[place + 1] += by * k_xy
-                    out[place + 4] += by * k_yx
-                    out[place + 5] += by * k_yy
+            weight = 0.25 * constants[WIDTH] * (end - begin) * contact.gauss[1, i]
+            friction += _add_slice(x + a * zeta, y + b * zeta, zeta, weight, sign, contact, out)
     out[TORQUE] = -sign * constants[RADIUS] * friction
     out[TORQUE_BY_SLIDING] = -constants[RADIUS] * friction * SMOOTH_SPEED * SMOOTH_SPEED / (speed * speed * speed)
+
+
+@kernel
+def _untouched(place, reach, c):
+    """Between which ζ nothing touches: each side of the place nearest to the centre touches from some ζ to its end."""
+    x, y, a, b = place
+    tilt2 = a * a + b * b
+    if not tilt2 > 1.0e-18 * c * c:
+        return 1.0, 1.0
+    cross = x * a + y * b
+    middle = -cross / tilt2
+    middle = -1.0 if middle < -1.0 else (1.0 if middle > 1.0 else middle)
+    root = cross * cross - tilt2 * (x * x + y * y - reach * reach)
+    if not root > 0.0:
+        return middle, middle
+    root = math.sqrt(root)
+    return min(middle, (-cross - root) / tilt2), max(middle, (-cross + root) / tilt2)
+
+
+@kernel
+def _add_slice(ux, uy, zeta, weight, sign, contact, out):
+    """Add a slice at (ux, uy) to what ``journal_contact`` writes; returns its friction force at a full speed, N."""
+    constants = contact.constants
+    slices = contact.slices
+    sigma = constants[SIGMA]
+    e = math.sqrt(ux * ux + uy * uy)
+    gap_ratio = (constants[CLEARANCE] - e) / sigma
+    if gap_ratio >= HIGHEST:
+        return 0.0
+    nx = ux / e
+    ny = uy / e
+    normal, slope = _slice(gap_ratio, slices, NORMAL)
+    load, _ = _slice(gap_ratio, slices, SLICE_LOAD)
+    touching, _ = _slice(gap_ratio, slices, SLICE_TOUCHING)
+    normal *= weight
+    slope *= -weight / sigma
+    mu = constants[FRICTION] * sign
+    tau = constants[SHEAR] * sign
+    across = mu * normal
+    across_slope = mu * slope
+    if tau != 0.0:
+        shear, shear_slope = _slice(gap_ratio, slices, SLICE_SHEAR)
+        across += tau * weight * shear
+        across_slope -= tau * weight / sigma * shear_slope
+    out[LOAD] += weight * load
+    out[TOUCHING] += weight * touching
+    # f = −N n − T t with t across the line of centres, in the sense of rotation.
+    fx = -normal * nx + across * ny
+    fy = -normal * ny - across * nx
+    # By a radial and by a tangential displacement of the slice.
+    rx = -slope * nx + across_slope * ny
+    ry = -slope * ny - across_slope * nx
+    tx = (normal * ny + across * nx) / e
+    ty = (-normal * nx + across * ny) / e
+    put_four(out, FORCE, plus(four(out, FORCE), (fx, fy, zeta * fx, zeta * fy)))
+    for row in range(2):
+        for column in range(2):
+            by = zeta if row != column else (zeta * zeta if row == 1 else 1.0)
+            place = STIFFNESS + 8 * row + 2 * column
+            out[place] += by * (rx * nx - tx * ny)
+            out[place + 1] += by * (rx * ny + tx * nx)
+            out[place + 4] += by * (ry * nx - ty * ny)
+            out[place + 5] += by * (ry * ny + ty * nx)
+    return weight * (constants[FRICTION] * load + constants[SHEAR] * touching)

@@ -22,16 +22,20 @@ The fill then lies in [0, 1] by itself: it is a mean of what was there and what 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from cranktrain.core.kernel import kernel
 from cranktrain.film.elastic.grid import (
     AFTER,
     BEFORE,
     BEND,
+    COS,
     DRIVEN,
+    FACE_COS,
     FACE_EXTRA,
     FACE_FLUX,
     FACE_OPEN,
+    FACE_SIN,
     FACE_SLOPE,
     FILM,
     FLOOR,
@@ -40,20 +44,60 @@ from cranktrain.film.elastic.grid import (
     N_Z,
     OPEN,
     OWN,
+    PER_AFTER,
+    PER_BEFORE,
     PRESSURE,
     RADIUS,
+    SIN,
     SLOPE,
     SQUEEZE,
     START_MASS,
+    V_A,
+    V_B,
+    V_X,
+    V_Y,
     VOID,
     WAS_VOID,
     WIDTH,
+    ZETA,
+    A,
+    B,
+    X,
+    Y,
 )
 from cranktrain.film.elastic.height import node_films
 
 
+class Rates(NamedTuple):
+    """What turns time into the balance's rates, 1/s."""
+
+    half_speed: float  # ½ω of the journal
+    per_step: float  # 1/Δt, Δt from the step's start to the stage
+    per_gain: float  # 1/g of the stage's rule
+
+
+class Flow(NamedTuple):
+    """Factors of the flow through faces."""
+
+    around: float
+    across: float
+    forward: float
+    backward: float
+
+
+class Node(NamedTuple):
+    """Numbers of a node, of the face behind it and of its neighbours around."""
+
+    f: int
+    f_up: int
+    q: int
+    q_up: int
+    q_down: int
+    line: int
+
+
 @kernel
-def film_start(film, place, shift, start, half_speed, per_step, nodes, faces):
+def film_start(film, place, shift, start, rates, nodes, faces):
     """What the step starts from: oil θH of void nodes, which they are, and how sharply their oil is carried on."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
@@ -82,7 +126,7 @@ def film_start(film, place, shift, start, half_speed, per_step, nodes, faces):
             mass[q] = floor + rest
             if u < 0.0:
                 was_void[q] = 1.0
-    _sharpen(film, start, half_speed, per_step, nodes, extra)
+    _sharpen(film, start, rates, nodes, extra)
     for i in range(n_phi):
         for j in range(n_z):
             u = start[i * n_z + j]
@@ -91,7 +135,7 @@ def film_start(film, place, shift, start, half_speed, per_step, nodes, faces):
 
 
 @kernel
-def _sharpen(film, start, half_speed, per_step, nodes, extra):
+def _sharpen(film, start, rates, nodes, extra):
     """Flux (1/s) that upwinding loses at the start of the step: second order, limited (monotonised central).
 
     Explicit, hence bounded and without influence on the matrix, as long as oil passes less than a node in the step.
@@ -99,10 +143,11 @@ def _sharpen(film, start, half_speed, per_step, nodes, extra):
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     lines = n_z + 2
-    rate = half_speed * grid_factors(film.constants)[2]
-    if not abs(rate) < per_step:
+    _, _, per_angle = grid_factors(film.constants)
+    rate = rates.half_speed * per_angle
+    if not abs(rate) < rates.per_step:
         return
-    share = 2.0 - 2.0 * abs(rate) / per_step
+    share = 2.0 - 2.0 * abs(rate) / rates.per_step
     rate *= 0.5 * share if share < 1.0 else 0.5
     mass = nodes[START_MASS]
     for i in range(n_phi):
@@ -133,19 +178,19 @@ def _sharpen(film, start, half_speed, per_step, nodes, extra):
 
 @kernel
 def film_rates(film, place, pace, known, per_gain, nodes):
-    """What ∂H/∂t (1/s) of nodes full at the start is besides H/g: the journal's part, and −H_Δ/g of the known past."""
+    """What ∂H/∂t (1/s) of nodes full at the start is besides H/g into DRIVEN: the journal's part, and −H_Δ/g."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     driven = nodes[DRIVEN]
     node_films(film, place, known, driven)
     for i in range(n_phi):
-        cos = film.trig[i, 0]
-        sin = film.trig[i, 1]
-        middle = -pace[0] * cos - pace[1] * sin
-        tilt = pace[2] * cos + pace[3] * sin
+        cos = film.trig[i, COS]
+        sin = film.trig[i, SIN]
+        middle = -pace[X] * cos - pace[Y] * sin
+        tilt = pace[A] * cos + pace[B] * sin
         for j in range(1, n_z + 1):
             q = i * (n_z + 2) + j
-            driven[q] = middle - tilt * film.lines[j, 0] - per_gain * driven[q]
+            driven[q] = middle - tilt * film.lines[j, ZETA] - per_gain * driven[q]
 
 
 @kernel
@@ -157,31 +202,20 @@ def grid_factors(constants):
 
 
 @kernel
-def oil_balance(film, half_speed, per_step, per_gain, nodes, faces, first, band, residual):
+def oil_balance(film, rates, nodes, faces, first, band, residual):
     """Residual R (n_phi n_z,) of every node's balance (1/s), the band of ∂R/∂u, and the factors of ∂R/∂H.
 
     The band's rows start at column ``first`` and go once around: columns of the grid follow each other in the sense of
     rotation. What couples the last column and the first stands where the band would go on, and no solver reads it.
-    ``half_speed`` ½ω (rad/s), ``per_step`` 1/Δt, ``per_gain`` 1/g (1/s).
+    ``rates`` is a :class:`Rates`.
     """
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     lines = n_z + 2
     around, across, per_angle = grid_factors(film.constants)
-    forward = half_speed * per_angle if half_speed > 0.0 else 0.0
-    backward = -half_speed * per_angle if half_speed < 0.0 else 0.0
-    is_open = nodes[OPEN]
-    slope = nodes[SLOPE]
-    driven = nodes[DRIVEN]
-    film_h = nodes[FILM]
-    pressure = nodes[PRESSURE]
-    void = nodes[VOID]
-    full = nodes[FULL]
-    height = faces[FACE_OPEN]
-    flux = faces[FACE_FLUX]
-    extra = faces[FACE_EXTRA]
-    face_slope = faces[FACE_SLOPE]
-    entries = band.shape[1]
+    forward = rates.half_speed * per_angle if rates.half_speed > 0.0 else 0.0
+    backward = -rates.half_speed * per_angle if rates.half_speed < 0.0 else 0.0
+    flow = Flow(around, across, forward, backward)
     for position in range(n_phi):
         i = first + position
         if i >= n_phi:
@@ -189,77 +223,88 @@ def oil_balance(film, half_speed, per_step, per_gain, nodes, faces, first, band,
         up = i - 1 if i > 0 else n_phi - 1
         down = i + 1 if i + 1 < n_phi else 0
         for j in range(n_z):
-            q = i * lines + j + 1
-            q_up = up * lines + j + 1
-            q_down = down * lines + j + 1
+            at = Node(i * n_z + j, up * n_z + j, i * lines + j + 1, up * lines + j + 1, down * lines + j + 1, j)
             row = band[position * n_z + j]
-            for k in range(entries):
-                row[k] = 0.0
-            f = i * n_z + j
-            f_up = up * n_z + j
-            if film.supply[f] > 0.0:
+            row[:] = 0.0
+            faces[FACE_FLUX, at.f] = _face_change(flow, at, nodes, faces)
+            if film.supply[at.f] > 0.0:
                 row[n_z] = 1.0
-                residual[f] = 0.0
-                flux[f] = _face_change(height, face_slope, pressure, void, f, q, q_down, around, forward, backward)
-                nodes[OWN, q] = 0.0
-                nodes[AFTER, q] = 0.0
-                nodes[BEFORE, q] = 0.0
-                nodes[SQUEEZE, q] = 0.0
-                continue
-            h = height[f]
-            h_up = height[f_up]
-            g = around * h * h * h
-            g_up = around * h_up * h_up * h_up
-            mean = 0.5 * (is_open[q] + is_open[q + 1])
-            mean_before = 0.5 * (is_open[q] + is_open[q - 1])
-            by_after = across * film.lines[j + 1, 3] * mean * mean
-            by_before = across * film.lines[j + 1, 4] * mean_before * mean_before
-            side = by_after * mean
-            side_before = by_before * mean_before
-            p = pressure[q]
-            u = void[q]
-            after = p - pressure[q + 1]
-            before = p - pressure[q - 1]
-            total = (
-                g * (p - pressure[q_down]) + h * (forward * (1.0 + u) - backward * (1.0 + void[q_down]))
-                + g_up * (p - pressure[q_up]) - h_up * (forward * (1.0 + void[q_up]) - backward * (1.0 + u))
-                + side * after + side_before * before + extra[f] - extra[f_up]
-            )  # fmt: skip
-            by_after *= 1.5 * after
-            by_before *= 1.5 * before
-            own = slope[q] * (by_after + by_before)
-            if nodes[WAS_VOID, q] > 0.0:
-                total += ((1.0 + u) * is_open[q] - nodes[START_MASS, q]) * per_step
-                own += (1.0 + u) * slope[q] * per_step
-                nodes[SQUEEZE, q] = 0.0
+                residual[at.f] = 0.0
+                nodes[OWN, at.q] = 0.0
+                nodes[AFTER, at.q] = 0.0
+                nodes[BEFORE, at.q] = 0.0
+                nodes[SQUEEZE, at.q] = 0.0
             else:
-                growth = driven[q] + per_gain * film_h[q]
-                total += slope[q] * growth + u * is_open[q] * per_step
-                own += nodes[BEND, q] * growth + u * slope[q] * per_step
-                nodes[SQUEEZE, q] = slope[q]
-            residual[f] = total
-            nodes[OWN, q] = own
-            nodes[AFTER, q] = by_after * slope[q + 1]
-            nodes[BEFORE, q] = by_before * slope[q - 1]
-            flux[f] = _face_change(height, face_slope, pressure, void, f, q, q_down, around, forward, backward)
-            if full[q] > 0.0:
-                row[n_z] = g + g_up + side + side_before
-            else:
-                row[n_z] = is_open[q] * per_step + forward * h + backward * h_up
-            if j > 0 and full[q - 1] > 0.0:
-                row[n_z - 1] = -side_before
-            if j < n_z - 1 and full[q + 1] > 0.0:
-                row[n_z + 1] = -side
-            row[0] = -g_up if full[q_up] > 0.0 else -forward * h_up
-            row[2 * n_z] = -g if full[q_down] > 0.0 else -backward * h
+                residual[at.f] = _node_balance(film, rates, flow, at, nodes, faces, row)
 
 
 @kernel
-def _face_change(height, face_slope, pressure, void, f, q, q_down, around, forward, backward):
-    """Derivative of the flux through the face behind node q by the unfloored film there."""
-    h = height[f]
-    driven = forward * (1.0 + void[q]) - backward * (1.0 + void[q_down])
-    return face_slope[f] * (3.0 * around * h * h * (pressure[q] - pressure[q_down]) + driven)
+def _node_balance(film, rates, flow, at, nodes, faces, row):
+    """Residual of one node's balance; its factors of ∂R/∂H into ``nodes``, and its ``row`` of the band."""
+    q = at.q
+    j = at.line
+    n_z = int(film.constants[N_Z])
+    is_open = nodes[OPEN]
+    slope = nodes[SLOPE]
+    pressure = nodes[PRESSURE]
+    void = nodes[VOID]
+    full = nodes[FULL]
+    forward = flow.forward
+    backward = flow.backward
+    h = faces[FACE_OPEN, at.f]
+    h_up = faces[FACE_OPEN, at.f_up]
+    g = flow.around * h * h * h
+    g_up = flow.around * h_up * h_up * h_up
+    mean = 0.5 * (is_open[q] + is_open[q + 1])
+    mean_before = 0.5 * (is_open[q] + is_open[q - 1])
+    by_after = flow.across * film.lines[j + 1, PER_AFTER] * mean * mean
+    by_before = flow.across * film.lines[j + 1, PER_BEFORE] * mean_before * mean_before
+    side = by_after * mean
+    side_before = by_before * mean_before
+    p = pressure[q]
+    u = void[q]
+    after = p - pressure[q + 1]
+    before = p - pressure[q - 1]
+    total = (
+        g * (p - pressure[at.q_down]) + h * (forward * (1.0 + u) - backward * (1.0 + void[at.q_down]))
+        + g_up * (p - pressure[at.q_up]) - h_up * (forward * (1.0 + void[at.q_up]) - backward * (1.0 + u))
+        + side * after + side_before * before + faces[FACE_EXTRA, at.f] - faces[FACE_EXTRA, at.f_up]
+    )  # fmt: skip
+    by_after *= 1.5 * after
+    by_before *= 1.5 * before
+    own = slope[q] * (by_after + by_before)
+    if nodes[WAS_VOID, q] > 0.0:
+        total += ((1.0 + u) * is_open[q] - nodes[START_MASS, q]) * rates.per_step
+        own += (1.0 + u) * slope[q] * rates.per_step
+        nodes[SQUEEZE, q] = 0.0
+    else:
+        growth = nodes[DRIVEN, q] + rates.per_gain * nodes[FILM, q]
+        total += slope[q] * growth + u * is_open[q] * rates.per_step
+        own += nodes[BEND, q] * growth + u * slope[q] * rates.per_step
+        nodes[SQUEEZE, q] = slope[q]
+    nodes[OWN, q] = own
+    nodes[AFTER, q] = by_after * slope[q + 1]
+    nodes[BEFORE, q] = by_before * slope[q - 1]
+    if full[q] > 0.0:
+        row[n_z] = g + g_up + side + side_before
+    else:
+        row[n_z] = is_open[q] * rates.per_step + forward * h + backward * h_up
+    if j > 0 and full[q - 1] > 0.0:
+        row[n_z - 1] = -side_before
+    if j < n_z - 1 and full[q + 1] > 0.0:
+        row[n_z + 1] = -side
+    row[0] = -g_up if full[at.q_up] > 0.0 else -forward * h_up
+    row[2 * n_z] = -g if full[at.q_down] > 0.0 else -backward * h
+    return total
+
+
+@kernel
+def _face_change(flow, at, nodes, faces):
+    """Derivative of the flux through the face behind a node by the unfloored film there."""
+    h = faces[FACE_OPEN, at.f]
+    driven = flow.forward * (1.0 + nodes[VOID, at.q]) - flow.backward * (1.0 + nodes[VOID, at.q_down])
+    pressed = 3.0 * flow.around * h * h * (nodes[PRESSURE, at.q] - nodes[PRESSURE, at.q_down])
+    return faces[FACE_SLOPE, at.f] * (pressed + driven)
 
 
 @kernel
@@ -323,8 +368,8 @@ def motion_sources(film, nodes, faces, first, columns):
         if i >= n_phi:
             i -= n_phi
         up = i - 1 if i > 0 else n_phi - 1
-        cos = film.trig[i, 0]
-        sin = film.trig[i, 1]
+        cos = film.trig[i, COS]
+        sin = film.trig[i, SIN]
         for j in range(n_z):
             q = i * lines + j + 1
             target = columns[position * n_z + j]
@@ -332,7 +377,7 @@ def motion_sources(film, nodes, faces, first, columns):
                 for r in range(8):
                     target[r] = 0.0
                 continue
-            zeta = film.lines[j + 1, 0]
+            zeta = film.lines[j + 1, ZETA]
             own = nodes[OWN, q]
             after = nodes[AFTER, q]
             before = nodes[BEFORE, q]
@@ -340,15 +385,15 @@ def motion_sources(film, nodes, faces, first, columns):
             into = flux[up * n_z + j]
             # A displacement closes the film: the shapes of x, y, a, b are −cos φ, −sin φ, −ζ cos φ, −ζ sin φ.
             sides = own + after + before
-            tilted = own * zeta + after * film.lines[j + 2, 0] + before * film.lines[j, 0]
-            by_x = out * film.trig[i, 2] - into * film.trig[up, 2]
-            by_y = out * film.trig[i, 3] - into * film.trig[up, 3]
-            target[0] = by_x + sides * cos
-            target[1] = by_y + sides * sin
-            target[2] = by_x * zeta + tilted * cos
-            target[3] = by_y * zeta + tilted * sin
+            tilted = own * zeta + after * film.lines[j + 2, ZETA] + before * film.lines[j, ZETA]
+            by_x = out * film.trig[i, FACE_COS] - into * film.trig[up, FACE_COS]
+            by_y = out * film.trig[i, FACE_SIN] - into * film.trig[up, FACE_SIN]
+            target[X] = by_x + sides * cos
+            target[Y] = by_y + sides * sin
+            target[A] = by_x * zeta + tilted * cos
+            target[B] = by_y * zeta + tilted * sin
             squeeze = nodes[SQUEEZE, q]
-            target[4] = squeeze * cos
-            target[5] = squeeze * sin
-            target[6] = squeeze * zeta * cos
-            target[7] = squeeze * zeta * sin
+            target[V_X] = squeeze * cos
+            target[V_Y] = squeeze * sin
+            target[V_A] = squeeze * zeta * cos
+            target[V_B] = squeeze * zeta * sin

@@ -11,6 +11,7 @@ entries, see :func:`band_columns`.
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import add_eight, eight, four, minus, put_eight, put_four, scale_eight, scaled
 
 BLOCK = 8
 """Right-hand sides side by side."""
@@ -47,15 +48,7 @@ def factor_blocks(a, n, width):
                 continue
             for k in range(0, padded, 4):
                 to = width - i + 1 + k
-                at = width + 1 + k
-                c0 = row[to] - share * upper[at]
-                c1 = row[to + 1] - share * upper[at + 1]
-                c2 = row[to + 2] - share * upper[at + 2]
-                c3 = row[to + 3] - share * upper[at + 3]
-                row[to] = c0
-                row[to + 1] = c1
-                row[to + 2] = c2
-                row[to + 3] = c3
+                put_four(row, to, minus(four(row, to), scaled(share, four(upper, width + 1 + k))))
     return 0
 
 
@@ -64,64 +57,17 @@ def solve_blocks(a, n, width, b):
     """Solve with the factors of :func:`factor_blocks` for eight right-hand sides ``b`` (n, 8), in place."""
     for j in range(n):
         first = width if j >= width else j
-        here = b[j]
-        c0 = here[0]
-        c1 = here[1]
-        c2 = here[2]
-        c3 = here[3]
-        c4 = here[4]
-        c5 = here[5]
-        c6 = here[6]
-        c7 = here[7]
+        total = eight(b[j], 0)
         for i in range(1, first + 1):
             share = a[j, width - i]
             if share != 0.0:
-                above = b[j - i]
-                c0 -= share * above[0]
-                c1 -= share * above[1]
-                c2 -= share * above[2]
-                c3 -= share * above[3]
-                c4 -= share * above[4]
-                c5 -= share * above[5]
-                c6 -= share * above[6]
-                c7 -= share * above[7]
-        here[0] = c0
-        here[1] = c1
-        here[2] = c2
-        here[3] = c3
-        here[4] = c4
-        here[5] = c5
-        here[6] = c6
-        here[7] = c7
+                total = add_eight(total, -share, eight(b[j - i], 0))
+        put_eight(b[j], 0, total)
     for j in range(n - 1, -1, -1):
         last = width if j + width < n else n - 1 - j
-        here = b[j]
-        c0 = here[0]
-        c1 = here[1]
-        c2 = here[2]
-        c3 = here[3]
-        c4 = here[4]
-        c5 = here[5]
-        c6 = here[6]
-        c7 = here[7]
+        total = eight(b[j], 0)
         for i in range(1, last + 1):
             share = a[j, width + i]
             if share != 0.0:
-                below = b[j + i]
-                c0 -= share * below[0]
-                c1 -= share * below[1]
-                c2 -= share * below[2]
-                c3 -= share * below[3]
-                c4 -= share * below[4]
-                c5 -= share * below[5]
-                c6 -= share * below[6]
-                c7 -= share * below[7]
-        inverse = a[j, width]
-        here[0] = c0 * inverse
-        here[1] = c1 * inverse
-        here[2] = c2 * inverse
-        here[3] = c3 * inverse
-        here[4] = c4 * inverse
-        here[5] = c5 * inverse
-        here[6] = c6 * inverse
-        here[7] = c7 * inverse
+                total = add_eight(total, -share, eight(b[j + i], 0))
+        put_eight(b[j], 0, scale_eight(a[j, width], total))

@@ -11,13 +11,17 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import add_eight, eight, put_eight
 from cranktrain.film.elastic.balance import motion_sources
 from cranktrain.film.elastic.band_blocks import solve_blocks
 from cranktrain.film.elastic.grid import (
     CLEARANCE,
     CONTACT,
     CONTACT_SLOPE,
+    CONTACT_WEIGHT,
+    COS,
     DAMPING,
+    FILM_WEIGHT,
     FULL,
     N_PHI,
     N_SHAPES,
@@ -25,8 +29,10 @@ from cranktrain.film.elastic.grid import (
     PRESSURE,
     RADIUS,
     SHIFT,
+    SIN,
     STIFFNESS,
     WIDTH,
+    ZETA,
 )
 from cranktrain.film.elastic.height import pressure_unit
 
@@ -48,8 +54,8 @@ def shape_value(film, q, i, line, m):
     """Generalised shape m at node q: 0..3 those of x, y, a, b, then the bore's."""
     if m >= 4:
         return film.shapes[q, m - 3]
-    value = -film.trig[i, 0] if m % 2 == 0 else -film.trig[i, 1]
-    return value * film.lines[line, 0] if m >= 2 else value
+    value = -film.trig[i, COS] if m % 2 == 0 else -film.trig[i, SIN]
+    return value * film.lines[line, ZETA] if m >= 2 else value
 
 
 @kernel
@@ -69,51 +75,32 @@ def solution_loads(film, first, chain, begin, end, work):
             i = first + position
             if i >= n_phi:
                 i -= n_phi
-            cos = film.trig[i, 0]
-            sin = film.trig[i, 1]
+            cos = film.trig[i, COS]
+            sin = film.trig[i, SIN]
             for j in range(n_z):
                 q = i * lines + j + 1
                 if work.nodes[FULL, q] == 0.0:
                     continue
                 row = work.columns[block, position * n_z + j]
-                weight = film.lines[j + 1, 1]
-                c0 = row[0]
-                c1 = row[1]
-                c2 = row[2]
-                c3 = row[3]
-                c4 = row[4]
-                c5 = row[5]
-                c6 = row[6]
-                c7 = row[7]
+                weight = film.lines[j + 1, FILM_WEIGHT]
+                solution = eight(row, 0)
                 for m in range(4 + n_shapes):
                     if m >= 4:
                         s = weight * film.shapes[q, m - 3]
                     else:
                         s = -weight * (cos if m % 2 == 0 else sin)
                         if m >= 2:
-                            s *= film.lines[j + 1, 0]
+                            s *= film.lines[j + 1, ZETA]
                     sums = loads[m]
-                    d0 = sums[at] + s * c0
-                    d1 = sums[at + 1] + s * c1
-                    d2 = sums[at + 2] + s * c2
-                    d3 = sums[at + 3] + s * c3
-                    d4 = sums[at + 4] + s * c4
-                    d5 = sums[at + 5] + s * c5
-                    d6 = sums[at + 6] + s * c6
-                    d7 = sums[at + 7] + s * c7
-                    sums[at] = d0
-                    sums[at + 1] = d1
-                    sums[at + 2] = d2
-                    sums[at + 3] = d3
-                    sums[at + 4] = d4
-                    sums[at + 5] = d5
-                    sums[at + 6] = d6
-                    sums[at + 7] = d7
+                    put_eight(sums, at, add_eight(eight(sums, at), s, solution))
 
 
 @kernel
 def present_loads(film, work):
-    """Generalised forces of the present film and contact pressure, over p₀ A₀, and the contact's derivatives."""
+    """Generalised forces of the present film and contact pressure, over p₀ A₀, and the contact's derivatives.
+
+    Into ``work.touching`` (4 + k, 6 + k): derivatives, forces of contact, forces of the film.
+    """
     n_phi = int(film.constants[N_PHI])
     lines = int(film.constants[N_Z]) + 2
     count = 4 + int(film.constants[N_SHAPES])
@@ -125,13 +112,13 @@ def present_loads(film, work):
     for i in range(n_phi):
         for line in range(lines):
             q = i * lines + line
-            p = pressure[q] * film.lines[line, 1]
+            p = pressure[q] * film.lines[line, FILM_WEIGHT]
             if p > 0.0:
                 for m in range(count):
                     touching[m, count + 1] += p * shape_value(film, q, i, line, m)
             contact = work.nodes[CONTACT, q]
             if contact > 0.0:
-                weight = film.lines[line, 2]
+                weight = film.lines[line, CONTACT_WEIGHT]
                 slope = weight * work.nodes[CONTACT_SLOPE, q]
                 for m in range(count):
                     s = shape_value(film, q, i, line, m)
@@ -144,8 +131,8 @@ def present_loads(film, work):
 def border_equations(film, first, ring, chain, right_sides, work):
     """Equations of the shapes and of the border's column of nodes, after elimination of all other nodes.
 
-    Unknowns in order: shapes, then the column. One right-hand side, the Newton step, or eight, by (x, y, a, b) and
-    their velocities, stand from column k + n_z on.
+    Into ``work.border``; unknowns in order: shapes, then the column. One right-hand side, the Newton step, or eight,
+    by (x, y, a, b) and their velocities, stand from column k + n_z on.
     """
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
@@ -178,7 +165,7 @@ def border_equations(film, first, ring, chain, right_sides, work):
                     q = b * (n_z + 2) + j + 1
                     own = 0.0
                     if work.nodes[FULL, q] > 0.0:
-                        own = film.lines[j + 1, 1] * shape_value(film, q, b, j + 1, m)
+                        own = film.lines[j + 1, FILM_WEIGHT] * shape_value(film, q, b, j + 1, m)
                     row[n_shapes + j] -= yielding * (loads[m, 1 + n_shapes + j] + own)
             if right_sides == 1:
                 row[right] += yielding * (loads[m, 0] + touching[m, count] + touching[m, count + 1])
@@ -255,7 +242,7 @@ def eliminate(a, n_shapes, n_z, ring, right_sides):
 
 @kernel
 def film_tangents(film, first, ring, work, out):
-    """Derivatives of the four generalised forces by position and velocity, on the converged set."""
+    """Derivatives of the four forces by position and velocity, on the converged set, into ``out`` (OUT_SIZE,)."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     n_shapes = int(film.constants[N_SHAPES])
@@ -282,7 +269,7 @@ def film_tangents(film, first, ring, work, out):
                     q = b * (n_z + 2) + j + 1
                     by = work.loads[m, 1 + n_shapes + j]
                     if work.nodes[FULL, q] > 0.0:
-                        by += film.lines[j + 1, 1] * shape_value(film, q, b, j + 1, m)
+                        by += film.lines[j + 1, FILM_WEIGHT] * shape_value(film, q, b, j + 1, m)
                     total += by * work.border[n_shapes + j, right + t]
             if t < 4:
                 out[STIFFNESS + 4 * m + t] = total * unit

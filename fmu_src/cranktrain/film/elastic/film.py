@@ -1,4 +1,4 @@
-"""Elasto-hydrodynamic film in the loop: mass-conserving Reynolds' equation coupled with the elastic bore.
+"""Elasto-hydrodynamic film, solved online: mass-conserving Reynolds' equation coupled with the elastic bore.
 
 The film h = c − (x + ζa) cos φ − (y + ζb) sin φ + Σ_k δ_k S_k(φ, ζ) follows the journal and a few shapes of the bore
 (those of an elastic journal add to the same compliance). Shapes yield to film and contact pressure together,
@@ -21,9 +21,11 @@ Bore at rest, isoviscous film, p = 0 (gauge) at both ends, supply nodes at their
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from cranktrain.core.kernel import kernel
-from cranktrain.film.elastic.balance import film_rates, film_start, grid_factors, oil_balance, shape_sources
+from cranktrain.core.reduced_body import Array
+from cranktrain.film.elastic.balance import Rates, film_rates, film_start, grid_factors, oil_balance, shape_sources
 from cranktrain.film.elastic.band_blocks import factor_blocks, solve_blocks
 from cranktrain.film.elastic.border import border_equations, eliminate, film_tangents, present_loads, solution_loads
 from cranktrain.film.elastic.grid import (
@@ -74,25 +76,29 @@ SWITCH = 1.0e-11
 """Change of sign that is rounding: of the void share, and of pressure over the largest."""
 
 
+class FilmHistory(NamedTuple):
+    """What a film remembers of the step so far, and its solution; n nodes, k shapes."""
+
+    start: Array  # (n,) node unknowns at the step's start, see cranktrain.film.elastic.balance; zeros: full
+    start_place: Array  # (4,) m
+    start_shapes: Array  # (k,) m
+    known: Array  # (k,) Δ of the stage, m
+    unknowns: Array  # (n,) in: where to begin; out: the solution
+    shapes: Array  # (k,) δ, m, the same
+
+
 @kernel
-def elastic_film(
-    film, position, velocity, speed, dt, gain, start, start_position, start_delta, delta_known, unknowns, delta, work,
-    out, tangents,
-):  # fmt: skip
+def elastic_film(film, motion, clock, history, work, out, tangents):
     """Solve one film for a stage of the step.
 
     Parameters
     ----------
     film, work
         :class:`~cranktrain.film.elastic.grid.ElasticFilm`, :class:`~cranktrain.film.elastic.grid.ElasticWork`
-    position, velocity : (4,) x, y, a, b (m; a, b the axis' displacement by tilt at ζ = +1) and rates (m/s)
-    speed : journal's speed, rad/s
-    dt : time from the step's start to this stage, s; infinite for a steady film
-    gain : g in δ̇ = (δ − Δ)/g, s; infinite for a steady bore
-    start : (n,) node states at the step's start, see :mod:`cranktrain.film.elastic.balance`; zeros: full
-    start_position, start_delta : (4,) and (k,) m, at the step's start
-    delta_known : (k,) Δ, m
-    unknowns, delta : (n,) and (k,) m, in: where to begin; out: the solution
+    motion : (2, 4) x, y, a, b (m; a, b the axis' displacement by tilt at ζ = +1) and their rates (m/s)
+    clock : journal's speed, rad/s; time from the step's start to this stage, s, infinite for a steady film; g in
+        δ̇ = (δ − Δ)/g, s, infinite for a steady bore
+    history : FilmHistory, of which ``unknowns`` and ``shapes`` are written
     out : (OUT_SIZE,) out: forces (F_x, F_y, Q_x, Q_y) with Q = ∫ζ dF conjugate to (a, b), their derivatives by position
         (N/m) and velocity (N s/m), row-major 4 × 4, and the entries named in :mod:`cranktrain.film.elastic.grid`
     tangents : bool
@@ -100,62 +106,79 @@ def elastic_film(
 
     Returns
     -------
-    int : CONVERGED, NOT_CONVERGED or SINGULAR; ``unknowns`` and ``delta`` are then what the last attempt reached
+    int : CONVERGED, NOT_CONVERGED or SINGULAR; ``unknowns`` and ``shapes`` are then what the last attempt reached
     """
     constants = film.constants
-    n_shapes = int(constants[N_SHAPES])
-    size = unknowns.shape[0]
+    speed, dt, gain = clock
+    rates = Rates(0.5 * speed, 1.0 / dt, 1.0 / gain)
+    _scaled_vectors(constants, motion, history, work.vectors)
     vectors = work.vectors
-    per_clearance = 1.0 / constants[CLEARANCE]
-    for row in range(VECTORS):
-        for k in range(vectors.shape[1]):
-            vectors[row, k] = 0.0
-    for k in range(4):
-        vectors[PLACE, k] = position[k] * per_clearance
-        vectors[PACE, k] = velocity[k] * per_clearance
-        vectors[START_PLACE, k] = start_position[k] * per_clearance
-    for k in range(n_shapes):
-        vectors[SHIFT, k + 1] = delta[k] * per_clearance
-        vectors[START_SHIFT, k + 1] = start_delta[k] * per_clearance
-        vectors[KNOWN, k + 1] = delta_known[k] * per_clearance
-    per_step = 1.0 / dt
-    per_gain = 1.0 / gain
-    half = 0.5 * speed
-    film_start(film, vectors[START_PLACE], vectors[START_SHIFT], start, half, per_step, work.nodes, work.faces)
-    film_rates(film, vectors[PLACE], vectors[PACE], vectors[KNOWN], per_gain, work.nodes)
-    floor = constants[FLOOR]
-    status, passes, first, ring = _newton(film, floor, half, per_step, per_gain, MOST_ITERATIONS, unknowns, work)
+    film_start(film, vectors[START_PLACE], vectors[START_SHIFT], history.start, rates, work.nodes, work.faces)
+    film_rates(film, vectors[PLACE], vectors[PACE], vectors[KNOWN], rates.per_gain, work.nodes)
+    status, passes, first, ring = _newton(film, constants[FLOOR], rates, MOST_ITERATIONS, history.unknowns, work)
     if status != CONVERGED:
-        # Surfaces that interpenetrate by far squeeze oil through the floor of the film at any pressure, and Newton gets
-        # no grip. A high floor, lowered by steps, lets the bore open first.
-        for attempt in range(2):
-            for k in range(size):
-                unknowns[k] = start[k]
-            for k in range(n_shapes):
-                vectors[SHIFT, k + 1] = vectors[KNOWN, k + 1]
-            raised = HIGHEST_FLOOR
-            while raised > floor:
-                _, again, first, ring = _newton(film, raised, half, per_step, per_gain, EASING, unknowns, work)
-                passes += again
-                raised *= LOWERING if attempt == 0 else math.sqrt(LOWERING)
-            status, again, first, ring = _newton(film, floor, half, per_step, per_gain, LAST, unknowns, work)
-            passes += again
-            if status == CONVERGED:
-                break
-    for k in range(n_shapes):
-        delta[k] = vectors[SHIFT, k + 1] * constants[CLEARANCE]
+        status, again, first, ring = _lowered(film, rates, history, work)
+        passes += again
+    for k in range(history.shapes.shape[0]):
+        history.shapes[k] = vectors[SHIFT, k + 1] * constants[CLEARANCE]
     out[ITERATIONS] = passes
     if status != CONVERGED:
         return status
     if tangents:
         film_tangents(film, first, ring, work, out)
-    out[CLIPPED] = _keep_filled(film, unknowns, work.nodes[VOID])
-    film_result(film, speed, per_gain, work, out)
+    out[CLIPPED] = _keep_filled(film, history.unknowns, work.nodes[VOID])
+    film_result(film, speed, rates.per_gain, work, out)
     return status
 
 
 @kernel
-def _cut(film, half_speed, per_step, nodes):
+def _scaled_vectors(constants, motion, history, vectors):
+    """Places, shapes and their rates over the clearance, into ``vectors``; the rest of it zero."""
+    per_clearance = 1.0 / constants[CLEARANCE]
+    for row in range(VECTORS):
+        vectors[row, :] = 0.0
+    for k in range(4):
+        vectors[PLACE, k] = motion[0, k] * per_clearance
+        vectors[PACE, k] = motion[1, k] * per_clearance
+        vectors[START_PLACE, k] = history.start_place[k] * per_clearance
+    for k in range(history.shapes.shape[0]):
+        vectors[SHIFT, k + 1] = history.shapes[k] * per_clearance
+        vectors[START_SHIFT, k + 1] = history.start_shapes[k] * per_clearance
+        vectors[KNOWN, k + 1] = history.known[k] * per_clearance
+
+
+@kernel
+def _lowered(film, rates, history, work):
+    """Solve below a high floor that is lowered by steps, twice at most; status, iterations, cut and ring.
+
+    Surfaces that interpenetrate by far squeeze oil through the floor of the film at any pressure, and Newton gets no
+    grip. A high floor lets the bore open first.
+    """
+    floor = film.constants[FLOOR]
+    unknowns = history.unknowns
+    passes = 0
+    status = NOT_CONVERGED
+    first = 0
+    ring = True
+    for attempt in range(2):
+        for k in range(unknowns.shape[0]):
+            unknowns[k] = history.start[k]
+        for k in range(history.shapes.shape[0]):
+            work.vectors[SHIFT, k + 1] = work.vectors[KNOWN, k + 1]
+        raised = HIGHEST_FLOOR
+        while raised > floor:
+            _, again, first, ring = _newton(film, raised, rates, EASING, unknowns, work)
+            passes += again
+            raised *= LOWERING if attempt == 0 else math.sqrt(LOWERING)
+        status, again, first, ring = _newton(film, floor, rates, LAST, unknowns, work)
+        passes += again
+        if status == CONVERGED:
+            break
+    return status, passes, first, ring
+
+
+@kernel
+def _cut(film, rates, nodes):
     """Column with which the band begins, and whether its last column must join the border."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
@@ -178,12 +201,13 @@ def _cut(film, half_speed, per_step, nodes):
         if run > length:
             length = run
             best = i
-    if length < 3 or half_speed < 0.0:
+    if length < 3 or rates.half_speed < 0.0:
         return 0, True
     if length >= n_phi:
         length = n_phi
     # What flows into the second ruptured column reaches the last one weakened by this factor each time.
-    courant = half_speed * grid_factors(film.constants)[2] / per_step if per_step > 0.0 else 1.0e300
+    _, _, per_angle = grid_factors(film.constants)
+    courant = rates.half_speed * per_angle / rates.per_step if rates.per_step > 0.0 else 1.0e300
     weakened = (length - 1) * math.log(courant / (1.0 + courant)) if courant > 0.0 else -1.0e300
     begin = best - length + 2
     if begin < 0:
@@ -211,7 +235,7 @@ def _take_sides(film, unknowns, nodes):
 
 
 @kernel
-def _newton(film, floor, half_speed, per_step, per_gain, most, unknowns, work):
+def _newton(film, floor, rates, most, unknowns, work):
     """Iterate to convergence; the factors of the last matrix stay in ``work``. Returns status and iterations."""
     constants = film.constants
     n_phi = int(constants[N_PHI])
@@ -223,7 +247,6 @@ def _newton(film, floor, half_speed, per_step, per_gain, most, unknowns, work):
     faces = work.faces
     vectors = work.vectors
     shift = vectors[SHIFT]
-    residual = work.residual
     step = vectors[STEP]
     for i in range(n_phi):
         for end in range(2):
@@ -236,11 +259,11 @@ def _newton(film, floor, half_speed, per_step, per_gain, most, unknowns, work):
     for passes in range(1, most + 1):
         face_films(film, vectors[PLACE], shift, faces[FACE_OPEN])
         open_films(film, floor, nodes, faces)
-        first, ring = _cut(film, half_speed, per_step, nodes)
-        oil_balance(film, half_speed, per_step, per_gain, nodes, faces, first, work.band, residual)
+        first, ring = _cut(film, rates, nodes)
+        oil_balance(film, rates, nodes, faces, first, work.band, work.residual)
         chain = size - n_z if ring else size
         blocks = (1 + n_shapes + (n_z if ring else 0) + 7) // 8
-        _sources(film, per_gain, first, ring, blocks, residual, work)
+        _sources(film, rates.per_gain, first, ring, blocks, work)
         if factor_blocks(work.band, chain, n_z) != 0:
             return SINGULAR, passes, first, ring
         for block in range(blocks):
@@ -278,16 +301,16 @@ def _newton(film, floor, half_speed, per_step, per_gain, most, unknowns, work):
 
 
 @kernel
-def _sources(film, per_gain, first, ring, blocks, residual, work):
+def _sources(film, per_gain, first, ring, blocks, work):
     """Right-hand sides of one Newton step: the residual, the shapes, and the border's column of nodes."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     n_shapes = int(film.constants[N_SHAPES])
     size = n_phi * n_z
     columns = work.columns
-    held = film.shapes.shape[1] // 8
+    of_shapes = film.shapes.shape[1] // 8
     for block in range(blocks):
-        if block < held:
+        if block < of_shapes:
             shape_sources(film, per_gain, work.nodes, work.faces, first, block, columns[block])
         else:
             for row in range(size):
@@ -298,7 +321,7 @@ def _sources(film, per_gain, first, ring, blocks, residual, work):
         if i >= n_phi:
             i -= n_phi
         for j in range(n_z):
-            columns[0, position * n_z + j, 0] = -residual[i * n_z + j]
+            columns[0, position * n_z + j, 0] = -work.residual[i * n_z + j]
     if ring:
         for j in range(n_z):
             slot = 1 + n_shapes + j
@@ -402,7 +425,7 @@ def _advance(film, first, ring, step, unknowns, work):
 
 @kernel
 def _keep_filled(film, unknowns, void):
-    """Hold fills in [0, 1], of unknowns and of the nodes' field; returns how many nodes had to be held."""
+    """Keep fills in [0, 1], of unknowns and of the nodes' field; returns how many nodes had to be clipped."""
     n_z = int(film.constants[N_Z])
     clipped = 0
     for f in range(unknowns.shape[0]):

@@ -43,6 +43,11 @@ VECTORS = 7
 FILM, OPEN, SLOPE, BEND, PRESSURE, VOID, FULL, START_MASS, WAS_VOID = 0, 1, 2, 3, 4, 5, 6, 7, 8
 OWN, AFTER, BEFORE, SQUEEZE, DRIVEN, CONTACT, CONTACT_SLOPE, CHANGE = 9, 10, 11, 12, 13, 14, 15, 16
 FACE_OPEN, FACE_SLOPE, FACE_FLUX, FACE_EXTRA = 0, 1, 2, 3
+# Columns of ElasticFilm.trig and ElasticFilm.lines.
+COS, SIN, FACE_COS, FACE_SIN = range(4)
+ZETA, FILM_WEIGHT, CONTACT_WEIGHT, PER_AFTER, PER_BEFORE, LINE_WIDTH = range(6)
+# A journal's place and velocity; the sources of its motion.
+X, Y, A, B, V_X, V_Y, V_A, V_B = range(8)
 NODE_FIELDS = 17
 FACE_FIELDS = 4
 
@@ -53,13 +58,14 @@ class ElasticFilm(NamedTuple):
     constants: Array
     """(CONSTANTS,) sizes, SI."""
     trig: Array
-    """(n_phi, 4) cosine and sine of nodes, cosine and sine of the faces behind them."""
+    """(n_phi, 4) cosine and sine of nodes, cosine and sine of the faces behind them: columns COS to FACE_SIN."""
     lines: Array
-    """(n_z + 2, 6) ζ, weights of film and of contact pressure, 1/(Δζ w) towards the next and the last line, width w."""
+    """(n_z + 2, 6) ζ, weights of film and of contact pressure, 1/(Δζ w) towards the next and the last line, width w:
+    columns ZETA to LINE_WIDTH."""
     shapes: Array
     """(n_phi (n_z + 2) + n_phi n_z, 8 m) shapes at nodes, then at circumferential faces; column 0 is zero."""
     supply: Array
-    """(n_phi n_z,) 1 where a node is held at supply pressure, else 0."""
+    """(n_phi n_z,) 1 where a node is at supply pressure, else 0."""
     compliance: Array
     """(k, 4 + k) m/N: by the forces on the journal (F_x, F_y, Q_x, Q_y), then by the loads of the shapes."""
     contact: Array
@@ -154,32 +160,6 @@ class ElasticGrid:
             np.zeros(self.size),
         )
 
-    def supply_mask(self, start: float, stop: float, inner: float, outer: float) -> Array:
-        """Nodes of a supply groove or hole, (n_phi, n_z): 1 inside the angles and axial bounds, else 0.
-
-        Parameters
-        ----------
-        start, stop : float, rad
-            the groove runs from ``start`` to ``stop`` in the sense of rotation
-        inner, outer : float
-            bounds in ζ
-
-        Raises
-        ------
-        InputError
-            if no node lies inside
-        """
-        span = (stop - start) % (2.0 * math.pi) or 2.0 * math.pi
-        around = (self.angles - start) % (2.0 * math.pi) <= span * (1.0 + 1e-12)
-        zetas = self.zetas[1:-1]
-        across = (zetas >= inner - 1e-12) & (zetas <= outer + 1e-12)
-        mask = np.outer(around, across).astype(float)
-        if not mask.any():
-            raise InputError(
-                f"elastic film: no node of the {self.n_phi} x {self.n_z} grid lies in the supply area; widen it"
-            )
-        return mask
-
     def film(
         self,
         diameter: float,
@@ -205,7 +185,7 @@ class ElasticGrid:
         compliance : (k,) or (k, k) float, m/N, optional
             δ = C ∫ S p dA; elastic journal and elastic bore in series simply add
         supply : (n_phi, n_z) float, optional
-            1 where a node is held at supply pressure
+            1 where a node is at supply pressure
         supply_pressure : float, Pa
             gauge
         load_coupling : (k, 4) float, m/N, optional

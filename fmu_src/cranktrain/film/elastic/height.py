@@ -1,25 +1,31 @@
-"""Height of a film between a journal and the bore's shapes, its floor, and the contact that stands on it."""
+"""Height of a film between a journal and the bore's shapes, its floor, and the contact of asperities."""
 
 from __future__ import annotations
 
 import math
 
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import eight, four
 from cranktrain.film.contact.asperity import HIGHEST, SIGMA, contact_pressure
 from cranktrain.film.elastic.grid import (
     BEND,
     CLEARANCE,
     CONTACT,
     CONTACT_SLOPE,
+    COS,
+    FACE_COS,
     FACE_OPEN,
+    FACE_SIN,
     FACE_SLOPE,
     FILM,
     N_PHI,
     N_Z,
     OPEN,
     RADIUS,
+    SIN,
     SLOPE,
     VISCOSITY,
+    ZETA,
 )
 
 
@@ -34,17 +40,19 @@ def combined(row, shares, columns):
     """Σ row·shares over a multiple of eight columns, summed in pairs: shorter chains than one by one."""
     total = 0.0
     for r in range(0, columns, 8):
-        a = row[r] * shares[r] + row[r + 1] * shares[r + 1]
-        b = row[r + 2] * shares[r + 2] + row[r + 3] * shares[r + 3]
-        c = row[r + 4] * shares[r + 4] + row[r + 5] * shares[r + 5]
-        d = row[r + 6] * shares[r + 6] + row[r + 7] * shares[r + 7]
+        a0, a1, a2, a3, a4, a5, a6, a7 = eight(row, r)
+        b0, b1, b2, b3, b4, b5, b6, b7 = eight(shares, r)
+        a = a0 * b0 + a1 * b1
+        b = a2 * b2 + a3 * b3
+        c = a4 * b4 + a5 * b5
+        d = a6 * b6 + a7 * b7
         total += (a + b) + (c + d)
     return total
 
 
 @kernel
 def node_films(film, place, shift, out):
-    """Unfloored film H at all nodes and both ends into ``out``.
+    """Unfloored film H at all nodes and both ends into ``out`` (n_phi (n_z + 2),).
 
     ``place`` (4,) position and tilt over the clearance, ``shift`` amplitudes of the shapes over the clearance, filled
     up with zeros to the columns of ``film.shapes``.
@@ -52,33 +60,35 @@ def node_films(film, place, shift, out):
     n_phi = int(film.constants[N_PHI])
     lines = int(film.constants[N_Z]) + 2
     columns = film.shapes.shape[1]
+    x, y, a, b = four(place, 0)
     for i in range(n_phi):
-        cos = film.trig[i, 0]
-        sin = film.trig[i, 1]
-        middle = 1.0 - place[0] * cos - place[1] * sin
-        tilt = place[2] * cos + place[3] * sin
+        cos = film.trig[i, COS]
+        sin = film.trig[i, SIN]
+        middle = 1.0 - x * cos - y * sin
+        tilt = a * cos + b * sin
         for j in range(lines):
             row = film.shapes[i * lines + j]
-            total = middle - tilt * film.lines[j, 0]
+            total = middle - tilt * film.lines[j, ZETA]
             total += combined(row, shift, columns)
             out[i * lines + j] = total
 
 
 @kernel
 def face_films(film, place, shift, out):
-    """Unfloored film H at the circumferential faces into ``out``."""
+    """Unfloored film H at the circumferential faces into ``out`` (n_phi n_z,); ``place``, ``shift`` as above."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     columns = film.shapes.shape[1]
     first = n_phi * (n_z + 2)
+    x, y, a, b = four(place, 0)
     for i in range(n_phi):
-        cos = film.trig[i, 2]
-        sin = film.trig[i, 3]
-        middle = 1.0 - place[0] * cos - place[1] * sin
-        tilt = place[2] * cos + place[3] * sin
+        cos = film.trig[i, FACE_COS]
+        sin = film.trig[i, FACE_SIN]
+        middle = 1.0 - x * cos - y * sin
+        tilt = a * cos + b * sin
         for j in range(n_z):
             row = film.shapes[first + i * n_z + j]
-            total = middle - tilt * film.lines[j + 1, 0]
+            total = middle - tilt * film.lines[j + 1, ZETA]
             total += combined(row, shift, columns)
             out[i * n_z + j] = total
 

@@ -15,6 +15,7 @@ from cranktrain.film.elastic.grid import (
     CONTACT_LOAD,
     CONTACT_SHARE,
     CONTACT_SLOPE,
+    CONTACT_WEIGHT,
     DRIVEN,
     FACE_EXTRA,
     FACE_OPEN,
@@ -23,13 +24,17 @@ from cranktrain.film.elastic.grid import (
     FILM_MIN,
     FILM_MIN_ANGLE,
     FILM_MIN_ZETA,
+    FILM_WEIGHT,
     FORCE,
     FRICTION_TORQUE,
+    LINE_WIDTH,
     N_PHI,
     N_SHAPES,
     N_Z,
     OIL,
     OPEN,
+    PER_AFTER,
+    PER_BEFORE,
     PRESSURE,
     PRESSURE_MAX,
     RADIUS,
@@ -38,17 +43,15 @@ from cranktrain.film.elastic.grid import (
     SUPPLY_FLOW,
     VISCOSITY,
     VOID,
+    ZETA,
 )
 from cranktrain.film.elastic.height import pressure_unit
 
 
 @kernel
 def film_result(film, speed, per_gain, work, out):
-    """Forces and what else users read, from the converged film."""
+    """Forces and what else users read, from the converged film, into ``out`` (OUT_SIZE,) but for the tangents."""
     constants = film.constants
-    n_phi = int(constants[N_PHI])
-    n_z = int(constants[N_Z])
-    lines = n_z + 2
     count = 4 + int(constants[N_SHAPES])
     nodes = work.nodes
     if constants[N_SHAPES] > 0.0:
@@ -60,80 +63,126 @@ def film_result(film, speed, per_gain, work, out):
     unit = load_unit(constants)
     for m in range(4):
         out[FORCE + m] = unit * (work.touching[m, count] + work.touching[m, count + 1])
-    _, across, per_angle = grid_factors(constants)
-    film_h = nodes[FILM]
-    is_open = nodes[OPEN]
-    pressure = nodes[PRESSURE]
-    void = nodes[VOID]
-    least = film_h[0]
-    at_least = 0
-    highest = 0.0
-    at_highest = 1
-    shear = 0.0
-    wedge = 0.0
-    oil = 0.0
-    room = 0.0
-    side = 0.0
-    fed = 0.0
-    film_load = 0.0
-    contact_load = 0.0
-    rubbing = 0.0
-    sliding = speed * constants[RADIUS]
-    for i in range(n_phi):
-        up = (i - 1 if i > 0 else n_phi - 1) * lines
-        down = (i + 1 if i + 1 < n_phi else 0) * lines
-        for line in range(lines):
-            q = i * lines + line
-            if film_h[q] < least:
-                least = film_h[q]
-                at_least = q
-            weight = film.lines[line, 2]
-            # At the ends the oil is that of the nodes beside them.
-            inner = q + 1 if line == 0 else (q - 1 if line == lines - 1 else q)
-            fill = 1.0 + void[inner]
-            shear += weight * fill / is_open[q]
-            if nodes[CONTACT, q] > 0.0:
-                contact_load += weight * nodes[CONTACT, q]
-                p, _, area = contact_pressure(film_h[q] * constants[CLEARANCE], film.contact, film.contact_table)
-                rubbing += weight * (film.contact[FRICTION] * p + film.contact[SHEAR] * area)
-            if line == 0 or line == lines - 1:
-                continue
-            oil += film.lines[line, 5] * fill * is_open[q]
-            room += film.lines[line, 5] * is_open[q]
-            p = pressure[q]
-            if p > 0.0:
-                film_load += p * film.lines[line, 1]
-                wedge += p * film.lines[line, 1] * (film_h[down + line] - film_h[up + line])
-                if p > highest:
-                    highest = p
-                    at_highest = q
-                # What leaves the balanced nodes; the outer half nodes at the ends hold and squeeze nothing.
-                if line == 1:
-                    mean = 0.5 * (is_open[q] + is_open[q - 1])
-                    side += film.lines[line, 5] * film.lines[line, 4] * across * mean * mean * mean * p
-                if line == lines - 2:
-                    mean = 0.5 * (is_open[q] + is_open[q + 1])
-                    side += film.lines[line, 5] * film.lines[line, 3] * across * mean * mean * mean * p
-            if film.supply[i * n_z + line - 1] > 0.0:
-                fed += film.lines[line, 5] * _node_outflow(film, 0.5 * speed, per_gain, i, line, work)
-    out[FILM_MIN], out[FILM_MIN_ANGLE], out[FILM_MIN_ZETA] = _extreme(film, film_h, at_least)
-    out[FILM_MIN] *= constants[CLEARANCE]
+    c = constants[CLEARANCE]
+    least, highest = _extremes(nodes[FILM], nodes[PRESSURE])
+    out[FILM_MIN], out[FILM_MIN_ANGLE], out[FILM_MIN_ZETA] = _extreme(film, nodes[FILM], least)
+    out[FILM_MIN] *= c
     out[PRESSURE_MAX] = 0.0
-    if highest > 0.0:
-        out[PRESSURE_MAX] = _extreme(film, pressure, at_highest)[0] * pressure_unit(constants)
+    if nodes[PRESSURE, highest] > 0.0:
+        out[PRESSURE_MAX] = _extreme(film, nodes[PRESSURE], highest)[0] * pressure_unit(constants)
     area = film_area(constants)
-    out[SIDE_FLOW] = side * area * constants[CLEARANCE]
-    out[SUPPLY_FLOW] = fed * area * constants[CLEARANCE]
-    out[OIL] = oil * area * constants[CLEARANCE]
+    side, fed = _flows(film, speed, per_gain, work)
+    out[SIDE_FLOW] = side * area * c
+    out[SUPPLY_FLOW] = fed * area * c
+    oil, room, shear = _contents(film, nodes)
+    out[OIL] = oil * area * c
     out[FILL_MEAN] = oil / room
-    drag = constants[VISCOSITY] * sliding / constants[CLEARANCE] * shear * area * constants[RADIUS]
+    film_load, wedge = _film_load(film, nodes)
+    contact_load, rubbing = _contact(film, nodes)
+    sliding = speed * constants[RADIUS]
+    drag = constants[VISCOSITY] * sliding / c * shear * area * constants[RADIUS]
     # dH/dφ from central differences of H, exact for the journal's circle with sin Δφ in place of Δφ.
-    turn = 0.5 * wedge / (2.0 * math.sin(1.0 / per_angle)) * unit * constants[CLEARANCE]
+    _, _, per_angle = grid_factors(constants)
+    turn = 0.5 * wedge / (2.0 * math.sin(1.0 / per_angle)) * unit * c
     sign = sliding / math.sqrt(sliding * sliding + SMOOTH_SPEED * SMOOTH_SPEED)
     out[FRICTION_TORQUE] = -drag + turn - sign * rubbing * area * constants[RADIUS]
     out[CONTACT_LOAD] = contact_load * unit
     total = contact_load + film_load
     out[CONTACT_SHARE] = contact_load / total if total > 0.0 else 0.0
+
+
+@kernel
+def _extremes(film_h, pressure):
+    """Nodes of the least film and of the largest pressure; an end of the bore, without pressure, where none is full."""
+    least = 0
+    highest = 0
+    for q in range(film_h.shape[0]):
+        if film_h[q] < film_h[least]:
+            least = q
+        if pressure[q] > pressure[highest]:
+            highest = q
+    return least, highest
+
+
+@kernel
+def _contents(film, nodes):
+    """Σ of oil and of room between the balanced nodes' lines, and of fill over film, by lines' widths."""
+    lines = int(film.constants[N_Z]) + 2
+    oil = 0.0
+    room = 0.0
+    shear = 0.0
+    for q in range(nodes.shape[1]):
+        line = q % lines
+        # At the ends the oil is that of the nodes beside them.
+        inner = q + 1 if line == 0 else (q - 1 if line == lines - 1 else q)
+        fill = 1.0 + nodes[VOID, inner]
+        shear += film.lines[line, CONTACT_WEIGHT] * fill / nodes[OPEN, q]
+        if 0 < line < lines - 1:
+            oil += film.lines[line, LINE_WIDTH] * fill * nodes[OPEN, q]
+            room += film.lines[line, LINE_WIDTH] * nodes[OPEN, q]
+    return oil, room, shear
+
+
+@kernel
+def _film_load(film, nodes):
+    """Σ of pressure, and of pressure times the central difference of H around, by their weights."""
+    n_phi = int(film.constants[N_PHI])
+    lines = int(film.constants[N_Z]) + 2
+    load = 0.0
+    wedge = 0.0
+    for i in range(n_phi):
+        up = (i - 1 if i > 0 else n_phi - 1) * lines
+        down = (i + 1 if i + 1 < n_phi else 0) * lines
+        for line in range(1, lines - 1):
+            p = nodes[PRESSURE, i * lines + line]
+            if p > 0.0:
+                weight = film.lines[line, FILM_WEIGHT]
+                load += p * weight
+                wedge += p * weight * (nodes[FILM, down + line] - nodes[FILM, up + line])
+    return load, wedge
+
+
+@kernel
+def _contact(film, nodes):
+    """Σ of contact pressure and of boundary friction, by their weights."""
+    lines = int(film.constants[N_Z]) + 2
+    load = 0.0
+    rubbing = 0.0
+    for q in range(nodes.shape[1]):
+        if nodes[CONTACT, q] > 0.0:
+            weight = film.lines[q % lines, CONTACT_WEIGHT]
+            load += weight * nodes[CONTACT, q]
+            p, _, area = contact_pressure(nodes[FILM, q] * film.constants[CLEARANCE], film.contact, film.contact_table)
+            rubbing += weight * (film.contact[FRICTION] * p + film.contact[SHEAR] * area)
+    return load, rubbing
+
+
+@kernel
+def _flows(film, speed, per_gain, work):
+    """Flow out of both ends and out of the supply nodes: what leaves the balanced nodes.
+
+    The outer half nodes at the ends hold and squeeze nothing.
+    """
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    _, across, _ = grid_factors(film.constants)
+    is_open = work.nodes[OPEN]
+    side = 0.0
+    fed = 0.0
+    for i in range(n_phi):
+        for line in range(1, n_z + 1):
+            q = i * (n_z + 2) + line
+            p = work.nodes[PRESSURE, q]
+            width = film.lines[line, LINE_WIDTH]
+            if p > 0.0 and line == 1:
+                mean = 0.5 * (is_open[q] + is_open[q - 1])
+                side += width * film.lines[line, PER_BEFORE] * across * mean * mean * mean * p
+            if p > 0.0 and line == n_z:
+                mean = 0.5 * (is_open[q] + is_open[q + 1])
+                side += width * film.lines[line, PER_AFTER] * across * mean * mean * mean * p
+            if film.supply[i * n_z + line - 1] > 0.0:
+                fed += width * _node_outflow(film, 0.5 * speed, per_gain, i, line, work)
+    return side, fed
 
 
 @kernel
@@ -160,8 +209,13 @@ def _node_outflow(film, half_speed, per_gain, i, line, work):
     return (
         around * (h * h * h * (pressure[q] - pressure[q_down]) + h_up * h_up * h_up * (pressure[q] - pressure[q_up]))
         + drive * (h * (1.0 + void_down) - h_up * (1.0 + void_up))
-        + across * film.lines[line, 3] * mean * mean * mean * (pressure[q] - pressure[q + 1])
-        + across * film.lines[line, 4] * mean_before * mean_before * mean_before * (pressure[q] - pressure[q - 1])
+        + across * film.lines[line, PER_AFTER] * mean * mean * mean * (pressure[q] - pressure[q + 1])
+        + across
+        * film.lines[line, PER_BEFORE]
+        * mean_before
+        * mean_before
+        * mean_before
+        * (pressure[q] - pressure[q - 1])
         + nodes[SLOPE, q] * (nodes[DRIVEN, q] + per_gain * nodes[FILM, q])
         + work.faces[FACE_EXTRA, i * n_z + line - 1]
         - work.faces[FACE_EXTRA, up * n_z + line - 1]
@@ -179,12 +233,12 @@ def _extreme(film, field, q):
     down = i + 1 if i + 1 < n_phi else 0
     beyond, shift = _vertex(field[up * lines + line], field[q], field[down * lines + line])
     angle = (i + shift) * 2.0 * math.pi / n_phi
-    zeta = film.lines[line, 0]
+    zeta = film.lines[line, ZETA]
     value = field[q] + beyond
     if 0 < line < lines - 1:
         beyond, shift = _vertex(field[q - 1], field[q], field[q + 1])
         value += beyond
-        zeta += shift * (film.lines[line + 1, 0] - zeta if shift > 0.0 else zeta - film.lines[line - 1, 0])
+        zeta += shift * (film.lines[line + 1, ZETA] - zeta if shift > 0.0 else zeta - film.lines[line - 1, ZETA])
     return value, angle, zeta
 
 

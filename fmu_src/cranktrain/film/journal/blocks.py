@@ -15,18 +15,33 @@ Axial rows are padded with unit rows to a multiple of :data:`LANES`.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import ZEROS, four, plus, put_four, scaled
+from cranktrain.core.reduced_body import Array
 
 LANES = 4
 
 
+class Ring(NamedTuple):
+    """Matrix of a ring of columns, as :func:`factor_ring` leaves it; m is n padded to LANES."""
+
+    around: Array  # (N, m) coupling of columns i and i + 1; zero where a node carries no unknown
+    used: Array  # (N,) unknowns by column
+    start: int  # column with which elimination begins
+    cyclic: bool
+    n: int
+    inverse: Array  # (N, m, m) S⁻¹
+    border: Array  # (N, m, m) S⁻¹U, for the cyclic case alone
+
+
 def _inverter(size: int) -> Any:
-    """Kernel that inverts blocks of one padded ``size``: known to the compiler, it is worth half the time."""
+    """Kernel that inverts blocks of one padded ``size``: known to the compiler, it is worth half the time. 0: any."""
 
     @kernel
     def invert(s, n):
+        padded = size if size > 0 else s.shape[0]
         for k in range(n):
             pivot_row = s[k]
             pivot = pivot_row[k]
@@ -34,20 +49,21 @@ def _inverter(size: int) -> Any:
                 return 1
             inverse = 1.0 / pivot
             pivot_row[k] = 1.0
-            for j in range(size):
+            for j in range(padded):
                 pivot_row[j] *= inverse
             for i in range(n):
                 if i != k:
                     row = s[i]
                     share = row[k]
                     row[k] = 0.0
-                    for j in range(size):
+                    for j in range(padded):
                         row[j] -= share * pivot_row[j]
         return 0
 
     return invert
 
 
+_invert_any = _inverter(0)
 _invert_4 = _inverter(4)
 _invert_8 = _inverter(8)
 _invert_12 = _inverter(12)
@@ -72,34 +88,17 @@ def invert(s, n):
         return _invert_24(s, n)
     if padded == 4:
         return _invert_4(s, n)
-    for k in range(n):
-        pivot_row = s[k]
-        pivot = pivot_row[k]
-        if not pivot > 0.0:
-            return 1
-        inverse = 1.0 / pivot
-        pivot_row[k] = 1.0
-        for j in range(padded):
-            pivot_row[j] *= inverse
-        for i in range(n):
-            if i != k:
-                row = s[i]
-                share = row[k]
-                row[k] = 0.0
-                for j in range(padded):
-                    row[j] -= share * pivot_row[j]
-    return 0
+    return _invert_any(s, n)
 
 
 @kernel
-def factor_ring(diagonal, axial, around, used, start, cyclic, n, inverse, border, coupling):
-    """Pivot blocks of the ring, from column ``start`` on.
+def factor_ring(ring, diagonal, axial, coupling):
+    """Pivot blocks of the ring into ``ring.inverse`` and ``ring.border``.
 
-    ``diagonal``, ``axial`` (N, ≥ m) coupling of node j − 1 and j, ``around`` (N, m) that of columns i and
-    i + 1; all zero where a node carries no unknown, and the diagonal one. ``used`` (N,) counts unknowns by column. m is
-    n padded to LANES. ``inverse`` (N, m, m) receives S⁻¹; ``border`` (N, m, m) S⁻¹U and ``coupling`` (m, m) serve the
-    cyclic case alone. Returns 0, or 1 at a pivot that is not positive.
+    ``diagonal``, ``axial`` (N, ≥ m) coupling of node j − 1 and j: zero where a node carries no unknown, and the
+    diagonal one. ``coupling`` (m, m) is scratch. Returns 0, or 1 at a pivot that is not positive.
     """
+    around, used, start, cyclic, n, inverse, border = ring
     columns = diagonal.shape[0]
     padded = inverse.shape[1]
     before = start
@@ -181,8 +180,9 @@ def _multiply(a, b, n, product):
 
 
 @kernel
-def solve_ring(around, used, start, cyclic, n, inverse, border, x, carried):
-    """Solve for one right-hand side ``x`` (N, m), in place; ``used`` (N,) counts unknowns, ``carried`` (m,) is work."""
+def solve_ring(ring, x, carried):
+    """Solve for one right-hand side ``x`` (N, m), in place; ``carried`` (m,) is scratch."""
+    around, used, start, cyclic, n, inverse, border = ring
     columns = x.shape[0]
     padded = x.shape[1]
     end = (start + columns - 1) % columns
@@ -200,12 +200,14 @@ def solve_ring(around, used, start, cyclic, n, inverse, border, x, carried):
                     share = carried[j]
                     for k in range(n):
                         x[end, k] += border[i, j, k] * share
-            _row_products(inverse[i], carried, n, padded, x[i])
+            for j in range(0, padded, LANES):
+                put_four(x[i], j, _row_products(inverse[i], carried, n, j))
         before = i
     if cyclic:
         for j in range(n):
             carried[j] = x[end, j]
-        _row_products(inverse[end], carried, n, padded, x[end])
+        for j in range(0, padded, LANES):
+            put_four(x[end], j, _row_products(inverse[end], carried, n, j))
     for step in range(inner - 1, -1, -1):
         i = start + step
         if i >= columns:
@@ -214,23 +216,10 @@ def solve_ring(around, used, start, cyclic, n, inverse, border, x, carried):
         if used[i] == 0.0:
             continue
         if step < inner - 1 and used[after] > 0.0:
-            here = x[i]
-            s = inverse[i]
             for k in range(n):
                 carried[k] = around[i, k] * x[after, k]
-            for j in range(0, padded, 4):
-                c0 = c1 = c2 = c3 = 0.0
-                for k in range(n):
-                    row = s[k]
-                    share = carried[k]
-                    c0 += row[j] * share
-                    c1 += row[j + 1] * share
-                    c2 += row[j + 2] * share
-                    c3 += row[j + 3] * share
-                here[j] += c0
-                here[j + 1] += c1
-                here[j + 2] += c2
-                here[j + 3] += c3
+            for j in range(0, padded, LANES):
+                put_four(x[i], j, plus(four(x[i], j), _row_products(inverse[i], carried, n, j)))
         if cyclic:
             for j in range(n):
                 total = x[i, j]
@@ -240,26 +229,18 @@ def solve_ring(around, used, start, cyclic, n, inverse, border, x, carried):
 
 
 @kernel
-def _row_products(s, vector, n, padded, product):
-    """``product`` = S vector for a symmetric S (m, m), four entries at a time."""
-    for j in range(0, padded, 4):
-        c0 = c1 = c2 = c3 = 0.0
-        for k in range(n):
-            row = s[k]
-            share = vector[k]
-            c0 += row[j] * share
-            c1 += row[j + 1] * share
-            c2 += row[j + 2] * share
-            c3 += row[j + 3] * share
-        product[j] = c0
-        product[j + 1] = c1
-        product[j + 2] = c2
-        product[j + 3] = c3
+def _row_products(s, vector, n, j):
+    """Entries j to j + 3 of S vector for a symmetric S (m, m)."""
+    total = ZEROS
+    for k in range(n):
+        total = plus(total, scaled(vector[k], four(s[k], j)))
+    return total
 
 
 @kernel
-def solve_ring_four(around, used, start, cyclic, n, inverse, border, x, carried):
-    """The same for four right-hand sides side by side: ``x`` (N, m, 4), in place; ``carried`` (m, 4) work."""
+def solve_ring_four(ring, x, carried):
+    """The same for four right-hand sides side by side: ``x`` (N, m, 4), in place; ``carried`` (m, 4) scratch."""
+    around, used, start, cyclic, n, inverse, border = ring
     columns = x.shape[0]
     end = (start + columns - 1) % columns
     inner = columns - 1 if cyclic else columns
@@ -270,34 +251,21 @@ def solve_ring_four(around, used, start, cyclic, n, inverse, border, x, carried)
             i -= columns
         if used[i] > 0.0:
             here = x[i]
-            past = x[before]
             for j in range(n):
                 e = around[before, j] if step > 0 else 0.0
-                c0 = here[j, 0] + e * past[j, 0]
-                c1 = here[j, 1] + e * past[j, 1]
-                c2 = here[j, 2] + e * past[j, 2]
-                c3 = here[j, 3] + e * past[j, 3]
-                carried[j, 0] = c0
-                carried[j, 1] = c1
-                carried[j, 2] = c2
-                carried[j, 3] = c3
-                here[j, 0] = 0.0
-                here[j, 1] = 0.0
-                here[j, 2] = 0.0
-                here[j, 3] = 0.0
+                put_four(carried[j], 0, plus(four(here[j], 0), scaled(e, four(x[before, j], 0))))
+                put_four(here[j], 0, ZEROS)
             if cyclic:
                 for k in range(n):
                     _add_products(border[i], carried, n, k, x[end], True)
-            s = inverse[i]
             for j in range(n):
-                _add_products(s, carried, n, j, here, False)
+                _add_products(inverse[i], carried, n, j, here, False)
         before = i
     if cyclic:
         here = x[end]
         for j in range(n):
-            for r in range(4):
-                carried[j, r] = here[j, r]
-                here[j, r] = 0.0
+            put_four(carried[j], 0, four(here[j], 0))
+            put_four(here[j], 0, ZEROS)
         for j in range(n):
             _add_products(inverse[end], carried, n, j, here, False)
     for step in range(inner - 1, -1, -1):
@@ -309,20 +277,10 @@ def solve_ring_four(around, used, start, cyclic, n, inverse, border, x, carried)
             continue
         here = x[i]
         if step < inner - 1 and used[after] > 0.0:
-            past = x[after]
             for j in range(n):
-                e = around[i, j]
-                c0 = e * past[j, 0]
-                c1 = e * past[j, 1]
-                c2 = e * past[j, 2]
-                c3 = e * past[j, 3]
-                carried[j, 0] = c0
-                carried[j, 1] = c1
-                carried[j, 2] = c2
-                carried[j, 3] = c3
-            s = inverse[i]
+                put_four(carried[j], 0, scaled(around[i, j], four(x[after, j], 0)))
             for j in range(n):
-                _add_products(s, carried, n, j, here, False)
+                _add_products(inverse[i], carried, n, j, here, False)
         if cyclic:
             for j in range(n):
                 _add_products(border[i], x[end], n, j, here, False)
@@ -331,17 +289,8 @@ def solve_ring_four(around, used, start, cyclic, n, inverse, border, x, carried)
 @kernel
 def _add_products(s, vectors, n, j, total, transposed):
     """Add row j (or column j) of S times four vectors (m, 4) to ``total[j]``."""
-    c0 = total[j, 0]
-    c1 = total[j, 1]
-    c2 = total[j, 2]
-    c3 = total[j, 3]
+    sums = four(total[j], 0)
     for k in range(n):
         share = s[k, j] if transposed else s[j, k]
-        c0 += share * vectors[k, 0]
-        c1 += share * vectors[k, 1]
-        c2 += share * vectors[k, 2]
-        c3 += share * vectors[k, 3]
-    total[j, 0] = c0
-    total[j, 1] = c1
-    total[j, 2] = c2
-    total[j, 3] = c3
+        sums = plus(sums, scaled(share, four(vectors[k], 0)))
+    put_four(total[j], 0, sums)

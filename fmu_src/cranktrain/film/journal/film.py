@@ -17,7 +17,7 @@ With the four sources g = (n, ζ n) and A λ = g on that set: Π = Σ v_k λ_k; 
 ∂F_j/∂e_k = −Σ λ_j (∂A/∂e_k) Π sums over the faces: both exact for the discrete film at a fixed set.
 
 Grid: node-centred finite volumes with midpoint faces on the nodes of :mod:`cranktrain.film.journal.grid`.
-Below :data:`FLOOR` the film is held, with a smooth passage from twice that: contact carries there, and a tilted or
+Below :data:`FLOOR` the film is frozen, with a smooth passage from twice that: contact carries there, and a tilted or
 overloaded journal still has a finite force. Above twice the floor the film is not altered at all.
 
 Source of the half-speed form: Booker, J. Basic Eng. 87 (1965) 537; of the substitution: Sommerfeld 1904.
@@ -30,27 +30,27 @@ import math
 import numpy as np
 
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import ZEROS, four, minus, plus, put_four, scaled
 from cranktrain.film.journal.grid import (
+    CELL,
+    COS,
+    FACE_COS,
+    FACE_SIN,
+    FACE_ZETA,
     GUEMBEL,
+    NODE_GRADING,
+    PER_DISTANCE,
+    RATIO2,
     REYNOLDS,
-    JournalGrid,
-    JournalWork,
-    cold_start,
-    journal_grid,
-    journal_work,
+    RUPTURE,
+    SIDES,
+    SIN,
+    STRIP,
+    V_X,
+    WEIGHT,
+    ZETA,
 )
 from cranktrain.film.journal.rupture import rupture_pressure
-
-__all__ = [
-    "JournalGrid",
-    "JournalWork",
-    "cold_start",
-    "film_observables",
-    "film_shear",
-    "journal_film",
-    "journal_grid",
-    "journal_work",
-]
 
 FLOOR = 2.0e-4
 """Least film over the clearance that the pressure sees; reached smoothly from twice this."""
@@ -61,36 +61,29 @@ FORCE, STIFFNESS, DAMPING, OUT_SIZE = 0, 4, 20, 36
 
 
 @kernel
-def journal_film(grid, ratio2, ex, ey, tx, ty, vx, vy, wx, wy, work, active, out):
+def journal_film(grid, ratio2, at, work, active, out):
     """Dimensionless forces and moments of the film on the journal, with tangents.
 
-    ``ratio2`` (D/L)²; (ex, ey), (tx, ty) eccentricity and tilt over c; (vx, vy), (wx, wy) the velocities of pure
-    squeeze over c. ``active`` (N, m): the set of the last solution nearby, or negative for none; updated.
+    ``ratio2`` (D/L)²; ``at`` Motion of the journal. ``active`` (N, m): the set of the last solution nearby, or negative
+    for none; updated.
 
-    ``out`` (36,): ``[0:4]`` force and moments F = −∫∫ Π (n, ζ n) dφ dζ (N: times 12 η (R/c)² R L/2; the moment ∫ z dF,
-    N m: times L/2 more); ``[4:20]`` ∂F_j/∂(ex, ey, tx, ty) at fixed (v, w), row-major; ``[20:36]`` ∂F_j/∂(v, w).
-    On half the width all that belongs to tilt is zero.
+    ``out`` (36,): from FORCE on force and moments F = −∫∫ Π (n, ζ n) dφ dζ (N: times 12 η (R/c)² R L/2; the moment
+    ∫ z dF, N m: times L/2 more); from STIFFNESS on ∂F_j/∂(ex, ey, tx, ty) at fixed (v, w), row-major; from DAMPING on
+    ∂F_j/∂(v, w). On half the width all that belongs to tilt is zero.
     Returns the number of passes of the active set, negative where it did not settle or a pivot failed.
     """
-    place = work.place
-    place[0] = ex
-    place[1] = ey
-    place[2] = tx
-    place[3] = ty
-    place[4] = vx
-    place[5] = vy
-    place[6] = wx
-    place[7] = wy
-    place[8] = ratio2
-    _film(grid, ratio2, ex, ey, tx, ty, work)
-    passes = rupture_pressure(grid, vx, vy, wx, wy, work, active)
-    journal_tangents(grid, vx, vy, wx, wy, work, active, out)
+    put_four(work.squeeze, V_X, (at.vx, at.vy, at.wx, at.wy))
+    work.squeeze[RATIO2] = ratio2
+    _film(grid, ratio2, at, work)
+    passes = rupture_pressure(grid, at, work, active)
+    journal_tangents(grid, at, work, active, out)
     return passes
 
 
 @kernel
-def _gathering(grading, ex, ey, tx, ty):
+def _gathering(grading, at):
     """Vector m towards which nodes gather: a mean of the two ends, weighted by what is left of their films."""
+    ex, ey, tx, ty = at.ex, at.ey, at.tx, at.ty
     if tx == 0.0 and ty == 0.0:
         return grading * ex, grading * ey
     a = math.sqrt((ex + tx) * (ex + tx) + (ey + ty) * (ey + ty))
@@ -104,14 +97,11 @@ def _gathering(grading, ex, ey, tx, ty):
 
 
 @kernel
-def _film(grid, ratio2, ex, ey, tx, ty, work):
-    """Angles of the nodes, and conductances of all faces with their derivatives by the film."""
+def _place_nodes(grid, at, work):
+    """Angles and widths of the nodes, into ``work.angle`` and ``work.width``."""
     circle = grid.circle
-    axial = grid.axial
-    columns = circle.shape[1]
-    n = axial.shape[1] - 1
-    grading = grid.settings[1]
-    mx, my = _gathering(grading, ex, ey, tx, ty)
+    grading = grid.settings[NODE_GRADING]
+    mx, my = _gathering(grading, at)
     m = math.sqrt(mx * mx + my * my)
     ax = 1.0
     ay = 0.0
@@ -121,7 +111,7 @@ def _film(grid, ratio2, ex, ey, tx, ty, work):
     if m > grading:
         m = grading
     root = math.sqrt(1.0 - m * m)
-    for i in range(columns):
+    for i in range(circle.shape[1]):
         for k in range(0, 4, 2):
             d = 1.0 / (1.0 + m * circle[k, i])
             c = (circle[k, i] + m) * d
@@ -129,118 +119,79 @@ def _film(grid, ratio2, ex, ey, tx, ty, work):
             work.angle[k, i] = c * ax - s * ay
             work.angle[k + 1, i] = s * ax + c * ay
             work.width[k // 2, i] = root * d * grid.spacing[k // 2, i]
-    around = work.conduct[0]
-    along = work.conduct[1]
-    around_slope = work.slope[0]
-    along_slope = work.slope[1]
-    for i in range(columns):
-        c = work.angle[2, i]
-        s = work.angle[3, i]
-        middle = 1.0 - ex * c - ey * s
-        end = tx * c + ty * s
-        inverse = 1.0 / work.width[1, i]
-        for j in range(n):
-            h = middle - axial[0, j] * end
-            u = min(max(h / (2.0 * FLOOR), 0.0), 1.0)
-            factor = axial[1, j] * inverse
-            h = FLOOR + 2.0 * FLOOR * u * u * u * (1.0 - 0.5 * u) + max(h - 2.0 * FLOOR, 0.0)
-            around_slope[i, j] = 3.0 * h * h * factor * u * u * (3.0 - 2.0 * u)
-            around[i, j] = h * h * h * factor
-        c = work.angle[0, i]
-        s = work.angle[1, i]
-        middle = 1.0 - ex * c - ey * s
-        end = tx * c + ty * s
-        cell = ratio2 * work.width[0, i]
-        for j in range(n + 1):
-            h = middle - axial[3, j] * end
-            u = min(max(h / (2.0 * FLOOR), 0.0), 1.0)
-            factor = axial[4, j] * cell
-            h = FLOOR + 2.0 * FLOOR * u * u * u * (1.0 - 0.5 * u) + max(h - 2.0 * FLOOR, 0.0)
-            along_slope[i, j] = 3.0 * h * h * factor * u * u * (3.0 - 2.0 * u)
-            along[i, j] = h * h * h * factor
 
 
 @kernel
-def journal_tangents(grid, vx, vy, wx, wy, work, active, out):
-    """Forces, ∂/∂(e, t) and ∂/∂(v, w) from the unit solutions that ``rupture_pressure`` left."""
+def _film(grid, ratio2, at, work):
+    """Angles of the nodes, and conductances of all faces with their derivatives by the film."""
+    _place_nodes(grid, at, work)
     axial = grid.axial
-    columns = active.shape[0]
     n = axial.shape[1] - 1
-    sides = grid.settings[2]
-    guembel = int(grid.settings[0]) == GUEMBEL
-    unit = work.unit
+    for i in range(grid.circle.shape[1]):
+        c = work.angle[FACE_COS, i]
+        s = work.angle[FACE_SIN, i]
+        middle = 1.0 - at.ex * c - at.ey * s
+        end = at.tx * c + at.ty * s
+        inverse = 1.0 / work.width[1, i]
+        for j in range(n):
+            factor = axial[CELL, j] * inverse
+            work.conduct[0, i, j], work.slope[0, i, j] = _conductance(middle - axial[ZETA, j] * end, factor)
+        c = work.angle[COS, i]
+        s = work.angle[SIN, i]
+        middle = 1.0 - at.ex * c - at.ey * s
+        end = at.tx * c + at.ty * s
+        cell = ratio2 * work.width[0, i]
+        for j in range(n + 1):
+            factor = axial[PER_DISTANCE, j] * cell
+            work.conduct[1, i, j], work.slope[1, i, j] = _conductance(middle - axial[FACE_ZETA, j] * end, factor)
+
+
+@kernel
+def _conductance(h, factor):
+    """``factor`` h³ of the film above its floor, and its derivative by the film."""
+    u = min(max(h / (2.0 * FLOOR), 0.0), 1.0)
+    h = FLOOR + 2.0 * FLOOR * u * u * u * (1.0 - 0.5 * u) + max(h - 2.0 * FLOOR, 0.0)
+    return h * h * h * factor, 3.0 * h * h * factor * u * u * (3.0 - 2.0 * u)
+
+
+@kernel
+def journal_tangents(grid, at, work, active, out):
+    """Forces, ∂/∂(e, t) and ∂/∂(v, w) from the unit solutions that ``rupture_pressure`` left; ``out`` (36,)."""
+    columns = active.shape[0]
+    n = grid.axial.shape[1] - 1
+    sides = grid.settings[SIDES]
+    guembel = int(grid.settings[RUPTURE]) == GUEMBEL
     adjoint = work.adjoint if guembel else work.unit
-    p = work.pressure
     for k in range(OUT_SIZE):
         out[k] = 0.0
     for i in range(columns):
         after = i + 1 if i + 1 < columns else 0
         if work.used[i] == 0.0 and work.used[after] == 0.0:
             continue
-        around = work.slope[0, i]
-        along = work.slope[1, i]
         # Sums over the column: face terms without and with ζ, around (s, t) and axial (q, r); weighted unit solutions.
-        s0 = s1 = s2 = s3 = t0 = t1 = t2 = t3 = 0.0
-        q0 = q1 = q2 = q3 = r0 = r1 = r2 = r3 = 0.0
-        d0 = d1 = d2 = d3 = f0 = f1 = f2 = f3 = 0.0
-        for j in range(n):
-            zeta = axial[0, j]
-            flow = around[j] * (p[after, j] - p[i, j])
-            g0 = flow * (adjoint[after, j, 0] - adjoint[i, j, 0])
-            g1 = flow * (adjoint[after, j, 1] - adjoint[i, j, 1])
-            g2 = flow * (adjoint[after, j, 2] - adjoint[i, j, 2])
-            g3 = flow * (adjoint[after, j, 3] - adjoint[i, j, 3])
-            s0 += g0
-            s1 += g1
-            s2 += g2
-            s3 += g3
-            t0 += zeta * g0
-            t1 += zeta * g1
-            t2 += zeta * g2
-            t3 += zeta * g3
-            weight = axial[2, j] * (work.source[i, j] if guembel else 1.0)
-            d0 += weight * unit[i, j, 0]
-            d1 += weight * unit[i, j, 1]
-            d2 += weight * unit[i, j, 2]
-            d3 += weight * unit[i, j, 3]
-            weight *= zeta
-            f0 += weight * unit[i, j, 0]
-            f1 += weight * unit[i, j, 1]
-            f2 += weight * unit[i, j, 2]
-            f3 += weight * unit[i, j, 3]
+        s, t = _sums_around(grid, adjoint, work, i, after)
+        q = r = ZEROS
         if work.used[i] != 0.0:
-            for j in range(n + 1):
-                zeta = axial[3, j]
-                low = 1.0 if j > 0 else 0.0
-                high = 1.0 if j < n else 0.0
-                a = j - 1 if j > 0 else 0
-                b = j if j < n else n - 1
-                flow = along[j] * (high * p[i, b] - low * p[i, a])
-                g0 = flow * (high * adjoint[i, b, 0] - low * adjoint[i, a, 0])
-                g1 = flow * (high * adjoint[i, b, 1] - low * adjoint[i, a, 1])
-                g2 = flow * (high * adjoint[i, b, 2] - low * adjoint[i, a, 2])
-                g3 = flow * (high * adjoint[i, b, 3] - low * adjoint[i, a, 3])
-                q0 += g0
-                q1 += g1
-                q2 += g2
-                q3 += g3
-                r0 += zeta * g0
-                r1 += zeta * g1
-                r2 += zeta * g2
-                r3 += zeta * g3
-        c = sides * work.angle[0, i]
-        s = sides * work.angle[1, i]
-        cf = sides * work.angle[2, i]
-        sf = sides * work.angle[3, i]
+            q, r = _sums_across(grid, adjoint, work, i)
+        d = f = ZEROS
+        for j in range(n):
+            weight = grid.axial[WEIGHT, j] * (work.source[i, j] if guembel else 1.0)
+            d = plus(d, scaled(weight, four(work.unit[i, j], 0)))
+            weight *= grid.axial[ZETA, j]
+            f = plus(f, scaled(weight, four(work.unit[i, j], 0)))
+        cos = sides * work.angle[COS, i]
+        sin = sides * work.angle[SIN, i]
+        face_cos = sides * work.angle[FACE_COS, i]
+        face_sin = sides * work.angle[FACE_SIN, i]
         width = work.width[0, i]
-        _four_rows(out, STIFFNESS, cf * s0 + c * q0, sf * s0 + s * q0, cf * t0 + c * r0, sf * t0 + s * r0, 0, -1.0)
-        _four_rows(out, STIFFNESS, cf * s1 + c * q1, sf * s1 + s * q1, cf * t1 + c * r1, sf * t1 + s * r1, 1, -1.0)
-        _four_rows(out, STIFFNESS, cf * s2 + c * q2, sf * s2 + s * q2, cf * t2 + c * r2, sf * t2 + s * r2, 2, -1.0)
-        _four_rows(out, STIFFNESS, cf * s3 + c * q3, sf * s3 + s * q3, cf * t3 + c * r3, sf * t3 + s * r3, 3, -1.0)
-        _four_rows(out, DAMPING, c * d0, c * d1, c * d2, c * d3, 0, -width)
-        _four_rows(out, DAMPING, s * d0, s * d1, s * d2, s * d3, 1, -width)
-        _four_rows(out, DAMPING, c * f0, c * f1, c * f2, c * f3, 2, -width)
-        _four_rows(out, DAMPING, s * f0, s * f1, s * f2, s * f3, 3, -width)
+        _add_lane(out, STIFFNESS, 4, plus(scaled(face_cos, s), scaled(cos, q)), -1.0)
+        _add_lane(out, STIFFNESS + 1, 4, plus(scaled(face_sin, s), scaled(sin, q)), -1.0)
+        _add_lane(out, STIFFNESS + 2, 4, plus(scaled(face_cos, t), scaled(cos, r)), -1.0)
+        _add_lane(out, STIFFNESS + 3, 4, plus(scaled(face_sin, t), scaled(sin, r)), -1.0)
+        _add_lane(out, DAMPING, 1, scaled(cos, d), -width)
+        _add_lane(out, DAMPING + 4, 1, scaled(sin, d), -width)
+        _add_lane(out, DAMPING + 8, 1, scaled(cos, f), -width)
+        _add_lane(out, DAMPING + 12, 1, scaled(sin, f), -width)
     if sides > 1.5:
         # Half the width knows nothing of tilt.
         for j in range(4):
@@ -250,17 +201,47 @@ def journal_tangents(grid, vx, vy, wx, wy, work, active, out):
                     out[DAMPING + 4 * j + k] = 0.0
     for j in range(4):
         row = DAMPING + 4 * j
-        out[j] = out[row] * vx + out[row + 1] * vy + out[row + 2] * wx + out[row + 3] * wy
+        out[j] = out[row] * at.vx + out[row + 1] * at.vy + out[row + 2] * at.wx + out[row + 3] * at.wy
 
 
 @kernel
-def _four_rows(out, first, a, b, c, d, row, factor):
-    """Add one row of a 4 × 4 matrix."""
-    k = first + 4 * row
-    out[k] += factor * a
-    out[k + 1] += factor * b
-    out[k + 2] += factor * c
-    out[k + 3] += factor * d
+def _sums_around(grid, adjoint, work, i, after):
+    """Sums over the faces from column i to ``after``: slope of the flow times adjoint, for four, without and with ζ."""
+    s = t = ZEROS
+    for j in range(grid.axial.shape[1] - 1):
+        flow = work.slope[0, i, j] * (work.pressure[after, j] - work.pressure[i, j])
+        g = scaled(flow, minus(four(adjoint[after, j], 0), four(adjoint[i, j], 0)))
+        s = plus(s, g)
+        t = plus(t, scaled(grid.axial[ZETA, j], g))
+    return s, t
+
+
+@kernel
+def _sums_across(grid, adjoint, work, i):
+    """The same over the axial faces of column i."""
+    p = work.pressure
+    n = grid.axial.shape[1] - 1
+    q = r = ZEROS
+    for j in range(n + 1):
+        low = 1.0 if j > 0 else 0.0
+        high = 1.0 if j < n else 0.0
+        a = j - 1 if j > 0 else 0
+        b = j if j < n else n - 1
+        flow = work.slope[1, i, j] * (high * p[i, b] - low * p[i, a])
+        g = scaled(flow, minus(scaled(high, four(adjoint[i, b], 0)), scaled(low, four(adjoint[i, a], 0))))
+        q = plus(q, g)
+        r = plus(r, scaled(grid.axial[FACE_ZETA, j], g))
+    return q, r
+
+
+@kernel
+def _add_lane(out, first, stride, values, factor):
+    """Add ``factor`` times four values to a row (stride 1) or a column (stride 4) of a 4 × 4 matrix."""
+    a, b, c, d = values
+    out[first] += factor * a
+    out[first + stride] += factor * b
+    out[first + 2 * stride] += factor * c
+    out[first + 3 * stride] += factor * d
 
 
 @kernel
@@ -276,9 +257,9 @@ def film_observables(grid, work):
     axial = grid.axial
     columns = p.shape[0]
     n = axial.shape[1] - 1
-    place = work.place
-    half = grid.settings[2] > 1.5
-    ruptures = int(grid.settings[0]) == REYNOLDS
+    vx, vy, wx, wy = four(work.squeeze, V_X)
+    half = grid.settings[SIDES] > 1.5
+    ruptures = int(grid.settings[RUPTURE]) == REYNOLDS
     best_i = 0
     best_j = 0
     highest = -1.0
@@ -286,7 +267,7 @@ def film_observables(grid, work):
         for j in range(n):
             # Beside an end the weight of source and force exceeds the cell; where the film is too thin for the axial
             # step, the pressure there does as well.
-            value = p[i, j] * min(axial[1, j] / axial[2, j], 1.0)
+            value = p[i, j] * min(axial[CELL, j] / axial[WEIGHT, j], 1.0)
             if value > highest:
                 highest = value
                 best_i = i
@@ -299,18 +280,18 @@ def film_observables(grid, work):
     before = p[best_i, best_j - 1] if best_j > 0 else (after if half else 0.0)
     highest += _rise(before, top, after)
     flow = 0.0
-    strip = grid.settings[3]
+    strip = grid.settings[STRIP]
     for i in range(columns):
-        c = work.angle[0, i] * work.width[0, i]
-        s = work.angle[1, i] * work.width[0, i]
+        c = work.angle[COS, i] * work.width[0, i]
+        s = work.angle[SIN, i] * work.width[0, i]
         for end in range(1 if half else 2):
             last = n - 1 if end == 0 else 0
             out = work.conduct[1, i, n if end == 0 else 0] * p[i, last]
             if grid.blocked[i, last] == 0.0 and not (ruptures and p[i, last] == 0.0):
                 side = 1.0 if end == 0 else -1.0
-                out += strip * ((place[4] + side * place[6]) * c + (place[5] + side * place[7]) * s)
+                out += strip * ((vx + side * wx) * c + (vy + side * wy) * s)
             flow += out if ruptures else max(out, 0.0)
-    return highest, grid.settings[2] * flow / place[8]
+    return highest, grid.settings[SIDES] * flow / work.squeeze[RATIO2]
 
 
 @kernel
@@ -330,6 +311,7 @@ def film_shear(ex, ey, tx, ty):
 
 @kernel
 def _circle_shear(x, y):
+    """½ ∫∫ dφ dζ / H of one slice at the eccentricity (x, y)."""
     left = 1.0 - x * x - y * y
     return 2.0 * math.pi / math.sqrt(max(left, 2.0 * FLOOR))
 

@@ -31,14 +31,21 @@ EDGE_GRADING = 0.7
 WIDE, WIDEST = 4.0, 1000.0
 """B/D from which, and up to which, axial nodes gather the closer at the ends the wider the bearing is."""
 
+# Rows of JournalGrid.circle and JournalWork.angle; of JournalGrid.axial; entries of .settings and JournalWork.squeeze.
+COS, SIN, FACE_COS, FACE_SIN = range(4)
+ZETA, CELL, WEIGHT, FACE_ZETA, PER_DISTANCE = range(5)
+RUPTURE, NODE_GRADING, SIDES, STRIP = range(4)
+V_X, V_Y, W_X, W_Y, RATIO2 = range(5)
+
 
 class JournalGrid(NamedTuple):
     """Where the film is sampled; float64 throughout.
 
-    circle : (4, N) cos γ, sin γ of nodes and of the faces behind them; for nodes at rest γ is φ itself
+    circle : (4, N) cos γ, sin γ of nodes and of the faces behind them (rows COS to FACE_SIN); for nodes at rest γ is φ
     spacing : (2, N) cell width of a node and distance across the face behind it, in γ
     axial : (5, n + 1) ζ of nodes, cell width, weight of source and force, ζ of the face before a node, 1/distance there
-    blocked : (N, m) 1 where the pressure is held at zero (grooves), and beyond n
+        (rows ZETA to PER_DISTANCE)
+    blocked : (N, m) 1 where the pressure is given as zero (grooves), and beyond n
     settings : (4,) rupture, grading (0: nodes at rest), sides (1, or 2: half the width by symmetry), strip in ζ at an
         end that no node's weight covers
     """
@@ -50,10 +57,27 @@ class JournalGrid(NamedTuple):
     settings: Array
 
 
+class Motion(NamedTuple):
+    """Where a journal is and how it moves, over the clearance: floats, in any axes.
+
+    Eccentricity (ex, ey) of its middle, tilt (tx, ty): displacement of the axis at ζ = +1; velocities of pure squeeze
+    (vx, vy) and (wx, wy) of both, 1/s.
+    """
+
+    ex: float
+    ey: float
+    tx: float
+    ty: float
+    vx: float
+    vy: float
+    wx: float
+    wy: float
+
+
 class JournalWork(NamedTuple):
     """Memory of one film solution; ``journal_film`` leaves the pressure and the films in it."""
 
-    angle: Array  # (4, N) cos φ, sin φ of nodes and faces
+    angle: Array  # (4, N) cos φ, sin φ of nodes and faces, rows COS to FACE_SIN
     width: Array  # (2, N) cell width and distance, in φ
     conduct: Array  # (2, N, m + 1) around (face behind) and axial (face before)
     slope: Array  # (2, N, m + 1) their derivative by the film
@@ -67,7 +91,7 @@ class JournalWork(NamedTuple):
     unit: Array  # (N, m, 4)
     adjoint: Array  # (N, m, 4)
     carried: Array  # (m, m)
-    place: Array  # (9,) eccentricity, tilt, both velocities of squeeze, (D/L)²
+    squeeze: Array  # (5,) (vx, vy, wx, wy) of the Motion, (D/L)²
 
 
 def journal_grid(
@@ -90,8 +114,8 @@ def journal_grid(
     half : solve half the width by symmetry; for films without tilt (t = w = 0)
     rupture : reynolds, guembel (full film, negative pressure left out) or full
     grading : how far the nodes follow the eccentricity, in [0, 1); 0 leaves them at rest
-    grooves : axial grooves as (centre, extent) in rad, pressure zero; nodes then stand still in the bore
-    fed_at_widest : hold the pressure at zero on the line of the widest gap (opposite to where nodes gather), as an oil
+    grooves : axial grooves as (centre, extent) in rad, pressure zero; nodes are then at rest in the bore
+    fed_at_widest : keep the pressure at zero on the line of the widest gap (opposite to where nodes gather), as an oil
         groove there would
     sealed : no flow over the ends, so that pressure is uniform over the width: the infinitely long bearing
     ratio : B/D, where known: beyond ``WIDE`` axial nodes gather at the ends so closely that they see the pressure drop
@@ -204,7 +228,7 @@ def journal_work(grid: JournalGrid) -> JournalWork:
         np.zeros((4, columns)), np.zeros((2, columns)), np.zeros((2, columns, m + 1)), np.zeros((2, columns, m + 1)),
         np.zeros((2, columns, m + 1)), np.zeros((columns, m)), np.zeros(columns), np.zeros((columns, m, m)),
         np.zeros((columns, m, m)), np.zeros((columns, m)), np.zeros((columns, m)), np.zeros((columns, m, 4)),
-        np.zeros((columns, m, 4)), np.zeros((m, m)), np.zeros(9),
+        np.zeros((columns, m, 4)), np.zeros((m, m)), np.zeros(5),
     )  # fmt: skip
 
 

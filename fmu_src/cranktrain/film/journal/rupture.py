@@ -8,8 +8,9 @@ the one solution, from any start. With the set known the four unit solutions A �
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
-from cranktrain.film.journal.blocks import factor_ring, solve_ring, solve_ring_four
-from cranktrain.film.journal.grid import GUEMBEL, REYNOLDS
+from cranktrain.core.lanes import four, put_four
+from cranktrain.film.journal.blocks import Ring, factor_ring, solve_ring, solve_ring_four
+from cranktrain.film.journal.grid import COS, GUEMBEL, REYNOLDS, RUPTURE, SIN, WEIGHT, ZETA
 
 MOST_PASSES = 60
 """Passes of the active set beyond one for each column."""
@@ -18,27 +19,16 @@ AHEAD = 0.3
 
 
 @kernel
-def rupture_pressure(grid, vx, vy, wx, wy, work, active):
-    """Solve the complementarity problem; returns the passes it took, negative on failure."""
+def rupture_pressure(grid, at, work, active):
+    """Solve the complementarity problem at a Motion; returns the passes it took, negative on failure."""
     axial = grid.axial
     blocked = grid.blocked
     columns = blocked.shape[0]
     padded = blocked.shape[1]
     n = axial.shape[1] - 1
-    rupture = int(grid.settings[0])
+    rupture = int(grid.settings[RUPTURE])
     cold = active[0, 0] < 0.0
-    largest = 0.0
-    fastest = 0.0
-    for i in range(columns):
-        c = work.angle[0, i]
-        s = work.angle[1, i]
-        middle = (vx * c + vy * s) * work.width[0, i]
-        end = (wx * c + wy * s) * work.width[0, i]
-        for j in range(n):
-            g = (middle + axial[0, j] * end) * axial[2, j]
-            work.source[i, j] = g
-            largest = max(largest, abs(g))
-            fastest = max(fastest, abs(middle + axial[0, j] * end) / work.width[0, i])
+    largest, fastest = _sources(axial, at, work)
     at_rest = largest == 0.0
     for i in range(columns):
         for j in range(padded):
@@ -48,7 +38,7 @@ def rupture_pressure(grid, vx, vy, wx, wy, work, active):
                 active[i, j] = 1.0
             elif cold:
                 # A first set somewhat too large settles sooner than one that is too small: it grows column by column.
-                least = -AHEAD * fastest * work.width[0, i] * axial[2, j] if j < n else 0.0
+                least = -AHEAD * fastest * work.width[0, i] * axial[WEIGHT, j] if j < n else 0.0
                 active[i, j] = 1.0 if work.source[i, j] > least else 0.0
             else:
                 active[i, j] = 1.0 if active[i, j] > 0.5 else 0.0
@@ -56,59 +46,62 @@ def rupture_pressure(grid, vx, vy, wx, wy, work, active):
     p = work.pressure
     most = MOST_PASSES + columns
     if not (cold or at_rest) and rupture == REYNOLDS:
-        _foresee(n, blocked, vx, vy, wx, wy, work, active, tolerance)
+        _foresee(n, blocked, at, work, active, tolerance)
     for passes in range(1, most + 1):
         start, cyclic = ring_matrix(n, work, active)
-        if factor_ring(
-            work.matrix[0], work.matrix[1], work.around, work.used, start, cyclic, n, work.inverse, work.border,
-            work.carried,
-        ) != 0:  # fmt: skip
+        ring = Ring(work.around, work.used, start, cyclic, n, work.inverse, work.border)
+        if factor_ring(ring, work.matrix[0], work.matrix[1], work.carried) != 0:
             return -passes
         for i in range(columns):
             for j in range(padded):
                 p[i, j] = work.source[i, j] * active[i, j] if j < n else 0.0
-        solve_ring(work.around, work.used, start, cyclic, n, work.inverse, work.border, p, work.carried[0])
+        solve_ring(ring, p, work.carried[0])
         if rupture != REYNOLDS or at_rest:
             break
         if _change_set(n, blocked, work, active, tolerance) == 0:
             break
     else:
         return -most
-    unit_sources(n, axial, work, active)
-    solve_ring_four(work.around, work.used, start, cyclic, n, work.inverse, work.border, work.unit, work.carried)
+    unit_sources(axial, work, active, work.unit)
+    solve_ring_four(ring, work.unit, work.carried)
     if rupture == GUEMBEL:
-        adjoint = work.adjoint
         _share_of_compression(n, p, work.source)
-        for i in range(columns):
-            c = work.angle[0, i] * work.width[0, i]
-            s = work.angle[1, i] * work.width[0, i]
-            for j in range(n):
-                g = axial[2, j] * work.source[i, j]
-                adjoint[i, j, 0] = c * g
-                adjoint[i, j, 1] = s * g
-                adjoint[i, j, 2] = c * g * axial[0, j]
-                adjoint[i, j, 3] = s * g * axial[0, j]
-        solve_ring_four(work.around, work.used, start, cyclic, n, work.inverse, work.border, adjoint, work.carried)
+        unit_sources(axial, work, work.source, work.adjoint)
+        solve_ring_four(ring, work.adjoint, work.carried)
     return passes
 
 
 @kernel
-def unit_sources(n, axial, work, active):
-    """The four sources g = (n, ζ n) by cells, on the active set, into ``work.unit``."""
-    unit = work.unit
-    for i in range(active.shape[0]):
-        c = work.angle[0, i] * work.width[0, i]
-        s = work.angle[1, i] * work.width[0, i]
-        for j in range(n):
-            g = axial[2, j] * active[i, j]
-            unit[i, j, 0] = c * g
-            unit[i, j, 1] = s * g
-            unit[i, j, 2] = c * g * axial[0, j]
-            unit[i, j, 3] = s * g * axial[0, j]
+def _sources(axial, at, work):
+    """Sources of a Motion by cells, into ``work.source``; returns the largest, and the fastest approach."""
+    largest = 0.0
+    fastest = 0.0
+    for i in range(work.source.shape[0]):
+        c = work.angle[COS, i]
+        s = work.angle[SIN, i]
+        middle = (at.vx * c + at.vy * s) * work.width[0, i]
+        end = (at.wx * c + at.wy * s) * work.width[0, i]
+        for j in range(axial.shape[1] - 1):
+            g = (middle + axial[ZETA, j] * end) * axial[WEIGHT, j]
+            work.source[i, j] = g
+            largest = max(largest, abs(g))
+            fastest = max(fastest, abs(middle + axial[ZETA, j] * end) / work.width[0, i])
+    return largest, fastest
 
 
 @kernel
-def _foresee(n, blocked, vx, vy, wx, wy, work, active, tolerance):
+def unit_sources(axial, work, share, unit):
+    """The four sources g = (n, ζ n) by cells, times the nodes' ``share`` (N, m), into ``unit`` (N, m, 4)."""
+    for i in range(share.shape[0]):
+        c = work.angle[COS, i] * work.width[0, i]
+        s = work.angle[SIN, i] * work.width[0, i]
+        for j in range(axial.shape[1] - 1):
+            g = axial[WEIGHT, j] * share[i, j]
+            put_four(unit[i, j], 0, (c * g, s * g, c * g * axial[ZETA, j], s * g * axial[ZETA, j]))
+
+
+@kernel
+def _foresee(n, blocked, at, work, active, tolerance):
     """Let the last unit solutions say what the new velocity changes in the set, where they belong to this set."""
     columns = active.shape[0]
     p = work.pressure
@@ -122,8 +115,8 @@ def _foresee(n, blocked, vx, vy, wx, wy, work, active, tolerance):
         for j in range(n):
             p[i, j] = 0.0
             if active[i, j] > 0.5:
-                u = work.unit[i, j]
-                p[i, j] = max(u[0] * vx + u[1] * vy + u[2] * wx + u[3] * wy, 0.0)
+                x, y, a, b = four(work.unit[i, j], 0)
+                p[i, j] = max(x * at.vx + y * at.vy + a * at.wx + b * at.wy, 0.0)
                 if p[i, j] == 0.0:
                     active[i, j] = 0.0
     _change_set(n, blocked, work, active, tolerance)

@@ -15,33 +15,29 @@ h (½ + r) from the last node: the conductance of that face is divided by ½ + r
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
-from cranktrain.film.journal.blocks import factor_ring, solve_ring_four
+from cranktrain.core.lanes import four, put_four
+from cranktrain.film.journal.blocks import Ring, factor_ring, solve_ring_four
 from cranktrain.film.journal.film import FORCE, journal_tangents
-from cranktrain.film.journal.grid import REYNOLDS
+from cranktrain.film.journal.grid import REYNOLDS, RUPTURE
 from cranktrain.film.journal.rupture import ring_matrix, unit_sources
 
 
 @kernel
-def border_tangents(grid, vx, vy, wx, wy, work, active, out):
+def border_tangents(grid, at, work, active, out):
     """Replace the tangents that ``journal_film`` left in ``out`` (36,); the force stays. 0, or 1 for a failed pivot."""
-    if int(grid.settings[0]) != REYNOLDS:
+    if int(grid.settings[RUPTURE]) != REYNOLDS:
         return 0
     n = grid.axial.shape[1] - 1
     start, cyclic = ring_matrix(n, work, active)
     _move_border(n, grid.blocked, work, active)
-    if factor_ring(
-        work.matrix[0], work.matrix[1], work.around, work.used, start, cyclic, n, work.inverse, work.border,
-        work.carried,
-    ) != 0:  # fmt: skip
+    ring = Ring(work.around, work.used, start, cyclic, n, work.inverse, work.border)
+    if factor_ring(ring, work.matrix[0], work.matrix[1], work.carried) != 0:
         return 1
-    unit_sources(n, grid.axial, work, active)
-    solve_ring_four(work.around, work.used, start, cyclic, n, work.inverse, work.border, work.unit, work.carried)
-    f0, f1, f2, f3 = out[FORCE], out[FORCE + 1], out[FORCE + 2], out[FORCE + 3]
-    journal_tangents(grid, vx, vy, wx, wy, work, active, out)
-    out[FORCE] = f0
-    out[FORCE + 1] = f1
-    out[FORCE + 2] = f2
-    out[FORCE + 3] = f3
+    unit_sources(grid.axial, work, active, work.unit)
+    solve_ring_four(ring, work.unit, work.carried)
+    force = four(out, FORCE)
+    journal_tangents(grid, at, work, active, out)
+    put_four(out, FORCE, force)
     return 0
 
 

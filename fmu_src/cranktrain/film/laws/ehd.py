@@ -7,7 +7,7 @@ the end of the last step. Within a step
   the elastic bore is of the integrator's order (generalised-α: backward Euler);
 * voids fill and empty by backward Euler from the step's start, which keeps every fill within [0, 1].
 
-Oil comes through a hole in the bore, or a groove all around it, at its supply pressure. The bore stands still in space:
+Oil comes through a hole in the bore, or a groove all around it, at its supply pressure. The bore is at rest in space:
 journals come in the frame's axes and are turned there and back.
 """
 
@@ -19,11 +19,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from cranktrain.core.kernel import kernel, law_kernel, record_reader
+from cranktrain.core.lanes import four
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import PlainBearing
 from cranktrain.film.contact.asperity import bearing_contact_constants
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
-from cranktrain.film.elastic.film import CONVERGED, elastic_film
+from cranktrain.film.elastic.film import CONVERGED, FilmHistory, elastic_film
 from cranktrain.film.elastic.grid import (
     CLEARANCE,
     DAMPING,
@@ -39,11 +40,14 @@ from cranktrain.film.elastic.grid import (
     SIDE_FLOW,
     STIFFNESS,
     VISCOSITY,
+    ZETA,
     ElasticFilm,
     ElasticGrid,
     ElasticWork,
 )
+from cranktrain.film.elastic.grid import COS as COS_NODE
 from cranktrain.film.elastic.grid import FORCE as FORCE_ON_JOURNAL
+from cranktrain.film.elastic.grid import SIN as SIN_NODE
 from cranktrain.film.laws.films import (
     CLOSE_STAGE,
     CLOSE_STEP,
@@ -198,11 +202,12 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         turn_pairs(cos, sin, velocity, own.motion[1])
         # All films share the rest of their data.
         bore.film.constants[VISCOSITY] = bore.viscosities[i]
-        status = elastic_film(
-            bore.film, own.motion[0], own.motion[1], numbers[SPEED], numbers[ELAPSED], numbers[GAIN], own.start[i],
-            own.start_place[i], own.start_shapes[i], own.known[i], own.unknowns[i], own.shapes[i], bore.scratch,
-            own.out[i], action == FORCE and numbers[HELD] == 0.0,
-        )  # fmt: skip
+        history = FilmHistory(
+            own.start[i], own.start_place[i], own.start_shapes[i], own.known[i], own.unknowns[i], own.shapes[i]
+        )
+        clock = numbers[SPEED], numbers[ELAPSED], numbers[GAIN]
+        tangents = action == FORCE and numbers[HELD] == 0.0
+        status = elastic_film(bore.film, own.motion, clock, history, bore.scratch, own.out[i], tangents)
         if status != CONVERGED:
             # The next attempt, of a shorter step, begins with what is sure.
             for k in range(nodes):
@@ -295,15 +300,17 @@ def closing_rate(film, place, velocity, shapes, rates, least):
     c = film.constants[CLEARANCE]
     lines = int(film.constants[N_Z]) + 2
     n_shapes = int(film.constants[N_SHAPES])
+    x, y, a, b = four(place, 0)
+    vx, vy, va, vb = four(velocity, 0)
     worst = 0.0
     for i in range(int(film.constants[N_PHI])):
-        cos = film.trig[i, 0]
-        sin = film.trig[i, 1]
+        cos = film.trig[i, COS_NODE]
+        sin = film.trig[i, SIN_NODE]
         for line in range(lines):
             q = i * lines + line
-            zeta = film.lines[line, 0]
-            h = c - (place[0] + zeta * place[2]) * cos - (place[1] + zeta * place[3]) * sin
-            rate = (velocity[0] + zeta * velocity[2]) * cos + (velocity[1] + zeta * velocity[3]) * sin
+            zeta = film.lines[line, ZETA]
+            h = c - (x + zeta * a) * cos - (y + zeta * b) * sin
+            rate = (vx + zeta * va) * cos + (vy + zeta * vb) * sin
             for k in range(n_shapes):
                 h += shapes[k] * film.shapes[q, k + 1]
                 rate -= rates[k] * film.shapes[q, k + 1]

@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from cranktrain.core.kernel import kernel, law_kernel, record_reader
+from cranktrain.core.lanes import put_four
 from cranktrain.core.reduced_body import Array
 from cranktrain.film.laws.films import FLOW, FRICTION, GAP, OBSERVE, P_MAX, PLANE_ECCENTRICITY, RUBBING, SPEED, widen
 from cranktrain.film.laws.parabolic import (
@@ -45,6 +46,19 @@ from cranktrain.film.laws.parameters import (
     VISCOSITY,
     WIDTH,
 )
+from cranktrain.film.spline import (
+    BY_ALONG,
+    BY_AROUND,
+    SECOND,
+    SECOND_BY_ALONG,
+    SECOND_BY_AROUND,
+    VALUE,
+    bicubic,
+    circulant,
+    cubic,
+    not_a_knot,
+    wrapped,
+)
 
 if TYPE_CHECKING:
     from cranktrain.film.laws.bearings import Bearings
@@ -57,6 +71,11 @@ _DX = _X_MAX / (N_ECCENTRICITY - 1)
 _DG = 2.0 * math.pi / N_ANGLE
 CENTRED = 1.0e-3
 """Below this eccentricity the line of centres has no direction to speak of: its turning is taken at this radius."""
+LN_FORCE, TURN, LN_PRESSURE, LN_FLOW, N_FUNCTIONS = range(5)
+"""Functions of the map: ln M, β, p̂ and q̂."""
+
+# What journal_force writes: the force, its tangents by place and by velocity (2 × 2, row-major), the eccentricity.
+BY_PLACE, BY_VELOCITY, ECCENTRICITY = 2, 6, 10
 
 
 class ImpedanceFilms(NamedTuple):
@@ -76,104 +95,59 @@ def impedance_films(bearings: Bearings) -> ImpedanceFilms:
 def impedance_map(kappa2: float) -> Array:
     """Spline coefficients of ln M, β, p̂ and q̂, (4, N_ECCENTRICITY + 2, N_ANGLE + 3), for κ² = 10 (R/L)²."""
     eps = (1.0 - np.exp(-_DX * np.arange(N_ECCENTRICITY))) / STRETCH
-    values = np.empty((4, N_ECCENTRICITY, N_ANGLE))
-    _sample(np.minimum(eps, ECCENTRICITY_MAX), kappa2, node_table(), np.zeros(WORK_SIZE), np.zeros(12), values)
+    values = np.empty((N_FUNCTIONS, N_ECCENTRICITY, N_ANGLE))
+    eps = np.minimum(eps, ECCENTRICITY_MAX)
+    _sample(eps, kappa2, node_table(), np.zeros(WORK_SIZE), np.zeros(2), np.zeros(10), values)
     return np.ascontiguousarray([_spline(v) for v in values])
 
 
 def _spline(values: Array) -> Array:
     """B-spline coefficients of samples: not-a-knot along the first axis, periodic (wrapped by 3) along the second."""
     n, periodic = values.shape
-    rows = np.zeros((n + 2, n + 2))
-    for i in range(n):
-        rows[i, i : i + 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0]
-    # The third derivative has no jump at the second and the last but one sample.
-    jump = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
-    rows[n, :5] = jump
-    rows[n + 1, -5:] = jump
-    along = np.linalg.solve(rows, np.concatenate([values, np.zeros((2, periodic))]))
-    row = np.zeros(periodic)
-    row[[0, 1, -1]] = [4.0 / 6.0, 1.0 / 6.0, 1.0 / 6.0]
-    circulant = np.array([np.roll(row, i) for i in range(periodic)])
-    around = np.linalg.solve(circulant, along.T).T
-    return np.concatenate([around[:, -1:], around, around[:, :2]], axis=1)
+    along = np.linalg.solve(not_a_knot(n), np.concatenate([values, np.zeros((2, periodic))]))
+    return np.asarray(np.linalg.solve(circulant(periodic), along.T).T[:, wrapped(periodic)])
 
 
 @kernel
-def _sample(eccentricities, kappa2, nodes, work, force, values):
-    """Fill the four functions at every eccentricity and angle; mirrored about the line of centres."""
+def _sample(eccentricities, kappa2, nodes, work, zone, force, values):
+    """Fill ``values`` (N_FUNCTIONS, n_ε, n_γ) at every eccentricity and angle; mirrored about the line of centres."""
     n = values.shape[2]
     for i in range(eccentricities.shape[0]):
         for j in range(n // 2 + 1):
             gamma = j * _DG
-            force[10] = 0.0
-            force[11] = 0.0
-            film_force(eccentricities[i], math.cos(gamma), math.sin(gamma), kappa2, nodes, work, force[10:12], force)
+            zone[:] = 0.0
+            film_force(eccentricities[i], math.cos(gamma), math.sin(gamma), kappa2, nodes, work, zone, force)
             beta = math.atan2(force[1], force[0]) - gamma
             if j == 0 or 2 * j == n:
                 beta = 0.0
-            values[0, i, j] = 0.5 * math.log(force[0] * force[0] + force[1] * force[1])
-            values[1, i, j] = beta
-            values[0, i, (n - j) % n] = values[0, i, j]
-            values[1, i, (n - j) % n] = -beta
-            highest, flow = film_observables(math.cos(gamma), math.sin(gamma), work, force[10:12])
-            values[2, i, j] = math.log(highest)
-            values[3, i, j] = math.log(flow)
-            values[2, i, (n - j) % n] = values[2, i, j]
-            values[3, i, (n - j) % n] = values[3, i, j]
+            highest, flow = film_observables(math.cos(gamma), math.sin(gamma), work, zone)
+            back = (n - j) % n
+            values[TURN, i, j] = beta
+            values[TURN, i, back] = -beta
+            for at in (j, back):
+                values[LN_FORCE, i, at] = 0.5 * math.log(force[0] * force[0] + force[1] * force[1])
+                values[LN_PRESSURE, i, at] = math.log(highest)
+                values[LN_FLOW, i, at] = math.log(flow)
 
 
 @kernel
 def impedance(eps, gamma, table, first, out):
-    """Two functions of the map from ``first`` on, with derivatives by ε and γ: ``out[0:6]`` = f, ∂ε, ∂γ, g, ∂ε, ∂γ."""
+    """Two functions of the map from ``first`` on with derivatives by ε and γ: ``out[0:6]`` as ``bicubic`` leaves it."""
     x = -math.log(1.0 - STRETCH * eps) / _DX
     i = int(x)
     if i > N_ECCENTRICITY - 2:
         i = N_ECCENTRICITY - 2
-    t = x - i
     y = gamma / _DG
     y -= N_ANGLE * math.floor(y / N_ANGLE)
     j = int(y)
     if j > N_ANGLE - 1:
         j = N_ANGLE - 1
-    s = y - j
-    r = 1.0 - t
-    a0 = r * r * r / 6.0
-    a1 = (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0
-    a3 = t * t * t / 6.0
-    a2 = 1.0 - a0 - a1 - a3
-    d0 = -0.5 * r * r
-    d1 = t * (1.5 * t - 2.0)
-    d3 = 0.5 * t * t
-    d2 = -d0 - d1 - d3
-    r = 1.0 - s
-    b0 = r * r * r / 6.0
-    b1 = (4.0 - 6.0 * s * s + 3.0 * s * s * s) / 6.0
-    b3 = s * s * s / 6.0
-    b2 = 1.0 - b0 - b1 - b3
-    e0 = -0.5 * r * r
-    e1 = s * (1.5 * s - 2.0)
-    e3 = 0.5 * s * s
-    e2 = -e0 - e1 - e3
+    bicubic(table, first, i, j, cubic(x - i, 1.0), cubic(y - j, 1.0), out)
     slope = STRETCH / (1.0 - STRETCH * eps) / _DX
-    for k in range(2):
-        value = 0.0
-        by_x = 0.0
-        by_y = 0.0
-        for m in range(4):
-            a = a0 if m == 0 else (a1 if m == 1 else (a2 if m == 2 else a3))
-            d = d0 if m == 0 else (d1 if m == 1 else (d2 if m == 2 else d3))
-            c0 = table[first + k, i + m, j]
-            c1 = table[first + k, i + m, j + 1]
-            c2 = table[first + k, i + m, j + 2]
-            c3 = table[first + k, i + m, j + 3]
-            line = b0 * c0 + b1 * c1 + b2 * c2 + b3 * c3
-            value += a * line
-            by_x += d * line
-            by_y += a * (e0 * c0 + e1 * c1 + e2 * c2 + e3 * c3)
-        out[3 * k] = value
-        out[3 * k + 1] = by_x * slope
-        out[3 * k + 2] = by_y / _DG
+    out[BY_ALONG] *= slope
+    out[BY_AROUND] /= _DG
+    out[SECOND_BY_ALONG] *= slope
+    out[SECOND_BY_AROUND] /= _DG
 
 
 @kernel
@@ -181,8 +155,8 @@ def journal_force(x, y, vx, vy, half_speed, c, factor, contact_height, contact_l
     """Force on a journal at (x, y) moving at (vx, vy) in axes at rest with the bore, with its tangents.
 
     ``half_speed`` is half the sum of the surface speeds (rad/s); ``factor`` 10 η R L (R/c)²; ``contact_load``
-    ½ p_c L D. ``out[0:2]`` force (N); ``out[2:6]`` ∂F/∂(x, y); ``out[6:10]`` ∂F/∂(vx, vy), row-major; ``out[10]``
-    eccentricity.
+    ½ p_c L D. ``out`` (≥ 11,): force (N), and from BY_PLACE and BY_VELOCITY on ∂F/∂(x, y) and ∂F/∂(vx, vy), row-major;
+    ECCENTRICITY.
     """
     # The velocity of pure squeeze, as the film sees it.
     sx = vx + half_speed * y
@@ -202,10 +176,10 @@ def journal_force(x, y, vx, vy, half_speed, c, factor, contact_height, contact_l
         wy = sy / size
     gamma = math.atan2(nx * wy - ny * wx, nx * wx + ny * wy)
     frozen = eps > ECCENTRICITY_MAX
-    impedance(ECCENTRICITY_MAX if frozen else eps, gamma, table, 0, out)
-    magnitude = factor / c * math.exp(out[0])
-    cos = math.cos(out[3])
-    sin = math.sin(out[3])
+    impedance(ECCENTRICITY_MAX if frozen else eps, gamma, table, LN_FORCE, out)
+    magnitude = factor / c * math.exp(out[VALUE])
+    cos = math.cos(out[SECOND])
+    sin = math.sin(out[SECOND])
     # Direction of −F and the one across it.
     rx = cos * wx - sin * wy
     ry = sin * wx + cos * wy
@@ -215,9 +189,9 @@ def journal_force(x, y, vx, vy, half_speed, c, factor, contact_height, contact_l
     # By the velocity: its length and its turning.
     ax = -magnitude * rx
     ay = -magnitude * ry
-    turn = 1.0 + out[5]
-    bx = -magnitude * (out[2] * rx - turn * ry)
-    by = -magnitude * (out[2] * ry + turn * rx)
+    turn = 1.0 + out[SECOND_BY_AROUND]
+    bx = -magnitude * (out[BY_AROUND] * rx - turn * ry)
+    by = -magnitude * (out[BY_AROUND] * ry + turn * rx)
     d_xx = ax * wx - bx * wy
     d_xy = ax * wy + bx * wx
     d_yx = ay * wx - by * wy
@@ -226,11 +200,11 @@ def journal_force(x, y, vx, vy, half_speed, c, factor, contact_height, contact_l
     px = 0.0
     py = 0.0
     if not frozen:
-        px = f / c * (out[1] * rx - out[4] * ry)
-        py = f / c * (out[1] * ry + out[4] * rx)
+        px = f / c * (out[BY_ALONG] * rx - out[SECOND_BY_ALONG] * ry)
+        py = f / c * (out[BY_ALONG] * ry + out[SECOND_BY_ALONG] * rx)
     arm = e if eps > CENTRED else CENTRED * c
-    qx = -f / arm * (out[2] * rx - out[5] * ry)
-    qy = -f / arm * (out[2] * ry + out[5] * rx)
+    qx = -f / arm * (out[BY_AROUND] * rx - out[SECOND_BY_AROUND] * ry)
+    qy = -f / arm * (out[BY_AROUND] * ry + out[SECOND_BY_AROUND] * rx)
     k_xx = px * nx - qx * ny
     k_xy = px * ny + qx * nx
     k_yx = py * nx - qy * ny
@@ -250,15 +224,10 @@ def journal_force(x, y, vx, vy, half_speed, c, factor, contact_height, contact_l
     out[0] = fx
     out[1] = fy
     # The velocity of pure squeeze depends on the position through the surface speeds.
-    out[2] = k_xx - half_speed * d_xy
-    out[3] = k_xy + half_speed * d_xx
-    out[4] = k_yx - half_speed * d_yy
-    out[5] = k_yy + half_speed * d_yx
-    out[6] = d_xx
-    out[7] = d_xy
-    out[8] = d_yx
-    out[9] = d_yy
-    out[10] = eps
+    by_place = k_xx - half_speed * d_xy, k_xy + half_speed * d_xx, k_yx - half_speed * d_yy, k_yy + half_speed * d_yx
+    put_four(out, BY_PLACE, by_place)
+    put_four(out, BY_VELOCITY, (d_xx, d_xy, d_yx, d_yy))
+    out[ECCENTRICITY] = eps
 
 
 @kernel
@@ -269,9 +238,9 @@ def pressure_and_flow(x, y, vx, vy, half_speed, c, viscosity, radius, width, tab
     size = math.sqrt(sx * sx + sy * sy)
     eps = math.sqrt(x * x + y * y) / c
     gamma = math.atan2(x * sy - y * sx, x * sx + y * sy)
-    impedance(ECCENTRICITY_MAX if eps > ECCENTRICITY_MAX else eps, gamma, table, 2, out)
-    highest = 15.0 * viscosity * (radius / c) ** 2 * size / c * math.exp(out[0])
-    return highest, 10.0 * radius**3 / width * size * math.exp(out[3])
+    impedance(ECCENTRICITY_MAX if eps > ECCENTRICITY_MAX else eps, gamma, table, LN_PRESSURE, out)
+    highest = 15.0 * viscosity * (radius / c) ** 2 * size / c * math.exp(out[VALUE])
+    return highest, 10.0 * radius**3 / width * size * math.exp(out[SECOND])
 
 
 _read = record_reader(ImpedanceFilms(np.zeros((1, 1)), np.zeros((1, 1, 1)), np.zeros(1)))

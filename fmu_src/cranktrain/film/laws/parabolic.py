@@ -24,6 +24,7 @@ import math
 import numpy as np
 
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import put_four
 
 N_NODES = 96
 """Circumferential nodes; the film is solved once per map and per output, so they may be many."""
@@ -31,6 +32,10 @@ GRADING = 0.8
 ECCENTRICITY_MAX = 0.999
 """The film is frozen beyond this eccentricity; contact carries there."""
 WORK_SIZE = 14 * N_NODES + 2
+FACE_COS, FACE_SIN = 2, 3
+"""Rows of the node table behind those of the nodes."""
+BY_VELOCITY, BY_PLACE = 2, 6
+"""Tangents in what film_force writes."""
 
 
 def film_geometry(diameter: float, width: float, clearance: float, viscosity: float) -> tuple[float, float, float]:
@@ -141,8 +146,8 @@ def film_pressure(eps, v_r, v_t, kappa2, nodes, work, zone):
         work[o_film + i] = film
         work[o_mass + i] = kappa2 * film * film * film * jacobian
     for i in range(n):
-        d = 1.0 / (1.0 + m * nodes[2, i])
-        cos_psi = (nodes[2, i] + m) * d
+        d = 1.0 / (1.0 + m * nodes[FACE_COS, i])
+        cos_psi = (nodes[FACE_COS, i] + m) * d
         film = 1.0 - eps * cos_psi
         work[o_fcos + i] = cos_psi
         work[o_facefilm + i] = film
@@ -189,7 +194,7 @@ def film_pressure(eps, v_r, v_t, kappa2, nodes, work, zone):
 def film_force(eps, v_r, v_t, kappa2, nodes, work, zone, out):
     """Dimensionless film force ∫Π(cos ψ, sin ψ)dψ with tangents, on axes along and across the line of centres.
 
-    ``out[0:2]`` force; ``out[2:6]`` derivatives by (v_r, v_t), row-major; ``out[6:10]`` by (ε_r, ε_t), row-major.
+    ``out`` (10,): force; from BY_VELOCITY on its derivatives by (v_r, v_t), from BY_PLACE on by (ε_r, ε_t), row-major.
     """
     n = N_NODES
     film_pressure(eps, v_r, v_t, kappa2, nodes, work, zone)
@@ -221,13 +226,13 @@ def film_force(eps, v_r, v_t, kappa2, nodes, work, zone, out):
         # Face between the node before and this one.
         f = i - 1 if i > 0 else n - 1
         film = work[o_facefilm + f]
-        d = 1.0 + GRADING * eps * nodes[2, f]
+        d = 1.0 + GRADING * eps * nodes[FACE_COS, f]
         factor = 3.0 * film * film * d / root / delta
         g_c = c - c_before
         g_s = s - s_before
         g_p = (v_r * g_c + v_t * g_s) * factor
         cos_psi = work[o_fcos + f]
-        sin_psi = root * nodes[3, f] / d
+        sin_psi = root * nodes[FACE_SIN, f] / d
         k_cr += g_p * g_c * cos_psi
         k_ct += g_p * g_c * sin_psi
         k_sr += g_p * g_s * cos_psi
@@ -250,14 +255,8 @@ def film_force(eps, v_r, v_t, kappa2, nodes, work, zone, out):
         s_before = s
     out[0] = v_r * d_cc + v_t * d_cs
     out[1] = v_r * d_cs + v_t * d_ss
-    out[2] = d_cc
-    out[3] = d_cs
-    out[4] = d_cs
-    out[5] = d_ss
-    out[6] = k_cr
-    out[7] = k_ct
-    out[8] = k_sr
-    out[9] = k_st
+    put_four(out, BY_VELOCITY, (d_cc, d_cs, d_cs, d_ss))
+    put_four(out, BY_PLACE, (k_cr, k_ct, k_sr, k_st))
 
 
 @kernel

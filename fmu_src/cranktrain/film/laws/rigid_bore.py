@@ -8,11 +8,19 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel, law_kernel, record_reader
+from cranktrain.core.lanes import four
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import PlainBearing
-from cranktrain.film.contact.journal import N_OUT, TORQUE, JournalContact, bearing_contact, journal_contact
+from cranktrain.film.contact.journal import (
+    N_OUT,
+    STIFFNESS,
+    TORQUE,
+    JournalContact,
+    bearing_contact,
+    journal_contact,
+)
 from cranktrain.film.journal.film import OUT_SIZE, film_observables, journal_film
-from cranktrain.film.journal.grid import JournalGrid, JournalWork, cold_start, journal_grid, journal_work
+from cranktrain.film.journal.grid import JournalGrid, JournalWork, Motion, cold_start, journal_grid, journal_work
 from cranktrain.film.laws.films import (
     BY_PLACE,
     BY_VELOCITY,
@@ -32,13 +40,13 @@ from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.table.aligned import aligned_force, aligned_observables
 from cranktrain.film.table.database import FilmTable, table_grid
 from cranktrain.film.table.interpolation import TableArrays
-from cranktrain.film.table.law import TABLE, TableWork, table_force, table_work, tilted_pressure
+from cranktrain.film.table.law import TABLE, Tabled, TableWork, table_force, table_work, tilted_pressure
 
 if TYPE_CHECKING:
     from cranktrain.film.laws.bearings import Bearings
 
 IN_LOOP = (48, 8)
-"""Intervals around and across of films that are solved in the loop: forces within 0.2 %, moments 0.3 % at p95."""
+"""Intervals around and across of films that are solved online: forces within 0.2 %, moments 0.3 % at p95."""
 ALIGNED = (96, 12)
 """The same of films without tilt, which are solved beyond the table's last eccentricity only."""
 
@@ -129,19 +137,16 @@ def reynolds_law(record, action, i, place, velocity, numbers, memory, out):
     bore = _read(record)
     own = bore.parameters[i]
     c = own[CLEARANCE]
-    viscosity = own[VISCOSITY]
-    radius = own[RADIUS]
-    width = own[WIDTH]
     half = 0.5 * numbers[SPEED]
-    ratio = 2.0 * radius / width
+    ratio = 2.0 * own[RADIUS] / own[WIDTH]
     film = bore.film
-    out[PASSES] = journal_film(
-        bore.grid, ratio * ratio, place[0] / c, place[1] / c, place[2] / c, place[3] / c,
-        (velocity[0] + half * place[1]) / c, (velocity[1] - half * place[0]) / c,
-        (velocity[2] + half * place[3]) / c, (velocity[3] - half * place[2]) / c,
-        bore.journal, bore.active[i], film,
-    )  # fmt: skip
-    scale = 6.0 * viscosity * radius * width * (radius / c) * (radius / c)
+    x, y, a, b = four(place, 0)
+    vx, vy, va, vb = four(velocity, 0)
+    at = Motion(
+        x / c, y / c, a / c, b / c, (vx + half * y) / c, (vy - half * x) / c, (va + half * b) / c, (vb - half * a) / c
+    )
+    out[PASSES] = journal_film(bore.grid, ratio * ratio, at, bore.journal, bore.active[i], film)
+    scale = _force_unit(own)
     for k in range(4):
         out[k] = scale * film[k]
     scale /= c
@@ -164,16 +169,9 @@ def table_law(record, action, i, place, velocity, numbers, memory, out):
     """The same read from the table; films outside it are solved, and counted in ``solved``."""
     bore = _read(record)
     own = bore.parameters[i]
-    c = own[CLEARANCE]
-    viscosity = own[VISCOSITY]
-    radius = own[RADIUS]
-    width = own[WIDTH]
     half = 0.5 * numbers[SPEED]
-    status = table_force(
-        place[0], place[1], place[2], place[3], velocity[0], velocity[1], velocity[2], velocity[3], half, c,
-        6.0 * viscosity * radius * width * (radius / c) * (radius / c), bore.table, bore.grid, bore.journal,
-        bore.active[i], bore.tabled, out,
-    )  # fmt: skip
+    tabled = Tabled(bore.table, bore.grid, bore.journal, bore.active[i], bore.tabled)
+    status = table_force(place, velocity, half, own[CLEARANCE], _force_unit(own), tabled, out)
     if status != TABLE:
         bore.solved[0] += 1.0
     out[PASSES] = status
@@ -184,13 +182,8 @@ def table_law(record, action, i, place, velocity, numbers, memory, out):
         _solved_figures(bore, own, out)
         return 0
     # Pressure from the table with tilt, flow of the aligned film.
-    _, out[FLOW] = aligned_observables(
-        place[0], place[1], velocity[0], velocity[1], half, c, viscosity, radius, width, bore.table, bore.plane
-    )
-    out[P_MAX] = tilted_pressure(
-        place[0], place[1], place[2], place[3], velocity[0], velocity[1], half, c, viscosity, radius, bore.table,
-        bore.tabled,
-    )  # fmt: skip
+    _, out[FLOW] = aligned_observables(place, velocity, half, own, bore.table, bore.plane)
+    out[P_MAX] = tilted_pressure(place, velocity, half, own, bore.table, bore.tabled)
     out[GAP] = -1.0
     return 0
 
@@ -200,43 +193,38 @@ def aligned_law(record, action, i, place, velocity, numbers, memory, out):
     """A film without tilt read from the table, between a journal and a bore that both may turn (big ends)."""
     bore = _read(record)
     own = bore.parameters[i]
-    c = own[CLEARANCE]
-    viscosity = own[VISCOSITY]
-    radius = own[RADIUS]
-    width = own[WIDTH]
     half = 0.5 * numbers[SPEED]
-    status = aligned_force(
-        place[0], place[1], velocity[0], velocity[1], half, c,
-        6.0 * viscosity * radius * width * (radius / c) * (radius / c), bore.table, bore.grid, bore.journal,
-        bore.active[i], bore.tabled, bore.plane,
-    )  # fmt: skip
-    if status != TABLE:
+    tabled = Tabled(bore.table, bore.grid, bore.journal, bore.active[i], bore.tabled)
+    if aligned_force(place, velocity, half, own[CLEARANCE], _force_unit(own), tabled, bore.plane) != TABLE:
         bore.solved[0] += 1.0
     widen(bore.plane, out)
-    contact = bore.rough
-    rough = bore.contact
-    journal_contact(
-        place[0], place[1], 0.0, 0.0, radius * numbers[RUBBING], rough.constants, rough.table, rough.slices,
-        rough.gauss, contact,
-    )  # fmt: skip
+    rough = bore.rough
+    journal_contact(place[0], place[1], 0.0, 0.0, own[RADIUS] * numbers[RUBBING], bore.contact, rough)
     for r in range(2):
-        out[r] += contact[r]
+        out[r] += rough[r]
         for s in range(2):
-            out[BY_PLACE + 4 * r + s] += contact[BY_PLACE + 4 * r + s]
-    out[FRICTION] = contact[TORQUE] + friction_torque(
-        out[ECCENTRICITY], out[0], out[1], place[0], place[1], viscosity, radius, width, c, numbers[RUBBING]
-    )
+            out[BY_PLACE + 4 * r + s] += rough[STIFFNESS + 4 * r + s]
+    out[FRICTION] = rough[TORQUE] + friction_torque(
+        out[ECCENTRICITY], out[0], out[1], place[0], place[1], own[VISCOSITY], own[RADIUS], own[WIDTH], own[CLEARANCE],
+        numbers[RUBBING],
+    )  # fmt: skip
     if action == OBSERVE:
-        out[P_MAX], out[FLOW] = aligned_observables(
-            place[0], place[1], velocity[0], velocity[1], half, c, viscosity, radius, width, bore.table, bore.plane
-        )
+        out[P_MAX], out[FLOW] = aligned_observables(place, velocity, half, own, bore.table, bore.plane)
         out[GAP] = -1.0
     return 0
 
 
 @kernel
+def _force_unit(own):
+    """6 η R L (R/c)², N s, of a bearing's parameters."""
+    c = own[CLEARANCE]
+    radius = own[RADIUS]
+    return 6.0 * own[VISCOSITY] * radius * own[WIDTH] * (radius / c) * (radius / c)
+
+
+@kernel
 def _solved_figures(bore, own, out):
-    """Largest pressure (Pa) and side flow (m³/s) of the film that was solved last."""
+    """Largest pressure (Pa) and side flow (m³/s) of the film that was solved last, into P_MAX and FLOW."""
     c = own[CLEARANCE]
     radius = own[RADIUS]
     highest, flow = film_observables(bore.grid, bore.journal)
@@ -247,20 +235,15 @@ def _solved_figures(bore, own, out):
 
 @kernel
 def _rough_force(bore, own, place, speed, out):
-    """Add what asperities carry, and the friction torque of film and asperities."""
+    """Add what asperities carry to force and tangents, and the friction torque of film and asperities."""
     c = own[CLEARANCE]
     radius = own[RADIUS]
-    eps = (place[0] * place[0] + place[1] * place[1]) ** 0.5 / c
-    out[FRICTION] = friction_torque(
-        eps, out[0], out[1], place[0], place[1], own[VISCOSITY], radius, own[WIDTH], c, speed
-    )
-    contact = bore.rough
-    rough = bore.contact
-    journal_contact(
-        place[0], place[1], place[2], place[3], radius * speed, rough.constants, rough.table, rough.slices,
-        rough.gauss, contact,
-    )  # fmt: skip
-    for k in range(20):
-        out[k] += contact[k]
-    out[FRICTION] += contact[TORQUE]
+    x, y, a, b = four(place, 0)
+    eps = (x * x + y * y) ** 0.5 / c
+    out[FRICTION] = friction_torque(eps, out[0], out[1], x, y, own[VISCOSITY], radius, own[WIDTH], c, speed)
+    rough = bore.rough
+    journal_contact(x, y, a, b, radius * speed, bore.contact, rough)
+    for k in range(TORQUE):
+        out[k] += rough[k]
+    out[FRICTION] += rough[TORQUE]
     out[ECCENTRICITY] = eps

@@ -11,7 +11,7 @@ Whirl threshold of a rigid rotor of mass m per bearing, from the 2 × 2 coeffici
     k_eq = (k_xx c_yy + k_yy c_xx − k_xy c_yx − k_yx c_xy)/(c_xx + c_yy),
     Ω_w² = [(k_eq − k_xx)(k_eq − k_yy) − k_xy k_yx]/(c_xx c_yy − c_xy c_yx),   ω_s² m = k_eq (ω/Ω_w)².
 
-Supply. A bearing without oil cannot carry; where it comes from matters at small loads. ``widest-gap`` holds p = 0 on
+Supply. A bearing without oil cannot carry; where it comes from matters at small loads. ``widest-gap`` keeps p = 0 on
 the line of the widest gap, an axial groove there, as Butenschön's and Raimondi and Boyd's steady tables do; it is the
 choice for steady rotation. ``none`` leaves reformation to Reynolds' condition: attitude up to 4.4° more and side flow
 up to 14 % more at L/D = 1, less than 0.5 % in load from ε = 0.4 on. ``two-axial`` are two grooves at ±90° to the load.
@@ -26,9 +26,20 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import four, plus, scaled
 from cranktrain.core.reduced_body import Array
 from cranktrain.film.journal.film import DAMPING, OUT_SIZE, STIFFNESS, film_observables, film_shear, journal_film
-from cranktrain.film.journal.grid import FULL, JournalGrid, cold_start, journal_grid, journal_work
+from cranktrain.film.journal.grid import (
+    FULL,
+    NODE_GRADING,
+    RUPTURE,
+    SIDES,
+    JournalGrid,
+    Motion,
+    cold_start,
+    journal_grid,
+    journal_work,
+)
 from cranktrain.film.journal.rupture_border import border_tangents
 
 SUPPLIES = ("widest-gap", "none", "two-axial")
@@ -154,7 +165,7 @@ class SteadyBearing:
         """
         if not (math.isfinite(load) and load > 0.0):
             raise InputError(f"load {load:g} N must be above zero: without load the journal runs at the centre")
-        if moment is not None and self.grid.settings[2] > 1.5:
+        if moment is not None and self.grid.settings[SIDES] > 1.5:
             raise InputError("a moment needs the film over the full width; build the grid with tilted=True")
         unit = journal.force_unit
         ratio = journal.width / journal.diameter
@@ -162,7 +173,7 @@ class SteadyBearing:
         applied[0] = load / unit
         if moment is not None:
             applied[2:] = np.asarray(moment) / (unit * 0.5 * journal.width)
-        size, attitude = first_guess(ratio, applied[0], full=int(self.grid.settings[0]) == FULL)
+        size, attitude = first_guess(ratio, applied[0], full=int(self.grid.settings[RUPTURE]) == FULL)
         state = np.array([size * math.cos(attitude), size * math.sin(attitude), 0.0, 0.0])
         freedoms = 2 if moment is None else 4
         self.active[0, 0] = -1.0
@@ -263,35 +274,30 @@ def equilibrium(grid, ratio2, applied, half_speed, freedoms, state, work, active
     for j in range(freedoms):
         load = max(load, abs(applied[j]))
     for step in range(1, MOST_STEPS + 1):
-        passes = journal_film(
-            grid, ratio2, state[0], state[1], state[2], state[3], half_speed * state[1], -half_speed * state[0],
-            half_speed * state[3], -half_speed * state[2], work, active, out,
-        )  # fmt: skip
-        if passes < 0:
+        ex, ey, tx, ty = four(state, 0)
+        at = Motion(ex, ey, tx, ty, half_speed * ey, -half_speed * ex, half_speed * ty, -half_speed * tx)
+        if journal_film(grid, ratio2, at, work, active, out) < 0:
             return -step
         worst = 0.0
         for j in range(freedoms):
             system[j, freedoms] = -applied[j] - out[j]
             worst = max(worst, abs(system[j, freedoms]))
             for k in range(0, freedoms, 2):
-                system[j, k] = out[4 + 4 * j + k] - half_speed * out[20 + 4 * j + k + 1]
-                system[j, k + 1] = out[4 + 4 * j + k + 1] + half_speed * out[20 + 4 * j + k]
+                place = STIFFNESS + 4 * j + k
+                rate = DAMPING + 4 * j + k
+                system[j, k] = out[place] - half_speed * out[rate + 1]
+                system[j, k + 1] = out[place + 1] + half_speed * out[rate]
         if worst <= RESIDUAL * load:
-            if border_tangents(
-                grid, half_speed * state[1], -half_speed * state[0], half_speed * state[3], -half_speed * state[2],
-                work, active, out,
-            ) != 0:  # fmt: skip
-                return -step
-            return step
-        size2 = state[0] * state[0] + state[1] * state[1]
-        if freedoms == 2 and grid.settings[1] > 0.0 and size2 > 0.0:
+            return -step if border_tangents(grid, at, work, active, out) != 0 else step
+        size2 = ex * ex + ey * ey
+        if freedoms == 2 and grid.settings[NODE_GRADING] > 0.0 and size2 > 0.0:
             # Nodes (and the line of supply) follow the journal round a plain bore: the film looks the same from every
             # side, and turning it turns the force. Along the eccentricity the tangents hold.
             for j in range(2):
-                along = (system[j, 0] * state[0] + system[j, 1] * state[1]) / size2
+                along = (system[j, 0] * ex + system[j, 1] * ey) / size2
                 across = (-out[1] if j == 0 else out[0]) / size2
-                system[j, 0] = along * state[0] - across * state[1]
-                system[j, 1] = along * state[1] + across * state[0]
+                system[j, 0] = along * ex - across * ey
+                system[j, 1] = along * ey + across * ex
         if _solve_small(system, freedoms) != 0:
             return -step
         share = 1.0
@@ -300,13 +306,10 @@ def equilibrium(grid, ratio2, applied, half_speed, freedoms, state, work, active
             size = max(size, abs(system[j, freedoms]))
         if size > 0.3:
             share = 0.3 / size
-        gap = _least(state[0], state[1], state[2], state[3])
+        gap = _least(ex, ey, tx, ty)
         for _ in range(60):
-            tilt_x = state[2] + (share * system[2, freedoms] if freedoms == 4 else 0.0)
-            tilt_y = state[3] + (share * system[3, freedoms] if freedoms == 4 else 0.0)
-            x = state[0] + share * system[0, freedoms]
-            y = state[1] + share * system[1, freedoms]
-            if _least(x, y, tilt_x, tilt_y) >= 0.35 * gap:
+            x, y, a, b = plus((ex, ey, tx, ty), scaled(share, four(system[:, freedoms], 0)))
+            if _least(x, y, a if freedoms == 4 else tx, b if freedoms == 4 else ty) >= 0.35 * gap:
                 break
             share *= 0.7
         for j in range(freedoms):

@@ -21,7 +21,7 @@ import numpy as np
 from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.reduced_body import Array
 from cranktrain.film.journal.film import OUT_SIZE, film_observables, film_shear, journal_film
-from cranktrain.film.journal.grid import PRESETS, RUPTURES, cold_start, journal_work
+from cranktrain.film.journal.grid import PRESETS, RUPTURES, Motion, cold_start, journal_work
 from cranktrain.film.steady.bearing import SUPPLIES, bearing_grid
 from cranktrain.film.steady.conserving_bearing import DEFAULT_GRID, conserving_film, conserving_grid
 
@@ -52,7 +52,7 @@ def prescribed_film(
     supply: str | None = None,
     grid: tuple[int, int] | None = None,
 ) -> PrescribedFilm:
-    """Film of a journal held at an eccentricity.
+    """Film of a journal at a given eccentricity.
 
     Parameters
     ----------
@@ -95,10 +95,8 @@ def prescribed_film(
     turning = 0.0 if squeeze_only else 0.5
     closing = 1.0 if squeeze_only else squeeze
     tx, ty = float(tilt[0]), float(tilt[1])
-    passes = journal_film(
-        film, length_ratio**-2, eccentricity, 0.0, tx, ty, closing, -turning * eccentricity, turning * ty,
-        -turning * tx, work, active, out,
-    )  # fmt: skip
+    at = Motion(eccentricity, 0.0, tx, ty, closing, -turning * eccentricity, turning * ty, -turning * tx)
+    passes = journal_film(film, length_ratio**-2, at, work, active, out)
     if passes < 0:
         raise SolverError(f"film at eccentricity {eccentricity:g} not settled after {-passes} passes; change --grid")
     highest, flow = film_observables(film, work)

@@ -1,4 +1,4 @@
-"""Force on an aligned journal read from a film table, handed over to the film solved in place as ε → 1.
+"""Force on an aligned journal read from a film table, handed over to the film solved online as ε → 1.
 
 Conventions, hand-over and status as in :mod:`cranktrain.film.table.law`, with two degrees of freedom.
 """
@@ -8,21 +8,39 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import put_four, scaled
 from cranktrain.film.journal.film import DAMPING, STIFFNESS, journal_film
-from cranktrain.film.table.interpolation import ALIGNED_MAX, interpolate_aligned
-from cranktrain.film.table.law import BLENDED, CENTRED, FAILED, SOLVED, TABLE, fall
+from cranktrain.film.journal.grid import Motion
+from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
+from cranktrain.film.spline import BY_ALONG, BY_AROUND, SECOND, SECOND_BY_ALONG, SECOND_BY_AROUND, VALUE
+from cranktrain.film.table.interpolation import (
+    ALIGNED_MAX,
+    ALIGNED_RATIO2,
+    FLOW_NORM,
+    LN_ALIGNED_PRESSURE,
+    LN_FORCE,
+    interpolate_aligned,
+)
+from cranktrain.film.table.law import BLENDED, CENTRED, FAILED, SOLVED, TABLE, fall, turned_block
 
 ALIGNED_MARGIN = 0.005
-"""Margin inside the edge in ε where the table and the film solved in place are blended."""
+"""Margin inside the edge in ε where the table and the film solved online are blended."""
+
+
+# What aligned_force writes: the force, its tangents by place and by velocity (2 × 2, row-major), and figures.
+BY_PLACE, BY_VELOCITY, ECCENTRICITY, SOLVED_SHARE = 2, 6, 10, 11
 
 
 @kernel
-def aligned_force(x, y, vx, vy, half_speed, c, factor, table, grid, film_work, active, work, out):
+def aligned_force(place, velocity, half_speed, c, factor, tabled, out):
     """Force on a journal without tilt, in axes at rest with the bore, from the aligned table.
 
-    Arguments as in :func:`table_force`; ``grid`` may be one of half the width. ``out[0:2]`` force (N), ``out[2:6]``
-    ∂F/∂(x, y), ``out[6:10]`` ∂F/∂(vx, vy), row-major, ``out[10]`` eccentricity, ``out[11]`` share of the solved film.
+    Arguments and result as in :func:`table_force`, of which only the first two of ``place`` and ``velocity`` count; the
+    grid may be one of half the width. ``out`` (≥ 12,): force (N); from BY_PLACE on ∂F/∂(x, y), from BY_VELOCITY on
+    ∂F/∂(vx, vy), row-major; ECCENTRICITY; SOLVED_SHARE.
     """
+    x = place[0]
+    y = place[1]
     inverse = 1.0 / c
     e = math.sqrt(x * x + y * y)
     nx = 1.0
@@ -31,11 +49,10 @@ def aligned_force(x, y, vx, vy, half_speed, c, factor, table, grid, film_work, a
         nx = x / e
         ny = y / e
     eps = e * inverse
-    sx = (vx + half_speed * y) * inverse
-    sy = (vy - half_speed * x) * inverse
+    sx = (velocity[0] + half_speed * y) * inverse
+    sy = (velocity[1] - half_speed * x) * inverse
     vr = sx * nx + sy * ny
     vt = sy * nx - sx * ny
-    arm = eps if eps > CENTRED else CENTRED
     weight = 0.0
     slope = 0.0
     if eps < ALIGNED_MAX:
@@ -44,36 +61,12 @@ def aligned_force(x, y, vx, vy, half_speed, c, factor, table, grid, film_work, a
     fr = ft = k_rr = k_rt = k_tr = k_tt = d_rr = d_rt = d_tr = d_tt = 0.0
     status = TABLE
     if weight > 0.0:
-        speed = math.sqrt(vr * vr + vt * vt)
-        cos = 1.0
-        sin = 0.0
-        if speed > 0.0:
-            cos = vr / speed
-            sin = vt / speed
-        f = work.scratch
-        interpolate_aligned(eps, cos, sin, table, 0, f)
-        size = math.exp(f[0])
-        # Direction of −F, and the slope of M·direction by γ and ε.
-        gr = size * math.cos(f[3])
-        gt = size * math.sin(f[3])
-        mr = gr * cos - gt * sin
-        mt = gr * sin + gt * cos
-        gr = mr * f[2] - mt * (1.0 + f[5])
-        gt = mt * f[2] + mr * (1.0 + f[5])
-        fr = -speed * mr
-        ft = -speed * mt
-        d_rr = -(mr * cos - gr * sin)
-        d_rt = -(mr * sin + gr * cos)
-        d_tr = -(mt * cos - gt * sin)
-        d_tt = -(mt * sin + gt * cos)
-        k_rr = -speed * (mr * f[1] - mt * f[4])
-        k_tr = -speed * (mt * f[1] + mr * f[4])
-        k_rt = (d_rr * vt - d_rt * vr - ft) / arm
-        k_tt = (d_tr * vt - d_tt * vr + fr) / arm
+        fr, ft, k_rr, k_rt, k_tr, k_tt, d_rr, d_rt, d_tr, d_tt = _tabled(eps, vr, vt, tabled.table, tabled.work.scratch)
     if weight < 1.0:
         status = BLENDED if weight > 0.0 else SOLVED
-        film = work.film
-        if journal_film(grid, table.axes[4], eps, 0.0, 0.0, 0.0, vr, vt, 0.0, 0.0, film_work, active, film) < 0:
+        film = tabled.work.film
+        at = Motion(eps, 0.0, 0.0, 0.0, vr, vt, 0.0, 0.0)
+        if journal_film(tabled.grid, tabled.table.axes[ALIGNED_RATIO2], at, tabled.journal, tabled.active, film) < 0:
             status = FAILED
         rest = 1.0 - weight
         k_rr = weight * k_rr + rest * film[STIFFNESS] + slope * (fr - film[0])
@@ -89,35 +82,61 @@ def aligned_force(x, y, vx, vy, half_speed, c, factor, table, grid, film_work, a
     stiff = factor * inverse
     out[0] = factor * (fr * nx - ft * ny)
     out[1] = factor * (fr * ny + ft * nx)
-    _turn(k_rr, k_rt, k_tr, k_tt, nx, ny, stiff, out, 2)
-    _turn(d_rr, d_rt, d_tr, d_tt, nx, ny, stiff, out, 6)
-    out[2] -= half_speed * out[7]
-    out[3] += half_speed * out[6]
-    out[4] -= half_speed * out[9]
-    out[5] += half_speed * out[8]
-    out[10] = eps
-    out[11] = 1.0 - weight
+    k_xx, k_xy, k_yx, k_yy = scaled(stiff, turned_block((k_rr, k_rt), (k_tr, k_tt), nx, ny))
+    d_xx, d_xy, d_yx, d_yy = scaled(stiff, turned_block((d_rr, d_rt), (d_tr, d_tt), nx, ny))
+    # The velocity of pure squeeze depends on the place through the surface speeds.
+    by_place = k_xx - half_speed * d_xy, k_xy + half_speed * d_xx, k_yx - half_speed * d_yy, k_yy + half_speed * d_yx
+    put_four(out, BY_PLACE, by_place)
+    put_four(out, BY_VELOCITY, (d_xx, d_xy, d_yx, d_yy))
+    out[ECCENTRICITY] = eps
+    out[SOLVED_SHARE] = 1.0 - weight
     return status
 
 
 @kernel
-def _turn(rr, rt, tr, tt, nx, ny, factor, out, first):
-    """Write a 2 × 2 matrix of the line of centres in axes at rest."""
-    rx = rr * nx - rt * ny
-    ry = rr * ny + rt * nx
-    tx = tr * nx - tt * ny
-    ty = tr * ny + tt * nx
-    out[first] = factor * (rx * nx - tx * ny)
-    out[first + 1] = factor * (ry * nx - ty * ny)
-    out[first + 2] = factor * (rx * ny + tx * nx)
-    out[first + 3] = factor * (ry * ny + ty * nx)
+def _tabled(eps, vr, vt, table, f):
+    """Force (r, t) on the line of centres, its derivatives by (r, t) and by (v_r, v_t); ``f`` is scratch."""
+    speed = math.sqrt(vr * vr + vt * vt)
+    cos = 1.0
+    sin = 0.0
+    if speed > 0.0:
+        cos = vr / speed
+        sin = vt / speed
+    interpolate_aligned(eps, cos, sin, table, LN_FORCE, f)
+    size = math.exp(f[VALUE])
+    # Direction of −F, and the slope of M·direction by γ and ε.
+    gr = size * math.cos(f[SECOND])
+    gt = size * math.sin(f[SECOND])
+    mr = gr * cos - gt * sin
+    mt = gr * sin + gt * cos
+    gr = mr * f[BY_AROUND] - mt * (1.0 + f[SECOND_BY_AROUND])
+    gt = mt * f[BY_AROUND] + mr * (1.0 + f[SECOND_BY_AROUND])
+    fr = -speed * mr
+    ft = -speed * mt
+    d_rr = -(mr * cos - gr * sin)
+    d_rt = -(mr * sin + gr * cos)
+    d_tr = -(mt * cos - gt * sin)
+    d_tt = -(mt * sin + gt * cos)
+    k_rr = -speed * (mr * f[BY_ALONG] - mt * f[SECOND_BY_ALONG])
+    k_tr = -speed * (mt * f[BY_ALONG] + mr * f[SECOND_BY_ALONG])
+    arm = eps if eps > CENTRED else CENTRED
+    k_rt = (d_rr * vt - d_rt * vr - ft) / arm
+    k_tt = (d_tr * vt - d_tt * vr + fr) / arm
+    return fr, ft, k_rr, k_rt, k_tr, k_tt, d_rr, d_rt, d_tr, d_tt
 
 
 @kernel
-def aligned_observables(x, y, vx, vy, half_speed, c, viscosity, radius, width, table, out):
-    """Largest pressure (Pa) and flow out of both ends (m³/s) of a film without tilt; held beyond the table's edge."""
-    sx = vx + half_speed * y
-    sy = vy - half_speed * x
+def aligned_observables(place, velocity, half_speed, bearing, table, out):
+    """Largest pressure (Pa) and flow out of both ends (m³/s) of a film without tilt, frozen beyond the table's edge.
+
+    ``bearing`` are the parameters of :mod:`cranktrain.film.laws.parameters`; ``out`` (6,) is scratch.
+    """
+    x = place[0]
+    y = place[1]
+    c = bearing[CLEARANCE]
+    radius = bearing[RADIUS]
+    sx = velocity[0] + half_speed * y
+    sy = velocity[1] - half_speed * x
     speed = math.sqrt(sx * sx + sy * sy)
     eps = math.sqrt(x * x + y * y) / c
     radial = x * sx + y * sy
@@ -125,6 +144,6 @@ def aligned_observables(x, y, vx, vy, half_speed, c, viscosity, radius, width, t
     size = math.sqrt(radial * radial + across * across)
     cos = radial / size if size > 0.0 else 1.0
     sin = across / size if size > 0.0 else 0.0
-    interpolate_aligned(min(eps, ALIGNED_MAX), cos, sin, table, 2, out)
-    highest = 12.0 * viscosity * (radius / c) ** 2 * speed / c * math.exp(out[0])
-    return highest, 2.0 * radius**3 / width * speed * math.exp(out[3]) * table.axes[5]
+    interpolate_aligned(min(eps, ALIGNED_MAX), cos, sin, table, LN_ALIGNED_PRESSURE, out)
+    highest = 12.0 * bearing[VISCOSITY] * (radius / c) ** 2 * speed / c * math.exp(out[VALUE])
+    return highest, 2.0 * radius**3 / bearing[WIDTH] * speed * math.exp(out[SECOND]) * table.axes[FLOW_NORM]

@@ -58,7 +58,7 @@ from cranktrain.film.table.interpolation import (
     stretched,
     tilted_spline,
 )
-from cranktrain.film.table.sampling import aligned_errors, sample_aligned, sample_tilted, tilted_errors
+from cranktrain.film.table.sampling import Solver, aligned_errors, sample_aligned, sample_tilted, tilted_errors
 
 SCHEMA = 3
 GROOVES = ("none", "circumferential")
@@ -238,17 +238,13 @@ def sample_slab(settings: TableSettings, name: str) -> Array:
     if aligned:
         grid = journal_grid(*ALIGNED_GRID, half=True)
         values = np.empty((n_gamma, 4))
-        status = sample_aligned(
-            eps[int(index)], gamma, aligned_norms(settings)[0], grid, journal_work(grid), cold_start(grid), out, values
-        )
+        status = sample_aligned(eps[int(index)], gamma, aligned_norms(settings)[0], _solver(grid), out, values)
     else:
         share = tilt_shares(settings, bool(middle))
-        coarse, fine = (table_grid(settings, *size) for size in TILT_GRIDS[settings.groove])
+        coarse, fine = (_solver(table_grid(settings, *size)) for size in TILT_GRIDS[settings.groove])
         values = np.empty((n_gamma, len(share), len(share), FUNCTIONS + 1))
-        status = sample_tilted(
-            eps[int(index)], gamma, share, 1.0 / settings.length_ratio**2, coarse, journal_work(coarse),
-            cold_start(coarse), fine, journal_work(fine), cold_start(fine), out, values,
-        )  # fmt: skip
+        ratio2 = 1.0 / settings.length_ratio**2
+        status = sample_tilted(eps[int(index)], gamma, share, ratio2, coarse, fine, out, values)
     if status < 0 or not np.isfinite(values).all():
         raise SolverError(
             f"film table, slab '{name}' (eccentricity {eps[int(index)]:.4f}): a film did not converge; "
@@ -261,10 +257,13 @@ def compile_sampling() -> None:
     """Compile what :func:`sample_slab` calls: processes that compile at the same time spoil each other's cache."""
     one, out = np.array([0.5]), np.zeros(2 * OUT_SIZE)
     grid = journal_grid(12, 6, half=True)
-    sample_aligned(0.5, one, 4.0, grid, journal_work(grid), cold_start(grid), out, np.zeros((1, 4)))
-    grid = table_grid(TableSettings(0.5), 12, 6)
-    work, active = journal_work(grid), cold_start(grid)
-    sample_tilted(0.5, one, one, 4.0, grid, work, active, grid, work, active, out, np.zeros((1, 1, 1, FUNCTIONS + 1)))
+    sample_aligned(0.5, one, 4.0, _solver(grid), out, np.zeros((1, 4)))
+    film = _solver(table_grid(TableSettings(0.5), 12, 6))
+    sample_tilted(0.5, one, one, 4.0, film, film, out, np.zeros((1, 1, 1, FUNCTIONS + 1)))
+
+
+def _solver(grid: JournalGrid) -> Solver:
+    return Solver(grid, journal_work(grid), cold_start(grid))
 
 
 def assemble(settings: TableSettings, slabs: Mapping[str, Array]) -> FilmTable:

@@ -21,7 +21,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import four
 from cranktrain.core.reduced_body import Array
+from cranktrain.film.spline import bicubic, circulant, cubic, not_a_knot, wrapped
 
 STRETCH, LOW_SHARE, LOW_WIDTH = 0.97, 0.6, 0.1
 GATHERED = (0.4, 0.15)
@@ -33,13 +35,20 @@ TILTED_MAX = 0.98
 # Functions of the aligned and of the tilted table.
 LN_FORCE, TURN, LN_ALIGNED_PRESSURE, LN_FLOW = 0, 1, 2, 3
 MOMENT_R, MOMENT_T, REST = 2, 3, 4
+BY_E, BY_G, BY_A, BY_B = 1, 2, 3, 4
+"""Rows of their derivatives by ε, γ, A, B."""
 FUNCTIONS = 12
 """Of the tilted table: ln M, β, both moments over |F|, and R (4, 2) of :mod:`cranktrain.film.table.family` over M."""
 ACROSS = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0)
 ENDS = (1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0)
 """Signs that these functions take in the mirrors about the line of centres and z → −z."""
-PLACE = 23
-SCRATCH = 4 * 2 * 9 * FUNCTIONS + 3 * 9 * FUNCTIONS + 4 * 3 * FUNCTIONS + PLACE
+# Entries of TableArrays.axes.
+RATIO2, TILT_RANGE, ALIGNED_TOP, TILTED_TOP, ALIGNED_RATIO2, FLOW_NORM, RATE_INSIDE, RATE_OUTSIDE = range(8)
+# Place on the tilted table's axes: cells, then weights and their derivatives along each axis.
+CELL_E, CELL_A, CELL_B, ALONG_E, ALONG_A, ALONG_B, PLACE = 0, 1, 2, 3, 11, 17, 23
+ROW, BLOCK = 3 * FUNCTIONS, 9 * FUNCTIONS
+"""All functions at three values of B, and at three by three tilts."""
+SCRATCH = 4 * 2 * BLOCK + 3 * BLOCK + 4 * ROW + PLACE
 """Length of the memory that :func:`interpolate_tilted` works in; its last numbers are the place in ε, A and B."""
 
 
@@ -50,7 +59,7 @@ class TableArrays(NamedTuple):
     tilted : (n_ε + 2, n_γ + 3, n_t + 2, 12 (n_t + 2)) spline coefficients; of length 1 in each where not built
     pressure : (n_ε + 2, n_γ + 3, n_t + 2, n_t + 2) the same of ln p̂
     axes : (8,) (D/L)² of the film, tilt range, largest x of the aligned and the tilted table, :func:`aligned_norms`,
-        and the tilt rates |w − w_ref| / |v| where the law begins and ends to hand over to the film solved in place
+        and the tilt rates |w − w_ref| / |v| where the law begins and ends to hand over to the film solved online
     """
 
     aligned: Array
@@ -89,18 +98,14 @@ def aligned_spline(values: Array) -> Array:
     n_eps, n_gamma, _ = values.shape
     values = 0.5 * (values + values[:, _opposite(n_gamma)] * np.array([1.0, -1.0, 1.0, 1.0]))
     ends = np.zeros((2, n_gamma, 4))
-    along = np.linalg.solve(_not_a_knot(n_eps), np.concatenate([values, ends]).reshape(n_eps + 2, -1))
-    around = np.linalg.solve(_circulant(n_gamma), along.reshape(n_eps + 2, n_gamma, 4))
-    return np.ascontiguousarray(np.moveaxis(around[:, _wrapped(n_gamma)], 2, 0))
+    along = np.linalg.solve(not_a_knot(n_eps), np.concatenate([values, ends]).reshape(n_eps + 2, -1))
+    around = np.linalg.solve(circulant(n_gamma), along.reshape(n_eps + 2, n_gamma, 4))
+    return np.ascontiguousarray(np.moveaxis(around[:, wrapped(n_gamma)], 2, 0))
 
 
 def _opposite(n: int) -> Any:
     """Index of −γ on the circle that starts at −π."""
     return (-np.arange(n)) % n
-
-
-def _wrapped(n: int) -> Any:
-    return np.arange(-1, n + 2) % n
 
 
 def tilted_spline(values: Array, across: tuple[float, ...] = ACROSS, ends_sign: tuple[float, ...] = ENDS) -> Array:
@@ -118,23 +123,14 @@ def tilted_spline(values: Array, across: tuple[float, ...] = ACROSS, ends_sign: 
     whole = np.concatenate([lower, upper], axis=2)
     count = 2 * n_tilt - 1
     c = np.linalg.solve(
-        _not_a_knot(n_eps), np.concatenate([whole, np.zeros((2, *whole.shape[1:]))]).reshape(n_eps + 2, -1)
+        not_a_knot(n_eps), np.concatenate([whole, np.zeros((2, *whole.shape[1:]))]).reshape(n_eps + 2, -1)
     )
     c = c.reshape(n_eps + 2, n_gamma, -1)
-    c = np.linalg.solve(_circulant(n_gamma), c)[:, _wrapped(n_gamma)]
+    c = np.linalg.solve(circulant(n_gamma), c)[:, wrapped(n_gamma)]
     c = c.reshape(n_eps + 2, n_gamma + 3, count, count, functions)
     tilt = np.linalg.inv(_quadratic(count))[:, :count]
     c = np.einsum("ka,lb,xgabf->xgklf", tilt[n_tilt - 1 :], tilt[n_tilt - 1 :], c, optimize=True)
     return np.ascontiguousarray(c.reshape(n_eps + 2, n_gamma + 3, n_tilt + 2, functions * (n_tilt + 2)))
-
-
-def _not_a_knot(n: int) -> Array:
-    """Matrix from n + 2 cubic coefficients to n values and two conditions: no jump of f''' one node from the ends."""
-    rows = np.zeros((n + 2, n + 2))
-    for i in range(n):
-        rows[i, i : i + 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0]
-    rows[n, :5] = rows[n + 1, -5:] = [1.0, -4.0, 6.0, -4.0, 1.0]
-    return rows
 
 
 def _quadratic(n: int) -> Array:
@@ -144,12 +140,6 @@ def _quadratic(n: int) -> Array:
         rows[i, i : i + 3] = [0.125, 0.75, 0.125]
     rows[n, :4] = rows[n + 1, -4:] = [1.0, -3.0, 3.0, -1.0]
     return rows
-
-
-def _circulant(n: int) -> Array:
-    row = np.zeros(n)
-    row[[0, 1, -1]] = [4.0 / 6.0, 1.0 / 6.0, 1.0 / 6.0]
-    return np.array([np.roll(row, i) for i in range(n)])
 
 
 @kernel
@@ -173,59 +163,38 @@ def _around(cos, sin, count):
 
 
 @kernel
-def _cubic(t, slope):
-    """Weights of a cubic B-spline at t in [0, 1] of a cell, and their derivatives times ``slope``."""
-    r = 1.0 - t
-    a0 = r * r * r / 6.0
-    a1 = (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0
-    a3 = t * t * t / 6.0
-    d0 = -0.5 * r * r * slope
-    d1 = t * (1.5 * t - 2.0) * slope
-    d3 = 0.5 * t * t * slope
-    return a0, a1, 1.0 - a0 - a1 - a3, a3, d0, d1, -d0 - d1 - d3, d3
-
-
-@kernel
 def interpolate_aligned(eps, cos, sin, table, first, out):
     """Two functions of the aligned table from ``first`` on, at ε ≤ ALIGNED_MAX and the angle γ of (cos, sin).
 
-    ``out[0:6]`` = f, ∂ε, ∂γ, g, ∂ε, ∂γ.
+    ``out[0:6]`` = f, ∂ε, ∂γ, g, ∂ε, ∂γ, in the slots of :func:`cranktrain.film.spline.bicubic`.
     """
-    coefficients = table.aligned
-    n = coefficients.shape[1] - 2
-    count = coefficients.shape[2] - 3
+    n = table.aligned.shape[1] - 2
+    count = table.aligned.shape[2] - 3
     x, slope = stretched(eps)
-    scale = (n - 1) / table.axes[2]
+    scale = (n - 1) / table.axes[ALIGNED_TOP]
     x *= scale
     i = int(x)
     if i > n - 2:
         i = n - 2
     j, s, turn = _around(cos, sin, count)
-    a0, a1, a2, a3, d0, d1, d2, d3 = _cubic(x - i, slope * scale)
-    b0, b1, b2, b3, e0, e1, e2, e3 = _cubic(s, turn)
-    for k in range(2):
-        value = 0.0
-        by_x = 0.0
-        by_y = 0.0
-        for m in range(4):
-            a = a0 if m == 0 else (a1 if m == 1 else (a2 if m == 2 else a3))
-            d = d0 if m == 0 else (d1 if m == 1 else (d2 if m == 2 else d3))
-            c0 = coefficients[first + k, i + m, j]
-            c1 = coefficients[first + k, i + m, j + 1]
-            c2 = coefficients[first + k, i + m, j + 2]
-            c3 = coefficients[first + k, i + m, j + 3]
-            line = b0 * c0 + b1 * c1 + b2 * c2 + b3 * c3
-            value += a * line
-            by_x += d * line
-            by_y += a * (e0 * c0 + e1 * c1 + e2 * c2 + e3 * c3)
-        out[3 * k] = value
-        out[3 * k + 1] = by_x
-        out[3 * k + 2] = by_y
+    bicubic(table.aligned, first, i, j, cubic(x - i, slope * scale), cubic(s, turn), out)
+
+
+@kernel
+def _put(row, at, values):
+    """Write three numbers from ``row[at]`` on."""
+    row[at], row[at + 1], row[at + 2] = values
+
+
+@kernel
+def _three(row, at):
+    """Three numbers of ``row`` from ``at`` on."""
+    return row[at], row[at + 1], row[at + 2]
 
 
 @kernel
 def _share_place(share, tilt_range, cells, place):
-    """Nearest node of A or B in [0, tilt range]; ``place[0:6]`` three weights and their derivatives by the share."""
+    """Nearest node of A or B in [0, tilt range]; ``place[0:6]`` receives three weights and their slopes."""
     z = share * TILT_STRETCH / tilt_range
     scale = cells / math.atanh(TILT_STRETCH)
     s = math.atanh(z) * scale
@@ -234,12 +203,8 @@ def _share_place(share, tilt_range, cells, place):
         k = cells
     t = s - k
     slope = scale * TILT_STRETCH / tilt_range / (1.0 - z * z)
-    place[0] = 0.5 * (0.5 - t) * (0.5 - t)
-    place[1] = 0.75 - t * t
-    place[2] = 0.5 * (0.5 + t) * (0.5 + t)
-    place[3] = (t - 0.5) * slope
-    place[4] = -2.0 * t * slope
-    place[5] = (t + 0.5) * slope
+    _put(place, 0, (0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t)))
+    _put(place, 3, ((t - 0.5) * slope, -2.0 * t * slope, (t + 0.5) * slope))
     return k
 
 
@@ -253,105 +218,75 @@ def tilted_place(eps, share_a, share_b, table, scratch):
     n = c.shape[0] - 2
     place = scratch[SCRATCH - PLACE :]
     x, slope = stretched(eps)
-    scale = (n - 1) / table.axes[3]
+    scale = (n - 1) / table.axes[TILTED_TOP]
     x *= scale
     i = int(x)
     if i > n - 2:
         i = n - 2
-    place[0] = i
-    place[1] = _share_place(share_a, table.axes[1], c.shape[2] - 3, place[11:17])
-    place[2] = _share_place(share_b, table.axes[1], c.shape[2] - 3, place[17:23])
-    a0, a1, a2, a3, d0, d1, d2, d3 = _cubic(x - i, slope * scale)
-    place[3] = a0
-    place[4] = a1
-    place[5] = a2
-    place[6] = a3
-    place[7] = d0
-    place[8] = d1
-    place[9] = d2
-    place[10] = d3
+    place[CELL_E] = i
+    place[CELL_A] = _share_place(share_a, table.axes[TILT_RANGE], c.shape[2] - 3, place[ALONG_A:ALONG_B])
+    place[CELL_B] = _share_place(share_b, table.axes[TILT_RANGE], c.shape[2] - 3, place[ALONG_B:PLACE])
+    k = ALONG_E
+    for weight in cubic(x - i, slope * scale):
+        place[k] = weight
+        k += 1
 
 
 @kernel
 def interpolate_tilted(cos, sin, table, scratch, functions):
-    """All functions of the tilted table and their derivatives by ε, γ, A, B: ``functions`` (5, 12).
+    """All functions of the tilted table and their derivatives by ε, γ, A, B: ``functions`` (5, 12), rows BY_E to BY_B.
 
     At the angle γ of (cos, sin) and the rest as :func:`tilted_place` left it. Contracted axis by axis, all functions
     of three by three tilts at a time.
     """
     c = table.tilted
     where = scratch[SCRATCH - PLACE :]
-    i = int(where[0])
-    ka = int(where[1])
-    first = int(where[2]) * FUNCTIONS
-    a0 = where[3]
-    a1 = where[4]
-    a2 = where[5]
-    a3 = where[6]
-    d0 = where[7]
-    d1 = where[8]
-    d2 = where[9]
-    d3 = where[10]
+    i = int(where[CELL_E])
+    ka = int(where[CELL_A])
+    first = int(where[CELL_B]) * FUNCTIONS
+    a0, a1, a2, a3 = four(where, ALONG_E)
+    d0, d1, d2, d3 = four(where, ALONG_E + 4)
     j, s, turn = _around(cos, sin, c.shape[1] - 3)
-    row = 3 * FUNCTIONS
-    block = 9 * FUNCTIONS
     for g in range(4):
         for k in range(3):
-            c0 = c[i, j + g, ka + k, first : first + row]
-            c1 = c[i + 1, j + g, ka + k, first : first + row]
-            c2 = c[i + 2, j + g, ka + k, first : first + row]
-            c3 = c[i + 3, j + g, ka + k, first : first + row]
-            place = 2 * g * block + k * row
-            value = scratch[place : place + row]
-            by_x = scratch[place + block : place + block + row]
-            for q in range(36):
+            c0 = c[i, j + g, ka + k, first : first + ROW]
+            c1 = c[i + 1, j + g, ka + k, first : first + ROW]
+            c2 = c[i + 2, j + g, ka + k, first : first + ROW]
+            c3 = c[i + 3, j + g, ka + k, first : first + ROW]
+            value = scratch[(6 * g + k) * ROW : (6 * g + k + 1) * ROW]
+            by_x = scratch[(6 * g + k + 3) * ROW : (6 * g + k + 4) * ROW]
+            for q in range(ROW):
                 value[q] = a0 * c0[q] + a1 * c1[q] + a2 * c2[q] + a3 * c3[q]
                 by_x[q] = d0 * c0[q] + d1 * c1[q] + d2 * c2[q] + d3 * c3[q]
-    a0, a1, a2, a3, d0, d1, d2, d3 = _cubic(s, turn)
-    start = 8 * block
-    v0 = scratch[:block]
-    v1 = scratch[2 * block : 3 * block]
-    v2 = scratch[4 * block : 5 * block]
-    v3 = scratch[6 * block : 7 * block]
-    x0 = scratch[block : 2 * block]
-    x1 = scratch[3 * block : 4 * block]
-    x2 = scratch[5 * block : 6 * block]
-    x3 = scratch[7 * block : 8 * block]
-    value = scratch[start : start + block]
-    by_x = scratch[start + block : start + 2 * block]
-    by_y = scratch[start + 2 * block : start + 3 * block]
-    for q in range(108):
+    a0, a1, a2, a3, d0, d1, d2, d3 = cubic(s, turn)
+    v0, x0 = scratch[:BLOCK], scratch[BLOCK : 2 * BLOCK]
+    v1, x1 = scratch[2 * BLOCK : 3 * BLOCK], scratch[3 * BLOCK : 4 * BLOCK]
+    v2, x2 = scratch[4 * BLOCK : 5 * BLOCK], scratch[5 * BLOCK : 6 * BLOCK]
+    v3, x3 = scratch[6 * BLOCK : 7 * BLOCK], scratch[7 * BLOCK : 8 * BLOCK]
+    value, by_x = scratch[8 * BLOCK : 9 * BLOCK], scratch[9 * BLOCK : 10 * BLOCK]
+    by_y = scratch[10 * BLOCK : 11 * BLOCK]
+    for q in range(BLOCK):
         value[q] = a0 * v0[q] + a1 * v1[q] + a2 * v2[q] + a3 * v3[q]
         by_y[q] = d0 * v0[q] + d1 * v1[q] + d2 * v2[q] + d3 * v3[q]
         by_x[q] = a0 * x0[q] + a1 * x1[q] + a2 * x2[q] + a3 * x3[q]
-    last = start + 3 * block
-    u0 = scratch[last : last + row]
-    u1 = scratch[last + row : last + 2 * row]
-    u2 = scratch[last + 2 * row : last + 3 * row]
-    u3 = scratch[last + 3 * row : last + 4 * row]
-    a0 = where[11]
-    a1 = where[12]
-    a2 = where[13]
-    d0 = where[14]
-    d1 = where[15]
-    d2 = where[16]
-    for q in range(36):
-        u0[q] = a0 * value[q] + a1 * value[q + 36] + a2 * value[q + 72]
-        u1[q] = a0 * by_x[q] + a1 * by_x[q + 36] + a2 * by_x[q + 72]
-        u2[q] = a0 * by_y[q] + a1 * by_y[q + 36] + a2 * by_y[q + 72]
-        u3[q] = d0 * value[q] + d1 * value[q + 36] + d2 * value[q + 72]
-    a0 = where[17]
-    a1 = where[18]
-    a2 = where[19]
-    d0 = where[20]
-    d1 = where[21]
-    d2 = where[22]
-    for q in range(12):
-        functions[0, q] = a0 * u0[q] + a1 * u0[q + 12] + a2 * u0[q + 24]
-        functions[1, q] = a0 * u1[q] + a1 * u1[q + 12] + a2 * u1[q + 24]
-        functions[2, q] = a0 * u2[q] + a1 * u2[q + 12] + a2 * u2[q + 24]
-        functions[3, q] = a0 * u3[q] + a1 * u3[q + 12] + a2 * u3[q + 24]
-        functions[4, q] = d0 * u0[q] + d1 * u0[q + 12] + d2 * u0[q + 24]
+    u0, u1 = scratch[33 * ROW : 34 * ROW], scratch[34 * ROW : 35 * ROW]
+    u2, u3 = scratch[35 * ROW : 36 * ROW], scratch[36 * ROW : 37 * ROW]
+    a0, a1, a2 = _three(where, ALONG_A)
+    d0, d1, d2 = _three(where, ALONG_A + 3)
+    for q in range(ROW):
+        u0[q] = a0 * value[q] + a1 * value[q + ROW] + a2 * value[q + 2 * ROW]
+        u1[q] = a0 * by_x[q] + a1 * by_x[q + ROW] + a2 * by_x[q + 2 * ROW]
+        u2[q] = a0 * by_y[q] + a1 * by_y[q + ROW] + a2 * by_y[q + 2 * ROW]
+        u3[q] = d0 * value[q] + d1 * value[q + ROW] + d2 * value[q + 2 * ROW]
+    a0, a1, a2 = _three(where, ALONG_B)
+    d0, d1, d2 = _three(where, ALONG_B + 3)
+    by_e, by_g, by_a, by_b = functions[BY_E], functions[BY_G], functions[BY_A], functions[BY_B]
+    for q in range(FUNCTIONS):
+        functions[0, q] = a0 * u0[q] + a1 * u0[q + FUNCTIONS] + a2 * u0[q + 2 * FUNCTIONS]
+        by_e[q] = a0 * u1[q] + a1 * u1[q + FUNCTIONS] + a2 * u1[q + 2 * FUNCTIONS]
+        by_g[q] = a0 * u2[q] + a1 * u2[q + FUNCTIONS] + a2 * u2[q + 2 * FUNCTIONS]
+        by_a[q] = a0 * u3[q] + a1 * u3[q + FUNCTIONS] + a2 * u3[q + 2 * FUNCTIONS]
+        by_b[q] = d0 * u0[q] + d1 * u0[q + FUNCTIONS] + d2 * u0[q + 2 * FUNCTIONS]
 
 
 @kernel
@@ -359,17 +294,18 @@ def interpolate_pressure(cos, sin, table, scratch):
     """Ln p̂ at the angle γ of (cos, sin) and the rest as :func:`tilted_place` left it."""
     c = table.pressure
     where = scratch[SCRATCH - PLACE :]
-    i = int(where[0])
-    ka = int(where[1])
-    kb = int(where[2])
+    i = int(where[CELL_E])
+    ka = int(where[CELL_A])
+    kb = int(where[CELL_B])
+    a0, a1, a2 = _three(where, ALONG_B)
     j, s, _ = _around(cos, sin, c.shape[1] - 3)
-    b0, b1, b2, b3, _, _, _, _ = _cubic(s, 0.0)
+    b0, b1, b2, b3, _, _, _, _ = cubic(s, 0.0)
     total = 0.0
     for m in range(4):
         for g in range(4):
             b = b0 if g == 0 else (b1 if g == 1 else (b2 if g == 2 else b3))
             for k in range(3):
                 row = c[i + m, j + g, ka + k]
-                line = where[17] * row[kb] + where[18] * row[kb + 1] + where[19] * row[kb + 2]
-                total += where[3 + m] * b * where[11 + k] * line
+                line = a0 * row[kb] + a1 * row[kb + 1] + a2 * row[kb + 2]
+                total += where[ALONG_E + m] * b * where[ALONG_A + k] * line
     return total

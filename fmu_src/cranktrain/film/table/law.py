@@ -1,11 +1,11 @@
-"""Force of a tilted journal read from a film table, handed over to the film solved in place at the table's edges.
+"""Force of a tilted journal read from a film table, handed over to the film solved online at the table's edges.
 
 Position and tilt are the displacements of the journal's middle and of its axis at the end z = +L/2 (m), against the
 bore; forces are conjugate to them: F = −∫∫ P n and Q = −∫∫ P ζ n, both in N (the moment ∫ z dF is Q L/2). The film sees
 the velocities of pure squeeze v = ė − ω̄ e_z×e and w = ṫ − ω̄ e_z×t, ω̄ half the sum of the surface speeds.
 
 Inside, two points of the sampled family stand for any velocity (:mod:`cranktrain.film.table.family`). Outside the table
-(eccentricity, tilt, or a tilt rate so high that hardly anything else is left) the film is solved in place. Within a
+(eccentricity, tilt, or a tilt rate so high that hardly anything else is left) the film is solved online. Within a
 margin inside the edge both answers are blended, f = W f_table + (1 − W) f_solved with W falling from 1 to 0 without a
 kink; the tangents carry the slope of W. So forces and tangents are continuous across the hand-over, and nothing is
 extrapolated. The law says which of them answered: :data:`TABLE`, :data:`BLENDED` or :data:`SOLVED`.
@@ -19,17 +19,29 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import four
 from cranktrain.core.reduced_body import Array
 from cranktrain.film.journal.film import DAMPING, OUT_SIZE, STIFFNESS, journal_film
+from cranktrain.film.journal.grid import JournalGrid, JournalWork, Motion
+from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY
 from cranktrain.film.table.family import FADED, LEVER, spread, turning
 from cranktrain.film.table.interpolation import (
+    BY_A,
+    BY_B,
+    BY_E,
+    BY_G,
     FUNCTIONS,
     LN_FORCE,
     MOMENT_R,
+    RATE_INSIDE,
+    RATE_OUTSIDE,
+    RATIO2,
     REST,
     SCRATCH,
+    TILT_RANGE,
     TILTED_MAX,
     TURN,
+    TableArrays,
     interpolate_pressure,
     interpolate_tilted,
     tilted_place,
@@ -41,6 +53,14 @@ SHARE_MARGIN = 0.03
 """Margins inside the edges, in ε, and in A and B as a share of the tilt range."""
 CENTRED = 1.0e-3
 """Below this eccentricity the line of centres has no direction to speak of: its turning is taken at this radius."""
+
+# Derivatives by ε, a and b (TableWork.local and the first half of .weight), or by (r, t, a, b) on the line of centres
+# (.centred and the second half); then by the velocities. TableWork.slopes has d in place of w, then ζ_c and σ.
+E, TILT_A, TILT_B, V_R, V_T, W_R, W_T, LEVEL, APART = range(9)
+CENTRED_BY_PLACE, CENTRED_BY_VELOCITY = 8, 12
+"""Second half of TableWork.weight."""
+# Behind the tangents, laid out as journal_film does, table_force writes the eccentricity and the solved film's share.
+ECCENTRICITY, SOLVED_SHARE, FORCE_SIZE = range(OUT_SIZE, OUT_SIZE + 3)
 
 
 class TableWork(NamedTuple):
@@ -73,16 +93,27 @@ def fall(u):
     return 1.0 - u * u * (3.0 - 2.0 * u), -6.0 * u * (1.0 - u)
 
 
+class Tabled(NamedTuple):
+    """One film that is read from a table: the table, the film solved beyond its edges, and memory."""
+
+    table: TableArrays
+    grid: JournalGrid
+    journal: JournalWork
+    active: Array  # (N, m) active set of the solved film
+    work: TableWork
+
+
 @kernel
-def _table_weight(eps, a, b, vr, vt, wr, wt, axes, slopes):
+def _table_weight(at, axes, slopes):
     """Weight of the table at one state; ``slopes[0:7]`` its derivatives by (ε, a, b, v_r, v_t, w_r, w_t)."""
-    for k in range(7):
+    eps, _, a, b, vr, vt, wr, wt = at
+    for k in range(LEVEL):
         slopes[k] = 0.0
     if eps >= TILTED_MAX:
         return 0.0
-    tilt_range = axes[1]
-    inside = axes[6] * axes[6]
-    outside = axes[7] * axes[7]
+    tilt_range = axes[TILT_RANGE]
+    inside = axes[RATE_INSIDE] * axes[RATE_INSIDE]
+    outside = axes[RATE_OUTSIDE] * axes[RATE_OUTSIDE]
     free = 1.0 - eps * eps
     height = math.sqrt(free)
     if abs(b) >= tilt_range * height:
@@ -115,28 +146,29 @@ def _table_weight(eps, a, b, vr, vt, wr, wt, axes, slopes):
     s_e *= w_a * w_b * w_r / TILTED_MARGIN
     s_a *= w_e * w_b * w_r / margin * (1.0 if a >= 0.0 else -1.0)
     s_b *= w_e * w_a * w_r / margin * (1.0 if b >= 0.0 else -1.0)
-    slopes[0] = s_e + s_a * share_a / gap + s_b * share_b * eps / free
-    slopes[1] = s_a / gap
-    slopes[2] = s_a * share_a * b / (root * gap) + s_b / height
+    slopes[E] = s_e + s_a * share_a / gap + s_b * share_b * eps / free
+    slopes[TILT_A] = s_a / gap
+    slopes[TILT_B] = s_a * share_a * b / (root * gap) + s_b / height
     if s_r != 0.0:
         s_r *= w_e * w_a * w_b * span * 2.0 / speed2
         ratio2 = rest2 / speed2
-        slopes[0] += s_r * vt * bend * (dr * b - dt * a)
-        slopes[1] -= s_r * dt * vt * rate
-        slopes[2] += s_r * dr * vt * rate
-        slopes[3] -= s_r * ratio2 * vr
-        slopes[4] += s_r * (rate * (dr * b - dt * a) - ratio2 * vt)
-        slopes[5] = s_r * dr
-        slopes[6] = s_r * dt
+        slopes[E] += s_r * vt * bend * (dr * b - dt * a)
+        slopes[TILT_A] -= s_r * dt * vt * rate
+        slopes[TILT_B] += s_r * dr * vt * rate
+        slopes[V_R] -= s_r * ratio2 * vr
+        slopes[V_T] += s_r * (rate * (dr * b - dt * a) - ratio2 * vt)
+        slopes[W_R] = s_r * dr
+        slopes[W_T] = s_r * dt
     return weight
 
 
 @kernel
-def _add_family(vr, vt, dr, dt, lever, side, share, table, work, out):
+def _add_family(rates, lever, side, share, table, work, out):
     """Add ``share`` of the family's film at v + λ d, λ = ζ_c ± σ (``lever``, sign ``side``), and its rest R d.
 
-    Place and tilt as ``tilted_place`` left them. Adds to ``out[0:4]`` and ``work.slopes``.
+    ``rates`` v and d; place and tilt as ``tilted_place`` left them. Adds to ``out[0:4]`` and ``work.slopes``.
     """
+    vr, vt, dr, dt = rates
     sr = vr + lever * dr
     st = vt + lever * dt
     speed = math.sqrt(sr * sr + st * st)
@@ -164,10 +196,10 @@ def _add_family(vr, vt, dr, dt, lever, side, share, table, work, out):
     s = math.sin(f[0, TURN])
     mr = size * (c * cos - s * sin)
     mt = size * (c * sin + s * cos)
-    ln_e = f[1, LN_FORCE]
-    ln_g = f[2, LN_FORCE]
-    ln_a = f[3, LN_FORCE]
-    ln_b = f[4, LN_FORCE]
+    ln_e = f[BY_E, LN_FORCE]
+    ln_g = f[BY_G, LN_FORCE]
+    ln_a = f[BY_A, LN_FORCE]
+    ln_b = f[BY_B, LN_FORCE]
     for k in range(4):
         first = REST + 2 * k
         r0 = size * f[0, first]
@@ -176,42 +208,43 @@ def _add_family(vr, vt, dr, dt, lever, side, share, table, work, out):
         if k < 2:
             m = mr if k == 0 else mt
             across = -mt if k == 0 else mr
-            by_e = m * ln_e + across * f[1, TURN]
-            by_g = m * ln_g + across * (f[2, TURN] + 1.0)
-            by_a = m * ln_a + across * f[3, TURN]
-            by_b = m * ln_b + across * f[4, TURN]
+            by_e = m * ln_e + across * f[BY_E, TURN]
+            by_g = m * ln_g + across * (f[BY_G, TURN] + 1.0)
+            by_a = m * ln_a + across * f[BY_A, TURN]
+            by_b = m * ln_b + across * f[BY_B, TURN]
         else:
             q = MOMENT_R + k - 2
             m = size * f[0, q]
-            by_e = m * ln_e + size * f[1, q]
-            by_g = m * ln_g + size * f[2, q]
-            by_a = m * ln_a + size * f[3, q]
-            by_b = m * ln_b + size * f[4, q]
-        rest_e = rest * ln_e + size * (f[1, first] * dr + f[1, first + 1] * dt)
-        rest_g = rest * ln_g + size * (f[2, first] * dr + f[2, first + 1] * dt)
-        rest_a = rest * ln_a + size * (f[3, first] * dr + f[3, first + 1] * dt)
-        rest_b = rest * ln_b + size * (f[4, first] * dr + f[4, first + 1] * dt)
+            by_e = m * ln_e + size * f[BY_E, q]
+            by_g = m * ln_g + size * f[BY_G, q]
+            by_a = m * ln_a + size * f[BY_A, q]
+            by_b = m * ln_b + size * f[BY_B, q]
+        rest_e = rest * ln_e + size * (f[BY_E, first] * dr + f[BY_E, first + 1] * dt)
+        rest_g = rest * ln_g + size * (f[BY_G, first] * dr + f[BY_G, first + 1] * dt)
+        rest_a = rest * ln_a + size * (f[BY_A, first] * dr + f[BY_A, first + 1] * dt)
+        rest_b = rest * ln_b + size * (f[BY_B, first] * dr + f[BY_B, first + 1] * dt)
         out[k] -= speed * m + fade * rest
         turned = by_g + fade * rest_g * inverse
         to_r = m * cos - turned * sin + rest * by_s * sr
         to_t = m * sin + turned * cos + rest * by_s * st
         along = to_r * dr + to_t * dt
         row = work.slopes[k]
-        row[0] -= speed * by_e + fade * rest_e
-        row[1] -= speed * by_a + fade * rest_a
-        row[2] -= speed * by_b + fade * rest_b
-        row[3] -= to_r
-        row[4] -= to_t
-        row[5] -= fade * r0 + lever * to_r + rest * by_d * dr
-        row[6] -= fade * r1 + lever * to_t + rest * by_d * dt
-        row[7] -= along
-        row[8] -= side * along
+        row[E] -= speed * by_e + fade * rest_e
+        row[TILT_A] -= speed * by_a + fade * rest_a
+        row[TILT_B] -= speed * by_b + fade * rest_b
+        row[V_R] -= to_r
+        row[V_T] -= to_t
+        row[W_R] -= fade * r0 + lever * to_r + rest * by_d * dr
+        row[W_T] -= fade * r1 + lever * to_t + rest * by_d * dt
+        row[LEVEL] -= along
+        row[APART] -= side * along
 
 
 @kernel
-def _tabled(eps, a, b, vr, vt, wr, wt, table, work, out):
+def _tabled(at, table, work, out):
     """Force and moments on the line of centres from the table, ``out[0:4]``, with ``work.local`` (4, 7)."""
     # The two mirrors bring every state into the stored quarter.
+    eps, _, a, b, vr, vt, wr, wt = at
     ends = 1.0
     line = 1.0
     if a < 0.0:
@@ -233,10 +266,49 @@ def _tabled(eps, a, b, vr, vt, wr, wt, table, work, out):
     dr = wr + vt * rate * b
     dt = wt - vt * rate * a
     strength = LEVER * rate * eps
-    lever = strength * share
+    apart_e, widens, q = _family_sum((vr, vt, dr, dt), eps, strength * share, table, work, out)
+    # From shares of the possible tilt to the tilt.
+    a_a = 1.0 / gap
+    a_e = share * a_a
+    a_b = share * b / root * a_a
+    b_e = b * eps / (free * height)
+    b_b = 1.0 / height
+    lever_e = LEVER * (rate + eps * bend) * share
+    for k in range(4):
+        sums = work.slopes[k]
+        by_share = sums[TILT_A] + strength * sums[LEVEL]
+        to_r = sums[W_R] + sums[APART] * widens * dr
+        to_t = sums[W_T] + sums[APART] * widens * dt
+        narrows = sums[APART] * widens * q
+        row = work.local[k]
+        row[E] = sums[E] + by_share * a_e + sums[TILT_B] * b_e + vt * bend * (to_r * b - to_t * a)
+        row[E] += lever_e * sums[LEVEL] + apart_e * sums[APART]
+        row[TILT_A] = by_share * a_a - to_t * vt * rate
+        row[TILT_B] = by_share * a_b + sums[TILT_B] * b_b + to_r * vt * rate
+        row[V_R] = sums[V_R] - narrows * vr
+        row[V_T] = sums[V_T] - narrows * vt + rate * (to_r * b - to_t * a)
+        row[W_R] = to_r
+        row[W_T] = to_t
+        sign = 1.0 if k == 0 else (line if k == 1 else (ends if k == 2 else ends * line))
+        out[k] *= sign
+        row[E] *= sign
+        row[TILT_A] *= sign * ends
+        row[TILT_B] *= sign * ends * line
+        row[V_R] *= sign
+        row[V_T] *= sign * line
+        row[W_R] *= sign * ends
+        row[W_T] *= sign * ends * line
+
+
+@kernel
+def _family_sum(rates, eps, lever, table, work, out):
+    """The family's film at the two points ζ_c ± σ, ζ_c = ``lever``, into ``out[0:4]`` and ``work.slopes``.
+
+    Returns ∂σ/∂ε, twice ∂σ/∂q over |v|², and q = |d|²/|v|².
+    """
+    vr, vt, dr, dt = rates
     speed2 = vr * vr + vt * vt
     rest2 = dr * dr + dt * dt
-    # σ(q), q = |d|²/|v|²: twice its slope over |v|².
     apart = 0.0
     apart_e = 0.0
     widens = 0.0
@@ -248,72 +320,42 @@ def _tabled(eps, a, b, vr, vt, wr, wt, table, work, out):
             widens *= 2.0 / speed2
         else:
             apart, apart_e, _ = spread(eps, 1.0e300)
-    slopes = work.slopes
     for k in range(4):
         out[k] = 0.0
-        for p in range(9):
-            slopes[k, p] = 0.0
+        for p in range(APART + 1):
+            work.slopes[k, p] = 0.0
     if apart == 0.0:
-        _add_family(vr, vt, dr, dt, lever, 0.0, 1.0, table, work, out)
+        _add_family(rates, lever, 0.0, 1.0, table, work, out)
     else:
-        _add_family(vr, vt, dr, dt, lever + apart, 1.0, 0.5, table, work, out)
-        _add_family(vr, vt, dr, dt, lever - apart, -1.0, 0.5, table, work, out)
-    # From shares of the possible tilt to the tilt.
-    a_a = 1.0 / gap
-    a_e = share * a_a
-    a_b = share * b / root * a_a
-    b_e = b * eps / (free * height)
-    b_b = 1.0 / height
-    lever_e = LEVER * (rate + eps * bend) * share
-    for k in range(4):
-        sums = slopes[k]
-        by_share = sums[1] + strength * sums[7]
-        to_r = sums[5] + sums[8] * widens * dr
-        to_t = sums[6] + sums[8] * widens * dt
-        narrows = sums[8] * widens * q
-        row = work.local[k]
-        row[0] = sums[0] + by_share * a_e + sums[2] * b_e + vt * bend * (to_r * b - to_t * a)
-        row[0] += lever_e * sums[7] + apart_e * sums[8]
-        row[1] = by_share * a_a - to_t * vt * rate
-        row[2] = by_share * a_b + sums[2] * b_b + to_r * vt * rate
-        row[3] = sums[3] - narrows * vr
-        row[4] = sums[4] - narrows * vt + rate * (to_r * b - to_t * a)
-        row[5] = to_r
-        row[6] = to_t
-        sign = 1.0 if k == 0 else (line if k == 1 else (ends if k == 2 else ends * line))
-        out[k] *= sign
-        row[0] *= sign
-        row[1] *= sign * ends
-        row[2] *= sign * ends * line
-        row[3] *= sign
-        row[4] *= sign * line
-        row[5] *= sign * ends
-        row[6] *= sign * ends * line
+        _add_family(rates, lever + apart, 1.0, 0.5, table, work, out)
+        _add_family(rates, lever - apart, -1.0, 0.5, table, work, out)
+    return apart_e, widens, q
 
 
 @kernel
-def _turned(row, arm, a, b, vr, vt, wr, wt):
-    """Derivative by a step across the line of centres, in axes that stay: everything else turns the other way."""
-    return (row[1] * b - row[2] * a + row[3] * vt - row[4] * vr + row[5] * wt - row[6] * wr) / arm
+def _turned(row, arm, at):
+    """Derivative by a step across the line of centres, in axes at rest: everything else turns the other way."""
+    _, _, a, b, vr, vt, wr, wt = at
+    return (row[TILT_A] * b - row[TILT_B] * a + row[V_R] * vt - row[V_T] * vr + row[W_R] * wt - row[W_T] * wr) / arm
 
 
 @kernel
-def _solved(eps, a, b, vr, vt, wr, wt, weight, table, grid, film_work, active, work, out):
-    """Blend the film solved in place into ``out[0:4]`` and ``work.centred``; 0, or negative where it failed."""
-    film = work.film
-    if journal_film(grid, table.axes[0], eps, 0.0, a, b, vr, vt, wr, wt, film_work, active, film) < 0:
+def _solved(at, weight, tabled, out):
+    """Blend the film solved online into ``out[0:4]`` and ``work.centred``; 0, or negative where it failed."""
+    film = tabled.work.film
+    if journal_film(tabled.grid, tabled.table.axes[RATIO2], at, tabled.journal, tabled.active, film) < 0:
         return FAILED
-    slopes = work.weight
+    slopes = tabled.work.weight
     rest = 1.0 - weight
     for k in range(4):
-        row = work.centred[k]
+        row = tabled.work.centred[k]
         differs = out[k] - film[k] if weight > 0.0 else 0.0
         for q in range(4):
             solved = rest * film[STIFFNESS + 4 * k + q]
             damped = rest * film[DAMPING + 4 * k + q]
             if weight > 0.0:
-                solved += weight * row[q] + differs * slopes[8 + q]
-                damped += weight * row[4 + q] + differs * slopes[12 + q]
+                solved += weight * row[q] + differs * slopes[CENTRED_BY_PLACE + q]
+                damped += weight * row[4 + q] + differs * slopes[CENTRED_BY_VELOCITY + q]
             row[q] = solved
             row[4 + q] = damped
         out[k] = weight * out[k] + rest * film[k] if weight > 0.0 else film[k]
@@ -321,27 +363,14 @@ def _solved(eps, a, b, vr, vt, wr, wt, weight, table, grid, film_work, active, w
 
 
 @kernel
-def table_force(x, y, ax, ay, vx, vy, wx, wy, half_speed, c, factor, table, grid, film_work, active, work, out):
-    """Forces on a journal with tilt, in axes at rest with the bore, with tangents.
+def on_line_of_centres(place, velocity, half_speed, inverse):
+    """State on the line of centres, over the clearance 1/``inverse``, and the direction of that line.
 
-    Parameters
-    ----------
-    x, y, ax, ay : displacement of the middle, and of the axis at z = +L/2 against it, m
-    vx, vy, wx, wy : their rates against the bore, m/s
-    half_speed : half the sum of the surface speeds, rad/s
-    c : radial clearance, m
-    factor : 12 η (R/c)² R L/2, N s
-    table : TableArrays with a tilted table
-    grid, film_work, active : of the film solved in place (``table_grid``, ``journal_work``, ``cold_start``)
-    work : TableWork
-    out : (≥ 40,) ``[0:4]`` F and Q, N; ``[4:20]`` their derivatives by (x, y, ax, ay), N/m, row-major; ``[20:36]`` by
-        (vx, vy, wx, wy), N s/m; ``[36]`` eccentricity; ``[37]`` share of the solved film
-
-    Returns
-    -------
-    TABLE, BLENDED, SOLVED, or FAILED where the film solved in place did not converge
+    ``place`` (4,) (m) and ``velocity`` (4,) (m/s) of the journal against the bore in axes at rest, ``half_speed`` half
+    the sum of the surface speeds, rad/s.
     """
-    inverse = 1.0 / c
+    x, y, ax, ay = four(place, 0)
+    vx, vy, wx, wy = four(velocity, 0)
     e = math.sqrt(x * x + y * y)
     nx = 1.0
     ny = 0.0
@@ -357,32 +386,68 @@ def table_force(x, y, ax, ay, vx, vy, wx, wy, half_speed, c, factor, table, grid
     vt = sy * nx - sx * ny
     sx = (wx + half_speed * ay) * inverse
     sy = (wy - half_speed * ax) * inverse
-    wr = sx * nx + sy * ny
-    wt = sy * nx - sx * ny
+    return Motion(eps, 0.0, a, b, vr, vt, sx * nx + sy * ny, sy * nx - sx * ny), nx, ny
+
+
+@kernel
+def table_force(place, velocity, half_speed, c, factor, tabled, out):
+    """Forces on a journal with tilt, in axes at rest with the bore, with tangents.
+
+    Parameters
+    ----------
+    place : (4,) displacement of the middle, and of the axis at z = +L/2 against it, m
+    velocity : (4,) their rates against the bore, m/s
+    half_speed : half the sum of the surface speeds, rad/s
+    c : radial clearance, m
+    factor : 12 η (R/c)² R L/2, N s
+    tabled : Tabled, with a tilted table
+    out : (≥ FORCE_SIZE,) ``[0:4]`` F and Q, N; from STIFFNESS on their derivatives by place, N/m, and from DAMPING on
+        by velocity, N s/m, both (4, 4) row-major; ECCENTRICITY; SOLVED_SHARE
+
+    Returns
+    -------
+    TABLE, BLENDED, SOLVED, or FAILED where the film solved online did not converge
+    """
+    inverse = 1.0 / c
+    at, nx, ny = on_line_of_centres(place, velocity, half_speed, inverse)
+    work = tabled.work
     slopes = work.weight
-    weight = _table_weight(eps, a, b, vr, vt, wr, wt, table.axes, slopes)
+    weight = _table_weight(at, tabled.table.axes, slopes)
     status = TABLE
-    local = work.local
     centred = work.centred
+    eps = at.ex
     arm = eps if eps > CENTRED else CENTRED
     if weight > 0.0:
-        _tabled(eps, a, b, vr, vt, wr, wt, table, work, out)
+        _tabled(at, tabled.table, work, out)
         for k in range(4):
-            row = local[k]
+            row = work.local[k]
             other = -out[k + 1] if k % 2 == 0 else out[k - 1]
-            centred[k, 0] = row[0]
-            centred[k, 1] = _turned(row, arm, a, b, vr, vt, wr, wt) + other / arm
-            for q in range(1, 7):
+            centred[k, 0] = row[E]
+            centred[k, 1] = _turned(row, arm, at) + other / arm
+            for q in range(TILT_A, LEVEL):
                 centred[k, q + 1] = row[q]
     if weight < 1.0:
         status = BLENDED if weight > 0.0 else SOLVED
-        slopes[9] = _turned(slopes, arm, a, b, vr, vt, wr, wt)
-        slopes[8] = slopes[0]
-        for q in range(1, 7):
-            slopes[9 + q] = slopes[q]
-        if _solved(eps, a, b, vr, vt, wr, wt, weight, table, grid, film_work, active, work, out) < 0:
+        slopes[CENTRED_BY_PLACE + 1] = _turned(slopes, arm, at)
+        slopes[CENTRED_BY_PLACE] = slopes[E]
+        for q in range(TILT_A, LEVEL):
+            slopes[CENTRED_BY_PLACE + 1 + q] = slopes[q]
+        if _solved(at, weight, tabled, out) < 0:
             status = FAILED
-    # Back to the axes of the bore: pairs of rows and of columns turn.
+    _in_axes_at_rest(nx, ny, factor, inverse, centred, out)
+    # The velocities of pure squeeze depend on position and tilt through the surface speeds.
+    for k in range(4):
+        for q in range(0, 4, 2):
+            out[STIFFNESS + 4 * k + q] -= half_speed * out[DAMPING + 4 * k + q + 1]
+            out[STIFFNESS + 4 * k + q + 1] += half_speed * out[DAMPING + 4 * k + q]
+    out[ECCENTRICITY] = eps
+    out[SOLVED_SHARE] = 1.0 - weight
+    return status
+
+
+@kernel
+def _in_axes_at_rest(nx, ny, factor, inverse, centred, out):
+    """Turn force ``out[0:4]`` and tangents from the line of centres into the axes of the bore, and give them units."""
     stiff = factor * inverse
     for k in range(0, 4, 2):
         fr = out[k]
@@ -390,51 +455,55 @@ def table_force(x, y, ax, ay, vx, vy, wx, wy, half_speed, c, factor, table, grid
         out[k] = factor * (fr * nx - ft * ny)
         out[k + 1] = factor * (fr * ny + ft * nx)
         for q in range(0, 8, 2):
-            rr = centred[k, q]
-            rt = centred[k, q + 1]
-            tr = centred[k + 1, q]
-            tt = centred[k + 1, q + 1]
-            # First the columns, then the rows.
-            rx = rr * nx - rt * ny
-            ry = rr * ny + rt * nx
-            tx = tr * nx - tt * ny
-            ty = tr * ny + tt * nx
-            place = (4 if q < 4 else 20) + 4 * k + (q if q < 4 else q - 4)
-            out[place] = stiff * (rx * nx - tx * ny)
-            out[place + 1] = stiff * (ry * nx - ty * ny)
-            out[place + 4] = stiff * (rx * ny + tx * nx)
-            out[place + 5] = stiff * (ry * ny + ty * nx)
-    # The velocities of pure squeeze depend on position and tilt through the surface speeds.
-    for k in range(4):
-        for q in range(0, 4, 2):
-            out[4 + 4 * k + q] -= half_speed * out[20 + 4 * k + q + 1]
-            out[4 + 4 * k + q + 1] += half_speed * out[20 + 4 * k + q]
-    out[36] = eps
-    out[37] = 1.0 - weight
-    return status
+            upper = centred[k, q], centred[k, q + 1]
+            xx, xy, yx, yy = turned_block(upper, (centred[k + 1, q], centred[k + 1, q + 1]), nx, ny)
+            place = (STIFFNESS if q < 4 else DAMPING) + 4 * k + (q if q < 4 else q - 4)
+            out[place] = stiff * xx
+            out[place + 1] = stiff * xy
+            out[place + 4] = stiff * yx
+            out[place + 5] = stiff * yy
 
 
 @kernel
-def tilted_pressure(x, y, ax, ay, vx, vy, half_speed, c, viscosity, radius, table, work):
-    """Largest pressure (Pa) of a tilted film on the sampled family; negative where the state lies outside the table."""
+def turned_block(upper, lower, nx, ny):
+    """A 2 × 2 matrix of the line of centres (nx, ny), given by its rows, in axes at rest, row-major."""
+    rr, rt = upper
+    tr, tt = lower
+    # First the columns, then the rows.
+    rx = rr * nx - rt * ny
+    ry = rr * ny + rt * nx
+    tx = tr * nx - tt * ny
+    ty = tr * ny + tt * nx
+    return rx * nx - tx * ny, ry * nx - ty * ny, rx * ny + tx * nx, ry * ny + ty * nx
+
+
+@kernel
+def tilted_pressure(place, velocity, half_speed, bearing, table, work):
+    """Largest pressure (Pa) of a tilted film on the sampled family; negative where the state lies outside the table.
+
+    ``bearing`` are the parameters of :mod:`cranktrain.film.laws.parameters`, the rest as in :func:`table_force`.
+    """
+    x, y, ax, ay = four(place, 0)
+    c = bearing[CLEARANCE]
     e = math.sqrt(x * x + y * y)
     nx = x / e if e > 0.0 else 1.0
     ny = y / e if e > 0.0 else 0.0
     eps = e / c
     a = (ax * nx + ay * ny) / c
     b = (ay * nx - ax * ny) / c
-    sx = (vx + half_speed * y) / c
-    sy = (vy - half_speed * x) / c
+    sx = (velocity[0] + half_speed * y) / c
+    sy = (velocity[1] - half_speed * x) / c
     vr = sx * nx + sy * ny
     vt = sy * nx - sx * ny
-    if eps >= TILTED_MAX or abs(b) >= table.axes[1] * math.sqrt(1.0 - eps * eps):
+    tilt_range = table.axes[TILT_RANGE]
+    if eps >= TILTED_MAX or abs(b) >= tilt_range * math.sqrt(1.0 - eps * eps):
         return -1.0
     share_a = abs(a) / (math.sqrt(1.0 - b * b) - eps)
-    if share_a >= table.axes[1]:
+    if share_a >= tilt_range:
         return -1.0
     speed = math.sqrt(vr * vr + vt * vt)
     cos = vr / speed if speed > 0.0 else 1.0
     sin = vt / speed if speed > 0.0 else 0.0
     tilted_place(eps, share_a, abs(b) / math.sqrt(1.0 - eps * eps), table, work.scratch)
     highest = interpolate_pressure(cos, sin if a * b >= 0.0 else -sin, table, work.scratch)
-    return 12.0 * viscosity * (radius / c) ** 2 * speed * math.exp(highest)
+    return 12.0 * bearing[VISCOSITY] * (bearing[RADIUS] / c) ** 2 * speed * math.exp(highest)

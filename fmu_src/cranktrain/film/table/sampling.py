@@ -7,9 +7,14 @@ Tilted films are extrapolated (Richardson) from two axial divisions; their veloc
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import four
+from cranktrain.core.reduced_body import Array
 from cranktrain.film.journal.film import DAMPING, OUT_SIZE, film_observables, journal_film
+from cranktrain.film.journal.grid import JournalGrid, JournalWork, Motion
+from cranktrain.film.spline import SECOND, VALUE
 from cranktrain.film.table.family import LEVER, turning
 from cranktrain.film.table.interpolation import (
     FUNCTIONS,
@@ -26,32 +31,42 @@ from cranktrain.film.table.interpolation import (
 )
 
 
+class Solver(NamedTuple):
+    """A film solved on one grid, with its memory."""
+
+    grid: JournalGrid
+    work: JournalWork
+    active: Array
+
+
 @kernel
-def sample_aligned(eps, gamma, ratio2, grid, work, active, out, values):
-    """Solve the aligned table's four functions at one eccentricity, (n_γ, 4); negative where a film failed."""
+def sample_aligned(eps, gamma, ratio2, film, out, values):
+    """Solve the aligned table's four functions at one eccentricity into ``values`` (n_γ, 4); negative where one failed.
+
+    ``film`` is a Solver, ``out`` (36,) scratch.
+    """
     status = 0
     for j in range(gamma.shape[0]):
         cos = math.cos(gamma[j])
         sin = math.sin(gamma[j])
-        if journal_film(grid, ratio2, eps, 0.0, 0.0, 0.0, cos, sin, 0.0, 0.0, work, active, out) < 0:
+        at = Motion(eps, 0.0, 0.0, 0.0, cos, sin, 0.0, 0.0)
+        if journal_film(film.grid, ratio2, at, film.work, film.active, out) < 0:
             status = -1
         radial = -(out[0] * cos + out[1] * sin)
         across = -(out[1] * cos - out[0] * sin)
         values[j, LN_FORCE] = 0.5 * math.log(radial * radial + across * across)
         values[j, TURN] = math.atan2(across, radial)
-        highest, flow = film_observables(grid, work)
+        highest, flow = film_observables(film.grid, film.work)
         values[j, LN_ALIGNED_PRESSURE] = math.log(highest)
         values[j, LN_FLOW] = math.log(flow)
     return status
 
 
 @kernel
-def sample_tilted(
-    eps, gamma, share, ratio2, coarse, coarse_work, coarse_active, fine, fine_work, fine_active, out, values
-):
-    """Solve all functions and ln p̂ at one eccentricity, ``values`` (n_γ, n_t, n_t, 13); negative where a film failed.
+def sample_tilted(eps, gamma, share, ratio2, coarse, fine, out, values):
+    """Solve all functions and ln p̂ at one eccentricity into ``values`` (n_γ, n_t, n_t, 13); negative where one failed.
 
-    ``out`` (72,) holds the results of both films.
+    ``coarse`` and ``fine`` are Solvers; ``out`` (72,) receives the results of both films.
     """
     n = share.shape[0]
     rate, _ = turning(eps)
@@ -62,50 +77,50 @@ def sample_tilted(
         for m in range(n):
             b = share[m] * math.sqrt(1.0 - eps * eps)
             a = share[k] * (math.sqrt(1.0 - b * b) - eps)
-            coarse_active[0, 0] = -1.0
-            fine_active[0, 0] = -1.0
+            coarse.active[0, 0] = -1.0
+            fine.active[0, 0] = -1.0
             for j in range(gamma.shape[0]):
                 cos = math.cos(gamma[j])
                 sin = math.sin(gamma[j])
-                wx = -sin * rate * b
-                wy = sin * rate * a
-                if (
-                    journal_film(coarse, ratio2, eps, 0.0, a, b, cos, sin, wx, wy, coarse_work, coarse_active, first)
-                    < 0
-                ):
+                at = Motion(eps, 0.0, a, b, cos, sin, -sin * rate * b, sin * rate * a)
+                if journal_film(coarse.grid, ratio2, at, coarse.work, coarse.active, first) < 0:
                     status = -1
-                if journal_film(fine, ratio2, eps, 0.0, a, b, cos, sin, wx, wy, fine_work, fine_active, second) < 0:
+                if journal_film(fine.grid, ratio2, at, fine.work, fine.active, second) < 0:
                     status = -1
                 for q in range(OUT_SIZE):
                     first[q] = -(second[q] + (second[q] - first[q]) / 3.0)
-                radial = first[0] * cos + first[1] * sin
-                across = first[1] * cos - first[0] * sin
-                force = math.sqrt(radial * radial + across * across)
                 value = values[j, k, m]
-                value[LN_FORCE] = math.log(force)
-                value[TURN] = math.atan2(across, radial)
-                value[MOMENT_R] = first[2] / force
-                value[MOMENT_T] = first[3] / force
-                # R: what the damping by w has more than the family's slope at the lever.
-                lever = LEVER * rate * eps * share[k]
-                for q in range(4):
-                    row = DAMPING + 4 * q
-                    by_r = first[row]
-                    by_t = first[row + 1] + rate * (a * first[row + 3] - b * first[row + 2])
-                    value[REST + 2 * q] = (first[row + 2] - lever * by_r) / force
-                    value[REST + 2 * q + 1] = (first[row + 3] - lever * by_t) / force
-                highest, _ = film_observables(fine, fine_work)
+                _functions(at, rate, LEVER * rate * eps * share[k], first, value)
+                highest, _ = film_observables(fine.grid, fine.work)
                 value[FUNCTIONS] = math.log(highest)
     return status
+
+
+@kernel
+def _functions(at, rate, lever, film, value):
+    """All functions (FUNCTIONS,) of a tilted film into ``value``; ``film`` is its result with the sign turned."""
+    fr, ft, qr, qt = four(film, 0)
+    radial = fr * at.vx + ft * at.vy
+    across = ft * at.vx - fr * at.vy
+    force = math.sqrt(radial * radial + across * across)
+    value[LN_FORCE] = math.log(force)
+    value[TURN] = math.atan2(across, radial)
+    value[MOMENT_R] = qr / force
+    value[MOMENT_T] = qt / force
+    # R: what the damping by w has more than the family's slope at the lever.
+    for q in range(4):
+        by_r, by_t, by_a, by_b = four(film, DAMPING + 4 * q)
+        value[REST + 2 * q] = (by_a - lever * by_r) / force
+        value[REST + 2 * q + 1] = (by_b - lever * (by_t + rate * (at.tx * by_b - at.ty * by_a))) / force
 
 
 @kernel
 def aligned_errors(solved, eps, gamma, table, out, errors):
     """Force error over |F| of the films ``solved`` at one eccentricity."""
     for j in range(gamma.shape[0]):
-        interpolate_aligned(eps, math.cos(gamma[j]), math.sin(gamma[j]), table, 0, out)
-        size = math.exp(out[0] - solved[j, 0])
-        turn = out[3] - solved[j, 1]
+        interpolate_aligned(eps, math.cos(gamma[j]), math.sin(gamma[j]), table, LN_FORCE, out)
+        size = math.exp(out[VALUE] - solved[j, LN_FORCE])
+        turn = out[SECOND] - solved[j, TURN]
         dx = size * math.cos(turn) - 1.0
         dy = size * math.sin(turn)
         errors[j] = math.sqrt(dx * dx + dy * dy)
@@ -122,10 +137,10 @@ def tilted_errors(solved, eps, gamma, share, table, scratch, functions, errors):
                 interpolate_tilted(math.cos(gamma[j]), math.sin(gamma[j]), table, scratch, functions)
                 value = functions[0]
                 true = solved[j, k, m]
-                size = math.exp(value[0] - true[0])
-                turn = value[1] - true[1]
+                size = math.exp(value[LN_FORCE] - true[LN_FORCE])
+                turn = value[TURN] - true[TURN]
                 dx = size * math.cos(turn) - 1.0
                 dy = size * math.sin(turn)
-                mx = size * value[2] - true[2]
-                my = size * value[3] - true[3]
+                mx = size * value[MOMENT_R] - true[MOMENT_R]
+                my = size * value[MOMENT_T] - true[MOMENT_T]
                 errors[j, k, m] = math.sqrt(max(dx * dx + dy * dy, mx * mx + my * my))
