@@ -7,7 +7,7 @@ import pytest
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel_address, law_kernel
-from cranktrain.studies.peers.fixed_step import METHODS, OK, ORDERS, UNBOUNDED, FixedStep
+from cranktrain.studies.peers.fixed_step import METHODS, OK, ORDERS, UNBOUNDED, Equations, FixedStep
 
 DAMPING, STIFFNESS, PUSH, TURN = 0.3, np.array([1.0, 6.0]), 0.7, 1.3
 
@@ -39,10 +39,9 @@ def system(method, stiffness=STIFFNESS, damping=DAMPING, push=PUSH, start=None):
     data = (stiffness, damping, push, TURN)
     n = stiffness.size
     y = np.ones(2 * n) if start is None else start
-    return FixedStep(
-        method, kernel_address(oscillators, *data, 0.0, y, np.zeros(2 * n)), data, y, n,
-        kernel_address(slopes, *data, 0.0, y, np.zeros((2 * n, 2 * n))), tolerance=1e-14,
-    )  # fmt: skip
+    rate = kernel_address(oscillators, *data, 0.0, y, np.zeros(2 * n))
+    jacobian = kernel_address(slopes, *data, 0.0, y, np.zeros((2 * n, 2 * n)))
+    return FixedStep(method, Equations(rate, data, jacobian), y, n, tolerance=1e-14)
 
 
 def exact(t):
@@ -95,4 +94,4 @@ def test_radau_keeps_its_factors_on_a_linear_system():
 
 def test_an_unknown_method_names_the_nearest():
     with pytest.raises(InputError, match="did you mean 'radau-5'"):
-        FixedStep("radau5", 0, (), np.zeros(2))
+        FixedStep("radau5", Equations(0, ()), np.zeros(2))

@@ -37,6 +37,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import put_four
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.lubricant import temperature_at
 from cranktrain.engine.model import Engine
@@ -205,8 +206,8 @@ def required_damper(engine: Engine) -> Damper:
 def damper_torque(parameters, twist, rate, out):
     """Torque on the hub at ``twist`` (rad) and ``rate`` (rad/s), hub less ring, with tangents.
 
-    ``out[0]`` torque on the hub, N m (the ring feels its opposite); ``out[1]`` ∂/∂twist; ``out[2]`` ∂/∂rate; ``out[3]``
-    dissipated power, W, never negative.
+    ``out`` (4,): torque on the hub, N m (the ring feels its opposite); ∂/∂twist; ∂/∂rate; dissipated power, W, never
+    negative.
     """
     torque = parameters[DAMPING] * rate
     tangent = parameters[DAMPING]
@@ -216,7 +217,4 @@ def damper_torque(parameters, twist, rate, out):
         eta = parameters[WEIGHTS + i] * math.exp(parameters[EXPONENT] * math.log1p(square))
         torque += eta * rate
         tangent += eta * (1.0 + 2.0 * parameters[EXPONENT] * square / (1.0 + square))
-    out[0] = -parameters[STIFFNESS] * twist - torque
-    out[1] = -parameters[STIFFNESS]
-    out[2] = -tangent
-    out[3] = torque * rate
+    put_four(out, 0, (-parameters[STIFFNESS] * twist - torque, -parameters[STIFFNESS], -tangent, torque * rate))

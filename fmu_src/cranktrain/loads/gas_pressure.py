@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import four
 from cranktrain.engine.model import Engine
 
 Array = NDArray[np.float64]
@@ -272,4 +273,5 @@ def gas_pressure(theta: float, table: Array) -> float:
     if i >= n:
         i = n - 1
     t = s - i
-    return table[i, 0] + t * (table[i, 1] + t * (table[i, 2] + t * table[i, 3]))
+    a, b, c, d = four(table[i], 0)
+    return a + t * (b + t * (c + t * d))

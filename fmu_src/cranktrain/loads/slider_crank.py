@@ -15,7 +15,11 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import put_four
 from cranktrain.engine.parts import Rod
+
+# What rod_force writes behind the force.
+BY_X, BY_VX, BY_ACCELERATION, PISTON, PISTON_VELOCITY, PISTON_ACCELERATION = 2, 4, 6, 10, 11, 12
 
 
 def remainder_inertia(rod: Rod) -> float:
@@ -30,8 +34,9 @@ def rod_force(x, y, vx, vy, ax, ay, gas, length, m_b, m_o, delta_j, offset, grav
     """Force on the pin in cylinder axes, with tangents, and the piston's motion.
 
     ``gas`` is gauge pressure times piston area (N); gravity_x and gravity_y are the components of the upward
-    acceleration that replaces gravity. ``out[0:2]`` force; ``out[2:4]`` ∂f/∂x; ``out[4:6]`` ∂f/∂v_x; ``out[6:10]``
-    ∂f/∂a row-major; ``out[10:13]`` piston-pin position along the cylinder axis, velocity, acceleration.
+    acceleration that replaces gravity. ``out`` (13,): force; from BY_X on ∂f/∂x, from BY_VX on ∂f/∂v_x, from
+    BY_ACCELERATION on ∂f/∂a row-major; from PISTON on the piston pin's place along the cylinder axis, velocity,
+    acceleration.
     """
     x = x - offset
     s = math.sqrt(length * length - x * x)
@@ -44,19 +49,16 @@ def rod_force(x, y, vx, vy, ax, ay, gas, length, m_b, m_o, delta_j, offset, grav
     out[0] = -m_b * (ax + gravity_x) - g * axial - remainder
     out[1] = -m_b * (ay + gravity_y) - axial
     slope = -l2s3 * ax + 3.0 * vx * vx * length * length * g / (s2 * s2)
-    out[2] = (
+    out[BY_X] = (
         l2s3 * axial
         - g * m_o * slope
         - delta_j * (-2.0 * g * ax / (s2 * s) + vx * vx / (s2 * s2) - 4.0 * x * vx * vx * g / (s2 * s2 * s))
     )
-    out[3] = -m_o * slope
+    out[BY_X + 1] = -m_o * slope
     rate = -2.0 * vx * l2s3
-    out[4] = -g * m_o * rate - delta_j * 2.0 * x * vx / (s2 * s2)
-    out[5] = -m_o * rate
-    out[6] = -m_b - m_o * g * g - delta_j / s2
-    out[7] = -m_o * g
-    out[8] = -m_o * g
-    out[9] = -m_b - m_o
-    out[10] = y + s
-    out[11] = vy + g * vx
-    out[12] = a_p
+    out[BY_VX] = -g * m_o * rate - delta_j * 2.0 * x * vx / (s2 * s2)
+    out[BY_VX + 1] = -m_o * rate
+    put_four(out, BY_ACCELERATION, (-m_b - m_o * g * g - delta_j / s2, -m_o * g, -m_o * g, -m_b - m_o))
+    out[PISTON] = y + s
+    out[PISTON_VELOCITY] = vy + g * vx
+    out[PISTON_ACCELERATION] = a_p

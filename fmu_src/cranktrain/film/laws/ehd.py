@@ -198,22 +198,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
     cos = numbers[COS]
     sin = numbers[SIN]
     if action in (FORCE, CLOSE_STAGE):
-        turn_pairs(cos, sin, place, own.motion[0])
-        turn_pairs(cos, sin, velocity, own.motion[1])
-        # All films share the rest of their data.
-        bore.film.constants[VISCOSITY] = bore.viscosities[i]
-        history = FilmHistory(
-            own.start[i], own.start_place[i], own.start_shapes[i], own.known[i], own.unknowns[i], own.shapes[i]
-        )
-        clock = numbers[SPEED], numbers[ELAPSED], numbers[GAIN]
-        tangents = action == FORCE and numbers[HELD] == 0.0
-        status = elastic_film(bore.film, own.motion, clock, history, bore.scratch, own.out[i], tangents)
-        if status != CONVERGED:
-            # The next attempt, of a shorter step, begins with what is sure.
-            for k in range(nodes):
-                own.unknowns[i, k] = own.start[i, k]
-            for k in range(shapes):
-                own.shapes[i, k] = own.start_shapes[i, k]
+        status = _solve(bore, i, place, velocity, numbers, action == FORCE and numbers[HELD] == 0.0)
         if action == CLOSE_STAGE:
             for k in range(shapes):
                 own.rates[int(numbers[STAGE]), i, k] = (own.shapes[i, k] - own.known[i, k]) / numbers[GAIN]
@@ -268,6 +253,28 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         out[GAP] = max(kept[first + FILM_MIN], 0.0)
         out[GAP_ANGLE] = kept[first + FILM_MIN_ANGLE]
     return 0
+
+
+@kernel
+def _solve(bore, i, place, velocity, numbers, tangents):
+    """Solve film i at a stage into ``memory.out[i]``; its status."""
+    own = bore.memory
+    turn_pairs(numbers[COS], numbers[SIN], place, own.motion[0])
+    turn_pairs(numbers[COS], numbers[SIN], velocity, own.motion[1])
+    # All films share the rest of their data.
+    bore.film.constants[VISCOSITY] = bore.viscosities[i]
+    history = FilmHistory(
+        own.start[i], own.start_place[i], own.start_shapes[i], own.known[i], own.unknowns[i], own.shapes[i]
+    )
+    clock = numbers[SPEED], numbers[ELAPSED], numbers[GAIN]
+    status = elastic_film(bore.film, own.motion, clock, history, bore.scratch, own.out[i], tangents)
+    if status != CONVERGED:
+        # The next attempt, of a shorter step, begins with what is sure.
+        for k in range(own.start.shape[1]):
+            own.unknowns[i, k] = own.start[i, k]
+        for k in range(own.shapes.shape[1]):
+            own.shapes[i, k] = own.start_shapes[i, k]
+    return status
 
 
 @kernel

@@ -156,10 +156,8 @@ def roller_law(record, action, i, place, velocity, numbers, memory, out):
     cos = numbers[COS]
     sin = numbers[SIN]
     result = seats.result
-    roller_force(
-        place[0], place[1], place[2], place[3],
-        space_cos * cos + space_sin * sin, space_sin * cos - space_cos * sin, law, seats.slices[i], result,
-    )  # fmt: skip
+    first_cos, first_sin = space_cos * cos + space_sin * sin, space_sin * cos - space_cos * sin
+    roller_force(place, first_cos, first_sin, law, seats.slices[i], result)
     for k in range(WORK):
         out[k] = result[k]
         if k < 16:

@@ -33,6 +33,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.kernel import kernel
+from cranktrain.core.lanes import four, minus, put_four
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.roller_bearing import LONG_ROLLER, RollerBearing, check_roller_bearing
 
@@ -141,8 +142,8 @@ def force_at(bearing: RollerBearing, place: Array, first_angle: float = 0.0, sli
     """Force on the journal at ``place`` (4,) m and what goes with it, (N_OUT,), see :func:`roller_force`."""
     out = np.zeros(N_OUT)
     first = math.cos(first_angle), math.sin(first_angle)
-    at = [float(value) for value in place]
-    roller_force(*at, *first, roller_constants(bearing), roller_slices(bearing, slices), out)
+    at = np.array(place, dtype=float)
+    roller_force(at, *first, roller_constants(bearing), roller_slices(bearing, slices), out)
     return out
 
 
@@ -244,17 +245,18 @@ def _line_search(
 
 
 @kernel
-def roller_force(x, y, a, b, first_cos, first_sin, constants, slices, out):
-    """Force of the rollers on a journal at (x, y), (a, b) more at its end ζ = 1 (m), in any axes.
+def roller_force(place, first_cos, first_sin, constants, slices, out):
+    """Force of the rollers on a journal at ``place`` (x, y), (a, b) more at its end ζ = 1 (4,), m, in any axes.
 
     ``first_cos``, ``first_sin`` give the direction of roller 0 in these axes, ``constants`` and ``slices`` are those of
     :func:`roller_constants` and :func:`roller_slices`.
 
-    Fills ``out`` (26,): [0:4] forces (F_x, F_y, Q_x, Q_y) with Q = ∫ ζ dF (N); [4:20] their derivatives by
-    (x, y, a, b), row-major (N/m); [20] energy stored (J); [21] load of the most loaded roller (N), [22] its number;
-    [23] largest pressure at the inner ring (Pa); [24] rollers loaded; [25] largest approach of rollers at the journal's
-    ends or middle, the profile left out (m; below 0: least gap).
+    Fills ``out`` (N_OUT,): forces (F_x, F_y, Q_x, Q_y) with Q = ∫ ζ dF (N); from BY_PLACE on their derivatives by
+    place, row-major (N/m); WORK, the energy stored (J); LARGEST load of a roller (N), WHERE its number; PRESSURE, the
+    largest at the inner ring (Pa); LOADED rollers; APPROACH, the largest of rollers at the journal's ends or middle,
+    the profile left out (m; below 0: least gap).
     """
+    x, y, a, b = four(place, 0)
     for k in range(N_OUT):
         out[k] = 0.0
     count = int(constants[COUNT])
@@ -299,18 +301,15 @@ def roller_force(x, y, a, b, first_cos, first_sin, constants, slices, out):
                 if load > out[LARGEST]:
                     out[LARGEST] = load
                     out[WHERE] = j
-                out[0] -= load * cos
-                out[1] -= load * sin
-                out[2] -= moment * cos
-                out[3] -= moment * sin
+                put_four(out, 0, minus(four(out, 0), (load * cos, load * sin, moment * cos, moment * sin)))
                 for row in range(2):
                     for column in range(2):
                         stiffness = k_0 if row + column == 0 else (k_2 if row + column == 2 else k_1)
-                        place = BY_PLACE + 8 * row + 2 * column
-                        out[place] -= stiffness * cos * cos
-                        out[place + 1] -= stiffness * cos * sin
-                        out[place + 4] -= stiffness * cos * sin
-                        out[place + 5] -= stiffness * sin * sin
+                        k = BY_PLACE + 8 * row + 2 * column
+                        out[k] -= stiffness * cos * cos
+                        out[k + 1] -= stiffness * cos * sin
+                        out[k + 4] -= stiffness * cos * sin
+                        out[k + 5] -= stiffness * sin * sin
         turned = cos * constants[TURN_COS] - sin * constants[TURN_SIN]
         sin = sin * constants[TURN_COS] + cos * constants[TURN_SIN]
         cos = turned

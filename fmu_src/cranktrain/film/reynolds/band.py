@@ -1,61 +1,13 @@
 """Band matrices without pivoting, and several right-hand sides at once: what every film solver spends its time on.
 
-Reynolds' equation on a grid whose axial index runs fastest gives a band as wide as one line of axial nodes. Its matrix
-is symmetric and positive definite for a film that ruptures at zero pressure, and an M-matrix (by columns) once a fill
-is transported upwind; neither needs pivoting. Right-hand sides are kept side by side, [unknown, right-hand side], so
+Reynolds' equation on a grid whose axial index runs fastest gives a band as wide as one line of axial nodes, and an
+M-matrix by columns, which needs no pivoting. Right-hand sides are kept side by side, [unknown, right-hand side], so
 that the inner loops run over them.
 """
 
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
-
-
-@kernel
-def factor_symmetric(a, n, width):
-    """Factor A = Uᵀ D⁻¹ U in place; ``a[i, k]`` is A[i, i + k], k = 0..width. Returns 0, or 1 at a pivot ≤ 0."""
-    for j in range(n):
-        pivot = a[j, 0]
-        if not pivot > 0.0:
-            return 1
-        last = width if j + width < n else n - 1 - j
-        inverse = 1.0 / pivot
-        for i in range(1, last + 1):
-            share = a[j, i] * inverse
-            if share != 0.0:
-                row = a[j + i]
-                upper = a[j]
-                for k in range(last + 1 - i):
-                    row[k] -= share * upper[i + k]
-    return 0
-
-
-@kernel
-def solve_symmetric(a, n, width, b):
-    """Solve with the factors of :func:`factor_symmetric` for all columns of ``b`` (n, r), in place."""
-    columns = b.shape[1]
-    for j in range(n):
-        last = width if j + width < n else n - 1 - j
-        inverse = 1.0 / a[j, 0]
-        here = b[j]
-        for i in range(1, last + 1):
-            share = a[j, i] * inverse
-            if share != 0.0:
-                below = b[j + i]
-                for r in range(columns):
-                    below[r] -= share * here[r]
-    for j in range(n - 1, -1, -1):
-        last = width if j + width < n else n - 1 - j
-        here = b[j]
-        for i in range(1, last + 1):
-            share = a[j, i]
-            if share != 0.0:
-                below = b[j + i]
-                for r in range(columns):
-                    here[r] -= share * below[r]
-        inverse = 1.0 / a[j, 0]
-        for r in range(columns):
-            here[r] *= inverse
 
 
 @kernel

@@ -22,7 +22,13 @@ Sources: Elrod, J. Lubr. Technol. 103 (1981) 350 (fill transported upwind); Giac
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
 from cranktrain.core.kernel import kernel
+from cranktrain.core.reduced_body import Array
 from cranktrain.film.reynolds.band import factor_band, solve_band
 
 STRICT_PASSES = 12
@@ -33,6 +39,50 @@ FULL_FILM, REYNOLDS, CONSERVING = 0, 1, 2
 """Modes of :func:`film_state`: no rupture; rupture that creates oil; rupture that conserves it."""
 
 
+class Balance(NamedTuple):
+    """What makes the oil balance, (n_x, n_z) each.
+
+    Face (i, j) of ``g_x``, ``c_x`` lies between nodes i and i + 1 (the last one between the last and the first node:
+    zero unless periodic), of ``g_z``, ``c_z`` between j and j + 1.
+    """
+
+    g_x: Array  # conductance, m³/(Pa s)
+    g_z: Array
+    c_x: Array  # flow that the surfaces carry through the full face, m³/s
+    c_z: Array
+    source: Array  # m³/s
+    store: Array
+
+
+class Unknowns(NamedTuple):
+    """Nodes and their state, (n_x, n_z) each."""
+
+    order: NDArray[np.int64]  # place of each free node in the band, −1 where pressure and deficit are given
+    pressure: Array  # Pa, given at fixed nodes; the result elsewhere
+    deficit: Array
+    empty: NDArray[np.bool_]  # first guess of the ruptured nodes, then the result; the result does not depend on it
+    excess: Array  # oil that Reynolds' rupture makes appear, m³/s
+
+
+class Space(NamedTuple):
+    """Memory for n free nodes."""
+
+    band: Array  # (n, 2 width + 1)
+    width: int
+    load: Array  # (n, 1)
+    unknown: Array  # (2, n)
+    rest: Array  # (n_x, n_z)
+
+
+class Side(NamedTuple):
+    """One side of a face."""
+
+    place: int  # in the band; −1 at a node with given pressure and fill
+    pressure: float
+    deficit: float
+    empty: bool
+
+
 @kernel
 def face_flow(g, c, p_a, p_b, d_a, d_b):
     """Flow (m³/s) through a face from node a to node b: pressure, and what the surfaces carry from upstream."""
@@ -40,12 +90,9 @@ def face_flow(g, c, p_a, p_b, d_a, d_b):
 
 
 @kernel
-def oil_balance(g_x, g_z, c_x, c_z, source, store, pressure, deficit, out):
-    """Oil that each node gains plus what leaves it through faces (m³/s), zero where the balance is met.
-
-    All arrays are (n_x, n_z). Face (i, j) of ``g_x``, ``c_x`` lies between nodes i and i + 1 (the last one between the
-    last and the first node: zero unless periodic), of ``g_z``, ``c_z`` between j and j + 1.
-    """
+def oil_balance(balance, pressure, deficit, out):
+    """Oil that each node gains plus what leaves it through faces (m³/s) into ``out``, zero where the balance is met."""
+    g_x, g_z, c_x, c_z, source, store = balance
     n_x, n_z = pressure.shape
     for i in range(n_x):
         for j in range(n_z):
@@ -66,21 +113,23 @@ def oil_balance(g_x, g_z, c_x, c_z, source, store, pressure, deficit, out):
 
 
 @kernel
-def _face_entries(band, width, load, a, b, g, c, p_a, p_b, d_a, d_b, empty_a, empty_b, conserving):
-    """Add one face to the band matrix and right-hand side; a or b is −1 at a node with given pressure and fill."""
+def _face_entries(space, g, c, one, other, conserving):
+    """Add one face between two Sides to the band matrix and right-hand side."""
+    band, width, load = space.band, space.width, space.load
+    a, b = one.place, other.place
     known = c
     if a < 0:
-        known += g * p_a
+        known += g * one.pressure
         if c > 0.0:
-            known -= c * d_a
+            known -= c * one.deficit
     if b < 0:
-        known -= g * p_b
+        known -= g * other.pressure
         if c < 0.0:
-            known -= c * d_b
+            known -= c * other.deficit
     if a >= 0:
         load[a, 0] -= known
         share = g
-        if empty_a:
+        if one.empty:
             share = c if conserving and c > 0.0 else 0.0
         band[a, width] += share
         if b >= 0:
@@ -88,7 +137,7 @@ def _face_entries(band, width, load, a, b, g, c, p_a, p_b, d_a, d_b, empty_a, em
     if b >= 0:
         load[b, 0] += known
         share = g
-        if empty_b:
+        if other.empty:
             share = -c if conserving and c < 0.0 else 0.0
         band[b, width] += share
         if a >= 0:
@@ -96,117 +145,119 @@ def _face_entries(band, width, load, a, b, g, c, p_a, p_b, d_a, d_b, empty_a, em
 
 
 @kernel
-def _mixture(g_x, g_z, c_x, c_z, source, store, conserving, pressure, deficit, empty, order, band, width, load):
-    """Assemble the matrix whose columns belong to p at full nodes and to −d at ruptured ones."""
-    n_x, n_z = pressure.shape
-    band[:, :] = 0.0
-    load[:, :] = 0.0
+def _side(film, i, j):
+    """A node as a side of a face."""
+    return Side(film.order[i, j], film.pressure[i, j], film.deficit[i, j], film.empty[i, j])
+
+
+@kernel
+def _mixture(balance, film, conserving, space):
+    """Assemble the matrix whose columns belong to p at full nodes and to −d at ruptured ones, into ``space``."""
+    n_x, n_z = film.pressure.shape
+    space.band[:, :] = 0.0
+    space.load[:, :] = 0.0
     for i in range(n_x):
         for j in range(n_z):
-            a = order[i, j]
+            a = film.order[i, j]
             if a >= 0:
-                load[a, 0] -= source[i, j]
-                if empty[i, j]:
-                    band[a, width] += store[i, j] if conserving else 1.0
+                space.load[a, 0] -= balance.source[i, j]
+                if film.empty[i, j]:
+                    space.band[a, space.width] += balance.store[i, j] if conserving else 1.0
     for i in range(n_x):
         after = i + 1 if i + 1 < n_x else 0
         for j in range(n_z):
-            if g_x[i, j] > 0.0:
-                _face_entries(
-                    band, width, load, order[i, j], order[after, j], g_x[i, j], c_x[i, j],
-                    pressure[i, j], pressure[after, j], deficit[i, j], deficit[after, j],
-                    empty[i, j], empty[after, j], conserving,
-                )  # fmt: skip
+            here = _side(film, i, j)
+            if balance.g_x[i, j] > 0.0:
+                _face_entries(space, balance.g_x[i, j], balance.c_x[i, j], here, _side(film, after, j), conserving)
             if j + 1 < n_z:
-                _face_entries(
-                    band, width, load, order[i, j], order[i, j + 1], g_z[i, j], c_z[i, j],
-                    pressure[i, j], pressure[i, j + 1], deficit[i, j], deficit[i, j + 1],
-                    empty[i, j], empty[i, j + 1], conserving,
-                )  # fmt: skip
+                _face_entries(space, balance.g_z[i, j], balance.c_z[i, j], here, _side(film, i, j + 1), conserving)
 
 
 @kernel
-def _spread(order, conserving, unknown, pressure, deficit, excess):
+def _spread(film, conserving, unknown):
     """Turn the unknowns into pressure, deficit and (Reynolds' rupture) the oil that appears."""
-    n_x, n_z = pressure.shape
+    n_x, n_z = film.pressure.shape
     for i in range(n_x):
         for j in range(n_z):
-            a = order[i, j]
+            a = film.order[i, j]
             if a >= 0:
                 u = unknown[a]
-                pressure[i, j] = u if u > 0.0 else 0.0
+                film.pressure[i, j] = u if u > 0.0 else 0.0
                 below = -u if u < 0.0 else 0.0
-                deficit[i, j] = below if conserving else 0.0
-                excess[i, j] = 0.0 if conserving else below
+                film.deficit[i, j] = below if conserving else 0.0
+                film.excess[i, j] = 0.0 if conserving else below
 
 
 @kernel
-def _imbalance(g_x, g_z, c_x, c_z, source, store, order, pressure, deficit, excess, rest):
-    """Sum of |imbalance| over the free nodes; a norm in which Newton's direction always descends."""
-    oil_balance(g_x, g_z, c_x, c_z, source, store, pressure, deficit, rest)
+def _imbalance(balance, film, rest):
+    """Sum of |imbalance| over the free nodes; a norm in which Newton's direction always descends; ``rest``: scratch."""
+    oil_balance(balance, film.pressure, film.deficit, rest)
     total = 0.0
-    n_x, n_z = pressure.shape
+    n_x, n_z = film.pressure.shape
     for i in range(n_x):
         for j in range(n_z):
-            if order[i, j] >= 0:
-                total += abs(rest[i, j] - excess[i, j])
+            if film.order[i, j] >= 0:
+                total += abs(rest[i, j] - film.excess[i, j])
     return total
 
 
 @kernel
-def _stands(order, empty, diagonal, load, lenient):
+def _settled(film, diagonal, load, lenient):
     """Whether no full node is under tension and no ruptured one overfull (by more than rounding, if lenient)."""
     noise = 0.0
     if lenient:
         for a in range(load.shape[0]):
             noise = max(noise, 4.0e-15 * abs(diagonal[a] * load[a, 0]))
-    n_x, n_z = order.shape
+    n_x, n_z = film.order.shape
     for i in range(n_x):
         for j in range(n_z):
-            a = order[i, j]
+            a = film.order[i, j]
             if a >= 0:
                 flow = diagonal[a] * load[a, 0]
-                if (flow > noise) if empty[i, j] else (flow < -noise):
+                if (flow > noise) if film.empty[i, j] else (flow < -noise):
                     return False
     return True
 
 
 @kernel
-def _accept(order, conserving, empty, load, pressure, deficit, excess):
+def _accept(film, conserving, load):
     """Write the solved unknowns where they belong, rounding included, so that the balance closes."""
-    n_x, n_z = order.shape
+    n_x, n_z = film.order.shape
     for i in range(n_x):
         for j in range(n_z):
-            a = order[i, j]
+            a = film.order[i, j]
             if a >= 0:
                 u = load[a, 0]
-                pressure[i, j] = 0.0 if empty[i, j] else u
-                deficit[i, j] = -u if empty[i, j] and conserving else 0.0
-                excess[i, j] = -u if empty[i, j] and not conserving else 0.0
+                empty = film.empty[i, j]
+                film.pressure[i, j] = 0.0 if empty else u
+                film.deficit[i, j] = -u if empty and conserving else 0.0
+                film.excess[i, j] = -u if empty and not conserving else 0.0
 
 
 @kernel
-def _mark_empty(order, present, empty):
-    n_x, n_z = order.shape
+def _mark_empty(film, present):
+    """Take the nodes whose unknown is negative as ruptured."""
+    n_x, n_z = film.order.shape
     for i in range(n_x):
         for j in range(n_z):
-            if order[i, j] >= 0:
-                empty[i, j] = present[order[i, j]] < 0.0
+            if film.order[i, j] >= 0:
+                film.empty[i, j] = present[film.order[i, j]] < 0.0
 
 
 @kernel
-def _descend(g_x, g_z, c_x, c_z, source, store, order, conserving, present, load, pressure, deficit, excess, rest):
-    """Go from ``present`` towards ``load`` so far that the sum of all |imbalances| falls; both are overwritten."""
+def _descend(balance, film, conserving, present, space):
+    """Go from ``present`` towards ``space.load`` so far that the sum of |imbalances| falls; both are overwritten."""
+    load = space.load
     n = load.shape[0]
-    _spread(order, conserving, present, pressure, deficit, excess)
-    before = _imbalance(g_x, g_z, c_x, c_z, source, store, order, pressure, deficit, excess, rest)
+    _spread(film, conserving, present)
+    before = _imbalance(balance, film, space.rest)
     for a in range(n):
         load[a, 0] -= present[a]
         present[a] += load[a, 0]
     share = 1.0
     for _ in range(20):
-        _spread(order, conserving, present, pressure, deficit, excess)
-        after = _imbalance(g_x, g_z, c_x, c_z, source, store, order, pressure, deficit, excess, rest)
+        _spread(film, conserving, present)
+        after = _imbalance(balance, film, space.rest)
         if after <= (1.0 - 0.1 * share) * before:
             return
         share *= 0.5
@@ -215,9 +266,7 @@ def _descend(g_x, g_z, c_x, c_z, source, store, order, conserving, present, load
 
 
 @kernel
-def film_state(
-    mode, g_x, g_z, c_x, c_z, source, store, order, pressure, deficit, empty, band, width, load, unknown, work
-):  # fmt: skip
+def film_state(mode, balance, film, space):
     """Pressure and deficit of every free node; returns (status, passes).
 
     The rounding of a wrong sign may be left in pressure and deficit, so that the oil balance closes.
@@ -225,36 +274,29 @@ def film_state(
     Parameters
     ----------
     mode : FULL_FILM, REYNOLDS or CONSERVING
-    g_x, g_z, c_x, c_z, source, store : (n_x, n_z) as in :func:`oil_balance`; m³/(Pa s) and m³/s
-    order : (n_x, n_z) int, place of each free node in the band, −1 where pressure and deficit are given
-    pressure, deficit : (n_x, n_z), given at fixed nodes; the result elsewhere
-    empty : (n_x, n_z) bool, first guess of the ruptured nodes, then the result; the result does not depend on it
-    band, load, unknown : (n, 2 width + 1), (n, 1) and (2, n) work space, n free nodes
-    work : (2, n_x, n_z) work space; ``work[0]`` leaves the oil that Reynolds' rupture makes appear (m³/s)
+    balance, film, space : Balance, Unknowns (in: given values and first guess; out: the result), Space
     """
+    load = space.load
     n = load.shape[0]
     conserving = mode == CONSERVING
-    excess = work[0]
-    present = unknown[0]
-    diagonal = unknown[1]
-    excess[:, :] = 0.0
+    present = space.unknown[0]
+    diagonal = space.unknown[1]
+    film.excess[:, :] = 0.0
     limit = MAX_PASSES if conserving else 2 * n + MAX_PASSES
     for turn in range(limit):
-        _mixture(g_x, g_z, c_x, c_z, source, store, conserving, pressure, deficit, empty, order, band, width, load)
+        _mixture(balance, film, conserving, space)
         for a in range(n):
-            diagonal[a] = band[a, width]
-        if factor_band(band, n, width) != 0:
+            diagonal[a] = space.band[a, space.width]
+        if factor_band(space.band, n, space.width) != 0:
             return SINGULAR, turn + 1
-        solve_band(band, n, width, load)
-        if mode == FULL_FILM or _stands(order, empty, diagonal, load, turn >= STRICT_PASSES):
-            _accept(order, conserving, empty, load, pressure, deficit, excess)
+        solve_band(space.band, n, space.width, load)
+        if mode == FULL_FILM or _settled(film, diagonal, load, turn >= STRICT_PASSES):
+            _accept(film, conserving, load)
             return CONVERGED, turn + 1
         if turn < FREE_PASSES or not conserving:
             for a in range(n):
                 present[a] = load[a, 0]
         else:
-            _descend(
-                g_x, g_z, c_x, c_z, source, store, order, conserving, present, load, pressure, deficit, excess, work[1]
-            )
-        _mark_empty(order, present, empty)
+            _descend(balance, film, conserving, present, space)
+        _mark_empty(film, present)
     return STALLED, limit

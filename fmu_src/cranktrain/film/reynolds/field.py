@@ -21,7 +21,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,6 +32,9 @@ from cranktrain.film.reynolds.cavitation import (
     FULL_FILM,
     REYNOLDS,
     SINGULAR,
+    Balance,
+    Space,
+    Unknowns,
     film_state,
     oil_balance,
 )
@@ -94,7 +96,7 @@ class FilmSolution:
     """Active-set passes."""
 
 
-def solve_film(
+def solve_film(  # one call describes a whole film: all but two arguments are keywords with a default
     h: ArrayLike,
     lengths: tuple[float, float],
     *,
@@ -144,65 +146,32 @@ def solve_film(
         if nothing determines the pressure level, or the oil stiffens without bound
     """
     grid, film, faces = _problem(h, lengths, cavitation, periodic, nodes, stepped)
-    n_x, n_z = film.shape
     slip_x, slip_z, growth = np.zeros(film.shape), np.zeros(film.shape), np.ones(film.shape)
     if roughness is not None:
         faces, slip_x, slip_z, film, growth = rough_gap(np.asarray(h, dtype=float), grid, stepped, roughness)
-    eta_0 = node_field("viscosity", viscosity, film.shape)
-    if not (np.isfinite(eta_0).all() and eta_0.min() > 0.0):
-        raise InputError(f"viscosity: least value {eta_0.min():.4g} Pa s; it must be positive everywhere")
-    for name, value in (("speeds", speeds), ("cross_speeds", cross_speeds)):
-        if len(value) != 2 or not np.isfinite(value).all():
-            raise InputError(f"{name}: two finite velocities in m/s are needed (first and second surface), got {value}")
+    eta = node_field("viscosity", viscosity, film.shape)
+    if not (np.isfinite(eta).all() and eta.min() > 0.0):
+        raise InputError(f"viscosity: least value {eta.min():.4g} Pa s; it must be positive everywhere")
+    carried_x = _carried("speeds", speeds, faces.film_x, slip_x)
+    carried_z = _carried("cross_speeds", cross_speeds, faces.film_z, slip_z)
     pressure, deficit, owner, names = given_pressures(edges, supplies, grid, cavitation)
     free = owner < 0
-    order, width = band_order(free, periodic)
     source, store = _growth(film, grid, squeeze, growth, dt, previous, cavitation)
-    carried_x = 0.5 * (speeds[0] + speeds[1]) * faces.film_x + 0.5 * (speeds[0] - speeds[1]) * slip_x
-    carried_z = 0.5 * (cross_speeds[0] + cross_speeds[1]) * faces.film_z
-    carried_z = carried_z + 0.5 * (cross_speeds[0] - cross_speeds[1]) * slip_z
-    held = np.zeros_like(film)
-    if dt is None:
-        # Without a time step a ruptured film that nothing moves or feeds would have any fill.
-        moved = max(float(np.abs(a).max()) for a in (carried_x, carried_z, source))
-        volumes = film * grid.areas
-        held = volumes * ((moved if moved > 0.0 else 1.0) / (MEMORY * volumes.sum()))
-        store = store + held
-    empty = np.zeros((n_x, n_z), dtype=bool)
+    lasting = np.zeros_like(film) if dt is not None else _lasting(film * grid.areas, carried_x, carried_z, source)
+    balance = Balance(*_conductances(faces, eta, grid), carried_x, carried_z, source, store + lasting)
+    empty = np.zeros(film.shape, dtype=bool)
     guess = previous if guess is None else guess
     if guess is not None and guess.ruptured.shape == empty.shape and cavitation not in ("full", "guembel"):
         empty = (guess.ruptured | (guess.fill < 1.0)) & free
-    count = int(free.sum())
-    band, right = np.zeros((count, 2 * width + 1)), np.zeros((count, 1))
-    unknown, work = np.zeros((2, count)), np.zeros((2, n_x, n_z))
-    mode = CAVITATION[cavitation]
-    g_x, g_z = _conductances(faces, eta_0, grid)
     if pressure_viscosity is not None:
         pressure = reduced_pressure(pressure_viscosity, pressure)
-    status, passes = _settle(
-        mode, (g_x, g_z, carried_x, carried_z, source), store, held, order, pressure, deficit, empty,
-        (band, width, right, unknown, work),
-    )  # fmt: skip
-    if free.all() and not empty.any():
-        status = SINGULAR  # a sealed gap full of oil, whatever rounding made of its last pivot
-    if status != CONVERGED or not np.isfinite(pressure).all():
-        raise SolverError(_failure(status, cavitation))
-    oil_balance(g_x, g_z, carried_x, carried_z, source, store, pressure, deficit, work[1])
-    if mode != FULL_FILM:
-        pressure, deficit = np.maximum(pressure, 0.0), np.clip(deficit, 0.0, 1.0)
-    if cavitation == "guembel":
-        pressure = np.maximum(pressure, 0.0)
-        empty = free & (pressure <= 0.0)
-        oil_balance(g_x, g_z, carried_x, carried_z, source, store, pressure, deficit, work[1])
-    eta = eta_0
+    order, width = band_order(free, periodic)
+    unknowns = Unknowns(order, pressure, deficit, empty, np.zeros(film.shape))
+    pressure, deficit, empty, surplus, passes = _solved(cavitation, balance, lasting, unknowns, width)
     if pressure_viscosity is not None:
         pressure = true_pressure(pressure_viscosity, pressure)
-        eta = eta_0 * viscosity_factor(pressure_viscosity, pressure)
-    flows, defect = outflows(work[1], owner, names, grid, film, cross_speeds)
-    stored = float((source - store * deficit).sum())
-    carried = float(max(np.abs(carried_x).sum(axis=1).max(), np.abs(carried_z).sum(axis=0).max()))
-    through = carried + sum(abs(f) for f in flows.values()) + float(np.abs(source - store * deficit).sum())
-    rounding = 1e-15 * float(store.sum())  # of the oil that is there, when nothing moves it
+        eta = eta * viscosity_factor(pressure_viscosity, pressure)
+    flows, defect = outflows(surplus, owner, names, grid, film, cross_speeds)
     load = float((pressure * grid.areas).sum())
     moments = (pressure * grid.areas * grid.x[:, None]).sum(), (pressure * grid.areas * grid.z).sum()
     centre = (float(moments[0]) / load, float(moments[1]) / load) if load != 0.0 else (np.nan, np.nan)
@@ -212,8 +181,53 @@ def solve_film(
     )
     return FilmSolution(
         grid.x, grid.z, film, grid.areas, pressure, 1.0 - deficit, empty, eta, load, centre, p_max, place, drag, flows,
-        stored, abs(defect) / through if abs(defect) > rounding else 0.0, passes,
+        float((source - balance.store * deficit).sum()), _mass_defect(balance, deficit, flows, defect), passes,
     )  # fmt: skip
+
+
+def _carried(name: str, speeds: tuple[float, float], film: Array, slip: Array) -> Array:
+    """Flow that both surfaces carry through each face along one direction, were it full, m³/s."""
+    if len(speeds) != 2 or not np.isfinite(speeds).all():
+        raise InputError(f"{name}: two finite velocities in m/s are needed (first and second surface), got {speeds}")
+    return np.asarray(0.5 * (speeds[0] + speeds[1]) * film + 0.5 * (speeds[0] - speeds[1]) * slip)
+
+
+def _lasting(volumes: Array, *flows: Array) -> Array:
+    """Oil that each node holds by a very long time step: without one, an idle ruptured film would have any fill."""
+    moved = max(float(np.abs(a).max()) for a in flows)
+    return np.asarray(volumes * ((moved if moved > 0.0 else 1.0) / (MEMORY * volumes.sum())))
+
+
+def _solved(
+    cavitation: str, balance: Balance, lasting: Array, unknowns: Unknowns, width: int
+) -> tuple[Array, Array, NDArray[np.bool_], Array, int]:
+    """Pressure, deficit, ruptured nodes, what every node's balance leaves over (m³/s), and passes."""
+    free = unknowns.order >= 0
+    count, mode = int(free.sum()), CAVITATION[cavitation]
+    rest = np.zeros(free.shape)
+    space = Space(np.zeros((count, 2 * width + 1)), width, np.zeros((count, 1)), np.zeros((2, count)), rest)
+    status, passes = _settle(mode, balance, lasting, unknowns, space)
+    pressure, deficit, empty = unknowns.pressure, unknowns.deficit, unknowns.empty
+    if free.all() and not empty.any():
+        status = SINGULAR  # a sealed gap full of oil, whatever rounding made of its last pivot
+    if status != CONVERGED or not np.isfinite(pressure).all():
+        raise SolverError(_failure(status, cavitation))
+    if cavitation == "guembel":
+        pressure = np.maximum(pressure, 0.0)
+        empty = free & (pressure <= 0.0)
+    oil_balance(balance, pressure, deficit, rest)
+    if mode != FULL_FILM:
+        pressure, deficit = np.maximum(pressure, 0.0), np.clip(deficit, 0.0, 1.0)
+    return pressure, deficit, empty, rest, passes
+
+
+def _mass_defect(balance: Balance, deficit: Array, flows: Mapping[str, float], defect: float) -> float:
+    """Oil that appears over all that enters, leaves, grows and that the surfaces carry; 0 where it is rounding."""
+    growing = balance.source - balance.store * deficit
+    carried = float(max(np.abs(balance.c_x).sum(axis=1).max(), np.abs(balance.c_z).sum(axis=0).max()))
+    through = carried + sum(abs(f) for f in flows.values()) + float(np.abs(growing).sum())
+    rounding = 1e-15 * float(balance.store.sum())  # of the oil that is there, when nothing moves it
+    return abs(defect) / through if abs(defect) > rounding else 0.0
 
 
 def _problem(
@@ -303,33 +317,24 @@ def _conductances(faces: Faces, eta: Array, grid: Rectangle) -> tuple[Array, Arr
     return faces.cube_x / (12.0 * eta_x * step_x), faces.cube_z / (12.0 * eta_z * step_z)
 
 
-def _settle(
-    mode: int,
-    balance: tuple[Array, ...],
-    store: Array,
-    held: Array,
-    order: NDArray[np.int64],
-    pressure: Array,
-    deficit: Array,
-    empty: NDArray[np.bool_],
-    space: tuple[Any, ...],
-) -> tuple[int, int]:
+def _settle(mode: int, balance: Balance, lasting: Array, unknowns: Unknowns, space: Space) -> tuple[int, int]:
     """Solve; a starved film without a time step that does not settle is given one, lengthened stage by stage."""
-    status, passes = film_state(mode, *balance, store, order, pressure, deficit, empty, *space)
+    empty = unknowns.empty
+    status, passes = film_state(mode, balance, unknowns, space)
     if status == SINGULAR and mode != FULL_FILM:
         # A sealed gap: its pressure has no level while it is full, so fill it from empty.
-        empty[:] = order >= 0
-        status, turns = film_state(mode, *balance, store, order, pressure, deficit, empty, *space)
+        empty[:] = unknowns.order >= 0
+        status, turns = film_state(mode, balance, unknowns, space)
         passes += turns
-    if status == CONVERGED or mode != CONSERVING or not held.any():
+    if status == CONVERGED or mode != CONSERVING or not lasting.any():
         return status, passes
     settled = np.zeros_like(empty)
     reached, ratio = 10.0 * MEMORY, 10.0
     for _ in range(MAX_STAGES):
         shortening = max(reached / ratio, 1.0)
         empty[:] = settled
-        trial = store + (shortening - 1.0) * held
-        status, turns = film_state(mode, *balance, trial, order, pressure, deficit, empty, *space)
+        trial = balance._replace(store=balance.store + (shortening - 1.0) * lasting)
+        status, turns = film_state(mode, trial, unknowns, space)
         passes += turns
         if status == CONVERGED:
             if shortening == 1.0:

@@ -28,7 +28,8 @@ from cranktrain.core.kernel import kernel
 
 Array = NDArray[np.float64]
 
-# γ; C, r and least H of the pressure factor; A₁, α₁, α₂, α₃, A₂ of the shear factor.
+# γ; C, r and least H of the pressure factor; A₁, α₁, α₂, α₃, A₂ of the shear factor; in constants a weight as well.
+PATTERN, C, R, LEAST, A_1, ALPHA_1, ALPHA_2, ALPHA_3, A_2, WEIGHT = range(10)
 PATTERNS = np.array(
     [
         [1 / 9, 1.480, 0.42, 1.00, 2.046, 1.12, 0.78, 0.03, 1.856],
@@ -68,14 +69,14 @@ def pressure_flow_factor(gap_ratio, constants):
     total = 0.0
     slope = 0.0
     for k in range(2):
-        weight = constants[k, 9]
+        weight = constants[k, WEIGHT]
         if weight == 0.0:
             continue
-        c = constants[k, 1]
-        r = constants[k, 2]
-        inside = gap_ratio > constants[k, 3]
-        h = gap_ratio if inside else constants[k, 3]
-        if constants[k, 0] <= 1.0:
+        c = constants[k, C]
+        r = constants[k, R]
+        inside = gap_ratio > constants[k, LEAST]
+        h = gap_ratio if inside else constants[k, LEAST]
+        if constants[k, PATTERN] <= 1.0:
             part = -c * math.exp(-r * h)
             by = -r * part
         else:
@@ -95,15 +96,16 @@ def shear_flow_factor(gap_ratio, constants):
     total = 0.0
     slope = 0.0
     for k in range(2):
-        weight = constants[k, 9]
+        weight = constants[k, WEIGHT]
         if weight == 0.0:
             continue
         if gap_ratio <= SHEAR_RANGE:
-            part = constants[k, 4] * gap_ratio ** constants[k, 5]
-            part *= math.exp(-constants[k, 6] * gap_ratio + constants[k, 7] * gap_ratio * gap_ratio)
-            by = part * (constants[k, 5] / gap_ratio - constants[k, 6] + 2.0 * constants[k, 7] * gap_ratio)
+            alpha_1, alpha_2, alpha_3 = constants[k, ALPHA_1], constants[k, ALPHA_2], constants[k, ALPHA_3]
+            part = constants[k, A_1] * gap_ratio**alpha_1
+            part *= math.exp(-alpha_2 * gap_ratio + alpha_3 * gap_ratio * gap_ratio)
+            by = part * (alpha_1 / gap_ratio - alpha_2 + 2.0 * alpha_3 * gap_ratio)
         else:
-            part = constants[k, 8] * math.exp(-0.25 * gap_ratio)
+            part = constants[k, A_2] * math.exp(-0.25 * gap_ratio)
             by = -0.25 * part
         total += weight * part
         slope += weight * by

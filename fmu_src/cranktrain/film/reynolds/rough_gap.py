@@ -29,6 +29,9 @@ from cranktrain.film.reynolds.volumes import Faces, Rectangle, cell_sums
 
 Array = NDArray[np.float64]
 
+# Rows of _factors.
+CUBE, GAP, SLIP, GROWTH, N_ROWS = range(5)
+
 
 @dataclass(frozen=True)
 class Roughness:
@@ -87,20 +90,20 @@ def rough_gap(h: Array, grid: Rectangle, stepped: bool, roughness: Roughness) ->
 
 def _factors(h: Array, roughness: Roughness, constants: Array) -> Array:
     """φ h³ (m³), h_T (m), σ φ_s (m) and dh_T/dh of each film in ``h``, (4, *h.shape)."""
-    out = np.zeros((4, h.size))
+    out = np.zeros((N_ROWS, h.size))
     _fill(np.ascontiguousarray(h, dtype=float).ravel(), roughness.height, roughness.bias, constants, out)
-    return out.reshape(4, *h.shape)
+    return out.reshape(N_ROWS, *h.shape)
 
 
 @kernel
 def _fill(films, sigma, bias, constants, out):
-    """Rows of :func:`_factors`."""
+    """Rows of :func:`_factors` into ``out`` (4, n)."""
     for k in range(films.shape[0]):
         ratio = films[k] / sigma
         factor, _ = pressure_flow_factor(ratio, constants)
         gap, growth = mean_gap(ratio)
         slip, _ = shear_flow_factor(ratio, constants)
-        out[0, k] = factor * films[k] ** 3
-        out[1, k] = sigma * gap
-        out[2, k] = sigma * bias * slip
-        out[3, k] = growth
+        out[CUBE, k] = factor * films[k] ** 3
+        out[GAP, k] = sigma * gap
+        out[SLIP, k] = sigma * bias * slip
+        out[GROWTH, k] = growth

@@ -31,7 +31,7 @@ class Edges:
 
 @dataclass(frozen=True)
 class Supply:
-    """A groove or hole: nodes (mask (n_x, n_z)) that stand full at a pressure (Pa)."""
+    """A groove or hole: nodes (mask (n_x, n_z)) that are full at a pressure (Pa)."""
 
     name: str
     nodes: NDArray[np.bool_]
@@ -91,15 +91,15 @@ def given_pressures(
             )
         pressure[mask], deficit[mask], owner[mask] = supply.pressure, 0.0, len(names)
         names.append(supply.name)
-    held = owner >= 0
-    if held.any() and not (np.isfinite(pressure).all() and pressure[held].min() >= floor):
-        i, j = (int(k) for k in np.argwhere(held & ~(pressure >= floor))[0])
+    given = owner >= 0
+    if given.any() and not (np.isfinite(pressure).all() and pressure[given].min() >= floor):
+        i, j = (int(k) for k in np.argwhere(given & ~(pressure >= floor))[0])
         raise InputError(
             f"pressure {pressure[i, j]:.4g} Pa at '{names[owner[i, j]]}' is below the cavitation pressure 0; "
             "count pressures from there or use cavitation 'full'"
         )
-    if not held.any() and cavitation in ("full", "guembel"):
+    if not given.any() and cavitation in ("full", "guembel"):
         raise InputError("nothing holds the pressure of a full film; give a pressure at an edge or a supply")
-    if held.all():
+    if given.all():
         raise InputError("every node has a given pressure; refine the grid so that some are left to solve")
     return pressure, deficit, owner, names

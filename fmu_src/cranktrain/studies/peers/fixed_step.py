@@ -39,9 +39,18 @@ MOST_ITERATIONS = 10
 MAX_HALVINGS = 8
 _NODES = np.array([(4.0 - math.sqrt(6.0)) / 10.0, (4.0 + math.sqrt(6.0)) / 10.0, 1.0])
 
+# Rows of Radau's table: real eigenvalue of A⁻¹, real and imaginary part of the others; c; T; T⁻¹; start of the
+# iterations; and columns of the first row.
+EIGENVALUES, NODES, BASIS, INVERSE, START, N_ROWS = 0, 1, 2, 5, 8, 11
+REAL, PAIR_REAL, PAIR_IMAGINARY = range(3)
+# Rows of Memory.vectors for Radau: stages Z, these in the basis T, slopes there, where they are taken, a change.
+STAGES, IN_BASIS, SLOPES, AT, CHANGE = 0, 3, 6, 9, 10
+# Entries of Memory.numbers.
+FACTOR_STEP, TOLERANCE, JACOBIANS, STEPS, LAST_STEP = range(5)
+
 
 def _radau() -> Array:
-    """Rows: real eigenvalue of A⁻¹, real and imaginary part of the others; c; T; T⁻¹; start of the iterations, (11, 3).
+    """Radau's table, (N_ROWS, 3).
 
     A⁻¹ = T Λ T⁻¹ with Λ = diag(γ, [[α, −β], [β, α]]).
     """
@@ -54,28 +63,36 @@ def _radau() -> Array:
     v = vectors[:, pair]
     # A⁻¹ (x + iy) = (α + iβ)(x + iy): in the basis (x, −y) its block is [[α, −β], [β, α]].
     basis = np.column_stack((vectors[:, real].real, v.real, -v.imag))
-    table = np.zeros((11, 3))
-    table[0] = values[real].real, values[pair].real, values[pair].imag
-    table[1] = _NODES
-    table[2:5] = basis
-    table[5:8] = np.linalg.inv(basis)
+    table = np.zeros((N_ROWS, 3))
+    table[EIGENVALUES] = values[real].real, values[pair].real, values[pair].imag
+    table[NODES] = _NODES
+    table[BASIS:INVERSE] = basis
+    table[INVERSE:START] = np.linalg.inv(basis)
     nodes = np.append(0.0, _NODES)
     for j in range(3):
         others = np.delete(nodes, j + 1)
         weight = np.prod(nodes[j + 1] - others)
         at = [np.prod(s - others) / weight for s in 1.0 + _NODES]
-        table[8:11, j] = np.array(at) - np.prod(1.0 - others) / weight
+        table[START:, j] = np.array(at) - np.prod(1.0 - others) / weight
     return table
 
 
 _RADAU = _radau()
 
 
+class Equations(NamedTuple):
+    """ẏ = f(t, y): a kernel called as ``f(*data, t, y, out)``, and for Radau one that fills its transposed Jacobian."""
+
+    address: int
+    data: Any
+    jacobian: int = 0
+
+
 class Memory(NamedTuple):
     """What a method keeps from step to step, and its scratch."""
 
-    vectors: Array  # (12, N): stages, accelerations; Z of the last step in 0 to 2
-    table: Array  # (11, 3)
+    vectors: Array  # (11, N) scratch; Z of the last step in STAGES
+    table: Array  # (N_ROWS, 3)
     scale: Array  # (N,) size of each unknown, in which iterations are judged
     jacobian: Array  # (N, N) transposed
     real: Array  # (N, N)
@@ -91,34 +108,32 @@ class FixedStep:
     Parameters
     ----------
     method : one of ``METHODS``
-    address, data : the equations, a kernel called as ``f(*data, t, y, out)``
+    equations : Equations, with a Jacobian for Radau
+    y : (N,) start values
     modes : n of y = [q (n), v (n), pairs], for central differences
-    jacobian_address : kernel that fills its transposed Jacobian, for Radau
     scale : (N,) size of each unknown; ``tolerance``: of Radau's iterations, in these sizes
     """
 
     def __init__(
         self,
         method: str,
-        address: int,
-        data: tuple[Any, ...],
+        equations: Equations,
         y: Array,
         modes: int = 0,
-        jacobian_address: int = 0,
         scale: Array | None = None,
         tolerance: float = 1.0e-8,
     ) -> None:
         if method not in METHODS:
             raise InputError(f"fixed-step method '{method}' does not exist; {nearest(method, METHODS)}")
-        if method == "radau-5" and jacobian_address == 0:
+        if method == "radau-5" and equations.jacobian == 0:
             raise InputError("radau-5 needs the equations' Jacobian")
         size = y.size
         implicit = size if method == "radau-5" else 1
         z = np.zeros
         self.method, self.y, self.time = method, y.copy(), 0.0
-        self._address, self._data, self._modes, self._jacobian = address, data, modes, jacobian_address
+        self._equations, self._modes = equations, modes
         self._memory = Memory(
-            z((12, size)), _RADAU.copy(), np.ones(size) if scale is None else scale.copy(), z((implicit, implicit)),
+            z((11, size)), _RADAU.copy(), np.ones(size) if scale is None else scale.copy(), z((implicit, implicit)),
             z((implicit, implicit)), z((2, implicit)), z((implicit, implicit), complex), z(implicit, complex),
             np.array([0.0, tolerance, 0.0, 0.0, 0.0]),
         )  # fmt: skip
@@ -126,15 +141,15 @@ class FixedStep:
     @property
     def jacobians(self) -> int:
         """Jacobians made so far."""
-        return int(self._memory.numbers[2])
+        return int(self._memory.numbers[JACOBIANS])
 
     def advance(self, h: float, steps: int, bound: float = 1.0e12) -> int:
         """Take ``steps`` steps of length ``h``; OK, UNBOUNDED beyond ``bound`` (or not a number), or DIVERGED."""
         memory = self._memory
         if self.method == "runge-kutta-4":
-            status = runge_kutta(self._address, self._data, self.time, h, steps, bound, self.y, memory)
+            status = runge_kutta(self._equations, self.time, h, steps, bound, self.y, memory)
         elif self.method == "central-differences":
-            status = leap(self._address, self._data, self.time, h, steps, bound, self._modes, self.y, memory)
+            status = leap(self._equations, self.time, h, steps, bound, self._modes, self.y, memory)
         else:
             status = self._collocated(h, steps, bound, MAX_HALVINGS)
         self.time += h * steps
@@ -145,7 +160,7 @@ class FixedStep:
         for k in range(steps):
             kept = self.y.copy()
             now = self.time + k * h
-            status = collocate(self._address, self._jacobian, self._data, now, h, 1, bound, self.y, self._memory)
+            status = collocate(self._equations, now, h, bound, self.y, self._memory)
             if status == DIVERGED and halvings > 0:
                 self.y[:] = kept
                 self.time, before = now, self.time
@@ -157,9 +172,9 @@ class FixedStep:
 
 
 @kernel
-def evaluate(address, arguments):
-    """Call the equations, or their Jacobian, at their address."""
-    return call_kernel(address, arguments)  # type: ignore[call-arg]
+def evaluate(equations, t, y, out):
+    """Slopes at (t, y) into ``out`` (N,)."""
+    return call_kernel(equations.address, equations.data + (t, y, out))  # type: ignore[call-arg]  # noqa: RUF005
 
 
 @kernel
@@ -172,7 +187,7 @@ def exceeds(y, bound):
 
 
 @kernel
-def runge_kutta(address, data, t, h, steps, bound, y, memory):
+def runge_kutta(equations, t, h, steps, bound, y, memory):
     """Steps of the classical Runge–Kutta method, in place on ``y``."""
     size = y.shape[0]
     total = memory.vectors[0]
@@ -180,14 +195,14 @@ def runge_kutta(address, data, t, h, steps, bound, y, memory):
     at = memory.vectors[2]
     for k in range(steps):
         now = t + k * h
-        evaluate(address, data + (now, y, slope))  # noqa: RUF005
+        evaluate(equations, now, y, slope)
         for i in range(size):
             total[i] = slope[i]
         for stage in range(1, 4):
             share = 1.0 if stage == 3 else 0.5
             for i in range(size):
                 at[i] = y[i] + share * h * slope[i]
-            evaluate(address, data + (now + share * h, at, slope))  # noqa: RUF005
+            evaluate(equations, now + share * h, at, slope)
             weight = 1.0 if stage == 3 else 2.0
             for i in range(size):
                 total[i] += weight * slope[i]
@@ -199,136 +214,143 @@ def runge_kutta(address, data, t, h, steps, bound, y, memory):
 
 
 @kernel
-def leap(address, data, t, h, steps, bound, modes, y, memory):
+def leap(equations, t, h, steps, bound, modes, y, memory):
     """Steps of central differences, in place on ``y``: positions at the step, velocities carried there."""
     size = y.shape[0]
     behind = memory.vectors[0]
     slope = memory.vectors[1]
     for k in range(steps):
-        evaluate(address, data + (t + k * h, y, slope))  # noqa: RUF005
+        evaluate(equations, t + k * h, y, slope)
         for j in range(modes + (size - 2 * modes) // 2):
             position = j if j < modes else 2 * j
             velocity = modes + j if j < modes else 2 * j + 1
-            if memory.numbers[3] == 0.0:
+            if memory.numbers[STEPS] == 0.0:
                 behind[velocity] = y[velocity] - 0.5 * h * slope[velocity]
             behind[velocity] += h * slope[velocity]
             y[position] += h * behind[velocity]
             y[velocity] = behind[velocity] + 0.5 * h * slope[velocity]
-        memory.numbers[3] += 1.0
+        memory.numbers[STEPS] += 1.0
         if exceeds(y, bound):
             return UNBOUNDED
     return OK
 
 
 @kernel
-def factor_radau(h, memory):
-    """Factorise γ/h − J and (α + iβ)/h − J; 0, or 1 where one is singular."""
+def factor_radau(equations, t, h, y, memory):
+    """Make the Jacobian at (t, y), factorise γ/h − J and (α + iβ)/h − J; 0, or 1 where one is singular."""
+    call_kernel(equations.jacobian, equations.data + (t, y, memory.jacobian))  # type: ignore[call-arg]  # noqa: RUF005
+    memory.numbers[JACOBIANS] += 1.0
     size = memory.real.shape[0]
-    table = memory.table
-    shift = complex(table[0, 1], table[0, 2]) / h
+    values = memory.table[EIGENVALUES]
+    shift = complex(values[PAIR_REAL], values[PAIR_IMAGINARY]) / h
     for i in range(size):
         for j in range(size):
             memory.real[i, j] = -memory.jacobian[j, i]
             memory.complex[i, j] = complex(-memory.jacobian[j, i], 0.0)
-        memory.real[i, i] += table[0, 0] / h
+        memory.real[i, i] += values[REAL] / h
         memory.complex[i, i] += shift
-    memory.numbers[0] = h
+    memory.numbers[FACTOR_STEP] = h
     return factor_lu(memory.real, size, memory.pivots[0]) + factor_lu(memory.complex, size, memory.pivots[1])
 
 
 @kernel
-def iterate_radau(address, data, now, h, y, memory):
-    """Simplified Newton iterations for the stages Z in ``vectors[0:3]``; contraction reached, or −1 where none is."""
+def combined(row, a, b, c):
+    """Three numbers weighted by ``row`` (3,)."""
+    return row[0] * a + row[1] * b + row[2] * c
+
+
+@kernel
+def iterate_radau(equations, now, h, y, memory):
+    """Simplified Newton iterations for the stages Z in ``vectors``; contraction reached, or −1 where none is."""
     size = y.shape[0]
-    v = memory.vectors
     table = memory.table
+    z0, z1, z2 = memory.vectors[STAGES], memory.vectors[STAGES + 1], memory.vectors[STAGES + 2]
     for s in range(3):
         for i in range(size):
-            v[3 + s, i] = table[5 + s, 0] * v[0, i] + table[5 + s, 1] * v[1, i] + table[5 + s, 2] * v[2, i]
+            memory.vectors[IN_BASIS + s, i] = combined(table[INVERSE + s], z0[i], z1[i], z2[i])
     last = 0.0
     contraction = 0.0
     for iteration in range(MOST_ITERATIONS):
+        at = memory.vectors[AT]
         for s in range(3):
             for i in range(size):
-                v[9, i] = y[i] + v[s, i]
-            evaluate(address, data + (now + table[1, s] * h, v[9], v[6 + s]))  # noqa: RUF005
-        shift = complex(table[0, 1], table[0, 2]) / h
-        for i in range(size):
-            f0 = table[5, 0] * v[6, i] + table[5, 1] * v[7, i] + table[5, 2] * v[8, i]
-            f1 = table[6, 0] * v[6, i] + table[6, 1] * v[7, i] + table[6, 2] * v[8, i]
-            f2 = table[7, 0] * v[6, i] + table[7, 1] * v[7, i] + table[7, 2] * v[8, i]
-            v[10, i] = f0 - table[0, 0] / h * v[3, i]
-            memory.column[i] = complex(f1, f2) - shift * complex(v[4, i], v[5, i])
-        solve_lu(memory.real, size, memory.pivots[0], v[10])
-        solve_lu(memory.complex, size, memory.pivots[1], memory.column)
-        total = 0.0
-        for i in range(size):
-            d1 = memory.column[i].real
-            d2 = memory.column[i].imag
-            v[3, i] += v[10, i]
-            v[4, i] += d1
-            v[5, i] += d2
-            for s in range(3):
-                change = table[2 + s, 0] * v[10, i] + table[2 + s, 1] * d1 + table[2 + s, 2] * d2
-                v[s, i] = table[2 + s, 0] * v[3, i] + table[2 + s, 1] * v[4, i] + table[2 + s, 2] * v[5, i]
-                total += (change / memory.scale[i]) ** 2
-        norm = math.sqrt(total / (3.0 * size))
+                at[i] = y[i] + memory.vectors[STAGES + s, i]
+            evaluate(equations, now + table[NODES, s] * h, at, memory.vectors[SLOPES + s])
+        norm = change_radau(h, size, memory)
         if not norm < 1.0e12:
             return -1.0
         if iteration > 0:
             contraction = norm / last if last > 0.0 else 0.0
-            if contraction >= 1.0 and norm > memory.numbers[1]:
+            if contraction >= 1.0 and norm > memory.numbers[TOLERANCE]:
                 return -1.0
         last = norm
         # What is left is a geometric series of what was just done.
         rest = norm * contraction / (1.0 - contraction) if 0.0 < contraction < 1.0 else norm
-        if rest <= memory.numbers[1]:
+        if rest <= memory.numbers[TOLERANCE]:
             return contraction
     return -1.0
 
 
 @kernel
-def collocate(address, jacobian, data, t, h, steps, bound, y, memory):
-    """Steps of Radau IIA of order 5, in place on ``y``."""
-    size = y.shape[0]
-    v = memory.vectors
+def change_radau(h, size, memory):
+    """Change the stages by one Newton iteration; returns the root mean square of the change over ``scale``."""
     table = memory.table
-    for k in range(steps):
-        now = t + k * h
-        fresh = False
-        if memory.numbers[0] != h:
-            evaluate(jacobian, data + (now, y, memory.jacobian))  # noqa: RUF005
-            memory.numbers[2] += 1.0
-            fresh = True
-            if factor_radau(h, memory) != 0:
-                return DIVERGED
-        # The polynomial of a step of another length tells nothing.
-        known = 1.0 if memory.numbers[4] == h else 0.0
-        memory.numbers[4] = h
-        for i in range(size):
-            z0 = known * v[0, i]
-            z1 = known * v[1, i]
-            z2 = known * v[2, i]
-            for s in range(3):
-                v[s, i] = table[8 + s, 0] * z0 + table[8 + s, 1] * z1 + table[8 + s, 2] * z2
-        contraction = iterate_radau(address, data, now, h, y, memory)
+    values = table[EIGENVALUES]
+    v = memory.vectors
+    w0, w1, w2 = v[IN_BASIS], v[IN_BASIS + 1], v[IN_BASIS + 2]
+    f0, f1, f2 = v[SLOPES], v[SLOPES + 1], v[SLOPES + 2]
+    shift = complex(values[PAIR_REAL], values[PAIR_IMAGINARY]) / h
+    for i in range(size):
+        real = combined(table[INVERSE], f0[i], f1[i], f2[i])
+        v[CHANGE, i] = real - values[REAL] / h * w0[i]
+        pair = complex(
+            combined(table[INVERSE + 1], f0[i], f1[i], f2[i]), combined(table[INVERSE + 2], f0[i], f1[i], f2[i])
+        )
+        memory.column[i] = pair - shift * complex(w1[i], w2[i])
+    solve_lu(memory.real, size, memory.pivots[0], v[CHANGE])
+    solve_lu(memory.complex, size, memory.pivots[1], memory.column)
+    total = 0.0
+    for i in range(size):
+        d0 = v[CHANGE, i]
+        d1 = memory.column[i].real
+        d2 = memory.column[i].imag
+        w0[i] += d0
+        w1[i] += d1
+        w2[i] += d2
+        for s in range(3):
+            v[STAGES + s, i] = combined(table[BASIS + s], w0[i], w1[i], w2[i])
+            total += (combined(table[BASIS + s], d0, d1, d2) / memory.scale[i]) ** 2
+    return math.sqrt(total / (3.0 * size))
+
+
+@kernel
+def collocate(equations, now, h, bound, y, memory):
+    """One step of Radau IIA of order 5, in place on ``y``."""
+    size = y.shape[0]
+    stages = memory.vectors[STAGES:IN_BASIS]
+    fresh = memory.numbers[FACTOR_STEP] != h
+    if fresh and factor_radau(equations, now, h, y, memory) != 0:
+        return DIVERGED
+    # The polynomial of a step of another length tells nothing.
+    known = 1.0 if memory.numbers[LAST_STEP] == h else 0.0
+    memory.numbers[LAST_STEP] = h
+    for i in range(size):
+        z0 = known * stages[0, i]
+        z1 = known * stages[1, i]
+        z2 = known * stages[2, i]
+        for s in range(3):
+            stages[s, i] = combined(memory.table[START + s], z0, z1, z2)
+    contraction = iterate_radau(equations, now, h, y, memory)
+    if contraction < 0.0:
+        if not fresh and factor_radau(equations, now, h, y, memory) != 0:
+            return DIVERGED
+        stages[:, :] = 0.0
+        contraction = iterate_radau(equations, now, h, y, memory)
         if contraction < 0.0:
-            if not fresh:
-                evaluate(jacobian, data + (now, y, memory.jacobian))  # noqa: RUF005
-                memory.numbers[2] += 1.0
-                if factor_radau(h, memory) != 0:
-                    return DIVERGED
-            for s in range(3):
-                for i in range(size):
-                    v[s, i] = 0.0
-            contraction = iterate_radau(address, data, now, h, y, memory)
-            if contraction < 0.0:
-                return DIVERGED
-        if contraction > SLOWEST_CONTRACTION:
-            memory.numbers[0] = 0.0
-        for i in range(size):
-            y[i] += v[2, i]
-        memory.numbers[3] += 1.0
-        if exceeds(y, bound):
-            return UNBOUNDED
-    return OK
+            return DIVERGED
+    if contraction > SLOWEST_CONTRACTION:
+        memory.numbers[FACTOR_STEP] = 0.0
+    for i in range(size):
+        y[i] += stages[2, i]
+    memory.numbers[STEPS] += 1.0
+    return UNBOUNDED if exceeds(y, bound) else OK

@@ -20,7 +20,7 @@ from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.studies.peers.first_order import FirstOrder
-from cranktrain.studies.peers.fixed_step import METHODS, OK, UNBOUNDED, FixedStep
+from cranktrain.studies.peers.fixed_step import METHODS, OK, UNBOUNDED, Equations, FixedStep
 from cranktrain.studies.tradeoff.case import COMMUNICATION_DEG, Case
 
 SCIPY = ("scipy:Radau", "scipy:BDF", "scipy:LSODA")
@@ -128,15 +128,8 @@ def _fixed(case: Case, equations: FirstOrder, y0: Array, size: Array) -> tuple[A
     """Run a solver of fixed steps: outputs, processor seconds, counts."""
 
     def solver() -> FixedStep:
-        return FixedStep(
-            case.method,
-            equations.rate_address,
-            equations.data,
-            y0,
-            equations.modes,
-            equations.jacobian_address,
-            floored(size),
-        )
+        kernels = Equations(equations.rate_address, equations.data, equations.jacobian_address)
+        return FixedStep(case.method, kernels, y0, equations.modes, floored(size))
 
     steps = round(case.kept_deg / case.step_deg)
     h = math.radians(case.kept_deg) / case.speed / steps
