@@ -160,7 +160,7 @@ class ElasticGrid:
             np.zeros(self.size),
         )
 
-    def film(
+    def film(  # the data of one film: what is not a size is a keyword with a default
         self,
         diameter: float,
         width: float,
@@ -177,17 +177,13 @@ class ElasticGrid:
 
         Parameters
         ----------
-        diameter, width, clearance : float, m
-            ``clearance`` is radial
-        viscosity : float, Pa s
+        diameter, width, clearance, viscosity : float, m, m, m (radial), Pa s
         shapes : (k, n_phi, n_z + 2) float, optional
             radial displacement of the bore (journal and bore together) per unit of δ, positive where the film opens
         compliance : (k,) or (k, k) float, m/N, optional
             δ = C ∫ S p dA; elastic journal and elastic bore in series simply add
-        supply : (n_phi, n_z) float, optional
+        supply, supply_pressure : (n_phi, n_z) float, optional, and Pa (gauge)
             1 where a node is at supply pressure
-        supply_pressure : float, Pa
-            gauge
         load_coupling : (k, 4) float, m/N, optional
             g of :class:`cranktrain.film.elastic.bore_compliance.BoreCompliance`: δ += g ∫ (cos φ, sin φ, ζ cos φ, ζ sin
             φ) p dA

@@ -94,7 +94,15 @@ class JournalWork(NamedTuple):
     squeeze: Array  # (5,) (vx, vy, wx, wy) of the Motion, (D/L)²
 
 
-def journal_grid(
+class JournalFilm(NamedTuple):
+    """A film solved on one grid, with its memory."""
+
+    grid: JournalGrid
+    work: JournalWork
+    active: Array  # (N, m) set of the last solution
+
+
+def journal_grid(  # a grid is described by keywords: few are given at a time
     n_phi: int = PRESETS["default"][0],
     n_z: int = PRESETS["default"][1],
     *,
@@ -235,3 +243,8 @@ def journal_work(grid: JournalGrid) -> JournalWork:
 def cold_start(grid: JournalGrid) -> Array:
     """Active set that knows nothing, (N, m); ``journal_film`` updates it in place."""
     return np.full(grid.blocked.shape, -1.0)
+
+
+def solved_film(grid: JournalGrid) -> JournalFilm:
+    """A film on ``grid`` with fresh memory."""
+    return JournalFilm(grid, journal_work(grid), cold_start(grid))

@@ -124,8 +124,8 @@ def solve_film(  # one call describes a whole film: all but two arguments are ke
         (n_x − 1, n_z − 1) cells, n_x in x if periodic. n_z = 1: infinitely wide, ``lengths[1]`` of it is counted.
     lengths : extent in x and z, m
     speeds, cross_speeds : velocities (first, second surface) along x and along z, m/s
-    viscosity : number or (n_x, n_z), Pa s, at ambient pressure
-    pressure_viscosity : factor η(p)/η(0), a function of an array of pressures (Pa), e.g. Barus' or Roelands' law
+    viscosity : number or (n_x, n_z), Pa s, at ambient pressure; ``pressure_viscosity`` is the factor η(p)/η(0), a
+        function of an array of pressures (Pa), e.g. Barus' or Roelands' law
     roughness : of the surfaces: flow by the factors of Patir and Cheng, ``h`` is then the nominal film and that of the
         result the mean gap. ``drag`` is of that gap, without factors of its own.
     squeeze : ∂h/∂t, number or like the nodes, m/s, of a film without history. Where the gap opens while it is
@@ -140,10 +140,8 @@ def solve_film(  # one call describes a whole film: all but two arguments are ke
 
     Raises
     ------
-    InputError
-        for unusable data
-    SolverError
-        if nothing determines the pressure level, or the oil stiffens without bound
+    InputError, SolverError
+        for unusable data; if nothing determines the pressure level, or the oil stiffens without bound
     """
     grid, film, faces = _problem(h, lengths, cavitation, periodic, nodes, stepped)
     slip_x, slip_z, growth = np.zeros(film.shape), np.zeros(film.shape), np.ones(film.shape)
@@ -159,10 +157,7 @@ def solve_film(  # one call describes a whole film: all but two arguments are ke
     source, store = _growth(film, grid, squeeze, growth, dt, previous, cavitation)
     lasting = np.zeros_like(film) if dt is not None else _lasting(film * grid.areas, carried_x, carried_z, source)
     balance = Balance(*_conductances(faces, eta, grid), carried_x, carried_z, source, store + lasting)
-    empty = np.zeros(film.shape, dtype=bool)
-    guess = previous if guess is None else guess
-    if guess is not None and guess.ruptured.shape == empty.shape and cavitation not in ("full", "guembel"):
-        empty = (guess.ruptured | (guess.fill < 1.0)) & free
+    empty = _first_guess(previous if guess is None else guess, free, cavitation)
     if pressure_viscosity is not None:
         pressure = reduced_pressure(pressure_viscosity, pressure)
     order, width = band_order(free, periodic)
@@ -172,13 +167,11 @@ def solve_film(  # one call describes a whole film: all but two arguments are ke
         pressure = true_pressure(pressure_viscosity, pressure)
         eta = eta * viscosity_factor(pressure_viscosity, pressure)
     flows, defect = outflows(surplus, owner, names, grid, film, cross_speeds)
-    load = float((pressure * grid.areas).sum())
-    moments = (pressure * grid.areas * grid.x[:, None]).sum(), (pressure * grid.areas * grid.z).sum()
-    centre = (float(moments[0]) / load, float(moments[1]) / load) if load != 0.0 else (np.nan, np.nan)
+    load, centre = _load(pressure, grid)
     p_max, place = largest_pressure(pressure, free & (not stepped), grid, lengths[0])
-    drag = shear_forces(
-        pressure, 1.0 - deficit, eta, np.asarray(h, dtype=float), faces, grid, speeds, cross_speeds, stepped
-    )
+    nominal = np.asarray(h, dtype=float)
+    shear = cell_sums(1.0 / nominal, grid)[2] if stepped else grid.areas / nominal
+    drag = shear_forces(pressure, float((eta * (1.0 - deficit) * shear).sum()), faces, speeds, cross_speeds)
     return FilmSolution(
         grid.x, grid.z, film, grid.areas, pressure, 1.0 - deficit, empty, eta, load, centre, p_max, place, drag, flows,
         float((source - balance.store * deficit).sum()), _mass_defect(balance, deficit, flows, defect), passes,
@@ -190,6 +183,13 @@ def _carried(name: str, speeds: tuple[float, float], film: Array, slip: Array) -
     if len(speeds) != 2 or not np.isfinite(speeds).all():
         raise InputError(f"{name}: two finite velocities in m/s are needed (first and second surface), got {speeds}")
     return np.asarray(0.5 * (speeds[0] + speeds[1]) * film + 0.5 * (speeds[0] - speeds[1]) * slip)
+
+
+def _first_guess(guess: FilmSolution | None, free: NDArray[np.bool_], cavitation: str) -> NDArray[np.bool_]:
+    """Nodes to try as ruptured first."""
+    if guess is None or guess.ruptured.shape != free.shape or cavitation in ("full", "guembel"):
+        return np.zeros(free.shape, dtype=bool)
+    return (guess.ruptured | (guess.fill < 1.0)) & free
 
 
 def _lasting(volumes: Array, *flows: Array) -> Array:
@@ -219,6 +219,13 @@ def _solved(
     if mode != FULL_FILM:
         pressure, deficit = np.maximum(pressure, 0.0), np.clip(deficit, 0.0, 1.0)
     return pressure, deficit, empty, rest, passes
+
+
+def _load(pressure: Array, grid: Rectangle) -> tuple[float, tuple[float, float]]:
+    """∫p dA, N, and where it acts, m; nan without load."""
+    load = float((pressure * grid.areas).sum())
+    moments = (pressure * grid.areas * grid.x[:, None]).sum(), (pressure * grid.areas * grid.z).sum()
+    return load, (float(moments[0]) / load, float(moments[1]) / load) if load != 0.0 else (np.nan, np.nan)
 
 
 def _mass_defect(balance: Balance, deficit: Array, flows: Mapping[str, float], defect: float) -> float:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.film.reynolds.volumes import Array, Faces, Rectangle, cell_sums
+from cranktrain.film.reynolds.volumes import Array, Faces, Rectangle
 
 
 def outflows(
@@ -60,19 +60,9 @@ def _vertex(values: Array, before: float, after: float) -> tuple[float, float]:
 
 
 def shear_forces(
-    pressure: Array,
-    fill: Array,
-    eta: Array,
-    h: Array,
-    faces: Faces,
-    grid: Rectangle,
-    speeds: tuple[float, float],
-    cross_speeds: tuple[float, float],
-    stepped: bool,
+    pressure: Array, couette: float, faces: Faces, speeds: tuple[float, float], cross_speeds: tuple[float, float]
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Shear forces (x, z) on both surfaces."""
-    shear = cell_sums(1.0 / h, grid)[2] if stepped else grid.areas / h
-    couette = float((eta * fill * shear).sum())
+    """Shear forces (x, z) on both surfaces, N; ``couette`` ∫ηθ/h dA, N s/m."""
     # ∫ h/2 ∂p along x is half the sum over faces of film times pressure difference; likewise along z.
     along_x = 0.5 * float((faces.film_x * (np.roll(pressure, -1, axis=0) - pressure)).sum())
     along_z = 0.5 * float((faces.film_z * (np.roll(pressure, -1, axis=1) - pressure)).sum())

@@ -36,9 +36,8 @@ from cranktrain.film.journal.grid import (
     SIDES,
     JournalGrid,
     Motion,
-    cold_start,
     journal_grid,
-    journal_work,
+    solved_film,
 )
 from cranktrain.film.journal.rupture_border import border_tangents
 
@@ -148,8 +147,7 @@ class SteadyBearing:
 
     def __init__(self, grid: JournalGrid) -> None:
         self.grid = grid
-        self.work = journal_work(grid)
-        self.active = cold_start(grid)
+        self.film = solved_film(grid)
         self.out = np.zeros(OUT_SIZE)
         self.system = np.zeros((4, 5))
 
@@ -176,10 +174,8 @@ class SteadyBearing:
         size, attitude = first_guess(ratio, applied[0], full=int(self.grid.settings[RUPTURE]) == FULL)
         state = np.array([size * math.cos(attitude), size * math.sin(attitude), 0.0, 0.0])
         freedoms = 2 if moment is None else 4
-        self.active[0, 0] = -1.0
-        steps = equilibrium(
-            self.grid, ratio**-2, applied, 0.5, freedoms, state, self.work, self.active, self.out, self.system
-        )
+        self.film.active[0, 0] = -1.0
+        steps = equilibrium(self.film, ratio**-2, applied, 0.5, freedoms, state, self.out, self.system)
         if steps < 0:
             tilted = "" if moment is None else f" and moments {moment[0]:g} {moment[1]:g} N m"
             raise SolverError(
@@ -200,7 +196,7 @@ class SteadyBearing:
         stiffness = scale * (k_hat - 0.5 * c_hat @ turn)
         damping = scale * c_hat / journal.speed
         ex, ey, tx, ty = state.tolist()
-        highest, flow = film_observables(self.grid, self.work)
+        highest, flow = film_observables(self.grid, self.film.work)
         radius, speed = journal.radius, journal.speed
         fx, fy = journal.force_unit * out[:2]
         shear = journal.viscosity * radius**3 * journal.width * speed / c * film_shear(ex, ey, tx, ty)
@@ -264,12 +260,14 @@ def first_guess(ratio: float, load: float, full: bool = False) -> tuple[float, f
 
 
 @kernel
-def equilibrium(grid, ratio2, applied, half_speed, freedoms, state, work, active, out, system):
+def equilibrium(film, ratio2, applied, half_speed, freedoms, state, out, system):
     """Journal position (and tilt) where the film carries ``applied`` (4,), both over F₀ at speed one.
 
-    ``state`` (4,) = (e, t): first guess, then result; ``freedoms`` 2 or 4; ``system`` (4, 5) work. Each step leaves at
-    least a third of the least film. Returns the number of steps, negative where it did not arrive.
+    ``film`` is a JournalFilm; ``state`` (4,) = (e, t): first guess, then result; ``freedoms`` 2 or 4; ``out`` (36,) the
+    film's result; ``system`` (4, 5) scratch. Each step leaves at least a third of the least film. Returns the number of
+    steps, negative where it did not arrive.
     """
+    grid, work, active = film
     load = 0.0
     for j in range(freedoms):
         load = max(load, abs(applied[j]))

@@ -38,7 +38,7 @@ import numpy as np
 from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.reduced_body import Array
 from cranktrain.film.journal.film import OUT_SIZE
-from cranktrain.film.journal.grid import JournalGrid, cold_start, journal_grid, journal_work
+from cranktrain.film.journal.grid import JournalGrid, journal_grid, solved_film
 from cranktrain.film.table.family import CENTRED_TURN, LEVER
 from cranktrain.film.table.interpolation import (
     ALIGNED_MAX,
@@ -58,7 +58,7 @@ from cranktrain.film.table.interpolation import (
     stretched,
     tilted_spline,
 )
-from cranktrain.film.table.sampling import Solver, aligned_errors, sample_aligned, sample_tilted, tilted_errors
+from cranktrain.film.table.sampling import aligned_errors, sample_aligned, sample_tilted, tilted_errors
 
 SCHEMA = 3
 GROOVES = ("none", "circumferential")
@@ -238,10 +238,10 @@ def sample_slab(settings: TableSettings, name: str) -> Array:
     if aligned:
         grid = journal_grid(*ALIGNED_GRID, half=True)
         values = np.empty((n_gamma, 4))
-        status = sample_aligned(eps[int(index)], gamma, aligned_norms(settings)[0], _solver(grid), out, values)
+        status = sample_aligned(eps[int(index)], gamma, aligned_norms(settings)[0], solved_film(grid), out, values)
     else:
         share = tilt_shares(settings, bool(middle))
-        coarse, fine = (_solver(table_grid(settings, *size)) for size in TILT_GRIDS[settings.groove])
+        coarse, fine = (solved_film(table_grid(settings, *size)) for size in TILT_GRIDS[settings.groove])
         values = np.empty((n_gamma, len(share), len(share), FUNCTIONS + 1))
         ratio2 = 1.0 / settings.length_ratio**2
         status = sample_tilted(eps[int(index)], gamma, share, ratio2, coarse, fine, out, values)
@@ -257,13 +257,9 @@ def compile_sampling() -> None:
     """Compile what :func:`sample_slab` calls: processes that compile at the same time spoil each other's cache."""
     one, out = np.array([0.5]), np.zeros(2 * OUT_SIZE)
     grid = journal_grid(12, 6, half=True)
-    sample_aligned(0.5, one, 4.0, _solver(grid), out, np.zeros((1, 4)))
-    film = _solver(table_grid(TableSettings(0.5), 12, 6))
+    sample_aligned(0.5, one, 4.0, solved_film(grid), out, np.zeros((1, 4)))
+    film = solved_film(table_grid(TableSettings(0.5), 12, 6))
     sample_tilted(0.5, one, one, 4.0, film, film, out, np.zeros((1, 1, 1, FUNCTIONS + 1)))
-
-
-def _solver(grid: JournalGrid) -> Solver:
-    return Solver(grid, journal_work(grid), cold_start(grid))
 
 
 def assemble(settings: TableSettings, slabs: Mapping[str, Array]) -> FilmTable:

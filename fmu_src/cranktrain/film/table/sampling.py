@@ -7,13 +7,11 @@ Tilted films are extrapolated (Richardson) from two axial divisions; their veloc
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import four
-from cranktrain.core.reduced_body import Array
 from cranktrain.film.journal.film import DAMPING, OUT_SIZE, film_observables, journal_film
-from cranktrain.film.journal.grid import JournalGrid, JournalWork, Motion
+from cranktrain.film.journal.grid import Motion
 from cranktrain.film.spline import SECOND, VALUE
 from cranktrain.film.table.family import LEVER, turning
 from cranktrain.film.table.interpolation import (
@@ -31,19 +29,11 @@ from cranktrain.film.table.interpolation import (
 )
 
 
-class Solver(NamedTuple):
-    """A film solved on one grid, with its memory."""
-
-    grid: JournalGrid
-    work: JournalWork
-    active: Array
-
-
 @kernel
 def sample_aligned(eps, gamma, ratio2, film, out, values):
     """Solve the aligned table's four functions at one eccentricity into ``values`` (n_γ, 4); negative where one failed.
 
-    ``film`` is a Solver, ``out`` (36,) scratch.
+    ``film`` is a JournalFilm, ``out`` (36,) scratch.
     """
     status = 0
     for j in range(gamma.shape[0]):
@@ -66,7 +56,7 @@ def sample_aligned(eps, gamma, ratio2, film, out, values):
 def sample_tilted(eps, gamma, share, ratio2, coarse, fine, out, values):
     """Solve all functions and ln p̂ at one eccentricity into ``values`` (n_γ, n_t, n_t, 13); negative where one failed.
 
-    ``coarse`` and ``fine`` are Solvers; ``out`` (72,) receives the results of both films.
+    ``coarse`` and ``fine`` are JournalFilms; ``out`` (72,) receives the results of both films.
     """
     n = share.shape[0]
     rate, _ = turning(eps)
