@@ -240,7 +240,8 @@ def test_ritz_shaft_is_the_uniform_shaft():
 @pytest.mark.parametrize("complete", [True, False])
 def test_cut_shaft_errs_as_the_omitted_modes_say(complete):
     body = shaft()
-    for modes, x in ((1, 0.7), (4, 2.5), (12, 11.0), (70, 30.0)):
+    # Between resonances of the modes that are kept: on one of them both receptances are without bound.
+    for modes, x in ((1, 0.7), (4, 2.5), (12, 11.5), (70, 30.5)):
         error = truncation_error(body, cut(body, modes, TORQUE, complete), TORQUE, None)
         assert error(x * body.omega[6]) == pytest.approx(shaft_error(modes, x, complete), rel=1e-3)
     # The closed form is the sum it stands for.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -233,39 +232,32 @@ def _ring(bearing: RollerBearing, loaded: LoadedBearing, first: float, options: 
 
 
 def _print(title: str, results: list[dict[str, Any]]) -> None:
-    """Print the results of several bearings side by side."""
-
-    def row(name: str, entry: Callable[[dict[str, Any]], float | None], form: str = ".4g") -> tuple[str, ...]:
-        values = [entry(result) for result in results]
-        return (name, *("-" if value is None else format(value, form) for value in values))
-
-    rows = [
-        row("deflection / um", lambda r: r["deflection_um"]),
-        row("  many straight rollers / um", lambda r: r["many_rollers"]["deflection_um"]),
-        row("displacement / um", lambda r: r["displacement_um"]),
-        row("most loaded roller / N", lambda r: r["q_max_n"]),
-        row("  many straight rollers / N", lambda r: r["many_rollers"]["q_max_n"]),
-        row("loaded rollers", lambda r: r["loaded_rollers"]),
-        row("largest pressure / MPa", lambda r: r["pressure_mpa"]),
-        row("radial stiffness / (N/mm)", lambda r: r["stiffness_n_per_mm"], ".6g"),
-        row("  change by half a pitch / %", lambda r: _percent(r["stiffness_variation"]), "+.2g"),
-        row("tilting stiffness / (N m/rad)", lambda r: r["tilt_stiffness_nm_per_rad"], ".6g"),
-    ]
-    if any(result["tilt_mrad"] for result in results):
-        rows.append(row("tilt / mrad", lambda r: r["tilt_mrad"]))
-    if "ring" in results[0]:
-        rows += [
-            row("radial, elastic ring / (N/mm)", lambda r: r["ring"]["stiffness_n_per_mm"], ".6g"),
-            row("tilting, elastic ring / (N m/rad)", lambda r: r["ring"]["tilt_stiffness_nm_per_rad"], ".6g"),
-        ]
-    if "engine_file" in results[0]:
-        rows += [
-            row("radial, engine file / (N/mm)", lambda r: r["engine_file"]["stiffness_n_per_mm"], ".6g"),
-            row("tilting, engine file / (N m/rad)", lambda r: r["engine_file"]["tilt_stiffness_nm_per_rad"], ".6g"),
-        ]
+    """Print the results of several bearings side by side; those that the first one has."""
+    rows = []
+    for name, (key, *part), form in _ROWS:
+        if key in results[0] and (key != "tilt_mrad" or any(result[key] for result in results)):
+            values = [result[key][part[0]] if part else result[key] for result in results]
+            rows.append((name, *("-" if value is None else format(value, form) for value in values)))
     heads = tuple(f"main {result['main']}" if "main" in result else "result" for result in results)
     show_rows(title, ("value", *heads), rows)
 
 
-def _percent(share: float | None) -> float | None:
-    return None if share is None else 100.0 * share
+_RADIAL, _TILTING = "stiffness_n_per_mm", "tilt_stiffness_nm_per_rad"
+_ROWS = (
+    ("deflection / um", ("deflection_um",), ".4g"),
+    ("  many straight rollers / um", ("many_rollers", "deflection_um"), ".4g"),
+    ("displacement / um", ("displacement_um",), ".4g"),
+    ("most loaded roller / N", ("q_max_n",), ".4g"),
+    ("  many straight rollers / N", ("many_rollers", "q_max_n"), ".4g"),
+    ("loaded rollers", ("loaded_rollers",), ".4g"),
+    ("largest pressure / MPa", ("pressure_mpa",), ".4g"),
+    ("radial stiffness / (N/mm)", (_RADIAL,), ".6g"),
+    ("  change by half a pitch", ("stiffness_variation",), "+.2%"),
+    ("tilting stiffness / (N m/rad)", (_TILTING,), ".6g"),
+    ("tilt / mrad", ("tilt_mrad",), ".4g"),
+    ("radial, elastic ring / (N/mm)", ("ring", _RADIAL), ".6g"),
+    ("tilting, elastic ring / (N m/rad)", ("ring", _TILTING), ".6g"),
+    ("radial, engine file / (N/mm)", ("engine_file", _RADIAL), ".6g"),
+    ("tilting, engine file / (N m/rad)", ("engine_file", _TILTING), ".6g"),
+)
+"""Rows of the table: name, place among the results, form."""

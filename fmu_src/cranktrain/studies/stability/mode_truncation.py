@@ -42,19 +42,22 @@ Loads = Sequence[tuple[str, int]]
 TORQUE: Loads = (("pulley", 5),)
 
 
-def uniform_shaft(polynomials: int = POLYNOMIALS) -> ReducedBody:
+def uniform_shaft() -> ReducedBody:
     """Uniform steel shaft that twists, free at both ends, in the modes of Ritz's method; interfaces at both ends.
 
     Legendre polynomials of the place along it: their mass is diagonal, 2/(2k+1), and their stiffness i (i+1) for i ≤ k
     of the same parity, so that nothing is integrated by numbers.
     """
-    k = np.arange(polynomials)
+    k = np.arange(POLYNOMIALS)
     polar = math.pi * DIAMETER**4 / 32.0
     mass = 0.5 * LENGTH * DENSITY * polar * np.diag(2.0 / (2.0 * k + 1.0))
     least = np.minimum.outer(k, k)
     even = np.add.outer(k, k) % 2 == 0
     stiffness = SHEAR_MODULUS * polar * (2.0 / LENGTH) * np.where(even, least * (least + 1.0), 0.0)
-    squares, modes = eigh(stiffness[1:, 1:], mass[1:, 1:])
+    _, modes = eigh(stiffness[1:, 1:], mass[1:, 1:])
+    # Rayleigh's quotients of the modes' own twist, a sum of squares: rounding of fast modes does not reach slow ones.
+    rate = np.where(np.triu(np.subtract.outer(k, k) % 2), 2.0 * k[:, None] + 1.0, 0.0)[:, 1:] @ modes
+    squares = SHEAR_MODULUS * polar * (2.0 / LENGTH) * (2.0 / (2.0 * k + 1.0) @ rate**2)
     n = 6 + squares.size
     places = np.array([[0.0, 0.0, -0.5 * LENGTH], [0.0, 0.0, 0.5 * LENGTH]])
     total, inertia = DENSITY * LENGTH * math.pi * DIAMETER**2 / 4.0, DENSITY * LENGTH * polar
@@ -122,12 +125,11 @@ def truncation_error(
     return error
 
 
-def usable_share(body: ReducedBody, short: ReducedBody, error: Callable[[float], float], modes: int) -> float:
-    """Share of the first omitted frequency up to which the error stays allowed; not a number where it never is."""
-    omitted = float(body.omega[6 + modes])
-    if error(LEAST * omitted) > ALLOWED:
+def usable_share(error: Callable[[float], float], tolerance: float) -> float:
+    """Share of the first omitted frequency up to which ``error(share)`` stays allowed; ``nan`` where it never is."""
+    if error(LEAST) > ALLOWED:
         return math.nan
-    return bisected(lambda share: error(share * omitted) > ALLOWED, LEAST, 1.0 - NEAR_RESONANCE, 1.0e-6)
+    return bisected(lambda share: error(share) > ALLOWED, LEAST, 1.0 - NEAR_RESONANCE, tolerance)
 
 
 def shaft_error(modes: int, x: float, complete: bool) -> float:
@@ -140,13 +142,8 @@ def shaft_error(modes: int, x: float, complete: bool) -> float:
 
 
 def shaft_limit(modes: int, complete: bool) -> float:
-    """Share of the uniform shaft's first omitted frequency up to which the error stays allowed, in closed form."""
-    omitted = modes + 1
-    if shaft_error(modes, LEAST * omitted, complete) > ALLOWED:
-        return math.nan
-    return bisected(
-        lambda share: shaft_error(modes, share * omitted, complete) > ALLOWED, LEAST, 1.0 - NEAR_RESONANCE, 1.0e-9
-    )
+    """Usable share of the uniform shaft in closed form."""
+    return usable_share(lambda share: shaft_error(modes, share * (modes + 1), complete), 1.0e-9)
 
 
 def limits(body: ReducedBody, counts: Array, loads: Loads, answers: Loads | None, complete: bool) -> Array:
@@ -154,7 +151,8 @@ def limits(body: ReducedBody, counts: Array, loads: Loads, answers: Loads | None
     found = []
     for count in counts.astype(int):
         short = cut(body, count, loads, complete)
-        found.append(usable_share(body, short, truncation_error(body, short, loads, answers), count))
+        error, omitted = truncation_error(body, short, loads, answers), float(body.omega[6 + count])
+        found.append(usable_share(lambda share, e=error, w=omitted: e(share * w), 1.0e-6))  # type: ignore[misc]
     return np.array(found)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -17,10 +17,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 """Told the stage at work and the share of the map that is done, 0 to 1."""
-
-
-def silent(stage: str, share: float) -> None:
-    """Progress that nobody follows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,48 +109,35 @@ def curve(label: str, columns: Array, rows: Array, source: str) -> Boundary:
 
 
 def as_record(found: StabilityMap) -> dict[str, Any]:
-    """The map in plain values, as JSON keeps it: see the verb ``stability``."""
-
-    def axis(a: Axis) -> dict[str, Any]:
-        return {"name": a.name, "unit": a.unit, "values": a.values.tolist(), "log": a.log}
-
-    def curves(boundaries: tuple[Boundary, ...]) -> list[dict[str, Any]]:
-        return [{"label": b.label, "points": b.points.tolist(), "source": b.source} for b in boundaries]
-
-    measure = None
-    if found.measure is not None:
-        measure = [[v if math.isfinite(v) else None for v in row] for row in found.measure.tolist()]
-    return {
-        "title": found.title,
-        "axes": {"rows": axis(found.rows), "columns": axis(found.columns)},
-        "stable": found.stable.tolist(),
-        "measure": measure,
-        "measure_label": found.measure_label,
-        "theory": curves(found.theory),
-        "numerical": curves(found.numerical),
-        "max_deviation": found.max_deviation,
-        "explanation": found.explanation,
-        "failure": found.failure,
-    }
+    """The map in plain values, as JSON keeps it: see the verb ``stability``; None for what is no finite number."""
+    record = _plain(found)
+    del record["name"]
+    return {"axes": {name: record.pop(name) for name in ("rows", "columns")}, **record}
 
 
 def from_record(name: str, record: dict[str, Any]) -> StabilityMap:
     """The map that :func:`as_record` wrote; ``KeyError``, ``TypeError`` or ``ValueError`` where it is none."""
-
-    def axis(r: dict[str, Any]) -> Axis:
-        return Axis(r["name"], r["unit"], np.array(r["values"], dtype=float), bool(r["log"]))
-
-    def curves(rows: list[dict[str, Any]]) -> tuple[Boundary, ...]:
-        return tuple(Boundary(r["label"], np.array(r["points"], dtype=float).reshape(-1, 2), r["source"]) for r in rows)
-
-    rows, columns = axis(record["axes"]["rows"]), axis(record["axes"]["columns"])
-    stable = np.array(record["stable"], dtype=bool)
-    measure = None if record["measure"] is None else np.array(record["measure"], dtype=float)
-    for values in (stable, measure):
-        if values is not None and values.shape != (rows.values.size, columns.values.size):
+    plain = dict(record)
+    axes = plain.pop("axes")
+    for which in ("rows", "columns"):
+        plain[which] = Axis(**axes[which] | {"values": np.array(axes[which]["values"], dtype=float)})
+    for which in ("theory", "numerical"):
+        curves = ({**curve, "points": np.array(curve["points"], dtype=float).reshape(-1, 2)} for curve in plain[which])
+        plain[which] = tuple(Boundary(**curve) for curve in curves)
+    plain["stable"] = np.array(plain["stable"], dtype=bool)
+    if plain["measure"] is not None:
+        plain["measure"] = np.array(plain["measure"], dtype=float)
+    found = StabilityMap(name=name, **plain)
+    for values in (found.stable, found.measure):
+        if values is not None and values.shape != (found.rows.values.size, found.columns.values.size):
             raise ValueError(f"map '{name}' is {values.shape}, its axes are not")
-    return StabilityMap(
-        name=name, title=record["title"], rows=rows, columns=columns, stable=stable, measure=measure,
-        measure_label=record["measure_label"], theory=curves(record["theory"]), numerical=curves(record["numerical"]),
-        max_deviation=record["max_deviation"], explanation=record["explanation"], failure=record["failure"],
-    )  # fmt: skip
+    return found
+
+
+def _plain(value: Any) -> Any:
+    """Dataclasses, tuples and arrays as JSON holds them."""
+    if is_dataclass(value):
+        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, list | tuple | np.ndarray):
+        return [_plain(entry) for entry in (value.tolist() if isinstance(value, np.ndarray) else value)]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
