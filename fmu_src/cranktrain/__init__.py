@@ -1,3 +1,48 @@
-"""Cranktrain: the dynamics of an engine's cranktrain, as a library and as an FMI 2.0 co-simulation unit."""
+"""Cranktrain: the dynamics of an engine's cranktrain, as a library and as an FMI 2.0 co-simulation unit.
+
+    import cranktrain as ct
+
+    run = ct.simulate("diesel_i6", speed_rpm=2000)
+    run["pulley.torsion"], run.orders("pulley.torsion"), run.plot()
+
+Keywords carry engineering units (``speed_rpm``), everything inside is SI. Names are loaded when they are used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
 
 __version__ = "0.1.0"
+
+_FACE = {
+    "Assembly": "assembly",
+    "Bearing": "film.steady.plain_bearing",
+    "CranktrainError": "core.errors",
+    "InputError": "core.errors",
+    "Settings": "dynamics.model.settings",
+    "assemble": "assembly",
+    "build_fmu": "fmu.build",
+    "load_engine": "engine.file",
+    "load_scene": "studies.scene",
+    "modal": "studies.modal",
+    "plan": "studies.planning.planning",
+    "simulate": "studies.constant_speed",
+}
+"""Names of the library and the modules that hold them."""
+
+__all__ = ["__version__", *_FACE]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a name of the library at its first use."""
+    if name not in _FACE:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    value = getattr(import_module(f"{__name__}.{_FACE[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """Names of the library."""
+    return sorted(__all__)

@@ -7,24 +7,18 @@ import math
 import statistics
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from cranktrain.cli.console import number, positive, show_rows
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError
 
-if TYPE_CHECKING:
-    from cranktrain.engine.parts import Oil
-    from cranktrain.film.steady.bearing import SteadyState
-
-RPM = math.pi / 30.0
 GIVEN = ("length_ratio", "eccentricity", "squeeze", "squeeze_only", "tilt")
 HEAT = ("inlet_temperature_c", "oil_viscosity_40", "oil_viscosity_100", "oil_density", "heat_share")
 LOADED = (
     "diameter_mm", "width_mm", "clearance_um", "viscosity", "speed", "load", "moment_nm", "grooves", "groove_deg", *HEAT
 )  # fmt: skip
 NEEDED = {"eccentricity": ("length_ratio",), "load": LOADED[:5]}
-OIL_DENSITY, HEAT_CAPACITY, HEAT_SHARE = 860.0, 2000.0, 0.8
-ZERO_CELSIUS = 273.15
+OIL_DENSITY, HEAT_SHARE = 860.0, 0.8
 TIMED_RUNS, TIMED_SECONDS = 15, 0.02
 
 DESCRIPTION = """\
@@ -165,108 +159,18 @@ def _given(options: argparse.Namespace) -> dict[str, Any]:
 
 def _loaded(options: argparse.Namespace) -> dict[str, Any]:
     """Results of a bearing under a load."""
-    from cranktrain.film.steady.sommerfeld import CAVITATION
+    from cranktrain.film.steady.plain_bearing import FIELDS, Bearing
 
-    if options.grooves is not None and options.grooves != "two-axial":
-        raise InputError(f"--grooves '{options.grooves}' does not exist; valid: two-axial")
-    if options.groove_deg is not None and options.grooves is None:
-        raise InputError("--groove-deg needs --grooves two-axial")
-    if options.grooves is not None and options.supply is not None:
-        raise InputError("--supply does not go with --grooves: the grooves are the supply")
-    if options.cavitation not in CAVITATION:
-        raise InputError(f"cavitation '{options.cavitation}' does not exist; {nearest(options.cavitation, CAVITATION)}")
-    conserving = options.cavitation == "mass-conserving"
-    fed = options.cavitation == "reynolds" or conserving
-    supply = options.grooves or options.supply or ("widest-gap" if fed else "none")
-    if supply == "widest-gap" and not fed:
-        raise InputError("--supply widest-gap goes with --cavitation reynolds or mass-conserving; use none")
-    if conserving and supply == "none":
-        raise InputError("a film that conserves oil runs dry with --supply none; leave it out, or use reynolds")
-    if conserving and options.moment_nm is not None:
-        raise InputError("--moment-nm needs --cavitation reynolds, guembel or full; mass-conserving has no tilt")
-    moment = None
-    if options.moment_nm is not None:
-        # About x and y; the film's own pair is ∫z dF = (M_y, −M_x).
-        moment = (options.moment_nm[1], -options.moment_nm[0])
-    groove = math.radians(20.0 if options.groove_deg is None else options.groove_deg)
-    run = _analysis(options, supply, groove, moment)
-    if options.inlet_temperature_c is None:
-        state, seconds = _timed(lambda: run(options.viscosity))
-        return _equilibrium(state, moment, seconds)
-    from cranktrain.film.steady.warm_bearing import warm_bearing
-
-    oil = _oil(options)
-    warm, seconds = _timed(lambda: warm_bearing(oil, oil.temperatures[0], options.speed * RPM, run))
-    return _equilibrium(warm.state, moment, seconds) | {
-        "effective_temperature_c": warm.effective - ZERO_CELSIUS,
-        "outlet_temperature_c": warm.outlet - ZERO_CELSIUS,
-        "viscosity": warm.viscosity,
-    }
+    given = {name: getattr(options, name, None) for name in FIELDS}
+    given |= {"speed_rpm": options.speed, "viscosity_pas": options.viscosity}
+    bearing = Bearing(**{name: value for name, value in given.items() if value is not None})
+    result, seconds = _timed(bearing.analysis(options.load, options.moment_nm, _option))
+    return {**result, "seconds": seconds}
 
 
-def _analysis(
-    options: argparse.Namespace, supply: str, groove: float, moment: tuple[float, float] | None
-) -> Callable[[float], SteadyState]:
-    """The bearing as a function of its viscosity."""
-    from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid
-    from cranktrain.film.steady.conserving_bearing import DEFAULT_GRID, conserving_state
-
-    conserving = options.cavitation == "mass-conserving"
-
-    def journal(viscosity: float) -> Journal:
-        return Journal(
-            1e-3 * options.diameter_mm, 1e-3 * options.width_mm, 1e-6 * options.clearance_um, viscosity,
-            options.speed * RPM,
-        )  # fmt: skip
-
-    if conserving:
-        return lambda eta: conserving_state(
-            journal(eta), options.load, supply, tuple(options.grid or DEFAULT_GRID), groove
-        )
-    n_phi, n_z = options.grid or (0, 16)
-    grid = bearing_grid(
-        supply, n_phi=n_phi, n_z=n_z, tilted=moment is not None, rupture=options.cavitation, groove=groove,
-        ratio=options.width_mm / options.diameter_mm,
-    )  # fmt: skip
-    steady = SteadyBearing(grid)
-    return lambda eta: steady.state(journal(eta), options.load, moment)
-
-
-def _oil(options: argparse.Namespace) -> Oil:
-    """Walther's oil of the options."""
-    from cranktrain.engine.parts import Oil
-
-    inlet = options.inlet_temperature_c
-    return Oil(
-        density=OIL_DENSITY if options.oil_density is None else options.oil_density,
-        temperature_speeds=(0.0,),
-        temperatures=(inlet + ZERO_CELSIUS,),
-        supply_pressure=0.0,
-        law="walther",
-        walther_temperatures=(40.0 + ZERO_CELSIUS, 100.0 + ZERO_CELSIUS),
-        walther_viscosities=(1e-6 * options.oil_viscosity_40, 1e-6 * options.oil_viscosity_100),
-        heat_capacity=HEAT_CAPACITY,
-        heat_share=HEAT_SHARE if options.heat_share is None else options.heat_share,
-    )
-
-
-def _equilibrium(state: SteadyState, moment: tuple[float, float] | None, seconds: float) -> dict[str, Any]:
-    """Results of an equilibrium in the units of the command line."""
-    result: dict[str, Any] = {
-        "eccentricity": math.hypot(*state.eccentricity),
-        "attitude_deg": math.degrees(state.attitude),
-        "min_film_um": 1e6 * state.least_film,
-        "stiffness": state.stiffness.tolist(),
-        "damping": state.damping.tolist(),
-        "whirl_threshold": state.whirl_threshold,
-        "flow": state.flow,
-        "friction_torque": state.friction_torque,
-        "p_max": state.largest_pressure,
-        "seconds": seconds,
-    }
-    if moment is not None:
-        result["tilt"] = state.tilt.tolist()
-    return result
+def _option(field: str) -> str:
+    """What the command line calls a field of a bearing."""
+    return "--" + field.replace("_", "-")
 
 
 def _text(value: Any) -> str:

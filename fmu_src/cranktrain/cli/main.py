@@ -10,7 +10,6 @@ import json
 import math
 import re
 import sys
-import time
 import warnings
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
@@ -19,7 +18,7 @@ from cranktrain import __version__
 from cranktrain.cli import bearing, damper, film_table, plan, roller, run, stability, tradeoff
 from cranktrain.cli import simulate as simulate_command
 from cranktrain.cli.bodies import add_block_options, bare_block, bare_crankshaft, wants_flexible_block
-from cranktrain.cli.console import Interrupted, one_of, say, show
+from cranktrain.cli.console import Interrupted, one_of, say, show, stages
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.engine.model import Engine
@@ -111,57 +110,36 @@ def _parser() -> _Parser:
 
 def modal(options: argparse.Namespace) -> dict[str, Any]:
     """Frequencies of the free crankshaft and the cranktrain, critical speeds, quality of the reduction."""
-    from cranktrain.loads.damper import required_damper
     from cranktrain.results.tables import Table, block_tables, frequency_tables
-    from cranktrain.structure.crank.modal import modal_report
-    from cranktrain.studies.torsion.damped_modes import damper_report, damper_table
+    from cranktrain.studies import modal as study
+    from cranktrain.studies.torsion.damped_modes import damper_table
+    from cranktrain.studies.torsion.level_frequencies import level_tables
 
     engine = load_engine(options.engine)
     one_of("--crank", options.crank, CRANKS)
-    if options.crank != "solid":
-        return _level_modal(engine, options)
-    if options.damper:
-        required_damper(engine)
-    flexible = wants_flexible_block(engine, options)
-    body, seconds = bare_crankshaft(engine, options)
-    block = bare_block(engine, options) if flexible else None
-    start = time.perf_counter()
-    report = modal_report(engine, body)
-    if options.damper:
-        report["damper"] = damper_report(engine, body)
-    if block is not None:
-        from cranktrain.structure.block.modal import block_report
-
-        report["block"] = block_report(engine, body, block)
-    report["seconds"] = {**report.get("seconds", {}), "reduction": seconds, "modal": time.perf_counter() - start}
-    if not options.json:
-        quality = report["reduction"]
-        for table in [*frequency_tables(engine, report), *(block_tables(report["block"]) if block is not None else ())]:
-            show(table)
-        if options.damper:
-            show(damper_table(report["damper"]))
-        _say_quality("Reduction", quality)
-        if block is not None:
-            _say_quality("Block", report["block"]["reduction"])
-        rows = tuple((key, f"{value} {unit}", note) for key, value, unit, origin, note in _calibrated(options.engine))
-        if rows:
-            show(Table("Calibrated values", ("value", "", "to which number"), rows))
-    return dict(report)
-
-
-def _level_modal(engine: Engine, options: argparse.Namespace) -> dict[str, Any]:
-    """Frequencies of another crank level beside the solid's."""
-    from cranktrain.studies.torsion.level_frequencies import level_frequencies, level_tables
-
-    if options.damper or options.block != "ground":
-        raise InputError("--damper and --block flexible are shown with --crank solid only; leave one of them out")
-    solid, seconds = bare_crankshaft(engine, options)
-    start = time.perf_counter()
-    report = level_frequencies(engine, options.crank, solid)
-    report["seconds"] = {"reduction": seconds, "modal": time.perf_counter() - start}
-    if not options.json:
+    wants_flexible_block(engine, options)
+    with stages(engine.name) as tell:
+        report = study.modal(
+            engine, options.crank, options.block, options.damper,
+            mesh=options.mesh, block_mesh=options.block_mesh, say=tell,
+        )  # fmt: skip
+    if options.json:
+        return report
+    if "level" in report:
         for table in level_tables(engine, report):
             show(table)
+        return report
+    block = report.get("block")
+    for table in [*frequency_tables(engine, report), *(block_tables(block) if block is not None else ())]:
+        show(table)
+    if options.damper:
+        show(damper_table(report["damper"]))
+    _say_quality("Reduction", report["reduction"])
+    if block is not None:
+        _say_quality("Block", block["reduction"])
+    rows = tuple((key, f"{value} {unit}", note) for key, value, unit, origin, note in _calibrated(options.engine))
+    if rows:
+        show(Table("Calibrated values", ("value", "", "to which number"), rows))
     return report
 
 

@@ -14,6 +14,8 @@ from cranktrain.film.laws.register import LAWS
 SOURCES = Path(__file__).resolve().parents[2]
 """Folder of the package."""
 RUNNING = "cranktrain.fmu.running"
+OFFLINE = "cranktrain.structure."
+"""Makers of data, which the FMU carries instead."""
 FOREIGN = {"numpy", "numba", "llvmlite"} | set(sys.stdlib_module_names)
 
 
@@ -28,8 +30,8 @@ def registered_modules() -> list[str]:
 def running_code() -> dict[str, bytes]:
     """Source of every module that a running model imports, by path inside the package.
 
-    Follows module-level imports from :mod:`cranktrain.fmu.running` and from what the registers name; refuses what an
-    FMU cannot carry.
+    Follows module-level imports from :mod:`cranktrain.fmu.running`, what the registers name, and texts of the form
+    ``"package.module:name"``; refuses what an FMU cannot carry.
     """
     found: dict[str, bytes] = {}
     waiting = [RUNNING, *registered_modules()]
@@ -43,6 +45,8 @@ def running_code() -> dict[str, bytes]:
         if name in found:
             continue
         found[name] = file.read_bytes()
+        named = re.findall(r'"(cranktrain[.\w]+):\w+"', found[name].decode())
+        waiting += [other for other in named if not other.startswith(OFFLINE)]
         waiting += [".".join(module.split(".")[:n]) for n in range(1, module.count(".") + 1)]
         for imported in _imports(found[name], module):
             top = imported.split(".")[0]

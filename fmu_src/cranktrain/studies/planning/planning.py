@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from cranktrain.studies.planning.ladder import SOLID, Pair, candidates, dearest,
 from cranktrain.studies.planning.measured import Measured
 from cranktrain.studies.planning.plan import Errors, Plan, largest, pair_name, percent
 from cranktrain.studies.planning.scene_model import Case, SceneModel
-from cranktrain.studies.scene import RPM, Scene
+from cranktrain.studies.scene import RPM, Scene, load_scene
 from cranktrain.studies.tradeoff.level_points import numerical_points
 
 ELASTIC_METHODS = {"sdirk2": (2.5, 1.25, 0.625)}
@@ -58,15 +59,18 @@ LONGEST_MEASUREMENT = 60.0
 """Expected seconds of measuring the plan's figures at every speed, above which the screened speeds serve for all."""
 
 
-def plan(scene: Scene, model: SceneModel | None = None) -> Plan:
-    """Plan of a scene; what it needs to know is measured on the scene's model, or read where it was measured before.
+def plan(scene: Scene | str | Path, model: SceneModel | None = None) -> Plan:
+    """Plan of a scene, or of the scene in a file.
+
+    What it needs to know is measured on the scene's model, or read where it was measured before.
 
     Raises
     ------
     InputError
         an accuracy that no step reaches, levels that the engine lacks
     """
-    return _Chooser(scene, Measured(model or SceneModel(scene))).plan()
+    found = scene if isinstance(scene, Scene) else load_scene(scene)
+    return _Chooser(found, Measured(model or SceneModel(found))).plan()
 
 
 def screened(speeds: tuple[float, ...]) -> tuple[float, ...]:

@@ -1,0 +1,76 @@
+"""Frequencies of an engine's cranktrain and block: what ``cranktrain modal --json`` prints."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from cranktrain.assembly import check_mesh
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.levels import BLOCKS, CRANKS, crank_level
+from cranktrain.loads.damper import required_damper
+from cranktrain.structure.block.modal import block_report
+from cranktrain.structure.block.reduction import reduced_block
+from cranktrain.structure.block.shape import block_plan
+from cranktrain.structure.crank.modal import modal_report
+from cranktrain.structure.crank.reduction import reduced_crankshaft
+from cranktrain.studies.torsion.damped_modes import damper_report
+from cranktrain.studies.torsion.level_frequencies import level_frequencies
+
+
+def modal(
+    engine: str | Path | Engine,
+    crank: str = "solid",
+    block: str = "ground",
+    damper: bool = False,
+    *,
+    mesh: str | Path | None = None,
+    block_mesh: str | Path | None = None,
+    say: Callable[[str], None] = lambda stage: None,
+) -> dict[str, Any]:
+    """Frequencies of the free crankshaft and the cranktrain, critical speeds, quality of the reduction.
+
+    Parameters
+    ----------
+    engine : name of a shipped engine, path of an engine file, or an engine
+    crank : at another level than ``solid`` its frequencies stand beside the solid's, and nothing else
+    block : ``flexible`` also gives the block's own modes
+    damper : also the cranktrain with the engine's torsional damper, as it damps
+    mesh, block_mesh : the user's own meshes
+    say : told each stage of long work
+
+    Raises
+    ------
+    InputError
+        levels that do not exist or do not go together, what the engine lacks, a mesh that cannot be used
+    """
+    found = engine if isinstance(engine, Engine) else load_engine(engine)
+    solid = crank_level(crank).name == list(CRANKS)[-1]
+    if block not in BLOCKS:
+        raise InputError(f"block level '{block}' does not exist; {nearest(block, BLOCKS)}")
+    flexible = block != "ground"
+    if not solid and (damper or flexible):
+        raise InputError("--damper and --block flexible are shown with --crank solid only; leave one of them out")
+    if damper:
+        required_damper(found)
+    if flexible:
+        block_plan(found)
+    check_mesh(mesh, "journal surfaces")
+    check_mesh(block_mesh, "surfaces of the block")
+    start = time.perf_counter()
+    body = reduced_crankshaft(found, mesh, progress=say)
+    made = time.perf_counter()
+    if not solid:
+        report: dict[str, Any] = level_frequencies(found, crank, body)
+    else:
+        report = dict(modal_report(found, body))
+        if damper:
+            report["damper"] = damper_report(found, body)
+        if flexible:
+            report["block"] = block_report(found, body, reduced_block(found, block_mesh, progress=say))
+    seconds = {"reduction": made - start, "modal": time.perf_counter() - made}
+    return {**report, "seconds": {**report.get("seconds", {}), **seconds}}
