@@ -92,6 +92,36 @@ def test_a_kernel_rests_on_what_its_file_imports_wherever_that_lies(install, tmp
     assert run(install, tmp_path / "cache", text) == 3.0
 
 
+def test_a_record_of_another_folder_is_read_whole_and_troubles_no_later_process(install, tmp_path):
+    """Equal arrays are as many structures; a class that one process alone can import stays out of common kernels."""
+    text = """
+from typing import NamedTuple
+import numpy as np
+from cranktrain.core.kernel import keep_record, kernel, record_reader
+
+class {0}(NamedTuple):
+    a: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    d: np.ndarray
+
+read = record_reader({0}(*np.zeros((4, 1))))
+
+@kernel
+def last(address):
+    own = read(address)
+    return own.a[0] + own.d[-1]
+
+owner = np.zeros(1)
+"""
+    for name in ("mine", "yours"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / f"{name}.py").write_text(text.format(name.title()))
+        text_of_run = f"import sys\nsys.path.insert(0, {str(tmp_path / name)!r})\nfrom {name} import *\n"
+        text_of_run += f"kept = [keep_record({name.title()}(*np.full((4, 3), 2.0)), owner) for _ in range(200)]\n"
+        assert run(install, tmp_path / "cache", text_of_run + "print(sum(map(last, kept)))") == 800.0
+
+
 def test_kept_maps_and_points_rest_on_all_that_their_modules_import():
     """In whatever folder: the digests of the studies follow imports, those inside functions as well."""
     maps = {path.name for path in rests_on(Path(inspect.getfile(oil_whirl)), deferred=True)}

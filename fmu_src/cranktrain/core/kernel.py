@@ -16,6 +16,7 @@ only where a model uses it.
 
 from __future__ import annotations
 
+import inspect
 import tempfile
 import weakref
 from collections.abc import Callable
@@ -56,7 +57,12 @@ _OPTIONS: dict[str, Any] = {
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile ``function`` in the native-safe subset, cached on disk where possible."""
-    folder = _kernel_folder(function.__code__.co_filename)
+    return _compiled(function, function.__code__.co_filename)
+
+
+def _compiled(function: Callable[..., Any], file: str) -> Any:
+    """Kernel that is cached with those of the source ``file``."""
+    folder = _kernel_folder(file)
     kept = getattr(config, "CACHE_DIR", "")
     setattr(config, "CACHE_DIR", folder)  # noqa: B010 - numba makes its settings at run time, unknown to a type checker
     try:
@@ -95,8 +101,8 @@ def call_kernel(typing_context: Any, address: Any, arguments: Any) -> Any:
     return types.int64(address, arguments), generate
 
 
-_RECORDS: dict[type, Any] = {}
-"""Type of the records that each class' reader knows."""
+_RECORDS: dict[type, tuple[Any, Any]] = {}
+"""Type of the records that each class' reader knows, and the kernel that writes them."""
 
 
 @intrinsic
@@ -108,9 +114,13 @@ def _write(typing_context: Any, address: Any, record: Any) -> Any:
     return types.int64(address, record), generate
 
 
-@kernel
 def _keep(address: int, record: Any) -> Any:
     return _write(address, record)  # type: ignore[call-arg]
+
+
+def _leaves(record: Any) -> int:
+    """Number of arrays and numbers in a record, those of inner tuples as well."""
+    return sum(map(_leaves, record)) if isinstance(record, tuple) else 1
 
 
 def keep_record(record: Any, owner: NDArray[Any]) -> int:
@@ -118,18 +128,21 @@ def keep_record(record: Any, owner: NDArray[Any]) -> int:
 
     ``TypeError`` where it is not of the type that its class' reader was made for: a law would read what is not there.
     """
-    if typeof(record) != _RECORDS.get(type(record)):
+    kind, keep = _RECORDS.get(type(record), (None, None))
+    if typeof(record) != kind:
         raise TypeError(f"{type(record).__name__} of other arrays than its reader knows: {typeof(record)}")
     # An array is a structure of fewer than sixteen words.
-    space = np.zeros(16 * str(typeof(record)).count("array("), dtype=np.int64)
-    _keep(space.ctypes.data, record)
+    space = np.zeros(16 * _leaves(record), dtype=np.int64)
+    keep(space.ctypes.data, record)
     weakref.finalize(owner, id, (space, record))  # a finalizer's arguments live until then
     return int(space.ctypes.data)
 
 
 def record_reader(example: Any) -> Any:
     """Function for kernels that reads a record of ``example``'s type from its address, see :func:`keep_record`."""
-    kind = _RECORDS[type(example)] = typeof(example)
+    kind = typeof(example)
+    # Kept with the record's own file: the index of a common one would name classes that not every process can import.
+    _RECORDS[type(example)] = kind, _compiled(_keep, inspect.getfile(type(example)))
 
     @intrinsic
     def read(typing_context: Any, address: Any) -> Any:
