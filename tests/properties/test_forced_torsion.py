@@ -133,7 +133,7 @@ def test_ring_let_go_and_ring_held():
     damper = replace(housed.damper, law="newtonian")
     speed = 2000.0 * RPM
     free = forced_torsion(housed, body, speed)
-    crank = PeriodicCrank(housed, body, speed, GasTrace.from_engine(housed), 1.0, 24.0, True)
+    crank = PeriodicCrank(housed, body, speed, GasTrace.from_engine(housed), 1.0, 24.0)
     inertia = -(crank.omega**2) * damper.ring_inertia + 0.0j
     held = crank.response(body.shapes[body.index("pulley"), 5], inertia, 0.0j * inertia)
     thin = forced_torsion(housed, body, speed, ring_of(replace(damper, viscosity=1e-7 * damper.viscosity)))
@@ -175,7 +175,8 @@ def test_orders_alone_miss_the_resonance_that_coupled_orders_find():
 def test_without_what_varies_coupling_changes_nothing():
     engine, body = six()
     gas = GasTrace.from_engine(engine)
-    cranks = [PeriodicCrank(engine, body, 200.0, gas, 1.0, 12.0, coupled) for coupled in (False, True)]
+    cranks = [PeriodicCrank(engine, body, 200.0, gas, 1.0, 12.0) for _ in range(2)]
+    cranks[0].coupled = False
     for crank in cranks:
         crank._varying = tuple(np.zeros_like(part) for part in crank._varying)
     hub, nothing = body.shapes[body.index("pulley"), 5], np.zeros(25, complex)

@@ -102,7 +102,8 @@ def forced_torsion(
     SolverError
         orders or a damper that do not settle
     """
-    crank = PeriodicCrank(engine, body, speed, gas or GasTrace.from_engine(engine), load, highest, coupled)
+    crank = PeriodicCrank(engine, body, speed, gas or GasTrace.from_engine(engine), load, highest)
+    crank.coupled = coupled
     hub = body.shapes[body.index("pulley"), 5]
     if ring is None:
         nothing = np.zeros(crank.omega.size, dtype=complex)

@@ -79,13 +79,13 @@ class PeriodicCrank:
     speed : Ω, rad/s
     gas, load : pressure trace, and share of the full-load burn
     highest : highest order
-    coupled : whether what varies over the cycle couples the orders
     mains : ``linear`` or ``held``
 
     Attributes
     ----------
     omega : (k + 1,) angular frequencies of the orders 0, 0.5, …, rad/s
     samples : number of samples of a cycle
+    coupled : whether what varies over the cycle couples the orders; may be set
     angle : (N,) crank angle of the samples, rad
     forces : the force laws about the rigid rotation; what :meth:`correct` adds is not among them
     """
@@ -98,13 +98,12 @@ class PeriodicCrank:
         gas: GasTrace,
         load: float,
         highest: float,
-        coupled: bool,
         mains: str = "linear",
     ) -> None:
         count = round(2.0 * highest)
         self.samples = 8 * count
         self.omega: Array = 0.5 * speed * np.arange(count + 1, dtype=np.float64)
-        self.coupled = coupled
+        self.coupled = True
         self.angle: Array = np.arange(self.samples, dtype=np.float64) * (4.0 * math.pi / self.samples)
         locked = not bearing_law(mains).carries
         if locked:

@@ -86,7 +86,7 @@ def torsional_response(
         orders that do not settle
     """
     gas = gas or GasTrace.from_engine(engine)
-    crank = PeriodicCrank(engine, body, speed, gas, load, highest, True, usual_level("torsional"))
+    crank = PeriodicCrank(engine, body, speed, gas, load, highest, usual_level("torsional"))
     pulley, flywheel = (body.shapes[body.index(name), 5] for name in ("pulley", "flywheel"))
     nothing = np.zeros(crank.omega.size, dtype=complex)
     laws, w = crank.forces, crank.omega[:, None]
