@@ -11,7 +11,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from skfem import MeshTet1, MeshTet2, MeshTri
 
 from cranktrain.engine.parts import Material
-from cranktrain.structure.fem.elasticity import factorise
+from cranktrain.structure.fem.factor import factorise
 
 STEEL = Material(youngs_modulus=210e9, poisson_ratio=0.3, density=7850.0)
 

@@ -37,7 +37,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Measure, write the files, and print a table unless JSON is wanted."""
     from cranktrain.results.figures import check_folder
-    from cranktrain.structure.fem.reduction import one_thread
+    from cranktrain.structure.fem.factor import one_thread
     from cranktrain.studies.tradeoff.choice import choice_text
     from cranktrain.studies.tradeoff.files import write_files
     from cranktrain.studies.tradeoff.study import chosen_families, default_scenes, scenes_of, study

@@ -117,7 +117,7 @@ def check(body: ReducedBody) -> None:
 def rigid_coordinates(body: ReducedBody) -> Array:
     """Six rigid-body motions of the frame's origin (t_x … r_z, by row) in each of the six rigid modes, (6, 6)."""
     at_interface = np.eye(6)
-    at_interface[:3, 3:] = -_skew(body.positions[0])
+    at_interface[:3, 3:] = -skew(body.positions[0])
     return np.asarray(np.linalg.solve(at_interface, body.shapes[0, :, :6]), dtype=np.float64)
 
 
@@ -186,16 +186,16 @@ def attach(
     moments[0, 0], moments[0, 1:], moments[1:, 0] = mass, mass * offset, mass * offset
     moments[1:, 1:] = second + mass * np.outer(offset, offset)
 
-    fields = np.concatenate((body.shapes[row, :3].T[:, :, None], _skew(body.shapes[row, 3:].T)), axis=2)
+    fields = np.concatenate((body.shapes[row, :3].T[:, :, None], skew(body.shapes[row, 3:].T)), axis=2)
     position = np.hstack((body.positions[row][:, None], np.eye(3)))
     outward = _ACROSS @ position
-    turned = _TURN @ fields
+    turned = TURN @ fields
     rotation = body.shapes[row, 3:]
     # Work of the centrifugal load on the second-order motion ½ θ×(θ×r) that a rotation θ of the interface gives.
     arm = moments[1:] @ outward.T
     stress = rotation.T @ (np.trace(arm) * np.eye(3) - 0.5 * (arm + arm.T)) @ rotation
     centrifugal = _paired(turned, moments, turned)
-    turned_load = _paired(_skew(np.eye(3)) @ outward, moments, fields)
+    turned_load = _paired(skew(np.eye(3)) @ outward, moments, fields)
 
     about_origin = position @ moments @ position.T
     total = body.mass + mass
@@ -206,7 +206,7 @@ def attach(
         stress_stiffness=body.stress_stiffness
         + with_rigid_rows(stress, centrifugal, rigid_coordinates(body), turned_load),
         centrifugal_load=body.centrifugal_load + _paired(outward[None], moments, fields)[0],
-        euler_load=body.euler_load + _paired((_TURN @ position)[None], moments, fields)[0],
+        euler_load=body.euler_load + _paired((TURN @ position)[None], moments, fields)[0],
         translation=body.translation + np.einsum("b,nab->an", moments[0], fields),
         mass=total,
         centre=(body.mass * body.centre + position @ moments[0]) / total,
@@ -268,10 +268,11 @@ def signed(shapes: Array) -> Array:
 
 
 _ACROSS = np.diag([1.0, 1.0, 0.0])
-_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+"""r ↦ e_z×r."""
 
 
-def _skew(vector: Array) -> Array:
+def skew(vector: Array) -> Array:
     """Matrices (..., 3, 3) of r ↦ v×r for vectors (..., 3)."""
     x, y, z = np.moveaxis(np.asarray(vector), -1, 0)
     o = np.zeros_like(x)

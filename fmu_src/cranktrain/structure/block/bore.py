@@ -24,8 +24,9 @@ from cranktrain.structure.block.reduction import block_model, input_digest
 from cranktrain.structure.block.saddle import DEGREE, FACET_ORDER, WAVES
 from cranktrain.structure.fem.craig_bampton import Flexibility, rigid_motions
 from cranktrain.structure.fem.elasticity import FEModel
+from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.mesh import surface_basis
-from cranktrain.structure.fem.reduction import Progress, one_thread
+from cranktrain.structure.fem.reduction import Progress
 from cranktrain.structure.fem.surface_compliance import kept_compliance, radial_loads
 
 Array = NDArray[np.float64]

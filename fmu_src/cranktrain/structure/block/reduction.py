@@ -22,7 +22,8 @@ from cranktrain.structure.block import shape
 from cranktrain.structure.block.mesh import block_interfaces, block_mesh, read_block_mesh
 from cranktrain.structure.block.shape import BlockPlan, block_plan
 from cranktrain.structure.fem.elasticity import FEModel
-from cranktrain.structure.fem.reduction import Progress, ReductionTask, content_digest, one_thread, reduced_structure
+from cranktrain.structure.fem.factor import one_thread
+from cranktrain.structure.fem.reduction import Progress, ReductionTask, content_digest, reduced_structure
 
 # Raised when the code would make another body from the same inputs.
 RECIPE = 1

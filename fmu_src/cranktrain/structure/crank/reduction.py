@@ -24,16 +24,10 @@ from cranktrain.store.hdf5 import load_body, load_extras
 from cranktrain.structure.crank.shape import pin_centre, stations
 from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, eigenmodes, rigid_motions
 from cranktrain.structure.fem.elasticity import FEModel
+from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet, placed_interfaces, tied_surfaces
 from cranktrain.structure.fem.mesh import crankshaft_mesh, interface_names
-from cranktrain.structure.fem.reduction import (
-    Comparison,
-    Progress,
-    ReductionTask,
-    content_digest,
-    one_thread,
-    reduced_structure,
-)
+from cranktrain.structure.fem.reduction import Comparison, Progress, ReductionTask, content_digest, reduced_structure
 
 Array = NDArray[np.float64]
 

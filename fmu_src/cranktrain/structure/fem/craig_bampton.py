@@ -30,7 +30,8 @@ from scipy.linalg import cholesky, eigh, qr, solve_triangular
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import ReducedBody, check, rigid_modes, signed, with_rigid_rows
-from cranktrain.structure.fem.elasticity import FEModel, component_dofs, factorise, geometric_stiffness, sample
+from cranktrain.structure.fem.elasticity import FEModel, component_dofs, geometric_stiffness, sample
+from cranktrain.structure.fem.factor import Factor, factorise
 from cranktrain.structure.fem.interfaces import InterfaceSet
 
 Array = NDArray[np.float64]
@@ -50,7 +51,7 @@ class Flexibility:
     rigid: Array
     _momentum: Array
     _free: NDArray[np.intp]
-    _factor: object
+    _factor: Factor
 
     @classmethod
     def of(cls, stiffness: sparse.csc_matrix, mass: sparse.csc_matrix, motions: Array) -> Flexibility:
@@ -65,7 +66,7 @@ class Flexibility:
         return self._with(self._factor, self._free, mass, self.rigid)
 
     @classmethod
-    def _with(cls, factor: object, free: NDArray[np.intp], mass: sparse.csc_matrix, motions: Array) -> Flexibility:
+    def _with(cls, factor: Factor, free: NDArray[np.intp], mass: sparse.csc_matrix, motions: Array) -> Flexibility:
         """Flexibility of these factors, balanced by a mass matrix; ``motions`` span the rigid ones."""
         rigid = motions @ rigid_modes(motions.T @ (mass @ motions))
         return cls(mass, rigid, mass @ rigid, free, factor)
@@ -74,7 +75,7 @@ class Flexibility:
         """Displacement (ndof, k), free of rigid motion, under loads (ndof, k) balanced by inertia forces."""
         balanced = load - self._momentum @ (self.rigid.T @ load)
         answer = np.zeros_like(load)
-        answer[self._free] = self._factor.solve(np.ascontiguousarray(balanced[self._free]))  # type: ignore[attr-defined]
+        answer[self._free] = self._factor.solve(np.ascontiguousarray(balanced[self._free]))
         return np.asarray(answer - self.rigid @ (self._momentum.T @ answer))
 
 

@@ -23,9 +23,6 @@ from scipy import sparse
 from skfem import Basis, BilinearForm, ElementTetP2, ElementVector, MeshTet2
 
 from cranktrain.engine.parts import Material
-from cranktrain.structure.fem.factor import Factor, factorise
-
-__all__ = ["FEModel", "Factor", "factorise", "finite_elements", "geometric_stiffness", "sample"]
 
 Array = NDArray[np.float64]
 

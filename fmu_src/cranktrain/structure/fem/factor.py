@@ -12,7 +12,6 @@ Math. Softw. 9 (1983) 302; J. Liu, SIAM Review 34 (1992) 82.
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
 from typing import Protocol
 
 import numpy as np
@@ -22,7 +21,7 @@ from scipy import sparse
 from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf
 from scipy.sparse.linalg import splu
-from threadpoolctl import ThreadpoolController
+from threadpoolctl import threadpool_limits
 
 from cranktrain.structure.fem.dissection import nested_dissection
 
@@ -74,7 +73,7 @@ class Cholesky:
         self._start = np.concatenate(([0], np.cumsum([len(p) for p in pivots])))
         self._later: list[Integers] = []
         self._fronts: list[tuple[Array, Array]] = []
-        with _one_thread():
+        with one_thread():
             self._eliminate(rows[self._order][:, self._order].tocsr())
 
     @property
@@ -122,7 +121,7 @@ class Cholesky:
         x = given.reshape(len(given), -1)[self._order]
         spans = [slice(a, b) for a, b in zip(self._start[:-1], self._start[1:], strict=True)]
         steps = list(zip(spans, self._later, self._fronts, strict=True))
-        with _one_thread():
+        with one_thread():
             for span, later, (diagonal, below) in steps:
                 x[span] = dtrsm(1.0, diagonal, x[span], lower=1)
                 x[later] -= below @ x[span]
@@ -133,9 +132,9 @@ class Cholesky:
         return answer.reshape(given.shape)
 
 
-def _one_thread() -> AbstractContextManager[object]:
-    """Products on one thread: fronts are small, and threads that wait for each other cost ten times what they gain."""
-    return ThreadpoolController().limit(limits=1, user_api="blas")
+def one_thread() -> threadpool_limits:
+    """Linear algebra on one thread: small blocks are faster so than on two, and give the same bytes always."""
+    return threadpool_limits(limits=1, user_api="blas")
 
 
 def _nodes_of_equal_pattern(rows: sparse.csr_matrix) -> tuple[sparse.csr_matrix, Integers]:

@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.reduced_body import ReducedBody, skew
 from cranktrain.structure.fem.craig_bampton import reduced_basis
-from cranktrain.structure.fem.rigid_slices import Slices, fields, rigid_motion, skew, sliced_body
+from cranktrain.structure.fem.rigid_slices import Slices, fields, rigid_motion, sliced_body
 
 Array = NDArray[np.float64]
 

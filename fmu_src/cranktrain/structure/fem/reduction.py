@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import null_space
 from skfem import Basis, ElementTetP2, MeshTet2
-from threadpoolctl import threadpool_limits
 
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
 from cranktrain.engine.parts import Material
 from cranktrain.store.hdf5 import load_body, save_body
 from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, craig_bampton, eigenmodes
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_elements, lumped_volume
+from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet
 
 Array = NDArray[np.float64]
@@ -93,11 +93,6 @@ def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str
     if mesh_file is not None and Path(mesh_file).is_file():
         content["mesh"] = sha256(Path(mesh_file).read_bytes()).hexdigest()
     return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-def one_thread() -> threadpool_limits:
-    """Linear algebra on one thread: faster on small blocks than two, and the same bytes always."""
-    return threadpool_limits(limits=1, user_api="blas")
 
 
 def _checked(model: FEModel, reduced: Reduced, consistent: bool, say: Progress) -> ReducedBody:

@@ -12,11 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.reduced_body import ReducedBody, check, rigid_coordinates, rigid_modes, with_rigid_rows
+from cranktrain.core.reduced_body import TURN, ReducedBody, check, rigid_coordinates, rigid_modes, skew, with_rigid_rows
 
 Array = NDArray[np.float64]
-
-_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +47,7 @@ class Slices:
 
     def around(self) -> Array:
         """Field of e_z×X, (s, 1, 3, 4)."""
-        return (_TURN @ self._positions()[:, 1:])[:, None]
+        return (TURN @ self._positions()[:, 1:])[:, None]
 
     def centrifugal_turning(self, motion: Array) -> Array:
         """Work of the centrifugal load of Ω = 1 on the slices' second-order rotations ½ θ×(θ×r), (n, n)."""
@@ -69,13 +67,6 @@ def fields(motion: Array) -> Array:
     """Fields (s, n, 3, 4) of motions (s, 6, n)."""
     translation, rotation = motion[:, :3].swapaxes(1, 2), motion[:, 3:].swapaxes(1, 2)
     return np.concatenate((translation[..., None], skew(rotation)), axis=3)
-
-
-def skew(vector: Array) -> Array:
-    """Matrices (..., 3, 3) of r ↦ v×r."""
-    x, y, z = np.moveaxis(vector, -1, 0)
-    o = np.zeros_like(x)
-    return np.stack((np.stack((o, -z, y), -1), np.stack((z, o, -x), -1), np.stack((-y, x, o), -1)), -2)
 
 
 def rigid_motion(places: Array) -> Array:
@@ -105,7 +96,7 @@ def sliced_body(
     stress : (n, n) stress stiffness without that of the slices themselves, valid between elastic modes
     """
     field = fields(motion)
-    turned = _TURN @ field
+    turned = TURN @ field
     total = slices.total()
     centrifugal = slices.paired(turned, turned)
     turned_load = slices.paired(skew(np.eye(3)) @ slices.outward(), field)

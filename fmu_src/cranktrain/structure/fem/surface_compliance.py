@@ -14,11 +14,11 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 from skfem import FacetBasis
-from threadpoolctl import threadpool_limits
 
 from cranktrain.core.cache import cache_folder
 from cranktrain.store.whole_file import whole_file
-from cranktrain.structure.fem.elasticity import FEModel, factorise
+from cranktrain.structure.fem.elasticity import FEModel
+from cranktrain.structure.fem.factor import factorise, one_thread
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def compliance_of(model: FEModel, clamped: NDArray[np.integer], loads: Array) ->
     Raises ``RuntimeError``: if they let the body move.
     """
     free = np.setdiff1d(np.arange(model.basis.N), clamped)
-    with threadpool_limits(1, user_api="blas"):
+    with one_thread():
         compliance = loads[free].T @ factorise(model.stiffness[free][:, free]).solve(loads[free])
     return np.asarray(0.5 * (compliance + compliance.T))
 
