@@ -7,8 +7,9 @@ from the lowest to the highest level. What each output needs is said in :mod:`cr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.named import Named, resolve
@@ -89,7 +90,7 @@ CRANKS: dict[str, CrankLevel] = {
     for row in (
         CrankLevel(
             "rigid",
-            "moves as a whole; made from dimensions, or from the user's own mesh",
+            "moves as a whole, made from dimensions or the user's own mesh",
             bare="cranktrain.structure.crank.level:bare_rigid",
             running="cranktrain.structure.crank.level:running_rigid",
             highest_frequency=_rigid_frequency,
@@ -161,6 +162,6 @@ def crank_level(name: str) -> CrankLevel:
     return CRANKS[name]
 
 
-def described(rows: Mapping[str, Level]) -> str:
-    """Names and titles of a table's rows in one text: ``name: title; …``."""
-    return "; ".join(f"{row.name}: {row.title}" for row in rows.values())
+def described(rows: Iterable[Any]) -> str:
+    """Names and titles of a register's rows in one text: ``name (title); …``."""
+    return "; ".join(f"{row.name} ({row.title})" for row in rows)

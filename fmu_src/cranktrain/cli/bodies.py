@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from cranktrain.cli.console import one_of, stages
 from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
-from cranktrain.levels import BLOCKS
+from cranktrain.levels import BLOCKS, described
 
 if TYPE_CHECKING:
     from cranktrain.core.reduced_body import ReducedBody
@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 
 def add_block_options(parser: argparse.ArgumentParser) -> None:
     """Options that say what the crank runs in."""
-    levels = "; ".join(f"{row.name} ({row.title})" for row in BLOCKS.values())
-    parser.add_argument("--block", default="ground", metavar="LEVEL", help=f"{levels}; default ground")
+    parser.add_argument(
+        "--block", default="ground", metavar="LEVEL", help=f"{described(BLOCKS.values())}; default ground"
+    )
     parser.add_argument(
         "--block-mesh", metavar="FILE", help="own block (.msh, .inp, .bdf) with named surfaces; needs --block flexible"
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,37 +13,36 @@ from cranktrain.cli.console import bar, say, show, stages
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, bearing_levels
-from cranktrain.levels import CRANKS, PISTONS
+from cranktrain.levels import CRANKS, PISTONS, described
 
 if TYPE_CHECKING:
     from cranktrain.dynamics.model.settings import Settings
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.results.run import Run
 
+DESCRIPTION = "Run cycles at constant speed; write an HDF5 result and print a summary."
 _SOURCES = "engine (default), by its speed; or heat-balance"
 
 
-def listed(rows: Mapping[str, Any], names: tuple[str, ...] | None = None) -> str:
-    """Rows of a register with their titles, for help."""
-    return "; ".join(f"{name} ({rows[name].title})" for name in names or tuple(rows)).replace("%", "%%")
+def _laws(*kinds: str) -> str:
+    return described(LAWS[name] for name in bearing_levels(*kinds))
 
 
-def add_options(run: argparse.ArgumentParser) -> None:
+def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs have."""
-    add = run.add_argument
+    add = parser.add_argument
     add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 100")
     add("--cycles", type=int, default=6, help="cycles of 720 degrees (default 6); the last one is evaluated")
-    add("--crank", default="solid", metavar="LEVEL", help=f"{listed(CRANKS)}; default solid")
-    mains = listed(LAWS, bearing_levels(*MAINS))
+    add("--crank", default="solid", metavar="LEVEL", help=f"{described(CRANKS.values())}; default solid")
     add(
         "--bearings", default="auto", metavar="LEVEL",
-        help=f"{mains}; default impedance, roller where the mains are rollers, held at --crank torsional",
+        help=f"{_laws(*MAINS)}; default impedance, roller where the mains are rollers, held at --crank torsional",
     )  # fmt: skip
-    add("--big-ends", default="rigid", metavar="LEVEL", help=f"{listed(LAWS, bearing_levels(BIG_END))}; default rigid")
-    add_block_options(run)
+    add("--big-ends", default="rigid", metavar="LEVEL", help=f"{_laws(BIG_END)}; default rigid")
+    add_block_options(parser)
     add(
         "--pistons", default="auto", metavar="LEVEL",
-        help=f"{listed(PISTONS)}; default rigid, in a flexible block guided",
+        help=f"{described(PISTONS.values())}; default rigid, in a flexible block guided",
     )  # fmt: skip
     add("--damper", action="store_true", help="with the engine's torsional damper on the pulley")
     add("--damper-temperature", default="engine", metavar="SOURCE", help=f"{_SOURCES}, as its own losses make it")
@@ -81,7 +79,7 @@ def _integrators() -> str:
     return f"{', '.join(INTEGRATORS)}; default esdirk4, at level ehd sdirk2"
 
 
-def simulate(options: argparse.Namespace) -> dict[str, Any]:
+def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run cycles at constant speed, write the result, summarise the last cycle."""
     from cranktrain.assembly import assemble
     from cranktrain.results.files import check_target
@@ -101,18 +99,18 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     with stages(engine.name) as tell:
         made = assemble(engine, settings, say=tell, crank_mesh=request.mesh, block_mesh=request.block_mesh)
     with bar(f"{request.speed_rpm:g} rev/min, {request.cycles} cycles") as advance:
-        run = request.run(made, gas, advance)
-    run.save(output)
-    summary = run.summary(output)
+        found = request.run(made, gas, advance)
+    found.save(output)
+    summary = found.summary(output)
     if options.steady:
         from cranktrain.studies.torsion.torsional_response import steady_orders, torsional_response
 
-        steady = torsional_response(engine, made.body, request.speed, run.gas, request.load)
+        steady = torsional_response(engine, made.body, request.speed, found.gas, request.load)
         summary["pulley"]["steady_torsion_deg"] = {"orders": steady_orders(steady)}
     if options.plots is not None:
-        summary["plots"] = _draw(Path(options.plots), run, settings, request.speed_rpm)
+        summary["plots"] = _draw(Path(options.plots), found, settings, request.speed_rpm)
     if not options.json:
-        _show(run, settings, summary, request.cycles)
+        _show(found, settings, summary, request.cycles)
     return summary
 
 

@@ -1,0 +1,70 @@
+"""The verb ``modal``: frequencies of crankshaft, cranktrain and block."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from cranktrain.cli.bodies import add_block_options, wants_flexible_block
+from cranktrain.cli.console import one_of, show, stages
+from cranktrain.engine.file import engine_provenance, load_engine
+from cranktrain.levels import CRANKS, described
+
+DESCRIPTION = "Free crankshaft and cranktrain frequencies beside the reference's, and critical speeds."
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options to those that all verbs of an engine have."""
+    add = parser.add_argument
+    add("--damper", action="store_true", help="also the cranktrain with the engine's torsional damper, as it damps")
+    add(
+        "--crank", default="solid", metavar="LEVEL",
+        help=f"{described(CRANKS.values())}; default solid, of the others the frequencies stand beside the solid's",
+    )  # fmt: skip
+    add_block_options(parser)
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Frequencies of the free crankshaft and the cranktrain, critical speeds, quality of the reduction."""
+    from cranktrain.results.tables import Table, block_tables, frequency_tables
+    from cranktrain.studies import modal as study
+    from cranktrain.studies.torsion.damped_modes import damper_table
+    from cranktrain.studies.torsion.level_frequencies import level_tables
+
+    engine = load_engine(options.engine)
+    one_of("--crank", options.crank, CRANKS)
+    wants_flexible_block(engine, options)
+    with stages(engine.name) as tell:
+        report = study.modal(
+            engine, options.crank, options.block, options.damper,
+            mesh=options.mesh, block_mesh=options.block_mesh, say=tell,
+        )  # fmt: skip
+    if options.json:
+        return report
+    if "level" in report:
+        for table in level_tables(engine, report):
+            show(table)
+        return report
+    block = report.get("block")
+    for table in [*frequency_tables(engine, report), *(block_tables(block) if block is not None else ())]:
+        show(table)
+    if options.damper:
+        show(damper_table(report["damper"]))
+    _say_quality("Reduction", report["reduction"])
+    if block is not None:
+        _say_quality("Block", block["reduction"])
+    rows = tuple((key, f"{value} {unit}", note) for key, value, unit, origin, note in _calibrated(options.engine))
+    if rows:
+        show(Table("Calibrated values", ("value", "", "to which number"), rows))
+    return report
+
+
+def _say_quality(what: str, quality: dict[str, Any]) -> None:
+    print(
+        f"{what}: {quality['dofs_full']} degrees of freedom to {quality['modes']} modes, largest error against "
+        f"the full model {100.0 * quality['max_relative_error']:.2g} % (to 1000 Hz)"
+    )
+
+
+def _calibrated(engine: str) -> list[tuple[str, Any, str, str, str]]:
+    return [row for row in engine_provenance(engine) if row[3] == "calibrated"]

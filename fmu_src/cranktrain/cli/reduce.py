@@ -1,0 +1,77 @@
+"""The verb ``reduce``: the reduced crankshaft, and block, made where they are not stored, and their quality."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from cranktrain.cli.bodies import add_block_options, bare_block, bare_crankshaft, wants_flexible_block
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
+
+DESCRIPTION = "Make and check the reduced crankshaft, and block; they are kept in the cache."
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options to those that all verbs of an engine have."""
+    parser.add_argument("--rebuild", action="store_true", help="compute even where a stored model exists")
+    add_block_options(parser)
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Make the reduced crankshaft, and block, where they are not stored yet, and report their quality."""
+    from cranktrain.structure.crank.reduction import stored_path
+
+    engine = load_engine(options.engine)
+    flexible = wants_flexible_block(engine, options)
+    body, seconds = bare_crankshaft(engine, options, options.rebuild)
+    result = {
+        "path": str(stored_path(engine, options.mesh)),
+        "modes": body.n_modes,
+        "mass_kg": body.mass,
+        "elastic_hz": body.frequencies_hz[6:16].tolist(),
+        "quality": dict(body.quality),
+        "seconds": seconds,
+    }
+    if not options.json:
+        quality = body.quality
+        print(f"{body.name}: {body.mass:.1f} kg, {quality['dofs_full']:.0f} degrees of freedom, {body.n_modes} modes")
+        print("first elastic modes / Hz: " + ", ".join(f"{hz:.1f}" for hz in result["elastic_hz"]))
+        print(f"reduced against full to 1000 Hz: {100.0 * quality['max_relative_error']:.2g} %")
+        print(f"static stiffness of the interfaces: {100.0 * quality['static_error']:.2g} %")
+        print(
+            f"rigidly tied journals (RBE2) would raise the first mode by {100.0 * quality['tied_raises_first']:.0f} %"
+        )
+        other = "lumped" if engine.reduction.consistent_mass else "consistent"
+        print(f"{other} mass would shift the first mode by {100.0 * quality['other_mass_shifts_first']:+.2f} %")
+        print(f"kept in {result['path']}")
+    if flexible:
+        result["block"] = _block_quality(engine, options)
+    return result
+
+
+def _block_quality(engine: Engine, options: argparse.Namespace) -> dict[str, Any]:
+    """Make the reduced block where it is not stored yet; what the verb ``reduce`` says of it."""
+    from cranktrain.structure.block.reduction import running_block, stored_path
+
+    body = bare_block(engine, options, options.rebuild)
+    running = running_block(engine, body)
+    result = {
+        "path": str(stored_path(engine, options.block_mesh)),
+        "modes": body.n_modes,
+        "running_modes": running.n_modes,
+        "mass_kg": body.mass,
+        "elastic_hz": body.frequencies_hz[6:16].tolist(),
+        "quality": dict(body.quality),
+    }
+    if not options.json:
+        quality = body.quality
+        print(
+            f"{body.name}: {body.mass:.1f} kg, {quality['dofs_full']:.0f} degrees of freedom, {body.n_modes} modes, "
+            f"{running.n_modes} in the running model"
+        )
+        print("first elastic modes / Hz: " + ", ".join(f"{hz:.1f}" for hz in result["elastic_hz"]))
+        print(f"reduced against full to 1000 Hz: {100.0 * quality['max_relative_error']:.2g} %")
+        print(f"static stiffness of the interfaces: {100.0 * quality['static_error']:.2g} %")
+        print(f"kept in {result['path']}")
+    return result
