@@ -152,7 +152,8 @@ def solve_stage(
                 ud[k] = u_v[k] + c_v * udd[k]
             hold = previous >= 0.0 and previous <= NEAR and contraction <= STALE
             model.films.numbers[HELD] = 1.0 if hold else 0.0
-            port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work)
+            if port_forces(model, work, frame, pressures, c_q, c_v) != 0:
+                return DIVERGED
             # Residual u_free + H f − u, then (I − H J) δ = r on the Newton ports.
             for k in range(m):
                 step[k] = u_free[k] - u[k]
