@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from cranktrain.core.kernel import call_kernel, keep_record, kernel_address, record_reader
-from cranktrain.film.laws.films import CLOSE_STAGE, FORCE, HELD, RATE, SIZE, Films
+from cranktrain.film.laws.films import CLOSE_STAGE, FORCE, FROZEN, RATE, SIZE, Films
 
 _clock: Any = ctypes.CDLL(None).clock_gettime
 _clock.argtypes, _clock.restype = [ctypes.c_int, ctypes.c_void_p], ctypes.c_int
@@ -41,7 +41,7 @@ def _timed_law(record, action, i, place, velocity, numbers, memory, out):
     _clock(_MONOTONIC, timer.clock[0].ctypes)
     status = call_kernel(timer.entry[0], (timer.entry[1], action, i, place, velocity, numbers, memory, out))
     _clock(_MONOTONIC, timer.clock[1].ctypes)
-    row = HELD_FORCE if action == FORCE and numbers[HELD] != 0.0 else action
+    row = HELD_FORCE if action == FORCE and numbers[FROZEN] != 0.0 else action
     timer.spent[row, 0] += 1.0
     timer.spent[row, 1] += 1e9 * (timer.clock[1, 0] - timer.clock[0, 0]) + timer.clock[1, 1] - timer.clock[0, 1]
     return status

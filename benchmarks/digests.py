@@ -25,7 +25,7 @@ from rich.console import Console
 from cranktrain.assembly import assemble
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import simulate
-from cranktrain.dynamics.time.integrator_tables import INTEGRATORS
+from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.file import load_engine
 
 SPEED = 2000.0 * math.pi / 30.0

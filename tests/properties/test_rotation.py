@@ -16,7 +16,7 @@ from cranktrain.core.reduced_body import truncate
 from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.model.slots import DELTA_J, M_BIG, M_OSC, RIGID_ROTATION, SHAFT_C, SHAFT_K
 from cranktrain.dynamics.simulation import Settings, Simulation
-from cranktrain.dynamics.time.integrator_tables import integrator_table
+from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.parameters import C_X, C_Y, K_X, K_Y
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS

@@ -74,7 +74,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _integrators() -> str:
-    from cranktrain.dynamics.time.integrator_tables import INTEGRATORS
+    from cranktrain.dynamics.time.integrators import INTEGRATORS
 
     return f"{', '.join(INTEGRATORS)}; default esdirk4, at level ehd sdirk2"
 

@@ -18,9 +18,18 @@ from cranktrain.core.reduced_body import Array, ReducedBody, rigid
 from cranktrain.dynamics.model.arrays import ModelArrays, Parts, build_model, dimensions, supply_temperature
 from cranktrain.dynamics.model.bodies import bends
 from cranktrain.dynamics.model.settings import Settings, resolved
-from cranktrain.dynamics.model.slots import AMBIENT, DAMPER_TEMPERATURE
+from cranktrain.dynamics.model.slots import (
+    AMBIENT,
+    DAMPER_TEMPERATURE,
+    N_ITERATIONS,
+    N_MISSED,
+    N_REJECTED,
+    N_STEPS,
+    RELATIVE,
+)
 from cranktrain.dynamics.model.state import (
     MAX_INPUTS,
+    METHOD,
     OUTPUT_MEAN,
     OUTPUT_VARIANCE,
     POSITION,
@@ -33,12 +42,11 @@ from cranktrain.dynamics.model.state import (
     state_size,
 )
 from cranktrain.dynamics.model.workspace import make_work
-from cranktrain.dynamics.outputs.register import observers, output_counts, output_needs
-from cranktrain.dynamics.run import advance_and_observe, advance_series, observe
+from cranktrain.dynamics.outputs.observe import advance_and_observe, advance_series, observe, output_names
 from cranktrain.dynamics.start.mean_motion import Start, leaning, rigid_start
 from cranktrain.dynamics.start.settling import settle
-from cranktrain.dynamics.time.integrator_tables import integrator_table
-from cranktrain.dynamics.time.stage import OK
+from cranktrain.dynamics.time.integrators import method_mark
+from cranktrain.dynamics.time.status import NO_START, OK, REMEDIES, SINGULAR
 from cranktrain.dynamics.time.step_control import GIVEN, MAX_HALVINGS, ports_at_state
 from cranktrain.dynamics.warm_films import (
     PASSES,
@@ -102,14 +110,13 @@ class Simulation:
         self.engine = engine
         self.settings = resolved(settings or Settings(), engine)
         self.body = self._fitting(body)
-        self.table = integrator_table(self.settings.integrator)
         self.parts = parts or Parts()
         self._temperatures = temperatures
         self.gas = gas or GasTrace.from_engine(engine)
         if not (math.isfinite(self.settings.step) and self.settings.step > 0.0):
             raise InputError(f"internal step must be a positive angle, got {math.degrees(self.settings.step):g} deg")
-        self._needs = output_needs(output_counts(engine))
-        self.output_names = tuple(self._needs)
+        mounts = len(engine.mounts.x) if engine.mounts is not None else 0
+        self.output_names = output_names(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts)
         self.outputs = np.zeros(len(self.output_names))
         self.inputs = np.full(2 + engine.n_cylinders, AMBIENT)
         self.inputs[0] = self.inputs[-1] = 0.0
@@ -138,38 +145,30 @@ class Simulation:
         state = np.zeros(state_size(size.modes, size.ports, size.films))
         work = make_work(model, state.size)
         state[TIME] = time
+        state[METHOD] = method_mark(model.stages)
         start = self._start(model)
         for block, values in zip((POSITION, VELOCITY), leaning(model, start), strict=True):
             state[offset(block, size.modes) : offset(block, size.modes) + size.modes] = values
-        if settle(model, work, state, self.inputs, start.windup, start.rotation, start.rate) != OK:
-            raise SolverError(
-                f"no static equilibrium at {self.inputs[0] * _RPM:.0f} rev/min: a film cannot carry the load at the "
-                "start; lower the pressures or check clearance and viscosity"
-            )
+        status = settle(model, work, state, self.inputs, start.windup, start.rotation, start.rate)
+        if status != OK:
+            cause, remedy = REMEDIES[SINGULAR] if status == SINGULAR else NO_START
+            raise SolverError(f"no static equilibrium at {self.inputs[0] * _RPM:.0f} rev/min: {cause}; {remedy}")
         work.counters[:] = 0.0
         if self.settings.boundary == "torque" and start.inertia > 0.0:
             # The frame sets out with the acceleration that the crank will have on average.
             turning = start.inertia + self.engine.drive_line.dynamometer_inertia
             state[SHAFT_ACCELERATION] = (start.torque - self.inputs[-1]) / turning
         self.model, self.work, self._state = model, work, state
-        self._observed = observers(output_counts(self.engine), model, work, state, self.outputs)
-        observe(model, work, state, self._observed)
+        observe(model, work, state, self.outputs)
         places = [self.output_names.index(name) for name in ("pulley.torsion", "pulley.axial")]
         state[OUTPUT_MEAN : OUTPUT_MEAN + 2] = self.outputs[places]
         state[OUTPUT_VARIANCE : OUTPUT_VARIANCE + 2] = FIRST_AMPLITUDES**2
         self._warm()
 
-    @property
-    def shown_outputs(self) -> tuple[str, ...]:
-        """Names of the outputs that tell something: without bearings there is nothing of theirs."""
-        if bearing_law(self.settings.bearings).carries:
-            return self.output_names
-        return tuple(name for name, need in self._needs.items() if "bearings" not in need or "block" in need)
-
     def _model(self) -> ModelArrays:
         return build_model(
             self.engine, self.body, replace(self.settings, oil_temperature=self._oil_temperature),
-            float(self.inputs[0]), self.gas, self.table, self.parts, self._temperatures,
+            float(self.inputs[0]), self.gas, self.parts, self._temperatures,
         )  # fmt: skip
 
     @property
@@ -193,7 +192,7 @@ class Simulation:
             self._temperatures = before
             raise
         self.work = make_work(self.model, state.size)
-        observe(self.model, self.work, state, self._observed)
+        observe(self.model, self.work, state, self.outputs)
 
     @property
     def damper_temperature(self) -> float:
@@ -211,7 +210,7 @@ class Simulation:
             self.settings = before
             raise
         self.work = make_work(self.model, state.size)
-        observe(self.model, self.work, state, self._observed)
+        observe(self.model, self.work, state, self.outputs)
 
     def steady_torque(self) -> float:
         """Load torque (N m) that holds the speed of ``inputs`` under the built-in gas trace, without friction."""
@@ -228,7 +227,7 @@ class Simulation:
     def _warm(self) -> None:
         """Run one step on a copy, so that compiling never falls into the first real step."""
         state = self.state
-        outputs = self._observed._replace(values=np.zeros_like(self.outputs))
+        outputs = np.zeros_like(self.outputs)
         advance_and_observe(self.model, self.work, state, self.inputs, state[TIME] + 1.0e-6, outputs)
         self.work.counters[:] = 0.0
         self.work.key[:] = -1.0
@@ -252,7 +251,7 @@ class Simulation:
 
     @property
     def state(self) -> Array:
-        """The whole state as a copy, (n,); assigning a vector of the same length restores it."""
+        """The whole state as a copy, (n,); assigning one of the same model and integrator restores it."""
         return self._current().copy()
 
     @state.setter
@@ -260,8 +259,13 @@ class Simulation:
         state = self._current()
         if np.shape(vector) != state.shape:
             raise InputError(f"a state of this model has {state.size} values, got {np.size(vector)}")
+        if vector[METHOD] not in (0.0, state[METHOD]):
+            raise InputError(
+                f"this state is not one of integrator '{self.settings.integrator}'; restore it where the integrator is "
+                "that of its run"
+            )
         state[:] = vector
-        observe(self.model, self.work, state, self._observed)
+        observe(self.model, self.work, state, self.outputs)
 
     def _current(self) -> Array:
         if self._state is None:
@@ -289,8 +293,9 @@ class Simulation:
             )
         free = self.settings.boundary == "torque"
         before = state.copy() if free else state
-        if advance_and_observe(self.model, self.work, state, self.inputs, t_end, self._observed) != OK:
-            raise SolverError(self._failure(state))
+        status = advance_and_observe(self.model, self.work, state, self.inputs, t_end, self.outputs)
+        if status != OK:
+            raise SolverError(self._failure(status, state))
         if free and state[SHAFT_SPEED] < 0.0:
             self.state = before
             raise SolverError(
@@ -304,22 +309,21 @@ class Simulation:
         Inputs stay as they are. Returns how many were taken; where it stops, :meth:`step` says why.
         """
         self._check_inputs()
-        state = self._current()
-        return int(advance_series(self.model, self.work, state, self.inputs, step, first, rows, self._observed))
+        return int(advance_series(self.model, self.work, self._current(), self.inputs, step, first, rows, self.outputs))
 
-    def _failure(self, state: Array) -> str:
+    def _failure(self, status: int, state: Array) -> str:
+        cause, remedy = REMEDIES[status]
         ports_at_state(self.model, self.work, state)
-        d = self.work.port[15, : 2 * self.model.bearings.shape[0]]
+        d = self.work.port[RELATIVE, : 2 * self.model.bearings.shape[0]]
         eps = np.hypot(d[::2], d[1::2]) / self.model.bearings[:, CLEARANCE]
         lost = ""
-        if eps.size:
+        if eps.size and status != SINGULAR:
             worst = int(eps.argmax())
-            lost = f": film of main[{worst + 1}] lost (eccentricity {eps[worst]:.3f})"
+            lost = f", film of main[{worst + 1}] lost (eccentricity {eps[worst]:.3f})"
         angle = math.degrees(state[SHAFT_ANGLE] % (4.0 * math.pi))
         return (
             f"step failed at t = {state[TIME]:.6g} s, crank angle {angle:.1f} deg, {state[SHAFT_SPEED] * _RPM:.0f} "
-            f"rev/min after {MAX_HALVINGS} halvings{lost}; "
-            "use a smaller solver.step, or check pressures, clearance and oil temperature"
+            f"rev/min after {MAX_HALVINGS} halvings: {cause}{lost}; {remedy}"
         )
 
 
@@ -360,6 +364,7 @@ def communication_step(speed: float, step: float) -> float:
     return 4.0 * math.pi / speed / math.ceil(4.0 * math.pi / step - 1.0e-9)
 
 
+# In one piece: the entry of a run, whose callers name the few choices that they make.
 def simulate(
     engine: Engine,
     body: ReducedBody,
@@ -498,22 +503,26 @@ def _run(simulation: Simulation, cycles: int, progress: Callable[[float], None] 
         if done < per_cycle:
             raise
     series, times = series[: done + 1], times[: done + 1]
-    counters, shown = simulation.work.counters, simulation.shown_outputs
-    if counters[6] > 0.0:
+    counters, locked = simulation.work.counters, not bearing_law(simulation.settings.bearings).carries
+    if counters[N_MISSED] > 0.0:
         warnings.warn(
-            f"{counters[6]:.0f} of {counters[0]:.0f} steps missed the tolerance of {simulation.settings.tolerance:g} "
-            f"at the shortest step; use a shorter solver.step, or a larger tolerance",
+            f"{counters[N_MISSED]:.0f} of {counters[N_STEPS]:.0f} steps missed the tolerance of "
+            f"{simulation.settings.tolerance:g} at the shortest step; use a shorter solver.step, or a larger tolerance",
             stacklevel=2,
         )
     return Result(
         time=times,
         angle=series[:, 0].copy(),
-        outputs={name: series[:, i].copy() for i, name in enumerate(simulation.output_names) if name in shown},
+        outputs={
+            name: series[:, i].copy()
+            for i, name in enumerate(simulation.output_names)
+            if not (locked and name.startswith(("bearing[", "thrust.", "pulley.axial")))
+        },
         counters={
-            "steps": int(counters[0]),
-            "newton_iterations": int(counters[2]),
-            "rejected_steps": int(counters[3]),
-            "missed_steps": int(counters[6]),
+            "steps": int(counters[N_STEPS]),
+            "newton_iterations": int(counters[N_ITERATIONS]),
+            "rejected_steps": int(counters[N_REJECTED]),
+            "missed_steps": int(counters[N_MISSED]),
         },
         seconds=wall,
         real_time_factor=wall / float(times[-1]),

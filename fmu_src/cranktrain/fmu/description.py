@@ -20,6 +20,7 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, bearing_levels
 from cranktrain.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
 
@@ -39,6 +40,7 @@ REGISTERS: dict[str, Callable[[], dict[str, str]]] = {
     "blocks": lambda: _titles(BLOCKS.values()),
     "pistons": lambda: _titles(PISTONS.values()),
     "dampers": lambda: _titles(DAMPERS.values()),
+    "integrators": lambda: _titles(INTEGRATORS.values()),
 }
 """Registers that interface.toml names: the names of their rows and what they are."""
 
@@ -101,7 +103,7 @@ def read_interface(folder: str | Path) -> Interface:
     """
     listed = _toml(Path(folder) / "interface.toml")
     units = _toml(Path(folder) / "units.toml")
-    keys = [*(entry.name for entry in fields(Variable) if entry.name != "reference"), "register"]
+    keys = [*(entry.name for entry in fields(Variable) if entry.name != "reference"), "register", "closed"]
     variables = []
     for entry in listed["variable"]:
         where = f"interface.toml: variable '{entry.get('name', '?')}'"
@@ -118,14 +120,18 @@ def read_interface(folder: str | Path) -> Interface:
 
 
 def _from_register(entry: dict[str, Any], where: str) -> dict[str, Any]:
-    """Entry of a variable with the names of a register behind its choices, their titles behind its description."""
-    name = entry.pop("register", None)
+    """Entry of a variable with the names of a register behind its choices, their titles behind its description.
+
+    Where the entry is not ``closed``, its value may be more than a name and has no choices.
+    """
+    name, closed = entry.pop("register", None), entry.pop("closed", True)
     if name is None:
         return entry
     if name not in REGISTERS:
         raise InputError(f"{where}: register '{name}' does not exist; {nearest(name, REGISTERS)}")
     rows = REGISTERS[name]()
-    entry["choices"] += tuple(rows)
+    if closed:
+        entry["choices"] += tuple(rows)
     entry["description"] += "".join(f"; {row}: {title}" for row, title in rows.items())
     return entry
 

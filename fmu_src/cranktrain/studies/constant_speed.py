@@ -16,7 +16,7 @@ from cranktrain.assembly import Assembly, assemble, checked
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics import simulation
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.time.integrator_tables import integrator_table
+from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.dynamics.warm_films import TEMPERATURES, check_level
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine

@@ -250,9 +250,11 @@ def _speeds(document: Mapping[str, Any]) -> tuple[float, ...]:
 
 def running_outputs(engine: Engine) -> tuple[str, ...]:
     """Names of all outputs of an engine's running model, those of the solver left out."""
-    from cranktrain.dynamics.outputs.register import output_counts, output_names
+    from cranktrain.dynamics.outputs.observe import output_names
 
-    return tuple(name for name in output_names(output_counts(engine)) if not name.startswith("solver."))
+    mounts = len(engine.mounts.x) if engine.mounts is not None else 0
+    names = output_names(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts)
+    return tuple(name for name in names if not name.startswith("solver."))
 
 
 def scene_outputs(engine: Engine, wanted: list[str]) -> tuple[tuple[str, ...], bool]:
@@ -342,7 +344,7 @@ def _check_frequency(scene: Scene) -> None:
 def _check_levels(scene: Scene) -> None:
     """Refuse levels that do not exist, do not fit the engine, or cannot answer what is wanted."""
     from cranktrain.dynamics.model.settings import Settings, check_levels, resolved
-    from cranktrain.dynamics.time.integrator_tables import integrator_table
+    from cranktrain.dynamics.time.integrators import integrator_table
 
     rollers = scene.engine.main_roller is not None
     if scene.crank is not None and scene.crank not in CRANKS:

@@ -14,7 +14,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model.block import BlockArrays, block_arrays
-from cranktrain.dynamics.model.bodies import held, standing_body, with_big_ends, with_rotor
+from cranktrain.dynamics.model.bodies import locked_on_axis, stationary_body, with_big_ends, with_rotor
 from cranktrain.dynamics.model.mains import main_bearings
 from cranktrain.dynamics.model.ports import lay_ports
 from cranktrain.dynamics.model.settings import (
@@ -27,29 +27,37 @@ from cranktrain.dynamics.model.settings import (
 )
 from cranktrain.dynamics.model.slots import (
     BEST_SPEED,
+    CHOICES,
     CRANKCASE,
     DAMPER_TEMPERATURE,
     DRIVEN,
+    EMBEDDED_ORDER,
     FALLOFF,
+    FILM_CHANGE,
     FILTER,
     GAS_LOAD,
+    GAS_SOURCE,
     GRAVITY,
+    NEWTON_TOLERANCE,
+    ORDER,
     PORTS,
+    RECONSTRUCTION,
     RIGID_ROTATION,
     SCALARS,
     SHAFT_C,
     SHAFT_K,
     STEP,
+    STEP_TOLERANCE,
     TURNING_MODES,
 )
-from cranktrain.dynamics.time.integrator_tables import EMBEDDED, ORDERS
+from cranktrain.dynamics.time.integrators import integrator, integrator_table
 from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films, thrust_bearing
 from cranktrain.film.laws.films import MEMORY, Films
 from cranktrain.film.laws.parameters import COLUMNS
-from cranktrain.film.laws.register import BIG_END, bearing_law
+from cranktrain.film.laws.register import BIG_END, Law, bearing_law
 from cranktrain.film.table.database import FilmTable
 from cranktrain.loads.damper import PARAMETERS, damper_parameters, damper_temperature, required_damper
 from cranktrain.loads.gas_pressure import GasTrace, kinks, spline_coefficients
@@ -95,9 +103,8 @@ class ModelArrays(NamedTuple):
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
     scalars: Array  # (12,)
     kinks: Array  # (k,) angles after firing dead centre at which the built-in trace is least smooth
-    choices: Array  # (7,) gas source, reconstruction, Newton tolerance, largest change of a film over a step, tolerance
-    # of adaptive control (0: fixed steps), order of its embedded method, order of the method
-    stages: Array  # integrator table, see integrators
+    choices: Array  # (CHOICES,) see dynamics.model.slots
+    stages: Array  # the integrator's table, see dynamics.time.table
 
 
 class Dimensions(NamedTuple):
@@ -148,7 +155,6 @@ def build_model(
     settings: Settings,
     speed: float,
     gas: GasTrace,
-    stages: Array,
     parts: Parts | None = None,
     temperatures: Array | None = None,
 ) -> ModelArrays:
@@ -161,112 +167,126 @@ def build_model(
     """
     settings, parts = resolved(settings, engine), parts or Parts()
     check_levels(settings, engine)
-    flywheel, pulley = body.index("flywheel"), body.index("pulley")
+    law, big_end_law = bearing_law(settings.bearings), bearing_law(settings.big_ends)
     eta = viscosity(engine.oil, supply_temperature(engine, settings, speed))
-    flexible = settings.block == "flexible"
     journals, mains, films = main_bearings(engine, settings.bearings, eta, temperatures, parts.table, parts.bore)
-    big_ends = np.zeros((engine.n_cylinders, COLUMNS))
-    if engine.big_end_bearing is not None:
-        big_ends[:] = bearing_parameters(engine.big_end_bearing, eta)
-    pin_films = Bearings(big_ends, engine.big_end_bearing, parts={"big_end_table": parts.big_end_table})
-    law = bearing_law(settings.bearings)
-    if not law.carries:
-        body = held(body)
-    thrust = replace(engine.thrust, block_stiffness=math.inf) if flexible else engine.thrust
-    crank_modes, crank_mass, crank_centre = body.n_modes, body.mass, body.centre
-    if settings.big_ends != "rigid":
-        body = with_big_ends(body, engine)
-    damper, scalars = np.zeros(PARAMETERS), np.zeros(SCALARS)
-    if settings.damper == "fitted":
+    big_ends, floating = _big_ends(engine, big_end_law, eta, parts.big_end_table)
+    block = parts.block if settings.block == "flexible" else None
+    if settings.block == "flexible" and block is None:
+        raise InputError("block level 'flexible' needs the reduced block; make it by structure.block")
+    guided, free_big_ends, ring = settings.pistons == "guided", big_end_law.carries, settings.damper == "fitted"
+    thrust = replace(engine.thrust, block_stiffness=math.inf) if block is not None else engine.thrust
+    stationary = stationary_body(engine, block, guided)
+    turning = _turning_body(engine, body, settings)
+    ports = lay_ports(engine, turning, body.n_modes, journals, free_big_ends, ring, block, guided)
+    shapes, contiguous = turning.shapes, np.ascontiguousarray
+    flywheel, pulley = shapes[turning.index("flywheel")], shapes[turning.index("pulley")]
+    rotor = np.zeros(turning.n_modes)
+    if "rotor" in turning.interfaces:
+        rotor = shapes[turning.index("rotor"), 5]
+    damper, warmth = np.zeros(PARAMETERS), 0.0
+    if ring:
         fitted = required_damper(engine)
         warmth = settings.damper_temperature or damper_temperature(fitted, speed)
-        damper, scalars[DAMPER_TEMPERATURE] = damper_parameters(fitted, warmth), warmth
-        body = with_rotor(body, "ring", "pulley", fitted.ring_inertia)
-    driven = BOUNDARIES[settings.boundary]
-    if not driven:
-        body = with_rotor(body, "rotor", "flywheel", engine.drive_line.dynamometer_inertia)
-    if flexible and parts.block is None:
-        raise InputError("block level 'flexible' needs the reduced block; make it by structure.block")
-    block = parts.block if flexible else None
-    standing = standing_body(engine, block, settings.pistons == "guided")
-    ports = lay_ports(
-        engine, body, crank_modes, journals,
-        free_big_ends=settings.big_ends != "rigid", ring=settings.damper == "fitted",
-        block=block, pistons=settings.pistons == "guided",
-    )  # fmt: skip
-    shapes = body.shapes
-    n_standing = standing.n_modes if standing is not None else 0
-    rotor = np.zeros(body.n_modes) if driven else shapes[body.index("rotor"), 5]
-    scalars[GRAVITY] = settings.gravity
-    scalars[CRANKCASE] = settings.crankcase_pressure
-    scalars[GAS_LOAD] = settings.gas_load
-    scalars[BEST_SPEED] = gas.best_speed
-    scalars[FALLOFF] = gas.falloff
-    scalars[SHAFT_K] = engine.drive_line.stiffness
-    scalars[SHAFT_C] = engine.drive_line.damping
-    tau = engine.drive_line.speed_filter_time
-    scalars[FILTER] = 1.0 / tau if tau > 0.0 else 0.0
-    scalars[RIGID_ROTATION] = shapes[pulley, 5, 5]
-    scalars[STEP] = settings.step
-    scalars[DRIVEN] = driven
-    rise = gas.fired - gas.motored
-    contiguous = np.ascontiguousarray
-    omega = np.concatenate((body.omega, standing.omega if standing is not None else np.zeros(0)))
-    still_damping = np.zeros(n_standing)
-    if engine.block is not None and standing is not None:
-        still_damping = 2.0 * engine.block.damping_ratio * standing.omega
-    translation = np.zeros((3, n_standing)) if standing is None else standing.translation
-    tilts = np.zeros((0, body.n_modes))
-    if len(mains):
-        tilts = np.concatenate([shapes[body.index(f"main[{i + 1}]"), 3:5] for i in range(len(mains))])
-    pins = [body.positions[body.index(f"pin[{pin}]"), :2] for pin in engine.cylinders.pins]
+        damper = damper_parameters(fitted, warmth)
+    tilted = [turning.index(f"main[{i + 1}]") for i in range(len(mains))]
+    pins = [turning.index(f"pin[{pin}]") for pin in engine.cylinders.pins]
     return ModelArrays(
-        omega2=contiguous(omega**2),
-        damping=np.concatenate((structural_damping(engine, body), still_damping)),
-        gyroscopic=contiguous(body.gyroscopic.T),
-        spin=contiguous((body.stress_stiffness - body.centrifugal).T),
-        centrifugal_load=contiguous(body.centrifugal_load),
-        euler_load=contiguous(body.euler_load),
-        gravity=np.concatenate((body.translation, translation), axis=1),
+        omega2=contiguous(np.concatenate((turning.omega, stationary.omega)) ** 2),
+        damping=np.concatenate((structural_damping(engine, turning), _stationary_damping(engine, stationary))),
+        gyroscopic=contiguous(turning.gyroscopic.T),
+        spin=contiguous((turning.stress_stiffness - turning.centrifugal).T),
+        centrifugal_load=contiguous(turning.centrifugal_load),
+        euler_load=contiguous(turning.euler_load),
+        gravity=np.concatenate((turning.translation, stationary.translation), axis=1),
         ports=ports.turning,
         ports_transposed=contiguous(ports.turning.T),
         block_ports=ports.block,
         block_ports_transposed=contiguous(ports.block.T),
         pairs=ports.pairs,
         axial=ports.axial,
-        shaft=contiguous(shapes[flywheel, 5] - rotor),
+        shaft=contiguous(flywheel[5] - rotor),
         rotor=contiguous(rotor),
-        block=block_arrays(engine, standing, block, crank_mass, crank_centre, settings.gravity),
-        ends=contiguous(np.array([shapes[flywheel, 5], shapes[pulley, 5], shapes[pulley, 2]])),
-        tilts=contiguous(tilts),
+        block=block_arrays(engine, stationary, block, body.mass, body.centre, settings.gravity),
+        ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2]])),
+        tilts=contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),
         bearings=mains,
         thrust=thrust_bearing(thrust, eta, law.clearance, journals.tilted),
-        pins=contiguous(pins),
+        pins=contiguous(turning.positions[pins, :2]),
         big_ends=big_ends,
-        floating=law_films(bearing_law(settings.big_ends), BIG_END, pin_films),
+        floating=floating,
         connections=ports.connections,
         scales=ports.scales,
         layout=ports.layout,
         damper=damper,
-        cylinders=cylinder_parameters(engine, settings.big_ends != "rigid"),
-        gas=contiguous(np.array([spline_coefficients(gas.motored), spline_coefficients(rise)])),
+        cylinders=cylinder_parameters(engine, free_big_ends),
+        gas=contiguous(np.array([spline_coefficients(gas.motored), spline_coefficients(gas.fired - gas.motored)])),
         films=films,
-        scalars=scalars,
+        scalars=_scalars(engine, settings, gas, float(pulley[5, 5]), warmth),
         kinks=kinks(gas.fired),
-        choices=np.array(
-            [
-                float(GAS_SOURCES[settings.gas_source]),
-                float(RECONSTRUCTIONS[settings.reconstruction]),
-                settings.newton_tolerance,
-                settings.film_change,
-                settings.tolerance if settings.control == "adaptive" else 0.0,
-                EMBEDDED.get(settings.integrator.partition(":")[0], 0),
-                max(2, ORDERS[settings.integrator.partition(":")[0]]),
-            ],
-            dtype=np.float64,
-        ),
-        stages=contiguous(stages),
+        choices=_choices(settings),
+        stages=integrator_table(settings.integrator),
     )
+
+
+def _turning_body(engine: Engine, body: ReducedBody, settings: Settings) -> ReducedBody:
+    """Crankshaft ``body`` with all that turns with it: free big ends, the damper's ring, the dynamometer's rotor."""
+    if not bearing_law(settings.bearings).carries:
+        body = locked_on_axis(body)
+    if bearing_law(settings.big_ends).carries:
+        body = with_big_ends(body, engine)
+    if settings.damper == "fitted":
+        body = with_rotor(body, "ring", "pulley", required_damper(engine).ring_inertia)
+    if not BOUNDARIES[settings.boundary]:
+        body = with_rotor(body, "rotor", "flywheel", engine.drive_line.dynamometer_inertia)
+    return body
+
+
+def _big_ends(engine: Engine, law: Law, eta: float, table: FilmTable | None) -> tuple[Array, Films]:
+    """Parameters (c, COLUMNS) of the big ends' films, zero where there are none, and their law."""
+    parameters = np.zeros((engine.n_cylinders, COLUMNS))
+    if engine.big_end_bearing is not None:
+        parameters[:] = bearing_parameters(engine.big_end_bearing, eta)
+    bearings = Bearings(parameters, engine.big_end_bearing, parts={"big_end_table": table})
+    return parameters, law_films(law, BIG_END, bearings)
+
+
+def _stationary_damping(engine: Engine, body: ReducedBody) -> Array:
+    """Damping of each mode of block and pistons, (n_s,) 1/s."""
+    return np.asarray(2.0 * (engine.block.damping_ratio if engine.block is not None else 0.0) * body.omega)
+
+
+def _scalars(engine: Engine, settings: Settings, gas: GasTrace, rotation: float, warmth: float) -> Array:
+    """Scalars of the model; ``rotation`` is the crank's per amplitude of its rigid mode, ``warmth`` the damper's, K."""
+    line = engine.drive_line
+    scalars = np.zeros(SCALARS)
+    scalars[GRAVITY] = settings.gravity
+    scalars[CRANKCASE] = settings.crankcase_pressure
+    scalars[GAS_LOAD] = settings.gas_load
+    scalars[BEST_SPEED] = gas.best_speed
+    scalars[FALLOFF] = gas.falloff
+    scalars[SHAFT_K] = line.stiffness
+    scalars[SHAFT_C] = line.damping
+    scalars[FILTER] = 1.0 / line.speed_filter_time if line.speed_filter_time > 0.0 else 0.0
+    scalars[RIGID_ROTATION] = rotation
+    scalars[STEP] = settings.step
+    scalars[DRIVEN] = BOUNDARIES[settings.boundary]
+    scalars[DAMPER_TEMPERATURE] = warmth
+    return scalars
+
+
+def _choices(settings: Settings) -> Array:
+    """Numbers of what ``settings``, with nothing left open, choose."""
+    method = integrator(settings.integrator)
+    choices = np.zeros(CHOICES)
+    choices[GAS_SOURCE] = GAS_SOURCES[settings.gas_source]
+    choices[RECONSTRUCTION] = RECONSTRUCTIONS[settings.reconstruction]
+    choices[NEWTON_TOLERANCE] = settings.newton_tolerance
+    choices[FILM_CHANGE] = settings.film_change
+    choices[STEP_TOLERANCE] = settings.tolerance if settings.control == "adaptive" else 0.0
+    choices[EMBEDDED_ORDER] = method.embedded
+    choices[ORDER] = max(2, method.order)
+    return choices
 
 
 def supply_temperature(engine: Engine, settings: Settings, speed: float) -> float:

@@ -1,6 +1,6 @@
 """The block on its mounts, and the pistons in it, as arrays of the running model.
 
-Mounts are linear and stand still, so their stiffness and damping are part of the linear system of what stands. The
+Mounts are linear and stationary, so their stiffness and damping are part of the stationary bodies' linear system. The
 engine's place at rest is the one that it has under its own weight: each mount is preloaded with its share of it.
 """
 
@@ -20,7 +20,7 @@ DIRECTIONS = 6
 
 
 class BlockArrays(NamedTuple):
-    """What the running model knows of the block and the pistons; n_s standing modes, n_b the block's, j mounts."""
+    """What the running model knows of the block and the pistons; n_s stationary modes, n_b the block's, j mounts."""
 
     stiffness: Array  # (n_b, n_b) of the mounts
     damping: Array  # (n_b, n_b) of the mounts
@@ -37,17 +37,17 @@ class BlockArrays(NamedTuple):
 
 
 def block_arrays(
-    engine: Engine, standing: ReducedBody | None, block: ReducedBody | None, crank_mass: float, crank_centre: Array,
+    engine: Engine, stationary: ReducedBody, block: ReducedBody | None, crank_mass: float, crank_centre: Array,
     gravity: float,
 ) -> BlockArrays:  # fmt: skip
-    """Gather the block's arrays; ``standing`` holds its modes, then those of guided pistons.
+    """Gather the block's arrays; ``stationary`` holds its modes, then those of guided pistons.
 
     Raises
     ------
     InputError
         a flexible block without mounts
     """
-    n = standing.n_modes if standing is not None else 0
+    n = stationary.n_modes
     count = engine.n_cylinders
     z = np.zeros
     guidance: Array = z(10)
@@ -57,7 +57,7 @@ def block_arrays(
         mass = piston_mass_matrix(engine.piston_guidance, engine.cylinders.piston_mass, engine.rod.small_end_mass)
         shape[:] = piston_modes(mass)
     liners = np.tile([1.0, -1.0], (count, 1))
-    if standing is None or block is None:
+    if block is None:
         # A piston on rigid ground needs no liner: any two heights serve, their displacement is 0.
         return BlockArrays(
             z((0, 0)), z((0, 0)), z(n), z((count, n)), liners, z((0, n)), z((0, 3)), z(n), z((DIRECTIONS, n)),
@@ -68,11 +68,11 @@ def block_arrays(
     heads = z((count, n))
     for k in range(count):
         _, along = cylinder_axes(engine.cylinders.bank_angles[k])
-        heads[k] = along @ standing.shapes[standing.index(f"head[{k + 1}]"), :3]
+        heads[k] = along @ stationary.shapes[stationary.index(f"head[{k + 1}]"), :3]
         for column, end in enumerate(("upper", "lower")):
-            liners[k, column] = along @ standing.positions[standing.index(f"liner[{k + 1}].{end}")]
-    rows = [standing.index(f"mount[{k + 1}]") for k in range(len(engine.mounts.x))]
-    mounts = standing.shapes[rows].reshape(-1, n)
+            liners[k, column] = along @ stationary.positions[stationary.index(f"liner[{k + 1}].{end}")]
+    rows = [stationary.index(f"mount[{k + 1}]") for k in range(len(engine.mounts.x))]
+    mounts = stationary.shapes[rows].reshape(-1, n)
     stiffness, damping = np.ravel(engine.mounts.stiffness), np.ravel(engine.mounts.damping)
     origin = z((DIRECTIONS, n))
     origin[:, :DIRECTIONS] = rigid_coordinates(block)
@@ -88,7 +88,7 @@ def block_arrays(
         liners=liners,
         mounts=np.ascontiguousarray(mounts),
         mount_laws=np.ascontiguousarray(np.stack((stiffness, damping, preload), axis=1)),
-        cover=np.ascontiguousarray(standing.shapes[standing.index("cover"), 1]),
+        cover=np.ascontiguousarray(stationary.shapes[stationary.index("cover"), 1]),
         motion=motion,
         guidance=guidance,
         piston_shape=shape,

@@ -1,4 +1,4 @@
-"""What moves: the bodies of a run, gathered into one that turns with the crank's frame and one that stands.
+"""What moves: the bodies of a run, gathered into one that turns with the crank's frame and one that is stationary.
 
 Both are :class:`~cranktrain.core.reduced_body.ReducedBody`. To the crankshaft come free big ends (point masses in the
 plane, whose displacement from the undeformed pin is exact at any angle), the damper's ring and the dynamometer's rotor
@@ -57,10 +57,10 @@ def bends(body: ReducedBody) -> bool:
     return bool(bending > BENDING * np.abs(body.shapes[:, 5]).max())
 
 
-def held(body: ReducedBody) -> ReducedBody:
-    """The body when bearings hold its axis where it is: of its rigid motions only that about the axis is left.
+def locked_on_axis(body: ReducedBody) -> ReducedBody:
+    """The body with its journals locked on their axis: of its rigid motions only that about the axis is left.
 
-    ``InputError`` for a body that bends, which would hang in nothing.
+    ``InputError`` for a body that bends, which nothing would carry.
     """
     n = body.n_modes
     if bends(body):
@@ -91,10 +91,10 @@ def with_rotor(body: ReducedBody, name: str, at: str, inertia: float) -> Reduced
     return _appended(body, (name,), place, shapes, euler_load=np.array([math.sqrt(inertia)]))
 
 
-def standing_body(engine: Engine, block: ReducedBody | None, guided: bool) -> ReducedBody | None:
-    """What stands: block, pistons, both or nothing; ``InputError`` where the engine does not say how pistons run."""
+def stationary_body(engine: Engine, block: ReducedBody | None, guided: bool) -> ReducedBody:
+    """Block, pistons, both or nothing; ``InputError`` where the engine does not say how pistons run."""
     if not guided:
-        return block
+        return block or _nothing()
     guidance, count = engine.piston_guidance, engine.n_cylinders
     if guidance is None:
         raise InputError(f"engine '{engine.name}' has no [piston_guidance]")

@@ -1,7 +1,7 @@
 """Ports: the components of motion at which force laws act, and which law couples which of them.
 
 Bodies fall into two groups: those that turn with the crank's frame (crankshaft, free big ends, damper ring,
-dynamometer) and those that stand (block, pistons). Turning ports, in axes of the frame, come in this order:
+dynamometer) and stationary ones (block, pistons). Turning ports, in axes of the frame, come in this order:
 
 1. x and y of each main journal,
 2. z of the thrust collar,
@@ -12,8 +12,8 @@ dynamometer) and those that stand (block, pistons). Turning ports, in axes of th
 6. the pulley's rotation against the damper ring's, where there is one,
 7. z-rotation of each pin under its rod, z-rotation of each main journal.
 
-All but the last group are unknowns of a stage's Newton iteration. Where journals are held a pin can but turn about the
-axis: its rotation takes the place of its x and y. Standing ports follow, in axes at rest:
+All but the last group are unknowns of a stage's Newton iteration. Where journals are locked on their axis a pin can but
+turn about it: its rotation takes the place of its x and y. Stationary ports follow, in axes at rest:
 
 1. with a flexible block: x and y of each main bore, z of the thrust faces, the bores' ends and the thrust faces'
    rotations where films feel tilt, then z-rotation of each main bore, and of each liner its displacement across its
@@ -21,8 +21,8 @@ axis: its rotation takes the place of its x and y. Standing ports follow, in axe
 2. with guided pistons: displacement across the cylinder and rotation of each piston at the height of its pin.
 
 A *connection* is one force law with the Newton ports it couples; connections come as main journals, crank pins (or the
-films of the big ends), thrust bearing, rods of free big ends, damper. Laws between a turning and a standing body act on
-the *relative* motion of their ports, see :mod:`cranktrain.dynamics.motion.relative`.
+films of the big ends), thrust bearing, rods of free big ends, damper. Laws between a turning and a stationary body act
+on the *relative* motion of their ports, see :mod:`cranktrain.dynamics.motion.relative`.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Ports(NamedTuple):
     block: Array
     connections: Array  # (k, 5) number of Newton ports that each law couples, then those ports
     scales: Array  # (n_newton,)
-    pairs: Array  # (r, 2) turning and standing port of each x that a law takes relatively; y follows
+    pairs: Array  # (r, 2) turning and stationary port of each x that a law takes relatively; y follows
     axial: Array  # (0 or 1, 2) likewise along the axis
     layout: Array
 
@@ -60,7 +60,7 @@ class Ports(NamedTuple):
 class MainJournals(NamedTuple):
     """What the layout needs of the main bearings: half the width over which tilt counts and the scale of motion, m.
 
-    Journals that are held have no bearing: b is 0.
+    Journals that are locked on their axis have no bearing: b is 0.
     """
 
     half_widths: Array  # (b,)
@@ -157,7 +157,7 @@ def pin_shapes(engine: Engine, body: ReducedBody, cylinder: int) -> Array:
 
 
 def cylinder_axes(angle: float) -> tuple[Array, Array]:
-    """Unit vectors across and along a cylinder whose bank stands at ``angle``, in axes at rest, (3,) each."""
+    """Unit vectors across and along a cylinder whose bank is at ``angle``, in axes at rest, (3,) each."""
     cos, sin = math.cos(angle), math.sin(angle)
     return np.array([cos, sin, 0.0]), np.array([-sin, cos, 0.0])
 

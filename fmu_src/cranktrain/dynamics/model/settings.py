@@ -9,7 +9,7 @@ from typing import Any
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.model.mains import check_mains, mains_kind
 from cranktrain.dynamics.model.slots import AMBIENT
-from cranktrain.dynamics.time.integrator_tables import EMBEDDED, amplification, integrator_table
+from cranktrain.dynamics.time.integrators import INTEGRATORS, amplification, integrator
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_levels, usual_level
 from cranktrain.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
@@ -111,12 +111,10 @@ def check_levels(settings: Settings, engine: Engine) -> None:
     if not bearing_law(settings.bearings).carries:
         _check_locked(settings)
     if settings.control == "adaptive":
-        base = settings.integrator.partition(":")[0]
-        integrator_table(settings.integrator)
-        if base not in EMBEDDED:
+        if not integrator(settings.integrator).embedded:
             raise InputError(
                 f"integrator '{settings.integrator}' has no error estimate, which adaptive control needs; "
-                f"use one of {', '.join(EMBEDDED)}"
+                f"use one of {', '.join(row.name for row in INTEGRATORS.values() if row.embedded)}"
             )
         if not 1.0e-10 <= settings.tolerance <= 1.0:
             raise InputError(f"tolerance of adaptive control must be 1e-10 to 1, got {settings.tolerance:g}")

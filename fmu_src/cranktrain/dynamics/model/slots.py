@@ -27,10 +27,10 @@ COUPLED, FIRST = 0, 1
 # the block as a whole, (rad/s)², while a run's start is sought.
 THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, BLOCK_RESTRAINT, FRAME_SIZE = range(11)
 # Rows of ``Work.port``: the ports' u, u̇, ü and forces at a stage, the stage's Q and V at the ports, u without forces,
-# the step of an iteration, u before it; u, u̇, ü at the state; the series behind a guess, the guess; the relative motion
-# d, ḋ that the last evaluation of forces or the state gave.
-U, UD, UDD, FORCES, U_Q, U_V, U_FREE, U_STEP = range(8)
-U_BEFORE, STATE_U, STATE_UD, STATE_UDD, SERIES, GUESS, RELATIVE, RELATIVE_RATE, PORT_VECTORS = range(9, 18)
+# the step of an iteration, what a step differs from its embedded solution, u before an iteration; u, u̇, ü at the state;
+# the series behind a guess, the guess; the relative motion d, ḋ that the last evaluation of forces or the state gave.
+U, UD, UDD, FORCES, U_Q, U_V, U_FREE, U_STEP, U_DIFFERENCE, U_BEFORE = range(10)
+STATE_U, STATE_UD, STATE_UDD, SERIES, GUESS, RELATIVE, RELATIVE_RATE, PORT_VECTORS = range(10, 18)
 # Rows of ``Work.modal``: memory of a factorisation, vectors of a stage, its Q and V, what a step of Newmark's form
 # knows beforehand, and the step's difference from its embedded solution.
 PIVOTS, COLUMN, BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MODAL_VECTORS = range(11)
@@ -38,6 +38,10 @@ PIVOTS, COLUMN, BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MOD
 N_STEPS, N_STAGES, N_ITERATIONS, N_REJECTED, N_FACTORS, WORST_RESIDUAL, N_MISSED, COUNTERS = range(8)
 # Columns of ``Work.key``: step and speed that factors were made for.
 KEY_STEP, KEY_SPEED, KEYS = range(3)
+# ``Work.family``.
+STEP_KERNEL, DIFFERENCE_KERNEL = range(2)
+ROTATION = 5
+"""Rotation about the crank's axis: component of motion of an interface, and mode of the rigid crank."""
 FACTOR_SLOTS = 7
 """Step sizes whose factors are kept at once: the whole step, its half, quarter, … ."""
 AMBIENT = 101325.0

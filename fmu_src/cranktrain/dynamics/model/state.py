@@ -21,6 +21,8 @@ ONLINE_FILMS = 15
 # the pulley's torsion and axial motion, to which their errors are relative.
 HALVINGS, STEP_ERROR = 16, 17
 OUTPUT_MEAN, OUTPUT_VARIANCE = 18, 20
+METHOD = 22
+"""Mark of the integrator, whose blocks mean nothing to another; 0 where none is given."""
 HEADER = 24
 MAX_INPUTS = 32
 """Room for one speed and the pressures of up to 31 cylinders, at two communication points."""

@@ -88,8 +88,8 @@ def leaning(model: ModelArrays, start: Start) -> tuple[Array, Array]:
     modes, b = shapes.shape[1], model.bearings.shape[0]
     rotations = int(model.layout[BORE_ROTATIONS]) - model.ports.shape[0]
     load = -shapes[rotations : rotations + b].mean(axis=0)
-    held = np.diag(model.omega2[turning : turning + modes]) + model.block.stiffness
-    place = np.linalg.solve(held, start.torque * load)
+    supported = np.diag(model.omega2[turning : turning + modes]) + model.block.stiffness
+    place = np.linalg.solve(supported, start.torque * load)
     rate = np.zeros(modes)
     stiffness, damping = model.block.stiffness[:6, :6], model.block.damping[:6, :6]
     for torque, omega in zip(start.spectrum[:ORDERS], start.omega[:ORDERS], strict=True):

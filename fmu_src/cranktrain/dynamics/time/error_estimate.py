@@ -1,20 +1,26 @@
 """Error of a step in the outputs that matter, and events at which a long step would miss what happens.
 
-The estimate is the difference from the integrator's embedded solution, or for methods of Newmark's form that from
-constant acceleration: of the pulley's torsion and axial motion over the RMS of their alternating part, as a cycle's
-exponentially fading memory knows it, and of each journal and the thrust collar over their clearance. A method that has
-no estimate cannot adapt its step.
+The estimate is the difference from the integrator's embedded solution: of the pulley's torsion and axial motion over
+the RMS of their alternating part, as a cycle's exponentially fading memory knows it, and of each journal and the thrust
+collar over their clearance. A method that has no estimate cannot adapt its step.
 """
 
 from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.slots import TURNING_MODES
+from cranktrain.core.kernel import call_kernel, kernel
+from cranktrain.dynamics.model.slots import (
+    DIFFERENCE,
+    DIFFERENCE_KERNEL,
+    RELATIVE,
+    RELATIVE_RATE,
+    STEP_TOLERANCE,
+    TURNING_MODES,
+    U_DIFFERENCE,
+)
 from cranktrain.dynamics.model.state import OUTPUT_MEAN, OUTPUT_VARIANCE, POSITION, SHAFT_SPEED, offset
 from cranktrain.dynamics.motion.equations import trace_angle
-from cranktrain.dynamics.time.integrator_tables import DIRK
 from cranktrain.film.laws.films import CLOSES, CONTACT
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT
 
@@ -24,35 +30,19 @@ LEAST_TORSION, LEAST_AXIAL = 1.0e-6, 1.0e-8
 
 @kernel
 def step_error(model, work, state, h):
-    """Estimated error of the step just taken, in units of the tolerance ``model.choices[4]``."""
-    table = model.stages
-    turning = int(model.layout[TURNING_MODES])
-    stages = int(table[0, 1])
-    newmark = table[0, 0] != DIRK
+    """Estimated error of the step just taken, in units of the tolerance of adaptive control."""
+    call_kernel(work.family[DIFFERENCE_KERNEL], (model, work, h))  # type: ignore[call-arg]
     worst = 0.0
     for j in range(2):
         change = 0.0
-        for i in range(turning):
-            move = 0.0
-            if newmark:
-                move = work.modal[9, i]
-            else:
-                for s in range(stages):
-                    move += h * table[1 + stages, s] * work.stage[s, 1, i]
-            change += model.ends[1 + j, i] * move
+        for i in range(int(model.layout[TURNING_MODES])):
+            change += model.ends[1 + j, i] * work.modal[DIFFERENCE, i]
         least = LEAST_TORSION if j == 0 else LEAST_AXIAL
         size = max(least, math.sqrt(max(0.0, state[OUTPUT_VARIANCE + j])))
         worst = max(worst, abs(change) / size)
     for k in range(2 * model.bearings.shape[0] + 1):
-        change = 0.0
-        if newmark:
-            for i in range(turning):
-                change += model.ports[k, i] * work.modal[9, i]
-        else:
-            for s in range(stages):
-                change += h * table[1 + stages, s] * work.known[s, 1, k]
-        worst = max(worst, abs(change) / model.scales[k])
-    return worst / model.choices[4]
+        worst = max(worst, abs(work.port[U_DIFFERENCE, k]) / model.scales[k])
+    return worst / model.choices[STEP_TOLERANCE]
 
 
 @kernel
@@ -73,7 +63,7 @@ def remember_outputs(model, state, h):
 def event_within(model, work, state, builtin, angle, turn, h):
     """Whether a kink of the gas trace, a film's contact or the thrust collar's change of side lies ahead within h.
 
-    The frame turns from ``angle`` by ``turn`` meanwhile; ports stand in ``work.port[15:17]``.
+    The frame turns from ``angle`` by ``turn`` meanwhile; ports are in ``work.port[RELATIVE]`` and the row after it.
     """
     if builtin:
         for c in range(model.cylinders.shape[0]):
@@ -83,8 +73,8 @@ def event_within(model, work, state, builtin, angle, turn, h):
                 ahead -= 4.0 * math.pi * math.floor(ahead / (4.0 * math.pi))
                 if 0.0 < ahead < turn:
                     return True
-    u = work.port[15]
-    ud = work.port[16]
+    u = work.port[RELATIVE]
+    ud = work.port[RELATIVE_RATE]
     b = model.bearings.shape[0]
     if model.films.traits[CONTACT] > 0.0:
         for i in range(b):

@@ -1,198 +1,186 @@
-"""One step of an integrator, stage by stage; the methods are tables of coefficients."""
+"""The register of integrators: one row a method, one row a family of methods that share a step.
+
+Command line, FMU interface and studies read their lists of integrators here. A method of a known family is one row with
+its coefficients; a family is a file with its kernels and one row more.
+"""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from zlib import crc32
 
-from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.slots import OMEGA, PORTS
-from cranktrain.dynamics.model.state import (
-    ACCELERATION,
-    AUXILIARY,
-    HISTORY,
-    OMEGA_REFERENCE,
-    POSITION,
-    VELOCITY,
-    defect_offset,
-)
-from cranktrain.dynamics.model.state import offset as state_offset
-from cranktrain.dynamics.motion.film_memory import close_stage, open_stage
-from cranktrain.dynamics.time.integrator_tables import BDF2, DIRK, GENERALISED_ALPHA
-from cranktrain.dynamics.time.stage import DIVERGED, OK, solve_stage, to_ports
+import numpy as np
 
-REFERENCE_TURN = math.radians(3.0)
-"""Step of crank angle at which the Newton tolerance is meant."""
-SLOW = 60.0
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.named import Named
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.state import ACCELERATION, AUXILIARY, HISTORY, POSITION, VELOCITY
+from cranktrain.dynamics.time import tableaux
+from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FAMILY, FIRST_STAGE, HEAD, NODE, STAGES
 
 
-@kernel
-def coefficients(table, h):
-    """c_q and c_v of the method's implicit stages for step h."""
-    if table[0, 0] == GENERALISED_ALPHA:
-        kappa = (1.0 - table[0, 5]) / (1.0 - table[0, 4])
-        return table[0, 6] * kappa * h * h, table[0, 7] * kappa * h
-    gamma = table[0, 2]
-    return gamma * gamma * h * h, gamma * h
+@dataclass(frozen=True)
+class Family:
+    """Methods that share their kernels.
 
-
-@kernel
-def guess_ports(model, work, state, stage, h, guess):
-    """Guess the ports at a stage: Taylor's series from the nearest time that is known, the step's start or a stage.
-
-    What the series missed at the same stage of the last step is added.
+    Attributes
+    ----------
+    name : of the family
+    step : kernel ``step(model, work, state, slot, h) -> status``, or where it is. It advances the modal motion in
+        ``state`` by h with the factors in ``slot``, see :mod:`cranktrain.dynamics.time.step`; on failure the caller
+        restores the state
+    difference : kernel ``difference(model, work, h) -> 0`` that fills ``work.modal[DIFFERENCE]`` and
+        ``work.port[U_DIFFERENCE]`` with what the step differs from its embedded solution; empty where none has one
+    carried : blocks of the state that a step reads besides what every step leaves there, each with its power of 1/s
     """
-    table = model.stages
-    last = table.shape[1] - 1
-    time = table[1 + stage, last]
-    nearest = -1
-    distance = time
-    for s in range(stage):
-        if abs(time - table[1 + s, last]) < abs(distance) and (s > 0 or table[0, 3] == 0.0):
-            distance = time - table[1 + s, last]
-            nearest = s
-    tau = distance * h
-    m = int(model.layout[PORTS])
-    o = defect_offset(model.omega2.shape[0]) + stage * m
-    for k in range(m):
-        if nearest < 0:
-            series = work.port[10, k] + tau * (work.port[11, k] + 0.5 * tau * work.port[12, k])
-        else:
-            series = work.known[nearest, 0, k] + tau * (
-                work.known[nearest, 1, k] + 0.5 * tau * work.known[nearest, 2, k]
-            )
-        work.port[13, k] = series
-        guess[k] = series + state[o + k]
+
+    name: str
+    step: Named
+    difference: Named = ""
+    carried: tuple[tuple[int, int], ...] = ((POSITION, 0), (VELOCITY, 1))
 
 
-@kernel
-def keep_ports(model, work, state, stage):
-    """Keep the ports of a solved stage, and what the series missed, for the guesses to come."""
-    m = int(model.layout[PORTS])
-    o = defect_offset(model.omega2.shape[0]) + stage * m
-    for k in range(m):
-        work.known[stage, 0, k] = work.port[0, k]
-        work.known[stage, 1, k] = work.port[1, k]
-        work.known[stage, 2, k] = work.port[2, k]
-        state[o + k] = work.port[0, k] - work.port[13, k]
+@dataclass(frozen=True)
+class Parameter:
+    """What a method's name may give after a colon; bounds included."""
+
+    name: str
+    default: float
+    least: float
+    most: float
 
 
-@kernel
-def integrate_step(model, work, state, level, h, frames, pressures):
-    """Advance modal position, velocity and accelerations in ``state`` by one step h; returns a stage status.
+@dataclass(frozen=True)
+class Integrator:
+    """One method.
 
-    ``frames[i]`` and ``pressures[i]`` belong to stage i. The state is touched only when the step succeeds.
+    Attributes
+    ----------
+    name : of the method
+    title : one line for users
+    family : name of its family
+    order : of its solution
+    coefficients : its table (rows, WIDTH), see :mod:`cranktrain.dynamics.time.table`; called with the parameter's value
+        where there is one
+    embedded : order of the second solution, whose difference estimates the error of a step; 0: none. Of methods of
+        Newmark's form it is that of constant acceleration (Zienkiewicz & Xie 1991)
+    parameter : what its name may give
     """
-    table = model.stages
-    n = model.omega2.shape[0]
-    stages = int(table[0, 1])
-    last = table.shape[1] - 1
-    c_q, c_v = coefficients(table, h)
-    omega_0 = state[OMEGA_REFERENCE]
-    # Ports are found as much more exactly at shorter steps as the method's own error falls.
-    turn = min(1.0, h * max(frames[0, OMEGA], SLOW) / REFERENCE_TURN)
-    tolerance = model.choices[2]
-    for _ in range(int(model.choices[6])):
-        tolerance *= turn
-    o_q = state_offset(POSITION, n)
-    o_v = state_offset(VELOCITY, n)
-    o_a = state_offset(ACCELERATION, n)
-    o_x = state_offset(AUXILIARY, n)
-    big_q = work.modal[6]
-    big_v = work.modal[7]
-    guess = work.port[14]
-    u_q = work.port[4]
-    u_v = work.port[5]
-    m = int(model.layout[PORTS])
-    o_b = state_offset(HISTORY, n)
-    if table[0, 0] != DIRK:
-        alpha_m = table[0, 4]
-        alpha_f = table[0, 5]
-        beta = table[0, 6]
-        gamma = table[0, 7]
-        known = work.modal[8]
-        if table[0, 0] == BDF2:
-            for i in range(n):
-                big_v[i] = (4.0 * state[o_v + i] - state[o_b + i]) / 3.0
-                big_q[i] = (4.0 * state[o_q + i] - state[o_x + i]) / 3.0 + c_v * big_v[i]
-        for i in range(n if table[0, 0] == GENERALISED_ALPHA else 0):
-            known[i] = (alpha_f * state[o_a + i] - alpha_m * state[o_x + i]) / (1.0 - alpha_m)
-            big_q[i] = state[o_q + i] + h * state[o_v + i] + h * h * ((0.5 - beta) * state[o_x + i] + beta * known[i])
-            big_v[i] = state[o_v + i] + h * ((1.0 - gamma) * state[o_x + i] + gamma * known[i])
-        to_ports(model, big_q, u_q)
-        to_ports(model, big_v, u_v)
-        guess_ports(model, work, state, 0, h, guess)
-        out = work.stage[0]
-        open_stage(model, work, 0, h, h, h)
-        status = solve_stage(
-            model, work, level, big_q, big_v, c_q, c_v, omega_0, frames[0], pressures[0], guess,
-            state[o_a : o_a + n], tolerance, state, out[0], out[1], out[2],
-        )  # fmt: skip
-        if status == OK and close_stage(model, work, frames[0]) != OK:
-            status = DIVERGED
-        if status != OK:
-            return status
-        keep_ports(model, work, state, 0)
-        if table[0, 0] == BDF2:
-            for i in range(n):
-                state[o_x + i] = state[o_q + i]
-                state[o_b + i] = state[o_v + i]
-        else:
-            kappa = (1.0 - alpha_f) / (1.0 - alpha_m)
-            for i in range(n):
-                before = state[o_x + i]
-                state[o_x + i] = kappa * out[2, i] + known[i]
-                work.modal[9, i] = (beta - 1.0 / 6.0) * h * h * (state[o_x + i] - before)
-    else:
-        gamma = table[0, 2]
-        first = 0
-        if table[0, 3] > 0.0:
-            for i in range(n):
-                work.stage[0, 0, i] = state[o_q + i]
-                work.stage[0, 1, i] = state[o_v + i]
-                work.stage[0, 2, i] = state[o_a + i]
-            for k in range(m):
-                work.known[0, 0, k] = work.port[10, k]
-                work.known[0, 1, k] = work.port[11, k]
-                work.known[0, 2, k] = work.port[12, k]
-            first = 1
-        for s in range(first, stages):
-            for i in range(n):
-                big_v[i] = state[o_v + i]
-                big_q[i] = state[o_q + i]
-            for j in range(s):
-                weight = h * table[1 + s, j]
-                for i in range(n):
-                    big_v[i] += weight * work.stage[j, 2, i]
-                    big_q[i] += weight * work.stage[j, 1, i]
-            for i in range(n):
-                big_q[i] += h * gamma * big_v[i]
-            # The ports' share follows from the ports alone, a product with the shapes less for each.
-            for k in range(m):
-                u_v[k] = work.port[11, k]
-                u_q[k] = work.port[10, k]
-            for j in range(s):
-                weight = h * table[1 + s, j]
-                for k in range(m):
-                    u_v[k] += weight * work.known[j, 2, k]
-                    u_q[k] += weight * work.known[j, 1, k]
-            for k in range(m):
-                u_q[k] += h * gamma * u_v[k]
-            guess_ports(model, work, state, s, h, guess)
-            guess_a = state[o_a : o_a + n] if s == 0 else work.stage[s - 1, 2]
-            out = work.stage[s]
-            open_stage(model, work, s, table[1 + s, last] * h, h, h * gamma)
-            status = solve_stage(
-                model, work, level, big_q, big_v, c_q, c_v, omega_0, frames[s], pressures[s], guess,
-                guess_a, tolerance, state, out[0], out[1], out[2],
-            )  # fmt: skip
-            if status == OK and close_stage(model, work, frames[s]) != OK:
-                status = DIVERGED
-            if status != OK:
-                return status
-            keep_ports(model, work, state, s)
-    out = work.stage[stages - 1]
-    for i in range(n):
-        state[o_q + i] = out[0, i]
-        state[o_v + i] = out[1, i]
-        state[o_a + i] = out[2, i]
-    return OK
+
+    name: str
+    title: str
+    family: str
+    order: int
+    coefficients: Callable[..., Array]
+    embedded: int = 0
+    parameter: Parameter | None = None
+
+
+FAMILIES: dict[str, Family] = {}
+INTEGRATORS: dict[str, Integrator] = {}
+
+
+def register_family(row: Family) -> None:
+    """Add a family."""
+    FAMILIES[row.name] = row
+
+
+def register_integrator(row: Integrator) -> None:
+    """Add a method of a family that is registered."""
+    INTEGRATORS[row.name] = row
+
+
+def integrator(name: str) -> Integrator:
+    """Row of a method, of which ``name`` may give the parameter as well; ``InputError`` where there is none."""
+    base, _, parameter = name.partition(":")
+    row = INTEGRATORS.get(base)
+    if row is None or (parameter and row.parameter is None):
+        raise InputError(f"integrator '{name}' does not exist; {nearest(base, INTEGRATORS)}")
+    return row
+
+
+def integrator_table(name: str) -> Array:
+    """Coefficients by name; ``generalised-alpha:0.8`` gives ρ∞, ``hht:-0.2`` α. ``InputError`` for what is unknown."""
+    row, given = integrator(name), name.partition(":")[2]
+    table = row.coefficients() if row.parameter is None else row.coefficients(_value(row, row.parameter, given))
+    table[HEAD, FAMILY] = list(FAMILIES).index(row.family)
+    return table
+
+
+def _value(row: Integrator, parameter: Parameter, given: str) -> float:
+    """Value of a parameter, ``given`` as text or not at all."""
+    if not given:
+        return parameter.default
+    try:
+        value = float(given)
+    except ValueError:
+        raise InputError(
+            f"integrator '{row.name}:{given}': {parameter.name} must be a number, e.g. {row.name}:{parameter.default:g}"
+        ) from None
+    if not parameter.least - 1e-12 <= value <= parameter.most:
+        raise InputError(
+            f"{row.name} needs {parameter.least:.4g} <= {parameter.name} <= {parameter.most:g}, got {value:g}; "
+            f"{parameter.default:g} is a good start"
+        )
+    return value
+
+
+def family(table: Array) -> Family:
+    """Family of a table's method."""
+    return list(FAMILIES.values())[int(table[HEAD, FAMILY])]
+
+
+def method_mark(table: Array) -> float:
+    """Number that tells a method from others, by its coefficients."""
+    return float(crc32(table.tobytes()))
+
+
+def carried(table: Array) -> tuple[tuple[int, int], ...]:
+    """Blocks of the state that a method carries from step to step, each with its power of 1/s."""
+    blocks = family(table).carried
+    return (*blocks, (ACCELERATION, 2)) if table[HEAD, EXPLICIT_FIRST] else blocks
+
+
+def amplification(name: str) -> float:
+    """How much larger than a stage's own error its share in the step may be: the table's largest coefficient, or 1."""
+    table = integrator_table(name)
+    return max(1.0, float(np.abs(table[FIRST_STAGE : FIRST_STAGE + int(table[HEAD, STAGES]), :NODE]).max()))
+
+
+def _rows() -> tuple[Integrator, ...]:
+    kutta, form = "runge-kutta", "newmark"
+    rho, alpha = Parameter("rho", 0.6, 0.0, 1.0), Parameter("alpha", -0.1, -1.0 / 3.0, 0.0)
+    t = tableaux
+    return (
+        Integrator("backward-euler", "implicit Euler", kutta, 1, t.backward_euler),
+        Integrator("trapezoidal", "trapezoidal rule", form, 2, t.trapezoidal),
+        Integrator("hht", "Hilber, Hughes and Taylor, or hht:ALPHA", form, 2, t.hht, 1, alpha),
+        Integrator(
+            "generalised-alpha", "spectral radius 0.6, or generalised-alpha:RHO", form, 2, t.generalised_alpha, 1, rho
+        ),
+        Integrator("bdf2", "two-step backward differences", "bdf2", 2, t.bdf2),
+        Integrator("tr-bdf2", "TR-BDF2, first stage explicit", kutta, 2, t.tr_bdf2),
+        Integrator("sdirk2", "L-stable, two stages", kutta, 2, t.sdirk2),
+        Integrator("sdirk3", "L-stable, three stages", kutta, 3, t.sdirk3),
+        Integrator("sdirk4", "L-stable, five stages, with error estimate", kutta, 4, t.sdirk4, 3),
+        Integrator("esdirk3", "L-stable, first stage explicit, with error estimate", kutta, 3, t.esdirk3, 2),
+        Integrator("esdirk4", "L-stable, first stage explicit, with error estimate", kutta, 4, t.esdirk4, 3),
+        Integrator("esdirk5", "L-stable, first stage explicit, with error estimate", kutta, 5, t.esdirk5, 4),
+    )
+
+
+_HERE = "cranktrain.dynamics.time"
+_MOTION = ((POSITION, 0), (VELOCITY, 1))
+
+for _family in (
+    Family("runge-kutta", f"{_HERE}.runge_kutta:runge_kutta_step", f"{_HERE}.runge_kutta:runge_kutta_difference"),
+    Family(
+        "newmark", f"{_HERE}.newmark:newmark_step", f"{_HERE}.newmark:newmark_difference",
+        (*_MOTION, (ACCELERATION, 2), (AUXILIARY, 2)),
+    ),
+    Family("bdf2", f"{_HERE}.bdf2:bdf2_step", "", (*_MOTION, (AUXILIARY, 0), (HISTORY, 1))),
+):  # fmt: skip
+    register_family(_family)
+for _integrator in _rows():
+    register_integrator(_integrator)

@@ -8,13 +8,46 @@ linearised forces, whose error the contraction estimate bounds.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.slots import COS, OMEGA_DOT, PISTONS, PORTS, RODS, SHAFT_C, SIN, TURNING_MODES, WHIRL
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.slots import (
+    BASE,
+    BIG_Q,
+    BIG_V,
+    COS,
+    FORCES,
+    GUESS,
+    LEVER,
+    LOADS,
+    N_ITERATIONS,
+    N_STAGES,
+    OMEGA_DOT,
+    PISTONS,
+    PORTS,
+    Q_FREE,
+    RODS,
+    SHAFT_C,
+    SIN,
+    TURNING_MODES,
+    U_BEFORE,
+    U_FREE,
+    U_Q,
+    U_STEP,
+    U_V,
+    UD,
+    UDD,
+    WHIRL,
+    WORST_RESIDUAL,
+    U,
+)
 from cranktrain.dynamics.model.state import CONTRACTION
 from cranktrain.dynamics.motion.equations import external_force, port_forces
 from cranktrain.dynamics.motion.linear_algebra import add_product, factor_rows, product, solve_rows
 from cranktrain.dynamics.motion.relative import reactions, relative_compliance, relative_step
-from cranktrain.film.laws.films import HELD
+from cranktrain.dynamics.time.status import DIVERGED, FILM_FAILED, OK, SINGULAR
+from cranktrain.film.laws.films import FROZEN
 
 MAX_ITERATIONS = 40
 JOURNAL_STEP = 0.3
@@ -29,219 +62,341 @@ NEAR = 0.1
 ROUNDING = 1.0e-13
 """Steps below this are rounding, whatever the tolerance."""
 CYCLING, NOISE = 12, 1.0e-5
-"""Iterations after which steps below NOISE count as converged: forces of films that are solved in place jump a little
+"""Iterations after which steps below NOISE count as converged: forces of films that are solved online jump a little
 as nodes rupture, and an iteration may go to and fro over a jump for ever, at any step."""
 ROTATION_SCALE = 1.0e-2
-STANDING_SCALE = 4.0e-3
-"""Rotation (rad) and displacement of what stands (m) that count as much as a clearance: they go without tangent, and
-what they miss is felt by a film at a hundredth."""
+STATIONARY_SCALE = 4.0e-3
+"""Rotation (rad) and displacement of stationary bodies (m) that count as much as a clearance: they go without tangent,
+and what they miss is felt by a film at a hundredth."""
 COUPLING_TOLERANCE = 1.0e-10
 COUPLING_LENGTH = 1.0e-6
 """What the frame's speed away from Ω₀ couples is iterated until it changes accelerations by less than this share of
 the largest, or modal displacements (m √kg) by less than the tolerance times a length small beside clearances."""
+MORE_SWEEPS = 3
+"""Sweeps at most in which it is iterated."""
+UNBOUNDED = 1.0e12
+"""Newton step, scaled, at which an iteration has diverged."""
 
-OK, DIVERGED, SINGULAR = 0, 1, 2
+
+class Stage(NamedTuple):
+    """What a stage is given besides its Q and V; rows ``number`` of the workspace are its own."""
+
+    number: int
+    slot: int  # of the factor cache, with the factors of c_q, c_v and Ω₀
+    c_q: float
+    c_v: float
+    omega: float  # Ω₀, rad/s
+    tolerance: float  # of the estimated error of the ports, in units of clearance, 0.1 mm and 0.01 rad
+    a_guess: Array  # (n,) first guess of a, used where the frame's speed differs from Ω₀
 
 
 @kernel
-def solve_stage(
-    model, work, level, big_q, big_v, c_q, c_v, omega_0, frame, pressures, guess, a_guess, tolerance, state, q, v, a
-):  # fmt: skip
-    """Solve one stage; fills q, v, a (n,) and leaves the ports' u, u̇, ü, f in ``work.port[0:4]``. Returns a status.
+def solve_stage(model, work, state, stage):
+    """Solve one stage; returns a status.
 
-    ``level`` chooses the factors that belong to c_q and c_v. ``work.port[4:6]`` hold Q and V at the ports.
-    ``guess`` (m,) is the first guess of u, ``a_guess`` (n,) of a (used where the frame's speed differs from Ω₀).
-    ``tolerance`` bounds the estimated error of the ports in units of clearance, 0.1 mm and 0.01 rad. ``state``
-    remembers how well the iteration contracts.
+    Q and V are in ``work.modal[BIG_Q]`` and ``[BIG_V]``, at the ports in ``work.port[U_Q]`` and ``[U_V]``, the first
+    guess of u in ``work.port[GUESS]``. Fills ``work.stage[number]`` with q, v, a and leaves the ports' u, u̇, ü and
+    forces in ``work.port``. ``state`` remembers how well the iteration contracts.
+    """
+    predict(model, work, stage)
+    move_freely(model, work, stage)
+    status = iterate(model, work, state, stage)
+    if status != OK:
+        return status
+    settled = recover(model, work, stage)
+    for _ in range(MORE_SWEEPS):
+        if settled:
+            break
+        move_freely(model, work, stage)
+        follow_load(model, work, stage)
+        settled = recover(model, work, stage)
+    port_rates(model, work, stage)
+    work.counters[N_STAGES] += 1.0
+    return OK
+
+
+@kernel
+def predict(model, work, stage):
+    """What iterations and sweeps of a stage have in common: its load apart from forces at ports, and the first guess.
+
+    Fills ``work.modal[BASE]``, ``work.relative`` where the block is flexible, the guess of a and of u, and sets the
+    guided pistons' side forces to 0.
     """
     n = model.omega2.shape[0]
     t = int(model.layout[TURNING_MODES])
-    turning = model.ports.shape[0]
-    m = int(model.layout[PORTS])
     s = model.block_ports.shape[1]
-    pistons = int(model.layout[PISTONS]) if model.layout[PISTONS] > 0.0 else m
-    n_newton = model.scales.shape[0]
-    journals = 2 * model.bearings.shape[0]
-    ratio = c_v / c_q
-    cos = frame[COS]
-    sin = frame[SIN]
-    u = work.port[0]
-    ud = work.port[1]
-    udd = work.port[2]
-    f = work.port[3]
-    u_q = work.port[4]
-    u_v = work.port[5]
-    u_free = work.port[6]
-    step = work.port[7]
-    base = work.modal[2]
-    rhs = work.modal[3]
-    lever = work.modal[4]
-    q_free = work.modal[5]
-    jacobian = work.jacobian
-    # On rigid ground the journals' own compliance is the relative one.
-    compliance = work.turning.compliance[level]
+    frame = work.frames[stage.number]
+    ratio = stage.c_v / stage.c_q
+    big_q = work.modal[BIG_Q]
+    big_v = work.modal[BIG_V]
+    base = work.modal[BASE]
+    back = work.modal[LEVER]
+    a = work.stage[stage.number, 2]
     if model.pairs.shape[0] > 0:
-        compliance = work.relative
-        relative_compliance(model, cos, sin, work.turning.compliance[level], work.block.compliance[level], compliance)
-    # Tangents that belong to the factored matrix; the linearised forces must use the same.
-    blocks = work.held
-    external_force(model, frame, pressures, big_q, base)
+        relative_compliance(
+            model, frame[COS], frame[SIN], work.turning.compliance[stage.slot], work.block.compliance[stage.slot],
+            work.relative,
+        )  # fmt: skip
+    external_force(model, frame, work.pressures[stage.number], big_q, base)
     twist = 0.0
     for i in range(n):
-        back = ratio * big_q[i] - big_v[i]
-        base[i] += big_q[i] / c_q + model.damping[i] * back
-        lever[i] = back
-        a[i] = a_guess[i]
+        back[i] = ratio * big_q[i] - big_v[i]
+        base[i] += big_q[i] / stage.c_q + model.damping[i] * back[i]
+        a[i] = stage.a_guess[i]
     for i in range(t):
-        twist += model.shaft[i] * lever[i]
+        twist += model.shaft[i] * back[i]
     twist *= model.scalars[SHAFT_C]
     for i in range(t):
         base[i] += twist * model.shaft[i]
     if s > 0:
-        add_product(model.block.damping, lever[t:], s, s, base[t:])
-    for k in range(m):
-        u[k] = guess[k]
-    d_omega = frame[WHIRL] - omega_0
-    d_omega2 = frame[WHIRL] * frame[WHIRL] - omega_0 * omega_0
-    coupling = 2.0 * abs(d_omega) * c_v + (abs(d_omega2) + abs(frame[OMEGA_DOT])) * c_q
+        add_product(model.block.damping, back[t:], s, s, base[t:])
+    for k in range(int(model.layout[PORTS])):
+        work.port[U, k] = work.port[GUESS, k]
     for c in range(work.guides.shape[0]):
-        for j in range(3):
+        for j in range(work.guides.shape[1]):
             work.guides[c, j] = 0.0
-    iterations = 0
-    previous = -1.0
+
+
+@kernel
+def move_freely(model, work, stage):
+    """Motion without forces at the ports, from a as it is known: ``work.modal[Q_FREE]`` and ``work.port[U_FREE]``.
+
+    What S holds of 2Ω₀G, and what it lacks because the frame turns at Ω ≠ Ω₀, is part of the load.
+    """
+    n = model.omega2.shape[0]
+    t = int(model.layout[TURNING_MODES])
+    s = model.block_ports.shape[1]
+    frame = work.frames[stage.number]
+    c_q = stage.c_q
+    c_v = stage.c_v
+    ratio = c_v / c_q
+    d_omega = frame[WHIRL] - stage.omega
+    d_omega2 = frame[WHIRL] * frame[WHIRL] - stage.omega * stage.omega
+    big_q = work.modal[BIG_Q]
+    big_v = work.modal[BIG_V]
+    rhs = work.modal[LOADS]
+    lever = work.modal[LEVER]
+    q_free = work.modal[Q_FREE]
+    a = work.stage[stage.number, 2]
+    for i in range(n):
+        rhs[i] = work.modal[BASE, i]
+    for i in range(t):
+        lever[i] = 2.0 * stage.omega * (ratio * big_q[i] - big_v[i])
+        lever[i] -= 2.0 * d_omega * (big_v[i] + c_v * a[i]) + frame[OMEGA_DOT] * (big_q[i] + c_q * a[i])
+    add_product(model.gyroscopic, lever, t, t, rhs)
+    if d_omega2 != 0.0:
+        for i in range(t):
+            lever[i] = -d_omega2 * (big_q[i] + c_q * a[i])
+        add_product(model.spin, lever, t, t, rhs)
+    product(work.turning.inverse[stage.slot], rhs, t, t, q_free)
+    if s > 0:
+        product(work.block.inverse[stage.slot], rhs[t:], s, s, q_free[t:])
+    for i in range(t + s, n):
+        q_free[i] = c_q * rhs[i]
+    to_ports(model, q_free, work.port[U_FREE])
+
+
+@kernel
+def iterate(model, work, state, stage):
+    """Newton iteration on the ports; leaves u and forces in ``work.port``. Returns a status."""
     contraction = min(MOST_CONTRACTION, 2.0 * state[CONTRACTION])
     measured = False
-    for sweep in range(4):
-        for i in range(n):
-            rhs[i] = base[i]
-        # What S holds of 2Ω₀G and what it lacks, in one product.
-        for i in range(t):
-            lever[i] = 2.0 * omega_0 * (ratio * big_q[i] - big_v[i])
-            lever[i] -= 2.0 * d_omega * (big_v[i] + c_v * a[i]) + frame[OMEGA_DOT] * (big_q[i] + c_q * a[i])
-        add_product(model.gyroscopic, lever, t, t, rhs)
-        if coupling > 0.0 and d_omega2 != 0.0:
-            for i in range(t):
-                lever[i] = -d_omega2 * (big_q[i] + c_q * a[i])
-            add_product(model.spin, lever, t, t, rhs)
-        product(work.turning.inverse[level], rhs, t, t, q_free)
-        if s > 0:
-            product(work.block.inverse[level], rhs[t:], s, s, q_free[t:])
-        for i in range(t + s, n):
-            q_free[i] = c_q * rhs[i]
-        to_ports(model, q_free, u_free)
-        if sweep > 0:
-            # A small change of the load: the last Newton matrix and the linearised forces still hold.
-            for k in range(m):
-                step[k] = u_free[k] - u[k]
-            answer(model, work, level, f, step)
-            relative_step(model, cos, sin, step)
-            solve_rows(jacobian, n_newton, step)
-            linearise(model.connections, blocks, step, f)
-            reactions(model, cos, sin, f)
-            for k in range(pistons):
-                u[k] = u_free[k]
-            answer(model, work, level, f, u)
-        converged = sweep > 0
-        while not converged:
-            if iterations == MAX_ITERATIONS:
-                work.counters[5] = previous
-                return DIVERGED
-            iterations += 1
-            for k in range(m):
-                udd[k] = (u[k] - u_q[k]) / c_q
-                ud[k] = u_v[k] + c_v * udd[k]
-            hold = previous >= 0.0 and previous <= NEAR and contraction <= STALE
-            model.films.numbers[HELD] = 1.0 if hold else 0.0
-            if port_forces(model, work, frame, pressures, c_q, c_v) != 0:
-                return DIVERGED
-            # Residual u_free + H f − u, then (I − H J) δ = r on the Newton ports.
-            for k in range(m):
-                step[k] = u_free[k] - u[k]
-            answer(model, work, level, f, step)
-            relative_step(model, cos, sin, step)
-            if not hold:
-                for k in range(blocks.shape[0]):
-                    for j in range(16):
-                        blocks[k, j] = work.blocks[k, j]
-                fill_jacobian(compliance, model.connections, blocks, n_newton, jacobian)
-                if factor_rows(jacobian, n_newton) != 0:
-                    return SINGULAR
-            solve_rows(jacobian, n_newton, step)
-            size = 0.0
-            journal = 0.0
-            for k in range(n_newton):
-                change = abs(step[k]) / model.scales[k]
-                size = max(size, change)
-                if k < journals:
-                    journal = max(journal, change)
-            if not size < 1.0e12:
-                return DIVERGED
-            if model.layout[RODS] > 0.0:
-                # A pin in its floating big end is a journal too.
-                rod = int(model.layout[RODS])
-                for k in range(2 * model.cylinders.shape[0]):
-                    journal = max(journal, abs(step[rod + k] - step[journals + 1 + k]) / model.scales[rod + k])
-            limit = JOURNAL_STEP / journal if journal > JOURNAL_STEP else 1.0
-            linearise(model.connections, blocks, step, f)
-            reactions(model, cos, sin, f)
-            # With f + Jδ the ports follow, all of them; what no tangent foresaw shows in how far they go besides.
-            # Guided pistons stay where their own solution put them.
-            for k in range(pistons):
-                work.port[9, k] = u[k]
-                u[k] = u_free[k]
-            answer(model, work, level, f, u)
-            if limit == 1.0:
-                rotation = 0.0
-                for k in range(n_newton, turning):
-                    rotation = max(rotation, abs(u[k] - work.port[9, k]) / ROTATION_SCALE)
-                for k in range(turning, pistons):
-                    rotation = max(rotation, abs(u[k] - work.port[9, k]) / STANDING_SCALE)
-                size = max(size, rotation)
-            else:
-                for k in range(pistons):
-                    u[k] = work.port[9, k] + limit * (u[k] - work.port[9, k])
-            if previous > 0.0 and limit == 1.0:
-                contraction = min(0.9, size / previous)
-                if not measured:
-                    state[CONTRACTION] = max(
-                        LEAST_CONTRACTION, min(MOST_CONTRACTION, max(contraction, 0.7 * state[CONTRACTION]))
-                    )
-                measured = True
-            previous = size if limit == 1.0 else -1.0
-            converged = limit == 1.0 and (contraction / (1.0 - contraction) * size <= tolerance or size < ROUNDING)
-            if limit == 1.0 and iterations >= CYCLING and size <= NOISE:
-                converged = True
-        for i in range(n):
-            q[i] = q_free[i]
-        add_product(work.turning.response[level], f, turning, t, q)
-        if s > 0:
-            add_product(work.block.response[level], f[turning:], pistons - turning, s, q[t:])
-        if pistons < m:
-            shape = model.block.piston_shape
-            for c in range(0, m - pistons, 2):
-                q[t + s + c] += c_q * (shape[0, 0] * f[pistons + c] + shape[1, 0] * f[pistons + c + 1])
-                q[t + s + c + 1] += c_q * (shape[0, 1] * f[pistons + c] + shape[1, 1] * f[pistons + c + 1])
-        moved = 0.0
-        for i in range(n):
-            new = (q[i] - big_q[i]) / c_q
-            moved = max(moved, abs(new - a[i]))
-            a[i] = new
-            v[i] = big_v[i] + c_v * new
-        largest = 1.0e-30
-        for i in range(n):
-            largest = max(largest, abs(a[i]))
-        rest = coupling * moved
-        if rest <= COUPLING_TOLERANCE * largest or c_q * rest <= COUPLING_LENGTH * tolerance:
-            break
+    previous = -1.0
+    iterations = 0
+    converged = False
+    while not converged:
+        if iterations == MAX_ITERATIONS:
+            work.counters[WORST_RESIDUAL] = previous
+            return DIVERGED
+        iterations += 1
+        keep_matrix = 0.0 <= previous <= NEAR and contraction <= STALE
+        status = newton_step(model, work, stage, keep_matrix)
+        if status != OK:
+            return status
+        size, limit = step_size(model, work.port[U_STEP])
+        if not size < UNBOUNDED:
+            return DIVERGED
+        size = max(size, take_step(model, work, stage, limit))
+        if previous > 0.0 and limit == 1.0:
+            contraction = min(0.9, size / previous)
+            if not measured:
+                state[CONTRACTION] = max(
+                    LEAST_CONTRACTION, min(MOST_CONTRACTION, max(contraction, 0.7 * state[CONTRACTION]))
+                )
+            measured = True
+        previous = size if limit == 1.0 else -1.0
+        converged = limit == 1.0 and (
+            contraction / (1.0 - contraction) * size <= stage.tolerance
+            or size < ROUNDING
+            or (iterations >= CYCLING and size <= NOISE)
+        )
     if not measured:
         state[CONTRACTION] = min(MOST_CONTRACTION, FADING * state[CONTRACTION])
-    for k in range(m):
-        udd[k] = (u[k] - u_q[k]) / c_q
-        ud[k] = u_v[k] + c_v * udd[k]
-    work.counters[1] += 1.0
-    work.counters[2] += iterations
-    work.counters[5] = max(work.counters[5], contraction * previous)
+    work.counters[N_ITERATIONS] += iterations
+    work.counters[WORST_RESIDUAL] = max(work.counters[WORST_RESIDUAL], contraction * previous)
     return OK
+
+
+@kernel
+def newton_step(model, work, stage, keep_matrix):
+    """Forces at u, and the Newton step of the relative motion, ``work.port[U_STEP]``; a status.
+
+    Residual u_free + H f − u, then (I − H J) δ = r on the Newton ports. With ``keep_matrix`` the last matrix serves.
+    """
+    frame = work.frames[stage.number]
+    f = work.port[FORCES]
+    step = work.port[U_STEP]
+    n_newton = model.scales.shape[0]
+    port_rates(model, work, stage)
+    model.films.numbers[FROZEN] = 1.0 if keep_matrix else 0.0
+    status = port_forces(
+        model, frame, work.pressures[stage.number], work.port[U], work.port[UD], work.port[UDD], stage.c_q, stage.c_v,
+        f, work,
+    )  # fmt: skip
+    if status != OK:
+        return FILM_FAILED
+    for k in range(int(model.layout[PORTS])):
+        step[k] = work.port[U_FREE, k] - work.port[U, k]
+    answer(model, work, stage.slot, f, step)
+    relative_step(model, frame[COS], frame[SIN], step)
+    if not keep_matrix:
+        # The linearised forces must use the tangents that belong to the factored matrix.
+        for k in range(work.blocks.shape[0]):
+            for j in range(work.blocks.shape[1]):
+                work.factored[k, j] = work.blocks[k, j]
+        # On rigid ground the journals' own compliance is the relative one.
+        compliance = work.turning.compliance[stage.slot]
+        if model.pairs.shape[0] > 0:
+            compliance = work.relative
+        fill_jacobian(compliance, model.connections, work.factored, n_newton, work.jacobian)
+        if factor_rows(work.jacobian, n_newton) != 0:
+            return SINGULAR
+    solve_rows(work.jacobian, n_newton, step)
+    return OK
+
+
+@kernel
+def step_size(model, step):
+    """Size of a Newton step in units of the ports' scales, and the share of it that journals may take at once."""
+    journals = 2 * model.bearings.shape[0]
+    size = 0.0
+    journal = 0.0
+    for k in range(model.scales.shape[0]):
+        change = abs(step[k]) / model.scales[k]
+        size = max(size, change)
+        if k < journals:
+            journal = max(journal, change)
+    if model.layout[RODS] > 0.0:
+        # A pin in its floating big end is a journal too.
+        rod = int(model.layout[RODS])
+        for k in range(2 * model.cylinders.shape[0]):
+            journal = max(journal, abs(step[rod + k] - step[journals + 1 + k]) / model.scales[rod + k])
+    return size, JOURNAL_STEP / journal if journal > JOURNAL_STEP else 1.0
+
+
+@kernel
+def take_step(model, work, stage, limit):
+    """Move the ports by the share ``limit`` of a Newton step; returns how far those without tangent went, scaled.
+
+    With f + Jδ the ports follow, all of them; what no tangent foresaw shows in how far they go besides. Guided pistons
+    stay where their own solution put them.
+    """
+    turning = model.ports.shape[0]
+    pistons = first_piston(model)
+    u = work.port[U]
+    before = work.port[U_BEFORE]
+    for k in range(pistons):
+        before[k] = u[k]
+    follow_forces(model, work, stage)
+    besides = 0.0
+    if limit == 1.0:
+        for k in range(model.scales.shape[0], turning):
+            besides = max(besides, abs(u[k] - before[k]) / ROTATION_SCALE)
+        for k in range(turning, pistons):
+            besides = max(besides, abs(u[k] - before[k]) / STATIONARY_SCALE)
+    else:
+        for k in range(pistons):
+            u[k] = before[k] + limit * (u[k] - before[k])
+    return besides
+
+
+@kernel
+def follow_load(model, work, stage):
+    """Let the ports follow a small change of the load: the last Newton matrix and linearised forces still apply."""
+    frame = work.frames[stage.number]
+    step = work.port[U_STEP]
+    for k in range(int(model.layout[PORTS])):
+        step[k] = work.port[U_FREE, k] - work.port[U, k]
+    answer(model, work, stage.slot, work.port[FORCES], step)
+    relative_step(model, frame[COS], frame[SIN], step)
+    solve_rows(work.jacobian, model.scales.shape[0], step)
+    follow_forces(model, work, stage)
+
+
+@kernel
+def follow_forces(model, work, stage):
+    """f += J δ of a Newton step, and u = u_free + H f of all ports but those of guided pistons."""
+    frame = work.frames[stage.number]
+    f = work.port[FORCES]
+    linearise(model.connections, work.factored, work.port[U_STEP], f)
+    reactions(model, frame[COS], frame[SIN], f)
+    for k in range(first_piston(model)):
+        work.port[U, k] = work.port[U_FREE, k]
+    answer(model, work, stage.slot, f, work.port[U])
+
+
+@kernel
+def recover(model, work, stage):
+    """Modal motion of the stage from the forces at its ports, ``work.stage[number]``.
+
+    Returns whether what the frame's speed away from Ω₀ couples has settled.
+    """
+    n = model.omega2.shape[0]
+    t = int(model.layout[TURNING_MODES])
+    s = model.block_ports.shape[1]
+    turning = model.ports.shape[0]
+    pistons = first_piston(model)
+    frame = work.frames[stage.number]
+    c_q = stage.c_q
+    f = work.port[FORCES]
+    q = work.stage[stage.number, 0]
+    v = work.stage[stage.number, 1]
+    a = work.stage[stage.number, 2]
+    for i in range(n):
+        q[i] = work.modal[Q_FREE, i]
+    add_product(work.turning.response[stage.slot], f, turning, t, q)
+    if s > 0:
+        add_product(work.block.response[stage.slot], f[turning:], pistons - turning, s, q[t:])
+    shape = model.block.piston_shape
+    for c in range(0, int(model.layout[PORTS]) - pistons, 2):
+        q[t + s + c] += c_q * (shape[0, 0] * f[pistons + c] + shape[1, 0] * f[pistons + c + 1])
+        q[t + s + c + 1] += c_q * (shape[0, 1] * f[pistons + c] + shape[1, 1] * f[pistons + c + 1])
+    moved = 0.0
+    largest = 1.0e-30
+    for i in range(n):
+        new = (q[i] - work.modal[BIG_Q, i]) / c_q
+        moved = max(moved, abs(new - a[i]))
+        largest = max(largest, abs(new))
+        a[i] = new
+        v[i] = work.modal[BIG_V, i] + stage.c_v * new
+    d_omega = abs(frame[WHIRL] - stage.omega)
+    d_omega2 = abs(frame[WHIRL] * frame[WHIRL] - stage.omega * stage.omega)
+    rest = (2.0 * d_omega * stage.c_v + (d_omega2 + abs(frame[OMEGA_DOT])) * c_q) * moved
+    return rest <= COUPLING_TOLERANCE * largest or c_q * rest <= COUPLING_LENGTH * stage.tolerance
+
+
+@kernel
+def first_piston(model):
+    """First port of the guided pistons, or the number of ports where there are none."""
+    return int(model.layout[PISTONS]) if model.layout[PISTONS] > 0.0 else int(model.layout[PORTS])
+
+
+@kernel
+def port_rates(model, work, stage):
+    """u̇ and ü of the ports that belong to their u in a stage."""
+    for k in range(int(model.layout[PORTS])):
+        work.port[UDD, k] = (work.port[U, k] - work.port[U_Q, k]) / stage.c_q
+        work.port[UD, k] = work.port[U_V, k] + stage.c_v * work.port[UDD, k]
 
 
 @kernel
@@ -263,13 +418,13 @@ def to_ports(model, q, u):
 
 
 @kernel
-def answer(model, work, level, f, u):
+def answer(model, work, slot, f, u):
     """Add what crank and block answer to forces f (m,) at their ports to u (m,): u += H f. Pistons stay."""
     turning = model.ports.shape[0]
-    add_product(work.turning.compliance[level], f, turning, turning, u)
+    add_product(work.turning.compliance[slot], f, turning, turning, u)
     block = model.block_ports.shape[0]
     if block > 0:
-        add_product(work.block.compliance[level], f[turning:], block, block, u[turning:])
+        add_product(work.block.compliance[slot], f[turning:], block, block, u[turning:])
 
 
 @kernel

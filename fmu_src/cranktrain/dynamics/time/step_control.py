@@ -13,32 +13,48 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import call_kernel, kernel
 from cranktrain.dynamics.model.slots import (
     AMBIENT,
     BORE_ROTATIONS,
     COS,
     DRIVEN,
+    EMBEDDED_ORDER,
     FACTOR_SLOTS,
+    FILM_CHANGE,
     FILTER,
+    GAS_SOURCE,
+    KEY_SPEED,
+    KEY_STEP,
     LEAD,
     LEAD_RATE,
     LOAD,
+    N_ITERATIONS,
+    N_MISSED,
+    N_REJECTED,
+    N_STEPS,
     OMEGA,
     OMEGA_DOT,
     PORTS,
+    RECONSTRUCTION,
+    RELATIVE,
+    RELATIVE_RATE,
     RIGID_ROTATION,
+    ROTATION,
     SIN,
+    STATE_U,
+    STATE_UD,
     STEP,
+    STEP_KERNEL,
+    STEP_TOLERANCE,
     THETA,
     TURNING_MODES,
     WHIRL,
+    WORST_RESIDUAL,
 )
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
-    AUXILIARY,
     HALVINGS,
-    HISTORY,
     INPUTS_BEFORE,
     INPUTS_NOW,
     ITERATIONS,
@@ -67,9 +83,9 @@ from cranktrain.dynamics.motion.equations import factor_stage, trace_pressure
 from cranktrain.dynamics.motion.film_memory import close_step, fastest_closing, open_step
 from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.dynamics.time.error_estimate import event_within, remember_outputs, step_error
-from cranktrain.dynamics.time.integrator_tables import BDF2
-from cranktrain.dynamics.time.integrators import coefficients, integrate_step
-from cranktrain.dynamics.time.stage import OK, SINGULAR, to_ports
+from cranktrain.dynamics.time.stage import to_ports
+from cranktrain.dynamics.time.status import OK, SINGULAR
+from cranktrain.dynamics.time.table import FIRST_STAGE, HEAD, NODE, STAGES, coefficients
 from cranktrain.film.laws.films import RATE, film_call
 from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_motion
 
@@ -93,7 +109,7 @@ STEPPING_SPEED = 60.0
 @kernel
 def reconstruct(model, work, state, inputs, interval):
     """Take in the inputs of this communication point; value and rate for the coming interval go to ``work.inputs``."""
-    rule = model.choices[1]
+    rule = model.choices[RECONSTRUCTION]
     last = state[LAST_INTERVAL]
     cylinders = model.cylinders.shape[0]
     for k in range(2 + cylinders):
@@ -121,12 +137,10 @@ def base_motion(model, work, state, begin, tau):
     keeps as the shaft's acceleration.
     """
     if model.scalars[DRIVEN] == 0.0:
-        n = model.omega2.shape[0]
-        unit = model.scalars[RIGID_ROTATION]
+        rotation, rate, change = crank_rotation(model, state)
         return following_motion(
-            state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], unit * state[offset(POSITION, n) + 5],
-            unit * state[offset(VELOCITY, n) + 5], unit * state[offset(ACCELERATION, n) + 5], tau,
-        )  # fmt: skip
+            state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], rotation, rate, change, tau
+        )
     target = work.inputs[0, 0] + work.inputs[1, 0] * begin
     angle, speed, acceleration = shaft_motion(
         state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], target, work.inputs[1, 0],
@@ -136,15 +150,26 @@ def base_motion(model, work, state, begin, tau):
 
 
 @kernel
+def crank_rotation(model, state):
+    """Rotation of the crank as a rigid body against its frame at the state (rad), its rate and acceleration."""
+    n = model.omega2.shape[0]
+    unit = model.scalars[RIGID_ROTATION]
+    return (
+        unit * state[offset(POSITION, n) + ROTATION],
+        unit * state[offset(VELOCITY, n) + ROTATION],
+        unit * state[offset(ACCELERATION, n) + ROTATION],
+    )
+
+
+@kernel
 def frame_at(model, work, state, begin, tau, frame, pressures):
     """Frame motion and cylinder pressures at ``tau`` into a sub-step that starts ``begin`` into the interval."""
     angle, speed, acceleration, _ = base_motion(model, work, state, begin, tau)
     n = model.omega2.shape[0]
-    unit = model.scalars[RIGID_ROTATION]
+    rotation, rate, change = crank_rotation(model, state)
     frame[LEAD], frame[LEAD_RATE], lead_acceleration = frame_lead(
-        state[LEAD_ANGLE], state[LEAD_SPEED], unit * state[offset(POSITION, n) + 5],
-        unit * state[offset(VELOCITY, n) + 5], unit * state[offset(ACCELERATION, n) + 5], state[SHAFT_SPEED], tau,
-    )  # fmt: skip
+        state[LEAD_ANGLE], state[LEAD_SPEED], rotation, rate, change, state[SHAFT_SPEED], tau
+    )
     frame[THETA] = angle + frame[LEAD]
     frame[OMEGA] = speed + frame[LEAD_RATE]
     frame[OMEGA_DOT] = acceleration + lead_acceleration
@@ -156,15 +181,15 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
     # A free crank runs ahead of its frame or behind; a driven one only swings about it.
     firing = frame[THETA]
     if model.scalars[DRIVEN] == 0.0:
-        firing += unit * (
-            state[offset(POSITION, n) + 5]
-            + tau * (state[offset(VELOCITY, n) + 5] + 0.5 * tau * state[offset(ACCELERATION, n) + 5])
+        firing += model.scalars[RIGID_ROTATION] * (
+            state[offset(POSITION, n) + ROTATION]
+            + tau * (state[offset(VELOCITY, n) + ROTATION] + 0.5 * tau * state[offset(ACCELERATION, n) + ROTATION])
         )
     if model.layout[BORE_ROTATIONS] > 0.0:
         # Dead centre is where the cylinders point: the trace turns with the block that leans on its mounts.
         t = int(model.layout[TURNING_MODES])
         for i in range(6):
-            firing -= model.block.motion[5, i] * (
+            firing -= model.block.motion[ROTATION, i] * (
                 state[offset(POSITION, n) + t + i] + tau * state[offset(VELOCITY, n) + t + i]
             )
     builtin = built_in(model, state)
@@ -179,7 +204,7 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
 @kernel
 def built_in(model, state):
     """Whether the gas is the built-in trace."""
-    return model.choices[0] == 1.0 or (model.choices[0] == 0.0 and state[PRESSURES_SET] == 0.0)
+    return model.choices[GAS_SOURCE] == 1.0 or (model.choices[GAS_SOURCE] == 0.0 and state[PRESSURES_SET] == 0.0)
 
 
 @kernel
@@ -188,11 +213,11 @@ def ports_at_state(model, work, state):
     n = model.omega2.shape[0]
     for block in range(3):
         o = offset(block, n)
-        to_ports(model, state[o : o + n], work.port[10 + block])
+        to_ports(model, state[o : o + n], work.port[STATE_U + block])
     angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE]
     relative_motion(
         model, math.cos(angle), math.sin(angle), state[SHAFT_SPEED] + state[LEAD_SPEED],
-        work.port[10], work.port[11], work.port[15], work.port[16],
+        work.port[STATE_U], work.port[STATE_UD], work.port[RELATIVE], work.port[RELATIVE_RATE],
     )  # fmt: skip
 
 
@@ -202,8 +227,8 @@ def film_rate(model, work, state):
     rate = fastest_closing(model, work, state, state[SHAFT_SPEED] + state[LEAD_SPEED])
     z = 2 * model.bearings.shape[0]
     thrust = model.thrust
-    thrust.place[0, 0] = work.port[15, z]
-    thrust.velocity[0, 0] = work.port[16, z]
+    thrust.place[0, 0] = work.port[RELATIVE, z]
+    thrust.velocity[0, 0] = work.port[RELATIVE_RATE, z]
     film_call(thrust, RATE, 0, thrust.out, thrust.out)
     return max(rate, thrust.out[0])
 
@@ -212,15 +237,15 @@ def film_rate(model, work, state):
 def sub_step(model, work, state, begin, h, halvings):
     """Advance the whole state by one step h that starts ``begin`` into the interval; a stage status.
 
-    The ports at the state must stand in ``work.port[10:13]``, their relative motion in ``work.port[15:17]``.
+    The ports at the state must be in ``work.port[STATE_U]`` and the two rows after it, their relative motion in
+    ``work.port[RELATIVE]`` and the row after it.
     """
     n = model.omega2.shape[0]
     m = int(model.layout[PORTS])
     table = model.stages
-    stages = int(table[0, 1])
-    last = table.shape[1] - 1
+    stages = int(table[HEAD, STAGES])
     for s in range(stages):
-        frame_at(model, work, state, begin, table[1 + s, last] * h, work.frames[s], work.pressures[s])
+        frame_at(model, work, state, begin, table[FIRST_STAGE + s, NODE] * h, work.frames[s], work.pressures[s])
     end = work.frames[stages - 1]
     omega = end[OMEGA] - end[LEAD_RATE]
     if abs(omega - state[OMEGA_REFERENCE]) > REFACTOR * abs(state[OMEGA_REFERENCE]):
@@ -231,33 +256,26 @@ def sub_step(model, work, state, begin, h, halvings):
         o = defect_offset(n)
         for k in range(MAX_STAGES * m):
             state[o + k] *= share * share * share
-        state[STEP_LAST] = h
-        if table[0, 0] == BDF2:
-            # Two steps of one length need a step before of that length.
-            for i in range(n):
-                v = state[offset(VELOCITY, n) + i]
-                a = state[offset(ACCELERATION, n) + i]
-                state[offset(AUXILIARY, n) + i] = state[offset(POSITION, n) + i] - h * (v - 0.5 * h * a)
-                state[offset(HISTORY, n) + i] = v - h * a
-    level = min(halvings, FACTOR_SLOTS - 1)
-    if work.key[level, 0] != h or work.key[level, 1] != state[OMEGA_REFERENCE]:
+    slot = min(halvings, FACTOR_SLOTS - 1)
+    if work.key[slot, KEY_STEP] != h or work.key[slot, KEY_SPEED] != state[OMEGA_REFERENCE]:
         c_q, c_v = coefficients(table, h)
-        if factor_stage(model, work, level, c_q, c_v, state[OMEGA_REFERENCE], 0.0, 0.0) != 0:
+        if factor_stage(model, work, slot, c_q, c_v, state[OMEGA_REFERENCE], 0.0, 0.0) != 0:
             return SINGULAR
-        work.key[level, 0] = h
-        work.key[level, 1] = state[OMEGA_REFERENCE]
+        work.key[slot, KEY_STEP] = h
+        work.key[slot, KEY_SPEED] = state[OMEGA_REFERENCE]
     open_step(model, work, state)
     angle, speed, _, acceleration = base_motion(model, work, state, begin, h)
-    status = integrate_step(model, work, state, level, h, work.frames, work.pressures)
+    status: int = call_kernel(work.family[STEP_KERNEL], (model, work, state, slot, h))  # type: ignore[call-arg]
     if status != OK:
         return status
+    state[STEP_LAST] = h
     close_step(model, work, state)
     state[SHAFT_ANGLE] = angle
     state[SHAFT_SPEED] = speed
     state[SHAFT_ACCELERATION] = acceleration
     state[LEAD_ANGLE] = end[LEAD]
     state[LEAD_SPEED] = end[LEAD_RATE]
-    work.counters[0] += 1.0
+    work.counters[N_STEPS] += 1.0
     return OK
 
 
@@ -265,11 +283,11 @@ def sub_step(model, work, state, begin, h, halvings):
 def chosen_halvings(model, work, state, begin, h, least):
     """Halvings of a sub-step h for the piece to come: at least so many, more where films close fast or at events."""
     ports_at_state(model, work, state)
-    adaptive = model.choices[4] > 0.0
+    adaptive = model.choices[STEP_TOLERANCE] > 0.0
     halvings = max(least, int(state[HALVINGS])) if adaptive else least
     piece = h / (1 << halvings)
     rate = film_rate(model, work, state)
-    while halvings < FILM_HALVINGS and rate * piece > model.choices[3]:
+    while halvings < FILM_HALVINGS and rate * piece > model.choices[FILM_CHANGE]:
         halvings += 1
         piece *= 0.5
     if adaptive:
@@ -289,7 +307,7 @@ def accept(model, work, state, h, halvings):
     """Whether the step just taken meets the tolerance; chooses the halvings of the next one."""
     error = step_error(model, work, state, h)
     growth = 1.0
-    for _ in range(int(model.choices[5]) + 1):
+    for _ in range(int(model.choices[EMBEDDED_ORDER]) + 1):
         growth *= 2.0
     if error > 1.0 and halvings < MAX_HALVINGS:
         state[HALVINGS] = halvings + 1
@@ -301,7 +319,7 @@ def accept(model, work, state, h, halvings):
         state[HALVINGS] = halvings
     if error > REJECTED:
         # Nothing shorter is left: the step counts as one that missed its tolerance.
-        work.counters[6] += 1.0
+        work.counters[N_MISSED] += 1.0
     state[STEP_ERROR] = error
     remember_outputs(model, state, h)
     return True
@@ -318,9 +336,9 @@ def advance(model, work, state, inputs, t_end):
     interval = t_end - state[TIME]
     for i in range(size):
         work.backup[0, i] = state[i]
-    iterations = work.counters[2]
+    iterations = work.counters[N_ITERATIONS]
     solved = model.films.solved[0]
-    work.counters[5] = 0.0
+    work.counters[WORST_RESIDUAL] = 0.0
     reconstruct(model, work, state, inputs, interval)
     speed = max(abs(state[SHAFT_SPEED]), max(abs(inputs[0]), STEPPING_SPEED))
     count = max(1, math.ceil(speed * interval / model.scalars[STEP] - 1.0e-9))
@@ -343,13 +361,13 @@ def advance(model, work, state, inputs, t_end):
             for i in range(size):
                 work.backup[1, i] = state[i]
             status = sub_step(model, work, state, begin, piece, halvings)
-            if status == OK and (model.choices[4] == 0.0 or accept(model, work, state, piece, halvings)):
+            if status == OK and (model.choices[STEP_TOLERANCE] == 0.0 or accept(model, work, state, piece, halvings)):
                 done += whole >> halvings
                 taken += 1
-                if model.choices[4] > 0.0:
+                if model.choices[STEP_TOLERANCE] > 0.0:
                     failures = 0
                 continue
-            work.counters[3] += 1.0
+            work.counters[N_REJECTED] += 1.0
             failures = halvings + 1
             if failures > MAX_HALVINGS:
                 for i in range(size):
@@ -359,7 +377,7 @@ def advance(model, work, state, inputs, t_end):
                 state[i] = work.backup[1, i]
     state[TIME] = t_end
     state[SUBSTEPS] = taken
-    state[ITERATIONS] = work.counters[2] - iterations
-    state[RESIDUAL] = work.counters[5]
+    state[ITERATIONS] = work.counters[N_ITERATIONS] - iterations
+    state[RESIDUAL] = work.counters[WORST_RESIDUAL]
     state[ONLINE_FILMS] = model.films.solved[0] - solved
     return OK

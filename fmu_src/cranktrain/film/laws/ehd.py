@@ -57,10 +57,10 @@ from cranktrain.film.laws.films import (
     FLOW,
     FORCE,
     FRICTION,
+    FROZEN,
     GAIN,
     GAP,
     GAP_ANGLE,
-    HELD,
     OPEN_STAGE,
     OPEN_STEP,
     P_MAX,
@@ -188,8 +188,8 @@ _read = record_reader(ElasticBore(_SMALL, SMALLEST.work(0), elastic_memory(_SMAL
 def elastic_law(record, action, i, place, velocity, numbers, memory, out):
     """The law of an elastic bore; see :mod:`cranktrain.film.laws.films`.
 
-    ``memory`` is the film's part of the state; for OPEN_STAGE the stage's row of the integrator. A film that failed
-    gives forces that are no numbers, which end the stage.
+    ``memory`` is the film's part of the state; for OPEN_STAGE the stage's row of the integrator. The status of a
+    film that failed is not 0.
     """
     bore = _read(record)
     own = bore.memory
@@ -198,17 +198,16 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
     cos = numbers[COS]
     sin = numbers[SIN]
     if action in (FORCE, CLOSE_STAGE):
-        status = _solve(bore, i, place, velocity, numbers, action == FORCE and numbers[HELD] == 0.0)
+        status = _solve(bore, i, place, velocity, numbers, action == FORCE and numbers[FROZEN] == 0.0)
         if action == CLOSE_STAGE:
             for k in range(shapes):
                 own.rates[int(numbers[STAGE]), i, k] = (own.shapes[i, k] - own.known[i, k]) / numbers[GAIN]
             return status
+        if status != CONVERGED:
+            return status
         _force(own.out[i], cos, sin, out)
         out[FRICTION] = own.out[i, FRICTION_TORQUE]
         out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / bore.film.constants[CLEARANCE]
-        if status != CONVERGED:
-            for k in range(4):
-                out[k] = math.nan
     elif action == OPEN_STAGE:
         for k in range(shapes):
             past = own.start_shapes[i, k]

@@ -44,7 +44,7 @@ FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE = range(7)
 # from the step's start to the stage, step, g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; 1 where
 # tangents are kept: a law may leave those that it found last; the difference of the speeds of journal and bore (rad/s);
 # the frame's angle, whole turns counted (rad).
-SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, HELD, RUBBING, ANGLE, NUMBERS = range(11)
+SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, NUMBERS = range(11)
 
 # Traits of a law: values that one film keeps in the state; 1 where its least gap limits the step; 1 where its force has
 # a kink at the contact height.

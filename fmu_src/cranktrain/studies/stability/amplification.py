@@ -14,23 +14,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.state import ACCELERATION, AUXILIARY, HISTORY, POSITION, VELOCITY
-from cranktrain.dynamics.time.integrator_tables import BDF2, GENERALISED_ALPHA
-from cranktrain.dynamics.time.integrators import coefficients
+from cranktrain.dynamics.time.integrators import carried, family
+from cranktrain.dynamics.time.table import (
+    ALPHA_F,
+    ALPHA_M,
+    BETA,
+    EXPLICIT_FIRST,
+    FIRST_STAGE,
+    GAMMA,
+    HEAD,
+    NODE,
+    STAGES,
+    coefficients,
+)
 
 System = Callable[[float], tuple[NDArray[Any], NDArray[Any]]]
 """Stiffness K and damping C, (n, n) over unit mass, at a time."""
-
-
-def carried(table: Array) -> list[tuple[int, int]]:
-    """Blocks of the running model's state that a method carries from step to step, each with its power of 1/s."""
-    if table[0, 0] == GENERALISED_ALPHA:
-        return [(POSITION, 0), (VELOCITY, 1), (ACCELERATION, 2), (AUXILIARY, 2)]
-    if table[0, 0] == BDF2:
-        return [(POSITION, 0), (VELOCITY, 1), (AUXILIARY, 0), (HISTORY, 1)]
-    blocks = [(POSITION, 0), (VELOCITY, 1), (ACCELERATION, 2)]
-    return blocks if table[0, 3] > 0.0 else blocks[:2]
 
 
 def step_matrix(table: Array, h: float, system: System, t: float = 0.0) -> NDArray[Any]:
@@ -38,7 +39,7 @@ def step_matrix(table: Array, h: float, system: System, t: float = 0.0) -> NDArr
 
     Parameters
     ----------
-    table : as of :func:`cranktrain.dynamics.time.integrator_tables.integrator_table`
+    table : as of :func:`cranktrain.dynamics.time.integrators.integrator_table`
     system : called with the times of the stages
     """
     n, k = system(t)[0].shape[0], len(carried(table))
@@ -52,24 +53,27 @@ def step_matrix(table: Array, h: float, system: System, t: float = 0.0) -> NDArr
         new = -np.linalg.solve(matrix, damping @ big_v + stiffness @ big_q)
         return big_q + c_q * new, big_v + c_v * new, new
 
-    if table[0, 0] == GENERALISED_ALPHA:
+    form = family(table).name
+    if form == "newmark":
         a, auxiliary = more
-        alpha_m, alpha_f, beta, gamma = table[0, 4:8]
+        alpha_m, alpha_f, beta, gamma = table[HEAD, [ALPHA_M, ALPHA_F, BETA, GAMMA]]
         known = (alpha_f * a - alpha_m * auxiliary) / (1.0 - alpha_m)
         big_q = q + h * v + h * h * ((0.5 - beta) * auxiliary + beta * known)
         big_v = v + h * ((1.0 - gamma) * auxiliary + gamma * known)
         q, v, a = stage(big_q, big_v, t + h)
         return np.vstack((q, v, a, (1.0 - alpha_f) / (1.0 - alpha_m) * a + known))
-    if table[0, 0] == BDF2:
+    if form == "bdf2":
         big_v = (4.0 * v - more[1]) / 3.0
         big_q = (4.0 * q - more[0]) / 3.0 + c_v * big_v
         return np.vstack((*stage(big_q, big_v, t + h)[:2], q, v))
-    stages: list[tuple[NDArray[Any], ...]] = [(q, v, more[0])] if table[0, 3] else []
-    for s in range(len(stages), int(table[0, 1])):
-        row = table[1 + s]
+    if form != "runge-kutta":
+        raise InputError(f"no theory of a step is known for integrators of family '{form}'; use one of another family")
+    stages: list[tuple[NDArray[Any], ...]] = [(q, v, more[0])] if table[HEAD, EXPLICIT_FIRST] else []
+    for s in range(len(stages), int(table[HEAD, STAGES])):
+        row = table[FIRST_STAGE + s]
         big_v = v + sum((h * row[j] * stages[j][2] for j in range(s)), np.zeros_like(v))
         big_q = q + sum((h * row[j] * stages[j][1] for j in range(s)), np.zeros_like(q)) + c_v * big_v
-        stages.append(stage(big_q, big_v, t + row[-1] * h))
+        stages.append(stage(big_q, big_v, t + row[NODE] * h))
     return np.vstack(stages[-1][:k])
 
 

@@ -32,7 +32,8 @@ from cranktrain.dynamics.model.state import (
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.start.mean_motion import rigid_start
 from cranktrain.dynamics.start.settling import settle
-from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, OK
+from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
+from cranktrain.dynamics.time.status import OK
 from cranktrain.dynamics.time.step_control import STEPPING_SPEED
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.lubricant import oil_temperature, viscosity

@@ -20,7 +20,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.slots import STEP
 from cranktrain.dynamics.model.state import ACCELERATION, MODAL_BLOCKS, STEP_LAST, STEP_REFERENCE
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.dynamics.time.integrator_tables import generalised_alpha
+from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR
 from cranktrain.studies.stability.amplification import constant, step_matrix
 from cranktrain.studies.stability.rotor import SPEED, default_method, film_rotor, modal_places
@@ -73,6 +73,11 @@ class Contact:
         return found
 
 
+def with_radius(rho: float) -> Array:
+    """Table of generalised-α with this spectral radius at infinite frequency."""
+    return integrator_table(f"generalised-alpha:{rho:.17g}")
+
+
 def linear_forces(table: Array, omega_h: float, count: int) -> Array:
     """The same from powers of the matrix of a method that carries its acceleration, but for a factor."""
     matrix = step_matrix(table, 1.0, constant(np.array([[omega_h**2]]), np.zeros((1, 1)))).real
@@ -98,13 +103,13 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
     theory, found = np.full((2, degrees.size), math.nan)
     for j, h in enumerate(steps):
         progress(f"steps of {degrees[j]:.2g} deg", j / degrees.size)
-        rings[:, j] = [ringing(contact.forces(h, count, generalised_alpha(rho))) for rho in rhos]
+        rings[:, j] = [ringing(contact.forces(h, count, with_radius(rho))) for rho in rhos]
 
         def linear(rho: float, h: float = h) -> bool:
-            return ringing(linear_forces(generalised_alpha(rho), contact.omega * h, count)) > LEFT
+            return ringing(linear_forces(with_radius(rho), contact.omega * h, count)) > LEFT
 
         def running(rho: float, h: float = h) -> bool:
-            return ringing(contact.forces(h, count, generalised_alpha(rho))) > LEFT
+            return ringing(contact.forces(h, count, with_radius(rho))) > LEFT
 
         theory[j] = bisected(linear, 0.0, 1.0, 1e-5)
         found[j] = bisected(running, 0.0, 1.0, 1e-4)

@@ -27,11 +27,12 @@ from scipy.optimize import brentq, root
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.dynamics.time.integrator_tables import BDF2, GENERALISED_ALPHA, integrator_table
+from cranktrain.dynamics.time.integrators import carried, family, integrator_table
+from cranktrain.dynamics.time.table import ALPHA_F, ALPHA_M, BETA, GAMMA, HEAD, STAGES
 from cranktrain.film.laws.impedance import journal_force
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.steady.bearing import whirl_threshold
-from cranktrain.studies.stability.amplification import carried, scaled, step_matrix
+from cranktrain.studies.stability.amplification import scaled, step_matrix
 from cranktrain.studies.stability.rotor import (
     SPEED,
     LinearFilm,
@@ -72,15 +73,15 @@ def film_as_seen(method: str, step: float, law: tuple[Any, ...], film: LinearFil
     """
     table, h = integrator_table(method), step / SPEED
     z = np.exp(-1j * step)
-    if table[0, 0] == GENERALISED_ALPHA:
-        alpha_m, alpha_f, beta, gamma = table[0, 4:8]
+    if family(table).name == "newmark":
+        alpha_m, alpha_f, beta, gamma = table[HEAD, [ALPHA_M, ALPHA_F, BETA, GAMMA]]
         auxiliary = (z - 1.0) / (h * h * (0.5 - beta + beta * z) + h * h * (1.0 - gamma + gamma * z) / (z - 1.0))
         velocity = auxiliary * h * (1.0 - gamma + gamma * z) / (z - 1.0)
         rate = auxiliary * ((1.0 - alpha_m) * z + alpha_m) / ((1.0 - alpha_f) * z + alpha_f)
-    elif table[0, 0] == BDF2:
+    elif family(table).name == "bdf2":
         velocity = (1.5 - 2.0 / z + 0.5 / z**2) / h
         rate = velocity**2
-    elif table[0, 1] == 1.0:
+    elif table[HEAD, STAGES] == 1.0:
         velocity = (1.0 - 1.0 / z) / h
         rate = velocity**2
     else:
@@ -125,7 +126,7 @@ def running_growth(method: str, step: float, film: LinearFilm, mass: float) -> f
     """The same of the running model, in its film as it is."""
     simulation = film_rotor(mass, film.load, integrator=method, step=step, newton_tolerance=NEWTON)
     count = round(2.0 * math.pi / step)
-    blocks = carried(simulation.table)
+    blocks = carried(simulation.model.stages)
     at = modal_places(simulation, [0, 1], [block for block, _ in blocks]).ravel()
     # A displacement by a clearance, and its rates at the rotor's speed, in modes.
     size = simulation.model.bearings[0, CLEARANCE] * math.sqrt(simulation.body.mass)

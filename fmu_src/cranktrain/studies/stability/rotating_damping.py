@@ -30,9 +30,9 @@ from cranktrain.dynamics.model.state import (
     STEP_REFERENCE,
 )
 from cranktrain.dynamics.simulation import Settings, Simulation
-from cranktrain.dynamics.time.integrator_tables import integrator_table
+from cranktrain.dynamics.time.integrators import carried, integrator_table
 from cranktrain.film.laws.parameters import C_X, C_Y, K_X, K_Y
-from cranktrain.studies.stability.amplification import carried, radius
+from cranktrain.studies.stability.amplification import radius
 from cranktrain.studies.stability.rotor import default_method, modal_places, rotor_body, rotor_engine
 from cranktrain.studies.stability.stability_map import Axis, Progress, StabilityMap, bisected, curve, deviation
 
@@ -104,7 +104,7 @@ class Laval:
     def step_radius(self, speed: float, step: float) -> float:
         """Spectral radius of one step (rad of crank angle) of the running model at a speed (rad/s)."""
         simulation, h = self.simulation, step / speed
-        blocks = carried(simulation.table)
+        blocks = carried(simulation.model.stages)
         at = modal_places(simulation, LATERAL, [block for block, _ in blocks]).ravel()
         unit = np.repeat([KICK * max(self.natural, 1.0 / h) ** power for _, power in blocks], len(LATERAL))
         base = self._start.copy()

@@ -28,7 +28,7 @@ from scipy.linalg import expm
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.time.integrator_tables import integrator_table
+from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.studies.stability.amplification import step_matrix
 from cranktrain.studies.stability.stability_map import bisected
 

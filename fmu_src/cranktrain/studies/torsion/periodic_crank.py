@@ -23,7 +23,7 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.arrays import structural_damping
-from cranktrain.dynamics.model.bodies import held
+from cranktrain.dynamics.model.bodies import locked_on_axis
 from cranktrain.dynamics.model.slots import AMBIENT
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
@@ -107,7 +107,7 @@ class PeriodicCrank:
         self.angle: Array = np.arange(self.samples, dtype=np.float64) * (4.0 * math.pi / self.samples)
         locked = not bearing_law(mains).carries
         if locked:
-            body = held(body)
+            body = locked_on_axis(body)
         self.forces = forces = rod_forces(engine, body, speed, self.angle, gas, load)
         if not locked:
             self.forces = forces = _joined(forces, main_forces(engine, body, speed, self.angle))

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cranktrain.dynamics.model.settings import RECONSTRUCTIONS, Settings
-from cranktrain.dynamics.time.integrator_tables import EMBEDDED
+from cranktrain.dynamics.time.integrators import integrator
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.levels import BLOCKS, CRANKS
@@ -133,7 +133,7 @@ def adaptive(scene: StudyScene, quick: bool) -> Entries:
         entries.append(Entry("adaptive", label, replace(case, settings=settings), reference, NUMERICAL, more))
 
     own = case.levels.integrator
-    for name in [own] if quick else [name for name in dict.fromkeys((own, *ADAPTED)) if name in EMBEDDED]:
+    for name in [own] if quick else [name for name in dict.fromkeys((own, *ADAPTED)) if integrator(name).embedded]:
         for step in FIXED_DEG[1:6:2] if quick else FIXED_DEG:
             add(f"{name} {step:g}°", step, {"control": "fixed step"}, integrator=name)
         for longest in LONGEST_DEG[:1] if quick else LONGEST_DEG:

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from cranktrain.dynamics.model.settings import Settings, resolved
-from cranktrain.dynamics.time.integrator_tables import INTEGRATORS
+from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import DEAR, DEAREST, bearing_law
 from cranktrain.studies.answers import bearing_ladder

@@ -1,0 +1,116 @@
+"""Step of the diagonally implicit Runge–Kutta methods; their tables: :mod:`cranktrain.dynamics.time.tableaux`.
+
+Stage s reads V = v₀ + h Σ a_sj a_j and Q = q₀ + h Σ a_sj v_j + hγ V over the stages j < s; the last one ends the step.
+"""
+
+from __future__ import annotations
+
+from cranktrain.core.kernel import kernel, law_kernel
+from cranktrain.dynamics.model.slots import (
+    BIG_Q,
+    BIG_V,
+    DIFFERENCE,
+    PORTS,
+    STATE_U,
+    STATE_UD,
+    STATE_UDD,
+    TURNING_MODES,
+    U_DIFFERENCE,
+    U_Q,
+    U_V,
+)
+from cranktrain.dynamics.model.state import ACCELERATION, OMEGA_REFERENCE, POSITION, VELOCITY, offset
+from cranktrain.dynamics.time.stage import Stage
+from cranktrain.dynamics.time.status import OK
+from cranktrain.dynamics.time.step import keep_motion, port_tolerance, solve_and_keep
+from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FIRST_STAGE, HEAD, STAGES, coefficients
+
+
+@law_kernel
+def runge_kutta_step(model, work, state, slot, h):
+    """Advance the modal motion in ``state`` by one step h; a status. The state is touched only when it succeeds."""
+    table = model.stages
+    n = model.omega2.shape[0]
+    stages = int(table[HEAD, STAGES])
+    c_q, c_v = coefficients(table, h)
+    omega = state[OMEGA_REFERENCE]
+    tolerance = port_tolerance(model, work, h)
+    first = 0
+    if table[HEAD, EXPLICIT_FIRST] > 0.0:
+        explicit_stage(model, work, state)
+        first = 1
+    for s in range(first, stages):
+        combine_stages(model, work, state, s, h)
+        o = offset(ACCELERATION, n)
+        a_guess = state[o : o + n] if s == 0 else work.stage[s - 1, 2]
+        stage = Stage(s, slot, c_q, c_v, omega, tolerance, a_guess)
+        status = solve_and_keep(model, work, state, stage, h, c_v)
+        if status != OK:
+            return status
+    keep_motion(model, work, state, stages - 1)
+    return OK
+
+
+@kernel
+def explicit_stage(model, work, state):
+    """The first stage of a method that takes it from the state."""
+    n = model.omega2.shape[0]
+    for i in range(n):
+        work.stage[0, 0, i] = state[offset(POSITION, n) + i]
+        work.stage[0, 1, i] = state[offset(VELOCITY, n) + i]
+        work.stage[0, 2, i] = state[offset(ACCELERATION, n) + i]
+    for k in range(int(model.layout[PORTS])):
+        work.known[0, 0, k] = work.port[STATE_U, k]
+        work.known[0, 1, k] = work.port[STATE_UD, k]
+        work.known[0, 2, k] = work.port[STATE_UDD, k]
+
+
+@kernel
+def combine_stages(model, work, state, s, h):
+    """Fill Q and V of stage s, in modes and at the ports, from the stages before it."""
+    table = model.stages
+    n = model.omega2.shape[0]
+    m = int(model.layout[PORTS])
+    _, c_v = coefficients(table, h)
+    big_q = work.modal[BIG_Q]
+    big_v = work.modal[BIG_V]
+    u_q = work.port[U_Q]
+    u_v = work.port[U_V]
+    for i in range(n):
+        big_v[i] = state[offset(VELOCITY, n) + i]
+        big_q[i] = state[offset(POSITION, n) + i]
+    # The ports' share follows from the ports alone, a product with the shapes less for each.
+    for k in range(m):
+        u_v[k] = work.port[STATE_UD, k]
+        u_q[k] = work.port[STATE_U, k]
+    for j in range(s):
+        weight = h * table[FIRST_STAGE + s, j]
+        for i in range(n):
+            big_v[i] += weight * work.stage[j, 2, i]
+            big_q[i] += weight * work.stage[j, 1, i]
+        for k in range(m):
+            u_v[k] += weight * work.known[j, 2, k]
+            u_q[k] += weight * work.known[j, 1, k]
+    for i in range(n):
+        big_q[i] += c_v * big_v[i]
+    for k in range(m):
+        u_q[k] += c_v * u_v[k]
+
+
+@law_kernel
+def runge_kutta_difference(model, work, h):
+    """Fill ``work.modal[DIFFERENCE]`` and ``work.port[U_DIFFERENCE]`` with the step less its embedded solution; 0."""
+    table = model.stages
+    stages = int(table[HEAD, STAGES])
+    weights = table[FIRST_STAGE + stages]
+    for i in range(int(model.layout[TURNING_MODES])):
+        move = 0.0
+        for s in range(stages):
+            move += h * weights[s] * work.stage[s, 1, i]
+        work.modal[DIFFERENCE, i] = move
+    for k in range(2 * model.bearings.shape[0] + 1):
+        move = 0.0
+        for s in range(stages):
+            move += h * weights[s] * work.known[s, 1, k]
+        work.port[U_DIFFERENCE, k] = move
+    return OK

@@ -1,0 +1,132 @@
+"""What the steps of all integrators share: guessing the ports at a stage, solving it, keeping what it found.
+
+A family's step kernel fills a stage's Q and V, ``work.modal[BIG_Q]`` and ``[BIG_V]``, with their motion of the ports in
+``work.port[U_Q]`` and ``[U_V]``, and calls :func:`solve_and_keep` for each stage. The ports at the step's start are
+in ``work.port[STATE_U]`` and the two rows after it, frame and pressures of stage i in row i of ``work.frames`` and
+``work.pressures``; a solved stage's q, v and a in ``work.stage[i]``.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel
+from cranktrain.dynamics.model.slots import (
+    BIG_Q,
+    BIG_V,
+    GUESS,
+    NEWTON_TOLERANCE,
+    OMEGA,
+    ORDER,
+    PORTS,
+    SERIES,
+    STATE_U,
+    STATE_UD,
+    STATE_UDD,
+    U_Q,
+    U_V,
+    UD,
+    UDD,
+    U,
+)
+from cranktrain.dynamics.model.state import ACCELERATION, OMEGA_REFERENCE, POSITION, VELOCITY, defect_offset, offset
+from cranktrain.dynamics.motion.film_memory import close_stage, open_stage
+from cranktrain.dynamics.time.stage import Stage, solve_stage, to_ports
+from cranktrain.dynamics.time.status import FILM_FAILED, OK
+from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FIRST_STAGE, HEAD, NODE, coefficients
+
+REFERENCE_TURN = math.radians(3.0)
+"""Step of crank angle at which the Newton tolerance is meant."""
+SLOW = 60.0
+
+
+@kernel
+def port_tolerance(model, work, h):
+    """Newton tolerance of a step: ports are found as much more exactly at shorter steps as the method's error falls."""
+    turn = min(1.0, h * max(work.frames[0, OMEGA], SLOW) / REFERENCE_TURN)
+    tolerance = model.choices[NEWTON_TOLERANCE]
+    for _ in range(int(model.choices[ORDER])):
+        tolerance *= turn
+    return tolerance
+
+
+@kernel
+def guess_ports(model, work, state, stage, h):
+    """Guess the ports at a stage: Taylor's series from the nearest time that is known, the step's start or a stage.
+
+    What the series missed at the same stage of the last step is added. Fills ``work.port[GUESS]``.
+    """
+    table = model.stages
+    time = table[FIRST_STAGE + stage, NODE]
+    nearest = -1
+    distance = time
+    for s in range(stage):
+        away = time - table[FIRST_STAGE + s, NODE]
+        if abs(away) < abs(distance) and (s > 0 or table[HEAD, EXPLICIT_FIRST] == 0.0):
+            distance = away
+            nearest = s
+    tau = distance * h
+    m = int(model.layout[PORTS])
+    o = defect_offset(model.omega2.shape[0]) + stage * m
+    for k in range(m):
+        if nearest < 0:
+            series = work.port[STATE_U, k] + tau * (work.port[STATE_UD, k] + 0.5 * tau * work.port[STATE_UDD, k])
+        else:
+            series = work.known[nearest, 0, k] + tau * (
+                work.known[nearest, 1, k] + 0.5 * tau * work.known[nearest, 2, k]
+            )
+        work.port[SERIES, k] = series
+        work.port[GUESS, k] = series + state[o + k]
+
+
+@kernel
+def keep_ports(model, work, state, stage):
+    """Keep the ports of a solved stage, and what the series missed, for the guesses to come."""
+    m = int(model.layout[PORTS])
+    o = defect_offset(model.omega2.shape[0]) + stage * m
+    for k in range(m):
+        work.known[stage, 0, k] = work.port[U, k]
+        work.known[stage, 1, k] = work.port[UD, k]
+        work.known[stage, 2, k] = work.port[UDD, k]
+        state[o + k] = work.port[U, k] - work.port[SERIES, k]
+
+
+@kernel
+def solve_and_keep(model, work, state, stage, h, gain):
+    """Guess, solve and keep one stage of a step h; a status.
+
+    ``gain`` (s) is g of the stage's rule δ̇ = (δ − Δ)/g for what films remember.
+    """
+    guess_ports(model, work, state, stage.number, h)
+    open_stage(model, work, stage.number, model.stages[FIRST_STAGE + stage.number, NODE] * h, h, gain)
+    status = solve_stage(model, work, state, stage)
+    if status != OK:
+        return status
+    if close_stage(model, work, work.frames[stage.number]) != OK:
+        return FILM_FAILED
+    keep_ports(model, work, state, stage.number)
+    return OK
+
+
+@kernel
+def solve_only_stage(model, work, state, slot, h):
+    """Solve the one stage, at the step's end, of a method whose Q and V are in ``work.modal``; a status."""
+    n = model.omega2.shape[0]
+    to_ports(model, work.modal[BIG_Q], work.port[U_Q])
+    to_ports(model, work.modal[BIG_V], work.port[U_V])
+    c_q, c_v = coefficients(model.stages, h)
+    o = offset(ACCELERATION, n)
+    omega = state[OMEGA_REFERENCE]
+    stage = Stage(0, slot, c_q, c_v, omega, port_tolerance(model, work, h), state[o : o + n])
+    return solve_and_keep(model, work, state, stage, h, h)
+
+
+@kernel
+def keep_motion(model, work, state, stage):
+    """Make the motion at the last stage that of the state."""
+    n = model.omega2.shape[0]
+    out = work.stage[stage]
+    for i in range(n):
+        state[offset(POSITION, n) + i] = out[0, i]
+        state[offset(VELOCITY, n) + i] = out[1, i]
+        state[offset(ACCELERATION, n) + i] = out[2, i]
