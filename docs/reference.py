@@ -22,6 +22,8 @@ from mkdocs.structure.files import File
 
 ROOT = Path(__file__).resolve().parents[1]
 EQUATION = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
+BEHIND_THE_FACE = ("cranktrain.studies.constant_speed.Request", "cranktrain.results.run.Run")
+"""What functions of the library take and return besides its own names."""
 LINK = re.compile(r"\]\((?!https?:|#)([^)]+)\)")
 
 
@@ -72,12 +74,12 @@ def library() -> str:
     """What ``import cranktrain as ct`` offers, from its docstrings."""
     import cranktrain as ct
 
-    places = []
-    for name in sorted(getattr(ct, "__all__", ())):
-        thing = getattr(ct, name)
-        if hasattr(thing, "__qualname__"):
-            places.append(f"::: {thing.__module__}.{thing.__qualname__}\n")
-    return "# Library\n\n`import cranktrain as ct`, then `ct.` and one of these names.\n\n" + "\n".join(places)
+    things = [getattr(ct, name) for name in sorted(ct.__all__) if name != "__version__"]
+    places = [*(f"{thing.__module__}.{thing.__qualname__}" for thing in things), *BEHIND_THE_FACE]
+    head = (
+        "# Library\n\n`import cranktrain as ct`, then `ct.` and one of these names. `ct.simulate` takes the fields of\n"
+    )
+    return f"{head}`Request` as keywords and returns a `Run`.\n\n" + "\n".join(f"::: {place}\n" for place in places)
 
 
 def fmu_variables() -> str:

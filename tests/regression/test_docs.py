@@ -68,3 +68,15 @@ def test_site_builds(tmp_path):
     build(load_config(str(ROOT / "mkdocs.yml"), site_dir=str(tmp_path), strict=True))
     assert "<math" in (tmp_path / "theory" / "linear.html").read_text("utf-8")
     assert "--bearings" in (tmp_path / "reference" / "command_line.html").read_text("utf-8")
+
+
+@pytest.mark.parametrize("name", ["README.md", "docs/tutorial.md"])
+def test_python_runs(name, tmp_path, monkeypatch):
+    """With a crank of beams and one cycle, which take no finite elements."""
+    (text,) = re.findall(r"```python\n(.*?)```", FILES[name], re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    found = {}
+    exec(re.sub(r"cycles=6.*\)", 'cycles=1, crank="beam")', text), found)
+    assert found["torsion"].shape == found["run"].time.shape
+    assert found["amplitude"][6.0] > 0.0
+    assert (tmp_path / "torsion.png").is_file()
