@@ -21,7 +21,7 @@ from numba import njit
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.film.laws.bearings import bearing_parameters
-from cranktrain.film.laws.impedance import impedance_map, journal_force
+from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force
 from cranktrain.film.laws.parabolic import WORK_SIZE, film_force, node_table
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_LOAD, FACTOR, KAPPA2
 
@@ -36,10 +36,8 @@ def from_map(states, law, table, out, forces):
     """Force from the map at every state (ε, γ, |v|) with the line of centres along x."""
     for i in range(states.shape[0]):
         eps, gamma, size = states[i]
-        journal_force(
-            eps * law[CLEARANCE], 0.0, size * math.cos(gamma), size * math.sin(gamma), 0.0, law[CLEARANCE],
-            law[FACTOR], 0.0, law[CONTACT_LOAD], table, out,
-        )  # fmt: skip
+        film = MapFilm(law[CLEARANCE], law[FACTOR], 0.0, law[CONTACT_LOAD], table)
+        journal_force(eps * law[CLEARANCE], 0.0, size * math.cos(gamma), size * math.sin(gamma), 0.0, film, out)
         forces[i, 0] = out[0]
         forces[i, 1] = out[1]
 

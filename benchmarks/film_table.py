@@ -29,7 +29,7 @@ from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.table.aligned import aligned_force
 from cranktrain.film.table.database import ALIGNED_GRID, TILT_GRIDS, FilmTable, TableSettings, table_grid
 from cranktrain.film.table.family import turning
-from cranktrain.film.table.law import SHARE_MARGIN, TABLE, Tabled, table_force, table_work
+from cranktrain.film.table.law import SHARE_MARGIN, TABLED, Tabled, table_force, table_work
 from cranktrain.store.film_tables import film_table
 
 Array = NDArray[np.float64]
@@ -222,10 +222,10 @@ def engine_part(table: FilmTable, speed: float) -> dict[str, Any]:
     status = law(table, states)[1]
     within = share < settings.tilt_range * (1.0 - SHARE_MARGIN)
     shares = {
-        "not_from_table": float(np.mean(status != TABLE)),
+        "not_from_table": float(np.mean(status != TABLED)),
         "by_tilt": float(np.mean(~within)),
         "of_these_edge_touches": float(np.mean(share >= 1.0)),
-        "by_rate": float(np.mean(within & (status != TABLE))),
+        "by_rate": float(np.mean(within & (status != TABLED))),
     }
     states, bearing, ratio = states[within], bearing[within], ratio[within]
     true = films(states, [table_grid(settings, *size) for size in TILT_GRIDS[settings.groove]])

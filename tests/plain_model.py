@@ -10,9 +10,9 @@ from scipy.interpolate import CubicSpline
 from cranktrain.core.reduced_body import rigid
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.lubricant import oil_temperature, viscosity
-from cranktrain.film.laws.bearings import thrust_bearing
+from cranktrain.film.laws.bearings import bearing_parameters, thrust_bearing
 from cranktrain.film.laws.films import FORCE, SPEED, film_call
-from cranktrain.film.laws.impedance import impedance_map, journal_force
+from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force
 from cranktrain.film.laws.parabolic import film_geometry, friction_torque
 from cranktrain.loads.gas_pressure import GasTrace
 
@@ -56,11 +56,10 @@ class PlainModel:
         oil = settings.oil_temperature or oil_temperature(engine.oil, speed)
         self.viscosity = viscosity(engine.oil, oil)
         bearing = engine.main_bearing
-        self.clearance, kappa2, self.factor = film_geometry(
-            bearing.diameter, bearing.width, bearing.clearance, self.viscosity
-        )
-        self.contact = 0.5 * bearing.contact_pressure * bearing.width * bearing.diameter
-        self.map = impedance_map(kappa2)
+        c, kappa2, factor = film_geometry(bearing.diameter, bearing.width, bearing.clearance, self.viscosity)
+        contact = 0.5 * bearing.contact_pressure * bearing.width * bearing.diameter
+        self.film = MapFilm(c, factor, bearing.contact_height, contact, impedance_map(kappa2))
+        self.parameters = bearing_parameters(bearing, self.viscosity)
         self.thrust = thrust_bearing(engine.thrust, self.viscosity, settings.bearings != "linear", False)
         rod, cylinders = engine.rod, engine.cylinders
         self.area = 0.25 * np.pi * cylinders.bore**2
@@ -138,14 +137,9 @@ class PlainModel:
         out = np.zeros(16)
         for i in range(len(u)):
             spin = omega + self.main_turn[i] @ v
-            journal_force(
-                *u[i], *seen[i], 0.5 * spin, self.clearance, self.factor, bearing.contact_height, self.contact,
-                self.map, out,
-            )  # fmt: skip
+            journal_force(*u[i], *seen[i], 0.5 * spin, self.film, out)
             force[i] = out[:2]
-            torque[i] = friction_torque(
-                out[10], *out[:2], *u[i], self.viscosity, bearing.diameter / 2, bearing.width, self.clearance, spin
-            )
+            torque[i] = friction_torque(out[10], out, u[i], self.parameters, spin)
         return force, torque, seen
 
     def collar(self, q, v, omega):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, FORCE, SIN, film_call
-from cranktrain.film.laws.impedance import impedance_map, journal_force, pressure_and_flow
+from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force, pressure_and_flow
 from cranktrain.film.laws.parabolic import (
     WORK_SIZE,
     film_force,
@@ -27,6 +27,7 @@ CLEARANCE, KAPPA2, FACTOR = film_geometry(BEARING.diameter, BEARING.width, BEARI
 RADIUS = 0.5 * BEARING.diameter
 CONTACT = 0.5 * BEARING.contact_pressure * BEARING.width * BEARING.diameter
 MAP = impedance_map(KAPPA2)
+PARAMETERS = bearing_parameters(BEARING, VISCOSITY)
 NODES = node_table()
 SPIN = 100.0  # half the sum of surface speeds, rad/s
 ROUGH = 1.0 - BEARING.contact_height / BEARING.clearance  # eccentricity of first contact
@@ -37,7 +38,7 @@ def film(place, velocity, half_speed=SPIN):
     """Output of the law at ``place`` (clearances) and ``velocity`` (clearances × rad/s)."""
     out = np.zeros(16)
     x, v = CLEARANCE * np.asarray(place), CLEARANCE * np.asarray(velocity)
-    journal_force(*x, *v, half_speed, CLEARANCE, FACTOR, BEARING.contact_height, CONTACT, MAP, out)
+    journal_force(*x, *v, half_speed, MapFilm(CLEARANCE, FACTOR, BEARING.contact_height, CONTACT, MAP), out)
     return out
 
 
@@ -47,7 +48,7 @@ def squeeze(place, velocity, half_speed=SPIN):
 
 
 def solved(place, velocity, half_speed=SPIN):
-    """Force (N), largest pressure (Pa) and side flow (m³/s) of the film solved in place."""
+    """Force (N), largest pressure (Pa) and side flow (m³/s) of the film solved online."""
     eps = np.hypot(*place)
     axes = np.array([[place[0], -place[1]], [place[1], place[0]]]) / eps
     v = axes.T @ squeeze(place, velocity, half_speed)
@@ -67,16 +68,14 @@ def states(largest):
 
 @settings(max_examples=300, deadline=None)
 @given(states(min(0.95, ROUGH)))
-def test_map_equals_the_film_solved_in_place(state):
+def test_map_equals_the_film_solved_online(state):
     place, velocity = state
     assume(np.linalg.norm(squeeze(place, velocity)) > 1.0)
     expected, highest, flow = solved(place, velocity)
     force = film(place, velocity)[:2]
     assert np.linalg.norm(force - expected) < 0.005 * np.linalg.norm(expected)
     out = np.zeros(8)
-    shown = pressure_and_flow(
-        *(CLEARANCE * place), *(CLEARANCE * velocity), SPIN, CLEARANCE, VISCOSITY, RADIUS, BEARING.width, MAP, out
-    )
+    shown = pressure_and_flow(CLEARANCE * place, CLEARANCE * velocity, SPIN, PARAMETERS, MAP, out)
     # Both are read for output only; the largest pressure is a node's, which jumps by a per cent as the peak moves.
     assert shown[0] == pytest.approx(highest, rel=0.02)
     assert shown[1] == pytest.approx(flow, rel=0.01)
@@ -182,18 +181,16 @@ def test_contact_sets_in_smoothly_and_grows():
 
 def test_friction_brakes_and_is_petroffs_in_the_middle():
     petroff = 2 * math.pi * VISCOSITY * RADIUS**3 * BEARING.width * 2 * SPIN / CLEARANCE
-    middle = friction_torque(0.0, 0.0, 0.0, 0.0, 0.0, VISCOSITY, RADIUS, BEARING.width, CLEARANCE, 2 * SPIN)
+    middle = friction_torque(0.0, np.zeros(2), np.zeros(2), PARAMETERS, 2 * SPIN)
     assert middle == pytest.approx(-petroff, rel=1e-12)
     for eps in (0.3, 0.6, 0.9, 0.95):
         force = film((eps, 0.0), (0.0, 0.0))[:2]
-        torque = friction_torque(
-            eps, *force, eps * CLEARANCE, 0.0, VISCOSITY, RADIUS, BEARING.width, CLEARANCE, 2 * SPIN
-        )
+        torque = friction_torque(eps, force, np.array([eps * CLEARANCE, 0.0]), PARAMETERS, 2 * SPIN)
         # Journal at rest in place: e × F works on it as well, and all that is fed in heats the film.
         assert torque < -petroff
 
 
-def test_springs_and_dampers_stand_still_in_space():
+def test_springs_and_dampers_are_at_rest_in_space():
     films = law_films(bearing_law("linear"), PLAIN, Bearings(bearing_parameters(BEARING, VISCOSITY)[None], BEARING))
     out = films.out
     place, velocity = np.array([3e-6, -2e-6]), np.array([1e-3, 2e-3])

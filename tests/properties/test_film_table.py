@@ -25,7 +25,7 @@ from cranktrain.film.table import database
 from cranktrain.film.table.aligned import aligned_force, aligned_observables
 from cranktrain.film.table.database import TableSettings, aligned_norms, sample_slab, slab_names, table_grid
 from cranktrain.film.table.interpolation import ALIGNED_MAX, TILTED_MAX, centres, eccentricity_nodes, stretched
-from cranktrain.film.table.law import BLENDED, SHARE_MARGIN, SOLVED, TABLE, Tabled, tilted_pressure
+from cranktrain.film.table.law import BLENDED, SHARE_MARGIN, SOLVED, TABLED, Tabled, tilted_pressure
 from cranktrain.store.film_tables import film_table
 
 BEARING = np.zeros(13)
@@ -48,7 +48,7 @@ def random_errors(table, count, grids, seed):
             rng.uniform(0, 0.95), rng.uniform(-3, 3), *rng.uniform(-limit, limit, 2), rng.uniform(-math.pi, math.pi)
         )
         out, status = law(table, state)
-        assert status == TABLE
+        assert status == TABLED
         true = solved(state, grids)
         error = out[:4] - true
         errors[i] = np.hypot(*error[:2]), np.hypot(*error[2:])
@@ -91,7 +91,7 @@ def test_aligned_table_against_a_finer_film(table, reach, limit):
         highest, flow = film_observables(grid, work)
         turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
         out = np.zeros(12)
-        assert aligned(table, [*(turn @ [eps, 0.0]), *(turn @ v)], 0.0, out) == TABLE
+        assert aligned(table, [*(turn @ [eps, 0.0]), *(turn @ v)], 0.0, out) == TABLED
         assert np.linalg.norm(out[:2] - turn @ true[:2]) < limit * np.linalg.norm(true[:2])
         shown = aligned_observables(turn @ [eps, 0.0], turn @ v, 0.0, BEARING, table.arrays, np.zeros(16))
         assert shown[0] == pytest.approx(highest, rel=0.02)
@@ -120,7 +120,7 @@ def test_tangents_are_derivatives_of_the_interpolation(table, half_speed):
         state[4:6] += half_speed * np.array([-state[1], state[0]])
         state[6:8] += half_speed * np.array([-state[3], state[2]])
         out, status = law(table, state, half_speed)
-        if status != TABLE:
+        if status != TABLED:
             continue
         tried += 1
         steps = 1e-4 * np.array([1 - eps] * 4 + [1.0] * 4)
@@ -138,7 +138,7 @@ def test_tangents_of_the_aligned_law(table):
         eps, angle = rng.uniform(0.05, 0.98), rng.uniform(-3, 3)
         state = np.array([eps * math.cos(angle), eps * math.sin(angle), *rng.normal(size=2)])
         out = np.zeros(12)
-        assert aligned(table, state, 0.3, out) == TABLE
+        assert aligned(table, state, 0.3, out) == TABLED
 
         def force(s):
             result = np.zeros(12)
@@ -209,7 +209,7 @@ def test_force_and_tangents_are_continuous_across_the_hand_over(table):
     for pair in edges():
         seen |= {law(table, state)[1] for state in pair}
         assert max(path_across(table, pair)) < 1e-5
-    assert seen == {TABLE, BLENDED, SOLVED}
+    assert seen == {TABLED, BLENDED, SOLVED}
 
 
 def test_force_and_tangents_are_continuous_across_cells(table):
@@ -228,7 +228,7 @@ def test_force_and_tangents_are_continuous_across_cells(table):
         [family(0.5, 0.3, s * tiny, 0.2, 0.8) for s in (-1, 1)],
         [family(0.5, 0.3, 0.2, s * tiny, 0.8) for s in (-1, 1)],
     ):
-        assert {law(table, state)[1] for state in pair} == {TABLE}
+        assert {law(table, state)[1] for state in pair} == {TABLED}
         assert max(path_across(table, pair)) < 1e-6
 
 
@@ -258,7 +258,7 @@ def test_a_tilted_journal_at_rest_between_turning_surfaces(table):
             e, t, *_ = place(eps, rng.uniform(-3, 3), *rng.uniform(-0.8, 0.8, 2))
             at_rest = np.concatenate([e, t, np.zeros(4)])
             out, status = law(table, at_rest, half_speed=1.0)
-            assert status == TABLE
+            assert status == TABLED
             squeeze = np.concatenate([e, t, [e[1], -e[0]], [t[1], -t[0]]])
             true = solved(squeeze, grids)
             assert np.abs(out[:4] - true).max() < stated * np.hypot(*true[:2])
@@ -276,13 +276,13 @@ def test_nothing_breaks_outside_at_the_centre_or_at_rest(table):
     ):
         out, status = law(table, state, half_speed=0.0)
         assert np.isfinite(out).all()
-        assert status in (TABLE, SOLVED)
+        assert status in (TABLED, SOLVED)
     assert law(table, [0.99, 0, 0, 0, 1, 0, 0, 0])[1] == SOLVED
     assert law(table, [0.5, 0, 0.6, 0, 1, 0, 0, 0])[1] == SOLVED
     assert (law(table, [0.0] * 8)[0][:4] == 0).all()
     out = np.zeros(12)
     for eps in (0.994, 0.9999, 1.1):
-        assert aligned(table, [eps, 0.0, 1.0, 0.5], 1.0, out) != TABLE
+        assert aligned(table, [eps, 0.0, 1.0, 0.5], 1.0, out) != TABLED
         assert np.isfinite(out).all()
 
 

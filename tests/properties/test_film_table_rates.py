@@ -20,7 +20,7 @@ from cranktrain.film.journal.grid import Motion, cold_start, journal_work
 from cranktrain.film.table import database
 from cranktrain.film.table.database import table_grid
 from cranktrain.film.table.family import LEVER, ONE_POINT, SPREAD, turning
-from cranktrain.film.table.law import TABLE
+from cranktrain.film.table.law import TABLED
 
 GRIDS = [table_grid(SETTINGS, *size) for size in database.TILT_GRIDS[SETTINGS.groove]]
 
@@ -65,7 +65,7 @@ def test_rates_of_tilt_against_the_film(table):
         if rate > 2.0 or e @ v < 0.0:
             continue
         out, status = law(table, state)
-        assert status == TABLE
+        assert status == TABLED
         true = solved(state, GRIDS)
         on = state.copy()
         rho = turning(math.hypot(*e))[0]

@@ -17,7 +17,7 @@ from cranktrain.film.laws.gap_motion import (
     VELOCITY_EFFECTIVE,
     gap_motion,
 )
-from cranktrain.film.laws.impedance import impedance_map, journal_force
+from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force
 from cranktrain.film.laws.parabolic import film_geometry
 
 C = 40e-6
@@ -98,23 +98,23 @@ def test_half_speed_whirl_has_no_effective_speed_and_no_force(speeds):
     assert out[VELOCITY_EFFECTIVE] == pytest.approx(0.0, abs=1e-12 * C * abs(whirl))
     _, kappa2, factor = film_geometry(0.08, 0.04, C, 0.01)
     force, steady = np.zeros(16), np.zeros(16)
-    table = impedance_map(kappa2)
-    journal_force(x, y, -whirl * y, whirl * x, whirl, C, factor, 0.0, 0.0, table, force)
-    journal_force(x, y, 0.0, 0.0, whirl, C, factor, 0.0, 0.0, table, steady)
+    film = MapFilm(C, factor, 0.0, 0.0, impedance_map(kappa2))
+    journal_force(x, y, -whirl * y, whirl * x, whirl, film, force)
+    journal_force(x, y, 0.0, 0.0, whirl, film, steady)
     assert np.hypot(*force[:2]) < 1e-9 * np.hypot(*steady[:2])
 
 
 def test_the_film_force_goes_with_the_effective_velocity_alone():
     """States of one place and one v, by squeeze or by turning: the same force."""
     _, kappa2, factor = film_geometry(0.08, 0.04, C, 0.01)
-    table = impedance_map(kappa2)
+    film = MapFilm(C, factor, 0.0, 0.0, impedance_map(kappa2))
     for place, velocity, *speeds in random_states(10, 4):
         x, y = place[:2]
         half = 0.5 * sum(speeds)
         turned, squeezed = np.zeros(16), np.zeros(16)
-        journal_force(x, y, *velocity[:2], half, C, factor, 0.0, 0.0, table, turned)
+        journal_force(x, y, *velocity[:2], half, film, turned)
         still = (velocity[0] + half * y, velocity[1] - half * x)
-        journal_force(x, y, *still, 0.0, C, factor, 0.0, 0.0, table, squeezed)
+        journal_force(x, y, *still, 0.0, film, squeezed)
         assert turned[:2] == pytest.approx(squeezed[:2], rel=1e-10)
         both = (motion(place, velocity, *speeds), motion(place, (*still, 0.0, 0.0)))
         assert both[0][VELOCITY_EFFECTIVE] == pytest.approx(both[1][VELOCITY_EFFECTIVE], rel=1e-12)

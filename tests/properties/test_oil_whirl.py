@@ -12,7 +12,7 @@ import pytest
 from rotor_on_films import SPEED, C, rotor
 
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
-from cranktrain.film.laws.impedance import impedance_map, journal_force
+from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, KAPPA2, VISCOSITY
 from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid, whirl_threshold
 
@@ -44,11 +44,9 @@ def critical_mass(load):
     """Mass per bearing at the threshold of the model's own film, from the law's tangents at its equilibrium."""
     simulation = rotor(20.0, load)
     law, out, place = simulation.model.bearings[0], np.zeros(16), np.array([0.5, 0.4]) * C
+    film = MapFilm(*law[[CLEARANCE, FACTOR, CONTACT_HEIGHT, CONTACT_LOAD]].tolist(), impedance_map(law[KAPPA2]))
     for _ in range(100):
-        journal_force(
-            *place, 0.0, 0.0, 0.5 * SPEED, law[CLEARANCE], law[FACTOR], law[CONTACT_HEIGHT], law[CONTACT_LOAD],
-            impedance_map(law[KAPPA2]), out,
-        )  # fmt: skip
+        journal_force(*place, 0.0, 0.0, 0.5 * SPEED, film, out)
         move = -np.linalg.solve(out[2:6].reshape(2, 2), out[:2] + np.array([load, 0.0]))
         place = place + move * min(1.0, 0.1 * C / max(np.hypot(*move), 1e-12))
     assert np.abs(out[:2] + np.array([load, 0.0])).max() < 1e-6 * load

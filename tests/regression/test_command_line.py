@@ -5,6 +5,7 @@ import math
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -81,6 +82,16 @@ def test_simulate_writes_a_result_and_repeats_itself(coarse, capsys, tmp_path):
         assert unit == {"time": "s", "angle": "rad"}.get(name) or unit == output_unit(name)
     assert first["bearing[1].velocity.x"][1] == "m/s" and first["bearing[1].moment.x"][1] == "N m"
     assert not list(tmp_path.glob(".*"))  # nothing half-written is left
+
+
+def test_a_run_says_that_its_films_leave_the_pressure_law_out(coarse, capsys, tmp_path):
+    text = Path(coarse).read_text(encoding="utf-8")
+    engine = tmp_path / "barus.toml"
+    engine.write_text(text.replace('pressure_law = { value = "none"', 'pressure_law = { value = "barus"'), "utf-8")
+    options = ("--speed", "1500", "--cycles", "1", "--crank", "rigid", "--bearings", "linear")
+    for path, warns in ((coarse, False), (str(engine), True)):
+        main(["simulate", path, *options, "--output", str(tmp_path / "run.h5")])
+        assert ("oil.pressure_law 'barus'" in capsys.readouterr().err) == warns
 
 
 def test_rigid_crank_on_springs_and_a_measured_trace(coarse, capsys, tmp_path):

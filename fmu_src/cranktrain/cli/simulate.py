@@ -96,6 +96,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm.h5")
     check_target(output)
 
+    if engine.oil.pressure_law != "none":
+        say(f"warning: no film of a run follows oil.pressure_law '{engine.oil.pressure_law}'; viscosity is at p = 0")
     with stages(engine.name) as tell:
         made = assemble(engine, settings, say=tell, crank_mesh=request.mesh, block_mesh=request.block_mesh)
     with bar(f"{request.speed_rpm:g} rev/min, {request.cycles} cycles") as advance:

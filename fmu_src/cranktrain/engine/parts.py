@@ -208,7 +208,8 @@ class Oil:
 
     ``law`` is ``vogel``, η = a exp(b / (T − c)), or ``walther`` through two points of kinematic viscosity.
     ``pressure_law`` is ``none``, ``barus`` or ``roelands``, with the slope of ln η at ambient pressure
-    ``pressure_viscosity``. ``heat_share`` is the part of a film's friction that its oil carries away.
+    ``pressure_viscosity``; no film of a run follows it. ``heat_share`` is the part of a film's friction that its oil
+    carries away.
     """
 
     density: q.Density

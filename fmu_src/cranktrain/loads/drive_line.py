@@ -71,7 +71,7 @@ def frame_lead(lead, lead_rate, rotation, rotation_rate, rotation_acceleration, 
 
     Taylor's series of the law to the fourth power of t; with κt ≪ 1 its error is far below any integrator's.
     """
-    # 1/τ_c = Ω/(2π·revolutions) and κ = 1/τ₂ = 4/τ_c; at standstill the frame stands.
+    # 1/τ_c = Ω/(2π·revolutions) and κ = 1/τ₂ = 4/τ_c; at standstill the frame is at rest.
     inverse = speed / (2.0 * math.pi * RECENTRING_REVOLUTIONS)
     kappa = 4.0 * inverse
     w1 = kappa * (inverse * rotation - lead_rate)

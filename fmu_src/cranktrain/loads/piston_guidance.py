@@ -14,7 +14,7 @@ axis, so a pin offset e tilts it:
 
 with m_s the rod's small end and y_c the height of the piston's centre of mass. Friction along the liner is
 μ (|F_1| + |F_2|) tanh(v/v_0) against the piston's velocity. Terms of second order in the tilt are left out. Without
-springs (a piston held on its axis) the liner takes N where the pin is.
+springs (a piston locked on its axis) the liner takes N where the pin is.
 """
 
 from __future__ import annotations

@@ -141,6 +141,7 @@ class ElasticGrid:
 
     @property
     def _uniform(self) -> Array:
+        """Even s over the width, (n_z + 2,)."""
         return np.linspace(-1.0, 1.0, self.n_z + 2)
 
     def work(self, shapes: int) -> ElasticWork:
@@ -160,7 +161,8 @@ class ElasticGrid:
             np.zeros(self.size),
         )
 
-    def film(  # the data of one film: what is not a size is a keyword with a default
+    # In one piece: the data of a film, of which all but its sizes have a default.
+    def film(
         self,
         diameter: float,
         width: float,

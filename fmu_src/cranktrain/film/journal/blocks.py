@@ -41,6 +41,7 @@ def _inverter(size: int) -> Any:
 
     @kernel
     def invert(s, n):
+        """Gauss and Jordan in place; see :func:`invert` below."""
         padded = size if size > 0 else s.shape[0]
         for k in range(n):
             pivot_row = s[k]

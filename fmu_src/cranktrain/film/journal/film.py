@@ -41,11 +41,11 @@ from cranktrain.film.journal.grid import (
     NODE_GRADING,
     PER_DISTANCE,
     RATIO2,
-    REYNOLDS,
     RUPTURE,
     SIDES,
     SIN,
     STRIP,
+    SWIFT_STIEBER,
     V_X,
     WEIGHT,
     ZETA,
@@ -259,7 +259,7 @@ def film_observables(grid, work):
     n = axial.shape[1] - 1
     vx, vy, wx, wy = four(work.squeeze, V_X)
     half = grid.settings[SIDES] > 1.5
-    ruptures = int(grid.settings[RUPTURE]) == REYNOLDS
+    ruptures = int(grid.settings[RUPTURE]) == SWIFT_STIEBER
     best_i = 0
     best_j = 0
     highest = -1.0

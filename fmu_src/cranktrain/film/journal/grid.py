@@ -19,8 +19,8 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
 from cranktrain.film.journal.blocks import LANES
 
-REYNOLDS, FULL, GUEMBEL = 0, 1, 2
-RUPTURES = {"reynolds": REYNOLDS, "full": FULL, "guembel": GUEMBEL}
+SWIFT_STIEBER, FULL, GUEMBEL = 0, 1, 2
+RUPTURES = {"reynolds": SWIFT_STIEBER, "full": FULL, "guembel": GUEMBEL}
 PRESETS = {"loop": (64, 12), "default": (96, 16), "fine": (192, 32)}
 """Circumferential and axial intervals over the full width."""
 GRADING = 0.85
@@ -102,7 +102,8 @@ class JournalFilm(NamedTuple):
     active: Array  # (N, m) set of the last solution
 
 
-def journal_grid(  # a grid is described by keywords: few are given at a time
+# In one piece: a grid is described by keywords, of which few are given at a time.
+def journal_grid(
     n_phi: int = PRESETS["default"][0],
     n_z: int = PRESETS["default"][1],
     *,

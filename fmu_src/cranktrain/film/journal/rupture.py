@@ -10,7 +10,7 @@ from __future__ import annotations
 from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import four, put_four
 from cranktrain.film.journal.blocks import Ring, factor_ring, solve_ring, solve_ring_four
-from cranktrain.film.journal.grid import COS, GUEMBEL, REYNOLDS, RUPTURE, SIN, WEIGHT, ZETA
+from cranktrain.film.journal.grid import COS, GUEMBEL, RUPTURE, SIN, SWIFT_STIEBER, WEIGHT, ZETA
 
 MOST_PASSES = 60
 """Passes of the active set beyond one for each column."""
@@ -34,7 +34,7 @@ def rupture_pressure(grid, at, work, active):
         for j in range(padded):
             if blocked[i, j] != 0.0:
                 active[i, j] = 0.0
-            elif rupture != REYNOLDS or at_rest:
+            elif rupture != SWIFT_STIEBER or at_rest:
                 active[i, j] = 1.0
             elif cold:
                 # A first set somewhat too large settles sooner than one that is too small: it grows column by column.
@@ -45,7 +45,7 @@ def rupture_pressure(grid, at, work, active):
     tolerance = 1.0e-11 * largest
     p = work.pressure
     most = MOST_PASSES + columns
-    if not (cold or at_rest) and rupture == REYNOLDS:
+    if not (cold or at_rest) and rupture == SWIFT_STIEBER:
         _foresee(n, blocked, at, work, active, tolerance)
     for passes in range(1, most + 1):
         start, cyclic = ring_matrix(n, work, active)
@@ -56,7 +56,7 @@ def rupture_pressure(grid, at, work, active):
             for j in range(padded):
                 p[i, j] = work.source[i, j] * active[i, j] if j < n else 0.0
         solve_ring(ring, p, work.carried[0])
-        if rupture != REYNOLDS or at_rest:
+        if rupture != SWIFT_STIEBER or at_rest:
             break
         if _change_set(n, blocked, work, active, tolerance) == 0:
             break

@@ -18,14 +18,14 @@ from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import four, put_four
 from cranktrain.film.journal.blocks import Ring, factor_ring, solve_ring_four
 from cranktrain.film.journal.film import FORCE, journal_tangents
-from cranktrain.film.journal.grid import REYNOLDS, RUPTURE
+from cranktrain.film.journal.grid import RUPTURE, SWIFT_STIEBER
 from cranktrain.film.journal.rupture import ring_matrix, unit_sources
 
 
 @kernel
 def border_tangents(grid, at, work, active, out):
     """Replace the tangents that ``journal_film`` left in ``out`` (36,); the force stays. 0, or 1 for a failed pivot."""
-    if int(grid.settings[RUPTURE]) != REYNOLDS:
+    if int(grid.settings[RUPTURE]) != SWIFT_STIEBER:
         return 0
     n = grid.axial.shape[1] - 1
     start, cyclic = ring_matrix(n, work, active)

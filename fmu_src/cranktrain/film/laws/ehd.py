@@ -1,4 +1,4 @@
-"""Elastic films of the main bearings in the running model: their data, their memory, and their force in the loop.
+"""Elastic films of the main bearings in the running model: their data, their memory, and their force, solved online.
 
 A film remembers its oil and the form of its bore. Both belong to the state: node unknowns, shapes δ and their rates at
 the end of the last step. Within a step

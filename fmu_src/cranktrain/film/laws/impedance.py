@@ -27,7 +27,19 @@ import numpy as np
 from cranktrain.core.kernel import kernel, law_kernel, record_reader
 from cranktrain.core.lanes import put_four
 from cranktrain.core.reduced_body import Array
-from cranktrain.film.laws.films import FLOW, FRICTION, GAP, OBSERVE, P_MAX, PLANE_ECCENTRICITY, RUBBING, SPEED, widen
+from cranktrain.film.laws.films import (
+    FLOW,
+    FRICTION,
+    GAP,
+    OBSERVE,
+    P_MAX,
+    PLANE_BY_PLACE,
+    PLANE_BY_VELOCITY,
+    PLANE_ECCENTRICITY,
+    RUBBING,
+    SPEED,
+    widen,
+)
 from cranktrain.film.laws.parabolic import (
     ECCENTRICITY_MAX,
     WORK_SIZE,
@@ -74,8 +86,15 @@ CENTRED = 1.0e-3
 LN_FORCE, TURN, LN_PRESSURE, LN_FLOW, N_FUNCTIONS = range(5)
 """Functions of the map: ln M, β, p̂ and q̂."""
 
-# What journal_force writes: the force, its tangents by place and by velocity (2 × 2, row-major), the eccentricity.
-BY_PLACE, BY_VELOCITY, ECCENTRICITY = 2, 6, 10
+
+class MapFilm(NamedTuple):
+    """One film that is read from a map."""
+
+    clearance: float  # m, radial
+    factor: float  # 10 η R L (R/c)², N s
+    contact_height: float  # m
+    contact_load: float  # ½ p_c L D, N
+    table: Array  # see :func:`impedance_map`
 
 
 class ImpedanceFilms(NamedTuple):
@@ -151,13 +170,13 @@ def impedance(eps, gamma, table, first, out):
 
 
 @kernel
-def journal_force(x, y, vx, vy, half_speed, c, factor, contact_height, contact_load, table, out):
+def journal_force(x, y, vx, vy, half_speed, film, out):
     """Force on a journal at (x, y) moving at (vx, vy) in axes at rest with the bore, with its tangents.
 
-    ``half_speed`` is half the sum of the surface speeds (rad/s); ``factor`` 10 η R L (R/c)²; ``contact_load``
-    ½ p_c L D. ``out`` (≥ 11,): force (N), and from BY_PLACE and BY_VELOCITY on ∂F/∂(x, y) and ∂F/∂(vx, vy), row-major;
-    ECCENTRICITY.
+    ``half_speed`` is half the sum of the surface speeds (rad/s); ``film`` a MapFilm. ``out`` (≥ 11,): force (N), and
+    from PLANE_BY_PLACE and PLANE_BY_VELOCITY on ∂F/∂(x, y) and ∂F/∂(vx, vy), row-major; PLANE_ECCENTRICITY.
     """
+    c, factor, contact_height, contact_load, table = film
     # The velocity of pure squeeze, as the film sees it.
     sx = vx + half_speed * y
     sy = vy - half_speed * x
@@ -225,22 +244,29 @@ def journal_force(x, y, vx, vy, half_speed, c, factor, contact_height, contact_l
     out[1] = fy
     # The velocity of pure squeeze depends on the position through the surface speeds.
     by_place = k_xx - half_speed * d_xy, k_xy + half_speed * d_xx, k_yx - half_speed * d_yy, k_yy + half_speed * d_yx
-    put_four(out, BY_PLACE, by_place)
-    put_four(out, BY_VELOCITY, (d_xx, d_xy, d_yx, d_yy))
-    out[ECCENTRICITY] = eps
+    put_four(out, PLANE_BY_PLACE, by_place)
+    put_four(out, PLANE_BY_VELOCITY, (d_xx, d_xy, d_yx, d_yy))
+    out[PLANE_ECCENTRICITY] = eps
 
 
 @kernel
-def pressure_and_flow(x, y, vx, vy, half_speed, c, viscosity, radius, width, table, out):
-    """Largest pressure (Pa) and side flow (m³/s, both ends together) of the film of :func:`journal_force`."""
-    sx = vx + half_speed * y
-    sy = vy - half_speed * x
+def pressure_and_flow(place, velocity, half_speed, bearing, table, out):
+    """Largest pressure (Pa) and side flow (m³/s, both ends together) of the film of :func:`journal_force`.
+
+    ``bearing`` are the parameters of :mod:`cranktrain.film.laws.parameters`; ``out`` (6,) is scratch.
+    """
+    x = place[0]
+    y = place[1]
+    c = bearing[CLEARANCE]
+    radius = bearing[RADIUS]
+    sx = velocity[0] + half_speed * y
+    sy = velocity[1] - half_speed * x
     size = math.sqrt(sx * sx + sy * sy)
     eps = math.sqrt(x * x + y * y) / c
     gamma = math.atan2(x * sy - y * sx, x * sx + y * sy)
     impedance(ECCENTRICITY_MAX if eps > ECCENTRICITY_MAX else eps, gamma, table, LN_PRESSURE, out)
-    highest = 15.0 * viscosity * (radius / c) ** 2 * size / c * math.exp(out[VALUE])
-    return highest, 10.0 * radius**3 / width * size * math.exp(out[SECOND])
+    highest = 15.0 * bearing[VISCOSITY] * (radius / c) ** 2 * size / c * math.exp(out[VALUE])
+    return highest, 10.0 * radius**3 / bearing[WIDTH] * size * math.exp(out[SECOND])
 
 
 _read = record_reader(ImpedanceFilms(np.zeros((1, 1)), np.zeros((1, 1, 1)), np.zeros(1)))
@@ -251,24 +277,13 @@ def impedance_law(record, action, i, place, velocity, numbers, memory, out):
     """The law of the map, see :mod:`cranktrain.film.laws.films`: a round bore looks the same from every side."""
     films = _read(record)
     own = films.parameters[i]
-    x = place[0]
-    y = place[1]
-    vx = velocity[0]
-    vy = velocity[1]
-    c = own[CLEARANCE]
-    radius = own[RADIUS]
-    width = own[WIDTH]
-    viscosity = own[VISCOSITY]
     half = 0.5 * numbers[SPEED]
     plane = films.plane
-    journal_force(
-        x, y, vx, vy, half, c, own[FACTOR], own[CONTACT_HEIGHT], own[CONTACT_LOAD], films.table, plane,
-    )  # fmt: skip
+    film = MapFilm(own[CLEARANCE], own[FACTOR], own[CONTACT_HEIGHT], own[CONTACT_LOAD], films.table)
+    journal_force(place[0], place[1], velocity[0], velocity[1], half, film, plane)
     widen(plane, out)
-    out[FRICTION] = friction_torque(
-        plane[PLANE_ECCENTRICITY], out[0], out[1], x, y, viscosity, radius, width, c, numbers[RUBBING]
-    )
+    out[FRICTION] = friction_torque(plane[PLANE_ECCENTRICITY], out, place, own, numbers[RUBBING])
     if action == OBSERVE:
-        out[P_MAX], out[FLOW] = pressure_and_flow(x, y, vx, vy, half, c, viscosity, radius, width, films.table, plane)
+        out[P_MAX], out[FLOW] = pressure_and_flow(place, velocity, half, own, films.table, plane)
         out[GAP] = -1.0
     return 0

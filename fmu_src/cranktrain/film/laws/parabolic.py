@@ -25,6 +25,7 @@ import numpy as np
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import put_four
+from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
 
 N_NODES = 96
 """Circumferential nodes; the film is solved once per map and per output, so they may be many."""
@@ -54,7 +55,7 @@ def node_table() -> np.ndarray:
 
 @kernel
 def _solve_zone(first, count, v_r, v_t, work):
-    """Solve both unit problems on one zone of nodes; returns whether the zone stands: 0 yes, else a changed zone."""
+    """Solve both unit problems on one zone of nodes; returns the zone, changed where it is not the solution."""
     n = N_NODES
     delta = 2.0 * math.pi / n
     o_cos, o_sin, o_jac, o_face, o_mass = 0, n, 2 * n, 4 * n, 6 * n
@@ -260,15 +261,18 @@ def film_force(eps, v_r, v_t, kappa2, nodes, work, zone, out):
 
 
 @kernel
-def friction_torque(eps, fx, fy, x, y, viscosity, radius, width, c, speed):
+def friction_torque(eps, force, place, bearing, speed):
     """Friction torque on the journal (N m, negative: it brakes): shear of the full annulus, and half of e × F.
 
+    ``force`` (N) and ``place`` (m) of the journal: their first two; ``bearing`` the parameters of
+    :mod:`cranktrain.film.laws.parameters`; ``speed`` journal's against bore's (rad/s).
     The torques on journal and shell differ by e × F; the formula is the classical one for a film that stays filled.
     """
+    radius = bearing[RADIUS]
     limited = eps if eps < ECCENTRICITY_MAX else ECCENTRICITY_MAX
-    petroff = 2.0 * math.pi * viscosity * radius * radius * radius * width * speed / c
-    shear = petroff / math.sqrt(1.0 - limited * limited)
-    return -shear - 0.5 * (x * fy - y * fx)
+    petroff = 2.0 * math.pi * bearing[VISCOSITY] * radius * radius * radius * bearing[WIDTH] * speed
+    shear = petroff / bearing[CLEARANCE] / math.sqrt(1.0 - limited * limited)
+    return -shear - 0.5 * (place[0] * force[1] - place[1] * force[0])
 
 
 @kernel

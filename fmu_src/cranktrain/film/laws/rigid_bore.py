@@ -40,7 +40,7 @@ from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.table.aligned import aligned_force, aligned_observables
 from cranktrain.film.table.database import FilmTable, table_grid
 from cranktrain.film.table.interpolation import TableArrays
-from cranktrain.film.table.law import TABLE, Tabled, TableWork, table_force, table_work, tilted_pressure
+from cranktrain.film.table.law import TABLED, Tabled, TableWork, table_force, table_work, tilted_pressure
 
 if TYPE_CHECKING:
     from cranktrain.film.laws.bearings import Bearings
@@ -172,13 +172,13 @@ def table_law(record, action, i, place, velocity, numbers, memory, out):
     half = 0.5 * numbers[SPEED]
     tabled = Tabled(bore.table, bore.grid, bore.journal, bore.active[i], bore.tabled)
     status = table_force(place, velocity, half, own[CLEARANCE], _force_unit(own), tabled, out)
-    if status != TABLE:
+    if status != TABLED:
         bore.solved[0] += 1.0
     out[PASSES] = status
     _rough_force(bore, own, place, numbers[SPEED], out)
     if action != OBSERVE:
         return 0
-    if status != TABLE:
+    if status != TABLED:
         _solved_figures(bore, own, out)
         return 0
     # Pressure from the table with tilt, flow of the aligned film.
@@ -195,7 +195,7 @@ def aligned_law(record, action, i, place, velocity, numbers, memory, out):
     own = bore.parameters[i]
     half = 0.5 * numbers[SPEED]
     tabled = Tabled(bore.table, bore.grid, bore.journal, bore.active[i], bore.tabled)
-    if aligned_force(place, velocity, half, own[CLEARANCE], _force_unit(own), tabled, bore.plane) != TABLE:
+    if aligned_force(place, velocity, half, own[CLEARANCE], _force_unit(own), tabled, bore.plane) != TABLED:
         bore.solved[0] += 1.0
     widen(bore.plane, out)
     rough = bore.rough
@@ -204,10 +204,7 @@ def aligned_law(record, action, i, place, velocity, numbers, memory, out):
         out[r] += rough[r]
         for s in range(2):
             out[BY_PLACE + 4 * r + s] += rough[STIFFNESS + 4 * r + s]
-    out[FRICTION] = rough[TORQUE] + friction_torque(
-        out[ECCENTRICITY], out[0], out[1], place[0], place[1], own[VISCOSITY], own[RADIUS], own[WIDTH], own[CLEARANCE],
-        numbers[RUBBING],
-    )  # fmt: skip
+    out[FRICTION] = rough[TORQUE] + friction_torque(out[ECCENTRICITY], out, place, own, numbers[RUBBING])
     if action == OBSERVE:
         out[P_MAX], out[FLOW] = aligned_observables(place, velocity, half, own, bore.table, bore.plane)
         out[GAP] = -1.0
@@ -240,7 +237,7 @@ def _rough_force(bore, own, place, speed, out):
     radius = own[RADIUS]
     x, y, a, b = four(place, 0)
     eps = (x * x + y * y) ** 0.5 / c
-    out[FRICTION] = friction_torque(eps, out[0], out[1], x, y, own[VISCOSITY], radius, own[WIDTH], c, speed)
+    out[FRICTION] = friction_torque(eps, out, place, own, speed)
     rough = bore.rough
     journal_contact(x, y, a, b, radius * speed, bore.contact, rough)
     for k in range(TORQUE):

@@ -5,7 +5,7 @@ Each bearing follows its rollers (:mod:`cranktrain.film.laws.roller_contacts`) o
 journal's end, where its displacement by tilt is measured and Q acts, lies half a roller's length beside its middle, so
 that Q = M/(l/2).
 
-Rollers stand still with the first one straight below the journal, or go round with the cage: ψ_0 = −π/2 + γθ, θ being
+Rollers are at rest with the first one straight below the journal, or go round with the cage: ψ_0 = −π/2 + γθ, θ being
 the frame's angle with its whole turns and γ = ½(1 − D/d_m) the ratio of pure rolling. They excite at the frequency of
 their passage then.
 
@@ -74,7 +74,7 @@ FIRST_ANGLE = -0.5 * math.pi
 """Angle of the first roller at rest: where gas presses the journals to."""
 
 # Columns of a bearing's law behind the constants of its rollers: stiffness and damping (N/m, N s/m), both of tilt as of
-# Q by the end's displacement; γ, or 0 where rollers stand still; the eccentricity's scale. Where a linear stand-in
+# Q by the end's displacement; γ, or 0 where rollers are at rest; the eccentricity's scale. Where a linear stand-in
 # takes the rollers' place there are none, else its stiffness is 0.
 STIFFNESS, TILT_STIFFNESS, DAMPING, TILT_DAMPING, CAGE, SCALE, N_LAW = range(N_CONSTANTS, N_CONSTANTS + 7)
 

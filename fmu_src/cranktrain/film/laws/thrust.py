@@ -204,11 +204,12 @@ def thrust_force(z, vz, speed, parameters):
     return pads * (f2 - f1), pads * (k1 + k2), -pads * (c1 + c2)
 
 
+# In one piece: three freedoms, their rates, and the speed.
 @kernel
 def thrust_force_tilted(z, tx, ty, vz, vtx, vty, speed, parameters, out):
     """Force and moments on a tilted collar with their tangents.
 
-    The collar stands at z (m) in the middle of the clearance, turned by the small angles tx, ty (rad) about x and y,
+    The collar is at z (m) in the middle of the clearance, turned by the small angles tx, ty (rad) about x and y,
     axes at rest with the pads; vz, vtx, vty are their rates, ``speed`` the crank's (rad/s). ``out[0:3]`` F_z (N), M_x,
     M_y (N m); ``out[3:12]`` their derivatives by (z, tx, ty), ``out[12:21]`` by (vz, vtx, vty), row-major.
     """
@@ -305,7 +306,7 @@ def tilting_thrust(record, action, i, place, velocity, numbers, memory, out):
     out[0] = result[0]
     out[1] = cos * result[1] + sin * result[2]
     out[2] = cos * result[2] - sin * result[1]
-    # Pads stand still: turn the tangents into the frame.
+    # Pads are at rest: turn the tangents into the frame.
     for part in range(2):
         o = TILTED_BY_PLACE if part == 0 else TILTED_BY_VELOCITY
         for r in range(3):

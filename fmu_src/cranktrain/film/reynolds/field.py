@@ -96,7 +96,8 @@ class FilmSolution:
     """Active-set passes."""
 
 
-def solve_film(  # one call describes a whole film: all but two arguments are keywords with a default
+# In one piece: a call describes a whole film, and all but two arguments are keywords with a default.
+def solve_film(
     h: ArrayLike,
     lengths: tuple[float, float],
     *,
@@ -354,6 +355,7 @@ def _settle(mode: int, balance: Balance, lasting: Array, unknowns: Unknowns, spa
 
 
 def _failure(status: int, cavitation: str) -> str:
+    """What went wrong, and what helps."""
     if status == SINGULAR:
         return f"film ({cavitation}): nothing determines the pressure; open an edge, or let oil leave a closing film"
     return f"film ({cavitation}): ruptured zones did not settle; try a finer grid or a smaller change of the film"

@@ -11,6 +11,7 @@ from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import put_four, scaled
 from cranktrain.film.journal.film import DAMPING, STIFFNESS, journal_film
 from cranktrain.film.journal.grid import Motion
+from cranktrain.film.laws.films import PLANE_BY_PLACE, PLANE_BY_VELOCITY, PLANE_ECCENTRICITY
 from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.spline import BY_ALONG, BY_AROUND, SECOND, SECOND_BY_ALONG, SECOND_BY_AROUND, VALUE
 from cranktrain.film.table.interpolation import (
@@ -21,14 +22,14 @@ from cranktrain.film.table.interpolation import (
     LN_FORCE,
     interpolate_aligned,
 )
-from cranktrain.film.table.law import BLENDED, CENTRED, FAILED, SOLVED, TABLE, fall, turned_block
+from cranktrain.film.table.law import BLENDED, CENTRED, FAILED, SOLVED, TABLED, fall, turned_block
 
 ALIGNED_MARGIN = 0.005
 """Margin inside the edge in ε where the table and the film solved online are blended."""
 
 
-# What aligned_force writes: the force, its tangents by place and by velocity (2 × 2, row-major), and figures.
-BY_PLACE, BY_VELOCITY, ECCENTRICITY, SOLVED_SHARE = 2, 6, 10, 11
+SOLVED_SHARE = PLANE_ECCENTRICITY + 1
+"""What aligned_force writes behind a film of the plane: the share of the solved film."""
 
 
 @kernel
@@ -36,8 +37,8 @@ def aligned_force(place, velocity, half_speed, c, factor, tabled, out):
     """Force on a journal without tilt, in axes at rest with the bore, from the aligned table.
 
     Arguments and result as in :func:`table_force`, of which only the first two of ``place`` and ``velocity`` count; the
-    grid may be one of half the width. ``out`` (≥ 12,): force (N); from BY_PLACE on ∂F/∂(x, y), from BY_VELOCITY on
-    ∂F/∂(vx, vy), row-major; ECCENTRICITY; SOLVED_SHARE.
+    grid may be one of half the width. ``out`` (≥ 12,): force (N); from PLANE_BY_PLACE on ∂F/∂(x, y), from
+    PLANE_BY_VELOCITY on ∂F/∂(vx, vy), row-major; PLANE_ECCENTRICITY; SOLVED_SHARE.
     """
     x = place[0]
     y = place[1]
@@ -59,7 +60,7 @@ def aligned_force(place, velocity, half_speed, c, factor, tabled, out):
         weight, slope = fall((eps - ALIGNED_MAX) / ALIGNED_MARGIN + 1.0)
         slope /= ALIGNED_MARGIN
     fr = ft = k_rr = k_rt = k_tr = k_tt = d_rr = d_rt = d_tr = d_tt = 0.0
-    status = TABLE
+    status = TABLED
     if weight > 0.0:
         fr, ft, k_rr, k_rt, k_tr, k_tt, d_rr, d_rt, d_tr, d_tt = _tabled(eps, vr, vt, tabled.table, tabled.work.scratch)
     if weight < 1.0:
@@ -86,9 +87,9 @@ def aligned_force(place, velocity, half_speed, c, factor, tabled, out):
     d_xx, d_xy, d_yx, d_yy = scaled(stiff, turned_block((d_rr, d_rt), (d_tr, d_tt), nx, ny))
     # The velocity of pure squeeze depends on the place through the surface speeds.
     by_place = k_xx - half_speed * d_xy, k_xy + half_speed * d_xx, k_yx - half_speed * d_yy, k_yy + half_speed * d_yx
-    put_four(out, BY_PLACE, by_place)
-    put_four(out, BY_VELOCITY, (d_xx, d_xy, d_yx, d_yy))
-    out[ECCENTRICITY] = eps
+    put_four(out, PLANE_BY_PLACE, by_place)
+    put_four(out, PLANE_BY_VELOCITY, (d_xx, d_xy, d_yx, d_yy))
+    out[PLANE_ECCENTRICITY] = eps
     out[SOLVED_SHARE] = 1.0 - weight
     return status
 

@@ -10,10 +10,10 @@ centres, with the velocity of pure squeeze v = |v|(cos γ, sin γ) and the tilt 
   (:mod:`cranktrain.film.table.family`); ln p̂ apart.
 
 A velocity has four components and a table with tilt room for one direction: the family says which rates of tilt are
-sampled, and how two of its points stand for any other.
+sampled, and how two of its points represent any other.
 
 The tilted films are extrapolated (Richardson) from two axial divisions, spaced by a sine towards the ends: at a strong
-tilt the pressure stands within a few per cent of the width, where even intervals err by 5 to 10 %. The
+tilt the pressure lies within a few per cent of the width, where even intervals err by 5 to 10 %. The
 interpolation (:mod:`cranktrain.film.table.interpolation`) is measured against the same films at every cell's centre.
 
 What a table of L/D 0.353 is worth (``python -m benchmarks film_table``; errors of the larger of force over |F| and
@@ -71,7 +71,7 @@ TILT_GRIDS = {"none": ((64, 8), (64, 16)), "circumferential": ((64, 12), (64, 24
 ONLINE_GRID = (48, 12)
 AXIAL_SINE = 0.98
 RATES = (16.0, 32.0)
-"""|w − w_ref| / |v| where the law begins and ends to hand over to the film solved in place."""
+"""|w − w_ref| / |v| where the law begins and ends to hand over to the film solved online."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ class FilmTable:
         return int(self.aligned_error.size + self.tilted_error.size)
 
     def with_rates(self, inside: float, outside: float) -> FilmTable:
-        """Table that hands over to the film solved in place between these tilt rates |w − w_ref| / |v|."""
+        """Table that hands over to the film solved online between these tilt rates |w − w_ref| / |v|."""
         if not 0.0 < inside < outside:
             raise InputError(
                 f"tilt rates {inside:g} and {outside:g} of the hand-over: the first must be the smaller one"

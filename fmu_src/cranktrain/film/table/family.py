@@ -1,4 +1,4 @@
-"""The velocities that the tilted film table samples, and how it stands for all others.
+"""The velocities that the tilted film table samples, and how it represents all others.
 
 A film answers to two velocities of pure squeeze: v of the journal's middle and w of its tilt (in axes along and across
 the line of centres, over the clearance). The table has room for the direction of v alone. It samples a tilt that turns
@@ -6,13 +6,13 @@ with the line of centres,
 
     w_ref = ρ v_t e_z×t,    ρ = ε³/(ε⁴ + δ⁴),
 
-which a journal keeps whose tilt stands still while both surfaces turn (for ε ≫ δ; nearer to the centre the line of
+which a journal keeps whose tilt is at rest while both surfaces turn (for ε ≫ δ; nearer to the centre the line of
 centres may turn at any rate, and δ keeps the family finite). With the rest d = w − w_ref any velocity of the surface is
 
     v + ζ w = (v + λ d) + ζ w_ref + (ζ − λ) d :
 
-λ is free. Where the pressure stands about ζ = λ the last term does little, so the film is that of the family at v + λ d
-with a small, linear rest. The pressure stands on both sides of a lever ζ_c that a tilt moves to the narrow end. Two
+λ is free. Where the pressure lies about ζ = λ the last term does little, so the film is that of the family at v + λ d
+with a small, linear rest. The pressure lies on both sides of a lever ζ_c that a tilt moves to the narrow end. Two
 points of the family, λ = ζ_c ± σ, also give what no linear term can: d at one end adds pressure and at the other cannot
 take off more than there is, so the force grows with |d| whichever way it points.
 

@@ -4,11 +4,11 @@ Position and tilt are the displacements of the journal's middle and of its axis 
 bore; forces are conjugate to them: F = −∫∫ P n and Q = −∫∫ P ζ n, both in N (the moment ∫ z dF is Q L/2). The film sees
 the velocities of pure squeeze v = ė − ω̄ e_z×e and w = ṫ − ω̄ e_z×t, ω̄ half the sum of the surface speeds.
 
-Inside, two points of the sampled family stand for any velocity (:mod:`cranktrain.film.table.family`). Outside the table
+Inside, two points of the sampled family represent any velocity (:mod:`cranktrain.film.table.family`). Outside the table
 (eccentricity, tilt, or a tilt rate so high that hardly anything else is left) the film is solved online. Within a
 margin inside the edge both answers are blended, f = W f_table + (1 − W) f_solved with W falling from 1 to 0 without a
 kink; the tangents carry the slope of W. So forces and tangents are continuous across the hand-over, and nothing is
-extrapolated. The law says which of them answered: :data:`TABLE`, :data:`BLENDED` or :data:`SOLVED`.
+extrapolated. The law says which of them answered: :data:`TABLED`, :data:`BLENDED` or :data:`SOLVED`.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from cranktrain.film.table.interpolation import (
     tilted_place,
 )
 
-TABLE, BLENDED, SOLVED, FAILED = 0, 1, 2, -1
+TABLED, BLENDED, SOLVED, FAILED = 0, 1, 2, -1
 TILTED_MARGIN = 0.01
 SHARE_MARGIN = 0.03
 """Margins inside the edges, in ε, and in A and B as a share of the tilt range."""
@@ -406,14 +406,14 @@ def table_force(place, velocity, half_speed, c, factor, tabled, out):
 
     Returns
     -------
-    TABLE, BLENDED, SOLVED, or FAILED where the film solved online did not converge
+    TABLED, BLENDED, SOLVED, or FAILED where the film solved online did not converge
     """
     inverse = 1.0 / c
     at, nx, ny = on_line_of_centres(place, velocity, half_speed, inverse)
     work = tabled.work
     slopes = work.weight
     weight = _table_weight(at, tabled.table.axes, slopes)
-    status = TABLE
+    status = TABLED
     centred = work.centred
     eps = at.ex
     arm = eps if eps > CENTRED else CENTRED

@@ -1,9 +1,9 @@
-"""Integrators with a fixed step for first-order equations ẏ = f(t, y): what the stage solver is held against.
+"""Integrators with a fixed step for first-order equations ẏ = f(t, y): what the stage solver is compared with.
 
 * ``runge-kutta-4``: the classical explicit method of order 4, four stages (Kutta 1901); on an undamped oscillation
   stable to h ω = 2√2;
 * ``central-differences``: explicit, order 2, one evaluation, for unknowns y = [q (n), v (n), then pairs of a position
-  and its velocity]. Velocities stand half a step behind and are carried to the step by the last acceleration, so that
+  and its velocity]. Velocities are half a step behind and are carried to the step by the last acceleration, so that
   forces which depend on them keep the order; without such forces stable to h ω = 2 (Hughes, The Finite Element Method,
   9.1);
 * ``radau-5``: Radau IIA of three stages, order 5, L-stable (Hairer & Wanner II, IV.8), simplified Newton iterations in

@@ -142,12 +142,12 @@ def reynolds_equilibrium(simulation: Simulation, speed: float, load: float = LOA
 def plain_newton(simulation: Simulation, eccentricity: float, direction: float, load: float = LOAD) -> bool:
     """Whether undamped Newton steps on the static equation lead from a place to an equilibrium inside the bore."""
     law, out = film_law(simulation.model.bearings[0]), np.zeros(16)
-    c = law[0]
+    c = law.clearance
     place = eccentricity * c * np.array([math.cos(direction), math.sin(direction)])
     for _ in range(NEWTON_STEPS):
         if not np.hypot(*place) < c:
             return False
-        journal_force(*place, 0.0, 0.0, 0.5 * float(simulation.inputs[0]), *law, out)
+        journal_force(*place, 0.0, 0.0, 0.5 * float(simulation.inputs[0]), law, out)
         tangent = out[2:6].reshape(2, 2)
         if not np.isfinite(out[:6]).all() or abs(np.linalg.det(tangent)) == 0.0:
             return False

@@ -19,7 +19,7 @@ import numpy as np
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
-from cranktrain.film.laws.impedance import journal_force
+from cranktrain.film.laws.impedance import MapFilm, journal_force
 
 RK4, CENTRAL = 0, 1
 METHODS = {"rk4": RK4, "central-differences": CENTRAL}
@@ -31,11 +31,7 @@ class FilmedJournal(NamedTuple):
     mass: float
     load: float
     half_speed: float
-    c: float
-    factor: float
-    contact_height: float
-    contact_load: float
-    table: Array
+    film: MapFilm
 
 
 def amplification(method: str, h: float, system: Array) -> Array:
@@ -66,10 +62,7 @@ OUT, POINT, TOTAL, SLOPE, ROWS = range(5)
 @kernel
 def rates(journal, y, out, slope):
     """Fill ``slope`` (4,) with ẏ of a journal in its film; ``out`` (16,) takes the film law's results."""
-    journal_force(
-        y[0], y[1], y[V_X], y[V_Y], journal.half_speed, journal.c, journal.factor, journal.contact_height,
-        journal.contact_load, journal.table, out,
-    )  # fmt: skip
+    journal_force(y[0], y[1], y[V_X], y[V_Y], journal.half_speed, journal.film, out)
     slope[0] = y[V_X]
     slope[1] = y[V_Y]
     slope[V_X] = out[0] / journal.mass

@@ -19,7 +19,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +28,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.time.integrators import carried, family, integrator_table
 from cranktrain.dynamics.time.table import ALPHA_F, ALPHA_M, BETA, GAMMA, HEAD, STAGES
-from cranktrain.film.laws.impedance import journal_force
+from cranktrain.film.laws.impedance import MapFilm, journal_force
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.steady.bearing import whirl_threshold
 from cranktrain.studies.stability.amplification import scaled, step_matrix
@@ -65,7 +64,7 @@ def threshold_mass(film: LinearFilm, clearance: float) -> float:
     return parameter**2 * film.load / (clearance * SPEED**2)
 
 
-def film_as_seen(method: str, step: float, law: tuple[Any, ...], film: LinearFilm, mass: float) -> LinearFilm:
+def film_as_seen(method: str, step: float, law: MapFilm, film: LinearFilm, mass: float) -> LinearFilm:
     """The film about the place where a method holds the journal under the film's load; step in rad.
 
     A steady journal r is q = r exp(−iΩt) in the frame. Methods that ask for the film once a step make of its rates
@@ -89,19 +88,19 @@ def film_as_seen(method: str, step: float, law: tuple[Any, ...], film: LinearFil
     out = np.zeros(16)
 
     def unbalanced(place: Array) -> Array:
-        r = law[0] * complex(place[0], place[1])
+        r = law.clearance * complex(place[0], place[1])
         v = (velocity + 1j * SPEED) * r
         a = (rate + 2j * SPEED * velocity - SPEED**2) * r
-        journal_force(r.real, r.imag, v.real, v.imag, 0.5 * SPEED, *law, out)
+        journal_force(r.real, r.imag, v.real, v.imag, 0.5 * SPEED, law, out)
         return np.array([out[0] - mass * a.real, out[1] - film.load - mass * a.imag]) / film.load
 
-    found = root(unbalanced, film.place / law[0], tol=1e-12)
+    found = root(unbalanced, film.place / law.clearance, tol=1e-12)
     unbalanced(found.x)
     stiffness, damping = -out[2:6].reshape(2, 2), -out[6:10].reshape(2, 2)
-    return LinearFilm(law[0] * found.x, stiffness, damping, film.load)
+    return LinearFilm(law.clearance * found.x, stiffness, damping, film.load)
 
 
-def linear_growth(method: str, step: float, law: tuple[Any, ...], film: LinearFilm, mass: float) -> float:
+def linear_growth(method: str, step: float, law: MapFilm, film: LinearFilm, mass: float) -> float:
     """Growth of the whirl per revolution, ln, of a method on the linear film in the turning frame; step in rad."""
     seen = film_as_seen(method, step, law, film, mass)
     stiffness, damping = seen.stiffness / mass, seen.damping / mass
@@ -184,9 +183,9 @@ def onset(growth: Callable[[float], float], critical: float, low: float = LOWEST
 def compute(quick: bool, progress: Progress) -> StabilityMap:
     """The map over step and speed."""
     degrees = np.array([1.25, 2.5, 5.0, 10.0] if quick else [0.25, 0.5, 1.0, 1.5, 2.5, 4.0, 5.0, 7.5, 10.0, 15.0])
-    law: tuple[Any, ...] = film_law(film_rotor(10.0, 1000.0).model.bearings[0])
+    law: MapFilm = film_law(film_rotor(10.0, 1000.0).model.bearings[0])
     film = film_at(ECCENTRICITY, law)
-    critical = threshold_mass(film, law[0])
+    critical = threshold_mass(film, law.clearance)
     methods = ("backward-euler", default_method(), *METHODS, *(() if quick else OTHERS))
     theory = np.full((len(methods), degrees.size), math.nan)
     found = theory.copy()

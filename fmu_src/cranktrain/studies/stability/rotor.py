@@ -20,7 +20,7 @@ from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.film.laws.impedance import impedance_map, journal_force
+from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, KAPPA2
 
 NOTHING = 1.0e-7
@@ -119,22 +119,22 @@ class LinearFilm:
     load: float
 
 
-def film_law(bearing: Array) -> tuple[Any, ...]:
-    """What :func:`~cranktrain.film.laws.impedance.journal_force` wants of a bearing: c, factor, contact and its map."""
-    law = tuple(float(bearing[k]) for k in (CLEARANCE, FACTOR, CONTACT_HEIGHT, CONTACT_LOAD))
-    return (*law, impedance_map(float(bearing[KAPPA2])))
+def film_law(bearing: Array) -> MapFilm:
+    """The film of a bearing's parameters, with its map."""
+    clearance, factor, height, load = (float(bearing[k]) for k in (CLEARANCE, FACTOR, CONTACT_HEIGHT, CONTACT_LOAD))
+    return MapFilm(clearance, factor, height, load, impedance_map(float(bearing[KAPPA2])))
 
 
-def film_at(eccentricity: float, law: tuple[Any, ...], speed: float = SPEED) -> LinearFilm:
+def film_at(eccentricity: float, law: MapFilm, speed: float = SPEED) -> LinearFilm:
     """The film's equilibrium at an eccentricity (share of the clearance), with its exact tangents."""
     out = np.zeros(16)
-    journal_force(eccentricity * law[0], 0.0, 0.0, 0.0, 0.5 * speed, *law, out)
+    journal_force(eccentricity * law.clearance, 0.0, 0.0, 0.0, 0.5 * speed, law, out)
     # Turn the force to point up.
     angle = 0.5 * math.pi - math.atan2(out[1], out[0])
     cos, sin = math.cos(angle), math.sin(angle)
     turn = np.array([[cos, -sin], [sin, cos]])
     return LinearFilm(
-        turn @ np.array([eccentricity * law[0], 0.0]),
+        turn @ np.array([eccentricity * law.clearance, 0.0]),
         -turn @ out[2:6].reshape(2, 2) @ turn.T,
         -turn @ out[6:10].reshape(2, 2) @ turn.T,
         math.hypot(out[0], out[1]),

@@ -15,12 +15,12 @@ this there is no theory.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.slots import GRAVITY, STEP
+from cranktrain.film.laws.impedance import MapFilm
 from cranktrain.studies.stability.explicit import METHODS, ROWS, FilmedJournal, amplification, march, spectral_radius
 from cranktrain.studies.stability.rotor import SPEED, LinearFilm, default_method, film_at, film_law, film_rotor
 from cranktrain.studies.stability.stability_map import (
@@ -65,14 +65,14 @@ def theoretical_limit(method: str, system: Array) -> float:
     return bisected(fails, 0.5 * shortest, 5.0 * shortest, 1e-7)
 
 
-def marched_limit(method: str, film: LinearFilm, mass: float, law: tuple[Any, ...]) -> float:
+def marched_limit(method: str, film: LinearFilm, mass: float, law: MapFilm) -> float:
     """Longest step at which the method, marched in the film as it is, lets the fastest motion die, s."""
     system = journal_system(film, mass)
     left, right = _fastest(system)
     shortest = 1.0 / float(np.abs(np.linalg.eigvals(system)).max())
     start = np.concatenate((film.place, np.zeros(2)))
-    away = KICK * law[0] * SPEED * right / np.abs(right[2:]).max()
-    journal = FilmedJournal(mass, film.load, 0.5 * SPEED, *law)
+    away = KICK * law.clearance * SPEED * right / np.abs(right[2:]).max()
+    journal = FilmedJournal(mass, film.load, 0.5 * SPEED, law)
     watched, work = np.stack((left, start)), np.zeros((ROWS, 16))
 
     def fails(h: float) -> bool:
