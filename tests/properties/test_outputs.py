@@ -11,10 +11,10 @@ from plain_model import PlainModel
 from standing import rigid_block
 
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.model.slots import TILTS
+from cranktrain.dynamics.model.slots import FORCES, STATE_U, STATE_UDD, TILTS, UDD, U
 from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.motion.equations import port_forces
-from cranktrain.dynamics.outputs.observe import output_names
+from cranktrain.dynamics.outputs.register import Counts, output_names
 from cranktrain.dynamics.simulation import Parts, Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.film.table.database import TableSettings
@@ -57,7 +57,7 @@ def table(tmp_path_factory):
 
 
 def test_names_are_unique_and_the_interface_lists_them_all():
-    names = output_names(7, 6, 4)
+    names = output_names(Counts(7, 6, 4))
     assert len(set(names)) == len(names)
     counts = {"cylinders": 6, "main_bearings": 7, "mounts": 4}
     outputs = [v for v in expand(read_interface(DESCRIPTION).variables, counts) if v.causality == "output"]
@@ -125,9 +125,9 @@ def test_moments_do_the_work_of_the_tilting_forces():
     to_angle(simulation, 30)
     model, work = simulation.model, simulation.work
     frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
-    u, ud, udd = (work.port[10 + k].copy() for k in range(3))
-    forces = np.zeros_like(u)
-    port_forces(model, frame, pressures, u, ud, udd, 1.0, 1.0, forces, work)
+    work.port[U : UDD + 1] = work.port[STATE_U : STATE_UDD + 1]
+    port_forces(model, work, frame, pressures, 1.0, 1.0)
+    forces = work.port[FORCES]
     theta = read(simulation, "crank.angle")
     turn = np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
     first = int(model.layout[TILTS])
@@ -189,9 +189,9 @@ def test_films_of_floating_big_ends():
     to_angle(rigid, 30)
     model, work = free.model, free.work
     frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
-    u, ud, udd = (work.port[10 + k].copy() for k in range(3))
-    forces = np.zeros_like(u)
-    port_forces(model, frame, pressures, u, ud, udd, 1.0, 1.0, forces, work)
+    work.port[U : UDD + 1] = work.port[STATE_U : STATE_UDD + 1]
+    port_forces(model, work, frame, pressures, 1.0, 1.0)
+    forces = work.port[FORCES]
     theta = read(free, "crank.angle")
     turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
     bearing = ENGINE.big_end_bearing

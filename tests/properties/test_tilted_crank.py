@@ -10,6 +10,7 @@ from bodies import rigid_crank
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.slots import FORCES, STATE_U, STATE_UDD, UDD, U
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.engine.file import load_engine
@@ -60,17 +61,14 @@ def test_blocks_are_the_derivatives_of_the_forces(choices):
     model, work = simulation.model, simulation.work
     c_q, c_v = 1e-9, 3e-5
     frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
-    u, ud, udd = (work.port[10 + k].copy() for k in range(3))
-    forces = np.zeros_like(u)
+    motion = work.port[STATE_U : STATE_UDD + 1].copy()
     model.films.numbers[FROZEN] = 0.0
 
     def at(port, change):
-        moved = [a.copy() for a in (u, ud, udd)]
-        moved[0][port] += change
-        moved[1][port] += c_v / c_q * change
-        moved[2][port] += change / c_q
-        port_forces(model, frame, pressures, *moved, c_q, c_v, forces, work)
-        return forces.copy()
+        work.port[U : UDD + 1] = motion
+        work.port[U : UDD + 1, port] += np.array([1.0, c_v / c_q, 1.0 / c_q]) * change
+        assert port_forces(model, work, frame, pressures, c_q, c_v) == 0
+        return work.port[FORCES].copy()
 
     at(0, 0.0)
     newton = model.scales.size

@@ -12,7 +12,7 @@ import pytest
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
-from cranktrain.dynamics.outputs.observe import output_names
+from cranktrain.dynamics.outputs.register import Counts, output_names
 from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.results.files import check_target, output_unit
 from cranktrain.results.tables import NOTHING, cranktrain_table, critical_speed_table, free_table
@@ -76,7 +76,7 @@ def test_simulate_writes_a_result_and_repeats_itself(coarse, capsys, tmp_path):
     first, attributes = read_result(tmp_path / "a.h5")
     second, _ = read_result(tmp_path / "b.h5")
     assert attributes["speed"] == pytest.approx(2000.0 * math.pi / 30.0)
-    assert set(first) == {"time", "angle", "film_temperature_c", *output_names(7, 6, 4)}
+    assert set(first) == {"time", "angle", "film_temperature_c", *output_names(Counts(7, 6, 4))}
     for name, (values, unit) in first.items():
         assert np.array_equal(values, second[name][0]), name
         assert unit == {"time": "s", "angle": "rad"}.get(name) or unit == output_unit(name)

@@ -42,7 +42,8 @@ from cranktrain.dynamics.model.state import (
     state_size,
 )
 from cranktrain.dynamics.model.workspace import make_work
-from cranktrain.dynamics.outputs.observe import advance_and_observe, advance_series, observe, output_names
+from cranktrain.dynamics.outputs.register import observers, output_counts, output_needs
+from cranktrain.dynamics.run import advance_and_observe, advance_series, observe
 from cranktrain.dynamics.start.mean_motion import Start, leaning, rigid_start
 from cranktrain.dynamics.start.settling import settle
 from cranktrain.dynamics.time.integrators import method_mark
@@ -115,8 +116,8 @@ class Simulation:
         self.gas = gas or GasTrace.from_engine(engine)
         if not (math.isfinite(self.settings.step) and self.settings.step > 0.0):
             raise InputError(f"internal step must be a positive angle, got {math.degrees(self.settings.step):g} deg")
-        mounts = len(engine.mounts.x) if engine.mounts is not None else 0
-        self.output_names = output_names(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts)
+        self._needs = output_needs(output_counts(engine))
+        self.output_names = tuple(self._needs)
         self.outputs = np.zeros(len(self.output_names))
         self.inputs = np.full(2 + engine.n_cylinders, AMBIENT)
         self.inputs[0] = self.inputs[-1] = 0.0
@@ -159,11 +160,19 @@ class Simulation:
             turning = start.inertia + self.engine.drive_line.dynamometer_inertia
             state[SHAFT_ACCELERATION] = (start.torque - self.inputs[-1]) / turning
         self.model, self.work, self._state = model, work, state
-        observe(model, work, state, self.outputs)
+        self._observed = observers(output_counts(self.engine), model, work, state, self.outputs)
+        observe(model, work, state, self._observed)
         places = [self.output_names.index(name) for name in ("pulley.torsion", "pulley.axial")]
         state[OUTPUT_MEAN : OUTPUT_MEAN + 2] = self.outputs[places]
         state[OUTPUT_VARIANCE : OUTPUT_VARIANCE + 2] = FIRST_AMPLITUDES**2
         self._warm()
+
+    @property
+    def shown_outputs(self) -> tuple[str, ...]:
+        """Names of the outputs that tell something: without bearings there is nothing of theirs."""
+        if bearing_law(self.settings.bearings).carries:
+            return self.output_names
+        return tuple(name for name, need in self._needs.items() if "bearings" not in need or "block" in need)
 
     def _model(self) -> ModelArrays:
         return build_model(
@@ -192,7 +201,7 @@ class Simulation:
             self._temperatures = before
             raise
         self.work = make_work(self.model, state.size)
-        observe(self.model, self.work, state, self.outputs)
+        observe(self.model, self.work, state, self._observed)
 
     @property
     def damper_temperature(self) -> float:
@@ -210,7 +219,7 @@ class Simulation:
             self.settings = before
             raise
         self.work = make_work(self.model, state.size)
-        observe(self.model, self.work, state, self.outputs)
+        observe(self.model, self.work, state, self._observed)
 
     def steady_torque(self) -> float:
         """Load torque (N m) that holds the speed of ``inputs`` under the built-in gas trace, without friction."""
@@ -227,7 +236,7 @@ class Simulation:
     def _warm(self) -> None:
         """Run one step on a copy, so that compiling never falls into the first real step."""
         state = self.state
-        outputs = np.zeros_like(self.outputs)
+        outputs = self._observed._replace(values=np.zeros_like(self.outputs))
         advance_and_observe(self.model, self.work, state, self.inputs, state[TIME] + 1.0e-6, outputs)
         self.work.counters[:] = 0.0
         self.work.key[:] = -1.0
@@ -265,7 +274,7 @@ class Simulation:
                 "that of its run"
             )
         state[:] = vector
-        observe(self.model, self.work, state, self.outputs)
+        observe(self.model, self.work, state, self._observed)
 
     def _current(self) -> Array:
         if self._state is None:
@@ -293,7 +302,7 @@ class Simulation:
             )
         free = self.settings.boundary == "torque"
         before = state.copy() if free else state
-        status = advance_and_observe(self.model, self.work, state, self.inputs, t_end, self.outputs)
+        status = advance_and_observe(self.model, self.work, state, self.inputs, t_end, self._observed)
         if status != OK:
             raise SolverError(self._failure(status, state))
         if free and state[SHAFT_SPEED] < 0.0:
@@ -309,7 +318,8 @@ class Simulation:
         Inputs stay as they are. Returns how many were taken; where it stops, :meth:`step` says why.
         """
         self._check_inputs()
-        return int(advance_series(self.model, self.work, self._current(), self.inputs, step, first, rows, self.outputs))
+        state = self._current()
+        return int(advance_series(self.model, self.work, state, self.inputs, step, first, rows, self._observed))
 
     def _failure(self, status: int, state: Array) -> str:
         cause, remedy = REMEDIES[status]
@@ -503,7 +513,7 @@ def _run(simulation: Simulation, cycles: int, progress: Callable[[float], None] 
         if done < per_cycle:
             raise
     series, times = series[: done + 1], times[: done + 1]
-    counters, locked = simulation.work.counters, not bearing_law(simulation.settings.bearings).carries
+    counters, shown = simulation.work.counters, simulation.shown_outputs
     if counters[N_MISSED] > 0.0:
         warnings.warn(
             f"{counters[N_MISSED]:.0f} of {counters[N_STEPS]:.0f} steps missed the tolerance of "
@@ -513,11 +523,7 @@ def _run(simulation: Simulation, cycles: int, progress: Callable[[float], None] 
     return Result(
         time=times,
         angle=series[:, 0].copy(),
-        outputs={
-            name: series[:, i].copy()
-            for i, name in enumerate(simulation.output_names)
-            if not (locked and name.startswith(("bearing[", "thrust.", "pulley.axial")))
-        },
+        outputs={name: series[:, i].copy() for i, name in enumerate(simulation.output_names) if name in shown},
         counters={
             "steps": int(counters[N_STEPS]),
             "newton_iterations": int(counters[N_ITERATIONS]),

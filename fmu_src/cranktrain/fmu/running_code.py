@@ -9,8 +9,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from cranktrain.core.errors import InputError
-from cranktrain.dynamics.time.integrators import FAMILIES
-from cranktrain.film.laws.register import LAWS
+from cranktrain.dynamics.outputs.register import FAMILIES as OUTPUT_FAMILIES
+from cranktrain.dynamics.time.integrators import FAMILIES as INTEGRATOR_FAMILIES
+from cranktrain.film.laws.register import LAWS, THRUST
 
 SOURCES = Path(__file__).resolve().parents[2]
 """Folder of the package."""
@@ -22,9 +23,10 @@ FOREIGN = {"numpy", "numba", "llvmlite"} | set(sys.stdlib_module_names)
 
 def registered_modules() -> list[str]:
     """Modules of the package that rows of the running model's registers name."""
-    forms = [form for law in LAWS.values() for form in law.forms.values()]
+    forms = [*(form for law in LAWS.values() for form in law.forms.values()), *THRUST.values()]
     references = [entry for form in forms for entry in (form.kernel, form.record, form.memory)]
-    references += [entry for family in FAMILIES.values() for entry in (family.step, family.difference)]
+    references += [family.kernel for family in OUTPUT_FAMILIES.values()]
+    references += [entry for family in INTEGRATOR_FAMILIES.values() for entry in (family.step, family.difference)]
     names = {entry.partition(":")[0] for entry in references if isinstance(entry, str)}
     return sorted(name for name in names if name.startswith("cranktrain."))
 

@@ -11,59 +11,27 @@ import re
 from collections.abc import Iterable, Mapping
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.dynamics.outputs.register import FAMILIES
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import BIG_END, PLAIN, ROLLER, bearing_law, bearing_levels
 from cranktrain.levels import BLOCKS, CRANKS, DAMPERS, PISTONS, Level, Levels, crank_level
 
-_TURNS = Levels()
-_TWISTS = Levels(crank="torsional")
-_BENDS = Levels(crank="beam", bearings="linear")
-_LOADED = Levels(bearings="linear")
-_FILM = Levels(bearings="impedance", film=True)
-_TILTS = Levels(crank="beam", bearings="table")
-_STANDS = Levels(bearings="linear", block="flexible")
-_GUIDED = Levels(pistons="guided")
-_FLOATS = Levels(big_ends="impedance")
-_DAMPED = Levels(crank="torsional", damper="fitted")
-
-_AXES = ("x", "y", "z")
-
-VARIABLES: dict[str, Levels] = {
-    **dict.fromkeys(("crank.angle", "crank.speed", "flywheel.torsion", "shaft.torque"), _TURNS),
-    "pulley.torsion": _TWISTS,
-    "pulley.axial": _BENDS,
-    **dict.fromkeys(("bearing.force.x", "bearing.force.y", "bearing.position.x", "bearing.position.y"), _LOADED),
-    **dict.fromkeys(("bearing.velocity.x", "bearing.velocity.y", "bearing.speed.relative"), _LOADED),
-    **dict.fromkeys(("bearing.eccentricity", "bearing.velocity.effective"), Levels(bearings="impedance")),
-    **dict.fromkeys(("bearing.film_thickness_min", "bearing.pressure_max", "bearing.friction_torque"), _FILM),
-    **dict.fromkeys(("bearing.oil_flow", "bearing.speed.gap", "bearing.speed.effective"), _FILM),
-    **dict.fromkeys(("bearing.gap.angle", "bearing.gap.side", "bearing.gap.rate"), _FILM),
-    **dict.fromkeys(("bearing.tilt", "bearing.moment.x", "bearing.moment.y"), _TILTS),
-    **dict.fromkeys(("thrust.force", "thrust.displacement"), _BENDS),
-    **dict.fromkeys(("cylinder.volume", "cylinder.piston_position"), _TURNS),
-    **dict.fromkeys(("big_end.force.x", "big_end.force.y"), _TURNS),
-    **{f"big_end.{name}": _FLOATS for name in ("position.x", "position.y", "eccentricity", "film_thickness_min")},
-    **{f"big_end.{name}": _FLOATS for name in ("pressure_max", "friction_torque", "oil_flow")},
-    **dict.fromkeys(("piston.side_force", "piston.friction"), _TURNS),
-    **dict.fromkeys(("piston.lateral", "piston.tilt"), _GUIDED),
-    **{f"mount.{kind}.{axis}": _STANDS for kind in ("force", "moment") for axis in _AXES},
-    **{f"engine.{kind}.{axis}": _STANDS for kind in ("position", "rotation") for axis in _AXES},
-    "cover.acceleration": _STANDS,
-    **{f"damper.{name}": _DAMPED for name in ("torque", "heat", "twist", "temperature")},
-    **{f"solver.{name}": _TURNS for name in ("residual", "substeps", "iterations", "online_films")},
-}
-"""Outputs of the running model without their indices, and the lowest levels that answer each."""
-
 RESULTS: dict[str, Levels] = {
-    "free_forces": _TURNS,
-    "critical_speeds": _TWISTS,
-    "torsional_frequencies": _TWISTS,
+    "free_forces": Levels(),
+    "critical_speeds": Levels(crank="torsional"),
+    "torsional_frequencies": Levels(crank="torsional"),
     "bending_frequencies": Levels(crank="beam"),
     "stress": Levels(crank="solid", bearings="linear"),
 }
 """Results that are no outputs of the running model."""
 
 _WORDS = {"crank": "crank level", "bearings": "bearing level", "block": "block level", "big_ends": "big-end level"}
+
+
+def variables() -> dict[str, Levels]:
+    """Outputs of the running model without their indices, and the lowest levels that answer each."""
+    rows = [(family.name, *row) for family in FAMILIES.values() for row in family.outputs.items()]
+    return {f"{family}.{name}".lstrip("."): Levels(**need) for family, name, need in rows}
 
 
 def bearing_ladder(rollers: bool) -> tuple[str, ...]:
@@ -91,7 +59,7 @@ def plain_name(output: str) -> str:
 def need(output: str) -> Levels:
     """Lowest levels that answer one output; ``InputError`` with the nearest name for one that does not exist."""
     name = plain_name(output)
-    known = VARIABLES | RESULTS
+    known = variables() | RESULTS
     if name not in known:
         raise InputError(f"output '{output}' does not exist; {nearest(name, known)}")
     return known[name]

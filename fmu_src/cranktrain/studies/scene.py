@@ -250,11 +250,9 @@ def _speeds(document: Mapping[str, Any]) -> tuple[float, ...]:
 
 def running_outputs(engine: Engine) -> tuple[str, ...]:
     """Names of all outputs of an engine's running model, those of the solver left out."""
-    from cranktrain.dynamics.outputs.observe import output_names
+    from cranktrain.dynamics.outputs.register import output_counts, output_names
 
-    mounts = len(engine.mounts.x) if engine.mounts is not None else 0
-    names = output_names(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts)
-    return tuple(name for name in names if not name.startswith("solver."))
+    return tuple(name for name in output_names(output_counts(engine)) if not name.startswith("solver."))
 
 
 def scene_outputs(engine: Engine, wanted: list[str]) -> tuple[tuple[str, ...], bool]:

@@ -31,6 +31,7 @@ from cranktrain.dynamics.model.slots import (
     DRIVEN,
     FALLOFF,
     FIRST,
+    FORCES,
     GAS_LOAD,
     GRAVITY,
     LEAD,
@@ -48,7 +49,9 @@ from cranktrain.dynamics.model.slots import (
     THETA,
     THRUST_LAW,
     TURNING_MODES,
+    UD,
     WHIRL,
+    U,
 )
 from cranktrain.dynamics.motion.film_ports import film_block, journal_forces, place_journal
 from cranktrain.dynamics.motion.linear_algebra import invert, product
@@ -174,17 +177,20 @@ def trace_pressure(model, cylinder, theta, speed):
 
 
 @kernel
-def port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
-    """Forces at all ports (m,) and the tangent blocks ∂f/∂u of a stage at displacement u, velocity u̇, acceleration ü.
+def port_forces(model, work, frame, pressures, c_q, c_v):
+    """Forces at all ports and the tangent blocks ∂f/∂u of a stage at displacement u, velocity u̇, acceleration ü.
 
-    Moments of displaced forces and film friction act at the rotations of journals and pins; they go without tangent.
-    ``work.port[U_Q]``, ``[U_V]`` and ``[U_FREE]`` hold Q, V and the displacement without forces of the ports where
-    pistons are guided. Returns 0, or tells that a law failed.
+    These are the rows U, UD, UDD, FORCES of ``work.port``; U_Q, U_V and U_FREE hold Q, V and the displacement without
+    forces of the ports where pistons are guided. Moments of displaced forces and film friction act at the rotations of
+    journals and pins; they go without tangent. Returns 0, or tells that a law failed.
     """
     b = model.bearings.shape[0]
     journal = model.ports.shape[0] - b
     omega = frame[OMEGA]
     ratio = c_v / c_q
+    u = work.port[U]
+    ud = work.port[UD]
+    f = work.port[FORCES]
     d = work.port[RELATIVE]
     dd = work.port[RELATIVE_RATE]
     relative_motion(model, frame[COS], frame[SIN], frame[WHIRL], u, ud, d, dd)
@@ -207,7 +213,7 @@ def port_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work):
         damper_torque(model.damper, u[k], ud[k], work.scratch)
         f[k] = work.scratch[0]
         work.blocks[model.connections.shape[0] - 1, 0] = work.scratch[1] + ratio * work.scratch[2]
-    status |= rod_forces(model, frame, pressures, u, ud, udd, c_q, c_v, f, work)
+    status |= rod_forces(model, work, frame, pressures, c_q, c_v)
     if model.layout[BORE_ROTATIONS] > 0.0:
         reactions(model, frame[COS], frame[SIN], f)
         for i in range(b):

@@ -8,78 +8,80 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.slots import BANK, OFFSET, PIN_ROTATIONS, ROD, RODS, STATE_UDD
-from cranktrain.dynamics.motion.rods import (
+from cranktrain.core.kernel import kernel, law_kernel
+from cranktrain.dynamics.model.slots import (
+    BANK,
     COS,
     OMEGA,
-    SIDE,
+    PIN_ROTATIONS,
+    RODS,
     SIN,
+    STATE_U,
+    STATE_UD,
+    STATE_UDD,
     THETA,
+)
+from cranktrain.dynamics.motion.rods import (
+    PIN,
+    X,
+    Y,
     big_end_motion,
     float_force,
     observe_rod,
     pin_motion,
+    place_pin,
+    rod_swing,
 )
 from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, OBSERVE, P_MAX
 from cranktrain.film.laws.parameters import CLEARANCE
 
-BIG_END = (
-    "force.x",
-    "force.y",
-    "position.x",
-    "position.y",
-    "eccentricity",
-    "film_thickness_min",
-    "pressure_max",
-    "friction_torque",
-    "oil_flow",
-)
-BIG_END_OUTPUTS = len(BIG_END)
+FORCE_X, FORCE_Y, POSITION_X, POSITION_Y, ECCENTRIC, FILM_MIN, PRESSURE_MAX, FRICTION_TORQUE, OIL_FLOW = range(9)
+BIG_END_OUTPUTS = 9
+
+
+@law_kernel
+def observe_big_ends(model, work, state, members, out):
+    """Force on each pin, place of the pin in the bore, film."""
+    for c in range(members):
+        row = out[BIG_END_OUTPUTS * c : BIG_END_OUTPUTS * (c + 1)]
+        for i in range(BIG_END_OUTPUTS):
+            row[i] = 0.0
+        if model.layout[RODS] > 0.0:
+            observe_floating(model, work, c, row)
+        else:
+            observe_rod(model, work, c)
+            bank = model.cylinders[c, BANK]
+            to_space(work.scratch, math.cos(bank), math.sin(bank), row[FORCE_X:])
+    return 0
 
 
 @kernel
-def observe_big_end(model, work, frame, c, u, ud, out, k):
-    """Write the outputs of the big end of cylinder c from k on: force on the pin, place of the pin in the bore, film.
-
-    u and u̇ are those of the state; its cylinder pressures stand in ``work.pressures[0]``.
-    """
-    rod = model.cylinders[c]
-    r = work.scratch
-    for i in range(BIG_END_OUTPUTS):
-        out[k + i] = 0.0
-    cos = frame[COS]
-    sin = frame[SIN]
-    if model.layout[RODS] == 0.0:
-        observe_rod(model, frame, work, c, u, ud, work.port[STATE_UDD], r, r[SIDE:])
-        cos = math.cos(rod[BANK])
-        sin = math.sin(rod[BANK])
-        out[k] = cos * r[0] - sin * r[1]
-        out[k + 1] = sin * r[0] + cos * r[1]
-        return
-    turn_cos = math.cos(frame[THETA] - rod[BANK])
-    turn_sin = math.sin(frame[THETA] - rod[BANK])
-    pin_motion(model, frame, c, u, ud, work.port[STATE_UDD], r)
-    x = r[0]
-    y = r[1]
-    vx = r[2]
-    vy = r[3]
-    big_end_motion(model, frame, c, int(model.layout[RODS]) + 2 * c, u, ud, work.port[STATE_UDD], r)
-    x -= r[0]
-    y -= r[1]
-    vx -= r[2]
-    vy -= r[3]
-    side = turn_cos * r[0] - turn_sin * r[1] - rod[OFFSET]
-    rod_speed = (turn_cos * r[2] - turn_sin * r[3]) / math.sqrt(rod[ROD] * rod[ROD] - side * side)
-    pin_speed = frame[OMEGA] + ud[int(model.layout[PIN_ROTATIONS]) + c]
+def observe_floating(model, work, c, row):
+    """Outputs of the floating big end of cylinder c."""
+    frame = work.frames[0]
+    bank = model.cylinders[c, BANK]
+    u = work.port[STATE_U]
+    ud = work.port[STATE_UD]
+    udd = work.port[STATE_UDD]
+    rod = work.scratch
+    pin = work.scratch[PIN:]
+    pin_motion(model, frame, c, u, ud, udd, pin)
+    big_end_motion(model, frame, c, u, ud, udd, rod)
+    place_pin(model, c, pin, rod)
+    _, rod_speed = rod_swing(model.cylinders[c], rod, math.cos(frame[THETA] - bank), math.sin(frame[THETA] - bank))
+    float_force(model, frame, c, OBSERVE, frame[OMEGA] + ud[int(model.layout[PIN_ROTATIONS]) + c], rod_speed)
     film = model.floating.out
-    float_force(model, c, OBSERVE, x, y, vx, vy, pin_speed, rod_speed, frame, film)
-    out[k] = cos * film[0] - sin * film[1]
-    out[k + 1] = sin * film[0] + cos * film[1]
-    out[k + 2] = cos * x - sin * y
-    out[k + 3] = sin * x + cos * y
-    out[k + 4] = film[ECCENTRICITY]
-    out[k + 5] = max(model.big_ends[c, CLEARANCE] * (1.0 - film[ECCENTRICITY]), 0.0)
-    out[k + 6] = film[P_MAX]
-    out[k + 7] = -film[FRICTION]
-    out[k + 8] = film[FLOW]
+    to_space(film, frame[COS], frame[SIN], row[FORCE_X:])
+    to_space(model.floating.place[c], frame[COS], frame[SIN], row[POSITION_X:])
+    row[ECCENTRIC] = film[ECCENTRICITY]
+    row[FILM_MIN] = max(model.big_ends[c, CLEARANCE] * (1.0 - film[ECCENTRICITY]), 0.0)
+    row[PRESSURE_MAX] = film[P_MAX]
+    row[FRICTION_TORQUE] = -film[FRICTION]
+    row[OIL_FLOW] = film[FLOW]
+
+
+@kernel
+def to_space(vector, cos, sin, out):
+    """Turn a plane vector by the angle whose cosine and sine are given, ``out[0:2]``."""
+    out[X] = cos * vector[X] - sin * vector[Y]
+    out[Y] = sin * vector[X] + cos * vector[Y]

@@ -249,11 +249,7 @@ def newton_step(model, work, stage, keep_matrix):
     n_newton = model.scales.shape[0]
     port_rates(model, work, stage)
     model.films.numbers[FROZEN] = 1.0 if keep_matrix else 0.0
-    status = port_forces(
-        model, frame, work.pressures[stage.number], work.port[U], work.port[UD], work.port[UDD], stage.c_q, stage.c_v,
-        f, work,
-    )  # fmt: skip
-    if status != OK:
+    if port_forces(model, work, frame, work.pressures[stage.number], stage.c_q, stage.c_v) != OK:
         return FILM_FAILED
     for k in range(int(model.layout[PORTS])):
         step[k] = work.port[U_FREE, k] - work.port[U, k]

@@ -15,7 +15,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import JournalBearing, PlainBearing, ThrustBearing
 from cranktrain.film.laws.films import CLOSES, CONTACT, MEMORY, SIZE, Films, no_films
 from cranktrain.film.laws.parabolic import film_geometry
-from cranktrain.film.laws.register import BIG_END, ROLLER, Law
+from cranktrain.film.laws.register import BIG_END, ROLLER, THRUST, Law
 
 _MISSING = {
     "table": "a film table of L/D {ratio:.4g}; make it by film-table",
@@ -90,10 +90,8 @@ def thrust_bearing(thrust: ThrustBearing, viscosity: float, clearance: bool, til
     """
     films = no_films(1)
     films.traits[CLOSES] = clearance
-    kernel = "cranktrain.film.laws.thrust:closed_thrust"
-    if clearance:
-        kernel = "cranktrain.film.laws.thrust:tilting_thrust" if tilt else "cranktrain.film.laws.thrust:axial_thrust"
-    return enter(films, resolve(kernel), resolve("cranktrain.film.laws.thrust:thrust_pads")(thrust, viscosity))
+    form = THRUST["closed" if not clearance else "tilting" if tilt else "axial"]
+    return enter(films, resolve(form.kernel), resolve(form.record)(thrust, viscosity))
 
 
 def enter(films: Films, law: Any, record: Any) -> Films:

@@ -111,6 +111,11 @@ def bearing_law(name: str, what: str = "bearing level") -> Law:
 
 
 _HERE = "cranktrain.film.laws"
+THRUST = {
+    name: Form(f"{_HERE}.thrust:{name}_thrust", f"{_HERE}.thrust:thrust_pads")
+    for name in ("closed", "axial", "tilting")
+}
+"""Forms of the thrust bearing: without clearance, with films under a collar square to its axis, or one that tilts."""
 
 for _law in (
     Law(

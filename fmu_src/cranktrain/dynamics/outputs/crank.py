@@ -1,0 +1,65 @@
+"""What the running model shows of the crank as a whole, and of its own work."""
+
+from __future__ import annotations
+
+from cranktrain.core.kernel import law_kernel
+from cranktrain.dynamics.model.slots import (
+    DRIVEN,
+    LEAD,
+    LEAD_RATE,
+    OMEGA,
+    RIGID_ROTATION,
+    SHAFT_C,
+    SHAFT_K,
+    THETA,
+    TURNING_MODES,
+)
+from cranktrain.dynamics.model.state import ITERATIONS, ONLINE_FILMS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
+
+CRANK_ANGLE, CRANK_SPEED, PULLEY_TORSION, PULLEY_AXIAL, FLYWHEEL_TORSION, SHAFT_TORQUE = range(6)
+LAST = 3
+"""Place of the films that lay outside their table."""
+ROTATION = 5
+"""Mode of the crank that turns it as a rigid body about its axis."""
+
+
+@law_kernel
+def observe_crank(model, work, state, members, out):
+    """Angle and speed, motion of pulley and flywheel against the frame, torque of the connecting shaft."""
+    n = model.omega2.shape[0]
+    t = int(model.layout[TURNING_MODES])
+    frame = work.frames[0]
+    q = state[offset(POSITION, n) : offset(POSITION, n) + t]
+    v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
+    flywheel = 0.0
+    twist = model.scalars[DRIVEN] * frame[LEAD]
+    twist_rate = model.scalars[DRIVEN] * frame[LEAD_RATE]
+    pulley = 0.0
+    axial = 0.0
+    for i in range(t):
+        flywheel += model.ends[0, i] * q[i]
+        twist += model.shaft[i] * q[i]
+        twist_rate += model.shaft[i] * v[i]
+        pulley += model.ends[1, i] * q[i]
+        axial += model.ends[2, i] * q[i]
+    out[CRANK_ANGLE] = frame[THETA]
+    out[CRANK_SPEED] = frame[OMEGA]
+    if model.scalars[DRIVEN] == 0.0:
+        # A free crank is where it is, not where the frame that follows it has come to.
+        out[CRANK_ANGLE] += model.scalars[RIGID_ROTATION] * q[ROTATION]
+        out[CRANK_SPEED] += model.scalars[RIGID_ROTATION] * v[ROTATION]
+    out[PULLEY_TORSION] = pulley
+    out[PULLEY_AXIAL] = axial
+    out[FLYWHEEL_TORSION] = flywheel
+    out[SHAFT_TORQUE] = model.scalars[SHAFT_K] * twist + model.scalars[SHAFT_C] * twist_rate
+    return 0
+
+
+@law_kernel
+def observe_solver(model, work, state, members, out):
+    """Worst residual, sub-steps, iterations and films outside their table over the last communication step."""
+    out[0] = state[RESIDUAL]
+    out[1] = state[SUBSTEPS]
+    out[2] = state[ITERATIONS]
+    out[LAST] = state[ONLINE_FILMS]
+    return 0

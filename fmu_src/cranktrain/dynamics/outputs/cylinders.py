@@ -1,0 +1,82 @@
+"""What the running model shows of pistons: the gas's volume, and the piston's motion in its liner.
+
+Motion and forces are across and along the cylinder; what a level lacks is 0.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import law_kernel
+from cranktrain.dynamics.model.slots import (
+    AREA,
+    BANK,
+    CLEARANCE_VOLUME,
+    LINERS,
+    OFFSET,
+    PISTONS,
+    ROD,
+    STATE_U,
+    STATE_UD,
+    STATE_UDD,
+    STROKE_TOP,
+    THETA,
+)
+from cranktrain.dynamics.motion.rods import (
+    FRICTION_ALONG,
+    LOWER,
+    SIDE,
+    UPPER,
+    X,
+    Y,
+    observe_rod,
+    rod_end,
+    upper_share,
+)
+from cranktrain.loads.slider_crank import PISTON
+
+LATERAL, TILT, SIDE_FORCE, FRICTION, PISTON_OUTPUTS = range(5)
+
+
+@law_kernel
+def observe_cylinders(model, work, state, members, out):
+    """Volume of the gas, and how far each piston is from the highest place of its pin."""
+    frame = work.frames[0]
+    u = work.port[STATE_U]
+    motion = work.scratch
+    for c in range(members):
+        rod = model.cylinders[c]
+        rod_end(model, frame, c, u, work.port[STATE_UD], work.port[STATE_UDD], motion)
+        cos = math.cos(frame[THETA] - rod[BANK])
+        sin = math.sin(frame[THETA] - rod[BANK])
+        side = cos * motion[X] - sin * motion[Y] - rod[OFFSET]
+        if model.layout[PISTONS] > 0.0:
+            side -= u[int(model.layout[PISTONS]) + 2 * c]
+        position = sin * motion[X] + cos * motion[Y] + math.sqrt(rod[ROD] * rod[ROD] - side * side)
+        out[2 * c] = rod[CLEARANCE_VOLUME] + rod[AREA] * (rod[STROKE_TOP] - position)
+        out[2 * c + 1] = rod[STROKE_TOP] - position
+    return 0
+
+
+@law_kernel
+def observe_pistons(model, work, state, members, out):
+    """Motion in the liner, across the cylinder at the height of the pin and in tilt; forces on it, across and along."""
+    u = work.port[STATE_U]
+    r = work.scratch
+    for c in range(members):
+        row = out[PISTON_OUTPUTS * c : PISTON_OUTPUTS * (c + 1)]
+        observe_rod(model, work, c)
+        row[LATERAL] = 0.0
+        row[TILT] = 0.0
+        if model.layout[PISTONS] > 0.0:
+            port = int(model.layout[PISTONS]) + 2 * c
+            row[LATERAL] = u[port]
+            row[TILT] = u[port + 1]
+            if model.layout[LINERS] > 0.0:
+                liner = int(model.layout[LINERS]) + 3 * c
+                share = upper_share(model, c, r[PISTON])
+                row[LATERAL] -= share * u[liner] + (1.0 - share) * u[liner + 1]
+                row[TILT] += (u[liner] - u[liner + 1]) / (model.block.liners[c, 0] - model.block.liners[c, 1])
+        row[SIDE_FORCE] = -r[SIDE + UPPER] - r[SIDE + LOWER]
+        row[FRICTION] = -r[SIDE + FRICTION_ALONG]
+    return 0

@@ -1,0 +1,151 @@
+"""What the running model shows of the main bearings and the thrust bearing.
+
+Forces, moments, places, velocities and angles are given in axes at rest: x across the engine, y upwards, angles from x
+in the crank's sense of rotation. A moment is the true vector about the bearing's middle, M = (−∫ z dF_y, ∫ z dF_x), on
+the journal. How velocities and gaps are defined: :mod:`cranktrain.film.laws.gap_motion`. Films without tilt have no
+moment, and their least gap is that of the journal's middle. In an elastic bore least film and gap.angle are the film's
+own; gap.side and gap.rate stay those of a round bore.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel, law_kernel
+from cranktrain.dynamics.model.slots import (
+    COS,
+    COUPLED,
+    OMEGA,
+    RELATIVE,
+    RELATIVE_RATE,
+    SIN,
+    STATE_UD,
+    TURNING_MODES,
+)
+from cranktrain.dynamics.model.state import POSITION, offset
+from cranktrain.dynamics.motion.equations import frame_numbers, place_collar
+from cranktrain.dynamics.motion.film_memory import memory_offset, place_film
+from cranktrain.film.laws.films import (
+    ECCENTRICITY,
+    END_X,
+    END_Y,
+    FLOW,
+    FRICTION,
+    GAP,
+    GAP_ANGLE,
+    OBSERVE,
+    P_MAX,
+    RUBBING,
+    SPEED,
+    X,
+    Y,
+    film_call,
+)
+from cranktrain.film.laws.gap_motion import (
+    LEAST_ANGLE,
+    LEAST_GAP,
+    LEAST_RATE,
+    LEAST_SIDE,
+    SPEED_EFFECTIVE,
+    SPEED_GAP,
+    SPEED_RELATIVE,
+    VELOCITY_EFFECTIVE,
+    gap_motion,
+)
+from cranktrain.film.laws.parameters import CLEARANCE, WIDTH
+
+FORCE_X, FORCE_Y, ECCENTRIC, FILM_MIN, PRESSURE_MAX, FRICTION_TORQUE, OIL_FLOW, TILT, MOMENT_X, MOMENT_Y = range(10)
+POSITION_X, POSITION_Y, VELOCITY_X, VELOCITY_Y, EFFECTIVE_VELOCITY, RELATIVE_SPEED, GAP_SPEED = range(10, 17)
+EFFECTIVE_SPEED, ANGLE_OF_GAP, SIDE_OF_GAP, RATE_OF_GAP, BEARING_OUTPUTS = range(17, 22)
+
+
+@law_kernel
+def observe_bearings(model, work, state, members, out):
+    """Load, film and motion of each main journal in its bore; 0 where journals are locked on their axis."""
+    n = model.omega2.shape[0]
+    t = int(model.layout[TURNING_MODES])
+    b = model.bearings.shape[0]
+    journal = model.ports.shape[0] - b
+    frame = work.frames[0]
+    films = model.films
+    q = state[offset(POSITION, n) : offset(POSITION, n) + t]
+    frame_numbers(frame, films.numbers)
+    for i in range(b):
+        row = out[BEARING_OUTPUTS * i : BEARING_OUTPUTS * (i + 1)]
+        place_film(model, work.port[RELATIVE], work.port[RELATIVE_RATE], frame[OMEGA], i)
+        speed = frame[OMEGA] + work.port[STATE_UD, journal + i]
+        films.numbers[SPEED] = speed
+        films.numbers[RUBBING] = speed
+        film_call(films, OBSERVE, i, state[memory_offset(model, i) : memory_offset(model, i + 1)], films.out)
+        observe_film(films.out, model.bearings[i], model.connections[i, COUPLED], frame, row)
+        observe_gap(films.place[i], films.velocity[i], frame, model.bearings[i], speed, work.scratch, row)
+        # An elastic bore, or rollers, have a least gap of their own.
+        if films.out[GAP] >= 0.0:
+            row[FILM_MIN] = films.out[GAP]
+            row[ANGLE_OF_GAP] = math.atan2(math.sin(films.out[GAP_ANGLE]), math.cos(films.out[GAP_ANGLE]))
+        tilt_x = 0.0
+        tilt_y = 0.0
+        for j in range(t):
+            tilt_x += model.tilts[2 * i, j] * q[j]
+            tilt_y += model.tilts[2 * i + 1, j] * q[j]
+        row[TILT] = math.sqrt(tilt_x * tilt_x + tilt_y * tilt_y)
+    for k in range(BEARING_OUTPUTS * b, BEARING_OUTPUTS * members):
+        out[k] = 0.0
+    return 0
+
+
+@kernel
+def observe_film(film, law, coupled, frame, row):
+    """Write force, figures and, where the journal's end is among the ``coupled`` ports, moment of a film's result."""
+    cos = frame[COS]
+    sin = frame[SIN]
+    row[FORCE_X] = cos * film[X] - sin * film[Y]
+    row[FORCE_Y] = sin * film[X] + cos * film[Y]
+    row[MOMENT_X] = 0.0
+    row[MOMENT_Y] = 0.0
+    if coupled > END_X:
+        arm = 0.5 * law[WIDTH]
+        row[MOMENT_X] = -arm * (sin * film[END_X] + cos * film[END_Y])
+        row[MOMENT_Y] = arm * (cos * film[END_X] - sin * film[END_Y])
+    row[ECCENTRIC] = film[ECCENTRICITY]
+    row[PRESSURE_MAX] = film[P_MAX]
+    row[FRICTION_TORQUE] = -film[FRICTION]
+    row[OIL_FLOW] = film[FLOW]
+
+
+@kernel
+def observe_gap(place, velocity, frame, law, speed, motion, row):
+    """Write motion and gap of a journal in a round bore; ``place``, ``velocity`` (4,) are in axes of the frame."""
+    cos = frame[COS]
+    sin = frame[SIN]
+    x = cos * place[X] - sin * place[Y]
+    y = sin * place[X] + cos * place[Y]
+    vx = cos * velocity[X] - sin * velocity[Y]
+    vy = sin * velocity[X] + cos * velocity[Y]
+    gap_motion(
+        x, y, cos * place[END_X] - sin * place[END_Y], sin * place[END_X] + cos * place[END_Y],
+        vx, vy, cos * velocity[END_X] - sin * velocity[END_Y], sin * velocity[END_X] + cos * velocity[END_Y],
+        law[CLEARANCE], speed, 0.0, motion,
+    )  # fmt: skip
+    row[FILM_MIN] = max(motion[LEAST_GAP], 0.0)
+    row[POSITION_X] = x
+    row[POSITION_Y] = y
+    row[VELOCITY_X] = vx
+    row[VELOCITY_Y] = vy
+    row[EFFECTIVE_VELOCITY] = motion[VELOCITY_EFFECTIVE]
+    row[RELATIVE_SPEED] = motion[SPEED_RELATIVE]
+    row[GAP_SPEED] = motion[SPEED_GAP]
+    row[EFFECTIVE_SPEED] = motion[SPEED_EFFECTIVE]
+    row[ANGLE_OF_GAP] = motion[LEAST_ANGLE]
+    row[SIDE_OF_GAP] = motion[LEAST_SIDE]
+    row[RATE_OF_GAP] = motion[LEAST_RATE]
+
+
+@law_kernel
+def observe_thrust(model, work, state, members, out):
+    """Axial force on the collar, and its displacement against the thrust faces."""
+    place_collar(model, work.frames[0], work.port[RELATIVE], work.port[RELATIVE_RATE])
+    film_call(model.thrust, OBSERVE, 0, model.thrust.out, model.thrust.out)
+    out[0] = model.thrust.out[0]
+    out[1] = work.port[RELATIVE, 2 * model.bearings.shape[0]]
+    return 0

@@ -1,0 +1,212 @@
+"""The register of output families: what a run shows, in order, and the lowest fidelity levels that answer it.
+
+A family is a kernel ``observe(model, work, state, members, out) -> 0`` that fills ``out``, the values of its members
+one after the other, from the state alone. Its caller leaves in ``work`` the frame at the state (``frames[0]``), the
+cylinder pressures (``pressures[0]``) and the ports (``port[STATE_U]`` and the rows behind it, ``port[RELATIVE]``).
+Adding an output is one kernel, one row and its entry in ``modelDescription/interface.toml``.
+
+Names do not depend on levels, since the FMU's description is fixed before any is chosen; what a level lacks is 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.kernel import kernel_address
+from cranktrain.core.named import Named, resolve
+from cranktrain.core.reduced_body import Array
+from cranktrain.engine.model import Engine
+
+Need = Mapping[str, Any]
+"""Lowest level of each kind that answers an output, where that is not the lowest; ``film``: rollers do not serve."""
+
+
+class Counts(NamedTuple):
+    """How many members families may have."""
+
+    bearings: int
+    cylinders: int
+    mounts: int
+
+
+@dataclass(frozen=True)
+class Family:
+    """Outputs that one kernel fills.
+
+    Attributes
+    ----------
+    name : first part of their names; empty where they bring their own
+    kernel : what fills them, or where it is
+    outputs : the rest of their names, in order, with what each needs
+    count : the entry of :class:`Counts` that numbers the members; empty: there is one, without number
+    """
+
+    name: str
+    kernel: Named
+    outputs: Mapping[str, Need]
+    count: str = ""
+
+    def members(self, counts: Counts) -> int:
+        """How many there are."""
+        return int(getattr(counts, self.count)) if self.count else 1
+
+    def names(self, counts: Counts) -> Iterator[tuple[str, Need]]:
+        """Names of its outputs, in order, and what each needs."""
+        for i in range(self.members(counts)):
+            prefix = f"{self.name}[{i + 1}]." if self.count else f"{self.name}." if self.name else ""
+            for name, need in self.outputs.items():
+                yield prefix + name, need
+
+
+FAMILIES: dict[str, Family] = {}
+
+
+def register_family(family: Family) -> None:
+    """Add a row behind all others."""
+    FAMILIES[family.name or "crank"] = family
+
+
+def output_counts(engine: Engine) -> Counts:
+    """Members of the families of an engine."""
+    mounts = len(engine.mounts.x) if engine.mounts is not None else 0
+    return Counts(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts)
+
+
+def output_needs(counts: Counts) -> dict[str, Need]:
+    """Names of all outputs, in order, and what each needs."""
+    return dict(pair for family in FAMILIES.values() for pair in family.names(counts))
+
+
+def output_names(counts: Counts) -> tuple[str, ...]:
+    """Names of all outputs, in order; the FMU's variables carry the same names."""
+    return tuple(output_needs(counts))
+
+
+ADDRESS, FIRST, END, MEMBERS, COLUMNS = range(5)
+"""Columns of :class:`Outputs`' families."""
+
+
+class Outputs(NamedTuple):
+    """What a run shows, and what fills it."""
+
+    families: NDArray[np.int64]  # (f, COLUMNS) kernel's address, first value and the one behind the last, members
+    values: Array  # (outputs,)
+
+
+def observers(counts: Counts, model: Any, work: Any, state: Array, values: Array) -> Outputs:
+    """What fills the ``values`` of all outputs of a model; compiles the kernels."""
+    rows, first = [], 0
+    for family in FAMILIES.values():
+        members = family.members(counts)
+        end = first + members * len(family.outputs)
+        rows.append([kernel_address(resolve(family.kernel), model, work, state, members, state), first, end, members])
+        first = end
+    return Outputs(np.array(rows, dtype=np.int64), values)
+
+
+_TWISTS = {"crank": "torsional"}
+_BENDS = {"crank": "beam", "bearings": "linear"}
+_LOADED = {"bearings": "linear"}
+_GAP = {"bearings": "impedance"}
+_FILM = {"bearings": "impedance", "film": True}
+_TILTS = {"crank": "beam", "bearings": "table"}
+_SHAKES = {"bearings": "linear", "block": "flexible"}
+_GUIDED = {"pistons": "guided"}
+_FLOATS = {"big_ends": "impedance"}
+_DAMPED = {"crank": "torsional", "damper": "fitted"}
+_HERE = "cranktrain.dynamics.outputs"
+
+for _family in (
+    Family(
+        "",
+        f"{_HERE}.crank:observe_crank",
+        {
+            "crank.angle": {},
+            "crank.speed": {},
+            "pulley.torsion": _TWISTS,
+            "pulley.axial": _BENDS,
+            "flywheel.torsion": {},
+            "shaft.torque": {},
+        },
+    ),
+    Family(
+        "bearing",
+        f"{_HERE}.main_bearings:observe_bearings",
+        {
+            "force.x": _LOADED,
+            "force.y": _LOADED,
+            "eccentricity": _GAP,
+            "film_thickness_min": _FILM,
+            "pressure_max": _FILM,
+            "friction_torque": _FILM,
+            "oil_flow": _FILM,
+            "tilt": _TILTS,
+            "moment.x": _TILTS,
+            "moment.y": _TILTS,
+            "position.x": _LOADED,
+            "position.y": _LOADED,
+            "velocity.x": _LOADED,
+            "velocity.y": _LOADED,
+            "velocity.effective": _GAP,
+            "speed.relative": _LOADED,
+            "speed.gap": _FILM,
+            "speed.effective": _FILM,
+            "gap.angle": _FILM,
+            "gap.side": _FILM,
+            "gap.rate": _FILM,
+        },
+        "bearings",
+    ),
+    Family("thrust", f"{_HERE}.main_bearings:observe_thrust", {"force": _BENDS, "displacement": _BENDS}),
+    Family("cylinder", f"{_HERE}.cylinders:observe_cylinders", {"volume": {}, "piston_position": {}}, "cylinders"),
+    Family(
+        "big_end",
+        f"{_HERE}.big_ends:observe_big_ends",
+        {
+            "force.x": {},
+            "force.y": {},
+            "position.x": _FLOATS,
+            "position.y": _FLOATS,
+            "eccentricity": _FLOATS,
+            "film_thickness_min": _FLOATS,
+            "pressure_max": _FLOATS,
+            "friction_torque": _FLOATS,
+            "oil_flow": _FLOATS,
+        },
+        "cylinders",
+    ),
+    Family(
+        "piston",
+        f"{_HERE}.cylinders:observe_pistons",
+        {"lateral": _GUIDED, "tilt": _GUIDED, "side_force": {}, "friction": {}},
+        "cylinders",
+    ),
+    Family(
+        "mount",
+        f"{_HERE}.whole_engine:observe_mounts",
+        {f"{kind}.{axis}": _SHAKES for kind in ("force", "moment") for axis in "xyz"},
+        "mounts",
+    ),
+    Family(
+        "engine",
+        f"{_HERE}.whole_engine:observe_block",
+        {f"{kind}.{axis}": _SHAKES for kind in ("position", "rotation") for axis in "xyz"},
+    ),
+    Family("cover", f"{_HERE}.whole_engine:observe_cover", {"acceleration": _SHAKES}),
+    Family(
+        "damper",
+        f"{_HERE}.whole_engine:observe_damper",
+        {"torque": _DAMPED, "heat": _DAMPED, "twist": _DAMPED, "temperature": _DAMPED},
+    ),
+    Family(
+        "solver",
+        f"{_HERE}.crank:observe_solver",
+        {"residual": {}, "substeps": {}, "iterations": {}, "online_films": {}},
+    ),
+):
+    register_family(_family)
