@@ -22,7 +22,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.kernel import kernel_address, law_kernel
+from cranktrain.core.kernel import kernel, kernel_address, law_kernel
+from cranktrain.core.lanes import eight, four, put_four
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
 from cranktrain.dynamics.model.slots import (
@@ -60,20 +61,24 @@ from cranktrain.dynamics.model.state import (
 from cranktrain.dynamics.motion.equations import external_force, frame_numbers, place_collar, trace_pressure
 from cranktrain.dynamics.motion.film_ports import journal_forces, place_journal
 from cranktrain.dynamics.motion.linear_algebra import add_product, factor_lu, product, solve_lu
-from cranktrain.dynamics.motion.rods import pin_motion
+from cranktrain.dynamics.motion.rods import ARM, pin_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.film.laws.films import FORCE, RUBBING, SPEED, film_call
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
-from cranktrain.loads.slider_crank import rod_force
+from cranktrain.loads.slider_crank import BY_ACCELERATION, rod_force
+
+PLACE, PACE, REST, FORCES = range(4)
+TURNING = 5
+"""The rigid mode that turns the crank."""
 
 
 class Scratch(NamedTuple):
     """Memory of one evaluation; ``coupling`` is Φ Φᵀ over the pins' ports, (3p, 3p)."""
 
     frame: Array
-    port: Array  # (4, m): u, u̇, ü, f
+    port: Array  # (4, m) rows PLACE to FORCES: u, u̇, ü = 0, f
     modal: Array  # (2, n)
     out: Array
     coupling: Array
@@ -179,30 +184,52 @@ def refuse_other_models(simulation: Simulation) -> None:
 
 @law_kernel
 def rate(model, s, speed, angle0, t, y, out):
-    """Fill ``out`` with ẏ; 0."""
+    """Fill ``out`` (2n + 2,) with ẏ; 0."""
     n = model.omega2.shape[0]
     m = model.ports.shape[0]
-    b = model.bearings.shape[0]
-    p = model.pins.shape[0]
-    first = 2 * b + 1
-    rotation = first + 2 * p
-    journal = rotation + p
     q = y[:n]
     v = y[n : 2 * n]
     a = out[n : 2 * n]
-    frame = s.frame
+    _place_frame(model, s.frame, speed, angle0 + speed * t, y)
+    out[2 * n] = s.frame[LEAD_RATE]
+    out[2 * n + 1] = s.frame[OMEGA_DOT]
+    for i in range(n):
+        out[i] = v[i]
+    _body_acceleration(model, s, q, v, a)
+    product(model.ports_transposed, q, n, m, s.port[PLACE])
+    product(model.ports_transposed, v, n, m, s.port[PACE])
+    _bearing_forces(model, s)
+    _rod_forces(model, s)
+    for k in range(m):
+        force = s.port[FORCES, k]
+        if force != 0.0:
+            for i in range(n):
+                a[i] += force * model.ports[k, i]
+    _add_rod_masses(model, s, a)
+    return 0
+
+
+@kernel
+def _place_frame(model, frame, speed, angle, y):
+    """The frame's angle, speed and acceleration at the unknowns ``y`` into ``frame``; ``angle`` of the even speed."""
+    n = model.omega2.shape[0]
     inverse = speed / (2.0 * math.pi * RECENTRING_REVOLUTIONS)
     frame[LEAD] = y[2 * n]
     frame[LEAD_RATE] = y[2 * n + 1]
-    frame[THETA] = angle0 + speed * t + frame[LEAD]
+    frame[THETA] = angle + frame[LEAD]
     frame[OMEGA] = speed + frame[LEAD_RATE]
-    frame[OMEGA_DOT] = 4.0 * inverse * (inverse * model.scalars[RIGID_ROTATION] * q[5] - frame[LEAD_RATE])
+    frame[OMEGA_DOT] = 4.0 * inverse * (inverse * model.scalars[RIGID_ROTATION] * y[TURNING] - frame[LEAD_RATE])
     frame[WHIRL] = frame[OMEGA]
     frame[COS] = math.cos(frame[THETA])
     frame[SIN] = math.sin(frame[THETA])
+
+
+@kernel
+def _body_acceleration(model, s, q, v, a):
+    """Modal acceleration (n,) without bearings and rods into ``a``."""
+    n = q.shape[0]
+    frame = s.frame
     omega = frame[OMEGA]
-    out[2 * n] = frame[LEAD_RATE]
-    out[2 * n + 1] = frame[OMEGA_DOT]
     external_force(model, frame, s.rhs, q, a)
     twist = 0.0
     twist_rate = 0.0
@@ -211,69 +238,81 @@ def rate(model, s, speed, angle0, t, y, out):
         twist_rate += model.ends[0, i] * v[i]
     torque = model.scalars[SHAFT_K] * twist + model.scalars[SHAFT_C] * twist_rate
     for i in range(n):
-        out[i] = v[i]
         a[i] -= model.omega2[i] * q[i] + model.damping[i] * v[i] + torque * model.ends[0, i]
         s.modal[0, i] = -2.0 * omega * v[i] - frame[OMEGA_DOT] * q[i]
         s.modal[1, i] = -omega * omega * q[i]
     add_product(model.gyroscopic, s.modal[0], n, n, a)
     add_product(model.spin, s.modal[1], n, n, a)
-    u = s.port[0]
-    ud = s.port[1]
-    f = s.port[3]
-    product(model.ports_transposed, q, n, m, u)
-    product(model.ports_transposed, v, n, m, ud)
-    r = s.out
+
+
+@kernel
+def _bearing_forces(model, s):
+    """Forces of main and thrust bearings at their ports into ``s.port``."""
+    b = model.bearings.shape[0]
+    journal = 2 * b + 1 + 3 * model.pins.shape[0]
+    omega = s.frame[OMEGA]
+    u = s.port[PLACE]
+    ud = s.port[PACE]
+    f = s.port[FORCES]
     films = model.films
-    frame_numbers(frame, films.numbers)
+    frame_numbers(s.frame, films.numbers)
     for i in range(b):
         films.numbers[SPEED] = omega + ud[journal + i]
         films.numbers[RUBBING] = films.numbers[SPEED]
         place_journal(model.connections[i], u, ud, omega, films.place[i], films.velocity[i])
         film_call(films, FORCE, i, films.out, films.out)
         f[journal + i] = journal_forces(model.connections[i], films.out, u, f)
-    place_collar(model, frame, u, ud)
+    place_collar(model, s.frame, u, ud)
     film_call(model.thrust, FORCE, 0, model.thrust.out, model.thrust.out)
     f[2 * b] = model.thrust.out[0]
-    for k in range(p):
-        for j in range(4):
-            s.mass[k, j] = 0.0
-        s.force[k, 0] = 0.0
-        s.force[k, 1] = 0.0
-    for c in range(model.cylinders.shape[0]):
-        rod = model.cylinders[c]
-        k = c
-        # With ü = 0, which s.port[2] always holds: the force without the pin's relative acceleration.
-        pin_motion(model, frame, k, u, ud, s.port[2], r)
+
+
+@kernel
+def _rod_forces(model, s):
+    """Rods' forces at rest against the pins into ``s.port``, and by the pins' acceleration into ``s.mass``."""
+    p = model.pins.shape[0]
+    first = 2 * model.bearings.shape[0] + 1
+    theta = s.frame[THETA]
+    f = s.port[FORCES]
+    r = s.out
+    for k in range(model.cylinders.shape[0]):
+        rod = model.cylinders[k]
+        # With ü = 0, which s.port[REST] always holds: the force without the pin's relative acceleration.
+        pin_motion(model, s.frame, k, s.port[PLACE], s.port[PACE], s.port[REST], r)
+        x, y, vx, vy, ax, ay, lever_x, lever_y = eight(r, 0)
         # A force acts at the lever of the whole displacement; turning alone carries the pin along.
-        s.levers[k, 0] = r[6]
-        s.levers[k, 1] = r[7]
-        s.arms[k, 0] = r[8]
-        s.arms[k, 1] = r[9]
-        cos = math.cos(frame[THETA] - rod[BANK])
-        sin = math.sin(frame[THETA] - rod[BANK])
-        gas = (trace_pressure(model, c, frame[THETA], omega) - model.scalars[CRANKCASE]) * rod[AREA]
+        s.levers[k, 0] = lever_x
+        s.levers[k, 1] = lever_y
+        s.arms[k, 0] = r[ARM]
+        s.arms[k, 1] = r[ARM + 1]
+        cos = math.cos(theta - rod[BANK])
+        sin = math.sin(theta - rod[BANK])
+        gas = (trace_pressure(model, k, theta, s.frame[OMEGA]) - model.scalars[CRANKCASE]) * rod[AREA]
         g = model.scalars[GRAVITY]
         rod_force(
-            cos * r[0] - sin * r[1], sin * r[0] + cos * r[1], cos * r[2] - sin * r[3], sin * r[2] + cos * r[3],
-            cos * r[4] - sin * r[5], sin * r[4] + cos * r[5], gas, rod[ROD], rod[M_BIG], rod[M_OSC], rod[DELTA_J],
-            rod[OFFSET], g * math.sin(rod[BANK]), g * math.cos(rod[BANK]), r,
+            cos * x - sin * y, sin * x + cos * y, cos * vx - sin * vy, sin * vx + cos * vy, cos * ax - sin * ay,
+            sin * ax + cos * ay, gas, rod[ROD], rod[M_BIG], rod[M_OSC], rod[DELTA_J], rod[OFFSET],
+            g * math.sin(rod[BANK]), g * math.cos(rod[BANK]), r,
         )  # fmt: skip
-        s.force[k, 0] += cos * r[0] + sin * r[1]
-        s.force[k, 1] += cos * r[1] - sin * r[0]
-        s.mass[k, 0] += cos * cos * r[6] + cos * sin * (r[7] + r[8]) + sin * sin * r[9]
-        s.mass[k, 1] += cos * cos * r[7] + cos * sin * (r[9] - r[6]) - sin * sin * r[8]
-        s.mass[k, 2] += cos * cos * r[8] + cos * sin * (r[9] - r[6]) - sin * sin * r[7]
-        s.mass[k, 3] += cos * cos * r[9] - cos * sin * (r[7] + r[8]) + sin * sin * r[6]
-    for k in range(p):
-        f[first + 2 * k] = s.force[k, 0]
-        f[first + 2 * k + 1] = s.force[k, 1]
-        f[rotation + k] = s.levers[k, 0] * s.force[k, 1] - s.levers[k, 1] * s.force[k, 0]
-    for k in range(m):
-        force = f[k]
-        if force != 0.0:
-            for i in range(n):
-                a[i] += force * model.ports[k, i]
-    # a holds a₀ + Pᵀ F₀; the pins' acceleration from (1 − P Pᵀ A) w = P a.
+        force_x = cos * r[0] + sin * r[1]
+        force_y = cos * r[1] - sin * r[0]
+        f[first + 2 * k] = force_x
+        f[first + 2 * k + 1] = force_y
+        f[first + 2 * p + k] = lever_x * force_y - lever_y * force_x
+        xx, xy, yx, yy = four(r, BY_ACCELERATION)
+        mass_xx = cos * cos * xx + cos * sin * (xy + yx) + sin * sin * yy
+        mass_xy = cos * cos * xy + cos * sin * (yy - xx) - sin * sin * yx
+        mass_yx = cos * cos * yx + cos * sin * (yy - xx) - sin * sin * xy
+        put_four(s.mass[k], 0, (mass_xx, mass_xy, mass_yx, cos * cos * yy - cos * sin * (xy + yx) + sin * sin * xx))
+
+
+@kernel
+def _add_rod_masses(model, s, a):
+    """Add to the modal acceleration ``a`` = a₀ + Pᵀ F₀ what the rods' mass makes of it: (1 − P Pᵀ A) w = P a."""
+    n = a.shape[0]
+    p = model.pins.shape[0]
+    first = 2 * model.bearings.shape[0] + 1
+    rotation = first + 2 * p
     for k in range(p):
         for axis in range(2):
             i = 2 * k + axis
@@ -287,14 +326,16 @@ def rate(model, s, speed, angle0, t, y, out):
             for j in range(p):
                 h0 = s.row[2 * j] - s.levers[j, 1] * s.row[2 * p + j]
                 h1 = s.row[2 * j + 1] + s.levers[j, 0] * s.row[2 * p + j]
-                s.matrix[i, 2 * j] = -h0 * s.mass[j, 0] - h1 * s.mass[j, 2]
-                s.matrix[i, 2 * j + 1] = -h0 * s.mass[j, 1] - h1 * s.mass[j, 3]
+                xx, xy, yx, yy = four(s.mass[j], 0)
+                s.matrix[i, 2 * j] = -h0 * xx - h1 * yx
+                s.matrix[i, 2 * j + 1] = -h0 * xy - h1 * yy
             s.matrix[i, i] += 1.0
     factor_lu(s.matrix, 2 * p, s.pivots)
     solve_lu(s.matrix, 2 * p, s.pivots, s.rhs)
     for k in range(p):
-        fx = s.mass[k, 0] * s.rhs[2 * k] + s.mass[k, 1] * s.rhs[2 * k + 1]
-        fy = s.mass[k, 2] * s.rhs[2 * k] + s.mass[k, 3] * s.rhs[2 * k + 1]
+        xx, xy, yx, yy = four(s.mass[k], 0)
+        fx = xx * s.rhs[2 * k] + xy * s.rhs[2 * k + 1]
+        fy = yx * s.rhs[2 * k] + yy * s.rhs[2 * k + 1]
         moment = s.levers[k, 0] * fy - s.levers[k, 1] * fx
         for i in range(n):
             a[i] += (
@@ -302,7 +343,6 @@ def rate(model, s, speed, angle0, t, y, out):
                 + fy * model.ports[first + 2 * k + 1, i]
                 + moment * model.ports[rotation + k, i]
             )
-    return 0
 
 
 @law_kernel
