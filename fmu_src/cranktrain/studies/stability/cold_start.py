@@ -1,6 +1,6 @@
 """Cold start: from every position of the journals in their bores to a running engine.
 
-A run begins at the static equilibrium of films and loads (:func:`cranktrain.dynamics.time.step_control.settle`), which
+A run begins at the static equilibrium of films and loads (:func:`cranktrain.dynamics.start.settling.settle`), which
 it seeks from wherever the journals are. Here they are put everywhere, eccentric by 0 to 0.999 of the clearance in every
 direction, at speeds from standstill on: the start must find its equilibrium, and the first cycle must run. The same is
 asked without that search: journals released at rest where they are.
@@ -19,6 +19,7 @@ import numpy as np
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.slots import N_FACTORS, N_REJECTED
 from cranktrain.dynamics.model.state import (
     CONTRACTION,
     INPUTS_NOW,
@@ -47,8 +48,6 @@ MASS, LOAD = 10.0, 5000.0
 """kg and N of each of the rotor's bearings."""
 SAME = 0.01
 """Distance, in clearances, within which all starts must come to the same place at a speed."""
-FACTORS, REJECTED = 4, 3
-"""Places of the stage factors made and of the sub-steps that failed among the model's counters."""
 COARSE = 0.025
 """Mesh size of the six's crankshaft in a quick map, m."""
 NEWTON_STEPS = 60
@@ -97,7 +96,7 @@ def start(simulation: Simulation, eccentricity: float, direction: float) -> Star
     work.counters[:] = 0.0
     about = (begin.windup, begin.rotation, begin.rate) if begin else (0.0, 0.0, 0.0)
     found = settle(model, work, state, inputs, *about) == OK
-    search = int(work.counters[FACTORS])
+    search = int(work.counters[N_FACTORS])
     done, rejected = _cycle(simulation, state) if found else (False, 0)
     place = journals(simulation, simulation.state, simulation.outputs[0])
     free = placed(simulation, eccentricity, direction)
@@ -122,8 +121,8 @@ def _cycle(simulation: Simulation, state: Array) -> tuple[bool, int]:
         for k in range(round(4.0 * math.pi / step)):
             simulation.step(begin + (k + 1) * h)
     except SolverError:
-        return False, int(work.counters[REJECTED])
-    return bool(np.isfinite(simulation.outputs).all()), int(work.counters[REJECTED])
+        return False, int(work.counters[N_REJECTED])
+    return bool(np.isfinite(simulation.outputs).all()), int(work.counters[N_REJECTED])
 
 
 def reynolds_equilibrium(simulation: Simulation, speed: float, load: float = LOAD) -> complex:

@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.slots import GRAVITY, STEP
+from cranktrain.dynamics.model.slots import GRAVITY, N_REJECTED, STEP
 from cranktrain.film.laws.impedance import MapFilm
 from cranktrain.studies.stability.explicit import METHODS, ROWS, FilmedJournal, amplification, march, spectral_radius
 from cranktrain.studies.stability.rotor import SPEED, LinearFilm, default_method, film_at, film_law, film_rotor
@@ -42,8 +42,6 @@ KICK = 1.0e-4
 """Share of the surface speed by which that motion starts: small against what bends the film's force."""
 RADIUS = 1.0 + 1.0e-9
 """Spectral radius that counts as growth: one, and rounding."""
-REJECTED = 3
-"""Place of the rejected steps among the running model's counters."""
 BLOW = 30.0
 """Factor by which the journal's load grows at once."""
 LONGEST = 90.0
@@ -91,10 +89,10 @@ def product_limit(film: LinearFilm, mass: float, tried: int) -> float:
 
     def rejected(step: float) -> bool:
         simulation.state = start
-        simulation.work.counters[REJECTED] = 0.0
+        simulation.work.counters[N_REJECTED] = 0.0
         simulation.model.scalars[STEP] = 1.01 * step
         simulation.step(simulation.time + step / SPEED)
-        return bool(simulation.work.counters[REJECTED] > 0.0)
+        return bool(simulation.work.counters[N_REJECTED] > 0.0)
 
     steps = np.radians(np.geomspace(0.1, LONGEST, tried))
     first = next((k for k, step in enumerate(steps) if rejected(float(step))), None)

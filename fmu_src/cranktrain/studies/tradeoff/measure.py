@@ -20,6 +20,7 @@ from cranktrain.assembly import Assembly, assemble
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.kernel import keep_record
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.slots import N_ITERATIONS, N_MISSED, N_REJECTED, N_STEPS
 from cranktrain.dynamics.motion.equations import trace_pressure
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
@@ -99,8 +100,8 @@ def run(case: Case, say: Progress | None = None) -> Recorded:
     values = series[:, places]
     counters = simulation.work.counters
     counts = {
-        "steps": int(counters[0]), "iterations": int(counters[2]), "rejected": int(counters[3]),
-        "missed": int(counters[6]),
+        "steps": int(counters[N_STEPS]), "iterations": int(counters[N_ITERATIONS]),
+        "rejected": int(counters[N_REJECTED]), "missed": int(counters[N_MISSED]),
     }  # fmt: skip
     return Recorded(np.ascontiguousarray(values.T), case.kept_deg, used / case.simulated, counts)
 
