@@ -12,7 +12,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid_coordinates
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.register import PLAIN, bearing_levels
-from cranktrain.levels import CRANKS
+from cranktrain.levels import CRANKS, Levels
 from cranktrain.structure.crank.level import bare_crank, crank_body
 from cranktrain.structure.crank.modal import free_modes, torsional_frequencies
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
@@ -45,38 +45,37 @@ def test_every_output_of_the_interface_has_its_levels():
 )
 def test_what_a_level_does_not_answer_is_refused_with_the_one_that_does(crank, bearings, output, can):
     with pytest.raises(InputError) as refusal:
-        refuse_beyond(crank, bearings, [output])
+        refuse_beyond(Levels(crank, bearings), [output])
     text = str(refusal.value)
     assert output in text and can in text and "\n" not in text
 
 
 def test_held_bearings_hold_no_crank_that_bends():
     with pytest.raises(InputError, match="does not bend"):
-        refuse_beyond("beam", "held", ["crank.speed"])
+        refuse_beyond(Levels("beam", "held"), ["crank.speed"])
     assert lowest_levels(["bending_frequencies"]).bearings == "linear"
 
 
 def test_misspelt_outputs_and_levels_are_refused_with_the_nearest():
     with pytest.raises(InputError, match=r"pulley\.torsion"):
-        refuse_beyond("solid", "impedance", ["puley.torsion"])
+        refuse_beyond(Levels("solid", "impedance"), ["puley.torsion"])
     with pytest.raises(InputError, match="torsional"):
-        refuse_beyond("torsion", "held", [])
+        refuse_beyond(Levels("torsion", "held"), [])
     with pytest.raises(InputError, match="impedance"):
-        refuse_beyond("solid", "impedence", [])
+        refuse_beyond(Levels("solid", "impedence"), [])
 
 
 def test_the_lowest_levels_answer_and_none_below_does():
     plain = bearing_levels(PLAIN)
     for output, lowest in variables().items():
         chosen = lowest_levels([output])
-        levels = {"block": chosen.block, "big_ends": chosen.big_ends, "pistons": chosen.pistons}
-        refuse_beyond(chosen.crank, chosen.bearings, [output], **levels, damper=chosen.damper)
+        refuse_beyond(chosen, [output])
         for below in list(CRANKS)[: list(CRANKS).index(lowest.crank)]:
             with pytest.raises(InputError):
-                refuse_beyond(below, chosen.bearings, [output], **levels, damper=chosen.damper)
+                refuse_beyond(replace(chosen, crank=below), [output])
         for below in plain[: plain.index(lowest.bearings)]:
             with pytest.raises(InputError):
-                refuse_beyond(chosen.crank, below, [output], **levels, damper=chosen.damper)
+                refuse_beyond(replace(chosen, bearings=below), [output])
 
 
 def test_levels_of_several_outputs_are_the_highest_of_each_kind():
@@ -90,13 +89,15 @@ def test_levels_of_several_outputs_are_the_highest_of_each_kind():
 def test_frequencies_beyond_a_level_are_refused_with_the_level_or_the_cut():
     engine = load_engine("diesel_i6")
     cut = engine.reduction.running_cutoff_hz
-    refuse_beyond("solid", "linear", [], cut, engine=engine)
+    refuse_beyond(Levels("solid", "linear"), [], cut, engine=engine)
     with pytest.raises(InputError, match="crank level 'torsional'"):
-        refuse_beyond("rigid", "linear", [], 2.0 * CRANKS["rigid"].highest_frequency(engine), engine=engine)
+        refuse_beyond(Levels("rigid", "linear"), [], 2.0 * CRANKS["rigid"].highest_frequency(engine), engine=engine)
     with pytest.raises(InputError, match="crank level 'beam'"):
-        refuse_beyond("torsional", "linear", [], 1.01 * CRANKS["torsional"].highest_frequency(engine), engine=engine)
+        refuse_beyond(
+            Levels("torsional", "linear"), [], 1.01 * CRANKS["torsional"].highest_frequency(engine), engine=engine
+        )
     with pytest.raises(InputError, match=f"at most {cut:g} Hz"):
-        refuse_beyond("solid", "linear", [], 1.01 * cut, engine=engine)
+        refuse_beyond(Levels("solid", "linear"), [], 1.01 * cut, engine=engine)
 
 
 @cache

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.outputs.register import FAMILIES
@@ -91,22 +92,13 @@ def _place(ladder: tuple[str, ...], level: str) -> int:
 
 
 def refuse_beyond(
-    crank: str,
-    bearings: str,
-    outputs: Iterable[str],
-    frequency: float | None = None,
-    *,
-    engine: Engine | None = None,
-    block: str = "ground",
-    big_ends: str = "rigid",
-    pistons: str = "auto",
-    damper: str = "none",
+    levels: Levels, outputs: Iterable[str], frequency: float | None = None, engine: Engine | None = None
 ) -> None:
     """Refuse outputs, and a frequency, that the levels do not answer.
 
     Parameters
     ----------
-    crank, bearings, block, big_ends, pistons, damper : levels; pistons ``auto`` are guided in a flexible block
+    levels : pistons ``auto`` are guided in a flexible block
     outputs : names as in the FMU's interface or :data:`RESULTS`
     frequency : highest of interest, Hz; needs ``engine``
 
@@ -116,15 +108,10 @@ def refuse_beyond(
         one line that names the output, the level and the one that can
     """
     plain, rolling = bearing_ladder(rollers=False), bearing_ladder(rollers=True)
+    given, crank, bearings = asdict(levels), levels.crank, levels.bearings
+    if levels.pistons == "auto":
+        given["pistons"] = "guided" if levels.block == "flexible" else "rigid"
     rollers = bearings not in plain or (engine is not None and engine.main_roller is not None)
-    given = {
-        "crank": crank,
-        "bearings": bearings,
-        "block": block,
-        "big_ends": big_ends,
-        "pistons": ("guided" if block == "flexible" else "rigid") if pistons == "auto" else pistons,
-        "damper": damper,
-    }
     tables = ladders(rollers and bearings in rolling)
     for kind, ladder in tables.items():
         valid = (*plain, *rolling) if kind == "bearings" else ladder

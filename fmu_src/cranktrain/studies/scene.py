@@ -38,7 +38,7 @@ from typing import Any
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.levels import CRANKS
+from cranktrain.levels import CRANKS, Levels
 from cranktrain.studies.answers import bearing_ladder, lowest_levels, refuse_beyond
 
 RPM = math.pi / 30.0
@@ -355,16 +355,11 @@ def _check_levels(scene: Scene) -> None:
         raise InputError(f"bearings: level '{scene.bearings}' does not exist on engine '{scene.engine.name}'; {hint}")
     settings = Settings(big_ends=scene.big_ends, block=scene.block, pistons=scene.pistons, damper=scene.damper)
     check_levels(resolved(settings, scene.engine), scene.engine)
-    refuse_beyond(
-        scene.crank or list(CRANKS)[-1],
-        scene.bearings or valid[-1],
-        (*scene.outputs, STRESS) if scene.stress else scene.outputs,
-        scene.frequency,
-        engine=scene.engine,
-        block=scene.block,
-        big_ends=scene.big_ends,
-        pistons=scene.pistons,
-        damper=scene.damper,
-    )
+    levels = Levels(
+        scene.crank or list(CRANKS)[-1], scene.bearings or valid[-1], scene.block, scene.big_ends, scene.pistons,
+        scene.damper,
+    )  # fmt: skip
+    outputs = (*scene.outputs, STRESS) if scene.stress else scene.outputs
+    refuse_beyond(levels, outputs, scene.frequency, scene.engine)
     if scene.integrator is not None:
         integrator_table(scene.integrator)
