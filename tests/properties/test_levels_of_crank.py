@@ -23,8 +23,8 @@ INTERFACE = Path(__file__).parents[2] / "modelDescription" / "interface.toml"
 
 
 def test_every_output_of_the_interface_has_its_levels():
-    variables = tomllib.loads(INTERFACE.read_text())["variable"]
-    outputs = {plain_name(entry["name"]) for entry in variables if entry["causality"] == "output"}
+    listed = tomllib.loads(INTERFACE.read_text())["variable"]
+    outputs = {plain_name(entry["name"]) for entry in listed if entry["causality"] == "output"}
     assert outputs == set(variables())
 
 
