@@ -1,0 +1,124 @@
+"""The house keeps its order: what the tree of sources promises its reader, counted.
+
+Kernels are the functions under the decorators of :mod:`cranktrain.core.kernel`.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import cranktrain
+
+ROOT = Path(cranktrain.__file__).parent
+TREES = {path.relative_to(ROOT).as_posix(): ast.parse(path.read_text("utf-8")) for path in sorted(ROOT.rglob("*.py"))}
+LONG, MANY = 80, 8
+REASON = "# In one piece:"
+"""A comment that begins so, above a function or within its first lines, says why it is long or takes much."""
+
+
+def functions(file: str) -> Iterator[ast.FunctionDef]:
+    return (node for node in ast.walk(TREES[file]) if isinstance(node, ast.FunctionDef))
+
+
+def kernels(file: str) -> Iterator[ast.FunctionDef]:
+    for function in functions(file):
+        if any(ast.unparse(decorator) in ("kernel", "law_kernel") for decorator in function.decorator_list):
+            yield function
+
+
+def entries(folder: Path) -> list[str]:
+    return [entry.name for entry in folder.iterdir() if entry.name != "__pycache__"]
+
+
+def test_a_reader_finds_a_thing_where_its_name_says():
+    assert len(entries(ROOT)) <= 14
+    assert len(entries(ROOT / "film")) <= 9
+
+
+def imports(file: str) -> Iterator[str]:
+    """Files of the package that a file imports, those inside functions as well."""
+    for node in ast.walk(TREES[file]):
+        if not isinstance(node, ast.ImportFrom) or not str(node.module).startswith("cranktrain"):
+            continue
+        parts = str(node.module).split(".")[1:]
+        for place in [parts, *([*parts, alias.name] for alias in node.names)]:
+            name = "/".join(place) + ".py"
+            if name in TREES:
+                yield name
+
+
+def test_imports_go_round_in_no_circle():
+    """Not even through imports inside functions."""
+    known = {file: set(imports(file)) for file in TREES}
+    while leaves := [file for file, others in known.items() if not others]:
+        for leaf in leaves:
+            del known[leaf]
+        for others in known.values():
+            others.difference_update(leaves)
+    assert not known
+
+
+def reasoned(file: str, function: ast.FunctionDef) -> bool:
+    """Whether a function says why it is longer, or takes more, than others."""
+    lines = (ROOT / file).read_text("utf-8").splitlines()
+    first = min([function.lineno, *(decorator.lineno for decorator in function.decorator_list)]) - 1
+    above = []
+    while first > 0 and lines[first - 1].lstrip().startswith("#"):
+        first -= 1
+        above.append(lines[first])
+    inside = lines[function.lineno - 1 : function.end_lineno]
+    return any(line.lstrip().startswith(REASON) for line in above + inside)
+
+
+def test_a_function_does_one_thing_on_one_page():
+    long = [(file, f) for file in TREES for f in functions(file) if f.end_lineno - f.lineno + 1 > LONG]
+    assert len(long) <= 5, [(file, f.name) for file, f in long]
+    assert [(file, f.name) for file, f in long if not reasoned(file, f)] == []
+
+
+def test_what_belongs_together_travels_in_one_record():
+    many = [(file, f) for file in TREES for f in functions(file) if len(f.args.args) + len(f.args.kwonlyargs) > MANY]
+    assert [(file, f.name) for file, f in many if not reasoned(file, f)] == []
+
+
+def literals(index: ast.expr) -> Iterator[int]:
+    """Integers of 3 and more that a subscript states by themselves."""
+    if isinstance(index, ast.Constant) and isinstance(index.value, int) and index.value >= 3:
+        yield index.value
+    elif isinstance(index, ast.Tuple):
+        for element in index.elts:
+            yield from literals(element)
+    elif isinstance(index, ast.Slice):
+        for end in (index.lower, index.upper):
+            if end is not None:
+                yield from literals(end)
+
+
+def test_slots_have_names():
+    found = [
+        f"{file}:{node.lineno}"
+        for file in TREES
+        for function in kernels(file)
+        for node in ast.walk(function)
+        if isinstance(node, ast.Subscript) and any(literals(node.slice))
+    ]
+    assert found == []
+
+
+@pytest.mark.parametrize("folder", ["dynamics", "loads", "film"])
+def test_no_kernel_asks_which_law_it_is(folder):
+    """A law is chosen where the model is made: no kernel compares with a law's or a level's number."""
+    names = {"LAW", "LINEAR", "IMPEDANCE", "TABLE", "REYNOLDS", "EHD", "ROLLER", "IS_LINEAR"}
+    found = [
+        f"{file}:{test.lineno}"
+        for file in TREES
+        if file.startswith(f"{folder}/")
+        for function in kernels(file)
+        for test in ast.walk(function)
+        if isinstance(test, ast.Compare) and names & {name.id for name in ast.walk(test) if isinstance(name, ast.Name)}
+    ]
+    assert found == []
