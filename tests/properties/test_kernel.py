@@ -122,6 +122,22 @@ owner = np.zeros(1)
         assert run(install, tmp_path / "cache", text_of_run + "print(sum(map(last, kept)))") == 800.0
 
 
+def test_a_kept_kernel_whose_record_s_class_has_moved_is_compiled_anew(install, tmp_path):
+    """Its own file, and so its digest, need not know the class: an upgrade must not end in an import error."""
+    loads = install / "cranktrain" / "loads"
+    (loads / "taker.py").write_text(
+        "from cranktrain.core.kernel import kernel\n\n\n@kernel\ndef taken(shape):\n    return shape.size\n"
+    )
+    (loads / "shape.py").write_text("from typing import NamedTuple\n\n\nclass Shape(NamedTuple):\n    size: float\n")
+    text = "from cranktrain.loads.taker import taken\nfrom cranktrain.loads.{} import Shape\nprint(taken(Shape(2.0)))"
+    assert run(install, tmp_path / "cache", text.format("shape")) == 2.0
+    (loads / "shape.py").rename(loads / "form.py")
+    assert run(install, tmp_path / "cache", text.format("form")) == 2.0
+    before = kept(tmp_path)
+    assert run(install, tmp_path / "cache", text.format("form")) == 2.0
+    assert kept(tmp_path) == before
+
+
 def test_kept_maps_and_points_rest_on_all_that_their_modules_import():
     """In whatever folder: the digests of the studies follow imports, those inside functions as well."""
     maps = {path.name for path in rests_on(Path(inspect.getfile(oil_whirl)), deferred=True)}

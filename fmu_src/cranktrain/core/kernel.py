@@ -66,9 +66,29 @@ def _compiled(function: Callable[..., Any], file: str) -> Any:
     kept = getattr(config, "CACHE_DIR", "")
     setattr(config, "CACHE_DIR", folder)  # noqa: B010 - numba makes its settings at run time, unknown to a type checker
     try:
-        return njit(cache=bool(folder), **_OPTIONS)(function)
+        compiled = njit(cache=bool(folder), **_OPTIONS)(function)
     finally:
         setattr(config, "CACHE_DIR", kept)  # noqa: B010
+    if folder:
+        _forget_unknown_classes(compiled)
+    return compiled
+
+
+def _forget_unknown_classes(compiled: Any) -> None:
+    """Let a kernel compile anew where its index in the cache names classes that have moved since.
+
+    A kernel's file need not import the classes of the records that it is given, so its digest does not tell.
+    """
+    file = compiled._cache._cache_file
+    load = file._load_index
+
+    def index() -> Any:
+        try:
+            return load()
+        except (ImportError, AttributeError):
+            return {}
+
+    file._load_index = index
 
 
 law_kernel = kernel
