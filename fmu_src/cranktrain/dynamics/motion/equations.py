@@ -205,9 +205,10 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
         films.numbers[SPEED] = omega + ud[journal + i]
         films.numbers[RUBBING] = films.numbers[SPEED]
         status |= film_call(films, FORCE, i, films.out, films.out)
-        film_block(films.out, int(connection[COUPLED]), ratio, frame[WHIRL], work.blocks[i])
+        film_block(films.out, ratio, frame[WHIRL], work.blocks[i])
         f[journal + i] = journal_forces(connection, films.out, u, f)
-    status |= collar_force(model, frame, d, dd, ratio, f, work)
+    k = int(model.layout[THRUST_LAW])
+    status |= collar_force(model.thrust, model.connections[k], frame, d, dd, ratio, f, work.blocks[k])
     if model.layout[DAMPER] > 0.0:
         k = int(model.layout[DAMPER])
         damper_torque(model.damper, u[k], ud[k], work.scratch)
@@ -230,11 +231,8 @@ def frame_numbers(frame, numbers):
 
 
 @kernel
-def place_collar(model, frame, u, ud):
-    """Place and velocity of the thrust collar in space, along the frame's axes; returns its connection's number."""
-    thrust = model.thrust
-    k = int(model.layout[THRUST_LAW])
-    connection = model.connections[k]
+def place_collar(thrust, connection, frame, u, ud):
+    """Place and velocity of the thrust collar in space, along the frame's axes."""
     z = int(connection[FIRST])
     place = thrust.place[0]
     velocity = thrust.velocity[0]
@@ -248,23 +246,24 @@ def place_collar(model, frame, u, ud):
         velocity[2] = ud[t + 1] + frame[WHIRL] * u[t]
     thrust.numbers[SPEED] = frame[OMEGA]
     frame_numbers(frame, thrust.numbers)
-    return k
 
 
 @kernel
-def collar_force(model, frame, u, ud, ratio, f, work):
+def collar_force(thrust, connection, frame, u, ud, ratio, f, block):
     """Thrust bearing: axial force, and where the collar's tilt has ports its two moments as well; 0, or a failure."""
-    k = place_collar(model, frame, u, ud)
-    connection = model.connections[k]
-    block = work.blocks[k]
-    out = model.thrust.out
+    place_collar(thrust, connection, frame, u, ud)
+    out = thrust.out
     whirl = frame[WHIRL]
-    status = film_call(model.thrust, FORCE, 0, out, out)
-    for r in range(int(connection[COUPLED])):
-        f[int(connection[FIRST + r])] = out[r]
-        place = out[BY_PLACE + 4 * r :]
-        rate = out[BY_VELOCITY + 4 * r :]
-        block[4 * r] = place[0] + ratio * rate[0]
-        block[4 * r + 1] = place[1] + ratio * rate[1] + whirl * rate[2]
-        block[4 * r + 2] = place[2] + ratio * rate[2] - whirl * rate[1]
+    status = film_call(thrust, FORCE, 0, out, out)
+    f[int(connection[FIRST])] = out[0]
+    if connection[COUPLED] > 1.0:
+        t = int(connection[FIRST + 1])
+        f[t] = out[1]
+        f[t + 1] = out[2]
+    for r in range(3):
+        place = BY_PLACE + 4 * r
+        rate = BY_VELOCITY + 4 * r
+        block[4 * r] = out[place] + ratio * out[rate]
+        block[4 * r + 1] = out[place + 1] + ratio * out[rate + 1] + whirl * out[rate + 2]
+        block[4 * r + 2] = out[place + 2] + ratio * out[rate + 2] - whirl * out[rate + 1]
     return status

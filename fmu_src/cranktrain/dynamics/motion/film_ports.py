@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model.slots import COUPLED, FIRST
-from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FRICTION
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, END_X, END_Y, FRICTION, X, Y
 
 
 @kernel
-def film_block(out, size, ratio, whirl, block):
-    """Tangent of a film by the displacement of its ``size`` ports, 2 or 4, into the 4 × 4 ``block``."""
-    for r in range(size):
-        for pair in range(0, size, 2):
+def film_block(out, ratio, whirl, block):
+    """Tangent of a film by the displacement of its ports into the 4 × 4 ``block``; zero where it feels no tilt."""
+    for r in range(4):
+        for pair in range(0, 4, 2):
             i = 4 * r + pair
             d_x = out[BY_VELOCITY + i]
             d_y = out[BY_VELOCITY + i + 1]
@@ -27,14 +27,20 @@ def film_block(out, size, ratio, whirl, block):
 @kernel
 def place_journal(connection, u, ud, whirl, place, velocity):
     """Middle and end displacement of a journal (4,), and their velocity in space along the frame's axes (4,)."""
-    for j in range(0, int(connection[COUPLED]), 2):
-        k = int(connection[FIRST + j])
-        x = u[k]
-        y = u[k + 1]
-        place[j] = x
-        place[j + 1] = y
-        velocity[j] = ud[k] - whirl * y
-        velocity[j + 1] = ud[k + 1] + whirl * x
+    k = int(connection[FIRST])
+    place_pair(u[k], u[k + 1], ud[k], ud[k + 1], whirl, place, velocity)
+    if connection[COUPLED] > END_X:
+        k = int(connection[FIRST + END_X])
+        place_pair(u[k], u[k + 1], ud[k], ud[k + 1], whirl, place[END_X:], velocity[END_X:])
+
+
+@kernel
+def place_pair(x, y, vx, vy, whirl, place, velocity):
+    """One displacement, and its velocity in space."""
+    place[X] = x
+    place[Y] = y
+    velocity[X] = vx - whirl * y
+    velocity[Y] = vy + whirl * x
 
 
 @kernel
@@ -43,11 +49,13 @@ def journal_forces(connection, out, u, f):
 
     u (m,) are the displacements of the ports: forces act where the displaced points are.
     """
-    torque = 0.0
-    for j in range(0, int(connection[COUPLED]), 2):
-        k = int(connection[FIRST + j])
-        f[k] = out[j]
-        f[k + 1] = out[j + 1]
-        torque += u[k] * out[j + 1]
-        torque -= u[k + 1] * out[j]
+    k = int(connection[FIRST])
+    f[k] = out[X]
+    f[k + 1] = out[Y]
+    torque = u[k] * out[Y] - u[k + 1] * out[X]
+    if connection[COUPLED] > END_X:
+        k = int(connection[FIRST + END_X])
+        f[k] = out[END_X]
+        f[k + 1] = out[END_Y]
+        torque = torque + u[k] * out[END_Y] - u[k + 1] * out[END_X]
     return torque + out[FRICTION]

@@ -107,72 +107,64 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
 
     The ports' motion and forces are rows of ``work.port``. Returns 0, or tells that a law failed.
     """
-    status = 0
-    for c in range(model.cylinders.shape[0]):
-        status |= rod_and_piston(model, work, frame, c, pressures[c], c_q, c_v)
-    return status
-
-
-@kernel
-def rod_and_piston(model, work, frame, c, pressure, c_q, c_v):
-    """The same of one cylinder."""
     b = model.bearings.shape[0]
-    rod = model.cylinders[c]
-    cos = math.cos(frame[THETA] - rod[BANK])
-    sin = math.sin(frame[THETA] - rod[BANK])
     u = work.port[U]
     ud = work.port[UD]
     udd = work.port[UDD]
     f = work.port[FORCES]
     out = work.scratch
-    pin_motion(model, frame, c, u, ud, udd, out)
-    moved_x = out[MOVED]
-    moved_y = out[MOVED + 1]
-    port = 2 * b + 1 + 2 * c
-    block = work.blocks[b + c]
-    torque = 0.0
-    status = 0
     free = model.layout[RODS] > 0.0
-    if free:
-        port = int(model.layout[RODS]) + 2 * c
-        block = work.blocks[int(model.layout[ROD_LAWS]) + c]
-        for j in range(MOVED):
-            out[PIN + j] = out[j]
-        big_end_motion(model, frame, c, u, ud, udd, out)
-        torque, status = big_end_film(model, work, frame, c, cos, sin, c_v / c_q)
-    load = rod_load(model, c, pressure, torque)
-    across_cylinder(out, cos, sin, work.scratch[CROSS:])
-    if model.layout[PISTONS] > 0.0:
-        guided_rod(model, work, load, c_q, c_v)
-    else:
-        rod_on_axis(rod, load, work.scratch[CROSS:], out)
-        # Friction that turns the rod is held by the piston's guide, a couple with the big end.
-        out[0] += torque
-    fx = cos * out[0] + sin * out[1]
-    fy = cos * out[1] - sin * out[0]
-    pin_block(out, frame, cos, sin, c_q, c_v, block)
-    rotation = int(model.layout[PIN_ROTATIONS]) + c
-    lever_x = model.pins[c, 0] + moved_x
-    lever_y = model.pins[c, 1] + moved_y
-    if rotation < model.scales.shape[0]:
-        f[rotation] += lever_x * fy - lever_y * fx
-        # The pin goes along its circle, and the force keeps its direction.
-        block[0] = lever_y * (lever_y * block[0] - lever_x * block[1])
-        block[0] += lever_x * (lever_x * block[ROW + 1] - lever_y * block[ROW]) - lever_x * fx - lever_y * fy
-    else:
-        f[port] += fx
-        f[port + 1] += fy
-        if not free:
-            f[rotation] += moved_x * fy - moved_y * fx
+    status = 0
+    for c in range(model.cylinders.shape[0]):
+        rod = model.cylinders[c]
+        cos = math.cos(frame[THETA] - rod[BANK])
+        sin = math.sin(frame[THETA] - rod[BANK])
+        pin_motion(model, frame, c, u, ud, udd, out)
+        moved_x = out[MOVED]
+        moved_y = out[MOVED + 1]
+        port = 2 * b + 1 + 2 * c
+        block = work.blocks[b + c]
+        torque = 0.0
+        if free:
+            port = int(model.layout[RODS]) + 2 * c
+            block = work.blocks[int(model.layout[ROD_LAWS]) + c]
+            for j in range(MOVED):
+                out[PIN + j] = out[j]
+            big_end_motion(model, frame, c, u, ud, udd, out)
+            torque, failure = big_end_film(model, work, frame, c, cos, sin, c_v / c_q)
+            status |= failure
+        load = rod_load(rod, model.scalars, c, pressures[c], torque)
+        across_cylinder(out, cos, sin, work.scratch[CROSS:])
+        if model.layout[PISTONS] > 0.0:
+            guided_rod(model, work, load, c_q, c_v)
+        else:
+            rod_on_axis(rod, load, work.scratch[CROSS:], out)
+            # Friction that turns the rod is held by the piston's guide, a couple with the big end.
+            out[0] += torque
+        fx = cos * out[0] + sin * out[1]
+        fy = cos * out[1] - sin * out[0]
+        pin_block(out, frame, cos, sin, c_q, c_v, block)
+        rotation = int(model.layout[PIN_ROTATIONS]) + c
+        lever_x = model.pins[c, 0] + moved_x
+        lever_y = model.pins[c, 1] + moved_y
+        if rotation < model.scales.shape[0]:
+            f[rotation] += lever_x * fy - lever_y * fx
+            # The pin goes along its circle, and the force keeps its direction.
+            block[0] = lever_y * (lever_y * block[0] - lever_x * block[1])
+            block[0] += lever_x * (lever_x * block[ROW + 1] - lever_y * block[ROW]) - lever_x * fx - lever_y * fy
+        else:
+            f[port] += fx
+            f[port + 1] += fy
+            if not free:
+                f[rotation] += moved_x * fy - moved_y * fx
     return status
 
 
 @kernel
-def rod_load(model, c, pressure, torque):
+def rod_load(rod, scalars, c, pressure, torque):
     """What rod and piston of cylinder c are given."""
-    rod = model.cylinders[c]
-    g = model.scalars[GRAVITY]
-    gas = (pressure - model.scalars[CRANKCASE]) * rod[AREA]
+    g = scalars[GRAVITY]
+    gas = (pressure - scalars[CRANKCASE]) * rod[AREA]
     return RodLoad(c, gas, torque, g * math.sin(rod[BANK]), g * math.cos(rod[BANK]))
 
 
@@ -364,7 +356,7 @@ def observe_rod(model, work, c):
     u = work.port[STATE_U]
     ud = work.port[STATE_UD]
     udd = work.port[STATE_UDD]
-    load = rod_load(model, c, work.pressures[0, c], 0.0)
+    load = rod_load(rod, model.scalars, c, work.pressures[0, c], 0.0)
     rod_end(model, frame, c, u, ud, udd, out)
     across_cylinder(out, math.cos(frame[THETA] - rod[BANK]), math.sin(frame[THETA] - rod[BANK]), cross)
     for j in range(LAYER):
@@ -405,7 +397,7 @@ def big_end_film(model, work, frame, c, cos, sin, ratio):
     f[k + 1] -= out[1]
     f[turn] += (pin[X] - model.pins[c, 0]) * out[1] - (pin[Y] - model.pins[c, 1]) * out[0] + friction
     block = work.blocks[model.bearings.shape[0] + c]
-    film_block(out, 2, ratio, frame[OMEGA], block)
+    film_block(out, ratio, frame[OMEGA], block)
     for row in range(2):
         for column in range(2):
             value = block[4 * row + column]

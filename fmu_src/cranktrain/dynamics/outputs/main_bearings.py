@@ -20,6 +20,7 @@ from cranktrain.dynamics.model.slots import (
     RELATIVE_RATE,
     SIN,
     STATE_UD,
+    THRUST_LAW,
     TURNING_MODES,
 )
 from cranktrain.dynamics.model.state import POSITION, offset
@@ -144,7 +145,8 @@ def observe_gap(place, velocity, frame, law, speed, motion, row):
 @law_kernel
 def observe_thrust(model, work, state, members, out):
     """Axial force on the collar, and its displacement against the thrust faces."""
-    place_collar(model, work.frames[0], work.port[RELATIVE], work.port[RELATIVE_RATE])
+    connection = model.connections[int(model.layout[THRUST_LAW])]
+    place_collar(model.thrust, connection, work.frames[0], work.port[RELATIVE], work.port[RELATIVE_RATE])
     film_call(model.thrust, OBSERVE, 0, model.thrust.out, model.thrust.out)
     out[0] = model.thrust.out[0]
     out[1] = work.port[RELATIVE, 2 * model.bearings.shape[0]]

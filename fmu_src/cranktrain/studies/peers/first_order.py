@@ -47,6 +47,7 @@ from cranktrain.dynamics.model.slots import (
     SHAFT_K,
     SIN,
     THETA,
+    THRUST_LAW,
     WHIRL,
 )
 from cranktrain.dynamics.model.state import (
@@ -262,7 +263,7 @@ def _bearing_forces(model, s):
         place_journal(model.connections[i], u, ud, omega, films.place[i], films.velocity[i])
         film_call(films, FORCE, i, films.out, films.out)
         f[journal + i] = journal_forces(model.connections[i], films.out, u, f)
-    place_collar(model, s.frame, u, ud)
+    place_collar(model.thrust, model.connections[int(model.layout[THRUST_LAW])], s.frame, u, ud)
     film_call(model.thrust, FORCE, 0, model.thrust.out, model.thrust.out)
     f[2 * b] = model.thrust.out[0]
 
