@@ -16,6 +16,7 @@ import cranktrain
 ROOT = Path(cranktrain.__file__).parent
 TREES = {path.relative_to(ROOT).as_posix(): ast.parse(path.read_text("utf-8")) for path in sorted(ROOT.rglob("*.py"))}
 LONG, MANY = 80, 8
+KERNELS = ("kernel", "inlined_kernel", "law_kernel")
 REASON = "# In one piece:"
 """A comment that begins so, above a function or within its first lines, says why it is long or takes much."""
 
@@ -26,7 +27,7 @@ def functions(file: str) -> Iterator[ast.FunctionDef]:
 
 def kernels(file: str) -> Iterator[ast.FunctionDef]:
     for function in functions(file):
-        if any(ast.unparse(decorator) in ("kernel", "law_kernel") for decorator in function.decorator_list):
+        if any(ast.unparse(decorator) in KERNELS for decorator in function.decorator_list):
             yield function
 
 

@@ -60,13 +60,18 @@ def kernel(function: Callable[..., Any]) -> Any:
     return _compiled(function, function.__code__.co_filename)
 
 
-def _compiled(function: Callable[..., Any], file: str) -> Any:
+def inlined_kernel(function: Callable[..., Any]) -> Any:
+    """Kernel that is compiled into each of its callers: a small piece of one, to which handing the model costs more."""
+    return _compiled(function, function.__code__.co_filename, forceinline=True)
+
+
+def _compiled(function: Callable[..., Any], file: str, **options: Any) -> Any:
     """Kernel that is cached with those of the source ``file``."""
     folder = _kernel_folder(file)
     kept = getattr(config, "CACHE_DIR", "")
     setattr(config, "CACHE_DIR", folder)  # noqa: B010 - numba makes its settings at run time, unknown to a type checker
     try:
-        compiled = njit(cache=bool(folder), **_OPTIONS)(function)
+        compiled = njit(cache=bool(folder), **_OPTIONS, **options)(function)
     finally:
         setattr(config, "CACHE_DIR", kept)  # noqa: B010
     if folder:

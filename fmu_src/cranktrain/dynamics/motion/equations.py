@@ -17,7 +17,7 @@ the opposite of what journals and collar feel, moments included.
 
 from __future__ import annotations
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
     AREA,
     BEST_SPEED,
@@ -119,7 +119,7 @@ def factor_part(part, level, shapes, transposed, scratch):
     return 0
 
 
-@kernel
+@inlined_kernel
 def external_force(model, frame, pressures, displaced, out):
     """Modal force (n,) of frame and shaft, gravity on the displaced mass, gas on the heads and the mounts' preload."""
     t = int(model.layout[TURNING_MODES])
@@ -158,13 +158,13 @@ def external_force(model, frame, pressures, displaced, out):
                 out[i] += gas * model.block.heads[c, i - t]
 
 
-@kernel
+@inlined_kernel
 def trace_angle(model, cylinder, theta):
     """Angle of the frame after the firing dead centre of a cylinder, rad."""
     return theta - model.cylinders[cylinder, PHASE]
 
 
-@kernel
+@inlined_kernel
 def trace_pressure(model, cylinder, theta, speed):
     """Cylinder pressure (Pa, absolute) of the built-in trace: motored, plus the burn's rise scaled with speed."""
     angle = trace_angle(model, cylinder, theta)
@@ -176,7 +176,7 @@ def trace_pressure(model, cylinder, theta, speed):
     return motored + share * gas_pressure(angle, model.gas[1])
 
 
-@kernel
+@inlined_kernel
 def port_forces(model, work, frame, pressures, c_q, c_v):
     """Forces at all ports and the tangent blocks ∂f/∂u of a stage at displacement u, velocity u̇, acceleration ü.
 
@@ -222,7 +222,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
     return status
 
 
-@kernel
+@inlined_kernel
 def frame_numbers(frame, numbers):
     """Tell films the frame's angle."""
     numbers[FRAME_COS] = frame[COS]
@@ -230,7 +230,7 @@ def frame_numbers(frame, numbers):
     numbers[FRAME_ANGLE] = frame[THETA]
 
 
-@kernel
+@inlined_kernel
 def place_collar(thrust, connection, frame, u, ud):
     """Place and velocity of the thrust collar in space, along the frame's axes."""
     z = int(connection[FIRST])
@@ -248,7 +248,7 @@ def place_collar(thrust, connection, frame, u, ud):
     frame_numbers(frame, thrust.numbers)
 
 
-@kernel
+@inlined_kernel
 def collar_force(thrust, connection, frame, u, ud, ratio, f, block):
     """Thrust bearing: axial force, and where the collar's tilt has ports its two moments as well; 0, or a failure."""
     place_collar(thrust, connection, frame, u, ud)

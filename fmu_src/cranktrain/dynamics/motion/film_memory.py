@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import COS, OMEGA, PORTS, RELATIVE, RELATIVE_RATE, SIN, THETA, UD, WHIRL, U
 from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE, film_offset
 from cranktrain.dynamics.motion.film_ports import place_journal
@@ -36,14 +36,14 @@ from cranktrain.film.laws.films import SIN as FRAME_SIN
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT
 
 
-@kernel
+@inlined_kernel
 def memory_offset(model, i):
     """First index in the state of what film i remembers; the next film's begins where it ends."""
     first = film_offset(model.omega2.shape[0], int(model.layout[PORTS]))
     return first + i * int(model.films.traits[MEMORY])
 
 
-@kernel
+@inlined_kernel
 def place_film(model, d, dd, whirl, i):
     """Place and velocity of journal i in its bore along the frame's axes, from the ports' relative motion."""
     place_journal(model.connections[i], d, dd, whirl, model.films.place[i], model.films.velocity[i])
@@ -63,7 +63,7 @@ def open_step(model, work, state):
         film_call(model.films, OPEN_STEP, i, memory, work.scratch)
 
 
-@kernel
+@inlined_kernel
 def open_stage(model, work, stage, elapsed, h, gain):
     """Tell the films the times of a stage: ``elapsed`` since the step's start, and g of the stage's rule, s."""
     if model.films.traits[MEMORY] == 0.0:
@@ -77,7 +77,7 @@ def open_stage(model, work, stage, elapsed, h, gain):
         film_call(model.films, OPEN_STAGE, i, model.stages[1 + stage], work.scratch)
 
 
-@kernel
+@inlined_kernel
 def close_stage(model, work, frame):
     """Solve the films at the stage's ports, where the last Newton step only foresaw them; 0, or what failed."""
     if model.films.traits[MEMORY] == 0.0:

@@ -7,12 +7,12 @@ u̇ + Ω e_z×u, a film's tangents by place and by velocity make one block.
 
 from __future__ import annotations
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel
 from cranktrain.dynamics.model.slots import COUPLED, FIRST
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, END_X, END_Y, FRICTION, X, Y
 
 
-@kernel
+@inlined_kernel
 def film_block(out, ratio, whirl, block):
     """Tangent of a film by the displacement of its ports into the 4 × 4 ``block``; zero where it feels no tilt."""
     for r in range(4):
@@ -24,7 +24,7 @@ def film_block(out, ratio, whirl, block):
             block[i + 1] = out[BY_PLACE + i + 1] + ratio * d_y - whirl * d_x
 
 
-@kernel
+@inlined_kernel
 def place_journal(connection, u, ud, whirl, place, velocity):
     """Middle and end displacement of a journal (4,), and their velocity in space along the frame's axes (4,)."""
     k = int(connection[FIRST])
@@ -34,7 +34,7 @@ def place_journal(connection, u, ud, whirl, place, velocity):
         place_pair(u[k], u[k + 1], ud[k], ud[k + 1], whirl, place[END_X:], velocity[END_X:])
 
 
-@kernel
+@inlined_kernel
 def place_pair(x, y, vx, vy, whirl, place, velocity):
     """One displacement, and its velocity in space."""
     place[X] = x
@@ -43,7 +43,7 @@ def place_pair(x, y, vx, vy, whirl, place, velocity):
     velocity[Y] = vy + whirl * x
 
 
-@kernel
+@inlined_kernel
 def journal_forces(connection, out, u, f):
     """Hand a film's forces ``out`` to the ports f (m,) of its journal; returns the journal's torque, with friction.
 

@@ -11,10 +11,10 @@ On rigid ground there are no pairs, and all this is a copy.
 
 from __future__ import annotations
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel
 
 
-@kernel
+@inlined_kernel
 def relative_motion(model, cos, sin, whirl, u, ud, d, dd):
     """Fill d and ḋ (n_newton,) from the displacement u and velocity u̇ (m,) of all ports."""
     for k in range(model.scales.shape[0]):
@@ -36,7 +36,7 @@ def relative_motion(model, cos, sin, whirl, u, ud, d, dd):
         dd[t] -= ud[s]
 
 
-@kernel
+@inlined_kernel
 def relative_step(model, cos, sin, step):
     """Turn a change of all ports (m,) into that of the relative motion, in place on the first n_newton."""
     for i in range(model.pairs.shape[0]):
@@ -48,7 +48,7 @@ def relative_step(model, cos, sin, step):
         step[int(model.axial[i, 0])] -= step[int(model.axial[i, 1])]
 
 
-@kernel
+@inlined_kernel
 def reactions(model, cos, sin, f):
     """Forces on bores and thrust faces, from those on journals and collar, in f (m,)."""
     for i in range(model.pairs.shape[0]):
@@ -60,7 +60,7 @@ def reactions(model, cos, sin, f):
         f[int(model.axial[i, 1])] = -f[int(model.axial[i, 0])]
 
 
-@kernel
+@inlined_kernel
 def relative_compliance(model, cos, sin, turning, standing, out):
     """H + Rᵀ H_b R on the Newton ports, (n, n), kept transposed as its parts are: [k, i] = H_ik."""
     n = model.scales.shape[0]

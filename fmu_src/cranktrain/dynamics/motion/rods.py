@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
     AREA,
     BANK,
@@ -101,7 +101,7 @@ class PistonMotion(NamedTuple):
     t_v: float
 
 
-@kernel
+@inlined_kernel
 def rod_forces(model, work, frame, pressures, c_q, c_v):
     """Add the rods' forces to pins, big ends, pistons and liners, and fill their tangents at pins and big ends.
 
@@ -160,7 +160,7 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
     return status
 
 
-@kernel
+@inlined_kernel
 def rod_load(rod, scalars, c, pressure, torque):
     """What rod and piston of cylinder c are given."""
     g = scalars[GRAVITY]
@@ -168,7 +168,7 @@ def rod_load(rod, scalars, c, pressure, torque):
     return RodLoad(c, gas, torque, g * math.sin(rod[BANK]), g * math.cos(rod[BANK]))
 
 
-@kernel
+@inlined_kernel
 def across_cylinder(motion, cos, sin, cross):
     """Turn a motion, six values, into axes of a cylinder that stands at the angle given by cosine and sine."""
     for j in range(X, MOVED, 2):
@@ -176,7 +176,7 @@ def across_cylinder(motion, cos, sin, cross):
         cross[j + 1] = sin * motion[j] + cos * motion[j + 1]
 
 
-@kernel
+@inlined_kernel
 def rod_on_axis(rod, load, cross, out):
     """Rod whose piston runs on the axis of its cylinder; ``out`` as of rod_force."""
     rod_force(
@@ -185,7 +185,7 @@ def rod_on_axis(rod, load, cross, out):
     )  # fmt: skip
 
 
-@kernel
+@inlined_kernel
 def pin_block(out, frame, cos, sin, c_q, c_v, block):
     """Tangent of a rod's force by its pin's displacement in a stage, from rod_force's, in the frame's axes (2 × 2)."""
     ratio = c_v / c_q
@@ -206,7 +206,7 @@ def pin_block(out, frame, cos, sin, c_q, c_v, block):
     block[ROW + 1] = cos * cos * t_yy - cos * sin * (t_xy + t_yx) + sin * sin * t_xx
 
 
-@kernel
+@inlined_kernel
 def upper_share(model, c, height):
     """Share of a side force at ``height`` along the cylinder that the liner's upper ring takes."""
     lower = model.block.liners[c, 1]
@@ -416,7 +416,7 @@ def rod_swing(rod, motion, cos, sin):
     return height, (cos * motion[VX] - sin * motion[VY]) / height
 
 
-@kernel
+@inlined_kernel
 def place_pin(model, c, pin, rod):
     """Place and velocity of the pin in the floating big end of cylinder c, from the motions of both."""
     for k in range(2):
@@ -424,7 +424,7 @@ def place_pin(model, c, pin, rod):
         model.floating.velocity[c, k] = pin[VX + k] - rod[VX + k]
 
 
-@kernel
+@inlined_kernel
 def float_force(model, frame, c, action, pin_speed, rod_speed):
     """Let the law act on the film of the floating big end of cylinder c, into ``floating.out``; 0, or a failure."""
     films = model.floating
@@ -436,7 +436,7 @@ def float_force(model, frame, c, action, pin_speed, rod_speed):
     return film_call(films, action, c, films.out, films.out)
 
 
-@kernel
+@inlined_kernel
 def rod_end(model, frame, c, u, ud, udd, out):
     """Motion of what the rod of cylinder c turns about: its big end where that floats, else the pin."""
     if model.layout[RODS] > 0.0:
@@ -445,7 +445,7 @@ def rod_end(model, frame, c, u, ud, udd, out):
         pin_motion(model, frame, c, u, ud, udd, out)
 
 
-@kernel
+@inlined_kernel
 def big_end_motion(model, frame, c, u, ud, udd, out):
     """Position, absolute velocity and acceleration of the free big end of cylinder c, in axes of the frame."""
     k = int(model.layout[RODS]) + 2 * c
@@ -454,7 +454,7 @@ def big_end_motion(model, frame, c, u, ud, udd, out):
     )
 
 
-@kernel
+@inlined_kernel
 def absolute_motion(x, y, vx, vy, ax, ay, frame, out):
     """Position, absolute velocity and acceleration in frame axes of a point that moves in the turning frame."""
     omega = frame[OMEGA]
@@ -467,7 +467,7 @@ def absolute_motion(x, y, vx, vy, ax, ay, frame, out):
     out[AY] = ay + 2.0 * omega * vx + omega_dot * x - omega * omega * y
 
 
-@kernel
+@inlined_kernel
 def pin_motion(model, frame, c, u, ud, udd, out):
     """Position, absolute velocity and acceleration of the pin under the rod of cylinder c in frame axes.
 

@@ -5,7 +5,7 @@ Stage s reads V = v₀ + h Σ a_sj a_j and Q = q₀ + h Σ a_sj v_j + hγ V over
 
 from __future__ import annotations
 
-from cranktrain.core.kernel import kernel, law_kernel
+from cranktrain.core.kernel import inlined_kernel, law_kernel
 from cranktrain.dynamics.model.slots import (
     BIG_Q,
     BIG_V,
@@ -51,7 +51,7 @@ def runge_kutta_step(model, work, state, slot, h):
     return OK
 
 
-@kernel
+@inlined_kernel
 def explicit_stage(model, work, state):
     """The first stage of a method that takes it from the state."""
     n = model.omega2.shape[0]
@@ -65,7 +65,7 @@ def explicit_stage(model, work, state):
         work.known[0, 2, k] = work.port[STATE_UDD, k]
 
 
-@kernel
+@inlined_kernel
 def combine_stages(model, work, state, s, h):
     """Fill Q and V of stage s, in modes and at the ports, from the stages before it."""
     table = model.stages

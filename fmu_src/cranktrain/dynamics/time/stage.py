@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.slots import (
     BASE,
@@ -115,7 +115,7 @@ def solve_stage(model, work, state, stage):
     return OK
 
 
-@kernel
+@inlined_kernel
 def predict(model, work, stage):
     """What iterations and sweeps of a stage have in common: its load apart from forces at ports, and the first guess.
 
@@ -157,7 +157,7 @@ def predict(model, work, stage):
             work.guides[c, j] = 0.0
 
 
-@kernel
+@inlined_kernel
 def move_freely(model, work, stage):
     """Motion without forces at the ports, from a as it is known: ``work.modal[Q_FREE]`` and ``work.port[U_FREE]``.
 
@@ -196,7 +196,7 @@ def move_freely(model, work, stage):
     to_ports(model, q_free, work.port[U_FREE])
 
 
-@kernel
+@inlined_kernel
 def iterate(model, work, state, stage):
     """Newton iteration on the ports; leaves u and forces in ``work.port``. Returns a status."""
     contraction = min(MOST_CONTRACTION, 2.0 * state[CONTRACTION])
@@ -237,7 +237,7 @@ def iterate(model, work, state, stage):
     return OK
 
 
-@kernel
+@inlined_kernel
 def newton_step(model, work, stage, keep_matrix):
     """Forces at u, and the Newton step of the relative motion, ``work.port[U_STEP]``; a status.
 
@@ -271,7 +271,7 @@ def newton_step(model, work, stage, keep_matrix):
     return OK
 
 
-@kernel
+@inlined_kernel
 def step_size(model, step):
     """Size of a Newton step in units of the ports' scales, and the share of it that journals may take at once."""
     journals = 2 * model.bearings.shape[0]
@@ -290,7 +290,7 @@ def step_size(model, step):
     return size, JOURNAL_STEP / journal if journal > JOURNAL_STEP else 1.0
 
 
-@kernel
+@inlined_kernel
 def take_step(model, work, stage, limit):
     """Move the ports by the share ``limit`` of a Newton step; returns how far those without tangent went, scaled.
 
@@ -316,7 +316,7 @@ def take_step(model, work, stage, limit):
     return besides
 
 
-@kernel
+@inlined_kernel
 def follow_load(model, work, stage):
     """Let the ports follow a small change of the load: the last Newton matrix and linearised forces still apply."""
     frame = work.frames[stage.number]
@@ -329,7 +329,7 @@ def follow_load(model, work, stage):
     follow_forces(model, work, stage)
 
 
-@kernel
+@inlined_kernel
 def follow_forces(model, work, stage):
     """f += J δ of a Newton step, and u = u_free + H f of all ports but those of guided pistons."""
     frame = work.frames[stage.number]
@@ -341,7 +341,7 @@ def follow_forces(model, work, stage):
     answer(model, work, stage.slot, f, work.port[U])
 
 
-@kernel
+@inlined_kernel
 def recover(model, work, stage):
     """Modal motion of the stage from the forces at its ports, ``work.stage[number]``.
 
@@ -381,13 +381,13 @@ def recover(model, work, stage):
     return rest <= COUPLING_TOLERANCE * largest or c_q * rest <= COUPLING_LENGTH * stage.tolerance
 
 
-@kernel
+@inlined_kernel
 def first_piston(model):
     """First port of the guided pistons, or the number of ports where there are none."""
     return int(model.layout[PISTONS]) if model.layout[PISTONS] > 0.0 else int(model.layout[PORTS])
 
 
-@kernel
+@inlined_kernel
 def port_rates(model, work, stage):
     """u̇ and ü of the ports that belong to their u in a stage."""
     for k in range(int(model.layout[PORTS])):
@@ -395,7 +395,7 @@ def port_rates(model, work, stage):
         work.port[UD, k] = work.port[U_V, k] + stage.c_v * work.port[UDD, k]
 
 
-@kernel
+@inlined_kernel
 def to_ports(model, q, u):
     """Motion (m,) of all ports in the modal motion q (n,)."""
     t = int(model.layout[TURNING_MODES])
@@ -413,7 +413,7 @@ def to_ports(model, q, u):
         u[first + c + 1] = shape[1, 0] * x + shape[1, 1] * y
 
 
-@kernel
+@inlined_kernel
 def answer(model, work, slot, f, u):
     """Add what crank and block answer to forces f (m,) at their ports to u (m,): u += H f. Pistons stay."""
     turning = model.ports.shape[0]

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel
 from cranktrain.dynamics.model.slots import (
     BIG_Q,
     BIG_V,
@@ -40,7 +40,7 @@ REFERENCE_TURN = math.radians(3.0)
 SLOW = 60.0
 
 
-@kernel
+@inlined_kernel
 def port_tolerance(model, work, h):
     """Newton tolerance of a step: ports are found as much more exactly at shorter steps as the method's error falls."""
     turn = min(1.0, h * max(work.frames[0, OMEGA], SLOW) / REFERENCE_TURN)
@@ -50,7 +50,7 @@ def port_tolerance(model, work, h):
     return tolerance
 
 
-@kernel
+@inlined_kernel
 def guess_ports(model, work, state, stage, h):
     """Guess the ports at a stage: Taylor's series from the nearest time that is known, the step's start or a stage.
 
@@ -79,7 +79,7 @@ def guess_ports(model, work, state, stage, h):
         work.port[GUESS, k] = series + state[o + k]
 
 
-@kernel
+@inlined_kernel
 def keep_ports(model, work, state, stage):
     """Keep the ports of a solved stage, and what the series missed, for the guesses to come."""
     m = int(model.layout[PORTS])
@@ -91,7 +91,7 @@ def keep_ports(model, work, state, stage):
         state[o + k] = work.port[U, k] - work.port[SERIES, k]
 
 
-@kernel
+@inlined_kernel
 def solve_and_keep(model, work, state, stage, h, gain):
     """Guess, solve and keep one stage of a step h; a status.
 
@@ -108,7 +108,7 @@ def solve_and_keep(model, work, state, stage, h, gain):
     return OK
 
 
-@kernel
+@inlined_kernel
 def solve_only_stage(model, work, state, slot, h):
     """Solve the one stage, at the step's end, of a method whose Q and V are in ``work.modal``; a status."""
     n = model.omega2.shape[0]
@@ -121,7 +121,7 @@ def solve_only_stage(model, work, state, slot, h):
     return solve_and_keep(model, work, state, stage, h, h)
 
 
-@kernel
+@inlined_kernel
 def keep_motion(model, work, state, stage):
     """Make the motion at the last stage that of the state."""
     n = model.omega2.shape[0]

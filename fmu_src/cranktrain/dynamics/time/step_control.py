@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import call_kernel, kernel
+from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
     AMBIENT,
     BORE_ROTATIONS,
@@ -129,7 +129,7 @@ def reconstruct(model, work, state, inputs, interval):
     state[LAST_INTERVAL] = interval
 
 
-@kernel
+@inlined_kernel
 def base_motion(model, work, state, begin, tau):
     """Angle, speed and acceleration of the shaft whose speed is given, ``tau`` into a sub-step.
 
@@ -149,7 +149,7 @@ def base_motion(model, work, state, begin, tau):
     return angle, speed, acceleration, acceleration
 
 
-@kernel
+@inlined_kernel
 def crank_rotation(model, state):
     """Rotation of the crank as a rigid body against its frame at the state (rad), its rate and acceleration."""
     n = model.omega2.shape[0]
@@ -161,7 +161,7 @@ def crank_rotation(model, state):
     )
 
 
-@kernel
+@inlined_kernel
 def frame_at(model, work, state, begin, tau, frame, pressures):
     """Frame motion and cylinder pressures at ``tau`` into a sub-step that starts ``begin`` into the interval."""
     angle, speed, acceleration, _ = base_motion(model, work, state, begin, tau)
@@ -201,13 +201,13 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
             pressures[c] = value if value > 0.0 else 0.0
 
 
-@kernel
+@inlined_kernel
 def built_in(model, state):
     """Whether the gas is the built-in trace."""
     return model.choices[GAS_SOURCE] == 1.0 or (model.choices[GAS_SOURCE] == 0.0 and state[PRESSURES_SET] == 0.0)
 
 
-@kernel
+@inlined_kernel
 def ports_at_state(model, work, state):
     """Displacement, velocity, acceleration of the ports, from the state, and their relative motion."""
     n = model.omega2.shape[0]
@@ -221,7 +221,7 @@ def ports_at_state(model, work, state):
     )  # fmt: skip
 
 
-@kernel
+@inlined_kernel
 def film_rate(model, work, state):
     """Largest rate (1/s) at which a film's least gap changes, over itself, from the ports at the state."""
     rate = fastest_closing(model, work, state, state[SHAFT_SPEED] + state[LEAD_SPEED])
@@ -233,7 +233,7 @@ def film_rate(model, work, state):
     return max(rate, thrust.out[0])
 
 
-@kernel
+@inlined_kernel
 def sub_step(model, work, state, begin, h, halvings):
     """Advance the whole state by one step h that starts ``begin`` into the interval; a stage status.
 
@@ -279,7 +279,7 @@ def sub_step(model, work, state, begin, h, halvings):
     return OK
 
 
-@kernel
+@inlined_kernel
 def chosen_halvings(model, work, state, begin, h, least):
     """Halvings of a sub-step h for the piece to come: at least so many, more where films close fast or at events."""
     ports_at_state(model, work, state)

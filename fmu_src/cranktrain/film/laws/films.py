@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.kernel import call_kernel, kernel
+from cranktrain.core.kernel import call_kernel, inlined_kernel
 from cranktrain.core.reduced_body import Array
 
 IntArray = NDArray[np.int64]
@@ -70,14 +70,14 @@ def no_films(bearings: int) -> Films:
     return Films(entry, z(TRAITS), z((bearings, 4)), z((bearings, 4)), z(NUMBERS), z(SIZE), z(1))
 
 
-@kernel
+@inlined_kernel
 def film_call(films, action, i, memory, out):
     """Let the law act on film i at its ``place``, ``velocity`` and the ``numbers``; 0, or a failure."""
     arguments = (films.entry[1], action, i, films.place[i], films.velocity[i], films.numbers, memory, out)
     return call_kernel(films.entry[0], arguments)  # type: ignore[call-arg]
 
 
-@kernel
+@inlined_kernel
 def widen(plane, out):
     """Force and tangents of a film of the plane, with zero moments, into ``out[0:36]``; its eccentricity too."""
     for k in range(ECCENTRICITY):
