@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cranktrain.core.errors import InputError
+from cranktrain.dynamics.outputs.register import FAMILIES
 from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.store.hdf5 import write_result
 
@@ -36,8 +37,13 @@ _UNITS = {name: unit for unit, names in _NAMES.items() for name in names.split()
 
 
 def output_unit(name: str) -> str:
-    """Unit of an output by the last part of its name that has one, e.g. ``bearing[1].force.x`` → N."""
-    return next(_UNITS[part] for part in reversed(name.split(".")) if part in _UNITS)
+    """Unit of an output: as its family declares, else by the last part of its name that has one.
+
+    ``bearing[1].force.x`` has N; empty where neither tells.
+    """
+    declared = {key: unit for family in FAMILIES.values() for key, unit in family.units.items()}
+    own = next((unit for key, unit in declared.items() if name == key or name.endswith(f".{key}")), None)
+    return own or next((_UNITS[part] for part in reversed(name.split(".")) if part in _UNITS), "")
 
 
 def check_target(path: Path) -> None:

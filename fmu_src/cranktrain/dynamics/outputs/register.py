@@ -11,7 +11,7 @@ Names do not depend on levels, since the FMU's description is fixed before any i
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,12 +44,14 @@ class Family:
     kernel : what fills them, or where it is
     outputs : the rest of their names, in order, with what each needs
     count : the entry of :class:`Counts` that numbers the members; empty: there is one, without number
+    units : of those outputs whose name does not tell, see :func:`cranktrain.results.files.output_unit`
     """
 
     name: str
     kernel: Named
     outputs: Mapping[str, Need]
     count: str = ""
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def members(self, counts: Counts) -> int:
         """How many there are."""
