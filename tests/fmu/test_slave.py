@@ -274,7 +274,7 @@ unit.close()
 @pytest.mark.parametrize(
     ("parameter", "value", "words"),
     [
-        ("bearing.level", "'ehs'", "valid: auto, linear, impedance"),
+        ("bearing.level", "'ehs'", "valid: auto, held, linear, impedance"),
         ("bearing.level", "'ehd'", "built without the elastic bore"),
         ("bearing.level", "'table'", "built without the film table of the main bearings"),
         ("big_end.level", "'table'", "built without the film table of the big ends"),

@@ -64,6 +64,7 @@ def carried_on(bearings, integrator, step_deg, span_deg, cutoff_hz=None):
     state[: layout.offset(3, n)] = start[: layout.offset(3, n)]
     state[layout.offset(3, n) : layout.offset(4, n)] = start[layout.offset(2, n) : layout.offset(3, n)]
     state[layout.STEP_REFERENCE], state[layout.STEP_LAST] = -1.0, 0.0
+    state[layout.METHOD] = 0.0  # the blocks above are made to suit any method
     simulation.state = state
     return advance(simulation, span_deg, step_deg)
 

@@ -18,7 +18,6 @@ from cranktrain.dynamics.model.slots import DELTA_J, M_BIG, M_OSC, RIGID_ROTATIO
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.engine.file import load_engine
-from cranktrain.film.laws.parameters import C_X, C_Y, K_X, K_Y
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 
 SPEED = 250.0
@@ -28,19 +27,19 @@ TURN = 2 * math.pi / SPEED
 def released(body, big_ends):
     """Started simulation of a crank without shaft and pistons that carries ``big_ends`` (kg) on its pins."""
     engine = load_engine("diesel_i6")
-    engine = replace(engine, damping=replace(engine.damping, kind="modal", ratio=0.01))
+    springs = replace(engine.plain_mains, stiffness_x=4e8, stiffness_y=4e8, damping_x=0.0, damping_y=0.0)
+    engine = replace(engine, main_bearing=springs, damping=replace(engine.damping, kind="modal", ratio=0.01))
     settings = Settings(bearings="linear", integrator="generalised-alpha", step=math.radians(5.0), gravity=0.0)
     settings = replace(settings, gas_source="input", newton_tolerance=1e-10)
     simulation = Simulation(engine, body, settings)
     simulation.inputs[0] = SPEED
     simulation.initialize()
     model = simulation.model
-    bearings, cylinders, scalars = model.bearings.copy(), model.cylinders.copy(), model.scalars.copy()
-    bearings[:, [K_X, K_Y]], bearings[:, [C_X, C_Y]] = 4e8, 0.0
+    cylinders, scalars = model.cylinders.copy(), model.scalars.copy()
     cylinders[:, M_BIG] = big_ends
     cylinders[:, [M_OSC, DELTA_J]] = 0.0
     scalars[[SHAFT_K, SHAFT_C]] = 0.0
-    simulation.model = model._replace(bearings=bearings, cylinders=cylinders, scalars=scalars)
+    simulation.model = model._replace(cylinders=cylinders, scalars=scalars)
     simulation.work.key[0] = -1.0
     return simulation
 

@@ -79,7 +79,7 @@ def test_before_the_start_there_is_no_state():
     [
         ("integrator", "sdirk5", "sdirk"),
         ("integrator", "generalized-alpha", "generalised-alpha"),
-        ("integrator", "generalised-alpha:x", "0.8"),
+        ("integrator", "generalised-alpha:x", "rho must be a number, e.g. generalised-alpha:0.6"),
         ("integrator", "generalised-alpha:1.5", "rho"),
         ("bearings", "impedence", "impedance"),
         ("crank", "ridgid", "rigid"),

@@ -15,7 +15,7 @@ from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.ehd import IN_LOOP, KEPT, SHAPES
-from cranktrain.film.laws.films import FROZEN
+from cranktrain.film.laws.films import FROZEN, MEMORY
 from cranktrain.film.table.database import TableSettings
 from cranktrain.store.film_tables import film_table
 from cranktrain.structure.block.saddle import bore_compliance
@@ -120,7 +120,7 @@ def test_free_big_ends_carry_what_rods_need():
 
 def kept_films(simulation):
     """Of each elastic film in the state: unknowns (b, N), shapes and their rates (b, k), kept results (b, KEPT)."""
-    films = simulation.state[-int(simulation.model.films.values[0]) * 7 :].reshape(7, -1)
+    films = simulation.state[-int(simulation.model.films.traits[MEMORY]) * 7 :].reshape(7, -1)
     return np.split(films, np.cumsum([IN_LOOP.size, SHAPES, SHAPES]), axis=1)
 
 
