@@ -10,10 +10,15 @@ Roelands, which keeps its slope α at ambient pressure but grows slower than Bar
 
     η/η₀ = exp{(ln η₀ + 9.67) [(1 + p/p_R)^Z − 1]},    p_R = 196.2 MPa,    Z = α p_R / (ln η₀ + 9.67)
 
+and the density, by Dowson and Higginson's law for mineral oils, by
+
+    ρ/ρ₀ = 1 + 0.6e-9 p/(1 + 1.7e-9 p)        (p in Pa).
+
 The temperature follows a table over engine speed, linear between its points and constant outside.
 
 Sources: H. Vogel, Phys. Z. 22 (1921) 645; ASTM D341; C. Barus, Am. J. Sci. 45 (1893) 87; C. J. A. Roelands,
-Correlational Aspects of the Viscosity-Temperature-Pressure Relationship of Lubricating Oils (Delft, 1966).
+Correlational Aspects of the Viscosity-Temperature-Pressure Relationship of Lubricating Oils (Delft, 1966);
+D. Dowson, G. R. Higginson, Elasto-hydrodynamic Lubrication (Oxford, 1966).
 """
 
 from __future__ import annotations
@@ -32,6 +37,8 @@ CONSTANT, BARUS, ROELANDS = 0, 1, 2
 PRESSURE_LAWS = {"none": CONSTANT, "barus": BARUS, "roelands": ROELANDS}
 ROELANDS_PRESSURE = 1.962e8
 ROELANDS_LOG = 9.67
+DENSITY_SLOPE, DENSITY_LIMIT = 0.6e-9, 1.7e-9
+"""Constants (1/Pa) of Dowson and Higginson's density, one pair for mineral oils."""
 
 
 def walther_through(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
@@ -152,6 +159,15 @@ def pressure_factor(law: int, pressure: float, first: float, second: float) -> t
     if law == ROELANDS:
         return roelands_factor(pressure, first, second)
     return 1.0, 0.0
+
+
+@kernel
+def density_factor(pressure: float) -> tuple[float, float]:
+    """ρ/ρ₀ after Dowson and Higginson at ``pressure`` (Pa, gauge; none in tension), and its derivative (1/Pa)."""
+    if pressure <= 0.0:
+        return 1.0, 0.0
+    below = 1.0 + DENSITY_LIMIT * pressure
+    return 1.0 + DENSITY_SLOPE * pressure / below, DENSITY_SLOPE / (below * below)
 
 
 @kernel

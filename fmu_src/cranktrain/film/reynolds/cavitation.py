@@ -11,6 +11,10 @@ positive entry beside it and columns whose sums are not negative, and so has eve
 map is an M-function: the solution exists, is unique, and depends on no first guess. Reynolds' (Swift and Stieber's)
 rupture is the same problem with B = I: oil then appears where the film ruptures.
 
+A liquid whose density grows with pressure fills a full node by more than one: 1 + e + k p in place of 1 − d, the
+tangent of its density (:mod:`cranktrain.film.reynolds.liquid`). The surfaces carry what is compressed weighted between
+both sides of a face, so that the entries beside the diagonal stay negative, and voids from upstream.
+
 Solved by Newton's method, which here is an active set: each pass solves the band matrix of the present mixture. After
 ``FREE_PASSES`` passes the step is limited so that the sum of all |imbalances| falls; after ``STRICT_PASSES`` a wrong
 sign within rounding is accepted. Reynolds' rupture needs no such limit: its pressures rise from pass to pass, though a
@@ -39,6 +43,16 @@ FULL_FILM, REYNOLDS, CONSERVING = 0, 1, 2
 """Modes of :func:`film_state`: no rupture; rupture that creates oil; rupture that conserves it."""
 
 
+class Liquid(NamedTuple):
+    """Content of full nodes as far as it is more than their volume, (n_x, n_z) each; zeros: incompressible."""
+
+    excess: Array  # e
+    slope: Array  # k, 1/Pa
+    swell: Array  # by which a full node's growth rises with its content, m³/s
+    ahead_x: Array  # share of the content downstream in what is carried through a face between two full nodes
+    ahead_z: Array
+
+
 class Balance(NamedTuple):
     """What makes the oil balance, (n_x, n_z) each.
 
@@ -52,6 +66,7 @@ class Balance(NamedTuple):
     c_z: Array
     source: Array  # m³/s
     store: Array
+    liquid: Liquid
 
 
 class Unknowns(NamedTuple):
@@ -79,81 +94,97 @@ class Side(NamedTuple):
 
     place: int  # in the band; −1 at a node with given pressure and fill
     pressure: float
-    deficit: float
-    empty: bool
-
-
-@kernel
-def face_flow(g, c, p_a, p_b, d_a, d_b):
-    """Flow (m³/s) through a face from node a to node b: pressure, and what the surfaces carry from upstream."""
-    return g * (p_a - p_b) + c * (1.0 - (d_a if c > 0.0 else d_b))
+    full: bool
+    content: float  # beyond 1, as far as it does not depend on the unknown
+    slope: float  # of the content by the unknown
 
 
 @kernel
 def oil_balance(balance, pressure, deficit, out):
     """Oil that each node gains plus what leaves it through faces (m³/s) into ``out``, zero where the balance is met."""
-    g_x, g_z, c_x, c_z, source, store = balance
+    g_x, g_z, c_x, c_z, source, store, liquid = balance
     n_x, n_z = pressure.shape
     for i in range(n_x):
         for j in range(n_z):
             out[i, j] = source[i, j] - store[i, j] * deficit[i, j]
+            if deficit[i, j] == 0.0:
+                out[i, j] += liquid.swell[i, j] * (liquid.excess[i, j] + liquid.slope[i, j] * pressure[i, j])
     for i in range(n_x):
         after = i + 1 if i + 1 < n_x else 0
         for j in range(n_z):
-            p = pressure[i, j]
-            d = deficit[i, j]
+            here = _given_side(pressure, deficit, liquid, -1, i, j)
             if g_x[i, j] > 0.0:
-                flow = face_flow(g_x[i, j], c_x[i, j], p, pressure[after, j], d, deficit[after, j])
+                there = _given_side(pressure, deficit, liquid, -1, after, j)
+                flow = _face_flow(g_x[i, j], c_x[i, j], liquid.ahead_x[i, j], here, there)
                 out[i, j] += flow
                 out[after, j] -= flow
             if j + 1 < n_z:
-                flow = face_flow(g_z[i, j], c_z[i, j], p, pressure[i, j + 1], d, deficit[i, j + 1])
+                there = _given_side(pressure, deficit, liquid, -1, i, j + 1)
+                flow = _face_flow(g_z[i, j], c_z[i, j], liquid.ahead_z[i, j], here, there)
                 out[i, j] += flow
                 out[i, j + 1] -= flow
 
 
 @kernel
-def _face_entries(space, g, c, one, other, conserving):
-    """Add one face between two Sides to the band matrix and right-hand side."""
-    band, width, load = space.band, space.width, space.load
-    a, b = one.place, other.place
-    known = c
-    if a < 0:
-        known += g * one.pressure
-        if c > 0.0:
-            known -= c * one.deficit
-    if b < 0:
-        known -= g * other.pressure
-        if c < 0.0:
-            known -= c * other.deficit
-    if a >= 0:
-        load[a, 0] -= known
-        share = g
-        if one.empty:
-            share = c if conserving and c > 0.0 else 0.0
-        band[a, width] += share
-        if b >= 0:
-            band[b, width + a - b] -= share
-    if b >= 0:
-        load[b, 0] += known
-        share = g
-        if other.empty:
-            share = -c if conserving and c < 0.0 else 0.0
-        band[b, width] += share
-        if a >= 0:
-            band[a, width + b - a] -= share
+def _given_side(pressure, deficit, liquid, place, i, j):
+    """Node (i, j) in a known state as a Side."""
+    d = deficit[i, j]
+    content = -d if d != 0.0 else liquid.excess[i, j] + liquid.slope[i, j] * pressure[i, j]
+    return Side(place, pressure[i, j], d == 0.0, content, 0.0)
 
 
 @kernel
-def _side(film, i, j):
+def _carried_shares(c, ahead, one, other):
+    """Weights of both sides' contents in what is carried: compression from both, voids from upstream."""
+    first = 1.0 - ahead if c > 0.0 else ahead
+    upstream = 1.0 if c > 0.0 else 0.0
+    return first if one.full else upstream, 1.0 - first if other.full else 1.0 - upstream
+
+
+@kernel
+def _face_flow(g, c, ahead, one, other):
+    """Flow (m³/s) through a face between two known Sides: pressure, and what the surfaces carry."""
+    first, second = _carried_shares(c, ahead, one, other)
+    return g * (one.pressure - other.pressure) + c * (1.0 + first * one.content + second * other.content)
+
+
+@kernel
+def _face_entries(space, g, c, ahead, one, other):
+    """Add one face between two Sides to the band matrix and right-hand side."""
+    band, width, load = space.band, space.width, space.load
+    a, b = one.place, other.place
+    first, second = _carried_shares(c, ahead, one, other)
+    known = _face_flow(g, c, ahead, one, other)
+    if a >= 0:
+        load[a, 0] -= known
+        by = (g if one.full else 0.0) + c * first * one.slope
+        band[a, width] += by
+        if b >= 0:
+            band[b, width + a - b] -= by
+    if b >= 0:
+        load[b, 0] += known
+        by = (g if other.full else 0.0) - c * second * other.slope
+        band[b, width] += by
+        if a >= 0:
+            band[a, width + b - a] -= by
+
+
+@kernel
+def _side(film, liquid, conserving, i, j):
     """A node as a side of a face."""
-    return Side(film.order[i, j], film.pressure[i, j], film.deficit[i, j], film.empty[i, j])
+    place = film.order[i, j]
+    if place < 0:
+        return _given_side(film.pressure, film.deficit, liquid, place, i, j)
+    if film.empty[i, j]:
+        return Side(place, 0.0, False, 0.0, 1.0 if conserving else 0.0)
+    return Side(place, 0.0, True, liquid.excess[i, j], liquid.slope[i, j])
 
 
 @kernel
 def _mixture(balance, film, conserving, space):
     """Assemble the matrix whose columns belong to p at full nodes and to −d at ruptured ones, into ``space``."""
     n_x, n_z = film.pressure.shape
+    liquid = balance.liquid
     space.band[:, :] = 0.0
     space.load[:, :] = 0.0
     for i in range(n_x):
@@ -163,14 +194,19 @@ def _mixture(balance, film, conserving, space):
                 space.load[a, 0] -= balance.source[i, j]
                 if film.empty[i, j]:
                     space.band[a, space.width] += balance.store[i, j] if conserving else 1.0
+                else:
+                    space.load[a, 0] -= liquid.swell[i, j] * liquid.excess[i, j]
+                    space.band[a, space.width] += liquid.swell[i, j] * liquid.slope[i, j]
     for i in range(n_x):
         after = i + 1 if i + 1 < n_x else 0
         for j in range(n_z):
-            here = _side(film, i, j)
+            here = _side(film, liquid, conserving, i, j)
             if balance.g_x[i, j] > 0.0:
-                _face_entries(space, balance.g_x[i, j], balance.c_x[i, j], here, _side(film, after, j), conserving)
+                there = _side(film, liquid, conserving, after, j)
+                _face_entries(space, balance.g_x[i, j], balance.c_x[i, j], liquid.ahead_x[i, j], here, there)
             if j + 1 < n_z:
-                _face_entries(space, balance.g_z[i, j], balance.c_z[i, j], here, _side(film, i, j + 1), conserving)
+                there = _side(film, liquid, conserving, i, j + 1)
+                _face_entries(space, balance.g_z[i, j], balance.c_z[i, j], liquid.ahead_z[i, j], here, there)
 
 
 @kernel
@@ -266,7 +302,7 @@ def _descend(balance, film, conserving, present, space):
 
 
 @kernel
-def film_state(mode, balance, film, space):
+def film_state(mode, balance, film, space, most):
     """Pressure and deficit of every free node; returns (status, passes).
 
     The rounding of a wrong sign may be left in pressure and deficit, so that the oil balance closes.
@@ -275,6 +311,7 @@ def film_state(mode, balance, film, space):
     ----------
     mode : FULL_FILM, REYNOLDS or CONSERVING
     balance, film, space : Balance, Unknowns (in: given values and first guess; out: the result), Space
+    most : passes after which to stop, STALLED, with the last pressures and ruptured nodes; 0: as many as it takes
     """
     load = space.load
     n = load.shape[0]
@@ -283,6 +320,8 @@ def film_state(mode, balance, film, space):
     diagonal = space.unknown[1]
     film.excess[:, :] = 0.0
     limit = MAX_PASSES if conserving else 2 * n + MAX_PASSES
+    if most > 0:
+        limit = most
     for turn in range(limit):
         _mixture(balance, film, conserving, space)
         for a in range(n):
@@ -299,4 +338,5 @@ def film_state(mode, balance, film, space):
         else:
             _descend(balance, film, conserving, present, space)
         _mark_empty(film, present)
+    _spread(film, conserving, present)
     return STALLED, limit

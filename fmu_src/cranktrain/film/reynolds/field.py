@@ -14,13 +14,15 @@ velocities, θ is the fill. The film ruptures at p = 0: pressures count from the
 
 Node-centred finite volumes: second order where the film is full, first order in the fill. The oil balance
 closes to rounding for ``full`` and ``mass-conserving``; for the other two ``FilmSolution.mass_defect`` says how much
-oil they create. Assumptions: laminar, incompressible, isothermal, thin film; viscosity constant across the film.
+oil they create. Assumptions: laminar, isothermal, thin film; viscosity constant across the film. With a law of density
+the liquid is compressible: θ stands for ρ(p)/ρ(0) where the film is full, and volumes are those at p = 0.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,12 +34,14 @@ from cranktrain.film.reynolds.cavitation import (
     FULL_FILM,
     REYNOLDS,
     SINGULAR,
+    STALLED,
     Balance,
     Space,
     Unknowns,
     film_state,
     oil_balance,
 )
+from cranktrain.film.reynolds.liquid import Density, compressed_pressure, incompressible, mass_flow_law
 from cranktrain.film.reynolds.observables import largest_pressure, outflows, shear_forces
 from cranktrain.film.reynolds.piezoviscosity import Law, reduced_pressure, true_pressure, viscosity_factor
 from cranktrain.film.reynolds.rough_gap import Roughness, rough_gap
@@ -75,6 +79,7 @@ class FilmSolution:
     areas: Array
     pressure: Array
     fill: Array
+    """θ; more than 1 where a compressible liquid is under pressure."""
     ruptured: NDArray[np.bool_]
     viscosity: Array
     load: float
@@ -105,6 +110,7 @@ def solve_film(
     cross_speeds: tuple[float, float] = (0.0, 0.0),
     viscosity: ArrayLike,
     pressure_viscosity: Law | None = None,
+    density: Density | None = None,
     roughness: Roughness | None = None,
     squeeze: ArrayLike = 0.0,
     edges: Edges = AMBIENT,
@@ -127,6 +133,8 @@ def solve_film(
     speeds, cross_speeds : velocities (first, second surface) along x and along z, m/s
     viscosity : number or (n_x, n_z), Pa s, at ambient pressure; ``pressure_viscosity`` is the factor η(p)/η(0), a
         function of an array of pressures (Pa), e.g. Barus' or Roelands' law
+    density : ρ(p)/ρ(0) and its derivative (1/Pa), a function of an array of pressures (Pa), e.g. that of Dowson and
+        Higginson; incompressible by default. The density's own rate counts with ``dt`` only.
     roughness : of the surfaces: flow by the factors of Patir and Cheng, ``h`` is then the nominal film and that of the
         result the mean gap. ``drag`` is of that gap, without factors of its own.
     squeeze : ∂h/∂t, number or like the nodes, m/s, of a film without history. Where the gap opens while it is
@@ -155,18 +163,26 @@ def solve_film(
     carried_z = _carried("cross_speeds", cross_speeds, faces.film_z, slip_z)
     pressure, deficit, owner, names = given_pressures(edges, supplies, grid, cavitation)
     free = owner < 0
-    source, store = _growth(film, grid, squeeze, growth, dt, previous, cavitation)
+    source, store, swell = _growth(film, grid, squeeze, growth, dt, previous, cavitation)
     lasting = np.zeros_like(film) if dt is not None else _lasting(film * grid.areas, carried_x, carried_z, source)
-    balance = Balance(*_conductances(faces, eta, grid), carried_x, carried_z, source, store + lasting)
+    balance = Balance(
+        *_conductances(faces, eta, grid), carried_x, carried_z, source, store + lasting, incompressible(film.shape)
+    )
     empty = _first_guess(previous if guess is None else guess, free, cavitation)
-    if pressure_viscosity is not None:
-        pressure = reduced_pressure(pressure_viscosity, pressure)
     order, width = band_order(free, periodic)
     unknowns = Unknowns(order, pressure, deficit, empty, np.zeros(film.shape))
-    pressure, deficit, empty, surplus, passes = _solved(cavitation, balance, lasting, unknowns, width)
+    law = mass_flow_law(pressure_viscosity, density)
+    problem = Problem(cavitation, balance, swell, lasting, unknowns, width)
+    reduced, balance, passes = _reduced(problem, law, density)
+    surplus = np.zeros(film.shape)
+    oil_balance(balance, reduced, deficit, surplus)
+    if CAVITATION[cavitation] != FULL_FILM:
+        reduced, deficit = np.maximum(reduced, 0.0), np.clip(deficit, 0.0, 1.0)
+    pressure = reduced if law is None else true_pressure(law, reduced)
     if pressure_viscosity is not None:
-        pressure = true_pressure(pressure_viscosity, pressure)
         eta = eta * viscosity_factor(pressure_viscosity, pressure)
+    content = 1.0 - deficit if density is None else np.where(deficit > 0.0, 1.0 - deficit, density(pressure)[0])
+    growing = source + np.where(deficit > 0.0, -balance.store * deficit, swell * (content - 1.0))
     flows, defect = outflows(surplus, owner, names, grid, film, cross_speeds)
     load, centre = _load(pressure, grid)
     p_max, place = largest_pressure(pressure, free & (not stepped), grid, lengths[0])
@@ -174,8 +190,8 @@ def solve_film(
     shear = cell_sums(1.0 / nominal, grid)[2] if stepped else grid.areas / nominal
     drag = shear_forces(pressure, float((eta * (1.0 - deficit) * shear).sum()), faces, speeds, cross_speeds)
     return FilmSolution(
-        grid.x, grid.z, film, grid.areas, pressure, 1.0 - deficit, empty, eta, load, centre, p_max, place, drag, flows,
-        float((source - balance.store * deficit).sum()), _mass_defect(balance, deficit, flows, defect), passes,
+        grid.x, grid.z, film, grid.areas, pressure, content, empty, eta, load, centre, p_max, place, drag, flows,
+        float(growing.sum()), _mass_defect(balance, growing, flows, defect), passes,
     )  # fmt: skip
 
 
@@ -199,27 +215,58 @@ def _lasting(volumes: Array, *flows: Array) -> Array:
     return np.asarray(volumes * ((moved if moved > 0.0 else 1.0) / (MEMORY * volumes.sum())))
 
 
-def _solved(
-    cavitation: str, balance: Balance, lasting: Array, unknowns: Unknowns, width: int
-) -> tuple[Array, Array, NDArray[np.bool_], Array, int]:
-    """Pressure, deficit, ruptured nodes, what every node's balance leaves over (m³/s), and passes."""
+class Problem(NamedTuple):
+    """What is to be solved; the result is written into ``unknowns``."""
+
+    cavitation: str
+    balance: Balance
+    swell: Array
+    lasting: Array
+    unknowns: Unknowns
+    width: int
+
+
+def _reduced(problem: Problem, law: Law | None, density: Density | None) -> tuple[Array, Balance, int]:
+    """Reduced pressures (pressures without a law), the balance that they meet, and active-set passes."""
+    unknowns = problem.unknowns
+    pressure, empty = unknowns.pressure, unknowns.empty
+    free, passes = unknowns.order >= 0, 0
+
+    def solve(balance: Balance, given: Array, most: int = 0) -> tuple[Array, bool]:
+        nonlocal passes
+        pressure[~free] = given[~free]
+        turns, settled = _solved(problem._replace(balance=balance), most)
+        passes += turns
+        return pressure.copy(), settled
+
+    balance = problem.balance
+    if law is None:
+        reduced, _ = solve(balance, pressure)
+    elif density is None:
+        reduced, _ = solve(balance, reduced_pressure(law, pressure))
+    else:
+        found, balance = compressed_pressure(pressure.copy(), law, density, (balance, problem.swell), solve)
+        reduced = reduced_pressure(law, found)
+    if problem.cavitation == "guembel":
+        reduced = np.maximum(reduced, 0.0)
+        empty[:] = free & (reduced <= 0.0)
+    return reduced, balance, passes
+
+
+def _solved(problem: Problem, most: int) -> tuple[int, bool]:
+    """Solve for pressures that act linearly, by ``most`` passes of the active set (0: no limit); passes, settled."""
+    unknowns = problem.unknowns
     free = unknowns.order >= 0
-    count, mode = int(free.sum()), CAVITATION[cavitation]
-    rest = np.zeros(free.shape)
-    space = Space(np.zeros((count, 2 * width + 1)), width, np.zeros((count, 1)), np.zeros((2, count)), rest)
-    status, passes = _settle(mode, balance, lasting, unknowns, space)
-    pressure, deficit, empty = unknowns.pressure, unknowns.deficit, unknowns.empty
-    if free.all() and not empty.any():
+    count, mode = int(free.sum()), CAVITATION[problem.cavitation]
+    band, rest = np.zeros((count, 2 * problem.width + 1)), np.zeros(free.shape)
+    space = Space(band, problem.width, np.zeros((count, 1)), np.zeros((2, count)), rest)
+    status, passes = _settle(mode, problem.balance, problem.lasting, unknowns, space, most)
+    if free.all() and not unknowns.empty.any() and not problem.balance.liquid.swell.any():
         status = SINGULAR  # a sealed gap full of oil, whatever rounding made of its last pivot
-    if status != CONVERGED or not np.isfinite(pressure).all():
-        raise SolverError(_failure(status, cavitation))
-    if cavitation == "guembel":
-        pressure = np.maximum(pressure, 0.0)
-        empty = free & (pressure <= 0.0)
-    oil_balance(balance, pressure, deficit, rest)
-    if mode != FULL_FILM:
-        pressure, deficit = np.maximum(pressure, 0.0), np.clip(deficit, 0.0, 1.0)
-    return pressure, deficit, empty, rest, passes
+    settled = status == CONVERGED and bool(np.isfinite(unknowns.pressure).all())
+    if not settled and not (most and status == STALLED):
+        raise SolverError(_failure(status, problem.cavitation))
+    return passes, settled
 
 
 def _load(pressure: Array, grid: Rectangle) -> tuple[float, tuple[float, float]]:
@@ -229,9 +276,8 @@ def _load(pressure: Array, grid: Rectangle) -> tuple[float, tuple[float, float]]
     return load, (float(moments[0]) / load, float(moments[1]) / load) if load != 0.0 else (np.nan, np.nan)
 
 
-def _mass_defect(balance: Balance, deficit: Array, flows: Mapping[str, float], defect: float) -> float:
+def _mass_defect(balance: Balance, growing: Array, flows: Mapping[str, float], defect: float) -> float:
     """Oil that appears over all that enters, leaves, grows and that the surfaces carry; 0 where it is rounding."""
-    growing = balance.source - balance.store * deficit
     carried = float(max(np.abs(balance.c_x).sum(axis=1).max(), np.abs(balance.c_z).sum(axis=0).max()))
     through = carried + sum(abs(f) for f in flows.values()) + float(np.abs(growing).sum())
     rounding = 1e-15 * float(balance.store.sum())  # of the oil that is there, when nothing moves it
@@ -293,8 +339,8 @@ def _growth(
     dt: float | None,
     previous: FilmSolution | None,
     cavitation: str,
-) -> tuple[Array, Array]:
-    """Growth of the oil at each node were it full, and what a deficit of one takes from it (m³/s).
+) -> tuple[Array, Array, Array]:
+    """Growth of the oil at each node were it full, what a deficit of one takes from it, a content of one adds (m³/s).
 
     ``growth`` (n_x, n_z) is what the gap grows with the film h, 1 between smooth surfaces.
     """
@@ -302,7 +348,7 @@ def _growth(
     if not np.isfinite(rate).all():
         raise InputError("squeeze: not finite; give ∂h/∂t in m/s")
     if dt is None:
-        return rate * grid.areas, np.maximum(rate, 0.0) * grid.areas
+        return rate * grid.areas, np.maximum(rate, 0.0) * grid.areas, rate * grid.areas
     if not (np.isfinite(dt) and dt > 0.0):
         raise InputError(f"dt: {dt:.4g} s; a time step must be positive")
     if previous is None:
@@ -313,7 +359,7 @@ def _growth(
         raise InputError("squeeze: a time step takes it from the films at its ends; leave squeeze out")
     if cavitation in ("guembel", "reynolds"):
         raise InputError(f"dt: cavitation '{cavitation}' keeps no fill; use 'mass-conserving', or squeeze= without dt")
-    return (film - previous.h * previous.fill) * grid.areas / dt, film * grid.areas / dt
+    return (film - previous.h * previous.fill) * grid.areas / dt, film * grid.areas / dt, film * grid.areas / dt
 
 
 def _conductances(faces: Faces, eta: Array, grid: Rectangle) -> tuple[Array, Array]:
@@ -325,16 +371,18 @@ def _conductances(faces: Faces, eta: Array, grid: Rectangle) -> tuple[Array, Arr
     return faces.cube_x / (12.0 * eta_x * step_x), faces.cube_z / (12.0 * eta_z * step_z)
 
 
-def _settle(mode: int, balance: Balance, lasting: Array, unknowns: Unknowns, space: Space) -> tuple[int, int]:
+def _settle(
+    mode: int, balance: Balance, lasting: Array, unknowns: Unknowns, space: Space, most: int
+) -> tuple[int, int]:
     """Solve; a starved film without a time step that does not settle is given one, lengthened stage by stage."""
     empty = unknowns.empty
-    status, passes = film_state(mode, balance, unknowns, space)
+    status, passes = film_state(mode, balance, unknowns, space, most)
     if status == SINGULAR and mode != FULL_FILM:
         # A sealed gap: its pressure has no level while it is full, so fill it from empty.
         empty[:] = unknowns.order >= 0
-        status, turns = film_state(mode, balance, unknowns, space)
+        status, turns = film_state(mode, balance, unknowns, space, most)
         passes += turns
-    if status == CONVERGED or mode != CONSERVING or not lasting.any():
+    if status == CONVERGED or mode != CONSERVING or most or not lasting.any():
         return status, passes
     settled = np.zeros_like(empty)
     reached, ratio = 10.0 * MEMORY, 10.0
@@ -342,7 +390,7 @@ def _settle(mode: int, balance: Balance, lasting: Array, unknowns: Unknowns, spa
         shortening = max(reached / ratio, 1.0)
         empty[:] = settled
         trial = balance._replace(store=balance.store + (shortening - 1.0) * lasting)
-        status, turns = film_state(mode, trial, unknowns, space)
+        status, turns = film_state(mode, trial, unknowns, space, 0)
         passes += turns
         if status == CONVERGED:
             if shortening == 1.0:

@@ -30,7 +30,7 @@ def viscosity_factor(law: Law, pressure: Array) -> Array:
         raise InputError(
             f"pressure_viscosity: {factor.shape} factors for {pressure.shape} pressures; give one for each"
         )
-    if not (factor.min() > 0.0 and factor.max() < FACTOR_LIMIT):
+    if factor.size and not (factor.min() > 0.0 and factor.max() < FACTOR_LIMIT):
         raise SolverError(
             f"pressure_viscosity: the oil stiffens without bound at {pressure.max():.4g} Pa; "
             "the film is too thin for this law as a rigid one"
@@ -47,10 +47,12 @@ def reduced_pressure(law: Law, pressure: Array) -> Array:
 def true_pressure(law: Law, reduced: Array) -> Array:
     """The pressure (Pa) whose reduced pressure is ``reduced``, by Newton's method, which rises to it from below."""
     pressure = reduced.copy()
-    scale = max(float(np.abs(reduced).max()), 1e-300)
+    scale = float(np.abs(reduced).max(initial=1e-300))
     for _ in range(100):
-        step = (reduced - reduced_pressure(law, pressure)) * viscosity_factor(law, pressure)
+        missing = reduced - reduced_pressure(law, pressure)
+        step = missing * viscosity_factor(law, pressure)
         pressure += step
-        if float(np.abs(step).max()) < 1e-12 * scale:
+        # Close to the limit of q rounding moves the pressure.
+        if not np.any((np.abs(step) >= 1e-12 * scale) & (np.abs(missing) > 1e-15 * np.abs(reduced))):
             return pressure
     raise SolverError("pressure_viscosity: no pressure found; the factor must grow steadily with pressure")
