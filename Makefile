@@ -3,12 +3,13 @@ PYTHON ?= python3.11
 VENV ?= .venv
 WORKERS ?= 2
 TESTS ?=
+PARTS ?=
 BIN := $(VENV)/bin
 export PYTHONUNBUFFERED := 1
 export OMP_NUM_THREADS ?= 2
 export OPENBLAS_NUM_THREADS ?= 2
 
-.PHONY: demo test test-all lint docs bench install
+.PHONY: demo test test-all lint docs figures bench install
 
 demo: $(VENV)/.installed
 	$(BIN)/python examples/demo.py
@@ -27,6 +28,9 @@ lint: $(VENV)/.installed-lint
 
 docs: $(VENV)/.installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+
+figures: $(VENV)/.installed
+	$(BIN)/python docs/figures.py $(PARTS)
 
 bench: $(VENV)/.installed
 	$(BIN)/python -m benchmarks

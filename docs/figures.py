@@ -1,0 +1,360 @@
+"""Write the documents' measured tables and pictures anew: ``make figures``, or ``python docs/figures.py [PART …]``.
+
+A part stands in its document between ``<!-- figures: PART -->`` and ``<!-- end -->`` and is what the function of that
+name returns; other parts are whole pages or pictures, which their own commands write. Without names all parts run,
+one after another, some for many minutes; each is written as it comes, so an interrupt keeps what is done.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import cranktrain as ct
+from cranktrain.structure.crank.reduction import reduced_crankshaft
+from cranktrain.studies.torsion.level_frequencies import level_frequencies
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+ENGINES = {"I6": "diesel_i6", "V8": "diesel_v8"}
+LISTED = {"bending": 3, "torsional": 2, "axial": 1}
+"""How many modes of each kind the tables of the free crankshaft list."""
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Markdown of a table of texts."""
+    return "\n".join("| " + " | ".join(row) + " |" for row in [header, ["---"] * len(header), *rows])
+
+
+def benchmark(name: str, *options: str) -> dict[str, Any]:
+    """What one benchmark prints."""
+    return dict(json.loads(python(f"benchmarks/{name}.py", *options)))
+
+
+def python(*words: str) -> str:
+    """Output of a Python command, run from the root."""
+    return subprocess.run([sys.executable, *words], check=True, stdout=subprocess.PIPE, text=True, cwd=ROOT).stdout
+
+
+def cranktrain(line: str) -> None:
+    """Run ``cranktrain`` with these words from the root."""
+    python("-c", "import sys; from cranktrain.cli.main import main; sys.exit(main(sys.argv[1:]))", *line.split())
+
+
+# Parts of docs/ladder.md ----------------------------------------------------------------------------------------------
+
+
+def beam_frequencies() -> str:
+    """The beam beside the solid crank: free crankshaft, then cranktrain."""
+    free, assembled = [], []
+    for label, name in ENGINES.items():
+        engine = ct.load_engine(name)
+        report = level_frequencies(engine, "beam", reduced_crankshaft(engine))
+        modes = report["crankshaft_free"]["modes"]
+        for kind, count in LISTED.items():
+            of_kind = [mode for mode in modes if mode["shape"] == kind][:count]
+            numbers = ", ".join(str(k + 1) for k in range(len(of_kind)))
+            free.append((f"{label} {kind} {numbers}", *_beside(of_kind)))
+        for kind in ("torsional", "axial"):
+            first = next(mode for mode in report["cranktrain"]["modes"] if mode["shape"] == kind)
+            assembled.append((f"{label} {kind}", *_beside([first])))
+    columns = ("solid / Hz", "beam / Hz", "deviation / %")
+    return table(("free", *columns), free) + "\n\n" + table(("cranktrain", *columns), assembled)
+
+
+def _beside(modes: list[dict[str, Any]]) -> tuple[str, str, str]:
+    """Frequencies of the solid, of the level and deviations; a dash where the level has no such shape."""
+
+    def listed(key: str, form: str) -> str:
+        return ", ".join(format(mode[key], form) if key in mode else "–" for mode in modes)
+
+    return listed("solid_hz", ".1f"), listed("hz", ".1f"), listed("deviation_percent", "+.1f")
+
+
+def torsional_sources() -> str:
+    """First torsional frequencies of the torsional crank by the source of its stiffnesses."""
+    columns: list[list[str]] = []
+    sources = ("solid", "solid-on-bearings", "ker-wilson", "carter")
+    for name in ENGINES.values():
+        engine = ct.load_engine(name)
+        solid = reduced_crankshaft(engine)
+        found = []
+        for source in sources:
+            own = replace(engine, reduction=replace(engine.reduction, torsional_source=source))
+            found.append(level_frequencies(own, "torsional", solid))
+        for state in ("crankshaft_free", "cranktrain"):
+            firsts = [report[state]["first_torsional"] for report in found]
+            shipped = sources.index(engine.reduction.torsional_source) if state == "cranktrain" else -1
+            texts = [f"{first['hz']:.1f} ({first['deviation_percent']:+.1f} %)" for first in firsts]
+            texts = [f"**{text}**" if k == shipped else text for k, text in enumerate(texts)]
+            columns.append([f"{firsts[0]['solid_hz']:.1f}", *texts])
+    header = ["source", *(f"{label} {state} / Hz" for label in ENGINES for state in ("free", "cranktrain"))]
+    names = ["solid crank itself", *(f"`{source}`" for source in sources)]
+    return table(header, zip(names, *columns, strict=True))
+
+
+RUNS = (
+    ("rigid", "impedance"), ("torsional", "held"), ("torsional", "impedance"), ("beam", "impedance"),
+    ("solid", "impedance"), ("solid", "table"), ("solid", "reynolds"),
+)  # fmt: skip
+ORDERS = (1.5, 4.5, 6.0)
+
+
+def level_runs() -> str:
+    """One run at every level: torsion and axial motion of the pulley, main bearing loads."""
+    rows = []
+    for crank, bearings in RUNS:
+        run = ct.simulate("diesel_i6", speed_rpm=2000, crank=crank, bearings=bearings)
+        torsion = run.last_cycle("pulley.torsion")[1]
+        orders = run.orders("pulley.torsion")
+        axial = 1e6 * _peak_to_peak(run.last_cycle("pulley.axial")[1])
+        loads = []
+        for main in (1, 2, 4):
+            forces = [run.last_cycle(f"bearing[{main}].force.{axis}")[1] for axis in "xy"]
+            loads.append(1e-3 * max(math.hypot(x, y) for x, y in zip(*forces, strict=True)))
+        rows.append(
+            (
+                f"{crank}, {bearings}",
+                f"{math.degrees(_peak_to_peak(torsion)):.3f}",
+                ", ".join(f"{math.degrees(orders[order]):.3f}" for order in ORDERS),
+                f"{axial:.0f}" if axial > 1e-6 else "–",
+                ", ".join(f"{load:.0f}" for load in loads) if max(loads) > 0.0 else "–",
+            )
+        )
+    listed = ", ".join(f"{order:g}" for order in ORDERS)
+    header = ("crank, bearings", "torsion / deg peak to peak", f"orders {listed} / deg", "axial / um")
+    return table((*header, "main 1, 2, 4 / kN"), rows)
+
+
+def _peak_to_peak(values: Any) -> float:
+    return float(values.max() - values.min())
+
+
+# Parts of docs/benchmarks.md ------------------------------------------------------------------------------------------
+
+
+def film_levels() -> str:
+    """Real-time factor and errors of each level of film against itself at short steps."""
+    rows = [
+        (
+            name,
+            f"{row['real_time_factor']:.3g}",
+            str(int(row["steps"])),
+            f"{row['torsion_error']:.1e} / {row['axial_error']:.1e}",
+            f"{max(abs(error) for error in row['least_film_error'] if error is not None):.1e}",
+            f"{100.0 * row['outside_table']:.1f} %",
+        )
+        for name, row in benchmark("film_levels").items()
+        if "real_time_factor" in row
+    ]
+    header = ("level", "real-time factor", "steps in two cycles", "torsion / axial", "least film", "outside the table")
+    return table(header, rows)
+
+
+def film() -> str:
+    """What a film costs from the impedance map and solved online."""
+    found = benchmark("film")
+    rows = (
+        ("impedance map", f"{found['map_us']:.2f}", "1"),
+        *(
+            (f"solved online, {start}", f"{found[f'in_place_{key}_us']:.2f}", f"{found[f'ratio_{key}']:.0f}")
+            for key, start in (("warm", "zone kept from the last state"), ("cold", "from nothing"))
+        ),
+    )
+    error = found["force_error"]["scattered"]
+    return (
+        table(("film without tilt, with tangents", "µs", "ratio"), rows)
+        + "\n\nForce from the map against the film solved online, eccentricities to 0.95 and any direction of squeeze: "
+        + f"median {error['median']:.1e}, 95 % below {error['p95']:.1e}, worst {error['worst']:.1e}.\n"
+        + f"Making the map takes {found['making_the_map_s']:.2g} s, once per start."
+    )
+
+
+def film_cost() -> str:
+    """How the cost of films grows with grid, shapes, modes and bearings."""
+    found = benchmark("film_cost", "docs/film_cost.png")
+    grids, rows = found["grids"], []
+    names = {"reynolds": "`reynolds`", "elastic_0_shapes": "mass-conserving, rigid bore"}
+    for name in ("impedance", "table"):
+        rows.append((f"`{name}`", "", *_cost(grids[name])))
+    for name, cases in grids.items():
+        if isinstance(cases, list):
+            label = names.get(name, f"mass-conserving, {name.split('_')[1]} bore shapes")
+            for case in cases:
+                size = "×".join(map(str, case["grid"])) + (" (in the loop)" if case["in_loop"] else "")
+                rows.append((label, size, *_cost(case)))
+    films = table(("film", "grid", "cost, µs", "force error", "moment error"), rows)
+    shapes = {row["shapes"]: row["us"] for row in found["shapes"]}
+    several = ", ".join(f"{row[-1] / row[0]:.2f} times one ({name})" for name, row in found["bearings"].items())
+    levels = table(
+        ("level", "integrator", "sub-steps", "evaluations", "real-time factor", "films", "rest"),
+        (
+            (
+                *(str(value) for value in (name, row["integrator"], row["sub_steps"], row["evaluations_per_film"])),
+                *(f"{row[key]:.2g}" for key in ("real_time_factor", "films", "rest")),
+            )
+            for name, row in found["levels"].items()
+        ),
+    )
+    modes = table(
+        ("crank modes", *(str(row["modes"]) for row in found["crank_modes"])),
+        (
+            (f"real-time factor, {level}", *(f"{row[level]:.2g}" for row in found["crank_modes"]))
+            for level in ("impedance", "linear")
+        ),
+    )
+    tabled = 100.0 * found["levels"]["table"].get("share_not_from_table", 0.0)
+    return f"""{films}
+
+`reynolds` counts intervals over the width, the others nodes between the ends. An elastic film on the loop's grid
+costs {shapes[0]:.0f} µs with no shape of its bore, {shapes[7]:.0f} with 7 and {shapes[15]:.0f} with 15: right-hand
+sides go in blocks of eight. Films of 7 equal bearings cost {several}.
+
+The whole engine over a cycle at default settings, {found["crank_modes"][2]["modes"]} crank modes, processor seconds per
+simulated second; evaluations of each film per cycle. Films called at an address are timed by a clock around their law,
+the others are evaluations times cost.
+
+{levels}
+
+Of the films at level `table` {tabled:.1f} % lie outside the table and are solved online.
+
+{modes}"""
+
+
+def _cost(case: dict[str, Any]) -> tuple[str, str, str]:
+    return f"{case['us']:.3g}", f"{case['force_error']:.2g}", f"{case['moment_error']:.2g}"
+
+
+def chain() -> str:
+    """Seconds from engine file to FMU, and of its first and second start."""
+    found = benchmark("chain")
+    stages = table(("stage", "s"), ((name, f"{seconds:.1f}") for name, seconds in found["stages_s"].items()))
+    return f"""{found["whole_s"]:.0f} s with an empty cache, {found["with_crankshaft_in_the_cache_s"]:.1f} s with the
+crankshaft in it. A new FMU compiles its kernels at its first start on a machine
+({found["first_start_compiles_s"]:.0f} s); the second start reaches the end of its first step in
+{found["second_start_s"]:.2f} s.
+
+{stages}"""
+
+
+def fmu_overhead() -> str:
+    """What a step costs through FMI beside the native one."""
+    found = benchmark("fmu_overhead")
+    rows = [
+        (
+            name,
+            *(f"{found[case][key]:.0f}" for key in ("native_us", "fmu_us", "difference_us", "inputs", "outputs")),
+            "yes" if found[case]["equal_to_the_bit"] else "no",
+        )
+        for name, case in (("on ground", "ground"), ("flexible block and damper", "whole"))
+    ]
+    header = ("six", "native step, µs", "through FMI, µs", "difference", "inputs", "outputs", "equal to the bit")
+    start = f"A warm start reaches the end of its first step in {found['warm_start_to_first_step_s']:.2f} s."
+    return f"{table(header, rows)}\n\n{start}"
+
+
+def whole_engine() -> str:
+    """What block, pistons and damper cost, and errors of the step."""
+    return python("-m", "benchmarks.whole_engine")
+
+
+def damper() -> str:
+    """What the damper takes off at the V8's resonances."""
+    rows = [
+        (
+            order.removeprefix("order "),
+            f"{row['rpm']:.0f}",
+            *(f"{value:.3g}" for value in row["run_deg"]),
+            f"{row['run_ratio']:.4f}",
+            f"{row['predicted_ratio']:.4f}",
+            f"{100.0 * row['deviation']:+.2f} %",
+            f"{row['power_w']:.0f}",
+        )
+        for order, row in benchmark("damper").items()
+    ]
+    header = ("order", "rev/min", "without, degrees", "with, degrees", "ratio in the run", "predicted", "deviation")
+    return table((*header, "power, W"), rows)
+
+
+# Whole pages and pictures ---------------------------------------------------------------------------------------------
+
+
+def pages() -> None:
+    """Pages that examples print."""
+    for script, page in (("flexible_block", "flexible_block.md"), ("roller_stiffness", "roller_bearing.md")):
+        (DOCS / page).write_text(python(f"examples/{script}.py"), "utf-8")
+
+
+def pictures() -> None:
+    """Pictures of the demonstration, the journal orbits and the start on the thrust bearing."""
+    python("examples/demo.py")
+    python("examples/thrust_start.py")
+    cranktrain("simulate diesel_i6 --speed 2000 --bearings reynolds --big-ends impedance --plots out")
+    for name, source in {
+        "pulley.png": "pulley.png", "first_torsional_mode.png": "first_torsional_mode.png",
+        "journal_orbits.png": "orbits.png",
+    }.items():  # fmt: skip
+        shutil.copyfile(ROOT / "out" / source, DOCS / name)
+
+
+def studies() -> None:
+    """Charts of accuracy against speed, and the stability maps."""
+    cranktrain("tradeoff examples/six_at_2000.toml --output out/tradeoff")
+    cranktrain("stability --output docs/stability --page docs/stability.md")
+    for name in ("overall.png", "adaptive.png"):
+        shutil.copyfile(ROOT / "out" / "tradeoff" / name, DOCS / "tradeoff" / name)
+
+
+MADE: dict[str, tuple[str, Callable[[], str]]] = {
+    "beam_frequencies": ("ladder.md", beam_frequencies),
+    "torsional_sources": ("ladder.md", torsional_sources),
+    "level_runs": ("ladder.md", level_runs),
+    "film_levels": ("benchmarks.md", film_levels),
+    "film": ("benchmarks.md", film),
+    "film_cost": ("benchmarks.md", film_cost),
+    "chain": ("benchmarks.md", chain),
+    "fmu_overhead": ("benchmarks.md", fmu_overhead),
+    "whole_engine": ("benchmarks.md", whole_engine),
+    "damper": ("benchmarks.md", damper),
+}
+"""Document and maker of each part that stands between marks."""
+WHOLE: dict[str, Callable[[], None]] = {"pages": pages, "pictures": pictures, "studies": studies}
+"""Makers of what is written as a whole."""
+
+
+def put(document: Path, part: str, text: str) -> None:
+    """Replace a part of a document; ``ValueError`` where its marks are missing."""
+    before = document.read_text("utf-8")
+    marks = re.compile(rf"(<!-- figures: {part} -->\n).*?(\n<!-- end -->)", re.DOTALL)
+    after, count = marks.subn(lambda found: f"{found[1]}\n{text.strip()}\n{found[2]}", before)
+    if count != 1:
+        raise ValueError(f"{document.name} has {count} places marked '<!-- figures: {part} -->' to '<!-- end -->'")
+    document.write_text(after, "utf-8")
+
+
+def main(*parts: str) -> int:
+    """Make the named parts, or all."""
+    valid = [*MADE, *WHOLE]
+    if unknown := [part for part in parts if part not in valid]:
+        print(f"figures: part '{unknown[0]}' does not exist; valid: {', '.join(valid)}", file=sys.stderr)
+        return 2
+    for part in parts or valid:
+        print(f"figures: {part}", file=sys.stderr, flush=True)
+        if part in WHOLE:
+            WHOLE[part]()
+        else:
+            document, make = MADE[part]
+            put(DOCS / document, part, make())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
