@@ -3,9 +3,10 @@
 import numpy as np
 
 from cranktrain.film.elastic.film import CONVERGED, FilmHistory, elastic_film
-from cranktrain.film.elastic.grid import DAMPING, FORCE, OUT_SIZE, STIFFNESS
+from cranktrain.film.elastic.grid import DAMPING, FORCE, OUT_SIZE, STIFFNESS, ElasticGrid
 
 DIAMETER, WIDTH, CLEARANCE, VISCOSITY, SPEED = 0.085, 0.030, 40e-6, 0.0143, 209.4
+GRID, STEP = ElasticGrid(48, 7), np.radians(1.0)
 COMPLIANCE = np.array([0.6, 0.6, 0.2, 0.24, 0.24, 0.24, 0.24, 0.15, 0.15, 0.12, 0.12]) * 1e-9
 
 
@@ -114,3 +115,23 @@ def carry(bearing, load, step, steps, speed=SPEED, record=(), position=(0.1, -0.
         bearing.accept(position)
         rows.append(bearing.out[list(record)])
     return np.array(rows)
+
+
+def grooved(grid=GRID, count=0, **options):
+    """A groove along the middle of the upper half, fed with 4 bar."""
+    around = (grid.angles >= np.radians(30)) & (grid.angles <= np.radians(150) * (1.0 + 1e-12))
+    mask = np.outer(around, np.abs(grid.zetas[1:-1]) <= 1.1e-6).astype(float)
+    return Bearing(grid, count, supply=mask, supply_pressure=4e5, **options)
+
+
+def follow(bearing, steps, highest=0.9, step=STEP, speed=SPEED, visit=None):
+    """Along the orbit; ``visit(n, position, velocity, h)`` after each solution."""
+    h = step / SPEED
+    bearing.start_position[:] = bearing.clearance * orbit(0, highest)[0]
+    for n in range(1, steps + 1):
+        place, slope = orbit(n * step, highest)
+        position, velocity = bearing.clearance * place, bearing.clearance * slope * SPEED
+        bearing.settle(position, velocity, speed, h)
+        if visit:
+            visit(n, position, velocity, h)
+        bearing.accept(position)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from elastic_bearing import CLEARANCE, SPEED, WIDTH, Bearing, bore_shapes, orbit
+from elastic_bearing import CLEARANCE, GRID, SPEED, WIDTH, Bearing, bore_shapes, follow, grooved
 
 from cranktrain.core.errors import InputError
 from cranktrain.film.contact.asperity import contact_constants
@@ -23,29 +23,7 @@ from cranktrain.film.elastic.grid import (
     ElasticGrid,
 )
 
-GRID = ElasticGrid(48, 7)
 ROUGH = contact_constants(0.4e-6, 0.05, 0.01, 115e9, 0.1)
-STEP = np.radians(1.0)
-
-
-def grooved(grid=GRID, count=0, **options):
-    """A groove along the middle of the upper half, fed with 4 bar."""
-    around = (grid.angles >= np.radians(30)) & (grid.angles <= np.radians(150) * (1.0 + 1e-12))
-    mask = np.outer(around, np.abs(grid.zetas[1:-1]) <= 1.1e-6).astype(float)
-    return Bearing(grid, count, supply=mask, supply_pressure=4e5, **options)
-
-
-def follow(bearing, steps, highest=0.9, step=STEP, speed=SPEED, visit=None):
-    """Along the orbit; ``visit(n, position, velocity, h)`` after each solution."""
-    h = step / SPEED
-    bearing.start_position[:] = bearing.clearance * orbit(0, highest)[0]
-    for n in range(1, steps + 1):
-        place, slope = orbit(n * step, highest)
-        position, velocity = bearing.clearance * place, bearing.clearance * slope * SPEED
-        bearing.settle(position, velocity, speed, h)
-        if visit:
-            visit(n, position, velocity, h)
-        bearing.accept(position)
 
 
 def test_a_bore_without_compliance_is_the_rigid_film():

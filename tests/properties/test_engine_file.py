@@ -148,6 +148,13 @@ def test_a_unit_of_the_same_dimension_changes_nothing(tmp_path):
         ("oil", "walther_viscosities", "[110]", None, r"oil\.walther_viscosities: 1 viscosities at 2 walther_temp"),
         ("oil", "walther_viscosities", "[14, 110]", None, r"oil\.walther_viscosities: .* viscosities decrease"),
         ("oil", "walther_viscosities", "[110, 14]", "mPa s", r"unit 'mPa s' does not measure its kinematic viscosity"),
+        (
+            "oil",
+            "compressibility",
+            '"dowson"',
+            None,
+            r"oil\.compressibility: unknown law .* did you mean 'dowson-hig.*",
+        ),
         ("oil", "pressure_law", '"barrus"', None, r"oil\.pressure_law: unknown law .* did you mean 'barus'\?"),
         (
             "oil",
@@ -218,6 +225,7 @@ NEW = {
         "walther_viscosities",
         "pressure_law",
         "pressure_viscosity",
+        "compressibility",
         "heat_capacity",
         "heat_share",
     ),

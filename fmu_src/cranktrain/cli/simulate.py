@@ -12,11 +12,12 @@ from cranktrain.cli.bodies import add_block_options
 from cranktrain.cli.console import bar, say, show, stages
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
-from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, bearing_levels
+from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, OIL_LAWS, bearing_law, bearing_levels
 from cranktrain.levels import CRANKS, PISTONS, described
 
 if TYPE_CHECKING:
     from cranktrain.dynamics.model.settings import Settings
+    from cranktrain.engine.model import Engine
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.results.run import Run
 
@@ -96,8 +97,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm.h5")
     check_target(output)
 
-    if engine.oil.pressure_law != "none":
-        say(f"warning: no film of a run follows oil.pressure_law '{engine.oil.pressure_law}'; viscosity is at p = 0")
+    _tell_unread(engine, settings)
     with stages(engine.name) as tell:
         made = assemble(engine, settings, say=tell, crank_mesh=request.mesh, block_mesh=request.block_mesh)
     with bar(f"{request.speed_rpm:g} rev/min, {request.cycles} cycles") as advance:
@@ -123,7 +123,6 @@ def _option(field: str) -> str:
 
 def _check(options: argparse.Namespace, settings: Settings) -> None:
     """Refuse what is asked for besides the run and cannot be had."""
-    from cranktrain.film.laws.register import bearing_law
     from cranktrain.results.figures import check_folder
 
     locked = not bearing_law(settings.bearings).carries
@@ -139,6 +138,18 @@ def _check(options: argparse.Namespace, settings: Settings) -> None:
                 f"--plots draws journals in their bearings, which level '{settings.bearings}' has not; use impedance"
             )
         check_folder(Path(options.plots))
+
+
+def _tell_unread(engine: Engine, settings: Settings) -> None:
+    """Say which laws of the oil under pressure no film of the run follows."""
+    for key in OIL_LAWS:
+        law = getattr(engine.oil, key)
+        if law != "none" and key not in bearing_law(settings.bearings).oil:
+            able = ", ".join(name for name, row in LAWS.items() if key in row.oil)
+            say(
+                f"warning: main bearings of level '{settings.bearings}' do not follow oil.{key} '{law}'; "
+                f"their oil is that of p = 0, use {able}"
+            )
 
 
 def _draw(folder: Path, run: Run, settings: Settings, speed_rpm: float) -> list[str]:

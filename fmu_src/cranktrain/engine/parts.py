@@ -208,8 +208,8 @@ class Oil:
 
     ``law`` is ``vogel``, η = a exp(b / (T − c)), or ``walther`` through two points of kinematic viscosity.
     ``pressure_law`` is ``none``, ``barus`` or ``roelands``, with the slope of ln η at ambient pressure
-    ``pressure_viscosity``; no film of a run follows it. ``heat_share`` is the part of a film's friction that its oil
-    carries away.
+    ``pressure_viscosity``; ``compressibility`` is ``none`` or ``dowson-higginson``. ``heat_share`` is the part of a
+    film's friction that its oil carries away.
     """
 
     density: q.Density
@@ -224,6 +224,7 @@ class Oil:
     walther_viscosities: tuple[q.KinematicViscosity, ...] = ()
     pressure_law: q.PressureLaw = "none"
     pressure_viscosity: q.PressureCoefficient = 0.0
+    compressibility: q.Compressibility = "none"
     heat_capacity: q.HeatCapacity = 2000.0
     heat_share: q.HeatShare = 0.8
 

@@ -140,6 +140,7 @@ ROLLER_CONTACTS = ("palmgren", "iso16281")
 
 Groove = Annotated[str, OneOf("groove", ("none", "circumferential"))]
 OilLaw = Annotated[str, OneOf("law", ("vogel", "walther"))]
+Compressibility = Annotated[str, OneOf("law", ("none", "dowson-higginson"))]
 PressureLaw = Annotated[str, OneOf("law", ("none", "barus", "roelands"))]
 RollerContact = Annotated[str, OneOf("law", ROLLER_CONTACTS)]
 RollerLaw = Annotated[str, OneOf("law", ("linear", *ROLLER_CONTACTS))]

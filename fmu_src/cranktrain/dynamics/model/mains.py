@@ -76,7 +76,8 @@ def main_bearings(
         etas = [eta] * count if temperatures is None else [viscosity(engine.oil, float(t)) for t in temperatures]
         parameters = np.array([bearing_parameters(engine.plain_mains, own) for own in etas])
     parts = {"table": table, "bore": bore}
-    films = law_films(law, kind, Bearings(parameters, engine.main_bearing, engine.main_roller, parts))
+    bearings = Bearings(parameters, engine.main_bearing, engine.main_roller, parts, oil=engine.oil)
+    films = law_films(law, kind, bearings)
     return Mains(
         MainJournals(0.5 * parameters[:, WIDTH], parameters[:, CLEARANCE], law.forms[kind].tilt), parameters, films
     )

@@ -14,6 +14,9 @@ has two forms, after what the node was at the step's start:
   order of the stage's own rule;
 * void: [θH − (θH)_start]/Δt, backward Euler from the start. The oil of ruptured regions is conserved to rounding.
 
+Under pressure Π is the reduced pressure and θ of a full node its ρ/ρ₀ (:mod:`cranktrain.film.elastic.oil`), which grows
+by backward Euler from the start of the step.
+
 The fill then lies in [0, 1] by itself: it is a mean of what was there and what flows in. H is the floored film
 δ₀ + ½[H − δ₀ + √((H − δ₀)² + δ₀²)]: a journal beyond its bore leaves δ₀ open, what carries there is contact. The matrix
 ∂R/∂u is an M-matrix by columns.
@@ -29,7 +32,10 @@ from cranktrain.film.elastic.grid import (
     AFTER,
     BEFORE,
     BEND,
+    COMPRESSED,
+    COMPRESSIBLE,
     COS,
+    DENSE,
     DRIVEN,
     FACE_COS,
     FACE_EXTRA,
@@ -40,17 +46,19 @@ from cranktrain.film.elastic.grid import (
     FILM,
     FLOOR,
     FULL,
+    MOBILITY,
     N_PHI,
     N_Z,
     OPEN,
     OWN,
     PER_AFTER,
     PER_BEFORE,
-    PRESSURE,
     RADIUS,
+    REDUCED,
     SIN,
     SLOPE,
     SQUEEZE,
+    START_COMPRESSED,
     START_MASS,
     V_A,
     V_B,
@@ -202,6 +210,14 @@ def grid_factors(constants):
 
 
 @kernel
+def flow_factors(constants, half_speed):
+    """Factors of the flow through faces, 1/s those of what the surfaces carry."""
+    around, across, per_angle = grid_factors(constants)
+    drive = half_speed * per_angle
+    return Flow(around, across, max(drive, 0.0), max(-drive, 0.0))
+
+
+@kernel
 def oil_balance(film, rates, nodes, faces, first, band, residual):
     """Residual R (n_phi n_z,) of every node's balance (1/s), the band of ∂R/∂u, and the factors of ∂R/∂H.
 
@@ -212,10 +228,7 @@ def oil_balance(film, rates, nodes, faces, first, band, residual):
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     lines = n_z + 2
-    around, across, per_angle = grid_factors(film.constants)
-    forward = rates.half_speed * per_angle if rates.half_speed > 0.0 else 0.0
-    backward = -rates.half_speed * per_angle if rates.half_speed < 0.0 else 0.0
-    flow = Flow(around, across, forward, backward)
+    flow = flow_factors(film.constants, rates.half_speed)
     for position in range(n_phi):
         i = first + position
         if i >= n_phi:
@@ -226,7 +239,7 @@ def oil_balance(film, rates, nodes, faces, first, band, residual):
             at = Node(i * n_z + j, up * n_z + j, i * lines + j + 1, up * lines + j + 1, down * lines + j + 1, j)
             row = band[position * n_z + j]
             row[:] = 0.0
-            faces[FACE_FLUX, at.f] = _face_change(flow, at, nodes, faces)
+            faces[FACE_FLUX, at.f] = _face_change(film, flow, at, nodes, faces)
             if film.supply[at.f] > 0.0:
                 row[n_z] = 1.0
                 residual[at.f] = 0.0
@@ -246,7 +259,8 @@ def _node_balance(film, rates, flow, at, nodes, faces, row):
     n_z = int(film.constants[N_Z])
     is_open = nodes[OPEN]
     slope = nodes[SLOPE]
-    pressure = nodes[PRESSURE]
+    reduced = nodes[REDUCED]
+    mobility = nodes[MOBILITY]
     void = nodes[VOID]
     full = nodes[FULL]
     forward = flow.forward
@@ -261,49 +275,97 @@ def _node_balance(film, rates, flow, at, nodes, faces, row):
     by_before = flow.across * film.lines[j + 1, PER_BEFORE] * mean_before * mean_before
     side = by_after * mean
     side_before = by_before * mean_before
-    p = pressure[q]
+    p = reduced[q]
     u = void[q]
-    after = p - pressure[q + 1]
-    before = p - pressure[q - 1]
+    dense = nodes[DENSE]
+    held = 1.0 + nodes[COMPRESSED, q]
+    ahead = compression_ahead(film, flow, nodes, h, q, at.q_down)
+    ahead_up = compression_ahead(film, flow, nodes, h_up, at.q_up, q)
+    after = p - reduced[q + 1]
+    before = p - reduced[q - 1]
     total = (
-        g * (p - pressure[at.q_down]) + h * (forward * (1.0 + u) - backward * (1.0 + void[at.q_down]))
-        + g_up * (p - pressure[at.q_up]) - h_up * (forward * (1.0 + void[at.q_up]) - backward * (1.0 + u))
+        g * (p - reduced[at.q_down]) + h * carried(flow, nodes, ahead, q, at.q_down)
+        + g_up * (p - reduced[at.q_up]) - h_up * carried(flow, nodes, ahead_up, at.q_up, q)
         + side * after + side_before * before + faces[FACE_EXTRA, at.f] - faces[FACE_EXTRA, at.f_up]
     )  # fmt: skip
     by_after *= 1.5 * after
     by_before *= 1.5 * before
     own = slope[q] * (by_after + by_before)
+    storing = is_open[q] * rates.per_step
+    swelling = 0.0
     if nodes[WAS_VOID, q] > 0.0:
-        total += ((1.0 + u) * is_open[q] - nodes[START_MASS, q]) * rates.per_step
-        own += (1.0 + u) * slope[q] * rates.per_step
+        total += ((held + u) * is_open[q] - nodes[START_MASS, q]) * rates.per_step
+        own += (held + u) * slope[q] * rates.per_step
         nodes[SQUEEZE, q] = 0.0
     else:
         growth = nodes[DRIVEN, q] + rates.per_gain * nodes[FILM, q]
-        total += slope[q] * growth + u * is_open[q] * rates.per_step
-        own += nodes[BEND, q] * growth + u * slope[q] * rates.per_step
-        nodes[SQUEEZE, q] = slope[q]
+        gained = u + nodes[COMPRESSED, q] - nodes[START_COMPRESSED, q]
+        total += slope[q] * held * growth + gained * storing
+        own += nodes[BEND, q] * held * growth + gained * slope[q] * rates.per_step
+        nodes[SQUEEZE, q] = slope[q] * held
+        swelling = slope[q] * growth * dense[q]
     nodes[OWN, q] = own
     nodes[AFTER, q] = by_after * slope[q + 1]
     nodes[BEFORE, q] = by_before * slope[q - 1]
     if full[q] > 0.0:
-        row[n_z] = g + g_up + side + side_before
+        out = h * (forward * (1.0 - ahead) - backward * ahead)
+        into = h_up * (forward * ahead_up - backward * (1.0 - ahead_up))
+        answer = (g + g_up + side + side_before) * mobility[q] + (out - into + storing) * dense[q]
+        # Denser oil in a closing film weakens the answer; far from the solution it must not turn it.
+        row[n_z] = answer + max(swelling, -0.5 * answer)
     else:
-        row[n_z] = is_open[q] * rates.per_step + forward * h + backward * h_up
+        row[n_z] = storing + forward * h + backward * h_up
     if j > 0 and full[q - 1] > 0.0:
-        row[n_z - 1] = -side_before
+        row[n_z - 1] = -side_before * mobility[q - 1]
     if j < n_z - 1 and full[q + 1] > 0.0:
-        row[n_z + 1] = -side
-    row[0] = -g_up if full[at.q_up] > 0.0 else -forward * h_up
-    row[2 * n_z] = -g if full[at.q_down] > 0.0 else -backward * h
+        row[n_z + 1] = -side * mobility[q + 1]
+    row[0] = -forward * h_up
+    if full[at.q_up] > 0.0:
+        into = forward * (1.0 - ahead_up) - backward * ahead_up
+        row[0] = -g_up * mobility[at.q_up] - h_up * into * dense[at.q_up]
+    row[2 * n_z] = -backward * h
+    if full[at.q_down] > 0.0:
+        out = forward * ahead - backward * (1.0 - ahead)
+        row[2 * n_z] = -g * mobility[at.q_down] + h * out * dense[at.q_down]
     return total
 
 
 @kernel
-def _face_change(flow, at, nodes, faces):
+def carried(flow, nodes, ahead, q, q_down):
+    """What the surfaces carry from node q to ``q_down`` over the face's film, 1/s: voids of the node upstream.
+
+    Compression is that of both, in the share ``ahead`` of the node downstream, which is 0 where there is none.
+    """
+    up = q if flow.forward > 0.0 else q_down
+    content = 1.0 + nodes[VOID, up]
+    if ahead > 0.0:
+        down = q_down if flow.forward > 0.0 else q
+        content += nodes[COMPRESSED, up] + ahead * (nodes[COMPRESSED, down] - nodes[COMPRESSED, up])
+    return (flow.forward - flow.backward) * content
+
+
+@kernel
+def compression_ahead(film, flow, nodes, h, q, q_down):
+    """Share of the compression downstream in what is carried through the face of film ``h`` between two nodes.
+
+    A half, of second order, as long as pressure drives more through the face than compression does; less beyond, so
+    that the matrix keeps its signs.
+    """
+    if film.constants[COMPRESSIBLE] == 0.0:
+        return 0.0
+    k = q_down if flow.forward > 0.0 else q
+    pressed = flow.around * h * h * nodes[MOBILITY, k]
+    compressed = (flow.forward + flow.backward) * nodes[DENSE, k]
+    return pressed / compressed if 0.5 * compressed > pressed else 0.5
+
+
+@kernel
+def _face_change(film, flow, at, nodes, faces):
     """Derivative of the flux through the face behind a node by the unfloored film there."""
     h = faces[FACE_OPEN, at.f]
-    driven = flow.forward * (1.0 + nodes[VOID, at.q]) - flow.backward * (1.0 + nodes[VOID, at.q_down])
-    pressed = 3.0 * flow.around * h * h * (nodes[PRESSURE, at.q] - nodes[PRESSURE, at.q_down])
+    ahead = compression_ahead(film, flow, nodes, h, at.q, at.q_down)
+    driven = carried(flow, nodes, ahead, at.q, at.q_down)
+    pressed = 3.0 * flow.around * h * h * (nodes[REDUCED, at.q] - nodes[REDUCED, at.q_down])
     return faces[FACE_SLOPE, at.f] * (pressed + driven)
 
 

@@ -15,7 +15,8 @@ around; where there is none, one column of nodes joins the border. A Newton step
 share of itself. The converged set is solved afresh, so the result does not depend on the warm start beyond the
 tolerance; tangents are those of the converged set (implicit function), the shapes' answer included.
 
-Bore at rest, isoviscous film, p = 0 (gauge) at both ends, supply nodes at their pressure. Inertial axes.
+Viscosity and density by pressure: :mod:`cranktrain.film.elastic.oil`. Bore at rest, p = 0 (gauge) at both ends, supply
+nodes at their pressure. Inertial axes.
 """
 
 from __future__ import annotations
@@ -50,10 +51,12 @@ from cranktrain.film.elastic.grid import (
     START_SHIFT,
     STEP,
     SUPPLY_PRESSURE,
+    THICKENING,
     VECTORS,
     VOID,
 )
 from cranktrain.film.elastic.height import combined, face_films, node_films, open_films, pressure_unit
+from cranktrain.film.elastic.oil import oil_state, pressure_change, start_compression
 from cranktrain.film.elastic.result import film_result
 
 CONVERGED, NOT_CONVERGED, SINGULAR = 0, 1, 2
@@ -113,6 +116,7 @@ def elastic_film(film, motion, clock, history, work, out, tangents):
     rates = Rates(0.5 * speed, 1.0 / dt, 1.0 / gain)
     _scaled_vectors(constants, motion, history, work.vectors)
     vectors = work.vectors
+    start_compression(film, history.start, work.nodes)
     film_start(film, vectors[START_PLACE], vectors[START_SHIFT], history.start, rates, work.nodes, work.faces)
     film_rates(film, vectors[PLACE], vectors[PACE], vectors[KNOWN], rates.per_gain, work.nodes)
     status, passes, first, ring = _newton(film, constants[FLOOR], rates, MOST_ITERATIONS, history.unknowns, work)
@@ -126,6 +130,7 @@ def elastic_film(film, motion, clock, history, work, out, tangents):
         return status
     if tangents:
         film_tangents(film, first, ring, work, out)
+    oil_state(film, work.nodes)
     out[CLIPPED] = _keep_filled(film, history.unknowns, work.nodes[VOID])
     film_result(film, speed, rates.per_gain, work, out)
     return status
@@ -259,6 +264,7 @@ def _newton(film, floor, rates, most, unknowns, work):
     for passes in range(1, most + 1):
         face_films(film, vectors[PLACE], shift, faces[FACE_OPEN])
         open_films(film, floor, nodes, faces)
+        oil_state(film, nodes)
         first, ring = _cut(film, rates, nodes)
         oil_balance(film, rates, nodes, faces, first, work.band, work.residual)
         chain = size - n_z if ring else size
@@ -398,6 +404,7 @@ def _advance(film, first, ring, step, unknowns, work):
                         slot = 1 + n_shapes + k
                         change += columns[slot // 8, at, slot % 8] * answer[n_shapes + k, right]
             if work.nodes[FULL, q] > 0.0:
+                change = pressure_change(change, work.nodes[THICKENING, q])
                 u = work.nodes[PRESSURE, q] + change
                 moved = max(moved, abs(change))
                 if u < -slack:

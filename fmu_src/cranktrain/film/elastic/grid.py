@@ -23,7 +23,9 @@ Array = NDArray[np.float64]
 
 # Entries of a film's constants.
 N_PHI, N_Z, N_SHAPES, RADIUS, WIDTH, CLEARANCE, VISCOSITY, SUPPLY_PRESSURE, FLOOR = 0, 1, 2, 3, 4, 5, 6, 7, 8
-CONSTANTS = 9
+# Step of the oil's table (Pa; 0: a constant oil), its row, whether the oil is compressible.
+OIL_STEP, OIL_ROW, COMPRESSIBLE = 9, 10, 11
+CONSTANTS = 12
 
 # What elastic_film writes, ``out[:OUT_SIZE]``.
 FORCE, STIFFNESS, DAMPING, PRESSURE_MAX, FILM_MIN, FILM_MIN_ANGLE, FILM_MIN_ZETA = 0, 4, 20, 36, 37, 38, 39
@@ -42,13 +44,16 @@ VECTORS = 7
 # Rows of ElasticWork.nodes (both ends included) and ElasticWork.faces (circumferential).
 FILM, OPEN, SLOPE, BEND, PRESSURE, VOID, FULL, START_MASS, WAS_VOID = 0, 1, 2, 3, 4, 5, 6, 7, 8
 OWN, AFTER, BEFORE, SQUEEZE, DRIVEN, CONTACT, CONTACT_SLOPE, CHANGE = 9, 10, 11, 12, 13, 14, 15, 16
+# Of the oil: reduced pressure, its slope by pressure, ρ/ρ₀ − 1 with its slope, how fast the oil thickens with pressure,
+# and ρ/ρ₀ − 1 at the step's start; over p₀.
+REDUCED, MOBILITY, COMPRESSED, DENSE, THICKENING, START_COMPRESSED = 17, 18, 19, 20, 21, 22
 FACE_OPEN, FACE_SLOPE, FACE_FLUX, FACE_EXTRA = 0, 1, 2, 3
 # Columns of ElasticFilm.trig and ElasticFilm.lines.
 COS, SIN, FACE_COS, FACE_SIN = range(4)
 ZETA, FILM_WEIGHT, CONTACT_WEIGHT, PER_AFTER, PER_BEFORE, LINE_WIDTH = range(6)
 # A journal's place and velocity; the sources of its motion.
 X, Y, A, B, V_X, V_Y, V_A, V_B = range(8)
-NODE_FIELDS = 17
+NODE_FIELDS = 23
 FACE_FIELDS = 4
 
 
@@ -70,8 +75,18 @@ class ElasticFilm(NamedTuple):
     """(k, 4 + k) m/N: by the forces on the journal (F_x, F_y, Q_x, Q_y), then by the loads of the shapes."""
     contact: Array
     """(5,) constants of :func:`cranktrain.film.contact.asperity.contact_constants`; σ = 0: smooth surfaces."""
+    oil: Array
+    """(b, n, 2) tables of :mod:`cranktrain.film.elastic.oil`; not read where the oil is constant."""
     contact_table: Array
     """(n, 2) of :func:`cranktrain.film.contact.asperity.contact_table`."""
+
+
+class OilTables(NamedTuple):
+    """q and r/f of b oils over even pressures from 0 on."""
+
+    step: float  # Pa
+    values: Array  # (b, n, 2): q (Pa) and r/f
+    compressible: bool
 
 
 class ElasticWork(NamedTuple):
@@ -174,6 +189,7 @@ class ElasticGrid:
         supply_pressure: float = 0.0,
         load_coupling: Array | None = None,
         contact: Array | None = None,
+        oil: OilTables | None = None,
     ) -> ElasticFilm:
         """Pack one film.
 
@@ -191,6 +207,8 @@ class ElasticGrid:
             φ) p dA
         contact : (5,) float, optional
             :func:`cranktrain.film.contact.asperity.contact_constants` of rough surfaces
+        oil : OilTables, optional
+            :func:`cranktrain.film.elastic.oil.oil_tables`; without, viscosity and density are constant
 
         Raises
         ------
@@ -229,6 +247,8 @@ class ElasticGrid:
         table = np.zeros((nodes.shape[1] + self.size, BLOCK * ((k + BLOCK) // BLOCK)))
         table[:, 1 : k + 1] = np.concatenate([nodes, faces.reshape(k, self.size)], axis=1).T
         constants = [self.n_phi, self.n_z, k, 0.5 * diameter, width, clearance, viscosity, supply_pressure, FILM_FLOOR]
+        step, values, compressible = (0.0, np.zeros((1, 2, 2)), False) if oil is None else oil
+        constants += [step, 0.0, float(compressible)]
         return ElasticFilm(
             np.array(constants, dtype=float),
             np.ascontiguousarray(trig.T),
@@ -238,6 +258,7 @@ class ElasticGrid:
             # A film pressure presses the journal along −(cos φ, sin φ).
             np.ascontiguousarray(np.concatenate([-way, c], axis=1)),
             rough,
+            values,
             contact_table() if rough[0] > 0.0 else np.zeros((8, 2)),
         )
 

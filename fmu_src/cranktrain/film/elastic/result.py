@@ -6,11 +6,12 @@ import math
 
 from cranktrain.core.kernel import kernel
 from cranktrain.film.contact.asperity import FRICTION, SHEAR, SMOOTH_SPEED, contact_pressure
-from cranktrain.film.elastic.balance import grid_factors
+from cranktrain.film.elastic.balance import carried, compression_ahead, flow_factors, grid_factors
 from cranktrain.film.elastic.border import film_area, load_unit, present_loads
 from cranktrain.film.elastic.grid import (
     CHANGE,
     CLEARANCE,
+    COMPRESSED,
     CONTACT,
     CONTACT_LOAD,
     CONTACT_SHARE,
@@ -28,6 +29,7 @@ from cranktrain.film.elastic.grid import (
     FORCE,
     FRICTION_TORQUE,
     LINE_WIDTH,
+    MOBILITY,
     N_PHI,
     N_SHAPES,
     N_Z,
@@ -38,6 +40,7 @@ from cranktrain.film.elastic.grid import (
     PRESSURE,
     PRESSURE_MAX,
     RADIUS,
+    REDUCED,
     SIDE_FLOW,
     SLOPE,
     SUPPLY_FLOW,
@@ -116,9 +119,10 @@ def _contents(film, nodes):
         # At the ends the oil is that of the nodes beside them.
         inner = q + 1 if line == 0 else (q - 1 if line == lines - 1 else q)
         fill = 1.0 + nodes[VOID, inner]
-        shear += film.lines[line, CONTACT_WEIGHT] * fill / nodes[OPEN, q]
+        held = 1.0 + nodes[COMPRESSED, q]
+        shear += film.lines[line, CONTACT_WEIGHT] * fill / nodes[OPEN, q] * held / nodes[MOBILITY, q]
         if 0 < line < lines - 1:
-            oil += film.lines[line, LINE_WIDTH] * fill * nodes[OPEN, q]
+            oil += film.lines[line, LINE_WIDTH] * (held + nodes[VOID, q]) * nodes[OPEN, q]
             room += film.lines[line, LINE_WIDTH] * nodes[OPEN, q]
     return oil, room, shear
 
@@ -172,7 +176,7 @@ def _flows(film, speed, per_gain, work):
     for i in range(n_phi):
         for line in range(1, n_z + 1):
             q = i * (n_z + 2) + line
-            p = work.nodes[PRESSURE, q]
+            p = work.nodes[REDUCED, q]
             width = film.lines[line, LINE_WIDTH]
             if p > 0.0 and line == 1:
                 mean = 0.5 * (is_open[q] + is_open[q - 1])
@@ -191,32 +195,28 @@ def _node_outflow(film, half_speed, per_gain, i, line, work):
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     lines = n_z + 2
-    around, across, per_angle = grid_factors(film.constants)
     up = i - 1 if i > 0 else n_phi - 1
     down = i + 1 if i + 1 < n_phi else 0
     q = i * lines + line
     q_up = up * lines + line
     q_down = down * lines + line
     nodes = work.nodes
-    pressure = nodes[PRESSURE]
+    p = nodes[REDUCED]
     h = work.faces[FACE_OPEN, i * n_z + line - 1]
     h_up = work.faces[FACE_OPEN, up * n_z + line - 1]
-    drive = half_speed * per_angle
-    void_down = 0.0 if drive > 0.0 else nodes[VOID, q_down]
-    void_up = nodes[VOID, q_up] if drive > 0.0 else 0.0
+    flow = flow_factors(film.constants, half_speed)
+    ahead = compression_ahead(film, flow, nodes, h, q, q_down)
+    ahead_up = compression_ahead(film, flow, nodes, h_up, q_up, q)
+    held = 1.0 + nodes[COMPRESSED, q]
     mean = 0.5 * (nodes[OPEN, q] + nodes[OPEN, q + 1])
     mean_before = 0.5 * (nodes[OPEN, q] + nodes[OPEN, q - 1])
     return (
-        around * (h * h * h * (pressure[q] - pressure[q_down]) + h_up * h_up * h_up * (pressure[q] - pressure[q_up]))
-        + drive * (h * (1.0 + void_down) - h_up * (1.0 + void_up))
-        + across * film.lines[line, PER_AFTER] * mean * mean * mean * (pressure[q] - pressure[q + 1])
-        + across
-        * film.lines[line, PER_BEFORE]
-        * mean_before
-        * mean_before
-        * mean_before
-        * (pressure[q] - pressure[q - 1])
-        + nodes[SLOPE, q] * (nodes[DRIVEN, q] + per_gain * nodes[FILM, q])
+        flow.around * (h * h * h * (p[q] - p[q_down]) + h_up * h_up * h_up * (p[q] - p[q_up]))
+        + h * carried(flow, nodes, ahead, q, q_down)
+        - h_up * carried(flow, nodes, ahead_up, q_up, q)
+        + flow.across * film.lines[line, PER_AFTER] * mean * mean * mean * (p[q] - p[q + 1])
+        + flow.across * film.lines[line, PER_BEFORE] * mean_before * mean_before * mean_before * (p[q] - p[q - 1])
+        + nodes[SLOPE, q] * held * (nodes[DRIVEN, q] + per_gain * nodes[FILM, q])
         + work.faces[FACE_EXTRA, i * n_z + line - 1]
         - work.faces[FACE_EXTRA, up * n_z + line - 1]
     )

@@ -12,7 +12,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import keep_record, kernel_address
 from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
-from cranktrain.engine.parts import JournalBearing, PlainBearing, ThrustBearing
+from cranktrain.engine.parts import JournalBearing, Oil, PlainBearing, ThrustBearing
 from cranktrain.film.laws.films import CLOSES, CONTACT, MEMORY, SIZE, Films, no_films
 from cranktrain.film.laws.parabolic import film_geometry
 from cranktrain.film.laws.register import BIG_END, ROLLER, THRUST, Law
@@ -36,6 +36,7 @@ class Bearings:
     rollers : or the roller bearings
     parts : film table or elastic bore, by the names that the law's row gives
     solved : (1,) where the law counts films that lie outside their table
+    oil : what pressure does to viscosity and density, for laws that follow it
     """
 
     parameters: Array
@@ -43,6 +44,7 @@ class Bearings:
     rollers: Any = None  # RollerBearings
     parts: Mapping[str, Any] = field(default_factory=dict)
     solved: Array = field(default_factory=lambda: np.zeros(1))
+    oil: Oil | None = None
 
 
 def bearing_parameters(bearing: PlainBearing, viscosity: float) -> Array:

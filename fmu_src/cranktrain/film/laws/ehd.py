@@ -21,7 +21,7 @@ import numpy as np
 from cranktrain.core.kernel import kernel, law_kernel, record_reader
 from cranktrain.core.lanes import four
 from cranktrain.core.reduced_body import Array
-from cranktrain.engine.parts import PlainBearing
+from cranktrain.engine.parts import Oil, PlainBearing
 from cranktrain.film.contact.asperity import bearing_contact_constants
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.elastic.film import CONVERGED, FilmHistory, elastic_film
@@ -35,6 +35,7 @@ from cranktrain.film.elastic.grid import (
     N_SHAPES,
     N_Z,
     OIL,
+    OIL_ROW,
     OUT_SIZE,
     PRESSURE_MAX,
     SIDE_FLOW,
@@ -48,6 +49,7 @@ from cranktrain.film.elastic.grid import (
 from cranktrain.film.elastic.grid import COS as COS_NODE
 from cranktrain.film.elastic.grid import FORCE as FORCE_ON_JOURNAL
 from cranktrain.film.elastic.grid import SIN as SIN_NODE
+from cranktrain.film.elastic.oil import OilTables, oil_tables
 from cranktrain.film.laws.films import (
     CLOSE_STAGE,
     CLOSE_STEP,
@@ -112,10 +114,15 @@ class ElasticBore(NamedTuple):
 
 
 def elastic_bore(
-    bearing: PlainBearing, viscosities: Array, bore: BoreCompliance, grid: ElasticGrid = IN_LOOP
+    bearing: PlainBearing,
+    viscosities: Array,
+    bore: BoreCompliance,
+    grid: ElasticGrid = IN_LOOP,
+    oil: Oil | None = None,
 ) -> ElasticBore:
-    """Elastic films of as many journals as there are ``viscosities`` (b,), Pa s."""
-    film = elastic_arrays(bearing, float(viscosities[0]), bore, grid)
+    """Elastic films of as many journals as there are ``viscosities`` (b,), Pa s; ``oil`` says what pressure does."""
+    tables = None if oil is None else oil_tables(oil, viscosities)
+    film = elastic_arrays(bearing, float(viscosities[0]), bore, grid, tables)
     return ElasticBore(
         film, grid.work(len(bore.compliance)), elastic_memory(film, len(viscosities)),
         np.array([bearing.contact_height]), np.array(viscosities, dtype=float),
@@ -124,7 +131,7 @@ def elastic_bore(
 
 def elastic_films(bearings: Bearings) -> ElasticBore:
     """Films of main bearings, of their own viscosities."""
-    return elastic_bore(bearings.plain, bearings.parameters[:, VISCOSITIES], bearings.parts["bore"])
+    return elastic_bore(bearings.plain, bearings.parameters[:, VISCOSITIES], bearings.parts["bore"], oil=bearings.oil)
 
 
 def film_values(bore: ElasticBore) -> int:
@@ -132,7 +139,9 @@ def film_values(bore: ElasticBore) -> int:
     return film_size(bore.film)
 
 
-def elastic_arrays(bearing: PlainBearing, viscosity: float, bore: BoreCompliance, grid: ElasticGrid) -> ElasticFilm:
+def elastic_arrays(
+    bearing: PlainBearing, viscosity: float, bore: BoreCompliance, grid: ElasticGrid, oil: OilTables | None = None
+) -> ElasticFilm:
     """Data of one elastic film of a main bearing at ``viscosity`` (Pa s); the mains differ in that alone."""
     zetas = grid.zetas
     angles = grid.angles
@@ -149,7 +158,7 @@ def elastic_arrays(bearing: PlainBearing, viscosity: float, bore: BoreCompliance
     return grid.film(
         bearing.diameter, bearing.width, bearing.clearance, viscosity, shapes=shapes, compliance=bore.compliance,
         load_coupling=bore.load_coupling, supply=supply, supply_pressure=bearing.supply_pressure,
-        contact=bearing_contact_constants(bearing),
+        contact=bearing_contact_constants(bearing), oil=oil,
     )  # fmt: skip
 
 
@@ -262,6 +271,7 @@ def _solve(bore, i, place, velocity, numbers, tangents):
     turn_pairs(numbers[COS], numbers[SIN], velocity, own.motion[1])
     # All films share the rest of their data.
     bore.film.constants[VISCOSITY] = bore.viscosities[i]
+    bore.film.constants[OIL_ROW] = i
     history = FilmHistory(
         own.start[i], own.start_place[i], own.start_shapes[i], own.known[i], own.unknowns[i], own.shapes[i]
     )

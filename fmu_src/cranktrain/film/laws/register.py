@@ -15,6 +15,8 @@ from cranktrain.core.named import Named
 PLAIN, ROLLER, BIG_END = "plain", "roller", "big_end"
 """Kinds of bearing that a law may serve: plain and roller main bearings, and the rods' big ends."""
 MAINS = (PLAIN, ROLLER)
+OIL_LAWS = ("pressure_law", "compressibility")
+"""Keys of the engine file's [oil] that say what pressure does to the oil."""
 CHEAP, MODERATE, DEAR, DEAREST = "cheap", "moderate", "dear", "dearest"
 """Classes of cost, about 1, 3, 30 and 100 times a run with ``linear``."""
 
@@ -53,6 +55,7 @@ class Law:
     title : one line for users
     forms : by kind of bearing
     film : whether it has an oil film: gap, pressure, friction, flow
+    oil : laws of the oil under pressure that its films follow, keys of the engine file's [oil]
     clearance : whether journals have play; without, the thrust bearing has none either
     usual_for : kinds of bearing, or crank levels, whose level it is where none is chosen
     cost : class of cost
@@ -64,6 +67,7 @@ class Law:
     title: str
     forms: dict[str, Form]
     film: bool = False
+    oil: tuple[str, ...] = ()
     clearance: bool = True
     usual_for: tuple[str, ...] = ()
     cost: str = CHEAP
@@ -177,6 +181,7 @@ for _law in (
             )
         },
         film=True,
+        oil=OIL_LAWS,
         cost=DEAREST,
         integrator="sdirk2",
         film_change=0.15,

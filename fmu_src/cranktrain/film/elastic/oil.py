@@ -1,0 +1,137 @@
+"""Oil of an elastic film under pressure: viscosity by Barus or Roelands, density by Dowson and Higginson.
+
+With f = η/η₀, r = ρ/ρ₀ and the reduced pressure q = ∫₀ᵖ r/f dp, what pressure drives through a film is that of a
+constant oil at q, and a full gap holds r instead of 1. q is tabled over p, one table a bearing: Roelands' law depends
+on the viscosity at ambient pressure; between its points q is a cubic with the exact slopes r/f. Beyond ``HIGHEST`` the
+viscosity stays what it is there: these laws are not measured further.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+
+from cranktrain.core.kernel import kernel
+from cranktrain.core.reduced_body import Array
+from cranktrain.engine.lubricant import CONSTANT, density_factor, pressure_constants, pressure_factor
+from cranktrain.engine.parts import Oil
+from cranktrain.film.elastic.grid import (
+    COMPRESSED,
+    COMPRESSIBLE,
+    DENSE,
+    FULL,
+    MOBILITY,
+    N_Z,
+    OIL_ROW,
+    OIL_STEP,
+    PRESSURE,
+    REDUCED,
+    START_COMPRESSED,
+    THICKENING,
+    OilTables,
+)
+from cranktrain.film.elastic.height import pressure_unit
+
+HIGHEST = 1.0e9
+"""Pressure up to which the viscosity grows, Pa."""
+INTERVALS = 256
+SMALL_FALL = 0.01
+"""Fall of pressure, over that by which the viscosity falls e-fold, that the tangent describes."""
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
+
+# Columns of a table.
+Q, SLOPE = 0, 1
+
+
+def oil_tables(oil: Oil, viscosities: Array) -> OilTables | None:
+    """Tables for films of these ``viscosities`` (b,), Pa s, at ambient pressure; None for an oil that is constant.
+
+    Raises ``InputError`` of :func:`cranktrain.engine.lubricant.pressure_constants`.
+    """
+    compressible = oil.compressibility != "none"
+    laws = [pressure_constants(oil, float(eta)) for eta in viscosities]
+    if laws[0][0] == CONSTANT and not compressible:
+        return None
+    return OilTables(HIGHEST / INTERVALS, np.array([_table(*law, compressible) for law in laws]), compressible)
+
+
+@cache
+def _table(law: int, first: float, second: float, compressible: bool) -> Array:
+    """One table, (INTERVALS + 1, 2)."""
+
+    def mobility(pressures: Array) -> Array:
+        factors = [pressure_factor(law, p, first, second)[0] for p in pressures.ravel()]
+        densities = [density_factor(p)[0] if compressible else 1.0 for p in pressures.ravel()]
+        return (np.array(densities) / factors).reshape(pressures.shape)
+
+    places = np.linspace(0.0, HIGHEST, INTERVALS + 1)
+    half = 0.5 * (places[1] - places[0])
+    parts = half * (mobility(places[:-1, None] + half * (1.0 + _POINTS)) @ _WEIGHTS)
+    return np.column_stack([np.append(0.0, np.cumsum(parts)), mobility(places)])
+
+
+@kernel
+def reduced_pressure(table, step, pressure):
+    """q (Pa), r/f and its derivative (1/Pa) at ``pressure`` (Pa) ≥ 0 from ``table`` (n, 2)."""
+    last = table.shape[0] - 1
+    place = pressure / step
+    if place >= last:
+        return table[last, Q] + table[last, SLOPE] * (pressure - last * step), table[last, SLOPE], 0.0
+    i = int(place)
+    t = place - i
+    rise = table[i + 1, Q] - table[i, Q]
+    a = step * table[i, SLOPE] - rise
+    b = rise - step * table[i + 1, SLOPE]
+    bend = a + t * (b - a)
+    q = table[i, Q] + t * rise + t * (1.0 - t) * bend
+    slope = rise + (1.0 - 2.0 * t) * bend + t * (1.0 - t) * (b - a)
+    curve = 2.0 * (1.0 - 2.0 * t) * (b - a) - 2.0 * bend
+    return q, slope / step, curve / (step * step)
+
+
+@kernel
+def pressure_change(change, thickening):
+    """``change`` of pressure by the tangent, less where it falls far: exponentially thickening oil loses less."""
+    fall = -thickening * change
+    return change * math.log(1.0 + fall) / fall if fall > SMALL_FALL else change
+
+
+@kernel
+def start_compression(film, start, nodes):
+    """ρ/ρ₀ − 1 at the step's start, whose node unknowns are ``start`` (n,), into ``nodes``."""
+    if film.constants[COMPRESSIBLE] == 0.0:
+        return
+    n_z = int(film.constants[N_Z])
+    unit = pressure_unit(film.constants)
+    for f in range(start.shape[0]):
+        i = f // n_z
+        nodes[START_COMPRESSED, i * (n_z + 2) + f - i * n_z + 1] = density_factor(start[f] * unit)[0] - 1.0
+
+
+@kernel
+def oil_state(film, nodes):
+    """Reduced pressure of every node, over p₀, its slope, compression and how fast the oil thickens, into ``nodes``."""
+    step = film.constants[OIL_STEP]
+    if step == 0.0:
+        for k in range(nodes.shape[1]):
+            nodes[REDUCED, k] = nodes[PRESSURE, k]
+            nodes[MOBILITY, k] = 1.0
+        return
+    unit = pressure_unit(film.constants)
+    table = film.oil[int(film.constants[OIL_ROW])]
+    compressible = film.constants[COMPRESSIBLE] > 0.0
+    for k in range(nodes.shape[1]):
+        p = nodes[PRESSURE, k] * unit
+        q, slope, curve = reduced_pressure(table, step, p)
+        nodes[REDUCED, k] = q / unit
+        nodes[MOBILITY, k] = slope
+        nodes[THICKENING, k] = -curve / slope * unit
+        nodes[COMPRESSED, k] = 0.0
+        nodes[DENSE, k] = 0.0
+        if compressible and nodes[FULL, k] > 0.0:
+            density, by_pressure = density_factor(p)
+            nodes[COMPRESSED, k] = density - 1.0
+            # At p = 0 the law has a kink: a full node is on its upper side.
+            nodes[DENSE, k] = by_pressure * unit
