@@ -15,7 +15,20 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from cranktrain import __version__
-from cranktrain.cli import bearing, damper, film_table, modal, plan, reduce, roller, run, simulate, stability, tradeoff
+from cranktrain.cli import (
+    bearing,
+    calibrate,
+    damper,
+    film_table,
+    modal,
+    plan,
+    reduce,
+    roller,
+    run,
+    simulate,
+    stability,
+    tradeoff,
+)
 from cranktrain.cli.console import Interrupted, say
 from cranktrain.core.errors import CranktrainError, InputError
 
@@ -23,7 +36,7 @@ ENGINE_VERBS = {"modal": modal, "reduce": reduce, "simulate": simulate}
 """Modules of the verbs that ask one thing of one engine: ``DESCRIPTION``, ``add_options`` and ``run``."""
 VERBS = {
     "bearing": bearing, "film-table": film_table, "damper-optimum": damper, "roller": roller, "stability": stability,
-    "tradeoff": tradeoff, "plan": plan, "run": run,
+    "calibrate": calibrate, "tradeoff": tradeoff, "plan": plan, "run": run,
 }  # fmt: skip
 """Likewise of all others."""
 

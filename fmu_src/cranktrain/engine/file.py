@@ -34,8 +34,8 @@ def engine_folder() -> Path:
 
 
 def engine_names() -> list[str]:
-    """Names of the engines that ship with the package."""
-    return sorted(path.stem for path in engine_folder().glob("*.toml"))
+    """Names of the engines that ship with the package; their targets files ``*.targets.toml`` lie beside them."""
+    return sorted(path.stem for path in engine_folder().glob("*.toml") if "." not in path.stem)
 
 
 def engine_path(name_or_path: str | Path) -> Path:

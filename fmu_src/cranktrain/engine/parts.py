@@ -147,12 +147,24 @@ class PlainBearing:
 
 @dataclass(frozen=True, kw_only=True)
 class JournalBearing(PlainBearing):
-    """Main bearing: a plain bearing and its linear stand-in (N/m, N s/m)."""
+    """Main bearing: a plain bearing and its linear stand-in (N/m, N s/m).
+
+    ``stiffness_x`` and ``stiffness_y`` are the film's; ``block_stiffness_x`` and ``block_stiffness_y`` the bore's share
+    in series where the block is the rigid ground.
+    """
 
     stiffness_x: q.Stiffness
     stiffness_y: q.Stiffness
     damping_x: q.Damping
     damping_y: q.Damping
+    block_stiffness_x: q.Stiffness = math.inf
+    block_stiffness_y: q.Stiffness = math.inf
+
+    @property
+    def ground_stiffness(self) -> tuple[float, float]:
+        """Film and bore in series across the axis, N/m."""
+        x = 1.0 / (1.0 / self.stiffness_x + 1.0 / self.block_stiffness_x)
+        return x, 1.0 / (1.0 / self.stiffness_y + 1.0 / self.block_stiffness_y)
 
 
 @dataclass(frozen=True, kw_only=True)

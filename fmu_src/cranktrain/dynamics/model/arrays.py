@@ -169,13 +169,14 @@ def build_model(
     check_levels(settings, engine)
     law, big_end_law = bearing_law(settings.bearings), bearing_law(settings.big_ends)
     eta = viscosity(engine.oil, supply_temperature(engine, settings, speed))
-    journals, mains, films = main_bearings(engine, settings.bearings, eta, temperatures, parts.table, parts.bore)
-    big_ends, floating = _big_ends(engine, big_end_law, eta, parts.big_end_table)
     block = parts.block if settings.block == "flexible" else None
     if settings.block == "flexible" and block is None:
         raise InputError("block level 'flexible' needs the reduced block; make it by structure.block")
+    if block is not None:
+        engine = _without_block_shares(engine)
+    journals, mains, films = main_bearings(engine, settings.bearings, eta, temperatures, parts.table, parts.bore)
+    big_ends, floating = _big_ends(engine, big_end_law, eta, parts.big_end_table)
     guided, free_big_ends, ring = settings.pistons == "guided", big_end_law.carries, settings.damper == "fitted"
-    thrust = replace(engine.thrust, block_stiffness=math.inf) if block is not None else engine.thrust
     stationary = stationary_body(engine, block, guided)
     turning = _turning_body(engine, body, settings)
     ports = lay_ports(engine, turning, body.n_modes, journals, free_big_ends, ring, block, guided)
@@ -211,7 +212,7 @@ def build_model(
         ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2]])),
         tilts=contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),
         bearings=mains,
-        thrust=thrust_bearing(thrust, eta, law.clearance, journals.tilted),
+        thrust=thrust_bearing(engine.thrust, eta, law.clearance, journals.tilted),
         pins=contiguous(turning.positions[pins, :2]),
         big_ends=big_ends,
         floating=floating,
@@ -227,6 +228,14 @@ def build_model(
         choices=_choices(settings),
         stages=integrator_table(settings.integrator),
     )
+
+
+def _without_block_shares(engine: Engine) -> Engine:
+    """Engine whose linear bearings and thrust bearing end on a block that gives way itself."""
+    mains = engine.main_bearing
+    if mains is not None:
+        mains = replace(mains, block_stiffness_x=math.inf, block_stiffness_y=math.inf)
+    return replace(engine, main_bearing=mains, thrust=replace(engine.thrust, block_stiffness=math.inf))
 
 
 def _turning_body(engine: Engine, body: ReducedBody, settings: Settings) -> ReducedBody:

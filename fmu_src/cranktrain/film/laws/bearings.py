@@ -53,7 +53,7 @@ def bearing_parameters(bearing: PlainBearing, viscosity: float) -> Array:
     load = 0.5 * bearing.contact_pressure * bearing.width * bearing.diameter
     linear = [0.0] * 4
     if isinstance(bearing, JournalBearing):
-        linear = [bearing.stiffness_x, bearing.stiffness_y, bearing.damping_x, bearing.damping_y]
+        linear = [*bearing.ground_stiffness, bearing.damping_x, bearing.damping_y]
     row = [c, kappa2, factor, bearing.contact_height, load, *linear, 0.5 * bearing.diameter, bearing.width, viscosity]
     return np.array(row)
 

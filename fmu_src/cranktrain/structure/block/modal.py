@@ -59,7 +59,7 @@ def block_modes(engine: Engine, crankshaft: ReducedBody, block: ReducedBody) -> 
         )
         stiffness[:] += value * np.outer(stretch, stretch)
 
-    for i, springs in enumerate(crank_modal.main_springs(engine), 1):
+    for i, springs in enumerate(crank_modal.main_springs(engine, on_ground=False), 1):
         for component, value in springs.items():
             spring(value, component, f"main[{i}]", f"bore[{i}]")
     spring(engine.thrust.contact_stiffness, 2, "thrust", "thrust")

@@ -16,7 +16,7 @@ import numpy as np
 from skfem import MeshTet2
 
 from cranktrain.core.cache import cache_folder
-from cranktrain.core.reduced_body import ReducedBody, attach, truncate
+from cranktrain.core.reduced_body import Array, ReducedBody, attach, truncate
 from cranktrain.engine.model import Engine
 from cranktrain.structure.block import shape
 from cranktrain.structure.block.mesh import block_interfaces, block_mesh, read_block_mesh
@@ -47,16 +47,16 @@ def reduced_block(
     progress : told each stage before it starts
     rebuild : compute even where a stored body exists
     """
-    return reduced_structure(_task(engine, mesh_file), progress, rebuild)
+    return reduced_structure(reduction_task(engine, mesh_file), progress, rebuild)
 
 
 def block_model(engine: Engine, mesh_file: str | Path | None = None, progress: Progress | None = None) -> FEModel:
     """Finite elements of the bare block; ``InputError`` as :func:`reduced_block`."""
-    return _task(engine, mesh_file).model(progress or (lambda stage: None))
+    return reduction_task(engine, mesh_file).model(progress or (lambda stage: None))
 
 
-def _task(engine: Engine, mesh_file: str | Path | None) -> ReductionTask:
-    """Reduction of the bare block."""
+def reduction_task(engine: Engine, mesh_file: str | Path | None = None) -> ReductionTask:
+    """Reduction of the bare block; ``InputError`` as :func:`reduced_block`."""
     plan = block_plan(engine)
     return ReductionTask(
         name=f"{engine.name} block",
@@ -93,19 +93,26 @@ def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:
 
 
 def complete_block(engine: Engine, body: ReducedBody) -> ReducedBody:
-    """Bare block with the heads on its deck, each a solid box over its cylinder."""
-    plan = block_plan(engine)
-    b = plan.block
+    """Bare block with the heads on its deck."""
     with one_thread():
-        for bank in plan.banks:
-            c, s = np.cos(bank.angle), np.sin(bank.angle)
-            turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-            for number, place, (front, rear) in zip(bank.cylinders, bank.positions, plan.cells(bank), strict=True):
-                squares = np.array([2.0 * b.bank_half_width, 2.0 * b.head_height, rear - front]) ** 2
-                inertia = turn @ np.diag(squares.sum() - squares) @ turn.T * (b.head_mass / 12.0)
-                offset = turn @ np.array([0.0, b.head_height, 0.5 * (front + rear) - place])
-                body = attach(body, f"head[{number}]", b.head_mass, 0.5 * (inertia + inertia.T), offset)
+        for part in heads(engine):
+            body = attach(body, *part)
     return body
+
+
+def heads(engine: Engine) -> list[tuple[str, float, Array, Array]]:
+    """Interface, mass, inertia (3, 3) and offset (3,) of each cylinder's head, a solid box over its cylinder."""
+    plan, parts = block_plan(engine), []
+    b = plan.block
+    for bank in plan.banks:
+        c, s = np.cos(bank.angle), np.sin(bank.angle)
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        for number, place, (front, rear) in zip(bank.cylinders, bank.positions, plan.cells(bank), strict=True):
+            squares = np.array([2.0 * b.bank_half_width, 2.0 * b.head_height, rear - front]) ** 2
+            inertia = turn @ np.diag(squares.sum() - squares) @ turn.T * (b.head_mass / 12.0)
+            offset = turn @ np.array([0.0, b.head_height, 0.5 * (front + rear) - place])
+            parts.append((f"head[{number}]", b.head_mass, 0.5 * (inertia + inertia.T), offset))
+    return parts
 
 
 def block_loads(engine: Engine, tilting: bool = True) -> list[tuple[str, int]]:

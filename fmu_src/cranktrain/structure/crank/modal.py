@@ -104,7 +104,12 @@ def cranktrain_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Ar
 def cranktrain_matrices(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array]:
     """Stiffness and mass (n, n) of the assembled cranktrain at rest, in the modes of the complete ``crankshaft``."""
     stiffness = np.diag(crankshaft.omega**2) + bearing_stiffness(engine, crankshaft)
-    mass = np.eye(crankshaft.n_modes)
+    return stiffness, np.eye(crankshaft.n_modes) + rod_masses(engine, crankshaft)
+
+
+def rod_masses(engine: Engine, crankshaft: ReducedBody) -> Array:
+    """Mean mass of the rods (n, n) in a crankshaft's modes, each where it stands on its pin."""
+    mass = np.zeros((crankshaft.n_modes, crankshaft.n_modes))
 
     def row(name: str, component: int) -> Array:
         return np.asarray(crankshaft.shapes[crankshaft.index(name), component])
@@ -115,7 +120,7 @@ def cranktrain_matrices(engine: Engine, crankshaft: ReducedBody) -> tuple[Array,
         for component, tilt in ((0, offset * row(f"pin[{pin}]", 4)), (1, -offset * row(f"pin[{pin}]", 3))):
             at_rod = row(f"pin[{pin}]", component) + tilt
             mass += rod_mass * np.outer(at_rod, at_rod)
-    return stiffness, mass
+    return mass
 
 
 def bearing_stiffness(engine: Engine, crankshaft: ReducedBody) -> Array:
@@ -131,14 +136,18 @@ def bearing_stiffness(engine: Engine, crankshaft: ReducedBody) -> Array:
     return np.asarray(result + series * np.outer(row, row))
 
 
-def main_springs(engine: Engine) -> list[dict[int, float]]:
-    """Linear springs of each main bearing by component of its journal's motion (0, 1: N/m; 3, 4: N m/rad)."""
+def main_springs(engine: Engine, on_ground: bool = True) -> list[dict[int, float]]:
+    """Linear springs of each main bearing by component of its journal's motion (0, 1: N/m; 3, 4: N m/rad).
+
+    ``on_ground``: plain bearings in series with the block's share, which a flexible block brings itself.
+    """
     roller = engine.main_roller
     if roller is not None:
         pairs = zip(roller.stiffness, roller.tilt_stiffness, strict=True)
         return [{0: radial, 1: radial, 3: tilt, 4: tilt} for radial, tilt in pairs]
     plain = engine.plain_mains
-    return [{0: plain.stiffness_x, 1: plain.stiffness_y} for _ in engine.crankshaft.main_widths]
+    x, y = plain.ground_stiffness if on_ground else (plain.stiffness_x, plain.stiffness_y)
+    return [{0: x, 1: y} for _ in engine.crankshaft.main_widths]
 
 
 def mean_rod_mass(engine: Engine) -> float:

@@ -52,6 +52,11 @@ def reduced_crankshaft(
     progress : told each stage before it starts
     rebuild : compute even where a stored body exists
     """
+    return reduced_structure(reduction_task(engine, mesh_file), progress, rebuild)
+
+
+def reduction_task(engine: Engine, mesh_file: str | Path | None = None) -> ReductionTask:
+    """Reduction of the bare crankshaft; ``InputError`` as :func:`reduced_crankshaft`."""
 
     def compared(model: FEModel, reduced: Reduced, interfaces: InterfaceSet, say: Progress) -> Comparison:
         say("rigidly tied surfaces for comparison")
@@ -59,7 +64,7 @@ def reduced_crankshaft(
         raised = float(tied[0] / reduced.body.records["full_hz"][0] - 1.0)
         return {"tied_raises_first": raised}, {"tied_hz": tied, **sections(model, reduced.body)}
 
-    task = ReductionTask(
+    return ReductionTask(
         name=f"{engine.name} crankshaft",
         path=stored_path(engine, mesh_file),
         digest=input_digest(engine, mesh_file),
@@ -71,7 +76,6 @@ def reduced_crankshaft(
         consistent_mass=engine.reduction.consistent_mass,
         compared=compared,
     )
-    return reduced_structure(task, progress, rebuild)
 
 
 def stored_path(engine: Engine, mesh_file: str | Path | None = None) -> Path:

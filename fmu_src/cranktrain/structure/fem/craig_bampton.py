@@ -216,6 +216,13 @@ def craig_bampton(
     return Reduced(body, basis.modes, basis.free, basis.compliance)
 
 
+def condensed(model: FEModel, interfaces: InterfaceSet) -> tuple[Array, Array]:
+    """Stiffness and mass (6 m, 6 m) of a free body in the motions of its interfaces: Guyan, AIAA J. 3 (1965) 380."""
+    free = Flexibility.of(model.stiffness, model.mass, rigid_motions(model))
+    modes = ClampedFlexibility.of(free, interfaces.averaging).constraint_modes
+    return modes.T @ (model.stiffness @ modes), modes.T @ (model.mass @ modes)
+
+
 class ReducedBasis(NamedTuple):
     """Modes of a reduction before rotation is thought of.
 

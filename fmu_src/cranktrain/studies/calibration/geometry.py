@@ -1,0 +1,73 @@
+"""Bodies under changes of their dimensions: what finite elements of two geometries differ by, at the interfaces.
+
+A free dimension asks for one more mesh, at the bound that lies further from the engine's value. Both meshes are
+condensed on their interfaces, K = Ψᵀ K Ψ and M = Ψᵀ M Ψ with the constraint modes Ψ (Guyan 1965), and their difference
+per unit of the dimension acts at the interfaces of the engine's own reduced body:
+
+    K(p) = diag(ω²) + Φᵀ (p − p₀) ΔK Φ,      M(p) = I + Φᵀ (p − p₀) ΔM Φ
+
+That is the first order of a change of frequencies, but for fixed-interface modes, which keep theirs. The result of a
+search is meshed anew and fitted again, so that nothing of the linearisation stays in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import Array
+from cranktrain.engine.model import Engine
+from cranktrain.structure.block import reduction as of_block
+from cranktrain.structure.crank import reduction as of_crank
+from cranktrain.structure.fem.craig_bampton import condensed
+from cranktrain.structure.fem.factor import one_thread
+from cranktrain.studies.kept import Kept
+
+CRANK, BLOCK = "crankshaft", "block"
+Progress = Callable[[str], None]
+
+
+class Change(NamedTuple):
+    """What a body gains at its interfaces per unit of a dimension: stiffness and mass, (6 m, 6 m)."""
+
+    body: str
+    stiffness: Array
+    mass: Array
+
+
+def digests(engine: Engine, flexible: bool) -> dict[str, str]:
+    """Digest of all that each body's finite elements depend on."""
+    found = {CRANK: of_crank.input_digest(engine)}
+    return found | ({BLOCK: of_block.input_digest(engine)} if flexible else {})
+
+
+def changes(engine: Engine, other: Engine, step: float, flexible: bool, say: Progress) -> list[Change]:
+    """Changes of the bodies per unit of a dimension that differs by ``step`` in ``other``; none where none change."""
+    before, after = digests(engine, flexible), digests(other, flexible)
+    found = []
+    for body in before:
+        if before[body] != after[body]:
+            (k0, m0), (k1, m1) = (_condensed(body, e, say) for e in (engine, other))
+            if k0.shape != k1.shape:
+                raise InputError(f"the dimension changes the interfaces of the {body}; leave it out of [parameters]")
+            found.append(Change(body, (k1 - k0) / step, (m1 - m0) / step))
+    return found
+
+
+def _condensed(body: str, engine: Engine, say: Progress) -> tuple[Array, Array]:
+    """Stiffness and mass of the meshed body at its interfaces, kept in the user's cache."""
+    kept = Kept("calibration")
+    key = f"{body}-{digests(engine, body == BLOCK)[body]}"
+    found: Mapping[str, Array] | None = kept.arrays(key)
+    if found is None:
+        task = (of_block if body == BLOCK else of_crank).reduction_task(engine)
+        model = task.model(lambda stage: say(f"{body}: {stage}"))
+        say(f"{body}: condensing on its interfaces")
+        with one_thread():
+            stiffness, mass = condensed(model, task.interfaces(model))
+        found = {"stiffness": np.asarray(stiffness), "mass": np.asarray(mass)}
+        kept.keep_arrays(key, found)
+    return found["stiffness"], found["mass"]

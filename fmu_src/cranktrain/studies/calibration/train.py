@@ -1,0 +1,154 @@
+"""Cranktrain and block in matrices that are quick to build anew: some milliseconds for the modes of an engine.
+
+Bare crankshaft and block are cut once at frequencies well above the targets, with their statics kept under all that is
+fixed to them (:func:`cranktrain.core.reduced_body.truncate`). Flywheel, pulley, clutch, balance weights, rods, heads,
+mounts and bearings then follow the engine's values. Definitions are those of :mod:`cranktrain.structure.crank.modal`
+and :mod:`cranktrain.structure.block.modal`, from which frequencies differ by less than 1e-3 below 700 Hz.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import block_diag, eigh
+
+from cranktrain.core.reduced_body import Array, ReducedBody, skew, truncate
+from cranktrain.engine.model import Engine
+from cranktrain.structure.block.modal import RIGID_HZ
+from cranktrain.structure.block.reduction import heads
+from cranktrain.structure.crank import modal
+from cranktrain.structure.crank.reduction import attached_parts, running_loads
+from cranktrain.studies.calibration.geometry import BLOCK, CRANK, Change
+
+CRANK_CUTOFF_HZ, BLOCK_CUTOFF_HZ = 3000.0, 1100.0
+MODES = 32
+"""Modes computed of the cranktrain; those of the free crankshaft are half of it."""
+
+
+class Modes(NamedTuple):
+    """Hz (k,), modes of unit modal mass (n, k), shares of the crank's kinds and of the block in the energy (k, 4)."""
+
+    hz: Array
+    modes: Array
+    shares: Array
+
+
+class Matrices(NamedTuple):
+    """Stiffness and mass of a system."""
+
+    stiffness: Array
+    mass: Array
+
+
+class Train:
+    """Cranktrain of bare bodies, on ground where there is no ``block``.
+
+    Parameters
+    ----------
+    engine : which interfaces carry what; its values may change later
+    crank, block : bare reduced bodies
+    changes : of each dimension, per unit
+    """
+
+    def __init__(
+        self,
+        engine: Engine,
+        crank: ReducedBody,
+        block: ReducedBody | None,
+        changes: Mapping[str, Sequence[Change]],
+    ) -> None:
+        ends = [(name, component) for name in ("pulley", "flywheel") for component in range(6)]
+        self.crank = truncate(crank, CRANK_CUTOFF_HZ, running_loads(engine) + ends)
+        self.block: ReducedBody | None = None
+        if block is not None:
+            loaded = [name for name in block.interfaces if name.startswith(("bore", "head", "thrust"))]
+            self.block = truncate(block, BLOCK_CUTOFF_HZ, [(name, k) for name in loaded for k in range(6)])
+        bodies = {CRANK: (self.crank, CRANK_CUTOFF_HZ), BLOCK: (self.block, BLOCK_CUTOFF_HZ)}
+        self._changes = {
+            key: [(change.body, *_at_modes(change, *bodies[change.body])) for change in entries]
+            for key, entries in changes.items()
+        }
+
+    def crankshaft(self, engine: Engine, dimensions: Mapping[str, float]) -> Matrices:
+        """Free crankshaft with all that is attached; ``dimensions`` as differences from the bodies' own."""
+        found = self._bare(self.crank, CRANK, dimensions)
+        for name, part in attached_parts(engine):
+            inertia = np.diag([part.diametral_inertia, part.diametral_inertia, part.polar_inertia])
+            _attach(found.mass, self.crank, name, part.mass, inertia, (0.0, 0.0, part.offset))
+        if (w := engine.balance_weights) is not None:
+            for main, mass, r, angle, z in zip(w.mains, w.masses, w.radii, w.angles, w.offsets, strict=True):
+                at = (-r * np.sin(angle), r * np.cos(angle), z)
+                _attach(found.mass, self.crank, f"main[{main}]", mass, np.zeros((3, 3)), at)
+        return found
+
+    def cranktrain(self, engine: Engine, dimensions: Mapping[str, float]) -> Matrices:
+        """Crankshaft with its rods in its bearings, on ground or in its block on mounts."""
+        free = self.crankshaft(engine, dimensions)
+        free.mass[:] += modal.rod_masses(engine, self.crank)
+        if self.block is None:
+            return Matrices(free.stiffness + modal.bearing_stiffness(engine, self.crank), free.mass)
+        block = self._bare(self.block, BLOCK, dimensions)
+        for name, mass, inertia, offset in heads(engine):
+            _attach(block.mass, self.block, name, mass, inertia, offset)
+        assert engine.mounts is not None
+        for k, values in enumerate(engine.mounts.stiffness, 1):
+            rows = self.block.shapes[self.block.index(f"mount[{k}]")]
+            block.stiffness[:] += rows.T @ (np.array(values)[:, None] * rows)
+        stiffness = block_diag(free.stiffness, block.stiffness)
+        springs = [(value, k, f"main[{i}]", f"bore[{i}]") for i, own in enumerate(modal.main_springs(engine, False), 1)
+                   for k, value in own.items()]  # fmt: skip
+        springs.append((engine.thrust.contact_stiffness, 2, "thrust", "thrust"))
+        crank = [np.sqrt(value) * self.crank.shapes[self.crank.index(name), k] for value, k, name, _ in springs]
+        bores = [-np.sqrt(value) * self.block.shapes[self.block.index(name), k] for value, k, _, name in springs]
+        stretch = np.hstack((crank, bores))
+        return Matrices(stiffness + stretch.T @ stretch, block_diag(free.mass, block.mass))
+
+    def crankshaft_modes(self, engine: Engine, of: Matrices) -> Modes:
+        """Elastic modes of the free crankshaft."""
+        squares, modes = eigh(*of, subset_by_index=[0, min(MODES // 2 + 5, len(of.mass) - 1)])
+        modes = modes[:, 6:]
+        shares = modal.energy_shares(engine, self.crank, modes, rods=False)
+        return Modes(_hz(squares[6:]), modes, np.column_stack((shares, np.zeros(len(shares)))))
+
+    def cranktrain_modes(self, engine: Engine, of: Matrices) -> Modes:
+        """Modes of the cranktrain, free to turn; those of the engine as a whole on its mounts are left out."""
+        squares, modes = eigh(*of, subset_by_index=[1, min(MODES, len(of.mass) - 1)])
+        crank = modes[: self.crank.n_modes]
+        mass = of.mass[: self.crank.n_modes, : self.crank.n_modes]
+        part = np.einsum("ik,ij,jk->k", crank, mass, crank)
+        shares = part[:, None] * modal.energy_shares(engine, self.crank, crank, rods=True)
+        hz = _hz(squares)
+        elastic = hz > (RIGID_HZ if self.block is not None else 1.0)
+        return Modes(hz[elastic], modes[:, elastic], np.column_stack((shares, 1.0 - part))[elastic])
+
+    def _bare(self, body: ReducedBody, name: str, dimensions: Mapping[str, float]) -> Matrices:
+        stiffness, mass = np.diag(body.omega**2), np.eye(body.n_modes)
+        for key, difference in dimensions.items():
+            for of, more_stiffness, more_mass in self._changes[key]:
+                if of == name:
+                    stiffness += difference * more_stiffness
+                    mass += difference * more_mass
+        return Matrices(stiffness, mass)
+
+
+def _at_modes(change: Change, body: ReducedBody | None, cutoff_hz: float) -> tuple[Array, Array]:
+    """Stiffness and mass of a change in a body's modes; what answers statically, above the cut-off, gains no mass."""
+    assert body is not None
+    rows = body.shapes.reshape(-1, body.n_modes)
+    moving = rows * (body.frequencies_hz <= cutoff_hz)
+    return rows.T @ change.stiffness @ rows, moving.T @ change.mass @ moving
+
+
+def _attach(
+    matrix: Array, body: ReducedBody, name: str, mass: float, inertia: Array, offset: Array | Sequence[float]
+) -> None:
+    """Add a rigid part at an interface to a mass matrix; ``inertia`` (3, 3) about its centre of mass."""
+    rows = body.shapes[body.index(name)]
+    centre = rows[:3] - skew(np.asarray(offset)) @ rows[3:]
+    matrix += mass * centre.T @ centre + rows[3:].T @ inertia @ rows[3:]
+
+
+def _hz(squares: Array) -> Array:
+    return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))

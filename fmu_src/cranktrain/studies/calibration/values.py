@@ -1,0 +1,111 @@
+"""Values of an engine by their keys ``table.key`` or ``table.key[i]`` (from 1), and formulas over them.
+
+A key without index of a list stands for all its entries. Everything is in SI.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
+from typing import Any
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.engine.model import Engine
+from cranktrain.engine.quantities import UNITS, Quantity, kinds
+
+KEY = re.compile(r"([a-z_]+)\.([a-z0-9_]+)(?:\[(\d+)\])?$")
+_OPERATORS: dict[type, Callable[..., float]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.Pow: operator.pow, ast.USub: operator.neg,
+}  # fmt: skip
+_FORMULA_HINT = "numbers, keys of the engine, named parameters, + - * / ** and brackets make a formula"
+
+
+def quantity(engine: Engine, key: str) -> Quantity:
+    """What the number under a key measures, and its bounds; ``InputError`` for a key without a number."""
+    table, name, index = _parts(engine, key)
+    kind, many, rule = kinds(getattr(engine, table).__class__)[name]
+    if kind is not float or not isinstance(rule, Quantity):
+        raise InputError(f"{key}: is no physical quantity; calibrate numbers with a unit or ratio")
+    if index is not None and not many:
+        raise InputError(f"{key}: is a single value; leave out [{index + 1}]")
+    return rule
+
+
+def value(engine: Engine, key: str) -> float:
+    """Number under a key; the first of a list that is named without index."""
+    table, name, index = _parts(engine, key)
+    found = getattr(getattr(engine, table), name)
+    return float(found[index or 0] if isinstance(found, tuple) else found)
+
+
+def with_value(engine: Engine, key: str, number: float) -> Engine:
+    """Engine with another number under a key."""
+    table, name, index = _parts(engine, key)
+    part = getattr(engine, table)
+    found: Any = getattr(part, name)
+    if isinstance(found, tuple):
+        found = tuple(number if index in (None, i) else old for i, old in enumerate(found))
+    else:
+        found = number
+    return replace(engine, **{table: replace(part, **{name: found})})
+
+
+def to_si(number: float, unit: str, where: str, dimension: str = "") -> float:
+    """Number in SI from a unit of a dimension, or of any; ``InputError`` for a unit that is unknown there."""
+    known = UNITS[dimension] if dimension else {u: f for units in UNITS.values() for u, f in units.items()}
+    if unit not in known:
+        of = f" does not measure its {dimension}; use one of: {', '.join(known)}" if dimension else " is not known"
+        raise InputError(f"{where}: unit '{unit}'{of}")
+    return number * known[unit]
+
+
+def formula_value(text: str, engine: Engine, names: Mapping[str, float], where: str) -> float:
+    """Number that a formula gives over keys of the engine and ``names``; ``InputError`` where it gives none."""
+    try:
+        result = _evaluated(ast.parse(text, mode="eval").body, engine, names, where)
+    except (SyntaxError, ZeroDivisionError, OverflowError, ValueError, TypeError) as error:
+        raise InputError(f"{where}: '{text}' cannot be computed ({error}); {_FORMULA_HINT}") from None
+    if not math.isfinite(result):
+        raise InputError(f"{where}: '{text}' is not finite")
+    return result
+
+
+def _evaluated(node: ast.expr, engine: Engine, names: Mapping[str, float], where: str) -> float:
+    match node:
+        case ast.Constant(value=int() | float() as number):
+            return float(number)
+        case ast.BinOp(left, operation, right) if type(operation) in _OPERATORS:
+            pair = (_evaluated(side, engine, names, where) for side in (left, right))
+            return float(_OPERATORS[type(operation)](*pair))
+        case ast.UnaryOp(operation, operand) if type(operation) in _OPERATORS:
+            return float(_OPERATORS[type(operation)](_evaluated(operand, engine, names, where)))
+        case ast.Name(name) if name in names:
+            return names[name]
+        case ast.Name(name):
+            raise InputError(f"{where}: unknown name '{name}'; {nearest(name, sorted(names))}")
+        case ast.Attribute() | ast.Subscript():
+            return value(engine, ast.unparse(node))
+    raise InputError(f"{where}: '{ast.unparse(node)}' has no place here; {_FORMULA_HINT}")
+
+
+def _parts(engine: Engine, key: str) -> tuple[str, str, int | None]:
+    """Table, name and index (from 0) of a key; ``InputError`` where the engine has none of that name."""
+    found = KEY.match(key)
+    if not found:
+        raise InputError(f"{key}: is no key of an engine file; write table.key or table.key[1]")
+    table, name, index = found.groups()
+    tables = [entry.name for entry in fields(engine) if getattr(engine, entry.name) is not None]
+    if table not in tables or isinstance(getattr(engine, table), str):
+        raise InputError(f"{key}: engine '{engine.name}' has no table [{table}]; {nearest(table, tables)}")
+    part = getattr(engine, table)
+    names = [entry.name for entry in fields(part)]
+    if name not in names:
+        raise InputError(f"{key}: [{table}] has no key '{name}'; {nearest(name, names)}")
+    if index is not None and isinstance(entries := getattr(part, name), tuple) and not 1 <= int(index) <= len(entries):
+        raise InputError(f"{key}: [{table}] {name} has {len(entries)} entries")
+    return table, name, None if index is None else int(index) - 1

@@ -1,0 +1,225 @@
+"""Calibration: known values are found again, slopes are derivatives, bounds hold, bad files say what is wrong."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.studies.calibration import values
+from cranktrain.studies.calibration.calibrate import report_of
+from cranktrain.studies.calibration.engine_text import Written, new_path, rewritten
+from cranktrain.studies.calibration.geometry import Change
+from cranktrain.studies.calibration.problem import Problem, match, sensitivities
+from cranktrain.studies.calibration.search import search
+from cranktrain.studies.calibration.targets import Task, load_targets
+from cranktrain.studies.calibration.train import Train
+
+TARGETS = """
+block = "ground"
+[targets.torsion_1]
+of = "crankshaft"
+shape = "torsional"
+number = 1
+hz = 250
+tolerance = 0.02
+source = "test"
+[targets.lowest]
+shape = "bending"
+hz = 170
+tolerance = 0.02
+source = "test"
+[targets.twist]
+shape = "torsional"
+hz = 238
+tolerance = 0.02
+source = "test"
+[parameters]
+"flywheel.mass" = { low = 20, high = 50, unit = "kg" }
+gyration = { low = 120, high = 240, unit = "mm" }
+"main_bearing.stiffness_y" = { low = 1e8, high = 9e8, unit = "N/m" }
+[derived]
+"flywheel.polar_inertia" = { formula = "flywheel.mass * gyration ** 2" }
+"flywheel.diametral_inertia" = { formula = "0.5 * flywheel.polar_inertia + flywheel.mass * 0.06**2 / 12" }
+"""
+
+
+@pytest.fixture(scope="module")
+def coarse():
+    """The six on the coarse mesh of other tests, its task, and the problem on ground."""
+    from bodies import COARSE
+
+    from cranktrain.structure.crank.reduction import reduced_crankshaft
+
+    engine = load_engine("diesel_i6")
+    engine = replace(engine, crankshaft=replace(engine.crankshaft, mesh_size=COARSE))
+    return engine, reduced_crankshaft(engine)
+
+
+@pytest.fixture
+def task(tmp_path, coarse):
+    path = tmp_path / "t.toml"
+    path.write_text(TARGETS, encoding="utf-8")
+    return load_targets(path, coarse[0])
+
+
+def problem_of(coarse, task, changes=None, dimensions=None):
+    engine, body = coarse
+    return Problem(engine, Train(engine, body, None, changes or {}), task, dimensions or {}, {})
+
+
+def test_quick_matrices_have_the_frequencies_of_all_modes(coarse, task):
+    from cranktrain.structure.crank.modal import cranktrain_modes, free_modes
+    from cranktrain.structure.crank.reduction import complete_crankshaft
+
+    engine, body = coarse
+    train = Train(engine, body, None, {})
+    complete = complete_crankshaft(engine, body)
+    for own, (hz, shares) in (
+        (train.cranktrain_modes(engine, train.cranktrain(engine, {})), cranktrain_modes(engine, complete)),
+        (train.crankshaft_modes(engine, train.crankshaft(engine, {})), free_modes(engine, complete)),
+    ):
+        hz, shares = hz[hz > 1.0], shares[hz > 1.0]
+        np.testing.assert_allclose(own.hz[:8], hz[:8], rtol=1e-3)
+        np.testing.assert_allclose(own.shares[:3, :3], shares[:3], atol=5e-3)
+
+
+def test_known_values_are_found_again_from_their_own_frequencies(coarse, task):
+    problem, known = problem_of(coarse, task), np.array([33.0, 0.165, 2.6e8])
+    own = match(task.targets, problem.modes(known))
+    targets = tuple(replace(t, hz=float(hz)) for t, hz in zip(task.targets, own.hz, strict=True))
+    found = search(replace(problem, task=replace(task, targets=targets)), seed=3, evaluations=300)
+    # What is left counts the one mode of this list that no target names.
+    assert len(own.extra) == 1
+    assert found.cost == pytest.approx(own.penalties @ own.penalties, abs=1e-6)
+    np.testing.assert_allclose(found.free, known, rtol=2e-3)
+
+
+def test_sensitivities_are_the_derivatives_of_frequencies(coarse, task):
+    problem, at = problem_of(coarse, task), np.array([33.0, 0.165, 2.6e8])
+    modes = problem.modes(at)
+    found = match(task.targets, modes)
+    slopes = sensitivities(problem, at, modes, found.places)
+    for j in range(at.size):
+        ends = []
+        for side in (1e-3, -1e-3):
+            moved = at.copy()
+            moved[j] *= 1.0 + side
+            ends.append(np.log(match(task.targets, problem.modes(moved)).hz))
+        np.testing.assert_allclose(slopes[:, j], (ends[0] - ends[1]) / 2e-3, atol=2e-5)
+
+
+def test_values_stay_within_their_bounds_and_reports_say_which_are_at_one(coarse, task):
+    far = replace(task, targets=tuple(replace(t, hz=3.0 * t.hz) for t in task.targets))
+    problem = problem_of(coarse, far)
+    found = search(problem, start=np.array([1.0, 9.0, 5e8]), evaluations=60)
+    assert np.all((problem.low <= found.free) & (found.free <= problem.high))
+    report = report_of(problem, found.free)
+    assert not report["met"]
+    assert any(row["at_bound"] for row in report["parameters"])
+
+
+def test_the_same_seed_finds_the_same_values(coarse, task):
+    problem = problem_of(coarse, task)
+    first, again = (search(problem, seed=5, evaluations=40).free for _ in range(2))
+    np.testing.assert_array_equal(first, again)
+
+
+def test_an_interrupted_search_keeps_the_best(coarse, task):
+    def stop(share, cost):
+        if share > 0.3:
+            raise KeyboardInterrupt
+
+    found = search(problem_of(coarse, task), evaluations=150, follow=stop)
+    assert found.interrupted and np.isfinite(found.cost)
+    assert found.evaluations < 150
+
+
+def test_a_change_at_interfaces_acts_per_unit_of_its_dimension(coarse, task):
+    engine, body = coarse
+    size = 6 * len(body.interfaces)
+    stiffness, mass = np.zeros((size, size)), np.zeros((size, size))
+    at = 6 * body.index("flywheel")
+    mass[at : at + 3, at : at + 3] = np.eye(3)
+    heavier = {"flywheel.mass": [Change("crankshaft", stiffness, mass)]}
+    train = Train(engine, body, None, heavier)
+    by_change = train.cranktrain(engine, {"flywheel.mass": 2.0})
+    # A point mass in the middle of the interface.
+    f = engine.flywheel
+    offset = f.mass * f.offset / (f.mass + 2.0)
+    shifted = f.diametral_inertia + f.mass * (f.offset - offset) ** 2 + 2.0 * offset**2
+    part = replace(f, mass=f.mass + 2.0, offset=offset, diametral_inertia=shifted)
+    exact = train.cranktrain(replace(engine, flywheel=part), {})
+    hz = [train.cranktrain_modes(engine, matrices).hz[:9] for matrices in (by_change, exact)]
+    # Modes above the cut-off answer statically: they do not feel the mass.
+    np.testing.assert_allclose(hz[0], hz[1], rtol=1e-3)
+
+
+def test_the_new_file_differs_in_the_calibrated_entries_alone(tmp_path):
+    path = engine_path("diesel_i6")
+    engine, old = load_engine(path), path.read_text("utf-8")
+    changes = {
+        "flywheel.mass": Written(31.23, "calibrated", "to a test 238 Hz"),
+        "crankshaft.main_widths[2]": Written(0.0375, "derived", "of a test"),
+    }
+    new = tmp_path / "new.toml"
+    new.write_text(rewritten(old, engine, changes), encoding="utf-8")
+    found = load_engine(new)
+    assert found.flywheel.mass == pytest.approx(31.23)
+    assert found.crankshaft.main_widths[1] == pytest.approx(0.0375)
+    assert found.crankshaft.main_widths[0] == engine.crankshaft.main_widths[0]
+    before, after = old.splitlines(), new.read_text("utf-8").splitlines()
+    assert len(before) == len(after)
+    assert sum(a != b for a, b in zip(before, after, strict=True)) == 2
+    assert 'origin = "calibrated", note = "to a test 238 Hz"' in new.read_text("utf-8")
+    with pytest.raises(InputError, match="overwrites nothing"):
+        new_path(new)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('block = "ground"', 'block = "solid"', "block level|block: level 'solid'"),
+        ("hz = 250", "hertz = 250", r"targets\.torsion_1\.hertz: is not known; .*hz"),
+        ("hz = 250", "", r"targets\.torsion_1\.hz: is missing"),
+        ("hz = 250", "hz = -3", r"targets\.torsion_1: hz must be positive"),
+        ('shape = "bending"', 'shape = "bend"', "'bend' is not known"),
+        ("number = 1", "number = 3", r"targets\.torsion_1\.number: give 1 or 2"),
+        ('source = "test"', 'source = ""', "say where the number comes from"),
+        ('"flywheel.mass"', '"flywheel.mas"', r"flywheel\.mas: \[flywheel\] has no key 'mas'; .*mass"),
+        ('"flywheel.mass"', '"fly.mass"', r"no table \[fly\]"),
+        ("low = 20", "low = 60", "low 60 is not below high 50"),
+        ("low = 20", "low = -1", r"parameters\.flywheel\.mass: -1 kg must be positive"),
+        ('unit = "kg"', 'unit = "mm"', r"parameters\.flywheel\.mass: unit 'mm' does not measure its mass"),
+        ("gyration ** 2", "gyrations ** 2", "unknown name 'gyrations'"),
+        ("gyration ** 2", "open('x')", "has no place here"),
+        ('"flywheel.polar_inertia" =', '"flywheel.mass" =', r"derived\.flywheel\.mass: is free as well"),
+        ("[parameters]", "[parameter]", "parameter: is not known"),
+        ("[targets.lowest]", "[[targets.lowest]", "not a TOML file"),
+    ],
+)
+def test_a_bad_targets_file_says_in_one_line_what_is_wrong(tmp_path, old, new, message):
+    path = tmp_path / "bad.toml"
+    path.write_text(TARGETS.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError, match=message) as caught:
+        load_targets(path, load_engine("diesel_i6"))
+    assert str(caught.value).startswith("bad.toml: ") and "\n" not in str(caught.value)
+
+
+def test_keys_reach_entries_of_lists():
+    engine = load_engine("diesel_v8")
+    assert values.value(engine, "main_roller.stiffness[5]") == engine.main_roller.stiffness[4]
+    softer = values.with_value(engine, "main_roller.stiffness[5]", 5e8)
+    assert softer.main_roller.stiffness == (*engine.main_roller.stiffness[:4], 5e8)
+    assert set(values.with_value(engine, "main_roller.stiffness", 5e8).main_roller.stiffness) == {5e8}
+    with pytest.raises(InputError, match="5 entries"):
+        values.value(engine, "main_roller.stiffness[6]")
+
+
+def test_shipped_targets_files_are_those_of_shipped_engines():
+    for name in ("diesel_i6", "diesel_v8"):
+        task = load_targets(name, load_engine(name))
+        assert isinstance(task, Task) and task.flexible
+        published = load_engine(name).published
+        assert {round(t.hz) for t in task.targets} >= {round(hz) for hz in published.cranktrain_hz}
