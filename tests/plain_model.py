@@ -131,7 +131,7 @@ class PlainModel:
         force, torque = np.zeros_like(u), np.zeros(len(u))
         if self.settings.bearings == "linear":
             turn = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])
-            k = turn.T @ np.diag([bearing.stiffness_x, bearing.stiffness_y]) @ turn
+            k = turn.T @ np.diag(bearing.ground_stiffness) @ turn
             c = turn.T @ np.diag([bearing.damping_x, bearing.damping_y]) @ turn
             return -u @ k - seen @ c, torque, seen
         out = np.zeros(16)

@@ -42,7 +42,9 @@ def held(engine):
                        lower_damping=1e5, friction=0.0)  # fmt: skip
     stiff = replace(engine, mounts=mounts, piston_guidance=guidance, block=SIX.block)
     if engine.main_bearing is not None:
-        bearing = replace(engine.main_bearing, stiffness_x=1e11, stiffness_y=1e11, damping_x=3e7, damping_y=3e7)
+        bearing = replace(
+            engine.main_bearing.in_rigid_bores, stiffness_x=1e11, stiffness_y=1e11, damping_x=3e7, damping_y=3e7
+        )
         return replace(stiff, main_bearing=bearing)
     rollers = engine.main_roller
     count = len(rollers.stiffness)

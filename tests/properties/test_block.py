@@ -264,6 +264,7 @@ def test_rigid_block_on_rigid_mounts_is_ground(engine, crank, body):
         engine,
         mounts=replace(engine.mounts, **{key: (1e15,) * 4 for key in asdict(engine.mounts) if key.startswith("stiff")}),
         thrust=replace(engine.thrust, block_stiffness=1e18),
+        main_bearing=engine.main_bearing.in_rigid_bores,
     )
     hz, _, _ = block_modes(held, crank, rigid(complete_block(engine, body)))
     stiffness, mass = cranktrain_matrices(held, crank)

@@ -10,7 +10,7 @@ from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.studies.calibration import values
 from cranktrain.studies.calibration.calibrate import report_of
 from cranktrain.studies.calibration.engine_text import Written, new_path, rewritten
-from cranktrain.studies.calibration.geometry import Change
+from cranktrain.studies.calibration.geometry import Change, changes
 from cranktrain.studies.calibration.problem import Problem, match, sensitivities
 from cranktrain.studies.calibration.search import search
 from cranktrain.studies.calibration.targets import Task, load_targets
@@ -223,3 +223,28 @@ def test_shipped_targets_files_are_those_of_shipped_engines():
         assert isinstance(task, Task) and task.flexible
         published = load_engine(name).published
         assert {round(t.hz) for t in task.targets} >= {round(hz) for hz in published.cranktrain_hz}
+
+
+def test_a_dimension_that_moves_an_interface_strains_no_rigid_motion(tmp_path, monkeypatch):
+    """A longer flange carries the flywheel's place along; its change of stiffness knows rigid motions as before."""
+    from cranktrain.core.reduced_body import skew
+    from cranktrain.structure.crank.reduction import crankshaft_interfaces
+    from cranktrain.structure.fem.elasticity import finite_elements
+    from cranktrain.structure.fem.mesh import crankshaft_mesh
+
+    monkeypatch.setenv("CRANKTRAIN_CACHE", str(tmp_path))
+    engine = load_engine("diesel_i6")
+    one = replace(
+        engine.crankshaft, throw_angles=(0.0,), main_widths=(0.04, 0.04), counterweights=(True, True), mesh_size=0.04
+    )
+    engine = replace(engine, crankshaft=one, thrust=replace(engine.thrust, main=1))
+    longer = replace(engine, crankshaft=replace(one, flange_length=one.flange_length + 0.01))
+    (change,) = changes(engine, longer, 0.01, False, lambda stage: None)
+    places = crankshaft_interfaces(finite_elements(crankshaft_mesh(one, 1), engine.material), one).positions
+    rigid = np.vstack([np.hstack((np.eye(3), -skew(at))) if k == 0 else np.hstack((np.zeros((3, 3)), np.eye(3)))
+                       for at in places for k in (0, 1)])  # fmt: skip
+    # Energy of unit rigid motions beside that of unit motions of single interfaces.
+    assert np.abs(rigid.T @ change.stiffness @ rigid).max() < 1e-6 * np.abs(change.stiffness).max()
+    # The mass that a flange 10 mm longer adds moves with them.
+    added = engine.material.density * 0.25 * np.pi * one.flange_diameter**2
+    assert (rigid.T @ change.mass @ rigid)[0, 0] == pytest.approx(added, rel=0.03)

@@ -202,7 +202,7 @@ def test_springs_and_dampers_are_at_rest_in_space():
         assert film_call(films, FORCE, 0, out, out) == 0
         by_place, by_velocity = (out[k : k + 16].reshape(4, 4)[:2, :2] for k in (BY_PLACE, BY_VELOCITY))
         x, v = to_space @ place, to_space @ velocity
-        expected = -np.array([BEARING.stiffness_x, BEARING.stiffness_y]) * x
+        expected = -np.array(BEARING.ground_stiffness) * x
         expected -= np.array([BEARING.damping_x, BEARING.damping_y]) * v
         assert to_space @ out[:2] == pytest.approx(expected, rel=1e-12)
         assert out[:2] == pytest.approx(by_place @ place + by_velocity @ velocity, rel=1e-12)

@@ -119,7 +119,9 @@ def test_stiff_springs_are_rigid_pistons():
 
 def released(engine, step_deg, integrator="sdirk4", tolerance=1e-12):
     """Started simulation of a crank that no shaft holds, on springs that keep energy; no gas and no weight."""
-    bearing = replace(engine.main_bearing, stiffness_x=4e8, stiffness_y=4e8, damping_x=0.0, damping_y=0.0)
+    bearing = replace(
+        engine.main_bearing.in_rigid_bores, stiffness_x=4e8, stiffness_y=4e8, damping_x=0.0, damping_y=0.0
+    )
     engine = replace(engine, main_bearing=bearing, thrust=replace(engine.thrust, damping=0.0))
     settings = Settings(
         crank="rigid", bearings="linear", pistons="guided", gas_source="input", gravity=0.0,

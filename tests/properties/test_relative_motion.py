@@ -158,7 +158,11 @@ def stiff(factor):
 def test_a_held_block_is_ground():
     """Differences from ground fall as mounts stiffen, to nothing."""
     crank = rigid_crank(SIX)
-    closed = replace(stiff(1.0), thrust=replace(SIX.thrust, block_stiffness=math.inf))
+    closed = replace(
+        stiff(1.0),
+        thrust=replace(SIX.thrust, block_stiffness=math.inf),
+        main_bearing=SIX.main_bearing.in_rigid_bores,
+    )
     ground = simulate(closed, crank, Settings(crank="rigid", pistons="guided"), SPEED, 3)
     names = ("pulley.torsion", "shaft.torque", "bearing[4].force.x", "bearing[4].force.y", "piston[1].side_force",
              "piston[1].lateral", "piston[1].tilt")  # fmt: skip

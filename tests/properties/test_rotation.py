@@ -27,7 +27,7 @@ TURN = 2 * math.pi / SPEED
 def released(body, big_ends):
     """Started simulation of a crank without shaft and pistons that carries ``big_ends`` (kg) on its pins."""
     engine = load_engine("diesel_i6")
-    springs = replace(engine.plain_mains, stiffness_x=4e8, stiffness_y=4e8, damping_x=0.0, damping_y=0.0)
+    springs = replace(engine.plain_mains.in_rigid_bores, stiffness_x=4e8, stiffness_y=4e8, damping_x=0.0, damping_y=0.0)
     engine = replace(engine, main_bearing=springs, damping=replace(engine.damping, kind="modal", ratio=0.01))
     settings = Settings(bearings="linear", integrator="generalised-alpha", step=math.radians(5.0), gravity=0.0)
     settings = replace(settings, gas_source="input", newton_tolerance=1e-10)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate
 
 from cranktrain.engine import quantities as q
@@ -165,6 +165,11 @@ class JournalBearing(PlainBearing):
         """Film and bore in series across the axis, N/m."""
         x = 1.0 / (1.0 / self.stiffness_x + 1.0 / self.block_stiffness_x)
         return x, 1.0 / (1.0 / self.stiffness_y + 1.0 / self.block_stiffness_y)
+
+    @property
+    def in_rigid_bores(self) -> JournalBearing:
+        """The bearing without the block's share."""
+        return replace(self, block_stiffness_x=math.inf, block_stiffness_y=math.inf)
 
 
 @dataclass(frozen=True, kw_only=True)

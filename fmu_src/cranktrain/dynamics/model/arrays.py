@@ -232,9 +232,7 @@ def build_model(
 
 def _without_block_shares(engine: Engine) -> Engine:
     """Engine whose linear bearings and thrust bearing end on a block that gives way itself."""
-    mains = engine.main_bearing
-    if mains is not None:
-        mains = replace(mains, block_stiffness_x=math.inf, block_stiffness_y=math.inf)
+    mains = engine.main_bearing.in_rigid_bores if engine.main_bearing is not None else None
     return replace(engine, main_bearing=mains, thrust=replace(engine.thrust, block_stiffness=math.inf))
 
 

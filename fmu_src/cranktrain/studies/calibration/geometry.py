@@ -6,8 +6,10 @@ per unit of the dimension acts at the interfaces of the engine's own reduced bod
 
     K(p) = diag(ω²) + Φᵀ (p − p₀) ΔK Φ,      M(p) = I + Φᵀ (p − p₀) ΔM Φ
 
-That is the first order of a change of frequencies, but for fixed-interface modes, which keep theirs. The result of a
-search is meshed anew and fitted again, so that nothing of the linearisation stays in it.
+Where the dimension moves an interface, both matrices speak of the motion at its old place, rigidly carried on: else
+rigid motion would strain the difference. That is the first order of a change of frequencies, but for fixed-interface
+modes, which keep theirs, and for what is attached, which keeps its place. The result of a search is meshed anew and
+fitted again, so that nothing of the linearisation stays in it.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.reduced_body import Array
+from cranktrain.core.reduced_body import Array, skew
 from cranktrain.engine.model import Engine
 from cranktrain.structure.block import reduction as of_block
 from cranktrain.structure.crank import reduction as of_crank
@@ -50,24 +52,28 @@ def changes(engine: Engine, other: Engine, step: float, flexible: bool, say: Pro
     found = []
     for body in before:
         if before[body] != after[body]:
-            (k0, m0), (k1, m1) = (_condensed(body, e, say) for e in (engine, other))
+            (k0, m0, at), (k1, m1, there) = (_condensed(body, e, say) for e in (engine, other))
             if k0.shape != k1.shape:
                 raise InputError(f"the dimension changes the interfaces of the {body}; leave it out of [parameters]")
-            found.append(Change(body, (k1 - k0) / step, (m1 - m0) / step))
+            carried = np.eye(k0.shape[0])
+            for i, shift in enumerate(there - at):
+                carried[6 * i : 6 * i + 3, 6 * i + 3 : 6 * i + 6] = -skew(shift)
+            found.append(Change(body, (carried.T @ k1 @ carried - k0) / step, (carried.T @ m1 @ carried - m0) / step))
     return found
 
 
-def _condensed(body: str, engine: Engine, say: Progress) -> tuple[Array, Array]:
-    """Stiffness and mass of the meshed body at its interfaces, kept in the user's cache."""
+def _condensed(body: str, engine: Engine, say: Progress) -> tuple[Array, Array, Array]:
+    """Stiffness and mass of the meshed body at its interfaces, and their places; kept in the user's cache."""
     kept = Kept("calibration")
-    key = f"{body}-{digests(engine, body == BLOCK)[body]}"
+    key = f"{body}-with-places-{digests(engine, body == BLOCK)[body]}"
     found: Mapping[str, Array] | None = kept.arrays(key)
     if found is None:
         task = (of_block if body == BLOCK else of_crank).reduction_task(engine)
         model = task.model(lambda stage: say(f"{body}: {stage}"))
         say(f"{body}: condensing on its interfaces")
         with one_thread():
-            stiffness, mass = condensed(model, task.interfaces(model))
-        found = {"stiffness": np.asarray(stiffness), "mass": np.asarray(mass)}
+            interfaces = task.interfaces(model)
+            stiffness, mass = condensed(model, interfaces)
+        found = {"stiffness": np.asarray(stiffness), "mass": np.asarray(mass), "places": interfaces.positions}
         kept.keep_arrays(key, found)
-    return found["stiffness"], found["mass"]
+    return found["stiffness"], found["mass"], found["places"]

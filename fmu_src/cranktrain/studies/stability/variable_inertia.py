@@ -96,7 +96,7 @@ class SingleCrank:
             cylinders=replace(engine.cylinders, piston_mass=2.0 * mean * epsilon / THROW**2),
             # Two point masses: no remainder inertia.
             rod=replace(engine.rod, length=LENGTH * THROW, inertia=0.5 * NOTHING * (LENGTH * THROW) ** 2),
-            main_bearing=replace(bearing, stiffness_x=STIFF, stiffness_y=STIFF),
+            main_bearing=replace(bearing.in_rigid_bores, stiffness_x=STIFF, stiffness_y=STIFF),
             drive_line=replace(
                 engine.drive_line, stiffness=mean * NATURAL**2, damping=0.0, speed_filter_time=0.0
             ),
