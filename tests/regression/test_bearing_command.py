@@ -155,6 +155,22 @@ def test_heat_balance(capsys):
     assert cooler["effective_temperature_c"] < warm["effective_temperature_c"]
 
 
+def test_rough_surfaces_oil_under_pressure_and_an_elastic_bore(capsys):
+    """One interface: by load, then the place of that load in units; each option changes what it should."""
+    machine = ("--diameter-mm", "85", "--width-mm", "30", *MACHINE[4:], "--grid", "72", "10")
+    rough = ("--roughness-um", "1.2", "--boundary-friction", "0.08")
+    oil = ("--pressure-law", "roelands", "--pressure-viscosity", "15", "--compressibility", "dowson-higginson")
+    plain = run(capsys, "bearing", *machine, "--load", "10000", "--cavitation", "mass-conserving")
+    thick = run(capsys, "bearing", *machine, "--load", "10000", *oil)
+    assert thick["min_film_um"] > 1.01 * plain["min_film_um"]
+    everything = run(capsys, "bearing", *machine, "--load", "10000", *rough, *oil, "--bore", "diesel_i6")
+    assert everything["bore_displacement_um"] > 2.0 and 0.0 <= everything["contact_load"] < 10000
+    assert everything["contact_friction_torque"] < everything["friction_torque"]
+    placed = run(capsys, "bearing", *machine, "--eccentricity", str(plain["eccentricity"]))
+    assert placed["load"] == pytest.approx(10000, rel=1e-3)
+    assert placed["min_film_um"] == pytest.approx(plain["min_film_um"], rel=1e-3)
+
+
 def test_whirl_of_full_and_of_heavily_loaded_films(capsys):
     # A full film has no stiffness along its line of centres: no speed is stable. Above some load every speed is.
     assert run(capsys, *LOADED, "--cavitation", "full")["whirl_threshold"] < 1e-3
@@ -234,7 +250,16 @@ def test_help_states_the_norms(capsys):
         ((*LOADED, "--groove-deg", "20"), "needs --grooves"),
         ((*LOADED, "--moment-nm", "0", "2000"), "no film carries 5000 N and moment"),
         ((*LOADED, "--cavitation", "mass-conserving", "--supply", "none"), "runs dry"),
-        ((*LOADED, "--cavitation", "mass-conserving", "--moment-nm", "1", "0"), "has no tilt"),
+        ((*LOADED, "--boundary-friction", "0.1"), "needs --roughness-um"),
+        ((*LOADED, "--roughness-um", "0"), "--roughness-um 0 must be above zero"),
+        ((*LOADED, "--pressure-law", "barus"), "--pressure-law and --pressure-viscosity go together"),
+        ((*LOADED, "--pressure-law", "barrus", "--pressure-viscosity", "20"), "did you mean 'barus'"),
+        ((*LOADED, "--compressibility", "dowson"), "did you mean 'dowson-higginson'"),
+        ((*LOADED, "--bore", "diesel_i6"), r"elastic bore is of \d.* mm\^2, this bearing of"),
+        ((*GIVEN, "--roughness-um", "1"), "--roughness-um does not go with --eccentricity"),
+        (("bearing", *LOADED[1:-2], "--eccentricity", "0.5", "--moment-nm", "1", "0"), "--moment-nm does not go with"),
+        (("bearing", "--diameter-mm", "85", "--eccentricity", "0.5"), "also needs --width-mm"),
+        (("bearing", *LOADED[1:-2], "--eccentricity", "0"), "eccentricity 0 must be above zero"),
         ((*LOADED, "--cavitation", "mass-conserving", "--grooves", "two-axial", "--groove-deg", "180"), "overlap"),
         ((*LOADED, "--cavitation", "mass-conservin"), "did you mean 'mass-conserving'"),
         ((*LOADED, "--cavitation", "guembel", "--supply", "widest-gap"), "use none"),

@@ -11,20 +11,24 @@ from typing import Any
 
 from cranktrain.cli.console import number, positive, show_rows
 from cranktrain.core.errors import InputError
+from cranktrain.engine.file import load_engine
 
 GIVEN = ("length_ratio", "eccentricity", "squeeze", "squeeze_only", "tilt")
 HEAT = ("inlet_temperature_c", "oil_viscosity_40", "oil_viscosity_100", "oil_density", "heat_share")
 LOADED = (
-    "diameter_mm", "width_mm", "clearance_um", "viscosity", "speed", "load", "moment_nm", "grooves", "groove_deg", *HEAT
+    "diameter_mm", "width_mm", "clearance_um", "viscosity", "speed", "load", "moment_nm", "grooves", "groove_deg",
+    *HEAT, "roughness_um", "boundary_friction", "pressure_law", "pressure_viscosity", "compressibility", "bore",
 )  # fmt: skip
-NEEDED = {"eccentricity": ("length_ratio",), "load": LOADED[:5]}
+UNITS = (*LOADED[:5], *HEAT)
+NEEDED = {"eccentricity": ("length_ratio",), "load": LOADED[:5], "place": LOADED[:5]}
+FOREIGN = {"eccentricity": LOADED, "load": GIVEN, "place": ("load", "moment_nm", "grooves", "groove_deg", *GIVEN[2:])}
 OIL_DENSITY, HEAT_SHARE = 860.0, 0.8
 TIMED_RUNS, TIMED_SECONDS = 15, 0.02
 
 DESCRIPTION = """\
 One plain bearing: load, attitude, flow, friction, stiffness and damping.
 
-The bore is rigid, oil is at ambient pressure at both ends.
+Oil is at ambient pressure at both ends.
 
 By eccentricity: --length-ratio, --eccentricity; dimensionless results, x along the eccentricity, y 90 deg on in the
 sense of rotation, with B width, D diameter, R = D/2, c radial clearance, psi = c/R, eta viscosity, omega speed of the
@@ -52,6 +56,16 @@ With --inlet-temperature-c instead of --viscosity the oil is Walther's (ASTM D34
 as its heat balance makes it: --heat-share of the friction power warms the oil that leaves at the ends
 (2000 J/(kg K)) from inlet to outlet, and the viscosity is that of the mean. The result has effective_temperature_c,
 outlet_temperature_c and viscosity (Pa s) too.
+--roughness-um (standard deviation of both surfaces together) adds flow factors of isotropic roughness (Patir and Cheng)
+and asperities that carry (Greenwood and Tripp, shape as in the engine files) and rub with --boundary-friction:
+contact_load (N) and contact_friction_torque (N m) are their parts. --pressure-law barus or roelands with
+--pressure-viscosity (1/GPa) and --compressibility dowson-higginson are the oil's. --bore ENGINE is the elastic main
+bearing of an engine file of the same diameter and width, loaded onto its cap: bore_displacement_um is its largest
+displacement. All of it works together, with any cavitation, grooves and heat balance; the bore is rigid otherwise. A
+rigid bore may have no film for an oil that stiffens with pressure.
+
+At a place, in units: --eccentricity with all of the bearing's dimensions, --speed and --viscosity or
+--inlet-temperature-c: the same, with load (N); x is along that load.
 
 Cavitation: reynolds (p >= 0, Swift and Stieber), guembel (a full film's tension left out), full (Sommerfeld) or
 mass-conserving (oil conserved at rupture and reformation; rates of --squeeze are those of an instant, the fill of an
@@ -88,6 +102,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--oil-density", type=positive, metavar="RHO", help=f"kg/m^3 (default {OIL_DENSITY:g})")
     add("--heat-share", type=share, metavar="X", help=f"of the friction, into the oil (default {HEAT_SHARE:g})")
     add = parser.add_argument
+    add = parser.add_argument_group("in units: surfaces, oil under pressure, bore").add_argument
+    add("--roughness-um", type=positive, metavar="UM", help="of both surfaces together (default: smooth)")
+    add("--boundary-friction", type=number(0.0, 1.0, "of the contact pressure"), metavar="MU", help="default 0.1")
+    add("--pressure-law", metavar="LAW", help="none (default), barus or roelands")
+    add("--pressure-viscosity", type=positive, metavar="ALPHA", help="1/GPa")
+    add("--compressibility", metavar="LAW", help="none (default) or dowson-higginson")
+    add("--bore", metavar="ENGINE", help="elastic bore of this engine's main bearing (default: rigid)")
+    add = parser.add_argument
     kinds = "reynolds (default), guembel, full or mass-conserving"
     add("--cavitation", default="reynolds", metavar="KIND", help=kinds)
     add("--supply", metavar="KIND", help="widest-gap or none, see above")
@@ -98,24 +120,34 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run one of the two forms; what belongs to the other is refused."""
     form = "eccentricity" if options.eccentricity is not None else "load"
+    if form == "eccentricity" and options.length_ratio is None and any(_given_of(options, UNITS)):
+        form = "place"
     if form == "load" and options.load is None:
         raise InputError("bearing needs --eccentricity (with --length-ratio) or --load (with the bearing's dimensions)")
-    foreign = [name for name in (LOADED if form == "eccentricity" else GIVEN) if getattr(options, name) is not None]
+    foreign = _given_of(options, FOREIGN[form])
     if foreign:
-        raise InputError(f"--{foreign[0].replace('_', '-')} does not go with --{form}: one is given, the other follows")
+        what = "load" if form == "load" else "eccentricity"
+        raise InputError(f"--{foreign[0].replace('_', '-')} does not go with --{what}: one is given, the other follows")
     needed = NEEDED[form]
-    if form == "load" and any(getattr(options, name) is not None for name in HEAT):
+    if form != "eccentricity" and _given_of(options, HEAT):
         if options.viscosity is not None:
             raise InputError("--viscosity does not go with --inlet-temperature-c: one is given, the other follows")
         needed = tuple(name for name in needed if name != "viscosity") + HEAT[:3]
     missing = [f"--{name.replace('_', '-')}" for name in needed if getattr(options, name) is None]
     if missing:
-        raise InputError(f"bearing with --{form} also needs {', '.join(missing)}")
+        what = "load" if form == "load" else "eccentricity"
+        raise InputError(f"bearing with --{what} also needs {', '.join(missing)}")
     result = _given(options) if form == "eccentricity" else _loaded(options)
     if not options.json:
-        rows = [(key, _text(value), _UNITS.get((form, key), "")) for key, value in result.items()]
+        norm = "eccentricity" if form == "eccentricity" else "load"
+        rows = [(key, _text(value), _UNITS.get((norm, key), "")) for key, value in result.items()]
         show_rows("Plain bearing", ("value", "", "unit or norm"), rows)
     return result
+
+
+def _given_of(options: argparse.Namespace, names: tuple[str, ...]) -> list[str]:
+    """Those of ``names`` that the user gave."""
+    return [name for name in names if getattr(options, name) is not None]
 
 
 def _timed(compute: Callable[[], Any]) -> tuple[Any, float]:
@@ -158,13 +190,17 @@ def _given(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _loaded(options: argparse.Namespace) -> dict[str, Any]:
-    """Results of a bearing under a load."""
+    """Results of a bearing under a load, or at a place in units."""
     from cranktrain.film.steady.plain_bearing import FIELDS, Bearing
 
     given = {name: getattr(options, name, None) for name in FIELDS}
     given |= {"speed_rpm": options.speed, "viscosity_pas": options.viscosity}
+    if options.bore is not None:
+        from cranktrain.assembly import elastic_bore
+
+        given["bore"] = elastic_bore(load_engine(options.bore), flexible=False)
     bearing = Bearing(**{name: value for name, value in given.items() if value is not None})
-    result, seconds = _timed(bearing.analysis(options.load, options.moment_nm, _option))
+    result, seconds = _timed(bearing.analysis(options.load, options.moment_nm, _option, options.eccentricity or 0.0))
     return {**result, "seconds": seconds}
 
 
@@ -192,6 +228,9 @@ _UNITS = {
     ("load", "stiffness"): "N/m, x along the load",
     ("load", "damping"): "N s/m",
     ("load", "whirl_threshold"): "omega_s sqrt(c m/W)",
+    ("load", "load"): "N",
+    ("load", "contact_load"): "N, part of the load",
+    ("load", "contact_friction_torque"): "N m, part of friction_torque",
     ("load", "flow"): "m³/s",
     ("load", "friction_torque"): "N m",
     ("load", "p_max"): "Pa",

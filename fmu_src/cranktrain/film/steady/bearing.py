@@ -89,7 +89,9 @@ class SteadyState:
     eccentricity (2,) and tilt (2,) over the clearance; attitude from the load to the eccentricity, rad; least film, m;
     flow out of both ends, m³/s; friction torque on the journal (it brakes), N m; stiffness and damping (2, 2) or, with
     tilt, (4, 4) for (x, y, slopes dx/dz, dy/dz) against (F_x, F_y, ∫z dF_x, ∫z dF_y); whirl threshold ω_s √(c m/W),
-    infinite where the journal is stable at all speeds, 0 where at none; iterations of Newton's method.
+    infinite where the journal is stable at all speeds, 0 where at none; iterations of Newton's method. Of
+    :mod:`cranktrain.film.steady.mixed_bearing` besides: the load and the part of it that asperities carry, N, the part
+    of the friction torque that they make, N m, and the largest displacement of the bore, m.
     """
 
     eccentricity: Array
@@ -105,6 +107,10 @@ class SteadyState:
     whirl_ratio: float
     sommerfeld: float
     iterations: int
+    load: float = math.nan
+    contact_load: float = 0.0
+    contact_torque: float = 0.0
+    bore_opening: float = 0.0
 
 
 def bearing_grid(

@@ -1,4 +1,4 @@
-"""Journal bearings whose film conserves oil: the film at a place, and the equilibrium under a load.
+"""Journal bearings whose film conserves oil: the film at a place, dimensionless.
 
 Rupture and reformation follow from the oil balance of :mod:`cranktrain.film.reynolds.field`: where the film has
 ruptured the fill is what the surfaces carry, and the film forms again where that fills the gap. Fed on the line of the
@@ -17,21 +17,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array
-from cranktrain.film.journal.film import film_shear
 from cranktrain.film.journal.grid import GRADING, axial_nodes
 from cranktrain.film.reynolds.field import Edges, Supply, solve_film
-from cranktrain.film.steady.bearing import Journal, SteadyBearing, SteadyState, bearing_grid, whirl_threshold
+from cranktrain.film.steady.bearing import bearing_grid
 
 PSI = 1.0e-3
 """Clearance over radius of the film that is solved; results do not depend on it."""
 DEFAULT_GRID = (160, 16)
-MOST_STEPS = 40
-RESIDUAL = 1.0e-6
-"""Force that may be missing at an equilibrium, over the load."""
-DIFFERENCE = 0.02
-"""Step of the differences: displacement over the gap or the eccentricity, velocity over that of the wedge."""
 
 
 @dataclass(frozen=True)
@@ -127,81 +120,3 @@ def conserving_film(
         out = middle**3 / (12.0 * step) * pressure + np.where(pressure > 0.0, strip, 0.0)
         flow += float((out * around).sum()) / PSI
     return ConservingFilm(force, leverage, flow, film.p_max * PSI**2)
-
-
-def conserving_state(
-    journal: Journal, load: float, supply: str, grid: tuple[int, int], groove: float = 0.0
-) -> SteadyState:
-    """Equilibrium under ``load`` (N, along x) of a film that conserves oil; as :meth:`SteadyBearing.state`.
-
-    Stiffness and damping are those of differences between films with the supply at rest: the first between steady
-    films, the second at an instant, the fill of an opening gap unchanged.
-
-    Raises
-    ------
-    InputError
-        for a load that is not above zero, or a grid or grooves that cannot be
-    SolverError
-        where no film is found that carries the load
-    """
-    guess = SteadyBearing(bearing_grid(supply, n_phi=96, groove=groove)).state(journal, load)
-    ratio = journal.width / journal.diameter
-    unit = journal.force_unit / 3.0
-    wanted = np.array([-load / unit, 0.0])
-    place = guess.eccentricity.copy()
-
-    def film(at: Array, on: ConservingGrid, rate: tuple[float, float] = (0.0, 0.0)) -> ConservingFilm:
-        return conserving_film(on, ratio, at, rate=rate)
-
-    jacobian = -guess.stiffness * journal.clearance / unit
-    moved: Array = np.zeros(2)
-    before = wanted
-    for steps in range(1, MOST_STEPS + 1):  # noqa: B007 - reported below
-        nodes = conserving_grid(place, ratio, supply, *grid, groove)
-        here = film(place, nodes)
-        missing = wanted - here.force
-        if np.abs(missing).max() <= RESIDUAL * load / unit:
-            break
-        if moved.any():
-            # Broyden's rank-one correction.
-            jacobian = jacobian + np.outer(here.force - before - jacobian @ moved, moved) / (moved @ moved)
-        moved = np.asarray(np.linalg.solve(jacobian, missing))
-        gap = 1.0 - np.hypot(*place)
-        moved = moved * float(min(1.0, 0.3 * gap / np.hypot(*moved)))
-        before, place = here.force, place + moved
-    else:
-        raise SolverError(
-            f"no film that conserves oil carries {load:g} N to {RESIDUAL:g} of it on a grid {grid[0]} × {grid[1]}; "
-            "change the grid or take the film of Reynolds' rupture"
-        )
-    size = float(np.hypot(*place))
-    away = DIFFERENCE * min(1.0 - size, max(size, 1e-4))
-    fast = DIFFERENCE * 0.5 * max(size, 1e-4)
-    k, c = np.zeros((2, 2)), np.zeros((2, 2))
-    for j, direction in enumerate(np.eye(2)):
-        pair = [film(place + s * away * direction, nodes).force for s in (1.0, -1.0)]
-        k[:, j] = (pair[1] - pair[0]) / (2.0 * away)
-        pair = [film(place, nodes, tuple(s * fast * direction)).force for s in (1.0, -1.0)]
-        c[:, j] = (pair[1] - pair[0]) / (2.0 * fast)
-    stiffness = k * unit / journal.clearance
-    damping = c * unit / (journal.clearance * journal.speed)
-    threshold, whirl = whirl_threshold(stiffness, damping, load, journal.clearance, journal.speed)
-    shear = journal.viscosity * journal.radius**3 * journal.width * journal.speed / journal.clearance
-    psi = journal.clearance / journal.radius
-    force = here.force * unit
-    return SteadyState(
-        eccentricity=place,
-        tilt=np.zeros(2),
-        attitude=math.atan2(place[1], place[0]),
-        least_film=journal.clearance * (1.0 - size),
-        flow=here.flow * journal.radius**3 * psi * journal.speed,
-        friction_torque=shear * film_shear(place[0], place[1], 0.0, 0.0)
-        + 0.5 * journal.clearance * float(place[0] * force[1] - place[1] * force[0]),
-        largest_pressure=here.p_max * journal.viscosity * journal.speed / psi**2,
-        stiffness=stiffness,
-        damping=damping,
-        whirl_threshold=threshold,
-        whirl_ratio=whirl,
-        sommerfeld=load / unit,
-        iterations=steps,
-    )

@@ -1,4 +1,9 @@
-"""One plain bearing with a rigid bore under a steady load, in engineering units."""
+"""One plain bearing in steady rotation, under a load or at a place, in engineering units.
+
+Films between smooth rigid surfaces of constant oil that need not conserve oil are those of
+:mod:`cranktrain.film.steady.bearing`; all others, and all at a given place, of
+:mod:`cranktrain.film.steady.mixed_bearing`, in which all of it works together.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +13,14 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.engine.parts import Oil
+from cranktrain.engine.lubricant import pressure_constants
+from cranktrain.engine.parts import Oil, PlainBearing
+from cranktrain.film.contact.asperity import contact_constants
+from cranktrain.film.elastic.bore_compliance import BoreCompliance
+from cranktrain.film.reynolds.rough_gap import Roughness
 from cranktrain.film.steady.bearing import Journal, SteadyBearing, SteadyState, bearing_grid
-from cranktrain.film.steady.conserving_bearing import DEFAULT_GRID, conserving_state
+from cranktrain.film.steady.conserving_bearing import DEFAULT_GRID
+from cranktrain.film.steady.mixed_bearing import MixedBearing, Surroundings
 from cranktrain.film.steady.sommerfeld import CAVITATION
 from cranktrain.film.steady.warm_bearing import warm_bearing
 
@@ -19,6 +29,8 @@ ZERO_CELSIUS = 273.15
 HEAT_CAPACITY = 2000.0
 """Of the oil, J/(kg K)."""
 CONSERVING = "mass-conserving"
+ELASTIC_GRID = (96, 12)
+COMPRESSIBILITIES = ("none", "dowson-higginson")
 _POSITIVE = ("diameter_mm", "width_mm", "clearance_um", "speed_rpm", "viscosity_mpas", "viscosity_pas", "oil_density")
 
 Moment = tuple[float, float]
@@ -42,6 +54,11 @@ class Bearing:
     supply : widest-gap or none; None as the cavitation suggests
     grooves : two-axial, at ±90° to the load, each of ``groove_deg``
     grid : intervals around and over the width
+    roughness_um : σ of both surfaces together: flow factors, and asperities that carry and rub
+    boundary_friction : their coefficient of friction (0.1 by default)
+    pressure_law : none, barus or roelands, with ``pressure_viscosity``, 1/GPa
+    compressibility : none or dowson-higginson
+    bore : elastic, see :func:`cranktrain.structure.block.saddle.bore_compliance`; rigid by default
     """
 
     diameter_mm: float
@@ -60,6 +77,12 @@ class Bearing:
     grooves: str | None = None
     groove_deg: float | None = None
     grid: tuple[int, int] | None = None
+    roughness_um: float | None = None
+    boundary_friction: float | None = None
+    pressure_law: str = "none"
+    pressure_viscosity: float | None = None
+    compressibility: str = "none"
+    bore: BoreCompliance | None = None
 
     def equilibrium(self, load_n: float, moment_nm: Moment | None = None) -> dict[str, Any]:
         """Eccentricity over c, attitude, least film, stiffness and damping, flow, friction, largest pressure.
@@ -73,7 +96,9 @@ class Bearing:
         -------
         ``eccentricity``, ``attitude_deg``, ``min_film_um``, ``stiffness`` (N/m) and ``damping`` (N s/m) as rows of
         −∂F/∂x and −∂F/∂x', ``whirl_threshold`` ω_s √(c m/W), ``flow`` (m³/s), ``friction_torque`` (N m), ``p_max``
-        (Pa); with a heat balance ``effective_temperature_c``, ``outlet_temperature_c`` and ``viscosity`` (Pa s)
+        (Pa); with a heat balance ``effective_temperature_c``, ``outlet_temperature_c`` and ``viscosity`` (Pa s);
+        between rough surfaces ``contact_load`` (N) and ``contact_friction_torque`` (N m), their parts; in an elastic
+        bore ``bore_displacement_um``, the largest
 
         Raises
         ------
@@ -82,22 +107,35 @@ class Bearing:
         """
         return self.analysis(load_n, moment_nm)()
 
+    def at_eccentricity(self, eccentricity: float) -> dict[str, Any]:
+        """The same, with ``load`` (N), of a journal at an eccentricity over the clearance; x is along that load."""
+        return self.analysis(None, None, eccentricity=eccentricity)()
+
     def analysis(
-        self, load_n: float, moment_nm: Moment | None = None, label: Callable[[str], str] = str
+        self,
+        load_n: float | None,
+        moment_nm: Moment | None = None,
+        label: Callable[[str], str] = str,
+        eccentricity: float = 0.0,
     ) -> Callable[[], dict[str, Any]]:
-        """What :meth:`equilibrium` computes, ready to run; ``label`` says what a user calls a field in an error."""
+        """What :meth:`equilibrium` computes, ready to run; ``label`` says what a user calls a field in an error.
+
+        Without a load the journal is at the ``eccentricity``.
+        """
         supply = self._checked(moment_nm, label)
         # About x and y; the film's own pair is ∫z dF = (M_y, −M_x).
         moment = None if moment_nm is None else (moment_nm[1], -moment_nm[0])
-        run = self._states(load_n, supply, moment)
+        run = self._states(load_n, eccentricity, supply, moment)
+        if load_n is None and not (math.isfinite(eccentricity) and eccentricity > 0.0):
+            raise InputError(f"eccentricity {eccentricity:g} must be above zero; without it there is no load")
         if self.inlet_temperature_c is None:
             viscosity = 1e-3 * self.viscosity_mpas if self.viscosity_pas is None else self.viscosity_pas  # type: ignore[operator]
-            return lambda: _values(run(viscosity), moment)
+            return lambda: self._values(run(viscosity), moment, load_n is None)
         oil = self._oil()
 
         def warm() -> dict[str, Any]:
             found = warm_bearing(oil, oil.temperatures[0], self.speed_rpm * RPM, run)
-            return _values(found.state, moment) | {
+            return self._values(found.state, moment, load_n is None) | {
                 "effective_temperature_c": found.effective - ZERO_CELSIUS,
                 "outlet_temperature_c": found.outlet - ZERO_CELSIUS,
                 "viscosity": found.viscosity,
@@ -139,13 +177,52 @@ class Bearing:
             raise InputError(
                 f"a film that conserves oil runs dry with {label('supply')} none; leave it out, or use reynolds"
             )
-        if conserving and moment is not None:
-            raise InputError(
-                f"{label('moment_nm')} needs {label('cavitation')} reynolds, guembel or full; {CONSERVING} has no tilt"
-            )
+        self._check_surroundings(label)
         return supply
 
-    def _states(self, load: float, supply: str, moment: Moment | None) -> Callable[[float], SteadyState]:
+    def _check_surroundings(self, label: Callable[[str], str]) -> None:
+        """Refuse surfaces, laws or a bore that do not go together with ``InputError``."""
+        if self.boundary_friction is not None and self.roughness_um is None:
+            raise InputError(
+                f"{label('boundary_friction')} needs {label('roughness_um')}: smooth surfaces do not touch"
+            )
+        if (self.pressure_law != "none") != (self.pressure_viscosity is not None):
+            raise InputError(
+                f"{label('pressure_law')} and {label('pressure_viscosity')} go together; oils have 15 to 25 1/GPa"
+            )
+        if self.compressibility not in COMPRESSIBILITIES:
+            near = nearest(self.compressibility, COMPRESSIBILITIES)
+            raise InputError(f"{label('compressibility')} '{self.compressibility}' does not exist; {near}")
+        area = 1e-6 * math.pi * self.diameter_mm * self.width_mm
+        if self.bore is not None and not math.isclose(self.bore.area, area, rel_tol=1e-3):
+            raise InputError(
+                f"the elastic bore is of {1e6 * self.bore.area:.5g} mm^2, this bearing of {1e6 * area:.5g} mm^2; "
+                f"give {label('diameter_mm')} and {label('width_mm')} of the bearing that the bore belongs to"
+            )
+
+    def _surroundings(self) -> Surroundings:
+        """What acts beside the journal's motion."""
+        roughness = contact = None
+        if self.roughness_um is not None:
+            usual: dict[str, Any] = {field.name: field.default for field in fields(PlainBearing)}
+            factor, ratio, modulus = (usual[name] for name in ("asperity_factor", "asperity_ratio", "contact_modulus"))
+            friction = usual["boundary_friction"] if self.boundary_friction is None else self.boundary_friction
+            contact = contact_constants(1e-6 * self.roughness_um, factor, ratio, modulus, friction)
+            roughness = Roughness(1e-6 * self.roughness_um)
+        oil = None
+        if self.pressure_law != "none" or self.compressibility != "none":
+            slope = 1e-9 * (self.pressure_viscosity or 0.0)
+            # Of this oil nothing is read but what pressure does to it.
+            oil = Oil(
+                density=self.oil_density, temperature_speeds=(0.0,), temperatures=(ZERO_CELSIUS,), supply_pressure=0.0,
+                pressure_law=self.pressure_law, pressure_viscosity=slope, compressibility=self.compressibility,
+            )  # fmt: skip
+            pressure_constants(oil, 1.0)
+        return Surroundings(self.cavitation, oil, roughness, contact, self.bore)
+
+    def _states(
+        self, load: float | None, eccentricity: float, supply: str, moment: Moment | None
+    ) -> Callable[[float], SteadyState]:
         """The bearing as a function of its viscosity, Pa s."""
         groove = math.radians(20.0 if self.groove_deg is None else self.groove_deg)
 
@@ -155,9 +232,11 @@ class Bearing:
                 self.speed_rpm * RPM,
             )  # fmt: skip
 
-        if self.cavitation == CONSERVING:
-            grid = self.grid or DEFAULT_GRID
-            return lambda eta: conserving_state(journal(eta), load, supply, (grid[0], grid[1]), groove)
+        around = self._surroundings()
+        if load is None or around != Surroundings(self.cavitation) or self.cavitation == CONSERVING:
+            grid = self.grid or (ELASTIC_GRID if self.bore is not None else DEFAULT_GRID)
+            mixed = MixedBearing(around, supply, (grid[0], grid[1]), groove)
+            return lambda eta: mixed.state(journal(eta), load, moment, (eccentricity, 0.0))
         n_phi, n_z = self.grid or (0, 16)
         steady = SteadyBearing(
             bearing_grid(
@@ -166,6 +245,17 @@ class Bearing:
             )
         )  # fmt: skip
         return lambda eta: steady.state(journal(eta), load, moment)
+
+    def _values(self, state: SteadyState, moment: Moment | None, placed: bool) -> dict[str, Any]:
+        """Results in the units of users."""
+        found = _values(state, moment)
+        if placed:
+            found["load"] = state.load
+        if self.roughness_um is not None:
+            found |= {"contact_load": state.contact_load, "contact_friction_torque": state.contact_torque}
+        if self.bore is not None:
+            found["bore_displacement_um"] = 1e6 * state.bore_opening
+        return found
 
     def _oil(self) -> Oil:
         """Walther's oil."""

@@ -1,0 +1,434 @@
+"""A steady bearing by the solver of any film: rough surfaces, oil under pressure and an elastic bore, all at once.
+
+The film is :func:`cranktrain.film.reynolds.field.solve_film` on the journal's gap
+
+    h = c − (e + ζ t)·n + Σ_k δ_k s_k(φ, ζ),    n = (cos φ, sin φ),
+
+with any rupture, the flow factors of rough surfaces, viscosity and density by pressure. Asperities press with Greenwood
+and Tripp's p_c(h) beside it and rub with the boundary friction μ p_c + τ₀ A_real/A. The bore yields to both pressures,
+δ_k = c_k ∫ w_k (p + p_c) dA, see :mod:`cranktrain.film.elastic.bore_compliance`.
+
+The equilibrium of forces (and moments) and of the bore's shapes is one system for Newton's method, its Jacobian by
+differences and updated by Broyden's rank-one correction. Stiffness and damping are those of differences between films,
+the first between steady ones, the second at an instant (the fill of an opening gap unchanged), the bore's answer
+eliminated: it follows at once.
+
+Friction is that of a filled gap, as in :mod:`cranktrain.film.steady.bearing`: ∫ η(p) U R/h_T dA, half of e × F of the
+film, and what asperities rub.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from cranktrain.core.errors import SolverError
+from cranktrain.core.kernel import kernel
+from cranktrain.core.reduced_body import Array
+from cranktrain.engine.lubricant import CONSTANT, density_factor, pressure_constants, pressure_factor
+from cranktrain.engine.parts import Oil
+from cranktrain.film.contact.asperity import FRICTION, SHEAR, SIGMA, contact_pressure, contact_table
+from cranktrain.film.elastic.bore_compliance import BoreCompliance
+from cranktrain.film.reynolds.field import FilmSolution, Supply, solve_film
+from cranktrain.film.reynolds.liquid import Density
+from cranktrain.film.reynolds.piezoviscosity import Law
+from cranktrain.film.reynolds.rough_gap import Roughness
+from cranktrain.film.steady.bearing import Journal, SteadyBearing, SteadyState, bearing_grid, whirl_threshold
+from cranktrain.film.steady.conserving_bearing import ConservingGrid, conserving_grid
+
+MOST_STEPS = 40
+RESIDUAL = 1.0e-6
+"""Force that may be missing at an equilibrium, over the load, and shapes over the clearance."""
+DIFFERENCE = 0.02
+"""Step of the differences: displacement over the gap or the eccentricity, velocity over that of the wedge."""
+OPEN = 0.5
+"""Least gap of a rough film over the roughness that the oil sees: flow factors are published down to there."""
+OPENINGS = 30
+"""Attempts to find a film that carries less, at the start and by shorter steps."""
+TOWARDS_CAP = -0.5 * math.pi
+"""Direction of x, which the load or the given place has, in an elastic bore's own axes: down onto the cap."""
+GROWTH = 3.0
+"""Times as much as before that may be missing after a step."""
+CLOSING = 0.5
+"""Share of itself, or of the roughness, by which a Newton step may close the film."""
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What acts besides the journal's motion.
+
+    Attributes
+    ----------
+    cavitation : of :func:`cranktrain.film.reynolds.field.solve_film`
+    oil : whose ``pressure_law`` and ``compressibility`` act; None: constant oil
+    roughness : of the surfaces; None: smooth
+    contact : constants of :func:`cranktrain.film.contact.asperity.contact_constants`; None: asperities carry nothing
+    bore : elastic bore; None: rigid
+    """
+
+    cavitation: str = "mass-conserving"
+    oil: Oil | None = None
+    roughness: Roughness | None = None
+    contact: Array | None = None
+    bore: BoreCompliance | None = None
+
+    def laws(self, viscosity: float) -> tuple[Law | None, Density | None]:
+        """Factors of viscosity and density by pressure, for an oil of ``viscosity`` (Pa s) at ambient pressure."""
+        if self.oil is None:
+            return None, None
+        law, first, second = pressure_constants(self.oil, viscosity)
+
+        def factors(pressure: Array) -> Array:
+            out = np.empty(pressure.size)
+            _viscosities(law, np.ascontiguousarray(pressure).ravel(), first, second, out)
+            return out.reshape(pressure.shape)
+
+        def densities(pressure: Array) -> tuple[Array, Array]:
+            out = np.empty((2, pressure.size))
+            _densities(np.ascontiguousarray(pressure).ravel(), out)
+            return out[0].reshape(pressure.shape), out[1].reshape(pressure.shape)
+
+        return None if law == CONSTANT else factors, None if self.oil.compressibility == "none" else densities
+
+
+@dataclass(frozen=True)
+class _Loads:
+    """Of one film, SI: forces (F_x, F_y, ∫ζ dF_x, ∫ζ dF_y) of film and asperities, shapes' amplitudes they make."""
+
+    force: Array
+    touching: Array
+    shapes: Array
+    film: FilmSolution
+    gap: Array
+    rubbing: float  # torque of the asperities, N m
+
+
+class MixedBearing:
+    """Steady bearings in the same surroundings.
+
+    Parameters
+    ----------
+    around : Surroundings
+    supply, grid, groove : widest-gap, none or two-axial; intervals around and across; extent of a groove, rad
+    """
+
+    def __init__(self, around: Surroundings, supply: str, grid: tuple[int, int], groove: float = 0.0) -> None:
+        self.around, self.supply, self.grid, self.groove = around, supply, grid, groove
+        self.table = contact_table()
+        self.shapes = 0 if around.bore is None else len(around.bore.compliance)
+
+    def state(
+        self,
+        journal: Journal,
+        load: float | None,
+        moment: tuple[float, float] | None = None,
+        place: tuple[float, float] = (0.0, 0.0),
+    ) -> SteadyState:
+        """Equilibrium under ``load`` (N, along x) and ``moment`` as :meth:`SteadyBearing.state`; None: at ``place``.
+
+        ``place`` is the eccentricity over the clearance; the load is then the result.
+
+        Raises
+        ------
+        InputError
+            a load that is not above zero, a grid or grooves that cannot be
+        SolverError
+            where no film is found that carries the load
+        """
+        count = 0 if load is None else 2 if moment is None else 4
+        wanted = np.zeros(4)
+        y = np.zeros(4 + self.shapes)
+        y[:2] = place
+        if load is not None:
+            y[:4] = self._guess(journal, load, moment)
+            wanted[0] = -load
+            if moment is not None:
+                wanted[2:] = -2.0 / journal.width * np.asarray(moment)
+        running = _Running(self, journal, wanted, count)
+        if load is not None:
+            y = running.opened(self._nodes(journal, y), y)
+        elif self.shapes:
+            y = running.approached(self._nodes(journal, y), y)
+        for turn in range(4):
+            nodes = self._nodes(journal, y)
+            before = y[:2].copy()
+            y, steps = running.settle(nodes, y)
+            if turn > 0 and np.abs(y[:2] - before).max() < 0.02:
+                break
+        return running.result(y, steps)
+
+    def _guess(self, journal: Journal, load: float, moment: tuple[float, float] | None) -> Array:
+        """Place of a smooth rigid journal, (4,); of one that asperities carry where no film could."""
+        rigid = bearing_grid(self.supply, n_phi=96, groove=self.groove, tilted=moment is not None)
+        try:
+            guess = SteadyBearing(rigid).state(journal, load, moment)
+        except SolverError:
+            if self.around.contact is None:
+                raise
+            return np.array([1.0 - float(self.around.contact[SIGMA]) / journal.clearance, 0.0, 0.0, 0.0])
+        return np.concatenate((guess.eccentricity, guess.tilt))
+
+    def _nodes(self, journal: Journal, y: Array) -> ConservingGrid:
+        """Grid for a journal near ``y``."""
+        return conserving_grid(y[:2], journal.width / journal.diameter, self.supply, *self.grid, self.groove)
+
+
+class _Running:
+    """Newton's method for one journal; unknowns y over the clearance: eccentricity, tilt, shapes."""
+
+    def __init__(self, bearing: MixedBearing, journal: Journal, wanted: Array, count: int) -> None:
+        self.bearing, self.journal, self.wanted = bearing, journal, wanted
+        self.free = np.r_[np.arange(count), np.arange(4, 4 + bearing.shapes)]
+        self.law, self.density = bearing.around.laws(journal.viscosity)
+        self.unit = float(np.abs(wanted).max()) or 1.0
+        self.last: FilmSolution | None = None
+        stiffens = self.law is not None
+        self.hint = ", or an elastic bore or less pressure_viscosity: oil may stiffen without bound" if stiffens else ""
+
+    def place(self, nodes: ConservingGrid) -> None:
+        """Take a grid: normals, shapes of the bore and their weights on it."""
+        bore = self.bearing.around.bore
+        self.nodes, self.last = nodes, None
+        self.normal = np.array([np.cos(nodes.phi), np.sin(nodes.phi)])
+        self.forms = np.zeros((0, nodes.phi.size, nodes.zeta.size))
+        self.weights = self.forms
+        if bore is not None:
+            angles = nodes.phi + TOWARDS_CAP
+            self.forms = bore.shapes(angles, nodes.zeta)
+            self.weights = bore.compliance[:, None, None] * bore.weights(angles, nodes.zeta)
+
+    def gap(self, y: Array) -> Array:
+        """h over the clearance, (n_φ, n_ζ)."""
+        tilt = np.outer(y[2:4] @ self.normal, self.nodes.zeta)
+        return np.asarray(1.0 - (y[:2] @ self.normal)[:, None] - tilt + np.tensordot(y[4:], self.forms, 1))
+
+    def loads(self, y: Array, rate: Array | None = None) -> _Loads:
+        """Forces of the film at ``y`` and, where given, at a ``rate`` (4,) of eccentricity and tilt, 1/s."""
+        journal, around, nodes = self.journal, self.bearing.around, self.nodes
+        c, radius, width = journal.clearance, journal.radius, journal.width
+        gap = c * self.gap(y)
+        nominal = gap if around.roughness is None else np.maximum(gap, OPEN * around.roughness.height)
+        squeeze = np.zeros_like(gap)
+        if rate is not None:
+            squeeze -= c * ((rate[:2] @ self.normal)[:, None] + np.outer(rate[2:] @ self.normal, nodes.zeta))
+        fed = np.repeat(nodes.fed[:, None], nodes.zeta.size, axis=1)
+        film = solve_film(
+            nominal, (2.0 * math.pi * radius, width), speeds=(journal.speed * radius, 0.0), viscosity=journal.viscosity,
+            pressure_viscosity=self.law, density=self.density, roughness=around.roughness, squeeze=squeeze,
+            periodic=True, supplies=(Supply("supply", fed, 0.0),) if fed.any() else (), cavitation=around.cavitation,
+            nodes=(radius * (nodes.phi - nodes.phi[0]), 0.5 * width * (nodes.zeta + 1.0)), guess=self.last,
+        )  # fmt: skip
+        self.last = film
+        pressed = film.pressure * (0.5 * film.areas.sum(axis=1)[:, None] * nodes.weight)
+        touched, rubbed = np.zeros_like(pressed), 0.0
+        if around.contact is not None:
+            out = np.empty((2, gap.size))
+            _touch(gap.ravel(), around.contact, self.bearing.table, out)
+            touched = out[0].reshape(gap.shape) * film.areas
+            rubbed = around.contact[FRICTION] * touched.sum()
+            rubbed += around.contact[SHEAR] * (out[1].reshape(gap.shape) * film.areas).sum()
+        parts = [
+            -np.concatenate((self.normal @ part.sum(axis=1), self.normal @ (part @ nodes.zeta)))
+            for part in (pressed, touched)
+        ]
+        shapes = np.tensordot(self.weights, pressed + touched, 2)
+        return _Loads(parts[0] + parts[1], parts[1], shapes, film, gap, float(rubbed) * radius)
+
+    def residual(self, y: Array, loads: _Loads) -> Array:
+        """What is missing: forces over the largest wanted, shapes over the clearance; (free,)."""
+        missing = (loads.force - self.wanted) / self.unit
+        shapes = y[4:] - loads.shapes / self.journal.clearance
+        return np.concatenate((missing, shapes))[self.free]
+
+    def opened(self, nodes: ConservingGrid, y: Array) -> Array:
+        """A place towards the centre from ``y`` whose film does not carry far too much: from there Newton closes it."""
+        self.place(nodes)
+        rough = self.bearing.around.roughness
+        for _ in range(OPENINGS):
+            least = float(self.gap(y).min())
+            if rough is None or least > 0.5 * rough.height / self.journal.clearance:
+                try:
+                    if np.abs(self.loads(y).force).max() < 1.5 * self.unit:
+                        break
+                except SolverError:
+                    pass
+            y = y * (1.0 - min(0.2 * max(least, 1e-3), 0.1))
+        return y
+
+    def approached(self, nodes: ConservingGrid, y: Array) -> Array:
+        """The shapes at the place of ``y``, which may lie beyond the round bore: on the way there the bore opens."""
+        place, reached = y[:2].copy(), 0.0
+        share = min(1.0, 0.8 / max(float(np.hypot(*place)), 1e-12))
+        for _ in range(2 * OPENINGS):
+            try:
+                opened, _ = self.settle(nodes, np.concatenate((share * place, y[2:])))
+            except SolverError:
+                share = 0.5 * (reached + share)
+                continue
+            if share >= 1.0:
+                return opened
+            y, reached = opened, share
+            share = min(1.0, share + CLOSING * float(self.gap(y).min()) / float(np.hypot(*place)))
+        raise SolverError(f"no film at eccentricity {np.hypot(*place):.4g}; one was found at {reached:.3g} of it")
+
+    def jacobian(self, y: Array, at: Array) -> Array:
+        """Its derivatives by the free unknowns, by differences that open the film."""
+        columns = []
+        for k in self.free:
+            step = 0.02 * float(self.gap(y).min()) if k < 4 else 0.02 * max(float(self.gap(y).min()), 0.01)
+            moved = y.copy()
+            moved[k] += -math.copysign(abs(step), y[k]) if k < 4 else step
+            columns.append((self.residual(moved, self.loads(moved)) - at) / (moved[k] - y[k]))
+        return np.array(columns).T
+
+    def settle(self, nodes: ConservingGrid, y: Array) -> tuple[Array, int]:
+        """Newton's method on one grid; the unknowns and its steps."""
+        self.place(nodes)
+        here = self.residual(y, self.loads(y))
+        if not self.free.size:
+            return y, 0
+        jacobian = self.jacobian(y, here)
+        for steps in range(1, MOST_STEPS + 1):
+            if np.abs(here).max() <= RESIDUAL:
+                return y, steps
+            change = np.zeros_like(y)
+            change[self.free] = -np.linalg.solve(jacobian, here)
+            moved, there = self._tried(y, change * self._share(y, change), np.abs(here).max())
+            step = (moved - y)[self.free]
+            length = float(step @ step)
+            if length == 0.0:
+                break
+            slow = np.abs(there).max() > 0.3 * np.abs(here).max()
+            jacobian = jacobian + np.outer(there - here - jacobian @ step, step) / length
+            y, here = moved, there
+            if slow:
+                jacobian = self.jacobian(y, here)
+        carried = "film and bore settle" if self.free[0] > 1 else f"film carries {self.unit:g} N"
+        raise SolverError(
+            f"no {carried} on a grid {self.bearing.grid[0]} x {self.bearing.grid[1]}: {np.abs(here).max():.2g} is "
+            f"missing; change the grid, take less load or more viscosity{self.hint}"
+        )
+
+    def _tried(self, y: Array, change: Array, before: float) -> tuple[Array, Array]:
+        """The unknowns after a step, shortened until not far more is missing than ``before``, and what is there."""
+        for _ in range(OPENINGS):
+            try:
+                there = self.residual(y + change, self.loads(y + change))
+                if np.abs(there).max() < GROWTH * before:
+                    return y + change, there
+            except SolverError:
+                pass
+            change = 0.5 * change
+        return y, np.full(self.free.size, before)
+
+    def _share(self, y: Array, change: Array) -> float:
+        """Share of a step that leaves the film open."""
+        rough = self.bearing.around.roughness
+        gap = self.gap(y)
+        least = 0.0 if rough is None else rough.height / self.journal.clearance
+        room = np.maximum(gap, least)
+        closing = float(((gap - self.gap(y + change)) / room).max())
+        return min(1.0, CLOSING / max(closing, 1e-12), 0.3 / max(float(np.abs(change).max()), 1e-12))
+
+    def coefficients(self, y: Array, count: int) -> tuple[Array, Array]:
+        """Stiffness and damping over c and c/ω, (count, count) N: the bore's answer eliminated."""
+        k = self.bearing.shapes
+        size = float(np.hypot(*y[:2]))
+        away = DIFFERENCE * min(max(float(self.gap(y).min()), 1e-4), max(size, 1e-4))
+        fast = DIFFERENCE * 0.5 * max(size, 1e-4) * self.journal.speed
+
+        def slopes(of: int, step: float, moving: bool) -> Array:
+            pair = []
+            for sign in (1.0, -1.0):
+                moved, rate = y.copy(), np.zeros(4)
+                (rate if moving else moved)[of] += sign * step
+                loads = self.loads(moved, rate if moving else None)
+                pair.append(np.concatenate((loads.force, loads.shapes / self.journal.clearance)))
+            return (pair[0] - pair[1]) / (2.0 * step)
+
+        by_shapes = np.array([slopes(4 + j, away, False) for j in range(k)]).T.reshape(4 + k, k)
+        answer = np.linalg.inv(np.eye(k) - by_shapes[4:])
+        found = []
+        for step, moving in ((away, False), (fast, True)):
+            by = np.array([slopes(j, step, moving) for j in range(count)]).T
+            found.append(-(by[:4] + by_shapes[:4] @ answer @ by[4:])[:count])
+        return found[0], found[1] * self.journal.speed
+
+    def side_flow(self, film: FilmSolution) -> float:
+        """Flow out of both ends, m³/s: what the strips at the ends displace counts where there is pressure beside them.
+
+        The strips are full all around to the solver, and what they displace then sums to zero.
+        """
+        flow = film.flows["z0"] + film.flows["z1"]
+        for end, inside in ((0, 1), (-1, -2)):
+            h, strip = film.h[:, end], 0.5 * abs(film.z[inside] - film.z[end])
+            gained = 0.25 * (np.roll(h, -1) - np.roll(h, 1)) * self.journal.speed * self.journal.radius * strip
+            flow -= float(gained[film.pressure[:, inside] > 0.0].sum())
+        return flow
+
+    def result(self, y: Array, steps: int) -> SteadyState:
+        """The state at the solution ``y``."""
+        journal = self.journal
+        c, radius = journal.clearance, journal.radius
+        count = 4 if 3 in self.free else 2
+        stiffness, damping = self.coefficients(y, count)
+        here = self.loads(y)
+        # Axes along the load, which is not where x was if the place was given.
+        towards = math.atan2(-here.force[1], -here.force[0])
+        turn_back = np.array([[math.cos(towards), math.sin(towards)], [-math.sin(towards), math.cos(towards)]])
+        turned = np.kron(np.eye(count // 2), turn_back)
+        stiffness, damping = turned @ stiffness @ turned.T, turned @ damping @ turned.T
+        # Motions are those of the end inside, slopes outside: end = slope L/2.
+        lever = np.array([1.0, 1.0, 0.5 * journal.width, 0.5 * journal.width])[:count]
+        scale = np.outer(lever, lever) / c
+        stiffness, damping = scale * stiffness, scale * damping / journal.speed
+        load = float(np.hypot(*here.force[:2]))
+        threshold, whirl = whirl_threshold(stiffness[:2, :2], damping[:2, :2], load, c, journal.speed)
+        film, force = here.film, here.force - here.touching
+        drag = float((film.viscosity / film.h * film.areas).sum()) * journal.speed * radius * radius
+        turn = 0.5 * c * float(y[0] * force[1] - y[1] * force[0])
+        place, tilt = turn_back @ y[:2], turn_back @ y[2:4]
+        return SteadyState(
+            eccentricity=place,
+            tilt=tilt,
+            attitude=math.atan2(place[1], place[0]),
+            least_film=float(here.gap.min()),
+            flow=self.side_flow(film),
+            friction_torque=drag + turn + here.rubbing,
+            largest_pressure=film.p_max,
+            stiffness=stiffness,
+            damping=damping,
+            whirl_threshold=threshold,
+            whirl_ratio=whirl,
+            sommerfeld=3.0 * load / journal.force_unit,
+            iterations=steps,
+            load=load,
+            contact_load=float(np.hypot(*here.touching[:2])),
+            contact_torque=here.rubbing,
+            bore_opening=float(c * np.abs(np.tensordot(y[4:], self.forms, 1)).max()) if y.size > 4 else 0.0,
+        )
+
+
+@kernel
+def _viscosities(law, pressures, first, second, out):
+    """η/η₀ at every pressure (n,) into ``out`` (n,)."""
+    for k in range(pressures.shape[0]):
+        out[k], _ = pressure_factor(law, pressures[k], first, second)
+
+
+@kernel
+def _densities(pressures, out):
+    """ρ/ρ₀ and its derivative at every pressure (n,) into ``out`` (2, n)."""
+    for k in range(pressures.shape[0]):
+        out[0, k], out[1, k] = density_factor(pressures[k])
+
+
+@kernel
+def _touch(gaps, constants, table, out):
+    """Contact pressure (Pa) and share of the area that touches at every gap (n,), m, into ``out`` (2, n)."""
+    for k in range(gaps.shape[0]):
+        p, _, area = contact_pressure(gaps[k], constants, table)
+        out[0, k] = p
+        out[1, k] = area
