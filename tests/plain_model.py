@@ -81,10 +81,10 @@ class PlainModel:
         tau_c = 2 * np.pi * RECENTRING_REVOLUTIONS / self.speed
         return (self.rigid_turn * y[5] / tau_c - y[2 * self.n + 1]) / (tau_c / 4)
 
-    def pressures(self, theta, omega):
-        """Absolute pressure in each cylinder, Pa."""
-        angle = (theta - self.phase) % (4 * np.pi)
-        share = self.settings.gas_load * max(0.0, 1 - self.gas.falloff * (omega / self.gas.best_speed - 1) ** 2)
+    def pressures(self, theta, q):
+        """Absolute pressure in each cylinder, Pa: the gas follows the crank, not the frame."""
+        angle = (theta + self.rigid_turn * q[5] - self.phase) % (4 * np.pi)
+        share = self.settings.gas_load * max(0.0, 1 - self.gas.falloff * (self.speed / self.gas.best_speed - 1) ** 2)
         return self.motored(angle) + share * (self.fired(angle) - self.motored(angle))
 
     def rods(self, theta, omega, omega_dot, q, v, a, pressures):
@@ -174,7 +174,7 @@ class PlainModel:
         q, v = y[: self.n], y[self.n : 2 * self.n]
         frame = self.frame(t, y, angle)
         theta, omega, omega_dot = frame[:3]
-        pressures = self.pressures(theta, omega)
+        pressures = self.pressures(theta, q)
 
         def rods(a):
             force, moment, _ = self.rods(theta, omega, omega_dot, q, v, a, pressures)
@@ -225,7 +225,7 @@ class PlainModel:
         """Power (W) by name: in by gas; out through the shaft to the dynamometer and into heat."""
         theta, omega, omega_dot, lead, rate = frame
         drive = self.engine.drive_line
-        pressures = self.pressures(theta, omega)
+        pressures = self.pressures(theta, q)
         _, _, motion = self.rods(theta, omega, omega_dot, q, v, np.zeros((len(self.pin_at), 3)), pressures)
         gauge = (pressures - self.settings.crankcase_pressure) * self.area
         twist, twist_rate = lead + self.flywheel @ q, rate + self.flywheel @ v

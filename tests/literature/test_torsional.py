@@ -142,7 +142,7 @@ def with_formula(name):
 
 
 def steady_run(engine, body, speed, step_deg, cycles):
-    """Torsion of pulley and flywheel and the frame's wobble: amplitudes of orders 0.5, 1, … over its mean angle."""
+    """Torsion of pulley and flywheel and the crank's swing: amplitudes of orders 0.5, 1, … over its mean angle."""
     settings = Settings(
         crank="torsional", bearings="held", integrator="esdirk4", step=math.radians(step_deg),
         newton_tolerance=1e-9,
@@ -165,7 +165,7 @@ def test_time_and_frequency_agree(name, rpm):
     body = crank_body(engine, "torsional")
     exact = torsional_response(engine, body, rpm * RPM, highest=100.0)
     found = steady_run(engine, body, rpm * RPM, 0.4, 24)
-    for amplitudes, expected in zip(found, (exact.pulley, exact.flywheel, exact.frame), strict=True):
+    for amplitudes, expected in zip(found, (exact.pulley, exact.flywheel, exact.crank), strict=True):
         error = amplitudes[: expected.size - 1] - expected[1 : amplitudes.size + 1]
         assert np.linalg.norm(error) < 1e-6 * np.linalg.norm(expected[1:])
 

@@ -11,7 +11,7 @@ from plain_model import PlainModel
 from standing import rigid_block
 
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.model.slots import FORCES, STATE_U, STATE_UDD, TILTS, UDD, U
+from cranktrain.dynamics.model.slots import FORCES, STATE_U, STATE_UDD, THETA, TILTS, UDD, U
 from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.outputs.register import Counts, output_names
@@ -128,7 +128,7 @@ def test_moments_do_the_work_of_the_tilting_forces():
     work.port[U : UDD + 1] = work.port[STATE_U : STATE_UDD + 1]
     port_forces(model, work, frame, pressures, 1.0, 1.0)
     forces = work.port[FORCES]
-    theta = read(simulation, "crank.angle")
+    theta = frame[THETA]
     turn = np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
     first = int(model.layout[TILTS])
     largest = 0.0
@@ -154,7 +154,7 @@ def test_a_moment_turns_a_tilted_journal_back():
     v[mode] = 0.5 / np.abs(tilts[:, mode]).max()
     assert np.all(np.isfinite(q))
     simulation.state = state
-    theta = read(simulation, "crank.angle")
+    theta = simulation.work.frames[0, THETA]
     turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
     power = 0.0
     for i, main in enumerate(MAINS):
@@ -172,7 +172,7 @@ def test_load_of_rigid_big_ends_is_that_of_the_plain_model():
     frame = simulation.work.frames[0]
     theta, omega, omega_dot = frame[0], frame[1], frame[2]
     motion = np.einsum("pcn,n->pc", plain.pins, a)
-    force, _, _ = plain.rods(theta, omega, omega_dot, q, v, motion, plain.pressures(theta, omega))
+    force, _, _ = plain.rods(theta, omega, omega_dot, q, v, motion, plain.pressures(theta, q))
     turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
     for c, end in enumerate(ENDS):
         ours = [read(simulation, f"{end}.force.x"), read(simulation, f"{end}.force.y")]
@@ -192,7 +192,7 @@ def test_films_of_floating_big_ends():
     work.port[U : UDD + 1] = work.port[STATE_U : STATE_UDD + 1]
     port_forces(model, work, frame, pressures, 1.0, 1.0)
     forces = work.port[FORCES]
-    theta = read(free, "crank.angle")
+    theta = frame[THETA]
     turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
     bearing = ENGINE.big_end_bearing
     peak = max(abs(read(rigid, f"{end}.force.y")) for end in ENDS)

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.bodies import add_block_options
-from cranktrain.cli.console import bar, say, show, stages
+from cranktrain.cli.console import labelled_bar, say, show, stages
 from cranktrain.core.errors import InputError
+from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES, TOLERANCE
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, OIL_LAWS, bearing_law, bearing_levels
 from cranktrain.levels import CRANKS, PISTONS, described
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.results.run import Run
 
-DESCRIPTION = "Run cycles at constant speed; write an HDF5 result and print a summary."
+DESCRIPTION = "Run at constant speed until cycles repeat; write an HDF5 result and print a summary."
 _SOURCES = "engine (default), by its speed; or heat-balance"
 
 
@@ -33,7 +34,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs have."""
     add = parser.add_argument
     add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 100")
-    add("--cycles", type=int, default=6, help="cycles of 720 degrees (default 6); the last one is evaluated")
+    add(
+        "--cycles", type=int, metavar="N",
+        help=f"exactly so many cycles of 720 degrees (default: until the outputs repeat, at most {MOST_CYCLES}; "
+        f"{FREE_CYCLES} with --load-torque-nm); the last one is evaluated",
+    )  # fmt: skip
+    add(
+        "--settle", type=float, default=TOLERANCE, metavar="TOL",
+        help=f"run until less than this is left of settling in each family of outputs (default {TOLERANCE:g})",
+    )  # fmt: skip
     add("--crank", default="solid", metavar="LEVEL", help=f"{described(CRANKS.values())}; default solid")
     add(
         "--bearings", default="auto", metavar="LEVEL",
@@ -100,8 +109,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     _tell_unread(engine, settings)
     with stages(engine.name) as tell:
         made = assemble(engine, settings, say=tell, crank_mesh=request.mesh, block_mesh=request.block_mesh)
-    with bar(f"{request.speed_rpm:g} rev/min, {request.cycles} cycles") as advance:
-        found = request.run(made, gas, advance)
+    with labelled_bar(f"{request.speed_rpm:g} rev/min") as (tell, advance):
+        found = request.run(made, gas, advance, tell)
     found.save(output)
     summary = found.summary(output)
     if options.steady:
@@ -112,7 +121,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if options.plots is not None:
         summary["plots"] = _draw(Path(options.plots), found, settings, request.speed_rpm)
     if not options.json:
-        _show(found, settings, summary, request.cycles)
+        _show(found, settings, summary)
     return summary
 
 
@@ -161,7 +170,7 @@ def _draw(folder: Path, run: Run, settings: Settings, speed_rpm: float) -> list[
     return [str(path) for path in save_film_pictures(folder, run, run.engine, title)]
 
 
-def _show(run: Run, settings: Settings, summary: dict[str, Any], cycles: int) -> None:
+def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
     """Print the summary for people."""
     from cranktrain.results.tables import online_text, run_tables
 
@@ -169,7 +178,7 @@ def _show(run: Run, settings: Settings, summary: dict[str, Any], cycles: int) ->
     for table in run_tables(summary):
         show(table)
     if run.passes > 1:
-        print(f"Temperatures by heat balance: {run.passes} runs of {cycles} cycles; the last is shown")
+        print(f"Temperatures by heat balance: {run.passes} runs; the last is shown")
     if "online_films" in summary:
         print(online_text(summary["online_films"]))
     print(
@@ -177,6 +186,7 @@ def _show(run: Run, settings: Settings, summary: dict[str, Any], cycles: int) ->
         f"rejected; real-time factor {summary['real_time_factor']:.2f} ({settings.integrator}, "
         f"{math.degrees(settings.step):g} deg)"
     )
+    print(run.settling.text)
     print(f"Result: {summary['result']}")
     if "plots" in summary:
         print("Pictures: " + ", ".join(summary["plots"]))

@@ -6,9 +6,8 @@ Both call the same :func:`~cranktrain.dynamics.time.step_control.advance`; that 
 from __future__ import annotations
 
 import math
-import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,8 +41,15 @@ from cranktrain.dynamics.model.state import (
     state_size,
 )
 from cranktrain.dynamics.model.workspace import make_work
-from cranktrain.dynamics.outputs.register import observers, output_counts, output_needs
+from cranktrain.dynamics.outputs.register import judged_families, observers, output_counts, output_needs
 from cranktrain.dynamics.run import advance_and_observe, advance_series, observe
+from cranktrain.dynamics.settled.cycles import (
+    Recorder,
+    plain_cycles,
+    rewind,
+    settled_cycles,
+)
+from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES, TOLERANCE, Judge, Settling
 from cranktrain.dynamics.start.mean_motion import Start, leaning, rigid_start
 from cranktrain.dynamics.start.settling import settle
 from cranktrain.dynamics.time.integrators import method_mark
@@ -70,8 +76,6 @@ __all__ = ["Parts", "Result", "Settings", "Simulation", "simulate"]
 
 FIRST_AMPLITUDES = np.array([1.0e-4, 1.0e-6])
 """Alternating torsion (rad) and axial motion (m) that a run expects before it knows its own; they fade over a cycle."""
-CALL = 0.2
-"""Wall time that a run spends at most, about, between two looks at an interrupt, s."""
 LONGEST_STEP = 1.0
 """Longest communication step, s: beyond it inputs held or extrapolated have no meaning."""
 SLOWEST = 100.0 * math.pi / 30.0
@@ -341,11 +345,12 @@ class Simulation:
 class Result:
     """Time series of one run, SI.
 
-    ``time`` and ``angle`` (frame, rad) are (n,), ``outputs`` maps each output's name to (n,); ``counters`` holds steps,
-    newton_iterations, rejected_steps and missed_steps (of adaptive control); ``seconds`` is wall time without
-    compilation and start. Samples are uniform in time, ``per_cycle`` of them to 720°. ``film_temperatures`` (b,), K,
-    are those of the main bearings' films and ``passes`` the runs that it took to find them; all else tells of the last
-    of these.
+    ``time`` and ``angle`` (rad; of the shaft whose speed is given, else of the crank) are (n,), ``outputs`` maps each
+    output's name to (n,); ``counters`` holds steps, newton_iterations, rejected_steps and missed_steps (of adaptive
+    control); ``seconds`` is wall time without compilation and start. Samples are uniform in time, ``per_cycle`` of them
+    to 720°. ``settling`` says how settled they are; where a run went on until its outputs repeated, the last cycle or
+    the last ones that repeat are kept, while ``counters`` and ``seconds`` tell of all. ``film_temperatures`` (b,), K,
+    are those of the main bearings' films and ``passes`` the runs that it took to find them; all else tells of the last.
     """
 
     time: Array
@@ -356,6 +361,7 @@ class Result:
     real_time_factor: float
     per_cycle: int
     film_temperatures: Array
+    settling: Settling
     passes: int = 1
 
     def last_cycle(self, name: str) -> tuple[Array, Array]:
@@ -380,23 +386,27 @@ def simulate(
     body: ReducedBody,
     settings: Settings,
     speed: float,
-    cycles: int,
+    cycles: int | None = None,
     gas: GasTrace | None = None,
     progress: Callable[[float], None] | None = None,
     parts: Parts | None = None,
     heat_balance: bool = False,
     damper_balance: bool = False,
     load_torque: float | None = None,
+    settle: float = TOLERANCE,
+    say: Callable[[str], None] | None = None,
 ) -> Result:
-    """Run ``cycles`` cycles at constant ``speed`` (rad/s) and keep every output at every step.
+    """Run at constant ``speed`` (rad/s) until the outputs repeat, or ``cycles`` cycles, and keep every output.
 
+    Without ``cycles`` a run goes on until no more than ``settle`` of any family of outputs is left of settling, at most
+    ``MOST_CYCLES`` cycles (:mod:`cranktrain.dynamics.settled`), and keeps the last cycle, or the last ones that repeat.
     ``parts`` hold what the levels need. With ``heat_balance`` each main's film is as warm as its friction makes it
     (:mod:`cranktrain.dynamics.warm_films`), with ``damper_balance`` the damper as its losses make it: the run repeats,
     going on where it ended, until no temperature changes by more than ``SETTLED``, at most ``PASSES`` times; the last
     run is the result. At boundary ``torque`` the dynamometer is loaded by ``load_torque`` (N m), or by the torque that
     holds the speed; ``speed`` is where the run starts, and a cycle the time that it takes at this speed.
-    ``progress`` is called with the share of a run done, in [0, 1]. An interrupt ends the run early and keeps what it
-    has.
+    ``progress`` is called with the share of a run done, in [0, 1], ``say`` with cycles and what is left. An interrupt
+    ends the run early and keeps what it has.
 
     Raises
     ------
@@ -408,8 +418,10 @@ def simulate(
     """
     if not (math.isfinite(speed) and speed >= SLOWEST * (1.0 - 1.0e-9)):
         raise InputError(f"cycles need at least 100 rev/min, got {speed * _RPM:g}; the FMU takes any speed from 0")
-    if cycles < 1:
+    if cycles is not None and cycles < 1:
         raise InputError(f"at least one cycle must run, got {cycles}")
+    if not 0.0 < settle < 1.0:
+        raise InputError(f"what may be left of settling must lie between 0 and 1, got {settle:g}; e.g. 1e-3")
     if heat_balance:
         check_level(resolved(settings, engine).bearings)
     if load_torque is not None and settings.boundary != "torque":
@@ -420,10 +432,15 @@ def simulate(
     simulation.inputs[0] = speed
     if simulation.settings.boundary == "torque":
         simulation.inputs[-1] = simulation.steady_torque() if load_torque is None else load_torque
+        cycles = FREE_CYCLES if cycles is None else cycles
     simulation.initialize()
-    result = _run(simulation, cycles, progress)
-    if heat_balance or damper_balance:
-        result = _balanced(simulation, cycles, progress, result, heat_balance, damper_balance)
+
+    def run() -> tuple[Result, bool]:
+        return _run(simulation, cycles, settle, progress, say)
+
+    result, complete = run()
+    if complete and (heat_balance or damper_balance):
+        result = _balanced(simulation, cycles, run, result, heat_balance, damper_balance)
     if simulation.settings.damper == "fitted":
         line = power_warning(required_damper(engine), damper_power(result))
         if line is not None:
@@ -438,8 +455,8 @@ def damper_power(result: Result) -> float:
 
 def _balanced(
     simulation: Simulation,
-    cycles: int,
-    progress: Callable[[float], None] | None,
+    cycles: int | None,
+    run: Callable[[], tuple[Result, bool]],
     result: Result,
     films: bool,
     damper: bool,
@@ -448,6 +465,7 @@ def _balanced(
     engine = simulation.engine
     inlet = supply_temperature(engine, simulation.settings, float(simulation.inputs[0]))
     bounds: tuple[str, ...] = ()
+    complete = True
     for passes in range(1, PASSES + 1):
         changes, warmer, warmth = [], simulation.film_temperatures, 0.0
         if films:
@@ -459,79 +477,73 @@ def _balanced(
             warmth = damper_balance_temperature(required_damper(engine), damper_power(result))
             changes.append(abs(warmth - simulation.damper_temperature))
         result = replace(result, passes=passes)
-        if max(changes) < SETTLED or passes == PASSES or result.time.size <= cycles * result.per_cycle:
+        if max(changes) < SETTLED or passes == PASSES or not complete:
             break
-        _rewind(simulation, cycles)
+        if cycles is not None:
+            rewind(simulation, cycles)
         if films:
             simulation.film_temperatures = warmer
         if damper:
             simulation.damper_temperature = warmth
-        result = _run(simulation, cycles, progress)
+        result, complete = run()
     warn_of_bounds(bounds)
     if max(changes) >= SETTLED:
         warn_unsettled(max(changes), passes)
     return result
 
 
-def _rewind(simulation: Simulation, cycles: int) -> None:
-    """Call the present state the start: time from 0, the crank's angle less the cycles that it has turned."""
-    state = simulation.state
-    state[TIME] = 0.0
-    state[SHAFT_ANGLE] -= 4.0 * math.pi * cycles
-    simulation.state = state
-
-
-def _run(simulation: Simulation, cycles: int, progress: Callable[[float], None] | None) -> Result:
-    """Cycles at constant speed from the simulation's state, whose time is 0."""
+def _run(
+    simulation: Simulation,
+    cycles: int | None,
+    settle: float,
+    progress: Callable[[float], None] | None,
+    say: Callable[[str], None] | None,
+) -> tuple[Result, bool]:
+    """Cycles at constant speed from the simulation's state, whose time is 0; whether none was cut short."""
     speed = float(simulation.inputs[0])
     h = communication_step(speed, simulation.settings.step)
-    per_cycle = round(4.0 * math.pi / speed / h)
-    count = per_cycle * cycles
-    series = np.empty((count + 1, simulation.outputs.size))
-    times: Array = np.arange(count + 1, dtype=np.float64) * h
-    series[0] = simulation.outputs
-    simulation.series(h, 1, series[:0])  # compiles what an FMU has no use for, before the clock starts
-    done, wall, at_once = 0, 0.0, 4
-    # A free crank may stall at any step, which only single ones watch for.
-    single = simulation.settings.boundary == "torque"
-    try:
-        while done < count:
-            start = time.perf_counter()
-            end = min(done + at_once, (done // per_cycle + 1) * per_cycle)
-            if not single:
-                done += simulation.series(h, done + 1, series[done + 1 : end + 1])
-            while done < end:
-                simulation.step(times[done + 1])
-                done += 1
-                series[done] = simulation.outputs
-            spent = time.perf_counter() - start
-            wall += spent
-            at_once = max(1, min(4 * at_once, int(at_once * CALL / max(spent, 1e-9))))
-            if progress is not None and done % per_cycle == 0:
-                progress(done / count)
-    except KeyboardInterrupt:
-        if done < per_cycle:
-            raise
-    series, times = series[: done + 1], times[: done + 1]
-    counters, shown = simulation.work.counters, simulation.shown_outputs
+    recorder = Recorder(simulation, h, round(4.0 * math.pi / speed / h))
+    shown = simulation.shown_outputs
+    columns = {name: i for i, name in enumerate(simulation.output_names) if name in shown}
+    judge = output_judge(simulation.engine, columns)
+    if cycles is not None:
+        rows, settling, complete = plain_cycles(recorder, judge, cycles, settle, progress)
+    else:
+        rows, settling, complete = settled_cycles(recorder, judge, settle, MOST_CYCLES, progress, say)
+    counters, times = simulation.work.counters, np.arange(len(rows), dtype=np.float64) * h
     if counters[N_MISSED] > 0.0:
         warnings.warn(
             f"{counters[N_MISSED]:.0f} of {counters[N_STEPS]:.0f} steps missed the tolerance of "
             f"{simulation.settings.tolerance:g} at the shortest step; use a shorter solver.step, or a larger tolerance",
             stacklevel=2,
         )
-    return Result(
+    result = Result(
         time=times,
-        angle=series[:, 0].copy(),
-        outputs={name: series[:, i].copy() for i, name in enumerate(simulation.output_names) if name in shown},
+        # Of a given speed the shaft's, even in time; a free crank has but its own.
+        angle=rows[:, 0].copy() if simulation.settings.boundary == "torque" else speed * times,
+        outputs={name: rows[:, i].copy() for name, i in columns.items()},
         counters={
             "steps": int(counters[N_STEPS]),
             "newton_iterations": int(counters[N_ITERATIONS]),
             "rejected_steps": int(counters[N_REJECTED]),
             "missed_steps": int(counters[N_MISSED]),
         },
-        seconds=wall,
-        real_time_factor=wall / float(times[-1]),
-        per_cycle=per_cycle,
+        seconds=recorder.seconds,
+        real_time_factor=recorder.seconds / (recorder.taken * h),
+        per_cycle=recorder.per_cycle,
         film_temperatures=simulation.film_temperatures,
+        settling=settling,
     )
+    return result, complete
+
+
+def output_judge(engine: Engine, columns: Mapping[str, int]) -> Judge:
+    """What judges the settling of outputs in these columns."""
+    counts = output_counts(engine)
+    needs = output_needs(counts)
+    families, of_block = {}, set()
+    for family, names in judged_families(counts).items():
+        families[family] = [columns[name] for name in names if name in columns]
+        if "block" in needs[names[0]]:
+            of_block.add(family)
+    return Judge(families, frozenset(of_block))

@@ -156,6 +156,7 @@ def run_summary(run: Result, result_path: str) -> dict[str, Any]:
         "real_time_factor": float(run.real_time_factor),
         "seconds": float(run.seconds),
         **{key: int(run.counters[key]) for key in ("steps", "newton_iterations", "rejected_steps")},
+        "settling": run.settling.as_dict(),
         "pulley": pulley,
         "bearings": [
             row | {"film_temperature_c": float(temperature - ZERO_CELSIUS)}

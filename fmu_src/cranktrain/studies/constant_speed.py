@@ -16,6 +16,7 @@ from cranktrain.assembly import Assembly, assemble, checked
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics import simulation
 from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.dynamics.warm_films import TEMPERATURES, check_level
 from cranktrain.engine.file import load_engine
@@ -30,6 +31,7 @@ RPM = math.pi / 30.0
 _BOUNDS = {
     "speed_rpm": (100.0, 20000.0, "rev/min; for less use the FMU, which takes any speed from 0"),
     "cycles": (1, 10000, "cycles"),
+    "settle": (1e-8, 0.5, "of the outputs' alternating part"),
     "load": (0.0, 2.0, "of the full-load burn"),
     "load_torque_nm": (-1e6, 1e6, "N m"),
     "step_deg": (0.001, 30.0, "deg of crank angle"),
@@ -54,7 +56,8 @@ class Request:
     Attributes
     ----------
     speed_rpm : rev/min; with ``load_torque_nm`` where the run starts
-    cycles : of 720 degrees; the last one is evaluated
+    cycles : of 720 degrees; the last one is evaluated. None: until the outputs repeat
+    settle : what may be left of settling in any family of outputs, over its alternating part
     crank, bearings, big_ends, block, pistons : fidelity levels; ``auto`` follows the engine and the other levels
     damper : with the engine's torsional damper on the pulley
     film_temperature, damper_temperature : ``engine`` by its speed, or ``heat-balance``
@@ -68,7 +71,8 @@ class Request:
     """
 
     speed_rpm: float
-    cycles: int = 6
+    cycles: int | None = None
+    settle: float = TOLERANCE
     crank: str = "solid"
     bearings: str = "auto"
     big_ends: str = "rigid"
@@ -174,20 +178,24 @@ class Request:
         made: Assembly,
         gas: GasTrace | None = None,
         progress: Callable[[float], None] | None = None,
+        say: Callable[[str], None] | None = None,
     ) -> Run:
-        """Run the cycles; ``progress`` is told the share done. Raises ``InputError`` and ``SolverError``."""
+        """Run the cycles; ``progress`` is told the share done, ``say`` cycles and what is left of settling.
+
+        Raises ``InputError`` and ``SolverError``.
+        """
         settings = made.settings
         result = simulation.simulate(
             made.engine, made.body, settings, self.speed, self.cycles, gas, progress, made.parts,
             heat_balance=self.film_temperature == "heat-balance",
             damper_balance=self.damper_temperature == "heat-balance",
-            load_torque=self.load_torque_nm,
+            load_torque=self.load_torque_nm, settle=self.settle, say=say,
         )  # fmt: skip
         choices = ("crank", "bearings", "big_ends", "block", "pistons", "boundary", "damper")
         attributes = {
             "body_digest": made.body.digest,
             "speed": self.speed,
-            "cycles": self.cycles,
+            **result.settling.attributes,
             **{key: getattr(settings, key) for key in choices},
             "film_temperature": self.film_temperature,
             "damper_temperature": self.damper_temperature,
@@ -207,7 +215,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     **choices: Any,
 ) -> Run:
-    """Run cycles of an engine at constant speed.
+    """Run an engine at constant speed until its outputs repeat, or for ``cycles`` cycles.
 
     Parameters
     ----------
@@ -242,4 +250,4 @@ def simulate(
         found = engine if isinstance(engine, Engine) else load_engine(engine)
         settings = request.settings(found)
         made = assemble(found, settings, say=say, crank_mesh=request.mesh, block_mesh=request.block_mesh)
-    return request.run(made, request.gas(made.engine), progress)
+    return request.run(made, request.gas(made.engine), progress, say)

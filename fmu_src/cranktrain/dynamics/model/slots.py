@@ -23,9 +23,9 @@ RODS, TILTS, THRUST_LAW, ROD_LAWS, CRANK_MODES, TURNING_MODES, DAMPER = range(7)
 BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, LAYOUT = 7, 8, 9, 10, 11, 12, 13
 # Columns of ``ModelArrays.connections``: number of Newton ports that a law couples, and the first of them.
 COUPLED, FIRST = 0, 1
-# What a stage knows of the frame's motion, ``Work.frames``; the load torque on the rotor (N m), and the restraint of
-# the block as a whole, (rad/s)², while a run's start is sought.
-THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, BLOCK_RESTRAINT, FRAME_SIZE = range(11)
+# What a stage knows of the frame's motion, ``Work.frames``; the load torque on the rotor (N m), the restraint of the
+# block as a whole, (rad/s)², while a run's start is sought, and the frame's angle against cylinders that lean, rad.
+THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, BLOCK_RESTRAINT, FIRING, FRAME_SIZE = range(12)
 # Rows of ``Work.port``: the ports' u, u̇, ü and forces at a stage, the stage's Q and V at the ports, u without forces,
 # the step of an iteration, what a step differs from its embedded solution, u before an iteration; u, u̇, ü at the state;
 # the series behind a guess, the guess; the relative motion d, ḋ that the last evaluation of forces or the state gave.

@@ -51,7 +51,7 @@ class Work(NamedTuple):
     scratch: Array  # (64,)
     counters: Array  # (COUNTERS,) steps, stages, Newton iterations, rejected steps, factorisations, worst residual,
     # steps that missed the tolerance
-    frames: Array  # (stages, 10) the frame's motion at each stage
+    frames: Array  # (stages, FRAME_SIZE) the frame's motion at each stage
     guides: Array  # (c, 3) side forces of a guided piston's layers and its friction, as a stage last found them
     pressures: Array  # (stages, c) cylinder pressures at each stage
     inputs: Array  # (2, 2 + c) value and rate of the reconstructed inputs

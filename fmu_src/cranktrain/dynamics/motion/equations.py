@@ -20,7 +20,6 @@ from __future__ import annotations
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
     AREA,
-    BEST_SPEED,
     BLOCK_RESTRAINT,
     BORE_ROTATIONS,
     COS,
@@ -29,10 +28,8 @@ from cranktrain.dynamics.model.slots import (
     CRANKCASE,
     DAMPER,
     DRIVEN,
-    FALLOFF,
     FIRST,
     FORCES,
-    GAS_LOAD,
     GRAVITY,
     LEAD,
     LEAD_RATE,
@@ -40,7 +37,6 @@ from cranktrain.dynamics.model.slots import (
     N_FACTORS,
     OMEGA,
     OMEGA_DOT,
-    PHASE,
     RELATIVE,
     RELATIVE_RATE,
     SHAFT_C,
@@ -62,7 +58,6 @@ from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FORCE, RUBBING, SP
 from cranktrain.film.laws.films import COS as FRAME_COS
 from cranktrain.film.laws.films import SIN as FRAME_SIN
 from cranktrain.loads.damper import damper_torque
-from cranktrain.loads.gas_pressure import gas_pressure
 
 
 @kernel
@@ -156,24 +151,6 @@ def external_force(model, frame, pressures, displaced, out):
             gas = (pressures[c] - model.scalars[CRANKCASE]) * model.cylinders[c, AREA]
             for i in range(t, n):
                 out[i] += gas * model.block.heads[c, i - t]
-
-
-@inlined_kernel
-def trace_angle(model, cylinder, theta):
-    """Angle of the frame after the firing dead centre of a cylinder, rad."""
-    return theta - model.cylinders[cylinder, PHASE]
-
-
-@inlined_kernel
-def trace_pressure(model, cylinder, theta, speed):
-    """Cylinder pressure (Pa, absolute) of the built-in trace: motored, plus the burn's rise scaled with speed."""
-    angle = trace_angle(model, cylinder, theta)
-    motored = gas_pressure(angle, model.gas[0])
-    x = speed / model.scalars[BEST_SPEED] - 1.0
-    share = model.scalars[GAS_LOAD] * (1.0 - model.scalars[FALLOFF] * x * x)
-    if share < 0.0:
-        share = 0.0
-    return motored + share * gas_pressure(angle, model.gas[1])
 
 
 @inlined_kernel

@@ -8,19 +8,17 @@ from cranktrain.dynamics.model.slots import (
     LEAD,
     LEAD_RATE,
     OMEGA,
-    RIGID_ROTATION,
     SHAFT_C,
     SHAFT_K,
     THETA,
     TURNING_MODES,
 )
 from cranktrain.dynamics.model.state import ITERATIONS, ONLINE_FILMS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
+from cranktrain.dynamics.motion.gas import crank_rotation
 
 CRANK_ANGLE, CRANK_SPEED, PULLEY_TORSION, PULLEY_AXIAL, FLYWHEEL_TORSION, SHAFT_TORQUE = range(6)
 LAST = 3
 """Place of the films that lay outside their table."""
-ROTATION = 5
-"""Mode of the crank that turns it as a rigid body about its axis."""
 
 
 @law_kernel
@@ -42,12 +40,12 @@ def observe_crank(model, work, state, members, out):
         twist_rate += model.shaft[i] * v[i]
         pulley += model.ends[1, i] * q[i]
         axial += model.ends[2, i] * q[i]
-    out[CRANK_ANGLE] = frame[THETA]
+    # The crank is where it is, not where the frame that follows it has come to.
+    rotation, rate, _ = crank_rotation(model, state)
+    out[CRANK_ANGLE] = frame[THETA] + rotation
     out[CRANK_SPEED] = frame[OMEGA]
     if model.scalars[DRIVEN] == 0.0:
-        # A free crank is where it is, not where the frame that follows it has come to.
-        out[CRANK_ANGLE] += model.scalars[RIGID_ROTATION] * q[ROTATION]
-        out[CRANK_SPEED] += model.scalars[RIGID_ROTATION] * v[ROTATION]
+        out[CRANK_SPEED] += rate
     out[PULLEY_TORSION] = pulley
     out[PULLEY_AXIAL] = axial
     out[FLYWHEEL_TORSION] = flywheel

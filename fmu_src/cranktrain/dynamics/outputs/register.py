@@ -45,6 +45,7 @@ class Family:
     outputs : the rest of their names, in order, with what each needs
     count : the entry of :class:`Counts` that numbers the members; empty: there is one, without number
     units : of those outputs whose name does not tell, see :func:`cranktrain.results.files.output_unit`
+    unjudged : outputs that do not tell how settled a run is: angles that grow or wrap, and counts
     """
 
     name: str
@@ -52,6 +53,7 @@ class Family:
     outputs: Mapping[str, Need]
     count: str = ""
     units: Mapping[str, str] = field(default_factory=dict)
+    unjudged: frozenset[str] = frozenset()
 
     def members(self, counts: Counts) -> int:
         """How many there are."""
@@ -82,6 +84,18 @@ def output_counts(engine: Engine) -> Counts:
 def output_needs(counts: Counts) -> dict[str, Need]:
     """Names of all outputs, in order, and what each needs."""
     return dict(pair for family in FAMILIES.values() for pair in family.names(counts))
+
+
+def judged_families(counts: Counts) -> dict[str, list[str]]:
+    """Outputs that tell how settled a run is, by families: name without number and axis, e.g. ``bearing.force``."""
+    found: dict[str, list[str]] = {}
+    for family in FAMILIES.values():
+        for name, _ in family.names(counts):
+            own = name.partition("].")[2] if family.count else name.removeprefix(f"{family.name}.")
+            if own not in family.unjudged:
+                kind = f"{family.name}.{own}" if family.name else own
+                found.setdefault(kind[:-2] if kind[-2:] in (".x", ".y", ".z") else kind, []).append(name)
+    return found
 
 
 def output_names(counts: Counts) -> tuple[str, ...]:
@@ -135,6 +149,7 @@ for _family in (
             "flywheel.torsion": {},
             "shaft.torque": {},
         },
+        unjudged=frozenset({"crank.angle"}),
     ),
     Family(
         "bearing",
@@ -163,6 +178,7 @@ for _family in (
             "gap.rate": _FILM,
         },
         "bearings",
+        unjudged=frozenset({"gap.angle", "gap.side", "gap.rate"}),
     ),
     Family("thrust", f"{_HERE}.main_bearings:observe_thrust", {"force": _BENDS, "displacement": _BENDS}),
     Family("cylinder", f"{_HERE}.cylinders:observe_cylinders", {"volume": {}, "piston_position": {}}, "cylinders"),
@@ -209,6 +225,7 @@ for _family in (
         "solver",
         f"{_HERE}.crank:observe_solver",
         {"residual": {}, "substeps": {}, "iterations": {}, "online_films": {}},
+        unjudged=frozenset({"residual", "substeps", "iterations", "online_films"}),
     ),
 ):
     register_family(_family)

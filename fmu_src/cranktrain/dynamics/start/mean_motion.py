@@ -36,7 +36,7 @@ from cranktrain.dynamics.model.slots import (
     SHAFT_K,
     TURNING_MODES,
 )
-from cranktrain.dynamics.motion.equations import trace_pressure
+from cranktrain.dynamics.motion.gas import trace_pressure
 from cranktrain.loads.slider_crank import rod_force
 
 SAMPLES = 720
@@ -96,10 +96,10 @@ def leaning(model: ModelArrays, start: Start) -> tuple[Array, Array]:
         motion = np.linalg.solve(stiffness + 1j * omega * damping - omega**2 * np.eye(6), 2.0 * torque * load[:6])
         place[:6] += motion.real
         rate[:6] += (1j * omega * motion).real
-    return _carried(model, place), _carried(model, rate)
+    return carried(model, place), carried(model, rate)
 
 
-def _carried(model: ModelArrays, block: Array) -> Array:
+def carried(model: ModelArrays, block: Array) -> Array:
     """Motion of all modes (n,) that go along with the block's (n_b,)."""
     q = np.zeros(model.omega2.size)
     turning, first = int(model.layout[TURNING_MODES]), model.ports.shape[0]

@@ -20,7 +20,7 @@ from cranktrain.dynamics.model.slots import (
     U_DIFFERENCE,
 )
 from cranktrain.dynamics.model.state import OUTPUT_MEAN, OUTPUT_VARIANCE, POSITION, SHAFT_SPEED, offset
-from cranktrain.dynamics.motion.equations import trace_angle
+from cranktrain.dynamics.motion.gas import trace_angle
 from cranktrain.film.laws.films import CLOSES, CONTACT
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT
 
@@ -63,7 +63,7 @@ def remember_outputs(model, state, h):
 def event_within(model, work, state, builtin, angle, turn, h):
     """Whether a kink of the gas trace, a film's contact or the thrust collar's change of side lies ahead within h.
 
-    The frame turns from ``angle`` by ``turn`` meanwhile; ports are in ``work.port[RELATIVE]`` and the row after it.
+    The crank turns from ``angle`` by ``turn`` meanwhile; ports are in ``work.port[RELATIVE]`` and the row after it.
     """
     if builtin:
         for c in range(model.cylinders.shape[0]):

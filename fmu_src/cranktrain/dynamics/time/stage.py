@@ -16,6 +16,7 @@ from cranktrain.dynamics.model.slots import (
     BASE,
     BIG_Q,
     BIG_V,
+    BORE_ROTATIONS,
     COS,
     FORCES,
     GUESS,
@@ -44,6 +45,7 @@ from cranktrain.dynamics.model.slots import (
 )
 from cranktrain.dynamics.model.state import CONTRACTION
 from cranktrain.dynamics.motion.equations import external_force, port_forces
+from cranktrain.dynamics.motion.gas import built_in, follow_crank
 from cranktrain.dynamics.motion.linear_algebra import add_product, factor_rows, product, solve_rows
 from cranktrain.dynamics.motion.relative import reactions, relative_compliance, relative_step
 from cranktrain.dynamics.time.status import DIVERGED, FILM_FAILED, OK, SINGULAR
@@ -204,10 +206,14 @@ def iterate(model, work, state, stage):
     previous = -1.0
     iterations = 0
     converged = False
+    # Heads take the gas of the first guess; pistons in a block must feel the same.
+    follows = built_in(model, state) and model.layout[BORE_ROTATIONS] == 0.0
     while not converged:
         if iterations == MAX_ITERATIONS:
             work.counters[WORST_RESIDUAL] = previous
             return DIVERGED
+        if follows and iterations > 0:
+            follow_crank(model, work, stage)
         iterations += 1
         keep_matrix = 0.0 <= previous <= NEAR and contraction <= STALE
         status = newton_step(model, work, stage, keep_matrix)

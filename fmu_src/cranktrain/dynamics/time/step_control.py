@@ -23,7 +23,7 @@ from cranktrain.dynamics.model.slots import (
     FACTOR_SLOTS,
     FILM_CHANGE,
     FILTER,
-    GAS_SOURCE,
+    FIRING,
     KEY_SPEED,
     KEY_STEP,
     LEAD,
@@ -39,7 +39,6 @@ from cranktrain.dynamics.model.slots import (
     RECONSTRUCTION,
     RELATIVE,
     RELATIVE_RATE,
-    RIGID_ROTATION,
     ROTATION,
     SIN,
     STATE_U,
@@ -53,7 +52,7 @@ from cranktrain.dynamics.model.slots import (
     WORST_RESIDUAL,
 )
 from cranktrain.dynamics.model.state import (
-    ACCELERATION,
+    CONTRACTION,
     HALVINGS,
     INPUTS_BEFORE,
     INPUTS_NOW,
@@ -79,15 +78,17 @@ from cranktrain.dynamics.model.state import (
     defect_offset,
     offset,
 )
-from cranktrain.dynamics.motion.equations import factor_stage, trace_pressure
+from cranktrain.dynamics.motion.equations import factor_stage
 from cranktrain.dynamics.motion.film_memory import close_step, fastest_closing, open_step
+from cranktrain.dynamics.motion.gas import built_in, crank_rotation, trace_pressures
 from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.dynamics.time.error_estimate import event_within, remember_outputs, step_error
-from cranktrain.dynamics.time.stage import to_ports
+from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, to_ports
 from cranktrain.dynamics.time.status import OK, SINGULAR
 from cranktrain.dynamics.time.table import FIRST_STAGE, HEAD, NODE, STAGES, coefficients
 from cranktrain.film.laws.films import RATE, film_call
 from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_motion
+from cranktrain.loads.gas_pressure import CYCLE
 
 MAX_HALVINGS = 6
 FILM_HALVINGS = 3
@@ -102,6 +103,8 @@ GIVEN = 1.0e-3
 """Pa from the start value at which a pressure counts as given: masters that interpolate round its last digit."""
 REFACTOR = 0.01
 """S is made anew when the shaft's speed has left Ω₀ by this share; what is left over is iterated in the stage."""
+ROUNDED = 1.0e-9
+"""rad by which an angle may miss a cycle's end."""
 STEPPING_SPEED = 60.0
 """rad/s below which sub-steps no longer grow with falling speed: the structure vibrates at standstill as well."""
 
@@ -150,20 +153,11 @@ def base_motion(model, work, state, begin, tau):
 
 
 @inlined_kernel
-def crank_rotation(model, state):
-    """Rotation of the crank as a rigid body against its frame at the state (rad), its rate and acceleration."""
-    n = model.omega2.shape[0]
-    unit = model.scalars[RIGID_ROTATION]
-    return (
-        unit * state[offset(POSITION, n) + ROTATION],
-        unit * state[offset(VELOCITY, n) + ROTATION],
-        unit * state[offset(ACCELERATION, n) + ROTATION],
-    )
-
-
-@inlined_kernel
 def frame_at(model, work, state, begin, tau, frame, pressures):
-    """Frame motion and cylinder pressures at ``tau`` into a sub-step that starts ``begin`` into the interval."""
+    """Frame motion and cylinder pressures at ``tau`` into a sub-step that starts ``begin`` into the interval.
+
+    Pressures of the trace are a first guess by Taylor's series of the crank's rotation; the stage follows the crank.
+    """
     angle, speed, acceleration, _ = base_motion(model, work, state, begin, tau)
     n = model.omega2.shape[0]
     rotation, rate, change = crank_rotation(model, state)
@@ -178,33 +172,20 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
     frame[SIN] = math.sin(frame[THETA])
     load = model.cylinders.shape[0] + 1
     frame[LOAD] = work.inputs[0, load] + work.inputs[1, load] * (begin + tau)
-    # A free crank runs ahead of its frame or behind; a driven one only swings about it.
-    firing = frame[THETA]
-    if model.scalars[DRIVEN] == 0.0:
-        firing += model.scalars[RIGID_ROTATION] * (
-            state[offset(POSITION, n) + ROTATION]
-            + tau * (state[offset(VELOCITY, n) + ROTATION] + 0.5 * tau * state[offset(ACCELERATION, n) + ROTATION])
-        )
+    frame[FIRING] = frame[THETA]
     if model.layout[BORE_ROTATIONS] > 0.0:
         # Dead centre is where the cylinders point: the trace turns with the block that leans on its mounts.
         t = int(model.layout[TURNING_MODES])
         for i in range(6):
-            firing -= model.block.motion[ROTATION, i] * (
+            frame[FIRING] -= model.block.motion[ROTATION, i] * (
                 state[offset(POSITION, n) + t + i] + tau * state[offset(VELOCITY, n) + t + i]
             )
-    builtin = built_in(model, state)
+    if built_in(model, state):
+        trace_pressures(model, frame, rotation + tau * (rate + 0.5 * tau * change), pressures)
+        return
     for c in range(model.cylinders.shape[0]):
-        if builtin:
-            pressures[c] = trace_pressure(model, c, firing, frame[OMEGA])
-        else:
-            value = work.inputs[0, 1 + c] + work.inputs[1, 1 + c] * (begin + tau)
-            pressures[c] = value if value > 0.0 else 0.0
-
-
-@inlined_kernel
-def built_in(model, state):
-    """Whether the gas is the built-in trace."""
-    return model.choices[GAS_SOURCE] == 1.0 or (model.choices[GAS_SOURCE] == 0.0 and state[PRESSURES_SET] == 0.0)
+        value = work.inputs[0, 1 + c] + work.inputs[1, 1 + c] * (begin + tau)
+        pressures[c] = value if value > 0.0 else 0.0
 
 
 @inlined_kernel
@@ -270,6 +251,9 @@ def sub_step(model, work, state, begin, h, halvings):
         return status
     state[STEP_LAST] = h
     close_step(model, work, state)
+    if cycle_of(angle) != cycle_of(state[SHAFT_ANGLE]):
+        # What fades from stage to stage keeps a period of its own, with which no cycle would repeat.
+        state[CONTRACTION] = FIRST_CONTRACTION
     state[SHAFT_ANGLE] = angle
     state[SHAFT_SPEED] = speed
     state[SHAFT_ACCELERATION] = acceleration
@@ -277,6 +261,12 @@ def sub_step(model, work, state, begin, h, halvings):
     state[LEAD_SPEED] = end[LEAD_RATE]
     work.counters[N_STEPS] += 1.0
     return OK
+
+
+@inlined_kernel
+def cycle_of(angle):
+    """Number of the cycle in which a shaft's angle (rad) lies; rounding does not put its end into the next."""
+    return math.floor((angle + ROUNDED) / CYCLE)
 
 
 @inlined_kernel
@@ -291,8 +281,9 @@ def chosen_halvings(model, work, state, begin, h, least):
         halvings += 1
         piece *= 0.5
     if adaptive:
-        angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE]
-        speed = state[SHAFT_SPEED] + state[LEAD_SPEED]
+        rotation, rate, _ = crank_rotation(model, state)
+        angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE] + rotation
+        speed = state[SHAFT_SPEED] + state[LEAD_SPEED] + rate
         for _ in range(EVENT_HALVINGS):
             if halvings == MAX_HALVINGS:
                 break

@@ -59,8 +59,9 @@ from cranktrain.dynamics.model.state import (
     VELOCITY,
     offset,
 )
-from cranktrain.dynamics.motion.equations import external_force, frame_numbers, place_collar, trace_pressure
+from cranktrain.dynamics.motion.equations import external_force, frame_numbers, place_collar
 from cranktrain.dynamics.motion.film_ports import journal_forces, place_journal
+from cranktrain.dynamics.motion.gas import trace_pressure
 from cranktrain.dynamics.motion.linear_algebra import add_product, factor_lu, product, solve_lu
 from cranktrain.dynamics.motion.rods import ARM, pin_motion
 from cranktrain.dynamics.simulation import Simulation
@@ -200,7 +201,7 @@ def rate(model, s, speed, angle0, t, y, out):
     product(model.ports_transposed, q, n, m, s.port[PLACE])
     product(model.ports_transposed, v, n, m, s.port[PACE])
     _bearing_forces(model, s)
-    _rod_forces(model, s)
+    _rod_forces(model, s, model.scalars[RIGID_ROTATION] * q[TURNING])
     for k in range(m):
         force = s.port[FORCES, k]
         if force != 0.0:
@@ -269,8 +270,11 @@ def _bearing_forces(model, s):
 
 
 @kernel
-def _rod_forces(model, s):
-    """Rods' forces at rest against the pins into ``s.port``, and by the pins' acceleration into ``s.mass``."""
+def _rod_forces(model, s, rotation):
+    """Rods' forces at rest against the pins into ``s.port``, and by the pins' acceleration into ``s.mass``.
+
+    The gas acts at the crank's angle, which is by ``rotation`` (rad) ahead of the frame's.
+    """
     p = model.pins.shape[0]
     first = 2 * model.bearings.shape[0] + 1
     theta = s.frame[THETA]
@@ -288,7 +292,8 @@ def _rod_forces(model, s):
         s.arms[k, 1] = r[ARM + 1]
         cos = math.cos(theta - rod[BANK])
         sin = math.sin(theta - rod[BANK])
-        gas = (trace_pressure(model, k, theta, s.frame[OMEGA]) - model.scalars[CRANKCASE]) * rod[AREA]
+        pressure = trace_pressure(model, k, theta + rotation, s.frame[OMEGA] - s.frame[LEAD_RATE])
+        gas = (pressure - model.scalars[CRANKCASE]) * rod[AREA]
         g = model.scalars[GRAVITY]
         rod_force(
             cos * x - sin * y, sin * x + cos * y, cos * vx - sin * vy, sin * vx + cos * vy, cos * ax - sin * ay,

@@ -24,7 +24,7 @@ from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.arrays import structural_damping
 from cranktrain.dynamics.model.bodies import locked_on_axis
-from cranktrain.dynamics.model.slots import AMBIENT
+from cranktrain.dynamics.model.slots import AMBIENT, ROTATION
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.laws.thrust import closed_stiffness
@@ -38,6 +38,8 @@ ComplexArray = NDArray[np.complex128]
 _ACROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
 """e_z × in the plane."""
 _TOLERANCE = 1e-10
+_APART = 1e-5
+"""Angle (rad) at which the gas's rise is taken by differences."""
 
 
 class PeriodicForces(NamedTuple):
@@ -201,13 +203,18 @@ class PeriodicCrank:
 def rod_forces(
     engine: Engine, body: ReducedBody, speed: float, angle: Array, gas: GasTrace, load: float
 ) -> PeriodicForces:
-    """Forces of the rods at x, y and z-rotation of their places on the pins, three per cylinder; at angles (N,)."""
+    """Forces of the rods at x, y and z-rotation of their places on the pins, three per cylinder; at angles (N,).
+
+    The last row is the crank's mean rotation, which feels nothing and shifts the gas.
+    """
     rod, cylinders = engine.rod, engine.cylinders
     remainder, oscillating = remainder_inertia(rod), rod.small_end_mass + cylinders.piston_mass
     out = np.zeros(16)
     pushes = gas_forces(engine, speed, angle, gas, load)
+    ahead, behind = (gas_forces(engine, speed, angle + sign * _APART, gas, load) for sign in (1.0, -1.0))
+    rises = (ahead - behind) / (2.0 * _APART)
     rows = []
-    samples, n = angle.size, 3 * engine.n_cylinders
+    samples, n = angle.size, 3 * engine.n_cylinders + 1
     forces, tangents = np.zeros((samples, n)), np.zeros((3, samples, n, n))
     for c in range(engine.n_cylinders):
         pin = body.index(f"pin[{cylinders.pins[c]}]")
@@ -233,7 +240,11 @@ def rod_forces(
             tangents[1, k, at, at] = by_velocity + 2.0 * speed * by_acceleration @ _ACROSS
             tangents[2, k, at, at] = by_acceleration
             tangents[0, k, 3 * c + 2, at] = f_y, -f_x
-    return PeriodicForces(np.concatenate(rows), forces, *tangents)
+            across = (x - cylinders.pin_offset) / math.sqrt(rod.length**2 - (x - cylinders.pin_offset) ** 2)
+            tangents[0, k, at, -1] = rises[k, c] * turn.T @ (across, -1.0)
+    mean_rotation = np.zeros((1, body.n_modes))
+    mean_rotation[0, ROTATION] = body.shapes[body.index("pulley"), ROTATION, ROTATION]
+    return PeriodicForces(np.concatenate((*rows, mean_rotation)), forces, *tangents)
 
 
 def gas_forces(engine: Engine, speed: float | Array, angle: Array, gas: GasTrace, load: float) -> Array:

@@ -48,14 +48,14 @@ class HeldResponse(NamedTuple):
     speed : rad/s
     pulley, flywheel : (k + 1,) complex amplitudes of the rotations against the frame of orders 0, 0.5, 1, …, rad; that
         of order o is Re[pulley exp(i o θ)] with θ = Ω t, the mean of the frame's angle
-    frame : (k + 1,) wobble of the frame about its steady turn, rad
+    crank : (k + 1,) swing of the crank's mean rotation about its steady turn, rad
     rounds : of the balance
     """
 
     speed: float
     pulley: ComplexArray
     flywheel: ComplexArray
-    frame: ComplexArray
+    crank: ComplexArray
     rounds: int
 
     @property
@@ -90,24 +90,24 @@ def torsional_response(
     pulley, flywheel = (body.shapes[body.index(name), 5] for name in ("pulley", "flywheel"))
     nothing = np.zeros(crank.omega.size, dtype=complex)
     laws, w = crank.forces, crank.omega[:, None]
-    follows = _following(speed, crank.omega) * pulley[5]
+    follows = _following(speed, crank.omega)
     largest = float(np.abs(laws.forces).max())
     added = np.zeros_like(laws.forces)
     for round_ in range(1, _ROUNDS + 1):
         modes = crank.modal_response(pulley, nothing, nothing)
-        frame = follows * modes[:, 5]
+        turning_swing = np.where(crank.omega > 0.0, pulley[5] * modes[:, 5], 0.0)
+        frame = follows * turning_swing
         spectrum = modes @ laws.rows.T
         motions = [crank.signal((1j * w) ** order * spectrum) for order in range(3)]
         tangent = laws.forces.copy()
         for law, motion in zip(laws[2:], motions, strict=True):
             tangent += np.einsum("tij,tj->ti", law, motion)
-        wobble, rate = crank.signal(frame), crank.signal(1j * crank.omega * frame)
-        push = gas_forces(engine, speed + rate, crank.angle + wobble, gas, load)
+        push = gas_forces(engine, speed, crank.angle + crank.signal(turning_swing), gas, load)
         turn, turning, swing = (motion[:, 2::3] for motion in motions)
         exact = exact_rod_forces(engine, body, speed, crank.angle, push, turn, turning, swing)
-        before, added = added, exact - tangent
+        before, added = added, np.pad(exact, ((0, 0), (0, 1))) - tangent
         if np.abs(added - before).max() <= _SETTLED * largest:
-            return HeldResponse(speed, modes @ pulley - frame, modes @ flywheel - frame, frame, round_)
+            return HeldResponse(speed, modes @ pulley - frame, modes @ flywheel - frame, turning_swing, round_)
         crank.correct(added)
     raise SolverError(f"the orders do not settle at {speed * 30.0 / math.pi:.0f} rev/min; the crank twists too far")
 

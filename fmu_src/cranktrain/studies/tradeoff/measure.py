@@ -21,7 +21,7 @@ from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.kernel import keep_record
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.slots import N_ITERATIONS, N_MISSED, N_REJECTED, N_STEPS
-from cranktrain.dynamics.motion.equations import trace_pressure
+from cranktrain.dynamics.motion.gas import trace_pressure
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law

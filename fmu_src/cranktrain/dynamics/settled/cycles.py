@@ -1,0 +1,245 @@
+"""Cycles of a simulation one after the other: exactly so many, or until they repeat.
+
+After each cycle r = G(x) − x is what the state x misses of being periodic. The next one starts from
+G(x) + M (I − M)⁻¹ r of the slow modes alone (:mod:`slow_modes`), where plain running would leave M of it. Where that
+gains no more, a cycle may repeat only after two or four: from then on four are taken at once, M⁴ in the place of M.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.slots import DRIVEN
+from cranktrain.dynamics.model.state import SHAFT_ANGLE, TIME
+from cranktrain.dynamics.settled.judging import MOST_CYCLES, TOLERANCE, Judge, Settling
+from cranktrain.dynamics.settled.slow_modes import Motion, SlowModes, add_motion, motion_of
+
+CALL = 0.2
+"""Wall time that a run spends at most, about, between two looks at an interrupt, s."""
+SUBHARMONIC = 4
+"""Cycles after which motions are looked for that repeat less often than the engine: 4, of which 2 is a part."""
+BEST_GAIN = 0.1
+"""Least share of what was left before that is believed to be left after one more correction."""
+PATIENCE, GAIN = 3, 0.5
+"""A run gains no more when this many cycles together leave more than this share of what was left before."""
+
+
+class Stepped(Protocol):
+    """What is asked of a simulation."""
+
+    settings: Settings
+    model: ModelArrays
+    inputs: Array
+    outputs: Array
+    state: Array
+
+    def series(self, step: float, first: int, rows: Array) -> int:
+        """See :meth:`cranktrain.dynamics.simulation.Simulation.series`."""
+
+    def step(self, t_end: float) -> None:
+        """See :meth:`cranktrain.dynamics.simulation.Simulation.step`."""
+
+
+class Recorded(NamedTuple):
+    """Outputs (samples + 1, outputs) of the recorded cycles, and how settled they are; whether a run was cut short."""
+
+    rows: Array
+    settling: Settling
+    complete: bool
+
+
+class Recorder:
+    """Takes communication steps of a simulation and keeps their outputs.
+
+    Attributes
+    ----------
+    simulation : what takes them
+    step, per_cycle : communication step, s, and how many make a cycle
+    taken, seconds : steps taken in all, and the wall time that they took
+    """
+
+    def __init__(self, simulation: Stepped, step: float, per_cycle: int) -> None:
+        self.simulation = simulation
+        self.step, self.per_cycle = step, per_cycle
+        self.taken, self.seconds, self._at_once = 0, 0.0, 4
+        # A free crank may stall at any step, which only single ones watch for.
+        self._single = simulation.model.scalars[DRIVEN] == 0.0
+        simulation.series(step, 1, np.empty((0, simulation.outputs.size)))  # compiles before the clock starts
+
+    def take(self, rows: Array, first: int = 0) -> None:
+        """Take as many steps as there are rows, from ``first`` steps after time 0 on."""
+        done = 0
+        while done < len(rows):
+            start = time.perf_counter()
+            end = min(done + self._at_once, len(rows))
+            before = done
+            if not self._single:
+                done += self.simulation.series(self.step, first + done + 1, rows[done:end])
+            while done < end:
+                self.simulation.step((first + done + 1) * self.step)
+                rows[done] = self.simulation.outputs
+                done += 1
+            spent = time.perf_counter() - start
+            self.taken += done - before
+            self.seconds += spent
+            self._at_once = max(1, min(4 * self._at_once, int(self._at_once * CALL / max(spent, 1e-9))))
+
+    def cycles(self, count: int) -> Array:
+        """Take cycles from time 0; their outputs, those at the start first."""
+        rows = np.empty((count * self.per_cycle + 1, self.simulation.outputs.size))
+        rows[0] = self.simulation.outputs
+        self.take(rows[1:])
+        return rows
+
+
+def plain_cycles(
+    recorder: Recorder, judge: Judge, cycles: int, tolerance: float, progress: Callable[[float], None] | None = None
+) -> Recorded:
+    """Take ``cycles`` cycles one after the other, whatever is left of settling."""
+    simulation, count = recorder.simulation, recorder.per_cycle
+    rows = np.empty((cycles * count + 1, simulation.outputs.size))
+    rows[0] = simulation.outputs
+    n = simulation.model.omega2.size
+    starts = [motion_of(simulation.state, n)]
+    begin = recorder.taken
+    try:
+        for k in range(cycles):
+            recorder.take(rows[k * count + 1 : (k + 1) * count + 1], k * count)
+            starts = [*starts[-2:], motion_of(simulation.state, n)]
+            if progress is not None:
+                progress((k + 1) / cycles)
+    except KeyboardInterrupt:
+        if recorder.taken - begin < count:
+            raise
+    done = recorder.taken - begin
+    rows = rows[: done + 1]
+    return Recorded(rows, _plainly_settled(recorder, judge, rows, starts, tolerance), done == cycles * count)
+
+
+def _plainly_settled(recorder: Recorder, judge: Judge, rows: Array, starts: list[Motion], tolerance: float) -> Settling:
+    """How settled the last of some plain cycles is, whose last ones started from ``starts``."""
+    simulation, count = recorder.simulation, recorder.per_cycle
+    cycles = (len(rows) - 1) // count
+    steady = bool(simulation.model.scalars[DRIVEN] > 0.0)
+    if len(starts) < 3:
+        return Settling(cycles, 0, tolerance, steady=steady)
+    samples = rows[1 : cycles * count + 1].reshape(cycles, count, -1)
+    modes = SlowModes(simulation.model, float(simulation.inputs[0]))
+    left = judge.left(
+        samples[-1], samples[-2], _ratios(modes, starts[-1].minus(starts[-2]), starts[-2].minus(starts[-3]))
+    )
+    repeats = 1 if max(left.values(), default=0.0) <= tolerance else 0
+    for every in (2, SUBHARMONIC):
+        if not repeats and cycles > every and _same(judge, samples[-1], samples[-1 - every], tolerance):
+            repeats = every
+    return Settling(cycles, repeats, tolerance, left, steady)
+
+
+def settled_cycles(
+    recorder: Recorder,
+    judge: Judge,
+    tolerance: float = TOLERANCE,
+    most: int = MOST_CYCLES,
+    progress: Callable[[float], None] | None = None,
+    say: Callable[[str], None] | None = None,
+) -> Recorded:
+    """Take cycles until no more than ``tolerance`` is left of any family of outputs; the last that repeat are kept.
+
+    The simulation's time begins at 0 with each. ``progress`` is told the share done, ``say`` cycles and what is left.
+    """
+    simulation = recorder.simulation
+    modes = SlowModes(simulation.model, float(simulation.inputs[0]))
+    n = simulation.model.omega2.size
+    block, done, share = 1, 0, 0.0
+    last: tuple[Array, Motion] | None = None
+    worst: list[float] = []
+    apart = math.inf
+    settling = Settling(0, 0, tolerance)
+    while True:
+        start = motion_of(simulation.state, n)
+        try:
+            rows = recorder.cycles(block)
+        except KeyboardInterrupt:
+            if last is None:
+                raise
+            return Recorded(last[0], settling, False)
+        done += block
+        rewind(simulation, block)
+        change = motion_of(simulation.state, n).minus(start)
+        left: dict[str, float] = {}
+        if last is not None:
+            left = judge.left(rows[1:], last[0][1:], _ratios(modes, change, start.minus(last[1]), block))
+            left = {name: max(value, BEST_GAIN * settling.left.get(name, 0.0)) for name, value in left.items()}
+            worst.append(max(left.values(), default=0.0))
+        settling = Settling(done, 0, tolerance, left)
+        if say is not None and left:
+            say(f"cycle {done}: {worst[-1]:.1e} is left, to be {tolerance:g}")
+        if progress is not None:
+            gained = math.log(worst[0] / max(worst[-1], tolerance)) if worst and worst[0] > tolerance else 0.0
+            needed = math.log(worst[0] / tolerance) if gained > 0.0 else 1.0
+            share = max(share, done / most, gained / needed)
+            progress(min(share, 1.0))
+        fading, apart = _fading(judge, rows[1:], block, apart, tolerance)
+        if left and worst[-1] <= tolerance and not fading:
+            repeats = _repeats(judge, rows[1:], block, tolerance)
+            kept = rows[-repeats * recorder.per_cycle - 1 :]
+            return Recorded(kept, Settling(done, repeats, tolerance, left), True)
+        if done + block > most:
+            return Recorded(rows, settling, True)
+        last = rows, start
+        if block == 1 and _gains_no_more(worst):
+            block, last, worst = SUBHARMONIC, None, []
+            continue
+        state = simulation.state
+        add_motion(state, modes.correction(change, block))
+        simulation.state = state
+
+
+def rewind(simulation: Stepped, cycles: int) -> None:
+    """Call the present state the start: time from 0, the shaft's angle less the cycles that it has turned."""
+    state = simulation.state
+    state[TIME] = 0.0
+    state[SHAFT_ANGLE] -= 4.0 * math.pi * cycles
+    simulation.state = state
+
+
+def _ratios(modes: SlowModes, change: Motion, apart: Motion, cycles: int = 1) -> tuple[float, float]:
+    """Distance from periodic over that between two cycles' starts, of crank and block."""
+    far, near = modes.sizes(modes.left(change, cycles)), modes.sizes(apart)
+    crank, block = (a / b if b > 0.0 else 1.0 for a, b in zip(far, near, strict=True))
+    return crank, block
+
+
+def _gains_no_more(worst: list[float]) -> bool:
+    """Whether the last cycles left about as much as those before them."""
+    return len(worst) >= 2 * PATIENCE and min(worst[-PATIENCE:]) > GAIN * min(worst[:-PATIENCE])
+
+
+def _same(judge: Judge, rows: Array, before: Array, tolerance: float) -> bool:
+    return max(judge.left(rows, before).values(), default=0.0) <= tolerance
+
+
+def _fading(judge: Judge, samples: Array, block: int, before: float, tolerance: float) -> tuple[bool, float]:
+    """Whether the cycles of a block come to be alike, and by how much the last two differ."""
+    if block == 1:
+        return False, before
+    count = len(samples) // block
+    apart = max(judge.left(samples[-count:], samples[-2 * count : -count]).values(), default=0.0)
+    return tolerance < apart < GAIN * before, apart
+
+
+def _repeats(judge: Judge, samples: Array, block: int, tolerance: float) -> int:
+    """After how many of a block of cycles, samples of all, the outputs repeat."""
+    for every in (1, 2):
+        count = len(samples) * every // block
+        if every < block and _same(judge, samples[count:], samples[:-count], tolerance):
+            return every
+    return block

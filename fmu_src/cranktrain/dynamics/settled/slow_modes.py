@@ -1,0 +1,256 @@
+"""Slow modes of a running engine, by formula: the drive line, and the six rigid motions of the block on its mounts.
+
+All else dies away within a cycle or two. With the crank's rotation β over the shaft, the lead δ of its frame and
+w = δ̇, the drive line is
+
+    J β̈ = −c β̇ − k β,   δ̇ = w,   ẇ = κ ((β − δ)/τ_c − w)
+
+with J of crank and rods, k and c of the connecting shaft and κ, τ_c of :mod:`cranktrain.loads.drive_line`; the gas
+follows the crank and is no spring. The block moves with all it carries as a rigid body,
+
+    M η̈ = −(C + Ω J_c R) η̇ − K η
+
+with K, C of the mounts, M of block, crank, rods and pistons, and the gyroscopic torque of the crank's inertia J_c
+between its two tilts, R. A motion is split into these by momentum: what is left has none of it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.slots import (
+    BANK,
+    BORE_ROTATIONS,
+    DRIVEN,
+    M_BIG,
+    M_OSC,
+    PIN_ROTATIONS,
+    PISTONS,
+    SHAFT_C,
+    SHAFT_K,
+    TURNING_MODES,
+)
+from cranktrain.dynamics.model.state import (
+    ACCELERATION,
+    AUXILIARY,
+    LEAD_ANGLE,
+    LEAD_SPEED,
+    POSITION,
+    VELOCITY,
+    offset,
+)
+from cranktrain.dynamics.start.mean_motion import carried
+from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
+
+SERIES, HALVINGS = 14, 8
+"""Terms of the exponential's series, and how often its argument is halved beyond a norm of 1."""
+
+
+class Motion(NamedTuple):
+    """Change of a state: place, velocity and acceleration of the modes (n,), the frame's lead (rad) and its rate."""
+
+    place: Array
+    velocity: Array
+    acceleration: Array
+    lead: float
+    lead_rate: float
+
+    def plus(self, other: Motion, share: float = 1.0) -> Motion:
+        """The sum with so much of another."""
+        return Motion(
+            self.place + share * other.place, self.velocity + share * other.velocity,
+            self.acceleration + share * other.acceleration, self.lead + share * other.lead,
+            self.lead_rate + share * other.lead_rate,
+        )  # fmt: skip
+
+    def minus(self, other: Motion) -> Motion:
+        """The difference from another."""
+        return self.plus(other, -1.0)
+
+
+def motion_of(state: Array, modes: int) -> Motion:
+    """Motion that a state holds."""
+    place, velocity, acceleration = (
+        state[offset(block, modes) : offset(block + 1, modes)].copy() for block in (POSITION, VELOCITY, ACCELERATION)
+    )
+    return Motion(place, velocity, acceleration, float(state[LEAD_ANGLE]), float(state[LEAD_SPEED]))
+
+
+def add_motion(state: Array, change: Motion) -> None:
+    """Let a state move on at once; what the integrator keeps beside the acceleration goes along."""
+    n = change.place.size
+    for block, values in zip((POSITION, VELOCITY, ACCELERATION, AUXILIARY), (*change[:3], change[2]), strict=True):
+        state[offset(block, n) : offset(block + 1, n)] += values
+    state[LEAD_ANGLE] += change.lead
+    state[LEAD_SPEED] += change.lead_rate
+
+
+class SlowPart(Protocol):
+    """Slow modes of one body: ẏ = ``matrix`` y."""
+
+    matrix: Array
+
+    def split(self, motion: Motion) -> Array:
+        """What of a motion is theirs, y."""
+
+    def lift(self, y: Array) -> Motion:
+        """Motion of all modes in which nothing but they move."""
+
+    def size(self, y: Array) -> float:
+        """Twice their energy, J."""
+
+
+class DriveLine:
+    """The crank on its connecting shaft, y = (β, β̇, δ, w)."""
+
+    def __init__(self, model: ModelArrays, speed: float) -> None:
+        t = int(model.layout[TURNING_MODES])
+        self._turn = np.zeros(model.omega2.size)
+        self._turn[:t] = model.euler_load
+        self._weight = self._turn.copy()
+        first = int(model.layout[PIN_ROTATIONS])
+        for c, (rod, pin) in enumerate(zip(model.cylinders, model.pins, strict=True)):
+            self._weight[:t] += (rod[M_BIG] + 0.5 * rod[M_OSC]) * float(pin @ pin) * model.ports[first + c]
+        self.inertia = float(self._weight @ self._turn)
+        self._stiffness = float(model.scalars[SHAFT_K])
+        k, c = self._stiffness / self.inertia, model.scalars[SHAFT_C] / self.inertia
+        inverse = speed / (2.0 * math.pi * RECENTRING_REVOLUTIONS)
+        kappa = 4.0 * inverse
+        self.matrix = np.array([
+            [0.0, 1.0, 0.0, 0.0],
+            [-k, -c, 0.0, 0.0],
+            [0.0, 0.0, 0.0, 1.0],
+            [kappa * inverse, 0.0, -kappa * inverse, -kappa],
+        ])  # fmt: skip
+
+    def split(self, motion: Motion) -> Array:
+        """Angular momentum tells β and β̇."""
+        turn, rate = (self._weight @ values / self.inertia for values in motion[:2])
+        return np.array([turn + motion.lead, rate + motion.lead_rate, motion.lead, motion.lead_rate])
+
+    def lift(self, y: Array) -> Motion:
+        """The crank turns as a rigid body, with all that turns."""
+        change = self.matrix @ y
+        place, velocity, acceleration = (
+            part * self._turn for part in (y[0] - y[2], y[1] - y[3], change[1] - change[3])
+        )
+        return Motion(place, velocity, acceleration, float(y[2]), float(y[3]))
+
+    def size(self, y: Array) -> float:
+        """Kinetic and elastic energy."""
+        return float(self.inertia * y[1] ** 2 + self._stiffness * y[0] ** 2)
+
+
+class BlockOnMounts:
+    """The block and what it carries, y = (η, η̇) of its six rigid modes."""
+
+    def __init__(self, model: ModelArrays, speed: float) -> None:
+        n, t = model.omega2.size, int(model.layout[TURNING_MODES])
+        self._turning, self._speed = t, speed
+        self._gyroscopic = model.gyroscopic.T
+        units = np.eye(model.block_ports.shape[1])[:6]
+        self._carried = np.column_stack([carried(model, unit) for unit in units])
+        # Rods and pistons lie in no mode; those of guided pistons hold their motion across alone.
+        weight = self._carried.copy()
+        first, across = 2 * model.bearings.shape[0] + 1, model.layout[PISTONS] == 0.0
+        for c, rod in enumerate(model.cylinders):
+            rows = np.zeros((2, n))
+            rows[:, :t] = model.ports[first + 2 * c : first + 2 * c + 2]
+            cos, sin = math.cos(rod[BANK]), math.sin(rod[BANK])
+            sideways, along = np.array([[cos, sin], [-sin, cos]]) @ rows
+            masses = rod[M_BIG] + (rod[M_OSC] if across else 0.0), rod[M_BIG] + rod[M_OSC]
+            for mass, row in zip(masses, (sideways, along), strict=True):
+                weight += mass * np.outer(row, row @ self._carried)
+        self.mass = weight.T @ self._carried
+        self._split = np.linalg.solve(self.mass, weight.T)
+        self.stiffness = model.block.stiffness[:6, :6]
+        tilt_x, tilt_y = model.block.motion[3:5, :6]
+        spin = speed * float(model.euler_load @ model.euler_load)
+        damping = model.block.damping[:6, :6] + spin * (np.outer(tilt_x, tilt_y) - np.outer(tilt_y, tilt_x))
+        self.matrix = np.zeros((12, 12))
+        self.matrix[:6, 6:] = np.eye(6)
+        self.matrix[6:, :6] = -np.linalg.solve(self.mass, self.stiffness)
+        self.matrix[6:, 6:] = -np.linalg.solve(self.mass, damping)
+
+    def _swept(self, place: Array) -> Array:
+        """Velocity in space of what stands at ``place`` in the turning frame, whose axes are those of space now."""
+        out = np.zeros_like(place)
+        out[: self._turning] = self._speed * (self._gyroscopic @ place[: self._turning])
+        return out
+
+    def split(self, motion: Motion) -> Array:
+        """Momentum of all that moves along tells η and η̇."""
+        return np.concatenate((self._split @ motion.place, self._split @ (motion.velocity + self._swept(motion.place))))
+
+    def lift(self, y: Array) -> Motion:
+        """Crank, rods and pistons go along; the crank does not turn."""
+        change = self.matrix @ y
+        place = self._carried @ y[:6]
+        velocity = self._carried @ y[6:] - self._swept(place)
+        acceleration = self._carried @ change[6:] - 2.0 * self._swept(velocity) - self._swept(self._swept(place))
+        return Motion(place, velocity, acceleration, 0.0, 0.0)
+
+    def size(self, y: Array) -> float:
+        """Kinetic and elastic energy."""
+        return float(y[6:] @ self.mass @ y[6:] + y[:6] @ self.stiffness @ y[:6])
+
+
+class SlowModes:
+    """All slow modes of a model at a speed (rad/s); none where a load torque leaves the speed itself free."""
+
+    def __init__(self, model: ModelArrays, speed: float) -> None:
+        self._period = 4.0 * math.pi / speed
+        self._model = model
+        driven = model.scalars[DRIVEN] > 0.0
+        self.drive_line = DriveLine(model, speed) if driven and model.scalars[SHAFT_K] > 0.0 else None
+        self.block = BlockOnMounts(model, speed) if driven and model.layout[BORE_ROTATIONS] > 0.0 else None
+        self._parts: list[SlowPart] = [part for part in (self.drive_line, self.block) if part is not None]
+
+    def multipliers(self) -> Array:
+        """Magnitudes of what a cycle leaves of each slow mode, the largest first."""
+        rates = [np.linalg.eigvals(part.matrix).real for part in self._parts]
+        return np.sort(np.exp(self._period * np.concatenate([*rates, np.zeros(0)])))[::-1]
+
+    def correction(self, change: Motion, cycles: int = 1) -> Motion:
+        """What to add after ``cycles`` cycles, over which the state changed by ``change``: lift M (I − M)⁻¹ y."""
+        total = change.minus(change)
+        for part in self._parts:
+            m = exponential(part.matrix * (cycles * self._period))
+            total = total.plus(part.lift(m @ np.linalg.solve(np.eye(len(m)) - m, part.split(change))))
+        return total
+
+    def left(self, change: Motion, cycles: int = 1) -> Motion:
+        """How far the start of these cycles was from periodic: (I − M)⁻¹ y of the slow modes, and the rest as it is."""
+        return change.plus(self.correction(change, cycles))
+
+    def sizes(self, motion: Motion) -> tuple[float, float]:
+        """Size (√J) of a motion of crank and pistons, and of the block: the slow modes' energy and the rest's."""
+        rest, slow = motion, []
+        for part in (self.drive_line, self.block):
+            y = None if part is None else part.split(motion)
+            slow.append(0.0 if part is None or y is None else part.size(y))
+            if part is not None and y is not None:
+                rest = rest.minus(part.lift(y))
+        energy = rest.velocity**2 + self._model.omega2 * rest.place**2
+        t = int(self._model.layout[TURNING_MODES])
+        block = slice(t, t + self._model.block_ports.shape[1])
+        stationary = float(energy[block].sum())
+        return math.sqrt(slow[0] + float(energy.sum()) - stationary), math.sqrt(slow[1] + stationary)
+
+
+def exponential(a: Array) -> Array:
+    """exp(a) of a small square matrix, by Taylor's series of a/2ˢ and s squarings."""
+    times = max(0, math.ceil(math.log2(max(float(np.abs(a).sum(axis=1).max()), 1.0)))) + HALVINGS
+    term = np.eye(len(a))
+    total = term.copy()
+    for k in range(1, SERIES):
+        term = term @ a / (k * 2.0**times)
+        total += term
+    for _ in range(times):
+        total = total @ total
+    return np.asarray(total)

@@ -1,0 +1,87 @@
+"""Gas follows the crank: one physics in every frame, and no spring of the gas on the drive line."""
+
+import math
+
+import numpy as np
+import pytest
+from bodies import rigid_crank
+
+from cranktrain.dynamics.model.slots import RIGID_ROTATION, ROTATION, SHAFT_C, SHAFT_K
+from cranktrain.dynamics.model.state import ACCELERATION, LEAD_ANGLE, POSITION, VELOCITY, offset
+from cranktrain.dynamics.simulation import Settings, Simulation, communication_step, simulate
+from cranktrain.dynamics.start.mean_motion import rigid_start
+from cranktrain.engine.file import load_engine
+from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
+
+SPEED = 2000 * math.pi / 30
+SHIFT = 0.003  # rad: what the drive line winds up by
+
+
+def started(**changes):
+    """A rigid crank on its axis at 2000 rev/min."""
+    engine = load_engine("diesel_i6")
+    settings = Settings(crank="torsional", bearings="held", step=math.radians(2.0), newton_tolerance=1e-11, **changes)
+    simulation = Simulation(engine, rigid_crank(engine), settings)
+    simulation.inputs[0] = SPEED
+    simulation.initialize()
+    return simulation
+
+
+def moved(simulation, block, amount):
+    """Turn the crank, or its speed, by ``amount`` rad or rad/s in its frame."""
+    state, n = simulation.state, simulation.model.omega2.size
+    state[offset(block, n) + ROTATION] += amount / simulation.model.scalars[RIGID_ROTATION]
+    simulation.state = state
+
+
+def series(simulation, cycles, *names):
+    """Outputs over cycles, (names, samples)."""
+    h = communication_step(SPEED, simulation.settings.step)
+    rows = np.empty((cycles * round(4 * math.pi / SPEED / h), simulation.outputs.size))
+    assert simulation.series(h, 1, rows) == len(rows)
+    return rows[:, [simulation.output_names.index(name) for name in names]].T, h
+
+
+@pytest.mark.parametrize("kind", ["builtin", "input"])
+def test_two_frames_are_one_physics(kind):
+    """The same crank counted from a frame that leads by 3 mrad more: same gas, same angle, same torque in the shaft."""
+    plain, shifted = started(gas_source=kind), started(gas_source=kind)
+    moved(shifted, POSITION, -SHIFT)
+    # The frame is drawn back to the crank: that acceleration is not the crank's.
+    inverse = SPEED / (2.0 * math.pi * RECENTRING_REVOLUTIONS)
+    moved(shifted, ACCELERATION, 4.0 * inverse**2 * SHIFT)
+    state = shifted.state
+    state[LEAD_ANGLE] += SHIFT
+    shifted.state = state
+    names = ("crank.angle", "shaft.torque", "cylinder[3].volume", "big_end[2].force.y", "piston[1].side_force")
+    (ours, h), (theirs, _) = series(plain, 1, *names), series(shifted, 1, *names)
+    assert h < 2e-4
+    ours[0] -= SPEED * h * np.arange(1, ours.shape[1] + 1)
+    theirs[0] -= SPEED * h * np.arange(1, theirs.shape[1] + 1)
+    for mine, other in zip(ours, theirs, strict=True):
+        assert np.abs(mine - other).max() < 2e-6 * np.ptp(mine)
+
+
+def test_the_gas_is_no_spring_of_the_drive_line():
+    """A small free oscillation at constant speed has the frequency √(k/J) of shaft and crank; with the gas phased to
+    the frame it read 10 % less."""
+    plain, struck = started(), started()
+    moved(struck, VELOCITY, 0.05)
+    (angle, h), (other, _) = series(plain, 8, "crank.angle"), series(struck, 8, "crank.angle")
+    swing = (other - angle)[0]
+    start = rigid_start(plain.model, SPEED)
+    k, c = plain.model.scalars[SHAFT_K], plain.model.scalars[SHAFT_C]
+    expected = math.sqrt(k / start.inertia - (0.5 * c / start.inertia) ** 2)
+    crossings = np.flatnonzero(swing[:-1] * swing[1:] < 0.0)
+    exact = crossings + swing[crossings] / (swing[crossings] - swing[crossings + 1])
+    found = math.pi / (h * np.diff(exact).mean())
+    assert found == pytest.approx(expected, rel=0.01)
+
+
+def test_cycles_repeat_to_rounding():
+    """What the Newton iteration remembers from stage to stage must not keep a period of its own."""
+    engine = load_engine("diesel_v8")
+    run = simulate(engine, rigid_crank(engine), Settings(crank="rigid"), 1800 * math.pi / 30, 24)
+    torsion = run.outputs["pulley.torsion"]
+    last, before = torsion[-run.per_cycle :], torsion[-2 * run.per_cycle : -run.per_cycle]
+    assert np.abs(last - before).max() < 1e-10 * np.ptp(last)

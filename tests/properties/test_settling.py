@@ -1,0 +1,120 @@
+"""Runs that end when their outputs repeat: against long plain runs, and what they say is left against what is."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from bodies import rigid_crank, six
+from scipy.linalg import expm
+
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model.slots import DRIVEN, LAYOUT, SCALARS
+from cranktrain.dynamics.model.state import POSITION, offset, state_size
+from cranktrain.dynamics.settled.cycles import Recorder, settled_cycles
+from cranktrain.dynamics.settled.judging import Judge
+from cranktrain.dynamics.settled.slow_modes import DriveLine, exponential
+from cranktrain.dynamics.simulation import Settings, Simulation, output_judge, simulate
+from cranktrain.engine.file import load_engine
+
+RPM = math.pi / 30
+
+
+def last_cycles(run):
+    """Outputs of each cycle, (cycles, samples, outputs), and what judges them."""
+    rows = np.stack(list(run.outputs.values()), axis=1)[1:]
+    judge = output_judge(six()[0], {name: k for k, name in enumerate(run.outputs)})
+    return rows.reshape(-1, run.per_cycle, rows.shape[1]), judge
+
+
+@pytest.mark.parametrize("rpm", [1000, 2000, 2600])
+def test_a_run_ends_at_the_cycle_of_a_long_one(rpm):
+    """Six plain cycles left 0.5 to 1 % of torsion, and more of order 1."""
+    engine, body = six()
+    settled = simulate(engine, body, Settings(), rpm * RPM)
+    assert settled.settling.repeats == 1 and settled.settling.cycles <= 7
+    assert settled.time.size == settled.per_cycle + 1 and settled.time[0] == 0.0
+    plain, judge = last_cycles(simulate(engine, body, Settings(), rpm * RPM, 40))
+    exact, found = plain[-1], last_cycles(settled)[0][-1]
+    truth = judge.left(exact, found)
+    assert max(truth.values()) < 1e-3
+    assert truth["pulley.torsion"] < 1e-3
+    # A cycle that has settled is no better than its tolerance by chance: plain running leaves more at that count.
+    assert max(judge.left(exact, plain[settled.settling.cycles - 1]).values()) > 3 * max(truth.values())
+
+
+@pytest.mark.parametrize("cycles", [4, 6, 9])
+def test_what_is_left_is_estimated_within_a_factor_of_four(cycles):
+    engine, body = six()
+    long, judge = last_cycles(simulate(engine, body, Settings(), 2000 * RPM, 40))
+    run = simulate(engine, body, Settings(), 2000 * RPM, cycles)
+    truth = judge.left(long[-1], last_cycles(run)[0][-1])
+    for family in ("pulley.torsion", "shaft.torque", "bearing.force"):
+        assert 0.25 < run.settling.left[family] / truth[family] < 4.0, family
+
+
+def test_cycles_are_exactly_those_asked_for():
+    engine = load_engine("diesel_i6")
+    settings = Settings(crank="rigid", bearings="linear")
+    for cycles in (1, 3):
+        run = simulate(engine, rigid_crank(engine), settings, 2000 * RPM, cycles)
+        assert run.time.size == cycles * run.per_cycle + 1 and run.settling.cycles == cycles
+        assert bool(run.settling.left) == (cycles > 1)
+    assert "unknown after 1 cycle;" in simulate(engine, rigid_crank(engine), settings, 2000 * RPM, 1).settling.text
+    with pytest.raises(InputError, match="settling must lie between 0 and 1"):
+        simulate(engine, rigid_crank(engine), settings, 2000 * RPM, settle=0.0)
+
+
+def test_a_free_speed_is_never_called_periodic():
+    engine = load_engine("diesel_i6")
+    settings = Settings(crank="rigid", bearings="linear", boundary="torque")
+    run = simulate(engine, rigid_crank(engine), settings, 2000 * RPM)
+    assert not run.settling.steady and "the speed is free" in run.settling.text
+
+
+class Toy:
+    """A system whose amplitude follows x → r x (1 − x) from cycle to cycle: it repeats after 1, 2 or 4, or never."""
+
+    def __init__(self, r):
+        scalars = np.zeros(SCALARS)
+        scalars[DRIVEN] = 1.0
+        self.model = SimpleNamespace(
+            omega2=np.ones(1), scalars=scalars, layout=np.zeros(LAYOUT), block_ports=np.zeros((0, 0))
+        )
+        self.inputs, self.outputs, self.state, self.r = (
+            np.array([4 * math.pi]),
+            np.zeros(1),
+            np.zeros(state_size(1, 0)),
+            r,
+        )
+        self.place = offset(POSITION, 1)
+        self.state[self.place] = 0.3
+
+    def series(self, step, first, rows):
+        for k in range(len(rows)):
+            time = (first + k) * step
+            rows[k] = self.outputs[0] = self.state[self.place] * math.sin(2 * math.pi * time)
+            if abs(time - round(time)) < 1e-9:
+                self.state[self.place] *= self.r * (1.0 - self.state[self.place])
+        return len(rows)
+
+
+@pytest.mark.parametrize(("r", "repeats"), [(2.8, 1), (3.2, 2), (3.5, 4), (3.9, 0)])
+def test_motions_that_repeat_less_often_than_the_engine(r, repeats):
+    recorded = settled_cycles(Recorder(Toy(r), 0.05, 20), Judge({"toy": [0]}, frozenset()))
+    assert recorded.settling.repeats == repeats
+    text = recorded.settling.text
+    assert {1: "periodic after", 0: "not periodic to 0.001"}.get(repeats, f"repeats every {repeats} cycles") in text
+    assert recorded.rows.shape == ((repeats or 4) * 20 + 1, 1)
+
+
+def test_the_drive_line_is_what_its_formula_says():
+    simulation = Simulation(load_engine("diesel_i6"), rigid_crank(load_engine("diesel_i6")), Settings(crank="rigid"))
+    simulation.inputs[0] = 2000 * RPM
+    simulation.initialize()
+    line = DriveLine(simulation.model, 2000 * RPM)
+    y = np.array([1e-3, 0.2, 4e-4, -0.03])
+    assert line.split(line.lift(y)) == pytest.approx(y, rel=1e-9)
+    assert exponential(0.06 * line.matrix) == pytest.approx(expm(0.06 * line.matrix), rel=1e-10, abs=1e-12)
+    drive = simulation.engine.drive_line
+    assert np.abs(np.linalg.eigvals(line.matrix)).max() == pytest.approx(math.sqrt(drive.stiffness / line.inertia))
