@@ -17,7 +17,7 @@ ORDER_HZ = SPEED / (2.0 * math.pi)
 
 def cycle(signal, n=288):
     """Last cycle of one output as a function of the crank angle."""
-    return LastCycle(signal(4.0 * math.pi * np.arange(n) / n)[None, :], 1.0, 1.0)
+    return LastCycle(signal(4.0 * math.pi * np.arange(n) / n)[None, :], 1.0, 1.0, np.zeros(1))
 
 
 def difference(run, reference, highest_order, n=288, m=288):
@@ -49,7 +49,7 @@ def test_nothing_above_the_frequency_counts():
 def test_beyond_what_is_sampled_it_is_the_rms_over_samples():
     rng = np.random.default_rng(5)
     one, other = rng.normal(size=(2, 48))
-    runs = (LastCycle(values[None, :], 1.0, 1.0) for values in (one, other))
+    runs = (LastCycle(values[None, :], 1.0, 1.0, np.zeros(1)) for values in (one, other))
     found = relative_differences(*runs, SPEED, 1e6)[0]
     assert found == pytest.approx(np.sqrt(np.mean((one - other) ** 2)) / np.std(other), rel=1e-12)
 

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from bodies import rigid_crank, six
+from box_block import box_block
 from scipy.linalg import expm
 
 from cranktrain.core.errors import InputError
@@ -13,8 +14,8 @@ from cranktrain.dynamics.model.slots import DRIVEN, LAYOUT, SCALARS
 from cranktrain.dynamics.model.state import POSITION, offset, state_size
 from cranktrain.dynamics.settled.cycles import Recorder, settled_cycles
 from cranktrain.dynamics.settled.judging import Judge
-from cranktrain.dynamics.settled.slow_modes import DriveLine, exponential
-from cranktrain.dynamics.simulation import Settings, Simulation, output_judge, simulate
+from cranktrain.dynamics.settled.slow_modes import DriveLine, SlowModes, exponential
+from cranktrain.dynamics.simulation import Parts, Settings, Simulation, output_judge, simulate
 from cranktrain.engine.file import load_engine
 
 RPM = math.pi / 30
@@ -70,6 +71,35 @@ def test_a_free_speed_is_never_called_periodic():
     settings = Settings(crank="rigid", bearings="linear", boundary="torque")
     run = simulate(engine, rigid_crank(engine), settings, 2000 * RPM)
     assert not run.settling.steady and "the speed is free" in run.settling.text
+
+
+def test_mounts_reach_what_plain_running_does_in_a_hundred_cycles():
+    """After six plain cycles mounts' forces were wrong by their own size."""
+    engine = load_engine("diesel_i6")
+    parts = Parts(block=box_block(engine))
+    settings = Settings(crank="rigid", bearings="linear", block="flexible")
+    settled = simulate(engine, rigid_crank(engine), settings, 2000 * RPM, parts=parts)
+    assert settled.settling.repeats == 1 and settled.settling.cycles <= 8
+    plain, judge = last_cycles(simulate(engine, rigid_crank(engine), settings, 2000 * RPM, 150, parts=parts))
+    exact = plain[-1]
+    assert judge.left(exact, last_cycles(settled)[0][-1])["mount.force"] < 2e-3
+    assert judge.left(exact, plain[5])["mount.force"] > 0.1
+
+
+@pytest.mark.parametrize("block", ["ground", "flexible"])
+def test_what_is_split_off_is_what_is_lifted(block):
+    engine = load_engine("diesel_i6")
+    simulation = Simulation(
+        engine, rigid_crank(engine), Settings(crank="rigid", block=block), parts=Parts(block=box_block(engine))
+    )
+    simulation.inputs[0] = 2000 * RPM
+    simulation.initialize()
+    modes = SlowModes(simulation.model, 2000 * RPM)
+    assert (modes.block is not None) == (block == "flexible")
+    for part in filter(None, (modes.drive_line, modes.block)):
+        y = np.random.default_rng(1).normal(size=len(part.matrix))
+        assert part.split(part.lift(y)) == pytest.approx(y, rel=1e-6, abs=1e-9)
+    assert np.all(modes.multipliers() < 1.0)
 
 
 class Toy:

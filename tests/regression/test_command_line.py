@@ -109,6 +109,25 @@ def test_rigid_crank_on_springs_and_a_measured_trace(coarse, capsys, tmp_path):
     assert outputs["pulley.torsion"][0] == pytest.approx(outputs["flywheel.torsion"][0], abs=1e-12)
 
 
+def test_a_run_says_how_settled_it_is(coarse, capsys, tmp_path):
+    """In the summary, in JSON and in the file; exactly N cycles run where N are asked for."""
+    path = tmp_path / "run.h5"
+    options = ("--speed", "1500", "--crank", "rigid", "--bearings", "linear", "--output", str(path))
+    settling = run_json(capsys, "simulate", coarse, *options)["settling"]
+    assert settling["repeats_every_cycles"] == 1 and settling["tolerance"] == 1e-3
+    assert 0.0 < max(settling["left"].values()) <= 1e-3 and {"pulley.torsion", "bearing.force"} <= set(settling["left"])
+    outputs, attributes = read_result(path)
+    assert attributes["cycles"] == settling["cycles"] <= 8 and attributes["settling_left"] <= 1e-3
+    assert '"pulley.torsion"' in attributes["settling_left_by_family"]
+    assert outputs["angle"][0][-1] == pytest.approx(4.0 * math.pi)
+    assert main(["simulate", coarse, *options, "--cycles", "3"]) == 0
+    assert "Settling: " in capsys.readouterr().out
+    outputs, attributes = read_result(path)
+    assert attributes["cycles"] == 3 and outputs["angle"][0][-1] == pytest.approx(12.0 * math.pi)
+    assert main(["simulate", coarse, *options, "--settle", "0"]) == 2
+    assert "--settle 0 is not within 1e-08" in capsys.readouterr().err
+
+
 def test_tables_for_people_show_published_values_and_calibration(coarse, capsys):
     assert main(["modal", coarse]) == 0
     text = capsys.readouterr().out

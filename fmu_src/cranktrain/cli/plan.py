@@ -61,6 +61,7 @@ def show_plan(made: Plan) -> None:
         ("block", found["block"], ""),
         ("integrator", found["integrator"], f"{found['step_deg']:g} deg"),
         ("numerical error", f"{found['predicted_numerical_error']:.2g}", "against half the step"),
+        ("settling", f"{found['predicted_settling_error']:.2g}", "what a run leaves of it"),
         ("model error", "–" if model is None else f"{model:.2g}", "against the next level up"),
         ("predicted error", f"{found['predicted_error']:.2g}", f"{scene.accuracy:g} is wanted"),
         (

@@ -71,6 +71,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         "result": str(output),
         "outputs": runs.outputs(),
         "levels": runs.rows(),
+        "settling": runs.settling,
         "plan": made.as_dict(),
         "interrupted": runs.interrupted,
     }
@@ -127,4 +128,9 @@ def _show(runs: SceneRun, result: dict[str, Any]) -> None:
             f"Predicted error {check['predicted_error']:.2g}, verified {check['verified_error']:.2g} against "
             f"{check['crank']}/{check['bearings']} at {check['step_deg']:g} deg"
         )
+    own = runs.settling
+    print(
+        f"Settling: at most {own['cycles']} cycles a speed and {own['settling_left']:.1e} left; runs repeat after "
+        f"{own['repeats_every_cycles']} cycles"
+    )
     print(f"Result: {runs.path}")

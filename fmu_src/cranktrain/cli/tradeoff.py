@@ -19,6 +19,7 @@ error      RMS of the difference over the last cycle over the RMS of the referen
            torsion, pulley axial motion and the least film of the worst main bearing (null where there is none);
            error_kind says against what: numerical (same model, finer step), model (the next level up), top (the top of
            a ladder, or the finest of what is varied), input (inputs known exactly)
+settling   what the last cycle still changed of that output which changed most: an error of its own
 cost       processor seconds per simulated second, median of three interleaved runs (--quick: one)
 
 Every run is kept in the cache as it ends: after an interruption the same command goes on where it stopped.

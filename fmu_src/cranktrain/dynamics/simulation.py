@@ -50,6 +50,7 @@ from cranktrain.dynamics.settled.cycles import (
     settled_cycles,
 )
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES, TOLERANCE, Judge, Settling
+from cranktrain.dynamics.settled.slow_modes import Motion, motion_of
 from cranktrain.dynamics.start.mean_motion import Start, leaning, rigid_start
 from cranktrain.dynamics.start.settling import settle
 from cranktrain.dynamics.time.integrators import method_mark
@@ -351,6 +352,7 @@ class Result:
     to 720°. ``settling`` says how settled they are; where a run went on until its outputs repeated, the last cycle or
     the last ones that repeat are kept, while ``counters`` and ``seconds`` tell of all. ``film_temperatures`` (b,), K,
     are those of the main bearings' films and ``passes`` the runs that it took to find them; all else tells of the last.
+    ``complete`` is False where an interrupt cut the run short.
     """
 
     time: Array
@@ -363,6 +365,7 @@ class Result:
     film_temperatures: Array
     settling: Settling
     passes: int = 1
+    complete: bool = True
 
     def last_cycle(self, name: str) -> tuple[Array, Array]:
         """Crank angle (rad, from 0) and values of one output over the last 720°, both ends included."""
@@ -435,17 +438,23 @@ def simulate(
         cycles = FREE_CYCLES if cycles is None else cycles
     simulation.initialize()
 
-    def run() -> tuple[Result, bool]:
+    def run() -> Result:
         return _run(simulation, cycles, settle, progress, say)
 
-    result, complete = run()
-    if complete and (heat_balance or damper_balance):
+    result = run()
+    if heat_balance or damper_balance:
         result = _balanced(simulation, cycles, run, result, heat_balance, damper_balance)
     if simulation.settings.damper == "fitted":
         line = power_warning(required_damper(engine), damper_power(result))
         if line is not None:
             warnings.warn(line, stacklevel=2)
     return result
+
+
+def settled_motion(simulation: Simulation, settle: float = TOLERANCE) -> Motion:
+    """Motion at the start of a cycle that repeats, to which a simulation that is initialised is brought."""
+    _run(simulation, None, settle, None, None)
+    return motion_of(simulation.state, simulation.model.omega2.size)
 
 
 def damper_power(result: Result) -> float:
@@ -456,7 +465,7 @@ def damper_power(result: Result) -> float:
 def _balanced(
     simulation: Simulation,
     cycles: int | None,
-    run: Callable[[], tuple[Result, bool]],
+    run: Callable[[], Result],
     result: Result,
     films: bool,
     damper: bool,
@@ -465,7 +474,6 @@ def _balanced(
     engine = simulation.engine
     inlet = supply_temperature(engine, simulation.settings, float(simulation.inputs[0]))
     bounds: tuple[str, ...] = ()
-    complete = True
     for passes in range(1, PASSES + 1):
         changes, warmer, warmth = [], simulation.film_temperatures, 0.0
         if films:
@@ -477,7 +485,7 @@ def _balanced(
             warmth = damper_balance_temperature(required_damper(engine), damper_power(result))
             changes.append(abs(warmth - simulation.damper_temperature))
         result = replace(result, passes=passes)
-        if max(changes) < SETTLED or passes == PASSES or not complete:
+        if max(changes) < SETTLED or passes == PASSES or not result.complete:
             break
         if cycles is not None:
             rewind(simulation, cycles)
@@ -485,7 +493,7 @@ def _balanced(
             simulation.film_temperatures = warmer
         if damper:
             simulation.damper_temperature = warmth
-        result, complete = run()
+        result = run()
     warn_of_bounds(bounds)
     if max(changes) >= SETTLED:
         warn_unsettled(max(changes), passes)
@@ -498,8 +506,8 @@ def _run(
     settle: float,
     progress: Callable[[float], None] | None,
     say: Callable[[str], None] | None,
-) -> tuple[Result, bool]:
-    """Cycles at constant speed from the simulation's state, whose time is 0; whether none was cut short."""
+) -> Result:
+    """Cycles at constant speed from the simulation's state, whose time is 0."""
     speed = float(simulation.inputs[0])
     h = communication_step(speed, simulation.settings.step)
     recorder = Recorder(simulation, h, round(4.0 * math.pi / speed / h))
@@ -517,7 +525,7 @@ def _run(
             f"{simulation.settings.tolerance:g} at the shortest step; use a shorter solver.step, or a larger tolerance",
             stacklevel=2,
         )
-    result = Result(
+    return Result(
         time=times,
         # Of a given speed the shaft's, even in time; a free crank has but its own.
         angle=rows[:, 0].copy() if simulation.settings.boundary == "torque" else speed * times,
@@ -533,8 +541,8 @@ def _run(
         per_cycle=recorder.per_cycle,
         film_temperatures=simulation.film_temperatures,
         settling=settling,
+        complete=complete,
     )
-    return result, complete
 
 
 def output_judge(engine: Engine, columns: Mapping[str, int]) -> Judge:

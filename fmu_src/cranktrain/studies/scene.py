@@ -87,7 +87,7 @@ class Scene:
     frequency : highest frequency of interest, Hz
     accuracy : relative error that is allowed
     budget : largest real-time factor, or None
-    cycles : cycles of 720° per run, the last one is evaluated
+    cycles : cycles of 720° per run, the last one is evaluated; None: until the outputs repeat
     load : share of the full-load burn
     crank, bearings, cutoff, integrator, step : what the scene fixes of the plan (Hz, rad), else None
     big_ends, block, pistons, damper : levels; those that the scene leaves open are the lowest that answer its outputs
@@ -105,7 +105,7 @@ class Scene:
     frequency: float
     accuracy: float
     budget: float | None = None
-    cycles: int = 6
+    cycles: int | None = None
     load: float = 1.0
     crank: str | None = None
     bearings: str | None = None
@@ -178,7 +178,7 @@ def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
         frequency=float(document["frequency_hz"]),
         accuracy=float(document["accuracy"]),
         budget=document.get("budget_real_time_factor"),
-        cycles=document.get("cycles", 6),
+        cycles=document.get("cycles"),
         load=float(document.get("load", 1.0)),
         crank=document.get("crank"),
         bearings=document.get("bearings"),

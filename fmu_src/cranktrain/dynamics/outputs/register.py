@@ -10,6 +10,7 @@ Names do not depend on levels, since the FMU's description is fixed before any i
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -93,9 +94,13 @@ def judged_families(counts: Counts) -> dict[str, list[str]]:
         for name, _ in family.names(counts):
             own = name.partition("].")[2] if family.count else name.removeprefix(f"{family.name}.")
             if own not in family.unjudged:
-                kind = f"{family.name}.{own}" if family.name else own
-                found.setdefault(kind[:-2] if kind[-2:] in (".x", ".y", ".z") else kind, []).append(name)
+                found.setdefault(output_family(name), []).append(name)
     return found
+
+
+def output_family(name: str) -> str:
+    """Family of an output by which settling is judged: ``bearing.force`` of ``bearing[2].force.x``."""
+    return re.sub(r"\[\d+\]|\.[xyz]$", "", name)
 
 
 def output_names(counts: Counts) -> tuple[str, ...]:

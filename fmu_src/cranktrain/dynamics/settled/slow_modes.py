@@ -81,6 +81,13 @@ def motion_of(state: Array, modes: int) -> Motion:
     return Motion(place, velocity, acceleration, float(state[LEAD_ANGLE]), float(state[LEAD_SPEED]))
 
 
+def put_motion(state: Array, motion: Motion) -> None:
+    """Let a state have a motion from here on."""
+    add_motion(state, motion.minus(motion_of(state, motion.place.size)))
+    n = motion.place.size
+    state[offset(AUXILIARY, n) : offset(AUXILIARY + 1, n)] = motion.acceleration
+
+
 def add_motion(state: Array, change: Motion) -> None:
     """Let a state move on at once; what the integrator keeps beside the acceleration goes along."""
     n = change.place.size

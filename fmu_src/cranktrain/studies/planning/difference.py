@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.outputs.register import output_family
 from cranktrain.dynamics.simulation import Result
 
 CYCLE = 4.0 * math.pi
@@ -26,19 +27,24 @@ STEPS_PER_PERIOD = 4
 class LastCycle:
     """Wanted outputs over the last 720°, (outputs, samples), end point left out; and what the run took.
 
-    ``seconds`` is wall time, ``real_time_factor`` wall seconds per simulated second.
+    ``seconds`` is wall time, ``real_time_factor`` wall seconds per simulated second; ``settling`` (outputs,) is what
+    is left of settling in each output's family, not a number where one cycle tells nothing.
     """
 
     values: Array
     seconds: float
     real_time_factor: float
+    settling: Array
 
 
-def last_cycle(run: Result, outputs: Iterable[str]) -> LastCycle:
+def last_cycle(run: Result, outputs: Sequence[str]) -> LastCycle:
     """Last cycle of a run."""
     n = run.per_cycle
     values = np.array([run.outputs[name][-n - 1 : -1] for name in outputs])
-    return LastCycle(values, run.seconds, run.real_time_factor)
+    left = run.settling.left
+    unknown = 0.0 if left else math.nan
+    settling = np.array([left.get(output_family(name), unknown) for name in outputs])
+    return LastCycle(values, run.seconds, run.real_time_factor, settling)
 
 
 def relative_differences(run: LastCycle, reference: LastCycle, speed: float, frequency: float) -> Array:

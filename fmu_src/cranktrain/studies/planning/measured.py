@@ -20,10 +20,9 @@ from cranktrain.studies.planning.difference import LastCycle, last_cycle, relati
 from cranktrain.studies.planning.scene_model import Case, SceneModel
 from cranktrain.studies.scene import RPM
 
-CYCLES = 4
-"""Cycles that a measurement takes at most: fewer than a run, which is what makes a plan cheaper than a check."""
 SLOW = {DEAR: 3, DEAREST: 2}
-"""Likewise by the bearing level's class of cost, of films solved online; so many of what these are compared with."""
+"""Plain cycles that a measurement takes at most, by the bearing level's class of cost, of films solved online and of
+what these are compared with: fewer than a run. All else runs as the scene will."""
 REPEATED_BELOW = 0.5
 """Runs shorter than so many seconds are timed twice; the faster counts."""
 
@@ -41,21 +40,27 @@ class Measured:
         self.scene = model.scene
         self.store = Kept("plans")
 
-    def cycles(self, *cases: Case) -> int:
-        """Cycles of a measurement that takes in these cases."""
-        return min(self.scene.cycles, *(SLOW.get(bearing_law(case.bearings).cost, CYCLES) for case in cases))
+    def cycles(self, *cases: Case) -> int | None:
+        """Cycles of a measurement that takes in these cases; None: until the outputs repeat."""
+        few = [SLOW[cost] for case in cases if (cost := bearing_law(case.bearings).cost) in SLOW]
+        return min([*few, self.scene.cycles or max(few)]) if few else self.scene.cycles
 
-    def run(self, case: Case, speed: float, cycles: int) -> LastCycle:
+    def run(self, case: Case, speed: float, cycles: int | None) -> LastCycle:
         """Last cycle of a case at a speed (rad/s); ``SolverError`` where the run fails."""
         key = self._key(case, speed, cycles)
         kept = self.store.arrays(key)
         if kept is None:
             found = self._measure(case, speed, cycles)
-            kept = {"values": found.values, "cost": np.array([found.seconds, found.real_time_factor])}
+            kept = {
+                "values": found.values,
+                "cost": np.array([found.seconds, found.real_time_factor]),
+                "settling": found.settling,
+            }
             self.store.keep_arrays(key, kept)
-        return LastCycle(kept["values"], *(float(value) for value in kept["cost"]))
+        seconds, factor = kept["cost"].tolist()
+        return LastCycle(kept["values"], seconds, factor, kept["settling"])
 
-    def _measure(self, case: Case, speed: float, cycles: int) -> LastCycle:
+    def _measure(self, case: Case, speed: float, cycles: int | None) -> LastCycle:
         """Run a case; a short one twice, the faster counts."""
         self.model.say(f"measuring {case} at {speed / RPM:.0f} rev/min")
         run = self.model.run(case, speed, cycles)
@@ -80,6 +85,16 @@ class Measured:
         """Largest relative difference of each wanted output over speeds, (outputs,)."""
         return np.max([self.difference(case, reference, speed) for speed in speeds], axis=0)
 
+    def settling(self, case: Case, speeds: tuple[float, ...]) -> Array:
+        """What a run of the scene will leave of settling in each wanted output, (outputs,), the largest over speeds.
+
+        Where a measurement is shorter than a run it is what the run may leave.
+        """
+        cycles = self.cycles(case)
+        if cycles != self.scene.cycles:
+            return np.full(len(self.scene.outputs), self.model.settle)
+        return np.asarray(np.max([self.run(case, speed, cycles).settling for speed in speeds], axis=0))
+
     def cost(self, case: Case, speeds: tuple[float, ...]) -> float:
         """Mean real-time factor over speeds; inf where a run fails."""
         try:
@@ -87,7 +102,7 @@ class Measured:
         except SolverError:
             return math.inf
 
-    def _key(self, case: Case, speed: float, cycles: int) -> str:
+    def _key(self, case: Case, speed: float, cycles: int | None) -> str:
         """Digest of all that decides a run."""
         scene, model = self.scene, self.model
         made = model.assembly(case)
@@ -100,7 +115,7 @@ class Measured:
             parts.block.digest if parts.block is not None else "",
             [table.settings for table in (parts.table, parts.big_end_table) if table is not None],
             model.settings(case),
-            [repr(speed), cycles],
+            [repr(speed), cycles, repr(model.settle)],
             [sha256(trace.file.read_bytes()).hexdigest(), trace.unit, trace.tdc_deg] if trace else None,
             scene.outputs,
         )

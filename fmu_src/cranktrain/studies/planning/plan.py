@@ -17,15 +17,20 @@ from cranktrain.studies.scene import Scene
 
 @dataclass(frozen=True)
 class Errors:
-    """Relative errors of each output, (outputs,); the model error is None at the top, with all modes."""
+    """Relative errors of each output, (outputs,); the model error is None at the top, with all modes.
+
+    ``settling`` is what a run leaves of it.
+    """
 
     numerical: Array
     model: Array | None
+    settling: Array
 
     @property
     def total(self) -> Array:
         """Root of the sum of squares, (outputs,)."""
-        return self.numerical if self.model is None else np.hypot(self.numerical, self.model)
+        own = np.hypot(self.numerical, self.settling)
+        return own if self.model is None else np.hypot(own, self.model)
 
 
 @dataclass(frozen=True)
@@ -83,6 +88,7 @@ class Plan:
             "step_deg": round(math.degrees(self.case.step), 9),
             "predicted_error": self.predicted_error,
             "predicted_numerical_error": largest(self.errors.numerical),
+            "predicted_settling_error": largest(self.errors.settling),
             "predicted_model_error": None if model is None else largest(model),
             "predicted_errors": by_family(outputs, self.errors.total),
             "predicted_real_time_factor": self.real_time_factor,

@@ -8,8 +8,9 @@ what a run at the next pair with half the step would show: the root of the sum o
 other.
 
 The plan takes the first pair of the ladder whose model error leaves room for a numerical one, and then the cheapest
-method and step within that. Where the next pair has no solid crank yet, the one after it must be as near: two coarse
-cranks may agree with each other. What the scene fixes is not judged, only reported.
+method and step within that. What a run leaves of settling is an error of its own beside them, kept small. Where the
+next pair has no solid crank yet, the one after it must be as near: two coarse cranks may agree with each other. What
+the scene fixes is not judged, only reported.
 """
 
 from __future__ import annotations
@@ -55,6 +56,8 @@ STRETCHED = 4.0
 """Times the budget up to which a pair is judged at the usual step: longer ones may be cheaper, but not by more."""
 SCREENED_SPEEDS = 3
 """Speeds at which levels are judged; the plan's own figures are then measured at all."""
+SETTLED_CYCLES = 5
+"""Cycles after which outputs repeat, about."""
 LONGEST_MEASUREMENT = 60.0
 """Expected seconds of measuring the plan's figures at every speed, above which the screened speeds serve for all."""
 
@@ -287,10 +290,12 @@ class _Chooser:
         scene, above = self.scene, self.above(case)
         cost = self.measured.cost(case, self.speeds)
         above_cost = None if above is None else self.measured.cost(above, self.speeds)
-        seconds = sum(4.0 * math.pi / v for v in scene.speeds) * scene.cycles * (3.0 * cost + (above_cost or 0.0))
+        simulated = sum(4.0 * math.pi / v for v in scene.speeds) * (scene.cycles or SETTLED_CYCLES)
+        seconds = simulated * (3.0 * cost + (above_cost or 0.0))
         speeds = scene.speeds if seconds <= LONGEST_MEASUREMENT else self.speeds
         numerical = self.measured.worst(case, self.model.refined(case), speeds)
-        errors = Errors(numerical, None if above is None else self.measured.worst(case, above, speeds))
+        model = None if above is None else self.measured.worst(case, above, speeds)
+        errors = Errors(numerical, model, np.nan_to_num(self.measured.settling(case, speeds)))
         total = largest(errors.total)
         modes = self.model.assembly(case).body.n_modes
         result = Plan(

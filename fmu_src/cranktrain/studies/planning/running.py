@@ -16,12 +16,13 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import SolverError
+from cranktrain.dynamics.settled.judging import Settling
 from cranktrain.dynamics.simulation import Result
 from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.results.files import output_unit
 from cranktrain.results.orders import order_spectrum
 from cranktrain.store.hdf5 import write_result
-from cranktrain.studies.planning.difference import CYCLE, LastCycle, by_family, last_cycle, relative_differences
+from cranktrain.studies.planning.difference import LastCycle, by_family, last_cycle, relative_differences
 from cranktrain.studies.planning.ladder import every_pair
 from cranktrain.studies.planning.plan import Plan
 from cranktrain.studies.planning.scene_model import Case, SceneModel
@@ -32,11 +33,13 @@ Advance = Callable[[float], None] | None
 
 @dataclass
 class LevelRun:
-    """Runs of one case, speed by speed: last cycles, seconds in all, and what went wrong (empty: nothing)."""
+    """Runs of one case, speed by speed: last cycles, seconds in all and simulated, and what went wrong."""
 
     case: Case
     cycles: list[LastCycle] = field(default_factory=list)
     seconds: float = 0.0
+    simulated: float = 0.0
+    settlings: list[Settling] = field(default_factory=list)
     status: str = "ok"
 
 
@@ -78,6 +81,8 @@ class SceneRun:
                 return level
             level.cycles.append(last_cycle(run, scene.outputs))
             level.seconds += run.seconds
+            level.simulated += run.seconds / run.real_time_factor
+            level.settlings.append(run.settling)
             self._keep(case, speed, run)
         return level
 
@@ -102,7 +107,7 @@ class SceneRun:
             "scene": scene.name,
             "engine": scene.engine.name,
             "speeds_rpm": " ".join(f"{rpm:.6g}" for rpm in scene.speeds_rpm),
-            "cycles": scene.cycles,
+            **self.settling,
             "crank": case.crank,
             "bearings": case.bearings,
             "block": scene.block,
@@ -129,6 +134,16 @@ class SceneRun:
         return output_summary(self.scene, self._own.cycles)
 
     @property
+    def settling(self) -> dict[str, str | int | float]:
+        """Most cycles of the plan's runs, after how many each repeats, and the most that is left of any output."""
+        own = self._own.settlings
+        return {
+            "cycles": max((one.cycles for one in own), default=0),
+            "repeats_every_cycles": " ".join(str(one.repeats) for one in own),
+            "settling_left": max((one.worst[1] for one in own), default=math.nan),
+        }
+
+    @property
     def _own(self) -> LevelRun:
         return next(level for level in self.levels if level.case == self.plan.case)
 
@@ -136,7 +151,6 @@ class SceneRun:
         """Every level that ran, with its difference to the last complete one."""
         complete = [level for level in self.levels if len(level.cycles) == len(self.scene.speeds)]
         top = complete[-1] if len(complete) > 1 else None
-        simulated = self.scene.cycles * sum(CYCLE / speed for speed in self.scene.speeds)
         return [
             {
                 "crank": level.case.crank,
@@ -144,7 +158,8 @@ class SceneRun:
                 "integrator": level.case.integrator,
                 "step_deg": round(math.degrees(level.case.step), 9),
                 "seconds": level.seconds,
-                "real_time_factor": level.seconds / simulated if level in complete else None,
+                "real_time_factor": level.seconds / level.simulated if level in complete else None,
+                "settling": max((one.worst[1] for one in level.settlings), default=None),
                 "difference": self.difference(level, top) if level in complete and top is not None else {},
                 "status": level.status if level in complete or level.status != "ok" else "interrupted",
             }

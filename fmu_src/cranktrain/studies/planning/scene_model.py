@@ -12,11 +12,15 @@ from functools import cached_property
 
 from cranktrain.assembly import Assembly, assemble
 from cranktrain.dynamics.model.settings import Settings, resolved
+from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.dynamics.simulation import Result, simulate
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.studies.scene import Scene
 
 Progress = Callable[[str], None]
+
+SETTLING_SHARE = 0.1
+"""Share of a scene's accuracy that settling may take."""
 
 
 @dataclass(frozen=True)
@@ -92,10 +96,15 @@ class SceneModel:
             return None
         return GasTrace.from_csv(str(given.file), self.scene.engine, given.unit, given.tdc_deg)
 
+    @property
+    def settle(self) -> float:
+        """What a run that ends when its outputs repeat may leave of settling: little beside the scene's accuracy."""
+        return min(TOLERANCE, SETTLING_SHARE * self.scene.accuracy)
+
     def run(
         self, case: Case, speed: float, cycles: int | None = None, progress: Callable[[float], None] | None = None
     ) -> Result:
-        """Run a case at a speed (rad/s); ``cycles`` defaults to the scene's.
+        """Run a case at a speed (rad/s); ``cycles`` defaults to the scene's, and failing that to those that it takes.
 
         Raises
         ------
@@ -107,8 +116,10 @@ class SceneModel:
             also where an interrupt has ended the run early: half a run is none
         """
         made, wanted = self.assembly(case), cycles or self.scene.cycles
-        run = simulate(made.engine, made.body, made.settings, speed, wanted, self.gas, progress, made.parts)
-        if run.time.size <= wanted * run.per_cycle:
+        run = simulate(
+            made.engine, made.body, made.settings, speed, wanted, self.gas, progress, made.parts, settle=self.settle
+        )
+        if not run.complete:
             raise KeyboardInterrupt
         return run
 

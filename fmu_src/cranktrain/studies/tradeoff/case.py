@@ -10,7 +10,7 @@ from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.engine.model import Engine
 
 CYCLES = 6
-"""Cycles of a run: after them what the start left has decayed."""
+"""Cycles of a run, which starts from a settled one: what its own method and step change has decayed after them."""
 STAGES = "stages"
 """The method of a case whose settings name its integrator; all others are in ``other_solvers``."""
 GRID_DEG = 1.0

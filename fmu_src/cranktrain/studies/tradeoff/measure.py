@@ -1,7 +1,8 @@
 """Running cases and judging them: cost from the processor's clock, error against a reference of the same start.
 
-Every run of an engine and speed starts alike, and references keep all cycles, so that a run of fewer cycles is judged
-over its own last one. What compiling takes is left out. Repeats are interleaved, case after case, because the machine's
+Every run of an engine and speed starts alike, from the motion of a settled cycle at the default step, and references
+keep all cycles, so that a run of fewer cycles is judged over its own last one. What the last cycle still changes is an
+error of its own. What compiling takes is left out. Repeats are interleaved, case after case, because the machine's
 speed drifts; the cost is their median.
 """
 
@@ -20,11 +21,13 @@ from cranktrain.assembly import Assembly, assemble
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.kernel import keep_record
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.slots import N_ITERATIONS, N_MISSED, N_REJECTED, N_STEPS
 from cranktrain.dynamics.motion.gas import trace_pressure
-from cranktrain.dynamics.simulation import Simulation
+from cranktrain.dynamics.settled.slow_modes import Motion, put_motion
+from cranktrain.dynamics.simulation import Simulation, settled_motion
 from cranktrain.engine.model import Engine
-from cranktrain.film.laws.register import bearing_law
+from cranktrain.film.laws.register import DEAREST, bearing_law
 from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressure, spline_coefficients
 from cranktrain.studies.kept import Kept, digest
@@ -35,10 +38,15 @@ from cranktrain.studies.tradeoff.point import OTHERS, OUTPUTS, Point
 
 Progress = Callable[[str], None]
 
+_SETTLED: dict[str, Motion] = {}
+"""Motions of settled cycles, once in a process."""
+
 HIGH_ORDERS = (12.0, 40.0)
 """Orders whose error in pulley torsion is given apart: those that a coarse pressure trace spoils."""
 FINE_SAMPLES = 7200
 """Samples by which a trace of straight lines is handed to the model, whose own spline hardly rounds its kinks then."""
+SETTLE = 1.0e-4
+"""What is left of settling where runs start."""
 SLOW = 5.0
 """Seconds of a run that is not repeated: the machine's drift is within it."""
 
@@ -126,9 +134,35 @@ def _started(case: Case, say: Progress) -> Simulation:
         table = spline_coefficients(trace.motored + share * (trace.fired - trace.motored))
         simulation.inputs[1:-1] = [gas_pressure(-angle, table) for angle in case.engine.firing_angles]
     simulation.initialize()
+    _settle(simulation, case, made, gas)
     if case.film_grid is not None:
         _change_grid(simulation, case)
     return simulation
+
+
+def _settle(simulation: Simulation, case: Case, made: Assembly, gas: GasTrace | None) -> None:
+    """Move a simulation that stands at its start into a settled cycle of its model.
+
+    The cycle is that of the default method and step. The dearest films start from rest: a cycle of them takes minutes.
+    """
+    levels, plain = case.levels, Settings()
+    if bearing_law(levels.bearings).cost == DEAREST:
+        return
+    settings = replace(
+        levels, integrator=plain.integrator, step=plain.step, control=plain.control, newton_tolerance=None,
+        film_change=None, gas_source=plain.gas_source,
+    )  # fmt: skip
+    key = digest(
+        __file__, case.engine, made.body.omega, settings, case.speed, case.table, case.trace_deg, case.trace_rule
+    )
+    if key not in _SETTLED:
+        model = Simulation(case.engine, made.body, settings, gas, made.parts)
+        model.inputs[0] = case.speed
+        model.initialize()
+        _SETTLED[key] = settled_motion(model, SETTLE)
+    state = simulation.state
+    put_motion(state, _SETTLED[key])
+    simulation.state = state
 
 
 def _coupled(simulation: Simulation, case: Case, series: Array) -> float:
@@ -234,6 +268,17 @@ def named_errors(errors: Array, bearings: int, films: bool) -> dict[str, float |
     return {**both, "shaft_torque": worst(rest[0:1]), "bearing_force": worst(rest[1:])}
 
 
+def settling(got: Recorded, case: Case, films: bool) -> float | None:
+    """What the last cycle still changed of the output of ``OUTPUTS`` that changed most; None after one cycle."""
+    if case.cycles < 2:
+        return None
+    count = round(720.0 / got.interval)
+    before = got.values[:, : got.values.shape[1] - count]
+    changed = differences(got.values[:, count:], got.interval, before, got.interval, case.cycles - 1)
+    named = named_errors(changed, len(case.engine.crankshaft.main_widths), films)
+    return max((value for name in OUTPUTS if (value := named[name]) is not None), default=None)
+
+
 def high_order_error(values: Array, interval: float, exact: Array, exact_interval: float, cycles: int) -> float:
     """Relative error of pulley torsion over the orders of ``HIGH_ORDERS`` alone, in the last cycle."""
 
@@ -307,6 +352,7 @@ def _measure(entry: Entry, store: Kept, kept: dict[str, Any] | None, say: Progre
         rate = largest_rate(replace(case, method=STAGES), lambda wanted: _started(wanted, say))
         details["step_times_rate"] = rate * math.radians(case.step_deg) / case.speed
         status = "ok" if details["step_times_rate"] < LIMITS[case.method] else "unstable"
+    details["settling"] = settling(got, case, films)
     details["modes"] = _assembled(case, say).body.n_modes
     details["high_orders"] = high_order_error(got.values, got.interval, exact, exact_interval, case.cycles)
     return {

@@ -9,7 +9,19 @@ from importlib.resources import files
 from cranktrain.studies.tradeoff.chart import KINDS, NAMES
 from cranktrain.studies.tradeoff.study import Study
 
-SHOWN = ("speed_rpm", "crank", "bearings", "block", "modes", "integrator", "step_deg", "tolerance", "cycles", "repeats")
+SHOWN = (
+    "speed_rpm",
+    "crank",
+    "bearings",
+    "block",
+    "modes",
+    "integrator",
+    "step_deg",
+    "tolerance",
+    "cycles",
+    "repeats",
+    "settling",
+)
 
 
 def page(study: Study) -> str:

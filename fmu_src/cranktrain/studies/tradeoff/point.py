@@ -22,7 +22,8 @@ class Point:
     Attributes
     ----------
     family, label : what was varied, and which choice this is
-    parameters : the choice in numbers and names; ``error_kind`` says what the error is against
+    parameters : the choice in numbers and names; ``error_kind`` says what the error is against, ``settling`` the change
+        over the last cycle of the output of ``OUTPUTS`` that changed most (None after one cycle)
     seconds_per_simulated_second : processor seconds; None where the run failed
     error : relative error of each of ``OUTPUTS``: RMS of the difference over the last cycle over the RMS of the
         reference's alternating part, of films the worst main's; None where the level has no such output
