@@ -25,7 +25,6 @@ from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.elastic.grid import ElasticGrid
-from cranktrain.film.journal.grid import cold_start, journal_grid, journal_work
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, enter, law_films
 from cranktrain.film.laws.ehd import IN_LOOP as ELASTIC_IN_LOOP
 from cranktrain.film.laws.ehd import elastic_bore, elastic_law, film_size
@@ -194,11 +193,7 @@ def rigid_films(
     bearing, count = engine.plain_mains, orbit.count
     films = _films(count)
     parameters = np.tile(bearing_parameters(bearing, oil(engine)), (count, 1))
-    record = rigid_bore(bearing, parameters, table, films.solved)
-    if table is None:
-        chosen = journal_grid(*grid)
-        active = np.array([cold_start(chosen)] * count)
-        record = record._replace(grid=chosen, journal=journal_work(chosen), active=active)
+    record = rigid_bore(bearing, parameters, table, films.solved, size=grid)
     enter(films, reynolds_law if table is None else table_law, record)
     return OrbitFilms(films, orbit, np.zeros((STEPS + 1, count, 1)), np.empty((STEPS, count, 4)))
 

@@ -49,7 +49,7 @@ from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.film.laws.ehd import IN_LOOP as ELASTIC_IN_LOOP
 from cranktrain.film.laws.ehd import SHAPES
 from cranktrain.film.laws.rigid_bore import IN_LOOP as RIGID_IN_LOOP
-from cranktrain.film.table.database import FilmTable, TableSettings
+from cranktrain.film.table.database import FilmTable, bearing_settings
 from cranktrain.store.film_tables import film_table
 from cranktrain.structure.block.saddle import bore_compliance
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_loads
@@ -227,8 +227,7 @@ def modes_part(engine: Engine) -> list[dict[str, Any]]:
 def measure() -> dict[str, Any]:
     """All parts."""
     engine, body = engine_and_body()
-    bearing = engine.plain_mains
-    table, _, _ = film_table(TableSettings(bearing.width / bearing.diameter, bearing.groove))
+    table, _, _ = film_table(bearing_settings(engine.plain_mains))
     bore = bore_compliance(engine, SHAPES, with_motion=True)
 
     def say(what: str) -> None:

@@ -23,7 +23,7 @@ from cranktrain.dynamics.simulation import Parts, Settings, Simulation
 from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.film.laws import ehd
 from cranktrain.film.laws.ehd import IN_LOOP, SHAPES, elastic_bore
-from cranktrain.film.table.database import TableSettings
+from cranktrain.film.table.database import bearing_settings
 from cranktrain.store.film_tables import film_table
 from cranktrain.structure.block.saddle import bore_compliance
 
@@ -37,8 +37,7 @@ FINE_GRID = ElasticGrid(96, 11, IN_LOOP.edge)
 def main() -> int:
     """Measure and print."""
     engine, body = engine_and_body()
-    bearing = engine.plain_mains
-    table, _, _ = film_table(TableSettings(bearing.width / bearing.diameter, bearing.groove))
+    table, _, _ = film_table(bearing_settings(engine.plain_mains))
     bore = bore_compliance(engine, SHAPES, with_motion=True)
 
     def run(level: str, grid: ElasticGrid = IN_LOOP, **choices: Any) -> dict[str, Any]:

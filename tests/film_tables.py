@@ -12,10 +12,11 @@ from cranktrain.film.table.database import TableSettings, table_grid
 from cranktrain.film.table.family import CENTRED_TURN
 from cranktrain.film.table.interpolation import TILT_STRETCH
 from cranktrain.film.table.law import Tabled, table_force, table_work
+from cranktrain.film.table.reach import reach
 from cranktrain.store.film_tables import film_table
 
 RATIO = 0.35
-SETTINGS = TableSettings(RATIO, resolution="coarse")
+SETTINGS = TableSettings(RATIO, resolution="coarse", relief_depth=0.15, roughness=0.01)
 GRID = table_grid(SETTINGS)
 FILM, MEMORY = journal_work(GRID), table_work()
 
@@ -38,8 +39,9 @@ def law(table, state, half_speed=0.0, clearance=1.0, factor=1.0):
 
 def place(eps, angle, share_a, share_b):
     """Position and tilt, and the axes along and across the line of centres."""
-    b = share_b * math.sqrt(1 - eps * eps)
-    a = share_a * (math.sqrt(1 - b * b) - eps)
+    reach2, _ = reach(eps, SETTINGS.ends())
+    b = share_b * math.sqrt(reach2 - eps * eps)
+    a = share_a * (math.sqrt(reach2 - b * b) - eps)
     along = np.array([math.cos(angle), math.sin(angle)])
     across = np.array([-along[1], along[0]])
     return eps * along, a * along + b * across, along, across
@@ -79,7 +81,11 @@ def crosses(state, steps):
         e, t = s[:2], s[2:4]
         eps = math.hypot(*e)
         a, b = t @ e / eps, (t[1] * e[0] - t[0] * e[1]) / eps
-        shares = abs(a) / (math.sqrt(1 - b * b) - eps), abs(b) / math.sqrt(1 - eps * eps)
+        reach2, _ = reach(eps, SETTINGS.ends())
+        shares = (
+            abs(a) / (math.sqrt(reach2 - b * b) - eps),
+            abs(b) / math.sqrt(reach2 - eps * eps),
+        )
         q, n = TILT_STRETCH, SETTINGS.shape[2] - 1
         return [int(math.atanh(q * s / SETTINGS.tilt_range) / math.atanh(q) * n + 0.5) for s in shares]
 

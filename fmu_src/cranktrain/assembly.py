@@ -19,7 +19,7 @@ from cranktrain.dynamics.simulation import fitted_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import PlainBearing
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.film.table.database import FilmTable, TableSettings
+from cranktrain.film.table.database import FilmTable, bearing_settings
 from cranktrain.levels import CRANKS, crank_level
 
 Progress = Callable[[str], None]
@@ -195,7 +195,7 @@ def big_end_table(engine: Engine, say: Progress = lambda stage: None) -> FilmTab
 
 
 def _film_table(bearing: PlainBearing, say: Progress, resolution: str = "default", tilt: bool = True) -> FilmTable:
-    settings = TableSettings(bearing.width / bearing.diameter, bearing.groove, resolution, tilt=tilt)
+    settings = bearing_settings(bearing, resolution, tilt)
 
     def shown(done: int, count: int) -> None:
         if 10 * done // count > 10 * (done - 1) // count:

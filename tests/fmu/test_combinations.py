@@ -11,7 +11,7 @@ from coarse_engines import built, coarse
 from cranktrain.assembly import assemble
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation
 from cranktrain.film.laws.ehd import SHAPES
-from cranktrain.film.table.database import TableSettings
+from cranktrain.film.table.database import bearing_settings
 from cranktrain.levels import CRANKS
 from cranktrain.store.film_tables import film_table
 from cranktrain.structure.block.saddle import bore_compliance
@@ -261,8 +261,7 @@ for boundary in ("speed", "torque"):
 
 
 def coarse_table(bearing, tilt):
-    ratio = bearing.width / bearing.diameter
-    return film_table(TableSettings(ratio, bearing.groove, resolution="coarse", tilt=tilt))[0]
+    return film_table(bearing_settings(bearing, "coarse", tilt))[0]
 
 
 @pytest.mark.slow

@@ -154,7 +154,7 @@ def test_tables_of_different_settings_do_not_share_a_file():
         ({"length_ratio": float("nan")}, "0.05 to 4"),
         ({"length_ratio": 0.5, "groove": "circumferencial"}, "did you mean 'circumferential'"),
         ({"length_ratio": 0.5, "resolution": "corse"}, "did you mean 'coarse'"),
-        ({"length_ratio": 0.5, "tilt_range": 1.0}, "0.2 to 0.98"),
+        ({"length_ratio": 0.5, "tilt_range": 1.01}, "0.2 to 1 of"),
     ],
 )
 def test_settings_that_cannot_be_are_refused(wrong, says):

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from cranktrain.film.contact.gap import STRAIGHT, relief
 from cranktrain.film.laws.gap_motion import (
     LEAST_ANGLE,
     LEAST_GAP,
@@ -23,9 +24,9 @@ from cranktrain.film.laws.parabolic import film_geometry
 C = 40e-6
 
 
-def motion(place, velocity, journal=0.0, bore=0.0):
+def motion(place, velocity, journal=0.0, bore=0.0, profile=STRAIGHT):
     out = np.full(SIZE, np.nan)
-    gap_motion(*place, *velocity, C, journal, bore, out)
+    gap_motion(*place, *velocity, (C, profile), journal, bore, out)
     return out
 
 
@@ -53,6 +54,26 @@ def test_least_gap_is_the_smallest_of_the_whole_film():
         assert math.remainder(out[LEAST_ANGLE] - phi[i, 0], 2 * np.pi) == pytest.approx(0.0, abs=1e-3)
         assert out[LEAST_SIDE] == zeta[0, j]
         assert film(place, out[LEAST_ANGLE], out[LEAST_SIDE]) == pytest.approx(out[LEAST_GAP], rel=1e-12, abs=1e-18)
+
+
+@pytest.mark.parametrize("profile", [(6e-6, 0.5, 2.0), (10e-6, 1.0, 3.0), (3e-6, 0.2, 1.0)])
+def test_least_gap_of_a_relieved_shell(profile):
+    zeta = np.linspace(-1.0, 1.0, 20001)
+    g = np.array([relief(z, profile) for z in zeta])
+    assert g.max() == pytest.approx(profile[0]) and g[zeta.size // 2] == 0.0
+    inside = 0
+    for place, velocity, *speeds in random_states(50, 7):
+        out = motion(place, velocity, *speeds, profile=profile)
+        x, y, a, b = place
+        h = C + g - np.hypot(x + zeta * a, y + zeta * b)
+        assert -1e-18 <= h.min() - out[LEAST_GAP] < 1e-4 * profile[0]
+        assert out[LEAST_SIDE] == pytest.approx(zeta[h.argmin()], abs=0.01)
+        inside += abs(out[LEAST_SIDE]) < 0.999
+        after, before = (motion(place + s * 1e-8 * velocity, velocity, profile=profile) for s in (1.0, -1.0))
+        if abs(after[LEAST_SIDE] - before[LEAST_SIDE]) < 0.1:
+            rate = (after[LEAST_GAP] - before[LEAST_GAP]) / 2e-8
+            assert rate == pytest.approx(out[LEAST_RATE], abs=1e-3 * np.abs(velocity).max())
+    assert inside > 0
 
 
 def test_rates_are_the_derivatives_of_gap_and_angle():

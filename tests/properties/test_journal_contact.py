@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cranktrain.core.errors import InputError
@@ -20,6 +20,7 @@ from cranktrain.film.contact.asperity import (
     contact_pressure,
     contact_table,
 )
+from cranktrain.film.contact.gap import STRAIGHT, relief
 from cranktrain.film.contact.journal import (
     N_OUT,
     bearing_contact,
@@ -32,6 +33,10 @@ MU, TAU = 0.1, 2e6
 TABLE = contact_table()
 SMOOTH = journal_contact_data(RADIUS, CLEARANCE, WIDTH, contact_constants(SIGMA, 0.05, 0.01, 60e9), TABLE)
 ROUGH = journal_contact_data(RADIUS, CLEARANCE, WIDTH, contact_constants(SIGMA, 0.05, 0.01, 60e9, MU, TAU), TABLE)
+RELIEF, HARDNESS = (6e-6, 0.5, 2.0), 300e6
+RUN_IN = journal_contact_data(
+    RADIUS, CLEARANCE, WIDTH, contact_constants(SIGMA, 0.05, 0.01, 60e9, MU, TAU, HARDNESS), TABLE, RELIEF
+)
 TOUCHING = st.floats(0.95, 1.05)
 DIRECTION = st.floats(0.0, 6.28)
 TILT = st.floats(0.0, 0.5)
@@ -45,14 +50,14 @@ def contact(x, y, a=0.0, b=0.0, sliding=0.0, data=SMOOTH):
     return out[:4], out[4:20].reshape(4, 4), out[20:]
 
 
-def integrated(x, y, a, b, around=1440, across=200):
+def integrated(x, y, a, b, data=SMOOTH, profile=STRAIGHT, around=1440, across=400):
     """Forces (4,) and load by plain quadrature of the contact pressure over the film."""
     zeta, weight = np.polynomial.legendre.leggauss(across)
     phi = 2.0 * np.pi * (np.arange(around) + 0.5) / around
     total = np.zeros(5)
     for z, w in zip(zeta, weight, strict=True):
-        gap = CLEARANCE * (1.0 - (x + a * z) * np.cos(phi) - (y + b * z) * np.sin(phi))
-        p = np.array([contact_pressure(h, SMOOTH.constants, TABLE)[0] for h in gap])
+        gap = CLEARANCE * (1.0 - (x + a * z) * np.cos(phi) - (y + b * z) * np.sin(phi)) + relief(z, profile)
+        p = np.array([contact_pressure(h, data.constants, TABLE)[0] if h < 4e-6 else 0.0 for h in gap])
         share = p * w * 0.5 * WIDTH * RADIUS * 2.0 * np.pi / around
         f = -np.array([share @ np.cos(phi), share @ np.sin(phi)])
         total += np.array([*f, *(z * f), share.sum()])
@@ -65,27 +70,57 @@ def integrated(x, y, a, b, around=1440, across=200):
 def test_resultant_is_the_integral_of_the_contact_pressure(place):
     force, _, rest = contact(*place)
     exact = integrated(*place)
-    assert force == pytest.approx(exact[:4], rel=2e-5, abs=2e-5 * np.linalg.norm(exact[:4]))
-    assert rest[2] == pytest.approx(exact[4], rel=2e-5)
+    assert force == pytest.approx(exact[:4], rel=5e-4, abs=5e-4 * np.linalg.norm(exact[:4]))
+    assert rest[2] == pytest.approx(exact[4], rel=5e-4)
+
+
+@pytest.mark.parametrize("place", [(0.985, 0.0, 0.0, 0.0), (0.8, -0.1, 0.3, 0.02), (0.5, 0.1, 0.64, 0.1)])
+def test_resultant_in_a_relieved_shell_whose_lining_yields(place):
+    force, _, rest = contact(*place, data=RUN_IN)
+    exact = integrated(*place, RUN_IN, RELIEF)
+    assert force == pytest.approx(exact[:4], rel=5e-3, abs=5e-3 * np.linalg.norm(exact[:4]))
+    assert rest[2] == pytest.approx(exact[4], rel=5e-3)
+
+
+def test_light_contact_does_not_feel_the_hardness():
+    elastic = contact_constants(SIGMA, 0.05, 0.01, 60e9)
+    hard = contact_constants(SIGMA, 0.05, 0.01, 60e9, hardness=HARDNESS)
+    for gap in (3.0 * SIGMA, 1.5 * SIGMA, -2.0 * SIGMA):
+        free, limited = (contact_pressure(gap, constants, TABLE)[:2] for constants in (elastic, hard))
+        share = (1.0 + (free[0] / HARDNESS) ** 3) ** (-1 / 3)
+        assert limited == pytest.approx((free[0] * share, free[1] * share**4), rel=1e-12)
+        assert free[0] > 0.2 * HARDNESS or limited[0] > 0.997 * free[0]
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.2, 0.5])
+def test_no_contact_presses_harder_than_the_lining(tilt):
+    """However deep: the pressure stays below the hardness, the force below hardness times projected area, and grows."""
+    forces = []
+    for eps in np.linspace(0.9, 2.5, 400):
+        force, tangent, rest = contact(eps - tilt, 0.0, tilt, 0.0, data=RUN_IN)
+        assert rest[4] <= HARDNESS and np.isfinite(tangent).all()
+        assert rest[2] <= HARDNESS * 2.0 * np.pi * RADIUS * WIDTH
+        forces.append(-force[0])
+    assert (np.diff(forces) >= -1e-9 * max(forces)).all()
+    assert max(forces) < HARDNESS * 2.0 * RADIUS * WIDTH
 
 
 @settings(max_examples=60, deadline=None)
 @given(TOUCHING, DIRECTION, TILT, DIRECTION, st.sampled_from([-3.0, 0.0, 0.004, 3.0]))
 def test_tangents_are_the_derivatives(eps, direction, tilt, way, sliding):
     # Worst end at ``eps``: the middle follows from the tilt.
-    assume(abs(eps - 1.0) > 1e-4)  # where surfaces meet the tangent has a kink, which differences step across
     end = eps * np.array([math.cos(direction), math.sin(direction)])
     turn = tilt * np.array([math.cos(way), math.sin(way)])
     at = np.array([*(end - turn), *turn])
-    _, tangent, _ = contact(*at, sliding, ROUGH)
-    step = 1e-5
-    for k in range(4):
-        plus, minus = at.copy(), at.copy()
-        plus[k] += step
-        minus[k] -= step
-        by = (contact(*plus, sliding, ROUGH)[0] - contact(*minus, sliding, ROUGH)[0]) / (2.0 * step * CLEARANCE)
-        # Gauss's points move with the touching part of the width: its own error of some 1e-6 enters here.
-        assert tangent[:, k] == pytest.approx(by, rel=1e-4, abs=2e-5 * np.abs(tangent).max() + 1e-3)
+    step = 1e-6
+    for data in (ROUGH, RUN_IN):
+        _, tangent, _ = contact(*at, sliding, data)
+        for k in range(4):
+            plus, minus = at.copy(), at.copy()
+            plus[k] += step
+            minus[k] -= step
+            by = (contact(*plus, sliding, data)[0] - contact(*minus, sliding, data)[0]) / (2.0 * step * CLEARANCE)
+            assert tangent[:, k] == pytest.approx(by, rel=1e-5, abs=1e-6 * np.abs(tangent).max() + 1e-3)
 
 
 @settings(max_examples=60, deadline=None)

@@ -17,7 +17,7 @@ from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.outputs.register import Counts, output_names
 from cranktrain.dynamics.simulation import Parts, Simulation
 from cranktrain.engine.file import load_engine
-from cranktrain.film.table.database import TableSettings
+from cranktrain.film.table.database import bearing_settings
 from cranktrain.fmu.description import expand, read_interface
 from cranktrain.results.files import output_unit
 from cranktrain.store.film_tables import film_table
@@ -52,7 +52,7 @@ def to_angle(simulation, degrees):
 def table(tmp_path_factory):
     """Coarse table of the main bearings."""
     bearing = ENGINE.main_bearing
-    settings = TableSettings(bearing.width / bearing.diameter, bearing.groove, resolution="coarse", tilt_range=0.2)
+    settings = replace(bearing_settings(bearing, "coarse"), tilt_range=0.2)
     return film_table(settings, tmp_path_factory.mktemp("films") / "table.h5", workers=1)[0]
 
 

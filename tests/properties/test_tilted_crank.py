@@ -16,7 +16,7 @@ from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.ehd import IN_LOOP, KEPT, SHAPES
 from cranktrain.film.laws.films import FROZEN, MEMORY
-from cranktrain.film.table.database import TableSettings
+from cranktrain.film.table.database import bearing_settings
 from cranktrain.store.film_tables import film_table
 from cranktrain.structure.block.saddle import bore_compliance
 
@@ -39,8 +39,7 @@ def bore():
 
 @cache
 def pin_films():
-    bearing = ENGINE.big_end_bearing
-    return film_table(TableSettings(bearing.width / bearing.diameter, tilt=False))[0]
+    return film_table(bearing_settings(ENGINE.big_end_bearing, tilt=False))[0]
 
 
 def started(**choices):

@@ -8,6 +8,7 @@ import time
 from typing import Any
 
 from cranktrain.cli.console import Interrupted, bar, number, say
+from cranktrain.film.contact.gap import SMOOTH, STRAIGHT
 from cranktrain.film.table.database import GROOVES, RESOLUTIONS, TableSettings
 from cranktrain.store.film_tables import film_table
 
@@ -15,8 +16,9 @@ DESCRIPTION = """\
 Make the film table of bearings with one width-to-diameter ratio; it is kept in the cache.
 
 Force, moments and damping of a rigid plain journal bearing over eccentricity, direction of squeeze and tilt (two
-components), dimensionless, for one L/D and groove; every bearing that shares them reads the same file. Finished parts
-are kept: an interrupted build goes on where it stopped.
+components), dimensionless, for one L/D, groove, relief of the shell's edges and roughness; every bearing that shares
+them reads the same file. A run makes the table of its engine by itself. Finished parts are kept: an interrupted build
+goes on where it stopped.
 
 Error of the interpolation: measured against the solver at the centre of every cell, stored per cell. Forces are
 compared over |F|, moments over |F| L/2; the larger of the two counts. max_interpolation_error is the largest of all
@@ -31,6 +33,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--groove", default="none", metavar="KIND", help=f"{' or '.join(GROOVES)} (fully round); none")
     add("--no-tilt", action="store_true", help="only the table of the aligned journal")
     add("--tilt-range", type=float, default=share, metavar="SHARE", help=f"of the possible tilt (default {share:g})")
+    add("--relief", type=float, nargs=3, default=STRAIGHT, metavar=("DEPTH", "SHARE", "EXPONENT"),
+        help="axial profile of the shell, its depth over the clearance (default: straight)")  # fmt: skip
+    add("--roughness", type=float, default=SMOOTH, metavar="SIGMA", help="of both surfaces, over the clearance")
     add("--resolution", default="default", metavar="NAME", help=", ".join(RESOLUTIONS))
     add("--rebuild", action="store_true", help="compute even where a stored table exists")
     add("--jobs", type=number(1, 256, "processes", int), metavar="N", help="processes (default: as many as processors)")
@@ -40,8 +45,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Make or read the table; report its path, size and error."""
     settings = TableSettings(
-        options.length_ratio, options.groove, options.resolution, not options.no_tilt, options.tilt_range
-    )
+        options.length_ratio, options.groove, options.resolution, not options.no_tilt, options.tilt_range,
+        options.relief[0], options.relief[1], options.relief[2], options.roughness,
+    )  # fmt: skip
     start = time.perf_counter()
     try:
         with bar(f"film table, L/D {settings.length_ratio:g}") as advance:

@@ -25,6 +25,7 @@ from cranktrain.cli import (
     reduce,
     roller,
     run,
+    run_in,
     simulate,
     stability,
     tradeoff,
@@ -36,7 +37,7 @@ ENGINE_VERBS = {"modal": modal, "reduce": reduce, "simulate": simulate}
 """Modules of the verbs that ask one thing of one engine: ``DESCRIPTION``, ``add_options`` and ``run``."""
 VERBS = {
     "bearing": bearing, "film-table": film_table, "damper-optimum": damper, "roller": roller, "stability": stability,
-    "calibrate": calibrate, "tradeoff": tradeoff, "plan": plan, "run": run,
+    "calibrate": calibrate, "run-in": run_in, "tradeoff": tradeoff, "plan": plan, "run": run,
 }  # fmt: skip
 """Likewise of all others."""
 

@@ -5,8 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import accumulate
+from typing import NamedTuple
 
 from cranktrain.engine import quantities as q
+
+
+class Relief(NamedTuple):
+    """Axial profile of a shell: depth (m), share of each half width, exponent; :mod:`cranktrain.film.contact.gap`."""
+
+    depth: float = 0.0
+    share: float = 0.5
+    exponent: float = 2.0
+
 
 SHELL_SHARE = 0.03
 """Thickness of a plain bearing's shell over its diameter; chosen."""
@@ -121,7 +131,8 @@ class PlainBearing:
 
     Level ``impedance`` takes ``contact_height`` and ``contact_pressure``; the levels above it take the surfaces as
     Greenwood and Tripp do: ``roughness`` σ of both together, ``asperity_factor`` ηβσ, ``asperity_ratio`` σ/β,
-    ``contact_modulus`` E' and boundary friction (coefficient on the contact pressure, stress on the real contact).
+    ``contact_modulus`` E', boundary friction (coefficient on the contact pressure, stress on the real contact), and the
+    lining's ``hardness``, which no contact pressure exceeds.
     ``groove`` is ``none`` or ``circumferential``. Level ``ehd`` follows the oil from a supply at ``supply_pressure``:
     the groove, or one in mid-bore that is ``supply_arc`` long and ``supply_width`` wide about ``supply_angle`` (from
     the x axis in the sense of rotation); as it comes, the upper half.
@@ -139,18 +150,25 @@ class PlainBearing:
     contact_modulus: q.Pressure = 58.6e9
     boundary_friction: q.Friction = 0.1
     boundary_shear: q.GaugePressure = 0.0
+    hardness: q.Pressure = 300.0e6
     supply_pressure: q.GaugePressure = 4.0e5
     supply_angle: q.Angle = 0.5 * math.pi
     supply_arc: q.Angle = math.pi
     supply_width: q.Length = 4.0e-3
 
+    @property
+    def relief(self) -> Relief:
+        """Profile of the shell: straight, where its films feel no tilt."""
+        return Relief()
+
 
 @dataclass(frozen=True, kw_only=True)
 class JournalBearing(PlainBearing):
-    """Main bearing: a plain bearing and its linear stand-in (N/m, N s/m).
+    """Main bearing: a plain bearing, its linear stand-in (N/m, N s/m), and how far its shell is relieved at its edges.
 
     ``stiffness_x`` and ``stiffness_y`` are the film's; ``block_stiffness_x`` and ``block_stiffness_y`` the bore's share
-    in series where the block is the rigid ground.
+    in series where the block is the rigid ground. The relief is ``relief_depth`` at the edge and rises over
+    ``relief_share`` of each half width with ``relief_exponent``.
     """
 
     stiffness_x: q.Stiffness
@@ -159,6 +177,9 @@ class JournalBearing(PlainBearing):
     damping_y: q.Damping
     block_stiffness_x: q.Stiffness = math.inf
     block_stiffness_y: q.Stiffness = math.inf
+    relief_depth: q.ReliefDepth = 6.0e-6
+    relief_share: q.Share = 0.5
+    relief_exponent: q.ReliefExponent = 2.0
 
     @property
     def ground_stiffness(self) -> tuple[float, float]:
@@ -170,6 +191,11 @@ class JournalBearing(PlainBearing):
     def in_rigid_bores(self) -> JournalBearing:
         """The bearing without the block's share."""
         return replace(self, block_stiffness_x=math.inf, block_stiffness_y=math.inf)
+
+    @property
+    def relief(self) -> Relief:
+        """Profile of the shell."""
+        return Relief(self.relief_depth, self.relief_share, self.relief_exponent)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,7 +4,7 @@ Forces, moments, places, velocities and angles are given in axes at rest: x acro
 in the crank's sense of rotation. A moment is the true vector about the bearing's middle, M = (−∫ z dF_y, ∫ z dF_x), on
 the journal. How velocities and gaps are defined: :mod:`cranktrain.film.laws.gap_motion`. Films without tilt have no
 moment, and their least gap is that of the journal's middle. In an elastic bore least film and gap.angle are the film's
-own; gap.side and gap.rate stay those of a round bore.
+own; gap.side and gap.rate stay those of the rigid shell.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ from cranktrain.film.laws.gap_motion import (
     VELOCITY_EFFECTIVE,
     gap_motion,
 )
-from cranktrain.film.laws.parameters import CLEARANCE, WIDTH
+from cranktrain.film.laws.parameters import CLEARANCE, RELIEF_DEPTH, RELIEF_EXPONENT, RELIEF_SHARE, WIDTH
 
 FORCE_X, FORCE_Y, ECCENTRIC, FILM_MIN, PRESSURE_MAX, FRICTION_TORQUE, OIL_FLOW, TILT, MOMENT_X, MOMENT_Y = range(10)
 POSITION_X, POSITION_Y, VELOCITY_X, VELOCITY_Y, EFFECTIVE_VELOCITY, RELATIVE_SPEED, GAP_SPEED = range(10, 17)
@@ -126,7 +126,7 @@ def observe_gap(place, velocity, frame, law, speed, motion, row):
     gap_motion(
         x, y, cos * place[END_X] - sin * place[END_Y], sin * place[END_X] + cos * place[END_Y],
         vx, vy, cos * velocity[END_X] - sin * velocity[END_Y], sin * velocity[END_X] + cos * velocity[END_Y],
-        law[CLEARANCE], speed, 0.0, motion,
+        (law[CLEARANCE], (law[RELIEF_DEPTH], law[RELIEF_SHARE], law[RELIEF_EXPONENT])), speed, 0.0, motion,
     )  # fmt: skip
     row[FILM_MIN] = max(motion[LEAST_GAP], 0.0)
     row[POSITION_X] = x

@@ -48,3 +48,5 @@ def _check_film(table: str, film: PlainBearing, journal: str, diameter: float, n
         "it is the standard deviation of the heights, a fraction of a micrometre"
     )
     of("roughness", 6.0 * film.roughness < clearance, text)
+    text = f"{1e6 * film.relief.depth:.4g} um is more than the clearance, {1e6 * clearance:.4g} um; give a few um"
+    of("relief_depth", film.relief.depth <= clearance, text)

@@ -1,12 +1,17 @@
 r"""Contact of the rough surfaces of a journal bearing: its resultant over the film of a tilted journal.
 
-In a bearing every slice z of the film sees a circular gap c − e cos φ, so that its normal force per width
+In a bearing every slice z of the film sees a circular gap c + g − e cos φ, g(ζ) the relief of the shell and
+e = |(x + aζ, y + bζ)| the slice's eccentricity, (a, b) being the displacement by tilt at the end ζ = 1. Its normal
+force per width
 
-    N(e) = R ∫ p(c − e cos φ) cos φ dφ
+    N(m, e) = R ∫ p(m + e (1 − cos φ)) cos φ dφ,    m = c + g − e,
 
-depends on its eccentricity e = |(x + aζ, y + bζ)| alone, (a, b) being the displacement by tilt at the end ζ = 1. N, the
-load ∫ p R dφ and the touching length are sampled once per bearing and kept in the same way; slices are then summed by
-Gauss's rule over the parts of the width that touch. Pressed in deeper than 20 σ, N goes on as the cube of the depth.
+is that of a straight shell with the same least gap m, times √((c − m)/e) = √(1 − g/e): the touching arc is short and
+goes with 1/√e (0.3 % at a relief of a seventh of the clearance). N, the load ∫ p R dφ and the touching length of the
+straight shell are sampled once per bearing over m. Slices are summed by Lobatto's rule over parts of the width that
+become finer towards the edges, which are points of the rule; the points do not move with the journal, so tangents are
+exactly those of the sum. Pressed in deeper than 20 σ, N goes on as the cube of the depth; where the lining yields it
+approaches the hardness over the whole diameter.
 Boundary friction opposes sliding with the shear stress τ₀ on the real contact and the coefficient μ on the pressure; it
 acts on the journal as a torque and as a force across the line of centres.
 """
@@ -24,11 +29,13 @@ from cranktrain.core.lanes import four, plus, put_four
 from cranktrain.engine.parts import PlainBearing
 from cranktrain.film.contact.asperity import (
     AREA,
+    CONSTANTS,
     FADING,
     FRICTION,
     GAP_STEP,
     HIGHEST,
     LOWEST,
+    PER_HARDNESS,
     PRESSURE,
     SHEAR,
     SIGMA,
@@ -43,13 +50,19 @@ from cranktrain.film.contact.asperity import (
     log_spline,
     spline_place,
     spline_value,
+    yielding,
 )
+from cranktrain.film.contact.gap import STRAIGHT, over, relief
 
-SLICES = 12
-"""Gauss points on each part of the width that touches."""
+SLICES = 16
+"""Lobatto's points on each part of the width."""
+PARTS = (0.0, 0.5, 0.85, 1.0)
+"""Where the parts of half the width end, of the share that is relieved; half of it where the shell is straight."""
 
 # Constants of the bearing, behind those of its contact.
-RADIUS, CLEARANCE, WIDTH = 5, 6, 7
+RADIUS, CLEARANCE, WIDTH, DEEP = range(CONSTANTS, CONSTANTS + 4)
+# Rows of JournalContact.line.
+ZETA, WEIGHT, RELIEF, REACH2 = range(4)
 # Columns of JournalContact.slices.
 NORMAL, SLICE_LOAD, SLICE_TOUCHING, SLICE_SHEAR, N_COLUMNS = range(5)
 # What journal_contact writes.
@@ -60,26 +73,35 @@ N_OUT = 25
 class JournalContact(NamedTuple):
     """Rough contact of one journal bearing, for :func:`journal_contact`.
 
-    ``constants`` (8,) are those of the contact with radius, clearance and width (m), ``table`` the integrals
-    (both of :mod:`cranktrain.film.contact.asperity`), ``slices`` (n, 4) spline coefficients over (c − e)/σ of the
-    logarithms of N, ∫ p R dφ (N/m), touching length ∫ s R dφ and ∫ s cos φ R dφ (m; s the share of the area that
-    touches), ``gauss`` (2, SLICES) points and weights.
+    ``constants`` (11,) are those of the contact with radius, clearance and width (m), and how much N can grow beyond
+    its table, over its last value (0: no limit); ``table`` the integrals (both of
+    :mod:`cranktrain.film.contact.asperity`), ``slices`` (n, 4)
+    spline coefficients over m/σ of the logarithms of N, ∫ p R dφ (N/m), touching length ∫ s R dφ and ∫ s cos φ R dφ (m;
+    s the share of the area that touches), ``line`` (4, k) ζ, weight (m) and relief (m) of each slice, and the square of
+    the eccentricity from which it touches (m²).
     """
 
     constants: Array
     table: Array
     slices: Array
-    gauss: Array
+    line: Array
 
 
 def bearing_contact(bearing: PlainBearing, table: Array | None = None) -> JournalContact:
     """Rough contact of ``bearing``; ``table`` as for :func:`journal_contact_data`."""
     constants = bearing_contact_constants(bearing)
-    return journal_contact_data(0.5 * bearing.diameter, bearing.clearance, bearing.width, constants, table)
+    return journal_contact_data(
+        0.5 * bearing.diameter, bearing.clearance, bearing.width, constants, table, over(bearing.relief)
+    )
 
 
 def journal_contact_data(
-    radius: float, clearance: float, width: float, constants: Array, table: Array | None = None
+    radius: float,
+    clearance: float,
+    width: float,
+    constants: Array,
+    table: Array | None = None,
+    profile: tuple[float, float, float] = STRAIGHT,
 ) -> JournalContact:
     """Sample the resultants of a slice over its eccentricity, once per bearing.
 
@@ -88,6 +110,7 @@ def journal_contact_data(
     radius, clearance, width : of the bearing, m
     constants : of :func:`cranktrain.film.contact.asperity.contact_constants`
     table : of :func:`cranktrain.film.contact.asperity.contact_table`, made here where not given
+    profile : depth (m), share and exponent of the shell's relief, see :mod:`cranktrain.film.contact.gap`
 
     Raises
     ------
@@ -103,9 +126,26 @@ def journal_contact_data(
     table = contact_table() if table is None else table
     points, weights = np.polynomial.legendre.leggauss(200)
     values = np.empty((round((HIGHEST - LOWEST) / GAP_STEP) + 1, N_COLUMNS))
-    of_bearing = np.concatenate([constants, [radius, clearance, width]])
+    # The arc that touches at the table's end, of the half circle: sin φ of cos φ = c/(c + 20 σ).
+    arc = math.sqrt(1.0 - (clearance / (clearance - LOWEST * sigma)) ** 2)
+    deep = 1.0 / arc - 1.0 if constants[PER_HARDNESS] > 0.0 else 0.0
+    of_bearing = np.concatenate([constants, [radius, clearance, width, deep]])
     _sample_slices(of_bearing, table, points, weights, values)
-    return JournalContact(of_bearing, table, log_spline(values), np.array(np.polynomial.legendre.leggauss(SLICES)))
+    return JournalContact(of_bearing, table, log_spline(values), _line(of_bearing, profile))
+
+
+def _line(constants: Array, profile: tuple[float, float, float]) -> Array:
+    """Slices over the width, see :class:`JournalContact`."""
+    ends = 1.0 - profile[1] + profile[1] * np.array(PARTS)
+    ends = np.unique(np.concatenate([-ends, [0.0], ends]))
+    inner = np.polynomial.legendre.Legendre.basis(SLICES - 1)
+    points = np.concatenate([[-1.0], np.sort(inner.deriv().roots().real), [1.0]])
+    weights = 2.0 / (SLICES * (SLICES - 1) * inner(points) ** 2)
+    lengths = np.diff(ends)[:, None]
+    zeta = (ends[:-1, None] + 0.5 * lengths * (points + 1.0)).ravel()
+    g = np.array([relief(place, profile) for place in zeta])
+    reach = constants[CLEARANCE] + g - HIGHEST * constants[SIGMA]
+    return np.array([zeta, (0.25 * constants[WIDTH] * lengths * weights).ravel(), g, reach**2])
 
 
 # Kernels --------------------------------------------------------------------------------------------------------------
@@ -133,23 +173,28 @@ def _sample_slices(constants, table, points, weights, values):
             share = constants[AREA] * f2
             share = share if share < 1.0 else 1.0
             cos = math.cos(phi)
-            values[k, NORMAL] += weight * constants[PRESSURE] * f * cos
-            values[k, SLICE_LOAD] += weight * constants[PRESSURE] * f
+            p, _ = yielding(constants[PRESSURE] * f, constants[PER_HARDNESS])
+            values[k, NORMAL] += weight * p * cos
+            values[k, SLICE_LOAD] += weight * p
             values[k, SLICE_TOUCHING] += weight * share
             values[k, SLICE_SHEAR] += weight * share * cos
 
 
 @kernel
-def _slice(gap_ratio, slices, column):
-    """One resultant of a slice and its derivative by (c − e)/σ."""
+def _slice(gap_ratio, deep, slices, column):
+    """One resultant of a slice of a straight shell and its derivative by m/σ; ``deep``: its limit beyond the table."""
     if gap_ratio >= HIGHEST:
         return 0.0, 0.0
     n = slices.shape[0]
     if gap_ratio < LOWEST:
         value, slope = spline_value(slices, column, 0, 0.0)
-        # (1 + x)³ continues value and slope.
-        depth = 1.0 + slope / 3.0 * (gap_ratio - LOWEST)
+        # 1 + x/(1 + x/deep), and (1 + x/3)³, continue value and slope.
         value = math.exp(value)
+        x = slope * (gap_ratio - LOWEST)
+        if deep > 0.0:
+            rest = 1.0 / (1.0 + x / deep)
+            return value * (1.0 + x * rest), value * slope * rest * rest
+        depth = 1.0 + x / 3.0
         return value * depth * depth * depth, value * slope * depth * depth
     i, t = spline_place(gap_ratio, n)
     value, slope = spline_value(slices, column, i, t)
@@ -176,71 +221,61 @@ def journal_contact(x, y, a, b, sliding, contact, out):
     """
     out[:N_OUT] = 0.0
     constants = contact.constants
+    line = contact.line
     reach = constants[CLEARANCE] - HIGHEST * constants[SIGMA]
     end2 = x * x + y * y + (a * a + b * b) + 2.0 * abs(x * a + y * b)
     if end2 <= reach * reach:
         return
-    out[PRESSURE_MAX] = contact_pressure(constants[CLEARANCE] - math.sqrt(end2), constants, contact.table)[0]
     speed = math.sqrt(sliding * sliding + SMOOTH_SPEED * SMOOTH_SPEED)
     sign = sliding / speed
-    near, far = _untouched((x, y, a, b), reach, constants[CLEARANCE])
     friction = 0.0
-    for side in range(2):
-        begin = -1.0 if side == 0 else far
-        end = near if side == 0 else 1.0
-        if end <= begin:
-            continue
-        for i in range(contact.gauss.shape[1]):
-            zeta = begin + 0.5 * (end - begin) * (contact.gauss[0, i] + 1.0)
-            # dz = ½ L dζ
-            weight = 0.25 * constants[WIDTH] * (end - begin) * contact.gauss[1, i]
-            friction += _add_slice(x + a * zeta, y + b * zeta, zeta, weight, sign, contact, out)
+    least = HIGHEST * constants[SIGMA]
+    for k in range(line.shape[1]):
+        zeta = line[ZETA, k]
+        ux = x + a * zeta
+        uy = y + b * zeta
+        e2 = ux * ux + uy * uy
+        if e2 > line[REACH2, k]:
+            least = min(least, constants[CLEARANCE] + line[RELIEF, k] - math.sqrt(e2))
+            friction += _add_slice(ux, uy, line[:, k], sign, contact, out)
+    out[PRESSURE_MAX] = contact_pressure(least, constants, contact.table)[0]
     out[TORQUE] = -sign * constants[RADIUS] * friction
     out[TORQUE_BY_SLIDING] = -constants[RADIUS] * friction * SMOOTH_SPEED * SMOOTH_SPEED / (speed * speed * speed)
 
 
 @kernel
-def _untouched(place, reach, c):
-    """Between which ζ nothing touches: each side of the place nearest to the centre touches from some ζ to its end."""
-    x, y, a, b = place
-    tilt2 = a * a + b * b
-    if not tilt2 > 1.0e-18 * c * c:
-        return 1.0, 1.0
-    cross = x * a + y * b
-    middle = -cross / tilt2
-    middle = -1.0 if middle < -1.0 else (1.0 if middle > 1.0 else middle)
-    root = cross * cross - tilt2 * (x * x + y * y - reach * reach)
-    if not root > 0.0:
-        return middle, middle
-    root = math.sqrt(root)
-    return min(middle, (-cross - root) / tilt2), max(middle, (-cross + root) / tilt2)
+def _add_slice(ux, uy, place, sign, contact, out):
+    """Add a slice at (ux, uy) to what ``journal_contact`` writes; returns its friction force at a full speed, N.
 
-
-@kernel
-def _add_slice(ux, uy, zeta, weight, sign, contact, out):
-    """Add a slice at (ux, uy) to what ``journal_contact`` writes; returns its friction force at a full speed, N."""
+    ``place`` is its column of ``JournalContact.line``.
+    """
     constants = contact.constants
     slices = contact.slices
     sigma = constants[SIGMA]
     e = math.sqrt(ux * ux + uy * uy)
-    gap_ratio = (constants[CLEARANCE] - e) / sigma
-    if gap_ratio >= HIGHEST:
-        return 0.0
+    zeta = place[ZETA]
+    g = place[RELIEF]
+    gap_ratio = (constants[CLEARANCE] + g - e) / sigma
     nx = ux / e
     ny = uy / e
-    normal, slope = _slice(gap_ratio, slices, NORMAL)
-    load, _ = _slice(gap_ratio, slices, SLICE_LOAD)
-    touching, _ = _slice(gap_ratio, slices, SLICE_TOUCHING)
+    # The straight shell's arc is as much longer; by e.
+    arc = math.sqrt(1.0 - g / e)
+    weight = place[WEIGHT] * arc
+    arc_slope = 0.5 * g / (e * e * arc * arc)
+    deep = constants[DEEP]
+    normal, slope = _slice(gap_ratio, deep, slices, NORMAL)
+    load, _ = _slice(gap_ratio, deep, slices, SLICE_LOAD)
+    touching, _ = _slice(gap_ratio, deep, slices, SLICE_TOUCHING)
     normal *= weight
-    slope *= -weight / sigma
+    slope = normal * arc_slope - weight / sigma * slope
     mu = constants[FRICTION] * sign
     tau = constants[SHEAR] * sign
     across = mu * normal
     across_slope = mu * slope
     if tau != 0.0:
-        shear, shear_slope = _slice(gap_ratio, slices, SLICE_SHEAR)
+        shear, shear_slope = _slice(gap_ratio, deep, slices, SLICE_SHEAR)
         across += tau * weight * shear
-        across_slope -= tau * weight / sigma * shear_slope
+        across_slope += tau * weight * (shear * arc_slope - shear_slope / sigma)
     out[LOAD] += weight * load
     out[TOUCHING] += weight * touching
     # f = −N n − T t with t across the line of centres, in the sense of rotation.

@@ -17,9 +17,9 @@ has two forms, after what the node was at the step's start:
 Under pressure Π is the reduced pressure and θ of a full node its ρ/ρ₀ (:mod:`cranktrain.film.elastic.oil`), which grows
 by backward Euler from the start of the step.
 
-The fill then lies in [0, 1] by itself: it is a mean of what was there and what flows in. H is the floored film
-δ₀ + ½[H − δ₀ + √((H − δ₀)² + δ₀²)]: a journal beyond its bore leaves δ₀ open, what carries there is contact. The matrix
-∂R/∂u is an M-matrix by columns.
+The fill then lies in [0, 1] by itself: it is a mean of what was there and what flows in. H stands for the mean gap of
+rough surfaces, :mod:`cranktrain.film.contact.gap`: a journal beyond its bore leaves it open a little, what carries
+there is contact. The matrix ∂R/∂u is an M-matrix by columns.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ import math
 from typing import NamedTuple
 
 from cranktrain.core.kernel import kernel
+from cranktrain.film.contact.gap import open_gap
 from cranktrain.film.elastic.grid import (
     AFTER,
     BEFORE,
@@ -44,7 +45,6 @@ from cranktrain.film.elastic.grid import (
     FACE_SIN,
     FACE_SLOPE,
     FILM,
-    FLOOR,
     FULL,
     MOBILITY,
     N_PHI,
@@ -55,6 +55,7 @@ from cranktrain.film.elastic.grid import (
     PER_BEFORE,
     RADIUS,
     REDUCED,
+    ROUGHNESS,
     SIN,
     SLOPE,
     SQUEEZE,
@@ -110,7 +111,6 @@ def film_start(film, place, shift, start, rates, nodes, faces):
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     lines = n_z + 2
-    floor = film.constants[FLOOR]
     mass = nodes[START_MASS]
     was_void = nodes[WAS_VOID]
     extra = faces[FACE_EXTRA]
@@ -128,10 +128,7 @@ def film_start(film, place, shift, start, rates, nodes, faces):
         for j in range(n_z):
             u = start[i * n_z + j]
             q = i * lines + j + 1
-            above = mass[q] - floor
-            root = math.sqrt(above * above + floor * floor)
-            rest = 0.5 * (above + root) if above > 0.0 else 0.5 * floor * floor / (root - above)
-            mass[q] = floor + rest
+            mass[q], _, _ = open_gap(mass[q], film.constants[ROUGHNESS])
             if u < 0.0:
                 was_void[q] = 1.0
     _sharpen(film, start, rates, nodes, extra)
@@ -361,7 +358,7 @@ def compression_ahead(film, flow, nodes, h, q, q_down):
 
 @kernel
 def _face_change(film, flow, at, nodes, faces):
-    """Derivative of the flux through the face behind a node by the unfloored film there."""
+    """Derivative of the flux through the face behind a node by the distance of the surfaces there."""
     h = faces[FACE_OPEN, at.f]
     ahead = compression_ahead(film, flow, nodes, h, at.q, at.q_down)
     driven = carried(flow, nodes, ahead, at.q, at.q_down)

@@ -3,7 +3,8 @@
 A film solution answers to eight sources at once: the residual and the bore's shapes, later the journal's displacements
 and velocities. Of each only its generalised forces ∫ S p dA are kept, S running over the shapes of x, y, a, b (−cos φ,
 −sin φ, −ζ cos φ, −ζ sin φ) and those of the bore. Elasticity δ = C ∫ S (p + p_c) dA then is a small dense system in δ,
-joined by one column of nodes where the ring of columns has no gap.
+joined by one column of nodes where the ring of columns has no gap. Pressure works on the mean gap h(H) of rough
+surfaces: it counts with dh/dH, as the squeeze does.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from cranktrain.core.lanes import add_eight, eight, put_eight
 from cranktrain.film.elastic.balance import motion_sources
 from cranktrain.film.elastic.band_blocks import solve_blocks
 from cranktrain.film.elastic.grid import (
+    BEND,
     CLEARANCE,
     CONTACT,
     CONTACT_SLOPE,
@@ -30,6 +32,7 @@ from cranktrain.film.elastic.grid import (
     RADIUS,
     SHIFT,
     SIN,
+    SLOPE,
     STIFFNESS,
     WIDTH,
     ZETA,
@@ -82,7 +85,7 @@ def solution_loads(film, first, chain, begin, end, work):
                 if work.nodes[FULL, q] == 0.0:
                     continue
                 row = work.columns[block, position * n_z + j]
-                weight = film.lines[j + 1, FILM_WEIGHT]
+                weight = film.lines[j + 1, FILM_WEIGHT] * work.nodes[SLOPE, q]
                 solution = eight(row, 0)
                 for m in range(4 + n_shapes):
                     if m >= 4:
@@ -97,7 +100,7 @@ def solution_loads(film, first, chain, begin, end, work):
 
 @kernel
 def present_loads(film, work):
-    """Generalised forces of the present film and contact pressure, over p₀ A₀, and the contact's derivatives.
+    """Generalised forces of the present film and contact pressure, over p₀ A₀, and derivatives at fixed film pressure.
 
     Into ``work.touching`` (4 + k, 6 + k): derivatives, forces of contact, forces of the film.
     """
@@ -113,16 +116,20 @@ def present_loads(film, work):
         for line in range(lines):
             q = i * lines + line
             p = pressure[q] * film.lines[line, FILM_WEIGHT]
+            slope = p * work.nodes[BEND, q]
             if p > 0.0:
+                p *= work.nodes[SLOPE, q]
                 for m in range(count):
                     touching[m, count + 1] += p * shape_value(film, q, i, line, m)
             contact = work.nodes[CONTACT, q]
             if contact > 0.0:
                 weight = film.lines[line, CONTACT_WEIGHT]
-                slope = weight * work.nodes[CONTACT_SLOPE, q]
+                slope += weight * work.nodes[CONTACT_SLOPE, q]
+                for m in range(count):
+                    touching[m, count] += weight * contact * shape_value(film, q, i, line, m)
+            if slope != 0.0:
                 for m in range(count):
                     s = shape_value(film, q, i, line, m)
-                    touching[m, count] += weight * contact * s
                     for k in range(count):
                         touching[m, k] += slope * s * shape_value(film, q, i, line, k)
 
@@ -165,7 +172,8 @@ def border_equations(film, first, ring, chain, right_sides, work):
                     q = b * (n_z + 2) + j + 1
                     own = 0.0
                     if work.nodes[FULL, q] > 0.0:
-                        own = film.lines[j + 1, FILM_WEIGHT] * shape_value(film, q, b, j + 1, m)
+                        own = film.lines[j + 1, FILM_WEIGHT] * work.nodes[SLOPE, q]
+                        own *= shape_value(film, q, b, j + 1, m)
                     row[n_shapes + j] -= yielding * (loads[m, 1 + n_shapes + j] + own)
             if right_sides == 1:
                 row[right] += yielding * (loads[m, 0] + touching[m, count] + touching[m, count + 1])
@@ -269,7 +277,8 @@ def film_tangents(film, first, ring, work, out):
                     q = b * (n_z + 2) + j + 1
                     by = work.loads[m, 1 + n_shapes + j]
                     if work.nodes[FULL, q] > 0.0:
-                        by += film.lines[j + 1, FILM_WEIGHT] * shape_value(film, q, b, j + 1, m)
+                        own = film.lines[j + 1, FILM_WEIGHT] * work.nodes[SLOPE, q]
+                        by += own * shape_value(film, q, b, j + 1, m)
                     total += by * work.border[n_shapes + j, right + t]
             if t < 4:
                 out[STIFFNESS + 4 * m + t] = total * unit

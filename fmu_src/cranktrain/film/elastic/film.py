@@ -1,7 +1,8 @@
 """Elasto-hydrodynamic film, solved online: mass-conserving Reynolds' equation coupled with the elastic bore.
 
-The film h = c − (x + ζa) cos φ − (y + ζb) sin φ + Σ_k δ_k S_k(φ, ζ) follows the journal and a few shapes of the bore
-(those of an elastic journal add to the same compliance). Shapes yield to film and contact pressure together,
+The film h = c + g(ζ) − (x + ζa) cos φ − (y + ζb) sin φ + Σ_k δ_k S_k(φ, ζ), g the relief of the shell, follows the
+journal and a few shapes of the bore (those of an elastic journal add to the same compliance). Shapes yield to film and
+contact pressure together,
 
     δ_k = Σ_l C_kl ∫ S_l (p + p_c) dA   (+ Σ_r g_kr ∫ (cos φ, sin φ, ζ cos φ, ζ sin φ)_r (p + p_c) dA),
 
@@ -35,7 +36,6 @@ from cranktrain.film.elastic.grid import (
     CLIPPED,
     FACE_OPEN,
     FILM,
-    FLOOR,
     FULL,
     ITERATIONS,
     KNOWN,
@@ -46,6 +46,7 @@ from cranktrain.film.elastic.grid import (
     PACE,
     PLACE,
     PRESSURE,
+    ROUGHNESS,
     SHIFT,
     START_PLACE,
     START_SHIFT,
@@ -62,8 +63,10 @@ from cranktrain.film.elastic.result import film_result
 CONVERGED, NOT_CONVERGED, SINGULAR = 0, 1, 2
 
 MOST_ITERATIONS = 30
-HIGHEST_FLOOR, LOWERING, EASING, LAST = 0.3, 0.4, 20, 60
-"""Where plain Newton fails: first floor of the film, its decrease from solution to solution, iterations for each."""
+ROUGHEST, LOWERING, EASING, LAST = 0.3, 0.4, 20, 60
+"""Where plain Newton fails: first roughness over the clearance, its decrease from solution to solution, iterations."""
+LEAST = 2.0e-3
+"""Film over the clearance below which a Newton step is measured by this."""
 STEP_TOLERANCE = 1.0e-4
 """Largest change of the film over itself in the last Newton step; what is left is its square."""
 MOVE_TOLERANCE = 1.0e-3
@@ -119,7 +122,7 @@ def elastic_film(film, motion, clock, history, work, out, tangents):
     start_compression(film, history.start, work.nodes)
     film_start(film, vectors[START_PLACE], vectors[START_SHIFT], history.start, rates, work.nodes, work.faces)
     film_rates(film, vectors[PLACE], vectors[PACE], vectors[KNOWN], rates.per_gain, work.nodes)
-    status, passes, first, ring = _newton(film, constants[FLOOR], rates, MOST_ITERATIONS, history.unknowns, work)
+    status, passes, first, ring = _newton(film, constants[ROUGHNESS], rates, MOST_ITERATIONS, history.unknowns, work)
     if status != CONVERGED:
         status, again, first, ring = _lowered(film, rates, history, work)
         passes += again
@@ -154,12 +157,12 @@ def _scaled_vectors(constants, motion, history, vectors):
 
 @kernel
 def _lowered(film, rates, history, work):
-    """Solve below a high floor that is lowered by steps, twice at most; status, iterations, cut and ring.
+    """Solve between rougher surfaces that become smoother by steps, twice at most; status, iterations, cut and ring.
 
-    Surfaces that interpenetrate by far squeeze oil through the floor of the film at any pressure, and Newton gets no
-    grip. A high floor lets the bore open first.
+    Surfaces that interpenetrate by far squeeze oil through hardly any gap at any pressure, and Newton gets no grip.
+    A wide mean gap lets the bore open first.
     """
-    floor = film.constants[FLOOR]
+    sigma = film.constants[ROUGHNESS]
     unknowns = history.unknowns
     passes = 0
     status = NOT_CONVERGED
@@ -170,12 +173,12 @@ def _lowered(film, rates, history, work):
             unknowns[k] = history.start[k]
         for k in range(history.shapes.shape[0]):
             work.vectors[SHIFT, k + 1] = work.vectors[KNOWN, k + 1]
-        raised = HIGHEST_FLOOR
-        while raised > floor:
+        raised = ROUGHEST
+        while raised > sigma:
             _, again, first, ring = _newton(film, raised, rates, EASING, unknowns, work)
             passes += again
             raised *= LOWERING if attempt == 0 else math.sqrt(LOWERING)
-        status, again, first, ring = _newton(film, floor, rates, LAST, unknowns, work)
+        status, again, first, ring = _newton(film, sigma, rates, LAST, unknowns, work)
         passes += again
         if status == CONVERGED:
             break
@@ -240,7 +243,7 @@ def _take_sides(film, unknowns, nodes):
 
 
 @kernel
-def _newton(film, floor, rates, most, unknowns, work):
+def _newton(film, sigma, rates, most, unknowns, work):
     """Iterate to convergence; the factors of the last matrix stay in ``work``. Returns status and iterations."""
     constants = film.constants
     n_phi = int(constants[N_PHI])
@@ -263,7 +266,7 @@ def _newton(film, floor, rates, most, unknowns, work):
     node_films(film, vectors[PLACE], shift, nodes[FILM])
     for passes in range(1, most + 1):
         face_films(film, vectors[PLACE], shift, faces[FACE_OPEN])
-        open_films(film, floor, nodes, faces)
+        open_films(film, sigma, nodes, faces)
         oil_state(film, nodes)
         first, ring = _cut(film, rates, nodes)
         oil_balance(film, rates, nodes, faces, first, work.band, work.residual)
@@ -285,7 +288,7 @@ def _newton(film, floor, rates, most, unknowns, work):
         if n_shapes > 0:
             for k in range(n_shapes):
                 step[k + 1] = work.border[k, n_shapes + n_z]
-            share, largest = _reach(film, floor, step, nodes)
+            share, largest = _reach(film, step, nodes)
             for k in range(n_shapes):
                 step[k + 1] *= share
                 shift[k + 1] += step[k + 1]
@@ -338,13 +341,12 @@ def _sources(film, per_gain, first, ring, blocks, work):
 
 
 @kernel
-def _reach(film, floor, step, nodes):
+def _reach(film, step, nodes):
     """Share of a step of the shapes that keeps the film open, and its largest change over the film.
 
     Leaves the change of the whole step at every node.
     """
     columns = film.shapes.shape[1]
-    least = 10.0 * floor
     share = 1.0
     largest = 0.0
     for q in range(nodes.shape[1]):
@@ -352,10 +354,10 @@ def _reach(film, floor, step, nodes):
         change = combined(row, step, columns)
         nodes[CHANGE, q] = change
         h = nodes[OPEN, q]
-        if h < least:
-            h = least
+        if h < LEAST:
+            h = LEAST
         relative = change / h
-        if -relative * share > CLOSING and nodes[FILM, q] > floor:
+        if -relative * share > CLOSING and nodes[FILM, q] > 0.0:
             share = min(share, -CLOSING / relative)
         if abs(relative) > largest:
             largest = abs(relative)

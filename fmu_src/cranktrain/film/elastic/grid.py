@@ -16,13 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
+from cranktrain.film.contact.asperity import CONSTANTS as CONTACT_CONSTANTS
 from cranktrain.film.contact.asperity import contact_table
+from cranktrain.film.contact.gap import STRAIGHT, relief
 from cranktrain.film.elastic.band_blocks import BLOCK, band_columns
 
 Array = NDArray[np.float64]
 
 # Entries of a film's constants.
-N_PHI, N_Z, N_SHAPES, RADIUS, WIDTH, CLEARANCE, VISCOSITY, SUPPLY_PRESSURE, FLOOR = 0, 1, 2, 3, 4, 5, 6, 7, 8
+N_PHI, N_Z, N_SHAPES, RADIUS, WIDTH, CLEARANCE, VISCOSITY, SUPPLY_PRESSURE, ROUGHNESS = range(9)
 # Step of the oil's table (Pa; 0: a constant oil), its row, whether the oil is compressible.
 OIL_STEP, OIL_ROW, COMPRESSIBLE = 9, 10, 11
 CONSTANTS = 12
@@ -33,8 +35,8 @@ SIDE_FLOW, SUPPLY_FLOW, FRICTION_TORQUE, CONTACT_LOAD, CONTACT_SHARE, FILL_MEAN,
 ITERATIONS, CLIPPED = 47, 48
 OUT_SIZE = 49
 
-FILM_FLOOR = 2.0e-4
-"""Floor δ₀ of the film that carries pressure, in clearances."""
+SMOOTH = 5.0e-4
+"""Roughness over the clearance that a film between smooth surfaces is given: overlapping ones leave oil a gap."""
 
 # Rows of ElasticWork.vectors, all over the clearance: journal, its velocity, shapes now, the same at the step's start,
 # Δ of the stage's rule, and the last Newton step of the shapes.
@@ -50,7 +52,7 @@ REDUCED, MOBILITY, COMPRESSED, DENSE, THICKENING, START_COMPRESSED = 17, 18, 19,
 FACE_OPEN, FACE_SLOPE, FACE_FLUX, FACE_EXTRA = 0, 1, 2, 3
 # Columns of ElasticFilm.trig and ElasticFilm.lines.
 COS, SIN, FACE_COS, FACE_SIN = range(4)
-ZETA, FILM_WEIGHT, CONTACT_WEIGHT, PER_AFTER, PER_BEFORE, LINE_WIDTH = range(6)
+ZETA, FILM_WEIGHT, CONTACT_WEIGHT, PER_AFTER, PER_BEFORE, LINE_WIDTH, PROFILE = range(7)
 # A journal's place and velocity; the sources of its motion.
 X, Y, A, B, V_X, V_Y, V_A, V_B = range(8)
 NODE_FIELDS = 23
@@ -65,8 +67,8 @@ class ElasticFilm(NamedTuple):
     trig: Array
     """(n_phi, 4) cosine and sine of nodes, cosine and sine of the faces behind them: columns COS to FACE_SIN."""
     lines: Array
-    """(n_z + 2, 6) ζ, weights of film and of contact pressure, 1/(Δζ w) towards the next and the last line, width w:
-    columns ZETA to LINE_WIDTH."""
+    """(n_z + 2, 7) ζ, weights of film and of contact pressure, 1/(Δζ w) towards the next and the last line, width w,
+    relief of the shell over the clearance: columns ZETA to PROFILE."""
     shapes: Array
     """(n_phi (n_z + 2) + n_phi n_z, 8 m) shapes at nodes, then at circumferential faces; column 0 is zero."""
     supply: Array
@@ -74,7 +76,7 @@ class ElasticFilm(NamedTuple):
     compliance: Array
     """(k, 4 + k) m/N: by the forces on the journal (F_x, F_y, Q_x, Q_y), then by the loads of the shapes."""
     contact: Array
-    """(5,) constants of :func:`cranktrain.film.contact.asperity.contact_constants`; σ = 0: smooth surfaces."""
+    """(CONSTANTS,) constants of :func:`cranktrain.film.contact.asperity.contact_constants`; σ = 0: smooth surfaces."""
     oil: Array
     """(b, n, 2) tables of :mod:`cranktrain.film.elastic.oil`; not read where the oil is constant."""
     contact_table: Array
@@ -190,6 +192,7 @@ class ElasticGrid:
         load_coupling: Array | None = None,
         contact: Array | None = None,
         oil: OilTables | None = None,
+        profile: tuple[float, float, float] = STRAIGHT,
     ) -> ElasticFilm:
         """Pack one film.
 
@@ -205,10 +208,12 @@ class ElasticGrid:
         load_coupling : (k, 4) float, m/N, optional
             g of :class:`cranktrain.film.elastic.bore_compliance.BoreCompliance`: δ += g ∫ (cos φ, sin φ, ζ cos φ, ζ sin
             φ) p dA
-        contact : (5,) float, optional
+        contact : (CONSTANTS,) float, optional
             :func:`cranktrain.film.contact.asperity.contact_constants` of rough surfaces
         oil : OilTables, optional
             :func:`cranktrain.film.elastic.oil.oil_tables`; without, viscosity and density are constant
+        profile : (float, float, float), optional
+            depth (m), share and exponent of the shell's relief, see :mod:`cranktrain.film.contact.gap`
 
         Raises
         ------
@@ -232,9 +237,9 @@ class ElasticGrid:
         way = np.zeros((k, 4)) if load_coupling is None else np.asarray(load_coupling, dtype=float)
         if way.shape != (k, 4) or not np.isfinite(way).all():
             raise InputError(f"elastic film: load coupling of the form {way.shape}; give ({k}, 4) finite values")
-        rough = np.zeros(5) if contact is None else np.asarray(contact, dtype=float)
-        if rough.shape != (5,) or not (np.isfinite(rough).all() and (rough >= 0.0).all()):
-            raise InputError("elastic film: contact must be the five constants of asperity.contact_constants")
+        rough = np.zeros(CONTACT_CONSTANTS) if contact is None else np.asarray(contact, dtype=float)
+        if rough.shape != (CONTACT_CONSTANTS,) or not (np.isfinite(rough).all() and (rough >= 0.0).all()):
+            raise InputError("elastic film: contact must be the constants of asperity.contact_constants")
         mask = np.zeros((self.n_phi, self.n_z)) if supply is None else np.asarray(supply, dtype=float)
         if mask.shape != (self.n_phi, self.n_z) or not np.isin(mask, (0.0, 1.0)).all():
             raise InputError(f"elastic film: the supply mask must be {self.n_phi} x {self.n_z} of 0 and 1")
@@ -246,13 +251,16 @@ class ElasticGrid:
         faces = (9.0 * (inside + np.roll(inside, -1, 1)) - np.roll(inside, 1, 1) - np.roll(inside, -2, 1)) / 16.0
         table = np.zeros((nodes.shape[1] + self.size, BLOCK * ((k + BLOCK) // BLOCK)))
         table[:, 1 : k + 1] = np.concatenate([nodes, faces.reshape(k, self.size)], axis=1).T
-        constants = [self.n_phi, self.n_z, k, 0.5 * diameter, width, clearance, viscosity, supply_pressure, FILM_FLOOR]
+        rough_share = rough[0] / clearance if rough[0] > 0.0 else SMOOTH
+        constants = [self.n_phi, self.n_z, k, 0.5 * diameter, width, clearance, viscosity, supply_pressure, rough_share]
         step, values, compressible = (0.0, np.zeros((1, 2, 2)), False) if oil is None else oil
         constants += [step, 0.0, float(compressible)]
+        lines = _lines(self.zetas, 1.0 - self.edge + 0.5 * math.pi * self.edge * np.cos(0.5 * math.pi * self._uniform))
+        g = np.array([relief(zeta, profile) for zeta in self.zetas]) / clearance
         return ElasticFilm(
             np.array(constants, dtype=float),
             np.ascontiguousarray(trig.T),
-            _lines(self.zetas, 1.0 - self.edge + 0.5 * math.pi * self.edge * np.cos(0.5 * math.pi * self._uniform)),
+            np.ascontiguousarray(np.column_stack([lines, g])),
             table,
             np.ascontiguousarray(mask.ravel()),
             # A film pressure presses the journal along −(cos φ, sin φ).
@@ -276,7 +284,7 @@ def _square(compliance: Array, k: int) -> Array:
 
 
 def _lines(zetas: Array, stretch: Array) -> Array:
-    """Axial lines as in :class:`ElasticFilm`, (n_z + 2, 6); ``stretch`` dζ/ds of the uniform s behind ``zetas``.
+    """Axial lines as in :class:`ElasticFilm` but for the relief, (n_z + 2, 6); ``stretch`` is dζ/ds of the uniform s.
 
     Film pressure vanishes at the ends: the trapezoid in s with its first end correction, the slope there taken from two
     nodes, is of fourth order. Contact need not vanish at an edge and stays with the plain trapezoid.
@@ -291,4 +299,4 @@ def _lines(zetas: Array, stretch: Array) -> Array:
     after[:-1] = 1.0 / (gaps * width[:-1])
     before[1:] = 1.0 / (gaps * width[1:])
     step = 2.0 / (zetas.size - 1)
-    return np.ascontiguousarray(np.column_stack([zetas, film * stretch * step, width, after, before, width]))
+    return np.column_stack([zetas, film * stretch * step, width, after, before, width])

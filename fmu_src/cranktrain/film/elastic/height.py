@@ -1,12 +1,11 @@
-"""Height of a film between a journal and the bore's shapes, its floor, and the contact of asperities."""
+"""Height of a film between a journal and the bore's shapes, the mean gap of rough surfaces, and their contact."""
 
 from __future__ import annotations
-
-import math
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import eight, four
 from cranktrain.film.contact.asperity import HIGHEST, SIGMA, contact_pressure
+from cranktrain.film.contact.gap import open_gap
 from cranktrain.film.elastic.grid import (
     BEND,
     CLEARANCE,
@@ -21,6 +20,7 @@ from cranktrain.film.elastic.grid import (
     N_PHI,
     N_Z,
     OPEN,
+    PROFILE,
     RADIUS,
     SIN,
     SLOPE,
@@ -52,7 +52,7 @@ def combined(row, shares, columns):
 
 @kernel
 def node_films(film, place, shift, out):
-    """Unfloored film H at all nodes and both ends into ``out`` (n_phi (n_z + 2),).
+    """Distance H of the surfaces at all nodes and both ends into ``out`` (n_phi (n_z + 2),).
 
     ``place`` (4,) position and tilt over the clearance, ``shift`` amplitudes of the shapes over the clearance, filled
     up with zeros to the columns of ``film.shapes``.
@@ -68,14 +68,14 @@ def node_films(film, place, shift, out):
         tilt = a * cos + b * sin
         for j in range(lines):
             row = film.shapes[i * lines + j]
-            total = middle - tilt * film.lines[j, ZETA]
+            total = middle - tilt * film.lines[j, ZETA] + film.lines[j, PROFILE]
             total += combined(row, shift, columns)
             out[i * lines + j] = total
 
 
 @kernel
 def face_films(film, place, shift, out):
-    """Unfloored film H at the circumferential faces into ``out`` (n_phi n_z,); ``place``, ``shift`` as above."""
+    """Distance H of the surfaces at circumferential faces into ``out`` (n_phi n_z,); ``place``, ``shift`` as above."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     columns = film.shapes.shape[1]
@@ -88,36 +88,28 @@ def face_films(film, place, shift, out):
         tilt = a * cos + b * sin
         for j in range(n_z):
             row = film.shapes[first + i * n_z + j]
-            total = middle - tilt * film.lines[j + 1, ZETA]
+            total = middle - tilt * film.lines[j + 1, ZETA] + film.lines[j + 1, PROFILE]
             total += combined(row, shift, columns)
             out[i * n_z + j] = total
 
 
 @kernel
-def open_films(film, floor, nodes, faces):
-    """Floored films with first and second derivative, at nodes and faces; contact pressure, over p₀, with its slope."""
+def open_films(film, sigma, nodes, faces):
+    """Mean gaps h, from ``faces[FACE_OPEN]`` there, with first and second derivative, at nodes and faces.
+
+    Contact pressure, over p₀, with its slope. ``sigma``: roughness over the clearance.
+    """
     constants = film.constants
     h = nodes[FILM]
     is_open = nodes[OPEN]
     slope = nodes[SLOPE]
     bend = nodes[BEND]
     for k in range(h.shape[0]):
-        above = h[k] - floor
-        root = math.sqrt(above * above + floor * floor)
-        inverse = 1.0 / root
-        # ½(above + root), without cancellation below the floor.
-        rest = 0.5 * (above + root) if above > 0.0 else 0.5 * floor * floor / (root - above)
-        is_open[k] = floor + rest
-        slope[k] = rest * inverse
-        bend[k] = 0.5 * floor * floor * inverse * inverse * inverse
+        is_open[k], slope[k], bend[k] = open_gap(h[k], sigma)
     h = faces[FACE_OPEN]
     slope = faces[FACE_SLOPE]
     for k in range(h.shape[0]):
-        above = h[k] - floor
-        root = math.sqrt(above * above + floor * floor)
-        rest = 0.5 * (above + root) if above > 0.0 else 0.5 * floor * floor / (root - above)
-        h[k] = floor + rest
-        slope[k] = rest / root
+        h[k], slope[k], _ = open_gap(h[k], sigma)
     if film.contact[SIGMA] > 0.0:
         c = constants[CLEARANCE]
         unit = 1.0 / pressure_unit(constants)

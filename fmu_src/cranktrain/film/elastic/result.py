@@ -9,6 +9,7 @@ from cranktrain.film.contact.asperity import FRICTION, SHEAR, SMOOTH_SPEED, cont
 from cranktrain.film.elastic.balance import carried, compression_ahead, flow_factors, grid_factors
 from cranktrain.film.elastic.border import film_area, load_unit, present_loads
 from cranktrain.film.elastic.grid import (
+    BEND,
     CHANGE,
     CLEARANCE,
     COMPRESSED,
@@ -58,10 +59,11 @@ def film_result(film, speed, per_gain, work, out):
     count = 4 + int(constants[N_SHAPES])
     nodes = work.nodes
     if constants[N_SHAPES] > 0.0:
-        # The contact that the last Newton step went on to: shapes and loads then agree to rounding.
+        # What the last Newton step went on to: shapes and loads then agree to rounding.
         for q in range(nodes.shape[1]):
             if nodes[CONTACT, q] > 0.0:
                 nodes[CONTACT, q] += nodes[CONTACT_SLOPE, q] * nodes[CHANGE, q]
+            nodes[SLOPE, q] += nodes[BEND, q] * nodes[CHANGE, q]
     present_loads(film, work)
     unit = load_unit(constants)
     for m in range(4):
@@ -109,7 +111,7 @@ def _extremes(film_h, pressure):
 
 @kernel
 def _contents(film, nodes):
-    """Σ of oil and of room between the balanced nodes' lines, and of fill over film, by lines' widths."""
+    """Σ of oil and of room between the balanced nodes' lines, and of fill h′/h, by lines' widths."""
     lines = int(film.constants[N_Z]) + 2
     oil = 0.0
     room = 0.0
@@ -120,7 +122,7 @@ def _contents(film, nodes):
         inner = q + 1 if line == 0 else (q - 1 if line == lines - 1 else q)
         fill = 1.0 + nodes[VOID, inner]
         held = 1.0 + nodes[COMPRESSED, q]
-        shear += film.lines[line, CONTACT_WEIGHT] * fill / nodes[OPEN, q] * held / nodes[MOBILITY, q]
+        shear += film.lines[line, CONTACT_WEIGHT] * fill * nodes[SLOPE, q] / nodes[OPEN, q] * held / nodes[MOBILITY, q]
         if 0 < line < lines - 1:
             oil += film.lines[line, LINE_WIDTH] * (held + nodes[VOID, q]) * nodes[OPEN, q]
             room += film.lines[line, LINE_WIDTH] * nodes[OPEN, q]
@@ -140,7 +142,7 @@ def _film_load(film, nodes):
         for line in range(1, lines - 1):
             p = nodes[PRESSURE, i * lines + line]
             if p > 0.0:
-                weight = film.lines[line, FILM_WEIGHT]
+                weight = film.lines[line, FILM_WEIGHT] * nodes[SLOPE, i * lines + line]
                 load += p * weight
                 wedge += p * weight * (nodes[FILM, down + line] - nodes[FILM, up + line])
     return load, wedge

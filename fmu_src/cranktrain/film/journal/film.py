@@ -2,23 +2,28 @@
 
 With φ the angle from the x axis in the sense of rotation and ζ = 2z/L, the film over the clearance c is
 
-    H = 1 − (e + ζ t)·n,    n = (cos φ, sin φ),
+    h = h(H),    H = 1 + g(ζ) − (e + ζ t)·n,    n = (cos φ, sin φ),
 
-e the eccentricity of the journal's middle and t its tilt (displacement of the axis at ζ = +1), both over c. In a frame
-that turns at half the sum of the surface speeds only pure squeeze is left (v = ė − ω̄ e_z×e, w = ṫ − ω̄ e_z×t):
+e the eccentricity of the journal's middle and t its tilt (displacement of the axis at ζ = +1), both over c; g the
+relief of the shell and h(H) the mean gap of rough surfaces (:mod:`cranktrain.film.contact.gap`), where nothing touches
+H itself. In a frame that turns at half the sum of the surface speeds only pure squeeze is left (v = ė − ω̄ e_z×e,
+w = ṫ − ω̄ e_z×t):
 
-    ∂φ(H³ ∂φΠ) + (D/L)² ∂ζ(H³ ∂ζΠ) = −(v + ζ w)·n,   Π ≥ 0,   P = 12 η (R/c)² Π,   Π = 0 at ζ = ±1.
+    ∂φ(h³ ∂φΠ) + (D/L)² ∂ζ(h³ ∂ζΠ) = −h′ (v + ζ w)·n,   Π ≥ 0,   P = 12 η (R/c)² Π,   Π = 0 at ζ = ±1.
 
 Rupture and reformation follow from complementarity: Π ≥ 0, and no flow is created where Π = 0. The matrix is an
 M-matrix, so an active set that drops tension and takes up compression node by node ends at the one solution, from any
 start; the last set is solved afresh, so the result does not depend on the start.
 
-With the four sources g = (n, ζ n) and A λ = g on that set: Π = Σ v_k λ_k; −⟨g_j, λ_k⟩ = ∂F_j/∂v_k is symmetric, and
-∂F_j/∂e_k = −Σ λ_j (∂A/∂e_k) Π sums over the faces: both exact for the discrete film at a fixed set.
+With the four sources b = h′ (n, ζ n) and A λ = b on that set: Π = Σ v_k λ_k, F = −⟨b, Π⟩ (pressure works on the mean
+gap), −⟨b_j, λ_k⟩ = ∂F_j/∂v_k is symmetric, and
+
+    ∂F_j/∂e_k = Σ λ_j (∂A/∂e_k) Π − Σ [∂b_j/∂e_k Π + λ_j ∂(Σ v b)/∂e_k]
+
+sums over faces and nodes: both exact for the discrete film at a fixed set. As a node ruptures they jump, see
+:mod:`cranktrain.film.journal.rupture_border`.
 
 Grid: node-centred finite volumes with midpoint faces on the nodes of :mod:`cranktrain.film.journal.grid`.
-Below :data:`FLOOR` the film is frozen, with a smooth passage from twice that: contact carries there, and a tilted or
-overloaded journal still has a finite force. Above twice the floor the film is not altered at all.
 
 Source of the half-speed form: Booker, J. Basic Eng. 87 (1965) 537; of the substitution: Sommerfeld 1904.
 """
@@ -31,16 +36,21 @@ import numpy as np
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import ZEROS, four, minus, plus, put_four, scaled
+from cranktrain.film.contact.gap import CLEAR, SMOOTH, mean_gap, open_gap
 from cranktrain.film.journal.grid import (
     CELL,
     COS,
+    EDGE,
     FACE_COS,
+    FACE_PROFILE,
     FACE_SIN,
     FACE_ZETA,
     GUEMBEL,
     NODE_GRADING,
     PER_DISTANCE,
+    PROFILE,
     RATIO2,
+    ROUGHNESS,
     RUPTURE,
     SIDES,
     SIN,
@@ -49,12 +59,11 @@ from cranktrain.film.journal.grid import (
     V_X,
     WEIGHT,
     ZETA,
+    Motion,
 )
 from cranktrain.film.journal.rupture import rupture_pressure
 
-FLOOR = 2.0e-4
-"""Least film over the clearance that the pressure sees; reached smoothly from twice this."""
-_GAUSS = np.array([half[4:] for half in np.polynomial.legendre.leggauss(8)])
+_STRAIGHT = np.concatenate([np.polynomial.legendre.leggauss(8), np.zeros((1, 8))])
 
 # Result of journal_film.
 FORCE, STIFFNESS, DAMPING, OUT_SIZE = 0, 4, 20, 36
@@ -81,15 +90,18 @@ def journal_film(grid, ratio2, at, work, active, out):
 
 
 @kernel
-def _gathering(grading, at):
-    """Vector m towards which nodes gather: a mean of the two ends, weighted by what is left of their films."""
+def _gathering(grading, edge, at):
+    """Vector m towards which nodes gather: a mean of the two ends, weighted by what is left of their films.
+
+    ``edge`` is the relief of the shell there.
+    """
     ex, ey, tx, ty = at.ex, at.ey, at.tx, at.ty
     if tx == 0.0 and ty == 0.0:
         return grading * ex, grading * ey
     a = math.sqrt((ex + tx) * (ex + tx) + (ey + ty) * (ey + ty))
     b = math.sqrt((ex - tx) * (ex - tx) + (ey - ty) * (ey - ty))
-    a = 1.02 - a if a < 1.0 else 0.02
-    b = 1.02 - b if b < 1.0 else 0.02
+    a = 0.02 + max(1.0 + edge - a, 0.0)
+    b = 0.02 + max(1.0 + edge - b, 0.0)
     share = b * b / (a * a + b * b)
     mx = ex + (2.0 * share - 1.0) * tx
     my = ey + (2.0 * share - 1.0) * ty
@@ -101,7 +113,7 @@ def _place_nodes(grid, at, work):
     """Angles and widths of the nodes, into ``work.angle`` and ``work.width``."""
     circle = grid.circle
     grading = grid.settings[NODE_GRADING]
-    mx, my = _gathering(grading, at)
+    mx, my = _gathering(grading, grid.settings[EDGE], at)
     m = math.sqrt(mx * mx + my * my)
     ax = 1.0
     ay = 0.0
@@ -123,9 +135,10 @@ def _place_nodes(grid, at, work):
 
 @kernel
 def _film(grid, ratio2, at, work):
-    """Angles of the nodes, and conductances of all faces with their derivatives by the film."""
+    """Angles of the nodes, growth of the mean gap there, and conductances of all faces with their derivatives."""
     _place_nodes(grid, at, work)
     axial = grid.axial
+    sigma = grid.settings[ROUGHNESS]
     n = axial.shape[1] - 1
     for i in range(grid.circle.shape[1]):
         c = work.angle[FACE_COS, i]
@@ -133,25 +146,57 @@ def _film(grid, ratio2, at, work):
         middle = 1.0 - at.ex * c - at.ey * s
         end = at.tx * c + at.ty * s
         inverse = 1.0 / work.width[1, i]
-        for j in range(n):
-            factor = axial[CELL, j] * inverse
-            work.conduct[0, i, j], work.slope[0, i, j] = _conductance(middle - axial[ZETA, j] * end, factor)
+        conduct = work.conduct[0, i]
+        slope = work.slope[0, i]
+        least = _distances(n, middle, end, axial[ZETA], axial[PROFILE], conduct)
+        _conductances(n, least, sigma, inverse, axial[CELL], conduct, slope)
         c = work.angle[COS, i]
         s = work.angle[SIN, i]
         middle = 1.0 - at.ex * c - at.ey * s
         end = at.tx * c + at.ty * s
-        cell = ratio2 * work.width[0, i]
-        for j in range(n + 1):
-            factor = axial[PER_DISTANCE, j] * cell
-            work.conduct[1, i, j], work.slope[1, i, j] = _conductance(middle - axial[FACE_ZETA, j] * end, factor)
+        conduct = work.conduct[1, i]
+        slope = work.slope[1, i]
+        least = _distances(n, middle, end, axial[ZETA], axial[PROFILE], conduct)
+        _growths(n, least, sigma, conduct, work.growth[0, i], work.growth[1, i])
+        least = _distances(n + 1, middle, end, axial[FACE_ZETA], axial[FACE_PROFILE], conduct)
+        _conductances(n + 1, least, sigma, ratio2 * work.width[0, i], axial[PER_DISTANCE], conduct, slope)
 
 
 @kernel
-def _conductance(h, factor):
-    """``factor`` h³ of the film above its floor, and its derivative by the film."""
-    u = min(max(h / (2.0 * FLOOR), 0.0), 1.0)
-    h = FLOOR + 2.0 * FLOOR * u * u * u * (1.0 - 0.5 * u) + max(h - 2.0 * FLOOR, 0.0)
-    return h * h * h * factor, 3.0 * h * h * factor * u * u * (3.0 - 2.0 * u)
+def _distances(n, middle, end, zeta, profile, out):
+    """Distances H of the surfaces along a line of the axis, into ``out``; returns the least."""
+    least = 1.0e300
+    for j in range(n):
+        out[j] = middle - zeta[j] * end + profile[j]
+        least = min(least, out[j])
+    return least
+
+
+@kernel
+def _conductances(n, least, sigma, factor, factors, conduct, slope):
+    """Conductances of faces whose distance H stands in ``conduct``, ``least`` the least of them; derivatives by H."""
+    if least >= CLEAR * sigma:
+        for j in range(n):
+            h = conduct[j]
+            conduct[j] = h * h * h * (factor * factors[j])
+            slope[j] = 3.0 * h * h * (factor * factors[j])
+        return
+    for j in range(n):
+        h, grows, _ = open_gap(conduct[j], sigma)
+        conduct[j] = h * h * h * (factor * factors[j])
+        slope[j] = 3.0 * h * h * grows * (factor * factors[j])
+
+
+@kernel
+def _growths(n, least, sigma, distance, first, second):
+    """First and second derivative of the mean gap by the ``distance`` of the surfaces, the ``least`` of them given."""
+    if least >= CLEAR * sigma:
+        for j in range(n):
+            first[j] = 1.0
+            second[j] = 0.0
+        return
+    for j in range(n):
+        _, first[j], second[j] = open_gap(distance[j], sigma)
 
 
 @kernel
@@ -175,10 +220,14 @@ def journal_tangents(grid, at, work, active, out):
             q, r = _sums_across(grid, adjoint, work, i)
         d = f = ZEROS
         for j in range(n):
-            weight = grid.axial[WEIGHT, j] * (work.source[i, j] if guembel else 1.0)
+            weight = grid.axial[WEIGHT, j] * work.growth[0, i, j] * (work.source[i, j] if guembel else 1.0)
             d = plus(d, scaled(weight, four(work.unit[i, j], 0)))
             weight *= grid.axial[ZETA, j]
             f = plus(f, scaled(weight, four(work.unit[i, j], 0)))
+        if work.used[i] != 0.0:
+            g, h = _sums_of_growth(grid, at, adjoint, work, i)
+            q = minus(q, g)
+            r = minus(r, h)
         cos = sides * work.angle[COS, i]
         sin = sides * work.angle[SIN, i]
         face_cos = sides * work.angle[FACE_COS, i]
@@ -232,6 +281,26 @@ def _sums_across(grid, adjoint, work, i):
         q = plus(q, g)
         r = plus(r, scaled(grid.axial[FACE_ZETA, j], g))
     return q, r
+
+
+@kernel
+def _sums_of_growth(grid, at, adjoint, work, i):
+    """Sums over column i of what the mean gap's bend adds to source and force, for four, without and with ζ."""
+    guembel = int(grid.settings[RUPTURE]) == GUEMBEL
+    c = work.angle[COS, i]
+    s = work.angle[SIN, i]
+    middle = at.vx * c + at.vy * s
+    end = at.wx * c + at.wy * s
+    width = work.width[0, i]
+    g = h = ZEROS
+    for j in range(grid.axial.shape[1] - 1):
+        zeta = grid.axial[ZETA, j]
+        weight = width * grid.axial[WEIGHT, j] * work.growth[1, i, j]
+        p = work.pressure[i, j] * (work.source[i, j] if guembel else 1.0)
+        both = plus((c * p, s * p, zeta * c * p, zeta * s * p), scaled(middle + zeta * end, four(adjoint[i, j], 0)))
+        g = plus(g, scaled(weight, both))
+        h = plus(h, scaled(zeta * weight, both))
+    return g, h
 
 
 @kernel
@@ -289,31 +358,43 @@ def film_observables(grid, work):
             out = work.conduct[1, i, n if end == 0 else 0] * p[i, last]
             if grid.blocked[i, last] == 0.0 and not (ruptures and p[i, last] == 0.0):
                 side = 1.0 if end == 0 else -1.0
-                out += strip * ((vx + side * wx) * c + (vy + side * wy) * s)
+                out += strip * work.growth[0, i, last] * ((vx + side * wx) * c + (vy + side * wy) * s)
             flow += out if ruptures else max(out, 0.0)
     return highest, grid.settings[SIDES] * flow / work.squeeze[RATIO2]
 
 
 @kernel
 def film_shear(ex, ey, tx, ty):
-    """½ ∫∫ dφ dζ / H of a filled gap: 2π/√(1 − ε²) without tilt, Gauss' rule of eight points over the width with it.
+    """Shear of a film between smooth surfaces in a straight shell, as :func:`shell_shear`."""
+    return shell_shear(Motion(ex, ey, tx, ty, 0.0, 0.0, 0.0, 0.0), _STRAIGHT, SMOOTH)
 
-    The torque on the journal that shears a filled film is −η R³ L (ω_j − ω_b)/c times this, less half of e × F.
+
+@kernel
+def shell_shear(at, shear, sigma):
+    """½ ∫∫ h′/h dφ dζ of a filled gap: 2π/√(1 − ε²) of a slice that does not touch, Gauss' rule over the width.
+
+    ``shear`` and ``sigma`` are those of a :class:`JournalGrid`. The torque on the journal that shears a filled film is
+    −η R³ L (ω_j − ω_b)/c times this, less half of e × F + t × Q.
     """
-    if tx == 0.0 and ty == 0.0:
-        return _circle_shear(ex, ey)
+    if at.tx == 0.0 and at.ty == 0.0 and shear[2, 0] == 0.0:
+        return _circle_shear(1.0, at.ex, at.ey, sigma)
     total = 0.0
-    for k in range(4):
-        at = _GAUSS[0, k]
-        total += _GAUSS[1, k] * (_circle_shear(ex + at * tx, ey + at * ty) + _circle_shear(ex - at * tx, ey - at * ty))
+    for k in range(shear.shape[1]):
+        zeta = shear[0, k]
+        total += shear[1, k] * _circle_shear(1.0 + shear[2, k], at.ex + zeta * at.tx, at.ey + zeta * at.ty, sigma)
     return 0.5 * total
 
 
 @kernel
-def _circle_shear(x, y):
-    """½ ∫∫ dφ dζ / H of one slice at the eccentricity (x, y)."""
-    left = 1.0 - x * x - y * y
-    return 2.0 * math.pi / math.sqrt(max(left, 2.0 * FLOOR))
+def _circle_shear(clearance, x, y, sigma):
+    """∫ h′/h dφ of one slice at the eccentricity (x, y)."""
+    e = math.sqrt(x * x + y * y)
+    gap = clearance - e
+    if gap < CLEAR * sigma:
+        mean = mean_gap(gap, sigma)
+        # With this gap the formula meets the integral of touching slices within 10 %.
+        gap = mean + 0.4 * (mean - gap)
+    return 2.0 * math.pi / math.sqrt(gap * (clearance + e))
 
 
 @kernel

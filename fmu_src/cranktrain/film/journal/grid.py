@@ -17,6 +17,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
+from cranktrain.film.contact.gap import SMOOTH, relief
 from cranktrain.film.journal.blocks import LANES
 
 SWIFT_STIEBER, FULL, GUEMBEL = 0, 1, 2
@@ -33,8 +34,8 @@ WIDE, WIDEST = 4.0, 1000.0
 
 # Rows of JournalGrid.circle and JournalWork.angle; of JournalGrid.axial; entries of .settings and JournalWork.squeeze.
 COS, SIN, FACE_COS, FACE_SIN = range(4)
-ZETA, CELL, WEIGHT, FACE_ZETA, PER_DISTANCE = range(5)
-RUPTURE, NODE_GRADING, SIDES, STRIP = range(4)
+ZETA, CELL, WEIGHT, FACE_ZETA, PER_DISTANCE, PROFILE, FACE_PROFILE, AXIAL_ROWS = range(8)
+RUPTURE, NODE_GRADING, SIDES, STRIP, ROUGHNESS, EDGE = range(6)
 V_X, V_Y, W_X, W_Y, RATIO2 = range(5)
 
 
@@ -43,11 +44,12 @@ class JournalGrid(NamedTuple):
 
     circle : (4, N) cos γ, sin γ of nodes and of the faces behind them (rows COS to FACE_SIN); for nodes at rest γ is φ
     spacing : (2, N) cell width of a node and distance across the face behind it, in γ
-    axial : (5, n + 1) ζ of nodes, cell width, weight of source and force, ζ of the face before a node, 1/distance there
-        (rows ZETA to PER_DISTANCE)
+    axial : (7, n + 1) ζ of nodes, cell width, weight of source and force, ζ of the face before a node, 1/distance
+        there, relief of the shell over the clearance at nodes and faces (rows ZETA to FACE_PROFILE)
     blocked : (N, m) 1 where the pressure is given as zero (grooves), and beyond n
-    settings : (4,) rupture, grading (0: nodes at rest), sides (1, or 2: half the width by symmetry), strip in ζ at an
-        end that no node's weight covers
+    settings : (6,) rupture, grading (0: nodes at rest), sides (1, or 2: half the width by symmetry), strip in ζ at an
+        end that no node's weight covers, roughness σ and relief at the edge over the clearance
+    shear : (3, 8) ζ, weight and relief where the shear of the film is sampled
     """
 
     circle: Array
@@ -55,6 +57,7 @@ class JournalGrid(NamedTuple):
     axial: Array
     blocked: Array
     settings: Array
+    shear: Array
 
 
 class Motion(NamedTuple):
@@ -80,7 +83,8 @@ class JournalWork(NamedTuple):
     angle: Array  # (4, N) cos φ, sin φ of nodes and faces, rows COS to FACE_SIN
     width: Array  # (2, N) cell width and distance, in φ
     conduct: Array  # (2, N, m + 1) around (face behind) and axial (face before)
-    slope: Array  # (2, N, m + 1) their derivative by the film
+    slope: Array  # (2, N, m + 1) their derivative by the distance of the surfaces
+    growth: Array  # (2, N, m) first and second derivative of the mean gap at nodes by that distance
     matrix: Array  # (2, N, m + 1) diagonal and axial coupling
     around: Array  # (N, m)
     used: Array  # (N,)
@@ -164,7 +168,7 @@ def journal_grid(
     face = 0.5 * (node[1:] + node[:-1])
     weight[[1, -2]] *= 1.0 + 1.0 / 6.0
     weight[[2, -3]] *= 1.0 - 1.0 / 24.0
-    axial = np.zeros((5, n + 1))
+    axial = np.zeros((AXIAL_ROWS, n + 1))
     axial[0, :n] = node[first:n_z]
     axial[1, :n] = face[first:] - face[first - 1 : -1]
     axial[2, :n] = 0.5 * (axial[1, :n] + weight[first:n_z])
@@ -181,8 +185,23 @@ def journal_grid(
     padded = -(-n // LANES) * LANES
     blocked = np.ones((circle.shape[1], padded))
     blocked[:, :n] = blocked_columns[:, None]
-    settings = np.array([RUPTURES[rupture], grading, 2.0 if half else 1.0, strip])
-    return JournalGrid(circle, spacing, axial, blocked, settings)
+    settings = np.array([RUPTURES[rupture], grading, 2.0 if half else 1.0, strip, SMOOTH, 0.0])
+    shear = np.concatenate([np.polynomial.legendre.leggauss(8), np.zeros((1, 8))])
+    return JournalGrid(circle, spacing, axial, blocked, settings, shear)
+
+
+def shell_grid(grid: JournalGrid, profile: tuple[float, float, float], roughness: float) -> JournalGrid:
+    """The same grid of a film on a shell with an axial ``profile`` between rough surfaces.
+
+    ``profile`` is a depth over the clearance, a share and an exponent, ``roughness`` σ over the clearance, both of
+    :mod:`cranktrain.film.contact.gap`; 0 takes surfaces as smooth.
+    """
+    axial, settings, shear = grid.axial.copy(), grid.settings.copy(), grid.shear.copy()
+    for row, of in ((PROFILE, ZETA), (FACE_PROFILE, FACE_ZETA)):
+        axial[row] = [relief(zeta, profile) for zeta in axial[of]]
+    shear[2] = [relief(zeta, profile) for zeta in shear[0]]
+    settings[ROUGHNESS], settings[EDGE] = max(roughness, SMOOTH), profile[0]
+    return grid._replace(axial=axial, settings=settings, shear=shear)
 
 
 def axial_nodes(s: Array, ratio: float) -> tuple[Array, Array]:
@@ -235,9 +254,9 @@ def journal_work(grid: JournalGrid) -> JournalWork:
     columns, m = grid.blocked.shape
     return JournalWork(
         np.zeros((4, columns)), np.zeros((2, columns)), np.zeros((2, columns, m + 1)), np.zeros((2, columns, m + 1)),
-        np.zeros((2, columns, m + 1)), np.zeros((columns, m)), np.zeros(columns), np.zeros((columns, m, m)),
-        np.zeros((columns, m, m)), np.zeros((columns, m)), np.zeros((columns, m)), np.zeros((columns, m, 4)),
-        np.zeros((columns, m, 4)), np.zeros((m, m)), np.zeros(5),
+        np.zeros((2, columns, m)), np.zeros((2, columns, m + 1)), np.zeros((columns, m)), np.zeros(columns),
+        np.zeros((columns, m, m)), np.zeros((columns, m, m)), np.zeros((columns, m)), np.zeros((columns, m)),
+        np.zeros((columns, m, 4)), np.zeros((columns, m, 4)), np.zeros((m, m)), np.zeros(5),
     )  # fmt: skip
 
 

@@ -82,7 +82,7 @@ def _sources(axial, at, work):
         middle = (at.vx * c + at.vy * s) * work.width[0, i]
         end = (at.wx * c + at.wy * s) * work.width[0, i]
         for j in range(axial.shape[1] - 1):
-            g = (middle + axial[ZETA, j] * end) * axial[WEIGHT, j]
+            g = (middle + axial[ZETA, j] * end) * axial[WEIGHT, j] * work.growth[0, i, j]
             work.source[i, j] = g
             largest = max(largest, abs(g))
             fastest = max(fastest, abs(middle + axial[ZETA, j] * end) / work.width[0, i])
@@ -91,12 +91,12 @@ def _sources(axial, at, work):
 
 @kernel
 def unit_sources(axial, work, share, unit):
-    """The four sources g = (n, ζ n) by cells, times the nodes' ``share`` (N, m), into ``unit`` (N, m, 4)."""
+    """The four sources h′(n, ζ n) by cells, times the nodes' ``share`` (N, m), into ``unit`` (N, m, 4)."""
     for i in range(share.shape[0]):
         c = work.angle[COS, i] * work.width[0, i]
         s = work.angle[SIN, i] * work.width[0, i]
         for j in range(axial.shape[1] - 1):
-            g = axial[WEIGHT, j] * share[i, j]
+            g = axial[WEIGHT, j] * work.growth[0, i, j] * share[i, j]
             put_four(unit[i, j], 0, (c * g, s * g, c * g * axial[ZETA, j], s * g * axial[ZETA, j]))
 
 

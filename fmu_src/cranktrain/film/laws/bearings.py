@@ -55,7 +55,7 @@ def bearing_parameters(bearing: PlainBearing, viscosity: float) -> Array:
     if isinstance(bearing, JournalBearing):
         linear = [*bearing.ground_stiffness, bearing.damping_x, bearing.damping_y]
     row = [c, kappa2, factor, bearing.contact_height, load, *linear, 0.5 * bearing.diameter, bearing.width, viscosity]
-    return np.array(row)
+    return np.array([*row, *bearing.relief])
 
 
 def law_films(law: Law, kind: str, bearings: Bearings) -> Films:

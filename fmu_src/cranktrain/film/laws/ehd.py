@@ -23,6 +23,7 @@ from cranktrain.core.lanes import four
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import Oil, PlainBearing
 from cranktrain.film.contact.asperity import bearing_contact_constants
+from cranktrain.film.contact.gap import over
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.elastic.film import CONVERGED, FilmHistory, elastic_film
 from cranktrain.film.elastic.grid import (
@@ -38,6 +39,7 @@ from cranktrain.film.elastic.grid import (
     OIL_ROW,
     OUT_SIZE,
     PRESSURE_MAX,
+    PROFILE,
     SIDE_FLOW,
     STIFFNESS,
     VISCOSITY,
@@ -158,7 +160,7 @@ def elastic_arrays(
     return grid.film(
         bearing.diameter, bearing.width, bearing.clearance, viscosity, shapes=shapes, compliance=bore.compliance,
         load_coupling=bore.load_coupling, supply=supply, supply_pressure=bearing.supply_pressure,
-        contact=bearing_contact_constants(bearing), oil=oil,
+        contact=bearing_contact_constants(bearing), oil=oil, profile=over(bearing.relief),
     )  # fmt: skip
 
 
@@ -325,7 +327,7 @@ def closing_rate(film, place, velocity, shapes, rates, least):
         for line in range(lines):
             q = i * lines + line
             zeta = film.lines[line, ZETA]
-            h = c - (x + zeta * a) * cos - (y + zeta * b) * sin
+            h = c * (1.0 + film.lines[line, PROFILE]) - (x + zeta * a) * cos - (y + zeta * b) * sin
             rate = (vx + zeta * va) * cos + (vy + zeta * vb) * sin
             for k in range(n_shapes):
                 h += shapes[k] * film.shapes[q, k + 1]

@@ -1,8 +1,8 @@
 """Kinematics of the gap between a journal and its bore: what the classic bearing tools list beside forces.
 
 A journal of straight axis stands in a rigid round bore of radial clearance c with its middle at e = (x, y) and its ends
-at e ± t, t = (a, b) the displacement of the end ζ = +1 against the middle. Round the end ζ the film is
-h(φ, ζ) = c − (e + ζ t)·(cos φ, sin φ).
+at e ± t, t = (a, b) the displacement of the end ζ = +1 against the middle. At ζ the film is
+h(φ, ζ) = c + g(ζ) − (e + ζ t)·(cos φ, sin φ), g the relief of the shell.
 
 * *Eccentric velocity* ė: velocity of the journal's middle against the bore, in space.
 * *Effective eccentric velocity* |v|, v = ė − ω̄ e_z×e with ω̄ = (ω_J + ω_B)/2: the velocity seen from a frame that turns
@@ -12,8 +12,8 @@ h(φ, ζ) = c − (e + ζ t)·(cos φ, sin φ).
   centred and the line has no direction.
 * *Hydrodynamically effective speed* ω_J + ω_B − 2δ̇: surfaces that both run with the wedge draw nothing into it; the
   film loses its wedge at half-speed whirl, δ̇ = ω̄. With it |v|² = ė_r² + (e (ω_J + ω_B − 2δ̇)/2)².
-* *Least gap* c − max|e ± t|: |e + ζ t| is convex in ζ, so one of the ends comes nearest to the bore, in the direction
-  in which it is displaced. The least gap changes at the rate −p·ṗ/|p| of that end p.
+* *Least gap* min (c + g(ζ) − |e + ζ t|): in a straight shell at one of the ends, because |e + ζ t| is convex; a relief
+  moves it inwards. It lies where p = e + ζ t points, and changes at the rate −p·ṗ/|p|.
 
 Sources: the reference's list of component outputs (its chapter 5.1.2), which names the quantities; v after Booker's
 mobility method (Booker 1965; Childs, Moes, van Leeuwen 1977); ω_J + ω_B − 2δ̇ after Holland (1959) and Butenschön
@@ -25,6 +25,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
+from cranktrain.film.contact.gap import least_gap
 
 VELOCITY_EFFECTIVE, SPEED_RELATIVE, SPEED_GAP, SPEED_EFFECTIVE = range(4)
 LEAST_GAP, LEAST_ANGLE, LEAST_SIDE, LEAST_RATE = range(4, 8)
@@ -33,18 +34,18 @@ SIZE = 8
 
 # In one piece: a gap's four coordinates and their rates are of no array, but turned into space by the caller.
 @kernel
-def gap_motion(x, y, a, b, vx, vy, va, vb, clearance, journal_speed, bore_speed, out):
+def gap_motion(x, y, a, b, vx, vy, va, vb, shell, journal_speed, bore_speed, out):
     """Kinematics of one gap; the module says how each is defined.
 
     Parameters
     ----------
     x, y, a, b : place of the middle and displacement of the end ζ = +1 against it, m, in any axes
     vx, vy, va, vb : their velocities in space along these axes, m/s; the bore's own motion is taken off beforehand
-    clearance : radial, m
+    shell : radial clearance, m, and (depth, share, exponent) of the relief, see :mod:`cranktrain.film.contact.gap`
     journal_speed, bore_speed : rad/s, in the sense in which angles count
     out : (8,) VELOCITY_EFFECTIVE m/s; SPEED_RELATIVE, SPEED_GAP, SPEED_EFFECTIVE rad/s; LEAST_GAP m, negative where
-        the end reaches into the bore; LEAST_ANGLE rad in (−π, π] from the x axis; LEAST_SIDE ζ of the least gap, +1 or
-        −1, 0 where all along the axis is alike; LEAST_RATE m/s, negative while the gap closes
+        the end reaches into the bore; LEAST_ANGLE rad in (−π, π] from the x axis; LEAST_SIDE ζ of the least gap, 0
+        where all along the axis is alike; LEAST_RATE m/s, negative while the gap closes
     """
     both = journal_speed + bore_speed
     square = x * x + y * y
@@ -57,15 +58,14 @@ def gap_motion(x, y, a, b, vx, vy, va, vb, clearance, journal_speed, bore_speed,
     out[SPEED_RELATIVE] = journal_speed - bore_speed
     out[SPEED_GAP] = turning
     out[SPEED_EFFECTIVE] = both - 2.0 * turning
-    side = 0.0
-    if a != 0.0 or b != 0.0:
-        side = 1.0 if x * a + y * b >= 0.0 else -1.0
+    clearance, profile = shell
+    least, side = least_gap((x, y, a, b), clearance, profile)
     px = x + side * a
     py = y + side * b
     wx = vx + side * va
     wy = vy + side * vb
     far = math.sqrt(px * px + py * py)
-    out[LEAST_GAP] = clearance - far
+    out[LEAST_GAP] = least
     out[LEAST_ANGLE] = math.atan2(py, px) if far > 0.0 else 0.0
     out[LEAST_SIDE] = side
     # A centred journal comes nearer wherever it goes.

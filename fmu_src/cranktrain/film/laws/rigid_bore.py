@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from cranktrain.core.kernel import kernel, law_kernel, record_reader
 from cranktrain.core.lanes import four
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import PlainBearing
+from cranktrain.film.contact.gap import over
 from cranktrain.film.contact.journal import (
     N_OUT,
     STIFFNESS,
@@ -19,8 +21,17 @@ from cranktrain.film.contact.journal import (
     bearing_contact,
     journal_contact,
 )
-from cranktrain.film.journal.film import OUT_SIZE, film_observables, journal_film
-from cranktrain.film.journal.grid import JournalGrid, JournalWork, Motion, cold_start, journal_grid, journal_work
+from cranktrain.film.journal.film import OUT_SIZE, film_observables, journal_film, shell_shear
+from cranktrain.film.journal.grid import (
+    ROUGHNESS,
+    JournalGrid,
+    JournalWork,
+    Motion,
+    cold_start,
+    journal_grid,
+    journal_work,
+    shell_grid,
+)
 from cranktrain.film.laws.films import (
     BY_PLACE,
     BY_VELOCITY,
@@ -33,13 +44,14 @@ from cranktrain.film.laws.films import (
     PASSES,
     RUBBING,
     SPEED,
+    X,
+    Y,
     widen,
 )
-from cranktrain.film.laws.parabolic import friction_torque
 from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.table.aligned import aligned_force, aligned_observables
-from cranktrain.film.table.database import FilmTable, table_grid
-from cranktrain.film.table.interpolation import TableArrays
+from cranktrain.film.table.database import FilmTable, TableSettings, aligned_grid, bearing_settings, table_grid
+from cranktrain.film.table.interpolation import AXES, TableArrays
 from cranktrain.film.table.law import TABLED, Tabled, TableWork, table_force, table_work, tilted_pressure
 
 if TYPE_CHECKING:
@@ -68,29 +80,35 @@ class RigidBore(NamedTuple):
 
 
 def rigid_bore(
-    bearing: PlainBearing, parameters: Array, table: FilmTable | None, solved: Array, tilted: bool = True
+    bearing: PlainBearing,
+    parameters: Array,
+    table: FilmTable | None,
+    solved: Array,
+    tilted: bool = True,
+    size: tuple[int, int] = IN_LOOP,
 ) -> RigidBore:
     """Films of as many journals as ``parameters`` (b, COLUMNS) has rows, read from ``table`` where there is one.
 
-    ``tilted``: whether they feel tilt.
+    ``tilted``: whether they feel tilt; ``size``: intervals around and across of films that are solved online.
 
     Raises
     ------
     InputError
         a table of another bearing
     """
-    arrays = TableArrays(np.zeros((1, 1, 1)), np.zeros((1, 1, 1, 1)), np.zeros(8))
-    grid = journal_grid(*IN_LOOP)
+    arrays = TableArrays(np.zeros((1, 1, 1)), np.zeros((1, 1, 1, 1)), np.zeros(AXES))
+    rough = bearing.roughness / bearing.clearance
+    grid = shell_grid(journal_grid(*size), over(bearing.relief, bearing.clearance), rough)
     if table is not None:
-        made, ratio = table.settings, bearing.width / bearing.diameter
-        if abs(made.length_ratio - ratio) > 1.0e-6 or made.groove != bearing.groove or (tilted and not made.tilt):
+        made, wanted = table.settings, bearing_settings(bearing)
+        fits = replace(wanted, resolution=made.resolution, tilt=made.tilt, tilt_range=made.tilt_range) == made
+        if not fits or (tilted and not made.tilt):
             raise InputError(
-                f"film table of L/D {made.length_ratio:.6g}, groove {made.groove}, "
-                f"{'with' if made.tilt else 'no'} tilt does not fit the bearing, L/D {ratio:.6g}, "
-                f"groove {bearing.groove}; make one by film-table"
+                f"film table of {_said(made)}, {'with' if made.tilt else 'no'} tilt does not fit the bearing, "
+                f"{_said(wanted)}; make one by film-table"
             )
         arrays = table.arrays
-        grid = table_grid(made, *IN_LOOP) if tilted else journal_grid(*ALIGNED, half=True)
+        grid = table_grid(made, *size) if tilted else aligned_grid(made, *ALIGNED)
     return RigidBore(
         parameters=parameters,
         grid=grid,
@@ -103,6 +121,15 @@ def rigid_bore(
         plane=np.zeros(16),
         tabled=table_work(),
         solved=solved,
+    )
+
+
+def _said(settings: TableSettings) -> str:
+    """What a table is made for, in words."""
+    return (
+        f"L/D {settings.length_ratio:.6g}, groove {settings.groove}, relief {settings.relief_depth:.4g} over "
+        f"{settings.relief_share:.4g} to the power {settings.relief_exponent:.4g} and roughness "
+        f"{settings.roughness:.4g} of the clearance"
     )
 
 
@@ -125,7 +152,7 @@ _SMALL = journal_grid(12, 6)
 _read = record_reader(
     RigidBore(
         np.zeros((1, 1)), _SMALL, JournalContact(np.zeros(1), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1))),
-        TableArrays(np.zeros((1, 1, 1)), np.zeros((1, 1, 1, 1)), np.zeros(8)), journal_work(_SMALL),
+        TableArrays(np.zeros((1, 1, 1)), np.zeros((1, 1, 1, 1)), np.zeros(AXES)), journal_work(_SMALL),
         np.array([cold_start(_SMALL)]), np.zeros(1), np.zeros(1), np.zeros(1), table_work(), np.zeros(1),
     )
 )  # fmt: skip
@@ -198,13 +225,15 @@ def aligned_law(record, action, i, place, velocity, numbers, memory, out):
     if aligned_force(place, velocity, half, own[CLEARANCE], _force_unit(own), tabled, bore.plane) != TABLED:
         bore.solved[0] += 1.0
     widen(bore.plane, out)
+    at = Motion(place[X] / own[CLEARANCE], place[Y] / own[CLEARANCE], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    turning = 0.5 * (place[X] * out[Y] - place[Y] * out[X])
     rough = bore.rough
-    journal_contact(place[0], place[1], 0.0, 0.0, own[RADIUS] * numbers[RUBBING], bore.contact, rough)
+    journal_contact(place[X], place[Y], 0.0, 0.0, own[RADIUS] * numbers[RUBBING], bore.contact, rough)
     for r in range(2):
         out[r] += rough[r]
         for s in range(2):
             out[BY_PLACE + 4 * r + s] += rough[STIFFNESS + 4 * r + s]
-    out[FRICTION] = rough[TORQUE] + friction_torque(out[ECCENTRICITY], out, place, own, numbers[RUBBING])
+    out[FRICTION] = rough[TORQUE] - _film_drag(bore.grid, own, at, numbers[RUBBING]) - turning
     if action == OBSERVE:
         out[P_MAX], out[FLOW] = aligned_observables(place, velocity, half, own, bore.table, bore.plane)
         out[GAP] = -1.0
@@ -234,13 +263,22 @@ def _solved_figures(bore, own, out):
 def _rough_force(bore, own, place, speed, out):
     """Add what asperities carry to force and tangents, and the friction torque of film and asperities."""
     c = own[CLEARANCE]
-    radius = own[RADIUS]
     x, y, a, b = four(place, 0)
-    eps = (x * x + y * y) ** 0.5 / c
-    out[FRICTION] = friction_torque(eps, out, place, own, speed)
+    fx, fy, qx, qy = four(out, 0)
+    at = Motion(x / c, y / c, a / c, b / c, 0.0, 0.0, 0.0, 0.0)
     rough = bore.rough
-    journal_contact(x, y, a, b, radius * speed, bore.contact, rough)
+    journal_contact(x, y, a, b, own[RADIUS] * speed, bore.contact, rough)
+    # The torques on journal and shell differ by e × F + t × Q.
+    turning = 0.5 * (x * fy - y * fx + a * qy - b * qx)
+    out[FRICTION] = rough[TORQUE] - _film_drag(bore.grid, own, at, speed) - turning
     for k in range(TORQUE):
         out[k] += rough[k]
-    out[FRICTION] += rough[TORQUE]
-    out[ECCENTRICITY] = eps
+    out[ECCENTRICITY] = (x * x + y * y) ** 0.5 / c
+
+
+@kernel
+def _film_drag(grid, own, at, speed):
+    """Torque of a filled film that is sheared at ``speed``, rad/s, by what its surfaces do not touch, N m."""
+    radius = own[RADIUS]
+    shear = shell_shear(at, grid.shear, grid.settings[ROUGHNESS])
+    return own[VISCOSITY] * radius * radius * radius * own[WIDTH] * speed / own[CLEARANCE] * shear

@@ -30,15 +30,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from hashlib import sha256
 
 import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.reduced_body import Array
+from cranktrain.engine.parts import PlainBearing
+from cranktrain.film.contact.gap import SMOOTH, STRAIGHT, over
 from cranktrain.film.journal.film import OUT_SIZE
-from cranktrain.film.journal.grid import JournalGrid, journal_grid, solved_film
+from cranktrain.film.journal.grid import AXIAL_ROWS, STRIP, JournalGrid, journal_grid, shell_grid, solved_film
 from cranktrain.film.table.family import CENTRED_TURN, LEVER
 from cranktrain.film.table.interpolation import (
     ALIGNED_MAX,
@@ -58,11 +60,12 @@ from cranktrain.film.table.interpolation import (
     stretched,
     tilted_spline,
 )
+from cranktrain.film.table.reach import DEEPEST, reach_terms
 from cranktrain.film.table.sampling import aligned_errors, sample_aligned, sample_tilted, tilted_errors
 
-SCHEMA = 3
+SCHEMA = 4
 GROOVES = ("none", "circumferential")
-RESOLUTIONS = {"coarse": (20, 28, 4), "default": (40, 56, 6), "fine": (48, 72, 6)}
+RESOLUTIONS = {"coarse": (20, 28, 4), "default": (40, 56, 7), "fine": (48, 72, 8)}
 """Nodes over ε, γ and (from zero to the tilt range) each of A, B of the tilted table."""
 N_ALIGNED = (49, 96)
 ALIGNED_GRID = (144, 24)
@@ -70,8 +73,8 @@ TILT_GRIDS = {"none": ((64, 8), (64, 16)), "circumferential": ((64, 12), (64, 24
 """Intervals around and over the whole width of the two films that are extrapolated."""
 ONLINE_GRID = (48, 12)
 AXIAL_SINE = 0.98
-RATES = (16.0, 32.0)
-"""|w − w_ref| / |v| where the law begins and ends to hand over to the film solved online."""
+RUN_IN_RANGE = 1.0
+"""Tilt range of an engine's bearings: their edges touch."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,8 @@ class TableSettings:
     resolution : coarse, default or fine
     tilt : whether the tilted table is built
     tilt_range : largest A and B, share of the possible tilt
+    relief_depth, relief_share, relief_exponent : profile of the shell, its depth over the clearance
+    roughness : σ over the clearance, see :mod:`cranktrain.film.contact.gap`
     """
 
     length_ratio: float
@@ -90,6 +95,10 @@ class TableSettings:
     resolution: str = "default"
     tilt: bool = True
     tilt_range: float = 0.95
+    relief_depth: float = STRAIGHT[0]
+    relief_share: float = STRAIGHT[1]
+    relief_exponent: float = STRAIGHT[2]
+    roughness: float = SMOOTH
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.length_ratio) and 0.05 <= self.length_ratio <= 4.0):
@@ -98,20 +107,50 @@ class TableSettings:
             raise InputError(f"groove '{self.groove}' of a film table does not exist; {nearest(self.groove, GROOVES)}")
         if self.resolution not in RESOLUTIONS:
             raise InputError(f"resolution '{self.resolution}' does not exist; {nearest(self.resolution, RESOLUTIONS)}")
-        if not (math.isfinite(self.tilt_range) and 0.2 <= self.tilt_range <= 0.98):
-            raise InputError(f"tilt range {self.tilt_range:g} is not within 0.2 to 0.98 of the possible tilt")
+        if not (math.isfinite(self.tilt_range) and 0.2 <= self.tilt_range <= 1.0):
+            raise InputError(f"tilt range {self.tilt_range:g} is not within 0.2 to 1 of the possible tilt")
+        if not 0.0 <= self.relief_depth <= 1.0:
+            raise InputError(f"relief {self.relief_depth:g} of a film table is not within 0 to 1 clearance")
+        if not (0.0 < self.relief_share <= 1.0 <= self.relief_exponent <= 10.0):
+            raise InputError("the relief of a film table has a share in (0, 1] and an exponent in [1, 10]")
+        if not 0.0 < self.roughness < 1.0 / 6.0:
+            raise InputError(f"roughness {self.roughness:g} of a film table is not within 0 to 1/6 clearance")
 
     @property
     def digest(self) -> str:
         """Of everything that the table's numbers depend on."""
         constants = (SCHEMA, N_ALIGNED, TILT_GRIDS, ALIGNED_GRID, AXIAL_SINE, GATHERED, STRETCH, LOW_SHARE, LOW_WIDTH)
-        family = (TILT_STRETCH, CENTRED_TURN, LEVER, RATES, ALIGNED_MAX, TILTED_MAX, RESOLUTIONS[self.resolution])
+        family = (TILT_STRETCH, CENTRED_TURN, LEVER, DEEPEST, ALIGNED_MAX, TILTED_MAX, RESOLUTIONS[self.resolution])
         return sha256(repr((sorted(asdict(self).items()), constants, family)).encode()).hexdigest()
 
     @property
     def shape(self) -> tuple[int, int, int]:
         """Nodes over ε, γ and each tilt of the tilted table."""
         return RESOLUTIONS[self.resolution]
+
+    @property
+    def profile(self) -> tuple[float, float, float]:
+        """Profile of the shell, its depth over the clearance."""
+        return self.relief_depth, self.relief_share, self.relief_exponent
+
+    def on_shell(self, grid: JournalGrid) -> JournalGrid:
+        """The grid of a film on this shell."""
+        return shell_grid(grid, self.profile, self.roughness)
+
+    def ends(self) -> Array:
+        """Terms of the place to which an end may tilt, see :mod:`cranktrain.film.table.reach`."""
+        return np.array(reach_terms(self.profile, self.roughness, TILTED_MAX))
+
+
+def bearing_settings(bearing: PlainBearing, resolution: str = "default", tilt: bool = True) -> TableSettings:
+    """Settings of the table that a plain bearing's films are read from."""
+    depth, share, exponent = over(bearing.relief, bearing.clearance)
+    numbers = (bearing.width / bearing.diameter, depth, bearing.roughness / bearing.clearance)
+    ratio, depth, roughness = (float(f"{number:.12g}") for number in numbers)
+    return TableSettings(
+        ratio, bearing.groove, resolution, tilt, RUN_IN_RANGE,
+        relief_depth=depth, relief_share=share, relief_exponent=exponent, roughness=roughness,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -131,15 +170,6 @@ class FilmTable:
     def cells(self) -> int:
         """Cells of both tables, counting the stored quarter only."""
         return int(self.aligned_error.size + self.tilted_error.size)
-
-    def with_rates(self, inside: float, outside: float) -> FilmTable:
-        """Table that hands over to the film solved online between these tilt rates |w − w_ref| / |v|."""
-        if not 0.0 < inside < outside:
-            raise InputError(
-                f"tilt rates {inside:g} and {outside:g} of the hand-over: the first must be the smaller one"
-            )
-        axes = np.concatenate([self.arrays.axes[:6], [inside, outside]])
-        return replace(self, arrays=self.arrays._replace(axes=axes))
 
     def worst(self, eccentricity: float = 1.0) -> dict[str, float]:
         """Maximum and 95th percentile of the interpolation error of cells with centres up to ``eccentricity``."""
@@ -185,15 +215,22 @@ def table_grid(settings: TableSettings, n_phi: int = ONLINE_GRID[0], n_z: int = 
         exact = 1.0 / 6.0
     matrix = np.diag(conduct[:-1] + conduct[1:]) - np.diag(conduct[1:-1], 1) - np.diag(conduct[1:-1], -1)
     weight = cell * math.sqrt(exact / (cell[free] @ np.linalg.solve(matrix[np.ix_(free, free)], cell[free])))
-    axial = np.zeros((5, n + 1))
+    axial = np.zeros((AXIAL_ROWS, n + 1))
     axial[0, :n] = z[1:-1]
     axial[1, :n] = cell
     axial[2, :n] = weight
     axial[3] = 0.5 * (z[1:] + z[:-1])
     axial[4] = conduct
     outlet = grid.settings.copy()
-    outlet[3] = z[1] - z[0]
-    return grid._replace(axial=axial, blocked=blocked, settings=outlet)
+    outlet[STRIP] = z[1] - z[0]
+    return settings.on_shell(grid._replace(axial=axial, blocked=blocked, settings=outlet))
+
+
+def aligned_grid(settings: TableSettings, n_phi: int = ALIGNED_GRID[0], n_z: int = ALIGNED_GRID[1]) -> JournalGrid:
+    """Grid of an aligned film, of half the width; between grooves all round it is that of a straight shell."""
+    grid = journal_grid(n_phi, n_z, half=True)
+    profile = settings.profile if settings.groove == "none" else STRAIGHT
+    return shell_grid(grid, profile, settings.roughness)
 
 
 def _sine(n: int) -> Array:
@@ -236,7 +273,7 @@ def sample_slab(settings: TableSettings, name: str) -> Array:
     gamma = directions(n_gamma, 0.5 if middle else 0.0)
     out = np.zeros(2 * OUT_SIZE)
     if aligned:
-        grid = journal_grid(*ALIGNED_GRID, half=True)
+        grid = aligned_grid(settings)
         values = np.empty((n_gamma, 4))
         status = sample_aligned(eps[int(index)], gamma, aligned_norms(settings)[0], solved_film(grid), out, values)
     else:
@@ -244,7 +281,7 @@ def sample_slab(settings: TableSettings, name: str) -> Array:
         coarse, fine = (solved_film(table_grid(settings, *size)) for size in TILT_GRIDS[settings.groove])
         values = np.empty((n_gamma, len(share), len(share), FUNCTIONS + 1))
         ratio2 = 1.0 / settings.length_ratio**2
-        status = sample_tilted(eps[int(index)], gamma, share, ratio2, coarse, fine, out, values)
+        status = sample_tilted((eps[int(index)], settings.ends()), gamma, share, ratio2, coarse, fine, out, values)
     if status < 0 or not np.isfinite(values).all():
         raise SolverError(
             f"film table, slab '{name}' (eccentricity {eps[int(index)]:.4f}): a film did not converge; "
@@ -259,7 +296,7 @@ def compile_sampling() -> None:
     grid = journal_grid(12, 6, half=True)
     sample_aligned(0.5, one, 4.0, solved_film(grid), out, np.zeros((1, 4)))
     film = solved_film(table_grid(TableSettings(0.5), 12, 6))
-    sample_tilted(0.5, one, one, 4.0, film, film, out, np.zeros((1, 1, 1, FUNCTIONS + 1)))
+    sample_tilted((0.5, TableSettings(0.5).ends()), one, one, 4.0, film, film, out, np.zeros((1, 1, 1, FUNCTIONS + 1)))
 
 
 def assemble(settings: TableSettings, slabs: Mapping[str, Array]) -> FilmTable:
@@ -267,7 +304,9 @@ def assemble(settings: TableSettings, slabs: Mapping[str, Array]) -> FilmTable:
     n_eps, n_gamma = N_ALIGNED
     aligned = aligned_spline(np.stack([slabs[f"aligned {i}"] for i in range(n_eps)]))
     tops = [float(stretched(top)[0]) for top in (ALIGNED_MAX, TILTED_MAX)]
-    axes = np.array([1.0 / settings.length_ratio**2, settings.tilt_range, *tops, *aligned_norms(settings), *RATES])
+    axes = np.array(
+        [1.0 / settings.length_ratio**2, settings.tilt_range, *tops, *aligned_norms(settings), *settings.ends()]
+    )
     tilted = pressure = np.zeros((1, 1, 1, 1))
     if settings.tilt:
         values = np.stack([slabs[f"tilted {i}"] for i in range(settings.shape[0])])

@@ -3,11 +3,11 @@
 Axes: x = −ln(1 − 0.97 ε) + 0.6 ln(1 + ε/0.1) and y = γ − 0.4 sin γ − 0.15 sin 2γ, uniform, y periodic (nodes gather
 where a thin film passes from squeeze to wedge, about γ = ±95°, and where the surfaces part); the tilt as shares
 
-    A = a/(√(1 − b²) − ε),  B = b/√(1 − ε²)
+    A = a/(√(ρ² − b²) − ε),  B = b/√(ρ² − ε²)
 
-of what is possible before an end touches, both stretched by artanh. The box |A|, |B| ≤ tilt range fills the lens of
-possible tilts without a kink. Two mirrors, z → −z and about the line of centres, leave a quarter of it to store; the
-splines are those of the whole.
+of what is possible before an end lies at ρ(ε) (:mod:`cranktrain.film.table.reach`), both stretched by artanh. The
+box |A|, |B| ≤ tilt range fills the lens of possible tilts without a kink. Two mirrors, z → −z and about the line of
+centres, leave a quarter of it to store; the splines are those of the whole.
 
 Cubic in x and y (C²), quadratic in A and B (C¹). Coefficients of all functions lie side by side, so that each axis is
 contracted for many numbers at once.
@@ -24,10 +24,11 @@ from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import four
 from cranktrain.core.reduced_body import Array
 from cranktrain.film.spline import bicubic, circulant, cubic, not_a_knot, wrapped
+from cranktrain.film.table.reach import TERMS
 
 STRETCH, LOW_SHARE, LOW_WIDTH = 0.97, 0.6, 0.1
 GATHERED = (0.4, 0.15)
-TILT_STRETCH = 0.9
+TILT_STRETCH = 0.95
 ALIGNED_MAX = 0.995
 TILTED_MAX = 0.98
 """Largest eccentricities of the two tables."""
@@ -43,7 +44,8 @@ ACROSS = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0)
 ENDS = (1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0)
 """Signs that these functions take in the mirrors about the line of centres and z → −z."""
 # Entries of TableArrays.axes.
-RATIO2, TILT_RANGE, ALIGNED_TOP, TILTED_TOP, ALIGNED_RATIO2, FLOW_NORM, RATE_INSIDE, RATE_OUTSIDE = range(8)
+RATIO2, TILT_RANGE, ALIGNED_TOP, TILTED_TOP, ALIGNED_RATIO2, FLOW_NORM, REACH = range(7)
+AXES = REACH + TERMS
 # Place on the tilted table's axes: cells, then weights and their derivatives along each axis.
 CELL_E, CELL_A, CELL_B, ALONG_E, ALONG_A, ALONG_B, PLACE = 0, 1, 2, 3, 11, 17, 23
 ROW, BLOCK = 3 * FUNCTIONS, 9 * FUNCTIONS
@@ -58,8 +60,8 @@ class TableArrays(NamedTuple):
     aligned : (4, n_ε + 2, n_γ + 3) spline coefficients
     tilted : (n_ε + 2, n_γ + 3, n_t + 2, 12 (n_t + 2)) spline coefficients; of length 1 in each where not built
     pressure : (n_ε + 2, n_γ + 3, n_t + 2, n_t + 2) the same of ln p̂
-    axes : (8,) (D/L)² of the film, tilt range, largest x of the aligned and the tilted table, :func:`aligned_norms`,
-        and the tilt rates |w − w_ref| / |v| where the law begins and ends to hand over to the film solved online
+    axes : (AXES,) (D/L)² of the film, tilt range, largest x of the aligned and the tilted table, :func:`aligned_norms`,
+        and the terms of the reach ρ of ends whose tilt is called possible
     """
 
     aligned: Array

@@ -5,7 +5,7 @@ bore; forces are conjugate to them: F = −∫∫ P n and Q = −∫∫ P ζ n, 
 the velocities of pure squeeze v = ė − ω̄ e_z×e and w = ṫ − ω̄ e_z×t, ω̄ half the sum of the surface speeds.
 
 Inside, two points of the sampled family represent any velocity (:mod:`cranktrain.film.table.family`). Outside the table
-(eccentricity, tilt, or a tilt rate so high that hardly anything else is left) the film is solved online. Within a
+(eccentricity or tilt) the film is solved online. Within a
 margin inside the edge both answers are blended, f = W f_table + (1 − W) f_solved with W falling from 1 to 0 without a
 kink; the tangents carry the slope of W. So forces and tangents are continuous across the hand-over, and nothing is
 extrapolated. The law says which of them answered: :data:`TABLED`, :data:`BLENDED` or :data:`SOLVED`.
@@ -33,9 +33,8 @@ from cranktrain.film.table.interpolation import (
     FUNCTIONS,
     LN_FORCE,
     MOMENT_R,
-    RATE_INSIDE,
-    RATE_OUTSIDE,
     RATIO2,
+    REACH,
     REST,
     SCRATCH,
     TILT_RANGE,
@@ -46,6 +45,7 @@ from cranktrain.film.table.interpolation import (
     interpolate_tilted,
     tilted_place,
 )
+from cranktrain.film.table.reach import reach
 
 TABLED, BLENDED, SOLVED, FAILED = 0, 1, 2, -1
 TILTED_MARGIN = 0.01
@@ -106,28 +106,20 @@ class Tabled(NamedTuple):
 @kernel
 def _table_weight(at, axes, slopes):
     """Weight of the table at one state; ``slopes[0:7]`` its derivatives by (ε, a, b, v_r, v_t, w_r, w_t)."""
-    eps, _, a, b, vr, vt, wr, wt = at
+    eps, _, a, b, _, _, _, _ = at
     for k in range(LEVEL):
         slopes[k] = 0.0
     if eps >= TILTED_MAX:
         return 0.0
     tilt_range = axes[TILT_RANGE]
-    inside = axes[RATE_INSIDE] * axes[RATE_INSIDE]
-    outside = axes[RATE_OUTSIDE] * axes[RATE_OUTSIDE]
-    free = 1.0 - eps * eps
+    reach2, widens = reach(eps, axes[REACH:])
+    free = reach2 - eps * eps
     height = math.sqrt(free)
     if abs(b) >= tilt_range * height:
         return 0.0
-    root = math.sqrt(1.0 - b * b)
+    root = math.sqrt(reach2 - b * b)
     gap = root - eps
     if abs(a) >= tilt_range * gap:
-        return 0.0
-    rate, bend = turning(eps)
-    dr = wr + vt * rate * b
-    dt = wt - vt * rate * a
-    speed2 = vr * vr + vt * vt
-    rest2 = dr * dr + dt * dt
-    if rest2 >= outside * speed2 and rest2 > 0.0:
         return 0.0
     share_a = a / gap
     share_b = b / height
@@ -135,30 +127,15 @@ def _table_weight(at, axes, slopes):
     w_e, s_e = fall((eps - TILTED_MAX) / TILTED_MARGIN + 1.0)
     w_a, s_a = fall((abs(share_a) - tilt_range) / margin + 1.0)
     w_b, s_b = fall((abs(share_b) - tilt_range) / margin + 1.0)
-    w_r = 1.0
-    s_r = 0.0
-    span = 1.0 / (outside - inside)
-    if rest2 > inside * speed2:
-        w_r, s_r = fall((rest2 / speed2 - inside) * span)
-    weight = w_e * w_a * w_b * w_r
+    weight = w_e * w_a * w_b
     if weight == 1.0:
         return 1.0
-    s_e *= w_a * w_b * w_r / TILTED_MARGIN
-    s_a *= w_e * w_b * w_r / margin * (1.0 if a >= 0.0 else -1.0)
-    s_b *= w_e * w_a * w_r / margin * (1.0 if b >= 0.0 else -1.0)
-    slopes[E] = s_e + s_a * share_a / gap + s_b * share_b * eps / free
+    s_e *= w_a * w_b / TILTED_MARGIN
+    s_a *= w_e * w_b / margin * (1.0 if a >= 0.0 else -1.0)
+    s_b *= w_e * w_a / margin * (1.0 if b >= 0.0 else -1.0)
+    slopes[E] = s_e + s_a * share_a / gap * (1.0 - widens / root) + s_b * share_b * (eps - widens) / free
     slopes[TILT_A] = s_a / gap
     slopes[TILT_B] = s_a * share_a * b / (root * gap) + s_b / height
-    if s_r != 0.0:
-        s_r *= w_e * w_a * w_b * span * 2.0 / speed2
-        ratio2 = rest2 / speed2
-        slopes[E] += s_r * vt * bend * (dr * b - dt * a)
-        slopes[TILT_A] -= s_r * dt * vt * rate
-        slopes[TILT_B] += s_r * dr * vt * rate
-        slopes[V_R] -= s_r * ratio2 * vr
-        slopes[V_T] += s_r * (rate * (dr * b - dt * a) - ratio2 * vt)
-        slopes[W_R] = s_r * dr
-        slopes[W_T] = s_r * dt
     return weight
 
 
@@ -256,9 +233,10 @@ def _tabled(at, table, work, out):
     vt *= line
     wr *= ends
     wt *= ends * line
-    free = 1.0 - eps * eps
+    reach2, widened = reach(eps, table.axes[REACH:])
+    free = reach2 - eps * eps
     height = math.sqrt(free)
-    root = math.sqrt(1.0 - b * b)
+    root = math.sqrt(reach2 - b * b)
     gap = root - eps
     share = a / gap
     tilted_place(eps, share, b / height, table, work.scratch)
@@ -266,12 +244,12 @@ def _tabled(at, table, work, out):
     dr = wr + vt * rate * b
     dt = wt - vt * rate * a
     strength = LEVER * rate * eps
-    apart_e, widens, q = _family_sum((vr, vt, dr, dt), eps, strength * share, table, work, out)
+    widens, q = _family_sum((vr, vt, dr, dt), strength * share, table, work, out)
     # From shares of the possible tilt to the tilt.
     a_a = 1.0 / gap
-    a_e = share * a_a
+    a_e = share * a_a * (1.0 - widened / root)
     a_b = share * b / root * a_a
-    b_e = b * eps / (free * height)
+    b_e = b * (eps - widened) / (free * height)
     b_b = 1.0 / height
     lever_e = LEVER * (rate + eps * bend) * share
     for k in range(4):
@@ -282,7 +260,7 @@ def _tabled(at, table, work, out):
         narrows = sums[APART] * widens * q
         row = work.local[k]
         row[E] = sums[E] + by_share * a_e + sums[TILT_B] * b_e + vt * bend * (to_r * b - to_t * a)
-        row[E] += lever_e * sums[LEVEL] + apart_e * sums[APART]
+        row[E] += lever_e * sums[LEVEL]
         row[TILT_A] = by_share * a_a - to_t * vt * rate
         row[TILT_B] = by_share * a_b + sums[TILT_B] * b_b + to_r * vt * rate
         row[V_R] = sums[V_R] - narrows * vr
@@ -301,25 +279,24 @@ def _tabled(at, table, work, out):
 
 
 @kernel
-def _family_sum(rates, eps, lever, table, work, out):
+def _family_sum(rates, lever, table, work, out):
     """The family's film at the two points ζ_c ± σ, ζ_c = ``lever``, into ``out[0:4]`` and ``work.slopes``.
 
-    Returns ∂σ/∂ε, twice ∂σ/∂q over |v|², and q = |d|²/|v|².
+    Returns twice ∂σ/∂q over |v|², and q = |d|²/|v|².
     """
     vr, vt, dr, dt = rates
     speed2 = vr * vr + vt * vt
     rest2 = dr * dr + dt * dt
     apart = 0.0
-    apart_e = 0.0
     widens = 0.0
     q = 0.0
     if rest2 > 0.0:
         if speed2 > 0.0:
             q = rest2 / speed2
-            apart, apart_e, widens = spread(eps, q)
+            apart, widens = spread(q)
             widens *= 2.0 / speed2
         else:
-            apart, apart_e, _ = spread(eps, 1.0e300)
+            apart, _ = spread(1.0e300)
     for k in range(4):
         out[k] = 0.0
         for p in range(APART + 1):
@@ -329,7 +306,7 @@ def _family_sum(rates, eps, lever, table, work, out):
     else:
         _add_family(rates, lever + apart, 1.0, 0.5, table, work, out)
         _add_family(rates, lever - apart, -1.0, 0.5, table, work, out)
-    return apart_e, widens, q
+    return widens, q
 
 
 @kernel
@@ -496,14 +473,15 @@ def tilted_pressure(place, velocity, half_speed, bearing, table, work):
     vr = sx * nx + sy * ny
     vt = sy * nx - sx * ny
     tilt_range = table.axes[TILT_RANGE]
-    if eps >= TILTED_MAX or abs(b) >= tilt_range * math.sqrt(1.0 - eps * eps):
+    reach2, _ = reach(eps, table.axes[REACH:])
+    if eps >= TILTED_MAX or abs(b) >= tilt_range * math.sqrt(reach2 - eps * eps):
         return -1.0
-    share_a = abs(a) / (math.sqrt(1.0 - b * b) - eps)
+    share_a = abs(a) / (math.sqrt(reach2 - b * b) - eps)
     if share_a >= tilt_range:
         return -1.0
     speed = math.sqrt(vr * vr + vt * vt)
     cos = vr / speed if speed > 0.0 else 1.0
     sin = vt / speed if speed > 0.0 else 0.0
-    tilted_place(eps, share_a, abs(b) / math.sqrt(1.0 - eps * eps), table, work.scratch)
+    tilted_place(eps, share_a, abs(b) / math.sqrt(reach2 - eps * eps), table, work.scratch)
     highest = interpolate_pressure(cos, sin if a * b >= 0.0 else -sin, table, work.scratch)
     return 12.0 * bearing[VISCOSITY] * (bearing[RADIUS] / c) ** 2 * speed * math.exp(highest)

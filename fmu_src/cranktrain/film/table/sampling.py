@@ -27,6 +27,7 @@ from cranktrain.film.table.interpolation import (
     interpolate_tilted,
     tilted_place,
 )
+from cranktrain.film.table.reach import reach
 
 
 @kernel
@@ -53,20 +54,24 @@ def sample_aligned(eps, gamma, ratio2, film, out, values):
 
 
 @kernel
-def sample_tilted(eps, gamma, share, ratio2, coarse, fine, out, values):
+def sample_tilted(where, gamma, share, ratio2, coarse, fine, out, values):
     """Solve all functions and ln p̂ at one eccentricity into ``values`` (n_γ, n_t, n_t, 13); negative where one failed.
+
+    ``where`` is that eccentricity, and the terms of the reach of ends whose tilt is called possible.
 
     ``coarse`` and ``fine`` are JournalFilms; ``out`` (72,) receives the results of both films.
     """
     n = share.shape[0]
+    eps, ends = where
+    reach2, _ = reach(eps, ends)
     rate, _ = turning(eps)
     status = 0
     first = out[:OUT_SIZE]
     second = out[OUT_SIZE:]
     for k in range(n):
         for m in range(n):
-            b = share[m] * math.sqrt(1.0 - eps * eps)
-            a = share[k] * (math.sqrt(1.0 - b * b) - eps)
+            b = share[m] * math.sqrt(reach2 - eps * eps)
+            a = share[k] * (math.sqrt(reach2 - b * b) - eps)
             coarse.active[0, 0] = -1.0
             fine.active[0, 0] = -1.0
             for j in range(gamma.shape[0]):

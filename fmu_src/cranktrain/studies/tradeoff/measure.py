@@ -187,14 +187,9 @@ def _give_pressures(simulation: Simulation) -> None:
 
 def _change_grid(simulation: Simulation, case: Case) -> None:
     """Solve the films in the loop on the case's grid from here on."""
-    from cranktrain.film.journal.grid import cold_start, journal_grid, journal_work
-
     model = simulation.model
-    grid = journal_grid(*(case.film_grid or (0, 0)))
-    record = rigid_bore(case.engine.plain_mains, model.bearings, None, model.films.solved)
-    record = record._replace(
-        grid=grid, journal=journal_work(grid), active=np.array([cold_start(grid)] * len(model.bearings))
-    )
+    size = case.film_grid or (0, 0)
+    record = rigid_bore(case.engine.plain_mains, model.bearings, None, model.films.solved, size=size)
     model.films.entry[1] = keep_record(record, model.films.entry)
 
 

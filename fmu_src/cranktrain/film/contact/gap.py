@@ -1,0 +1,133 @@
+r"""The gap between a journal and a shell with an axial profile, and what of it a film between rough surfaces has.
+
+A shell that has run in is relieved at its edges: over the share w of each half width its radius grows by
+
+    g(ζ) = d ((|ζ| − 1 + w)/w)^p    for |ζ| > 1 − w,    0 elsewhere,
+
+ζ = 2z/L. The profile is the same all round, so a film on it still sees the half sum of the surface speeds alone.
+
+Surfaces of the combined standard deviation σ leave oil the mean gap h_T of Gaussian heights, also where their mean
+planes meet or overlap. With H the distance of the mean planes, u = H/σ, Φ and φ the normal distribution and its density
+
+    h = √(h_T² + (0.1 σ)²),    h_T = σ (u Φ(u) + φ(u)),    dh/dH = h_T Φ(u)/h.
+
+The second term is chosen: it keeps a fully closed gap from sealing. Between u = 5 and 6, where contact ends as well, it
+fades out, so that surfaces that do not touch have h = H. A film on h is squeezed by dh/dt, and its pressure works on
+dh: source and pressure are both weighted by dh/dH, the share of the area that is not in contact. Weighted on one side
+only, surfaces that cannot close would go on pumping.
+
+Source of h_T: N. Patir, H. S. Cheng, J. Lubr. Technol. 100 (1978) 12.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel
+from cranktrain.film.contact.asperity import FADING, HIGHEST
+
+CLEAR = HIGHEST
+"""H/σ from which on the mean gap is the gap (to 2e-10 σ)."""
+LEFT_OPEN = 0.1
+"""What a closed gap keeps open, over σ; chosen."""
+SMOOTH = 5.0e-5
+"""σ over the clearance of surfaces that are said to be smooth: altered below 4e-4 clearances only."""
+STRAIGHT = (0.0, 0.5, 2.0)
+"""Profile of a straight shell."""
+_SAMPLES, _HALVINGS = 8, 40
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+
+
+def over(profile: tuple[float, float, float], unit: float = 1.0) -> tuple[float, float, float]:
+    """A profile with its depth over a ``unit``, as kernels take it."""
+    depth, share, exponent = profile
+    return depth / unit, float(share), float(exponent)
+
+
+@kernel
+def relief(zeta, profile):
+    """Relief g of a shell at ζ; ``profile`` its depth d, in any unit, share w and exponent p."""
+    depth, share, exponent = profile
+    s = abs(zeta) - 1.0 + share
+    if depth == 0.0 or s <= 0.0:
+        return 0.0
+    return depth * (s / share) ** exponent
+
+
+@kernel
+def mean_gap(h, sigma):
+    """Mean gap h_T of Gaussian surfaces ``h`` apart, in the unit of ``sigma``."""
+    u = h / sigma
+    return 0.5 * h * math.erfc(-math.sqrt(0.5) * u) + sigma * math.exp(-0.5 * u * u) / math.sqrt(2.0 * math.pi)
+
+
+@kernel
+def open_gap(h, sigma):
+    """Gap of a film between rough surfaces ``h`` apart, in the unit of ``sigma``, first and second derivative by h."""
+    u = h / sigma
+    if u >= CLEAR:
+        return h, 1.0, 0.0
+    tail = 0.5 * math.erfc(-math.sqrt(0.5) * u)
+    density = math.exp(-0.5 * u * u) / math.sqrt(2.0 * math.pi)
+    mean = max(u * tail + density, 0.0)
+    floor2 = LEFT_OPEN * LEFT_OPEN
+    first = mean * tail
+    second = tail * tail + mean * density
+    if u > FADING:
+        t = (CLEAR - u) / (CLEAR - FADING)
+        first -= 15.0 * floor2 * t * t * (1.0 - t) * (1.0 - t) / (CLEAR - FADING)
+        second += 30.0 * floor2 * t * (1.0 - t) * (1.0 - 2.0 * t) / ((CLEAR - FADING) * (CLEAR - FADING))
+        floor2 *= t * t * t * (10.0 - t * (15.0 - 6.0 * t))
+    root = math.sqrt(mean * mean + floor2)
+    slope = first / root
+    return sigma * root, slope, (second - slope * slope) / (root * sigma)
+
+
+@kernel
+def least_gap(place, clearance, profile):
+    """Least gap between a journal at ``place`` (x, y, a, b) and the shell, and its ζ; 0 for a journal without tilt.
+
+    Between the reliefs an end is least, because |e + ζ t| is convex; on a relief it is searched for.
+    """
+    x, y, a, b = place
+    depth, share, _ = profile
+    if a == 0.0 and b == 0.0:
+        return clearance - math.sqrt(x * x + y * y), 0.0
+    side = 1.0 if x * a + y * b >= 0.0 else -1.0
+    if depth == 0.0:
+        return _gap(side, place, clearance, profile), side
+    best = side * (1.0 - share)
+    least = _gap(best, place, clearance, profile)
+    for end in (side, -side):
+        nearest = 0
+        lowest = _gap(end * (1.0 - share), place, clearance, profile)
+        for k in range(1, _SAMPLES + 1):
+            h = _gap(end * (1.0 - share + share * k / _SAMPLES), place, clearance, profile)
+            if h < lowest:
+                lowest = h
+                nearest = k
+        near = 1.0 - share + share * max(nearest - 1, 0) / _SAMPLES
+        far = 1.0 - share + share * min(nearest + 1, _SAMPLES) / _SAMPLES
+        for _ in range(_HALVINGS):
+            width = _GOLDEN * (far - near)
+            if _gap(end * (far - width), place, clearance, profile) < _gap(
+                end * (near + width), place, clearance, profile
+            ):
+                far = near + width
+            else:
+                near = far - width
+        for zeta in (end * near, end * far):
+            h = _gap(zeta, place, clearance, profile)
+            if h < least:
+                least = h
+                best = zeta
+    return least, best
+
+
+@kernel
+def _gap(zeta, place, clearance, profile):
+    """Least gap of the slice at ζ."""
+    x, y, a, b = place
+    px = x + zeta * a
+    py = y + zeta * b
+    return clearance + relief(zeta, profile) - math.sqrt(px * px + py * py)

@@ -1,0 +1,48 @@
+"""Which tilts a film table calls possible.
+
+A journal tilted by a along its line of centres has the gap 1 + g(ζ) − ε − ζ a there. The tilt is possible until the
+least of it is one roughness below zero, at a_max(ε): in a straight shell its end then lies at ρ = ε + a_max = 1 + σ, a
+relieved one has room for more at a small eccentricity. With any tilt (a, b) the end may lie on the circle of ρ(ε).
+ρ is a polynomial through that, and the table is made for the polynomial.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cranktrain.core.kernel import kernel
+from cranktrain.film.contact.gap import least_gap
+
+DEGREE = 4
+TERMS = DEGREE + 1
+DEEPEST = 1.0
+"""Least gap of a possible tilt below zero, over the roughness; chosen: contact of the six stays above it."""
+_SAMPLES, _HALVINGS = 60, 50
+
+
+def reach_terms(profile: tuple[float, float, float], roughness: float, top: float) -> tuple[float, ...]:
+    """Coefficients of ρ(ε), from ε⁰ on, for eccentricities up to ``top``; profile and roughness over the clearance."""
+    eccentricities = np.linspace(0.0, top, _SAMPLES)
+    ends = []
+    for eps in eccentricities:
+        low, high = 0.0, 3.0
+        for _ in range(_HALVINGS):
+            a = 0.5 * (low + high)
+            gap, _ = least_gap((eps, 0.0, a, 0.0), 1.0, profile)
+            low, high = (a, high) if gap > -DEEPEST * roughness else (low, a)
+        ends.append(eps + low)
+    fitted = np.polynomial.Polynomial.fit(eccentricities, np.array(ends), DEGREE).convert().coef
+    terms = np.zeros(TERMS)
+    terms[: len(fitted)] = fitted
+    return tuple(float(f"{term:.9g}") for term in terms)
+
+
+@kernel
+def reach(eps, terms):
+    """ρ² and half its slope by ε; ``terms`` start with those of :func:`reach_terms`."""
+    value = 0.0
+    slope = 0.0
+    for k in range(DEGREE, -1, -1):
+        slope = slope * eps + value
+        value = value * eps + terms[k]
+    return value * value, value * slope
