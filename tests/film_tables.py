@@ -28,11 +28,12 @@ def coarse_table():
         return film_table(SETTINGS, f"{folder}/coarse.h5")[0]
 
 
-def law(table, state, half_speed=0.0, clearance=1.0, factor=1.0):
+def law(table, state, half_speed=0.0, clearance=1.0, factor=1.0, grid=GRID):
     """Output and status of the law at (x, y, ax, ay, vx, vy, wx, wy), in clearances unless told otherwise."""
     out = np.zeros(40)
     place, velocity = clearance * np.asarray(state, dtype=float).reshape(2, 4)
-    tabled = Tabled(table.arrays, GRID, FILM, cold_start(GRID), MEMORY)
+    film = FILM if grid is GRID else journal_work(grid)
+    tabled = Tabled(table.arrays, grid, film, cold_start(grid), MEMORY)
     status = table_force(place, velocity, half_speed, clearance, factor, tabled, out)
     return out, status
 

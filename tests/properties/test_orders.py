@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from cranktrain.core.errors import InputError
 from cranktrain.results.orders import CYCLE, last_cycle, order_spectrum
-from cranktrain.results.summary import bearing_rows, big_end_rows, online_films, vibration
-from cranktrain.results.tables import online_text
+from cranktrain.results.summary import bearing_rows, big_end_rows, closing_edges, online_films, vibration
+from cranktrain.results.tables import closing_text, online_text
 
 
 @given(
@@ -96,6 +96,11 @@ def test_summary_takes_extremes_of_the_last_cycle_only():
         {"name": "big_end[1]", "peak_load_n": 500.0, **extremes},
         {"name": "big_end[2]", "peak_load_n": 500.0},
     ]
+    # Below a micrometre an edge closes, and a run says so.
+    assert closing_edges(bearing_rows(angle, outputs)) == []
+    outputs["bearing[1].film_thickness_min"] = np.where(late, 0.9e-6, 2e-6)
+    assert closing_edges(bearing_rows(angle, outputs)) == ["main[1]"]
+    assert "less than 1 um open in main[1]" in closing_text(["main[1]"])
     shape = vibration(angle, 0.01 + 0.002 * np.sin(3.0 * angle), 180.0 / math.pi)
     assert shape["peak_to_peak"] == pytest.approx(math.degrees(0.004), rel=1e-4)
     assert shape["mean"] == pytest.approx(math.degrees(0.01))

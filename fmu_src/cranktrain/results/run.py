@@ -11,10 +11,11 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.simulation import Result
 from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.files import check_target, output_unit, save_run
 from cranktrain.results.orders import last_cycle, order_spectrum
-from cranktrain.results.summary import online_films, run_summary
+from cranktrain.results.summary import closing_edges, online_films, run_summary
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,6 +90,8 @@ class Run(Result):
             "peak_mpa": 1e-6 * self.gas.peak,
             "imep_mpa": 1e-6 * self.gas.imep,
         }
+        if bearing_law(str(self.attributes["bearings"])).tilt and self.engine.main_bearing is not None:
+            found["closing_edges"] = closing_edges(found["bearings"])
         if self.attributes["bearings"] == "table":
             found["online_films"] = online_films(self.angle, self.outputs)
         return found

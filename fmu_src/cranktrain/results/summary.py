@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 HIGHEST_ORDER = 24.0
+CLOSING = 1.0e-6
+"""Least film, m, below which the largest pressure of a tilted film is no result; chosen: two to three roughnesses."""
 
 
 def vibration(angle: Array, signal: Array, scale: float) -> dict[str, Any]:
@@ -76,6 +78,11 @@ def online_films(angle: Array, outputs: Mapping[str, Array], bin_deg: float = 10
         "bin_deg": bin_deg,
         "by_crank_angle": [[first, float(n / max(of, 1.0))] for first, n, of in by_bin if n > 0],
     }
+
+
+def closing_edges(bearings: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Names of the main bearings (rows of :func:`bearing_rows`) whose least film stays below CLOSING."""
+    return [row["name"] for row in bearings if 1e-6 * row["min_film_um"] < CLOSING]
 
 
 def _count(outputs: Mapping[str, Array], family: str) -> int:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from cranktrain.engine.model import Engine
+from cranktrain.results.summary import CLOSING
 
 
 class Table(NamedTuple):
@@ -190,6 +191,14 @@ def _bearing_table(title: str, bearings: Sequence[Mapping[str, Any]]) -> Table:
         (row["name"], *(format(scale * row[key], form) for key, _, scale, form in columns)) for row in bearings
     )
     return Table(title, ("bearing", *(header for _, header, _, _ in columns)), rows)
+
+
+def closing_text(names: Sequence[str]) -> str:
+    """One line on the bearings whose edges close."""
+    return (
+        f"An edge stays less than {1e6 * CLOSING:g} um open in {', '.join(names)}: "
+        "the largest film pressure is no result there"
+    )
 
 
 def online_text(online: Mapping[str, Any]) -> str:

@@ -1,0 +1,63 @@
+"""Runs whose edges nearly touch: grids agree, contact stays below the hardness, the table needs no film solved."""
+
+import math
+
+import numpy as np
+import pytest
+
+from cranktrain import assembly
+from cranktrain.core.kernel import keep_record
+from cranktrain.dynamics.simulation import Parts, Settings, Simulation
+from cranktrain.engine.file import load_engine
+from cranktrain.film.contact.journal import N_OUT, PRESSURE_MAX, bearing_contact, journal_contact
+from cranktrain.film.laws.rigid_bore import rigid_bore
+
+ENGINE, SPEED, PER_CYCLE = load_engine("diesel_i6"), 1000.0 * math.pi / 30.0, 288
+
+
+def started(body, **choices):
+    table = assembly.main_table(ENGINE) if choices["bearings"] == "table" else None
+    simulation = Simulation(ENGINE, body, Settings(**choices), parts=Parts(table=table))
+    simulation.inputs[0] = SPEED
+    simulation.initialize()
+    return simulation
+
+
+def cycle(simulation, cycles=1):
+    """Torsion, forces (over time, 7) and places (over time, 7, 4) of the last cycle."""
+    at = {name: k for k, name in enumerate(simulation.output_names)}
+    forces = [[at[f"bearing[{i}].force.{axis}"] for i in range(1, 8)] for axis in "xy"]
+    begin, torsion, loads, places = simulation.time, [], [], []
+    for k in range(cycles * PER_CYCLE):
+        simulation.step(begin + (k + 1) * 4.0 * math.pi / SPEED / PER_CYCLE)
+        torsion.append(simulation.outputs[at["pulley.torsion"]])
+        loads.append(np.hypot(*simulation.outputs[np.array(forces)]))
+        places.append(simulation.model.films.place.copy())
+    return np.array(torsion)[-PER_CYCLE:], np.array(loads)[-PER_CYCLE:], np.array(places)[-PER_CYCLE:]
+
+
+@pytest.mark.slow
+def test_films_of_the_loop_are_converged_where_edges_touch():
+    """The six at 1000 rev/min, whose edges touch: the loop's grid against one twice as fine both ways."""
+    body = assembly.running_crank(ENGINE, "solid")
+    usual = started(body, bearings="reynolds")
+    cycle(usual, 2)
+    fine = started(body, bearings="reynolds")
+    record = rigid_bore(ENGINE.plain_mains, fine.model.bearings, None, fine.model.films.solved, size=(96, 16))
+    fine.model.films.entry[1] = keep_record(record, fine.model.films.entry)
+    fine.state = usual.state
+    (torsion, loads, places), (finer, carried, _) = cycle(usual, 2), cycle(fine, 2)
+    assert np.ptp(torsion) == pytest.approx(np.ptp(finer), rel=0.003)
+    assert loads.max(axis=0) == pytest.approx(carried.max(axis=0), rel=0.01)
+    contact, out = bearing_contact(ENGINE.plain_mains), np.zeros(N_OUT)
+    for place in places.reshape(-1, 4):
+        journal_contact(*place, 0.0, contact, out)
+        assert out[PRESSURE_MAX] < ENGINE.plain_mains.hardness
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("crank", ["beam", "solid"])
+def test_a_run_reads_all_its_films_from_the_table(crank):
+    simulation = started(assembly.running_crank(ENGINE, crank), bearings="table", crank=crank)
+    cycle(simulation, 2)
+    assert simulation.model.films.solved[0] == 0.0
