@@ -1,6 +1,6 @@
 """One driver for all benchmarks: ``python -m benchmarks [CASE …]``, non-interactive, one JSON object on stdout.
 
-A case is a file of this folder that prints one JSON object; files that begin with ``_`` or ``calibrate`` are none. The
+A case is a file of this folder that prints one JSON object; files that begin with ``_`` are none. The
 machine and the commit stand beside the figures, which are ratios within one run.
 """
 
@@ -20,7 +20,7 @@ FOLDER = Path(__file__).resolve().parent
 
 def main() -> int:
     """Run the cases named, or all; returns 1 if one failed."""
-    cases = sorted(path.stem for path in FOLDER.glob("*.py") if not path.stem.startswith(("_", "calibrate")))
+    cases = sorted(path.stem for path in FOLDER.glob("*.py") if not path.stem.startswith("_"))
     wanted = sys.argv[1:] or cases
     if unknown := [name for name in wanted if name not in cases]:
         print(f"benchmarks: unknown case '{unknown[0]}'; valid: {', '.join(cases)}", file=sys.stderr)

@@ -4,9 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from published import beside_published
 
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import LumpedInertia
+from cranktrain.structure.block.modal import block_report
+from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.crank.modal import cranktrain_modes, modal_report
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body, running_loads
 from cranktrain.structure.crank.shape import pin_centre, stations
@@ -37,10 +40,19 @@ def test_cranktrain_torsion_and_critical_speeds(engine, report):
     np.testing.assert_allclose([entry["rpm"] for entry in report["critical_speeds"]], published, rtol=0.01)
 
 
-def test_bending_and_axial_motion_come_in_the_reference_s_order_within_10_percent(engine, report):
-    first = report["cranktrain"]["modes"][:4]
-    assert [mode["shape"] for mode in first] == list(engine.published.cranktrain_shapes)
-    np.testing.assert_allclose([mode["hz"] for mode in first], engine.published.cranktrain_hz, rtol=0.10)
+def test_the_published_list_in_the_flexible_block(engine, body):
+    modes = block_report(engine, body, reduced_block(engine))["modes"]
+    found, left = beside_published(engine.published, modes)
+    for hz, own in found:
+        assert own == pytest.approx(hz, rel=0.02)
+    assert left == []
+
+
+def test_bending_and_axial_motion_on_ground(engine, report):
+    """The rollers' springs stand on rigid ground, which neither gives way nor moves; the thrust bearing gives way."""
+    first = report["cranktrain"]["modes"][:3]
+    assert [mode["shape"] for mode in first] == list(engine.published.cranktrain_shapes[:3])
+    np.testing.assert_allclose([mode["hz"] for mode in first], engine.published.cranktrain_hz[:3], rtol=0.10)
 
 
 def test_quality_of_the_reduction(body, report):

@@ -80,8 +80,10 @@ def _check_housings(engine: Engine, b: Block) -> None:
     _of("housing_half_width", width > main + wall, text)
     _of("housing_half_width", width <= inside, f"{mm(width)} goes through the crankcase's walls, {mm(inside)} inside")
     between = f"must lie between the main bore with a wall, {mm(main + wall)}, and"
-    text = f"{mm(b.housing_height)} {between} the foot of the banks, {mm(tall)}"
-    _of("housing_height", main + wall < b.housing_height <= tall, text)
+    # Above the crank axis the feet of leaning banks stand higher.
+    above = min(tall / max(math.cos(angle), 0.5) for angle in engine.cylinders.bank_angles)
+    text = f"{mm(b.housing_height)} {between} the foot of the banks, {mm(above)}"
+    _of("housing_height", main + wall < b.housing_height <= above, text)
     text = f"{mm(b.cap_depth)} {between} the skirt, {mm(b.skirt_depth)}"
     _of("cap_depth", main + wall < b.cap_depth <= b.skirt_depth, text)
     text = f"{mm(b.bulkhead_depth)} goes below the skirt, {mm(b.skirt_depth)}"

@@ -15,6 +15,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
+from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.store.whole_file import whole_file
@@ -71,7 +72,7 @@ def calibrate(
         report = report_of(problem, free)
     report |= {"engine": base.name, "seed": seed, "evaluations": found.evaluations, "interrupted": found.interrupted}
     if new is not None:
-        written = _written(problem, free)
+        written = written_values(problem, free, report)
         with whole_file(new) as temporary:
             temporary.write_text(rewritten(path.read_text("utf-8"), base, written), encoding="utf-8")
         load_engine(new)
@@ -87,18 +88,20 @@ def _fitted(base: Engine, task: Task, seed: int, evaluations: int, say: Say, fol
         end = p.low if start[p.key] - p.low > p.high - start[p.key] else p.high
         after = engine_with(base, task, {**start, p.key: end}, {})
         try:
+            check_engine(after)
             tell = lambda stage, text=f"{p.key} {end / p.scale:g} {p.unit}": say(f"{text}: {stage}")  # noqa: E731
             if found := changes(before, after, end - start[p.key], task.flexible, tell):
                 dimensions[p.key] = found
         except InputError as error:
-            raise InputError(f"parameters.{p.key}: {end / p.scale:g} {p.unit} cannot be meshed: {error}") from None
+            raise InputError(f"parameters.{p.key}: {end / p.scale:g} {p.unit} cannot be: {error}") from None
 
     def problem(given: Mapping[str, float]) -> Problem:
         """Problem at the bodies of given values."""
         engine = engine_with(base, task, given, {})
+        check_engine(engine)
         crank = reduced_crankshaft(engine, progress=say)
         block = reduced_block(engine, progress=say) if task.flexible else None
-        shares = stand_ins(engine, block) if block is not None else {}
+        shares = stand_ins(engine, block, axial_hz(task)) if block is not None else {}
         own = {key: given[key] for key in dimensions}
         return Problem(engine, Train(engine, crank, block, dimensions), task, own, shares)
 
@@ -117,6 +120,11 @@ def _fitted(base: Engine, task: Task, seed: int, evaluations: int, say: Say, fol
         given = rest.given(again.free)
         result = again._replace(evaluations=result.evaluations + again.evaluations)
     return second, result._replace(free=np.array([given[p.key] for p in task.parameters]))
+
+
+def axial_hz(task: Task) -> float:
+    """Frequency of the first axial target, Hz; 0 where there is none."""
+    return min((target.hz for target in task.targets if target.shape == "axial"), default=0.0)
 
 
 def report_of(problem: Problem, free: Array) -> dict[str, Any]:
@@ -154,13 +162,14 @@ def report_of(problem: Problem, free: Array) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _written(problem: Problem, free: Array) -> dict[str, Written]:
-    """Values that a new engine file states, by key."""
+def written_values(problem: Problem, free: Array, report: Mapping[str, Any]) -> dict[str, Written]:
+    """Values that a new engine file states, by key; a free one names the targets that rest on it, or all."""
     task, engine = problem.task, problem.engine_of(free)
-    names = ", ".join(f"{t.name} {t.hz:g} Hz" for t in task.targets)
     found = {}
     for p, x in zip(task.parameters, free, strict=True):
         if p.is_key:
+            resting = [row for row in report["targets"] if p.key in row["rests_on"]] or report["targets"]
+            names = ", ".join(f"{row['name']} {row['target_hz']:g} Hz" for row in resting)
             found[p.key] = Written(x, "calibrated", f"to {names}" + (f"; {p.note}" if p.note else ""))
     for d in task.derived:
         found[d.key] = Written(rounded(values.value(engine, d.key)), "derived", d.note or d.formula)

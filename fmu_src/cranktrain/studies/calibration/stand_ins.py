@@ -1,7 +1,13 @@
-"""What the block gives way by, as springs for the level ``ground``: static stiffness of its bores and thrust faces.
+"""What the block gives way by, as springs for the level ``ground``: its stiffness at main bores and thrust faces.
 
-Each is the inverse of the compliance of the free block with its heads under a unit load at that interface, balanced by
-inertia; the bores' is the mean compliance of all mains, so that one value stands for them in the engine file.
+Each is the inverse of the compliance of the free block with its heads under a unit load at that interface,
+
+    C(ω) = Σ φ² / (ω_k² − ω²)
+
+Bores count statically and elastically (ω = 0, rigid motions left out, as inertia balances the load); theirs is the mean
+compliance of all mains, so that one value stands for them in the engine file. The thrust faces carry all of the axial
+motion alone: they count with the rigid motions, at the frequency of the axial mode, where the block moves against the
+crank and makes the mode faster than ground would.
 """
 
 from __future__ import annotations
@@ -12,15 +18,23 @@ from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.model import Engine
 from cranktrain.structure.block.reduction import complete_block
 
+RIGID = 6
 
-def stand_ins(engine: Engine, block: ReducedBody) -> dict[str, float]:
-    """``bore_stiffness_x``, ``bore_stiffness_y``, ``thrust_face_stiffness``, N/m, of a bare block."""
+
+def stand_ins(engine: Engine, block: ReducedBody, axial_hz: float) -> dict[str, float]:
+    """``bore_stiffness_x``, ``bore_stiffness_y``, ``thrust_face_stiffness``, N/m, of a bare block.
+
+    The last is the elastic one alone where ``axial_hz`` is 0, or lies above the frequency at which nothing holds.
+    """
     complete = complete_block(engine, block)
 
-    def compliance(interface: str, component: int) -> float:
-        row = complete.shapes[complete.index(interface), component, 6:] / complete.omega[6:]
-        return float(row @ row)
+    def compliance(interface: str, component: int, hz: float = 0.0) -> float:
+        squares, omega2 = complete.shapes[complete.index(interface), component] ** 2, complete.omega**2
+        first = 0 if hz > 0.0 else RIGID
+        return float(np.sum(squares[first:] / (omega2[first:] - (2.0 * np.pi * hz) ** 2)))
 
     bores = [name for name in complete.interfaces if name.startswith("bore")]
     x, y = (float(1.0 / np.mean([compliance(name, k) for name in bores])) for k in (0, 1))
-    return {"bore_stiffness_x": x, "bore_stiffness_y": y, "thrust_face_stiffness": 1.0 / compliance("thrust", 2)}
+    thrust = compliance("thrust", 2, axial_hz)
+    thrust = thrust if thrust > 0.0 else compliance("thrust", 2)
+    return {"bore_stiffness_x": x, "bore_stiffness_y": y, "thrust_face_stiffness": 1.0 / thrust}
