@@ -27,7 +27,7 @@ from cranktrain.studies.stability.mode_truncation import (
     truncation_error,
     uniform_shaft,
 )
-from cranktrain.studies.stability.stability_map import as_record, from_record
+from cranktrain.studies.stability.stability_map import as_record, curve, from_record
 from cranktrain.studies.stability.two_mass import (
     DECOMPOSITIONS,
     RECONSTRUCTIONS,
@@ -130,6 +130,29 @@ def test_coupled_masses_grow_and_set_in_as_derived(case):
     assert step == pytest.approx(case["H_crit"], rel=1e-3)
     # Slaves that integrate by themselves, coupled by the minimal master, begin to grow at that step.
     assert simulated_onset(masses, coupling, 0.8 * step, 1.2 * step) == pytest.approx(case["H_crit"], rel=1e-3)
+
+
+def test_onset_below_the_first_step_that_is_tried_is_found():
+    """What a held spring feeds in grows with H: weak dampers bear little, here 0.1 % of the longest step."""
+    weak = TwoMass(d1=3e-3, d2=3e-3, dc=0.0)
+    step = critical_step(weak, Coupling(), 4.0)
+    assert step.found
+    assert step / 4.0 == pytest.approx(1e-3, rel=0.01)
+    assert spectral_radius(weak, Coupling(), 0.99 * step) < 1.0 < spectral_radius(weak, Coupling(), 1.01 * step)
+    # The search does not depend on how far it looks, and the slaves that integrate agree.
+    assert step == pytest.approx(critical_step(weak, Coupling(), 0.1), rel=1e-9)
+    assert simulated_onset(weak, Coupling(), 3.0 * step, 4.0 * step) == pytest.approx(step, rel=1e-3)
+
+
+def test_no_step_is_stable_without_dampers_and_a_map_says_so():
+    none = critical_step(TwoMass(d1=0.0, d2=0.0, dc=0.0), Coupling(), 4.0)
+    assert none.below
+    assert str(none) == "below 4e-06"
+    holds = critical_step(TwoMass(), Coupling("displacement/displacement", "gauss-seidel 1-2"), 4.0)
+    assert str(holds) == "stable to 4"
+    drawn = curve("onset", [none, critical_step(TwoMass(), Coupling(), 4.0), holds], np.arange(3.0), "test")
+    assert drawn.points.shape == (1, 2)
+    assert drawn.verdicts == (str(none), drawn.verdicts[1], str(holds))
 
 
 @pytest.mark.parametrize("inner_step", [None, 0.004])
@@ -257,7 +280,7 @@ def test_limits_of_the_cut_shaft_are_those_of_theory():
         found = limits(shaft(), counts, TORQUE, None, complete)
         theory = np.array([shaft_limit(int(m), complete) for m in counts])
         assert found == pytest.approx(theory, rel=1e-4, nan_ok=True)
-        assert np.isfinite(found).all() == complete
+        assert all(value.found for value in found) == complete
 
 
 def test_statically_complete_modes_leave_the_fourth_power_of_frequency():

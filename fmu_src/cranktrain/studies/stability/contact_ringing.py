@@ -24,7 +24,7 @@ from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR
 from cranktrain.studies.stability.amplification import constant, step_matrix
 from cranktrain.studies.stability.rotor import SPEED, default_method, film_rotor, modal_places
-from cranktrain.studies.stability.stability_map import Axis, Progress, StabilityMap, bisected, curve, deviation
+from cranktrain.studies.stability.stability_map import Axis, Progress, StabilityMap, curve, deviation, onset
 
 MASS, LOAD = 10.0, 2000.0
 """kg and N a bearing."""
@@ -32,6 +32,8 @@ SETTLING, TAIL, LEFT = 20, 10, 0.01
 """Steps within which ringing shall be over, steps watched after them, and what may be left."""
 JOLT = 0.01
 """The jolt: displacement over the depth of contact."""
+LEAST_RHO = 1.0e-6
+"""Spectral radius at infinity from which on the largest that lets go is sought."""
 THIN = 1.0e-9
 """Factor that takes the film out."""
 
@@ -100,7 +102,8 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
     steps, count = np.radians(degrees) / SPEED, SETTLING + TAIL
     contact = Contact()
     rings = np.empty((rhos.size, degrees.size))
-    theory, found = np.full((2, degrees.size), math.nan)
+    theory, found = [], []
+    places = np.array([LEAST_RHO, 1.0])
     for j, h in enumerate(steps):
         progress(f"steps of {degrees[j]:.2g} deg", j / degrees.size)
         rings[:, j] = [ringing(contact.forces(h, count, with_radius(rho))) for rho in rhos]
@@ -111,8 +114,8 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
         def running(rho: float, h: float = h) -> bool:
             return ringing(contact.forces(h, count, with_radius(rho))) > LEFT
 
-        theory[j] = bisected(linear, 0.0, 1.0, 1e-5)
-        found[j] = bisected(running, 0.0, 1.0, 1e-4)
+        theory.append(onset(linear, places, 1e-5, LEAST_RHO))
+        found.append(onset(running, places, 1e-4, LEAST_RHO))
     default = Contact("auto").forces(math.radians(2.5) / SPEED, count)
     progress("done", 1.0)
     return StabilityMap(
@@ -125,8 +128,8 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
         measure_label="log10 of the ringing left",
         theory=(curve("1 % left", degrees, theory, "powers of the method's matrix at the contact's frequency"),),
         numerical=(curve("1 % left", degrees, found, "the running model on its contact"),),
-        max_deviation=deviation(found, theory),
-        explanation=_explanation(degrees, contact, found, ringing(default)),
+        max_deviation=deviation(np.array(found), np.array(theory)),
+        explanation=_explanation(degrees, contact, np.array(found), ringing(default)),
         failure=f"rings beyond {SETTLING} steps",
     )
 
@@ -139,7 +142,7 @@ def _explanation(degrees: Array, contact: Contact, found: Array, default: float)
         "right of that, what rings is the method.\n"
         "There the mode alternates and shrinks by ρ(hω) a step, down to ρ∞: the trapezoidal rule (ρ∞ = 1) never lets "
         "it go, and its contact forces are noise.\n"
-        f"From 2.5 deg on it is over in {SETTLING} steps for ρ∞ below {np.nanmin(found[degrees >= 2.5]):.2f}; the "
+        f"From 2.5 deg on it is over in {SETTLING} steps for ρ∞ below {found[degrees >= 2.5].min():.2f}; the "
         f"default, {default_method()} at 2.5 deg, leaves {default:.1g} of it.\n"
         "For bearings that touch, take an L-stable method, or generalised-α with ρ∞ of 0.6 or less."
     )

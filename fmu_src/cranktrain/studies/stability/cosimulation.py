@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from cranktrain.studies.stability.stability_map import Array, Axis, Progress, StabilityMap, curve, deviation
+from cranktrain.studies.stability.stability_map import Array, Axis, Onset, Progress, StabilityMap, curve, deviation
 from cranktrain.studies.stability.two_mass import (
     Coupling,
     TwoMass,
@@ -61,7 +61,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
         progress(f"onset: {name}", k / (len(DRAWN) + 2.0))
         exact = critical_steps(coupling, ratios)
         simulated = simulated_steps(coupling, ratios[::every], exact[::every])
-        worst = max(worst, deviation(simulated, exact[::every]))
+        worst = max(worst, deviation(np.array(simulated), np.array(exact[::every])))
         theory.append(curve(name, exact, ratios, "spectral radius 1 of the step with slaves solved exactly"))
         found.append(curve(name, simulated, ratios[::every], "growth of slaves that integrate, minimal master"))
     progress("ground: growth of the simulated motion", len(DRAWN) / (len(DRAWN) + 2.0))
@@ -82,19 +82,18 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
     )
 
 
-def critical_steps(coupling: Coupling, ratios: Array) -> Array:
-    """Critical communication step (k,) of slaves solved exactly, by mass ratio; not a number where none is."""
-    steps = np.array([critical_step(TwoMass(m2=float(ratio)), coupling, LONGEST, 1.0e-7) for ratio in ratios])
-    return np.where(np.isfinite(steps), steps, np.nan)
+def critical_steps(coupling: Coupling, ratios: Array) -> list[Onset]:
+    """Critical communication step of slaves solved exactly, by mass ratio (k,)."""
+    return [critical_step(TwoMass(m2=float(ratio)), coupling, LONGEST, 1.0e-7) for ratio in ratios]
 
 
-def simulated_steps(coupling: Coupling, ratios: Array, exact: Array) -> Array:
-    """Critical communication step (k,) of slaves that integrate, looked for about the exact ones."""
-    return np.array([
-        simulated_onset(TwoMass(m2=float(ratio)), coupling, step / BRACKET, step * BRACKET)
-        if math.isfinite(step) else math.nan
-        for ratio, step in zip(ratios, exact, strict=True)
-    ])  # fmt: skip
+def simulated_steps(coupling: Coupling, ratios: Array, exact: list[Onset]) -> list[Onset]:
+    """Critical communication step of slaves that integrate, looked for about the exact ones where there are any."""
+    found = []
+    for ratio, step in zip(ratios, exact, strict=True):
+        low, high = (step / BRACKET, step * BRACKET) if math.isfinite(step) else (LONGEST / BRACKET, LONGEST)
+        found.append(simulated_onset(TwoMass(m2=float(ratio)), coupling, low, high))
+    return found
 
 
 def label(coupling: Coupling) -> str:

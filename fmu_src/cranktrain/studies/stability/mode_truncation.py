@@ -27,7 +27,7 @@ from scipy.special import digamma, zeta
 
 from cranktrain.core.reduced_body import Array, ReducedBody, truncate
 from cranktrain.engine.file import load_engine
-from cranktrain.studies.stability.stability_map import Axis, Progress, StabilityMap, bisected, curve, deviation
+from cranktrain.studies.stability.stability_map import Axis, Onset, Progress, StabilityMap, curve, deviation, onset
 
 ALLOWED = 0.01
 """Error beyond which the cut body fails."""
@@ -125,11 +125,10 @@ def truncation_error(
     return error
 
 
-def usable_share(error: Callable[[float], float], tolerance: float) -> float:
-    """Share of the first omitted frequency up to which ``error(share)`` stays allowed; ``nan`` where it never is."""
-    if error(LEAST) > ALLOWED:
-        return math.nan
-    return bisected(lambda share: error(share) > ALLOWED, LEAST, 1.0 - NEAR_RESONANCE, tolerance)
+def usable_share(error: Callable[[float], float], tolerance: float) -> Onset:
+    """Share of the first omitted frequency up to which ``error(share)`` stays allowed."""
+    places = np.array([LEAST, 1.0 - NEAR_RESONANCE])
+    return onset(lambda share: error(share) > ALLOWED, places, tolerance, LEAST)
 
 
 def shaft_error(modes: int, x: float, complete: bool) -> float:
@@ -141,19 +140,19 @@ def shaft_error(modes: int, x: float, complete: bool) -> float:
     return float(abs(omitted - s2 / (1.0 - x * x * s4 / s2)) / zeta(2))
 
 
-def shaft_limit(modes: int, complete: bool) -> float:
+def shaft_limit(modes: int, complete: bool) -> Onset:
     """Usable share of the uniform shaft in closed form."""
     return usable_share(lambda share: shaft_error(modes, share * (modes + 1), complete), 1.0e-9)
 
 
-def limits(body: ReducedBody, counts: Array, loads: Loads, answers: Loads | None, complete: bool) -> Array:
+def limits(body: ReducedBody, counts: Array, loads: Loads, answers: Loads | None, complete: bool) -> list[Onset]:
     """Usable shares (k,) of the first omitted frequency, by number of elastic modes kept."""
     found = []
     for count in counts.astype(int):
         short = cut(body, count, loads, complete)
         error, omitted = truncation_error(body, short, loads, answers), float(body.omega[6 + count])
         found.append(usable_share(lambda share, e=error, w=omitted: e(share * w), 1.0e-6))  # type: ignore[misc]
-    return np.array(found)
+    return found
 
 
 def crankshaft(quick: bool, progress: Progress) -> tuple[ReducedBody, Loads]:
@@ -173,7 +172,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
     counts = np.unique(np.geomspace(1.0, 120.0, 16 if quick else 40).round())
     shares = np.linspace(0.013, 0.987, 25 if quick else 65)
     progress("uniform shaft", 0.0)
-    exact = {complete: np.array([shaft_limit(int(m), complete) for m in counts]) for complete in (True, False)}
+    exact = {complete: [shaft_limit(int(m), complete) for m in counts] for complete in (True, False)}
     found = {complete: limits(shaft, counts, TORQUE, None, complete) for complete in (True, False)}
     measure = np.zeros((shares.size, counts.size))
     for column, count in enumerate(counts.astype(int)):
@@ -209,8 +208,10 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
             curve("six, pulley's twist by loads on pins, complete", kept, pulley[True], source),
             curve("six, pulley's twist by loads on pins, without", kept, pulley[False], source),
         ),
-        max_deviation=max(deviation(found[complete], exact[complete]) for complete in (True, False)),
-        explanation=_explanation(static, kept, np.fmin(interfaces, pulley[True])),
+        max_deviation=max(
+            deviation(np.array(found[complete]), np.array(exact[complete])) for complete in (True, False)
+        ),
+        explanation=_explanation(static, kept, np.fmin(interfaces, pulley[True]).astype(float)),
         failure="error beyond 1 %",
     )
 

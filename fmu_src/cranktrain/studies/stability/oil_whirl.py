@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +40,7 @@ from cranktrain.studies.stability.rotor import (
     film_rotor,
     modal_places,
 )
-from cranktrain.studies.stability.stability_map import Axis, Progress, StabilityMap, curve, deviation
+from cranktrain.studies.stability.stability_map import Axis, Onset, Progress, StabilityMap, curve, deviation, onset
 
 ECCENTRICITY = 0.4
 METHODS = ("generalised-alpha:0.6",)
@@ -49,6 +48,8 @@ OTHERS = ("hht:-0.1", "bdf2")
 """Methods besides backward Euler and the default one, and those that the full map has as well."""
 LOWEST, HIGHEST = 0.7, 3.0
 """Bounds of the speed over its threshold within which onset is sought."""
+LEAST = 0.05
+"""Where it has set in at the lowest already, it is looked for down to this."""
 APART = 0.15
 """Distance (ln) of the speeds between which onset is looked for first."""
 KICK = 1.0e-4
@@ -161,8 +162,8 @@ def _revolved(simulation: Simulation, count: int) -> Array:
     return simulation.state
 
 
-def onset(growth: Callable[[float], float], critical: float, low: float = LOWEST, high: float = HIGHEST) -> float:
-    """Speed over its threshold at which ``growth(mass)`` first vanishes; ``nan`` where it does not within the bounds.
+def whirl_onset(growth: Callable[[float], float], critical: float, low: float = LOWEST, high: float = HIGHEST) -> Onset:
+    """Speed over its threshold at which ``growth(mass)`` first vanishes; looked for below ``low`` where it has there.
 
     Far above it a method that damps more than the film drives may hold the rotor again.
     """
@@ -171,13 +172,7 @@ def onset(growth: Callable[[float], float], critical: float, low: float = LOWEST
         return growth(ratio**2 * critical)
 
     places = np.geomspace(low, high, max(2, math.ceil(math.log(high / low) / APART) + 1))
-    before = at(low)
-    for left, right in pairwise(places):
-        after = at(right)
-        if before <= 0.0 < after:
-            return float(brentq(at, left, right, xtol=5e-5))
-        before = after
-    return math.nan
+    return onset(lambda ratio: at(ratio) > 0.0, places, 0.0, LEAST, lambda a, b: float(brentq(at, a, b, xtol=5e-5)))
 
 
 def compute(quick: bool, progress: Progress) -> StabilityMap:
@@ -187,15 +182,15 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
     film = film_at(ECCENTRICITY, law)
     critical = threshold_mass(film, law.clearance)
     methods = ("backward-euler", default_method(), *METHODS, *(() if quick else OTHERS))
-    theory = np.full((len(methods), degrees.size), math.nan)
-    found = theory.copy()
+    theory = [[Onset(math.inf)] * degrees.size for _ in methods]
+    found = [list(row) for row in theory]
     for i, method in enumerate(methods):
         for j, step in enumerate(np.radians(degrees)):
-            progress(f"onset by {method} at {degrees[j]:g} deg", (i * degrees.size + j) / theory.size)
-            expected = onset(lambda mass, m=method, s=step: linear_growth(m, s, law, film, mass), critical)  # type: ignore[misc]
-            theory[i, j] = expected
-            if math.isfinite(expected):
-                found[i, j] = onset(
+            progress(f"onset by {method} at {degrees[j]:g} deg", (i * degrees.size + j) / (len(methods) * degrees.size))
+            expected = whirl_onset(lambda mass, m=method, s=step: linear_growth(m, s, law, film, mass), critical)  # type: ignore[misc]
+            theory[i][j] = found[i][j] = expected
+            if expected.found:
+                found[i][j] = whirl_onset(
                     lambda mass, m=method, s=step: running_growth(m, s, film, mass),  # type: ignore[misc]
                     critical, 0.96 * expected, 1.04 * expected,
                 )  # fmt: skip
@@ -220,8 +215,8 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
             *(curve(method, degrees, theory[i], source) for i, method in enumerate(methods)),
         ),
         numerical=tuple(curve(method, degrees, found[i], whole) for i, method in enumerate(methods)),
-        max_deviation=deviation(found.ravel(), theory.ravel()),
-        explanation=_explanation(methods, degrees, found),
+        max_deviation=deviation(np.array(found), np.array(theory)),
+        explanation=_explanation(methods, degrees, np.array(found)),
         failure="whirl seen by backward Euler",
     )
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
-from cranktrain.studies.stability.stability_map import StabilityMap
+from cranktrain.studies.stability.stability_map import Boundary, StabilityMap
 
 HEAD = """\
 # Where methods fail
@@ -33,9 +34,15 @@ def page(maps: Sequence[StabilityMap], pictures: Sequence[str]) -> str:
         rows = [("theory", b) for b in found.theory] + [("found", b) for b in found.numerical]
         table = "| curve | | from |\n| --- | --- | --- |"
         for kind, boundary in rows:
-            table += f"\n| {_cell(boundary.label)} | {kind} | {_cell(boundary.source)} |"
+            table += f"\n| {_cell(boundary.label)} | {kind} | {_cell(boundary.source + _verdicts(boundary))} |"
         parts.append(table)
     return "\n\n".join(part.strip() for part in parts) + "\n"
+
+
+def _verdicts(boundary: Boundary) -> str:
+    """How often the search for a point of the curve gave no value, and what it gave."""
+    counts = Counter(verdict for verdict in boundary.verdicts if " " in verdict)
+    return "".join(f"; {verdict}: {count} of {len(boundary.verdicts)}" for verdict, count in sorted(counts.items()))
 
 
 def shown_deviation(found: StabilityMap) -> str:

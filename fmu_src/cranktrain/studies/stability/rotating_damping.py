@@ -34,7 +34,16 @@ from cranktrain.dynamics.time.integrators import carried, integrator_table
 from cranktrain.film.laws.parameters import C_X, C_Y, K_X, K_Y
 from cranktrain.studies.stability.amplification import radius
 from cranktrain.studies.stability.rotor import default_method, modal_places, rotor_body, rotor_engine
-from cranktrain.studies.stability.stability_map import Axis, Progress, StabilityMap, bisected, curve, deviation
+from cranktrain.studies.stability.stability_map import (
+    Axis,
+    Onset,
+    Progress,
+    StabilityMap,
+    bisected,
+    curve,
+    deviation,
+    onset,
+)
 
 DISC, NATURAL = 50.0, 2.0 * math.pi * 50.0
 """Mass (kg) and natural frequency (rad/s) of the map's rotor; only ratios matter to it."""
@@ -44,8 +53,8 @@ HOLD = 1e7
 """Stiffness of the journals' bearings over the shaft's."""
 DEFAULT_STEP, EULER_STEP = 2.5, 0.25
 """Degrees of the rotor's own turning: the default's, and one at which backward Euler sees the instability at all."""
-FASTEST = 40.0
-"""Highest speed over ω_n at which a method's onset is sought."""
+SLOWEST, FASTEST = 0.1, 40.0
+"""Speeds over ω_n between which a method's onset is sought."""
 KICK = 1.0e-8
 """Displacement in modal units by which a step's matrix is taken: small, for the moments of forces at displaced journals
 are of second order in it, and journals on stiff springs answer with large forces."""
@@ -144,15 +153,13 @@ def method_radius(method: str, step: float, natural: float, outer: float, inner:
     return radius(integrator_table(method), step / speed, stiffness, damping)
 
 
-def method_onset(method: str, step: float, outer: float, inner: float) -> float:
-    """Speed over ω_n at which a method first sees the rotor unstable; dampers over m ω_n; ``nan`` for none."""
+def method_onset(method: str, step: float, outer: float, inner: float) -> Onset:
+    """Speed over ω_n at which a method first sees the rotor unstable; dampers over m ω_n."""
 
     def fails(speed: float) -> bool:
         return method_radius(method, step, 1.0, outer, inner, speed) > 1.0
 
-    speeds = np.geomspace(1.01, FASTEST, 400)
-    first = next((k for k, speed in enumerate(speeds) if fails(float(speed))), 0)
-    return bisected(fails, float(speeds[first - 1]), float(speeds[first]), 1e-6) if first else math.nan
+    return onset(fails, np.geomspace(1.01, FASTEST, 400), 1e-6, SLOWEST)
 
 
 def compute(quick: bool, progress: Progress) -> StabilityMap:
@@ -162,8 +169,8 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
     outer, chosen = OUTER * NATURAL, methods()
     growth = np.empty((ratios.size, speeds.size))
     eigen = np.empty(ratios.size)
-    theory = np.full((len(chosen), ratios.size), math.nan)
-    found = theory.copy()
+    theory = [[Onset(math.inf)] * ratios.size for _ in chosen]
+    found = [list(row) for row in theory]
     for k, ratio in enumerate(ratios):
         progress(f"inner over outer damping {ratio:.2f}", k / ratios.size)
         inner = ratio * outer
@@ -173,12 +180,12 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
         eigen[k] = bisected(lambda s, r=rotor: r.growth(s * NATURAL) > 0.0, 0.5 * expected, 2.0 * expected, 1e-8)  # type: ignore[misc]
         for i, (method, degrees) in enumerate(chosen):
             step = math.radians(degrees)
-            theory[i, k] = method_onset(method, step, OUTER, ratio * OUTER)
-            if math.isfinite(theory[i, k]):
+            theory[i][k] = found[i][k] = expected_by = method_onset(method, step, OUTER, ratio * OUTER)
+            if expected_by.found:
                 running = Laval(DISC, NATURAL, DISC * outer, DISC * inner, method)
-                found[i, k] = bisected(
+                found[i][k] = onset(
                     lambda s, r=running, h=step: r.step_radius(s * NATURAL, h) > 1.0,  # type: ignore[misc]
-                    0.95 * theory[i, k], 1.05 * theory[i, k], 1e-4,
+                    expected_by * np.array([0.95, 1.05]), 1e-4, SLOWEST,
                 )  # fmt: skip
     closed = np.array([threshold(1.0, ratio) for ratio in ratios])
     source = "the method's table on Laval's rotor in the turning frame: spectral radius 1"
@@ -200,16 +207,16 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
             curve("eigenvalues of the model", eigen, ratios, "the running model's own matrices"),
             *(curve(f"{m}, {d:g} deg", found[i], ratios, whole) for i, (m, d) in enumerate(chosen)),
         ),
-        max_deviation=max(deviation(eigen, closed), deviation(found.ravel(), theory.ravel())),
-        explanation=_explanation(ratios, closed, found),
+        max_deviation=max(deviation(eigen, closed), deviation(np.array(found), np.array(theory))),
+        explanation=_explanation(ratios, closed, np.array(found)),
         failure="the rotor whirls (eigenvalues)",
     )
 
 
 def _explanation(ratios: Array, closed: Array, found: Array) -> str:
     """Explanation of the map, with its figures."""
-    late = found[2] / closed
-    exact = 100.0 * float(np.nanmax(np.abs(found[0] / closed - 1.0)))
+    late = np.where(np.isfinite(found[2]), found[2], math.nan) / closed
+    exact = 100.0 * deviation(found[0], closed)
     seen = [math.isfinite(method_onset("backward-euler", math.radians(DEFAULT_STEP), OUTER, r * OUTER)) for r in ratios]
     at_default = "in part of this map only" if any(seen) else "nowhere in this map"
     return (

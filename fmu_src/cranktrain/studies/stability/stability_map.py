@@ -7,8 +7,9 @@ one from a stability function, an eigenvalue or a closed form. Points of curves 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 """Told the stage at work and the share of the map that is done, 0 to 1."""
+Refine = Callable[[float, float], float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +38,15 @@ class Axis:
 
 @dataclass(frozen=True, eq=False)
 class Boundary:
-    """A curve in a map: ``points`` (k, 2) [column value, row value]; ``source`` says what it was found with."""
+    """A curve in a map: ``points`` (k, 2) [column value, row value]; ``source`` says what it was found with.
+
+    ``verdicts`` says of each value that was looked at what the search gave: a value, ``stable to …`` or ``below …``.
+    """
 
     label: str
     points: Array
     source: str
+    verdicts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +81,61 @@ class StabilityMap:
     failure: str = "fails"
 
 
+class Onset(float):
+    """Parameter from which on a method fails: the value itself, never ``nan``.
+
+    Infinite where the method holds up to ``limit``, the largest value looked at. Where it fails at the least value
+    looked at already it is that value, with ``below`` true.
+    """
+
+    below: bool
+    limit: float
+
+    def __new__(cls, value: float, below: bool = False, limit: float = math.inf) -> Onset:
+        """Onset at ``value``."""
+        self = super().__new__(cls, value)
+        self.below, self.limit = below, limit
+        return self
+
+    @property
+    def found(self) -> bool:
+        """Whether it is a value between a place that holds and one that fails."""
+        return math.isfinite(self) and not self.below
+
+    def scaled(self, factor: float) -> Onset:
+        """The same in another unit."""
+        return Onset(factor * self, self.below, factor * self.limit)
+
+    def __str__(self) -> str:
+        """The verdict, as a map's curve carries it."""
+        if math.isinf(self):
+            return f"stable to {self.limit:.4g}"
+        return f"{'below ' if self.below else ''}{float(self):.4g}"
+
+
+def onset(
+    fails: Callable[[float], bool], places: Array, tolerance: float, least: float, refine: Refine | None = None
+) -> Onset:
+    """First value at which a method begins to fail, looked for at ascending ``places`` (k,) > 0.
+
+    Where it fails at the first place already, the search goes on below it, by halving, down to ``least``. ``refine``
+    (low, high) finds the value between a place that holds and one that fails; by default bisection to ``tolerance``.
+    """
+    refine = refine or (lambda low, high: bisected(fails, low, high, tolerance))
+    first = float(places[0])
+    if fails(first):
+        while first > least:
+            low = max(0.5 * first, least)
+            if not fails(low):
+                return Onset(refine(low, first))
+            first = low
+        return Onset(first, below=True)
+    for low, high in pairwise(places.tolist()):
+        if fails(high):
+            return Onset(refine(low, high))
+    return Onset(math.inf, limit=float(places[-1]))
+
+
 def bisected(fails: Callable[[float], bool], low: float, high: float, tolerance: float) -> float:
     """Parameter between ``low`` and ``high`` at which ``fails`` changes, to a relative ``tolerance``.
 
@@ -102,10 +163,12 @@ def deviation(numerical: Array, theory: Array) -> float:
     return float(np.max(np.abs(numerical[both] / theory[both] - 1.0)))
 
 
-def curve(label: str, columns: Array, rows: Array, source: str) -> Boundary:
-    """Boundary through the points at which both coordinates are known."""
+def curve(label: str, columns: Sequence[float] | Array, rows: Sequence[float] | Array, source: str) -> Boundary:
+    """Boundary through the points at which both coordinates are known; onsets among them leave their verdicts."""
+    onsets = [value for values in (columns, rows) for value in values if isinstance(value, Onset)]
     points = np.column_stack((columns, rows)).astype(float)
-    return Boundary(label, points[np.isfinite(points).all(axis=1)], source)
+    known = np.isfinite(points).all(axis=1) & (np.array([value.found for value in onsets]) if onsets else True)
+    return Boundary(label, points[known], source, tuple(str(value) for value in onsets))
 
 
 def as_record(found: StabilityMap) -> dict[str, Any]:
@@ -122,8 +185,15 @@ def from_record(name: str, record: dict[str, Any]) -> StabilityMap:
     for which in ("rows", "columns"):
         plain[which] = Axis(**axes[which] | {"values": np.array(axes[which]["values"], dtype=float)})
     for which in ("theory", "numerical"):
-        curves = ({**curve, "points": np.array(curve["points"], dtype=float).reshape(-1, 2)} for curve in plain[which])
-        plain[which] = tuple(Boundary(**curve) for curve in curves)
+        plain[which] = tuple(
+            Boundary(
+                curve["label"],
+                np.array(curve["points"], dtype=float).reshape(-1, 2),
+                curve["source"],
+                tuple(curve["verdicts"]),
+            )
+            for curve in plain[which]
+        )
     plain["stable"] = np.array(plain["stable"], dtype=bool)
     if plain["measure"] is not None:
         plain["measure"] = np.array(plain["measure"], dtype=float)

@@ -25,11 +25,12 @@ from cranktrain.studies.stability.explicit import METHODS, ROWS, FilmedJournal, 
 from cranktrain.studies.stability.rotor import SPEED, LinearFilm, default_method, film_at, film_law, film_rotor
 from cranktrain.studies.stability.stability_map import (
     Axis,
+    Onset,
     Progress,
     StabilityMap,
-    bisected,
     curve,
     deviation,
+    onset,
 )
 
 MASS = 10.0
@@ -44,8 +45,12 @@ RADIUS = 1.0 + 1.0e-9
 """Spectral radius that counts as growth: one, and rounding."""
 BLOW = 30.0
 """Factor by which the journal's load grows at once."""
-LONGEST = 90.0
-"""Longest step of the product that is tried, degrees."""
+LONGEST, LEAST = 90.0, 1.0e-3
+"""Longest step of the product that is tried, degrees; and the shortest, where 0.1 degrees are rejected already."""
+
+
+BRACKET, LEAST_SHARE = np.array([0.5, 5.0]), 1.0e-3
+"""Steps over 1/|λ| of the fastest motion between which an explicit method is expected to fail, and the least tried."""
 
 
 def journal_system(film: LinearFilm, mass: float) -> Array:
@@ -53,17 +58,17 @@ def journal_system(film: LinearFilm, mass: float) -> Array:
     return np.block([[np.zeros((2, 2)), np.eye(2)], [-film.stiffness / mass, -film.damping / mass]])
 
 
-def theoretical_limit(method: str, system: Array) -> float:
+def theoretical_limit(method: str, system: Array) -> Onset:
     """Longest stable step of an explicit method, s."""
     shortest = 1.0 / float(np.abs(np.linalg.eigvals(system)).max())
 
     def fails(h: float) -> bool:
         return spectral_radius(amplification(method, h, system)) > RADIUS
 
-    return bisected(fails, 0.5 * shortest, 5.0 * shortest, 1e-7)
+    return onset(fails, shortest * BRACKET, 1e-7, LEAST_SHARE * shortest)
 
 
-def marched_limit(method: str, film: LinearFilm, mass: float, law: MapFilm) -> float:
+def marched_limit(method: str, film: LinearFilm, mass: float, law: MapFilm) -> Onset:
     """Longest step at which the method, marched in the film as it is, lets the fastest motion die, s."""
     system = journal_system(film, mass)
     left, right = _fastest(system)
@@ -78,11 +83,11 @@ def marched_limit(method: str, film: LinearFilm, mass: float, law: MapFilm) -> f
         march(METHODS[method], h, STEPS, LIMIT, journal, watched, y, work)
         return not abs(left @ (y - start)) < abs(left @ away)
 
-    return bisected(fails, 0.5 * shortest, 5.0 * shortest, 1e-5)
+    return onset(fails, shortest * BRACKET, 1e-5, LEAST_SHARE * shortest)
 
 
-def product_limit(film: LinearFilm, mass: float, tried: int) -> float:
-    """Shortest step (rad) of the running model that Newton's iteration rejects after the blow; ``nan`` for none."""
+def product_limit(film: LinearFilm, mass: float, tried: int) -> Onset:
+    """Shortest step (rad) of the running model that Newton's iteration rejects after the blow."""
     simulation = film_rotor(mass, film.load)
     simulation.model.scalars[GRAVITY] *= BLOW
     start = simulation.state
@@ -94,11 +99,7 @@ def product_limit(film: LinearFilm, mass: float, tried: int) -> float:
         simulation.step(simulation.time + step / SPEED)
         return bool(simulation.work.counters[N_REJECTED] > 0.0)
 
-    steps = np.radians(np.geomspace(0.1, LONGEST, tried))
-    first = next((k for k, step in enumerate(steps) if rejected(float(step))), None)
-    if first is None:
-        return math.nan
-    return bisected(rejected, float(steps[first - 1]), float(steps[first]), 1e-2) if first > 0 else float(steps[0])
+    return onset(rejected, np.radians(np.geomspace(0.1, LONGEST, tried)), 1e-2, math.radians(LEAST))
 
 
 def _fastest(system: Array) -> tuple[Array, Array]:
@@ -123,15 +124,15 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
     theory, numerical, differences = [], [], []
     for k, method in enumerate(METHODS):
         progress(f"{method} marched in the film", 0.05 * k)
-        limits = np.array([theoretical_limit(method, system) for system in systems]) * to_degrees
-        marched = np.array([marched_limit(method, film, MASS, law) for film in films]) * to_degrees
-        differences.append(deviation(marched, limits))
+        limits = [theoretical_limit(method, system).scaled(to_degrees) for system in systems]
+        marched = [marched_limit(method, film, MASS, law).scaled(to_degrees) for film in films]
+        differences.append(deviation(np.array(marched), np.array(limits)))
         theory.append(curve(method, limits, stiffness, "spectral radius 1 of the method on the linear film"))
         numerical.append(curve(method, marched, stiffness, "bisection, marched in the film by its kernel"))
-    rejected = np.full(count, math.nan)
+    rejected = []
     for k, film in enumerate(films):
         progress(f"the product's step at eccentricity {eccentricities[k]:.2f}", 0.1 + 0.9 * k / count)
-        rejected[k] = math.degrees(product_limit(film, MASS, tried))
+        rejected.append(product_limit(film, MASS, tried).scaled(math.degrees(1.0)))
     source = f"the running model, {default_method()}: first step after the load became thirty times itself"
     numerical.append(curve("the product's step, halved by Newton's iteration", rejected, stiffness, source))
     explicit = theory[0]
@@ -148,7 +149,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
         theory=tuple(theory),
         numerical=tuple(numerical),
         max_deviation=max(differences),
-        explanation=_explanation(numerical[0].points[:, 0], eccentricities, rejected),
+        explanation=_explanation(numerical[0].points[:, 0], eccentricities, np.array(rejected)),
         failure="explicit Runge-Kutta (rk4) blows up",
     )
 

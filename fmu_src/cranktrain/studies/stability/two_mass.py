@@ -21,7 +21,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import expm
@@ -30,7 +29,7 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.studies.stability.amplification import step_matrix
-from cranktrain.studies.stability.stability_map import bisected
+from cranktrain.studies.stability.stability_map import Onset, onset
 
 DECOMPOSITIONS = {"force/displacement": 0, "displacement/displacement": 1}
 SEQUENCES = {"jacobi": 0, "gauss-seidel 1-2": 1, "gauss-seidel 2-1": 2}
@@ -42,8 +41,9 @@ INTEGRATOR = integrator_table("sdirk4")
 """The slaves' own: one whose stages are all implicit, and so needs no acceleration to start with."""
 INNER_STEP = 0.15
 """Its step over 1/ω of the slave's fastest motion."""
-SHORTEST_SHARE, SCANNED = 2.0e-2, 90
-"""Communication steps at which instability is looked for: the first over the longest, and how many."""
+SHORTEST_SHARE, SCANNED, LEAST_SHARE = 2.0e-2, 90, 1.0e-6
+"""Communication steps at which instability is looked for: the first over the longest, and how many; the shortest over
+the longest to which the search goes on where the first is unstable."""
 
 
 @dataclass(frozen=True)
@@ -126,17 +126,14 @@ def spectral_radius(masses: TwoMass, coupling: Coupling, step: float, inner_step
     return float(np.abs(np.linalg.eigvals(amplification(masses, coupling, step, inner_step))).max())
 
 
-def critical_step(masses: TwoMass, coupling: Coupling, longest: float, tolerance: float = 1.0e-12) -> float:
+def critical_step(masses: TwoMass, coupling: Coupling, longest: float, tolerance: float = 1.0e-12) -> Onset:
     """Smallest communication step at which the coupled motion begins to grow; infinite where none to ``longest``."""
 
     def unstable(step: float) -> bool:
         return spectral_radius(masses, coupling, step) > 1.0
 
     steps = np.geomspace(SHORTEST_SHARE * longest, longest, SCANNED)
-    for low, high in pairwise(steps):
-        if unstable(float(high)):
-            return bisected(unstable, float(low), float(high), tolerance)
-    return math.inf
+    return onset(unstable, steps, tolerance, LEAST_SHARE * longest)
 
 
 def growth(masses: TwoMass, coupling: Coupling, step: float) -> float:
@@ -144,12 +141,13 @@ def growth(masses: TwoMass, coupling: Coupling, step: float) -> float:
     return math.log(spectral_radius(masses, coupling, step, INNER_STEP))
 
 
-def simulated_onset(masses: TwoMass, coupling: Coupling, low: float, high: float) -> float:
-    """Communication step between ``low`` and ``high`` at which slaves that integrate begin to grow; else not a number.
+def simulated_onset(masses: TwoMass, coupling: Coupling, low: float, high: float) -> Onset:
+    """Communication step at which slaves that integrate begin to grow, looked for between ``low`` and ``high`` first.
 
-    ``low`` must be stable, ``high`` unstable.
+    Where they grow at ``low`` already it is looked for below that; infinite where they do not at ``high``.
     """
-    return bisected(lambda step: growth(masses, coupling, step) > 0.0, low, high, 5.0e-4)
+    places, least = np.array([low, high]), SHORTEST_SHARE * low
+    return onset(lambda step: growth(masses, coupling, step) > 0.0, places, 5.0e-4, least)
 
 
 def _polynomial(degree: int, newest: int) -> Array:
