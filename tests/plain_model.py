@@ -8,12 +8,13 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from cranktrain.core.reduced_body import rigid
-from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.film.laws.bearings import bearing_parameters, thrust_bearing
-from cranktrain.film.laws.films import FORCE, SPEED, film_call
+from cranktrain.film.laws.films import COS, FORCE, SIN, SPEED, film_call
 from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force
 from cranktrain.film.laws.parabolic import film_geometry, friction_torque
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
 
 RECENTRING_REVOLUTIONS = 2.0
@@ -30,7 +31,7 @@ class PlainModel:
 
     def __init__(self, engine, body, settings=None, speed=200.0):
         self.engine, self.speed = engine, speed
-        self.settings = settings = settings or Settings()
+        self.settings = settings = resolved(settings or Settings(), engine)
         self.body = body = rigid(body) if settings.crank == "rigid" else body
         self.n = body.n_modes
         c = engine.crankshaft
@@ -40,7 +41,8 @@ class PlainModel:
         self.main_xy, self.main_turn = shapes[mains, :2], shapes[mains, 5]
         self.pin_xy, self.pin_turn, self.pin_at = shapes[pins, :2], shapes[pins, 5], body.positions[pins, :2]
         self.pins = np.concatenate([self.pin_xy, self.pin_turn[:, None]], axis=1)
-        self.axial = shapes[body.index("thrust"), 2]
+        self.collar_shapes = shapes[body.index("thrust"), 2:5]
+        self.collar_turn = self.main_turn[engine.thrust.main - 1]
         self.flywheel = shapes[body.index("flywheel"), 5]
         self.rigid_turn = shapes[body.index("pulley"), 5, 5]
         d = engine.damping
@@ -60,7 +62,8 @@ class PlainModel:
         contact = 0.5 * bearing.contact_pressure * bearing.width * bearing.diameter
         self.film = MapFilm(c, factor, bearing.contact_height, contact, impedance_map(kappa2))
         self.parameters = bearing_parameters(bearing, self.viscosity)
-        self.thrust = thrust_bearing(engine.thrust, self.viscosity, settings.bearings != "linear", False)
+        law = bearing_law(settings.bearings)
+        self.thrust = thrust_bearing(engine.thrust, self.viscosity, law.clearance, not law.square_collar)
         rod, cylinders = engine.rod, engine.cylinders
         self.area = 0.25 * np.pi * cylinders.bore**2
         self.m_big, self.m_osc = rod.big_end_mass, rod.small_end_mass + cylinders.piston_mass
@@ -142,12 +145,15 @@ class PlainModel:
             torque[i] = friction_torque(out[10], out, u[i], self.parameters, spin)
         return force, torque, seen
 
-    def collar(self, q, v, omega):
-        """Axial force of the thrust bearing."""
+    def collar(self, theta, omega, q, v):
+        """Axial force and moments of the thrust bearing, place and velocity in space of its collar, (3,) each."""
         thrust = self.thrust
-        thrust.place[0, 0], thrust.velocity[0, 0], thrust.numbers[SPEED] = self.axial @ q, self.axial @ v, omega
+        place, rate = self.collar_shapes @ q, self.collar_shapes @ v
+        seen = rate + omega * np.array([0.0, -place[2], place[1]])
+        thrust.place[0, :3], thrust.velocity[0, :3] = place, seen
+        thrust.numbers[[SPEED, COS, SIN]] = omega, np.cos(theta), np.sin(theta)
         film_call(thrust, FORCE, 0, thrust.out, thrust.out)
-        return thrust.out[0]
+        return thrust.out[:3].copy(), place, seen
 
     def loads(self, frame, q, v):
         """Modal force of everything but the rods, (n,)."""
@@ -164,7 +170,8 @@ class PlainModel:
         # Gravity on the displaced mass, about the frame's axis.
         x, y = body.translation[:2] @ q
         out[5] += body.shapes[body.index("pulley"), 5, 5] * g * (y * np.sin(theta) - x * np.cos(theta))
-        out += self.collar(q, v, omega) * self.axial
+        axial, place, _ = self.collar(theta, omega, q, v)
+        out += axial @ self.collar_shapes + (place[1] * axial[2] - place[2] * axial[1]) * self.collar_turn
         out -= (self.damping * v) + 2 * omega * body.gyroscopic @ v
         stiffness = omega**2 * (body.stress_stiffness - body.centrifugal) + omega_dot * body.gyroscopic
         return out - body.omega**2 * q - stiffness @ q
@@ -231,14 +238,14 @@ class PlainModel:
         twist, twist_rate = lead + self.flywheel @ q, rate + self.flywheel @ v
         force, torque, seen = self.journals(theta, omega, q, v)
         spin = omega + self.main_turn @ v
-        axial = self.collar(q, v, omega)
+        axial, _, moved = self.collar(theta, omega, q, v)
         return {
             "gas": -gauge @ motion[:, 1],
             "shaft": (drive.stiffness * twist + drive.damping * twist_rate) * self.speed,
             "shaft damper": drive.damping * twist_rate**2,
             "structure": v @ (self.damping * v),
             "bearings": -np.sum(force * seen) - torque @ spin,
-            "thrust": -axial * (self.axial @ v),
+            "thrust": -axial @ moved,
         }
 
     def bent_momentum(self, frame, q, v):

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, check_levels, needed_parts, resolved
@@ -54,6 +55,7 @@ def assemble(
     block_mesh: str | Path | None = None,
     table_resolution: str = "default",
     cutoff_hz: float | None = None,
+    inherit: bool = True,
 ) -> Assembly:
     """Make what a run of these settings needs, or read it from the cache.
 
@@ -64,6 +66,7 @@ def assemble(
     block_mesh : user's own mesh of the block; needs block level ``flexible``
     table_resolution : of the main bearings' film table, see :class:`cranktrain.film.table.database.TableSettings`
     cutoff_hz : of the crank's modes; None as the engine file says
+    inherit : whether a crank takes over from the level above what it cannot compute
 
     Raises
     ------
@@ -75,7 +78,7 @@ def assemble(
     cut = engine
     if cutoff_hz is not None:
         cut = replace(engine, reduction=replace(engine.reduction, running_cutoff_hz=cutoff_hz))
-    body = running_crank(fitted_engine(cut, settings), settings.crank, say=say, mesh=crank_mesh)
+    body = running_crank(fitted_engine(cut, settings), settings.crank, say=say, mesh=crank_mesh, inherit=inherit)
     return Assembly(engine, settings, body, _parts(engine, settings, say, table_resolution, block_mesh))
 
 
@@ -105,6 +108,8 @@ def check_crank_mesh(level: str, mesh: str | Path | None) -> None:
         users = ", ".join(row.name for row in CRANKS.values() if row.takes_mesh)
         raise InputError(f"crank level '{level}' is made from dimensions; an own mesh goes with crank levels {users}")
     check_mesh(mesh, "journal surfaces")
+    if mesh is not None and Path(mesh).suffix == ".toml" and not crank_level(level).inherits:
+        raise InputError(f"{mesh}: a table of discs and shafts makes crank level torsional, not '{level}'")
 
 
 def check_mesh(mesh: str | Path | None, surfaces: str) -> None:
@@ -114,21 +119,35 @@ def check_mesh(mesh: str | Path | None, surfaces: str) -> None:
 
 
 def running_crank(
-    engine: Engine, level: str, *, say: Progress = lambda stage: None, mesh: str | Path | None = None
+    engine: Engine,
+    level: str,
+    *,
+    say: Progress = lambda stage: None,
+    mesh: str | Path | None = None,
+    inherit: bool = True,
 ) -> ReducedBody:
     """Crankshaft of the running model at a level; ``engine`` as it is fitted, with the damper's housing where one is.
 
-    ``mesh`` is the user's own. Raises ``InputError``.
+    ``mesh`` is the user's own; with ``inherit`` it brings what its level takes over from the level above. Raises
+    ``InputError``.
     """
 
     def make() -> ReducedBody:
+        from cranktrain.structure.crank.chain import chain_body, is_chain, read_chain
         from cranktrain.structure.crank.level import crank_body
         from cranktrain.structure.crank.reduction import reduced_crankshaft
 
+        if mesh is not None and is_chain(mesh):
+            return crank_level(level).make_running(engine, chain_body(engine, read_chain(mesh)))
         own = None if mesh is None else reduced_crankshaft(engine, mesh, progress=say)
         return crank_body(engine, level, own, say)
 
-    return make() if mesh is not None else _once(("crank", engine, level), make)
+    def complete() -> ReducedBody:
+        row, body = crank_level(level), make()
+        inherits = inherit and row.inherits and not body.damping.size
+        return resolve(row.inherit)(engine, body, row.inherits, say) if inherits else body
+
+    return complete() if mesh is not None else _once(("complete crank", engine, level, inherit), complete)
 
 
 def _parts(engine: Engine, settings: Settings, say: Progress, resolution: str, block_mesh: str | Path | None) -> Parts:

@@ -55,6 +55,8 @@ class CrankLevel(Level):
     needs_solid : whether it is made of the solid body, which takes a minute where it is not in the cache
     takes_mesh : whether a user's own mesh of the crankshaft counts
     bends : whether journals move across where the crank deforms; such a crank needs bearings that carry it
+    inherits : the level of which it takes over what it cannot compute itself; empty where there is none
+    inherit : ``module:function`` of (engine, running body, that level, progress) → the body with what it takes over
     """
 
     bare: Named = ""
@@ -64,6 +66,8 @@ class CrankLevel(Level):
     takes_mesh: bool = False
     elastic: bool = True
     bends: bool = True
+    inherits: str = ""
+    inherit: Named = ""
 
     def make_bare(self, engine: Engine, solid: ReducedBody | None, progress: Progress | None = None) -> ReducedBody:
         """Bare crankshaft."""
@@ -108,6 +112,8 @@ CRANKS: dict[str, CrankLevel] = {
             needs_solid=lambda engine: engine.reduction.torsional_source.startswith("solid"),
             takes_mesh=True,
             bends=False,
+            inherits="beam",
+            inherit="cranktrain.studies.torsion.inherited_damping:with_inherited_damping",
         ),
         CrankLevel(
             "beam",

@@ -11,12 +11,13 @@ from plain_model import PlainModel
 from standing import rigid_block
 
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.model.slots import FORCES, STATE_U, STATE_UDD, THETA, TILTS, UDD, U
+from cranktrain.dynamics.model.slots import FIRST, FORCES, STATE_U, STATE_UDD, THETA, UDD, U
 from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.outputs.register import Counts, output_names
 from cranktrain.dynamics.simulation import Parts, Simulation
 from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.films import END_X
 from cranktrain.film.table.database import bearing_settings
 from cranktrain.fmu.description import expand, read_interface
 from cranktrain.results.files import output_unit
@@ -130,7 +131,7 @@ def test_moments_do_the_work_of_the_tilting_forces():
     forces = work.port[FORCES]
     theta = frame[THETA]
     turn = np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
-    first = int(model.layout[TILTS])
+    first = int(model.connections[0, FIRST + END_X])
     largest = 0.0
     for i, main in enumerate(MAINS):
         moment = turn @ [read(simulation, f"{main}.moment.x"), read(simulation, f"{main}.moment.y")]

@@ -83,7 +83,12 @@ def _parser() -> _Parser:
         sub = verbs.add_parser(name, help=module.DESCRIPTION, description=module.DESCRIPTION)
         add = sub.add_argument
         add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
-        add("--mesh", metavar="FILE", help="own mesh (.msh, .inp, .bdf) with named journal surfaces")
+        add(
+            "--mesh",
+            metavar="FILE",
+            help="own mesh (.msh, .inp, .bdf) with named journal surfaces; for --crank torsional also a table of "
+            "discs and shafts (.toml)",
+        )
         module.add_options(sub)
         add("--json", action="store_true", help="print one JSON object; keys carry their unit (_hz, _um, …)")
         sub.set_defaults(verb=module.run)

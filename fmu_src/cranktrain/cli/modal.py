@@ -10,7 +10,12 @@ from cranktrain.cli.console import one_of, show, stages
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.levels import CRANKS, described
 
-DESCRIPTION = "Free crankshaft and cranktrain frequencies beside the reference's, and critical speeds."
+DESCRIPTION = """\
+Free crankshaft and cranktrain frequencies beside the reference's, and critical speeds.
+
+ENGINE may also be a table of discs and shafts (TOML with [[disc]] and [[shaft]], see cranktrain.structure.crank.chain):
+its natural frequencies, damping ratios, and rotations of the discs over the largest.
+"""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -27,10 +32,17 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Frequencies of the free crankshaft and the cranktrain, critical speeds, quality of the reduction."""
     from cranktrain.results.tables import Table, block_tables, frequency_tables
+    from cranktrain.structure.crank.chain import is_chain, read_chain
     from cranktrain.studies import modal as study
+    from cranktrain.studies.torsion.chain_modes import chain_report, chain_table
     from cranktrain.studies.torsion.damped_modes import damper_table
     from cranktrain.studies.torsion.level_frequencies import level_tables
 
+    if is_chain(options.engine):
+        report = chain_report(read_chain(options.engine))
+        if not options.json:
+            show(chain_table(report))
+        return report
     engine = load_engine(options.engine)
     one_of("--crank", options.crank, CRANKS)
     wants_flexible_block(engine, options)

@@ -48,6 +48,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--bearings", default="auto", metavar="LEVEL",
         help=f"{_laws(*MAINS)}; default impedance, roller where the mains are rollers, held at --crank torsional",
     )  # fmt: skip
+    add("--no-inherit", action="store_true", help="a torsional crank without the damping of the level above")
     add("--big-ends", default="rigid", metavar="LEVEL", help=f"{_laws(BIG_END)}; default rigid")
     add_block_options(parser)
     add(
@@ -108,7 +109,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
     _tell_unread(engine, settings)
     with stages(engine.name) as tell:
-        made = assemble(engine, settings, say=tell, crank_mesh=request.mesh, block_mesh=request.block_mesh)
+        made = assemble(
+            engine, settings, say=tell, crank_mesh=request.mesh, block_mesh=request.block_mesh,
+            inherit=not options.no_inherit,
+        )  # fmt: skip
     with labelled_bar(f"{request.speed_rpm:g} rev/min") as (tell, advance):
         found = request.run(made, gas, advance, tell)
     found.save(output)

@@ -49,6 +49,7 @@ class ReducedBody:
     digest : content digest of the inputs the body was made from
     quality : figures of the reduction by name
     records : arrays that travel with the body for reports (section masses, frequencies of the full model); no physics
+    damping : (n,) modal damping, 1/s, that the body brings along; empty where the engine's structural damping holds
     basis : (n0, n) these modes in the modes of the body they were derived from, or None where they are the original
     """
 
@@ -66,6 +67,7 @@ class ReducedBody:
     mass: float
     centre: Array
     inertia: Array
+    damping: Array = field(default_factory=lambda: np.zeros(0))
     digest: str = ""
     quality: dict[str, float] = field(default_factory=dict)
     records: dict[str, Array] = field(default_factory=dict)
@@ -104,6 +106,8 @@ def check(body: ReducedBody) -> None:
         "centre": (3,),
         "inertia": (3, 3),
     }
+    if body.damping.size:
+        shapes["damping"] = (n,)
     for name, shape in {"omega": (n,), **shapes}.items():
         array = getattr(body, name)
         if array.shape != shape:
@@ -310,6 +314,7 @@ def _in_modes(body: ReducedBody, basis: Array, omega: Array) -> ReducedBody:
         centrifugal_load=body.centrifugal_load @ basis,
         euler_load=body.euler_load @ basis,
         translation=body.translation @ basis,
+        damping=body.damping @ basis**2 if body.damping.size else body.damping,
         basis=basis if body.basis is None else body.basis @ basis,
     )
 

@@ -39,7 +39,7 @@ from cranktrain.film.table.database import FilmTable, TableSettings
 from cranktrain.film.table.interpolation import TableArrays
 
 MAGIC = b"CRNKTRN\0"
-SCHEMA = 5
+SCHEMA = 6
 _PREFIX = struct.Struct("<8sIIQQ32s")
 _ARRAYS = (
     "omega",
@@ -53,6 +53,7 @@ _ARRAYS = (
     "translation",
     "centre",
     "inertia",
+    "damping",
 )
 _CRANKS = ("cranks", "damped")
 _TABLES = ("table", "big_end_table")

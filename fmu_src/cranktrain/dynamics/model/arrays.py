@@ -132,7 +132,12 @@ def dimensions(model: ModelArrays) -> Dimensions:
 
 
 def structural_damping(engine: Engine, body: ReducedBody) -> Array:
-    """Damping of each mode, (n,) 1/s: 2ζω, or α + βω² on the elastic modes only (a rigid body has none inside)."""
+    """Damping of each mode, (n,) 1/s: the body's own, else 2ζω or α + βω² on the elastic modes only.
+
+    A rigid body has none inside.
+    """
+    if body.damping.size:
+        return body.damping
     d = engine.damping
     elastic = body.omega > 0.0
     if d.kind == "modal":
@@ -212,7 +217,7 @@ def build_model(
         ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2]])),
         tilts=contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),
         bearings=mains,
-        thrust=thrust_bearing(engine.thrust, eta, law.clearance, journals.tilted),
+        thrust=thrust_bearing(engine.thrust, eta, law.clearance, journals.collar),
         pins=contiguous(turning.positions[pins, :2]),
         big_ends=big_ends,
         floating=floating,

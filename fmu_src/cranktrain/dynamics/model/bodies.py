@@ -153,5 +153,6 @@ def _appended(
         centrifugal_load=behind("centrifugal_load"),
         euler_load=behind("euler_load"),
         translation=behind("translation"),
+        damping=behind("damping") if body.damping.size else body.damping,
         basis=None,
     )

@@ -78,6 +78,6 @@ def main_bearings(
     parts = {"table": table, "bore": bore}
     bearings = Bearings(parameters, engine.main_bearing, engine.main_roller, parts, oil=engine.oil)
     films = law_films(law, kind, bearings)
-    return Mains(
-        MainJournals(0.5 * parameters[:, WIDTH], parameters[:, CLEARANCE], law.forms[kind].tilt), parameters, films
-    )
+    collar = law.clearance and not law.square_collar
+    journals = MainJournals(0.5 * parameters[:, WIDTH], parameters[:, CLEARANCE], law.forms[kind].tilt, collar)
+    return Mains(journals, parameters, films)

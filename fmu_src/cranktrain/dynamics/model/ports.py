@@ -7,8 +7,8 @@ dynamometer) and stationary ones (block, pistons). Turning ports, in axes of the
 2. z of the thrust collar,
 3. x and y of each crank pin under its rod, one pair for each cylinder,
 4. x and y of each rod's big end, where films carry it,
-5. where films feel tilt: the journals' ends against their middle, x and y (slope times half the width, m), and the
-   collar's rotations about x and y (rad),
+5. where journals feel tilt: their ends against their middle, x and y (slope times half the width, m); where the
+   collar does: its rotations about x and y (rad),
 6. the pulley's rotation against the damper ring's, where there is one,
 7. z-rotation of each pin under its rod, z-rotation of each main journal.
 
@@ -33,7 +33,19 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array, ReducedBody
-from cranktrain.dynamics.model.slots import BORE_ROTATIONS, DAMPER, LAYOUT, LINERS, MAINS, PIN_ROTATIONS, PISTONS, PORTS
+from cranktrain.dynamics.model.slots import (
+    BORE_ROTATIONS,
+    COUPLED,
+    DAMPER,
+    FIRST,
+    LAYOUT,
+    LINERS,
+    MAINS,
+    PIN_ROTATIONS,
+    PISTONS,
+    PORTS,
+    TURNED,
+)
 from cranktrain.engine.model import Engine
 
 PIN_SCALE = 1.0e-4
@@ -50,7 +62,7 @@ class Ports(NamedTuple):
 
     turning: Array
     block: Array
-    connections: Array  # (k, 5) number of Newton ports that each law couples, then those ports
+    connections: Array  # (k, 5) number of Newton ports that each law couples, then those ports; see slots.COUPLED
     scales: Array  # (n_newton,)
     pairs: Array  # (r, 2) turning and stationary port of each x that a law takes relatively; y follows
     axial: Array  # (0 or 1, 2) likewise along the axis
@@ -66,6 +78,7 @@ class MainJournals(NamedTuple):
     half_widths: Array  # (b,)
     clearances: Array  # (b,)
     tilted: bool
+    collar: bool  # whether the thrust bearing's collar feels its tilt
 
 
 def lay_ports(
@@ -112,12 +125,15 @@ def lay_ports(
     rod_laws = len(laws)
     laws += [[first_rod + 2 * k, first_rod + 2 * k + 1] for k in range(len(rods))]
     if journals.tilted:
-        rows += [_tilt(shapes[k], journals.half_widths[i]) for i, k in enumerate(mains)] + [shapes[collar, 3:5]]
-        radius = 0.25 * (engine.thrust.inner_diameter + engine.thrust.outer_diameter)
-        scales += clearances + [0.5 * engine.thrust.clearance / radius] * 2
+        rows += [_tilt(shapes[k], journals.half_widths[i]) for i, k in enumerate(mains)]
+        scales += clearances
         for i in range(b):
             laws[i] += [tilts + 2 * i, tilts + 2 * i + 1]
-        laws[thrust_law] += [tilts + 2 * b, tilts + 2 * b + 1]
+    if journals.collar:
+        rows += [shapes[collar, 3:5]]
+        radius = 0.25 * (engine.thrust.inner_diameter + engine.thrust.outer_diameter)
+        laws[thrust_law] += [len(scales), len(scales) + 1]
+        scales += [0.5 * engine.thrust.clearance / radius] * 2
     damper = len(scales)
     if ring:
         rows += [shapes[index("pulley"), 5:6] - shapes[index("ring"), 5:6]]
@@ -128,12 +144,13 @@ def lay_ports(
     turning = np.ascontiguousarray(np.concatenate(rows))
     table = np.zeros((len(laws), 5))
     for row, law in zip(table, laws, strict=True):
-        row[0] = len(law)
-        row[1 : 1 + len(law)] = law
+        row[COUPLED] = len(law)
+        row[FIRST : FIRST + len(law)] = law
+    if journals.collar:
+        table[thrust_law, TURNED] = len(turning) - b + engine.thrust.main - 1
     layout = np.zeros(LAYOUT)
     layout[: DAMPER + 1] = [
-        first_rod if rods else 0, tilts if journals.tilted else 0, thrust_law, rod_laws, crank_modes, body.n_modes,
-        damper if ring else 0,
+        first_rod if rods else 0, thrust_law, rod_laws, crank_modes, body.n_modes, damper if ring else 0,
     ]  # fmt: skip
     still, pairs, axial = _block_ports(engine, block, journals, len(turning), tilts, layout)
     layout[PORTS] = len(turning) + len(still)
@@ -179,10 +196,13 @@ def _block_ports(
     faces = index("thrust")
     rows: list[Array] = [shapes[k, :2] for k in bores] + [shapes[faces, 2:3]]
     pairs = [[2 * i, first + 2 * i] for i in range(b)]
+    turned: list[Array] = []
     if journals.tilted:
-        start = first + 2 * b + 1
-        rows += [_tilt(shapes[k], journals.half_widths[i]) for i, k in enumerate(bores)] + [shapes[faces, 3:5]]
-        pairs += [[tilts + 2 * i, start + 2 * i] for i in range(b + 1)]
+        turned += [_tilt(shapes[k], journals.half_widths[i]) for i, k in enumerate(bores)]
+    if journals.collar:
+        turned += [shapes[faces, 3:5]]
+    pairs += [[tilts + 2 * i, first + 2 * b + 1 + 2 * i] for i in range(len(turned))]
+    rows += turned
     layout[BORE_ROTATIONS] = first + sum(len(row) for row in rows)
     rows += [shapes[k, 5:6] for k in bores]
     layout[LINERS] = first + sum(len(row) for row in rows)

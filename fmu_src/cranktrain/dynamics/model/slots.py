@@ -15,14 +15,15 @@ DRIVEN, DAMPER_TEMPERATURE, SCALARS = 10, 11, 12
 # which a film may close over a step, tolerance of adaptive control (0: fixed steps), order of the embedded method and
 # of the method itself.
 GAS_SOURCE, RECONSTRUCTION, NEWTON_TOLERANCE, FILM_CHANGE, STEP_TOLERANCE, EMBEDDED_ORDER, ORDER, CHOICES = range(8)
-# ``ModelArrays.layout``: first port of free rods and of tilts (0: none), connection of the thrust bearing and of the
-# first rod, modes of the crank, of all that turns; the damper's port (0: none); first stationary port of bores'
+# ``ModelArrays.layout``: first port of free rods (0: none), connection of the thrust bearing and of the first
+# rod, modes of the crank, of all that turns; the damper's port (0: none); first stationary port of bores'
 # rotations, liners and pistons (0: none); ports in all; main journals of the engine, which may be locked on their axis;
 # first rotation of a pin.
-RODS, TILTS, THRUST_LAW, ROD_LAWS, CRANK_MODES, TURNING_MODES, DAMPER = range(7)
-BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, LAYOUT = 7, 8, 9, 10, 11, 12, 13
-# Columns of ``ModelArrays.connections``: number of Newton ports that a law couples, and the first of them.
-COUPLED, FIRST = 0, 1
+RODS, THRUST_LAW, ROD_LAWS, CRANK_MODES, TURNING_MODES, DAMPER = range(6)
+BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, LAYOUT = range(6, 13)
+# Columns of ``ModelArrays.connections``: number of Newton ports that a law couples, and the first of them; the
+# rotation of the journal beside a tilting collar.
+COUPLED, FIRST, TURNED = 0, 1, 4
 # What a stage knows of the frame's motion, ``Work.frames``; the load torque on the rotor (N m), the restraint of the
 # block as a whole, (rad/s)², while a run's start is sought, and the frame's angle against cylinders that lean, rad.
 THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, BLOCK_RESTRAINT, FIRING, FRAME_SIZE = range(12)

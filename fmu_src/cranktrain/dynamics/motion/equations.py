@@ -44,6 +44,7 @@ from cranktrain.dynamics.model.slots import (
     SIN,
     THETA,
     THRUST_LAW,
+    TURNED,
     TURNING_MODES,
     UD,
     WHIRL,
@@ -186,6 +187,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
         f[journal + i] = journal_forces(connection, films.out, u, f)
     k = int(model.layout[THRUST_LAW])
     status |= collar_force(model.thrust, model.connections[k], frame, d, dd, ratio, f, work.blocks[k])
+    collar_torque(model.connections[k], u, f)
     if model.layout[DAMPER] > 0.0:
         k = int(model.layout[DAMPER])
         damper_torque(model.damper, u[k], ud[k], work.scratch)
@@ -244,3 +246,11 @@ def collar_force(thrust, connection, frame, u, ud, ratio, f, block):
         block[4 * r + 1] = out[place + 1] + ratio * out[rate + 1] + whirl * out[rate + 2]
         block[4 * r + 2] = out[place + 2] + ratio * out[rate + 2] - whirl * out[rate + 1]
     return status
+
+
+@inlined_kernel
+def collar_torque(connection, u, f):
+    """Moments of a tilted collar act on it where it is: their part about the frame's axis, at the journal beside it."""
+    if connection[COUPLED] > 1.0:
+        t = int(connection[FIRST + 1])
+        f[int(connection[TURNED])] += u[t] * f[t + 1] - u[t + 1] * f[t]

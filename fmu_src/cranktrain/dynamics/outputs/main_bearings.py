@@ -31,6 +31,7 @@ from cranktrain.film.laws.films import (
     END_X,
     END_Y,
     FLOW,
+    FORCE,
     FRICTION,
     GAP,
     GAP_ANGLE,
@@ -144,10 +145,13 @@ def observe_gap(place, velocity, frame, law, speed, motion, row):
 
 @law_kernel
 def observe_thrust(model, work, state, members, out):
-    """Axial force on the collar, and its displacement against the thrust faces."""
+    """Axial force on the collar, by the very call that the equations of motion make, and its displacement.
+
+    The displacement is against the thrust faces.
+    """
     connection = model.connections[int(model.layout[THRUST_LAW])]
     place_collar(model.thrust, connection, work.frames[0], work.port[RELATIVE], work.port[RELATIVE_RATE])
-    film_call(model.thrust, OBSERVE, 0, model.thrust.out, model.thrust.out)
+    status = film_call(model.thrust, FORCE, 0, model.thrust.out, model.thrust.out)
     out[0] = model.thrust.out[0]
-    out[1] = work.port[RELATIVE, 2 * model.bearings.shape[0]]
-    return 0
+    out[1] = model.thrust.place[0, 0]
+    return status

@@ -7,7 +7,7 @@ to the least film h at their end. Reynolds' equation of such a pad has the same 
 
 so that one number, its damping S(h), gives the force F = S V of both; the last term is the collar's tilt, whose film
 slopes along the pad. S is solved once per bearing: sine series across the pad, finite volumes along it, kept as a cubic
-spline of ln S over ln h. A pad sees the collar at its middle.
+spline of h² S over ln h. A pad sees the collar at its middle.
 
 A pad that is pulled apart ruptures: a film of absolute pressure zero or more pulls with F/√(1 + (F/F_a)²), F_a ambient
 pressure on the pad. Below ``contact_height`` the collar touches: a linear spring, the bearing's stiffness in series
@@ -28,7 +28,7 @@ import numpy as np
 from cranktrain.core.kernel import kernel, law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import ThrustBearing
-from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, FORCE, RATE, SIN, SPEED
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, RATE, SIN, SPEED
 
 AMBIENT = 101325.0
 FILM_FLOOR = 0.2
@@ -36,8 +36,10 @@ FILM_FLOOR = 0.2
 N_FILMS = 32
 """Films at which a pad's damping is solved, evenly in ln h from the frozen film to twice the clearance."""
 
-# Columns of the parameters; the spline's coefficients, N_FILMS + 2 of them, follow.
-HALF, CONTACT_HEIGHT, STIFFNESS, DAMPING, RADIUS, PADS, SUCTION, WEDGE, LOG_FILM, LOG_STEP, SPLINE = range(11)
+# Columns of the parameters; the spline's N_FILMS + 2 coefficients follow, then of each pad what its middle moves along
+# the axis by the collar's rotations about x and y, m.
+HALF, CONTACT_HEIGHT, STIFFNESS, DAMPING, PADS, SUCTION, WEDGE, LOG_FILM, LOG_STEP, SPLINE = range(10)
+ARMS = SPLINE + N_FILMS + 2
 
 # What :func:`thrust_force_tilted` writes behind the forces: tangents by place and by velocity, 3 × 3 each.
 TILTED_BY_PLACE, TILTED_BY_VELOCITY = 3, 12
@@ -86,24 +88,25 @@ def pad_damping(films: np.ndarray, taper: float, length: float, width: float) ->
 
 
 def thrust_parameters(thrust: ThrustBearing, viscosity: float) -> Array:
-    """Pack one thrust bearing for the kernels, (SPLINE + N_FILMS + 2,)."""
+    """Pack one thrust bearing for the kernels, (ARMS + 2 pads,)."""
     radius, length, width = pad_size(thrust)
     start = math.log(FILM_FLOOR * thrust.contact_height)
     step = (math.log(2.0 * thrust.clearance) - start) / (N_FILMS - 1)
     films = np.exp(start + step * np.arange(N_FILMS))
+    angles = 2.0 * math.pi * (np.arange(thrust.pads) + 0.5) / thrust.pads
     return np.array(
         [
             0.5 * thrust.clearance,
             thrust.contact_height,
             closed_stiffness(thrust),
             thrust.damping,
-            radius,
             thrust.pads,
             AMBIENT * length * width,
             0.5 * thrust.taper * radius / length,
             start,
             step,
-            *_spline(np.log(viscosity * pad_damping(films, thrust.taper, length, width))),
+            *_spline(films**2 * viscosity * pad_damping(films, thrust.taper, length, width)),
+            *(radius * np.stack([np.sin(angles), -np.cos(angles)], axis=1)).ravel(),
         ]
     )
 
@@ -121,18 +124,18 @@ def thrust_pads(thrust: ThrustBearing, viscosity: float) -> ThrustPads:
 
 
 def _spline(values: np.ndarray) -> np.ndarray:
-    """Coefficients of the cubic B-spline through even samples, without curvature at its ends."""
+    """Coefficients of the cubic B-spline through even samples, one cubic over the two steps at either end."""
     n = values.size
     rows = np.zeros((n + 2, n + 2))
     for i in range(n):
         rows[i, i : i + 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0]
-    rows[n, :3] = rows[n + 1, -3:] = [1.0, -2.0, 1.0]
+    rows[n, :5] = rows[n + 1, -5:] = [1.0, -4.0, 6.0, -4.0, 1.0]
     return np.asarray(np.linalg.solve(rows, np.concatenate((values, [0.0, 0.0]))))
 
 
 @kernel
 def damping_of_film(h, parameters):
-    """Damping S of a pad (N s/m) at its least film h and dS/dh; beyond the spline's end its last power of h goes on."""
+    """Damping S of a pad (N s/m) at its least film h and dS/dh; beyond the spline's end h² S stays as it is."""
     x = (math.log(h) - parameters[LOG_FILM]) / parameters[LOG_STEP]
     beyond = x - (N_FILMS - 1)
     if beyond < 0.0:
@@ -154,8 +157,10 @@ def damping_of_film(h, parameters):
         + t * t * t * c3
     ) / 6.0  # fmt: skip
     slope = 0.5 * (-r * r * c0 + t * (3.0 * t - 4.0) * c1 + r * (4.0 - 3.0 * r) * c2 + t * t * c3)
-    damping = math.exp(value + slope * beyond)
-    return damping, damping * slope / (parameters[LOG_STEP] * h)
+    if beyond > 0.0:
+        slope = 0.0
+    per_h = 1.0 / h
+    return value * per_h * per_h, (slope / parameters[LOG_STEP] - 2.0 * value) * per_h * per_h * per_h
 
 
 @kernel
@@ -213,39 +218,52 @@ def thrust_force_tilted(z, tx, ty, vz, vtx, vty, speed, parameters, out):
     axes at rest with the pads; vz, vtx, vty are their rates, ``speed`` the crank's (rad/s). ``out[0:3]`` F_z (N), M_x,
     M_y (N m); ``out[3:12]`` their derivatives by (z, tx, ty), ``out[12:21]`` by (vz, vtx, vty), row-major.
     """
-    pads = int(parameters[PADS])
-    radius = parameters[RADIUS]
     half = parameters[HALF]
-    for i in range(21):
-        out[i] = 0.0
-    for k in range(pads):
-        angle = 2.0 * math.pi * (k + 0.5) / pads
+    wedge = parameters[WEDGE] * speed
+    # Sums over the pads in registers: force and both moments; stiffness, by both rotations; damping.
+    fz = fx = fy = 0.0
+    zz = zx = zy = xz = xx = xy = yz = yx = yy = 0.0
+    czz = czx = czy = cxx = cxy = cyy = 0.0
+    for k in range(int(parameters[PADS])):
         # Displacement of the collar at the pad: z + ax tx + ay ty; its slope along the pad turns film into wedge.
-        ax = radius * math.sin(angle)
-        ay = -radius * math.cos(angle)
+        ax = parameters[ARMS + 2 * k]
+        ay = parameters[ARMS + 2 * k + 1]
         place = z + ax * tx + ay * ty
         rate = vz + ax * vtx + ay * vty
         sx = -0.5 * speed * ay
         sy = 0.5 * speed * ax
         tilt = sx * tx + sy * ty
-        wedge = parameters[WEDGE] * speed
         f1, k1, c1, w1 = pad_force(half - place, rate, wedge + tilt, parameters)
         f2, k2, c2, w2 = pad_force(half + place, -rate, wedge - tilt, parameters)
         force = f2 - f1
         stiffness = k1 + k2
         damping = -c1 - c2
         slope = -w1 - w2
-        kx = stiffness * ax + slope * sx
-        ky = stiffness * ay + slope * sy
-        for row in range(3):
-            lever = 1.0 if row == 0 else (ax if row == 1 else ay)
-            out[row] += lever * force
-            out[3 + 3 * row] += lever * stiffness
-            out[4 + 3 * row] += lever * kx
-            out[5 + 3 * row] += lever * ky
-            out[12 + 3 * row] += lever * damping
-            out[13 + 3 * row] += lever * damping * ax
-            out[14 + 3 * row] += lever * damping * ay
+        by_x = stiffness * ax + slope * sx
+        by_y = stiffness * ay + slope * sy
+        fz += force
+        fx += ax * force
+        fy += ay * force
+        zz += stiffness
+        zx += by_x
+        zy += by_y
+        xz += ax * stiffness
+        xx += ax * by_x
+        xy += ax * by_y
+        yz += ay * stiffness
+        yx += ay * by_x
+        yy += ay * by_y
+        czz += damping
+        czx += damping * ax
+        czy += damping * ay
+        cxx += damping * ax * ax
+        cxy += damping * ax * ay
+        cyy += damping * ay * ay
+    sums = (
+        fz, fx, fy, zz, zx, zy, xz, xx, xy, yz, yx, yy, czz, czx, czy, czx, cxx, cxy, czy, cxy, cyy,
+    )  # fmt: skip
+    for i in range(len(sums)):
+        out[i] = sums[i]
 
 
 # The bearing as the running model calls it, see :mod:`cranktrain.film.laws.films`: places (z, θ_x, θ_y) of the collar
@@ -291,8 +309,8 @@ def axial_thrust(record, action, i, place, velocity, numbers, memory, out):
 
 @law_kernel
 def tilting_thrust(record, action, i, place, velocity, numbers, memory, out):
-    """Films and contact under a collar that tilts; what is observed is the force without tilt."""
-    if action != FORCE:
+    """Films and contact under a collar that tilts."""
+    if action == RATE:
         return axial_thrust(record, action, i, place, velocity, numbers, memory, out)
     bearing = _read(record)
     result = bearing.tilted

@@ -84,7 +84,7 @@ def torsional_body(engine: Engine, source: str | None = None, solid: ReducedBody
     twists = twists * signed(np.pad(twists[:, None, :], ((0, 0), (5, 0), (0, 0))))
     z = np.array([base.positions[base.index(name), 2] for name in shaft_nodes(engine)])
     turns = np.stack([np.interp(base.positions[:, 2], z, twist) for twist in twists.T], axis=1)
-    body = _with_twists(base, omega, turns)
+    body = with_twists(base, omega, turns)
     digest = sha256(repr((base.digest, source, stiffness.tolist())).encode()).hexdigest()
     records = {**records, "shaft_stiffness": stiffness}
     body = replace(body, name=f"{engine.name} crankshaft, torsional", digest=digest, records=records)
@@ -230,10 +230,10 @@ def twist_only(body: ReducedBody) -> ReducedBody:
     A weight attached off the axis would carry the free crank sideways as it twists; it keeps its place in the rigid
     motions and its inertia in the twists.
     """
-    return _with_twists(rigid(body), body.omega[6:], body.shapes[:, 5, 6:])
+    return replace(with_twists(rigid(body), body.omega[6:], body.shapes[:, 5, 6:]), damping=body.damping)
 
 
-def _with_twists(base: ReducedBody, omega: Array, turns: Array) -> ReducedBody:
+def with_twists(base: ReducedBody, omega: Array, turns: Array) -> ReducedBody:
     """Rigid body with twists behind its modes, that turn its interfaces by ``turns`` (m, k)."""
     k = omega.size
     shapes = np.zeros((len(base.interfaces), 6, 6 + k))

@@ -1,0 +1,160 @@
+"""Damping of torsion that a crank which only twists takes over from the level above it.
+
+A crank in held journals has no films, and structural damping alone: its resonance is several times too high. What damps
+a running crank is that it bends as it twists, and squeezes the films of its main bearings. The level above has both. It
+runs at full load at the speed where a firing order meets the first torsional mode; from instants spread over a cycle
+it runs on twice, once with a small kick in the shape of a torsional mode. The kick's energy E = η̇² + ω²η², with η the
+mode's coordinate in the difference of both runs, falls as exp(−2ζωt): free decay about the periodic motion, its rate
+the mean over the cycle. That is done for the first and the second torsional mode of the cranktrain.
+
+The lower level's modal damping c_i (1/s) of its first two elastic modes is then such that its own cranktrain's modes
+φ_k decay as fast, Σ_i c_i φ_ki² = 2 ζ_k ω_k; all others keep the engine's structural damping, and none gets less than
+that. What was found stands in the body's records: ``inherited_damping`` (modes, 2) frequency in Hz and ζ of the level
+above, ``inherited_at`` speed in rad/s and load.
+
+Sources: D. J. Ewins, *Modal Testing* (2000), free decay; W. Ker Wilson, *Practical Solution of Torsional Vibration
+Problems*, vol. 2 (1963), equivalent damping per cylinder.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from hashlib import sha256
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import eigh
+
+from cranktrain.assembly import assemble
+from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model.arrays import structural_damping
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
+from cranktrain.dynamics.simulation import Simulation, communication_step
+from cranktrain.engine.model import Engine
+from cranktrain.structure.crank.modal import cranktrain_matrices, energy_shares, torsional_frequencies
+from cranktrain.studies.kept import Kept, digest
+
+MODES = 2
+"""Torsional modes whose damping is taken over."""
+SETTLING = 6
+"""Cycles that the level above runs before it is kicked."""
+STEP = math.radians(1.0)
+KICK = 1.0e-4
+"""Largest rotation of an interface by the kick, rad: films feel it as linear."""
+STARTS, PERIODS = 8, 5
+"""Instants of a cycle at which it is kicked, and periods of the mode over which its decay is followed."""
+
+
+class Decay(NamedTuple):
+    """Torsional modes of a level in motion: (MODES,) Hz at rest and damping ratios, at ``speed`` (rad/s)."""
+
+    hz: Array
+    ratio: Array
+    speed: float
+
+
+def with_inherited_damping(
+    engine: Engine, body: ReducedBody, above: str, say: Callable[[str], None] = lambda stage: None
+) -> ReducedBody:
+    """The running ``body`` with the damping that crank level ``above`` has in motion, kept in the cache.
+
+    Raises ``InputError`` or ``SolverError`` where the level above cannot run.
+    """
+    kept, key = Kept("inherited"), digest(__file__, engine, above)
+    entry = kept.entry(key)
+    if entry is None:
+        say(f"damping of crank level '{above}'")
+        found = measured_decay(engine, above)
+        entry = {"hz": found.hz.tolist(), "ratio": found.ratio.tolist(), "speed": found.speed}
+        kept.keep(key, entry)
+    found = Decay(np.array(entry["hz"]), np.array(entry["ratio"]), entry["speed"])
+    damping = equivalent_damping(engine, body, found.ratio)
+    return replace(
+        body,
+        damping=damping,
+        digest=sha256(repr((body.digest, above, damping.tolist())).encode()).hexdigest(),
+        records={
+            **body.records,
+            "inherited_damping": np.stack((found.hz, found.ratio), axis=1),
+            "inherited_at": np.array([found.speed, 1.0]),
+        },
+    )
+
+
+def equivalent_damping(engine: Engine, body: ReducedBody, ratios: Array) -> Array:
+    """Modal damping (n,) 1/s of a torsional body whose cranktrain's first modes shall have ``ratios`` (k,)."""
+    own = structural_damping(engine, body)
+    # What twists: rotation about the axis, and the elastic modes.
+    twists = slice(5, body.n_modes)
+    stiffness, mass = (matrix[twists, twists] for matrix in cranktrain_matrices(engine, body))
+    squares, shapes = eigh(stiffness, mass)
+    count = min(ratios.size, body.n_modes - 6)
+    at = slice(1, 1 + count)
+    wanted = 2.0 * ratios[:count] * np.sqrt(squares[at])
+    shares = shapes[:, at].T ** 2
+    wanted -= shares[:, 1 + count :] @ own[6 + count :]
+    damping = own.copy()
+    damping[6 : 6 + count] = np.maximum(np.linalg.solve(shares[:, at], wanted), own[6 : 6 + count])
+    return damping
+
+
+def resonance_speed(engine: Engine, torsional_hz: float) -> float:
+    """Highest speed (rad/s), within that of the oil's table, at which a firing order meets the first torsional mode."""
+    firing = 0.5 * engine.n_cylinders
+    highest = 1.05 * engine.oil.temperature_speeds[-1]
+    speed = 2.0 * math.pi * torsional_hz / firing
+    return speed / math.ceil(speed / highest)
+
+
+def measured_decay(engine: Engine, crank: str) -> Decay:
+    """Free decay of the first torsional modes of a crank level on its usual bearings, at full load."""
+    made = assemble(engine, Settings(crank=crank, step=STEP))
+    body = made.body
+    stiffness, mass = cranktrain_matrices(engine, body)
+    squares, modes = eigh(stiffness, mass)
+    hz = np.sqrt(np.maximum(squares[1:], 0.0)) / (2.0 * math.pi)
+    chosen = torsional_frequencies(hz, energy_shares(engine, body, modes[:, 1:], rods=True))[:MODES]
+    speed = resonance_speed(engine, chosen[0])
+    simulation = Simulation(engine, body, made.settings, parts=made.parts)
+    simulation.inputs[0] = speed
+    simulation.initialize()
+    h = communication_step(speed, STEP)
+    cycle = round(4.0 * math.pi / speed / h)
+    rows = np.zeros((SETTLING * cycle, simulation.outputs.size))
+    done = simulation.series(h, 1, rows)
+    rates = np.zeros((STARTS, len(chosen)))
+    for start in range(STARTS):
+        state = simulation.state
+        for k, frequency in enumerate(chosen):
+            shape = modes[:, 1 + int(np.argmin(np.abs(hz - frequency)))]
+            count = math.ceil(PERIODS / frequency / h)
+            rates[start, k] = _rate(simulation, state, mass, shape, frequency, (h, done, count))
+        simulation.state = state
+        done += simulation.series(h, done + 1, rows[: cycle // STARTS])
+    return Decay(np.array(chosen), rates.mean(axis=0) / (4.0 * math.pi * np.array(chosen)), speed)
+
+
+def _rate(
+    simulation: Simulation, state: Array, mass: Array, shape: Array, hz: float, steps: tuple[float, int, int]
+) -> float:
+    """Rate (1/s) at which the energy of a kick in a mode's shape (n,) falls from ``state`` on.
+
+    ``steps`` are the step (s), how many were taken before, and how many to follow.
+    """
+    n, omega, (h, done, count) = shape.size, 2.0 * math.pi * hz, steps
+    place, speed = (slice(offset(part, n), offset(part + 1, n)) for part in (POSITION, VELOCITY))
+    turned = np.abs(simulation.body.shapes[:, 5] @ shape).max()
+    kicked = state.copy()
+    kicked[speed] += shape * (KICK * omega / turned)
+    motions = np.zeros((2, count, 2))
+    for motion, start in zip(motions, (state, kicked), strict=True):
+        simulation.state = start
+        for k in range(count):
+            simulation.step((done + k + 1) * h)
+            now = simulation.state
+            motion[k] = now[place] @ mass @ shape, now[speed] @ mass @ shape
+    eta, rate = (motions[1] - motions[0]).T
+    return -float(np.polyfit(h * np.arange(count), np.log(rate**2 + (omega * eta) ** 2), 1)[0])

@@ -1,0 +1,162 @@
+"""Torsional systems from a table: a published engine, closed forms of geared, branched and damped systems, refusals.
+
+Source of the engine: Malychevitch (1939), a six-cylinder crankshaft with its flywheel (tests/data/torsion.json).
+Geared and branched systems: W. Ker Wilson, Practical Solution of Torsional Vibration Problems, vol. 1 (1956), and the
+closed forms that follow from Lagrange's equations.
+"""
+
+import json
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import load_engine
+from cranktrain.structure.crank.chain import Chain, Disc, Shaft, chain_body, chain_matrices, chain_modes, read_chain
+from cranktrain.structure.crank.torsional import shaft_modes, shaft_nodes, shaft_stiffnesses
+
+DATA = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "torsion.json").read_text())}
+
+
+def row(inertias, stiffnesses):
+    """Discs on one shaft."""
+    discs = tuple(Disc(f"d{k}", inertia) for k, inertia in enumerate(inertias))
+    return Chain(discs, tuple(Shaft((f"d{k}", f"d{k + 1}"), value) for k, value in enumerate(stiffnesses)))
+
+
+def test_published_engine_of_six_cylinders():
+    case = DATA["malychevitch_1939_six_cyl"]
+    modes = chain_modes(row(case["inputs"]["I_lb_in_s2"], case["inputs"]["k_lb_in_per_rad"]))
+    per_minute = modes.omega * 30.0 / math.pi
+    assert per_minute[0] == 0.0
+    assert per_minute[2] == pytest.approx(case["expected"]["published_f2_cpm"], rel=1e-3)
+    assert per_minute[1:3] == pytest.approx(
+        [case["expected"]["recomputed_f1_cpm"], case["expected"]["recomputed_f2_cpm"]], rel=1e-3
+    )
+    for k in (1, 2):
+        shape = modes.shapes[:, k] / modes.shapes[0, k]
+        assert shape == pytest.approx(case["expected"][f"recomputed_mode{k}"], abs=2e-3)
+
+
+@pytest.mark.parametrize("ratio", [2.5, -3.0])
+def test_a_gear_is_the_shaft_behind_it_times_its_ratio_squared(ratio):
+    """Two discs, a rigid pair of gears, two discs: as one shaft with J n² and k n² behind the gears."""
+    discs = tuple(Disc(name, j) for name, j in (("a", 1.0), ("g1", 0.2), ("g2", 0.1), ("b", 0.7)))
+    shafts = (Shaft(("a", "g1"), 900.0), Shaft(("g1", "g2"), ratio=ratio), Shaft(("g2", "b"), 400.0))
+    geared = chain_modes(Chain(discs, shafts))
+    n2 = ratio**2
+    alike = chain_modes(row([1.0, 0.2 + 0.1 * n2, 0.7 * n2], [900.0, 400.0 * n2]))
+    assert geared.omega == pytest.approx(alike.omega, rel=1e-10, abs=1e-6)
+    assert geared.shapes[2] == pytest.approx(ratio * geared.shapes[1], rel=1e-12)
+    # A mesh that is very stiff, but not rigid, is the same.
+    stiff = chain_modes(Chain(discs, (shafts[0], Shaft(("g1", "g2"), 1e9, ratio=ratio), shafts[2])))
+    assert stiff.omega[:3] == pytest.approx(geared.omega, rel=1e-5, abs=1e-4)
+
+
+def test_equal_branches_swing_against_each_other_on_a_hub_at_rest():
+    """Hub with three equal branches: two modes at √(k/j), the hub still; one at √(k/j (1 + 3 j/J))."""
+    hub, j, k = 2.0, 0.5, 300.0
+    discs = (Disc("hub", hub), *(Disc(name, j) for name in "abc"))
+    modes = chain_modes(Chain(discs, tuple(Shaft(("hub", name), k) for name in "abc")))
+    expected = [0.0, math.sqrt(k / j), math.sqrt(k / j), math.sqrt(k / j * (1.0 + 3.0 * j / hub))]
+    assert modes.omega == pytest.approx(expected, rel=1e-10)
+    assert np.abs(modes.shapes[0, 1:3]).max() < 1e-9
+
+
+def test_dampers_and_loss_factors_are_the_textbook_s():
+    """One disc on ground: ω = √(k/J), ζ = c/(2√(kJ)) of both dampers, and half the loss factor."""
+    spring = Shaft(("d", "ground"), 400.0, damping=0.3, loss_factor=0.04)
+    modes = chain_modes(Chain((Disc("d", 4.0, damping=0.5),), (spring,)))
+    assert modes.omega == pytest.approx([10.0])
+    assert modes.damping / (2.0 * modes.omega) == pytest.approx([0.8 / (2.0 * math.sqrt(1600.0)) + 0.02])
+
+
+@pytest.mark.parametrize("at", range(5))
+def test_viscous_absorber_at_its_optimum(at):
+    """Houdaille: the hub's response where the undamped curves cross is 1 + 2/μ, whatever the damper."""
+    mu, zeta, _, amplitude, _, shift, _ = DATA["houdaille_optimum"]["expected"]["rows"][at]
+    hub, spring = 2.0, 800.0
+    natural = math.sqrt(spring / hub)
+    chain = Chain(
+        (Disc("hub", hub), Disc("ring", mu * hub)),
+        (Shaft(("hub", "ground"), spring), Shaft(("hub", "ring"), 1e-9, damping=2.0 * zeta * hub * natural)),
+    )
+    m = chain_matrices(chain)
+    omega = shift * natural
+    answer = np.linalg.solve(m.stiffness + 1j * omega * m.damping - omega**2 * m.mass, [spring, 0.0])
+    assert abs(answer[0]) == pytest.approx(amplitude, rel=1e-6)
+
+
+def test_a_crank_from_a_table_is_the_crank_of_its_discs():
+    engine = load_engine("diesel_i6")
+    names, stiffness = shaft_nodes(engine), shaft_stiffnesses(engine, "ker-wilson")
+    inertia = np.linspace(0.02, 0.06, len(names))
+    shafts = [Shaft(pair, k) for pair, k in zip(pairwise(names), stiffness, strict=True)]
+    chain = Chain(tuple(Disc(name, j) for name, j in zip(names, inertia, strict=True)), tuple(shafts))
+    body = chain_body(engine, chain)
+    omega, _ = shaft_modes(stiffness, inertia)
+    assert body.omega[6:] == pytest.approx(omega, rel=1e-9)
+    assert body.inertia[2, 2] == pytest.approx(inertia.sum())
+    assert body.damping.size == 0
+    # Rotation as a whole and twists are orthonormal in the table's discs.
+    turns = np.array([body.shapes[body.index(name), 5, 5:] for name in names])
+    assert turns.T @ (inertia[:, None] * turns) == pytest.approx(np.eye(len(names)), abs=1e-9)
+    damped = Chain(chain.discs, tuple(Shaft(s.between, s.stiffness, loss_factor=0.02) for s in shafts))
+    ratios = chain_body(engine, damped).damping[6:] / (2.0 * body.omega[6:])
+    assert ratios == pytest.approx(np.full(len(names) - 1, 0.01))
+    with pytest.raises(InputError, match=r"has no disc 'main\[7\]'"):
+        chain_body(engine, Chain(tuple(d for d in chain.discs if d.name != "main[7]"), ()))
+    held = Chain(chain.discs, (*chain.shafts, Shaft(("flywheel", "ground"), 1e5)))
+    with pytest.raises(InputError, match="leave ground out"):
+        chain_body(engine, held)
+
+
+GOOD = """
+[[disc]]
+name = "a"
+inertia = 1
+[[disc]]
+name = "b"
+inertia = 2.0
+[[shaft]]
+between = ["a", "b"]
+stiffness = 600
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("inertia = 2.0", "inertia = -2.0", r"disc 2: inertia = -2.0 is no number above 0"),
+        ("inertia = 2.0", "inertai = 2.0", r"disc 2: 'inertai' does not exist; did you mean 'inertia'"),
+        ("inertia = 2.0", "", r"disc 2: 'inertia' is missing; add it"),
+        ('name = "b"', 'name = "a"', r"disc 'a' is there 2 times; name each once"),
+        ('"a", "b"', '"a", "c"', r"shaft 1: 'c' is no disc"),
+        ('between = ["a", "b"]', 'between = ["a"]', r"shaft 1: between = \['a'\] names no two discs"),
+        ("stiffness = 600", "ratio = 0", r"shaft 1: ratio = 0 turns nothing"),
+        ("stiffness = 600", "damping = 1", r"shaft 1: a rigid mesh joins two discs and has no damping"),
+        ("[[shaft]]", "[[shafts]]", r"'shafts' is no part of a chain; did you mean 'shaft'"),
+        ('between = ["a", "b"]', 'between = ["a", "ground"]', r"no shaft joins disc 'b' to 'a'; add one"),
+    ],
+)
+def test_a_wrong_table_is_refused_in_one_line(tmp_path, old, new, message):
+    path = tmp_path / "chain.toml"
+    path.write_text(GOOD.replace(old, new))
+    with pytest.raises(InputError, match=message) as caught:
+        read_chain(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_verb_prints_frequencies_and_shapes(tmp_path, capsys):
+    path = tmp_path / "chain.toml"
+    path.write_text(GOOD)
+    assert main(["modal", str(path), "--json"]) == 0
+    modes = json.loads(capsys.readouterr().out)["modes"]
+    assert modes[1]["hz"] == pytest.approx(30.0 / (2.0 * math.pi))
+    assert modes[1]["rotations"] == pytest.approx({"a": 1.0, "b": -0.5})
+    assert main(["modal", str(path)]) == 0
+    assert "4.775" in capsys.readouterr().out

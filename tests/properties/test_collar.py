@@ -1,0 +1,85 @@
+"""The thrust collar in a running crank: what is shown is what acts, and tilt is felt alike wherever it is felt."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from bodies import rigid_crank
+
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.slots import FIRST, RELATIVE, STATE_U, STATE_UDD, THRUST_LAW, UDD, U
+from cranktrain.dynamics.model.state import offset
+from cranktrain.dynamics.motion.equations import port_forces
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY
+from cranktrain.film.laws.register import LAWS
+from cranktrain.film.laws.thrust import thrust_force_tilted, thrust_parameters
+
+SPEED = 2000 * math.pi / 30
+SIX = load_engine("diesel_i6")
+
+
+@pytest.fixture(scope="module")
+def tilting():
+    """A rigid crank that is thrown along its axis, so that its collar is off the middle and tilted; by level."""
+    body = rigid_crank(SIX)
+
+    def made(bearings, state=None):
+        simulation = Simulation(SIX, body, Settings(crank="rigid", bearings=bearings))
+        simulation.inputs[0] = SPEED
+        simulation.initialize()
+        thrown, motion = simulation.state, slice(offset(0, body.n_modes), offset(3, body.n_modes))
+        thrown[offset(1, body.n_modes) + 2] += 0.01 * math.sqrt(body.mass)
+        if state is not None:
+            thrown[motion] = state[motion]
+        simulation.state = thrown
+        return simulation
+
+    return made
+
+
+@pytest.mark.parametrize("bearings", ["linear", "impedance", "reynolds"])
+def test_force_shown_is_the_rate_of_axial_momentum(tilting, bearings):
+    """Nothing else acts along the axis: rods and bearings act across it, and gravity does."""
+    simulation = tilting(bearings)
+    force, momentum = [], []
+    n = simulation.body.n_modes
+    for k in range(1, 41):
+        simulation.step(k * math.radians(1.0) / SPEED)
+        force.append(simulation.outputs[simulation.output_names.index("thrust.force")])
+        momentum.append(simulation.body.translation[2] @ simulation.state[offset(2, n) : offset(3, n)])
+    force = np.array(force)
+    assert np.abs(force - momentum).max() < 1e-6 * np.abs(force).max()
+    assert np.abs(force).max() > 100.0
+
+
+def test_tilt_is_part_of_the_force_that_is_shown(tilting):
+    simulation = tilting("reynolds")
+    simulation.step(math.radians(20.0) / SPEED)
+    connection = simulation.model.connections[int(simulation.model.layout[THRUST_LAW])]
+    place, velocity = simulation.model.thrust.place[0], simulation.model.thrust.velocity[0]
+    ports = connection[FIRST : FIRST + 3].astype(int)
+    assert place[:3] == pytest.approx(simulation.work.port[RELATIVE, ports])
+    parameters, out = thrust_parameters(SIX.thrust, simulation.model.bearings[0, -1]), np.zeros(21)
+    thrust_force_tilted(place[0], 0.0, 0.0, velocity[0], 0.0, 0.0, SPEED, parameters, out)
+    shown = simulation.outputs[simulation.output_names.index("thrust.force")]
+    assert abs(shown / out[0] - 1.0) > 1e-4
+
+
+def test_collar_is_as_stiff_in_tilt_on_films_without_tilt(tilting, monkeypatch):
+    """Force, moments and tangents of the collar at one state, by the level of the journals' films."""
+    monkeypatch.setitem(LAWS, "impedance", replace(LAWS["impedance"], square_collar=False))
+    blocks = []
+    state = None
+    for level in ("impedance", "reynolds"):
+        simulation = tilting(level, state)
+        state = simulation.state
+        model, work = simulation.model, simulation.work
+        work.port[U : UDD + 1] = work.port[STATE_U : STATE_UDD + 1]
+        assert port_forces(model, work, work.frames[0].copy(), work.pressures[0].copy(), 1e-9, 3e-5) == 0
+        blocks.append(model.thrust.out[:BY_VELOCITY].copy())
+    assert blocks[0] == pytest.approx(blocks[1], rel=1e-12)
+    about_x, about_y = blocks[0][[BY_PLACE + 5, BY_PLACE + 10]]
+    assert max(about_x, about_y) < 0.0

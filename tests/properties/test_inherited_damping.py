@@ -1,0 +1,65 @@
+"""Damping that a torsional crank takes over: how its cranktrain decays, and its resonance beside the level above."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cranktrain.assembly import assemble
+from cranktrain.core.reduced_body import truncate
+from cranktrain.dynamics.model.arrays import structural_damping
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import simulate
+from cranktrain.engine.file import load_engine
+from cranktrain.levels import CRANKS
+from cranktrain.results.orders import last_cycle, order_spectrum
+from cranktrain.structure.crank.level import crank_body
+from cranktrain.structure.crank.modal import cranktrain_matrices
+from cranktrain.studies.torsion.damped_modes import damped_modes
+from cranktrain.studies.torsion.inherited_damping import equivalent_damping, resonance_speed
+
+SIX = load_engine("diesel_i6")
+SIX = replace(SIX, reduction=replace(SIX.reduction, torsional_source="ker-wilson"))
+
+
+def test_the_cranktrain_decays_as_the_level_above():
+    body = crank_body(SIX, "torsional")
+    ratios = np.array([0.08, 0.05])
+    damping = equivalent_damping(SIX, body, ratios)
+    own = structural_damping(SIX, body)
+    assert (damping >= own).all()
+    assert damping[8:] == pytest.approx(own[8:])
+    stiffness, mass = (matrix[5:, 5:] for matrix in cranktrain_matrices(SIX, body))
+    modes = damped_modes(stiffness, np.diag(damping[5:]), mass)
+    assert modes.damping_ratios[:2] == pytest.approx(ratios, rel=0.05)
+
+
+def test_a_body_s_own_damping_stays_with_it():
+    body = crank_body(SIX, "torsional")
+    damped = replace(body, damping=np.linspace(0.0, 90.0, body.n_modes))
+    assert structural_damping(SIX, damped) is damped.damping
+    cut = truncate(damped, float(damped.frequencies_hz[7]) + 1.0)
+    assert cut.damping == pytest.approx(damped.damping[:8])
+    assert structural_damping(SIX, body) == pytest.approx(2.0 * SIX.damping.ratio * body.omega)
+
+
+def test_resonance_is_at_the_highest_firing_order_s_speed_within_the_oil_s_table():
+    assert resonance_speed(SIX, 238.0) * 30.0 / math.pi == pytest.approx(238.0 * 60.0 / 6.0)
+    assert CRANKS["torsional"].inherits == "beam"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "order"), [("diesel_i6", 6.0)])
+def test_torsion_at_resonance_is_that_of_the_level_above(name, order):
+    engine = load_engine(name)
+    made = {level: assemble(engine, Settings(crank=level)) for level in ("torsional", "beam")}
+    speed, _ = made["torsional"].body.records["inherited_at"]
+    found = {}
+    for level, run in made.items():
+        result = simulate(engine, run.body, run.settings, speed, 10, parts=run.parts)
+        orders, amplitudes = order_spectrum(last_cycle(result.angle, result.outputs["pulley.torsion"]))
+        found[level] = amplitudes[int(np.argmin(np.abs(orders - order)))]
+    assert found["torsional"] == pytest.approx(found["beam"], rel=0.25)
+    plain = assemble(engine, Settings(crank="torsional"), inherit=False)
+    assert plain.body.damping.size == 0
