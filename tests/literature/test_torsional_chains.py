@@ -7,6 +7,8 @@ closed forms that follow from Lagrange's equations.
 
 import json
 import math
+import subprocess
+import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -160,3 +162,17 @@ def test_the_verb_prints_frequencies_and_shapes(tmp_path, capsys):
     assert modes[1]["rotations"] == pytest.approx({"a": 1.0, "b": -0.5})
     assert main(["modal", str(path)]) == 0
     assert "4.775" in capsys.readouterr().out
+
+
+def test_a_reader_that_has_seen_enough_ends_the_verb_quietly(tmp_path):
+    """As ``cranktrain modal FILE --json | head`` does: the pipe closes before all is written."""
+    path = tmp_path / "chain.toml"
+    discs = "".join(f'[[disc]]\nname = "d{k}"\ninertia = 1\n' for k in range(60))
+    shafts = "".join(f'[[shaft]]\nbetween = ["d{k}", "d{k + 1}"]\nstiffness = 9\n' for k in range(59))
+    path.write_text(discs + shafts)
+    command = [sys.executable, "-m", "cranktrain.cli.main", "modal", str(path), "--json"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout.readline() == b"{\n"
+    process.stdout.close()
+    assert process.stderr.read() == b""
+    assert process.wait() == 0

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import re
 import sys
 import warnings
@@ -61,6 +62,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with warnings.catch_warnings():
             warnings.showwarning = lambda message, *_: say(f"cranktrain: warning: {message}")
             result = options.verb(options)
+        if options.json:
+            print(json.dumps(_finite(result), indent=2, allow_nan=False))
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # The reader, head or less, has seen enough; what is left to be flushed goes nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except CranktrainError as error:
         print(f"cranktrain: {error}", file=sys.stderr)
         return 2
@@ -68,8 +76,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         text = stop if isinstance(stop, Interrupted) else "interrupted; nothing was written"
         print(f"cranktrain: {text}", file=sys.stderr)
         return 130
-    if options.json:
-        print(json.dumps(_finite(result), indent=2, allow_nan=False))
     return 0
 
 
@@ -80,7 +86,7 @@ def _parser() -> _Parser:
     verbs = parser.add_subparsers(metavar="VERB", required=True, parser_class=_Parser)
 
     for name, module in ENGINE_VERBS.items():
-        sub = verbs.add_parser(name, help=module.DESCRIPTION, description=module.DESCRIPTION)
+        sub = verbs.add_parser(name, help=module.DESCRIPTION.partition("\n")[0], description=module.DESCRIPTION)
         add = sub.add_argument
         add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
         add(

@@ -28,6 +28,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from cranktrain.assembly import assemble
+from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model.arrays import structural_damping
 from cranktrain.dynamics.model.settings import Settings
@@ -61,13 +62,18 @@ def with_inherited_damping(
 ) -> ReducedBody:
     """The running ``body`` with the damping that crank level ``above`` has in motion, kept in the cache.
 
-    Raises ``InputError`` or ``SolverError`` where the level above cannot run.
+    Where the level above does not run the body stays as it is, and ``say`` is told. Raises ``InputError`` where that
+    level lacks what it needs.
     """
     kept, key = Kept("inherited"), digest(__file__, engine, above)
     entry = kept.entry(key)
     if entry is None:
         say(f"damping of crank level '{above}'")
-        found = measured_decay(engine, above)
+        try:
+            found = measured_decay(engine, above)
+        except SolverError as error:
+            say(f"crank level '{above}' does not run, so that the crank keeps its structural damping: {error}")
+            return body
         entry = {"hz": found.hz.tolist(), "ratio": found.ratio.tolist(), "speed": found.speed}
         kept.keep(key, entry)
     found = Decay(np.array(entry["hz"]), np.array(entry["ratio"]), entry["speed"])
