@@ -260,6 +260,7 @@ def test_help_states_the_norms(capsys):
         (("bearing", *LOADED[1:-2], "--eccentricity", "0.5", "--moment-nm", "1", "0"), "--moment-nm does not go with"),
         (("bearing", "--diameter-mm", "85", "--eccentricity", "0.5"), "also needs --width-mm"),
         (("bearing", *LOADED[1:-2], "--eccentricity", "0"), "eccentricity 0 must be above zero"),
+        (("bearing", *LOADED[1:-2], "--eccentricity", "1.2"), "give less than 1"),
         ((*LOADED, "--cavitation", "mass-conserving", "--grooves", "two-axial", "--groove-deg", "180"), "overlap"),
         ((*LOADED, "--cavitation", "mass-conservin"), "did you mean 'mass-conserving'"),
         ((*LOADED, "--cavitation", "guembel", "--supply", "widest-gap"), "use none"),

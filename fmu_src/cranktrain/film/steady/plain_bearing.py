@@ -128,6 +128,8 @@ class Bearing:
         run = self._states(load_n, eccentricity, supply, moment)
         if load_n is None and not (math.isfinite(eccentricity) and eccentricity > 0.0):
             raise InputError(f"eccentricity {eccentricity:g} must be above zero; without it there is no load")
+        if load_n is None and self.bore is None and eccentricity >= 1.0:
+            raise InputError(f"eccentricity {eccentricity:g}: at 1 a journal touches its rigid bore; give less than 1")
         if self.inlet_temperature_c is None:
             viscosity = 1e-3 * self.viscosity_mpas if self.viscosity_pas is None else self.viscosity_pas  # type: ignore[operator]
             return lambda: self._values(run(viscosity), moment, load_n is None)
