@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from elastic_bearing import CLEARANCE, GRID, SPEED, WIDTH, Bearing, bore_shapes, follow, grooved
+from elastic_bearing import CLEARANCE, DIAMETER, GRID, SPEED, VISCOSITY, WIDTH, Bearing, bore_shapes, follow, grooved
 
 from cranktrain.core.errors import InputError
 from cranktrain.film.contact.asperity import contact_constants
@@ -22,6 +22,9 @@ from cranktrain.film.elastic.grid import (
     SUPPLY_FLOW,
     ElasticGrid,
 )
+from cranktrain.film.journal.film import OUT_SIZE as RIGID_SIZE
+from cranktrain.film.journal.film import journal_film
+from cranktrain.film.journal.grid import Motion, cold_start, journal_grid, journal_work, shell_grid
 
 ROUGH = contact_constants(0.4e-6, 0.05, 0.01, 115e9, 0.1)
 
@@ -297,6 +300,21 @@ def test_edge_contact_carries_when_the_tilt_is_more_than_the_film():
         if tilt > 0.0:
             assert bearing.out[FILM_MIN_ZETA] > 0.9 and force[3] > 0.0
     assert loads[0] == 0.0 and np.diff(loads).min() >= 0.0 and loads[-1] > 100.0
+
+
+@pytest.mark.parametrize("tilt", [0.1, 0.24, 0.3])
+def test_squeeze_in_a_relieved_shell_is_that_of_the_rigid_films(tilt):
+    """A rigid bore, full at the start: the films of ``reynolds`` and ``ehd`` are one, also where an edge touches."""
+    relief, smooth = (6e-6, 0.5, 2.0), contact_constants(0.4e-6, 0.05, 0.01, 1.0)
+    bearing = Bearing(ElasticGrid(288, 23, 0.45), contact=smooth, profile=relief)
+    state = np.array([0.8, 0.0, tilt, 0.0, 1.0, -0.5, 0.2, 0.1])
+    force = bearing.settle(CLEARANCE * state[:4], CLEARANCE * state[4:], speed=0.0, dt=1e-6)
+    grid = shell_grid(journal_grid(144, 24), (relief[0] / CLEARANCE, *relief[1:]), 0.01)
+    out, radius = np.zeros(RIGID_SIZE), 0.5 * DIAMETER
+    journal_film(grid, (DIAMETER / WIDTH) ** 2, Motion(*state), journal_work(grid), cold_start(grid), out)
+    rigid = 6.0 * VISCOSITY * radius * WIDTH * (radius / CLEARANCE) ** 2 * out[:4]
+    assert np.hypot(*(force - rigid)[:2]) < 0.01 * np.hypot(*rigid[:2])
+    assert np.hypot(*(force - rigid)[2:]) < 0.03 * np.hypot(*rigid[2:])
 
 
 def test_least_film_is_found_between_nodes():
