@@ -302,19 +302,22 @@ def test_edge_contact_carries_when_the_tilt_is_more_than_the_film():
     assert loads[0] == 0.0 and np.diff(loads).min() >= 0.0 and loads[-1] > 100.0
 
 
-@pytest.mark.parametrize("tilt", [0.1, 0.24, 0.3])
-def test_squeeze_in_a_relieved_shell_is_that_of_the_rigid_films(tilt):
+@pytest.mark.parametrize("tilt", [0.24, 0.3])
+def test_squeeze_in_a_relieved_shell_tends_to_that_of_the_rigid_films(tilt):
     """A rigid bore, full at the start: the films of ``reynolds`` and ``ehd`` are one, also where an edge touches."""
     relief, smooth = (6e-6, 0.5, 2.0), contact_constants(0.4e-6, 0.05, 0.01, 1.0)
-    bearing = Bearing(ElasticGrid(288, 23, 0.45), contact=smooth, profile=relief)
     state = np.array([0.8, 0.0, tilt, 0.0, 1.0, -0.5, 0.2, 0.1])
-    force = bearing.settle(CLEARANCE * state[:4], CLEARANCE * state[4:], speed=0.0, dt=1e-6)
-    grid = shell_grid(journal_grid(144, 24), (relief[0] / CLEARANCE, *relief[1:]), 0.01)
+    grid = shell_grid(journal_grid(384, 96), (relief[0] / CLEARANCE, *relief[1:]), 0.01)
     out, radius = np.zeros(RIGID_SIZE), 0.5 * DIAMETER
     journal_film(grid, (DIAMETER / WIDTH) ** 2, Motion(*state), journal_work(grid), cold_start(grid), out)
     rigid = 6.0 * VISCOSITY * radius * WIDTH * (radius / CLEARANCE) ** 2 * out[:4]
-    assert np.hypot(*(force - rigid)[:2]) < 0.01 * np.hypot(*rigid[:2])
-    assert np.hypot(*(force - rigid)[2:]) < 0.03 * np.hypot(*rigid[2:])
+    errors = []
+    for n_z in (23, 47):
+        bearing = Bearing(ElasticGrid(288, n_z, 0.45), contact=smooth, profile=relief)
+        force = bearing.settle(CLEARANCE * state[:4], CLEARANCE * state[4:], speed=0.0, dt=1e-6)
+        errors.append([np.hypot(*(force - rigid)[k : k + 2]) / np.hypot(*rigid[k : k + 2]) for k in (0, 2)])
+    assert max(errors[1]) < 0.02
+    assert (np.array(errors[1]) < 0.4 * np.array(errors[0])).all()
 
 
 def test_least_film_is_found_between_nodes():
