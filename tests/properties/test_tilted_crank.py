@@ -9,13 +9,16 @@ import pytest
 from bodies import rigid_crank
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.kernel import keep_record
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.slots import FORCES, STATE_U, STATE_UDD, UDD, U
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.engine.file import load_engine
+from cranktrain.film.journal.grid import NODE_GRADING
 from cranktrain.film.laws.ehd import IN_LOOP, KEPT, SHAPES
 from cranktrain.film.laws.films import FROZEN, MEMORY
+from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.film.table.database import bearing_settings
 from cranktrain.store.film_tables import film_table
 from cranktrain.structure.block.saddle import bore_compliance
@@ -56,8 +59,13 @@ def started(**choices):
 def test_blocks_are_the_derivatives_of_the_forces(choices):
     """At the Newton ports, by central differences with u̇ and ü following u as they do in a stage."""
     simulation = started(**choices)
-    simulation.step(math.radians(3) / SPEED)
     model, work = simulation.model, simulation.work
+    if choices.get("bearings") == "reynolds":
+        # Nodes at rest: where they follow the journal tangents by place are exact to the order of the grid only.
+        record = rigid_bore(ENGINE.main_bearing, model.bearings, None, model.films.solved)
+        record.grid.settings[NODE_GRADING] = 0.0
+        model.films.entry[1] = keep_record(record, model.films.entry)
+    simulation.step(math.radians(3) / SPEED)
     c_q, c_v = 1e-9, 3e-5
     frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
     motion = work.port[STATE_U : STATE_UDD + 1].copy()
@@ -77,7 +85,8 @@ def test_blocks_are_the_derivatives_of_the_forces(choices):
         tangent[np.ix_(ports, ports)] += block.reshape(4, 4)[: len(ports), : len(ports)]
     scale = np.abs(tangent).max(axis=1)
     for port in range(newton):
-        h = 1e-6 * model.scales[port]
+        # A wider step lets a node of a solved film rupture within; elastic films converge to what 1e-6 sees.
+        h = (1e-7 if "reynolds" in choices.values() else 1e-6) * model.scales[port]
         slope = (at(port, h) - at(port, -h))[:newton] / (2 * h)
         # A rod's own moment on its pin and the film's friction go without tangent; rods and films are here.
         assert np.abs(slope - tangent[:, port]).max() <= 2e-4 * np.abs(tangent[:, port]).max(), port
