@@ -13,7 +13,10 @@ def formula(tmp_path):
     """The six with its torsional stiffnesses from a formula: no finite elements needed."""
     text = engine_path("diesel_i6").read_text(encoding="utf-8")
     path = tmp_path / "six.toml"
-    path.write_text(text.replace('value = "solid-on-bearings"', 'value = "ker-wilson"'), encoding="utf-8")
+    path.write_text(
+        text.replace('torsional_source = { value = "solid"', 'torsional_source = { value = "ker-wilson"'),
+        encoding="utf-8",
+    )
     return path
 
 
@@ -75,7 +78,10 @@ def test_what_makes_no_sense_is_refused_in_one_line(arguments, words, capsys):
 def test_torsional_sources_are_checked(source, words, tmp_path, capsys):
     text = engine_path("diesel_i6").read_text(encoding="utf-8")
     path = tmp_path / "six.toml"
-    path.write_text(text.replace('value = "solid-on-bearings"', f'value = "{source}"'), encoding="utf-8")
+    path.write_text(
+        text.replace('torsional_source = { value = "solid"', f'torsional_source = {{ value = "{source}"'),
+        encoding="utf-8",
+    )
     assert main(["modal", str(path), "--crank", "torsional"]) == 2
     text = capsys.readouterr().err.strip()
     assert "reduction.torsional_source" in text and words in text and "\n" not in text

@@ -59,7 +59,7 @@ def test_measured_pressure(beam, tmp_path, capsys):
 
 @pytest.mark.slow
 def test_flexible_block():
-    assert example("flexible_block").main("diesel_i6") == {"diesel_i6": pytest.approx(236.5, abs=0.1)}
+    assert example("flexible_block").main("diesel_i6") == {"diesel_i6": pytest.approx(241.4, abs=0.1)}
 
 
 @pytest.mark.slow
@@ -73,5 +73,5 @@ def test_fmu_v8(tmp_path, monkeypatch):
 def test_demo(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     summary = example("demo").main()
-    assert summary["first_torsional_hz"] == pytest.approx(238.4, abs=0.1)
+    assert summary["first_torsional_hz"] == pytest.approx(239.9, abs=0.1)
     assert {path.name for path in (tmp_path / "out").iterdir()} >= {"pulley.png", "loads.png", "frequencies.txt"}
