@@ -50,7 +50,7 @@ def test_resonance_is_at_the_highest_firing_order_s_speed_within_the_oil_s_table
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "order"), [("diesel_i6", 6.0)])
+@pytest.mark.parametrize(("name", "order"), [("diesel_i6", 6.0), ("diesel_v8", 12.0)])
 def test_torsion_at_resonance_is_that_of_the_level_above(name, order):
     engine = load_engine(name)
     made = {level: assemble(engine, Settings(crank=level)) for level in ("torsional", "beam")}
@@ -60,6 +60,6 @@ def test_torsion_at_resonance_is_that_of_the_level_above(name, order):
         result = simulate(engine, run.body, run.settings, speed, 10, parts=run.parts)
         orders, amplitudes = order_spectrum(last_cycle(result.angle, result.outputs["pulley.torsion"]))
         found[level] = amplitudes[int(np.argmin(np.abs(orders - order)))]
-    assert found["torsional"] == pytest.approx(found["beam"], rel=0.25)
+    assert found["torsional"] == pytest.approx(found["beam"], rel=0.2)
     plain = assemble(engine, Settings(crank="torsional"), inherit=False)
     assert plain.body.damping.size == 0
