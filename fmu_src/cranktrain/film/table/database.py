@@ -19,11 +19,12 @@ interpolation (:mod:`cranktrain.film.table.interpolation`) is measured against t
 What a table of L/D 0.353 is worth (``python -m benchmarks film_table``; errors of the larger of force over |F| and
 moment over |F| L/2, against films of twice as many nodes):
 
-* without tilt, 2000 random states: at most 0.06 % to ε 0.95, 0.2 % to 0.99;
-* on the family, 600 random states to ε 0.95 and the tilt range: 0.25 % at the 95th percentile, at most 0.7 %;
-* at places and velocities of a running six (flexible crank, 2000 rev/min; median |d|/|v| 0.5, 5 % beyond 4), with no
-  film solved for its rate: force within 1.05 % of the bearing's largest at the 95th percentile, 0.03 % in the median,
-  at most 6 %. One linear damping term, without the two points, has 6.5 % and 70 %. Pure tilt rate is 15 % too stiff.
+* without tilt, 2000 random states: at most 0.07 % to ε 0.95, 0.2 % to 0.99;
+* on the family, 600 random states to ε 0.95 and the tilt range, touching edges included: 1.2 % at the 95th percentile,
+  0.07 % in the median, at most 4.3 %;
+* at places and velocities of a running six the two points leave 2 % of the bearing's largest force at the 95th
+  percentile, 0.02 % in the median, at most 18 % (500 states at each of 1000 to 2600 rev/min, films themselves in place
+  of the table). Pure tilt rate is 15 % too stiff.
 """
 
 from __future__ import annotations
