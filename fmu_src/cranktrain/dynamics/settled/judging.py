@@ -69,11 +69,12 @@ class Settling:
 
     @property
     def attributes(self) -> dict[str, str | int | float]:
-        """As result files hold it: a scalar each, and what is left by family as JSON text."""
-        return {
+        """As result files hold it: a scalar each, where it is known, and what is left by family as JSON text."""
+        found: dict[str, str | int | float] = {
             "cycles": self.cycles, "repeats_every_cycles": self.repeats, "settling_tolerance": self.tolerance,
-            "settling_left": self.worst[1], "settling_left_by_family": json.dumps(dict(self.left)),
+            "settling_left_by_family": json.dumps(dict(self.left)),
         }  # fmt: skip
+        return found | ({"settling_left": self.worst[1]} if self.left else {})
 
     def as_dict(self) -> dict[str, object]:
         """As JSON holds it."""
