@@ -85,8 +85,8 @@ def run_in(
     for k in range(passes):
         simulation = Simulation(straight, body, settings, parts=Parts())
         simulation.inputs[0] = speed * math.pi / 30.0
-        _put_profile(simulation, zeta, worn)
         simulation.initialize()
+        _put_profile(simulation, zeta, worn)
         least = least_gaps(simulation, zeta, worn, cycles)
         gaps.append(1e6 * float(least.min()))
         say(f"pass {k + 1} of {passes}: least gap {gaps[-1]:.3f} um, relief {1e6 * worn[-1]:.2f} um")
