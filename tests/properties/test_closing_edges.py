@@ -56,8 +56,12 @@ def test_films_of_the_loop_are_converged_where_edges_touch():
 
 
 @pytest.mark.slow
-def test_a_run_reads_its_films_from_the_table():
-    """Few are solved online even where edges touch and the crank is a beam, which bends further than the solid."""
-    simulation = started(assembly.running_crank(ENGINE, "beam"), bearings="table", crank="beam")
+@pytest.mark.parametrize("crank", ["beam", "solid"])
+def test_a_settled_cycle_reads_all_its_films_from_the_table(crank):
+    """The first two cycles may leave it: a start throws journals further than they ever go again."""
+    simulation = started(assembly.running_crank(ENGINE, crank), bearings="table", crank=crank)
     cycle(simulation, 2)
-    assert simulation.model.films.solved[0] < 1e-2 * 7 * 2 * PER_CYCLE * 5
+    start = simulation.model.films.solved[0]
+    assert start < 0.02 * 7.0 * simulation.work.counters[2]
+    cycle(simulation)
+    assert simulation.model.films.solved[0] == start
