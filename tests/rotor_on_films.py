@@ -19,7 +19,7 @@ def machine():
     engine = load_engine("diesel_i6")
     return replace(
         engine,
-        main_bearing=replace(engine.main_bearing, diameter=0.08, width=0.04, clearance=C),
+        main_bearing=replace(engine.main_bearing, diameter=0.08, width=0.04, clearance=C, relief_depth=0.0),
         crankshaft=replace(engine.crankshaft, throw_angles=(0.0,), main_widths=(0.04, 0.04)),
         cylinders=replace(
             engine.cylinders, pins=(1,), bank_angles=(0.0,), firing_order=(1,), piston_mass=NOTHING

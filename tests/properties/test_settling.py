@@ -28,9 +28,12 @@ def last_cycles(run):
     return rows.reshape(-1, run.per_cycle, rows.shape[1]), judge
 
 
-@pytest.mark.parametrize("rpm", [1000, 2000, 2600])
+@pytest.mark.parametrize("rpm", [1000, 1600, 2000])
 def test_a_run_ends_at_the_cycle_of_a_long_one(rpm):
-    """Six plain cycles left 0.5 to 1 % of torsion, and more of order 1."""
+    """Six plain cycles left 0.5 to 1 % of torsion, and more of order 1.
+
+    From 2380 rev/min on the thrust collar of this crank goes from side to side with no period, plainly run or not.
+    """
     engine, body = six()
     settled = simulate(engine, body, Settings(), rpm * RPM)
     assert settled.settling.repeats == 1 and settled.settling.cycles <= 7

@@ -44,7 +44,7 @@ def test_roller_stiffness():
 
 def test_thrust_start(beam, tmp_path):
     picture = tmp_path / "start.png"
-    assert example("thrust_start").main(str(picture), beam) == pytest.approx(42.0, rel=0.2)
+    assert example("thrust_start").main(str(picture), beam) == pytest.approx(30.0, rel=0.2)
     assert picture.stat().st_size > 10_000
 
 
@@ -66,7 +66,7 @@ def test_flexible_block():
 def test_fmu_v8(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     found = example("fmu_v8").main([])
-    assert found["fitted"] / found["none"] == pytest.approx(0.118, abs=0.02)
+    assert found["fitted"] / found["none"] == pytest.approx(0.155, abs=0.02)
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from cranktrain.film.laws.register import LAWS, THRUST
 SOURCES = Path(__file__).resolve().parents[2]
 """Folder of the package."""
 RUNNING = "cranktrain.fmu.running"
-OFFLINE = "cranktrain.structure."
+OFFLINE = ("cranktrain.structure.", "cranktrain.studies.")
 """Makers of data, which the FMU carries instead."""
 FOREIGN = {"numpy", "numba", "llvmlite"} | set(sys.stdlib_module_names)
 
