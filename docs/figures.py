@@ -115,9 +115,9 @@ def level_runs() -> str:
         run = ct.simulate("diesel_i6", speed_rpm=2000, crank=crank, bearings=bearings)
         torsion = run.last_cycle("pulley.torsion")[1]
         orders = run.orders("pulley.torsion")
-        axial = 1e6 * _peak_to_peak(run.last_cycle("pulley.axial")[1])
+        axial = 1e6 * _peak_to_peak(run.last_cycle("pulley.axial")[1]) if "pulley.axial" in run.outputs else 0.0
         loads = []
-        for main in (1, 2, 4):
+        for main in (1, 2, 4) if "bearing[1].force.x" in run.outputs else ():
             forces = [run.last_cycle(f"bearing[{main}].force.{axis}")[1] for axis in "xy"]
             loads.append(1e-3 * max(math.hypot(x, y) for x, y in zip(*forces, strict=True)))
         rows.append(
@@ -126,7 +126,7 @@ def level_runs() -> str:
                 f"{math.degrees(_peak_to_peak(torsion)):.3f}",
                 ", ".join(f"{math.degrees(orders[order]):.3f}" for order in ORDERS),
                 f"{axial:.0f}" if axial > 1e-6 else "–",
-                ", ".join(f"{load:.0f}" for load in loads) if max(loads) > 0.0 else "–",
+                ", ".join(f"{load:.0f}" for load in loads) if max(loads, default=0.0) > 0.0 else "–",
             )
         )
     listed = ", ".join(f"{order:g}" for order in ORDERS)
