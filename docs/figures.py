@@ -297,7 +297,8 @@ def pictures() -> None:
     """Pictures of the demonstration, the journal orbits and the start on the thrust bearing."""
     python("examples/demo.py")
     python("examples/thrust_start.py")
-    cranktrain("simulate diesel_i6 --speed 2000 --bearings reynolds --big-ends impedance --plots out --output out/six.h5")
+    options = "--bearings reynolds --big-ends impedance --plots out --output out/six.h5"
+    cranktrain(f"simulate diesel_i6 --speed 2000 {options}")
     for name, source in {
         "pulley.png": "pulley.png", "first_torsional_mode.png": "first_torsional_mode.png",
         "journal_orbits.png": "orbits.png",
