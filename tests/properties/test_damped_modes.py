@@ -82,13 +82,18 @@ def test_a_spring_stiffens_where_a_fluid_only_damps(six):
 
 
 def test_the_first_mode_of_the_six_takes_nearly_houdailles_damping(six):
-    """Other modes bend the optimum by their flexibility at the pulley, which hangs 40 mm out: 5.1 % of the damping.
+    """Other modes bend the optimum by their flexibility at the pulley: a few per cent of the damping, not more.
+
+    In bearings so stiff that no bending mode lies near the torsional one and shares its peak.
 
     Its own damping, 1 %, lowers the peak of 1 + 2/mu by less than it would lower that of a mode without ring.
     """
     engine, body = six
+    springs = dict.fromkeys(("stiffness_x", "stiffness_y"), 1e9)
+    stiff = dict.fromkeys(("block_stiffness_x", "block_stiffness_y"), 1e12)
+    engine = replace(engine, main_bearing=replace(engine.main_bearing, **springs, **stiff))
     found = crank_optimum(engine, body)
     two = houdaille_optimum(found.inertia_ratio)
-    assert found.optimum.damping_ratio == pytest.approx(two.damping_ratio, rel=0.06)
+    assert found.optimum.damping_ratio == pytest.approx(two.damping_ratio, rel=0.05)
     assert 0.85 * two.amplification < found.optimum.amplification < two.amplification
     assert found.damping == pytest.approx(found.optimum.damping_ratio * 4.0 * math.pi * found.hz * found.inertia)
