@@ -133,7 +133,7 @@ stiffness = 600
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("inertia = 2.0", "inertia = -2.0", r"disc 2: inertia = -2.0 is no number above 0"),
+        ("inertia = 2.0", "inertia = -2.0", r"disc 2: inertia: -2 kg m\^2 is not within 1e-09 to 1e\+06 kg m\^2"),
         ("inertia = 2.0", "inertai = 2.0", r"disc 2: 'inertai' does not exist; did you mean 'inertia'"),
         ("inertia = 2.0", "", r"disc 2: 'inertia' is missing; add it"),
         ('name = "b"', 'name = "a"', r"disc 'a' is there 2 times; name each once"),

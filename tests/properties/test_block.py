@@ -316,9 +316,9 @@ WRONG_BLOCKS = {
     "deck_height": (0.28, "the piston pin rises to 275 mm"),
     "foot_height": (0.16, "the piston pin sinks to 155 mm"),
     "mesh_size": (0.001, "would take millions of elements"),
-    "cover_thickness": (20.0, "must be positive and below 10 m"),
+    "cover_thickness": (20.0, "is not within 0.01 to 10000 mm"),
     "damping_ratio": (1.5, "is overcritical"),
-    "fixed_modes": (0, "must be at least 1"),
+    "fixed_modes": (0, "is not within 1 to 2000"),
 }
 
 

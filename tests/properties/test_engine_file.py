@@ -3,7 +3,8 @@
 import json
 import math
 import re
-from dataclasses import replace
+import warnings
+from dataclasses import is_dataclass, replace
 
 import pytest
 
@@ -11,7 +12,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.checks.crankshaft import check_crankshaft
 from cranktrain.engine.file import ORIGINS, engine_path, engine_provenance, load_engine
 from cranktrain.engine.model import engine_from_dict, engine_to_dict
-from cranktrain.engine.quantities import UNITS
+from cranktrain.engine.quantities import OFFSETS, UNITS, check_values, kinds
 
 SOURCE = engine_path("diesel_i6").read_text(encoding="utf-8")
 
@@ -96,7 +97,13 @@ def test_a_unit_of_the_same_dimension_changes_nothing(tmp_path):
     ("table", "key", "value", "unit", "says"),
     [
         ("crankshaft", "web_pin_radius", 30, None, r"crankshaft\.web_pin_radius: the pin lies outside its web"),
-        ("main_bearing", "clearance", -40, None, r"main_bearing\.clearance: -0\.04 mm must be positive"),
+        (
+            "main_bearing",
+            "clearance",
+            -40,
+            None,
+            r"main_bearing\.clearance: -40 um is not within .*; it is the radial",
+        ),
         ("main_bearing", "clearance", 40, "mm", r"main_bearing\.clearance: .*radial clearance"),
         ("rod", "length", 55, None, r"rod\.length: 55 mm is shorter than throw"),
         ("rod", "length", 215, "kg", r"rod\.length: unit 'kg' does not measure its length; use one of: m, mm, um"),
@@ -125,7 +132,7 @@ def test_a_unit_of_the_same_dimension_changes_nothing(tmp_path):
             "nose_length",
             75,
             "m",
-            r"nose_length: 7\.5e\+04 mm must be positive and below 10 m; check its unit",
+            r"nose_length: 7\.5e\+04 mm is not within 0\.01 to 10000 mm; check its unit",
         ),
         ("thrust", "main", 9, None, r"thrust\.main: 9 is not one of the main journals 1\.\.7"),
         ("thrust", "main", 1.5, None, r"thrust\.main: 1\.5 is not a whole number"),
@@ -139,9 +146,15 @@ def test_a_unit_of_the_same_dimension_changes_nothing(tmp_path):
             "boundary_friction",
             10,
             None,
-            r"main_bearing\.boundary_friction: 10 must be at least 0 and below 1",
+            r"main_bearing\.boundary_friction: 10 is not within 0 to 0\.99; lubricated surfaces have",
         ),
-        ("main_bearing", "contact_modulus", 0, None, r"main_bearing\.contact_modulus: 0 Pa must be positive"),
+        (
+            "main_bearing",
+            "contact_modulus",
+            0,
+            None,
+            r"main_bearing\.contact_modulus: 0 GPa is not within 0\.001 to 10000",
+        ),
         ("big_end_bearing", "diameter", 80, None, r"big_end_bearing\.diameter: 80 mm does not fit the crank pin, 74"),
         ("big_end_bearing", "width", 46, None, r"big_end_bearing\.width: 46 mm is wider than the narrowest crank pin"),
         ("oil", "law", '"vogl"', None, r"oil\.law: unknown law 'vogl'; did you mean 'vogel'\?"),
@@ -161,7 +174,7 @@ def test_a_unit_of_the_same_dimension_changes_nothing(tmp_path):
             "heat_share",
             1.5,
             None,
-            r"oil\.heat_share: 1\.5 must .*; it is a part of the friction power",
+            r"oil\.heat_share: 1\.5 is not within 0\.001 to 1; it is a part of the friction power",
         ),
         ("oil", "temperatures", "[80]", None, r"oil\.temperatures: 1 temperatures for 2 speeds"),
     ],
@@ -192,6 +205,78 @@ def test_what_cannot_be_is_refused_in_one_line(tmp_path, table, key, value, unit
 def test_broken_entries_are_named(tmp_path, line, says):
     with pytest.raises(InputError, match=says):
         load_engine(edited(tmp_path, "rod", "length", line))
+
+
+@pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
+def test_every_number_has_a_finite_range_and_leaves_it_with_one_line(name):
+    engine = load_engine(name)
+    for table, part in vars(engine).items():
+        if not is_dataclass(part):
+            continue
+        for key, (plain, many, rule) in kinds(part.__class__).items():
+            if plain is not float:
+                continue
+            unit = rule.unit or next(iter(UNITS[rule.dimension]))
+            scale, shift = UNITS[rule.dimension][unit], OFFSETS.get(unit, 0.0)
+            assert -math.inf < rule.low < rule.high < math.inf, (table, key)
+            for end, other in ((rule.low, rule.high), (rule.high, rule.low)):
+                inside = (end * (1.0 - 1e-6) + other * 1e-6) * scale + shift
+                outside = (end * 1.01 - other * 0.01) * scale + shift
+                check_values(replace(part, **{key: (inside,) if many else inside}), table)
+                with pytest.raises(InputError, match=rf"^{table}\.{key}.* is not within .* to ") as caught:
+                    check_values(replace(part, **{key: (outside,) if many else outside}), table)
+                assert "\n" not in str(caught.value) and (unit == "1" or f" {unit}" in str(caught.value))
+
+
+NONSENSE = [
+    ("material", "density", 1e9, None, r"density: 1e\+09 kg/m\^3 is not within 100 to 25000 kg/m\^3"),
+    ("cylinders", "compression_ratio", 1e30, None, r"compression_ratio: 1e\+30 is not within 1\.5 to 60"),
+    ("main_bearing", "diameter", 1e6, "um", r"diameter: 1000 mm does not fit the main journal"),
+    ("crankshaft", "main_diameter", 85, "m", r"main_diameter: 8\.5e\+04 mm is not within 1 to 5000 mm"),
+    ("oil", "vogel_b", 103194, None, r"oil\.vogel_b: 1\.032e\+05 K is not within"),
+    ("oil", "vogel_b", 10319.4, None, r"oil\.law: vogel gives .* mPa s at 80 degC, not 0\.01 to 100000"),
+    ("oil", "temperatures", "[80, 1050]", None, r"temperatures\[2\]: 1050 degC is not within -80 to 300 degC"),
+    ("rod", "length", "1" + 400 * "0", None, r"length: 10+…? is not a finite number"),
+    ("rod", "length", "0x" + 4000 * "f", None, r"length: a value too long to show is not a finite number"),
+    ("rod", "length", 5000 * "1", None, r"not a TOML file: Exceeds the limit"),
+    ("rod", "length", 3000 * "[" + 3000 * "]", None, r"not a TOML file: brackets are nested too deeply"),
+    ("rod", "length", 1e-300, None, r"length: 1e-300 mm is not within"),
+    ("rod", "length", "[]", None, r"length: a single value is wanted, got \[\]"),
+    ("oil", "temperatures", "[]", None, r"temperatures: 0 temperatures for 2 speeds"),
+    ("main_bearing", "groove", r'"a\\nb"', None, r"unknown groove 'a\\nb'"),
+]
+
+
+@pytest.mark.parametrize(("table", "key", "value", "unit", "says"), NONSENSE)
+def test_nonsense_is_refused_in_one_line(tmp_path, table, key, value, unit, says):
+    with pytest.raises(InputError, match=says) as caught:
+        load_engine(with_value(tmp_path, table, key, value, unit))
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 300
+
+
+@pytest.mark.parametrize(
+    ("table", "key"),
+    [("cylinders", "piston_mass"), ("rod", "big_end_mass"), ("rod", "small_end_mass"), ("flywheel", "mass"),
+     ("pulley", "mass"), ("damper", "mass"), ("block", "head_mass"), ("rod", "inertia")],
+)  # fmt: skip
+def test_grams_for_kilograms_are_doubted_and_the_shipped_engines_are_not(tmp_path, table, key):
+    value = getattr(getattr(load_engine("diesel_i6"), table), key)
+    for factor in (1000.0, 1e-3):
+        with pytest.warns(UserWarning, match=rf"^diesel_i6: {table}\.{key}: .* usual .*; check its unit$"):
+            load_engine(with_value(tmp_path, table, key, factor * value))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load_engine("diesel_i6"), load_engine("diesel_v8")
+
+
+def test_what_is_no_file_is_refused_in_one_line(tmp_path):
+    for name in ("x" * 300 + ".toml", "\0.toml", str(tmp_path) + "/.toml", "/dev/zero.toml"):
+        with pytest.raises(InputError, match=r"no such engine file|cannot be read|no name of a file"):
+            load_engine(name)
+    binary = tmp_path / "binary.toml"
+    binary.write_bytes(bytes(range(256)))
+    with pytest.raises(InputError, match="not text in UTF-8"):
+        load_engine(binary)
 
 
 def test_unknown_engine_and_table_name_the_nearest(tmp_path):

@@ -270,7 +270,7 @@ REFUSED = [
     ({"rollers": 20}, "rollers: 20 of 18 mm overlap on a pitch circle of 110 mm; at most 19 fit"),
     ({"pitch": 15e-3}, "pitch: 15 mm leaves no journal"),
     ({"length": 24.0}, "length: 2.4e+04 mm"),
-    ({"profile": 0.35}, "profile: 0.35 must be at least 0 and at most 0.01"),
+    ({"profile": 0.35}, "profile: 0.35 is not within 0 to 0.01"),
     ({"law": "palmgrem"}, "law: unknown law 'palmgrem'; did you mean 'palmgren'?"),
 ]
 
@@ -412,7 +412,7 @@ WRONG = [
     ({"roller_length": (39e-3,) * 7}, "main_roller.roller_length[2]: 39 mm is longer than main journal 2 is wide"),
     ({"pitch_diameter": (103e-3,) * 6 + (0.0515,)}, "main_roller.pitch_diameter[7]: the rollers' track"),
     ({"clearance": (40e-6, 1e-3) + (40e-6,) * 5}, "main_roller.clearance[2]: clearance of 1000 um is larger"),
-    ({"profile": (0.0,) * 6 + (35.0,)}, "main_roller.profile[7]: 35 must be at least 0 and at most 0.01"),
+    ({"profile": (0.0,) * 6 + (35.0,)}, "main_roller.profile[7]: 35 is not within 0 to 0.01"),
 ]
 
 

@@ -122,7 +122,7 @@ def test_compliance_is_kept_for_these_inputs_only(monkeypatch, tmp_path, usual):
         ({"ring_diameter": 0.1}, "ring_diameter: leaves no ring"),
         ({"housing_diameter": 0.1}, "housing_diameter: leaves no housing"),
         ({"mesh_size": 1e-4}, "mesh_size: would take millions"),
-        ({"track_diameter": -0.1}, "track_diameter: -100 mm must be positive"),
+        ({"track_diameter": -0.1}, "track_diameter: -100 mm is not within 0.01 to 10000 mm"),
         ({"rollers": 2}, "rollers: at least 3"),
     ],
 )

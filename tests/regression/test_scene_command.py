@@ -233,7 +233,7 @@ def test_wrong_scenes_end_in_one_line(verb, keys, tables, says, tmp_path, capsys
 def test_wrong_options_end_in_one_line(tmp_path, capsys):
     path = write(tmp_path / "scene.toml")
     for arguments, says in (
-        (["plan", str(tmp_path / "none.toml")], "cannot be read"),
+        (["plan", str(tmp_path / "none.toml")], "no such scene file; give the path of a scene.toml"),
         (["run", path, "--with-ehd"], "--all-levels"),
         (["run", path, "--output", str(tmp_path)], "is a folder"),
     ):

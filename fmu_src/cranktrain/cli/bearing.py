@@ -206,7 +206,7 @@ def _loaded(options: argparse.Namespace) -> dict[str, Any]:
 
 def _option(field: str) -> str:
     """What the command line calls a field of a bearing."""
-    return "--" + field.replace("_", "-")
+    return {"speed_rpm": "--speed", "viscosity_pas": "--viscosity"}.get(field, "--" + field.replace("_", "-"))
 
 
 def _text(value: Any) -> str:

@@ -13,19 +13,13 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table as RichTable
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError, nearest, within
 
 _LEFT = ("shape", "to which number", "value", "unit or norm")
 
 
 class Interrupted(KeyboardInterrupt):
     """An interrupt that says what was kept and how to go on, in one line."""
-
-
-def within(option: str, value: float, low: float, high: float, what: str) -> None:
-    """Refuse a number outside its bounds with ``InputError``; ``what`` is its unit, and what else serves."""
-    if not (math.isfinite(value) and low <= value <= high):
-        raise InputError(f"{option} {value:g} is not within {low:g} to {high:g} {what}")
 
 
 def one_of(option: str, value: str, valid: Collection[str]) -> None:
@@ -39,8 +33,10 @@ def number(low: float, high: float, what: str, kind: type = float) -> Callable[[
 
     def number(text: str) -> Any:
         value = kind(text)
-        if not (math.isfinite(value) and low <= value <= high):
-            raise argparse.ArgumentTypeError(f"{value:g} is not within {low:g} to {high:g} {what}")
+        try:
+            within("", value, low, high, what)
+        except InputError as error:
+            raise argparse.ArgumentTypeError(str(error).lstrip()) from None
         return value
 
     return number

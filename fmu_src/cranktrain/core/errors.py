@@ -9,9 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+LONGEST_SHOWN = 80
+"""Characters of a value that a message shows."""
+
 
 class CranktrainError(Exception):
-    """Wrong input or a failed computation, described in one line."""
+    """Wrong input or a failed computation, described in one line: what a file may bring in is escaped."""
+
+    def __str__(self) -> str:
+        return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in super().__str__())
 
 
 class InputError(CranktrainError):
@@ -24,6 +30,22 @@ class StoreError(CranktrainError):
 
 class SolverError(CranktrainError):
     """A step that could not be completed; the state stays at the last good time."""
+
+
+def shown(value: object) -> str:
+    """A value of a file as a message shows it: short, whatever it is."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # whole numbers of thousands of digits have no text
+        return "a value too long to show"
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}…"
+
+
+def within(where: str, value: float, low: float, high: float, what: str) -> None:
+    """Refuse a number outside its bounds with ``InputError``; ``what`` is its unit, and what else serves."""
+    if not low <= value <= high:
+        said = f"{value:g}" if isinstance(value, float) or abs(value) < 10**15 else shown(value)
+        raise InputError(f"{where} {said} is not within {low:g} to {high:g} {what}".rstrip())
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:

@@ -11,14 +11,13 @@ default may be left out.
 
 from __future__ import annotations
 
-import math
-import tomllib
 from dataclasses import fields
 from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_type_hints
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.user_file import is_number, read_toml
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.model import Engine, optional_fields
 from cranktrain.engine.quantities import OFFSETS, UNITS, Quantity, kinds
@@ -42,10 +41,7 @@ def engine_path(name_or_path: str | Path) -> Path:
     """Path of an engine file, by path or by the name of one that ships with the package."""
     text = str(name_or_path)
     if text.endswith(".toml"):
-        path = Path(text)
-        if not path.is_file():
-            raise InputError(f"{path}: no such engine file; shipped engines: {', '.join(engine_names())}")
-        return path
+        return Path(text)
     if text not in engine_names():
         raise InputError(
             f"unknown engine '{text}': {nearest(text, engine_names())} (or give the path of a .toml engine file)"
@@ -106,12 +102,7 @@ def engine_provenance(name_or_path: str | Path) -> list[tuple[str, Any, str, str
 
 def _document(path: Path) -> dict[str, Any]:
     """TOML document of an engine file; ``InputError`` where it is none."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path.name}: not a TOML file: {error}") from None
-    except OSError as error:
-        raise InputError(f"{path.name}: cannot be read: {error.strerror}") from None
+    return read_toml(path, "engine file", f"shipped engines: {', '.join(engine_names())}")
 
 
 def _same_names(known: set[str], optional: set[str], found: set[str], where: str, noun: str) -> None:
@@ -136,11 +127,11 @@ def _si(entry: Any, kind: tuple[type, bool, Any], where: str) -> Any:
         raise InputError(f"{where}: a value of origin '{origin}' needs a note that says to or from which number")
     dimension = rule.dimension if isinstance(rule, Quantity) else "1"
     unit, valid = entry.get("unit", "1"), UNITS[dimension]
-    if unit not in valid:
+    if not isinstance(unit, str) or unit not in valid:
         raise InputError(f"{where}: unit '{unit}' does not measure its {dimension}; use one of: {', '.join(valid)}")
     values = entry["value"]
     if isinstance(values, list) != many:
-        raise InputError(f"{where}: {'a list of values' if many else 'a single value'} is wanted, got {values!r}")
+        raise InputError(f"{where}: {'a list of values' if many else 'a single value'} is wanted, got {shown(values)}")
     if not many:
         return _value(values, plain, valid[unit], OFFSETS.get(unit, 0.0), where)
     shift = OFFSETS.get(unit, 0.0)
@@ -152,8 +143,8 @@ def _value(value: Any, kind: type, scale: float, shift: float, where: str) -> An
     if kind is not float:
         if type(value) is not kind:
             wanted = {bool: "true or false", int: "a whole number", str: "a text"}[kind]
-            raise InputError(f"{where}: {value!r} is not {wanted}")
+            raise InputError(f"{where}: {shown(value)} is not {wanted}")
         return value
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(f"{where}: {value!r} is not a finite number")
+    if not is_number(value):
+        raise InputError(f"{where}: {shown(value)} is not a finite number")
     return float(value) * scale + shift

@@ -28,7 +28,7 @@ RING_SHARE = 0.5
 class Material:
     """Linear isotropic material (Pa, 1, kg/m³)."""
 
-    youngs_modulus: q.Pressure
+    youngs_modulus: q.Modulus
     poisson_ratio: q.PoissonRatio
     density: q.Density
 
@@ -37,15 +37,15 @@ class Material:
 class Crankshaft:
     """Parametric crankshaft geometry, m and rad; one main journal more than there are throws."""
 
-    throw: q.Length
+    throw: q.Size
     throw_angles: tuple[q.Angle, ...]
-    main_diameter: q.Length
-    main_widths: tuple[q.Length, ...]
-    pin_diameter: q.Length
-    pin_width: q.Length
+    main_diameter: q.Size
+    main_widths: tuple[q.Size, ...]
+    pin_diameter: q.Size
+    pin_width: q.Size
     web_thickness: q.Length
-    web_main_radius: q.Length
-    web_pin_radius: q.Length
+    web_main_radius: q.Size
+    web_pin_radius: q.Size
     counterweight_radius: q.Length
     counterweight_half_width: q.Length
     counterweights: tuple[bool, ...]
@@ -101,7 +101,7 @@ class BalanceWeights:
 class Rod:
     """Connecting rod: length, masses at big and small end, and the true inertia about its centre of mass."""
 
-    length: q.Length
+    length: q.Size
     big_end_mass: q.Mass
     small_end_mass: q.Mass
     inertia: q.Inertia
@@ -115,7 +115,7 @@ class Cylinders:
     middles from the middles of their pins; all 0 where the tuple is empty.
     """
 
-    bore: q.Length
+    bore: q.Size
     firing_order: tuple[int, ...]
     pins: tuple[int, ...]
     bank_angles: tuple[q.Angle, ...]
@@ -138,22 +138,22 @@ class PlainBearing:
     the x axis in the sense of rotation); as it comes, the upper half.
     """
 
-    diameter: q.Length
-    width: q.Length
-    clearance: q.Length
-    contact_height: q.Length
-    contact_pressure: q.Pressure
+    diameter: q.Size
+    width: q.Size
+    clearance: q.RadialClearance
+    contact_height: q.Roughness
+    contact_pressure: q.ContactPressure
     groove: q.Groove = "none"
-    roughness: q.Length = 0.4e-6
+    roughness: q.Roughness = 0.4e-6
     asperity_factor: q.AsperityFactor = 0.05
     asperity_ratio: q.AsperityRatio = 0.01
-    contact_modulus: q.Pressure = 58.6e9
+    contact_modulus: q.Modulus = 58.6e9
     boundary_friction: q.Friction = 0.1
-    boundary_shear: q.GaugePressure = 0.0
-    hardness: q.Pressure = 300.0e6
+    boundary_shear: q.ContactShear = 0.0
+    hardness: q.ContactPressure = 300.0e6
     supply_pressure: q.GaugePressure = 4.0e5
     supply_angle: q.Angle = 0.5 * math.pi
-    supply_arc: q.Angle = math.pi
+    supply_arc: q.Arc = math.pi
     supply_width: q.Length = 4.0e-3
 
     @property
@@ -210,10 +210,10 @@ class RollerBearings:
     ``variable`` the rollers go round with their cage, else they stand still, the first one straight below the journal.
     """
 
-    rollers: tuple[int, ...]
+    rollers: tuple[q.Rollers, ...]
     roller_diameter: tuple[q.Length, ...]
     roller_length: tuple[q.Length, ...]
-    pitch_diameter: tuple[q.Length, ...]
+    pitch_diameter: tuple[q.Size, ...]
     clearance: tuple[q.Clearance, ...]
     stiffness: tuple[q.Stiffness, ...]
     tilt_stiffness: tuple[q.TorsionalStiffness, ...]
@@ -233,13 +233,13 @@ class ThrustBearing:
     """
 
     main: int
-    clearance: q.Length
-    inner_diameter: q.Length
-    outer_diameter: q.Length
-    pads: q.Count
+    clearance: q.Gap
+    inner_diameter: q.Size
+    outer_diameter: q.Size
+    pads: q.Pads
     pad_fraction: q.Share
-    taper: q.Length
-    contact_height: q.Length
+    taper: q.Taper
+    contact_height: q.Roughness
     contact_stiffness: q.Stiffness
     block_stiffness: q.Stiffness
     damping: q.Damping
@@ -255,15 +255,15 @@ class Oil:
     film's friction that its oil carries away.
     """
 
-    density: q.Density
+    density: q.OilDensity
     temperature_speeds: tuple[q.Speed, ...]
-    temperatures: tuple[q.Temperature, ...]
+    temperatures: tuple[q.OilTemperature, ...]
     supply_pressure: q.GaugePressure
     law: q.OilLaw = "vogel"
-    vogel_a: q.Viscosity = 0.0
+    vogel_a: q.VogelViscosity = 0.0
     vogel_b: q.TemperatureDifference = 0.0
-    vogel_c: q.Temperature = 0.0
-    walther_temperatures: tuple[q.Temperature, ...] = ()
+    vogel_c: q.VogelTemperature = 0.0
+    walther_temperatures: tuple[q.OilTemperature, ...] = ()
     walther_viscosities: tuple[q.KinematicViscosity, ...] = ()
     pressure_law: q.PressureLaw = "none"
     pressure_viscosity: q.PressureCoefficient = 0.0
@@ -290,7 +290,7 @@ class PistonGuidance:
     mass_height: q.Offset
     tilt_inertia: q.Inertia
     clearance: q.Clearance = 0.0
-    friction: q.Number = 0.0
+    friction: q.Friction = 0.0
     sliding_speed: q.Velocity = 0.1
 
 
@@ -335,18 +335,18 @@ class Damper:
     cooling_area: q.Area
     power_limit: q.HeatFlux
     law: q.DamperLaw = "shear-thinning"
-    viscosity: q.Viscosity = 0.0
+    viscosity: q.FluidViscosity = 0.0
     viscosity_slope: q.TemperatureDifference = 0.0
-    critical_stress: q.Pressure = 0.0
+    critical_stress: q.Stress = 0.0
     flow_exponent: q.FlowExponent = 0.0
     ring_outer_radius: q.Length = 0.0
     ring_inner_radius: q.Length = 0.0
     ring_width: q.Length = 0.0
-    axial_gap: q.Length = 0.0
-    outer_gap: q.Length = 0.0
-    inner_gap: q.Length = 0.0
+    axial_gap: q.Gap = 0.0
+    outer_gap: q.Gap = 0.0
+    inner_gap: q.Gap = 0.0
     stiffness: q.TorsionalStiffness = 0.0
-    loss_factor: q.Positive = 0.0
+    loss_factor: q.LossFactor = 0.0
 
 
 @dataclass(frozen=True)
@@ -365,17 +365,17 @@ class Combustion:
 
     start: q.Angle
     duration: q.Duration
-    wiebe_a: q.Positive
-    wiebe_m: q.Number
+    wiebe_a: q.WiebeFactor
+    wiebe_m: q.WiebeExponent
     heat: q.Energy
-    intake_pressure: q.Pressure
+    intake_pressure: q.GasPressure
     intake_temperature: q.Temperature
-    exhaust_pressure: q.Pressure
+    exhaust_pressure: q.GasPressure
     intake_closes: q.Angle
     exhaust_opens: q.Angle
     wall_temperature: q.Temperature
     best_speed: q.RatedSpeed
-    falloff: q.Number
+    falloff: q.Falloff
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -391,10 +391,10 @@ class Block:
     say how the block is meshed and reduced.
     """
 
-    youngs_modulus: q.Pressure
+    youngs_modulus: q.Modulus
     poisson_ratio: q.PoissonRatio
     density: q.Density
-    deck_height: q.Length
+    deck_height: q.Size
     deck_thickness: q.Length
     foot_height: q.Length
     bank_half_width: q.Length
@@ -415,7 +415,7 @@ class Block:
     head_height: q.Length
     damping_ratio: q.DampingRatio
     mesh_size: q.Length
-    fixed_modes: q.Count
+    fixed_modes: q.Modes
     running_cutoff_hz: q.Frequency
 
     @property
@@ -471,7 +471,7 @@ class Reduction:
     :mod:`cranktrain.structure.crank.torsional`.
     """
 
-    fixed_modes: q.Count
+    fixed_modes: q.Modes
     running_cutoff_hz: q.Frequency
     consistent_mass: bool
     torsional_source: q.TorsionalSource = "solid"
@@ -489,6 +489,6 @@ class Published:
     cranktrain_shapes: tuple[str, ...]
     measured_hz: tuple[q.Frequency, ...]
     second_torsional_hz: q.Frequency
-    critical_orders: tuple[q.Number, ...]
+    critical_orders: tuple[q.Order, ...]
     critical_speeds: tuple[q.Speed, ...]
     measured_critical_speeds: tuple[q.Speed, ...]

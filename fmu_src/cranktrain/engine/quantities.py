@@ -11,7 +11,7 @@ from functools import cache
 from itertools import pairwise
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError, nearest, shown
 
 ZERO_CELSIUS = 273.15
 
@@ -45,31 +45,33 @@ UNITS: dict[str, dict[str, float]] = {
     "energy": {"J": 1.0, "kJ": 1e3},
 }
 OFFSETS = {"degC": ZERO_CELSIUS}
-SHOWN = {"length": "mm", "angle": "deg", "temperature": "degC"}
-"""Units of messages where they are not those of SI."""
+ROUNDING = 1e-9
+"""Share of an end of a range by which a value converted to SI may miss it."""
 
 
 class Quantity(NamedTuple):
-    """What a field measures, the interval it lies in (SI; a square bracket: the end counts), and a hint on values."""
+    """What a field measures and the range it lies in, both ends included, in the unit that messages use; a hint.
 
-    dimension: str = "1"
-    within: str = "(0, inf)"
-    hint: str = ""
+    Ranges are wide: from models that stand on a table to marine engines. Beyond them a value is a slip.
+    """
+
+    dimension: str
+    low: float
+    high: float
+    unit: str = ""
+    hint: str = "check its unit"
 
     def wrong(self, value: float) -> str:
-        """What is wrong with a value; empty where nothing is."""
-        low, high = map(float, self.within[1:-1].split(","))
-        from_low, to_high = self.within[0] == "[", self.within[-1] == "]"
-        if (low < value or (from_low and value == low)) and (value < high or (to_high and value == high)):
+        """What is wrong with a value (SI); empty where nothing is."""
+        unit = self.unit or next(iter(UNITS[self.dimension]))
+        scale, shift = UNITS[self.dimension][unit], OFFSETS.get(unit, 0.0)
+        low, high = (end * scale + shift for end in (self.low, self.high))
+        if low - ROUNDING * abs(low) <= value <= high + ROUNDING * abs(high):
             return ""
-        own = "" if self.dimension == "1" else next(iter(UNITS[self.dimension]))
-        must = [f"be {'at least' if from_low else 'above'} {low:g} {own}".rstrip()] if low > -math.inf else []
-        must = ["be positive"] if self.within.startswith("(0,") else must
-        must += [f"{'at most' if to_high else 'below'} {high:g} {own}".rstrip()] if high < math.inf else []
-        unit = SHOWN.get(self.dimension, own)
-        value = (value - OFFSETS.get(unit, 0.0)) / UNITS[self.dimension].get(unit, 1.0)
-        text = f"{value:.4g} {unit}".rstrip() + f" must {' and '.join(must) or 'be finite'}"
-        return f"{text}; {self.hint}" if self.hint else text
+        said = f"{(value - shift) / scale:.4g}" if abs(value) < math.inf else shown(value)
+        own = "" if unit == "1" else f" {unit}"
+        text = f"{said}{own} is not within {self.low:g} to {self.high:g}{own}"
+        return f"{text}; {self.hint}" if self.hint and not (unit == "1" and self.hint == "check its unit") else text
 
 
 class OneOf(NamedTuple):
@@ -83,58 +85,85 @@ class OneOf(NamedTuple):
         return "" if value in self.names else f"unknown {self.noun} '{value}'; {nearest(value, self.names)}"
 
 
-NONNEGATIVE, EITHER = "[0, inf)", "(-inf, inf)"
-_UNIT_CHECK = "check its unit"
+# Annotated[type, Quantity(dimension, lowest, highest, unit of the range, hint)]
+Share = Annotated[float, Quantity("1", 1e-3, 1.0)]
+HeatShare = Annotated[float, Quantity("1", 1e-3, 1.0, hint="it is a part of the friction power")]
+PoissonRatio = Annotated[float, Quantity("1", 0.0, 0.49)]
+CompressionRatio = Annotated[float, Quantity("1", 1.5, 60.0, hint="piston engines have 8 to 24")]
+DampingRatio = Annotated[float, Quantity("1", 0.0, 0.99, hint="a larger ratio is overcritical")]
+Friction = Annotated[float, Quantity("1", 0.0, 0.99, hint="lubricated surfaces have 0.08 to 0.15")]
+LossFactor = Annotated[float, Quantity("1", 1e-3, 10.0, hint="rubbers have 0.1 to 0.5")]
+WiebeFactor = Annotated[float, Quantity("1", 0.1, 50.0, hint="6.908 burns 99.9 %")]
+WiebeExponent = Annotated[float, Quantity("1", 0.0, 20.0)]
+Falloff = Annotated[float, Quantity("1", 0.0, 10.0)]
+Order = Annotated[float, Quantity("1", 0.0, 1000.0)]
+AsperityFactor = Annotated[float, Quantity("1", 1e-4, 0.99, hint="usual surfaces have 0.03 to 0.05")]
+AsperityRatio = Annotated[float, Quantity("1", 1e-6, 0.99, hint="usual surfaces have 0.0001 to 0.01")]
+FlowExponent = Annotated[float, Quantity("1", 0.01, 0.99, hint="silicone oils of high viscosity have 0.2 to 0.5")]
+RollerProfile = Annotated[float, Quantity("1", 0.0, 0.01, hint="usual: 0 (straight) or 0.00035")]
+ReliefExponent = Annotated[float, Quantity("1", 1.0, 10.0, hint="2 is a parabola")]
+Pads = Annotated[int, Quantity("1", 1, 100)]
+Rollers = Annotated[int, Quantity("1", 1, 500)]
+Modes = Annotated[int, Quantity("1", 1, 2000)]
 
-Number = Annotated[float, Quantity("1", NONNEGATIVE)]
-Positive = Annotated[float, Quantity()]
-Count = Annotated[int, Quantity("1", "[1, inf)")]
-Share = Annotated[float, Quantity("1", "(0, 1]")]
-HeatShare = Annotated[float, Quantity("1", "(0, 1]", "it is a part of the friction power")]
-PoissonRatio = Annotated[float, Quantity("1", "(0, 0.5)")]
-CompressionRatio = Annotated[float, Quantity("1", "(1, inf)")]
-DampingRatio = Annotated[float, Quantity("1", "[0, 1)", "a larger ratio is overcritical")]
-Friction = Annotated[float, Quantity("1", "[0, 1)", "lubricated surfaces have 0.08 to 0.15")]
-AsperityFactor = Annotated[float, Quantity("1", "(0, 1)", "usual surfaces have 0.03 to 0.05")]
-AsperityRatio = Annotated[float, Quantity("1", "(0, 1)", "usual surfaces have 0.0001 to 0.01")]
-FlowExponent = Annotated[float, Quantity("1", "(0, 1)", "silicone oils of high viscosity have 0.2 to 0.5")]
-RollerProfile = Annotated[float, Quantity("1", "[0, 0.01]", "usual: 0 (straight) or 0.00035")]
-Length = Annotated[float, Quantity("length", "(0, 10)", _UNIT_CHECK)]
-ReliefDepth = Annotated[float, Quantity("length", "[0, 1e-4]", "shells that have run in have 0 to 20 um")]
-ReliefExponent = Annotated[float, Quantity("1", "[1, 10]", "2 is a parabola")]
-Clearance = Annotated[float, Quantity("length", "[0, 10)", _UNIT_CHECK)]
-Offset = Annotated[float, Quantity("length", EITHER)]
-Angle = Annotated[float, Quantity("angle", EITHER)]
-Duration = Annotated[float, Quantity("angle")]
-Mass = Annotated[float, Quantity("mass")]
-Inertia = Annotated[float, Quantity("inertia")]
-AddedInertia = Annotated[float, Quantity("inertia", NONNEGATIVE)]
-Density = Annotated[float, Quantity("density")]
-Pressure = Annotated[float, Quantity("pressure")]
-GaugePressure = Annotated[float, Quantity("pressure", NONNEGATIVE)]
-Stiffness = Annotated[float, Quantity("stiffness")]
-SupportStiffness = Annotated[float, Quantity("stiffness", NONNEGATIVE)]
-Damping = Annotated[float, Quantity("damping", NONNEGATIVE)]
-TorsionalStiffness = Annotated[float, Quantity("torsional stiffness")]
-SupportTorsionalStiffness = Annotated[float, Quantity("torsional stiffness", NONNEGATIVE)]
-TorsionalDamping = Annotated[float, Quantity("torsional damping", NONNEGATIVE)]
-Viscosity = Annotated[float, Quantity("viscosity")]
-KinematicViscosity = Annotated[float, Quantity("kinematic viscosity")]
-PressureCoefficient = Annotated[float, Quantity("pressure coefficient", "[0, 1e-6)", "oils have 15 to 25 1/GPa")]
-Temperature = Annotated[float, Quantity("temperature")]
-TemperatureDifference = Annotated[float, Quantity("temperature difference")]
-HeatCapacity = Annotated[float, Quantity("heat capacity")]
-HeatTransfer = Annotated[float, Quantity("heat transfer")]
-HeatFlux = Annotated[float, Quantity("heat flux")]
-Speed = Annotated[float, Quantity("speed", NONNEGATIVE)]
-RatedSpeed = Annotated[float, Quantity("speed")]
-Velocity = Annotated[float, Quantity("velocity")]
-Frequency = Annotated[float, Quantity("frequency", NONNEGATIVE)]
-WorkingFrequency = Annotated[float, Quantity("frequency", hint="give the torsional frequency that the damper works at")]
-Rate = Annotated[float, Quantity("rate", NONNEGATIVE)]
-Time = Annotated[float, Quantity("time", NONNEGATIVE)]
-Energy = Annotated[float, Quantity("energy")]
-Area = Annotated[float, Quantity("area")]
+Size = Annotated[float, Quantity("length", 1.0, 5000.0, "mm")]
+Length = Annotated[float, Quantity("length", 0.01, 10000.0, "mm")]
+Clearance = Annotated[float, Quantity("length", 0.0, 10.0, "mm")]
+Gap = Annotated[float, Quantity("length", 1e-3, 100.0, "mm")]
+RadialClearance = Annotated[
+    float, Quantity("length", 0.5, 10000.0, "um", "it is the radial clearance, often given in um")
+]
+Roughness = Annotated[float, Quantity("length", 1e-3, 1000.0, "um")]
+Taper = Annotated[float, Quantity("length", 0.01, 5000.0, "um")]
+ReliefDepth = Annotated[float, Quantity("length", 0.0, 100.0, "um", "shells that have run in have 0 to 20 um")]
+Offset = Annotated[float, Quantity("length", -10000.0, 10000.0, "mm")]
+Angle = Annotated[float, Quantity("angle", -720.0, 720.0, "deg")]
+Arc = Annotated[float, Quantity("angle", 0.0, 360.0, "deg")]
+Duration = Annotated[float, Quantity("angle", 0.1, 400.0, "deg")]
+
+Mass = Annotated[float, Quantity("mass", 1e-6, 1e5)]
+Inertia = Annotated[float, Quantity("inertia", 1e-9, 1e6)]
+AddedInertia = Annotated[float, Quantity("inertia", 0.0, 1e6)]
+Density = Annotated[float, Quantity("density", 100.0, 25000.0, hint="cast iron has 7200, steel 7850")]
+OilDensity = Annotated[float, Quantity("density", 300.0, 3000.0, hint="mineral oil has 850")]
+
+Modulus = Annotated[float, Quantity("pressure", 1e-3, 1e4, "GPa", "steel has 210")]
+ContactPressure = Annotated[float, Quantity("pressure", 0.1, 1e5, "MPa")]
+ContactShear = Annotated[float, Quantity("pressure", 0.0, 1e4, "MPa")]
+Stress = Annotated[float, Quantity("pressure", 1.0, 1e9)]
+GasPressure = Annotated[float, Quantity("pressure", 0.01, 50.0, "bar", "it is absolute; check its unit")]
+GaugePressure = Annotated[float, Quantity("pressure", 0.0, 1000.0, "bar")]
+
+Stiffness = Annotated[float, Quantity("stiffness", 1e-3, 1e13)]
+SupportStiffness = Annotated[float, Quantity("stiffness", 0.0, 1e13)]
+Damping = Annotated[float, Quantity("damping", 0.0, 1e9)]
+TorsionalStiffness = Annotated[float, Quantity("torsional stiffness", 1e-6, 1e12)]
+SupportTorsionalStiffness = Annotated[float, Quantity("torsional stiffness", 0.0, 1e12)]
+TorsionalDamping = Annotated[float, Quantity("torsional damping", 0.0, 1e8)]
+
+VogelViscosity = Annotated[float, Quantity("viscosity", 1e-6, 1e3, "mPa s")]
+FluidViscosity = Annotated[float, Quantity("viscosity", 1e-4, 1e5)]
+KinematicViscosity = Annotated[float, Quantity("kinematic viscosity", 0.5, 1e6, "mm^2/s")]
+PressureCoefficient = Annotated[float, Quantity("pressure coefficient", 0.0, 1e3, "1/GPa", "oils have 15 to 25 1/GPa")]
+Temperature = Annotated[float, Quantity("temperature", -100.0, 1000.0, "degC")]
+OilTemperature = Annotated[float, Quantity("temperature", -80.0, 300.0, "degC")]
+VogelTemperature = Annotated[float, Quantity("temperature", 1.0, 400.0)]
+TemperatureDifference = Annotated[float, Quantity("temperature difference", 0.1, 1e5)]
+HeatCapacity = Annotated[float, Quantity("heat capacity", 100.0, 1e4)]
+HeatTransfer = Annotated[float, Quantity("heat transfer", 0.1, 1e5)]
+HeatFlux = Annotated[float, Quantity("heat flux", 1e-3, 1e5, "kW/m^2")]
+
+Speed = Annotated[float, Quantity("speed", 0.0, 30000.0, "rev/min")]
+RatedSpeed = Annotated[float, Quantity("speed", 10.0, 30000.0, "rev/min")]
+Velocity = Annotated[float, Quantity("velocity", 1e-6, 100.0)]
+Frequency = Annotated[float, Quantity("frequency", 0.0, 1e5)]
+WorkingFrequency = Annotated[
+    float, Quantity("frequency", 0.1, 1e5, hint="give the torsional frequency that the damper works at")
+]
+Rate = Annotated[float, Quantity("rate", 0.0, 1e6)]
+Time = Annotated[float, Quantity("time", 0.0, 100.0)]
+Energy = Annotated[float, Quantity("energy", 1e-4, 1e4, "kJ")]
+Area = Annotated[float, Quantity("area", 1e-4, 100.0)]
 
 NEWTONIAN, SHEAR_THINNING, COMPLEX_MODULUS = DAMPER_LAWS = ("newtonian", "shear-thinning", "complex-modulus")
 TORSIONAL_SOURCES = ("solid", "solid-on-bearings", "ker-wilson", "carter")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 from cranktrain import assembly
 from cranktrain.core.errors import InputError
+from cranktrain.core.user_file import read_toml
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import LAWS, PLAIN
@@ -91,12 +91,9 @@ def whole_model(
 
 def is_scene(name: str | Path) -> bool:
     """Whether a name is the path of a scene: TOML that names its engine."""
-    path = Path(name)
-    if path.suffix != ".toml" or not path.is_file():
-        return False
     try:
-        return isinstance(tomllib.loads(path.read_text(encoding="utf-8")).get("engine"), str)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError):
+        return Path(name).suffix == ".toml" and isinstance(read_toml(name, "scene file", "").get("engine"), str)
+    except InputError:
         return False
 
 

@@ -12,21 +12,42 @@ from __future__ import annotations
 
 import math
 import re
+import warnings
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError, shown
+from cranktrain.core.user_file import read_text
+from cranktrain.loads.pressure_units import (
+    HIGHEST_PEAK,
+    LOWEST_PEAK,
+    PressureUnit,
+    header_unit,
+    named_unit,
+    unit_of_size,
+)
 
 Array = NDArray[np.float64]
 
-UNITS = {"Pa": 1.0, "kPa": 1e3, "bar": 1e5, "MPa": 1e6}
-_SPELT = {unit.lower(): unit for unit in UNITS}
-# Peaks of engines: the ranges of the units do not overlap, so the size of a peak tells the unit.
-LOWEST_PEAK, HIGHEST_PEAK = 3e6, 3e7
 WIDEST_GAP = 40.0
+HEADER_LINES = 3
+LARGEST = 1e12
+"""Beyond which a number is no angle or pressure in any unit."""
+# What is doubtful in a trace, said once it is read.
+LEAST_RATIO = 3.0
+"""Peak over least pressure: what the weakest compression makes of an intake's pressure."""
+LARGEST_NOISE = 0.03
+"""Standard deviation of the points over the peak."""
+SECOND_PEAK, APART = 0.95, 90.0
+"""Height of a second peak over the first, and how far away (deg) it belongs to no pilot burn."""
+CONFLICT = 0.2
+"""Range of the points at one angle over the peak: more than cycles of one engine differ."""
+GAP_AT_PEAK, NEAR_PEAK = 10.0, 15.0
+"""Gap (deg) within so many degrees of the peak in which the true peak may hide."""
 PERIOD = 720.0
 _FINE = 2880
 
@@ -39,7 +60,7 @@ def read_pressure(
     Parameters
     ----------
     path : file with one point per line; ``;``, ``,``, tab or blanks between; a header may name the pressure's unit
-    unit : Pa, kPa, bar or MPa; None takes it from the header or the size of the peak
+    unit : see :mod:`cranktrain.loads.pressure_units`; None takes it from the header or the size of the peak
     dead_centre_deg : angle of the file that is firing dead centre; None takes 0 or 360, whichever is within 60 degrees
         of the peak
     n : number of samples; divides 2880
@@ -48,36 +69,35 @@ def read_pressure(
     ------
     InputError
         one line with file and row: not readable, empty, NaN, negative, too short, wrong unit, dead centre not found
+
+    Warns, one line each, of what is hardly a cylinder's pressure: constant, noisy, with two peaks, points that
+    contradict each other, or a gap at the peak.
     """
     name = Path(path).name
-    angle, pressure, header = _points(Path(path), name)
-    scale, stated = _scale(pressure, header, unit, name)
-    pressure = pressure * scale
+    angle, pressure, found = _points(path, name, unit)
+    pressure = _absolute(pressure, found, name)
     if dead_centre_deg is not None and not math.isfinite(dead_centre_deg):
         raise InputError(f"{name}: dead centre at {dead_centre_deg} deg is not an angle")
     centre = _dead_centre(angle, pressure, name) if dead_centre_deg is None else dead_centre_deg
-    angle, pressure = _one_cycle(angle - centre, pressure, name)
+    angle, pressure, conflict = _one_cycle(angle - centre, pressure, name)
     noise = _noise(angle, pressure)
     smooth = _smooth(angle, pressure, noise)
+    for doubt in _doubts(angle, pressure, noise, smooth, conflict):
+        warnings.warn(f"{name}: {doubt}", stacklevel=3)
     if smooth.min() <= 0.0:
         raise InputError(f"{name}: smoothing gives a pressure below zero; the points scatter by {noise:.3g} Pa")
     source = (
-        f"{name}: {angle.size} points in {stated}, firing dead centre at {centre:g} deg of the file, "
+        f"{name}: {angle.size} points in {found.how}, firing dead centre at {centre:g} deg of the file, "
         f"noise {1e-5 * noise:.2g} bar"
     )
     return np.ascontiguousarray(smooth[:: _FINE // n]), source
 
 
-def _points(path: Path, name: str) -> tuple[Array, Array, str]:
-    """Angles (deg), pressures as written, and the header's text."""
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such pressure file; give a text file of angle in degrees and pressure") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as text ({type(error).__name__})") from None
+def _points(path: str | Path, name: str, unit: str | None) -> tuple[Array, Array, PressureUnit]:
+    """Angles (deg), pressures as written, and their unit."""
+    lines = read_text(path, "pressure file", "give a text file of angle in degrees and pressure").splitlines()
     rows: list[list[float]] = []
-    header = ""
+    header: list[list[str]] = []
     for number, line in enumerate(lines, start=1):
         text = line.strip()
         if not text or text.startswith("#"):
@@ -89,49 +109,52 @@ def _points(path: Path, name: str) -> tuple[Array, Array, str]:
         try:
             values = [float(cell) for cell in cells]
         except ValueError:
-            if rows or header:
-                raise InputError(f"{name}: line {number}: '{text[:40]}' is not two numbers") from None
-            header = text
+            if rows or len(header) == HEADER_LINES:
+                raise InputError(f"{name}: line {number}: {shown(text)} is not two numbers") from None
+            header.append(cells)
             continue
         if len(values) != 2:
             raise InputError(f"{name}: line {number}: {len(values)} columns; give two, angle in degrees and pressure")
-        if not all(map(math.isfinite, values)):
-            raise InputError(f"{name}: line {number}: '{text[:40]}' holds a value that is not finite; remove the line")
-        if values[1] < 0.0:
-            raise InputError(f"{name}: line {number}: pressure {values[1]:g} is negative; absolute pressure is wanted")
-        rows.append(values)
+        if not all(abs(value) <= LARGEST for value in values):
+            raise InputError(f"{name}: line {number}: {shown(text)} holds a value that is not finite; remove the line")
+        rows.append([*values, number])
     if not rows:
         raise InputError(f"{name}: no points; give lines of angle in degrees and pressure")
+    found = _stated(header, unit, name)
+    data = np.array(rows)
+    if found is None or found.zero == 0.0:
+        for _, value, number in data[data[:, 1] < 0.0][:1]:
+            raise InputError(
+                f"{name}: line {number:.0f}: pressure {value:g} is negative; absolute pressure is wanted, or a gauge "
+                "unit such as barg"
+            )
     if len(rows) < 20:
         raise InputError(f"{name}: {len(rows)} points are too few for a cycle; give at least 20")
-    data = np.array(rows)
-    return data[:, 0], data[:, 1], header
+    return data[:, 0], data[:, 1], found or unit_of_size(float(data[:, 1].max()), name)
 
 
-def _scale(pressure: Array, header: str, unit: str | None, name: str) -> tuple[float, str]:
-    """Factor to Pa, and the unit with the way it was found."""
-    words = re.findall(r"[a-z]+", header.lower())
-    if "rad" in words:
+def _stated(header: list[list[str]], unit: str | None, name: str) -> PressureUnit | None:
+    """The unit that option or header state, if they do."""
+    if any("rad" in re.findall(r"[a-z]+", cell.lower()) for cells in header for cell in cells):
         raise InputError(f"{name}: the header says rad; angles are wanted in degrees")
-    peak = float(pressure.max())
     if unit is not None:
-        if unit.lower() not in _SPELT:
-            raise InputError(f"unknown pressure unit '{unit}': {nearest(unit, UNITS)}")
-        found = how = _SPELT[unit.lower()]
-    elif named := [_SPELT[word] for word in words if word in _SPELT]:
-        found, how = named[-1], f"{named[-1]} by the header"
-    else:
-        fits = [key for key, factor in UNITS.items() if LOWEST_PEAK <= peak * factor < HIGHEST_PEAK]
-        if not fits:
-            raise InputError(f"{name}: no unit is stated and a peak of {peak:g} fits none; state Pa, kPa, bar or MPa")
-        found, how = fits[0], f"{fits[0]} (not stated; the only unit that fits a peak of {peak:.4g})"
-    scale = UNITS[found]
-    if not 0.1 * LOWEST_PEAK <= peak * scale <= 2.0 * HIGHEST_PEAK:
+        return named_unit(unit)
+    units = [found for cells in header if (found := header_unit(cells, name)) is not None]
+    return units[-1]._replace(how=f"{units[-1].how} by the header") if units else None
+
+
+def _absolute(pressure: Array, unit: PressureUnit, name: str) -> Array:
+    """Pressures in Pa; refuses what is no engine's."""
+    absolute = pressure * unit.scale + unit.zero
+    peak = float(absolute.max())
+    if not 0.1 * LOWEST_PEAK <= peak <= 2.0 * HIGHEST_PEAK:
         raise InputError(
-            f"{name}: a peak of {peak:g} {found} is no cylinder pressure of an engine (0.3 to 60 MPa); "
+            f"{name}: a peak of {pressure.max():g} {unit.name} is no cylinder pressure of an engine (0.3 to 60 MPa); "
             "state another unit"
         )
-    return scale, how
+    if absolute.min() < 0.0:
+        raise InputError(f"{name}: {pressure.min():g} {unit.name} is less than nothing; state another unit")
+    return np.asarray(absolute)
 
 
 def _dead_centre(angle: Array, pressure: Array, name: str) -> float:
@@ -145,14 +168,18 @@ def _dead_centre(angle: Array, pressure: Array, name: str) -> float:
     return centre
 
 
-def _one_cycle(angle: Array, pressure: Array, name: str) -> tuple[Array, Array]:
-    """Points folded into [0, 720), ordered, those within a quarter degree averaged; refuse what leaves a cycle open."""
+def _one_cycle(angle: Array, pressure: Array, name: str) -> tuple[Array, Array, tuple[float, float]]:
+    """Points folded into [0, 720), ordered, those within a quarter degree averaged; refuse what leaves a cycle open.
+
+    Also the largest range (Pa) of points that were averaged, and its angle.
+    """
     folded = angle % PERIOD
     cell = np.floor(folded * (_FINE / PERIOD)).astype(int) % _FINE
     order = np.argsort(cell, kind="stable")
     _, start, count = np.unique(cell[order], return_index=True, return_counts=True)
     x = np.add.reduceat(folded[order], start) / count
     y = np.add.reduceat(pressure[order], start) / count
+    spread = np.maximum.reduceat(pressure[order], start) - np.minimum.reduceat(pressure[order], start)
     gaps = np.diff(np.append(x, x[0] + PERIOD))
     if gaps.max() > WIDEST_GAP:
         at = int(gaps.argmax())
@@ -160,7 +187,39 @@ def _one_cycle(angle: Array, pressure: Array, name: str) -> tuple[Array, Array]:
             f"{name}: no points over {gaps[at]:.0f} deg after {x[at]:.0f} deg past firing dead centre; "
             f"a whole cycle of 720 deg is wanted, with gaps of {WIDEST_GAP:.0f} deg at most"
         )
-    return x, y
+    widest = int(spread.argmax())
+    return x, y, (float(spread[widest]), float(x[widest]))
+
+
+def _doubts(x: Array, y: Array, noise: float, smooth: Array, conflict: tuple[float, float]) -> Iterator[str]:
+    """What is hardly a cylinder's pressure; angles in messages are those after firing dead centre."""
+    peak, at = float(smooth.max()), float(smooth.argmax()) * PERIOD / _FINE
+    if peak < LEAST_RATIO * smooth.min():
+        yield f"pressures of {1e-5 * smooth.min():.3g} to {1e-5 * peak:.3g} bar are nearly constant: no compression"
+    if noise > LARGEST_NOISE * y.max():
+        yield f"points scatter by {1e-5 * noise:.2g} bar, {100.0 * noise / y.max():.0f} % of the peak; it may be lower"
+    if conflict[0] > CONFLICT * y.max():
+        yield (
+            f"points at {conflict[1]:.4g} deg past firing dead centre differ by {1e-5 * conflict[0]:.3g} bar; "
+            "their mean is taken"
+        )
+    grid = np.arange(_FINE) * PERIOD / _FINE
+    far = np.abs((grid - at + 0.5 * PERIOD) % PERIOD - 0.5 * PERIOD) > APART
+    if smooth[far].max() > SECOND_PEAK * peak and peak >= LEAST_RATIO * smooth.min():
+        second = grid[far][smooth[far].argmax()]
+        yield (
+            f"two peaks of {1e-5 * peak:.3g} and {1e-5 * smooth[far].max():.3g} bar, at {at:.4g} and {second:.4g} deg "
+            "past firing dead centre; a cycle has one"
+        )
+    ends, starts = np.append(x[1:], x[0] + PERIOD), x
+    highest = x[y.argmax()]
+    for first, last in zip(starts, ends, strict=True):
+        middle = (0.5 * (first + last) - highest + 0.5 * PERIOD) % PERIOD - 0.5 * PERIOD
+        if last - first > GAP_AT_PEAK and abs(middle) - 0.5 * (last - first) < NEAR_PEAK:
+            yield (
+                f"no points from {first:.4g} to {last:.4g} deg past firing dead centre, at the peak; it may be higher "
+                "than read"
+            )
 
 
 def _noise(x: Array, y: Array) -> float:

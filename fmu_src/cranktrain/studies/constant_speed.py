@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain.assembly import Assembly, assemble, checked
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError, nearest, within
 from cranktrain.dynamics import simulation
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.settled.judging import TOLERANCE
@@ -35,6 +35,7 @@ _BOUNDS = {
     "load": (0.0, 2.0, "of the full-load burn"),
     "load_torque_nm": (-1e6, 1e6, "N m"),
     "step_deg": (0.001, 30.0, "deg of crank angle"),
+    "pressure_tdc_deg": (-7200.0, 7200.0, "deg of the file"),
 }
 _LEVELS: dict[str, Callable[[], tuple[str, ...]]] = {
     "crank": lambda: tuple(CRANKS),
@@ -122,8 +123,8 @@ class Request:
         """Refuse what no engine can run; ``InputError``."""
         for name, (low, high, what) in _BOUNDS.items():
             value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and low <= value <= high):
-                raise InputError(f"{label(name)} {value:g} is not within {low:g} to {high:g} {what}")
+            if value is not None:
+                within(label(name), value, low, high, what)
         for name, valid in _LEVELS.items():
             level = getattr(self, name)
             if level not in valid():

@@ -29,13 +29,13 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError, nearest, shown, within
+from cranktrain.core.user_file import is_number, read_toml
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.levels import CRANKS, Levels
@@ -133,12 +133,7 @@ def load_scene(path: str | Path) -> Scene:
         one line with file and key, for anything unknown, missing, of a wrong type, or that cannot be had
     """
     path = Path(path)
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path.name}: not a TOML file: {error}") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); give the path of a scene.toml") from None
+    document = read_toml(path, "scene file", "give the path of a scene.toml")
     try:
         return _scene(path, document)
     except InputError as error:
@@ -203,13 +198,13 @@ def _check_types(table: Mapping[str, Any], keys: Mapping[str, str], prefix: str)
         if key not in keys:
             raise InputError(f"unknown key '{prefix}{key}'; {nearest(key, keys)}")
         if not _is(value, keys[key]):
-            raise InputError(f"{prefix}{key}: {value!r} is not {keys[key]}")
+            raise InputError(f"{prefix}{key}: {shown(value)} is not {keys[key]}")
 
 
 def _is(value: Any, kind: str) -> bool:
     """Whether a value is of a kind."""
     if kind == _NUMBER:
-        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+        return is_number(value)
     if kind in (_NUMBERS, _TEXTS):
         return isinstance(value, list) and all(_is(entry, _NUMBER if kind == _NUMBERS else _TEXT) for entry in value)
     return type(value) is {_WHOLE: int, _TEXT: str, _FLAG: bool, _TABLE: dict}[kind]
@@ -235,14 +230,12 @@ def _speeds(document: Mapping[str, Any]) -> tuple[float, ...]:
             if key not in table:
                 raise InputError(f"run_up.{key} is missing; a run-up has from, to (rev/min) and points")
         points, first, last = table["points"], float(table["from"]), float(table["to"])
-        if not 2 <= points <= 1000:
-            raise InputError(f"run_up.points: {points} is not within 2 to 1000")
+        within("run_up.points:", points, 2, 1000, "points")
         if not first < last:
             raise InputError(f"run_up: from {first:g} must be less than to, {last:g} rev/min")
         speeds = [first + (last - first) * k / (points - 1) for k in range(points)]
     for rpm in speeds:
-        if not SLOWEST_RPM <= rpm <= FASTEST_RPM:
-            raise InputError(f"{where}: {rpm:g} is not within {SLOWEST_RPM:g} to {FASTEST_RPM:g} rev/min")
+        within(f"{where}:", rpm, SLOWEST_RPM, FASTEST_RPM, "rev/min")
     if len(set(speeds)) != len(speeds):
         raise InputError(f"{where}: a speed is given twice")
     return tuple(rpm * RPM for rpm in speeds)
@@ -307,8 +300,8 @@ def _check_numbers(scene: Scene) -> None:
         ("load", scene.load, 0.0, 2.0, "of the full-load burn"),
         ("step_deg", None if scene.step is None else math.degrees(scene.step), 0.001, 30.0, "deg of crank angle"),
     ):
-        if value is not None and not low <= value <= high:
-            raise InputError(f"{key}: {value:g} is not within {low:g} to {high:g} {unit}")
+        if value is not None:
+            within(f"{key}:", value, low, high, unit)
     lowest = 0.5 * min(scene.speeds) / (2.0 * math.pi)
     if scene.frequency < lowest:
         raise InputError(

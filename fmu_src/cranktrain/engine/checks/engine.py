@@ -11,10 +11,14 @@ from cranktrain.engine.checks.block import check_block, check_mounts
 from cranktrain.engine.checks.crankshaft import check_balance_weights, check_crankshaft
 from cranktrain.engine.checks.cylinder import check_cylinders
 from cranktrain.engine.checks.damper import check_damper
+from cranktrain.engine.checks.masses import warn_of_masses
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Combustion, Oil
-from cranktrain.engine.quantities import check_values, need, need_equal_lengths, need_table
+from cranktrain.engine.quantities import ZERO_CELSIUS, check_values, need, need_equal_lengths, need_table
 from cranktrain.engine.roller_bearing import check_rollers
+
+OIL_VISCOSITIES = (1e-5, 100.0)
+"""Thinnest and thickest oil, Pa s, at the temperatures that an engine's oil has over its speeds."""
 
 
 def check_engine(engine: Engine) -> None:
@@ -41,6 +45,7 @@ def check_engine(engine: Engine) -> None:
             need(name, "polar_inertia", plausible, "is more than twice diametral_inertia, which no body has")
     _check_oil(engine.oil)
     _check_combustion(engine.combustion)
+    warn_of_masses(engine)
     need_equal_lengths(engine.published, "published", "cranktrain_hz", "cranktrain_shapes", "measured_hz")
     orders = ("critical_orders", "critical_speeds", "measured_critical_speeds")
     need_equal_lengths(engine.published, "published", *orders)
@@ -68,8 +73,26 @@ def _check_oil(oil: Oil) -> None:
         of("walther_viscosities", len(warm) == len(cold) == 2, text)
         text = "temperatures must increase and viscosities decrease from point to point"
         of("walther_viscosities", warm[0] < warm[1] and cold[0] > cold[1], text)
+    for temperature in oil.temperatures:
+        low, high = (1e3 * end for end in OIL_VISCOSITIES)
+        thick, warmth = 1e3 * _thickness(oil, temperature), temperature - ZERO_CELSIUS
+        text = f"{oil.law} gives {thick:.4g} mPa s at {warmth:.4g} degC, not {low:g} to {high:g}; check its constants"
+        of("law", low <= thick <= high, text)
     text = f"is missing; pressure_law {oil.pressure_law} needs it, mineral oils have 15 to 25 1/GPa"
     of("pressure_viscosity", oil.pressure_viscosity > 0.0 or oil.pressure_law == "none", text)
+
+
+def _thickness(oil: Oil, temperature: float) -> float:
+    """Viscosity, Pa s, as :mod:`cranktrain.engine.lubricant` has it; infinite where the law overflows."""
+    try:
+        if oil.law == "vogel":
+            return oil.vogel_a * math.exp(oil.vogel_b / (temperature - oil.vogel_c))
+        points = zip(oil.walther_temperatures, oil.walther_viscosities, strict=True)
+        (t1, w1), (t2, w2) = ((math.log(t), math.log10(math.log10(1e6 * nu + 0.7))) for t, nu in points)
+        exponent = w1 + (w2 - w1) * (math.log(temperature) - t1) / (t2 - t1)
+        return 1e-6 * oil.density * (10.0**10.0**exponent - 0.7)
+    except OverflowError:
+        return math.inf
 
 
 def _check_combustion(burn: Combustion) -> None:

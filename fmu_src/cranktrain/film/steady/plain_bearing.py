@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError, nearest, within
 from cranktrain.engine.lubricant import pressure_constants
 from cranktrain.engine.parts import Oil, PlainBearing
 from cranktrain.film.contact.asperity import contact_constants
@@ -31,7 +31,22 @@ HEAT_CAPACITY = 2000.0
 CONSERVING = "mass-conserving"
 ELASTIC_GRID = (96, 12)
 COMPRESSIBILITIES = ("none", "dowson-higginson")
-_POSITIVE = ("diameter_mm", "width_mm", "clearance_um", "speed_rpm", "viscosity_mpas", "viscosity_pas", "oil_density")
+_BOUNDS = {
+    "diameter_mm": (0.1, 1e4, "mm"),
+    "width_mm": (0.1, 1e4, "mm"),
+    "clearance_um": (1e-3, 1e5, "um; it is the radial clearance"),
+    "speed_rpm": (1e-3, 1e6, "rev/min"),
+    "viscosity_mpas": (1e-4, 1e7, "mPa s"),
+    "viscosity_pas": (1e-7, 1e4, "Pa s"),
+    "inlet_temperature_c": (-60.0, 250.0, "degC"),
+    "oil_viscosity_40": (0.5, 1e6, "mm^2/s"),
+    "oil_viscosity_100": (0.5, 1e6, "mm^2/s"),
+    "oil_density": (300.0, 3000.0, "kg/m^3"),
+    "heat_share": (0.0, 1.0, "of the friction"),
+    "roughness_um": (1e-3, 1e3, "um"),
+    "boundary_friction": (0.0, 1.0, "of the contact pressure"),
+    "pressure_viscosity": (1e-3, 1e3, "1/GPa"),
+}
 
 Moment = tuple[float, float]
 
@@ -147,10 +162,10 @@ class Bearing:
 
     def _checked(self, moment: Moment | None, label: Callable[[str], str]) -> str:
         """Where the oil comes from; refuses what does not go together with ``InputError``."""
-        for name in _POSITIVE:
+        for name, (low, high, what) in _BOUNDS.items():
             value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0.0):
-                raise InputError(f"{label(name)} {value:g} must be a positive number")
+            if value is not None:
+                within(label(name), value, low, high, what)
         if sum(one is not None for one in (self.viscosity_mpas, self.viscosity_pas, self.inlet_temperature_c)) != 1:
             raise InputError(
                 f"a bearing's oil is given by one of {label('viscosity_mpas')}, {label('viscosity_pas')} and "

@@ -22,22 +22,25 @@ Source: W. Ker Wilson, *Practical Solution of Torsional Vibration Problems*, vol
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.reduced_body import Array, ReducedBody, check
+from cranktrain.core.user_file import is_number, read_toml
+from cranktrain.engine import quantities as q
 from cranktrain.engine.model import Engine
+from cranktrain.engine.quantities import kinds
 from cranktrain.structure.crank.torsional import rigid_crank, shaft_nodes, with_twists
 
 GROUND = "ground"
+MOST_ROWS = 1000
 FREE = 1.0e-6
 """ω over the highest below which a mode is a rigid rotation."""
 ALIKE = 1.0e-6
@@ -49,8 +52,8 @@ class Disc:
     """One row of discs: kg m², N m s/rad."""
 
     name: str
-    inertia: float
-    damping: float = 0.0
+    inertia: q.Inertia
+    damping: q.TorsionalDamping = 0.0
 
 
 @dataclass(frozen=True)
@@ -58,10 +61,10 @@ class Shaft:
     """One row of shafts: N m/rad, N m s/rad; without stiffness a rigid mesh of gears."""
 
     between: tuple[str, str]
-    stiffness: float = 0.0
-    damping: float = 0.0
-    loss_factor: float = 0.0
-    ratio: float = 1.0
+    stiffness: q.TorsionalStiffness = 0.0
+    damping: q.TorsionalDamping = 0.0
+    loss_factor: Annotated[float, q.Quantity("1", 0.0, 10.0)] = 0.0
+    ratio: Annotated[float, q.Quantity("1", -1000.0, 1000.0)] = 1.0
 
 
 @dataclass(frozen=True)
@@ -97,26 +100,23 @@ class ChainModes(NamedTuple):
 
 def is_chain(path: str | Path) -> bool:
     """Whether a file is a table of discs."""
-    if Path(path).suffix != ".toml" or not Path(path).is_file():
-        return False
     try:
-        return "disc" in tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError):
+        return Path(path).suffix == ".toml" and "disc" in read_toml(path, "chain", "")
+    except InputError:
         return False
 
 
 def read_chain(path: str | Path) -> Chain:
     """The table in a TOML file; ``InputError`` where it cannot be read, or describes no system."""
-    try:
-        content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"{path}: cannot be read ({error}); give a table of [[disc]] and [[shaft]]") from None
+    content = read_toml(path, "table of discs and shafts", "give a table of [[disc]] and [[shaft]]")
     for key in content:
         if key not in ("disc", "shaft"):
             raise InputError(f"{path}: '{key}' is no part of a chain; {nearest(key, ('disc', 'shaft'))}")
     for part in ("disc", "shaft"):
         if not isinstance(content.get(part, []), list):
             raise InputError(f"{path}: {part} is no list of tables; write [[{part}]] before each row")
+        if len(content.get(part, [])) > MOST_ROWS:
+            raise InputError(f"{path}: {len(content[part])} rows of {part}; a chain has at most {MOST_ROWS}")
     discs = tuple(Disc(**_row(path, "disc", k, row, Disc)) for k, row in enumerate(content.get("disc", []), 1))
     shafts = tuple(Shaft(**_row(path, "shaft", k, row, Shaft)) for k, row in enumerate(content.get("shaft", []), 1))
     chain = Chain(discs, shafts)
@@ -124,25 +124,27 @@ def read_chain(path: str | Path) -> Chain:
     return chain
 
 
-def _row(path: str | Path, part: str, number: int, row: Mapping[str, Any], kind: type) -> dict[str, Any]:
+def _row(path: str | Path, part: str, number: int, row: Any, kind: type) -> dict[str, Any]:
     """Values of one row, checked one by one."""
     where, valid = f"{path}: {part} {number}", tuple(field.name for field in fields(kind))
     values: dict[str, Any] = {}
+    if not isinstance(row, Mapping):
+        raise InputError(f"{where}: {shown(row)} is no table; write [[{part}]] before its keys")
     for key, value in row.items():
         if key not in valid:
             raise InputError(f"{where}: '{key}' does not exist; {nearest(key, valid)}")
         if key == "name":
             if not isinstance(value, str) or not value or value == GROUND:
-                raise InputError(f"{where}: name {value!r} names no disc; give a text other than '{GROUND}'")
+                raise InputError(f"{where}: name {shown(value)} names no disc; give a text other than '{GROUND}'")
         elif key == "between":
             if not (isinstance(value, list) and len(value) == 2 and value[0] != value[1]):
-                raise InputError(f'{where}: between = {value!r} names no two discs; write between = ["a", "b"]')
+                raise InputError(f'{where}: between = {shown(value)} names no two discs; write between = ["a", "b"]')
             value = tuple(value)
         else:
-            number_like = isinstance(value, int | float) and not isinstance(value, bool) and np.isfinite(value)
-            if not number_like or (value <= 0.0 if key in ("inertia", "stiffness") else key != "ratio" and value < 0.0):
-                bound = "above 0" if key in ("inertia", "stiffness") else "0 or above"
-                raise InputError(f"{where}: {key} = {value!r} is no number {bound if key != 'ratio' else ''}".rstrip())
+            if not is_number(value):
+                raise InputError(f"{where}: {key} = {shown(value)} is no number")
+            if wrong := kinds(kind)[key][2].wrong(value):
+                raise InputError(f"{where}: {key}: {wrong}")
             if key == "ratio" and value == 0.0:
                 raise InputError(f"{where}: ratio = 0 turns nothing; give the speed of disc 2 over that of disc 1")
             value = float(value)

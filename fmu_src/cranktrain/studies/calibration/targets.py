@@ -23,13 +23,12 @@ block, see :mod:`cranktrain.studies.calibration.stand_ins`.
 
 from __future__ import annotations
 
-import math
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.user_file import is_number, read_toml
 from cranktrain.engine.file import engine_folder
 from cranktrain.engine.model import Engine
 from cranktrain.levels import BLOCKS
@@ -104,12 +103,7 @@ def targets_path(name_or_path: str | Path) -> Path:
 def load_targets(name_or_path: str | Path, engine: Engine) -> Task:
     """Read and check a targets file for an engine; ``InputError``: one line with file, table and key."""
     path = targets_path(name_or_path)
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path.name}: not a TOML file: {error}") from None
-    except OSError as error:
-        raise InputError(f"{path.name}: cannot be read: {error.strerror}") from None
+    document = read_toml(path, "targets file", "give its path")
     try:
         return _task(document, engine)
     except InputError as error:
@@ -184,8 +178,8 @@ def _derived(key: str, entry: dict[str, Any], engine: Engine) -> Derived:
 
 def _number(entry: dict[str, Any], key: str, where: str) -> float:
     found = entry.get(key)
-    if isinstance(found, bool) or not isinstance(found, int | float) or not math.isfinite(found):
-        wrong = "is missing" if found is None else f"{found!r} is wrong"
+    if not is_number(found):
+        wrong = "is missing" if found is None else f"{shown(found)} is wrong"
         raise InputError(f"{where}.{key}: {wrong}; give a finite number")
     return float(found)
 

@@ -13,11 +13,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from typing import Any
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import UNITS, Quantity, kinds
 
-KEY = re.compile(r"([a-z_]+)\.([a-z0-9_]+)(?:\[(\d+)\])?$")
+KEY = re.compile(r"([a-z_]+)\.([a-z0-9_]+)(?:\[(\d{1,4})\])?$")
 _OPERATORS: dict[type, Callable[..., float]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.Pow: operator.pow, ast.USub: operator.neg,
@@ -58,7 +58,7 @@ def with_value(engine: Engine, key: str, number: float) -> Engine:
 def to_si(number: float, unit: str, where: str, dimension: str = "") -> float:
     """Number in SI from a unit of a dimension, or of any; ``InputError`` for a unit that is unknown there."""
     known = UNITS[dimension] if dimension else {u: f for units in UNITS.values() for u, f in units.items()}
-    if unit not in known:
+    if not isinstance(unit, str) or unit not in known:
         of = f" does not measure its {dimension}; use one of: {', '.join(known)}" if dimension else " is not known"
         raise InputError(f"{where}: unit '{unit}'{of}")
     return number * known[unit]
@@ -68,10 +68,10 @@ def formula_value(text: str, engine: Engine, names: Mapping[str, float], where: 
     """Number that a formula gives over keys of the engine and ``names``; ``InputError`` where it gives none."""
     try:
         result = _evaluated(ast.parse(text, mode="eval").body, engine, names, where)
-    except (SyntaxError, ZeroDivisionError, OverflowError, ValueError, TypeError) as error:
-        raise InputError(f"{where}: '{text}' cannot be computed ({error}); {_FORMULA_HINT}") from None
+    except (SyntaxError, ZeroDivisionError, OverflowError, ValueError, TypeError, RecursionError, MemoryError) as error:
+        raise InputError(f"{where}: {shown(text)} cannot be computed ({error}); {_FORMULA_HINT}") from None
     if not math.isfinite(result):
-        raise InputError(f"{where}: '{text}' is not finite")
+        raise InputError(f"{where}: {shown(text)} is not finite")
     return result
 
 

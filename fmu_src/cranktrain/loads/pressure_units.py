@@ -1,0 +1,99 @@
+"""Units of measured pressures: as an option names them, as a header states them, or by the size of the peak."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+from cranktrain.core.errors import InputError, shown
+
+ATMOSPHERE = 101325.0
+_PSI, _AT = 6894.757293168, 98066.5
+UNITS = {
+    "Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "kPa": 1e3, "psi": _PSI, "at": _AT, "kgf/cm2": _AT, "bar": 1e5,
+    "atm": ATMOSPHERE, "MPa": 1e6, "N/mm2": 1e6,
+}  # fmt: skip
+"""Pa in each unit; followed by g (psig, barg, kPag) it counts from one standard atmosphere, by a it is absolute."""
+BY_SIZE = ("Pa", "kPa", "bar", "MPa")
+"""Units that the size of an engine's peak tells apart, ``LOWEST_PEAK`` to ``HIGHEST_PEAK``, Pa."""
+LOWEST_PEAK, HIGHEST_PEAK = 3e6, 3e7
+_SPELT = {unit.lower().replace("/", ""): unit for unit in UNITS}
+_FOREIGN = {"torr", "mmhg", "inhg", "mmh2o", "inh2o", "psf", "ksi", "gpa", "dbar", "ubar", "tsi", "pz", "v"}
+_ANGLES = {"deg", "degree", "degrees", "degca", "ca", "cad", "°", "°ca", "grad"}
+_GAUGE, _ABSOLUTE = {"g", "gauge", "rel", "relative"}, {"a", "abs", "absolute"}
+_ENDINGS = {ending: gauge for gauge, endings in ((True, _GAUGE), (False, _ABSOLUTE)) for ending in endings}
+
+
+class PressureUnit(NamedTuple):
+    """Name of a unit, Pa in it, Pa at its zero, and how it was found."""
+
+    name: str
+    scale: float
+    zero: float
+    how: str
+
+
+def known_units() -> str:
+    """The list for messages."""
+    return f"{', '.join(UNITS)}; with g for gauge: psig, barg, kPag"
+
+
+def named_unit(text: str) -> PressureUnit:
+    """The unit of an option; ``InputError`` for one that is not known."""
+    found = _unit(_plain(text))
+    if found is None:
+        raise InputError(f"unknown pressure unit {shown(text)}; known: {known_units()}")
+    return found
+
+
+def header_unit(cells: list[str], name: str) -> PressureUnit | None:
+    """The unit that the cells of a header state, the last one that of pressure; None where they state none.
+
+    Brackets, a last word, or a cell of nothing but a unit state one. Raises ``InputError``: a unit that is not known.
+    """
+    cell = _plain(cells[-1])
+    bracketed = [text.strip() for text in re.findall(r"[\[({]([^\])}]*)[\])}]", cell)]
+    words = [word for word in re.split(r"[\s_,;:/\[\](){}]+", cell) if word]
+    stated = [unit for word in words for unit in (_unit(word),) if unit is not None]
+    if "at" in words[:-1] and "at" not in bracketed:  # of a header's text, not technical atmospheres
+        stated = [unit for unit in stated if unit.name != "at"]
+    if stated:
+        unit, gauge = stated[-1], [_ENDINGS[word] for word in words if word in _ENDINGS]
+        return _with_zero(unit.name, gauge[-1]) if gauge and unit.zero == 0.0 else unit
+    alone = bool(words) and len(cells) > 1 and cells[0].strip().lower() in _ANGLES
+    unknown = bracketed or [word for word in words if word in _FOREIGN] or (words if alone else [])
+    unknown = [word for word in unknown if word not in _ENDINGS and word not in ("", "p", "pressure")]
+    if unknown:
+        raise InputError(f"{name}: the header's pressure unit {shown(unknown[-1])} is not known; {known_units()}")
+    return None
+
+
+def unit_of_size(peak: float, name: str) -> PressureUnit:
+    """The unit that makes a peak one of an engine; ``InputError`` where none does."""
+    fits = [key for key in BY_SIZE if LOWEST_PEAK <= peak * UNITS[key] < HIGHEST_PEAK]
+    if not fits:
+        raise InputError(f"{name}: no unit is stated and a peak of {peak:g} fits none; state one of {known_units()}")
+    how = f"{fits[0]} (not stated; the only unit that fits a peak of {peak:.4g})"
+    return PressureUnit(fits[0], UNITS[fits[0]], 0.0, how)
+
+
+def _plain(text: str) -> str:
+    """Small letters, with units of force over area as one word."""
+    text = re.sub(r"\^2|²", "2", text.strip().lower())
+    text = re.sub(r"(kgf|kp|kg)\s*/\s*cm2", "kgfcm2", text)
+    return re.sub(r"lbf?\s*/\s*in2", "psi", re.sub(r"n\s*/\s*mm2", "nmm2", text))
+
+
+def _unit(word: str) -> PressureUnit | None:
+    """The unit that a small word names."""
+    if word in _SPELT:
+        return _with_zero(_SPELT[word], False)
+    if word[:-1] in _SPELT and word[-1:] in ("a", "g"):
+        return _with_zero(_SPELT[word[:-1]], word[-1] == "g")
+    return None
+
+
+def _with_zero(name: str, gauge: bool) -> PressureUnit:
+    if not gauge:
+        return PressureUnit(name, UNITS[name], 0.0, name)
+    return PressureUnit(f"{name} gauge", UNITS[name], ATMOSPHERE, f"{name} gauge plus one atmosphere (1.01325 bar)")
