@@ -8,6 +8,7 @@ import json
 import math
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -231,6 +232,20 @@ def test_rod_of_the_running_model_grows_in_the_derived_bands(share):
             assert found == pytest.approx((low, high), rel=1e-3)
             assert found[1] - found[0] == pytest.approx(high - low, rel=0.05)
             assert np.linalg.det(crank.monodromy(centre)) == pytest.approx(1.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("band", "about", "expected"),
+    [
+        ((0.7, 1.02), (0.9, 1.0), (0.7, 1.02)),  # much wider than theory says
+        ((0.0, 2.0), (0.9, 1.0), (np.nan, np.nan)),
+        ((0.5, 0.6), (0.9, 1.0), (np.nan, np.nan)),
+        ((0.9, 1.0), (np.nan, np.nan), (np.nan, np.nan)),
+    ],
+)
+def test_a_band_is_found_where_it_is_or_is_no_number(band, about, expected):
+    crank = SimpleNamespace(growth=lambda nu: 1.5 if band[0] < nu < band[1] else 1.0)
+    assert found_band(crank, about) == pytest.approx(expected, abs=1e-4, nan_ok=True)
 
 
 def test_crank_grows_from_nothing_inside_a_band_and_not_outside():

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 from cranktrain.assembly import assemble
 from cranktrain.core.reduced_body import truncate
@@ -15,7 +16,7 @@ from cranktrain.engine.file import load_engine
 from cranktrain.levels import CRANKS
 from cranktrain.results.orders import last_cycle, order_spectrum
 from cranktrain.structure.crank.level import crank_body
-from cranktrain.structure.crank.modal import cranktrain_matrices
+from cranktrain.structure.crank.modal import cranktrain_matrices, cranktrain_modes, torsional_frequencies
 from cranktrain.studies.torsion.damped_modes import damped_modes
 from cranktrain.studies.torsion.inherited_damping import equivalent_damping, resonance_speed
 
@@ -42,6 +43,17 @@ def test_a_body_s_own_damping_stays_with_it():
     cut = truncate(damped, float(damped.frequencies_hz[7]) + 1.0)
     assert cut.damping == pytest.approx(damped.damping[:8])
     assert structural_damping(SIX, body) == pytest.approx(2.0 * SIX.damping.ratio * body.omega)
+
+
+@pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
+def test_a_crank_that_bends_names_the_second_torsional_mode_of_one_that_does_not(name):
+    """Bending divides the V8's second mode among neighbours; the third one, below 1000 Hz as well, stays whole."""
+    engine = load_engine(name)
+    engine = replace(engine, reduction=replace(engine.reduction, torsional_source="ker-wilson"))
+    beam = torsional_frequencies(*cranktrain_modes(engine, crank_body(engine, "beam")))
+    stiffness, mass = (matrix[5:, 5:] for matrix in cranktrain_matrices(engine, crank_body(engine, "torsional")))
+    twists = np.sqrt(eigh(stiffness, mass, eigvals_only=True)[1:3]) / (2.0 * math.pi)
+    assert beam == pytest.approx(twists, rel=0.08)
 
 
 def test_resonance_is_at_the_highest_firing_order_s_speed_within_the_oil_s_table():

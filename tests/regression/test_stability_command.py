@@ -1,6 +1,7 @@
 """The verb ``stability``: its JSON, its pictures, what it keeps and what it refuses. A map of two by three cells."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from cranktrain.cli.main import main
 from cranktrain.studies import kept, stability
 from cranktrain.studies.stability import kept_maps
+from cranktrain.studies.stability.page import shown_deviation
 from cranktrain.studies.stability.stability_map import (
     Axis,
     Boundary,
@@ -174,6 +176,15 @@ def test_bisection_finds_a_change_either_way_and_says_where_there_is_none():
     assert np.isnan(bisected(lambda x: True, 0.0, 1.0, 1e-3))
 
 
-def test_deviation_leaves_out_what_is_unknown():
-    assert deviation(np.array([1.0, np.nan, 2.2]), np.array([1.0, 5.0, 2.0])) == pytest.approx(0.1)
-    assert np.isnan(deviation(np.array([np.nan]), np.array([1.0])))
+def test_deviation_counts_a_boundary_that_only_one_of_both_has():
+    lost = np.array([1.0, np.nan, 2.2])
+    assert deviation(lost, np.array([1.0, np.nan, 2.0])) == pytest.approx(0.1)
+    assert deviation(lost, np.array([1.0, 5.0, 2.0])) == np.inf
+    assert deviation(np.array([5.0]), np.array([np.inf])) == np.inf
+    assert np.isnan(deviation(np.array([np.nan]), np.array([np.inf])))
+
+
+def test_a_map_keeps_that_a_boundary_was_lost():
+    record = json.loads(json.dumps(as_record(replace(small(), max_deviation=np.inf)), allow_nan=False))
+    assert record["max_deviation"] == "inf"
+    assert shown_deviation(from_record("small", record)) == "inf %"

@@ -20,7 +20,7 @@ each goes into the output folder. Computed maps are kept in the cache: an interr
 missing.
 
 max_deviation   largest relative difference between the boundary found and the theory, in the parameter that was
-                bisected; null where no theory exists
+                bisected; null where no theory exists, "inf" where only one of both has a boundary
 points          of a boundary: [column value, row value]
 """
 

@@ -9,7 +9,9 @@ The kind of a mode is read from its kinetic energy. Each slice of the body aroun
 section: translation across and tilt count as bending, rotation about z as torsion, translation along z as axial. A mode
 is called by its largest share. The first torsional (axial) mode is the first one called so, rotation on the connecting
 shaft aside; the second torsional mode, which bending may divide among neighbours, is the one above it that holds the
-largest share of torsion up to 1000 Hz.
+largest share of torsion up to 1000 Hz, before the shares add up to more than two whole modes. (Over all modes shares of
+torsion add up to as many as there are torsional modes; what lies beyond two belongs to the third, which bending divides
+less on some cranks.)
 """
 
 from __future__ import annotations
@@ -192,10 +194,21 @@ def torsional_frequencies(hz: Array, shares: Array) -> list[float]:
     """First and second torsional frequency, Hz, as this module defines them; ``InputError`` where there is none."""
     candidates = np.flatnonzero(hz <= LISTED_HZ)
     mostly = candidates[np.argmax(shares[candidates], axis=1) == KINDS.index("torsional")]
-    above = candidates[candidates > mostly[0]] if mostly.size else mostly
+    within = candidates[hz[candidates] <= second_reach(hz, shares)]
+    above = within[within > mostly[0]] if mostly.size else mostly
     if not above.size:
         raise InputError(f"crankshaft has no two torsional modes below {LISTED_HZ:g} Hz; check its inertias")
     return [float(hz[mostly[0]]), float(hz[above[np.argmax(shares[above, KINDS.index("torsional")])]])]
+
+
+def second_reach(hz: Array, shares: Array) -> float:
+    """Frequency, Hz, up to which modes count to the first two torsional ones; ``hz`` (k,) rises, ``shares`` (k, kinds).
+
+    A mode counts as long as half of its own share lies within two whole modes.
+    """
+    torsion = shares[:, KINDS.index("torsional")]
+    within = np.cumsum(torsion) - 0.5 * torsion <= 2.0
+    return float(hz[np.flatnonzero(within)[-1]])
 
 
 def first_axial(hz: Array, shares: Array) -> float:

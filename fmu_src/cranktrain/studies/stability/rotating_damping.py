@@ -39,7 +39,6 @@ from cranktrain.studies.stability.stability_map import (
     Onset,
     Progress,
     StabilityMap,
-    bisected,
     curve,
     deviation,
     onset,
@@ -168,7 +167,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
     speeds = np.linspace(0.5, 8.0, 31 if quick else 76)
     outer, chosen = OUTER * NATURAL, methods()
     growth = np.empty((ratios.size, speeds.size))
-    eigen = np.empty(ratios.size)
+    eigen = [Onset(math.inf)] * ratios.size
     theory = [[Onset(math.inf)] * ratios.size for _ in chosen]
     found = [list(row) for row in theory]
     for k, ratio in enumerate(ratios):
@@ -177,7 +176,8 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
         expected = threshold(outer, inner)
         rotor = Laval(DISC, NATURAL, DISC * outer, DISC * inner)
         growth[k] = [rotor.growth(s * NATURAL) / NATURAL for s in speeds]
-        eigen[k] = bisected(lambda s, r=rotor: r.growth(s * NATURAL) > 0.0, 0.5 * expected, 2.0 * expected, 1e-8)  # type: ignore[misc]
+        places = expected * np.array([0.5, 2.0])
+        eigen[k] = onset(lambda s, r=rotor: r.growth(s * NATURAL) > 0.0, places, 1e-8, SLOWEST)  # type: ignore[misc]
         for i, (method, degrees) in enumerate(chosen):
             step = math.radians(degrees)
             theory[i][k] = found[i][k] = expected_by = method_onset(method, step, OUTER, ratio * OUTER)
@@ -207,7 +207,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
             curve("eigenvalues of the model", eigen, ratios, "the running model's own matrices"),
             *(curve(f"{m}, {d:g} deg", found[i], ratios, whole) for i, (m, d) in enumerate(chosen)),
         ),
-        max_deviation=max(deviation(eigen, closed), deviation(np.array(found), np.array(theory))),
+        max_deviation=max(deviation(np.array(eigen), closed), deviation(np.array(found), np.array(theory))),
         explanation=_explanation(ratios, closed, np.array(found)),
         failure="the rotor whirls (eigenvalues)",
     )

@@ -62,7 +62,7 @@ class StabilityMap:
     measure_label : its name with unit
     theory, numerical : boundaries from theory, and by bisection with the product's kernels
     max_deviation : largest relative difference of a numerical boundary from its theory, in the parameter that was
-        bisected; None where no theory exists
+        bisected; None where no theory exists, infinite where only one of both has a boundary
     explanation : three to six lines: what fails, why, what to do
     failure : what ``stable`` being false means, in a word or few for the legend
     """
@@ -155,9 +155,14 @@ def bisected(fails: Callable[[float], bool], low: float, high: float, tolerance:
 
 
 def deviation(numerical: Array, theory: Array) -> float:
-    """Largest relative difference of two boundaries (k,) where both are known; ``nan`` where they share no point."""
+    """Largest relative difference of two boundaries (k,); ``nan`` where neither has a point.
+
+    Infinite where only one of them has a point: a boundary that a search lost is no agreement.
+    """
     numerical, theory = np.asarray(numerical, dtype=float), np.asarray(theory, dtype=float)
     both = np.isfinite(numerical) & np.isfinite(theory)
+    if (np.isfinite(numerical) != np.isfinite(theory)).any():
+        return math.inf
     if not both.any():
         return math.nan
     return float(np.max(np.abs(numerical[both] / theory[both] - 1.0)))
@@ -172,9 +177,14 @@ def curve(label: str, columns: Sequence[float] | Array, rows: Sequence[float] | 
 
 
 def as_record(found: StabilityMap) -> dict[str, Any]:
-    """The map in plain values, as JSON keeps it: see the verb ``stability``; None for what is no finite number."""
+    """The map in plain values, as JSON keeps it: see the verb ``stability``.
+
+    What is no finite number is None; an infinite ``max_deviation`` is ``"inf"``.
+    """
     record = _plain(found)
     del record["name"]
+    if found.max_deviation == math.inf:
+        record["max_deviation"] = "inf"
     return {"axes": {name: record.pop(name) for name in ("rows", "columns")}, **record}
 
 
@@ -195,6 +205,8 @@ def from_record(name: str, record: dict[str, Any]) -> StabilityMap:
             for curve in plain[which]
         )
     plain["stable"] = np.array(plain["stable"], dtype=bool)
+    if plain["max_deviation"] is not None:
+        plain["max_deviation"] = float(plain["max_deviation"])
     if plain["measure"] is not None:
         plain["measure"] = np.array(plain["measure"], dtype=float)
     found = StabilityMap(name=name, **plain)

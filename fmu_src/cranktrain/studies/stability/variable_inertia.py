@@ -62,6 +62,8 @@ GROWS = 1.0e-4
 """Growth over half a turn that counts: what differences and the integrator leave is less."""
 BANDS = {1: (0.6, 1.15), 2: (1.85, 2.01)}
 """Range of ν in which the bands about 1 and 2 lie for the ε of the map."""
+WIDER = np.array([1.5, 3.0, 6.0])
+"""Half widths from a band's middle at which the outside of a band is looked for, one after the other."""
 ZOOMS, ZOOMED = 6, 41
 """Grids of ν, each between neighbours of the one before, in which an exact edge is found."""
 _EXPLANATION = """\
@@ -201,14 +203,26 @@ def exact_band(epsilon: float, band: int) -> tuple[float, float]:
 
 
 def found_band(crank: SingleCrank, about: tuple[float, float], tolerance: float = 2.0e-5) -> tuple[float, float]:
-    """Lower and upper ν between which the product's crank grows; looked for from the middle of ``about`` outwards."""
-    middle, reach = 0.5 * (about[0] + about[1]), 0.75 * (about[1] - about[0])
+    """Lower and upper ν between which the product's crank grows; looked for from the middle of ``about`` outwards.
+
+    Where it grows at ``WIDER`` times the half width of ``about`` too, or not in the middle, an edge is not a number.
+    """
+    if not np.isfinite(about).all():
+        return math.nan, math.nan
+    middle, half = 0.5 * (about[0] + about[1]), 0.5 * (about[1] - about[0])
 
     def grows(nu: float) -> bool:
         return crank.growth(nu) > 1.0 + GROWS
 
-    low, high = (middle - reach, middle), (middle, middle + reach)
-    return bisected(grows, *low, tolerance), bisected(grows, *high, tolerance)
+    def edge(side: float) -> float:
+        outside = next((nu for nu in middle + side * half * WIDER if not grows(nu)), math.nan)
+        return (
+            bisected(grows, min(middle, outside), max(middle, outside), tolerance)
+            if math.isfinite(outside)
+            else math.nan
+        )
+
+    return edge(-1.0), edge(1.0)
 
 
 LARGEST, LOWEST = 0.3, 0.8

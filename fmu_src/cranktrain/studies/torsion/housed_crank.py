@@ -2,9 +2,9 @@
 
 The housing shifts the torsional modes of the cranktrain, past bending modes at times, and mixes them with these. Its
 first and second torsional mode are therefore those that hold the largest share of torsion below and above the geometric
-mean of the first and second torsional frequency without damper (:mod:`cranktrain.structure.crank.modal`), up to 1000
-Hz. Energy of a ring that moves with it counts for a mode, but not as torsion of the crank: a ring that swings on its
-spring is no mode of the crank.
+mean of the first and second torsional frequency without damper, up to where the third one begins, see
+:mod:`cranktrain.structure.crank.modal`. Energy of a ring that moves with it counts for a mode, but not as torsion of
+the crank: a ring that swings on its spring is no mode of the crank.
 """
 
 from __future__ import annotations
@@ -19,7 +19,14 @@ from scipy.linalg import eigh
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import with_damper_housing
-from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_matrices, energy_shares, torsional_frequencies
+from cranktrain.structure.crank.modal import (
+    KINDS,
+    LISTED_HZ,
+    cranktrain_matrices,
+    energy_shares,
+    second_reach,
+    torsional_frequencies,
+)
 from cranktrain.structure.crank.reduction import complete_crankshaft
 
 Array = NDArray[np.float64]
@@ -85,7 +92,8 @@ def housed_crank(engine: Engine, body: ReducedBody) -> HousedCrank:
     hub = crankshaft.shapes[crankshaft.index("pulley"), 5]
     crank = HousedCrank(housed, crankshaft, stiffness, mass, omega, shapes, hub, border, (0, 0))
     own = omega / (2.0 * math.pi)
-    pair = [crank.most_torsional(own, shapes, *span) for span in ((SLOWEST_HZ, border), (border, LISTED_HZ))]
+    reach = min(LISTED_HZ, second_reach(own[1:], energy_shares(housed, crankshaft, shapes[:, 1:], rods=True)))
+    pair = [crank.most_torsional(own, shapes, *span) for span in ((SLOWEST_HZ, border), (border, reach))]
     return crank._replace(torsional=(pair[0], pair[1]))
 
 
