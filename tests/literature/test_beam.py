@@ -14,10 +14,12 @@ from scipy.optimize import brentq
 from cranktrain.core.reduced_body import attach, rigid_coordinates
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import Material
-from cranktrain.structure.crank.beam import beam_body
+from cranktrain.structure.crank.beam import beam_body, crank_frame
 from cranktrain.structure.crank.reduction import reduced_crankshaft
+from cranktrain.structure.crank.sections import crank_moments
 from cranktrain.structure.crank.web_member import web_flexibility
-from cranktrain.structure.fem.frame import Frame, circular
+from cranktrain.structure.fem.frame import Frame, Section, circular
+from cranktrain.structure.fem.rigid_slices import Slices
 
 CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "rotor.json").read_text())}
 YOUNG, SHEAR, DENSITY = 211e9, 81.2e9, 7810.0
@@ -152,6 +154,109 @@ def test_rigid_modes_of_a_frame_are_exact():
         moved = coordinates[:3] + np.cross(coordinates[3:].T, position).T
         np.testing.assert_allclose(row[:3, :6], moved, atol=1e-12)
         np.testing.assert_allclose(row[3:, :6], coordinates[3:], atol=1e-12)
+
+
+@pytest.mark.parametrize(("poisson_ratio", "factor"), [(0.0, 0.857), (0.3, 0.886), (0.5, 0.900)])
+def test_shear_factor_of_a_circle_is_cowpers(poisson_ratio, factor):
+    """G. Cowper, J. Appl. Mech. 33 (1966) 335: to the printed digits."""
+    section = circular(DIAMETER, DENSITY, poisson_ratio)
+    assert section.shear / section.area == pytest.approx(factor, abs=5e-4)
+
+
+def test_a_turning_rod_twists_stiffer_by_its_pull():
+    """Pull N on the fibres of a round section works against twist as N (I_p/A) θ'².
+
+    J. Houbolt and G. Brooks, NACA Report 1346 (1958), their term T k_A² φ'. A rod of length 2l turning about its middle
+    has N = ½ρAΩ²(l² − y²); its first mode sin(πy/2l) gives ω² = ω₀² + ½ (π²/6 + ½) Ω², whatever the diameter. Along and
+    across it swings as a string does: out of the plane of rotation by Ω² more than within (R. Southwell).
+    """
+    frame, half, elements = Frame(YOUNG, SHEAR), 10.0 * DIAMETER, 24
+    nodes = [frame.node((0.0, y, 0.0)) for y in np.linspace(-half, half, elements + 1)]
+    for first, second in pairwise(nodes):
+        frame.beam(first, second, circular(DIAMETER, DENSITY, POISSON))
+    body = frame.reduced("rod", "", {"left": nodes[0], "middle": nodes[elements // 2], "right": nodes[-1]}, 40)
+    tip = np.abs(body.shapes[body.index("right")])
+    gain = np.diag(body.stress_stiffness - body.centrifugal)
+    twist = 6 + int(np.argmax(tip[4, 6:20] > 0.9 * np.linalg.norm(tip[3:, 6:20], axis=0)))
+    assert body.omega[twist] == pytest.approx(0.5 * np.pi / half * np.sqrt(SHEAR / DENSITY), rel=1e-3)
+    assert gain[twist] == pytest.approx(0.5 * (np.pi**2 / 6.0 + 0.5), rel=2e-3)
+    # The lowest two elastic modes are one bending shape, turned by some angle about the rod.
+    pair = (body.stress_stiffness - body.centrifugal)[6:8, 6:8]
+    within, out = np.linalg.eigvalsh(pair)
+    assert out - within == pytest.approx(1.0, abs=0.02)
+
+
+def pin_axis(engine):
+    """Direction from the main axis to the last pin, (3,)."""
+    angle = engine.crankshaft.throw_angles[-1]
+    return np.array([-np.sin(angle), np.cos(angle), 0.0])
+
+
+def swung(levers):
+    """A hub on a bending shaft carries two stiff arms, their masses on links' levers or on stiff beams of their own."""
+    frame, stiff = Frame(YOUNG, SHEAR), circular(10.0 * DIAMETER, 0.0, POISSON)
+    weightless = Section(stiff.area, stiff.shear, stiff.bending, stiff.torsion, 0.0, 0.0)
+    heavy = Section(stiff.area, stiff.shear, stiff.bending, stiff.torsion, 40.0, 1e-3)
+    line = [frame.node((0.0, 0.0, z)) for z in (-0.3, 0.0, 0.3)]
+    for first, second in pairwise(line):
+        frame.beam(first, second, circular(DIAMETER, DENSITY, POISSON))
+    for side in (-1.0, 1.0):
+        root, tip = frame.node((0.0, 0.05 * side, 0.0)), frame.node((0.0, 0.25 * side, 0.0))
+        frame.beam(line[1], root, weightless)
+        frame.beam(root, tip, heavy)
+        if levers:
+            arm = frame.members.pop()
+            flexibility = np.linalg.inv(arm.stiffness[6:, 6:])
+            # All of the arm's mass swings with the rotation of its root.
+            frame.flexible_link(root, tip, flexibility, arm.slices, np.zeros(4))
+            light = Slices(np.array([frame.positions[tip]]), 1e-6 * np.diag([1.0, 1e-2, 1e-2, 1e-2])[None])
+            frame.flexible_link(root, tip, flexibility, light, np.ones(1))
+    return frame.reduced("swung", "", {"front": line[0], "hub": line[1], "rear": line[2]}, 6)
+
+
+def test_mass_on_a_lever_feels_the_speed_as_mass_on_a_stiff_arm():
+    """Arms that nod on a bending shaft: carried by stiff beams, or by levers of the nodes at their roots."""
+    found = []
+    for body in (swung(levers=False), swung(levers=True)):
+        turning = np.abs(body.shapes[body.index("hub"), 3, 6:10])
+        nod = 6 + int(np.argmax(turning))
+        assert turning[nod - 6] > 0.5
+        found.append((body.omega[nod], (body.stress_stiffness - body.centrifugal)[nod, nod]))
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-3)
+
+
+@pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
+def test_a_beam_crank_weighs_what_its_sections_weigh(name):
+    """Mass, centre and inertia are the closed forms of cylinders and webs (without fillets, which are summed)."""
+    engine = load_engine(name)
+    engine = replace(engine, crankshaft=replace(engine.crankshaft, fillet=0.0))
+    found, expected = beam_body(engine), crank_moments(engine)
+    second = expected[1:, 1:]
+    assert found.mass == pytest.approx(expected[0, 0], rel=1e-4)
+    np.testing.assert_allclose(found.centre, expected[0, 1:] / expected[0, 0], atol=1e-5)
+    np.testing.assert_allclose(np.diag(found.inertia), np.trace(second) - np.diag(second), rtol=3e-4)
+
+
+def test_between_its_axes_a_web_moves_as_a_beam_whose_ends_do_not_turn():
+    """The share of the pin's end is the deflection of a slender beam clamped at both ends, one of which is displaced.
+
+    What of the web lies beyond an axis moves with that axis.
+    """
+    engine = load_engine("diesel_i6")
+    crank, _ = crank_frame(engine)
+    web = crank.members[-1]
+    assert web.slices is not None
+    places = np.linalg.norm(web.slices.places[:, :2], axis=1) * np.sign(web.slices.places @ pin_axis(engine))
+    share = web.motion[:, 0, 6]
+    np.testing.assert_allclose(web.motion[:, 0, 0], 1.0 - share, atol=1e-12)
+    beam, length = cantilever(64, 1000.0)
+    stiffness = beam.matrices()[0]
+    free = np.arange(6, 6 * 64)
+    moved = np.linalg.solve(stiffness[np.ix_(free, free)], -stiffness[np.ix_(free, [6 * 64])])
+    deflection = np.concatenate(([0.0], moved[::6, 0], [1.0]))
+    fine = np.linspace(0.0, engine.crankshaft.throw, 65)
+    assert np.count_nonzero((places > 0.0) & (places < fine[-1])) > 4
+    np.testing.assert_allclose(share, np.interp(places, fine, deflection), atol=1e-3)
 
 
 @pytest.mark.slow

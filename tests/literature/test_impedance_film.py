@@ -13,7 +13,8 @@ import pytest
 from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import spsolve
 
-from cranktrain.film.laws.parabolic import WORK_SIZE, film_force, node_table
+from cranktrain.film.laws.parabolic import WORK_SIZE, film_force, friction_torque, node_table
+from cranktrain.film.laws.parameters import CLEARANCE, COLUMNS, RADIUS, VISCOSITY, WIDTH
 
 DATA = Path(__file__).parents[1] / "data"
 STATIC = {case["id"]: case for case in json.loads((DATA / "bearing_static.json").read_text())}
@@ -123,3 +124,26 @@ def test_a_short_steady_film_carries_ocvirks_load(row):
     radial, across = parabolic(eps, 0.0, -0.5 * eps, 0.005)
     assert np.hypot(radial, across) / 0.01**2 == pytest.approx(load, rel=3e-3)
     assert np.degrees(np.arctan2(-across, radial)) == pytest.approx(attitude, abs=0.2)
+
+
+@pytest.mark.parametrize("eps", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("speed", [300.0, -300.0])
+def test_friction_of_sommerfelds_film_is_sommerfelds(eps, speed):
+    """Journal of an infinitely long bearing whose film stays filled, A. Sommerfeld, Z. Math. Phys. 50 (1904) 97:
+
+    W = 12π η ω L R (R/c)² ε / [(2 + ε²) √(1 − ε²)] square to the line of centres,
+    M = 4π η ω L R³/c (1 + 2ε²) / [(2 + ε²) √(1 − ε²)] on the journal.
+    """
+    eta, radius, width, clearance = 0.01, 0.04, 0.03, 40e-6
+    bearing = np.zeros(COLUMNS)
+    bearing[[VISCOSITY, RADIUS, WIDTH, CLEARANCE]] = eta, radius, width, clearance
+    root = (2.0 + eps**2) * np.sqrt(1.0 - eps**2)
+    load = 12.0 * np.pi * eta * speed * width * radius * (radius / clearance) ** 2 * eps / root
+    torque = 4.0 * np.pi * eta * speed * width * radius**3 / clearance * (1.0 + 2.0 * eps**2) / root
+    # The film rises ahead of the least gap: it pushes the journal on in the sense of rotation, as this law's does.
+    across = parabolic(eps, 0.0, -0.5 * eps * np.sign(speed), WIDTH_RATIO)[1]
+    assert np.sign(-across) == np.sign(speed)
+    for angle in (0.0, 2.0):
+        along, square = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        found = friction_torque(eps, load * square, eps * clearance * along, bearing, speed)
+        assert found == pytest.approx(-torque, rel=1e-12)

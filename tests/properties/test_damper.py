@@ -219,6 +219,9 @@ def test_the_pulley_carries_the_housing():
     housed = with_damper_housing(engine)
     assert housed.pulley.mass - engine.pulley.mass == pytest.approx(DAMPER.mass)
     assert housed.pulley.polar_inertia - engine.pulley.polar_inertia == pytest.approx(DAMPER.housing_inertia)
+    # Flat bodies: the inertias about two diameters add up to the polar one. The ring tilts along, its twist is its own.
+    tilt = housed.pulley.diametral_inertia - engine.pulley.diametral_inertia
+    assert 2.0 * tilt == pytest.approx(DAMPER.housing_inertia + DAMPER.ring_inertia)
     assert replace(housed, pulley=engine.pulley) == engine
     with pytest.raises(InputError, match=r"has no \[damper\]"):
         with_damper_housing(replace(engine, damper=None))
