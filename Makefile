@@ -9,7 +9,7 @@ export PYTHONUNBUFFERED := 1
 export OMP_NUM_THREADS ?= 2
 export OPENBLAS_NUM_THREADS ?= 2
 
-.PHONY: demo test test-all lint docs figures bench install
+.PHONY: demo test test-all mutants lint docs figures bench install
 
 demo: $(VENV)/.installed
 	$(BIN)/python examples/demo.py
@@ -19,6 +19,9 @@ test: $(VENV)/.installed-test
 
 test-all: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
+
+mutants: $(VENV)/.installed-test
+	$(BIN)/python tests/mutants.py
 
 lint: $(VENV)/.installed-lint
 	$(BIN)/ruff check .

@@ -163,6 +163,14 @@ def test_shear_factor_of_a_circle_is_cowpers(poisson_ratio, factor):
     assert section.shear / section.area == pytest.approx(factor, abs=5e-4)
 
 
+def test_a_section_has_the_rotary_inertia_of_the_circle_that_is_heavy():
+    """ρI per length, I = πd⁴/64 of the circle that is heavy: a quarter of the mass times its radius squared."""
+    section = circular(DIAMETER, DENSITY, POISSON, heavy_diameter=0.03)
+    assert section.mass == pytest.approx(DENSITY * np.pi * 0.015**2)
+    assert section.rotary == pytest.approx(0.25 * section.mass * 0.015**2)
+    assert circular(DIAMETER, DENSITY, POISSON).rotary == pytest.approx(DENSITY * section.bending)
+
+
 def test_a_turning_rod_twists_stiffer_by_its_pull():
     """Pull N on the fibres of a round section works against twist as N (I_p/A) θ'².
 
@@ -249,8 +257,7 @@ def test_between_its_axes_a_web_moves_as_a_beam_whose_ends_do_not_turn():
     places = np.linalg.norm(web.slices.places[:, :2], axis=1) * np.sign(web.slices.places @ pin_axis(engine))
     share = web.motion[:, 0, 6]
     np.testing.assert_allclose(web.motion[:, 0, 0], 1.0 - share, atol=1e-12)
-    beam, length = cantilever(64, 1000.0)
-    stiffness = beam.matrices()[0]
+    stiffness = cantilever(64, 1000.0)[0].matrices()[0]
     free = np.arange(6, 6 * 64)
     moved = np.linalg.solve(stiffness[np.ix_(free, free)], -stiffness[np.ix_(free, [6 * 64])])
     deflection = np.concatenate(([0.0], moved[::6, 0], [1.0]))
