@@ -24,7 +24,7 @@ def test_a_line_that_is_gone_or_there_twice_is_an_error(tmp_path):
 
 
 def test_verdicts_of_a_small_tree(tmp_path, monkeypatch, capsys):
-    """Tests that look kill the mutant, others let it survive; the source is whole again, and nothing is judged twice."""
+    """Tests that look kill the mutant, others let it survive; the source is whole again, nothing is judged twice."""
     (tmp_path / "fmu_src").mkdir()
     (tmp_path / "tests").mkdir()
     (tmp_path / "fmu_src" / "law.py").write_text("def law(x):\n    return 2 * x\n")
