@@ -3,7 +3,17 @@
 import numpy as np
 
 from cranktrain.film.elastic.film import CONVERGED, FilmHistory, elastic_film
-from cranktrain.film.elastic.grid import DAMPING, FORCE, OUT_SIZE, STIFFNESS, ElasticGrid
+from cranktrain.film.elastic.grid import (
+    DAMPING,
+    FILL_MEAN,
+    FORCE,
+    OIL,
+    OUT_SIZE,
+    SIDE_FLOW,
+    STIFFNESS,
+    SUPPLY_FLOW,
+    ElasticGrid,
+)
 
 DIAMETER, WIDTH, CLEARANCE, VISCOSITY, SPEED = 0.085, 0.030, 40e-6, 0.0143, 209.4
 GRID, STEP = ElasticGrid(48, 7), np.radians(1.0)
@@ -135,3 +145,47 @@ def follow(bearing, steps, highest=0.9, step=STEP, speed=SPEED, visit=None):
         if visit:
             visit(n, position, velocity, h)
         bearing.accept(position)
+
+
+def tangent_errors(bearing, position, velocity, h, speed=SPEED):
+    """Errors of stiffness and damping of what was solved last, over their largest entry, against central differences.
+
+    A film all ruptured carries nothing and has none. The film is left as it was found, less its result.
+    """
+    keep = bearing.unknowns.copy(), bearing.delta.copy()
+    errors = []
+    for which, (tangent, size) in enumerate(((bearing.stiffness, 3e-6), (bearing.damping, 3e-3))):
+        slope = np.empty((4, 4))
+        for k in range(4):
+            forces = []
+            for sign in (1, -1):
+                place = [position.copy(), velocity.copy()]
+                place[which][k] += sign * size * bearing.clearance
+                bearing.unknowns[:], bearing.delta[:] = keep
+                forces.append(bearing.settle(*place, speed, h))
+            slope[:, k] = (forces[0] - forces[1]) / (2 * size * bearing.clearance)
+        if slope.any():
+            errors.append(abs(tangent - slope).max() / abs(slope).max())
+    bearing.unknowns[:], bearing.delta[:] = keep
+    return errors
+
+
+def fill_up(bearing, position, fill, steps, tolerance):
+    """Fill a bearing at a fixed place from ``fill`` on; the stored oil must follow supply less side flow every step.
+
+    Shares filled after each step; ``tolerance`` over the oil that is there.
+    """
+    bearing.start[:] = fill - 1.0
+    bearing.start_position[:] = position
+    h = np.radians(5) / SPEED
+    bearing.settle(position, dt=1e-12)
+    oil = bearing.out[OIL] - 1e-12 * (bearing.out[SUPPLY_FLOW] - bearing.out[SIDE_FLOW])
+    fills = []
+    for _ in range(steps):
+        bearing.settle(position, dt=h)
+        gained = h * (bearing.out[SUPPLY_FLOW] - bearing.out[SIDE_FLOW])
+        assert abs(bearing.out[OIL] - oil - gained) <= tolerance * oil
+        oil = bearing.out[OIL]
+        fills.append(bearing.out[FILL_MEAN])
+        bearing.accept(position)
+    return fills

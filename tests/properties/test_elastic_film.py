@@ -2,7 +2,20 @@
 
 import numpy as np
 import pytest
-from elastic_bearing import CLEARANCE, DIAMETER, GRID, SPEED, VISCOSITY, WIDTH, Bearing, bore_shapes, follow, grooved
+from elastic_bearing import (
+    CLEARANCE,
+    DIAMETER,
+    GRID,
+    SPEED,
+    VISCOSITY,
+    WIDTH,
+    Bearing,
+    bore_shapes,
+    fill_up,
+    follow,
+    grooved,
+    tangent_errors,
+)
 
 from cranktrain.core.errors import InputError
 from cranktrain.film.contact.asperity import contact_constants
@@ -83,21 +96,7 @@ def test_tangents_are_derivatives_of_the_forces(count, highest, contact, step, s
     def check(n, position, velocity, h):
         if n % 7:
             return
-        keep = bearing.unknowns.copy(), bearing.delta.copy()
-        tangents = bearing.stiffness, bearing.damping
-        for tangent, size, which in ((tangents[0], 3e-6, 0), (tangents[1], 3e-3, 1)):
-            slope = np.empty((4, 4))
-            for k in range(4):
-                forces = []
-                for sign in (1, -1):
-                    place = [position.copy(), velocity.copy()]
-                    place[which][k] += sign * size * CLEARANCE
-                    bearing.unknowns[:], bearing.delta[:] = keep
-                    forces.append(bearing.settle(*place, speed, h))
-                slope[:, k] = (forces[0] - forces[1]) / (2 * size * CLEARANCE)
-            if slope.any():  # a film all ruptured carries nothing
-                worst.append(abs(tangent - slope).max() / abs(slope).max())
-        bearing.unknowns[:], bearing.delta[:] = keep
+        worst.extend(tangent_errors(bearing, position, velocity, h, speed))
 
     follow(bearing, 71, highest, np.radians(step), speed, check)
     # What the last Newton step may have moved; a node that changes sides within the difference is a kink, and rare.
@@ -173,21 +172,7 @@ def test_ruptured_film_conserves_oil_to_rounding():
 
 def test_oil_of_a_filling_bearing_is_what_the_groove_gave():
     """From empty to full at a fixed place: stored oil against supply less side flow, every step."""
-    bearing = grooved()
-    bearing.start[:] = -0.95
-    position = CLEARANCE * np.array([0.2, -0.4, 0.0, 0.02])
-    bearing.start_position[:] = position
-    h = np.radians(5) / SPEED
-    bearing.settle(position, dt=1e-12)
-    oil = bearing.out[OIL] - 1e-12 * (bearing.out[SUPPLY_FLOW] - bearing.out[SIDE_FLOW])
-    fills = []
-    for _ in range(300):
-        bearing.settle(position, dt=h)
-        gained = h * (bearing.out[SUPPLY_FLOW] - bearing.out[SIDE_FLOW])
-        assert bearing.out[OIL] - oil == pytest.approx(gained, abs=1e-12 * oil)
-        oil = bearing.out[OIL]
-        fills.append(bearing.out[FILL_MEAN])
-        bearing.accept(position)
+    fills = fill_up(grooved(), CLEARANCE * np.array([0.2, -0.4, 0.0, 0.02]), 0.05, 300, 1e-12)
     assert fills[0] < 0.3 and np.diff(fills).min() > -1e-8 and fills[-1] > 0.8
     assert fills[-1] - fills[-2] < 1e-6
 

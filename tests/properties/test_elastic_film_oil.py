@@ -12,8 +12,10 @@ from elastic_bearing import (
     WIDTH,
     Bearing,
     carry,
+    fill_up,
     follow,
     grooved,
+    tangent_errors,
 )
 
 from cranktrain.engine.file import load_engine
@@ -21,10 +23,7 @@ from cranktrain.engine.lubricant import density_factor, pressure_constants, pres
 from cranktrain.film.elastic.grid import (
     FILM_MIN,
     FRICTION_TORQUE,
-    OIL,
     PRESSURE_MAX,
-    SIDE_FLOW,
-    SUPPLY_FLOW,
     ElasticGrid,
 )
 from cranktrain.film.elastic.oil import HIGHEST, oil_tables, reduced_pressure
@@ -63,20 +62,7 @@ def test_tangents_are_derivatives_of_the_forces(oil, count, highest):
         pressures.append(bearing.out[PRESSURE_MAX])
         if n % 14:
             return
-        keep = bearing.unknowns.copy(), bearing.delta.copy()
-        tangents = bearing.stiffness, bearing.damping
-        for which, (tangent, size) in enumerate(zip(tangents, (3e-6, 3e-3), strict=True)):
-            slope = np.empty((4, 4))
-            for k in range(4):
-                forces = []
-                for sign in (1, -1):
-                    place = [position.copy(), velocity.copy()]
-                    place[which][k] += sign * size * CLEARANCE
-                    bearing.unknowns[:], bearing.delta[:] = keep
-                    forces.append(bearing.settle(*place, SPEED, h))
-                slope[:, k] = (forces[0] - forces[1]) / (2 * size * CLEARANCE)
-            worst.append(abs(tangent - slope).max() / abs(slope).max())
-        bearing.unknowns[:], bearing.delta[:] = keep
+        worst.extend(tangent_errors(bearing, position, velocity, h))
 
     follow(bearing, 71, highest, visit=check)
     assert 1.5e7 < max(pressures) < 4e8
@@ -122,19 +108,8 @@ def test_a_rigid_steady_film_is_that_of_the_solver_of_any_film():
 
 def test_compressible_oil_of_a_filling_bearing_is_what_the_groove_gave():
     bearing = grooved(oil=tables(BOTH))
-    bearing.start[:] = -0.3
-    position = CLEARANCE * np.array([0.4, -0.65, 0.0, 0.02])
-    bearing.start_position[:] = position
-    h = np.radians(5) / SPEED
-    bearing.settle(position, dt=1e-12)
-    oil = bearing.out[OIL] - 1e-12 * (bearing.out[SUPPLY_FLOW] - bearing.out[SIDE_FLOW])
-    for _ in range(100):
-        bearing.settle(position, dt=h)
-        gained = h * (bearing.out[SUPPLY_FLOW] - bearing.out[SIDE_FLOW])
-        # What Newton's last step left over: its square.
-        assert bearing.out[OIL] - oil == pytest.approx(gained, abs=3e-6 * oil)
-        oil = bearing.out[OIL]
-        bearing.accept(position)
+    # What Newton's last step left over: its square.
+    fill_up(bearing, CLEARANCE * np.array([0.4, -0.65, 0.0, 0.02]), 0.7, 100, 3e-6)
     assert bearing.out[PRESSURE_MAX] > 1e7
 
 
