@@ -1,5 +1,7 @@
 """Properties of the finite-element matrices and of their factors."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -86,25 +88,22 @@ def test_mass_is_exact_and_definite(consistent):
         assert body.mass.nnz == body.basis.N
 
 
-def test_lumped_volume_of_each_element_stays_its_own(curved):
-    """Hinton, Rock and Zienkiewicz scale element by element: parts add up to the whole, straight or curved.
+def test_lumped_volume_of_each_element_stays_its_own():
+    """Hinton, Rock and Zienkiewicz scale element by element: parts add up to the whole, however curved.
 
-    The diagonal of a straight ten-node tetrahedron, 6 and 32 of 420, then gives a corner 1/36 and a mid-side node 4/27.
+    The diagonal of a straight ten-node tetrahedron, 6 and 32 of 420, gives a corner 1/36 and a mid-side node 4/27.
     """
-    straight = Basis(block(SIDES, (1, 1, 1)), ElementTetP2(), intorder=5, elements=[0])
+    plain = block(SIDES, (2, 2, 2))
+    straight = Basis(plain, ElementTetP2(), intorder=5, elements=[0])
     shares = lumped_volume(straight)[straight.element_dofs[:, 0]] / straight.dx.sum()
     np.testing.assert_allclose(shares, [1 / 36] * 4 + [4 / 27] * 6, rtol=1e-12)
+    swept = replace(plain, doflocs=plain.doflocs + 8.0 * np.roll(plain.doflocs, 1, axis=0) ** 2)
 
     def lumped(elements):
-        return lumped_volume(Basis(curved.mesh, ElementTetP2(), intorder=5, elements=elements))
+        return lumped_volume(Basis(swept, ElementTetP2(), intorder=5, elements=elements))
 
-    every = np.arange(curved.mesh.t.shape[1])
-    whole = lumped(every)
-    volumes = curved.basis.dx.sum(axis=1)
-    for part in (every[:1], every[volumes < np.median(volumes)]):
-        assert lumped(part).sum() == pytest.approx(volumes[part].sum(), rel=1e-12)
-        both = lumped(part) + lumped(np.setdiff1d(every, part))
-        np.testing.assert_allclose(both, whole, rtol=1e-12, atol=0.0)
+    every = np.arange(plain.t.shape[1])
+    np.testing.assert_allclose(lumped(every), sum(lumped(every[k : k + 1]) for k in every), rtol=1e-12)
 
 
 def test_inertia_of_a_block_is_exact(model):
