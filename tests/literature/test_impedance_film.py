@@ -25,7 +25,7 @@ WIDTH_RATIO = 30.0 / 85.0  # main bearings of the six
 
 def parabolic(eps, v_r, v_t, width_ratio):
     """Force (2,) on axes along and across the line of centres, in units of η R L (R/c)² × velocity / c."""
-    out = np.zeros(12)
+    out = np.zeros(2)
     film_force(eps, v_r, v_t, 10 / (2 * width_ratio) ** 2, NODES, np.zeros(WORK_SIZE), np.zeros(2), out)
     return 10 * out[:2]
 

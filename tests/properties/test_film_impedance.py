@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films
-from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, FORCE, SIN, film_call
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, FORCE, PLANE_BY_PLACE, SIN, film_call
 from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force, pressure_and_flow
 from cranktrain.film.laws.parabolic import (
     WORK_SIZE,
@@ -52,7 +52,7 @@ def solved(place, velocity, half_speed=SPIN):
     eps = np.hypot(*place)
     axes = np.array([[place[0], -place[1]], [place[1], place[0]]]) / eps
     v = axes.T @ squeeze(place, velocity, half_speed)
-    out, work, zone = np.zeros(12), np.zeros(WORK_SIZE), np.zeros(2)
+    out, work, zone = np.zeros(2), np.zeros(WORK_SIZE), np.zeros(2)
     film_force(eps, *v, KAPPA2, NODES, work, zone, out)
     highest, flow = film_observables(*v, work, zone)
     scale = VISCOSITY * (RADIUS / CLEARANCE) ** 2
@@ -177,6 +177,17 @@ def test_contact_sets_in_smoothly_and_grows():
     # At first touch neither force nor stiffness jumps; at the wall the pressure is the one given.
     assert np.abs(film((ROUGH + 1e-9, 0.0), (0.0, 0.0), 0.0)[2]) < 1e-4 * CONTACT / BEARING.contact_height
     assert -film((1.0, 0.0), (0.0, 0.0), 0.0)[0] == pytest.approx(CONTACT, rel=1e-9)
+
+
+@pytest.mark.parametrize("eps", [0.5 + 0.5 * ROUGH, 1.0, 1.04])
+@pytest.mark.parametrize("angle", [0.0, 2.2])
+def test_tangents_of_contact_are_its_derivatives(eps, angle):
+    """A journal at rest between surfaces at rest: contact alone acts."""
+    place, rest = eps * np.array([math.cos(angle), math.sin(angle)]), np.zeros(2)
+    tangent = film(place, rest, 0.0)[PLANE_BY_PLACE : PLANE_BY_PLACE + 4].reshape(2, 2)
+    for column, step in enumerate(1e-6 * np.eye(2)):
+        slope = (film(place + step, rest, 0.0)[:2] - film(place - step, rest, 0.0)[:2]) / (2e-6 * CLEARANCE)
+        assert tangent[:, column] == pytest.approx(slope, rel=1e-6, abs=1e-6 * np.abs(tangent).max())
 
 
 def test_friction_brakes_and_is_petroffs_in_the_middle():

@@ -116,7 +116,7 @@ def impedance_map(kappa2: float) -> Array:
     eps = (1.0 - np.exp(-_DX * np.arange(N_ECCENTRICITY))) / STRETCH
     values = np.empty((N_FUNCTIONS, N_ECCENTRICITY, N_ANGLE))
     eps = np.minimum(eps, ECCENTRICITY_MAX)
-    _sample(eps, kappa2, node_table(), np.zeros(WORK_SIZE), np.zeros(2), np.zeros(10), values)
+    _sample(eps, kappa2, node_table(), np.zeros(WORK_SIZE), np.zeros(2), np.zeros(2), values)
     return np.ascontiguousarray([_spline(v) for v in values])
 
 

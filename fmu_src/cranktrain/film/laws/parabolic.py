@@ -24,7 +24,6 @@ import math
 import numpy as np
 
 from cranktrain.core.kernel import kernel
-from cranktrain.core.lanes import put_four
 from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
 
 N_NODES = 96
@@ -32,11 +31,9 @@ N_NODES = 96
 GRADING = 0.8
 ECCENTRICITY_MAX = 0.999
 """The film is frozen beyond this eccentricity; contact carries there."""
-WORK_SIZE = 14 * N_NODES + 2
-FACE_COS, FACE_SIN = 2, 3
-"""Rows of the node table behind those of the nodes."""
-BY_VELOCITY, BY_PLACE = 2, 6
-"""Tangents in what film_force writes."""
+WORK_SIZE = 9 * N_NODES
+FACE_COS = 2
+"""Row of the node table behind those of the nodes."""
 
 
 def film_geometry(diameter: float, width: float, clearance: float, viscosity: float) -> tuple[float, float, float]:
@@ -47,10 +44,9 @@ def film_geometry(diameter: float, width: float, clearance: float, viscosity: fl
 
 
 def node_table() -> np.ndarray:
-    """Cosines and sines of the N nodes and N faces on the unit circle, (4, N): the grid before grading."""
+    """Cosines and sines of the N nodes, and cosines of the N faces on the unit circle, (3, N): not graded yet."""
     gamma = 2.0 * math.pi * np.arange(N_NODES) / N_NODES
-    half = math.pi / N_NODES
-    return np.ascontiguousarray([np.cos(gamma), np.sin(gamma), np.cos(gamma + half), np.sin(gamma + half)])
+    return np.ascontiguousarray([np.cos(gamma), np.sin(gamma), np.cos(gamma + math.pi / N_NODES)])
 
 
 @kernel
@@ -58,8 +54,8 @@ def _solve_zone(first, count, v_r, v_t, work):
     """Solve both unit problems on one zone of nodes; returns the zone, changed where it is not the solution."""
     n = N_NODES
     delta = 2.0 * math.pi / n
-    o_cos, o_sin, o_jac, o_face, o_mass = 0, n, 2 * n, 4 * n, 6 * n
-    o_c, o_s, o_up = 8 * n, 9 * n, 10 * n
+    o_cos, o_sin, o_jac, o_face, o_mass = 0, n, 2 * n, 4 * n, 5 * n
+    o_c, o_s, o_up = 6 * n, 7 * n, 8 * n
     inverse = 1.0 / (delta * delta)
     up = 0.0
     c = 0.0
@@ -129,13 +125,13 @@ def _solve_zone(first, count, v_r, v_t, work):
 def film_pressure(eps, v_r, v_t, kappa2, nodes, work, zone):
     """Solve the film; ``zone[0:2]`` is the first guess and then the result (first node, number of nodes).
 
-    Leaves in ``work``: cos ψ, sin ψ, dψ/dγ at nodes (0, N, 2N), h³/J at faces (4N), 3H²-factors, and the two unit
-    solutions λ_c, λ_s (8N, 9N); Π = v_r λ_c + v_t λ_s inside the zone. Returns the number of active-set passes.
+    Leaves in ``work``: cos ψ, sin ψ, dψ/dγ, H at nodes (0, N, 2N, 3N), H³/J at faces (4N), and the two unit solutions
+    λ_c, λ_s (6N, 7N); Π = v_r λ_c + v_t λ_s inside the zone. Returns the number of active-set passes.
     """
     n = N_NODES
     m = GRADING * eps
     root = math.sqrt(1.0 - m * m)
-    o_sin, o_jac, o_film, o_face, o_facefilm, o_mass, o_fcos = n, 2 * n, 3 * n, 4 * n, 5 * n, 6 * n, 7 * n
+    o_sin, o_jac, o_film, o_face, o_mass = n, 2 * n, 3 * n, 4 * n, 5 * n
     for i in range(n):
         d = 1.0 / (1.0 + m * nodes[0, i])
         cos_psi = (nodes[0, i] + m) * d
@@ -150,8 +146,6 @@ def film_pressure(eps, v_r, v_t, kappa2, nodes, work, zone):
         d = 1.0 / (1.0 + m * nodes[FACE_COS, i])
         cos_psi = (nodes[FACE_COS, i] + m) * d
         film = 1.0 - eps * cos_psi
-        work[o_fcos + i] = cos_psi
-        work[o_facefilm + i] = film
         work[o_face + i] = film * film * film / (root * d)
     first = int(zone[0])
     count = int(zone[1])
@@ -193,71 +187,27 @@ def film_pressure(eps, v_r, v_t, kappa2, nodes, work, zone):
 
 @kernel
 def film_force(eps, v_r, v_t, kappa2, nodes, work, zone, out):
-    """Dimensionless film force ∫Π(cos ψ, sin ψ)dψ with tangents, on axes along and across the line of centres.
-
-    ``out`` (10,): force; from BY_VELOCITY on its derivatives by (v_r, v_t), from BY_PLACE on by (ε_r, ε_t), row-major.
-    """
+    """Dimensionless film force ∫Π(cos ψ, sin ψ)dψ into ``out`` (2,), along and across the line of centres."""
     n = N_NODES
     film_pressure(eps, v_r, v_t, kappa2, nodes, work, zone)
     delta = 2.0 * math.pi / n
-    o_sin, o_jac, o_film, o_facefilm, o_fcos = n, 2 * n, 3 * n, 5 * n, 7 * n
-    o_c, o_s = 8 * n, 9 * n
+    o_sin, o_jac, o_c, o_s = n, 2 * n, 6 * n, 7 * n
     first = int(zone[0])
-    count = int(zone[1])
-    root = math.sqrt(1.0 - (GRADING * eps) ** 2)
     d_cc = 0.0
     d_cs = 0.0
     d_ss = 0.0
-    k_cr = 0.0
-    k_ct = 0.0
-    k_sr = 0.0
-    k_st = 0.0
-    c_before = 0.0
-    s_before = 0.0
-    for k in range(count + 1):
+    for k in range(int(zone[1])):
         i = first + k
         if i >= n:
             i -= n
-        if k < count:
-            c = work[o_c + i]
-            s = work[o_s + i]
-        else:
-            c = 0.0
-            s = 0.0
-        # Face between the node before and this one.
-        f = i - 1 if i > 0 else n - 1
-        film = work[o_facefilm + f]
-        d = 1.0 + GRADING * eps * nodes[FACE_COS, f]
-        factor = 3.0 * film * film * d / root / delta
-        g_c = c - c_before
-        g_s = s - s_before
-        g_p = (v_r * g_c + v_t * g_s) * factor
-        cos_psi = work[o_fcos + f]
-        sin_psi = root * nodes[FACE_SIN, f] / d
-        k_cr += g_p * g_c * cos_psi
-        k_ct += g_p * g_c * sin_psi
-        k_sr += g_p * g_s * cos_psi
-        k_st += g_p * g_s * sin_psi
-        if k < count:
-            cos_psi = work[i]
-            sin_psi = work[o_sin + i]
-            jacobian = work[o_jac + i]
-            film = work[o_film + i]
-            weight = jacobian * delta
-            d_cc += c * cos_psi * weight
-            d_cs += s * cos_psi * weight
-            d_ss += s * sin_psi * weight
-            p = (v_r * c + v_t * s) * 3.0 * kappa2 * film * film * weight
-            k_cr += p * c * cos_psi
-            k_ct += p * c * sin_psi
-            k_sr += p * s * cos_psi
-            k_st += p * s * sin_psi
-        c_before = c
-        s_before = s
+        c = work[o_c + i]
+        s = work[o_s + i]
+        weight = work[o_jac + i] * delta
+        d_cc += c * work[i] * weight
+        d_cs += s * work[i] * weight
+        d_ss += s * work[o_sin + i] * weight
     out[0] = v_r * d_cc + v_t * d_cs
     out[1] = v_r * d_cs + v_t * d_ss
-    put_four(out, BY_VELOCITY, (d_cc, d_cs, d_cs, d_ss))
-    put_four(out, BY_PLACE, (k_cr, k_ct, k_sr, k_st))
 
 
 @kernel
@@ -286,7 +236,7 @@ def film_observables(v_r, v_t, work, zone):
         i = first + k
         if i >= n:
             i -= n
-        p = v_r * work[8 * n + i] + v_t * work[9 * n + i]
+        p = v_r * work[6 * n + i] + v_t * work[7 * n + i]
         if p > highest:
             highest = p
         h = work[3 * n + i]
