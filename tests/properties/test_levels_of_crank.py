@@ -16,6 +16,8 @@ from cranktrain.levels import CRANKS, Levels
 from cranktrain.structure.crank.level import bare_crank, crank_body
 from cranktrain.structure.crank.modal import free_modes, torsional_frequencies
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
+from cranktrain.structure.crank.sections import crank_pieces, interface_places
+from cranktrain.structure.crank.torsional import sections
 from cranktrain.studies.answers import lowest_levels, plain_name, refuse_beyond, variables
 from cranktrain.studies.torsion.level_frequencies import level_frequencies
 
@@ -159,6 +161,25 @@ def test_torsion_of_the_beam_does_not_feel_the_speed(name):
     # d(ω²)/d(Ω²) of the mode: 0.03 moves 250 Hz by 0.04 % at 2400 rev/min; with −C alone it would be nearly −1.
     assert abs((body.stress_stiffness - body.centrifugal)[mode, mode]) < 0.03
     assert body.centrifugal[mode, mode] > 0.5
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_sections_hold_the_mass_and_inertia_between_their_borders(name):
+    """Against thin discs: each belongs to the nearest interface, about which its inertia counts."""
+    engine = load_engine(name)
+    found = sections(engine)
+    places = interface_places(engine.crankshaft, engine.thrust.main)
+    z = np.array([list(places.values())[int(row)][2] for row in found["section_interface"]])
+    expected = np.zeros((3, z.size))
+    for piece in crank_pieces(engine):
+        thin = piece.length / 4000
+        at = piece.span[0] + thin * (np.arange(4000) + 0.5)
+        nearest = np.argmin(np.abs(at[:, None] - z), axis=1)
+        mass, polar = piece.moments[0, 0] * thin, (piece.moments[1, 1] + piece.moments[2, 2]) * thin
+        for row, values in enumerate((mass + 0.0 * at, polar + 0.0 * at, 0.5 * polar + mass * (at - z[nearest]) ** 2)):
+            expected[row] += np.bincount(nearest, weights=values, minlength=z.size)
+    keys = ("section_mass", "section_polar", "section_diametral")
+    np.testing.assert_allclose([found[key] for key in keys], expected, rtol=2e-3)
 
 
 @pytest.mark.slow
