@@ -224,6 +224,14 @@ def test_tables_put_each_published_frequency_beside_the_mode_that_answers_to_it(
     assert rows["205.0"][5] == "208"
     assert rows["640.0"][5:] == ("650", "-1.5 %", NOTHING)
     assert [row[5] for row in table.rows if row[0] == NOTHING] == ["267", "289"]
+    # Shapes are paired as a whole: 276.9 Hz answers to 289 Hz, though 267 Hz is nearer to it.
+    modes = [mode(hz, "bending") for hz in (193.3, 199.8, 253.6, 276.9, 361.0, 640.0)]
+    rows = cranktrain_table(engine, {"modes": [*modes, mode(300.0, "axial"), mode(240.0, "torsional")], **named}).rows
+    assert {row[0]: row[5] for row in rows if row[1] == "bending" and row[5] not in (NOTHING, "650")} == {
+        "199.8": "208",
+        "253.6": "267",
+        "276.9": "289",
+    }
     free = free_table(engine, {"modes": [mode(252.0, "torsional")], "torsional_hz": [252.0]})
     assert free.rows[0][5:] == ("252", "+0.0 %")
     speeds = critical_speed_table(engine, [{"order": 6, "rpm": 2380.0}, {"order": 4, "rpm": 3570.0}])

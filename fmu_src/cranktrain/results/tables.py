@@ -6,6 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
 from cranktrain.engine.model import Engine
 from cranktrain.results.summary import CLOSING
 
@@ -223,23 +226,14 @@ Entry = tuple[str, float, float, float | None]
 
 
 def _beside(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry], first: int) -> list[tuple[str, ...]]:
-    """Rows of our ``first`` modes and of all that answer to a published one.
-
-    Without a definition the nearest free mode of the same shape answers, if it is no more than a quarter away.
-    """
-    pairs: dict[int, Entry] = {}
-    rows, missing = [], []
-    for entry in published:
-        shape, hz, measured, own = entry
-        distance = {
-            k: abs(mode["hz"] - (hz if own is None else own))
-            for k, mode in enumerate(modes)
-            if k not in pairs and (own is not None or (mode["shape"] == shape and abs(mode["hz"] - hz) < 0.25 * hz))
-        }
-        if distance:
-            pairs[min(distance, key=lambda k: distance[k])] = entry
-        else:
-            missing.append((NOTHING, shape, *3 * (NOTHING,), _number(hz, ".0f"), NOTHING, _number(measured, ".0f")))
+    """Rows of our ``first`` modes and of all that answer to a published one."""
+    pairs = _answering(modes, published)
+    rows = []
+    missing = [
+        (NOTHING, shape, *3 * (NOTHING,), _number(hz, ".0f"), NOTHING, _number(measured, ".0f"))
+        for shape, hz, measured, own in published
+        if (shape, hz, measured, own) not in pairs.values()
+    ]
     for k, mode in enumerate(modes):
         if k < first or k in pairs:
             _, hz, measured, _ = pairs.get(k, ("", 0.0, 0.0, None))
@@ -247,6 +241,28 @@ def _beside(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry], firs
             beside = (_number(hz, ".0f"), _deviation(mode["hz"], hz), _number(measured, ".0f"))
             rows.append((f"{mode['hz']:.1f}", str(mode["shape"]), *shares, *beside))
     return rows + missing
+
+
+def _answering(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry]) -> dict[int, Entry]:
+    """Published entries by the number of our mode that answers to each.
+
+    A definition takes the mode next to it; of the others each shape is paired as a whole, in ascending order and with
+    the least sum of squared deviations, none more than a quarter away.
+    """
+    pairs = {}
+    for entry in (entry for entry in published if entry[3] is not None):
+        pairs[int(np.argmin([abs(mode["hz"] - entry[3]) for mode in modes]))] = entry
+    for shape in dict.fromkeys(entry[0] for entry in published):
+        entries = [entry for entry in published if entry[0] == shape and entry[3] is None]
+        ours = [k for k, mode in enumerate(modes) if mode["shape"] == shape and k not in pairs]
+        away = np.array([[abs(modes[k]["hz"] / entry[1] - 1.0) for k in ours] for entry in entries])
+        # A pair that is too far away costs more than all others together.
+        near = away.reshape(len(entries), len(ours)) < 0.25
+        cost = np.where(near, away.reshape(near.shape) ** 2, 1.0 + len(entries))
+        for row, column in zip(*linear_sum_assignment(cost), strict=True):
+            if near[row, column]:
+                pairs[ours[column]] = entries[row]
+    return pairs
 
 
 def _number(value: float, form: str) -> str:
