@@ -232,7 +232,7 @@ def test_own_mesh_that_lacks_a_surface_or_lies_elsewhere(engine, plan, mesh, tmp
         read_block_mesh(path, plan)
     write_mesh(path, mesh, {name: name for name in names})
     longer = replace(engine, crankshaft=replace(engine.crankshaft, pin_width=0.07))
-    with pytest.raises(InputError, match=r"bore\[2\] lies at z = 130.0 mm"):
+    with pytest.raises(InputError, match=r"bore\[2\] lies at \(0\.0, 0\.0, 130\.0\), the engine file has it at"):
         read_block_mesh(path, block_plan(longer))
 
 

@@ -10,6 +10,7 @@ from cranktrain.cli.console import one_of, stages
 from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
 from cranktrain.levels import BLOCKS, described
+from cranktrain.structure.fem.own_mesh import MeshFile
 
 if TYPE_CHECKING:
     from cranktrain.core.reduced_body import ReducedBody
@@ -23,6 +24,13 @@ def add_block_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--block-mesh", metavar="FILE", help="own block (.msh, .inp, .bdf) with named surfaces; needs --block flexible"
     )
+
+
+def own_meshes(options: argparse.Namespace) -> None:
+    """Let the user's own meshes, where there are any, know their unit; ``InputError`` for one that does not exist."""
+    for name in ("mesh", "block_mesh"):
+        if getattr(options, name, None) is not None:
+            setattr(options, name, MeshFile(getattr(options, name), options.mesh_unit))
 
 
 def bare_crankshaft(engine: Engine, options: argparse.Namespace, rebuild: bool = False) -> tuple[ReducedBody, float]:

@@ -33,6 +33,7 @@ from cranktrain.cli import (
 )
 from cranktrain.cli.console import Interrupted, say
 from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.structure.fem.own_mesh import UNITS
 
 ENGINE_VERBS = {"modal": modal, "reduce": reduce, "simulate": simulate}
 """Modules of the verbs that ask one thing of one engine: ``DESCRIPTION``, ``add_options`` and ``run``."""
@@ -95,6 +96,7 @@ def _parser() -> _Parser:
             help="own mesh (.msh, .inp, .bdf) with named journal surfaces; for --crank torsional also a table of "
             "discs and shafts (.toml)",
         )
+        add("--mesh-unit", default="m", metavar="UNIT", help=f"of coordinates in own meshes: {', '.join(UNITS)} (m)")
         module.add_options(sub)
         add("--json", action="store_true", help="print one JSON object; keys carry their unit (_hz, _um, …)")
         sub.set_defaults(verb=module.run)

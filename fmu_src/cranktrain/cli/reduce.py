@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from cranktrain.cli.bodies import add_block_options, bare_block, bare_crankshaft, wants_flexible_block
+from cranktrain.cli.bodies import add_block_options, bare_block, bare_crankshaft, own_meshes, wants_flexible_block
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 
@@ -23,6 +23,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.structure.crank.reduction import stored_path
 
     engine = load_engine(options.engine)
+    own_meshes(options)
     flexible = wants_flexible_block(engine, options)
     body, seconds = bare_crankshaft(engine, options, options.rebuild)
     result = {

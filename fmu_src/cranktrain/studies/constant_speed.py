@@ -25,6 +25,7 @@ from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_l
 from cranktrain.levels import BLOCKS, CRANKS, PISTONS
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.run import Run
+from cranktrain.structure.fem.own_mesh import MeshFile
 
 RPM = math.pi / 30.0
 
@@ -46,7 +47,7 @@ _LEVELS: dict[str, Callable[[], tuple[str, ...]]] = {
     "film_temperature": lambda: TEMPERATURES,
     "damper_temperature": lambda: TEMPERATURES,
 }
-_OF_THE_ASSEMBLY = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "mesh", "block_mesh")
+_OF_THE_ASSEMBLY = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "mesh", "block_mesh", "mesh_unit")
 """What an assembly has settled."""
 
 
@@ -69,6 +70,7 @@ class Request:
     load : share of the full-load burn
     pressure, pressure_unit, pressure_tdc_deg : file of a measured trace, its unit, the angle of firing dead centre
     mesh, block_mesh : the user's own meshes of crankshaft and block
+    mesh_unit : of their coordinates: m, mm or in
     """
 
     speed_rpm: float
@@ -92,6 +94,13 @@ class Request:
     pressure_tdc_deg: float | None = None
     mesh: str | Path | None = None
     block_mesh: str | Path | None = None
+    mesh_unit: str = "m"
+
+    def __post_init__(self) -> None:
+        """Let the meshes know their unit; ``InputError`` for one that does not exist."""
+        for name in ("mesh", "block_mesh"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, MeshFile(getattr(self, name), self.mesh_unit))
 
     @property
     def speed(self) -> float:

@@ -23,6 +23,7 @@ from cranktrain.structure.block.mesh import block_interfaces, block_mesh, read_b
 from cranktrain.structure.block.shape import BlockPlan, block_plan
 from cranktrain.structure.fem.elasticity import FEModel
 from cranktrain.structure.fem.factor import one_thread
+from cranktrain.structure.fem.own_mesh import mesh_unit
 from cranktrain.structure.fem.reduction import Progress, ReductionTask, content_digest, reduced_structure
 
 # Raised when the code would make another body from the same inputs.
@@ -73,7 +74,7 @@ def reduction_task(engine: Engine, mesh_file: str | Path | None = None) -> Reduc
 
 def _mesh(plan: BlockPlan, mesh_file: str | Path | None) -> MeshTet2:
     """Mesh of the plan, or the user's own."""
-    return block_mesh(plan) if mesh_file is None else read_block_mesh(mesh_file, plan)
+    return block_mesh(plan) if mesh_file is None else read_block_mesh(mesh_file, plan, mesh_unit(mesh_file))
 
 
 def stored_path(engine: Engine, mesh_file: str | Path | None = None) -> Path:

@@ -26,7 +26,8 @@ from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, eigenmo
 from cranktrain.structure.fem.elasticity import FEModel
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet, placed_interfaces, tied_surfaces
-from cranktrain.structure.fem.mesh import crankshaft_mesh, interface_names
+from cranktrain.structure.fem.mesh import crankshaft_mesh, interface_names, surface_area
+from cranktrain.structure.fem.own_mesh import check_places, mesh_unit
 from cranktrain.structure.fem.reduction import Comparison, Progress, ReductionTask, content_digest, reduced_structure
 
 Array = NDArray[np.float64]
@@ -152,15 +153,21 @@ def running_body(engine: Engine, body: ReducedBody | None = None, progress: Prog
 def crankshaft_interfaces(model: FEModel, crankshaft: Crankshaft) -> InterfaceSet:
     """Averaged interfaces of a crankshaft, each referred to its place on the axis of its journal."""
     names = interface_names(len(crankshaft.throw_angles))
-    at = stations(crankshaft)
-    nominal = {f"main[{i}]": (0.0, 0.0, sum(span) / 2) for i, span in enumerate(at.mains, 1)}
-    nominal |= {f"pin[{i}]": pin_centre(crankshaft, i) for i in range(1, len(at.pins) + 1)}
+    nominal = nominal_places(crankshaft)
 
     def place(name: str, centroid: Array) -> Array:
-        own = np.array(nominal.get(name, (0.0, 0.0, centroid[2])))
+        own = nominal.get(name, np.array((0.0, 0.0, centroid[2])))
         return own if np.linalg.norm(own - centroid) < PLACE_TOLERANCE * crankshaft.main_diameter else centroid
 
     return placed_interfaces(model, names, place)
+
+
+def nominal_places(crankshaft: Crankshaft) -> dict[str, Array]:
+    """Middle (3,) m of each main journal and pin by the dimensions."""
+    at = stations(crankshaft)
+    places = {f"main[{i}]": (0.0, 0.0, sum(span) / 2) for i, span in enumerate(at.mains, 1)}
+    places |= {f"pin[{i}]": pin_centre(crankshaft, i) for i in range(1, len(at.pins) + 1)}
+    return {name: np.array(place) for name, place in places.items()}
 
 
 def tied_frequencies(model: FEModel, interfaces: InterfaceSet, count: int) -> Array:
@@ -179,7 +186,7 @@ def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
         return crankshaft_mesh(engine.crankshaft, engine.thrust.main)
     from cranktrain.structure.fem.mesh import read_mesh
 
-    mesh = read_mesh(mesh_file)
+    mesh = read_mesh(mesh_file, mesh_unit(mesh_file))
     wanted = interface_names(len(engine.crankshaft.throw_angles))
     found = mesh.boundaries or {}
     if missing := [name for name in wanted if name not in found]:
@@ -187,7 +194,26 @@ def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
             f"{mesh_file}: no surface named {', '.join(missing)}; found {', '.join(sorted(found)) or 'none'} - "
             "name the facets of each journal, the pulley, the flywheel and the thrust faces"
         )
+    _check_own(engine, mesh, mesh_file)
     return mesh
+
+
+def _check_own(engine: Engine, mesh: MeshTet2, mesh_file: str | Path) -> None:
+    """Refuse an own mesh whose journals do not lie where the engine file has them; ``InputError``."""
+    places = nominal_places(engine.crankshaft)
+    found = {name: surface_area(mesh, name)[1] for name in (*places, "pulley", "flywheel", "thrust")}
+    check_places(mesh_file, found, places, PLACE_TOLERANCE * engine.crankshaft.main_diameter)
+    mains = {name: place[2] for name, place in places.items() if name.startswith("main")}
+    front, rear = min(mains.values()), max(mains.values())
+    own, side = f"main[{engine.thrust.main}]", min(mains, key=lambda name: abs(mains[name] - found["thrust"][2]))
+    for name, right, where in (
+        ("pulley", found["pulley"][2] < front, f"in front of main[1] at z = {1e3 * front:.1f}"),
+        ("flywheel", found["flywheel"][2] > rear, f"behind the last main at z = {1e3 * rear:.1f}"),
+        ("thrust", side == own, f"at {own}, as thrust.main says, not at {side}"),
+    ):
+        if not right:
+            text = f"{name} lies at z = {1e3 * found[name][2]:.1f} mm and is expected {where}"
+            raise InputError(f"{mesh_file}: {text}: name the surfaces anew, or use the engine file that it belongs to")
 
 
 def sections(model: FEModel, body: ReducedBody) -> dict[str, Array]:

@@ -7,11 +7,15 @@ towards the middle of their edge. A Jacobian gate refuses what remains.
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from importlib import import_module
@@ -25,10 +29,11 @@ from skfem.mapping import MappingIsoparametric
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError
 from cranktrain.engine.checks.crankshaft import check_crankshaft
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.shape import stations
+from cranktrain.structure.fem.own_mesh import UNITS, check_one_piece
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.integer[Any]]
@@ -43,7 +48,7 @@ REFUSED_BELOW = 0.02
 # Smallest straight Jacobian (six volumes) relative to the cube of the longest edge; a regular tetrahedron has 0.71.
 FLAT_BELOW = 1e-4
 CHILD_SECONDS = 300.0
-UNITS = {"m": 1.0, "mm": 1e-3}
+PR_SET_PDEATHSIG = 1
 
 
 def interface_names(throws: int) -> tuple[str, ...]:
@@ -102,7 +107,7 @@ def read_mesh(path: str | Path, unit: str = "m") -> MeshTet2:
 
     Parameters
     ----------
-    unit : of the coordinates in the file, ``m`` or ``mm``
+    unit : of the coordinates in the file, ``m``, ``mm`` or ``in``
     """
 
     def wanted(found: Iterable[str]) -> tuple[str, ...]:
@@ -129,7 +134,7 @@ def named_mesh(
     from cranktrain.structure.fem.mesh_file import read_surfaces_and_tetrahedra
 
     if unit not in UNITS:
-        raise InputError(f"mesh unit '{unit}': {nearest(unit, UNITS)}")
+        raise InputError(f"mesh unit '{unit}' does not exist; valid: {', '.join(UNITS)}")
     nodes, tets, surfaces = read_surfaces_and_tetrahedra(Path(path))
     names = wanted(surfaces)
     if missing := [name for name in names if name not in surfaces]:
@@ -139,7 +144,11 @@ def named_mesh(
         )
     length = UNITS[unit] * float(np.ptp(nodes, axis=0).max())
     if not 0.02 < length < 20.0:
-        raise InputError(f"{path}: a {what} {length:.4g} m long: state the mesh unit ({', '.join(UNITS)})")
+        units = ", ".join(UNITS)
+        raise InputError(
+            f"{path}: a {what} {length:.4g} m long, expected are 0.02 to 20 m: state the mesh unit, --mesh-unit {units}"
+        )
+    check_one_piece(UNITS[unit] * nodes, tets, path)
     mesh = quadratic_mesh(UNITS[unit] * nodes, tets, surfaces, VTK_EDGES)
     if loose := [name for name in names if not len(mesh.boundaries[name])]:
         raise InputError(f"{path}: {', '.join(loose)}: no triangle is a face of a tetrahedron: export both together")
@@ -326,6 +335,7 @@ def cad_solid(entry: str, values: Mapping[str, Any], what: str, remedy: str) -> 
 
 def child(entry: str) -> None:
     """Work of the child: values on stdin, mesh of quadratic tetrahedra to the file that the first argument names."""
+    die_with(int(sys.argv[2]))
     from netgen.occ import OCCGeometry
 
     module, function = entry.split(":")
@@ -346,11 +356,27 @@ def child(entry: str) -> None:
     )
 
 
+def die_with(parent: int) -> None:
+    """End this process when its parent does, however that ends: by the system on Linux, else by looking each second."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    elif hasattr(os, "getppid"):
+
+        def watch() -> None:
+            while os.getppid() == parent:
+                time.sleep(1.0)
+            os._exit(1)
+
+        threading.Thread(target=watch, daemon=True).start()
+    if os.getppid() != parent:  # it ended before this was asked for
+        os._exit(1)
+
+
 def _run_child(entry: str, values: Mapping[str, Any], target: Path, what: str, remedy: str) -> None:
     """Run the child that meshes; ``InputError`` where it fails."""
     package_root = str(Path(__file__).resolve().parents[3])
     paths = [package_root, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
-    command = [sys.executable, "-c", f"import {__name__} as mesh; mesh.child({entry!r})", str(target)]
+    command = [sys.executable, "-c", f"import {__name__} as mesh; mesh.child({entry!r})", str(target), str(os.getpid())]
     try:
         child = subprocess.run(
             command,

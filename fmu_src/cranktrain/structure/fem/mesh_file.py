@@ -61,7 +61,13 @@ def read_surfaces_and_tetrahedra(path: Path) -> tuple[Array, Integers, dict[str,
     if kind == "tetra":
         warnings.warn(f"{path}: linear tetrahedra become quadratic with straight sides; export tet10", stacklevel=3)
     tets = np.concatenate([block.data for block in found.cells if block.type == kind])
-    return np.asarray(found.points, dtype=float), tets, _surfaces(found, tets, path)
+    points = np.asarray(found.points, dtype=float)
+    used = np.concatenate([np.ravel(block.data) for block in found.cells if block.type in (kind, *FLAT)])
+    if points.ndim != 2 or points.shape[1] != 3 or used.min() < 0 or used.max() >= len(points):
+        raise InputError(f"{path}: elements name nodes that are not there: export it again")
+    if not np.isfinite(points).all():
+        raise InputError(f"{path}: nodes have no finite place: export it again")
+    return points, tets, _surfaces(found, tets, path)
 
 
 def _surfaces(found: Any, tets: Integers, path: Path) -> dict[str, Integers]:

@@ -25,6 +25,7 @@ from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, craig_b
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_elements, lumped_volume
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet
+from cranktrain.structure.fem.own_mesh import mesh_unit
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -92,6 +93,8 @@ def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str
     content = {"schema": SCHEMA, **content}
     if mesh_file is not None and Path(mesh_file).is_file():
         content["mesh"] = sha256(Path(mesh_file).read_bytes()).hexdigest()
+        if mesh_unit(mesh_file) != "m":
+            content["mesh_unit"] = mesh_unit(mesh_file)
     return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 

@@ -1,0 +1,121 @@
+"""A user's own mesh: its file and unit, whether it is one piece, and whether it lies where the engine file wants it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.integer[Any]]
+
+UNITS = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
+"""Metres in each unit of coordinates."""
+SHOWN_PLACES = 3
+"""Places that a message lists."""
+
+
+class MeshFile(str):
+    """Path of a user's own mesh that knows the unit of its coordinates; any other path is in metres."""
+
+    unit: str
+
+    def __new__(cls, path: str | Path, unit: str = "m") -> MeshFile:
+        """Path with a unit; ``InputError`` for one that is not known."""
+        if unit not in UNITS:
+            raise InputError(f"mesh unit '{unit}' does not exist; valid: {', '.join(UNITS)}")
+        found = super().__new__(cls, path)
+        found.unit = unit
+        return found
+
+
+def mesh_unit(path: str | Path) -> str:
+    """Unit of a mesh's coordinates."""
+    return path.unit if isinstance(path, MeshFile) else "m"
+
+
+def check_one_piece(nodes: Array, tets: Integers, path: str | Path) -> None:
+    """Refuse solids that do not hang together, or that overlap; ``InputError`` says where.
+
+    Parameters
+    ----------
+    nodes : (n, 3) m
+    tets : (m, 4 or more) corners first
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    corners = tets[:, :4]
+    n = len(nodes)
+    ones = np.ones(3 * len(corners), dtype=bool)
+    links = coo_array((ones, (np.repeat(corners[:, 0], 3), corners[:, 1:].ravel())), shape=(n, n))
+    _, piece = connected_components(links, directed=False)
+    pieces, count = np.unique(piece[corners[:, 0]], return_counts=True)
+    if len(pieces) > 1:
+        second = pieces[np.argsort(-count)[1]]
+        x, y, z = 1e3 * nodes[corners[piece[corners[:, 0]] == second].ravel()].mean(axis=0)
+        raise InputError(
+            f"{path}: the solid is {len(pieces)} pieces, the largest with {count.max()} of {count.sum()} elements, "
+            f"another around ({x:.1f}, {y:.1f}, {z:.1f}) mm; expected is one: merge equal nodes, leave islands out"
+        )
+    faces = np.sort(np.concatenate([np.delete(corners, k, axis=1) for k in range(4)]), axis=1)
+    shared, number = np.unique(faces, axis=0, return_counts=True)
+    if (number > 2).any():
+        x, y, z = 1e3 * nodes[shared[number.argmax()]].mean(axis=0)
+        raise InputError(
+            f"{path}: {np.sum(number > 2)} faces belong to more than two elements, one at ({x:.1f}, {y:.1f}, {z:.1f}) "
+            "mm; leave out elements that are there twice"
+        )
+
+
+def check_places(path: str | Path, found: Mapping[str, Array], expected: Mapping[str, Array], tolerance: float) -> None:
+    """Refuse surfaces that do not lie where the engine file has them: ``InputError`` with both, and what would mend it.
+
+    Parameters
+    ----------
+    found, expected : place (3,) m of each surface; those of ``expected`` are looked at
+    tolerance : m
+    """
+    names = list(expected)
+    have, want = np.array([found[name] for name in names]), np.array([expected[name] for name in names])
+    off = np.linalg.norm(have - want, axis=1)
+    wrong = np.argsort(-off)[: np.count_nonzero(off > tolerance)]
+    if wrong.size:
+        listed = [
+            f"{names[k]} lies at {_mm(have[k])}, the engine file has it at {_mm(want[k])}" for k in wrong[:SHOWN_PLACES]
+        ]
+        rest = f", and {wrong.size - SHOWN_PLACES} more" if wrong.size > SHOWN_PLACES else ""
+        raise InputError(f"{path}: {'; '.join(listed)} mm{rest}: {_remedy(names, have, want, tolerance)}")
+
+
+def _remedy(names: list[str], have: Array, want: Array, tolerance: float) -> str:
+    """What would bring the surfaces to their places."""
+
+    def fits(moved: Array) -> bool:
+        return bool(np.linalg.norm(moved - want, axis=1).max() <= tolerance)
+
+    scale = float((have * want).sum() / max((have * have).sum(), 1e-300))
+    if fits(scale * have) and not 0.5 < scale < 2.0:
+        return f"coordinates {1.0 / scale:.4g} times as large as expected; state the unit with --mesh-unit"
+    shift = (want - have).mean(axis=0)
+    if fits(have + shift):
+        return f"shift the mesh by {_mm(shift)} mm"
+    turn = float(np.angle(np.sum((have[:, 0] - 1j * have[:, 1]) * (want[:, 0] + 1j * want[:, 1]))))
+    c, s = math.cos(turn), math.sin(turn)
+    if fits(np.column_stack((c * have[:, 0] - s * have[:, 1], s * have[:, 0] + c * have[:, 1], have[:, 2]))):
+        return f"turn the mesh by {math.degrees(turn):.0f} deg about z"
+    nearby = np.linalg.norm(have[:, None] - want[None], axis=2).argmin(axis=1)
+    if sorted(nearby) == list(range(len(names))) and fits(want + have - want[nearby]):
+        pairs = [f"{names[k]} is where {names[other]} belongs" for k, other in enumerate(nearby) if k != other]
+        return f"name the surfaces anew: {', '.join(pairs[:SHOWN_PLACES])}"
+    return "use the engine file that it belongs to, or change its dimensions"
+
+
+def _mm(place: Array) -> str:
+    return "({:.1f}, {:.1f}, {:.1f})".format(*(np.round(1e3 * place, 1) + 0.0))
