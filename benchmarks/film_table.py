@@ -1,7 +1,8 @@
 """What the film table is worth and what it costs: ``python benchmarks/film_table.py [REV_PER_MIN]``.
 
-Four parts: error at random states without tilt, and with tilt on the family of velocities that the table samples, each
-against the films that the table was made of and against finer ones; time of one evaluation with tangents; and, on
+Five parts: error at random states without tilt, and with tilt on the family of velocities that the table samples, each
+against the films that the table was made of and against finer ones; with random tilts and random rates of tilt off the
+family, by the size of that rate; time of one evaluation with tangents; and, on
 places and velocities of the running six's main bearings solved in the loop (flexible crank, one cycle after one of
 run-in), the error at the tilt rates that occur and the share of films that lie outside the table. Errors there are
 taken over the largest force of the bearing in the cycle, among films inside the tilt range. Prints one JSON object.
@@ -13,6 +14,7 @@ import json
 import math
 import sys
 import time
+from itertools import pairwise
 from statistics import median
 from typing import Any
 
@@ -41,6 +43,7 @@ RATIO, reach_of = SETTINGS.length_ratio, np.polynomial.Polynomial(SETTINGS.ends(
 ALIGNED_STATES, FINER_STATES, TILTED_STATES, ENGINE_STATES, COST_STATES = 2000, 100, 600, 3000, 500
 REPEATS, PER_CYCLE = 201, 720
 RATE_BINS = (0.0, 0.1, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
+RATE_STATES = 400
 QUANTILES = {"median": 0.5, "p90": 0.9, "p95": 0.95, "p99": 0.99, "worst": 1.0}
 
 
@@ -161,6 +164,21 @@ def tilted_part(table: FilmTable) -> dict[str, Any]:
     }
 
 
+def rates_part(table: FilmTable) -> dict[str, Any]:
+    """Error over the film's own force with tilt at random rates off the family, |w − w_ref|/|v| in ``RATE_BINS``."""
+    settings, result = table.settings, {}
+    rng = np.random.default_rng(6)
+    for low, high in pairwise(RATE_BINS):
+        states = family(RATE_STATES, settings.tilt_range * (1.0 - SHARE_MARGIN), 7)
+        size, way = rng.uniform(low, high, RATE_STATES), rng.uniform(-math.pi, math.pi, RATE_STATES)
+        states[:, 5:] += (size * np.array([np.cos(way), np.sin(way)])).T
+        true = films(states, [table_grid(settings, *n) for n in TILT_GRIDS[settings.groove]])
+        found, status = law(table, states)
+        error = np.hypot(*(found[:, :4] - true)[:, :2].T) / np.hypot(*true[:, :2].T)
+        result[f"rate_{low:g}_to_{high:g}"] = spread_of(error[status == TABLED])
+    return result
+
+
 def cost_part(table: FilmTable) -> dict[str, float]:
     """Microseconds of one evaluation with tangents at random states: medians of repeats short enough to run through."""
     on = with_place(family(COST_STATES, 0.8, 3))
@@ -257,6 +275,7 @@ def main() -> int:
         "cells": table.cells,
         "aligned": aligned_part(table),
         "tilted": tilted_part(table),
+        "off_family": rates_part(table),
         "cost": cost_part(table),
         "engine_rev_per_min": speed,
         "engine": engine_part(table, speed * math.pi / 30.0),

@@ -25,6 +25,7 @@ PARAMETERS = {
     "damper": "damper.level",
     "boundary": "shaft.boundary",
     "gas_source": "gas.source",
+    "film_temperature": "film.temperature",
 }
 BEARINGS = {"diesel_i6": ("impedance", "linear"), "diesel_v8": ("roller", "linear")}
 SURROUNDINGS = (("ground", "rigid"), ("ground", "guided"), ("flexible", "guided"))
@@ -152,6 +153,27 @@ def test_further_levels_run_as_natively_in_the_whole_engine(whole, whole_fmu, sc
     assert [run["big_end[1].eccentricity"] != 0.0 for run in runs] == [True, True, False]
 
 
+def test_films_of_their_own_temperatures_run_as_natively(whole, whole_fmu, script):
+    """The initialization finds the temperatures that ``simulate`` finds, and so does a restored state's."""
+    if whole.engine.main_roller is not None:
+        pytest.skip("rollers have no film")
+    warm = {"crank": "rigid", "film_temperature": "heat-balance"}
+    warm_run, plain = check_parity(whole, whole_fmu, script, [warm, {"crank": "rigid"}])
+    assert warm_run["bearing[4].friction_torque"] < 0.95 * plain["bearing[4].friction_torque"]
+    script(
+        """
+import json
+unit = Unit(sys.argv[1]).start({"speed": 150.0, **json.loads(sys.argv[2])}).run(5)
+state = unit.fmu.getFMUstate()
+later = unit.run(5, first=5).bits()
+unit.fmu.reset()
+unit.fmu.setFMUstate(state)
+assert unit.run(5, first=5).bits() == later
+""",
+        whole_fmu, json.dumps(as_parameters(warm)),
+    )  # fmt: skip
+
+
 def test_state_of_the_whole_engine_is_restored_to_the_bit(whole_fmu, script, tmp_path):
     """Back in the same instance, and on in another process; the start's inputs count for temperatures."""
     write = """
@@ -215,10 +237,17 @@ REFUSED = [
     ({"shaft.load_torque": math.inf}, "'shaft.load_torque' is inf"),
 ]
 REFUSED_BY_MAINS = {
-    "diesel_i6": [({"bearing.level": "roller"}, "needs [main_roller], but the mains of engine 'diesel_i6' are plain")],
+    "diesel_i6": [
+        ({"bearing.level": "roller"}, "needs [main_roller], but the mains of engine 'diesel_i6' are plain"),
+        ({"film.temperature": "heat-balance", "bearing.level": "linear"}, "bearing level 'linear' has no oil"),
+        ({"film.temperature": "heat-balance", "speed": 5.0}, "needs a start at 100 rev/min or more, got 47.7"),
+    ],
     "diesel_v8": [
-        ({"bearing.level": level}, "needs oil films, but the mains of engine 'diesel_v8' are rollers")
-        for level in ("impedance", "table", "reynolds", "ehd")
+        ({"film.temperature": "heat-balance"}, "bearing level 'roller' has no oil"),
+        *(
+            ({"bearing.level": level}, "needs oil films, but the mains of engine 'diesel_v8' are rollers")
+            for level in ("impedance", "table", "reynolds", "ehd")
+        ),
     ],
 }
 

@@ -33,6 +33,7 @@ RPM = math.pi / 30
 SPEED = 2000 * RPM
 ENGINES_OIL = supply_temperature(ENGINE, Settings(), SPEED)
 LEVELS = ("impedance", "reynolds", "ehd")
+WARM = Settings(crank="rigid", film_temperature="heat-balance")
 
 
 @cache
@@ -62,7 +63,7 @@ def each(simulation, name):
 @cache
 def balanced(rpm=2000, load=1.0, share=OIL.heat_share):
     engine = replace(ENGINE, oil=replace(OIL, heat_share=share))
-    return simulate(engine, BODY, Settings(crank="rigid", gas_load=load), rpm * RPM, 1, heat_balance=True)
+    return simulate(engine, BODY, Settings(crank="rigid", gas_load=load, film_temperature="heat-balance"), rpm * RPM, 1)
 
 
 @pytest.mark.parametrize("level", LEVELS)
@@ -137,6 +138,20 @@ def test_heat_closes_for_every_bearing(rpm, load):
     assert (run.film_temperatures > inlet + 2.0).all()
 
 
+def test_a_simulation_starts_with_the_temperatures_of_a_run():
+    """What an FMU does at its initialization: the balance of a run that settles, whatever comes from outside."""
+    settings = replace(WARM, boundary="torque", gas_source="input")
+    simulation = Simulation(ENGINE, BODY, settings)
+    simulation.inputs[0] = SPEED
+    simulation.initialize()
+    run = simulate(ENGINE, BODY, WARM, SPEED)
+    assert np.array_equal(simulation.film_temperatures, run.film_temperatures)
+    assert (simulation.film_temperatures > ENGINES_OIL + 1.0).all()
+    simulation.inputs[0] = 99 * RPM
+    with pytest.raises(InputError, match="needs a start at 100 rev/min or more, got 99; set the speed"):
+        simulation.initialize()
+
+
 def test_power_into_the_films_is_that_of_shear_and_squeeze():
     run = balanced()
     powers, flows = cycle_means(run.outputs, 7, run.per_cycle)
@@ -198,7 +213,7 @@ def test_a_bounded_bearing_is_named_in_one_line():
     dry = replace(ENGINE, oil=replace(OIL, heat_capacity=1e-3))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        run = simulate(dry, BODY, Settings(crank="rigid"), SPEED, 1, heat_balance=True)
+        run = simulate(dry, BODY, WARM, SPEED, 1)
     messages = [str(w.message) for w in caught if "heat balance" in str(w.message)]
     assert len(messages) == 1 and "main[1], main[2]" in messages[0] and "bounded 100 K" in messages[0]
     assert run.film_temperatures == pytest.approx(np.full(7, ENGINES_OIL + LARGEST_RISE))
@@ -207,7 +222,7 @@ def test_a_bounded_bearing_is_named_in_one_line():
 def test_a_balance_that_has_not_settled_is_said(monkeypatch):
     monkeypatch.setattr(simulation_module, "PASSES", 1)
     with pytest.warns(UserWarning, match="not settled by pass 1: temperatures would still change by"):
-        run = simulate(ENGINE, BODY, Settings(crank="rigid"), SPEED, 1, heat_balance=True)
+        run = simulate(ENGINE, BODY, WARM, SPEED, 1)
     assert run.passes == 1 and np.array_equal(run.film_temperatures, np.full(7, ENGINES_OIL))
 
 
@@ -216,7 +231,7 @@ def test_an_interrupted_balance_keeps_the_run_that_it_has():
         raise KeyboardInterrupt
 
     with pytest.warns(UserWarning, match="not settled by pass 1"):
-        run = simulate(ENGINE, BODY, Settings(crank="rigid"), SPEED, 2, progress=stop, heat_balance=True)
+        run = simulate(ENGINE, BODY, WARM, SPEED, 2, progress=stop)
     assert run.passes == 1 and run.time.size == run.per_cycle + 1
 
 
@@ -228,7 +243,7 @@ def test_wrong_input_is_refused_in_one_line(capsys):
     error = capsys.readouterr().err
     assert "'linear' has no oil" in error and error.count("\n") == 1
     with pytest.raises(InputError, match="no oil"):
-        simulate(ENGINE, BODY, Settings(crank="rigid", bearings="linear"), SPEED, 1, heat_balance=True)
+        simulate(ENGINE, BODY, replace(WARM, bearings="linear"), SPEED, 1)
     with pytest.raises(InputError, match="one for each of 7 mains"):
         started("impedance", np.full(6, ENGINES_OIL))
     simulation = started("impedance")

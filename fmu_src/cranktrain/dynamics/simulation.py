@@ -94,7 +94,8 @@ class Simulation:
     settings : levels, integrator, step and sources
     gas : pressure trace in place of the engine's built-in one
     parts : film tables, elastic bores, block: what the levels of the settings need
-    temperatures : (b,) of the main bearings' films, K; without them all are as warm as the engine's oil
+    temperatures : (b,) of the main bearings' films, K; without them all are as warm as the engine's oil, or with
+        ``film_temperature`` heat-balance as a run at the speed of the start makes them
 
     Attributes
     ----------
@@ -145,6 +146,8 @@ class Simulation:
     def initialize(self, time: float = 0.0) -> None:
         """Start from the static equilibrium under the present inputs; loads the kernels. Raises ``InputError``."""
         self._check_inputs()
+        if self.settings.film_temperature == "heat-balance":
+            self._temperatures = self._balanced_temperatures()
         self._oil_temperature = supply_temperature(self.engine, self.settings, float(self.inputs[0]))
         model = self._model()
         size = dimensions(model)
@@ -225,6 +228,18 @@ class Simulation:
             raise
         self.work = make_work(self.model, state.size)
         observe(self.model, self.work, state, self._observed)
+
+    def _balanced_temperatures(self) -> Array:
+        """Film temperatures (b,), K, of a run until its outputs repeat, at the present speed and on the gas trace."""
+        if not self.inputs[0] >= SLOWEST * (1.0 - 1.0e-9):
+            raise InputError(
+                f"the heat balance of films needs a start at 100 rev/min or more, got {self.inputs[0] * _RPM:g}; set "
+                "the speed before the initialization, or take film temperature 'engine'"
+            )
+        settings = replace(self.settings, boundary="speed", gas_source="builtin")
+        return simulate(
+            self.engine, self.body, settings, float(self.inputs[0]), gas=self.gas, parts=self.parts
+        ).film_temperatures
 
     def steady_torque(self) -> float:
         """Load torque (N m) that holds the speed of ``inputs`` under the built-in gas trace, without friction."""
@@ -393,7 +408,6 @@ def simulate(
     gas: GasTrace | None = None,
     progress: Callable[[float], None] | None = None,
     parts: Parts | None = None,
-    heat_balance: bool = False,
     damper_balance: bool = False,
     load_torque: float | None = None,
     settle: float = TOLERANCE,
@@ -403,11 +417,11 @@ def simulate(
 
     Without ``cycles`` a run goes on until no more than ``settle`` of any family of outputs is left of settling, at most
     ``MOST_CYCLES`` cycles (:mod:`cranktrain.dynamics.settled`), and keeps the last cycle, or the last ones that repeat.
-    ``parts`` hold what the levels need. With ``heat_balance`` each main's film is as warm as its friction makes it
-    (:mod:`cranktrain.dynamics.warm_films`), with ``damper_balance`` the damper as its losses make it: the run repeats,
-    going on where it ended, until no temperature changes by more than ``SETTLED``, at most ``PASSES`` times; the last
-    run is the result. At boundary ``torque`` the dynamometer is loaded by ``load_torque`` (N m), or by the torque that
-    holds the speed; ``speed`` is where the run starts, and a cycle the time that it takes at this speed.
+    ``parts`` hold what the levels need. With ``film_temperature`` heat-balance each main's film is as warm as its
+    friction makes it (:mod:`cranktrain.dynamics.warm_films`), with ``damper_balance`` the damper as its losses make it:
+    the run repeats, going on where it ended, until no temperature changes by more than ``SETTLED``, at most ``PASSES``
+    times; the last run is the result. At boundary ``torque`` the dynamometer is loaded by ``load_torque`` (N m), or by
+    the torque that holds the speed; ``speed`` is where the run starts, and a cycle the time that it takes there.
     ``progress`` is called with the share of a run done, in [0, 1], ``say`` with cycles and what is left. An interrupt
     ends the run early and keeps what it has.
 
@@ -425,13 +439,15 @@ def simulate(
         raise InputError(f"at least one cycle must run, got {cycles}")
     if not 0.0 < settle < 1.0:
         raise InputError(f"what may be left of settling must lie between 0 and 1, got {settle:g}; e.g. 1e-3")
+    heat_balance = settings.film_temperature == "heat-balance"
     if heat_balance:
         check_level(resolved(settings, engine).bearings)
     if load_torque is not None and settings.boundary != "torque":
         raise InputError(f"a load torque acts at boundary 'torque' only, not '{settings.boundary}'; change one of them")
     if damper_balance and settings.damper != "fitted":
         raise InputError(f"the heat balance of a damper needs damper 'fitted', not '{settings.damper}'")
-    simulation = Simulation(engine, body, replace(settings), gas, parts)
+    # The balance is found here, cycle by cycle.
+    simulation = Simulation(engine, body, replace(settings, film_temperature="engine"), gas, parts)
     simulation.inputs[0] = speed
     if simulation.settings.boundary == "torque":
         simulation.inputs[-1] = simulation.steady_torque() if load_torque is None else load_torque

@@ -22,8 +22,6 @@ from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import PLAIN, bearing_law, bearing_levels
 from cranktrain.film.steady.heat_balance import balanced_temperature
 
-TEMPERATURES = ("engine", "heat-balance")
-"""Where films and damper have their temperature from: the engine's table over speed, or their own heat balance."""
 SETTLED = 0.5
 """Change of every film's temperature below which the balance has settled, K."""
 PASSES = 6

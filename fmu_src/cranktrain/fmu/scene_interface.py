@@ -45,7 +45,8 @@ def scene_interface(interface: Interface, plan: Plan, model: SceneModel, counts:
     counts : members of each family on the engine, see :func:`cranktrain.fmu.description.expand`
     """
     scene, settings = plan.scene, asdict(model.settings(plan.case))
-    oiled = bearing_law(plan.case.bearings).film or bearing_law(scene.big_ends).film
+    films = bearing_law(plan.case.bearings).film
+    oiled = films or bearing_law(scene.big_ends).film
     variables = []
     for variable in expand(interface.variables, counts):
         if variable.causality == "output" and not _wanted(variable, plan):
@@ -54,9 +55,11 @@ def scene_interface(interface: Interface, plan: Plan, model: SceneModel, counts:
             continue
         if variable.setting == "oil_temperature" and not oiled:
             continue
+        if variable.setting == "film_temperature" and not films:
+            continue
         if variable.setting == "damper_temperature" and scene.damper != "fitted":
             continue
-        if variable.setting in ("integrator", "step", "gas_load"):
+        if variable.setting in ("integrator", "step", "gas_load", "film_temperature"):
             variable = replace(variable, start=settings[variable.setting])
         if variable.name == "speed":
             variable = replace(variable, start=scene.speeds[0])

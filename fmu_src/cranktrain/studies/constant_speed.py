@@ -15,10 +15,10 @@ from typing import Any
 from cranktrain.assembly import Assembly, assemble, checked
 from cranktrain.core.errors import InputError, nearest, within
 from cranktrain.dynamics import simulation
-from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.settings import TEMPERATURES, Settings
 from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.dynamics.time.integrators import integrator_table
-from cranktrain.dynamics.warm_films import TEMPERATURES, check_level
+from cranktrain.dynamics.warm_films import check_level
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_levels
@@ -160,7 +160,7 @@ class Request:
 
     def of_a_run(self, levels: Settings) -> Settings:
         """Settings of these levels with what is chosen for the run: load, integrator and steps."""
-        choices: dict[str, Any] = {}
+        choices: dict[str, Any] = {"film_temperature": self.film_temperature}
         if self.load_torque_nm is not None:
             choices["boundary"] = "torque"
         if self.load != 1.0:
@@ -197,7 +197,6 @@ class Request:
         settings = made.settings
         result = simulation.simulate(
             made.engine, made.body, settings, self.speed, self.cycles, gas, progress, made.parts,
-            heat_balance=self.film_temperature == "heat-balance",
             damper_balance=self.damper_temperature == "heat-balance",
             load_torque=self.load_torque_nm, settle=self.settle, say=say,
         )  # fmt: skip

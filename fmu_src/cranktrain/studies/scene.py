@@ -20,9 +20,10 @@ An output is named as the FMU names it; ``bearing.force.x`` without a number sta
 followed by ``.orders`` for the same output (orders are part of every summary), ``stress`` for stresses of the crank,
 which alone are judged by pulley torsion and the forces of the mains. Accuracy is the RMS of an output's error up to
 ``frequency_hz`` over the last cycle, divided by the RMS of its alternating part. Optional are ``title``,
-``budget_real_time_factor`` (wall seconds per simulated second), ``cycles``, ``load`` (share of the full-load burn) and
-``damper``; and what is otherwise chosen, by the outputs alone: ``block``, ``pistons`` and ``big_ends``; by the plan:
-``crank``, ``bearings``, ``cutoff_hz`` (of the crank's modes), ``integrator`` and ``step_deg``.
+``budget_real_time_factor`` (wall seconds per simulated second), ``cycles``, ``load`` (share of the full-load burn),
+``damper`` and ``film_temperature`` (``engine`` or ``heat-balance``, of the mains); and what is otherwise chosen, by the
+outputs alone: ``block``, ``pistons`` and ``big_ends``; by the plan: ``crank``, ``bearings``, ``cutoff_hz`` (of
+the crank's modes), ``integrator`` and ``step_deg``.
 """
 
 from __future__ import annotations
@@ -54,6 +55,7 @@ _NUMBER, _WHOLE, _TEXT, _FLAG = "a finite number", "a whole number", "a text", "
 _NUMBERS, _TEXTS, _TABLE = "a list of numbers", "a list of texts", "a table"
 _KEYS = {
     **dict.fromkeys(("title", "engine", "crank", "bearings", "integrator", "big_ends", "block", "pistons"), _TEXT),
+    "film_temperature": _TEXT,
     **dict.fromkeys(("frequency_hz", "accuracy", "budget_real_time_factor", "load", "cutoff_hz", "step_deg"), _NUMBER),
     **{"speeds_rpm": _NUMBERS, "outputs": _TEXTS, "cycles": _WHOLE, "damper": _FLAG, "run_up": _TABLE, "gas": _TABLE},
 }
@@ -91,6 +93,7 @@ class Scene:
     load : share of the full-load burn
     crank, bearings, cutoff, integrator, step : what the scene fixes of the plan (Hz, rad), else None
     big_ends, block, pistons, damper : levels; those that the scene leaves open are the lowest that answer its outputs
+    film_temperature : of the main bearings' films, by the engine's table or their heat balance
     pressure : measured trace, or None for the built-in one
     """
 
@@ -116,6 +119,7 @@ class Scene:
     block: str = "ground"
     pistons: str = "auto"
     damper: str = "none"
+    film_temperature: str = "engine"
     pressure: Pressure | None = None
 
     @property
@@ -184,6 +188,7 @@ def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
         block=document.get("block", lowest.block),
         pistons=document.get("pistons", "auto" if lowest.pistons == "rigid" else lowest.pistons),
         damper="fitted" if document.get("damper", False) else "none",
+        film_temperature=document.get("film_temperature", "engine"),
         pressure=pressure,
     )
     _check_numbers(scene)
@@ -336,6 +341,7 @@ def _check_levels(scene: Scene) -> None:
     """Refuse levels that do not exist, do not fit the engine, or cannot answer what is wanted."""
     from cranktrain.dynamics.model.settings import Settings, check_levels, resolved
     from cranktrain.dynamics.time.integrators import integrator_table
+    from cranktrain.dynamics.warm_films import check_level
 
     rollers = scene.engine.main_roller is not None
     if scene.crank is not None and scene.crank not in CRANKS:
@@ -346,8 +352,13 @@ def _check_levels(scene: Scene) -> None:
         if scene.bearings in bearing_ladder(not rollers):
             hint = f"its mains are {'rollers' if rollers else 'plain bearings'}: {', '.join(valid)}"
         raise InputError(f"bearings: level '{scene.bearings}' does not exist on engine '{scene.engine.name}'; {hint}")
-    settings = Settings(big_ends=scene.big_ends, block=scene.block, pistons=scene.pistons, damper=scene.damper)
+    settings = Settings(
+        big_ends=scene.big_ends, block=scene.block, pistons=scene.pistons, damper=scene.damper,
+        film_temperature=scene.film_temperature,
+    )  # fmt: skip
     check_levels(resolved(settings, scene.engine), scene.engine)
+    if scene.film_temperature != "engine":
+        check_level(scene.bearings or valid[-1])
     levels = Levels(
         scene.crank or list(CRANKS)[-1], scene.bearings or valid[-1], scene.block, scene.big_ends, scene.pistons,
         scene.damper,

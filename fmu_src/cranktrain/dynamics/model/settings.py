@@ -21,6 +21,8 @@ RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2}
 CONTROLS = ("fixed", "adaptive")
 BOUNDARIES = {"speed": 1.0, "torque": 0.0}
 """What is given at the dynamometer."""
+TEMPERATURES = ("engine", "heat-balance")
+"""Where films and damper have their temperature from: the engine's table over speed, or their own heat balance."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class Settings:
     What is left open follows the level, see :func:`resolved`: ``integrator`` auto; ``newton_tolerance`` of the ports in
     units of clearance; ``film_change``, the share of itself by which a film may close over a step. With ``control``
     adaptive steps are parts of ``step``, as short as an error per step of ``tolerance`` asks
-    (:mod:`cranktrain.dynamics.time.error_estimate`).
+    (:mod:`cranktrain.dynamics.time.error_estimate`). ``film_temperature`` is one of ``TEMPERATURES``.
     """
 
     crank: str = "solid"
@@ -49,6 +51,7 @@ class Settings:
     reconstruction: str = "linear"
     crankcase_pressure: float = AMBIENT
     oil_temperature: float = 0.0
+    film_temperature: str = "engine"
     damper_temperature: float = 0.0
     gravity: float = 9.80665
     newton_tolerance: float | None = None
@@ -105,6 +108,7 @@ def check_levels(settings: Settings, engine: Engine) -> None:
         (settings.control, CONTROLS, "step control"),
         (settings.gas_source, GAS_SOURCES, "gas source"),
         (settings.reconstruction, RECONSTRUCTIONS, "input reconstruction"),
+        (settings.film_temperature, TEMPERATURES, "film temperature"),
     ):
         if value not in valid:
             raise InputError(f"{what} '{value}' does not exist; {nearest(value, valid)}")

@@ -14,6 +14,7 @@ from cranktrain.assembly import Assembly, assemble
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.dynamics.simulation import Result, simulate
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.studies.scene import Scene
 
@@ -80,6 +81,7 @@ class SceneModel:
                 integrator=case.integrator,
                 step=case.step,
                 gas_load=s.load,
+                film_temperature=s.film_temperature if bearing_law(case.bearings).film else "engine",
             ),
             s.engine,
         )
