@@ -214,6 +214,9 @@ def test_a_budget_that_is_missed_is_said_and_no_error(scene, capsys):
         ({"engine": '"diesel_v8"', "bearings": '"table"'}, "", "its mains are rollers"),
         ({"engine": '"diesel_v8"', "outputs": '["bearing[1].oil_flow"]'}, "", "no oil film"),
         ({"integrator": '"sdirk5"'}, "", "did you mean"),
+        ({"film_temperature": '"heat-balanc"'}, "", "did you mean 'heat-balance'"),
+        ({"film_temperature": '"heat-balance"', "engine": '"diesel_v8"'}, "", "'roller' has no oil"),
+        ({"film_temperature": '"heat-balance"', "bearings": '"linear"'}, "", "'linear' has no oil"),
         ({"step_deg": "90"}, "", "not within 0.001 to 30"),
         ({"cycles": "2.5"}, "", "not a whole number"),
         ({"budget_real_time_factor": "0"}, "", "budget_real_time_factor"),
@@ -228,6 +231,17 @@ def test_wrong_scenes_end_in_one_line(verb, keys, tables, says, tmp_path, capsys
     assert printed.out == ""
     assert printed.err.count("\n") == 1 and "scene.toml: " in printed.err
     assert says in printed.err
+
+
+def test_films_of_a_scene_are_as_warm_as_it_says(tmp_path):
+    levels = {"crank": '"rigid"', "bearings": '"impedance"', "outputs": '["bearing.force.y"]', "cycles": "2"}
+    path = write(tmp_path / "scene.toml", **levels, frequency_hz="50", film_temperature='"heat-balance"')
+    model = SceneModel(load_scene(path))
+    case = model.case("rigid", "impedance", "esdirk4", math.radians(4.0))
+    warm = model.run(case, 209.4).film_temperatures
+    assert model.settings(replace(case, bearings="linear")).film_temperature == "engine"
+    cold = SceneModel(replace(model.scene, film_temperature="engine")).run(case, 209.4).film_temperatures
+    assert np.ptp(cold) == 0.0 and (warm > cold + 1.0).all()
 
 
 def test_wrong_options_end_in_one_line(tmp_path, capsys):
