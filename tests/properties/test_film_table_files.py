@@ -37,6 +37,54 @@ def test_a_kept_table_is_read_and_solved_no_more(kept):
     assert set(table.worst()) == {"aligned_max", "aligned_p95"}
 
 
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda data: data["aligned"].__setitem__((1, 2, 3), np.nan), "'aligned' has 1 values that are not finite"),
+        (lambda data: data["axes"].__setitem__(0, 7.0), "'axes' are not those of its settings"),
+        (lambda data: reshaped(data, "aligned", lambda x: x[:, :-1]), r"'aligned' is float64 of shape \(4, 50, 99\)"),
+        (lambda data: reshaped(data, "aligned", lambda x: x.astype(np.float32)), "'aligned' is float32"),
+        (lambda data: reshaped(data, "tilted", np.ravel), r"'tilted' is float64 of shape \(1,\), not"),
+        (lambda data: data.__delitem__("pressure"), "'pressure' is missing"),
+    ],
+)
+def test_a_table_of_wrong_shape_or_values_is_refused_in_one_line(kept, tmp_path, change, says):
+    """The digest says what a table was made for, not what became of its numbers."""
+    path = tmp_path / "table.h5"
+    path.write_bytes(kept.read_bytes())
+    with h5py.File(path, "r+") as file:
+        change(file["data"])
+    with pytest.raises(StoreError, match=f"^{path}: {says}.*--rebuild") as caught:
+        film_table(SETTINGS, path)
+    assert "\n" not in str(caught.value)
+
+
+def reshaped(data, name, change):
+    """Another array in place of one."""
+    values, attributes = change(data[name][()]), dict(data[name].attrs)
+    del data[name]
+    data.create_dataset(name, data=values).attrs.update(attributes)
+
+
+def test_spoilt_slabs_of_an_interrupted_build_are_solved_anew(kept, tmp_path):
+    path = tmp_path / "table.h5"
+
+    def interrupt(done, total):
+        if done == 8:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        film_table(SETTINGS, path, workers=1, progress=interrupt)
+    with h5py.File(path.with_name("table.h5.part"), "r+") as file:
+        slabs = file["data/slab"]
+        first, second, *_ = slabs
+        slabs[first][0, 0] = np.nan
+        reshaped(slabs, second, lambda x: x[:-1])
+    _, _, solved = film_table(SETTINGS, path, workers=1)
+    assert solved == 97 - 8 + 2
+    assert path.read_bytes() == kept.read_bytes()
+
+
 def test_an_interrupted_build_goes_on_and_ends_with_the_same_bits(kept, tmp_path):
     path, told = tmp_path / "table.h5", []
 

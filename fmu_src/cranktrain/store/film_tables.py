@@ -13,6 +13,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from cranktrain.core.cache import cache_folder
 from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import Array
@@ -24,11 +26,15 @@ from cranktrain.film.table.database import (
     compile_sampling,
     sample_slab,
     slab_names,
+    slab_shape,
+    what_is_wrong,
 )
 from cranktrain.film.table.interpolation import TableArrays
 from cranktrain.store.hdf5 import read_film_table, write_film_table
 from cranktrain.store.side_by_side import side_by_side
 
+DATASETS = ("aligned", "tilted", "pressure", "axes", "aligned_error", "tilted_error")
+REMEDY = "delete it, or build it anew by 'cranktrain film-table --rebuild'"
 KEEP_EVERY = 2.0
 """Seconds between two copies of the part file: the most that a killed build loses."""
 
@@ -43,24 +49,23 @@ def table_path(settings: TableSettings) -> Path:
 def load_film_table(path: str | Path, settings: TableSettings) -> FilmTable:
     """Read a table.
 
-    Raises ``StoreError``: missing, corrupt, foreign, of another schema, or made for another geometry, groove, tilt
-    range or resolution.
+    Raises ``StoreError``: missing, corrupt, foreign, of another schema, made for another geometry, groove, tilt range
+    or resolution, or with arrays of another shape or values that are not finite.
     """
     data, _ = read_film_table(path, SCHEMA, settings.digest, _said(settings))
+    if missing := sorted(set(DATASETS) - set(data)):
+        raise StoreError(f"{path}: '{missing[0]}' is missing; {REMEDY}")
     arrays = TableArrays(data["aligned"], data["tilted"], data["axes"], data["pressure"])
-    return FilmTable(settings, arrays, data["aligned_error"], data["tilted_error"])
+    table = FilmTable(settings, arrays, data["aligned_error"], data["tilted_error"])
+    if wrong := what_is_wrong(table):
+        raise StoreError(f"{path}: {wrong}; {REMEDY}")
+    return table
 
 
 def save_film_table(path: str | Path, table: FilmTable) -> Path:
     """Write a table; equal content gives equal bytes."""
-    datasets = {
-        "aligned": (table.arrays.aligned, "1"),
-        "tilted": (table.arrays.tilted, "1"),
-        "pressure": (table.arrays.pressure, "1"),
-        "axes": (table.arrays.axes, "1"),
-        "aligned_error": (table.aligned_error, "1"),
-        "tilted_error": (table.tilted_error, "1"),
-    }
+    arrays = {**table.arrays._asdict(), "aligned_error": table.aligned_error, "tilted_error": table.tilted_error}
+    datasets = {name: (arrays[name], "1") for name in DATASETS}
     return write_film_table(path, SCHEMA, table.settings.digest, _said(table.settings), datasets, _attributes(table))
 
 
@@ -147,7 +152,11 @@ def _kept(part: Path, settings: TableSettings, say: Callable[[str], None] | None
             say(f"the unfinished table is not used, all slabs are solved anew ({error})")
         return {}
     wanted = set(slab_names(settings))
-    slabs = {name[5:]: values for name, values in data.items() if name[5:] in wanted}
+    slabs = {
+        name[5:]: values
+        for name, values in data.items()
+        if name[5:] in wanted and values.shape == slab_shape(settings, name[5:]) and np.isfinite(values).all()
+    }
     if slabs and say is not None:
         say(f"goes on with {len(slabs)} of {len(wanted)} slabs from {part}")
     return slabs

@@ -300,14 +300,49 @@ def compile_sampling() -> None:
     sample_tilted((0.5, TableSettings(0.5).ends()), one, one, 4.0, film, film, out, np.zeros((1, 1, 1, FUNCTIONS + 1)))
 
 
+def slab_shape(settings: TableSettings, name: str) -> tuple[int, ...]:
+    """Shape of the slab of a name, see :func:`sample_slab`."""
+    if name.startswith("aligned"):
+        return N_ALIGNED[1], 4
+    _, n_gamma, n_tilt = settings.shape
+    n_tilt -= "middle" in name
+    return n_gamma, n_tilt, n_tilt, FUNCTIONS + 1
+
+
+def table_axes(settings: TableSettings) -> Array:
+    """Axes of :class:`cranktrain.film.table.interpolation.TableArrays`."""
+    tops = [float(stretched(top)[0]) for top in (ALIGNED_MAX, TILTED_MAX)]
+    return np.array(
+        [1.0 / settings.length_ratio**2, settings.tilt_range, *tops, *aligned_norms(settings), *settings.ends()]
+    )
+
+
+def what_is_wrong(table: FilmTable) -> str:
+    """What of a table that was read cannot be its settings'; empty where nothing is."""
+    n_eps, n_gamma = N_ALIGNED
+    n, g, t = table.settings.shape
+    tilt, axes = table.settings.tilt, table_axes(table.settings)
+    wanted = {
+        "aligned": (table.arrays.aligned, (4, n_eps + 2, n_gamma + 3)),
+        "tilted": (table.arrays.tilted, (n + 2, g + 3, t + 2, FUNCTIONS * (t + 2)) if tilt else (1, 1, 1, 1)),
+        "pressure": (table.arrays.pressure, (n + 2, g + 3, t + 2, t + 2) if tilt else (1, 1, 1, 1)),
+        "axes": (table.arrays.axes, axes.shape),
+        "aligned_error": (table.aligned_error, (n_eps - 1, n_gamma)),
+        "tilted_error": (table.tilted_error, (n - 1, g, t - 1, t - 1) if tilt else (0, 0, 0, 0)),
+    }
+    for name, (array, shape) in wanted.items():
+        if array.shape != shape or array.dtype != np.float64:
+            return f"'{name}' is {array.dtype} of shape {array.shape}, not float64 of {shape}"
+        if not np.isfinite(array).all():
+            return f"'{name}' has {np.count_nonzero(~np.isfinite(array))} values that are not finite"
+    return "" if np.allclose(table.arrays.axes, axes, rtol=1e-9) else "'axes' are not those of its settings"
+
+
 def assemble(settings: TableSettings, slabs: Mapping[str, Array]) -> FilmTable:
     """Fit the splines through all slabs of :func:`slab_names` and measure their error at cell centres."""
     n_eps, n_gamma = N_ALIGNED
     aligned = aligned_spline(np.stack([slabs[f"aligned {i}"] for i in range(n_eps)]))
-    tops = [float(stretched(top)[0]) for top in (ALIGNED_MAX, TILTED_MAX)]
-    axes = np.array(
-        [1.0 / settings.length_ratio**2, settings.tilt_range, *tops, *aligned_norms(settings), *settings.ends()]
-    )
+    axes = table_axes(settings)
     tilted = pressure = np.zeros((1, 1, 1, 1))
     if settings.tilt:
         values = np.stack([slabs[f"tilted {i}"] for i in range(settings.shape[0])])
