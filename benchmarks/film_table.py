@@ -32,7 +32,8 @@ from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.table.aligned import aligned_force
 from cranktrain.film.table.database import ALIGNED_GRID, TILT_GRIDS, FilmTable, bearing_settings, table_grid
 from cranktrain.film.table.family import turning
-from cranktrain.film.table.law import SHARE_MARGIN, TABLED, Tabled, table_force, table_work
+from cranktrain.film.table.law import SHARE_MARGIN, TABLED, Tabled, table_force
+from cranktrain.film.table.tilted import table_work
 from cranktrain.store.film_tables import film_table
 
 Array = NDArray[np.float64]

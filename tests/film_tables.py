@@ -11,8 +11,9 @@ from cranktrain.film.journal.grid import Motion, cold_start, journal_work
 from cranktrain.film.table.database import TableSettings, table_grid
 from cranktrain.film.table.family import CENTRED_TURN
 from cranktrain.film.table.interpolation import TILT_STRETCH
-from cranktrain.film.table.law import Tabled, table_force, table_work
+from cranktrain.film.table.law import Tabled, table_force
 from cranktrain.film.table.reach import reach
+from cranktrain.film.table.tilted import table_work
 from cranktrain.store.film_tables import film_table
 
 RATIO = 0.35

@@ -21,17 +21,8 @@ from cranktrain.dynamics.model.slots import (
     STATE_UDD,
     THETA,
 )
-from cranktrain.dynamics.motion.rods import (
-    PIN,
-    X,
-    Y,
-    big_end_motion,
-    float_force,
-    observe_rod,
-    pin_motion,
-    place_pin,
-    rod_swing,
-)
+from cranktrain.dynamics.motion.rod_motion import PIN, X, Y, big_end_motion, pin_motion, rod_swing
+from cranktrain.dynamics.motion.rods import float_force, observe_rod, place_pin
 from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, OBSERVE, P_MAX
 from cranktrain.film.laws.parameters import CLEARANCE
 

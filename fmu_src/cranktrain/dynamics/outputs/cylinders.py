@@ -22,17 +22,9 @@ from cranktrain.dynamics.model.slots import (
     STROKE_TOP,
     THETA,
 )
-from cranktrain.dynamics.motion.rods import (
-    FRICTION_ALONG,
-    LOWER,
-    SIDE,
-    UPPER,
-    X,
-    Y,
-    observe_rod,
-    rod_end,
-    upper_share,
-)
+from cranktrain.dynamics.motion.guided_pistons import FRICTION_ALONG, LOWER, UPPER, upper_share
+from cranktrain.dynamics.motion.rod_motion import SIDE, X, Y, rod_end
+from cranktrain.dynamics.motion.rods import observe_rod
 from cranktrain.loads.slider_crank import PISTON
 
 LATERAL, TILT, SIDE_FORCE, FRICTION, PISTON_OUTPUTS = range(5)

@@ -38,11 +38,9 @@ from cranktrain.film.elastic.grid import (
     COS,
     DENSE,
     DRIVEN,
-    FACE_COS,
     FACE_EXTRA,
     FACE_FLUX,
     FACE_OPEN,
-    FACE_SIN,
     FACE_SLOPE,
     FILM,
     FULL,
@@ -61,10 +59,6 @@ from cranktrain.film.elastic.grid import (
     SQUEEZE,
     START_COMPRESSED,
     START_MASS,
-    V_A,
-    V_B,
-    V_X,
-    V_Y,
     VOID,
     WAS_VOID,
     WIDTH,
@@ -364,95 +358,3 @@ def _face_change(film, flow, at, nodes, faces):
     driven = carried(flow, nodes, ahead, at.q, at.q_down)
     pressed = 3.0 * flow.around * h * h * (nodes[REDUCED, at.q] - nodes[REDUCED, at.q_down])
     return faces[FACE_SLOPE, at.f] * (pressed + driven)
-
-
-@kernel
-def shape_sources(film, per_gain, nodes, faces, first, block, columns):
-    """−∂R/∂δ of eight columns of shapes, from column 8 ``block`` on, into ``columns`` (n_phi n_z, 8), in band order.
-
-    ``per_gain`` 1/g: the shapes' velocities follow their amplitudes by the stage's own rule.
-    """
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
-    lines = n_z + 2
-    flux = faces[FACE_FLUX]
-    start = n_phi * lines
-    at = 8 * block
-    for position in range(n_phi):
-        i = first + position
-        if i >= n_phi:
-            i -= n_phi
-        up = i - 1 if i > 0 else n_phi - 1
-        for j in range(n_z):
-            q = i * lines + j + 1
-            target = columns[position * n_z + j]
-            if film.supply[i * n_z + j] > 0.0:
-                for r in range(8):
-                    target[r] = 0.0
-                continue
-            own = nodes[OWN, q] + per_gain * nodes[SQUEEZE, q]
-            after = nodes[AFTER, q]
-            before = nodes[BEFORE, q]
-            out = flux[i * n_z + j]
-            into = flux[up * n_z + j]
-            here = film.shapes[q]
-            right = film.shapes[q + 1]
-            left = film.shapes[q - 1]
-            face = film.shapes[start + i * n_z + j]
-            face_up = film.shapes[start + up * n_z + j]
-            for half in range(0, 8, 4):
-                k = at + half
-                c0 = into * face_up[k] - out * face[k] - own * here[k] - after * right[k] - before * left[k]
-                k += 1
-                c1 = into * face_up[k] - out * face[k] - own * here[k] - after * right[k] - before * left[k]
-                k += 1
-                c2 = into * face_up[k] - out * face[k] - own * here[k] - after * right[k] - before * left[k]
-                k += 1
-                c3 = into * face_up[k] - out * face[k] - own * here[k] - after * right[k] - before * left[k]
-                target[half] = c0
-                target[half + 1] = c1
-                target[half + 2] = c2
-                target[half + 3] = c3
-
-
-@kernel
-def motion_sources(film, nodes, faces, first, columns):
-    """−∂R/∂(x, y, a, b) and −∂R/∂(vx, vy, va, vb), all over the clearance, into ``columns`` (n_phi n_z, 8)."""
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
-    lines = n_z + 2
-    flux = faces[FACE_FLUX]
-    for position in range(n_phi):
-        i = first + position
-        if i >= n_phi:
-            i -= n_phi
-        up = i - 1 if i > 0 else n_phi - 1
-        cos = film.trig[i, COS]
-        sin = film.trig[i, SIN]
-        for j in range(n_z):
-            q = i * lines + j + 1
-            target = columns[position * n_z + j]
-            if film.supply[i * n_z + j] > 0.0:
-                for r in range(8):
-                    target[r] = 0.0
-                continue
-            zeta = film.lines[j + 1, ZETA]
-            own = nodes[OWN, q]
-            after = nodes[AFTER, q]
-            before = nodes[BEFORE, q]
-            out = flux[i * n_z + j]
-            into = flux[up * n_z + j]
-            # A displacement closes the film: the shapes of x, y, a, b are −cos φ, −sin φ, −ζ cos φ, −ζ sin φ.
-            sides = own + after + before
-            tilted = own * zeta + after * film.lines[j + 2, ZETA] + before * film.lines[j, ZETA]
-            by_x = out * film.trig[i, FACE_COS] - into * film.trig[up, FACE_COS]
-            by_y = out * film.trig[i, FACE_SIN] - into * film.trig[up, FACE_SIN]
-            target[X] = by_x + sides * cos
-            target[Y] = by_y + sides * sin
-            target[A] = by_x * zeta + tilted * cos
-            target[B] = by_y * zeta + tilted * sin
-            squeeze = nodes[SQUEEZE, q]
-            target[V_X] = squeeze * cos
-            target[V_Y] = squeeze * sin
-            target[V_A] = squeeze * zeta * cos
-            target[V_B] = squeeze * zeta * sin

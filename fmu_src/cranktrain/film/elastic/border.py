@@ -13,7 +13,6 @@ import math
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import add_eight, eight, put_eight
-from cranktrain.film.elastic.balance import motion_sources
 from cranktrain.film.elastic.band_blocks import solve_blocks
 from cranktrain.film.elastic.grid import (
     BEND,
@@ -38,6 +37,7 @@ from cranktrain.film.elastic.grid import (
     ZETA,
 )
 from cranktrain.film.elastic.height import pressure_unit
+from cranktrain.film.elastic.sources import motion_sources
 
 
 @kernel

@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
-from cranktrain.film.elastic.balance import Rates, film_rates, film_start, grid_factors, oil_balance, shape_sources
+from cranktrain.film.elastic.balance import Rates, film_rates, film_start, grid_factors, oil_balance
 from cranktrain.film.elastic.band_blocks import factor_blocks, solve_blocks
 from cranktrain.film.elastic.border import border_equations, eliminate, film_tangents, present_loads, solution_loads
 from cranktrain.film.elastic.grid import (
@@ -59,6 +59,7 @@ from cranktrain.film.elastic.grid import (
 from cranktrain.film.elastic.height import combined, face_films, node_films, open_films, pressure_unit
 from cranktrain.film.elastic.oil import oil_state, pressure_change, start_compression
 from cranktrain.film.elastic.result import film_result
+from cranktrain.film.elastic.sources import shape_sources
 
 CONVERGED, NOT_CONVERGED, SINGULAR = 0, 1, 2
 

@@ -220,12 +220,7 @@ class ElasticGrid:
         InputError
             for a value out of range or a shape that does not fit the grid
         """
-        sizes = {"diameter": diameter, "width": width, "clearance": clearance, "viscosity": viscosity}
-        for name, value in sizes.items():
-            if not (value > 0.0 and math.isfinite(value)):
-                raise InputError(f"elastic film: {name} is {value:g}; give a positive value in SI units")
-        if not (supply_pressure >= 0.0 and math.isfinite(supply_pressure)):
-            raise InputError(f"elastic film: supply pressure is {supply_pressure:g} Pa; give a gauge pressure >= 0")
+        _check_sizes(diameter, width, clearance, viscosity, supply_pressure)
         forms = np.zeros((0, self.n_phi, self.n_z + 2)) if shapes is None else np.asarray(shapes, dtype=float)
         if forms.ndim != 3 or forms.shape[1:] != (self.n_phi, self.n_z + 2):
             raise InputError(
@@ -245,12 +240,6 @@ class ElasticGrid:
             raise InputError(f"elastic film: the supply mask must be {self.n_phi} x {self.n_z} of 0 and 1")
         behind = self.angles + math.pi / self.n_phi
         trig = np.array([np.cos(self.angles), np.sin(self.angles), np.cos(behind), np.sin(behind)])
-        nodes = forms.reshape(k, self.n_phi * (self.n_z + 2))
-        inside = forms[:, :, 1:-1]
-        # Cubic through four nodes: the film at the faces is what conductance depends on, to the third power.
-        faces = (9.0 * (inside + np.roll(inside, -1, 1)) - np.roll(inside, 1, 1) - np.roll(inside, -2, 1)) / 16.0
-        table = np.zeros((nodes.shape[1] + self.size, BLOCK * ((k + BLOCK) // BLOCK)))
-        table[:, 1 : k + 1] = np.concatenate([nodes, faces.reshape(k, self.size)], axis=1).T
         rough_share = rough[0] / clearance if rough[0] > 0.0 else SMOOTH
         constants = [self.n_phi, self.n_z, k, 0.5 * diameter, width, clearance, viscosity, supply_pressure, rough_share]
         step, values, compressible = (0.0, np.zeros((1, 2, 2)), False) if oil is None else oil
@@ -261,7 +250,7 @@ class ElasticGrid:
             np.array(constants, dtype=float),
             np.ascontiguousarray(trig.T),
             np.ascontiguousarray(np.column_stack([lines, g])),
-            table,
+            _shape_table(forms),
             np.ascontiguousarray(mask.ravel()),
             # A film pressure presses the journal along −(cos φ, sin φ).
             np.ascontiguousarray(np.concatenate([-way, c], axis=1)),
@@ -269,6 +258,28 @@ class ElasticGrid:
             values,
             contact_table() if rough[0] > 0.0 else np.zeros((8, 2)),
         )
+
+
+def _check_sizes(diameter: float, width: float, clearance: float, viscosity: float, supply_pressure: float) -> None:
+    """Refuse a size that no film has."""
+    sizes = {"diameter": diameter, "width": width, "clearance": clearance, "viscosity": viscosity}
+    for name, value in sizes.items():
+        if not (value > 0.0 and math.isfinite(value)):
+            raise InputError(f"elastic film: {name} is {value:g}; give a positive value in SI units")
+    if not (supply_pressure >= 0.0 and math.isfinite(supply_pressure)):
+        raise InputError(f"elastic film: supply pressure is {supply_pressure:g} Pa; give a gauge pressure >= 0")
+
+
+def _shape_table(forms: Array) -> Array:
+    """Shapes (k, n_phi, n_z + 2) at nodes and circumferential faces as kernels read them, in blocks of columns."""
+    k, n_phi, lines = forms.shape
+    nodes = forms.reshape(k, n_phi * lines)
+    inside = forms[:, :, 1:-1]
+    # Cubic through four nodes: the film at the faces is what conductance depends on, to the third power.
+    faces = (9.0 * (inside + np.roll(inside, -1, 1)) - np.roll(inside, 1, 1) - np.roll(inside, -2, 1)) / 16.0
+    table = np.zeros((n_phi * (2 * lines - 2), BLOCK * ((k + BLOCK) // BLOCK)))
+    table[:, 1 : k + 1] = np.concatenate([nodes, faces.reshape(k, n_phi * (lines - 2))], axis=1).T
+    return table
 
 
 def _square(compliance: Array, k: int) -> Array:

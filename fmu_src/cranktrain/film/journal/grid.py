@@ -159,6 +159,18 @@ def journal_grid(
     behind[0] -= 2.0 * math.pi
     circle = np.array([np.cos(node), np.sin(node), np.cos(face), np.sin(face)])
     spacing = np.array([face - behind, after - node])
+    axial, strip = _axial_lines(n_z, half, sealed, ratio)
+    n = axial.shape[1] - 1
+    padded = -(-n // LANES) * LANES
+    blocked = np.ones((circle.shape[1], padded))
+    blocked[:, :n] = blocked_columns[:, None]
+    settings = np.array([RUPTURES[rupture], grading, 2.0 if half else 1.0, strip, SMOOTH, 0.0])
+    shear = np.concatenate([np.polynomial.legendre.leggauss(8), np.zeros((1, 8))])
+    return JournalGrid(circle, spacing, axial, blocked, settings, shear)
+
+
+def _axial_lines(n_z: int, half: bool, sealed: bool, ratio: float) -> tuple[Array, float]:
+    """Rows of a straight shell's axial nodes, cells and faces, (AXIAL_ROWS, n + 1), and the strip left at an end."""
     step = 2.0 / n_z
     first = n_z // 2 if half else 1
     n = n_z - first
@@ -182,12 +194,7 @@ def journal_grid(
     if half:
         axial[1:3, 0] *= 0.5
         axial[4, 0] = 0.0
-    padded = -(-n // LANES) * LANES
-    blocked = np.ones((circle.shape[1], padded))
-    blocked[:, :n] = blocked_columns[:, None]
-    settings = np.array([RUPTURES[rupture], grading, 2.0 if half else 1.0, strip, SMOOTH, 0.0])
-    shear = np.concatenate([np.polynomial.legendre.leggauss(8), np.zeros((1, 8))])
-    return JournalGrid(circle, spacing, axial, blocked, settings, shear)
+    return axial, strip
 
 
 def shell_grid(grid: JournalGrid, profile: tuple[float, float, float], roughness: float) -> JournalGrid:

@@ -52,7 +52,8 @@ from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.table.aligned import aligned_force, aligned_observables
 from cranktrain.film.table.database import FilmTable, TableSettings, aligned_grid, bearing_settings, table_grid
 from cranktrain.film.table.interpolation import AXES, TableArrays
-from cranktrain.film.table.law import TABLED, Tabled, TableWork, table_force, table_work, tilted_pressure
+from cranktrain.film.table.law import TABLED, Tabled, table_force, tilted_pressure
+from cranktrain.film.table.tilted import TableWork, table_work
 
 if TYPE_CHECKING:
     from cranktrain.film.laws.bearings import Bearings

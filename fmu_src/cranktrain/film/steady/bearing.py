@@ -196,9 +196,7 @@ class SteadyBearing:
         k_hat = -out[STIFFNESS:DAMPING].reshape(4, 4)[:freedoms, :freedoms]
         c_hat = -out[DAMPING:].reshape(4, 4)[:freedoms, :freedoms]
         turn = np.kron(np.eye(freedoms // 2), [[0.0, -1.0], [1.0, 0.0]])
-        # Generalised displacements are those of the end (over c) inside, slopes outside: end = slope L/2.
-        lever = np.array([1.0, 1.0, 0.5 * journal.width, 0.5 * journal.width])[:freedoms]
-        scale = np.outer(lever, lever) * journal.force_unit / c
+        scale = slope_levers(journal, freedoms) * journal.force_unit / c
         stiffness = scale * (k_hat - 0.5 * c_hat @ turn)
         damping = scale * c_hat / journal.speed
         ex, ey, tx, ty = state.tolist()
@@ -223,6 +221,12 @@ class SteadyBearing:
             sommerfeld=3.0 * load / journal.force_unit,
             iterations=steps,
         )
+
+
+def slope_levers(journal: Journal, freedoms: int) -> Array:
+    """Factors (n, n) from coefficients by displacements of the end to those by slopes: end = slope L/2."""
+    lever = np.array([1.0, 1.0, 0.5 * journal.width, 0.5 * journal.width])[:freedoms]
+    return np.outer(lever, lever)
 
 
 def whirl_threshold(stiffness: Array, damping: Array, load: float, c: float, speed: float) -> tuple[float, float]:

@@ -35,7 +35,14 @@ from cranktrain.film.reynolds.field import FilmSolution, Supply, solve_film
 from cranktrain.film.reynolds.liquid import Density
 from cranktrain.film.reynolds.piezoviscosity import Law
 from cranktrain.film.reynolds.rough_gap import Roughness
-from cranktrain.film.steady.bearing import Journal, SteadyBearing, SteadyState, bearing_grid, whirl_threshold
+from cranktrain.film.steady.bearing import (
+    Journal,
+    SteadyBearing,
+    SteadyState,
+    bearing_grid,
+    slope_levers,
+    whirl_threshold,
+)
 from cranktrain.film.steady.conserving_bearing import ConservingGrid, conserving_grid
 
 MOST_STEPS = 40
@@ -380,9 +387,7 @@ class _Running:
         turn_back = np.array([[math.cos(towards), math.sin(towards)], [-math.sin(towards), math.cos(towards)]])
         turned = np.kron(np.eye(count // 2), turn_back)
         stiffness, damping = turned @ stiffness @ turned.T, turned @ damping @ turned.T
-        # Motions are those of the end inside, slopes outside: end = slope L/2.
-        lever = np.array([1.0, 1.0, 0.5 * journal.width, 0.5 * journal.width])[:count]
-        scale = np.outer(lever, lever) / c
+        scale = slope_levers(journal, count) / c
         stiffness, damping = scale * stiffness, scale * damping / journal.speed
         load = float(np.hypot(*here.force[:2]))
         threshold, whirl = whirl_threshold(stiffness[:2, :2], damping[:2, :2], load, c, journal.speed)

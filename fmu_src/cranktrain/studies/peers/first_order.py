@@ -63,7 +63,7 @@ from cranktrain.dynamics.motion.equations import external_force, frame_numbers, 
 from cranktrain.dynamics.motion.film_ports import journal_forces, place_journal
 from cranktrain.dynamics.motion.gas import trace_pressure
 from cranktrain.dynamics.motion.linear_algebra import add_product, factor_lu, product, solve_lu
-from cranktrain.dynamics.motion.rods import ARM, pin_motion
+from cranktrain.dynamics.motion.rod_motion import ARM, pin_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.film.laws.films import FORCE, RUBBING, SPEED, film_call
 from cranktrain.film.laws.parameters import CLEARANCE

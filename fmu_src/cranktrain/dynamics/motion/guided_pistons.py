@@ -1,0 +1,204 @@
+"""Pistons between the springs of their skirts: motion across the cylinder and in tilt at each evaluation of a stage.
+
+Two unknowns that nothing else feels, found from the pin's and the liner's motion, so that they need no place in the
+stage's Newton iteration.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.dynamics.model.slots import (
+    DELTA_J,
+    FORCES,
+    LINERS,
+    M_BIG,
+    M_OSC,
+    M_SMALL,
+    OFFSET,
+    PISTONS,
+    ROD,
+    U_FREE,
+    U_Q,
+    U_V,
+    UD,
+    U,
+)
+from cranktrain.dynamics.motion.rod_motion import AX, AY, CROSS, SIDE, VX, VY, X, Y
+from cranktrain.loads.piston_guidance import HEIGHT, UNBALANCE, layer_force, liner_friction
+from cranktrain.loads.slider_crank import (
+    BY_ACCELERATION,
+    BY_VX,
+    BY_X,
+    PISTON,
+    PISTON_ACCELERATION,
+    PISTON_VELOCITY,
+    rod_force,
+)
+
+# What :func:`piston_forces` writes: force across and moment on the piston, their derivatives by gap and rate of the
+# upper and the lower layer, the layers' forces, friction along the cylinder, and what liner and gas do to the piston:
+# force across and along the cylinder's axis at rest, and its moment about the crank's axis.
+ACROSS, MOMENT, UPPER_BY_GAP, UPPER_BY_RATE, LOWER_BY_GAP, LOWER_BY_RATE = 0, 1, 2, 3, 5, 6
+UPPER, LOWER, FRICTION_ALONG, LINER_ACROSS, LINER_ALONG, LINER_MOMENT = range(7, 13)
+LAYER = 3
+"""Values that a layer's law writes: force, and its derivatives by gap and rate."""
+PISTON_STEPS = 12
+PISTON_TOLERANCE = 1.0e-15
+"""Newton steps of a guided piston at most, and the motion (m) at which they end."""
+
+
+class RodLoad(NamedTuple):
+    """What a rod and its piston are given besides their motion; axes of the cylinder."""
+
+    cylinder: int
+    gas: float  # gauge pressure times piston area, N
+    torque: float  # side force that keeps the big end's friction on the rod, N
+    g_x: float  # gravity's reaction, m/s²
+    g_y: float
+
+
+class PistonMotion(NamedTuple):
+    """Motion of a guided piston across its cylinder (m) and in tilt (rad)."""
+
+    x: float
+    x_v: float
+    x_a: float
+    t: float
+    t_v: float
+
+
+@inlined_kernel
+def upper_share(model, c, height):
+    """Share of a side force at ``height`` along the cylinder that the liner's upper ring takes."""
+    lower = model.block.liners[c, 1]
+    return (height - lower) / (model.block.liners[c, 0] - lower)
+
+
+@kernel
+def guided_rod(model, work, load, c_q, c_v):
+    """Rod whose piston moves between the guiding springs; ``work.scratch`` as of rod_force, and its CROSS as given.
+
+    Solves M (x, τ)'' = F of the piston at the pin's motion and the liner's; the forces go to the piston's and the
+    liner's ports, the motion that was found to the piston's.
+    """
+    c = load.cylinder
+    out = work.scratch
+    side = work.scratch[SIDE:]
+    cross = work.scratch[CROSS:]
+    rod = model.cylinders[c]
+    u = work.port[U]
+    u_q = work.port[U_Q]
+    u_v = work.port[U_V]
+    port = int(model.layout[PISTONS]) + 2 * c
+    # Side forces and friction go on from the stage's last evaluation.
+    for j in range(LAYER):
+        side[UPPER + j] = work.guides[c, j]
+    for _ in range(PISTON_STEPS):
+        x = u[port]
+        x_a = (x - u_q[port]) / c_q
+        t = u[port + 1]
+        t_v = u_v[port + 1] + c_v * (t - u_q[port + 1]) / c_q
+        piston = PistonMotion(x, u_v[port] + c_v * x_a, x_a, t, t_v)
+        piston_forces(model, load, piston, u, work.port[UD], cross, out, side)
+        move_x, move_t = piston_step(model, work, port, piston, c_q, c_v, side)
+        u[port] = x + move_x
+        u[port + 1] = t + move_t
+        if abs(move_x) + abs(move_t) * rod[ROD] < PISTON_TOLERANCE:
+            break
+    for j in range(LAYER):
+        work.guides[c, j] = side[UPPER + j]
+    f = work.port[FORCES]
+    f[port] = side[ACROSS]
+    f[port + 1] = side[MOMENT]
+    if model.layout[LINERS] > 0.0:
+        # The opposite of what liner and gas do to the piston: same force, same moment about the crank's axis.
+        k = int(model.layout[LINERS]) + 3 * c
+        upper = model.block.liners[c, 0]
+        lower = model.block.liners[c, 1]
+        push = (side[LINER_MOMENT] + lower * side[LINER_ACROSS]) / (upper - lower)
+        f[k] += push
+        f[k + 1] -= side[LINER_ACROSS] + push
+        f[k + 2] -= side[LINER_ALONG] + load.gas
+    # The pin feels the rod and its big end.
+    out[0] += load.torque - rod[M_BIG] * (cross[AX] + load.g_x)
+    out[1] -= rod[M_BIG] * (cross[AY] + load.g_y)
+    out[BY_ACCELERATION] -= rod[M_BIG]
+    out[BY_ACCELERATION + 3] -= rod[M_BIG]
+
+
+@kernel
+def piston_step(model, work, port, piston, c_q, c_v, side):
+    """Newton step of a guided piston's x and τ, from its forces in ``side`` and the rod's in ``work.scratch``."""
+    out = work.scratch
+    law = model.block.guidance
+    inverse = model.block.piston_inverse
+    u_free = work.port[U_FREE]
+    ratio = c_v / c_q
+    d_n = out[BY_X] + ratio * out[BY_VX] + out[BY_ACCELERATION] / c_q
+    d_u = side[UPPER_BY_GAP] + ratio * side[UPPER_BY_RATE]
+    d_l = side[LOWER_BY_GAP] + ratio * side[LOWER_BY_RATE]
+    y_u = law[HEIGHT]
+    y_l = law[HEIGHT + 1]
+    xx = d_n + d_u + d_l
+    xt = -y_u * d_u - y_l * d_l
+    tt = y_u * y_u * d_u + y_l * y_l * d_l
+    # r = u_free + c_q M⁻¹ F − u, and I − c_q M⁻¹ ∂F/∂u.
+    r_x = u_free[port] + c_q * (inverse[0, 0] * side[ACROSS] + inverse[0, 1] * side[MOMENT]) - piston.x
+    r_t = u_free[port + 1] + c_q * (inverse[1, 0] * side[ACROSS] + inverse[1, 1] * side[MOMENT]) - piston.t
+    a = 1.0 - c_q * (inverse[0, 0] * xx + inverse[0, 1] * xt)
+    b = -c_q * (inverse[0, 0] * xt + inverse[0, 1] * tt)
+    d = -c_q * (inverse[1, 0] * xx + inverse[1, 1] * xt)
+    e = 1.0 - c_q * (inverse[1, 0] * xt + inverse[1, 1] * tt)
+    determinant = a * e - b * d
+    return (e * r_x - b * r_t) / determinant, (a * r_t - d * r_x) / determinant
+
+
+@kernel
+def piston_forces(model, load, piston, u, ud, cross, out, side):
+    """Forces on a guided piston at its motion into ``side``; ``out`` as of rod_force without big end.
+
+    ``side[UPPER:]`` holds the layers' forces and the friction of the last evaluation. Gas and friction act along the
+    liner, its springs square to it, wherever it leans: an engine on soft mounts leans by a degree, and 100 kN of gas
+    have then 2 kN across.
+    """
+    c = load.cylinder
+    rod = model.cylinders[c]
+    law = model.block.guidance
+    liner = int(model.layout[LINERS]) + 3 * c
+    slope = 0.0
+    if model.layout[LINERS] > 0.0:
+        slope = (u[liner] - u[liner + 1]) / (model.block.liners[c, 0] - model.block.liners[c, 1])
+    # Friction and lean follow the side forces found last; a step of the iteration later they agree.
+    push = load.gas - side[FRICTION_ALONG]
+    down = push + slope * (side[UPPER] + side[LOWER])
+    rod_force(
+        cross[X] - piston.x, cross[Y], cross[VX] - piston.x_v, cross[VY], cross[AX] - piston.x_a, cross[AY],
+        down, rod[ROD], 0.0, rod[M_OSC], rod[DELTA_J], rod[OFFSET], 0.0, load.g_y, out,
+    )  # fmt: skip
+    force = -out[0] - load.torque - slope * push
+    weight = out[PISTON_ACCELERATION] + load.g_y
+    moment = weight * (law[UNBALANCE] * piston.t - rod[OFFSET] * rod[M_SMALL]) - rod[OFFSET] * out[1]
+    side[LINER_ACROSS] = -slope * push
+    side[LINER_ALONG] = -down
+    side[LINER_MOMENT] = out[PISTON] * slope * push - piston.x * down
+    for layer in range(2):
+        height = law[HEIGHT + layer]
+        gap = piston.x - piston.t * height
+        rate = piston.x_v - piston.t_v * height
+        if model.layout[LINERS] > 0.0:
+            share = upper_share(model, c, out[PISTON] + height)
+            gap -= share * u[liner] + (1.0 - share) * u[liner + 1]
+            rate -= share * ud[liner] + (1.0 - share) * ud[liner + 1] + slope * out[PISTON_VELOCITY]
+        # Its force lies where the moment comes, or between both layers' tangents, until it is read.
+        layer_force(law, layer, gap, rate, side[MOMENT + LAYER * layer :])
+        pressing = side[MOMENT + LAYER * layer]
+        side[UPPER + layer] = pressing
+        side[LINER_ACROSS] += pressing
+        side[LINER_MOMENT] -= (out[PISTON] + height) * pressing
+        force += pressing
+        moment -= height * pressing
+    side[FRICTION_ALONG] = liner_friction(law, side[UPPER], side[LOWER], out[PISTON_VELOCITY])
+    side[ACROSS] = force
+    side[MOMENT] = moment

@@ -1,0 +1,102 @@
+"""Motion of what rods hang on, pins and free big ends, in axes of the frame and of a rod's cylinder."""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.dynamics.model.slots import OFFSET, OMEGA, OMEGA_DOT, PIN_ROTATIONS, ROD, RODS
+
+# Motion of a point in a plane, six values from X on; a pin's is followed by how far it moved, and by the share
+# (R(φ) − I) X of turning alone.
+X, Y, VX, VY, AX, AY, MOVED, ARM = 0, 1, 2, 3, 4, 5, 6, 8
+# Where in the scratch memory a pin's motion, a rod's in axes of its cylinder, and its piston lie, clear of rod_force's
+# results.
+PIN, CROSS, SIDE = 16, 24, 48
+
+
+@inlined_kernel
+def rod_end(model, frame, c, u, ud, udd, out):
+    """Motion of what the rod of cylinder c turns about: its big end where that floats, else the pin."""
+    if model.layout[RODS] > 0.0:
+        big_end_motion(model, frame, c, u, ud, udd, out)
+    else:
+        pin_motion(model, frame, c, u, ud, udd, out)
+
+
+@inlined_kernel
+def big_end_motion(model, frame, c, u, ud, udd, out):
+    """Position, absolute velocity and acceleration of the free big end of cylinder c, in axes of the frame."""
+    k = int(model.layout[RODS]) + 2 * c
+    absolute_motion(
+        model.pins[c, 0] + u[k], model.pins[c, 1] + u[k + 1], ud[k], ud[k + 1], udd[k], udd[k + 1], frame, out
+    )
+
+
+@inlined_kernel
+def absolute_motion(x, y, vx, vy, ax, ay, frame, out):
+    """Position, absolute velocity and acceleration in frame axes of a point that moves in the turning frame."""
+    omega = frame[OMEGA]
+    omega_dot = frame[OMEGA_DOT]
+    out[X] = x
+    out[Y] = y
+    out[VX] = vx - omega * y
+    out[VY] = vy + omega * x
+    out[AX] = ax - 2.0 * omega * vy - omega_dot * y - omega * omega * x
+    out[AY] = ay + 2.0 * omega * vx + omega_dot * x - omega * omega * y
+
+
+@inlined_kernel
+def pin_motion(model, frame, c, u, ud, udd, out):
+    """Position, absolute velocity and acceleration of the pin under the rod of cylinder c in frame axes.
+
+    From MOVED on ``out`` holds how far it moved, from ARM on the share (R(φ) − I) X of turning alone.
+    """
+    i = 2 * model.bearings.shape[0] + 1 + 2 * c
+    r = int(model.layout[PIN_ROTATIONS]) + c
+    x0 = model.pins[c, 0]
+    y0 = model.pins[c, 1]
+    phi = u[r]
+    cos = math.cos(phi)
+    sin = math.sin(phi)
+    turned_x = cos * x0 - sin * y0
+    turned_y = sin * x0 + cos * y0
+    arm_x = turned_x - x0
+    arm_y = turned_y - y0
+    if r < model.scales.shape[0]:
+        absolute_motion(
+            turned_x, turned_y, -ud[r] * turned_y, ud[r] * turned_x,
+            -udd[r] * turned_y - ud[r] * ud[r] * turned_x, udd[r] * turned_x - ud[r] * ud[r] * turned_y, frame, out,
+        )  # fmt: skip
+        out[MOVED] = arm_x
+        out[MOVED + 1] = arm_y
+        out[ARM] = arm_x
+        out[ARM + 1] = arm_y
+        return
+    x = turned_x + u[i] + phi * y0
+    y = turned_y + u[i + 1] - phi * x0
+    absolute_motion(
+        x, y, ud[i] - ud[r] * arm_y, ud[i + 1] + ud[r] * arm_x,
+        udd[i] - udd[r] * arm_y - ud[r] * ud[r] * turned_x, udd[i + 1] + udd[r] * arm_x - ud[r] * ud[r] * turned_y,
+        frame, out,
+    )  # fmt: skip
+    out[MOVED] = x - x0
+    out[MOVED + 1] = y - y0
+    out[ARM] = arm_x
+    out[ARM + 1] = arm_y
+
+
+@inlined_kernel
+def across_cylinder(motion, cos, sin, cross):
+    """Turn a motion, six values, into axes of a cylinder that stands at the angle given by cosine and sine."""
+    for j in range(X, MOVED, 2):
+        cross[j] = cos * motion[j] - sin * motion[j + 1]
+        cross[j + 1] = sin * motion[j] + cos * motion[j + 1]
+
+
+@kernel
+def rod_swing(rod, motion, cos, sin):
+    """Height of a rod's small end over its big end (m), and its speed (rad/s): it turns as the big end moves across."""
+    side = cos * motion[X] - sin * motion[Y] - rod[OFFSET]
+    height = math.sqrt(rod[ROD] * rod[ROD] - side * side)
+    return height, (cos * motion[VX] - sin * motion[VY]) / height
