@@ -17,7 +17,7 @@ if str(SOURCES) not in sys.path:
 
 from cranktrain.core.errors import CranktrainError, InputError  # noqa: E402
 from cranktrain.engine.file import load_engine  # noqa: E402
-from cranktrain.fmu.archive import DESCRIPTION, model_description, write_reference, write_whole  # noqa: E402
+from cranktrain.fmu.archive import DESCRIPTION, XML, model_description, write_reference, write_whole  # noqa: E402
 from cranktrain.fmu.build import build_fmu, is_scene  # noqa: E402
 
 
@@ -43,7 +43,7 @@ def main(arguments: list[str] | None = None) -> int:
             raise InputError("--description, --no-film-table and --no-block belong to an engine, not to a scene")
         if chosen.description:
             path = DESCRIPTION / "modelDescription.xml"
-            write_whole(path, model_description(load_engine(chosen.engine)))
+            write_whole(path, model_description(load_engine(chosen.engine)), XML)
         else:
             path = build_fmu(chosen.engine, chosen.output, film_table=chosen.film_table, block=chosen.block, say=_say)
             if chosen.reference:

@@ -188,7 +188,7 @@ def test_a_wrong_call_ends_in_one_line_and_exit_code_2(arguments):
 def test_a_result_never_replaces_what_is_no_result(tmp_path):
     notes = tmp_path / "notes.txt"
     notes.write_text("keep me")
-    with pytest.raises(InputError, match="no HDF5 file"):
+    with pytest.raises(InputError, match="no cranktrain result file"):
         check_target(notes)
     with pytest.raises(InputError, match="is a folder"):
         check_target(tmp_path)

@@ -146,7 +146,8 @@ def test_an_interrupt_keeps_what_is_complete(scene, tmp_path, capsys, monkeypatc
         return honest(model, case, *arguments, **more)
 
     monkeypatch.setattr(SceneModel, "run", interrupted)
-    result = run_json(capsys, "run", path, "--all-levels", "--output", str(output))
+    assert main(["run", path, "--all-levels", "--output", str(output), "--json"]) == 130
+    result = json.loads(capsys.readouterr().out)
     assert result["interrupted"]
     assert [level["status"] for level in result["levels"]] == ["ok", "ok", "interrupted"]
     datasets, _ = read_result(output)

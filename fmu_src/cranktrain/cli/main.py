@@ -1,6 +1,8 @@
 """The command ``cranktrain``: one verb per question, a readable table for people or one JSON object for machines.
 
-Progress and errors go to stderr. Wrong input ends with exit code 2 and one line.
+Progress and errors go to stderr. What ends early ends with one line there, and with --json with one object on stdout,
+``{"error": {"what", "where", "remedy"}}``. Exit codes: 0; 2 for input that cannot be used and computations that fail;
+70 for faults of this program; 130 and 143 where it is interrupted or terminated.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ import json
 import math
 import os
 import re
+import signal
 import sys
 import warnings
 from collections.abc import Sequence
@@ -32,6 +35,7 @@ from cranktrain.cli import (
     tradeoff,
 )
 from cranktrain.cli.console import Interrupted, say
+from cranktrain.cli.ending import fault, one_line, parts, terminable
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.structure.fem.own_mesh import UNITS
 
@@ -56,28 +60,45 @@ class _Parser(argparse.ArgumentParser):
         raise InputError(f"{re.sub(r'^argument (--[-0-9a-z]+): ', chr(92) + '1 ', message)}; see {self.prog} --help")
 
 
+WRONG, FAULT = 2, 70
+"""Exit codes: of input that cannot be used or a computation that fails, and of a fault of this program."""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code: 0, or 2 for input that cannot be used."""
+    """Run the command line; returns the exit code."""
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    stopped = [signal.SIGINT]
     try:
-        options = _parser().parse_args(arguments)
-        with warnings.catch_warnings():
-            warnings.showwarning = lambda message, *_: say(f"cranktrain: warning: {message}")
-            result = options.verb(options)
-        if options.json:
-            print(json.dumps(_finite(result), indent=2, allow_nan=False))
-        sys.stdout.flush()
+        with terminable(stopped):
+            return _run(given)
     except BrokenPipeError:
         # The reader, head or less, has seen enough; what is left to be flushed goes nowhere.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except CranktrainError as error:
-        print(f"cranktrain: {error}", file=sys.stderr)
-        return 2
+        code, text = WRONG, str(error)
     except KeyboardInterrupt as stop:
-        text = stop if isinstance(stop, Interrupted) else "interrupted; nothing was written"
-        print(f"cranktrain: {text}", file=sys.stderr)
-        return 130
-    return 0
+        code = 128 + stopped[-1]
+        text = str(stop) if isinstance(stop, Interrupted) else "interrupted; nothing was written"
+    except Exception as error:
+        code, text = FAULT, fault(error)
+    text = one_line(text)
+    print(f"cranktrain: {text}", file=sys.stderr)
+    if any(len(word) > 2 and "--json".startswith(word) for word in given):
+        print(json.dumps({"error": parts(text)}, indent=2))
+    return code
+
+
+def _run(arguments: Sequence[str]) -> int:
+    """Run the verb, and print what it found where JSON is wanted; an exit code."""
+    options = _parser().parse_args(arguments)
+    with warnings.catch_warnings():
+        warnings.showwarning = lambda message, *_: say(f"cranktrain: warning: {one_line(str(message))}")
+        result = options.verb(options)
+    if options.json:
+        print(json.dumps(_finite(result), indent=2, allow_nan=False))
+    sys.stdout.flush()
+    return 128 + signal.SIGINT if result.get("interrupted") else 0
 
 
 def _parser() -> _Parser:

@@ -77,6 +77,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     }
     if options.verify:
         result["verification"] = runs.verification()
+    if runs.interrupted and not result["outputs"]:
+        raise KeyboardInterrupt
     if runs.interrupted:
         say(f"interrupted: {output} keeps what is complete; run again for the rest")
     if not options.json:

@@ -9,18 +9,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.bodies import add_block_options
-from cranktrain.cli.console import labelled_bar, say, show, stages
-from cranktrain.core.errors import InputError
+from cranktrain.cli.console import Interrupted, labelled_bar, say, show, stages
+from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES, TOLERANCE
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, OIL_LAWS, bearing_law, bearing_levels
 from cranktrain.levels import CRANKS, PISTONS, described
 
 if TYPE_CHECKING:
+    from cranktrain.assembly import Assembly
     from cranktrain.dynamics.model.settings import Settings
     from cranktrain.engine.model import Engine
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.results.run import Run
+    from cranktrain.studies.constant_speed import Request
 
 DESCRIPTION = "Run at constant speed until cycles repeat; write an HDF5 result and print a summary."
 _SOURCES = "engine (default), by its speed; or heat-balance"
@@ -113,9 +115,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             engine, settings, say=tell, crank_mesh=request.mesh, block_mesh=request.block_mesh,
             inherit=not options.no_inherit,
         )  # fmt: skip
-    with labelled_bar(f"{request.speed_rpm:g} rev/min") as (tell, advance):
-        found = request.run(made, gas, advance, tell)
-    found.save(output)
+    found = _run_into(output, request, made, gas)
     summary = found.summary(output)
     if options.steady:
         from cranktrain.studies.torsion.torsional_response import steady_orders, torsional_response
@@ -129,6 +129,34 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     return summary
 
 
+def _run_into(output: Path, request: Request, made: Assembly, gas: GasTrace | None) -> Run:
+    """Run with the samples going to a file, which keeps what there is of them however the run ends."""
+    from cranktrain.loads.gas_pressure import GasTrace
+    from cranktrain.results.files import result_file
+    from cranktrain.results.run import file_attributes
+
+    used = gas or GasTrace.from_engine(made.engine)
+    ended: BaseException | None = None
+    with result_file(output) as file:
+        try:
+            with labelled_bar(f"{request.speed_rpm:g} rev/min") as (tell, advance):
+                found = request.run(made, gas, advance, tell, file)
+            file.finish(found.file_attributes, found.film_temperatures)
+        except (CranktrainError, KeyboardInterrupt) as error:
+            if file.seconds is None:
+                raise
+            ended = error
+            text = "interrupted" if isinstance(error, KeyboardInterrupt) else f"failed: {error}"
+            file.finish(file_attributes(made.engine, used, request.attributes(made)) | {"ended": text})
+    if ended is None and found.complete:
+        return found
+    kept = f"{output} keeps {(file.seconds or 0.0) * request.speed / (4.0 * math.pi):.2f} cycles"
+    if ended is not None and not isinstance(ended, KeyboardInterrupt):
+        raise type(ended)(f"{ended}; {kept}")
+    after = f" after {found.settling.cycles} cycles" if ended is None else ""
+    raise Interrupted(f"interrupted{after}; {kept}")
+
+
 def _option(field: str) -> str:
     """What the command line calls a field of a request."""
     return "--speed" if field == "speed_rpm" else "--" + field.replace("_", "-")
@@ -136,7 +164,7 @@ def _option(field: str) -> str:
 
 def _check(options: argparse.Namespace, settings: Settings) -> None:
     """Refuse what is asked for besides the run and cannot be had."""
-    from cranktrain.results.figures import check_folder
+    from cranktrain.results.figures import FILM_PICTURES, check_folder
 
     locked = not bearing_law(settings.bearings).carries
     if options.steady and not (settings.crank == "torsional" and locked and not options.damper):
@@ -150,7 +178,7 @@ def _check(options: argparse.Namespace, settings: Settings) -> None:
             raise InputError(
                 f"--plots draws journals in their bearings, which level '{settings.bearings}' has not; use impedance"
             )
-        check_folder(Path(options.plots))
+        check_folder(Path(options.plots), pictures=FILM_PICTURES)
 
 
 def _tell_unread(engine: Engine, settings: Settings) -> None:

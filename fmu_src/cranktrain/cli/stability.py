@@ -10,8 +10,9 @@ from typing import Any
 from cranktrain.cli.console import Interrupted, bars, number, one_of, show
 from cranktrain.core.errors import InputError
 from cranktrain.results.tables import NOTHING, Table
-from cranktrain.store.whole_file import whole_file
+from cranktrain.store.whole_file import check_place, marked, whole_file
 
+PAGE = marked("page of cranktrain's stability maps", "cranktrain stability")
 DESCRIPTION = """\
 Maps of where methods fail, beside theory; drawn and explained.
 
@@ -46,8 +47,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         one_of("--map", name, MAPS)
     if options.page is not None and not Path(options.page).parent.is_dir():
         raise InputError(f"--page {options.page}: there is no folder {Path(options.page).parent}; make it first")
+    if options.page is not None:
+        check_place(options.page, PAGE)
     folder = Path(options.output)
-    check_folder(folder, "--output")
+    check_folder(folder, "--output", [f"{name}{ending}" for name in names for ending in (".png", ".svg")])
     from cranktrain.studies.stability.draw import save_map
     from cranktrain.studies.stability.kept_maps import maps
     from cranktrain.studies.stability.page import shown_deviation
@@ -81,12 +84,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _write_page(path: Path, maps: list[Any], pictures: list[Path]) -> None:
-    """Write the page; ``InputError`` where that cannot be."""
+    """Write the page."""
     from cranktrain.studies.stability.page import page
 
     places = [os.path.relpath(picture, path.parent) for picture in pictures]
-    try:
-        with whole_file(path) as file:
-            file.write_text(page(maps, places), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"--page {path}: cannot be written ({error.strerror}); name another file") from None
+    with whole_file(path, PAGE) as file:
+        file.write_text(page(maps, places), encoding="utf-8")

@@ -50,6 +50,7 @@ from cranktrain.dynamics.settled.cycles import (
     settled_cycles,
 )
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES, TOLERANCE, Judge, Settling
+from cranktrain.dynamics.settled.samples import Samples, Sink
 from cranktrain.dynamics.settled.slow_modes import Motion, motion_of
 from cranktrain.dynamics.start.mean_motion import Start, leaning, rigid_start
 from cranktrain.dynamics.start.settling import settle
@@ -412,6 +413,7 @@ def simulate(
     load_torque: float | None = None,
     settle: float = TOLERANCE,
     say: Callable[[str], None] | None = None,
+    sink: Sink | None = None,
 ) -> Result:
     """Run at constant ``speed`` (rad/s) until the outputs repeat, or ``cycles`` cycles, and keep every output.
 
@@ -423,7 +425,8 @@ def simulate(
     times; the last run is the result. At boundary ``torque`` the dynamometer is loaded by ``load_torque`` (N m), or by
     the torque that holds the speed; ``speed`` is where the run starts, and a cycle the time that it takes there.
     ``progress`` is called with the share of a run done, in [0, 1], ``say`` with cycles and what is left. An interrupt
-    ends the run early and keeps what it has.
+    ends the run early and keeps what it has. With a ``sink`` all samples go there, those of a failing run as well; the
+    result holds the last cycles, and memory does not grow with their number.
 
     Raises
     ------
@@ -455,7 +458,7 @@ def simulate(
     simulation.initialize()
 
     def run() -> Result:
-        return _run(simulation, cycles, settle, progress, say)
+        return _run(simulation, cycles, settle, progress, say, sink)
 
     result = run()
     if heat_balance or damper_balance:
@@ -522,6 +525,7 @@ def _run(
     settle: float,
     progress: Callable[[float], None] | None,
     say: Callable[[str], None] | None,
+    sink: Sink | None = None,
 ) -> Result:
     """Cycles at constant speed from the simulation's state, whose time is 0."""
     speed = float(simulation.inputs[0])
@@ -530,11 +534,20 @@ def _run(
     shown = simulation.shown_outputs
     columns = {name: i for i, name in enumerate(simulation.output_names) if name in shown}
     judge = output_judge(simulation.engine, columns)
+    samples = Samples(columns, h, None if simulation.settings.boundary == "torque" else speed, sink)
     if cycles is not None:
-        rows, settling, complete = plain_cycles(recorder, judge, cycles, settle, progress)
+        samples.begin(cycles * recorder.per_cycle + 1)
+        recorded = plain_cycles(recorder, judge, cycles, settle, progress, samples.keep if sink else None)
     else:
-        rows, settling, complete = settled_cycles(recorder, judge, settle, MOST_CYCLES, progress, say)
-    counters, times = simulation.work.counters, np.arange(len(rows), dtype=np.float64) * h
+        try:
+            recorded = settled_cycles(recorder, judge, settle, MOST_CYCLES, progress, say)
+        except BaseException:
+            samples.keep_all(recorder.under_way)
+            raise
+        samples.keep_all(recorded.rows)
+    rows = recorded.rows
+    times, angle = samples.axes(rows, recorded.first)
+    counters = simulation.work.counters
     if counters[N_MISSED] > 0.0:
         warnings.warn(
             f"{counters[N_MISSED]:.0f} of {counters[N_STEPS]:.0f} steps missed the tolerance of "
@@ -543,8 +556,7 @@ def _run(
         )
     return Result(
         time=times,
-        # Of a given speed the shaft's, even in time; a free crank has but its own.
-        angle=rows[:, 0].copy() if simulation.settings.boundary == "torque" else speed * times,
+        angle=angle,
         outputs={name: rows[:, i].copy() for name, i in columns.items()},
         counters={
             "steps": int(counters[N_STEPS]),
@@ -556,8 +568,8 @@ def _run(
         real_time_factor=recorder.seconds / (recorder.taken * h),
         per_cycle=recorder.per_cycle,
         film_temperatures=simulation.film_temperatures,
-        settling=settling,
-        complete=complete,
+        settling=recorded.settling,
+        complete=recorded.complete,
     )
 
 

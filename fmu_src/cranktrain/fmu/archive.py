@@ -25,7 +25,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.fmu.description import Interface, Variable, complete, expand, plain, read_interface, variable_table
 from cranktrain.fmu.flat import FlatModel, to_bytes
 from cranktrain.fmu.running_code import SOURCES, renamed, running_code
-from cranktrain.store.whole_file import whole_file
+from cranktrain.store.whole_file import Kind, check_place, marked, whole_file
 
 ROOT = SOURCES.parent
 DESCRIPTION = ROOT / "modelDescription"
@@ -58,7 +58,7 @@ def build(
     files["modelDescription.xml"] = _xml(root)
     files.update(_accompanying(interface, engine))
     archive = _archive(files)
-    write_whole(path, archive)
+    write_whole(path, archive, FMU)
     say(f"{path.name}: {1e-6 * len(archive):.2f} MB, model data {1e-6 * len(contents.resources['model.bin']):.2f} MB")
     return path
 
@@ -95,9 +95,8 @@ def write_reference(path: Path, say: Callable[[str], None]) -> None:
     result = simulate_fmu(str(path), output_interval=step)
     options = f"StartTime, {start!r}\nStopTime, {stop!r}\nStepSize, {step!r}\nRelTol, 0.0001\n"
     table = [list(result.dtype.names or ())] + [[repr(value) for value in row.tolist()] for row in result]
-    write_whole(path.with_name(f"{path.stem}_in.csv"), _csv(rows))
-    write_whole(path.with_name(f"{path.stem}_ref.csv"), _csv(table))
-    write_whole(path.with_name(f"{path.stem}_ref.opt"), options.encode())
+    for (ending, kind), data in zip(REFERENCE.items(), (_csv(rows), _csv(table), options.encode()), strict=True):
+        write_whole(path.with_name(path.stem + ending), data, kind)
 
 
 def _csv(rows: list[list[str]]) -> bytes:
@@ -124,7 +123,7 @@ def _contents(
     variables = expand(interface.variables, family_counts(engine))
     slave = (SOURCES / SLAVE).read_bytes()
     about = {
-        "model": interface.prefix + "".join(part.capitalize() for part in engine.name.split("_")) + suffix,
+        "model": model_name(engine, interface, suffix),
         "package": package,
         "author": "Cranktrain contributors",
         "license": "BSD-3-Clause",
@@ -144,6 +143,16 @@ def _contents(
     files[f"{name}.py"] = slave
     guid = "{" + "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32])) + "}"
     return Contents(str(about["model"]), guid, name, variables, files)
+
+
+def model_name(engine: Engine, interface: Interface, suffix: str = "") -> str:
+    """Name of an FMU, and of its file without the ending."""
+    return interface.prefix + "".join(part.capitalize() for part in engine.name.split("_")) + suffix
+
+
+def check_target(folder: Path, engine: Engine) -> None:
+    """Refuse, before the work, a folder or file that the FMU of an engine must not take; ``InputError``."""
+    check_place(folder / f"{model_name(engine, full_interface())}.fmu", FMU)
 
 
 def family_counts(engine: Engine) -> dict[str, int]:
@@ -205,9 +214,26 @@ def _accompanying(interface: Interface, engine: Engine) -> dict[str, bytes]:
     return files
 
 
-def write_whole(path: Path, data: bytes) -> None:
-    """Write a file that appears whole or not at all."""
-    with whole_file(path) as temporary:
+def _is_ours(path: Path) -> bool:
+    """Whether a file is an FMU that was built here."""
+    if not zipfile.is_zipfile(path):
+        return False
+    with zipfile.ZipFile(path) as archive:
+        return any(name.startswith("resources/cranktrain_slave_") for name in archive.namelist())
+
+
+FMU = Kind("FMU of cranktrain", _is_ours)
+REFERENCE = {
+    "_in.csv": marked("input of an FMU of cranktrain", "time,speed\n"),
+    "_ref.csv": marked("reference of an FMU of cranktrain", "crank.angle"),
+    "_ref.opt": marked("options of a reference of cranktrain", "StartTime, "),
+}
+XML = marked("model description of cranktrain", 'modelName="Cranktrain')
+
+
+def write_whole(path: Path, data: bytes, kind: Kind) -> None:
+    """Write a file that appears whole or not at all, in place of one of its kind only."""
+    with whole_file(path, kind) as temporary:
         temporary.write_bytes(data)
 
 

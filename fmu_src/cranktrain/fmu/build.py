@@ -13,7 +13,7 @@ from cranktrain.core.user_file import read_toml
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import LAWS, PLAIN
-from cranktrain.fmu.archive import build, family_counts, full_interface
+from cranktrain.fmu.archive import build, check_target, family_counts, full_interface
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
 from cranktrain.levels import CRANKS
@@ -51,8 +51,10 @@ def build_fmu(
     if isinstance(source, Scene):
         if not (film_table and block):
             raise InputError("film table and block are left out of an engine's FMU, not of a scene's")
+        check_target(Path(folder), source.engine)
         return build_scene(source, folder, say)
     engine = source if isinstance(source, Engine) else load_engine(source)
+    check_target(Path(folder), engine)
     return build(whole_model(engine, film_table=film_table, block=block, say=say), folder, say)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +18,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
 from cranktrain.results import plots
 from cranktrain.results.orders import last_cycle
-from cranktrain.store.whole_file import whole_file
+from cranktrain.store.whole_file import check_place, marked, whole_file
 
 if TYPE_CHECKING:
     from cranktrain.dynamics.simulation import Result
@@ -29,13 +29,19 @@ SAMPLES = 1440
 """Points of a cycle in a picture: half a degree apart."""
 
 
-def check_folder(folder: Path, option: str = "--plots") -> None:
-    """Make a folder for files, or refuse it before the work; ``InputError``."""
+FILM_PICTURES = ("orbits.png", "least_films.png")
+PICTURE = marked("picture of cranktrain", "Cranktrain")
+
+
+def check_folder(folder: Path, option: str = "--plots", pictures: Iterable[str] = ()) -> None:
+    """Make a folder for files, or refuse it and the places of its pictures before the work; ``InputError``."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
     except OSError:
         raise InputError(f"{folder}: no files can be written there; name another folder for {option}") from None
+    for name in pictures:
+        check_place(folder / name, PICTURE)
 
 
 def save_figure(figure: Any, path: Path) -> Path:
@@ -43,18 +49,18 @@ def save_figure(figure: Any, path: Path) -> Path:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
-    with whole_file(path) as temporary:
+    with whole_file(path, PICTURE) as temporary:
         if path.suffix == ".svg":
-            FigureCanvasSVG(figure).print_svg(str(temporary), metadata={"Date": None})
+            FigureCanvasSVG(figure).print_svg(str(temporary), metadata={"Date": None, "Creator": "Cranktrain"})
         else:
-            FigureCanvasAgg(figure).print_png(str(temporary))
+            FigureCanvasAgg(figure).print_png(str(temporary), metadata={"Software": "Cranktrain"})
     return path
 
 
 def save_film_pictures(folder: Path, run: Result, engine: Engine, title: str) -> list[Path]:
     """Write ``orbits.png`` and ``least_films.png`` of the run's last cycle into ``folder``; returns their paths."""
-    figures = {"orbits": orbit_figure(run, engine, title), "least_films": film_figure(run, engine, title)}
-    return [save_figure(figure, folder / f"{name}.png") for name, figure in figures.items()]
+    figures = (orbit_figure(run, engine, title), film_figure(run, engine, title))
+    return [save_figure(figure, folder / name) for name, figure in zip(FILM_PICTURES, figures, strict=True)]
 
 
 def orbit_figure(run: Result, engine: Engine, title: str) -> Any:

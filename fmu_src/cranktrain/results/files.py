@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cranktrain.core.errors import InputError
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.outputs.register import FAMILIES
 from cranktrain.engine.quantities import ZERO_CELSIUS
-from cranktrain.store.hdf5 import write_result
+from cranktrain.store.hdf5 import RESULT, write_result
+from cranktrain.store.result_stream import ResultStream, result_stream
+from cranktrain.store.whole_file import check_place
 
 if TYPE_CHECKING:
     from cranktrain.dynamics.simulation import Result
-
-_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 _NAMES = {
     "1": "eccentricity substeps iterations online_films residual side",
@@ -48,15 +50,43 @@ def output_unit(name: str) -> str:
 
 def check_target(path: Path) -> None:
     """Refuse a target that a result must not replace, before the run; ``InputError``."""
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; name a file for the result, e.g. {path / 'result.h5'}")
-    if path.is_file():
-        with path.open("rb") as file:
-            if file.read(len(_SIGNATURE)) != _SIGNATURE:
-                raise InputError(f"{path}: exists and is no HDF5 file; choose another name for the result")
-    folder = next(place for place in path.absolute().parents if place.exists())
-    if not folder.is_dir() or not os.access(folder, os.W_OK):
-        raise InputError(f"{path}: {folder} is no folder that can be written to; choose another place for the result")
+    check_place(path, RESULT)
+
+
+class ResultFile:
+    """Result file of a run that is under way: takes the samples of a simulation, see its ``Sink``.
+
+    Attributes
+    ----------
+    seconds : simulated time that it holds, s; None where nothing was computed
+    """
+
+    def __init__(self, stream: ResultStream) -> None:
+        self._stream = stream
+        self.seconds: float | None = None
+
+    def begin(self, names: tuple[str, ...], samples: int) -> None:
+        """Get ready for so many samples of these outputs."""
+        self.seconds = None
+        self._stream.begin({"time": "s", "angle": "rad", **{name: output_unit(name) for name in names}}, samples)
+
+    def keep(self, time: Array, angle: Array, values: Array) -> None:
+        """Take samples: times (k,), s, crank angles (k,), rad, and outputs (k, names), SI."""
+        self._stream.append(np.column_stack((time, angle, values)))
+        if time.size:
+            self.seconds = float(time[-1])
+
+    def finish(self, attributes: Mapping[str, str | int | float], film_temperatures: Array | None = None) -> None:
+        """Write what else is known: attributes, and where it is at hand the temperature of each film, K."""
+        kept = {} if film_temperatures is None else {"film_temperature_c": film_temperatures - ZERO_CELSIUS}
+        self._stream.finish(attributes, {name: (values, output_unit(name)) for name, values in kept.items()})
+
+
+@contextmanager
+def result_file(path: Path) -> Iterator[ResultFile]:
+    """Result file that is there, whole, once the block ends without an error."""
+    with result_stream(path) as stream:
+        yield ResultFile(stream)
 
 
 def save_run(path: Path, run: Result, attributes: Mapping[str, str | int | float]) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -100,5 +101,17 @@ class Run(Result):
         """Write all outputs to an HDF5 file; ``InputError`` for a place that a result must not take."""
         target = Path(path)
         check_target(target)
-        attributes = {"engine": self.engine.name, **self.attributes, "gas": self.gas.source, "version": __version__}
-        return save_run(target, self, attributes)
+        return save_run(target, self, self.file_attributes)
+
+    @property
+    def file_attributes(self) -> dict[str, str | int | float]:
+        """All that a result file says of the run."""
+        ended = "finished" if self.complete else "interrupted"
+        return {**file_attributes(self.engine, self.gas, self.attributes), "ended": ended}
+
+
+def file_attributes(
+    engine: Engine, gas: GasTrace, attributes: Mapping[str, str | int | float]
+) -> dict[str, str | int | float]:
+    """What is chosen for a run, with engine, pressure trace and version: known before it ends."""
+    return {"engine": engine.name, **attributes, "gas": gas.source, "version": __version__}

@@ -30,8 +30,9 @@ from cranktrain.film.table.database import (
     what_is_wrong,
 )
 from cranktrain.film.table.interpolation import TableArrays
-from cranktrain.store.hdf5 import read_film_table, write_film_table
+from cranktrain.store.hdf5 import PART, TABLE, read_film_table, write_film_table
 from cranktrain.store.side_by_side import side_by_side
+from cranktrain.store.whole_file import check_place
 
 DATASETS = ("aligned", "tilted", "pressure", "axes", "aligned_error", "tilted_error")
 REMEDY = "delete it, or build it anew by 'cranktrain film-table --rebuild'"
@@ -62,11 +63,13 @@ def load_film_table(path: str | Path, settings: TableSettings) -> FilmTable:
     return table
 
 
-def save_film_table(path: str | Path, table: FilmTable) -> Path:
-    """Write a table; equal content gives equal bytes."""
+def save_film_table(path: str | Path, table: FilmTable, own: bool = False) -> Path:
+    """Write a table; equal content gives equal bytes. In a folder of our ``own`` it takes the place of any file."""
     arrays = {**table.arrays._asdict(), "aligned_error": table.aligned_error, "tilted_error": table.tilted_error}
     datasets = {name: (arrays[name], "1") for name in DATASETS}
-    return write_film_table(path, SCHEMA, table.settings.digest, _said(table.settings), datasets, _attributes(table))
+    digest, said = table.settings.digest, _said(table.settings)
+    kind = None if own else TABLE
+    return write_film_table(path, SCHEMA, digest, said, datasets, _attributes(table), kind=kind)
 
 
 def film_table(
@@ -99,10 +102,13 @@ def film_table(
     if target.is_file() and not rebuild:
         return load_film_table(target, settings), target, 0
     part = target.with_name(target.name + ".part")
+    own = path is None
+    for place, kind in ((target, TABLE), (part, PART)):
+        check_place(place, None if own else kind)
     slabs = _kept(part, settings, say)
     names = slab_names(settings)
     missing = [name for name in names if name not in slabs]
-    _keep(part, settings, slabs)  # a place that cannot be written is refused before the work, not after it
+    _keep(part, settings, slabs, own)  # a place that cannot be written is refused before the work, not after it
     copied = time.monotonic()
     try:
         if missing:
@@ -114,12 +120,12 @@ def film_table(
             if progress is not None:
                 progress(len(slabs), len(names))
             if time.monotonic() - copied > KEEP_EVERY:
-                _keep(part, settings, slabs)
+                _keep(part, settings, slabs, own)
                 copied = time.monotonic()
     finally:
-        _keep(part, settings, slabs)
+        _keep(part, settings, slabs, own)
     table = assemble(settings, slabs)
-    save_film_table(target, table)
+    save_film_table(target, table, own)
     part.unlink(missing_ok=True)
     return table, target, len(missing)
 
@@ -135,10 +141,13 @@ def _attributes(table: FilmTable) -> dict[str, Any]:
     return {**asdict(table.settings), **{f"error_{name}": value for name, value in table.worst().items()}}
 
 
-def _keep(part: Path, settings: TableSettings, slabs: dict[str, Array]) -> None:
-    """Keep the slabs that are finished."""
+def _keep(part: Path, settings: TableSettings, slabs: dict[str, Array], own: bool) -> None:
+    """Keep the slabs that are finished; in a folder of our ``own`` in place of any file."""
     datasets = {f"slab/{name}": (slabs[name], "1") for name in sorted(slabs)}
-    write_film_table(part, SCHEMA, settings.digest, _said(settings), datasets, asdict(settings), unfinished=True)
+    write_film_table(
+        part, SCHEMA, settings.digest, _said(settings), datasets, asdict(settings), unfinished=True,
+        kind=None if own else PART,
+    )  # fmt: skip
 
 
 def _kept(part: Path, settings: TableSettings, say: Callable[[str], None] | None) -> dict[str, Array]:

@@ -5,6 +5,7 @@ A file appears whole or not at all. What is corrupt, foreign, of another schema 
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,13 +17,16 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody, check
-from cranktrain.store.whole_file import whole_file
+from cranktrain.store.whole_file import Kind, whole_file
 
+File = h5py.File
+Array = NDArray[np.float64]
 Dataset = tuple[NDArray[Any], str]
 
 BODY_FORMAT = "cranktrain reduced body"
 RESULT_FORMAT = "cranktrain result"
 RESULT_SCHEMA = 1
+RESULT_HEADER = {"format": RESULT_FORMAT, "schema": RESULT_SCHEMA}
 TABLE_FORMAT = "cranktrain film table"
 PART_FORMAT = "cranktrain film table, unfinished"
 
@@ -46,20 +50,20 @@ def save_body(path: str | Path, body: ReducedBody, extras: Mapping[str, Dataset]
 
     Equal content gives equal bytes.
     """
-    with _written(path) as file:
+    with written(path) as file:
         file.attrs.update({"format": BODY_FORMAT, "schema": SCHEMA, "digest": body.digest, "name": body.name})
         file.attrs["interfaces"] = list(body.interfaces)
         file.attrs["mass"] = body.mass
         for name, unit in _UNITS.items():
-            _put(file, f"body/{name}", getattr(body, name), unit)
+            put(file, f"body/{name}", getattr(body, name), unit)
         if body.basis is not None:
-            _put(file, "body/basis", body.basis, "1")
+            put(file, "body/basis", body.basis, "1")
         for name in sorted(body.quality):
-            _put(file, f"quality/{name}", np.asarray(body.quality[name]), "")
+            put(file, f"quality/{name}", np.asarray(body.quality[name]), "")
         for name in sorted(body.records):
-            _put(file, f"records/{name}", body.records[name], "SI")
+            put(file, f"records/{name}", body.records[name], "SI")
         for name, (array, unit) in sorted((extras or {}).items()):
-            _put(file, f"extras/{name}", array, unit)
+            put(file, f"extras/{name}", array, unit)
     return Path(path)
 
 
@@ -111,6 +115,7 @@ def write_film_table(
     attributes: Mapping[str, str | int | float],
     *,
     unfinished: bool = False,
+    kind: Kind | None = None,
 ) -> Path:
     """Write a film table, or what is finished of one.
 
@@ -120,6 +125,7 @@ def write_film_table(
     made_for : the same in words, for the one who reads a refusal
     datasets : name → (array, unit)
     attributes : settings, errors
+    kind : of the files that it may replace; any file in a folder of our own
     """
     header = {
         "format": PART_FORMAT if unfinished else TABLE_FORMAT,
@@ -127,7 +133,7 @@ def write_film_table(
         "digest": digest,
         "made_for": made_for,
     }
-    return _write(path, header, "table", datasets, attributes)
+    return _write(path, header, "table", datasets, attributes, kind)
 
 
 def read_film_table(
@@ -157,7 +163,7 @@ def write_result(
     datasets : name → (array, unit); a name may hold ``/`` for groups
     attributes : what describes the run (engine, speed in rad/s, integrator …)
     """
-    return _write(path, {"format": RESULT_FORMAT, "schema": RESULT_SCHEMA}, "run", datasets, attributes or {})
+    return _write(path, RESULT_HEADER, "run", datasets, attributes or {}, RESULT)
 
 
 def read_result(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
@@ -172,15 +178,21 @@ def _write(
     prefix: str,
     datasets: Mapping[str, Dataset],
     attributes: Mapping[str, Any],
+    kind: Kind | None,
 ) -> Path:
     """Datasets in the group ``data`` and attributes with a prefix, behind a header."""
-    with _written(path) as file:
+    with written(path, kind) as file:
         file.attrs.update(header)
-        for key, value in sorted(attributes.items()):
-            file.attrs[f"{prefix}.{key}"] = value
+        put_attributes(file, prefix, attributes)
         for name, (array, unit) in datasets.items():
-            _put(file, f"data/{name}", array, unit)
+            put(file, f"data/{name}", array, unit)
     return Path(path)
+
+
+def put_attributes(file: h5py.File, prefix: str, attributes: Mapping[str, Any]) -> None:
+    """Write attributes with a prefix."""
+    for key, value in sorted(attributes.items()):
+        file.attrs[f"{prefix}.{key}"] = value
 
 
 def _read(file: h5py.File, prefix: str, may_be_empty: bool = False) -> tuple[dict[str, Dataset], dict[str, Any]]:
@@ -202,7 +214,7 @@ def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def _put(file: h5py.File, name: str, array: Any, unit: str) -> None:
+def put(file: h5py.File, name: str, array: Any, unit: str) -> None:
     """Write one dataset with its unit and a checksum."""
     array = np.asarray(array)
     # HDF5 notices by itself that a file is cut short; values that have changed it notices by a checksum only.
@@ -211,13 +223,58 @@ def _put(file: h5py.File, name: str, array: Any, unit: str) -> None:
 
 
 @contextmanager
-def _written(path: str | Path) -> Iterator[h5py.File]:
-    """File that takes its target's place once it is complete; ``StoreError`` where it cannot be written."""
-    try:
-        with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
-            yield file
-    except OSError as error:
-        raise StoreError(f"{path}: cannot be written ({error.strerror or error}); choose another place") from None
+def written(path: str | Path, kind: Kind | None = None) -> Iterator[h5py.File]:
+    """File that takes its target's place once it is complete; raises what :func:`whole_file` does."""
+    with whole_file(path, kind) as temporary, _FullDiskFile(temporary, "r+b") as disk:
+        try:
+            with h5py.File(disk, "w", rdcc_nbytes=0) as file:
+                yield file
+        finally:
+            if disk.error is not None:
+                raise disk.error
+
+
+class _FullDiskFile(io.FileIO):
+    """File that keeps the first error of the disk for later: HDF5 crashes when it closes a file that it cannot write.
+
+    After an error nothing is written any more, as if it were; the file is of no use then.
+    """
+
+    error: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        """Write all of ``data``, or keep the error."""
+        left = memoryview(data).cast("B")
+        size = left.nbytes
+        try:
+            while self.error is None and left.nbytes:
+                left = left[super().write(left) or 0 :]
+        except OSError as error:
+            self.error = error
+        return size
+
+    def truncate(self, size: int | None = None) -> int:
+        """Set the size, or keep the error."""
+        try:
+            if self.error is None:
+                super().truncate(size)
+        except OSError as error:
+            self.error = error
+        return self.tell() if size is None else size
+
+
+def kind_of(mark: str) -> Kind:
+    """Kind of the HDF5 files with this ``format``."""
+
+    def includes(path: Path) -> bool:
+        with h5py.File(path, "r") as file:
+            return str(file.attrs.get("format", "")) == mark
+
+    return Kind(f"{mark} file", includes)
+
+
+RESULT = kind_of(RESULT_FORMAT)
+TABLE, PART = kind_of(TABLE_FORMAT), kind_of(PART_FORMAT)
 
 
 @contextmanager

@@ -1,28 +1,111 @@
-"""Files that appear whole or not at all: written beside their place, then moved there."""
+"""Files that appear whole or not at all, and take no place but that of a file of their own kind.
+
+Written beside their place, brought to the disk, then moved there. A folder, a link, a device and a file of another kind
+stay as they are.
+"""
 
 from __future__ import annotations
 
 import os
+import stat
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+
+from cranktrain.core.errors import InputError, StoreError
+
+HEAD = 4096
+"""Bytes of a file in which its mark stands."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Kind of a file: its name for people, and what tells whether a file that exists is one."""
+
+    name: str
+    includes: Callable[[Path], bool]
+
+
+def marked(name: str, mark: str) -> Kind:
+    """Kind of the files that hold ``mark`` within their first ``HEAD`` bytes."""
+
+    def includes(path: Path) -> bool:
+        with path.open("rb") as file:
+            return mark.encode() in file.read(HEAD)
+
+    return Kind(name, includes)
 
 
 @contextmanager
-def whole_file(path: str | Path) -> Iterator[Path]:
+def whole_file(path: str | Path, kind: Kind | None = None) -> Iterator[Path]:
     """Path of a temporary file that replaces ``path`` once the block ends; after an error nothing is left of it.
 
-    The folder is made where it is missing. ``OSError`` where it cannot be made or written to.
+    The folder is made where it is missing. ``kind`` is that of the file, as :func:`check_place` wants it. Raises
+    ``InputError`` for a place that it must not take, ``StoreError`` where it cannot be written.
     """
     target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{target.stem}.", suffix=target.suffix, dir=target.parent)
-    os.close(handle)
-    temporary = Path(name)
+    check_place(target, kind)
+    temporary: Path | None = None
     try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=".cranktrain-", suffix=target.suffix, dir=target.parent)
+        os.close(handle)
+        temporary = Path(name)
         yield temporary
+        with temporary.open("r+b") as file:
+            os.fsync(file.fileno())
         temporary.chmod(0o644)
+        check_place(target, kind)  # writing may have taken an hour
         temporary.replace(target)
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be written ({error.strerror or error}); choose another place") from None
     finally:
-        temporary.unlink(missing_ok=True)
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+
+
+def check_place(path: str | Path, kind: Kind | None = None) -> None:
+    """Refuse, before the work, a place that a file must not or cannot take; ``InputError``.
+
+    What exists there must be a regular file, empty or of the given kind; of any kind in a folder of our own, where none
+    is given.
+    """
+    target = Path(path)
+    try:
+        found = target.lstat()
+    except (FileNotFoundError, NotADirectoryError):
+        found = None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{_short(target)}: no file can have this name ({reason}); choose another") from None
+    if found is not None:
+        _check_replaced(target, found, kind)
+    folder = next(place for place in target.absolute().parents if place.exists())
+    if not folder.is_dir() or not os.access(folder, os.W_OK):
+        raise InputError(f"{target}: {folder} is no folder that can be written to; choose another place")
+
+
+def _check_replaced(target: Path, found: os.stat_result, kind: Kind | None) -> None:
+    """Refuse to replace what is no regular file, or one of another kind; ``InputError``."""
+    if stat.S_ISDIR(found.st_mode):
+        raise InputError(f"{target}: is a folder; name a file, e.g. {target / 'result'}")
+    if stat.S_ISLNK(found.st_mode):
+        raise InputError(f"{target}: is a link, which is not replaced; name the file itself")
+    if not stat.S_ISREG(found.st_mode):
+        raise InputError(f"{target}: is a device, no file; name a file")
+    if kind is None or found.st_size == 0:
+        return
+    try:
+        same = kind.includes(target)
+    except OSError:
+        same = False
+    if not same:
+        raise InputError(f"{target}: exists and is no {kind.name}; choose another name, or delete it")
+
+
+def _short(path: Path) -> str:
+    """A path as one line can hold it."""
+    text = str(path)
+    return text if len(text) <= 120 else f"{text[:60]}…{text[-20:]}"

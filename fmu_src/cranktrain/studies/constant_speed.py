@@ -17,6 +17,7 @@ from cranktrain.core.errors import InputError, nearest, within
 from cranktrain.dynamics import simulation
 from cranktrain.dynamics.model.settings import TEMPERATURES, Settings
 from cranktrain.dynamics.settled.judging import TOLERANCE
+from cranktrain.dynamics.settled.samples import Sink
 from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.dynamics.warm_films import check_level
 from cranktrain.engine.file import load_engine
@@ -189,22 +190,28 @@ class Request:
         gas: GasTrace | None = None,
         progress: Callable[[float], None] | None = None,
         say: Callable[[str], None] | None = None,
+        sink: Sink | None = None,
     ) -> Run:
         """Run the cycles; ``progress`` is told the share done, ``say`` cycles and what is left of settling.
 
-        Raises ``InputError`` and ``SolverError``.
+        With a ``sink`` the samples go there, and the run holds its last cycles. Raises ``InputError``, ``SolverError``.
         """
-        settings = made.settings
         result = simulation.simulate(
-            made.engine, made.body, settings, self.speed, self.cycles, gas, progress, made.parts,
+            made.engine, made.body, made.settings, self.speed, self.cycles, gas, progress, made.parts,
             damper_balance=self.damper_temperature == "heat-balance",
-            load_torque=self.load_torque_nm, settle=self.settle, say=say,
+            load_torque=self.load_torque_nm, settle=self.settle, say=say, sink=sink,
         )  # fmt: skip
+        used = gas or GasTrace.from_engine(made.engine)
+        attributes = self.attributes(made) | result.settling.attributes
+        return Run(**vars(result), engine=made.engine, gas=used, attributes=attributes)
+
+    def attributes(self, made: Assembly) -> dict[str, str | int | float]:
+        """What is chosen, as a result file keeps it."""
+        settings = made.settings
         choices = ("crank", "bearings", "big_ends", "block", "pistons", "boundary", "damper")
-        attributes = {
+        return {
             "body_digest": made.body.digest,
             "speed": self.speed,
-            **result.settling.attributes,
             **{key: getattr(settings, key) for key in choices},
             "film_temperature": self.film_temperature,
             "damper_temperature": self.damper_temperature,
@@ -213,8 +220,6 @@ class Request:
             "control": settings.control,
             "tolerance": settings.tolerance if settings.control == "adaptive" else 0.0,
         }
-        used = gas or GasTrace.from_engine(made.engine)
-        return Run(**vars(result), engine=made.engine, gas=used, attributes=attributes)
 
 
 def simulate(

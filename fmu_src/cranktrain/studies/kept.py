@@ -17,6 +17,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from cranktrain.core.cache import cache_folder
+from cranktrain.core.errors import CranktrainError
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.sources import source_digest
 from cranktrain.store.whole_file import whole_file
@@ -64,7 +65,7 @@ class Kept:
         try:
             with whole_file(self.folder / name) as path:
                 write(path)
-        except OSError:
+        except CranktrainError:
             pass
 
 

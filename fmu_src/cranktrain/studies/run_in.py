@@ -33,7 +33,7 @@ from cranktrain.film.contact.journal import ZETA as LINE_ZETA
 from cranktrain.film.journal.grid import FACE_PROFILE, FACE_ZETA, PROFILE, ZETA
 from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.store.whole_file import whole_file
-from cranktrain.studies.calibration.engine_text import Written, new_path, rewritten
+from cranktrain.studies.calibration.engine_text import NEW, Written, new_path, rewritten
 
 PASSES, CYCLES, PER_CYCLE = 9, 3, 288
 """Passes of wear; cycles of a run, of which the last is read, and its samples."""
@@ -99,7 +99,7 @@ def run_in(
         note = f"run-in at {speed:.6g} rev/min, {passes} passes of wear; see cranktrain run-in"
         found = {"relief_depth": depth, "relief_share": share, "relief_exponent": exponent}
         changes = {f"main_bearing.{key}": Written(value, "derived", note) for key, value in found.items()}
-        with whole_file(new) as temporary:
+        with whole_file(new, NEW) as temporary:
             temporary.write_text(rewritten(path.read_text("utf-8"), base, changes), encoding="utf-8")
         load_engine(new)
     return {

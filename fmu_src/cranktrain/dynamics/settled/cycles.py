@@ -28,6 +28,8 @@ SUBHARMONIC = 4
 """Cycles after which motions are looked for that repeat less often than the engine: 4, of which 2 is a part."""
 BEST_GAIN = 0.1
 """Least share of what was left before that is believed to be left after one more correction."""
+RECENT = SUBHARMONIC + 2
+"""Cycles that a run holds where its samples are kept elsewhere: those that are compared, and one under way."""
 PATIENCE, GAIN = 3, 0.5
 """A run gains no more when this many cycles together leave more than this share of what was left before."""
 
@@ -49,11 +51,15 @@ class Stepped(Protocol):
 
 
 class Recorded(NamedTuple):
-    """Outputs (samples + 1, outputs) of the recorded cycles, and how settled they are; whether a run was cut short."""
+    """Outputs (samples + 1, outputs) of the recorded cycles, and how settled they are; whether a run was cut short.
+
+    The ``first`` of the rows is the state so many communication steps after time 0.
+    """
 
     rows: Array
     settling: Settling
     complete: bool
+    first: int = 0
 
 
 class Recorder:
@@ -64,6 +70,7 @@ class Recorder:
     simulation : what takes them
     step, per_cycle : communication step, s, and how many make a cycle
     taken, seconds : steps taken in all, and the wall time that they took
+    under_way : outputs of the cycles that are taken at present, those at the start first
     """
 
     def __init__(self, simulation: Stepped, step: float, per_cycle: int) -> None:
@@ -72,7 +79,8 @@ class Recorder:
         self.taken, self.seconds, self._at_once = 0, 0.0, 4
         # A free crank may stall at any step, which only single ones watch for.
         self._single = simulation.model.scalars[DRIVEN] == 0.0
-        simulation.series(step, 1, np.empty((0, simulation.outputs.size)))  # compiles before the clock starts
+        self.under_way: Array = np.empty((0, simulation.outputs.size))
+        simulation.series(step, 1, self.under_way)  # compiles before the clock starts
 
     def take(self, rows: Array, first: int = 0) -> None:
         """Take as many steps as there are rows, from ``first`` steps after time 0 on."""
@@ -81,38 +89,65 @@ class Recorder:
             start = time.perf_counter()
             end = min(done + self._at_once, len(rows))
             before = done
-            if not self._single:
-                done += self.simulation.series(self.step, first + done + 1, rows[done:end])
-            while done < end:
-                self.simulation.step((first + done + 1) * self.step)
-                rows[done] = self.simulation.outputs
-                done += 1
-            spent = time.perf_counter() - start
-            self.taken += done - before
-            self.seconds += spent
-            self._at_once = max(1, min(4 * self._at_once, int(self._at_once * CALL / max(spent, 1e-9))))
+            try:
+                if not self._single:
+                    done += self.simulation.series(self.step, first + done + 1, rows[done:end])
+                while done < end:
+                    self.simulation.step((first + done + 1) * self.step)
+                    rows[done] = self.simulation.outputs
+                    done += 1
+            finally:
+                spent = time.perf_counter() - start
+                self.taken += done - before
+                self.seconds += spent
+            self._at_once = max(1, min(4 * self._at_once, int((end - before) * CALL / max(spent, 1e-9))))
 
     def cycles(self, count: int) -> Array:
         """Take cycles from time 0; their outputs, those at the start first."""
         rows = np.empty((count * self.per_cycle + 1, self.simulation.outputs.size))
         rows[0] = self.simulation.outputs
-        self.take(rows[1:])
+        before = self.taken
+        try:
+            self.take(rows[1:])
+        finally:
+            self.under_way = rows[: self.taken - before + 1]
         return rows
 
 
 def plain_cycles(
-    recorder: Recorder, judge: Judge, cycles: int, tolerance: float, progress: Callable[[float], None] | None = None
+    recorder: Recorder,
+    judge: Judge,
+    cycles: int,
+    tolerance: float,
+    progress: Callable[[float], None] | None = None,
+    keep: Callable[[Array], None] | None = None,
 ) -> Recorded:
-    """Take ``cycles`` cycles one after the other, whatever is left of settling."""
+    """Take ``cycles`` cycles one after the other, whatever is left of settling.
+
+    ``keep`` is given the rows of each cycle, of one that fails as well; then the last ``RECENT`` cycles are held, and
+    ``MOST_CYCLES`` where the speed is free: a cycle's time may be part of a revolution there.
+    """
     simulation, count = recorder.simulation, recorder.per_cycle
-    rows = np.empty((cycles * count + 1, simulation.outputs.size))
+    driven = simulation.model.scalars[DRIVEN] > 0.0
+    held = cycles if keep is None else min(cycles, RECENT if driven else MOST_CYCLES)
+    rows = np.empty((held * count + 1, simulation.outputs.size))
     rows[0] = simulation.outputs
+    if keep is not None:
+        keep(rows[:1])
     n = simulation.model.omega2.size
     starts = [motion_of(simulation.state, n)]
-    begin = recorder.taken
+    begin, first = recorder.taken, 0
     try:
         for k in range(cycles):
-            recorder.take(rows[k * count + 1 : (k + 1) * count + 1], k * count)
+            if k >= held:
+                rows[:-count] = rows[count:]
+                first += count
+            part, before = rows[k * count - first + 1 : (k + 1) * count - first + 1], recorder.taken
+            try:
+                recorder.take(part, k * count)
+            finally:
+                if keep is not None:
+                    keep(part[: recorder.taken - before])
             starts = [*starts[-2:], motion_of(simulation.state, n)]
             if progress is not None:
                 progress((k + 1) / cycles)
@@ -120,25 +155,28 @@ def plain_cycles(
         if recorder.taken - begin < count:
             raise
     done = recorder.taken - begin
-    rows = rows[: done + 1]
-    return Recorded(rows, _plainly_settled(recorder, judge, rows, starts, tolerance), done == cycles * count)
+    rows = rows[: done - first + 1]
+    settling = _plainly_settled(recorder, judge, rows, starts, done // count, tolerance)
+    return Recorded(rows, settling, done == cycles * count, first)
 
 
-def _plainly_settled(recorder: Recorder, judge: Judge, rows: Array, starts: list[Motion], tolerance: float) -> Settling:
-    """How settled the last of some plain cycles is, whose last ones started from ``starts``."""
+def _plainly_settled(
+    recorder: Recorder, judge: Judge, rows: Array, starts: list[Motion], cycles: int, tolerance: float
+) -> Settling:
+    """How settled the last of so many plain cycles is; the last ones started from ``starts`` and have these rows."""
     simulation, count = recorder.simulation, recorder.per_cycle
-    cycles = (len(rows) - 1) // count
+    held = (len(rows) - 1) // count
     steady = bool(simulation.model.scalars[DRIVEN] > 0.0)
     if len(starts) < 3:
         return Settling(cycles, 0, tolerance, steady=steady)
-    samples = rows[1 : cycles * count + 1].reshape(cycles, count, -1)
+    samples = rows[1 : held * count + 1].reshape(held, count, -1)
     modes = SlowModes(simulation.model, float(simulation.inputs[0]))
     left = judge.left(
         samples[-1], samples[-2], _ratios(modes, starts[-1].minus(starts[-2]), starts[-2].minus(starts[-3]))
     )
     repeats = 1 if max(left.values(), default=0.0) <= tolerance else 0
     for every in (2, SUBHARMONIC):
-        if not repeats and cycles > every and _same(judge, samples[-1], samples[-1 - every], tolerance):
+        if not repeats and held > every and _same(judge, samples[-1], samples[-1 - every], tolerance):
             repeats = every
     return Settling(cycles, repeats, tolerance, left, steady)
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from skfem import FacetBasis
 
 from cranktrain.core.cache import cache_folder
+from cranktrain.core.errors import CranktrainError
 from cranktrain.store.whole_file import whole_file
 from cranktrain.structure.fem.elasticity import FEModel
 from cranktrain.structure.fem.factor import factorise, one_thread
@@ -68,6 +69,6 @@ def kept_compliance(name: str, inputs: Any, computed: Callable[[], Array], rebui
     try:
         with whole_file(path) as temporary:
             np.savez(temporary, compliance=compliance, digest=digest)
-    except OSError:
+    except CranktrainError:
         pass
     return compliance

@@ -24,7 +24,7 @@ from cranktrain.structure.crank.modal import KINDS
 from cranktrain.structure.crank.reduction import reduced_crankshaft
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.calibration import values
-from cranktrain.studies.calibration.engine_text import Written, new_path, rewritten, rounded
+from cranktrain.studies.calibration.engine_text import NEW, Written, new_path, rewritten, rounded
 from cranktrain.studies.calibration.geometry import Change, changes
 from cranktrain.studies.calibration.problem import Problem, at_bounds, engine_with, match, sensitivities
 from cranktrain.studies.calibration.search import Found, search
@@ -73,7 +73,7 @@ def calibrate(
     report |= {"engine": base.name, "seed": seed, "evaluations": found.evaluations, "interrupted": found.interrupted}
     if new is not None:
         written = written_values(problem, free, report)
-        with whole_file(new) as temporary:
+        with whole_file(new, NEW) as temporary:
             temporary.write_text(rewritten(path.read_text("utf-8"), base, written), encoding="utf-8")
         load_engine(new)
     return {**report, "file": str(new) if new is not None else None}

@@ -12,9 +12,12 @@ from typing import NamedTuple
 from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import UNITS
+from cranktrain.store.whole_file import Kind, check_place
 from cranktrain.studies.calibration import values
 
 DIGITS = 4
+NEW = Kind("file to be replaced", lambda path: False)
+"""Kind of a file that must not be there."""
 
 
 class Written(NamedTuple):
@@ -61,6 +64,7 @@ def new_path(path: Path) -> Path:
         raise InputError(f"{path}: exists, and calibrate overwrites nothing; give another name with --out")
     if path.suffix != ".toml":
         raise InputError(f"{path}: an engine file ends in .toml; give such a name with --out")
+    check_place(path)
     return path
 
 

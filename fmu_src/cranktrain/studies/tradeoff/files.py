@@ -7,13 +7,19 @@ import io
 from pathlib import Path
 
 from cranktrain.results.figures import save_figure
-from cranktrain.store.whole_file import whole_file
+from cranktrain.store.whole_file import marked, whole_file
 from cranktrain.studies.tradeoff.chart import family_figure, overall_figure
 from cranktrain.studies.tradeoff.choice import choice_text
 from cranktrain.studies.tradeoff.page import page
 from cranktrain.studies.tradeoff.point import OTHERS, OUTPUTS
 from cranktrain.studies.tradeoff.study import Study
 
+_NAME = "file of cranktrain tradeoff"
+TEXTS = {
+    "tradeoff.html": marked(_NAME, "<title>Accuracy against speed"),
+    "points.csv": marked(_NAME, "family,label,seconds_per_simulated_second"),
+    "choice.txt": marked(_NAME, "What to choose, from the measured points."),
+}
 FIRST_COLUMNS = ("scene", "error_kind", "speed_rpm", "crank", "bearings", "block", "integrator", "step_deg", "modes")
 
 
@@ -27,7 +33,7 @@ def write_files(study: Study, folder: Path) -> list[Path]:
     endings = (".png", ".svg")
     written = [save_figure(figure, folder / f"{name}{end}") for name, figure in figures.items() for end in endings]
     for name, text in texts.items():
-        with whole_file(folder / name) as path:
+        with whole_file(folder / name, TEXTS[name]) as path:
             path.write_text(text, encoding="utf-8")
         written.append(folder / name)
     return sorted(written)

@@ -1,0 +1,66 @@
+"""How a verb ends early: interrupted, terminated, or by an error, in one line and one JSON object."""
+
+from __future__ import annotations
+
+import re
+import signal
+import tempfile
+import threading
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, NoReturn
+
+LONGEST = 1500
+"""Characters of a line, of which the middle is left out where there are more."""
+_PLACE = re.compile(r"--[a-z-]+(?= )|((?:[^\s:]+|[^:]*[/\\][^:]*|[^:]*\.\w{1,5}): )+")
+
+
+def one_line(text: str) -> str:
+    """A text as one line of bounded length, without characters that a terminal obeys."""
+    plain = " ".join(text.split())
+    plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in plain)
+    return plain if len(plain) <= LONGEST else f"{plain[: LONGEST - 200]} … {plain[-190:]}"
+
+
+def parts(text: str) -> dict[str, str | None]:
+    """What, where and remedy of an error's line, ``where: what; remedy`` or ``--option value is not …; remedy``.
+
+    None where it does not say.
+    """
+    what, _, remedy = text.rpartition("; ")
+    what, remedy = (what, remedy) if what else (text, "")
+    place = _PLACE.match(what)
+    where = place.group().removesuffix(": ") if place else ""
+    if place and not where.startswith("--"):
+        what = what[place.end() :]
+    return {"what": what, "where": where or None, "remedy": remedy or None}
+
+
+@contextmanager
+def terminable(stopped: list[signal.Signals]) -> Iterator[None]:
+    """Let a termination end a verb as an interrupt does, and note it in ``stopped``."""
+
+    def stop(number: int, frame: Any) -> NoReturn:
+        stopped.append(signal.Signals(number))
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def fault(error: Exception) -> str:
+    """What to say of an error that nobody foresaw; its traceback goes into a file."""
+    text = one_line(f"fault of this program, {type(error).__name__}: {error}")[:300]
+    try:
+        with tempfile.NamedTemporaryFile("w", prefix="cranktrain-", suffix=".log", delete=False) as file:
+            file.write("".join(traceback.format_exception(error)))
+    except OSError:
+        return f"{text}; its traceback could not be kept"
+    return f"{text}; please report it with its traceback, {file.name}"

@@ -1,0 +1,96 @@
+"""A simulation result that grows while its run goes on: samples go to the file chunk by chunk, memory holds one chunk.
+
+The file takes its target's place when it is closed, whole, however the run ended.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import StoreError
+from cranktrain.store.hdf5 import RESULT, RESULT_HEADER, Array, Dataset, File, put, put_attributes, written
+
+CHUNK = 4096
+"""Samples that are written at once, at most."""
+SPARE = 1 << 21
+"""Bytes that are left on the disk, so that a file can be closed; and as many again for each of 100 datasets."""
+
+
+@contextmanager
+def result_stream(path: str | Path) -> Iterator[ResultStream]:
+    """Result file that is there once the block ends without an error; raises what ``whole_file`` does."""
+    with written(path, RESULT) as file:
+        file.attrs.update(RESULT_HEADER)
+        yield ResultStream(file, Path(path))
+
+
+class ResultStream:
+    """Columns of samples in an HDF5 file."""
+
+    def __init__(self, file: File, path: Path) -> None:
+        self._file, self._path = file, path
+        self._names: tuple[str, ...] = ()
+        self._rows = np.empty((0, 0))
+        self._written = self._filled = 0
+
+    def begin(self, units: Mapping[str, str], samples: int) -> None:
+        """Take so many samples of columns with these names and units, in place of any before; ``StoreError``: too many.
+
+        Names may hold ``/`` for groups.
+        """
+        self._names = tuple(units)
+        chunk = min(CHUNK, samples)
+        self._rows = np.empty((chunk, len(units)))
+        self._written = self._filled = 0
+        needed, free = samples * self._rows.itemsize * len(units), max(self._free(), 0)
+        if needed > free:
+            raise StoreError(
+                f"{self._path}: {samples} samples of {len(units)} outputs need {1e-6 * needed:.0f} MB, the disk has "
+                f"{1e-6 * free:.0f}; run fewer cycles, or choose another place"
+            )
+        for name, unit in units.items():
+            if f"data/{name}" in self._file:
+                del self._file[f"data/{name}"]
+            dataset = self._file.create_dataset(
+                f"data/{name}", (0,), np.float64, maxshape=(None,), chunks=(chunk,), fletcher32=True, track_times=False
+            )
+            dataset.attrs["unit"] = unit
+
+    def append(self, rows: Array) -> None:
+        """Take samples (k, columns); ``StoreError`` where the disk is full, with room left to close the file."""
+        taken = 0
+        while taken < len(rows):
+            count = min(len(self._rows) - self._filled, len(rows) - taken)
+            self._rows[self._filled : self._filled + count] = rows[taken : taken + count]
+            self._filled += count
+            taken += count
+            if self._filled == len(self._rows):
+                if 2 * self._rows.nbytes > self._free():
+                    raise StoreError(f"{self._path}: the disk is full; choose another place")
+                self._write()
+
+    def finish(self, attributes: Mapping[str, str | int | float], datasets: Mapping[str, Dataset]) -> None:
+        """Write what is left, attributes and further datasets."""
+        self._write()
+        put_attributes(self._file, "run", attributes)
+        for name, (array, unit) in datasets.items():
+            put(self._file, f"data/{name}", array, unit)
+
+    def _write(self) -> None:
+        """Write the samples in memory; a second call after an interrupted one writes them anew."""
+        end = self._written + self._filled
+        for k, name in enumerate(self._names):
+            dataset: Any = self._file[f"data/{name}"]
+            dataset.resize((end,))
+            dataset[self._written : end] = self._rows[: self._filled, k]
+        self._written, self._filled = end, 0
+
+    def _free(self) -> int:
+        """Bytes that samples may take."""
+        return shutil.disk_usage(self._path.absolute().parent).free - SPARE * (1 + len(self._names) // 100)
