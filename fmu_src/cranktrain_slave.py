@@ -45,9 +45,10 @@ _libraries: dict = {}
 
 
 def _cached_copy(source: Path) -> Path:
-    """Copy of the package in the user's cache; ``source`` itself where the cache cannot be written."""
-    target = runpy.run_path(str(source / "core" / "cache.py"))["cache_folder"]() / "fmu" / source.name
+    """Copy of the package in the user's cache; ``source`` itself where it cannot be written, or others may do so."""
+    private_folder = runpy.run_path(str(source / "core" / "cache.py"))["private_folder"]
     try:
+        target = private_folder("fmu", source.name)
         for file in sorted(source.rglob("*.py")):
             content, copy = file.read_bytes(), target / file.relative_to(source)
             if copy.is_file() and copy.read_bytes() == content:

@@ -6,8 +6,8 @@ numba's run-time (``_nrt=False``) holds kernels to that: one that would allocate
 
 Compiled kernels are kept in the user's cache under a digest of the sources that can reach them, those that their file
 imports: numba itself looks only at a kernel's own file, and would run a stale copy of what that kernel calls. So an
-edit compiles anew what rests on it and nothing else. They are not kept at all where the cache cannot be written; numba
-would then put them beside the sources.
+edit compiles anew what rests on it and nothing else. They are not kept at all where the cache cannot be written, or can
+be by others; numba would then put them beside the sources.
 
 Numba compiles a kernel together with all that it calls, once more at every level above. Large force laws of which a run
 needs one at most are therefore called at their address, by numba's own convention: each is compiled by itself, and
@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import inspect
 import tempfile
+import warnings
 import weakref
 from collections.abc import Callable
 from functools import cache
@@ -29,18 +30,24 @@ from numba import config, njit, typeof, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from cranktrain.core.cache import cache_folder
+from cranktrain.core.cache import NotPrivateError, private_folder
 from cranktrain.core.sources import source_digest
 
 
 @cache
 def _kernel_folder(file: str) -> str:
-    """Folder for the compiled kernels of a source file; empty where it cannot be written."""
+    """Folder for the compiled kernels of a source file; empty where it cannot be written, or others may do so."""
     source = Path(file)
-    folder = cache_folder() / "kernels" / f"{source.stem}-{source_digest(source)}"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder = private_folder("kernels", f"{source.stem}-{source_digest(source)}")
         tempfile.TemporaryFile(dir=folder).close()
+    except NotPrivateError as error:
+        warnings.warn(
+            f"{error.filename}: {error.strerror}, so that compiled kernels are not kept there and each start compiles "
+            "them; take it for yourself (chmod 700), or set CRANKTRAIN_CACHE to another folder",
+            stacklevel=1,
+        )
+        return ""
     except OSError:
         return ""
     return str(folder)

@@ -32,7 +32,7 @@ from cranktrain.film.table.database import (
 from cranktrain.film.table.interpolation import TableArrays
 from cranktrain.store.hdf5 import PART, TABLE, read_film_table, write_film_table
 from cranktrain.store.side_by_side import side_by_side
-from cranktrain.store.whole_file import check_place
+from cranktrain.store.whole_file import check_kept, check_place
 
 DATASETS = ("aligned", "tilted", "pressure", "axes", "aligned_error", "tilted_error")
 REMEDY = "delete it, or build it anew by 'cranktrain film-table --rebuild'"
@@ -103,8 +103,11 @@ def film_table(
         return load_film_table(target, settings), target, 0
     part = target.with_name(target.name + ".part")
     own = path is None
-    for place, kind in ((target, TABLE), (part, PART)):
-        check_place(place, None if own else kind)
+    if own:
+        check_kept(target)
+    else:
+        check_place(target, TABLE)
+        check_place(part, PART)
     slabs = _kept(part, settings, say)
     names = slab_names(settings)
     missing = [name for name in names if name not in slabs]

@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from cranktrain.core.cache import private_folder
 from cranktrain.core.errors import InputError, StoreError
 
 HEAD = 4096
@@ -64,6 +65,20 @@ def whole_file(path: str | Path, kind: Kind | None = None) -> Iterator[Path]:
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)
+
+
+def check_kept(path: Path) -> None:
+    """Refuse, before the work, a place in the cache that cannot be written; ``StoreError``."""
+    try:
+        private_folder()
+        check_place(path)
+    except OSError as error:
+        reason = f"{error.filename}: {error.strerror}"
+    except InputError as error:
+        reason = str(error).partition(";")[0]
+    else:
+        return
+    raise StoreError(f"{reason}; it is the cache: set CRANKTRAIN_CACHE to a folder of your own")
 
 
 def check_place(path: str | Path, kind: Kind | None = None) -> None:

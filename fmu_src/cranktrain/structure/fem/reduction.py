@@ -21,6 +21,7 @@ from skfem import Basis, ElementTetP2, MeshTet2
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
 from cranktrain.engine.parts import Material
 from cranktrain.store.hdf5 import load_body, save_body
+from cranktrain.store.whole_file import check_kept
 from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, craig_bampton, eigenmodes
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_elements, lumped_volume
 from cranktrain.structure.fem.factor import one_thread
@@ -74,6 +75,7 @@ def reduced_structure(task: ReductionTask, progress: Progress | None = None, reb
     """Body in all its Craig–Bampton modes, with the quality of the reduction; from the store where it is kept there."""
     if task.path.exists() and not rebuild:
         return load_body(task.path, task.digest)
+    check_kept(task.path)
     say = progress or (lambda stage: None)
     model = task.model(say)
     interfaces = task.interfaces(model)
