@@ -15,6 +15,7 @@ SOURCES = Path(__file__).resolve().parent / "fmu_src"
 if str(SOURCES) not in sys.path:
     sys.path.insert(0, str(SOURCES))
 
+from cranktrain.cli.ending import fault, one_line  # noqa: E402
 from cranktrain.core.errors import CranktrainError, InputError  # noqa: E402
 from cranktrain.engine.file import load_engine  # noqa: E402
 from cranktrain.fmu.archive import DESCRIPTION, XML, model_description, write_reference, write_whole  # noqa: E402
@@ -22,7 +23,7 @@ from cranktrain.fmu.build import build_fmu, is_scene  # noqa: E402
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Build from the command line; 2 where the input cannot be used."""
+    """Build from the command line; 2 where the input cannot be used, 70 after a fault of this program."""
     parser = argparse.ArgumentParser(description="Build the FMU of an engine, or of a scene.")
     add = parser.add_argument
     add("engine", help="name of an engine (diesel_i6), or path of an engine file or a scene")
@@ -49,8 +50,14 @@ def main(arguments: list[str] | None = None) -> int:
             if chosen.reference:
                 write_reference(path, _say)
     except CranktrainError as error:
-        print(f"build_fmu: {error}", file=sys.stderr)
+        _say(f"build_fmu: {one_line(str(error))}")
         return 2
+    except KeyboardInterrupt:
+        _say("build_fmu: interrupted; no FMU was written")
+        return 130
+    except Exception as error:
+        _say(f"build_fmu: {fault(error)}")
+        return 70
     print(path)
     return 0
 

@@ -86,7 +86,8 @@ def show_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) 
         shown.add_column(column, justify="left" if column in _LEFT else "right")
     for row in rows:
         shown.add_row(*row)
-    Console(width=None if sys.stdout.isatty() else 120).print(shown)
+    # Texts may be a user's: none of them is mark-up.
+    Console(width=None if sys.stdout.isatty() else 120, markup=False, emoji=False).print(shown)
 
 
 @contextmanager
@@ -148,7 +149,8 @@ def _drawn(titles: Sequence[str], column: ProgressColumn) -> Iterator[Callable[.
     if not console.is_terminal:
         yield None
         return
-    columns = (TextColumn("{task.description}"), column, TextColumn("{task.fields[stage]}"), TimeElapsedColumn())
+    said, stage = (TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[stage]}"))
+    columns = (said, column, stage, TimeElapsedColumn())
     with Progress(*columns, console=console) as progress:
         total = None if isinstance(column, SpinnerColumn) else 1.0
         tasks = {title: progress.add_task(title, total=total, stage="") for title in titles}

@@ -8,6 +8,7 @@ Progress and errors go to stderr. What ends early ends with one line there, and 
 from __future__ import annotations
 
 import argparse
+import errno
 import json
 import math
 import os
@@ -72,8 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with terminable(stopped):
             return _run(given)
     except BrokenPipeError:
-        # The reader, head or less, has seen enough; what is left to be flushed goes nowhere.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _leave_stdout()  # the reader, head or less, has seen enough
         return 0
     except CranktrainError as error:
         code, text = WRONG, str(error)
@@ -81,9 +81,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code = 128 + stopped[-1]
         text = str(stop) if isinstance(stop, Interrupted) else "interrupted; nothing was written"
     except Exception as error:
-        code, text = FAULT, fault(error)
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC:  # not of a file: those say which they are
+            _leave_stdout()
+            code, text = WRONG, "standard output: cannot be written, there is no space left; choose another place"
+        else:
+            code, text = FAULT, fault(error)
     text = one_line(text)
-    print(f"cranktrain: {text}", file=sys.stderr)
+    say(f"cranktrain: {text}")
     if any(len(word) > 2 and "--json".startswith(word) for word in given):
         print(json.dumps({"error": parts(text)}, indent=2))
     return code
@@ -99,6 +103,11 @@ def _run(arguments: Sequence[str]) -> int:
         print(json.dumps(_finite(result), indent=2, allow_nan=False))
     sys.stdout.flush()
     return 128 + signal.SIGINT if result.get("interrupted") else 0
+
+
+def _leave_stdout() -> None:
+    """Let what is left to be flushed go nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _parser() -> _Parser:

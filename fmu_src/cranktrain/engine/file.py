@@ -11,6 +11,7 @@ default may be left out.
 
 from __future__ import annotations
 
+import re
 from dataclasses import fields
 from pathlib import Path
 from types import UnionType
@@ -25,6 +26,9 @@ from cranktrain.engine.quantities import OFFSETS, UNITS, Quantity, kinds
 ORIGINS = ("chosen", "derived", "calibrated", "published")
 ENTRY = ("value", "unit", "origin", "note")
 TEXTS = ("name", "title")
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
+"""A name is part of paths and of an FMU's identifiers."""
+LONGEST_TITLE = 200
 
 
 def engine_folder() -> Path:
@@ -72,6 +76,7 @@ def load_engine(name_or_path: str | Path) -> Engine:
         if name in TEXTS:
             if not isinstance(document[name], str):
                 raise InputError(f'{where}: must be plain text, e.g. {name} = "diesel_i6"')
+            (check_name if name == "name" else check_title)(document[name], where)
             tables[name] = document[name]
             continue
         if not isinstance(document[name], dict):
@@ -86,6 +91,20 @@ def load_engine(name_or_path: str | Path) -> Engine:
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from None
     return engine
+
+
+def check_name(name: str, where: str) -> None:
+    """Refuse a name that cannot be part of a path or an identifier; ``InputError``."""
+    if not NAME.fullmatch(name):
+        raise InputError(
+            f"{where}: {shown(name)} is no name; take 1 to 64 letters, digits and _, a letter first, e.g. my_six"
+        )
+
+
+def check_title(title: str, where: str) -> None:
+    """Refuse a title that is not one line of printable characters; ``InputError``."""
+    if not (title.strip() and title.isprintable() and len(title) <= LONGEST_TITLE):
+        raise InputError(f"{where}: must be one line of at most {LONGEST_TITLE} printable characters")
 
 
 def engine_provenance(name_or_path: str | Path) -> list[tuple[str, Any, str, str, str]]:

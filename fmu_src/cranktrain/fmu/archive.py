@@ -7,6 +7,7 @@ date.
 from __future__ import annotations
 
 import hashlib
+import html
 import importlib.metadata
 import io
 import json
@@ -203,7 +204,7 @@ def _wrapped(contents: Contents) -> dict[str, bytes]:
 def _accompanying(interface: Interface, engine: Engine) -> dict[str, bytes]:
     """Documentation, licences and icon."""
     page = (DESCRIPTION / "documentation" / "index.html").read_text(encoding="utf-8")
-    page = page.replace("<!-- title -->", engine.title)
+    page = page.replace("<!-- title -->", html.escape(engine.title))
     page = page.replace("<!-- variables -->", variable_table(interface, family_counts(engine)))
     files = {"documentation/index.html": page.encode(), "model.png": (DESCRIPTION / "model.png").read_bytes()}
     files["documentation/externalDependencies.txt"] = (DESCRIPTION / "externalDependencies.txt").read_bytes()

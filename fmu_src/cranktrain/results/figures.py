@@ -101,7 +101,14 @@ def orbit_figure(run: Result, engine: Engine, title: str) -> Any:
     bar.set_label("crank angle / deg", fontsize=9)
     bar.outline.set_visible(False)
     bar.ax.tick_params(labelsize=8, length=2)
-    figure.text(0.5, 1.0 - 0.3 / height, f"Journal orbits in the clearance circle: {title}", fontsize=12, ha="center")
+    figure.text(
+        0.5,
+        1.0 - 0.3 / height,
+        f"Journal orbits in the clearance circle: {title}",
+        fontsize=12,
+        ha="center",
+        parse_math=False,
+    )
     figure.text(
         0.5, 0.2 / height,
         "x / c across the engine, y / c upwards, seen from the flywheel: the crank turns counter-clockwise.   "
@@ -130,7 +137,7 @@ def film_figure(run: Result, engine: Engine, title: str) -> Any:
         plots.plot_least_films(ax, angle[order], films, _firing(engine), bearing.contact_height if bearing else 0.0)
         ax.set_title(what, fontsize=10, loc="left", pad=14)
     axes[-1].set_xlabel("crank angle over the last cycle / deg; dotted: firing of the cylinder with the number above")
-    figure.suptitle(f"Least oil film: {title}", fontsize=12)
+    figure.suptitle(f"Least oil film: {title}", fontsize=12, parse_math=False)
     return figure
 
 

@@ -37,7 +37,7 @@ from typing import Any
 
 from cranktrain.core.errors import InputError, nearest, shown, within
 from cranktrain.core.user_file import is_number, read_toml
-from cranktrain.engine.file import load_engine
+from cranktrain.engine.file import check_title, load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.levels import CRANKS, Levels
 from cranktrain.studies.answers import bearing_ladder, lowest_levels, refuse_beyond
@@ -151,6 +151,9 @@ def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
     for key in _NEEDED:
         if key not in document:
             raise InputError(f"key '{key}' is missing; a scene needs {', '.join(_NEEDED)} and speeds_rpm or [run_up]")
+    title = document.get("title", path.stem)
+    check_title(path.stem, "the file's name")
+    check_title(title, "title")
     engine = _engine(path, document["engine"])
     speeds = _speeds(document)
     outputs, stress = scene_outputs(engine, document["outputs"])
@@ -167,7 +170,7 @@ def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
         pressure = Pressure(file, gas.get("pressure_unit"), gas.get("tdc_deg"))
     scene = Scene(
         name=path.stem,
-        title=document.get("title", path.stem),
+        title=title,
         path=path,
         engine=engine,
         speeds=speeds,

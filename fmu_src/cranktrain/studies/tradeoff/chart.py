@@ -75,7 +75,7 @@ def family_figure(points: Sequence[Point], family: str, scenes: Sequence[str]) -
 
     def draw(ax: Any, r: int, c: int, handles: dict[str, Any]) -> Labels:
         if r == 0:
-            ax.set_title(columns[c], fontsize=10, loc="left")
+            ax.set_title(columns[c], fontsize=10, loc="left", parse_math=False)
         if c == 0:
             ax.set_ylabel(f"{NAMES[rows[r]]}\n{ERROR}", fontsize=8)
         if r == len(rows) - 1:
@@ -131,7 +131,7 @@ def overall_figure(points: Sequence[Point], scenes: Sequence[str]) -> Any:
     families = list(dict.fromkeys(point.family for point in points))
 
     def draw(ax: Any, r: int, c: int, handles: dict[str, Any]) -> Labels:
-        ax.set_title(f"{columns[c]}\n{KINDS[kinds[r]]}", fontsize=9, loc="left")
+        ax.set_title(f"{columns[c]}\n{KINDS[kinds[r]]}", fontsize=9, loc="left", parse_math=False)
         ax.set_ylabel(f"largest of the outputs' errors\n{ERROR}", fontsize=8)
         ax.set_xlabel(COST, fontsize=8)
         shown = [p for p in in_scene(drawn, columns[c]) if p.parameters["error_kind"] == kinds[r]]
