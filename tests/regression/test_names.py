@@ -18,6 +18,7 @@ from cranktrain.studies import modal
 from cranktrain.studies.scene import load_scene
 
 TITLE = "[/x] $x_{$ <script>alert(1)</script> & :smile:"
+LONG = "x" * 260
 SCENE = 'engine = "diesel_i6"\nspeeds_rpm = [2000]\noutputs = ["pulley.torsion"]\nfrequency_hz = 200\naccuracy = 0.05\n'
 
 
@@ -95,6 +96,11 @@ def test_a_fault_is_one_line_and_keeps_its_traceback(tmp_path, capsys, monkeypat
         (("calibrate", "diesel_i6", "missing.toml"), "missing.toml"),
         (("plan", "missing.toml"), "missing.toml"),
         (("bearing", "--nothing"), None),
+        (("modal", "diesel_i6", "--mesh", LONG), LONG),
+        (("simulate", "diesel_i6", "--speed", "2000", "--block", "flexible", "--block-mesh", LONG), LONG),
+        (("calibrate", "diesel_i6", LONG), None),
+        (("film-table", "--length-ratio", "0.5", "--output", LONG), LONG),
+        (("simulate", "diesel_i6", "--speed", "2000", "--output", LONG), None),
         ((), None),
     ],
 )

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import re
 import signal
+import sys
 import tempfile
 import threading
 import traceback
@@ -13,6 +16,8 @@ from typing import Any, NoReturn
 
 LONGEST = 1500
 """Characters of a line, of which the middle is left out where there are more."""
+_REFUSALS = {errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.EROFS, errno.ELOOP, errno.ENOTDIR, errno.EISDIR}
+"""What a system says of a file that it does not give to its user, or that cannot be."""
 _PLACE = re.compile(r"--[a-z-]+(?= )|((?:[^\s:]+|[^:]*[/\\][^:]*|[^:]*\.\w{1,5}): )+")
 
 
@@ -53,6 +58,21 @@ def terminable(stopped: list[signal.Signals]) -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+def refused(error: OSError) -> str:
+    """What to say of a user's file that cannot be used, or of a standard output that is full; else empty."""
+    if error.errno in _REFUSALS and error.filename is not None:
+        return f"{one_line(str(error.filename))[:300]}: cannot be used ({error.strerror}); name another file"
+    if error.errno == errno.ENOSPC:  # files that are written say which they are
+        leave_stdout()
+        return "standard output: cannot be written, there is no space left; choose another place"
+    return ""
+
+
+def leave_stdout() -> None:
+    """Let what is left to be flushed go nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def fault(error: Exception) -> str:

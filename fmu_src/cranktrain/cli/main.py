@@ -8,10 +8,8 @@ Progress and errors go to stderr. What ends early ends with one line there, and 
 from __future__ import annotations
 
 import argparse
-import errno
 import json
 import math
-import os
 import re
 import signal
 import sys
@@ -36,7 +34,7 @@ from cranktrain.cli import (
     tradeoff,
 )
 from cranktrain.cli.console import Interrupted, say
-from cranktrain.cli.ending import fault, one_line, parts, terminable
+from cranktrain.cli.ending import fault, leave_stdout, one_line, parts, refused, terminable
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.structure.fem.own_mesh import UNITS
 
@@ -73,7 +71,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with terminable(stopped):
             return _run(given)
     except BrokenPipeError:
-        _leave_stdout()  # the reader, head or less, has seen enough
+        leave_stdout()  # the reader, head or less, has seen enough
         return 0
     except CranktrainError as error:
         code, text = WRONG, str(error)
@@ -81,11 +79,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code = 128 + stopped[-1]
         text = str(stop) if isinstance(stop, Interrupted) else "interrupted; nothing was written"
     except Exception as error:
-        if isinstance(error, OSError) and error.errno == errno.ENOSPC:  # not of a file: those say which they are
-            _leave_stdout()
-            code, text = WRONG, "standard output: cannot be written, there is no space left; choose another place"
-        else:
-            code, text = FAULT, fault(error)
+        known = refused(error) if isinstance(error, OSError) else ""
+        code, text = (WRONG, known) if known else (FAULT, fault(error))
     text = one_line(text)
     say(f"cranktrain: {text}")
     if any(len(word) > 2 and "--json".startswith(word) for word in given):
@@ -103,11 +98,6 @@ def _run(arguments: Sequence[str]) -> int:
         print(json.dumps(_finite(result), indent=2, allow_nan=False))
     sys.stdout.flush()
     return 128 + signal.SIGINT if result.get("interrupted") else 0
-
-
-def _leave_stdout() -> None:
-    """Let what is left to be flushed go nowhere."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _parser() -> _Parser:
