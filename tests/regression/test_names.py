@@ -63,7 +63,7 @@ def test_a_title_is_shown_as_it_stands(tmp_path, capsys):
     page = files["documentation/index.html"].decode()
     assert "[/x] $x_{$ &lt;script&gt;alert(1)&lt;/script&gt; &amp; :smile:" in page and "<script>" not in page
     capsys.readouterr()
-    show_rows(TITLE, ["[bold]"], [["[/x]"]])
+    show_rows(TITLE, ["[bold]"], [["[/x]" + "x" * 60]])
     shown = capsys.readouterr().out
     assert TITLE in shown and "[bold]" in shown
 
