@@ -3,9 +3,10 @@
 The six, on the grid of the loop and on one twice as fine both ways. The fine run starts from the state of the usual one
 after its cycles (``reynolds`` keeps nothing of the grid in the state; ``ehd`` does, and starts afresh), and both go on
 for the same cycles, of which the last is compared: torsion's peak to peak, largest force of every main, friction peak
-of the most tilted main, least gap, largest film pressure and, with the contact law of the run, largest contact
-pressure. With ``table`` the usual run reads the table, the other solves ``reynolds`` on the fine grid. ``--straight``
-leaves the shells unrelieved. What tilt changes is told by torsion at level ``impedance``. Prints one JSON object;
+of the most tilted main, least gap, largest film pressure, share of films in which it exceeds the oil's 1/alpha and,
+with the contact law of the run, largest contact pressure. With ``table`` the usual run reads the
+table, the other solves ``reynolds`` on the fine grid. ``--straight`` leaves the shells
+unrelieved. What tilt changes is told by torsion at level ``impedance``. Prints one JSON object;
 limits: torsion 0.3 %, every main's force 1 %.
 """
 
@@ -91,6 +92,7 @@ def figures(simulation: Simulation, shown: Array, places: Array) -> dict[str, An
         "tilt_um": (1e6 * np.hypot(places[..., 2], places[..., 3]).max(axis=0)).tolist(),
         "least_gap_um": 1e6 * least,
         "film_pressure_mpa": 1e-6 * float(of("pressure_max").max()),
+        "share_beyond_barus_limit": float((of("pressure_max") > 1.0 / simulation.engine.oil.pressure_viscosity).mean()),
         "online_films": float(simulation.model.films.solved[0]),
     }
 

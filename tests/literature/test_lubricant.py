@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from scipy.integrate import quad
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
@@ -105,6 +106,15 @@ def test_roelands_has_barus_slope_and_grows_slower(eta):
     p = 2e8
     left = math.log(eta * roelands_factor(p, above, z)[0]) + 9.67
     assert left == pytest.approx((math.log(eta) + 9.67) * (1.0 + 5.1e-9 * p) ** z, rel=1e-3)
+
+
+@pytest.mark.parametrize(("alpha", "limit"), [(20e-9, 53.2e6), (15e-9, 76.8e6), (12e-9, 104.4e6)])
+def test_reduced_pressure_ends_under_roelands_law_too(alpha, limit):
+    """A constant oil's pressure beyond ∫ dp/f has no stiffening counterpart: 1/α by Barus, little more by Roelands."""
+    law, above, z = pressure_constants(replace(OIL, pressure_law="roelands", pressure_viscosity=alpha), 0.0143)
+    reduced = [quad(lambda p: 1.0 / pressure_factor(law, p, above, z)[0], 0.0, top, limit=200)[0] for top in (3e9, 6e9)]
+    assert reduced == pytest.approx([limit, limit], rel=2e-3)
+    assert 1.0 < limit * alpha < 1.3
 
 
 def test_pressure_laws_and_their_derivatives():
