@@ -7,7 +7,7 @@ import pytest
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_path, load_engine
-from cranktrain.studies.calibration import values
+from cranktrain.studies.calibration import calibrate, values
 from cranktrain.studies.calibration.calibrate import report_of
 from cranktrain.studies.calibration.engine_text import Written, new_path, rewritten
 from cranktrain.studies.calibration.geometry import Change, changes
@@ -137,6 +137,63 @@ def test_an_interrupted_search_keeps_the_best(coarse, task):
     found = search(problem_of(coarse, task), evaluations=150, follow=stop)
     assert found.interrupted and np.isfinite(found.cost)
     assert found.evaluations < 150
+
+
+def test_an_interrupt_while_new_bodies_are_meshed_keeps_what_the_search_found(coarse, monkeypatch, tmp_path):
+    """The search takes minutes, and so do the bodies of its result."""
+    engine, body = coarse
+    path = tmp_path / "t.toml"
+    width = '"crankshaft.web_thickness" = { low = 22, high = 27, unit = "mm" }\n'
+    path.write_text(TARGETS.replace("[derived]", width + "[derived]"), encoding="utf-8")
+    task, zero = load_targets(path, engine), np.zeros((6 * len(body.interfaces),) * 2)
+    bodies = iter([body])
+
+    def meshed(engine, progress):
+        try:
+            return next(bodies)
+        except StopIteration:
+            raise KeyboardInterrupt from None
+
+    def dimension(before, after, *_):
+        return [Change("crankshaft", zero, zero)] if before.crankshaft != after.crankshaft else []
+
+    monkeypatch.setattr(calibrate, "changes", dimension)
+    monkeypatch.setattr(calibrate, "reduced_crankshaft", meshed)
+    problem, found = calibrate._fitted(engine, task, 1, 60, lambda stage: None, lambda share, cost: None)
+    assert found.interrupted and found.evaluations >= 60
+    assert float(np.square(problem.residuals(found.free)).sum()) == pytest.approx(found.cost, rel=1e-6)
+
+
+def test_values_that_meet_the_targets_are_confirmed(coarse, task, monkeypatch, tmp_path):
+    """Also those that only formulas use; and a file that cannot be written loses no report."""
+    engine, body = coarse
+    assert calibrate.start_values(engine, task)["gyration"] == pytest.approx(
+        np.sqrt(engine.flywheel.polar_inertia / engine.flywheel.mass), rel=5e-3
+    )
+    monkeypatch.setattr(calibrate, "reduced_crankshaft", lambda engine, progress: body)
+    monkeypatch.setattr(calibrate, "load_engine", lambda path: engine)
+    start = calibrate.start_values(engine, task)
+    problem = problem_of(coarse, task)
+    found = match(task.targets, problem.modes(np.array(list(start.values()))))
+    text = TARGETS
+    for target, hz in zip(task.targets, found.hz, strict=True):
+        text = text.replace(f"hz = {target.hz:g}\n", f"hz = {hz:.6g}\n")
+    (tmp_path / "met.toml").write_text(text, encoding="utf-8")
+    report = calibrate.calibrate("diesel_i6", tmp_path / "met.toml", tmp_path / "new.toml")
+    assert report["confirmed"] and report["met"] and report["evaluations"] == 0
+    assert [p["value"] * (1e-3 if p["unit"] == "mm" else 1.0) for p in report["parameters"]] == pytest.approx(
+        list(start.values()), rel=1e-3
+    )
+
+    def refused(path):
+        if path != "diesel_i6":
+            raise InputError("no engine")
+        return engine
+
+    monkeypatch.setattr(calibrate, "load_engine", refused)
+    report = calibrate.calibrate("diesel_i6", tmp_path / "met.toml", tmp_path / "other.toml")
+    assert report["refused"] == "no engine" and report["file"] is None and report["targets"]
+    assert [path.name for path in tmp_path.glob("*.toml") if path.name not in ("t.toml", "met.toml")] == ["new.toml"]
 
 
 def test_a_change_at_interfaces_acts_per_unit_of_its_dimension(coarse, task):

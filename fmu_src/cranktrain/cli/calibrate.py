@@ -6,6 +6,7 @@ import argparse
 from typing import Any
 
 from cranktrain.cli.console import Interrupted, labelled_bar, number, say, show_rows
+from cranktrain.core.errors import InputError
 
 DESCRIPTION = """\
 Values of an engine file that meet frequencies, within bounds.
@@ -52,6 +53,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         )  # fmt: skip
     if not options.json:
         _show(report)
+    if report["refused"]:
+        raise InputError(f"{options.out}: not written, for the values found make no engine: {report['refused']}")
     if report["interrupted"]:
         kept = f"the best values so far are in {report['file']}" if report["file"] else "nothing was written"
         raise Interrupted(f"interrupted; {kept}")
@@ -87,5 +90,7 @@ def _show(report: dict[str, Any]) -> None:
         ("value", *(t["name"] for t in report["targets"])),
         [(key, *(f"{t['sensitivities'][key]:+.2f}" for t in report["targets"])) for key in keys],
     )
+    if report["confirmed"]:
+        print("The engine's own values meet all targets: nothing was searched. Narrower tolerances ask for a search.")
     if report["file"]:
         say(f"{report['file']} written")

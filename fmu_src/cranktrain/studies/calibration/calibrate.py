@@ -1,8 +1,9 @@
 """Calibration of an engine against a targets file, from its bodies to a new engine file and a report.
 
-First all free values are searched; dimensions act by the linearised change of their bodies. Where there are such, the
-bodies of the result are then meshed, and what is not a dimension is fitted once more. Values are rounded as they are
-written, and the report is about what the new file gives in all modes of its bodies.
+Where the engine's own values meet all targets they are confirmed, and nothing is searched: more values than targets
+have many answers. Else all free values are searched; dimensions act by the linearised change of their bodies. Where
+there are such, the bodies of the result are then meshed, and what is not a dimension is fitted once more. Values are
+rounded as they are written, and the report is about what the new file gives in all modes of its bodies.
 """
 
 from __future__ import annotations
@@ -12,8 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.optimize import least_squares
 
-from cranktrain.core.errors import InputError
+from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.file import engine_path, load_engine
@@ -26,7 +28,7 @@ from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.calibration import values
 from cranktrain.studies.calibration.engine_text import NEW, Written, new_path, rewritten, rounded
 from cranktrain.studies.calibration.geometry import Change, changes
-from cranktrain.studies.calibration.problem import Problem, at_bounds, engine_with, match, sensitivities
+from cranktrain.studies.calibration.problem import Match, Problem, at_bounds, engine_with, match, sensitivities
 from cranktrain.studies.calibration.search import Found, search
 from cranktrain.studies.calibration.stand_ins import stand_ins
 from cranktrain.studies.calibration.targets import Task, load_targets
@@ -61,7 +63,8 @@ def calibrate(
     Returns
     -------
     ``targets`` (ours, deviation, sensitivities d ln f / d ln p, what each rests on), ``parameters``, ``derived``,
-    ``extra_modes_hz``, ``met``, ``interrupted``, ``evaluations``, ``seed``, ``file``
+    ``extra_modes_hz``, ``met``, ``confirmed`` (nothing searched), ``interrupted``, ``evaluations``, ``seed``, ``file``,
+    ``refused`` (why the new file was not written, else None)
     """
     base, path = load_engine(engine), engine_path(engine)
     task = load_targets(targets, base)
@@ -71,17 +74,23 @@ def calibrate(
         free = np.array([rounded(x, p.scale) for x, p in zip(found.free, task.parameters, strict=True)])
         report = report_of(problem, free)
     report |= {"engine": base.name, "seed": seed, "evaluations": found.evaluations, "interrupted": found.interrupted}
+    report |= {"confirmed": found.evaluations == 0, "file": None, "refused": None}
     if new is not None:
-        written = written_values(problem, free, report)
-        with whole_file(new, NEW) as temporary:
-            temporary.write_text(rewritten(path.read_text("utf-8"), base, written), encoding="utf-8")
-        load_engine(new)
-    return {**report, "file": str(new) if new is not None else None}
+        # Minutes of search are not lost to a file that cannot be: the report is given all the same.
+        try:
+            with whole_file(new, NEW) as temporary:
+                written = written_values(problem, free, report)
+                temporary.write_text(rewritten(path.read_text("utf-8"), base, written), encoding="utf-8")
+                load_engine(temporary)
+            report["file"] = str(new)
+        except (InputError, StoreError) as error:
+            report["refused"] = str(error)
+    return report
 
 
 def _fitted(base: Engine, task: Task, seed: int, evaluations: int, say: Say, follow: Follow) -> tuple[Problem, Found]:
-    """What is found, and the problem at the bodies that belong to it."""
-    start = {p.key: values.value(base, p.key) if p.is_key else 0.5 * (p.low + p.high) for p in task.parameters}
+    """What is found, and the problem at the bodies that belong to it; interrupted, at those that were there."""
+    start = start_values(base, task)
     before = engine_with(base, task, start, {})
     dimensions = dict[str, list[Change]]()
     for p in task.parameters:
@@ -105,13 +114,19 @@ def _fitted(base: Engine, task: Task, seed: int, evaluations: int, say: Say, fol
         own = {key: given[key] for key in dimensions}
         return Problem(engine, Train(engine, crank, block, dimensions), task, own, shares)
 
-    first = problem(start)
+    first, own = problem(start), np.array(list(start.values()))
+    within = np.allclose(own, np.clip(own, first.low, first.high), rtol=1e-3, atol=0.0)
+    if within and all_met(task, match(task.targets, first.modes(own))):
+        return first, Found(own, 0.0, 0, False)
     say("search")
-    result = search(first, np.array(list(start.values())), seed, evaluations, follow)
+    result = search(first, own, seed, evaluations, follow)
     if not dimensions:
         return first, result
     given = {p.key: rounded(x, p.scale) for p, x in zip(task.parameters, result.free, strict=True)}
-    second = problem(given)
+    try:
+        second = problem(given)
+    except KeyboardInterrupt:
+        return first, result._replace(interrupted=True)
     rest = second.holding({key: given[key] for key in dimensions})
     if rest.task.parameters and not result.interrupted:
         say("search with the new bodies")
@@ -120,6 +135,29 @@ def _fitted(base: Engine, task: Task, seed: int, evaluations: int, say: Say, fol
         given = rest.given(again.free)
         result = again._replace(evaluations=result.evaluations + again.evaluations)
     return second, result._replace(free=np.array([given[p.key] for p in task.parameters]))
+
+
+def start_values(engine: Engine, task: Task) -> dict[str, float]:
+    """An engine's own value of each free one, SI; those without a key are such that what is derived comes out best."""
+    start = {p.key: values.value(engine, p.key) if p.is_key else 0.5 * (p.low + p.high) for p in task.parameters}
+    names = [p for p in task.parameters if not p.is_key]
+    if not names:
+        return start
+    own = [(d.key, values.value(engine, d.key)) for d in task.derived]
+
+    def missed(scaled: Array) -> Array:
+        given = {p.key: p.low + float(x) * (p.high - p.low) for p, x in zip(names, scaled, strict=True)}
+        trial = engine_with(engine, task, {**start, **given}, {})
+        return np.array([values.value(trial, key) - was for key, was in own]) / [abs(was) or 1.0 for _, was in own]
+
+    found = least_squares(missed, np.full(len(names), 0.5), bounds=(0.0, 1.0), xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    return start | {p.key: p.low + float(x) * (p.high - p.low) for p, x in zip(names, found.x, strict=True)}
+
+
+def all_met(task: Task, found: Match) -> bool:
+    """Whether each target is met within its tolerance, and no mode is left over below the last."""
+    near = (abs(hz / target.hz - 1.0) <= target.tolerance for target, hz in zip(task.targets, found.hz, strict=True))
+    return not found.extra and all(near)
 
 
 def axial_hz(task: Task) -> float:
@@ -158,7 +196,7 @@ def report_of(problem: Problem, free: Array) -> dict[str, Any]:
         ],
         "derived": [{"key": d.key, "value": rounded(values.value(engine, d.key))} for d in task.derived],
         "extra_modes_hz": found.extra,
-        "met": all(row["met"] for row in rows),
+        "met": all_met(task, found),
     }  # fmt: skip
 
 
