@@ -108,7 +108,7 @@ def check_crank_mesh(level: str, mesh: str | Path | None) -> None:
         users = ", ".join(row.name for row in CRANKS.values() if row.takes_mesh)
         raise InputError(f"crank level '{level}' is made from dimensions; an own mesh goes with crank levels {users}")
     check_mesh(mesh, "journal surfaces")
-    if mesh is not None and Path(mesh).suffix == ".toml" and not crank_level(level).inherits:
+    if mesh is not None and Path(mesh).suffix in (".toml", ".csv") and not crank_level(level).inherits:
         raise InputError(f"{mesh}: a table of discs and shafts makes crank level torsional, not '{level}'")
 
 
@@ -133,7 +133,8 @@ def running_crank(
     """
 
     def make() -> ReducedBody:
-        from cranktrain.structure.crank.chain import chain_body, is_chain, read_chain
+        from cranktrain.engine.torsional_chain import is_chain, read_chain
+        from cranktrain.structure.crank.chain import chain_body
         from cranktrain.structure.crank.level import crank_body
         from cranktrain.structure.crank.reduction import reduced_crankshaft
 

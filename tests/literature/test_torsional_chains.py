@@ -18,7 +18,8 @@ import pytest
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
-from cranktrain.structure.crank.chain import Chain, Disc, Shaft, chain_body, chain_matrices, chain_modes, read_chain
+from cranktrain.engine.torsional_chain import Chain, Disc, Shaft, read_chain
+from cranktrain.structure.crank.chain import chain_body, chain_matrices, chain_modes
 from cranktrain.structure.crank.torsional import shaft_modes, shaft_nodes, shaft_stiffnesses
 
 DATA = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "torsion.json").read_text())}

@@ -132,7 +132,7 @@ def released(engine, step_deg, integrator="sdirk4", tolerance=1e-12):
     simulation.initialize()
     scalars = simulation.model.scalars.copy()
     scalars[[SHAFT_K, SHAFT_C]] = 0.0
-    simulation.model = simulation.model._replace(scalars=scalars)
+    simulation.model = simulation.model._replace(scalars=scalars, shaft_laws=0.0 * simulation.model.shaft_laws)
     simulation.work.key[:] = -1.0
     return simulation
 

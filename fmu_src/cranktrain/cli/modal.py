@@ -13,7 +13,7 @@ from cranktrain.levels import CRANKS, described
 DESCRIPTION = """\
 Free crankshaft and cranktrain frequencies beside the reference's, and critical speeds.
 
-ENGINE may also be a table of discs and shafts (TOML with [[disc]] and [[shaft]], see cranktrain.structure.crank.chain):
+ENGINE may also be a table of discs and shafts (TOML or CSV, see cranktrain.engine.torsional_chain):
 its natural frequencies, damping ratios, and rotations of the discs over the largest.
 """
 
@@ -31,8 +31,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Frequencies of the free crankshaft and the cranktrain, critical speeds, quality of the reduction."""
+    from cranktrain.engine.torsional_chain import is_chain, read_chain
     from cranktrain.results.tables import Table, block_tables, frequency_tables
-    from cranktrain.structure.crank.chain import is_chain, read_chain
     from cranktrain.studies import modal as study
     from cranktrain.studies.torsion.chain_modes import chain_report, chain_table
     from cranktrain.studies.torsion.damped_modes import damper_table

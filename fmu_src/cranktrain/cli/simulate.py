@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ from cranktrain.cli.console import Interrupted, labelled_bar, say, show, stages
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES, TOLERANCE
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.torsional_chain import read_drive_line
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, OIL_LAWS, bearing_law, bearing_levels
 from cranktrain.levels import CRANKS, PISTONS, described
 
@@ -57,6 +58,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--pistons", default="auto", metavar="LEVEL",
         help=f"{described(PISTONS.values())}; default rigid, in a flexible block guided",
     )  # fmt: skip
+    add(
+        "--drive-line", metavar="TABLE",
+        help="discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft",
+    )  # fmt: skip
     add("--damper", action="store_true", help="with the engine's torsional damper on the pulley")
     add("--damper-temperature", default="engine", metavar="SOURCE", help=f"{_SOURCES}, as its own losses make it")
     add(
@@ -100,12 +105,14 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
     # everything that can be refused is refused before the minute that a crankshaft may take
     engine = load_engine(options.engine)
+    if options.drive_line is not None:
+        engine = replace(engine, drive_line_chain=read_drive_line(options.drive_line))
     request = Request(**{field.name: getattr(options, field.name) for field in fields(Request)})
     settings = request.settings(engine, _option)
     gas = request.gas(engine, _option)
     if gas is not None:
         say(f"{gas.source}; {_pressures(gas)}")
-    _check(options, settings)
+    _check(options, engine, settings)
     output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm.h5")
     check_target(output)
 
@@ -162,7 +169,7 @@ def _option(field: str) -> str:
     return "--speed" if field == "speed_rpm" else "--" + field.replace("_", "-")
 
 
-def _check(options: argparse.Namespace, settings: Settings) -> None:
+def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> None:
     """Refuse what is asked for besides the run and cannot be had."""
     from cranktrain.results.figures import FILM_PICTURES, check_folder
 
@@ -171,6 +178,8 @@ def _check(options: argparse.Namespace, settings: Settings) -> None:
         raise InputError(
             "--steady solves a torsional crank on held bearings without damper; use --crank torsional, or leave it out"
         )
+    if options.steady:
+        engine.connecting_shaft  # noqa: B018  raises where there is none
     if options.steady and settings.boundary == "torque":
         raise InputError("--steady needs a given speed; leave out --load-torque-nm")
     if options.plots is not None:

@@ -73,6 +73,7 @@ from cranktrain.levels import crank_level
 from cranktrain.loads.damper import balanced_temperature as damper_balance_temperature
 from cranktrain.loads.damper import power_warning, required_damper, with_damper_housing
 from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.torsional_line import torsional_line
 
 __all__ = ["Parts", "Result", "Settings", "Simulation", "simulate"]
 
@@ -166,7 +167,9 @@ class Simulation:
         work.counters[:] = 0.0
         if self.settings.boundary == "torque" and start.inertia > 0.0:
             # The frame sets out with the acceleration that the crank will have on average.
-            turning = start.inertia + self.engine.drive_line.dynamometer_inertia
+            line = torsional_line(self.engine, start.inertia)
+            turning = start.inertia + line.inertia_at_crank
+            turning += self.engine.drive_line.dynamometer_inertia * line.end_speed**2
             state[SHAFT_ACCELERATION] = (start.torque - self.inputs[-1]) / turning
         self.model, self.work, self._state = model, work, state
         self._observed = observers(output_counts(self.engine), model, work, state, self.outputs)

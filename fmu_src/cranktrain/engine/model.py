@@ -15,6 +15,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine import parts
+from cranktrain.engine.torsional_chain import DriveLineChain
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,7 @@ class Engine:
     main_roller: parts.RollerBearings | None = None
     clutch: parts.LumpedInertia | None = None
     balance_weights: parts.BalanceWeights | None = None
+    drive_line_chain: DriveLineChain | None = None
     damper: parts.Damper | None = None
     piston_guidance: parts.PistonGuidance | None = None
     block: parts.Block | None = None
@@ -79,6 +81,16 @@ class Engine:
                 "use bearing level 'roller', or add the table [main_bearing] in place of [main_roller]"
             )
         return self.main_bearing
+
+    @property
+    def connecting_shaft(self) -> parts.DriveLine:
+        """The drive line where it is one shaft; ``InputError`` where it is a chain of discs."""
+        if self.drive_line_chain is not None:
+            raise InputError(
+                f"engine '{self.name}' has a drive line of discs, of which a steady state in the frequency domain and "
+                "the equations for other solvers know nothing; leave [drive_line_chain] or --drive-line out"
+            )
+        return self.drive_line
 
     @property
     def rod_offsets(self) -> tuple[float, ...]:

@@ -138,6 +138,8 @@ Stiffness = Annotated[float, Quantity("stiffness", 1e-3, 1e13)]
 SupportStiffness = Annotated[float, Quantity("stiffness", 0.0, 1e13)]
 Damping = Annotated[float, Quantity("damping", 0.0, 1e9)]
 TorsionalStiffness = Annotated[float, Quantity("torsional stiffness", 1e-6, 1e12)]
+GearRatio = Annotated[float, Quantity("1", -1000.0, 1000.0)]
+Hysteresis = Annotated[float, Quantity("1", 0.0, 10.0, hint="steel shafts have 0.001 to 0.02, rubber couplings to 1")]
 SupportTorsionalStiffness = Annotated[float, Quantity("torsional stiffness", 0.0, 1e12)]
 TorsionalDamping = Annotated[float, Quantity("torsional damping", 0.0, 1e8)]
 

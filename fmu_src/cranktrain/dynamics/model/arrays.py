@@ -62,6 +62,7 @@ from cranktrain.film.table.database import FilmTable
 from cranktrain.loads.damper import PARAMETERS, damper_parameters, damper_temperature, required_damper
 from cranktrain.loads.gas_pressure import GasTrace, kinks, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia
+from cranktrain.loads.torsional_line import TorsionalLine, torsional_line
 
 
 class ModelArrays(NamedTuple):
@@ -84,8 +85,10 @@ class ModelArrays(NamedTuple):
     block_ports_transposed: Array  # (n_b, m_b)
     pairs: Array  # (r, 2) see dynamics.ports
     axial: Array  # (0 or 1, 2)
-    shaft: Array  # (n_t,) twist of the connecting shaft: flywheel's rotation, less the rotor's where that is free
-    rotor: Array  # (n_t,) the free rotor's rotation, else 0
+    shafts: Array  # (s, n_t) twist of each of the drive line's shafts, of the dynamometer only where that is free
+    shaft_laws: Array  # (s, LAW) see loads.torsional_line
+    lag: Array  # (n_t,) how far the drive line's rotors lag a crank that turns slowly by 1 rad, else 0
+    rotor: Array  # (n_t,) the free dynamometer's rotation, else 0
     block: BlockArrays
     ends: Array  # (3, n_t): flywheel z-rotation, pulley z-rotation, pulley z
     tilts: Array  # (2b, n_t): rotation about x and y of each main journal
@@ -183,13 +186,11 @@ def build_model(
     big_ends, floating = _big_ends(engine, big_end_law, eta, parts.big_end_table)
     guided, free_big_ends, ring = settings.pistons == "guided", big_end_law.carries, settings.damper == "fitted"
     stationary = stationary_body(engine, block, guided)
-    turning = _turning_body(engine, body, settings)
+    line = torsional_line(engine, float(body.inertia[2, 2]))
+    turning = _turning_body(engine, body, settings, line)
     ports = lay_ports(engine, turning, body.n_modes, journals, free_big_ends, ring, block, guided)
     shapes, contiguous = turning.shapes, np.ascontiguousarray
     flywheel, pulley = shapes[turning.index("flywheel")], shapes[turning.index("pulley")]
-    rotor = np.zeros(turning.n_modes)
-    if "rotor" in turning.interfaces:
-        rotor = shapes[turning.index("rotor"), 5]
     damper, warmth = np.zeros(PARAMETERS), 0.0
     if ring:
         fitted = required_damper(engine)
@@ -211,8 +212,7 @@ def build_model(
         block_ports_transposed=contiguous(ports.block.T),
         pairs=ports.pairs,
         axial=ports.axial,
-        shaft=contiguous(flywheel[5] - rotor),
-        rotor=contiguous(rotor),
+        **_line_arrays(turning, line),
         block=block_arrays(engine, stationary, block, body.mass, body.centre, settings.gravity),
         ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2]])),
         tilts=contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),
@@ -228,7 +228,7 @@ def build_model(
         cylinders=cylinder_parameters(engine, free_big_ends),
         gas=contiguous(np.array([spline_coefficients(gas.motored), spline_coefficients(gas.fired - gas.motored)])),
         films=films,
-        scalars=_scalars(engine, settings, gas, float(pulley[5, 5]), warmth),
+        scalars=_scalars(engine, settings, gas, line, (float(pulley[5, 5]), warmth)),
         kinks=kinks(gas.fired),
         choices=_choices(settings),
         stages=integrator_table(settings.integrator),
@@ -241,17 +241,41 @@ def _without_block_shares(engine: Engine) -> Engine:
     return replace(engine, main_bearing=mains, thrust=replace(engine.thrust, block_stiffness=math.inf))
 
 
-def _turning_body(engine: Engine, body: ReducedBody, settings: Settings) -> ReducedBody:
-    """Crankshaft ``body`` with all that turns with it: free big ends, the damper's ring, the dynamometer's rotor."""
+def _turning_body(engine: Engine, body: ReducedBody, settings: Settings, line: TorsionalLine) -> ReducedBody:
+    """Crankshaft ``body`` with all that turns with it: big ends, the damper's ring, drive line, dynamometer's rotor."""
     if not bearing_law(settings.bearings).carries:
         body = locked_on_axis(body)
     if bearing_law(settings.big_ends).carries:
         body = with_big_ends(body, engine)
     if settings.damper == "fitted":
         body = with_rotor(body, "ring", "pulley", required_damper(engine).ring_inertia)
+    for k, (inertia, speed) in enumerate(zip(line.inertia.tolist(), line.speeds.tolist(), strict=True)):
+        body = with_rotor(body, f"line[{k + 1}]", "flywheel", inertia, speed)
     if not BOUNDARIES[settings.boundary]:
-        body = with_rotor(body, "rotor", "flywheel", engine.drive_line.dynamometer_inertia)
+        body = with_rotor(body, "rotor", "flywheel", engine.drive_line.dynamometer_inertia, line.end_speed)
     return body
+
+
+def _line_arrays(turning: ReducedBody, line: TorsionalLine) -> dict[str, Array]:
+    """The drive line in the modes of what turns: ``shafts``, ``shaft_laws``, ``lag`` and ``rotor``."""
+
+    def turned(name: str) -> Array:
+        return turning.shapes[turning.index(name), 5] if name in turning.interfaces else np.zeros(turning.n_modes)
+
+    rotors = [f"line[{k + 1}]" for k in range(line.inertia.size)]
+    rows = np.stack([turned(name) for name in ("flywheel", *rotors, "rotor")])
+    # A rotor's modal amplitude is its rotation over its shape, which moves nothing else.
+    still = dict(zip((*rotors, "rotor"), (*(line.speeds - line.follow), line.end_speed), strict=True))
+    lag = np.zeros(turning.n_modes)
+    for name, fallen in still.items():
+        shape = turned(name)
+        lag[shape != 0.0] = fallen / shape[shape != 0.0]
+    return {
+        "shafts": np.ascontiguousarray(line.twists @ rows),
+        "shaft_laws": line.laws,
+        "lag": lag,
+        "rotor": np.ascontiguousarray(rows[-1]),
+    }
 
 
 def _big_ends(engine: Engine, law: Law, eta: float, table: FilmTable | None) -> tuple[Array, Films]:
@@ -268,9 +292,10 @@ def _stationary_damping(engine: Engine, body: ReducedBody) -> Array:
     return np.asarray(2.0 * (engine.block.damping_ratio if engine.block is not None else 0.0) * body.omega)
 
 
-def _scalars(engine: Engine, settings: Settings, gas: GasTrace, rotation: float, warmth: float) -> Array:
-    """Scalars of the model; ``rotation`` is the crank's per amplitude of its rigid mode, ``warmth`` the damper's, K."""
-    line = engine.drive_line
+def _scalars(engine: Engine, settings: Settings, gas: GasTrace, line: TorsionalLine, own: tuple[float, float]) -> Array:
+    """Scalars of the model; ``own``: the crank's rotation per amplitude of its rigid mode, the damper's warmth, K."""
+    rotation, warmth = own
+    filtered = engine.drive_line.speed_filter_time
     scalars = np.zeros(SCALARS)
     scalars[GRAVITY] = settings.gravity
     scalars[CRANKCASE] = settings.crankcase_pressure
@@ -279,7 +304,7 @@ def _scalars(engine: Engine, settings: Settings, gas: GasTrace, rotation: float,
     scalars[FALLOFF] = gas.falloff
     scalars[SHAFT_K] = line.stiffness
     scalars[SHAFT_C] = line.damping
-    scalars[FILTER] = 1.0 / line.speed_filter_time if line.speed_filter_time > 0.0 else 0.0
+    scalars[FILTER] = 1.0 / filtered if filtered > 0.0 else 0.0
     scalars[RIGID_ROTATION] = rotation
     scalars[STEP] = settings.step
     scalars[DRIVEN] = BOUNDARIES[settings.boundary]

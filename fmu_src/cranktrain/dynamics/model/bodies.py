@@ -83,12 +83,15 @@ def locked_on_axis(body: ReducedBody) -> ReducedBody:
     )
 
 
-def with_rotor(body: ReducedBody, name: str, at: str, inertia: float) -> ReducedBody:
-    """Append a rotor that turns freely about the crank's axis, with an interface ``name`` at the place of ``at``."""
+def with_rotor(body: ReducedBody, name: str, at: str, inertia: float, speed: float = 1.0) -> ReducedBody:
+    """Append a rotor that turns freely about the crank's axis, with an interface ``name`` at the place of ``at``.
+
+    It turns ``speed`` times as fast as the crank.
+    """
     shapes = np.zeros((1, 6, 1))
     shapes[0, 5, 0] = 1.0 / math.sqrt(inertia)
     place = body.positions[body.index(at)][None]
-    return _appended(body, (name,), place, shapes, euler_load=np.array([math.sqrt(inertia)]))
+    return _appended(body, (name,), place, shapes, euler_load=np.array([speed * math.sqrt(inertia)]))
 
 
 def stationary_body(engine: Engine, block: ReducedBody | None, guided: bool) -> ReducedBody:

@@ -8,7 +8,8 @@ from __future__ import annotations
 # Columns of ``ModelArrays.cylinders``: masses (kg), angles (rad), lengths (m), piston area (m²), remainder inertia of
 # the rod (kg m²), clearance volume (m³), highest position of the piston pin (m).
 M_SMALL, BANK, PHASE, AREA, ROD, M_BIG, M_OSC, DELTA_J, OFFSET, CLEARANCE_VOLUME, STROKE_TOP = range(11)
-# ``ModelArrays.scalars``; ``DRIVEN`` is 1 where the shaft's speed is given, 0 where a torque loads it.
+# ``ModelArrays.scalars``; ``DRIVEN`` is 1 where the shaft's speed is given, 0 where a torque loads it; ``SHAFT_K`` and
+# ``SHAFT_C`` are those of the whole drive line at the flywheel, as it winds up slowly.
 GRAVITY, CRANKCASE, GAS_LOAD, BEST_SPEED, FALLOFF, SHAFT_K, SHAFT_C, FILTER, RIGID_ROTATION, STEP = range(10)
 DRIVEN, DAMPER_TEMPERATURE, SCALARS = 10, 11, 12
 # ``ModelArrays.choices``: numbers of gas source and reconstruction of the inputs, Newton tolerance, share of itself by

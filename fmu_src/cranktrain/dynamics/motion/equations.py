@@ -2,11 +2,11 @@
 
 The linear part of a stage with q = Q + c_q a, v = V + c_v a is, for what turns and for what stands,
 
-    S_t = I/c_q + (c_v/c_q) (D + 2Ω₀G + c_s d dᵀ) + diag(ω²) + Ω₀² (K_σ − C) + k_s d dᵀ
+    S_t = I/c_q + (c_v/c_q) (D + 2Ω₀G + Σ c_s d dᵀ) + diag(ω²) + Ω₀² (K_σ − C) + Σ k_s d dᵀ
     S_s = I/c_q + (c_v/c_q) (D + C_m) + diag(ω²) + K_m
 
-and I/c_q of guided pistons, with the connecting shaft's spring and damper (k_s, c_s at its twist d) and the mounts'
-(K_m, C_m) folded in. S⁻¹, S⁻¹Φᵀ and Φ S⁻¹ Φᵀ are made once for (h, Ω₀). Everything else is a force at a port.
+and I/c_q of guided pistons, with springs and dampers of the drive line's shafts (k_s, c_s at their twists d) and the
+mounts' (K_m, C_m) folded in. S⁻¹, S⁻¹Φᵀ and Φ S⁻¹ Φᵀ are made once for (h, Ω₀). Everything else is a force at a port.
 
 Forces act where their points are, not where they were: with φ the pin's own rotation its position is
 R(φ) X + (u − φ e_z×X), exact for a rigid crank at any wind-up, and every force f on a displaced point (pins, journals,
@@ -39,8 +39,6 @@ from cranktrain.dynamics.model.slots import (
     OMEGA_DOT,
     RELATIVE,
     RELATIVE_RATE,
-    SHAFT_C,
-    SHAFT_K,
     SIN,
     THETA,
     THRUST_LAW,
@@ -59,6 +57,7 @@ from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FORCE, RUBBING, SP
 from cranktrain.film.laws.films import COS as FRAME_COS
 from cranktrain.film.laws.films import SIN as FRAME_SIN
 from cranktrain.loads.damper import damper_torque
+from cranktrain.loads.torsional_line import DAMPING, LEADING, STIFFNESS
 
 
 @kernel
@@ -70,15 +69,17 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
     """
     t = int(model.layout[TURNING_MODES])
     ratio = c_v / c_q
-    k_shaft = model.scalars[SHAFT_K]
-    c_shaft = model.scalars[SHAFT_C]
     part = work.turning
     for i in range(t):
         for j in range(t):
-            twist = model.shaft[i] * model.shaft[j]
             # Arrays are kept transposed: element (j, i) of the matrix stands at [i, j].
-            b = 2.0 * omega * model.gyroscopic[i, j] + c_shaft * twist
-            s = omega * omega * model.spin[i, j] + k_shaft * twist + holding * model.ends[0, i] * model.ends[0, j]
+            b = 2.0 * omega * model.gyroscopic[i, j]
+            s = omega * omega * model.spin[i, j]
+            for k in range(model.shafts.shape[0]):
+                twist = model.shafts[k, i] * model.shafts[k, j]
+                b += model.shaft_laws[k, DAMPING] * twist
+                s += model.shaft_laws[k, STIFFNESS] * twist
+            s += holding * model.ends[0, i] * model.ends[0, j]
             if i == j:
                 b += model.damping[i]
                 s += 1.0 / c_q + model.omega2[i]
@@ -120,7 +121,6 @@ def external_force(model, frame, pressures, displaced, out):
     """Modal force (n,) of frame and shaft, gravity on the displaced mass, gas on the heads and the mounts' preload."""
     t = int(model.layout[TURNING_MODES])
     omega = frame[OMEGA]
-    lead = model.scalars[DRIVEN] * (model.scalars[SHAFT_K] * frame[LEAD] + model.scalars[SHAFT_C] * frame[LEAD_RATE])
     g_x = -model.scalars[GRAVITY] * frame[SIN]
     g_y = -model.scalars[GRAVITY] * frame[COS]
     x = 0.0
@@ -134,8 +134,12 @@ def external_force(model, frame, pressures, displaced, out):
             - frame[OMEGA_DOT] * model.euler_load[i]
             + g_x * model.gravity[0, i]
             + g_y * model.gravity[1, i]
-            - lead * model.ends[0, i]
         )
+    for k in range(model.shafts.shape[0]):
+        law = model.shaft_laws[k]
+        lead = model.scalars[DRIVEN] * law[LEADING] * (law[STIFFNESS] * frame[LEAD] + law[DAMPING] * frame[LEAD_RATE])
+        for i in range(t):
+            out[i] -= lead * model.shafts[k, i]
     if model.scalars[DRIVEN] == 0.0:
         for i in range(t):
             out[i] -= frame[LOAD] * model.rotor[i]

@@ -8,13 +8,12 @@ from cranktrain.dynamics.model.slots import (
     LEAD,
     LEAD_RATE,
     OMEGA,
-    SHAFT_C,
-    SHAFT_K,
     THETA,
     TURNING_MODES,
 )
 from cranktrain.dynamics.model.state import ITERATIONS, ONLINE_FILMS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
 from cranktrain.dynamics.motion.gas import crank_rotation
+from cranktrain.loads.torsional_line import AT_FLYWHEEL, DAMPING, LEADING, STIFFNESS
 
 CRANK_ANGLE, CRANK_SPEED, PULLEY_TORSION, PULLEY_AXIAL, FLYWHEEL_TORSION, SHAFT_TORQUE = range(6)
 LAST = 3
@@ -23,21 +22,17 @@ LAST = 3
 
 @law_kernel
 def observe_crank(model, work, state, members, out):
-    """Angle and speed, motion of pulley and flywheel against the frame, torque of the connecting shaft."""
+    """Angle and speed, motion of pulley and flywheel against the frame, torque that the drive line takes."""
     n = model.omega2.shape[0]
     t = int(model.layout[TURNING_MODES])
     frame = work.frames[0]
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
     flywheel = 0.0
-    twist = model.scalars[DRIVEN] * frame[LEAD]
-    twist_rate = model.scalars[DRIVEN] * frame[LEAD_RATE]
     pulley = 0.0
     axial = 0.0
     for i in range(t):
         flywheel += model.ends[0, i] * q[i]
-        twist += model.shaft[i] * q[i]
-        twist_rate += model.shaft[i] * v[i]
         pulley += model.ends[1, i] * q[i]
         axial += model.ends[2, i] * q[i]
     # The crank is where it is, not where the frame that follows it has come to.
@@ -49,7 +44,15 @@ def observe_crank(model, work, state, members, out):
     out[PULLEY_TORSION] = pulley
     out[PULLEY_AXIAL] = axial
     out[FLYWHEEL_TORSION] = flywheel
-    out[SHAFT_TORQUE] = model.scalars[SHAFT_K] * twist + model.scalars[SHAFT_C] * twist_rate
+    out[SHAFT_TORQUE] = 0.0
+    for k in range(model.shafts.shape[0]):
+        law = model.shaft_laws[k]
+        twist = model.scalars[DRIVEN] * law[LEADING] * frame[LEAD]
+        twist_rate = model.scalars[DRIVEN] * law[LEADING] * frame[LEAD_RATE]
+        for i in range(t):
+            twist += model.shafts[k, i] * q[i]
+            twist_rate += model.shafts[k, i] * v[i]
+        out[SHAFT_TORQUE] += law[AT_FLYWHEEL] * (law[STIFFNESS] * twist + law[DAMPING] * twist_rate)
     return 0
 
 

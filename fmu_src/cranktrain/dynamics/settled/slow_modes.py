@@ -118,7 +118,7 @@ class DriveLine:
     def __init__(self, model: ModelArrays, speed: float) -> None:
         t = int(model.layout[TURNING_MODES])
         self._turn = np.zeros(model.omega2.size)
-        self._turn[:t] = model.euler_load
+        self._turn[:t] = model.euler_load - model.lag
         self._weight = self._turn.copy()
         first = int(model.layout[PIN_ROTATIONS])
         for c, (rod, pin) in enumerate(zip(model.cylinders, model.pins, strict=True)):

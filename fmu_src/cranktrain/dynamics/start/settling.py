@@ -185,16 +185,15 @@ def set_in_motion(model, work, state, windup, rotation, rate):
     q[ROTATION] = rotation / model.scalars[RIGID_ROTATION]
     v[ROTATION] += rate / model.scalars[RIGID_ROTATION]
     for i in range(crank, t):
-        # Free big ends, ring and rotor turn with the crank; their Euler load is √m e_z×X.
-        q[i] += rotation * model.euler_load[i]
-        v[i] += rate * model.euler_load[i]
-    if model.scalars[DRIVEN] == 0.0:
-        # A free rotor hangs back by the shaft's wind-up instead.
-        for i in range(crank, t):
-            if model.rotor[i] != 0.0:
-                q[i] = -windup / model.rotor[i]
-                v[i] = 0.0
-    else:
+        # Free big ends, ring and rotors turn with the crank; their Euler load is √m e_z×X.
+        follows = model.euler_load[i] - model.lag[i]
+        if model.lag[i] != 0.0:
+            # The drive line's rotors hang back by their part of its wind-up, whatever load wound it up at rest.
+            q[i] = -windup * model.lag[i]
+            v[i] = 0.0
+        q[i] += rotation * follows
+        v[i] += rate * follows
+    if model.scalars[DRIVEN] > 0.0:
         state[SHAFT_ANGLE] = -windup
         state[LEAD_ANGLE] = windup
         frame[LEAD] = windup

@@ -29,7 +29,6 @@ from cranktrain.dynamics.model.slots import (
     PORTS,
     Q_FREE,
     RODS,
-    SHAFT_C,
     SIN,
     TURNING_MODES,
     U_BEFORE,
@@ -50,6 +49,7 @@ from cranktrain.dynamics.motion.linear_algebra import add_product, factor_rows, 
 from cranktrain.dynamics.motion.relative import reactions, relative_compliance, relative_step
 from cranktrain.dynamics.time.status import DIVERGED, FILM_FAILED, OK, SINGULAR
 from cranktrain.film.laws.films import FROZEN
+from cranktrain.loads.torsional_line import DAMPING
 
 MAX_ITERATIONS = 40
 JOURNAL_STEP = 0.3
@@ -140,16 +140,17 @@ def predict(model, work, stage):
             work.relative,
         )  # fmt: skip
     external_force(model, frame, work.pressures[stage.number], big_q, base)
-    twist = 0.0
     for i in range(n):
         back[i] = ratio * big_q[i] - big_v[i]
         base[i] += big_q[i] / stage.c_q + model.damping[i] * back[i]
         a[i] = stage.a_guess[i]
-    for i in range(t):
-        twist += model.shaft[i] * back[i]
-    twist *= model.scalars[SHAFT_C]
-    for i in range(t):
-        base[i] += twist * model.shaft[i]
+    for k in range(model.shafts.shape[0]):
+        twist = 0.0
+        for i in range(t):
+            twist += model.shafts[k, i] * back[i]
+        twist *= model.shaft_laws[k, DAMPING]
+        for i in range(t):
+            base[i] += twist * model.shafts[k, i]
     if s > 0:
         add_product(model.block.damping, back[t:], s, s, base[t:])
     for k in range(int(model.layout[PORTS])):

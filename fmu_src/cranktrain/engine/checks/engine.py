@@ -16,6 +16,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Combustion, Oil
 from cranktrain.engine.quantities import ZERO_CELSIUS, check_values, need, need_equal_lengths, need_table
 from cranktrain.engine.roller_bearing import check_rollers
+from cranktrain.engine.torsional_chain import LINE_ENDS, DriveLineChain, check_chain, gear_speeds
 
 OIL_VISCOSITIES = (1e-5, 100.0)
 """Thinnest and thickest oil, Pa s, at the temperatures that an engine's oil has over its speeds."""
@@ -53,11 +54,26 @@ def check_engine(engine: Engine) -> None:
         check_damper(engine.damper)
     if engine.main_roller is not None:
         check_rollers(engine.main_roller, engine.crankshaft)
+    if engine.drive_line_chain is not None:
+        check_drive_line(engine.drive_line_chain)
     engine.firing_angles  # noqa: B018  raises where the throws cannot fire in the stated order
     if engine.block is not None:
         check_block(engine, engine.block)
     if engine.mounts is not None:
         check_mounts(engine.mounts)
+
+
+def check_drive_line(line: DriveLineChain) -> None:
+    """Refuse lists of unequal length, and what is no drive line from flywheel to dynamometer; ``InputError``."""
+    table = "drive_line_chain"
+    given = [key for key in ("ends", "stiffnesses", "dampings", "loss_factors", "ratios") if getattr(line, key)]
+    need_equal_lengths(line, table, "starts", *given)
+    need_equal_lengths(line, table, "discs", "inertias", *(["disc_dampings"] if line.disc_dampings else []))
+    chain = line.chain
+    zero = next((k for k, ratio in enumerate(line.ratios, 1) if ratio == 0.0), 0)
+    need(table, f"ratios[{zero}]", not zero, "turns nothing; give the speed of the second end over that of the first")
+    check_chain(table, chain, LINE_ENDS)
+    gear_speeds(chain, table)
 
 
 def _check_oil(oil: Oil) -> None:

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from cranktrain.engine.torsional_chain import Chain
 from cranktrain.results.tables import NOTHING, Table
-from cranktrain.structure.crank.chain import Chain, chain_modes
+from cranktrain.structure.crank.chain import chain_modes
 
 
 def chain_report(chain: Chain) -> dict[str, Any]:

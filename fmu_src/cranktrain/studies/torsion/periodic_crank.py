@@ -122,8 +122,9 @@ class PeriodicCrank:
         thrust, shaft = body.shapes[body.index("thrust"), 2], body.shapes[body.index("flywheel"), 5]
         self._flywheel: Array = shaft
         springs = closed_stiffness(engine.thrust) * np.outer(thrust, thrust)
-        springs += engine.drive_line.stiffness * np.outer(shaft, shaft)
-        dampers = engine.thrust.damping * np.outer(thrust, thrust) + engine.drive_line.damping * np.outer(shaft, shaft)
+        line = engine.connecting_shaft
+        springs += line.stiffness * np.outer(shaft, shaft)
+        dampers = engine.thrust.damping * np.outer(thrust, thrust) + line.damping * np.outer(shaft, shaft)
         stiffness = np.diag(body.omega**2) + speed**2 * (body.stress_stiffness - body.centrifugal) + springs
         damping = np.diag(structural_damping(engine, body)) + 2.0 * speed * body.gyroscopic + dampers
         self._start: Array | None = None

@@ -1,0 +1,100 @@
+"""The drive line behind the flywheel: the connecting shaft, or a chain of discs, shafts, gears and branches.
+
+Discs are rotors that turn freely about the crank's axis, shafts force laws between them, as the connecting shaft is.
+Turned by gears, a disc runs at g times the crank's speed; its motion ψ is what it turns more than g times the frame. A
+shaft with a gear of ratio r at its first end twists by r θ₁ − θ₂ (:mod:`cranktrain.engine.torsional_chain`), and as
+gears fit together, r g₁ = g₂, by r ψ₁ − ψ₂ alone: the frame's own angle drops out. The dynamometer, whose speed is
+given, falls back by g δ as the frame leads it by δ.
+
+A disc's absolute damping acts on what it turns against uniform rotation at the given speed; where a torque loads the
+dynamometer, against the frame. A loss factor η damps as η k/ω₁ does, with ω₁ the first natural frequency of the line
+with the crank as one rigid inertia: as much as hysteresis there, more in its higher modes.
+
+Source: W. Ker Wilson, *Practical Solution of Torsional Vibration Problems*, vol. 1 (1956), geared and branched systems.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.engine.model import Engine
+from cranktrain.engine.torsional_chain import DYNAMOMETER, FLYWHEEL, Chain, Shaft, coordinates, gear_speeds
+
+STIFFNESS, DAMPING, LEADING, AT_FLYWHEEL, LAW = range(5)
+"""Columns of a shaft's law: N m/rad, N m s/rad, its twist per lead of the frame, and per rotation of the flywheel."""
+
+
+class TorsionalLine(NamedTuple):
+    """A drive line of r rotors and s shafts and absolute dampers (SI).
+
+    Attributes
+    ----------
+    inertia, speeds : (r,) of the rotors, and their speeds over the crank's
+    end_speed : the dynamometer's
+    twists : (s, r + 2) twist of each shaft by the rotations of flywheel, rotors and dynamometer
+    laws : (s, LAW)
+    follow : (r,) rotations of the rotors as the flywheel turns slowly by one and the dynamometer stays
+    stiffness, damping : of the whole line at the flywheel, in that motion
+    """
+
+    inertia: Array
+    speeds: Array
+    end_speed: float
+    twists: Array
+    laws: Array
+    follow: Array
+    stiffness: float
+    damping: float
+
+    @property
+    def inertia_at_crank(self) -> float:
+        """Inertia of the rotors as the crank feels it when all turn as one, kg m²."""
+        return float(self.inertia @ self.speeds**2)
+
+
+def torsional_line(engine: Engine, crank_inertia: float) -> TorsionalLine:
+    """An engine's drive line; ``crank_inertia`` (kg m²) of the crank about its axis counts for loss factors."""
+    if engine.drive_line_chain is not None:
+        return _line(engine.drive_line_chain.chain, crank_inertia)
+    line = engine.drive_line
+    shaft = Shaft((FLYWHEEL, DYNAMOMETER), line.stiffness, line.damping)
+    return _line(Chain((), (shaft,)), crank_inertia)
+
+
+def _line(chain: Chain, crank_inertia: float) -> TorsionalLine:
+    turns, speeds = coordinates(chain), gear_speeds(chain)
+    # Rotations of flywheel, discs and dynamometer by those of flywheel, rotors and dynamometer.
+    whole = np.zeros((len(chain.discs) + 2, turns.shape[1] + 2))
+    whole[0, 0] = whole[-1, -1] = 1.0
+    whole[1:-1, 1:-1] = turns
+    names = (FLYWHEEL, *chain.names, DYNAMOMETER)
+    leaders = [int(np.flatnonzero(column)[0]) for column in turns.T]
+    rotor_speeds = np.array([speeds[chain.names[leader]] for leader in leaders])
+    inertia = turns.T**2 @ np.array([disc.inertia for disc in chain.discs])
+    absolute = turns.T**2 @ np.array([disc.damping for disc in chain.discs])
+    twists, laws, lost = [], [], []
+    for shaft in chain.shafts:
+        if shaft.stiffness > 0.0 or not chain.discs:
+            row = shaft.ratio * whole[names.index(shaft.between[0])] - whole[names.index(shaft.between[1])]
+            twists.append(row)
+            laws.append([shaft.stiffness, shaft.damping, -row[-1] * speeds[DYNAMOMETER], row[0]])
+            lost.append(shaft.loss_factor * shaft.stiffness)
+    for k in np.flatnonzero(absolute):
+        twists.append(np.eye(len(rotor_speeds) + 2)[1 + k])
+        laws.append([0.0, absolute[k], rotor_speeds[k], 0.0])
+        lost.append(0.0)
+    rows, law = np.array(twists), np.array(laws)
+    stiffness = rows.T @ (law[:, STIFFNESS, None] * rows)
+    moving = stiffness[:-1, :-1]
+    if any(lost):
+        root = 1.0 / np.sqrt(np.append(crank_inertia, inertia))
+        first = math.sqrt(float(np.linalg.eigvalsh(root[:, None] * moving * root)[0]))
+        law[:, DAMPING] += np.array(lost) / first
+    follow = -np.linalg.solve(moving[1:, 1:], moving[1:, 0])
+    slow = rows[:, :-1] @ np.append(1.0, follow)
+    effective = (float(law[:, column] @ slow**2) for column in (STIFFNESS, DAMPING))
+    return TorsionalLine(inertia, rotor_speeds, speeds[DYNAMOMETER], rows, law, follow, *effective)

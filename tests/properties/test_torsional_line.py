@@ -1,0 +1,258 @@
+"""Drive line of discs and shafts behind the flywheel: closed forms, gears, equal runs, free dynamometer, refusals.
+
+Source of the six-disc system: Malychevitch (1939), tests/data/torsion.json.
+"""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bodies import rigid_crank
+from scipy.linalg import eigh
+
+from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model.arrays import build_model
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import simulate
+from cranktrain.engine.checks.engine import check_engine
+from cranktrain.engine.file import engine_folder, load_engine
+from cranktrain.engine.model import engine_from_dict, engine_to_dict
+from cranktrain.engine.torsional_chain import Chain, Disc, DriveLineChain, Shaft, read_chain, read_drive_line
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.torsional_line import torsional_line
+
+SIX = load_engine("diesel_i6")
+SPEED = 2000 * math.pi / 30
+LOCKED = Settings(crank="rigid", bearings="held")
+CRANK = 1.4
+"""Inertia of the test's rigid crank, kg m²."""
+
+
+def with_line(discs, shafts, engine=SIX):
+    line = DriveLineChain.of(Chain(tuple(Disc(*row) for row in discs), tuple(Shaft(*row) for row in shafts)))
+    engine = replace(engine, drive_line_chain=line)
+    check_engine(engine)
+    return engine
+
+
+def frequencies(engine, inertia=CRANK, boundary="speed"):
+    """Of a crank that is one disc on its drive line, from the running model's own arrays, rad/s, with their damping."""
+    body = rigid_crank(engine, inertia=(1.0, 1.0, inertia))
+    model = build_model(engine, body, replace(LOCKED, boundary=boundary), SPEED, GasTrace.from_engine(engine))
+    turns = np.any(model.shafts != 0.0, axis=0)
+    rows, laws = model.shafts[:, turns], model.shaft_laws
+    stiffness, damping = (rows.T * laws[:, k] @ rows for k in (0, 1))
+    squares, shapes = eigh(stiffness)
+    return np.sqrt(np.maximum(squares, 0.0)), np.einsum("ij,ik,kj->j", shapes, damping, shapes)
+
+
+def test_holzer_numbers_of_a_published_shaft():
+    """The first disc is the crank, a shaft that is as good as none holds the last."""
+    case = next(
+        case
+        for case in json.loads((Path(__file__).parents[1] / "data" / "torsion.json").read_text())
+        if case["id"] == "malychevitch_1939_six_cyl"
+    )
+    inertias, stiffnesses = case["inputs"]["I_lb_in_s2"], case["inputs"]["k_lb_in_per_rad"]
+    names = ["flywheel", *(f"d{k}" for k in range(1, len(inertias))), "dynamometer"]
+    shafts = [((names[k], names[k + 1]), k_) for k, k_ in enumerate([*stiffnesses, 1e-3])]
+    omega, _ = frequencies(with_line(list(zip(names[1:-1], inertias[1:], strict=True)), shafts), inertias[0])
+    expected = [case["expected"]["recomputed_f1_cpm"], case["expected"]["recomputed_f2_cpm"]]
+    assert 30.0 / math.pi * omega[1:3] == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_line_between_crank_and_dynamometer_has_the_closed_form():
+    """Equal discs on equal shafts, one end held: ω = 2 √(k/J) sin(π (2 i − 1)/(2 (2 n + 1)))."""
+    n, k = 3, 2.0e4
+    names = ["flywheel", "a", "b", "dynamometer"]
+    engine = with_line([("a", CRANK), ("b", CRANK)], [((names[i], names[i + 1]), k) for i in range(3)])
+    expected = (
+        2.0 * math.sqrt(k / CRANK) * np.sin(math.pi * (2.0 * np.arange(1, n + 1) - 1.0) / (2.0 * (2.0 * n + 1.0)))
+    )
+    assert frequencies(engine)[0] == pytest.approx(expected, rel=1e-12)
+    line = torsional_line(engine, CRANK)
+    assert line.stiffness == pytest.approx(k / 3.0)
+    assert line.follow == pytest.approx([2.0 / 3.0, 1.0 / 3.0])
+
+
+def test_a_branch_tunes_the_crank_as_an_absorber_does():
+    """Crank on k with a branch k₁, J₁: ω⁴ − ω² (k/J + k₁/J + k₁/J₁) + k k₁/(J J₁) = 0; Den Hartog."""
+    k, k1, j1 = 2.0e4, 5.0e3, 0.2
+    engine = with_line([("fan", j1)], [(("flywheel", "dynamometer"), k), (("flywheel", "fan"), k1)])
+    expected = np.sqrt(np.roots([1.0, -(k / CRANK + k1 / CRANK + k1 / j1), k * k1 / (CRANK * j1)]))
+    assert frequencies(engine)[0] == pytest.approx(np.sort(expected), rel=1e-12)
+
+
+@pytest.mark.parametrize("ratio", [2.5, -3.0])
+def test_gears_count_with_the_square_of_their_ratio(ratio):
+    n2 = ratio**2
+    discs = [("g1", 0.3, 0.4), ("g2", 0.1, 0.2)]
+    geared = with_line(
+        discs, [(("flywheel", "g1"), 3e4, 8.0), (("g1", "g2"), 0.0, 0.0, 0.0, ratio), (("g2", "dynamometer"), 4e3, 3.0)]
+    )
+    alike = with_line(
+        [("g", 0.3 + 0.1 * n2, 0.4 + 0.2 * n2)],
+        [(("flywheel", "g"), 3e4, 8.0), (("g", "dynamometer"), 4e3 * n2, 3.0 * n2)],
+    )
+    for ours, theirs in zip(frequencies(geared), frequencies(alike), strict=True):
+        assert ours == pytest.approx(theirs, rel=1e-12)
+    assert torsional_line(geared, CRANK).inertia_at_crank == pytest.approx(0.3 + 0.1 * n2)
+    # The same in motion, frame, start and outputs included.
+    runs = [simulate(engine, rigid_crank(engine), LOCKED, SPEED, 2).outputs for engine in (geared, alike)]
+    for name in ("pulley.torsion", "shaft.torque", "crank.angle"):
+        assert runs[0][name] == pytest.approx(runs[1][name], rel=1e-9, abs=1e-9 * np.ptp(runs[1][name]))
+
+
+def test_a_loss_factor_damps_the_first_mode_as_hysteresis_does():
+    """c = Σ η k Δφ²/ω₁ of unit modal mass: η ω₁ where all shafts have the same η."""
+    shafts = [(("flywheel", "a"), 3e4, 0.0, 0.1), (("a", "dynamometer"), 2e4, 0.0, 0.1)]
+    omega, damping = frequencies(with_line([("a", 0.5)], shafts))
+    assert damping[0] == pytest.approx(0.1 * omega[0], rel=1e-9)
+    assert damping[1] == pytest.approx(0.1 * omega[1] ** 2 / omega[0], rel=1e-9)
+
+
+def test_one_shaft_is_the_connecting_shaft():
+    line = SIX.drive_line
+    chain = with_line([], [(("flywheel", "dynamometer"), line.stiffness, line.damping)])
+    runs = [simulate(engine, rigid_crank(engine), LOCKED, SPEED, 2).outputs for engine in (SIX, chain)]
+    for name in ("pulley.torsion", "shaft.torque", "crank.angle"):
+        assert np.array_equal(runs[0][name], runs[1][name])
+
+
+def test_a_light_stiff_disc_is_no_disc_and_a_run_starts_settled():
+    """A disc that weighs nothing halves the shaft: the motion is that of the connecting shaft, from the start."""
+    k, c = SIX.drive_line.stiffness, SIX.drive_line.damping
+    shafts = [(("flywheel", "a"), 2.0 * k, 2.0 * c), (("a", "dynamometer"), 2.0 * k, 2.0 * c)]
+    runs = [
+        simulate(engine, rigid_crank(engine), LOCKED, SPEED, 1) for engine in (SIX, with_line([("a", 1e-5)], shafts))
+    ]
+    ours, theirs = (run.outputs["pulley.torsion"] for run in runs)
+    assert np.abs(ours - theirs).max() < 1e-4 * np.ptp(theirs)
+
+
+def test_a_free_dynamometer_behind_gears_slows_all_that_turns():
+    """J dΩ/dt = −g T: line and dynamometer count with the squares of their speeds."""
+    ratio, load, cycles = 2.0, 40.0, 10
+    shafts = [(("flywheel", "a"), 4e4, 60.0), (("a", "b"), 0.0, 0.0, 0.0, ratio), (("b", "dynamometer"), 8e3, 12.0)]
+    engine = with_line([("a", 0.4), ("b", 0.3)], shafts)
+    free = Settings(crank="rigid", bearings="held", boundary="torque", gas_load=0.0)
+    speeds = []
+    for torque in (0.0, load):
+        run = simulate(engine, rigid_crank(engine), free, SPEED, cycles, load_torque=torque)
+        n, values = run.per_cycle, run.outputs["crank.speed"]
+        speeds.append([values[k * n : (k + 1) * n].mean() for k in range(cycles)])
+    lost = np.polyfit(4 * math.pi / SPEED * np.arange(2, cycles), (np.array(speeds[0]) - speeds[1])[2:], 1)[0]
+    cylinders = SIX.cylinders
+    rods = 6 * (SIX.rod.big_end_mass + 0.5 * (SIX.rod.small_end_mass + cylinders.piston_mass)) * SIX.crankshaft.throw**2
+    inertia = CRANK + rods + 0.4 + (0.3 + SIX.drive_line.dynamometer_inertia) * ratio**2
+    assert lost == pytest.approx(ratio * load / inertia, rel=1e-2)
+
+
+LINE = """
+[[disc]]
+name = "clutch"
+inertia = 0.2
+damping = 0.5
+[[disc]]
+name = "gear"
+inertia = 0.1
+[[shaft]]
+between = ["flywheel", "clutch"]
+stiffness = 3e4
+damping = 8
+[[shaft]]
+between = ["clutch", "gear"]
+ratio = -1.5
+[[shaft]]
+between = ["gear", "dynamometer"]
+stiffness = 1e4
+loss_factor = 0.05
+"""
+TABLE = """disc, inertia, damping, to, stiffness, shaft_damping, loss_factor, ratio
+flywheel,,,,3e4,8,,
+clutch,0.2,0.5,,,,,-1.5
+gear,0.1,,dynamometer,1e4,,0.05,
+"""
+
+
+def test_a_table_is_the_same_as_toml_csv_and_engine_file(tmp_path):
+    (tmp_path / "line.toml").write_text(LINE)
+    (tmp_path / "line.csv").write_text(TABLE)
+    line = read_drive_line(tmp_path / "line.toml")
+    assert read_drive_line(tmp_path / "line.csv") == line
+    assert DriveLineChain.of(line.chain) == line
+    engine = replace(SIX, drive_line_chain=line)
+    assert engine_from_dict(engine_to_dict(engine)) == engine
+    entries = {
+        "starts": '["flywheel", "clutch", "gear"]', "ends": '["clutch", "gear", "dynamometer"]',
+        "stiffnesses": "[3e4, 0, 1e4]", "dampings": "[8, 0, 0]", "loss_factors": "[0, 0, 0.05]",
+        "ratios": "[1, -1.5, 1]",
+        "discs": '["clutch", "gear"]', "inertias": "[0.2, 0.1]", "disc_dampings": "[0.5, 0]",
+    }  # fmt: skip
+    units = {"stiffnesses": "N m/rad", "dampings": "N m s/rad", "inertias": "kg m^2", "disc_dampings": "N m s/rad"}
+    text = (engine_folder() / "diesel_i6.toml").read_text()
+    text += "\n[drive_line_chain]\n" + "".join(
+        f'{key} = {{ value = {value}, unit = "{units.get(key, "1")}", origin = "chosen" }}\n'
+        for key, value in entries.items()
+    )
+    (tmp_path / "six.toml").write_text(text)
+    assert load_engine(tmp_path / "six.toml").drive_line_chain == line
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"gear", "dynamometer"', '"gear", "clutch"', r"no shaft joins 'dynamometer' to 'flywheel'; add one"),
+        ('"gear", "dynamometer"', '"gear", "ground"', r"shaft 3: 'ground' is no disc; "),
+        ('name = "gear"', 'name = "flywheel"', r"'flywheel' is an end of the drive line"),
+        ('"clutch", "gear"]', '"flywheel", "gear"]', r"shaft 2: a rigid mesh joins two discs"),
+        (
+            'between = ["gear", "dynamometer"]',
+            'between = ["clutch", "dynamometer"]\nstiffness = 1\n[[shaft]]\nbetween = ["gear", "dynamometer"]',
+            r"shaft 4: gears turn 'dynamometer' at 1 and at -1.5 times the flywheel's speed",
+        ),
+    ],
+)
+def test_a_wrong_drive_line_is_refused_in_one_line(tmp_path, old, new, message):
+    path = tmp_path / "line.toml"
+    path.write_text(LINE.replace(old, new))
+    with pytest.raises(InputError, match=message) as caught:
+        read_drive_line(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("inertia", "inertai", r"column 'inertai' does not exist; did you mean 'inertia'"),
+        ("disc, ", "", r"has no column 'disc'; name the columns in the first line"),
+        ("0.2", "0,2", r"line 3: has more entries than there are columns"),
+        ("0.2", "x", r"line 3: inertia = 'x' is no number"),
+        (",dynamometer,", ",,", r"line 4: the shaft of the last line ends nowhere; name a disc in column 'to'"),
+    ],
+)
+def test_a_wrong_csv_table_is_refused_in_one_line(tmp_path, old, new, message):
+    path = tmp_path / "line.csv"
+    path.write_text(TABLE.replace(old, new))
+    with pytest.raises(InputError, match=message):
+        read_drive_line(path)
+
+
+def test_a_branched_crank_reads_as_csv(tmp_path):
+    path = tmp_path / "chain.csv"
+    path.write_text("disc,inertia,to,stiffness\na,1,,600\nb,2,c,300\nb,,d,200\nc,1,,\nd,1,ground,5\n")
+    shafts = read_chain(path).shafts
+    assert [shaft.between for shaft in shafts] == [("a", "b"), ("b", "c"), ("b", "d"), ("d", "ground")]
+
+
+def test_the_frequency_domain_refuses_a_drive_line_of_discs_before_any_work(tmp_path, capsys):
+    path = tmp_path / "line.csv"
+    path.write_text(TABLE)
+    asked = ["simulate", "diesel_i6", "--speed", "2000", "--crank", "torsional", "--steady", "--drive-line", str(path)]
+    assert main(asked) == 2
+    error = capsys.readouterr().err.strip()
+    assert "drive line of discs" in error and "\n" not in error
