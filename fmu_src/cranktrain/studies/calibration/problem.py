@@ -126,7 +126,9 @@ def engine_with(engine: Engine, task: Task, given: Mapping[str, float], stand_in
     for entry in task.derived:
         if stand_ins or not any(name in entry.formula for name in STAND_INS):
             number = values.formula_value(entry.formula, engine, names, f"derived.{entry.key}")
-            engine = values.with_value(engine, entry.key, number)
+            # A value that differs by rounding alone would ask for bodies of its own.
+            if not values.holds(engine, entry.key, number):
+                engine = values.with_value(engine, entry.key, number)
     return engine
 
 

@@ -43,6 +43,14 @@ def value(engine: Engine, key: str) -> float:
     return float(found[index or 0] if isinstance(found, tuple) else found)
 
 
+def holds(engine: Engine, key: str, number: float) -> bool:
+    """Whether what is under a key is a number, but for rounding."""
+    table, name, index = _parts(engine, key)
+    found = getattr(getattr(engine, table), name)
+    entries = found if isinstance(found, tuple) and index is None else (value(engine, key),)
+    return all(math.isclose(entry, number, rel_tol=1e-12) for entry in entries)
+
+
 def with_value(engine: Engine, key: str, number: float) -> Engine:
     """Engine with another number under a key."""
     table, name, index = _parts(engine, key)
