@@ -266,6 +266,26 @@ def whole_engine() -> str:
     return python("-m", "benchmarks.whole_engine")
 
 
+def elastic_grid() -> str:
+    """The second cycle of level ehd on its grid and on one twice as fine both ways."""
+    return elastic_grid_table(benchmark("edges", "--bearings", "ehd", "--speeds", "2000", "--cycles", "1")["2000"])
+
+
+def elastic_grid_table(found: dict[str, Any]) -> str:
+    """What two grids give."""
+    rows: list[tuple[str, ...]] = []
+    for label, name, form in (
+        ("torsion / mdeg peak to peak", "torsion_mdeg", ".1f"), ("least gap / um", "least_gap_um", ".2f"),
+        ("largest film pressure / MPa", "film_pressure_mpa", ".0f"),
+    ):  # fmt: skip
+        rows.append((label, *(format(found[grid][name], form) for grid in ("loop", "fine"))))
+    for label, name in (("largest force", "force_kn"), ("friction peak", "friction_nm")):
+        unit = "kN" if name == "force_kn" else "N m"
+        texts = [", ".join(f"{value:.3g}" for value in found[grid][name]) for grid in ("loop", "fine")]
+        rows.append((f"{label} of each main / {unit}", *texts))
+    return table(("second cycle, 2000 rev/min", "48 × 7", "96 × 15"), rows)
+
+
 def damper() -> str:
     """What the damper takes off at the V8's resonances."""
     rows = [
@@ -323,6 +343,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "film_cost": ("benchmarks.md", film_cost),
     "chain": ("benchmarks.md", chain),
     "fmu_overhead": ("benchmarks.md", fmu_overhead),
+    "elastic_grid": ("benchmarks.md", elastic_grid),
     "whole_engine": ("benchmarks.md", whole_engine),
     "damper": ("benchmarks.md", damper),
 }
