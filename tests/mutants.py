@@ -6,7 +6,7 @@ own, in ``out/mutants``. First the tests of a case must pass there as they are; 
 again. Verdicts are kept with what they rest on, the mutated file and the tests, so that a run that was stopped goes on
 and a later one repeats what has changed. Exit code 1 if a mutant survives or a case cannot be judged.
 
-    python tests/mutants.py [--only TEXT] [--again]
+    python tests/mutants.py [--only TEXT ...] [--again]
 """
 
 from __future__ import annotations
@@ -123,10 +123,10 @@ def judged(case: Case, tree: Path, passing: dict[tuple[str, ...], int]) -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
-    parser.add_argument("--only", default="", metavar="TEXT", help="cases whose title holds this text")
+    parser.add_argument("--only", nargs="+", default=[""], metavar="TEXT", help="cases whose title holds one of these")
     parser.add_argument("--again", action="store_true", help="judge also what has been judged as it is")
     options = parser.parse_args(arguments)
-    cases = [case for case in read_cases() if options.only in case.title]
+    cases = [case for case in read_cases() if any(text in case.title for text in options.only)]
     tree, ledger = WORKSHOP / "tree", WORKSHOP / "verdicts.json"
     copy_tree(tree)
     kept: dict[str, str] = json.loads(ledger.read_text("utf-8")) if ledger.is_file() else {}
