@@ -111,6 +111,26 @@ def test_bdf2_takes_the_roots_of_its_characteristic_polynomial(omega_h):
     assert state[at[:2]] * [1.0, STEP] == pytest.approx(expected, abs=1e-9)
 
 
+def test_bdf2_takes_a_step_before_of_another_length_from_the_series():
+    """After a step of another length y₀ = y₁ − h ẏ₁ + ½h² ÿ₁; what was kept of it no longer counts."""
+    omega_h, simulation = 0.3, oscillator("bdf2")
+    frequencies = simulation.model.omega2.copy()
+    frequencies[6] = (omega_h / STEP) ** 2
+    model = simulation.model._replace(omega2=frequencies)
+    at = [layout.offset(block, 7) + 6 for block in range(layout.MODAL_BLOCKS)]
+    state = simulation.state
+    q, v = 0.8, 0.2
+    a = -(omega_h**2) * q
+    state[at] = [q, v / STEP, a / STEP**2, 7.0, 7.0 / STEP]
+    state[[layout.STEP_LAST, layout.STEP_REFERENCE]] = 2.0 * STEP, STEP
+    simulation.work.key[0] = -1.0
+    assert advance(model, simulation.work, state, simulation.inputs, STEP) == OK
+    rate = np.array([[0.0, 1.0], [-(omega_h**2), 0.0]])
+    before = np.array([q - v + 0.5 * a, v - a])
+    expected = np.linalg.solve(np.eye(2) - 2.0 / 3.0 * rate, (4.0 * np.array([q, v]) - before) / 3.0)
+    assert state[at[:2]] * [1.0, STEP] == pytest.approx(expected, abs=1e-9)
+
+
 def balanced(matrix, omega_h):
     """Scale acceleration to position where it is ω² of it: eigenvalues keep their digits."""
     scale = np.array([1.0, omega_h, omega_h**2, omega_h**2])

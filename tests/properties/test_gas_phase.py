@@ -12,6 +12,7 @@ from cranktrain.dynamics.simulation import Settings, Simulation, communication_s
 from cranktrain.dynamics.start.mean_motion import rigid_start
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
+from cranktrain.loads.gas_pressure import cylinder_volume
 
 SPEED = 2000 * math.pi / 30
 SHIFT = 0.003  # rad: what the drive line winds up by
@@ -76,6 +77,18 @@ def test_the_gas_is_no_spring_of_the_drive_line():
     exact = crossings + swing[crossings] / (swing[crossings] - swing[crossings + 1])
     found = math.pi / (h * np.diff(exact).mean())
     assert found == pytest.approx(expected, rel=0.01)
+
+
+def test_the_start_takes_crank_and_rods_at_their_mean_inertia():
+    """Pistons go along their cylinders by dy/dθ = V′/A: the mean of its square counts, about half the throw's."""
+    plain = started()
+    engine, model = load_engine("diesel_i6"), plain.model
+    angles = np.linspace(0.0, 4.0 * math.pi, 720, endpoint=False)
+    travel = cylinder_volume(engine, angles)[1] / (0.25 * math.pi * engine.cylinders.bore**2)
+    oscillating = engine.cylinders.piston_mass + engine.rod.small_end_mass
+    rods = 6 * (engine.rod.big_end_mass * engine.crankshaft.throw**2 + oscillating * float(np.mean(travel**2)))
+    found = rigid_start(model, SPEED).inertia - 1.0 / model.scalars[RIGID_ROTATION] ** 2
+    assert found == pytest.approx(rods, rel=0.02)
 
 
 def test_cycles_repeat_to_rounding():
