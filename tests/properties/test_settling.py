@@ -17,6 +17,7 @@ from cranktrain.dynamics.settled.judging import Judge
 from cranktrain.dynamics.settled.slow_modes import DriveLine, SlowModes, exponential
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation, output_judge, simulate
 from cranktrain.engine.file import load_engine
+from cranktrain.film.laws import thrust
 
 RPM = math.pi / 30
 
@@ -32,7 +33,7 @@ def last_cycles(run):
 def test_a_run_ends_at_the_cycle_of_a_long_one(rpm):
     """Six plain cycles left 0.5 to 1 % of torsion, and more of order 1.
 
-    From 2380 rev/min on the thrust collar of this crank goes from side to side with no period, plainly run or not.
+    At higher speeds the thrust collar of this crank goes from side to side with no period, plainly run or not.
     """
     engine, body = six()
     settled = simulate(engine, body, Settings(), rpm * RPM)
@@ -47,14 +48,29 @@ def test_a_run_ends_at_the_cycle_of_a_long_one(rpm):
     assert max(judge.left(exact, plain[settled.settling.cycles - 1]).values()) > 3 * max(truth.values())
 
 
-@pytest.mark.parametrize("cycles", [4, 6, 9])
-def test_what_is_left_is_estimated_within_a_factor_of_four(cycles):
+@pytest.mark.parametrize("cycles", [None, 4, 6, 9])
+def test_what_is_left_is_told_from_above(cycles):
+    """At most four times the truth, and not below it; of families that a tenth of the worst is left of, not much."""
     engine, body = six()
     long, judge = last_cycles(simulate(engine, body, Settings(), 2000 * RPM, 40))
     run = simulate(engine, body, Settings(), 2000 * RPM, cycles)
     truth = judge.left(long[-1], last_cycles(run)[0][-1])
-    for family in ("pulley.torsion", "shaft.torque", "bearing.force"):
-        assert 0.25 < run.settling.left[family] / truth[family] < 4.0, family
+    assert 1.0 < run.settling.worst[1] / max(truth.values()) < 4.0
+    for family, left in truth.items():
+        if left > 0.1 * max(truth.values()):
+            assert 0.8 < run.settling.left[family] / left < 4.0, family
+
+
+def test_the_collar_bounces_because_its_film_ruptures(monkeypatch):
+    """A film that pulls as well as it pushes keeps the collar off its stops, and the motion has the engine's period."""
+    engine, body = six()
+    bouncing = simulate(engine, body, Settings(), 2600 * RPM)
+    assert bouncing.settling.repeats != 1
+    monkeypatch.setattr(thrust, "AMBIENT", 1e9)
+    pulled = simulate(engine, body, Settings(), 2600 * RPM)
+    assert pulled.settling.repeats == 1
+    bounced, held = (np.ptp(run.outputs["thrust.displacement"]) for run in (bouncing, pulled))
+    assert held < 0.75 * engine.thrust.clearance < 0.9 * engine.thrust.clearance < bounced
 
 
 def test_cycles_are_exactly_those_asked_for():
@@ -106,7 +122,7 @@ def test_what_is_split_off_is_what_is_lifted(block):
 
 
 class Toy:
-    """A system whose amplitude follows x → r x (1 − x) from cycle to cycle: it repeats after 1, 2 or 4, or never."""
+    """A system whose amplitude follows x → r x (1 − x) from cycle to cycle: it repeats after 1 to 6, or never."""
 
     def __init__(self, r):
         scalars = np.zeros(SCALARS)
@@ -121,7 +137,7 @@ class Toy:
             r,
         )
         self.place = offset(POSITION, 1)
-        self.state[self.place] = 0.3
+        self.state[self.place] = 0.49
 
     def series(self, step, first, rows):
         for k in range(len(rows)):
@@ -132,13 +148,16 @@ class Toy:
         return len(rows)
 
 
-@pytest.mark.parametrize(("r", "repeats"), [(2.8, 1), (3.2, 2), (3.5, 4), (3.9, 0)])
+PERIODS = [(2.8, 1), (3.2, 2), (3.8319, 3), (3.5, 4), (3.739, 5), (3.6277, 6), (3.9, 0)]
+
+
+@pytest.mark.parametrize(("r", "repeats"), PERIODS)
 def test_motions_that_repeat_less_often_than_the_engine(r, repeats):
     recorded = settled_cycles(Recorder(Toy(r), 0.05, 20), Judge({"toy": [0]}, frozenset()))
     assert recorded.settling.repeats == repeats
     text = recorded.settling.text
     assert {1: "periodic after", 0: "not periodic to 0.001"}.get(repeats, f"repeats every {repeats} cycles") in text
-    assert recorded.rows.shape == ((repeats or 4) * 20 + 1, 1)
+    assert len(recorded.rows) == repeats * 20 + 1 or not repeats
 
 
 def test_the_drive_line_is_what_its_formula_says():

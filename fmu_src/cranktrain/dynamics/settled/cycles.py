@@ -2,7 +2,8 @@
 
 After each cycle r = G(x) − x is what the state x misses of being periodic. The next one starts from
 G(x) + M (I − M)⁻¹ r of the slow modes alone (:mod:`slow_modes`), where plain running would leave M of it. Where that
-gains no more, a cycle may repeat only after two or four: from then on four are taken at once, M⁴ in the place of M.
+gains no more, the motion may repeat only after several: plain cycles then show after how many, say p, it comes nearest
+to itself, and from then on p are taken at once, Mᵖ in the place of M.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -19,19 +21,25 @@ from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.slots import DRIVEN
 from cranktrain.dynamics.model.state import SHAFT_ANGLE, TIME
+from cranktrain.dynamics.settled.estimate import Past
 from cranktrain.dynamics.settled.judging import MOST_CYCLES, TOLERANCE, Judge, Settling
-from cranktrain.dynamics.settled.slow_modes import Motion, SlowModes, add_motion, motion_of
+from cranktrain.dynamics.settled.slow_modes import SlowModes, add_motion, motion_of
 
 CALL = 0.2
 """Wall time that a run spends at most, about, between two looks at an interrupt, s."""
-SUBHARMONIC = 4
-"""Cycles after which motions are looked for that repeat less often than the engine: 4, of which 2 is a part."""
-BEST_GAIN = 0.1
-"""Least share of what was left before that is believed to be left after one more correction."""
-RECENT = SUBHARMONIC + 2
+LONGEST_PERIOD = 6
+"""Most cycles after which a motion is looked for that repeats less often than the engine."""
+PLAINLY = 2 * LONGEST_PERIOD
+"""Cycles without correction in which that is looked for."""
+NEAR = 0.1
+"""What such cycles may miss of themselves for corrections to begin again."""
+RECENT = LONGEST_PERIOD + 2
 """Cycles that a run holds where its samples are kept elsewhere: those that are compared, and one under way."""
 PATIENCE, GAIN = 3, 0.5
 """A run gains no more when this many cycles together leave more than this share of what was left before."""
+
+FADING = 0.9
+"""Cycles of a block that differ by less than this share of what those of the block before did come to be alike."""
 
 
 class Stepped(Protocol):
@@ -135,7 +143,7 @@ def plain_cycles(
     if keep is not None:
         keep(rows[:1])
     n = simulation.model.omega2.size
-    starts = [motion_of(simulation.state, n)]
+    past = Past(SlowModes(simulation.model, float(simulation.inputs[0])), judge)
     begin, first = recorder.taken, 0
     try:
         for k in range(cycles):
@@ -143,42 +151,33 @@ def plain_cycles(
                 rows[:-count] = rows[count:]
                 first += count
             part, before = rows[k * count - first + 1 : (k + 1) * count - first + 1], recorder.taken
+            start = motion_of(simulation.state, n)
             try:
                 recorder.take(part, k * count)
             finally:
                 if keep is not None:
                     keep(part[: recorder.taken - before])
-            starts = [*starts[-2:], motion_of(simulation.state, n)]
+            past.add(start, motion_of(simulation.state, n).minus(start), part.copy())
             if progress is not None:
                 progress((k + 1) / cycles)
     except KeyboardInterrupt:
         if recorder.taken - begin < count:
             raise
     done = recorder.taken - begin
-    rows = rows[: done - first + 1]
-    settling = _plainly_settled(recorder, judge, rows, starts, done // count, tolerance)
+    whole, rows = done // count, rows[: done - first + 1]
+    left = past.left
+    settling = Settling(whole, 0, tolerance, left, bool(driven))
+    if left:
+        samples = rows[1 : (whole - first // count) * count + 1].reshape(-1, count, rows.shape[1])
+        settled = max(left.values(), default=0.0) <= tolerance
+        settling = replace(settling, repeats=1 if settled else _comes_again(judge, samples, tolerance))
     return Recorded(rows, settling, done == cycles * count, first)
 
 
-def _plainly_settled(
-    recorder: Recorder, judge: Judge, rows: Array, starts: list[Motion], cycles: int, tolerance: float
-) -> Settling:
-    """How settled the last of so many plain cycles is; the last ones started from ``starts`` and have these rows."""
-    simulation, count = recorder.simulation, recorder.per_cycle
-    held = (len(rows) - 1) // count
-    steady = bool(simulation.model.scalars[DRIVEN] > 0.0)
-    if len(starts) < 3:
-        return Settling(cycles, 0, tolerance, steady=steady)
-    samples = rows[1 : held * count + 1].reshape(held, count, -1)
-    modes = SlowModes(simulation.model, float(simulation.inputs[0]))
-    left = judge.left(
-        samples[-1], samples[-2], _ratios(modes, starts[-1].minus(starts[-2]), starts[-2].minus(starts[-3]))
-    )
-    repeats = 1 if max(left.values(), default=0.0) <= tolerance else 0
-    for every in (2, SUBHARMONIC):
-        if not repeats and held > every and _same(judge, samples[-1], samples[-1 - every], tolerance):
-            repeats = every
-    return Settling(cycles, repeats, tolerance, left, steady)
+def _comes_again(judge: Judge, samples: Array, tolerance: float) -> int:
+    """After how many cycles, 2 to 6, the last of these (cycles, samples, outputs) is what it was; 0 if it is not."""
+    last = min(LONGEST_PERIOD, len(samples) - 1)
+    return next((p for p in range(2, last + 1) if _same(judge, samples[-1], samples[-1 - p], tolerance)), 0)
 
 
 def settled_cycles(
@@ -197,7 +196,7 @@ def settled_cycles(
     modes = SlowModes(simulation.model, float(simulation.inputs[0]))
     n = simulation.model.omega2.size
     block, done, share = 1, 0, 0.0
-    last: tuple[Array, Motion] | None = None
+    past, rows = Past(modes, judge), np.empty(0)
     worst: list[float] = []
     apart = math.inf
     settling = Settling(0, 0, tolerance)
@@ -206,17 +205,15 @@ def settled_cycles(
         try:
             rows = recorder.cycles(block)
         except KeyboardInterrupt:
-            if last is None:
+            if not rows.size:
                 raise
-            return Recorded(last[0], settling, False)
+            return Recorded(rows, settling, False)
         done += block
         rewind(simulation, block)
         change = motion_of(simulation.state, n).minus(start)
-        left: dict[str, float] = {}
-        if last is not None:
-            left = judge.left(rows[1:], last[0][1:], _ratios(modes, change, start.minus(last[1]), block))
-            left = {name: max(value, BEST_GAIN * settling.left.get(name, 0.0)) for name, value in left.items()}
-            worst.append(max(left.values(), default=0.0))
+        past.add(start, change, rows[1:])
+        left = past.left
+        worst += [max(left.values(), default=0.0)] if left else []
         settling = Settling(done, 0, tolerance, left)
         if say is not None and left:
             say(f"cycle {done}: {worst[-1]:.1e} is left, to be {tolerance:g}")
@@ -232,9 +229,10 @@ def settled_cycles(
             return Recorded(kept, Settling(done, repeats, tolerance, left), True)
         if done + block > most:
             return Recorded(rows, settling, True)
-        last = rows, start
-        if block == 1 and _gains_no_more(worst):
-            block, last, worst = SUBHARMONIC, None, []
+        if _gains_no_more(worst) and done + PLAINLY + LONGEST_PERIOD <= most:
+            block, plainly = _nearest_period(recorder, judge, tolerance, most - LONGEST_PERIOD - done)
+            done += plainly
+            past, worst, apart = Past(modes, judge, block), [], math.inf
             continue
         state = simulation.state
         add_motion(state, modes.correction(change, block))
@@ -247,13 +245,6 @@ def rewind(simulation: Stepped, cycles: int) -> None:
     state[TIME] = 0.0
     state[SHAFT_ANGLE] -= 4.0 * math.pi * cycles
     simulation.state = state
-
-
-def _ratios(modes: SlowModes, change: Motion, apart: Motion, cycles: int = 1) -> tuple[float, float]:
-    """Distance from periodic over that between two cycles' starts, of crank and block."""
-    far, near = modes.sizes(modes.left(change, cycles)), modes.sizes(apart)
-    crank, block = (a / b if b > 0.0 else 1.0 for a, b in zip(far, near, strict=True))
-    return crank, block
 
 
 def _gains_no_more(worst: list[float]) -> bool:
@@ -271,13 +262,31 @@ def _fading(judge: Judge, samples: Array, block: int, before: float, tolerance: 
         return False, before
     count = len(samples) // block
     apart = max(judge.left(samples[-count:], samples[-2 * count : -count]).values(), default=0.0)
-    return tolerance < apart < GAIN * before, apart
+    return tolerance < apart < FADING * before, apart
+
+
+def _nearest_period(recorder: Recorder, judge: Judge, tolerance: float, most: int) -> tuple[int, int]:
+    """How many cycles to take at once, after which a motion without corrections comes nearest to itself.
+
+    Also returns the cycles taken for that: ``PLAINLY`` at once, at most ``most``, until it comes ``NEAR``. Of 2, 3, 6
+    it is always 6, which holds the others: which of them it is shows when the motion has settled.
+    """
+    taken, apart = 0, {2: math.inf}
+    while min(apart.values()) > NEAR and taken + PLAINLY <= most:
+        samples = recorder.cycles(PLAINLY)[1:].reshape(PLAINLY, recorder.per_cycle, -1)
+        rewind(recorder.simulation, PLAINLY)
+        taken += PLAINLY
+        for every in range(2, LONGEST_PERIOD + 1):
+            now, before = np.concatenate(samples[-every:]), np.concatenate(samples[-2 * every : -every])
+            apart[every] = max(tolerance, *judge.left(now, before).values())
+    nearest = next(every for every, far in apart.items() if far <= min(apart.values()) / GAIN)
+    return (LONGEST_PERIOD if LONGEST_PERIOD % nearest == 0 else nearest), taken
 
 
 def _repeats(judge: Judge, samples: Array, block: int, tolerance: float) -> int:
     """After how many of a block of cycles, samples of all, the outputs repeat."""
-    for every in (1, 2):
+    for every in range(1, block):
         count = len(samples) * every // block
-        if every < block and _same(judge, samples[count:], samples[:-count], tolerance):
+        if block % every == 0 and _same(judge, samples[count:], samples[:-count], tolerance):
             return every
     return block

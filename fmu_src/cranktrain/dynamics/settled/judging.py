@@ -1,18 +1,13 @@
-"""What is left of settling in each family of outputs, without a further cycle.
-
-A cycle that started from x has the outputs o, the one before x₋ and o₋: the change o − o₋ belongs to x − x₋. The
-periodic cycle starts from x + e, with e estimated from the cycle's own end (:mod:`slow_modes`). So |e|/|x − x₋| times
-the change is left, over the RMS of the outputs' alternating part. Sizes are energies: of the block for outputs that
-need it, else of crank and pistons.
-"""
+"""What is left of settling in each family of outputs: RMS of the difference over RMS of the alternating part."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
 
@@ -33,7 +28,7 @@ class Settling:
     Attributes
     ----------
     cycles : that were run, those before the recorded ones included
-    repeats : cycles after which the run repeats within the tolerance: 1, 2 or 4; 0 where it does not
+    repeats : cycles after which the run repeats within the tolerance, 1 to 6; 0 where it does not
     tolerance : of what may be left
     left : what the last cycle is still off the periodic one, by family of outputs (``bearing.force``): RMS of the
         difference over RMS of the alternating part; empty where one cycle has nothing to be compared with
@@ -94,17 +89,30 @@ class Judge:
         self._families = {name: np.array(columns, dtype=int) for name, columns in families.items()}
         self._of_block = of_block
 
-    def left(self, rows: Array, before: Array, ratios: tuple[float, float] = (1.0, 1.0)) -> dict[str, float]:
-        """What is left by family, from rows (samples, outputs) of a cycle and of one before.
+    def left(self, rows: Array, before: Array) -> dict[str, float]:
+        """Difference by family between the rows (samples, outputs) of two cycles, over the first's alternating part."""
+        return {
+            name: float(np.linalg.norm(rows[:, columns] - before[:, columns])) / size
+            for name, columns, size in self._alternating(rows)
+        }
 
-        ``ratios`` are |e|/|x − x₋| of crank and block.
+    def estimated(self, rows: Array, differences: Array, estimates: Sequence[tuple[Array, Array]]) -> dict[str, float]:
+        """What is left by family of a cycle's rows, from those of others less these (k, samples, outputs).
+
+        ``estimates`` are those of crank and block: what is known to be left (samples, outputs), and the weights (k,) of
+        which the largest with its difference is left besides.
         """
         found = {}
+        for name, columns, size in self._alternating(rows):
+            known, weights = estimates[name in self._of_block]
+            apart = np.linalg.norm(differences[:, :, columns], axis=(1, 2))
+            found[name] = float(np.linalg.norm(known[:, columns]) + (weights * apart).max()) / size
+        return found
+
+    def _alternating(self, rows: Array) -> Iterator[tuple[str, NDArray[np.int_], float]]:
+        """Families that are not constant, their columns, and the size of their alternating part."""
         for name, columns in self._families.items():
             now = rows[:, columns]
-            alternating = now - now.mean(axis=0)
-            size = float(np.linalg.norm(alternating))
+            size = float(np.linalg.norm(now - now.mean(axis=0)))
             if size > LEAST * float(np.linalg.norm(now)):
-                change = float(np.linalg.norm(now - before[:, columns]))
-                found[name] = change / size * ratios[name in self._of_block]
-        return found
+                yield name, columns, size

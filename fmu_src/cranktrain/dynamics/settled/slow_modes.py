@@ -108,8 +108,8 @@ class SlowPart(Protocol):
     def lift(self, y: Array) -> Motion:
         """Motion of all modes in which nothing but they move."""
 
-    def size(self, y: Array) -> float:
-        """Twice their energy, J."""
+    def coordinates(self, y: Array) -> Array:
+        """What of y has energy, so scaled that its square is twice the energy, J."""
 
 
 class DriveLine:
@@ -148,9 +148,9 @@ class DriveLine:
         )
         return Motion(place, velocity, acceleration, float(y[2]), float(y[3]))
 
-    def size(self, y: Array) -> float:
-        """Kinetic and elastic energy."""
-        return float(self.inertia * y[1] ** 2 + self._stiffness * y[0] ** 2)
+    def coordinates(self, y: Array) -> Array:
+        """Rotation and rate by their energy, the frame's lead by what the crank would have in its place."""
+        return np.concatenate((math.sqrt(self._stiffness) * y[::2], math.sqrt(self.inertia) * y[1::2]))
 
 
 class BlockOnMounts:
@@ -202,9 +202,9 @@ class BlockOnMounts:
         acceleration = self._carried @ change[6:] - 2.0 * self._swept(velocity) - self._swept(self._swept(place))
         return Motion(place, velocity, acceleration, 0.0, 0.0)
 
-    def size(self, y: Array) -> float:
-        """Kinetic and elastic energy."""
-        return float(y[6:] @ self.mass @ y[6:] + y[:6] @ self.stiffness @ y[:6])
+    def coordinates(self, y: Array) -> Array:
+        """Motion by its kinetic and elastic energy."""
+        return np.concatenate((_root(self.stiffness) @ y[:6], _root(self.mass) @ y[6:]))
 
 
 class SlowModes:
@@ -235,19 +235,30 @@ class SlowModes:
         """How far the start of these cycles was from periodic: (I − M)⁻¹ y of the slow modes, and the rest as it is."""
         return change.plus(self.correction(change, cycles))
 
-    def sizes(self, motion: Motion) -> tuple[float, float]:
-        """Size (√J) of a motion of crank and pistons, and of the block: the slow modes' energy and the rest's."""
+    def coordinates(self, motion: Motion) -> tuple[Array, Array]:
+        """A motion of crank and pistons, and of the block, with twice their energies (J) as squares of their lengths.
+
+        That of the slow modes comes first, then all modes without them.
+        """
         rest, slow = motion, []
         for part in (self.drive_line, self.block):
             y = None if part is None else part.split(motion)
-            slow.append(0.0 if part is None or y is None else part.size(y))
+            slow.append(np.zeros(0) if part is None or y is None else part.coordinates(y))
             if part is not None and y is not None:
                 rest = rest.minus(part.lift(y))
-        energy = rest.velocity**2 + self._model.omega2 * rest.place**2
+        energy = np.array([rest.velocity, np.sqrt(self._model.omega2) * rest.place])
         t = int(self._model.layout[TURNING_MODES])
         block = slice(t, t + self._model.block_ports.shape[1])
-        stationary = float(energy[block].sum())
-        return math.sqrt(slow[0] + float(energy.sum()) - stationary), math.sqrt(slow[1] + stationary)
+        return (
+            np.concatenate((slow[0], np.delete(energy, block, axis=1).ravel())),
+            np.concatenate((slow[1], energy[:, block].ravel())),
+        )
+
+
+def _root(matrix: Array) -> Array:
+    """R with Rᵀ R = matrix, which is symmetric and has no negative eigenvalue but by rounding."""
+    values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
 
 
 def exponential(a: Array) -> Array:
