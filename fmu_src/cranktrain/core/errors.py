@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+LONGEST_LINE = 1200
+"""Characters of a message; what is longer, a list of all outputs, is cut before its end, which says what to do."""
 LONGEST_SHOWN = 80
 """Characters of a value that a message shows."""
 
@@ -17,7 +19,8 @@ class CranktrainError(Exception):
     """Wrong input or a failed computation, described in one line: what a file may bring in is escaped."""
 
     def __str__(self) -> str:
-        return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in super().__str__())
+        text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in super().__str__())
+        return text if len(text) <= LONGEST_LINE else f"{text[: LONGEST_LINE - 300]} … {text[-290:]}"
 
 
 class InputError(CranktrainError):

@@ -287,12 +287,12 @@ def _opened(path: str | Path, kind: str, schema: int, remedy: str) -> Iterator[h
     except OSError:
         raise StoreError(f"{path}: not an HDF5 file, or a damaged one; {remedy}") from None
     with file:
-        if str(file.attrs.get("format", "")) != kind:
-            raise StoreError(f"{path}: not a {kind}; {remedy}")
-        found = int(file.attrs.get("schema", -1))
-        if found != schema:
-            raise StoreError(f"{path}: schema {found}, this cranktrain reads schema {schema}; {remedy}")
         try:
+            if str(file.attrs.get("format", "")) != kind:
+                raise StoreError(f"{path}: not a {kind}; {remedy}")
+            found = int(file.attrs.get("schema", -1))
+            if found != schema:
+                raise StoreError(f"{path}: schema {found}, this cranktrain reads schema {schema}; {remedy}")
             yield file
-        except (KeyError, OSError, ValueError, TypeError):
+        except (KeyError, OSError, RuntimeError, ValueError, TypeError):
             raise StoreError(f"{path}: damaged or incomplete; {remedy}") from None

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.errors import InputError, nearest, shown, within
 from cranktrain.core.user_file import is_number, read_toml
 from cranktrain.engine.file import engine_folder
 from cranktrain.engine.model import Engine
@@ -39,6 +39,8 @@ BODIES = ("cranktrain", "crankshaft")
 STAND_INS = ("bore_stiffness_x", "bore_stiffness_y", "thrust_face_stiffness")
 SUFFIX = ".targets.toml"
 GROUND = next(iter(BLOCKS))
+LARGEST = 1e15
+"""Beyond which no value of an engine lies in SI."""
 
 
 @dataclass(frozen=True)
@@ -148,8 +150,8 @@ def _target(name: str, entry: dict[str, Any]) -> Target:
     if not isinstance(entry.get("source"), str) or not entry["source"]:
         raise InputError(f"{where}.source: say where the number comes from")
     hz, tolerance = (_number(entry, key, where) for key in ("hz", "tolerance"))
-    if not hz > 0.0 or not 0.0 < tolerance < 1.0:
-        raise InputError(f"{where}: hz must be positive and tolerance within 0 and 1, e.g. 0.02 for 2 %")
+    within(f"{where}.hz:", hz, 0.01, 1e5, "Hz")
+    within(f"{where}.tolerance:", tolerance, 1e-6, 0.99, "e.g. 0.02 for 2 %")
     return Target(name, of, str(shape), hz, tolerance, entry["source"], number)
 
 
@@ -163,6 +165,7 @@ def _parameter(key: str, entry: dict[str, Any], engine: Engine) -> Parameter:
     if not low < high:
         raise InputError(f"{where}: low {low:g} is not below high {high:g}")
     for side in (low, high):
+        within(f"{where}:", side * scale, -LARGEST, LARGEST, "in SI")
         if rule and (wrong := rule.wrong(side * scale)):
             raise InputError(f"{where}: {wrong}")
     return Parameter(key, low * scale, high * scale, unit, scale, entry.get("note", ""))

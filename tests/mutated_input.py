@@ -1,0 +1,391 @@
+"""What strangers may give the program: mutated files and arguments, from a seed, each with what must hold of it.
+
+    python tests/mutated_input.py --seed 14 --count 3000        # a line for each case; exit code 1 where one failed
+    python tests/mutated_input.py --seed 14 --only 271          # one case again, with its traceback
+
+A case ends well where its input is accepted and lies within the ranges that the program declares, or is refused with
+one printable line. Long work is replaced by a refusal: what is tried is reading and checking, not dynamics.
+"""
+
+import argparse
+import contextlib
+import io
+import math
+import os
+import random
+import re
+import sys
+import tempfile
+import traceback
+import warnings
+from dataclasses import is_dataclass
+from pathlib import Path
+from unittest.mock import patch
+
+import h5py
+import numpy as np
+
+from cranktrain.cli.main import main as command_line
+from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.engine.file import engine_folder, load_engine
+from cranktrain.engine.quantities import OFFSETS, UNITS, kinds
+from cranktrain.film.table.database import FilmTable, TableSettings, table_axes
+from cranktrain.film.table.interpolation import TableArrays
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.store.film_tables import DATASETS, load_film_table, save_film_table
+from cranktrain.structure.crank.chain import chain_modes, read_chain
+from cranktrain.structure.crank.torsional import rigid_crank
+from cranktrain.studies.calibration.targets import load_targets
+from cranktrain.studies.scene import load_scene
+
+ROOT = Path(__file__).parents[1]
+SIX = load_engine("diesel_i6")
+TABLE = TableSettings(0.5, tilt=False)
+
+NUMBERS = (
+    "0", "-0.0", "-1", "1e300", "-1e300", "1e-300", "1e308", "1e400", "nan", "inf", "-inf", "1" + 400 * "0", 5000 * "9",
+    "0x" + 400 * "f", "1_000", "1,5", "0.1", "3", "7e9", "true", "1979-05-27", "12:30:00",
+)  # fmt: skip
+WORDS = (
+    "", " ", "a" * 300, "../../x", "/", ".", "/dev/null", "/dev/zero", "[/x]", "$x_{$", "{}", "{0}", "%s", "\u202ex",
+    "\x1b[31m", "ü", "none", "None", "ground", "'", '"', "\\", "#", "a b", "9" * 300, "\ufeff", "x.toml", "~",
+)  # fmt: skip
+VALUES = (
+    *NUMBERS, "[]", "{}", '""', '"x"', '["x"]', "[[1]]", "[1, 2]", 3000 * "[", 200 * "[" + 200 * "]", "{a = {b = 1}}"
+)  # fmt: skip
+NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
+
+
+class Accepted(InputError):
+    """In place of long work."""
+
+
+class Nonsense(Exception):
+    """What was accepted and should not have been."""
+
+
+def spoilt(rng, text, values=VALUES):
+    """Text with one to three mutations."""
+    for _ in range(rng.choice((1, 1, 1, 2, 3))):
+        text = rng.choice(MUTATIONS)(rng, text, values)
+    return text
+
+
+def _number(rng, text, values):
+    """Another value for one of the numbers, often the same number in another size."""
+    places = list(re.finditer(NUMBER, text))
+    if not places:
+        return text
+    place = rng.choice(places)
+    if rng.random() < 0.5:
+        new = f"{float(place[0]) * rng.choice((-1.0, 0.0, 1e-3, 1e3, 1e-6, 1e6, 1e30, 0.5, 2.0)):.12g}"
+    else:
+        new = rng.choice(values)
+    return text[: place.start()] + new + text[place.end() :]
+
+
+def _lines(rng, text, values):
+    """A line less, twice, elsewhere, cut, or one of nonsense."""
+    lines = text.split("\n")
+    k, other = rng.randrange(len(lines)), rng.randrange(len(lines))
+    action = rng.randrange(6)
+    if action == 0:
+        del lines[k]
+    elif action == 1:
+        lines.insert(k, lines[k])
+    elif action == 2:
+        lines[k], lines[other] = lines[other], lines[k]
+    elif action == 3:
+        lines[k] = lines[k][: rng.randrange(len(lines[k]) + 1)]
+    elif action == 4:
+        new = (f"x = {rng.choice(values)}", f"[{rng.choice(WORDS)}]", rng.choice(WORDS), '"a\\nb" = 1')
+        lines.insert(k, rng.choice(new))
+    else:
+        lines[k:other] = []
+    return "\n".join(lines)
+
+
+def _characters(rng, text, values):
+    """Characters less, changed, or from elsewhere; the text cut, or of other line ends."""
+    if not text:
+        return rng.choice(WORDS)
+    k = rng.randrange(len(text))
+    before, after = text[:k], text[k + 1 :]
+    strange = chr(rng.choice((0, 7, 10, 34, 91, 125, 160, 0x2028, 0x1F600)))
+    return rng.choice(
+        (
+            before + after, before + strange + after, before, after, before + rng.choice(WORDS) + after,
+            text.replace("\n", "\r\n"), "\ufeff" + text, text.replace("=", ":"), before + after[:60][::-1] + after[60:],
+        )
+    )  # fmt: skip
+
+
+def _word(rng, text, values):
+    """Another word in quotes, or another value behind an equals sign."""
+    places = list(re.finditer(r'"[^"\n]*"|(?<== )[^,}\n]+', text))
+    if not places:
+        return text
+    place = rng.choice(places)
+    words = [found[0] for found in places]
+    new = rng.choice((f'"{rng.choice(WORDS)}"', rng.choice(values), rng.choice(words)))
+    return text[: place.start()] + new + text[place.end() :]
+
+
+MUTATIONS = (_number, _number, _number, _word, _lines, _characters)
+
+
+def engine(rng, folder):
+    """An engine file: accepted, all its numbers lie in their ranges, its gas is finite, its crank has a mass."""
+    name = rng.choice(("diesel_i6", "diesel_v8"))
+    path = written(folder / "own.toml", spoilt(rng, (engine_folder() / f"{name}.toml").read_text("utf-8")))
+    check_ranges(found := load_engine(path))
+    gas = GasTrace.from_engine(found)
+    holds(np.isfinite(gas.fired).all() and gas.fired.min() > 0.0, f"gas of {gas.fired.min()} to {gas.peak} Pa")
+    holds(0.0 < rigid_crank(found).mass < 1e8, "mass of the crank")
+
+
+def check_ranges(found):
+    """Every number of an engine lies in its field's range."""
+    for table, part in vars(found).items():
+        for key, (_, many, rule) in kinds(part.__class__).items() if is_dataclass(part) else ():
+            value, default = getattr(part, key), getattr(part.__class__, key, None)
+            if not hasattr(rule, "low") or value == default:
+                continue
+            unit = rule.unit or next(iter(UNITS[rule.dimension]))
+            for one in value if many else (value,):
+                shown = (one - OFFSETS.get(unit, 0.0)) / UNITS[rule.dimension][unit]
+                inside = rule.low - 1e-6 * abs(rule.low) <= shown <= rule.high * (1.0 + 1e-6)
+                holds(inside, f"{table}.{key} = {shown} {unit}")
+
+
+def pressure(rng, folder):
+    """A pressure file: accepted, it is a positive pressure with the peak of an engine."""
+    angle = np.arange(0.0, 720.0, rng.choice((1.0, 2.0, 5.0)))
+    bar = 3.0 + 130.0 * np.exp(-(((angle - 370.0) / 25.0) ** 2))
+    header = rng.choice(("", "deg;bar", "angle;p [bar]", "angle_deg;pressure_bar", "Angle;Pressure\ndeg;bar"))
+    text = "\n".join([header, *(f"{a:g};{p:.4f}" for a, p in zip(angle, bar, strict=True))])
+    path = written(folder / "p.csv", spoilt(rng, text, (*NUMBERS, "", ";", "x", "1;2;3", "°")))
+    unit = rng.choice((None, None, None, "bar", "bar", "psi", "barg", rng.choice(WORDS)))
+    centre = rng.choice((None, None, None, 360.0, 360.0, 0.0, rng.choice((math.nan, 1e300))))
+    trace = GasTrace.from_csv(path, SIX, unit, centre)
+    holds(np.isfinite(trace.fired).all() and trace.fired.min() > 0.0, "pressure below zero")
+    holds(0.2e6 < trace.peak < 70e6, f"peak of {trace.peak} Pa")
+    holds(np.isfinite(trace.motored).all() and math.isfinite(trace.imep), "motored pressure")
+
+
+SCENES = (ROOT / "examples" / "scene.toml", *sorted((ROOT / "tests" / "data" / "scenes").glob("*.toml")))
+
+
+def scene(rng, folder):
+    """A scene: accepted, its numbers lie in the ranges that its page states."""
+    found = load_scene(written(folder / "own.toml", spoilt(rng, rng.choice(SCENES).read_text("utf-8"))))
+    holds(all(rpm * (1.0 + 1e-9) >= 100.0 and rpm <= 20000.0 * (1.0 + 1e-9) for rpm in found.speeds_rpm), "speeds")
+    holds(1e-6 <= found.accuracy <= 0.5 and 0.0 < found.frequency <= 1e5, "accuracy or frequency")
+    holds(0.0 <= found.load <= 2.0, "load")
+    holds(found.cycles is None or 2 <= found.cycles <= 10000, "cycles")
+    holds(found.step is None or 0.001 <= math.degrees(found.step) <= 30.0 + 1e-9, "step")
+
+
+def targets(rng, folder):
+    """A targets file: accepted, its bounds are finite and in order, its targets positive."""
+    text = (engine_folder() / "diesel_i6.targets.toml").read_text("utf-8")
+    task = load_targets(written(folder / "own.toml", spoilt(rng, text)), SIX)
+    holds(all(-1e15 < p.low < p.high < 1e15 for p in task.parameters), "bounds")
+    holds(all(0.0 < t.hz <= 1e5 and 0.0 < t.tolerance < 1.0 for t in task.targets), "targets")
+
+
+CHAIN = """\
+[[disc]]
+name = "pulley"
+inertia = 0.05
+[[disc]]
+name = "gear"
+inertia = 0.2
+damping = 0.1
+[[disc]]
+name = "wheel"
+inertia = 2.0
+[[shaft]]
+between = ["pulley", "gear"]
+stiffness = 1e5
+loss_factor = 0.02
+[[shaft]]
+between = ["gear", "wheel"]
+ratio = -2.0
+"""
+
+
+def chain(rng, folder):
+    """A table of discs: accepted, its frequencies are finite."""
+    modes = chain_modes(read_chain(written(folder / "own.toml", spoilt(rng, CHAIN))))
+    holds(np.isfinite(modes.omega).all() and np.isfinite(modes.shapes).all(), "modes")
+
+
+def film_table(rng, folder):
+    """A film table whose file was changed: accepted, all that kernels read has its shape and is finite."""
+    path = folder / "table.h5"
+    path.unlink(missing_ok=True)
+    arrays = TableArrays(np.zeros((4, 51, 99)), np.zeros((1, 1, 1, 1)), table_axes(TABLE))
+    save_film_table(path, FilmTable(TABLE, arrays, np.zeros((48, 96)), np.empty((0, 0, 0, 0))))
+    content = bytearray(path.read_bytes())
+    action = rng.randrange(5)
+    if action == 0:
+        path.write_bytes(content[: rng.randrange(len(content))])
+    elif action == 1:
+        path.write_bytes(rng.choice((b"", b"x", b"\x89HDF\r\n\x1a\n", bytes(5000))))
+    elif action == 2:
+        for _ in range(rng.randrange(1, 20)):
+            content[rng.randrange(rng.choice((5000, len(content))))] = rng.randrange(256)
+        path.write_bytes(content)
+    else:
+        with h5py.File(path, "r+") as file:
+            data, name = file["data"], rng.choice(DATASETS)
+            values = data[name][()]
+            action = rng.randrange(6)
+            if action == 0 and values.size:
+                values.flat[rng.randrange(values.size)] = rng.choice((math.nan, math.inf, -math.inf))
+            changed = (
+                values, values.astype(np.float32), values.astype(int), values.ravel(), values[:-1],
+                np.array([b"x"]), np.zeros((0,)), np.zeros((2, *values.shape)),
+            )  # fmt: skip
+            del data[name]
+            if action < 4:
+                data.create_dataset(name, data=values if action == 0 else rng.choice(changed)).attrs["unit"] = "1"
+            elif action == 4:
+                file.attrs[rng.choice(list(file.attrs))] = rng.choice(("x", 7, 1e300))
+    table = load_film_table(path, TABLE)
+    for array, shape in ((table.arrays.aligned, (4, 51, 99)), (table.aligned_error, (48, 96))):
+        holds(array.shape == shape and np.isfinite(array).all(), "shape or values of the table")
+
+
+CALLS = (
+    "simulate diesel_i6 --speed 2000 --cycles 1 --crank rigid --bearings linear --step-deg 1 --load 0.5",
+    "simulate diesel_v8 --speed 1500 --load-torque-nm 300 --integrator esdirk4 --damper --film-temperature engine",
+    "simulate diesel_i6 --speed 900 --pistons rigid --big-ends rigid --settle 1e-3 --tolerance 1e-4 --output own.h5",
+    "modal diesel_v8 --crank beam --mesh-unit mm",
+    "modal chain.toml",
+    "reduce diesel_i6 --block ground --rebuild",
+    "film-table --length-ratio 0.4 --resolution coarse --tilt-range 0.9 --relief 0.1 0.5 2 --roughness 0.01 --jobs 1",
+    "bearing --length-ratio 0.5 --eccentricity 0.6 --squeeze 0.1 --tilt 0.1 0.1 --grid 96 16",
+    "bearing --diameter-mm 100 --width-mm 50 --clearance-um 50 --viscosity 0.02 --speed 3000 --load 50 --moment-nm 1 2",
+    "bearing --diameter-mm 90 --width-mm 40 --clearance-um 50 --speed 3000 --load 5000 --inlet-temperature-c 60 "
+    "--oil-viscosity-40 90 --oil-viscosity-100 11 --oil-density 850 --heat-share 0.7",
+    "roller --rollers 14 --length-mm 20 --roller-diameter-mm 20 --pitch-mm 120 --clearance-um 30 --load 90 --slices 9",
+    "damper-optimum --inertia-ratio 0.5",
+    "damper-optimum diesel_i6 --mode 1",
+    "stability --map oil-whirl --quick --jobs 1 --output .",
+    "calibrate diesel_i6 diesel_i6 --seed 3 --evaluations 100 --out own.toml",
+    "run-in diesel_i6 --speed 2000 --passes 2 --cycles 1 --crank beam",
+    "tradeoff scene.toml --family methods --quick --output .",
+    "plan scene.toml",
+    "run scene.toml --verify --output own.h5",
+)
+"""Calls that are right; those that would take long are cut short."""
+
+
+LONG_WORK = (
+    "cranktrain.assembly.assemble", "cranktrain.structure.crank.reduction.reduced_crankshaft",
+    "cranktrain.structure.block.reduction.reduced_block", "cranktrain.studies.modal.reduced_crankshaft",
+    "cranktrain.assembly.elastic_bore", "cranktrain.cli.film_table.film_table",
+    "cranktrain.studies.stability.kept_maps.maps", "cranktrain.studies.calibration.calibrate._fitted",
+    "cranktrain.assembly.running_crank", "cranktrain.studies.tradeoff.study.study",
+    "cranktrain.studies.planning.scene_model.SceneModel", "cranktrain.structure.block.roller_ring.ring_compliance",
+)  # fmt: skip
+
+
+def command(rng, folder):
+    """Arguments: exit code 0, or 2 with one line of error."""
+    written(folder / "chain.toml", CHAIN)
+    written(folder / "scene.toml", SCENES[0].read_text("utf-8"))
+    arguments = rng.choice(CALLS).split()
+    for _ in range(rng.choice((1, 1, 2, 3))):
+        k, new = rng.randrange(len(arguments)), rng.choice((*NUMBERS, *WORDS))
+        action = rng.randrange(8)
+        if action < 5 and len(arguments) > 1:
+            arguments[rng.randrange(1, len(arguments))] = new
+        elif action == 5 and len(arguments) > 1:
+            del arguments[k]
+        elif action == 6:
+            arguments.insert(k, arguments[k])
+        else:
+            arguments.insert(k + 1, rng.choice((new, "--json", "--help", "--speed", "--load", "-x", "--")))
+    replaced = contextlib.ExitStack()
+    out, err = io.StringIO(), io.StringIO()
+    with replaced:
+        for name in LONG_WORK:
+            replaced.enter_context(patch(name, side_effect=Accepted("accepted")))
+        replaced.enter_context(contextlib.redirect_stdout(out))
+        replaced.enter_context(contextlib.redirect_stderr(err))
+        try:
+            code = command_line(arguments)
+        except SystemExit as ended:
+            code = ended.code or 0
+    lines = [line for line in err.getvalue().splitlines() if line.startswith("cranktrain: ")]
+    errors = [line for line in lines if not line.startswith("cranktrain: warning: ")]
+    said = f"{arguments}: exit code {code}: {err.getvalue()[-300:]}"
+    holds(code in (0, 2) and "Traceback" not in said, said)
+    holds(code == 0 or len(errors) == 1, said)
+    check_line(errors[0] if code else "accepted")
+    return "refused" if code else "accepted"
+
+
+KINDS = (engine, engine, engine, engine, pressure, pressure, scene, scene, command, command, targets, chain, film_table)
+
+
+def written(path, text):
+    """Path of a file with this text; characters that UTF-8 cannot hold become a byte that it does not know."""
+    path.write_bytes(text.encode("utf-8", "surrogateescape"))
+    return path
+
+
+def holds(condition, text):
+    """Raise ``Nonsense`` unless something holds."""
+    if not condition:
+        raise Nonsense(text)
+
+
+def check_line(text):
+    """A refusal is one printable line of a length that one reads."""
+    holds(text and text.isprintable() and len(text) < 1500, f"refused by {text[:200]!r}")
+
+
+def tried(number, seed, folder):
+    """Name of a case's kind, and what became of it: accepted, refused; raises what should not have happened."""
+    rng = random.Random(f"{seed} {number}")
+    case = rng.choice(KINDS)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            return case.__name__, case(rng, folder) or "accepted"
+        except CranktrainError as refusal:
+            check_line(str(refusal))
+            return case.__name__, "refused"
+
+
+def main():
+    """Try the cases of a seed."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--seed", type=int, default=14)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--count", type=int, default=3000)
+    parser.add_argument("--only", type=int)
+    options = parser.parse_args()
+    numbers = range(options.first, options.first + options.count) if options.only is None else (options.only,)
+    failed = 0
+    with tempfile.TemporaryDirectory(prefix="cranktrain-mutated-") as folder:
+        os.chdir(folder)
+        for number in numbers:
+            try:
+                line = " ".join(tried(number, options.seed, Path(folder)))
+            except Exception as wrong:
+                failed += 1
+                line = f"FAILED {type(wrong).__name__}: {str(wrong)[:400]!r}"
+                if options.only is not None:
+                    traceback.print_exc()
+            print(number, line, flush=True)
+        os.chdir(ROOT)
+    return int(failed > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
