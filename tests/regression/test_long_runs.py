@@ -164,4 +164,25 @@ def test_signals_end_a_run_with_one_line_and_a_whole_file(tmp_path, number, code
     assert process.returncode == code and not out
     assert err.splitlines()[-1].startswith("cranktrain: interrupted after") and "Traceback" not in err
     assert os.listdir(tmp_path) == ["run.h5"]
-    assert read_result(tmp_path / "run.h5")[0]["time"][0].size > result_stream.CHUNK
+    outputs, attributes = read_result(tmp_path / "run.h5")
+    assert outputs["time"][0].size > result_stream.CHUNK
+    assert (outputs["time"][0].size - 1) // 72 == attributes["cycles"]
+
+
+def test_an_interrupt_while_samples_are_written_waits(tmp_path, monkeypatch):
+    """Every sample that was taken is in the file, none twice."""
+    write, calls = result_stream.ResultStream._write, []
+
+    def slow(stream):
+        calls.append(stream)
+        if len(calls) == 1:
+            signal.raise_signal(signal.SIGINT)
+        write(stream)
+
+    monkeypatch.setattr(result_stream.ResultStream, "_write", slow)
+    path = tmp_path / "run.h5"
+    assert main([*RUN, "--cycles", "300", "--output", str(path)]) == 130
+    outputs, attributes = read_result(path)
+    samples = outputs["time"][0].size
+    assert samples > result_stream.CHUNK and samples == 72 * attributes["cycles"] + 1
+    assert np.allclose(np.diff(outputs["angle"][0]), math.radians(10.0))

@@ -6,6 +6,8 @@ The file takes its target's place when it is closed, whole, however the run ende
 from __future__ import annotations
 
 import shutil
+import signal
+import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,6 +30,25 @@ def result_stream(path: str | Path) -> Iterator[ResultStream]:
     with written(path, RESULT) as file:
         file.attrs.update(RESULT_HEADER)
         yield ResultStream(file, Path(path))
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Let an interrupt or a termination that comes meanwhile wait for the end."""
+    waiting: list[int] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number in before:
+        signal.signal(number, lambda arrived, frame: waiting.append(arrived))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for arrived in waiting:
+            signal.raise_signal(arrived)
 
 
 class ResultStream:
@@ -63,7 +84,15 @@ class ResultStream:
             dataset.attrs["unit"] = unit
 
     def append(self, rows: Array) -> None:
-        """Take samples (k, columns); ``StoreError`` where the disk is full, with room left to close the file."""
+        """Take samples (k, columns); ``StoreError`` where the disk is full, with room left to close the file.
+
+        An interrupt waits until all are taken.
+        """
+        with _undisturbed():
+            self._append(rows)
+
+    def _append(self, rows: Array) -> None:
+        """Take samples (k, columns)."""
         taken = 0
         while taken < len(rows):
             count = min(len(self._rows) - self._filled, len(rows) - taken)
