@@ -187,7 +187,7 @@ def test_irregular_points_do_not_overshoot(tmp_path):
         ("0,1,2\n", None, "3 columns"),
         ("angle_rad,p_mpa\n" + "0,1\n" * 30, None, "rad"),
         ("0,15\n" * 30, "torr", "unknown pressure unit 'torr'; known: Pa, .*, MPa, .*psig"),
-        ("angle;p [torr]\n" + "0;15\n" * 30, None, "the header's pressure unit 'torr' is not known; Pa"),
+        ("angle;p [torr]\n" + "0;15\n" * 30, None, "the header's pressure unit 'torr' is not known; known: Pa"),
         ("deg;inHg\n" + "0;15\n" * 30, None, "the header's pressure unit 'inhg' is not known"),
         ("deg;psia\n" + "0;-15\n" * 30, None, "line 2: pressure -15 is negative; .* gauge unit such as barg"),
         ("deg;barg\n" + "0;60\n" + "1;-15\n" * 30, None, "-15 bar gauge is less than nothing"),
