@@ -64,7 +64,8 @@ def header_unit(cells: list[str], name: str) -> PressureUnit | None:
     unknown = bracketed or [word for word in words if word in _FOREIGN] or (words if alone else [])
     unknown = [word for word in unknown if word not in _ENDINGS and word not in ("", "p", "pressure")]
     if unknown:
-        raise InputError(f"{name}: the header's pressure unit {shown(unknown[-1])} is not known; known: {known_units()}")
+        found = shown(unknown[-1])
+        raise InputError(f"{name}: the header's pressure unit {found} is not known; known: {known_units()}")
     return None
 
 
