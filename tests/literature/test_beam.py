@@ -17,7 +17,7 @@ from cranktrain.engine.parts import Material
 from cranktrain.structure.crank.beam import beam_body, crank_frame
 from cranktrain.structure.crank.reduction import reduced_crankshaft
 from cranktrain.structure.crank.sections import crank_moments
-from cranktrain.structure.crank.web_member import web_flexibility
+from cranktrain.structure.crank.web_member import rectangle_shear_factor, web_flexibility
 from cranktrain.structure.fem.frame import Frame, Section, circular
 from cranktrain.structure.fem.rigid_slices import Slices
 
@@ -163,6 +163,11 @@ def test_shear_factor_of_a_circle_is_cowpers(poisson_ratio, factor):
     assert section.shear / section.area == pytest.approx(factor, abs=5e-4)
 
 
+@pytest.mark.parametrize(("poisson_ratio", "factor"), [(0.0, 0.833), (0.3, 0.850), (0.5, 0.857)])
+def test_shear_factor_of_a_rectangle_is_cowpers(poisson_ratio, factor):
+    assert rectangle_shear_factor(poisson_ratio) == pytest.approx(factor, abs=5e-4)
+
+
 def test_a_section_has_the_rotary_inertia_of_the_circle_that_is_heavy():
     """ρI per length, I = πd⁴/64 of the circle that is heavy: a quarter of the mass times its radius squared."""
     section = circular(DIAMETER, DENSITY, POISSON, heavy_diameter=0.03)
@@ -200,36 +205,46 @@ def pin_axis(engine):
     return np.array([-np.sin(angle), np.cos(angle), 0.0])
 
 
-def swung(levers):
-    """A hub on a bending shaft carries two stiff arms, their masses on links' levers or on stiff beams of their own."""
+def swung(carried):
+    """A hub on a bending shaft carries two arms: ``stiff beams``, ``levers`` of their roots, or parts ``attached``."""
     frame, stiff = Frame(YOUNG, SHEAR), circular(10.0 * DIAMETER, 0.0, POISSON)
     weightless = Section(stiff.area, stiff.shear, stiff.bending, stiff.torsion, 0.0, 0.0)
     heavy = Section(stiff.area, stiff.shear, stiff.bending, stiff.torsion, 40.0, 1e-3)
-    line = [frame.node((0.0, 0.0, z)) for z in (-0.3, 0.0, 0.3)]
+    line = [frame.node((0.0, 0.0, z)) for z in (-0.3, -0.15, 0.0, 0.15, 0.3)]
     for first, second in pairwise(line):
         frame.beam(first, second, circular(DIAMETER, DENSITY, POISSON))
+    arms = []
     for side in (-1.0, 1.0):
         root, tip = frame.node((0.0, 0.05 * side, 0.0)), frame.node((0.0, 0.25 * side, 0.0))
-        frame.beam(line[1], root, weightless)
+        frame.beam(line[2], root, weightless)
         frame.beam(root, tip, heavy)
-        if levers:
+        arms.append(frame.members[-1])
+        if carried == "attached":
+            del frame.members[-2:], frame.positions[-2:]
+        elif carried == "levers":
             arm = frame.members.pop()
             flexibility = np.linalg.inv(arm.stiffness[6:, 6:])
             # All of the arm's mass swings with the rotation of its root.
             frame.flexible_link(root, tip, flexibility, arm.slices, np.zeros(4))
             light = Slices(np.array([frame.positions[tip]]), 1e-6 * np.diag([1.0, 1e-2, 1e-2, 1e-2])[None])
             frame.flexible_link(root, tip, flexibility, light, np.ones(1))
-    return frame.reduced("swung", "", {"front": line[0], "hub": line[1], "rear": line[2]}, 6)
+    body = frame.reduced("swung", "", {"front": line[0], "hub": line[2], "rear": line[4]}, 12)
+    if carried == "attached":
+        # Both arms as one part: balanced, it strains nothing but itself.
+        slices = [arm.slices for arm in arms]
+        total = sum(np.einsum("s,sa,sb->ab", x.moments[:, 0, 0], x.places, x.places) for x in slices)
+        total = total + sum(x.moments[:, 1:, 1:].sum(axis=0) for x in slices)
+        mass = sum(x.moments[:, 0, 0].sum() for x in slices)
+        body = attach(body, "hub", mass, np.trace(total) * np.eye(3) - total, (0.0, 0.0, 0.0))
+    return body
 
 
+@pytest.mark.parametrize("carried", ["levers", "attached"])
 @pytest.mark.parametrize("axis", [0, 1], ids=["across the arms", "about the arms"])
-def test_mass_on_a_lever_feels_the_speed_as_mass_on_a_stiff_arm(axis):
-    """Arms that nod on a bending shaft: carried by stiff beams, or by levers of the nodes at their roots.
-
-    Across the arms the centrifugal load rights them; about their own axis it does nothing.
-    """
+def test_mass_on_a_lever_feels_the_speed_as_mass_on_a_stiff_arm(axis, carried):
+    """Arms that nod on a bending shaft: across them the centrifugal load rights them, about them it does nothing."""
     found = []
-    for body in (swung(levers=False), swung(levers=True)):
+    for body in (swung("stiff beams"), swung(carried)):
         turning = np.abs(body.shapes[body.index("hub"), 3 + axis, 6:10])
         nod = 6 + int(np.argmax(turning))
         assert turning[nod - 6] > 0.5

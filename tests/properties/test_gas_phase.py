@@ -82,7 +82,7 @@ def test_the_gas_is_no_spring_of_the_drive_line():
 def test_the_start_takes_crank_and_rods_at_their_mean_inertia():
     """Pistons go along their cylinders by dy/dθ = V′/A: the mean of its square counts, about half the throw's."""
     engine = load_engine("diesel_i6")
-    model = Simulation(engine, rigid_crank(engine), Settings(crank="torsional", bearings="held")).model
+    model = started().model
     angles = np.linspace(0.0, 4.0 * math.pi, 720, endpoint=False)
     travel = cylinder_volume(engine, angles)[1] / (0.25 * math.pi * engine.cylinders.bore**2)
     oscillating = engine.cylinders.piston_mass + engine.rod.small_end_mass

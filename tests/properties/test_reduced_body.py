@@ -38,6 +38,14 @@ def raw(body, name):
     return to_rigid.T @ getattr(body, name)[:6, :6] @ to_rigid
 
 
+def test_damping_by_mass_stays_so_in_any_modes():
+    """c = α of every mode is α M: the residual modes of a shorter body, orthonormal among the dropped, have it too."""
+    damped = replace(beam(), damping=np.full(beam().n_modes, 30.0))
+    short = truncate(damped, 2000.0, [("front", 0), ("back", 1)])
+    assert short.n_modes < damped.n_modes
+    np.testing.assert_allclose(short.damping, 30.0, rtol=1e-9)
+
+
 def modal_compliance(body, loads):
     shapes = np.stack([body.shapes[body.index(name), component] for name, component in loads])
     return (shapes[:, 6:] / body.omega[6:] ** 2) @ shapes[:, 6:].T

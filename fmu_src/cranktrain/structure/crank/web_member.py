@@ -48,8 +48,7 @@ def web_flexibility(c: Crankshaft, material: Material, counterweight: bool, main
     at = web_sections(c, counterweight, main_width)
     e = material.youngs_modulus
     g = e / (2.0 * (1.0 + material.poisson_ratio))
-    nu = material.poisson_ratio
-    shear = 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu) * at.area
+    shear = rectangle_shear_factor(material.poisson_ratio) * at.area
     loads = np.eye(6)
     reaction = -loads.copy()
     # Moved to the main axis, a force at (0, R, 0) brings the moment (R F_z, 0, −R F_ξ).
@@ -71,6 +70,11 @@ def web_flexibility(c: Crankshaft, material: Material, counterweight: bool, main
     step = at.eta[1] - at.eta[0]
     result = step * np.einsum("pai,pa,paj->ij", inner, softness, inner)
     return np.asarray(0.5 * (result + result.T))
+
+
+def rectangle_shear_factor(poisson_ratio: float) -> float:
+    """Shear factor κ of a rectangle, G. Cowper, J. Appl. Mech. 33 (1966) 335."""
+    return 10.0 * (1.0 + poisson_ratio) / (12.0 + 11.0 * poisson_ratio)
 
 
 def web_sections(c: Crankshaft, counterweight: bool, main_width: float) -> WebSections:
