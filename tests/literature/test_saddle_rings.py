@@ -50,10 +50,13 @@ def plane_stress_ovalisation(a, b, n):
 
 
 def test_thick_ring_widens_as_lames():
+    """Evenly along the axis: nothing of it is linear or a bow, the patterns beside the constant one."""
     a, b, length = 0.045, 0.08, 0.02
     area = 2 * np.pi * a * length
     lame = a / E * ((b**2 + a**2) / (b**2 - a**2) + NU)
-    assert widening(a, b, length, 48, 4)[0, 0, 0, 0] / area == pytest.approx(lame, rel=1e-3)
+    found = widening(a, b, length, 48, 4, degree=2)[0, :, 0, 0] / area
+    assert found[0] == pytest.approx(lame, rel=1e-3)
+    assert np.abs(found[1:]).max() < 1e-3 * lame
 
 
 @pytest.mark.parametrize("wave", [2, 3])
