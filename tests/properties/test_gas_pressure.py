@@ -152,7 +152,8 @@ def test_shift_order_start_and_several_cycles_do_not_matter(tmp_path):
     turned = write(tmp_path / "c.csv", np.roll(angle, 100), np.roll(pressure, 100))
     twice = write(tmp_path / "d.csv", np.append(angle, angle + 720.0), np.append(pressure, pressure))
     stated = write(tmp_path / "e.csv", angle + 17.0, pressure)
-    for path, centre in ((centred, None), (turned, None), (twice, None), (stated, 377.0)):
+    later = write(tmp_path / "f.csv", angle + 360.0, pressure)
+    for path, centre in ((centred, None), (later, None), (turned, None), (twice, None), (stated, 377.0)):
         read = GasTrace.from_csv(path, ENGINE, dead_centre_deg=centre)
         assert read.fired == pytest.approx(first.fired, rel=1e-9, abs=1.0)
 
