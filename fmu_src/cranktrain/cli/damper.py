@@ -6,10 +6,11 @@ import argparse
 import math
 from typing import Any
 
-from cranktrain.cli.bodies import bare_crankshaft
+from cranktrain.cli.bodies import bare_crankshaft, own_meshes
 from cranktrain.cli.console import show_rows
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
+from cranktrain.structure.fem.own_mesh import UNITS
 
 DESCRIPTION = """\
 Optimum damping of a torsional damper, for two masses or an engine's torsional mode.
@@ -35,6 +36,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--inertia-ratio", type=float, metavar="MU", help="ring over hub inertia; takes no ENGINE")
     add("--mode", type=int, metavar="N", help="first (default) or second torsional mode of the engine")
     add("--mesh", metavar="FILE", help="own mesh (.msh, .inp, .bdf) with named journal surfaces")
+    add("--mesh-unit", default="m", metavar="UNIT", help=f"of its coordinates: {', '.join(UNITS)} (m)")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -68,6 +70,7 @@ def _engine(options: argparse.Namespace) -> dict[str, Any]:
     number = 1 if options.mode is None else options.mode
     if number not in (1, 2):
         raise InputError(f"--mode {number}: give 1 or 2, the first or the second torsional mode")
+    own_meshes(options)
     body, _ = bare_crankshaft(engine, options)
     found = crank_optimum(engine, body, number)
     two = houdaille_optimum(found.inertia_ratio)

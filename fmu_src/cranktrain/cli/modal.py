@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from cranktrain.cli.bodies import add_block_options, own_meshes, wants_flexible_block
+from cranktrain.cli.bodies import add_block_options, wants_flexible_block
 from cranktrain.cli.console import one_of, show, stages
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.levels import CRANKS, described
@@ -44,13 +44,12 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             show(chain_table(report))
         return report
     engine = load_engine(options.engine)
-    own_meshes(options)
     one_of("--crank", options.crank, CRANKS)
     wants_flexible_block(engine, options)
     with stages(engine.name) as tell:
         report = study.modal(
             engine, options.crank, options.block, options.damper,
-            mesh=options.mesh, block_mesh=options.block_mesh, say=tell,
+            mesh=options.mesh, block_mesh=options.block_mesh, mesh_unit=options.mesh_unit, say=tell,
         )  # fmt: skip
     if options.json:
         return report

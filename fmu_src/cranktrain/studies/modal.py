@@ -18,6 +18,7 @@ from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.block.shape import block_plan
 from cranktrain.structure.crank.modal import modal_report
 from cranktrain.structure.crank.reduction import reduced_crankshaft
+from cranktrain.structure.fem.own_mesh import MeshFile
 from cranktrain.studies.torsion.damped_modes import damper_report
 from cranktrain.studies.torsion.level_frequencies import level_frequencies
 
@@ -30,6 +31,7 @@ def modal(
     *,
     mesh: str | Path | None = None,
     block_mesh: str | Path | None = None,
+    mesh_unit: str = "m",
     say: Callable[[str], None] = lambda stage: None,
 ) -> dict[str, Any]:
     """Frequencies of the free crankshaft and the cranktrain, critical speeds, quality of the reduction.
@@ -41,6 +43,7 @@ def modal(
     block : ``flexible`` also gives the block's own modes
     damper : also the cranktrain with the engine's torsional damper, as it damps
     mesh, block_mesh : the user's own meshes
+    mesh_unit : of their coordinates: m, mm or in
     say : told each stage of long work
 
     Raises
@@ -59,6 +62,7 @@ def modal(
         required_damper(found)
     if flexible:
         block_plan(found)
+    mesh, block_mesh = (None if path is None else MeshFile(path, mesh_unit) for path in (mesh, block_mesh))
     check_mesh(mesh, "journal surfaces")
     check_mesh(block_mesh, "surfaces of the block")
     start = time.perf_counter()
