@@ -77,14 +77,9 @@ def measure(path: Path, levels: dict[str, tuple[str, str]]) -> dict[str, object]
     fmu.setupExperiment(startTime=0.0)
     fmu.enterInitializationMode()
     fmu.exitInitializationMode()
-    model = importlib.import_module(f"{package}.flat").from_bytes(data, path.name)
-    running = importlib.import_module(f"{package}.dynamics.simulation")
-    simulation = running.Simulation(
-        model.engine,
-        model.damped_body if "damper.level" in levels else model.body,
-        running.Settings(**dict(levels.values())),
-        parts=running.Parts(block=model.block),
-    )
+    running = importlib.import_module(f"{package}.fmu.running")
+    model = importlib.import_module(f"{package}.fmu.flat").from_bytes(data, path.name)
+    simulation = running.simulation(model, dict(levels.values()), {})
     simulation.inputs[:] = starts
     simulation.initialize(0.0)
     set_references = (ctypes.c_uint * len(inputs))(*(v.valueReference for v in inputs))

@@ -304,6 +304,21 @@ def damper() -> str:
     return table((*header, "power, W"), rows)
 
 
+# Parts of docs/fmu.md -------------------------------------------------------------------------------------------------
+
+
+def coupling() -> str:
+    """Errors of given pressures by rule, order and communication step."""
+    found = benchmark("coupling")
+    cases = {name: rows for name, rows in found.items() if name != "built-in"}
+    steps = list(next(iter(cases.values())))
+    rows = [
+        (name, *(f"{100.0 * row['torsion']:.2g} % ({100.0 * row['mean_torque']:+.2g} %)" for row in by_step.values()))
+        for name, by_step in cases.items()
+    ]
+    return table(("rule, order", *(f"{step}°" for step in steps)), rows)
+
+
 # Whole pages and pictures ---------------------------------------------------------------------------------------------
 
 
@@ -346,6 +361,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "elastic_grid": ("benchmarks.md", elastic_grid),
     "whole_engine": ("benchmarks.md", whole_engine),
     "damper": ("benchmarks.md", damper),
+    "coupling": ("fmu.md", coupling),
 }
 """Document and maker of each part that stands between marks."""
 WHOLE: dict[str, Callable[[], None]] = {"pages": pages, "pictures": pictures, "studies": studies}

@@ -7,7 +7,8 @@ would get wrong, and what is done here about it:
 * modules are imported by bare name: slave and package carry digests in their names, so FMUs share nothing by chance;
 * the extraction folder is new each time, and numba's cache goes by the place of the sources: the package is imported
   from a folder of the user's cache (``cranktrain/core/cache.py`` says where), written once and verified at each start;
-* this module is executed at every instantiation and drops a reference on its globals: it is light, and takes one back;
+* the slave's module is executed at every instantiation, which drops a reference on its globals and keeps each class
+  that the code defines: it is a few lines that import this one, ``SLAVE_MODULE`` of cranktrain/fmu/archive.py;
 * an exception costs instance, class and message list a reference each: they are given one more beforehand, so the
   instance outlives its error with its state at the last good time;
 * the Linux library releases its interpreter state twice when the process ends (once as a static object, once as it
@@ -31,13 +32,15 @@ import traceback
 import zlib
 from pathlib import Path
 
-from pythonfmu import Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Integer, Real, String
+from pythonfmu import Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real, String
 
 COARSE_STEP = 3.0  # degrees of crank angle; pressures change by bars within it
 _STATE = struct.Struct("<8sI64sIdII")
 _STATE_MAGIC = b"CRNKSTA\0"
-_STATE_VERSION = 1
-_INSTANTIATED, _INITIALIZING, _STEPPING = range(3)
+_STATE_VERSION = 2
+_INSTANTIATED, _INITIALIZING, _STEPPING, _TERMINATED = range(4)
+_PHASES = "only instantiated", "in initialization mode", "initialized", "terminated"
+_NEEDED = "numpy", "numba", "llvmlite"  # the last comes with numba
 
 _descriptions: dict = {}
 _models: dict = {}
@@ -80,6 +83,19 @@ def _package(resources: Path, name: str):
     return sys.modules[name]
 
 
+def _lacking():
+    """Packages that the model needs and this Python has not, in words; empty where there are none."""
+    missing = []
+    for name in _NEEDED:
+        try:
+            found = importlib.util.find_spec(name)
+        except ImportError:
+            found = None
+        if found is None:
+            missing.append(name)
+    return " and ".join(missing)
+
+
 def _release_once(library: Path) -> None:
     """Release the library's interpreter state when Python ends; later it would be released twice."""
     if not sys.platform.startswith("linux") or not sys.orig_argv or str(library) in _libraries:
@@ -107,14 +123,15 @@ class CranktrainSlave(Fmi2Slave):
         self.author, self.license, self.version = about["author"], about["license"], about["version"]
         self._variables = sorted(about["variables"], key=lambda v: v["reference"])
         starts = [math.nan if v["start"] is None else v["start"] for v in self._variables]
-        self._n_real, self._n_integer = about["reals"], about["integers"]
-        self._first_string = self._n_real + self._n_integer
+        self._n_real = about["reals"]
         self._real = [float(value) for value in starts[: self._n_real]]
-        self._integer = [0] * self._n_integer
-        self._string = starts[self._first_string :]
+        self._string = starts[self._n_real :]
         # reals come first and inputs before outputs: the inputs' references are 0 .. n-1
         self._n_inputs = sum(v["causality"] == "input" for v in self._variables)
-        self._layout = f"<{self._n_real + self._n_inputs}d{self._n_integer}q"
+        self._highest = [
+            sys.float_info.max if v["max"] is None else v["max"] for v in self._variables[: self._n_inputs]
+        ]
+        self._layout = f"<{self._n_real + self._n_inputs}d"
         self._phase = _INSTANTIATED
         self._pending = False
         self._simulation = None
@@ -125,27 +142,44 @@ class CranktrainSlave(Fmi2Slave):
         while sys.path.count(self.resources) > 1:  # one more is put there at every instantiation
             sys.path.remove(self.resources)
         _release_once(self._resources.parent / "binaries" / "linux64" / f"{self.modelName}.so")
+        lacking = _lacking()
+        if lacking:
+            raise self._failure(
+                f"this FMU runs Python code that needs {lacking}, which the Python at {sys.executable or sys.prefix} "
+                f"lacks; install: {sys.executable or 'python'} -m pip install numpy numba"
+            )
 
     # ------------------------------------------------------------------ life cycle
 
     def setup_experiment(self, start_time, stop_time, tolerance):
         """Take the start time; steps are controlled by ``solver.step``, not by a tolerance."""
+        self._expect("setupExperiment", _INSTANTIATED)
         if not math.isfinite(start_time):
             raise self._failure(f"the start time is {start_time}; it must be a finite time in seconds")
         self._start_time = float(start_time)
 
     def enter_initialization_mode(self):
         """From here outputs can be asked for."""
+        self._expect("enterInitializationMode", _INSTANTIATED)
         self._phase, self._pending = _INITIALIZING, True
 
     def exit_initialization_mode(self):
         """Load the model, compile or load its kernels, and find the static equilibrium."""
+        self._expect("exitInitializationMode", _INITIALIZING)
         if self._pending or self._simulation is None:
             self._initialize()
         self._phase = _STEPPING
 
     def terminate(self):
-        """Nothing to release: the instance holds memory only."""
+        """Nothing to release, the instance holds memory only; no step follows but after a reset or another state."""
+        self._expect("terminate", _INITIALIZING, _STEPPING)
+        self._phase = _TERMINATED
+
+    def _expect(self, call, *phases):
+        """Refuse a call that FMI's state machine does not allow here."""
+        if self._phase not in phases:
+            allowed = " or ".join(_PHASES[phase] for phase in phases)
+            raise self._failure(f"{call} on an instance that is {_PHASES[self._phase]}; it must be {allowed}")
 
     def do_step(self, current_time, step_size):
         """Advance to ``current_time + step_size``; every failure is raised with its explanation."""
@@ -154,9 +188,12 @@ class CranktrainSlave(Fmi2Slave):
                 f"communication step of {step_size} s at time {current_time} s; it must be positive, in seconds"
             )
         simulation = self._simulation
+        if self._phase == _TERMINATED:
+            raise self._failure("doStep on an instance that is terminated; reset it, or set a state")
         if self._phase != _STEPPING or simulation is None:
             raise self._failure("doStep before the initialization is complete; call exitInitializationMode first")
-        if not abs(current_time - simulation.time) <= 1e-9 + 1e-6 * abs(current_time) + 1e-3 * step_size:
+        # The model lags by what slivers of time it has left to the next step.
+        if not abs(current_time - simulation.time) <= 2e-9 + 1e-6 * abs(current_time) + 1e-3 * step_size:
             raise self._failure(
                 f"the master steps from {current_time} s but the model stands at {simulation.time} s; "
                 "set a state of that time or step on from there"
@@ -165,7 +202,8 @@ class CranktrainSlave(Fmi2Slave):
             self._warn_if_coarse(step_size)
         try:
             simulation.inputs[:] = self._real[: self._n_inputs]
-            simulation.step(current_time + step_size)
+            if current_time + step_size > simulation.time:  # else the master's rounding has made nothing of the step
+                simulation.step(current_time + step_size)
             self._take_outputs()
         except Exception as error:
             raise self._failure(error) from None
@@ -181,7 +219,7 @@ class CranktrainSlave(Fmi2Slave):
 
     def _chosen(self):
         """Settings: those that the build fixed, and the parameters'."""
-        values = self._real + self._integer + self._string
+        values = self._real + self._string
         chosen = {v["setting"]: values[v["reference"]] for v in self._variables if v["causality"] == "parameter"}
         return {**self._about["fixed"], **chosen}
 
@@ -196,28 +234,26 @@ class CranktrainSlave(Fmi2Slave):
         simulation = running.simulation(_models[digest], settings, names)
         taken = self._output_places(simulation)
         simulation.inputs[:] = inputs
-        simulation.initialize(time)
+        with running.announced_compilation(self.instance_name):
+            simulation.initialize(time)
         self._simulation, self._taken, self._origin = simulation, taken, (settings, inputs)
 
     def _output_places(self, simulation):
-        """Where each output of the interface stands in the simulation's outputs: reals, then integers."""
+        """Where each output of the interface stands in the simulation's outputs, and how many there are."""
         names = {name: i for i, name in enumerate(simulation.output_names)}
         outputs = [v for v in self._variables if v["causality"] == "output"]
         missing = [v["name"] for v in outputs if v["name"] not in names]
         if missing:
             raise RuntimeError(f"the model computes no '{missing[0]}'; the FMU was built from files that do not match")
-        reals = [names[v["name"]] for v in outputs if v["type"] == "Real"]
-        if reals == list(range(reals[0], reals[0] + len(reals))):
-            reals = slice(reals[0], reals[0] + len(reals))
-        return reals, [names[v["name"]] for v in outputs if v["type"] == "Integer"], len(outputs)
+        places = [names[v["name"]] for v in outputs]
+        if places == list(range(places[0], places[0] + len(places))):
+            places = slice(places[0], places[0] + len(places))
+        return places, len(outputs)
 
     def _take_outputs(self):
-        reals, integers, count = self._taken
-        outputs = self._simulation.outputs
+        places, count = self._taken
         first = self._n_inputs
-        self._real[first : first + count - len(integers)] = outputs[reals].tolist()
-        for k, place in enumerate(integers):
-            self._integer[k] = int(outputs[place])
+        self._real[first : first + count] = self._simulation.outputs[places].tolist()
 
     def _warn_if_coarse(self, step_size):
         degrees = math.degrees(self._real[0] * step_size)
@@ -246,9 +282,9 @@ class CranktrainSlave(Fmi2Slave):
 
     def set_real(self, vrs, values):
         """Inputs at any time; parameters before initialization."""
-        real, n_inputs = self._real, self._n_inputs
+        real, n_inputs, highest = self._real, self._n_inputs, self._highest
         for vr, value in zip(vrs, values, strict=True):
-            if vr < n_inputs and 0.0 <= value < math.inf:
+            if vr < n_inputs and 0.0 <= value <= highest[vr]:
                 real[vr] = value
             else:
                 self._set(real, 0, self._n_real, vr, value, "Real")
@@ -256,24 +292,21 @@ class CranktrainSlave(Fmi2Slave):
             self._pending = True
 
     def get_integer(self, vrs):
-        """Integers by value reference."""
-        if self._pending:
-            self._answer_in_initialization(vrs)
-        return self._get(self._integer, self._n_real, vrs, "Integer")
+        """No variable is an integer."""
+        return [] if not vrs else self._get([], len(self._variables), vrs, "Integer")
 
     def set_integer(self, vrs, values):
-        """No integer can be set: all are outputs."""
-        for vr, value in zip(vrs, values, strict=True):
-            self._set(self._integer, self._n_real, self._first_string, vr, value, "Integer")
+        """No variable is an integer."""
+        self.get_integer(vrs)
 
     def get_string(self, vrs):
         """Strings by value reference."""
-        return self._get(self._string, self._first_string, vrs, "String")
+        return self._get(self._string, self._n_real, vrs, "String")
 
     def set_string(self, vrs, values):
         """Parameters, before initialization."""
         for vr, value in zip(vrs, values, strict=True):
-            self._set(self._string, self._first_string, len(self._variables), vr, value, "String")
+            self._set(self._string, self._n_real, len(self._variables), vr, value, "String")
 
     def get_boolean(self, vrs):
         """No variable is a boolean."""
@@ -304,7 +337,7 @@ class CranktrainSlave(Fmi2Slave):
         name = variable["name"]
         if variable["causality"] == "output":
             raise self._failure(f"'{name}' is an output and cannot be set")
-        if variable["causality"] == "parameter" and self._phase == _STEPPING:
+        if variable["causality"] == "parameter" and self._phase >= _STEPPING:
             raise self._failure(f"parameter '{name}' is fixed after initialization; reset the instance, then set it")
         if kind == "String" and variable["choices"] and value not in variable["choices"]:
             raise self._failure(f"'{name}' is '{value}'; valid: " + ", ".join(variable["choices"]))
@@ -323,11 +356,10 @@ class CranktrainSlave(Fmi2Slave):
     # ------------------------------------------------------------------ state
 
     def _get_fmu_state(self):
-        running = self._phase == _STEPPING
+        running = self._phase >= _STEPPING and self._simulation is not None
         vector = self._simulation.state.tobytes() if running else b""
         origin = self._origin[1] if running else self._real[: self._n_inputs]
         strings = "\0".join(self._string).encode()
-        numbers = (*self._real, *origin, *self._integer)
         head = _STATE.pack(
             _STATE_MAGIC,
             _STATE_VERSION,
@@ -337,7 +369,7 @@ class CranktrainSlave(Fmi2Slave):
             len(strings),
             len(vector) // 8,
         )
-        body = struct.pack(self._layout, *numbers) + strings + vector
+        body = struct.pack(self._layout, *self._real, *origin) + strings + vector
         return head + body + struct.pack("<I", zlib.crc32(head + body))
 
     def _set_fmu_state(self, state):
@@ -360,15 +392,14 @@ class CranktrainSlave(Fmi2Slave):
         self._real = list(numbers[: self._n_real])
         self._string = state[at : at + n_string].decode().split("\0") if n_string else []
         try:
-            if phase == _STEPPING:
-                origin = list(numbers[self._n_real : self._n_real + self._n_inputs])
+            if n_vector:
+                origin = list(numbers[self._n_real :])
                 self._resume(time, origin, state[at + n_string : at + n_string + 8 * n_vector])
         except BaseException:
             self._real, self._string = kept
             raise
-        self._integer = list(numbers[self._n_real + self._n_inputs :])
         self._phase, self._pending = phase, phase == _INITIALIZING
-        if phase != _STEPPING:
+        if not n_vector:
             self._start_time, self._simulation = time, None
 
     def _resume(self, time, origin, vector):
@@ -415,24 +446,19 @@ class CranktrainSlave(Fmi2Slave):
         """Register the variables and describe them; the build adds what the wrapping library leaves out."""
         kinds = {
             "Real": (Real, self.get_real),
-            "Integer": (Integer, self.get_integer),
             "String": (String, self.get_string),
         }
         for v in self._variables:
             kind, getter = kinds[v["type"]]
             fixed = v["causality"] == "parameter"
-            changing = Fmi2Variability.continuous if v["type"] == "Real" else Fmi2Variability.discrete
             initial = {"parameter": Fmi2Initial.exact, "output": Fmi2Initial.calculated}.get(v["causality"])
             self.register_variable(
                 kind(
                     v["name"],
                     causality=Fmi2Causality[v["causality"]],
-                    variability=Fmi2Variability.fixed if fixed else changing,
+                    variability=Fmi2Variability.fixed if fixed else Fmi2Variability.continuous,
                     initial=initial,
                     getter=lambda vr=v["reference"], getter=getter: getter([vr])[0],
                 )
             )
         return super().to_xml(model_options or {})
-
-
-ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))  # the loader gives one away at each instantiation

@@ -63,9 +63,8 @@ class Unit:
         return self
 
     def bits(self):
-        """All real outputs, exactly."""
-        names = [name for name in self.outputs if self.kind[name] == "Real"]
-        return [value.hex() for value in self.fmu.getReal([self.reference[name] for name in names])]
+        """All outputs, exactly."""
+        return [value.hex() for value in self.fmu.getReal([self.reference[name] for name in self.outputs])]
 
     def refusal(self, action):
         """Status and log of a call that must fail."""

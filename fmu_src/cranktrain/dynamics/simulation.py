@@ -55,8 +55,9 @@ from cranktrain.dynamics.settled.slow_modes import Motion, motion_of
 from cranktrain.dynamics.start.mean_motion import Start, leaning, rigid_start
 from cranktrain.dynamics.start.settling import settle
 from cranktrain.dynamics.time.integrators import method_mark
+from cranktrain.dynamics.time.reconstruction import GIVEN
 from cranktrain.dynamics.time.status import NO_START, OK, REMEDIES, SINGULAR
-from cranktrain.dynamics.time.step_control import GIVEN, MAX_HALVINGS, ports_at_state
+from cranktrain.dynamics.time.step_control import MAX_HALVINGS, ports_at_state
 from cranktrain.dynamics.warm_films import (
     PASSES,
     SETTLED,

@@ -31,6 +31,12 @@ from cranktrain.store.whole_file import Kind, check_place, marked, whole_file
 ROOT = SOURCES.parent
 DESCRIPTION = ROOT / "modelDescription"
 SLAVE = "cranktrain_slave.py"
+SLAVE_MODULE = """import ctypes
+
+from {0} import CranktrainSlave
+
+ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))  # the loader gives one away at each instantiation
+"""
 PLATFORMS = ("linux64", "win64")
 
 
@@ -130,7 +136,6 @@ def _contents(
         "license": "BSD-3-Clause",
         "version": __version__,
         "reals": sum(v.type == "Real" for v in variables),
-        "integers": sum(v.type == "Integer" for v in variables),
         "variables": [plain(v) for v in variables],
         "fixed": dict(fixed or {}),
     }
@@ -141,7 +146,8 @@ def _contents(
     files["variables.json"] = json.dumps(about, sort_keys=True, indent=1).encode()
     files["model.bin"] = data
     name = f"cranktrain_slave_{digest[:12]}"
-    files[f"{name}.py"] = slave
+    files[f"{name}_class.py"] = slave
+    files[f"{name}.py"] = SLAVE_MODULE.format(f"{name}_class").encode()
     guid = "{" + "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32])) + "}"
     return Contents(str(about["model"]), guid, name, variables, files)
 

@@ -44,7 +44,7 @@ REGISTERS: dict[str, Callable[[], dict[str, str]]] = {
 }
 """Registers that interface.toml names: the names of their rows and what they are."""
 
-TYPES = ("Real", "Integer", "String")
+TYPES = ("Real", "String")
 _FAMILY = re.compile(r"\[1\.\.(\w+)\]")
 _BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
@@ -74,10 +74,8 @@ class Variable:
 
     @property
     def variability(self) -> str:
-        """Continuous reals, discrete integers, fixed parameters."""
-        if self.causality == "parameter":
-            return "fixed"
-        return "continuous" if self.type == "Real" else "discrete"
+        """Continuous inputs and outputs, fixed parameters."""
+        return "fixed" if self.causality == "parameter" else "continuous"
 
 
 @dataclass(frozen=True)

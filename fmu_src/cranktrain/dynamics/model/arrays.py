@@ -10,7 +10,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from cranktrain.core.build_mark import build_mark
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model.block import BlockArrays, block_arrays
@@ -35,6 +37,7 @@ from cranktrain.dynamics.model.slots import (
     FALLOFF,
     FILM_CHANGE,
     FILTER,
+    GAS_DELAY,
     GAS_LOAD,
     GAS_SOURCE,
     GRAVITY,
@@ -108,6 +111,7 @@ class ModelArrays(NamedTuple):
     kinks: Array  # (k,) angles after firing dead centre at which the built-in trace is least smooth
     choices: Array  # (CHOICES,) see dynamics.model.slots
     stages: Array  # the integrator's table, see dynamics.time.table
+    build: NDArray[np.void]  # (0,) see core.build_mark
 
 
 class Dimensions(NamedTuple):
@@ -232,6 +236,7 @@ def build_model(
         kinks=kinks(gas.fired),
         choices=_choices(settings),
         stages=integrator_table(settings.integrator),
+        build=build_mark(),
     )
 
 
@@ -323,6 +328,7 @@ def _choices(settings: Settings) -> Array:
     choices[STEP_TOLERANCE] = settings.tolerance if settings.control == "adaptive" else 0.0
     choices[EMBEDDED_ORDER] = method.embedded
     choices[ORDER] = max(2, method.order)
+    choices[GAS_DELAY] = settings.gas_delay
     return choices
 
 

@@ -17,7 +17,8 @@ from cranktrain.loads.damper import required_damper
 
 # Gas source and input reconstruction.
 GAS_SOURCES = {"auto": 0, "builtin": 1, "input": 2}
-RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2}
+RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2, "polytropic": 3}
+MOST_DELAY = 2.0
 CONTROLS = ("fixed", "adaptive")
 BOUNDARIES = {"speed": 1.0, "torque": 0.0}
 """What is given at the dynamometer."""
@@ -32,7 +33,9 @@ class Settings:
     What is left open follows the level, see :func:`resolved`: ``integrator`` auto; ``newton_tolerance`` of the ports in
     units of clearance; ``film_change``, the share of itself by which a film may close over a step. With ``control``
     adaptive steps are parts of ``step``, as short as an error per step of ``tolerance`` asks
-    (:mod:`cranktrain.dynamics.time.error_estimate`). ``film_temperature`` is one of ``TEMPERATURES``.
+    (:mod:`cranktrain.dynamics.time.error_estimate`). ``film_temperature`` is one of ``TEMPERATURES``; ``gas_delay`` is
+    how many communication steps before its own a given pressure was computed for
+    (:mod:`cranktrain.dynamics.time.reconstruction`).
     """
 
     crank: str = "solid"
@@ -48,7 +51,8 @@ class Settings:
     tolerance: float = 1.0e-3
     gas_source: str = "auto"
     gas_load: float = 1.0
-    reconstruction: str = "linear"
+    reconstruction: str = "polytropic"
+    gas_delay: float = 0.0
     crankcase_pressure: float = AMBIENT
     oil_temperature: float = 0.0
     film_temperature: str = "engine"
@@ -122,6 +126,11 @@ def check_levels(settings: Settings, engine: Engine) -> None:
             )
         if not 1.0e-10 <= settings.tolerance <= 1.0:
             raise InputError(f"tolerance of adaptive control must be 1e-10 to 1, got {settings.tolerance:g}")
+    if not 0.0 <= settings.gas_delay <= MOST_DELAY:
+        raise InputError(
+            f"given pressures may be 0 to {MOST_DELAY:g} communication steps late, not {settings.gas_delay:g}; 1 is "
+            "that of a master whose units step at the same time"
+        )
     if settings.block == "flexible" and settings.pistons == "rigid":
         raise InputError(
             "rigid pistons run on an axis at rest and cannot follow a flexible block, which leans on its mounts; "

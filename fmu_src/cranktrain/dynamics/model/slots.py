@@ -14,8 +14,9 @@ GRAVITY, CRANKCASE, GAS_LOAD, BEST_SPEED, FALLOFF, SHAFT_K, SHAFT_C, FILTER, RIG
 DRIVEN, DAMPER_TEMPERATURE, SCALARS = 10, 11, 12
 # ``ModelArrays.choices``: numbers of gas source and reconstruction of the inputs, Newton tolerance, share of itself by
 # which a film may close over a step, tolerance of adaptive control (0: fixed steps), order of the embedded method and
-# of the method itself.
-GAS_SOURCE, RECONSTRUCTION, NEWTON_TOLERANCE, FILM_CHANGE, STEP_TOLERANCE, EMBEDDED_ORDER, ORDER, CHOICES = range(8)
+# of the method itself, communication steps by which given pressures are late.
+GAS_SOURCE, RECONSTRUCTION, NEWTON_TOLERANCE, FILM_CHANGE, STEP_TOLERANCE, EMBEDDED_ORDER, ORDER = range(7)
+GAS_DELAY, CHOICES = 7, 8
 # ``ModelArrays.layout``: first port of free rods (0: none), connection of the thrust bearing and of the first
 # rod, modes of the crank, of all that turns; the damper's port (0: none); first stationary port of bores'
 # rotations, liners and pistons (0: none); ports in all; main journals of the engine, which may be locked on their axis;
@@ -36,6 +37,9 @@ STATE_U, STATE_UD, STATE_UDD, SERIES, GUESS, RELATIVE, RELATIVE_RATE, PORT_VECTO
 # Rows of ``Work.modal``: memory of a factorisation, vectors of a stage, its Q and V, what a step of Newmark's form
 # knows beforehand, and the step's difference from its embedded solution.
 PIVOTS, COLUMN, BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MODAL_VECTORS = range(11)
+# Rows of ``Work.inputs``: value and rate of each input over the communication step; where ``EXPONENT`` is not 0, those
+# of a cylinder's p Vⁿ by the crank's angle, with what it bends; the angles of the two newest samples.
+VALUE, RATE, BEND, EXPONENT, ANGLES, INPUT_ROWS = range(6)
 # ``Work.counters``.
 N_STEPS, N_STAGES, N_ITERATIONS, N_REJECTED, N_FACTORS, WORST_RESIDUAL, N_MISSED, COUNTERS = range(8)
 # Columns of ``Work.key``: step and speed that factors were made for.

@@ -1,6 +1,6 @@
 """The whole state of the running model in one float64 vector.
 
-A header of scalars, the inputs at the last two communication points, then modal position, velocity, acceleration and
+A header of scalars, the inputs at the last three communication points, then modal position, velocity, acceleration and
 two blocks that integrators remember, what the guess of the ports missed at each stage of the last step, and the elastic
 films: of each its node unknowns, shapes, their rates, and the results at the end of the step. A copy of it is all that
 get, set and serialise need.
@@ -14,7 +14,7 @@ from cranktrain.core.kernel import kernel
 TIME, SHAFT_ANGLE, SHAFT_SPEED, SHAFT_ACCELERATION = 0, 1, 2, 3
 LEAD_ANGLE, LEAD_SPEED = 4, 5
 STEP_REFERENCE, OMEGA_REFERENCE = 6, 7
-PRESSURES_SET, LAST_INTERVAL = 8, 9
+PRESSURES_SET = 8
 SUBSTEPS, ITERATIONS, RESIDUAL, CONTRACTION, STEP_LAST = 10, 11, 12, 13, 14
 ONLINE_FILMS = 15
 # Step control: halvings of the last step, error of the last step in tolerances, and the running mean and variance of
@@ -23,16 +23,21 @@ HALVINGS, STEP_ERROR = 16, 17
 OUTPUT_MEAN, OUTPUT_VARIANCE = 18, 20
 METHOD = 22
 """Mark of the integrator, whose blocks mean nothing to another; 0 where none is given."""
-HEADER = 24
+# Samples of the inputs: how many are kept; the communication step that began at the newest of them, s, and the time
+# between it and the one before; the crank's angle at the last communication point, and those that the samples'
+# pressures belong to, newest first, rad.
+SAMPLES, LAST_INTERVAL, EARLIER_INTERVAL, POINT_ANGLE, SAMPLE_ANGLES = 9, 23, 24, 25, 26
+MOST_SAMPLES = 3
+HEADER = 30
 MAX_INPUTS = 32
-"""Room for one speed and the pressures of up to 31 cylinders, at two communication points."""
-INPUTS_BEFORE = HEADER
-INPUTS_NOW = HEADER + MAX_INPUTS
+"""Room for one speed, the pressures of up to 30 cylinders and a torque in each sample."""
+INPUTS_NOW = HEADER
+INPUTS_BEFORE = HEADER + MAX_INPUTS
 MAX_STAGES = 8
 # Blocks of n modal values: what generalised-α calls ā, or bdf2's position a step before; bdf2's velocity then.
 POSITION, VELOCITY, ACCELERATION, AUXILIARY, HISTORY = 0, 1, 2, 3, 4
 MODAL_BLOCKS = 5
-BODY = HEADER + 2 * MAX_INPUTS
+BODY = HEADER + MOST_SAMPLES * MAX_INPUTS
 
 
 @kernel

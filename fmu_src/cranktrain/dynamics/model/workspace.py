@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cranktrain.core.build_mark import build_mark
 from cranktrain.core.kernel import kernel_address
 from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
@@ -16,6 +17,7 @@ from cranktrain.dynamics.model.slots import (
     DIFFERENCE_KERNEL,
     FACTOR_SLOTS,
     FRAME_SIZE,
+    INPUT_ROWS,
     KEYS,
     MODAL_VECTORS,
     PORT_VECTORS,
@@ -54,10 +56,11 @@ class Work(NamedTuple):
     frames: Array  # (stages, FRAME_SIZE) the frame's motion at each stage
     guides: Array  # (c, 3) side forces of a guided piston's layers and its friction, as a stage last found them
     pressures: Array  # (stages, c) cylinder pressures at each stage
-    inputs: Array  # (2, 2 + c) value and rate of the reconstructed inputs
+    inputs: Array  # (INPUT_ROWS, 2 + c) the reconstructed inputs
     backup: Array  # (2, state) state at the start of a communication step and of a sub-step
     family: NDArray[np.int64]  # (2,) addresses of the integrator's kernels: its step, the difference from its embedded
     # solution
+    build: NDArray[np.void]  # (0,) see core.build_mark
 
 
 def make_work(model: ModelArrays, state_size: int) -> Work:
@@ -82,9 +85,10 @@ def make_work(model: ModelArrays, state_size: int) -> Work:
         frames=z((MAX_STAGES, FRAME_SIZE)),
         guides=z((d.cylinders, 3)),
         pressures=z((MAX_STAGES, d.cylinders)),
-        inputs=z((2, 2 + d.cylinders)),
+        inputs=z((INPUT_ROWS, 2 + d.cylinders)),
         backup=z((2, state_size)),
         family=z(2, dtype=np.int64),
+        build=build_mark(),
     )
     kernels = family(model.stages)
     work.family[STEP_KERNEL] = kernel_address(resolve(kernels.step), model, work, np.zeros(state_size), 0, 0.0)

@@ -9,20 +9,27 @@ the iteration.
 
 from __future__ import annotations
 
+import math
+
 from cranktrain.core.kernel import inlined_kernel
 from cranktrain.dynamics.model.slots import (
+    AREA,
     BEST_SPEED,
+    CLEARANCE_VOLUME,
     FALLOFF,
     FIRING,
     FORCES,
     GAS_LOAD,
     GAS_SOURCE,
     LEAD_RATE,
+    OFFSET,
     OMEGA,
     PHASE,
     Q_FREE,
     RIGID_ROTATION,
+    ROD,
     ROTATION,
+    STROKE_TOP,
 )
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, PRESSURES_SET, VELOCITY, offset
 from cranktrain.loads.gas_pressure import gas_pressure
@@ -44,6 +51,18 @@ def trace_pressure(model, cylinder, theta, speed):
     if share < 0.0:
         share = 0.0
     return motored + share * gas_pressure(angle, model.gas[1])
+
+
+@inlined_kernel
+def gas_volume(model, cylinder, theta):
+    """Volume above a piston (m³) at a crank angle, of parts that do not deform."""
+    row = model.cylinders[cylinder]
+    angle = trace_angle(model, cylinder, theta)
+    pin = model.pins[cylinder]
+    throw = math.sqrt(pin[0] * pin[0] + pin[1] * pin[1])
+    x = throw * math.sin(angle) + row[OFFSET]
+    reach = throw * math.cos(angle) + math.sqrt(row[ROD] * row[ROD] - x * x)
+    return row[CLEARANCE_VOLUME] + row[AREA] * (row[STROKE_TOP] - reach)
 
 
 @inlined_kernel

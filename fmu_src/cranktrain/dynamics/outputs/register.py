@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cranktrain.core.build_mark import build_mark
 from cranktrain.core.kernel import kernel_address
 from cranktrain.core.named import Named, resolve
 from cranktrain.core.reduced_body import Array
@@ -117,6 +118,7 @@ class Outputs(NamedTuple):
 
     families: NDArray[np.int64]  # (f, COLUMNS) kernel's address, first value and the one behind the last, members
     values: Array  # (outputs,)
+    build: NDArray[np.void]  # (0,) see core.build_mark
 
 
 def observers(counts: Counts, model: Any, work: Any, state: Array, values: Array) -> Outputs:
@@ -127,7 +129,7 @@ def observers(counts: Counts, model: Any, work: Any, state: Array, values: Array
         end = first + members * len(family.outputs)
         rows.append([kernel_address(resolve(family.kernel), model, work, state, members, state), first, end, members])
         first = end
-    return Outputs(np.array(rows, dtype=np.int64), values)
+    return Outputs(np.array(rows, dtype=np.int64), values, build_mark())
 
 
 _TWISTS = {"crank": "torsional"}

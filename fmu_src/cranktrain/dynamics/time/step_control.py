@@ -15,7 +15,6 @@ import math
 
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
-    AMBIENT,
     BORE_ROTATIONS,
     COS,
     DRIVEN,
@@ -36,7 +35,7 @@ from cranktrain.dynamics.model.slots import (
     OMEGA,
     OMEGA_DOT,
     PORTS,
-    RECONSTRUCTION,
+    RATE,
     RELATIVE,
     RELATIVE_RATE,
     ROTATION,
@@ -48,23 +47,20 @@ from cranktrain.dynamics.model.slots import (
     STEP_TOLERANCE,
     THETA,
     TURNING_MODES,
+    VALUE,
     WHIRL,
     WORST_RESIDUAL,
 )
 from cranktrain.dynamics.model.state import (
     CONTRACTION,
     HALVINGS,
-    INPUTS_BEFORE,
-    INPUTS_NOW,
     ITERATIONS,
-    LAST_INTERVAL,
     LEAD_ANGLE,
     LEAD_SPEED,
     MAX_STAGES,
     OMEGA_REFERENCE,
     ONLINE_FILMS,
     POSITION,
-    PRESSURES_SET,
     RESIDUAL,
     SHAFT_ACCELERATION,
     SHAFT_ANGLE,
@@ -83,10 +79,12 @@ from cranktrain.dynamics.motion.film_memory import close_step, fastest_closing, 
 from cranktrain.dynamics.motion.gas import built_in, crank_rotation, trace_pressures
 from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.dynamics.time.error_estimate import event_within, remember_outputs, step_error
+from cranktrain.dynamics.time.reconstruction import given_pressures, is_sliver, reconstruct, take_sample
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, to_ports
 from cranktrain.dynamics.time.status import OK, SINGULAR
 from cranktrain.dynamics.time.table import FIRST_STAGE, HEAD, NODE, STAGES, coefficients
-from cranktrain.film.laws.films import RATE, film_call
+from cranktrain.film.laws.films import RATE as FILM_RATE
+from cranktrain.film.laws.films import film_call
 from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_motion
 from cranktrain.loads.gas_pressure import CYCLE
 
@@ -99,37 +97,12 @@ REJECTED = 2.0
 """Error in tolerances at which a step is taken again; below, the next one is halved."""
 MARGIN = 0.5
 """Error in tolerances that a step of twice the length may promise."""
-GIVEN = 1.0e-3
-"""Pa from the start value at which a pressure counts as given: masters that interpolate round its last digit."""
 REFACTOR = 0.01
 """S is made anew when the shaft's speed has left Ω₀ by this share; what is left over is iterated in the stage."""
 ROUNDED = 1.0e-9
 """rad by which an angle may miss a cycle's end."""
 STEPPING_SPEED = 60.0
 """rad/s below which sub-steps no longer grow with falling speed: the structure vibrates at standstill as well."""
-
-
-@kernel
-def reconstruct(model, work, state, inputs, interval):
-    """Take in the inputs of this communication point; value and rate for the coming interval go to ``work.inputs``."""
-    rule = model.choices[RECONSTRUCTION]
-    last = state[LAST_INTERVAL]
-    cylinders = model.cylinders.shape[0]
-    for k in range(2 + cylinders):
-        before = state[INPUTS_NOW + k] if last > 0.0 else inputs[k]
-        now = inputs[k]
-        state[INPUTS_BEFORE + k] = before
-        state[INPUTS_NOW + k] = now
-        work.inputs[0, k] = now
-        work.inputs[1, k] = 0.0
-        if rule == 1.0 and last > 0.0:
-            work.inputs[1, k] = (now - before) / last
-        elif rule == 2.0:
-            work.inputs[0, k] = before
-            work.inputs[1, k] = (now - before) / interval
-        if 0 < k <= cylinders and abs(now - AMBIENT) > GIVEN:
-            state[PRESSURES_SET] = 1.0
-    state[LAST_INTERVAL] = interval
 
 
 @inlined_kernel
@@ -144,9 +117,9 @@ def base_motion(model, work, state, begin, tau):
         return following_motion(
             state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], rotation, rate, change, tau
         )
-    target = work.inputs[0, 0] + work.inputs[1, 0] * begin
+    target = work.inputs[VALUE, 0] + work.inputs[RATE, 0] * begin
     angle, speed, acceleration = shaft_motion(
-        state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], target, work.inputs[1, 0],
+        state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], target, work.inputs[RATE, 0],
         model.scalars[FILTER], tau,
     )  # fmt: skip
     return angle, speed, acceleration, acceleration
@@ -171,7 +144,7 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
     frame[COS] = math.cos(frame[THETA])
     frame[SIN] = math.sin(frame[THETA])
     load = model.cylinders.shape[0] + 1
-    frame[LOAD] = work.inputs[0, load] + work.inputs[1, load] * (begin + tau)
+    frame[LOAD] = work.inputs[VALUE, load] + work.inputs[RATE, load] * (begin + tau)
     frame[FIRING] = frame[THETA]
     if model.layout[BORE_ROTATIONS] > 0.0:
         # Dead centre is where the cylinders point: the trace turns with the block that leans on its mounts.
@@ -180,12 +153,11 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
             frame[FIRING] -= model.block.motion[ROTATION, i] * (
                 state[offset(POSITION, n) + t + i] + tau * state[offset(VELOCITY, n) + t + i]
             )
+    rotation += tau * (rate + 0.5 * tau * change)
     if built_in(model, state):
-        trace_pressures(model, frame, rotation + tau * (rate + 0.5 * tau * change), pressures)
-        return
-    for c in range(model.cylinders.shape[0]):
-        value = work.inputs[0, 1 + c] + work.inputs[1, 1 + c] * (begin + tau)
-        pressures[c] = value if value > 0.0 else 0.0
+        trace_pressures(model, frame, rotation, pressures)
+    else:
+        given_pressures(model, work, frame[FIRING] + rotation, begin + tau, pressures)
 
 
 @inlined_kernel
@@ -210,7 +182,7 @@ def film_rate(model, work, state):
     thrust = model.thrust
     thrust.place[0, 0] = work.port[RELATIVE, z]
     thrust.velocity[0, 0] = work.port[RELATIVE_RATE, z]
-    film_call(thrust, RATE, 0, thrust.out, thrust.out)
+    film_call(thrust, FILM_RATE, 0, thrust.out, thrust.out)
     return max(rate, thrust.out[0])
 
 
@@ -232,8 +204,8 @@ def sub_step(model, work, state, begin, h, halvings):
     if abs(omega - state[OMEGA_REFERENCE]) > REFACTOR * abs(state[OMEGA_REFERENCE]):
         state[OMEGA_REFERENCE] = omega
     if h != state[STEP_LAST]:
-        # What a series misses grows with the third power of the step.
-        share = h / state[STEP_LAST] if state[STEP_LAST] > 0.0 else 0.0
+        # What a series misses grows with the third power of the step; of a far shorter one only rounding is known.
+        share = h / state[STEP_LAST] if h <= (1 << MAX_HALVINGS) * state[STEP_LAST] else 0.0
         o = defect_offset(n)
         for k in range(MAX_STAGES * m):
             state[o + k] *= share * share * share
@@ -321,16 +293,19 @@ def advance(model, work, state, inputs, t_end):
     """Advance ``state`` to ``t_end`` with the inputs [speed, pressures...] of this point; a stage status.
 
     A sub-step is halved, up to MAX_HALVINGS times, while a film would change by more than its share over it, after a
-    failure, and as adaptive control asks.
+    failure, and as adaptive control asks. A sliver of time leaves the state as it is.
     """
     size = state.shape[0]
     interval = t_end - state[TIME]
+    if is_sliver(state, interval):
+        return OK
     for i in range(size):
         work.backup[0, i] = state[i]
     iterations = work.counters[N_ITERATIONS]
     solved = model.films.solved[0]
     work.counters[WORST_RESIDUAL] = 0.0
-    reconstruct(model, work, state, inputs, interval)
+    take_sample(model, state, inputs, interval)
+    reconstruct(model, work, state)
     speed = max(abs(state[SHAFT_SPEED]), max(abs(inputs[0]), STEPPING_SPEED))
     count = max(1, math.ceil(speed * interval / model.scalars[STEP] - 1.0e-9))
     h = interval / count

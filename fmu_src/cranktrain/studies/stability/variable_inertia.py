@@ -34,6 +34,7 @@ from cranktrain.dynamics.model.state import (
     LEAD_SPEED,
     OMEGA_REFERENCE,
     POSITION,
+    SAMPLES,
     SHAFT_ANGLE,
     SHAFT_SPEED,
     STEP_LAST,
@@ -134,7 +135,7 @@ class SingleCrank:
         state[CONTRACTION] = FIRST_CONTRACTION
         state[STEP_REFERENCE] = state[STEP_LAST] = -1.0
         state[INPUTS_NOW : INPUTS_NOW + simulation.inputs.size] = simulation.inputs
-        state[INPUTS_NOW], state[LAST_INTERVAL] = state[SHAFT_SPEED], h
+        state[INPUTS_NOW], state[LAST_INTERVAL], state[SAMPLES] = state[SHAFT_SPEED], h, 1.0
         state[q] = lead / unit
         state[v] = speed * (rate - wobble) / unit
         simulation.inputs[0] = speed

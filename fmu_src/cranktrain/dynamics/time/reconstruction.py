@@ -1,0 +1,195 @@
+"""Inputs between communication points: what is made of the last samples over the communication step to come.
+
+Rule ``hold`` keeps the newest sample, ``linear`` extrapolates it in time, ``interpolate`` goes from the sample before
+to it and so comes one step late. Rule ``polytropic``, the default, does so for cylinder pressures in
+
+    p(θ) = G(θ)/V(θ)ⁿ,  n = 1.33,
+
+with G the parabola by the crank's angle through the last three samples of p Vⁿ: compression and expansion leave G
+all but constant, a burn raises it smoothly. A sample belongs to the crank's angle at its communication point, or at
+the one ``gas_delay`` steps before, as where all units of a master step at the same time. Where p Vⁿ changed by more
+than a share JUMP from one sample to the next, it jumped: no line is drawn across, and right after it the pressure is
+held. Speed and torque are extrapolated linearly beside it.
+
+Samples that lie much closer than the step to come tell nothing about it: the newer of two replaces the other, and what
+only they could tell is held. A communication step up to :data:`SLIVER` is none at all: the state stays as it is, its
+time too, so that the next step makes up for it.
+"""
+
+from __future__ import annotations
+
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.dynamics.model.slots import (
+    AMBIENT,
+    ANGLES,
+    BEND,
+    BORE_ROTATIONS,
+    EXPONENT,
+    GAS_DELAY,
+    RATE,
+    RECONSTRUCTION,
+    ROTATION,
+    TURNING_MODES,
+    VALUE,
+)
+from cranktrain.dynamics.model.state import (
+    EARLIER_INTERVAL,
+    INPUTS_NOW,
+    LAST_INTERVAL,
+    LEAD_ANGLE,
+    MAX_INPUTS,
+    MOST_SAMPLES,
+    POINT_ANGLE,
+    POSITION,
+    PRESSURES_SET,
+    SAMPLE_ANGLES,
+    SAMPLES,
+    SHAFT_ANGLE,
+    SHAFT_SPEED,
+    TIME,
+    offset,
+)
+from cranktrain.dynamics.motion.gas import built_in, crank_rotation, gas_volume
+
+POLYTROPIC = 1.33
+"""Exponent of compression and expansion with heat to the walls."""
+GIVEN = 1.0e-3
+"""Pa from the start value at which a pressure counts as given: masters that interpolate round its last digit."""
+JUMP = 0.5
+"""Share of itself by which p Vⁿ changes smoothly between two samples; beyond it has jumped."""
+SHORT = 0.2
+"""Distance of two samples, in the communication step to come, below which they tell nothing about it."""
+LEAST_TURN = 1.0e-9
+"""Distance of two samples, rad, below which they belong to one angle."""
+SLIVER = 1.0e-9
+ROUNDING = 1.0e-15
+"""Communication steps that are none: up to SLIVER (s) and ROUNDING of the time. Masters that add up times make them."""
+
+
+@inlined_kernel
+def is_sliver(state, interval):
+    """Whether a communication step is too short to be one."""
+    return interval <= SLIVER + ROUNDING * abs(state[TIME])
+
+
+@inlined_kernel
+def crank_angle(model, state):
+    """Angle of the crank against the cylinders at the state, rad, by which the gas goes."""
+    n = model.omega2.shape[0]
+    rotation, _, _ = crank_rotation(model, state)
+    angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE] + rotation
+    if model.layout[BORE_ROTATIONS] > 0.0:
+        t = int(model.layout[TURNING_MODES])
+        for i in range(6):
+            angle -= model.block.motion[ROTATION, i] * state[offset(POSITION, n) + t + i]
+    return angle
+
+
+@kernel
+def take_sample(model, state, inputs, interval):
+    """Take in the inputs of this communication point, from which a step of ``interval`` (s) begins.
+
+    An interval of 0 is none: the inputs are held and no sample is kept.
+    """
+    samples = int(state[SAMPLES])
+    angle = crank_angle(model, state)
+    belongs = angle
+    if samples > 0:
+        belongs -= model.choices[GAS_DELAY] * (angle - state[POINT_ANGLE])
+    near = samples > 0 and state[LAST_INTERVAL] < SHORT * interval
+    if near:
+        state[EARLIER_INTERVAL] += state[LAST_INTERVAL]
+    else:
+        state[EARLIER_INTERVAL] = state[LAST_INTERVAL]
+        for s in range(MOST_SAMPLES - 1, 0, -1):
+            state[SAMPLE_ANGLES + s] = state[SAMPLE_ANGLES + s - 1]
+            for k in range(inputs.shape[0]):
+                state[INPUTS_NOW + s * MAX_INPUTS + k] = state[INPUTS_NOW + (s - 1) * MAX_INPUTS + k]
+        samples = min(MOST_SAMPLES, samples + 1)
+    for k in range(inputs.shape[0]):
+        state[INPUTS_NOW + k] = inputs[k]
+        if 0 < k <= model.cylinders.shape[0] and abs(inputs[k] - AMBIENT) > GIVEN:
+            state[PRESSURES_SET] = 1.0
+    state[SAMPLE_ANGLES] = belongs
+    state[POINT_ANGLE] = angle
+    state[LAST_INTERVAL] = interval
+    state[SAMPLES] = samples if interval > 0.0 else 0.0
+
+
+@kernel
+def reconstruct(model, work, state):
+    """Fill ``work.inputs`` for the communication step that begins at the newest sample."""
+    rule = model.choices[RECONSTRUCTION]
+    samples = int(state[SAMPLES])
+    earlier = state[EARLIER_INTERVAL]
+    interval = state[LAST_INTERVAL]
+    cylinders = model.cylinders.shape[0]
+    for k in range(2 + cylinders):
+        now = state[INPUTS_NOW + k]
+        before = state[INPUTS_NOW + MAX_INPUTS + k] if samples > 1 else now
+        work.inputs[VALUE, k] = now
+        work.inputs[RATE, k] = 0.0
+        work.inputs[BEND, k] = 0.0
+        work.inputs[EXPONENT, k] = 0.0
+        if rule == 2.0 and interval > 0.0:
+            work.inputs[VALUE, k] = before
+            work.inputs[RATE, k] = (now - before) / interval
+        elif (rule == 1.0 or (rule == 3.0 and not 0 < k <= cylinders)) and samples > 1 and earlier >= SHORT * interval:
+            work.inputs[RATE, k] = (now - before) / earlier
+    if rule == 3.0 and not built_in(model, state):
+        work.inputs[ANGLES, 0] = state[SAMPLE_ANGLES]
+        work.inputs[ANGLES, 1] = state[SAMPLE_ANGLES + 1]
+        least = max(LEAST_TURN, SHORT * abs(state[SHAFT_SPEED]) * interval)
+        for c in range(cylinders):
+            polytropic_series(model, work, state, c, least)
+
+
+@inlined_kernel
+def sampled_polytropic(model, state, cylinder, sample):
+    """p Vⁿ of a cylinder at one of the samples, SI."""
+    pressure = state[INPUTS_NOW + sample * MAX_INPUTS + 1 + cylinder]
+    return pressure * gas_volume(model, cylinder, state[SAMPLE_ANGLES + sample]) ** POLYTROPIC
+
+
+@inlined_kernel
+def smooth(after, before):
+    """Whether p Vⁿ went from one value to the other without a jump."""
+    return abs(after - before) <= JUMP * max(after, before)
+
+
+@inlined_kernel
+def polytropic_series(model, work, state, cylinder, least):
+    """Parabola through the samples of a cylinder's p Vⁿ that lie ``least`` (rad) apart and hold no jump."""
+    k = 1 + cylinder
+    samples = int(state[SAMPLES])
+    newest, middle, oldest = state[SAMPLE_ANGLES], state[SAMPLE_ANGLES + 1], state[SAMPLE_ANGLES + 2]
+    if samples < 2 or newest - middle < least:
+        return
+    g = sampled_polytropic(model, state, cylinder, 0)
+    g_before = sampled_polytropic(model, state, cylinder, 1)
+    if not smooth(g, g_before):
+        return
+    work.inputs[EXPONENT, k] = POLYTROPIC
+    work.inputs[VALUE, k] = g
+    rate = (g - g_before) / (newest - middle)
+    work.inputs[RATE, k] = rate
+    if samples < 3 or middle - oldest < least:
+        return
+    g_older = sampled_polytropic(model, state, cylinder, 2)
+    if smooth(g_before, g_older):
+        work.inputs[BEND, k] = (rate - (g_before - g_older) / (middle - oldest)) / (newest - oldest)
+
+
+@inlined_kernel
+def given_pressures(model, work, angle, elapsed, pressures):
+    """Cylinder pressures (c,), Pa, at a crank angle ``elapsed`` (s) into the communication step."""
+    for c in range(model.cylinders.shape[0]):
+        value = work.inputs[VALUE, 1 + c]
+        exponent = work.inputs[EXPONENT, 1 + c]
+        if exponent > 0.0:
+            bend = (angle - work.inputs[ANGLES, 1]) * work.inputs[BEND, 1 + c]
+            value += (angle - work.inputs[ANGLES, 0]) * (work.inputs[RATE, 1 + c] + bend)
+            value /= gas_volume(model, c, angle) ** exponent
+        else:
+            value += work.inputs[RATE, 1 + c] * elapsed
+        pressures[c] = value if value > 0.0 else 0.0

@@ -1,0 +1,223 @@
+"""What masters do to an FMU: times that they add up, calls out of order, instances without end."""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+RUN_PLAIN_MASTER = """
+library = ctypes.CDLL(sys.argv[1])
+description, folder = read_model_description(sys.argv[2]), extract(sys.argv[2])
+name = description.coSimulation.modelIdentifier
+reference = {v.name: v.valueReference for v in description.modelVariables}
+steps, slivers, angle = ctypes.c_long(), ctypes.c_long(), ctypes.c_double()
+status = library.run(
+    f"{folder}/binaries/linux64/{name}.so".encode(), description.guid.encode(), f"file://{folder}/resources".encode(),
+    reference["crank.level"], b"rigid", reference["crank.angle"], ctypes.c_double(float(sys.argv[3])),
+    ctypes.c_double(float(sys.argv[4])), ctypes.byref(steps), ctypes.byref(slivers), ctypes.byref(angle))
+print(status, steps.value, slivers.value, angle.value)
+"""
+
+
+@pytest.fixture(scope="session")
+def plain_master(tmp_path_factory):
+    """A master in C, as a library that a script loads: the host's Python then serves the FMU."""
+    compiler = shutil.which("gcc")
+    if compiler is None or not sys.platform.startswith("linux"):
+        pytest.skip("needs gcc on Linux")
+    library = tmp_path_factory.mktemp("master") / "plain_master.so"
+    source = Path(__file__).with_name("plain_master.c")
+    subprocess.run([compiler, "-shared", "-fPIC", "-O1", "-o", str(library), str(source)], check=True)
+    return library
+
+
+def check_plain_master(script, master, fmu, stop, step):
+    status, steps, slivers, angle = script(RUN_PLAIN_MASTER, master, fmu, stop, step).stdout.split()
+    assert int(status) == 0 and int(steps) > stop / step
+    assert float(angle) == pytest.approx(209.43951023931953 * stop, rel=2e-3)
+    return int(slivers)
+
+
+@pytest.mark.parametrize("step", [1e-4, 1.25e-4, 1e-3 / 3.0])
+def test_a_master_that_adds_up_times_runs_on(fmu, script, plain_master, step):
+    assert check_plain_master(script, plain_master, fmu, 0.05, step) > 0
+
+
+@pytest.mark.slow
+def test_a_master_that_adds_up_times_runs_for_ten_seconds(fmu, script, plain_master):
+    assert check_plain_master(script, plain_master, fmu, 10.0, 1.25e-4) > 1000
+
+
+FMPY_RUN = """
+import numpy as np
+from fmpy import simulate_fmu
+result = simulate_fmu(sys.argv[1], start_values={"crank.level": "rigid"}, stop_time=float(sys.argv[2]),
+                      output_interval=1e-3 / 3.0, output=["crank.angle"])
+print(result["time"][-1], result["crank.angle"][-1])
+"""
+
+
+@pytest.mark.parametrize("stop", [0.05, pytest.param(10.0, marks=pytest.mark.slow)])
+def test_fmpy_runs_with_steps_that_no_binary_number_meets(fmu, script, stop):
+    time, angle = map(float, script(FMPY_RUN, fmu, stop).stdout.split()[-2:])
+    assert time == pytest.approx(stop, rel=1e-9)
+    assert angle == pytest.approx(209.43951023931953 * stop, rel=2e-3)
+
+
+def test_slivers_of_time_leave_the_state_as_it_is(fmu, script):
+    script(
+        """
+unit, plain = Unit(sys.argv[1]).start(), Unit(sys.argv[1], "plain").start()
+time, h = 0.0, 1e-4
+for k, sliver in enumerate((1.7e-18, 1e-15, 1e-12, 1e-11, 5e-10) * 4):
+    plain.fmu.doStep(k * h, h)
+    unit.fmu.doStep(time, h)
+    time += h
+    before = unit.bits()
+    unit.fmu.doStep(time, sliver)
+    assert unit.bits() == before
+    time += sliver
+force = "bearing[3].force.y"
+assert abs(unit.get(force)[0] / plain.get(force)[0] - 1.0) < 1e-4
+""",
+        fmu,
+    )
+
+
+ORDER = [
+    ("unit.fmu.exitInitializationMode()", "exitInitializationMode on an instance that is only instantiated"),
+    ("unit.fmu.terminate()", "terminate on an instance that is only instantiated"),
+    ("begin(), unit.fmu.enterInitializationMode()", "that is in initialization mode; it must be only instantiated"),
+    ("begin(), unit.fmu.setupExperiment(startTime=0.0)", "setupExperiment on an instance that is in initialization"),
+    ("begin(), unit.fmu.doStep(0.0, 1e-4)", "doStep before the initialization is complete"),
+    ("end(), unit.fmu.terminate()", "terminate on an instance that is terminated"),
+    ("end(), unit.fmu.doStep(1e-4, 1e-4)", "doStep on an instance that is terminated"),
+    ("end(), unit.fmu.exitInitializationMode()", "it must be in initialization mode"),
+]
+
+
+def test_calls_out_of_order_are_refused(fmu, script):
+    """And the instance goes on after a reset, or after its terminated self from a state of before."""
+    script(
+        f"""
+def begin():
+    unit.fmu.enterInitializationMode()
+def end():
+    unit.start().run(1)
+    unit.fmu.terminate()
+unit = Unit(sys.argv[1])
+for action, words in {ORDER!r}:
+    status, text = unit.refusal(lambda: eval(action))
+    assert status > 2 and words in text, (action, status, text)
+    unit.fmu.reset()
+unit.start().run(2)
+state = unit.fmu.getFMUstate()
+unit.fmu.terminate()
+unit.fmu.setFMUstate(state)
+unit.run(1, first=2).close()
+""",
+        fmu,
+    )
+
+
+@pytest.mark.parametrize("name", ["numba", "llvmlite"])
+def test_a_lacking_package_is_named_at_once_with_what_installs_it(fmu, script, name):
+    done = script(
+        f"""
+blocked({name!r})
+try:
+    Unit(sys.argv[1], "mine")
+except Exception:
+    sys.exit(0)
+sys.exit("instantiated")
+""",
+        fmu,
+    )
+    lines = [line for line in done.stderr.splitlines() if line.startswith("cranktrain: ")]
+    assert len(lines) == 1 and f"needs {name}," in lines[0] and "-m pip install numpy numba" in lines[0]
+
+
+BARE = '''
+from pythonfmu import Fmi2Slave, Real, Fmi2Causality
+
+
+class Bare(Fmi2Slave):
+    """Nothing."""
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.y = 0.0
+        self.register_variable(Real("y", causality=Fmi2Causality.output))
+
+    def do_step(self, current_time, step_size):
+        """Nothing."""
+        return True
+
+
+import ctypes
+ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
+'''
+LEAK = """
+import gc
+def resident():
+    gc.collect()
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * 4096
+def instances(count):
+    for _ in range(count):
+        unit = Unit(sys.argv[1], "u", folder)
+        if sys.argv[2]:
+            unit.start({"crank.level": "rigid", "bearing.level": "linear"}).run(1)
+        unit.fmu.freeInstance()
+folder = Unit(sys.argv[1]).folder
+count = int(sys.argv[3])
+instances(count // 2)
+before = resident()
+instances(count)
+print((resident() - before) / count)
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+def test_an_instance_leaks_no_more_than_a_bare_one(fmu, script, tmp_path):
+    """Bytes per instance; pages come in steps of some kB over 500."""
+    from pythonfmu import FmuBuilder
+
+    source = tmp_path / "bare.py"
+    source.write_text(BARE)
+    bare = FmuBuilder.build_FMU(source, dest=tmp_path)
+    leaks = [float(script(LEAK, path, "", 500).stdout) for path in (bare, fmu)]
+    assert leaks[1] <= leaks[0], leaks
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+def test_an_instance_that_ran_leaks_no_more_than_a_bare_one(fmu, script):
+    assert float(script(LEAK, fmu, "ran", 200).stdout) < 12e3
+
+
+def test_compiling_is_announced_before_it_begins(fmu, script, tmp_path):
+    """From an empty cache: one line, before anything else, and where kernels are kept; the run need not go on."""
+    done = script(
+        """
+import threading, time, os
+threading.Thread(target=lambda: (time.sleep(600), os._exit(3)), daemon=True).start()
+class First:
+    def write(self, text):
+        os.write(2, text.encode())
+        os._exit(0)
+    def flush(self):
+        pass
+sys.stderr = First()
+Unit(sys.argv[1], "mine").start({"crank.level": "rigid", "bearing.level": "linear"})
+""",
+        fmu,
+        cache=tmp_path,
+        announced=True,
+    )
+    line = r"cranktrain: mine: compiling kernels, up to \w+ minutes of processor time .*; kept in (.*)\n"
+    found = re.fullmatch(line, done.stderr)
+    assert found and found[1] == str(tmp_path / "kernels")
