@@ -102,9 +102,10 @@ def test_one_sample_is_held_and_none_is_negative():
     inputs = Inputs()
     inputs.sample(0.3, 2e5)
     assert np.array_equal(inputs.pressures(0.3 + TURN, H), np.full(inputs.count, 2e5))
-    for k, pressure in enumerate((2e5, 1.2e5, 0.7e5)):
-        inputs.sample(0.3 + k * TURN, pressure)
-    assert inputs.pressures(0.3 + 30.0 * TURN, 28.0 * H).min() == 0.0
+    for k, falling in enumerate((50.0, 45.0, 30.0)):
+        angle = 0.3 + k * TURN
+        inputs.sample(angle, falling / inputs.volumes(angle) ** POLYTROPIC)
+    assert np.array_equal(inputs.pressures(0.3 + 5.0 * TURN, 3.0 * H), np.zeros(inputs.count))
 
 
 def test_no_line_is_drawn_across_a_jump():
@@ -217,7 +218,8 @@ def test_short_steps_among_long_ones_change_nothing_that_matters(source):
             simulation.step((k + 1) * H)
             rows.append(simulation.outputs[place])
         runs.append(np.array(rows))
-    assert np.abs(runs[1] - runs[0]).max() < 2e-3 * np.abs(runs[0]).max()
+    settled = np.array(runs)[:, 10:]  # behind the start, where a pressure jumps
+    assert np.abs(settled[1] - settled[0]).max() < 1e-3 * np.abs(settled[0]).max()
 
 
 # Two builds in one process --------------------------------------------------------------------------------------------
