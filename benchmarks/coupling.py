@@ -2,8 +2,10 @@
 
 A partner reads ``crank.angle`` and answers with the built-in trace at it. ``now``: it answers before the model steps
 (Gauss–Seidel, or a file); ``late``: both step at once (Jacobi), so that its pressures belong to the angle one
-communication step before; ``told``: likewise with ``gas.delay`` 1, which rule ``polytropic`` heeds; ``turned``: it turns the angle on by ``crank.speed``
-first. Of the six at 2000 rev/min, by reconstruction and communication step in degrees of crank angle, over a cycle
+communication step before; ``told``: likewise with ``gas.delay`` 1, which rule ``polytropic`` heeds; ``turned``: it
+turns the angle on by ``crank.speed`` first.
+
+Of the six at 2000 rev/min, by reconstruction and communication step in degrees of crank angle, over a cycle
 after CYCLES cycles: RMS of the difference of the pulley's torsion from the run with built-in gas over the RMS of its
 alternating part, and the error of the mean shaft torque. ``repeats`` is how much the last cycle differs from the one
 before it, likewise. Prints one JSON object.

@@ -17,9 +17,9 @@ static void quiet(void *environment, const char *name, int status, const char *c
 #define CALL(result, name, ...) ((result(*)(__VA_ARGS__))dlsym(library, name))
 #define CHECK(call) if ((status = (call)) != 0) return status
 
-/* Status of the run, 0 where all went well; the number of steps and of slivers below 1e-12 s, and a value at the end. */
+/* Status of the run, 0 where all went well; how many steps, and slivers below 1e-12 s; time and a value at the end. */
 int run(const char *path, const char *guid, const char *resources, unsigned level, const char *crank, unsigned shown,
-        double stop, double step, long *steps, long *slivers, double *value) {
+        double stop, double step, long *steps, long *slivers, double *end, double *value) {
     static callbacks functions = {quiet, calloc, free, NULL, NULL};
     int status = 0;
     double now = 0.0, next = 0.0;
@@ -41,6 +41,7 @@ int run(const char *path, const char *guid, const char *resources, unsigned leve
             now += h;
         }
     }
+    *end = now;
     CHECK(CALL(int, "fmi2GetReal", unit, const unsigned *, size_t, double *)(one, &shown, 1, value));
     CHECK(CALL(int, "fmi2Terminate", unit)(one));
     CALL(void, "fmi2FreeInstance", unit)(one);

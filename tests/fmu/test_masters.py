@@ -13,12 +13,13 @@ library = ctypes.CDLL(sys.argv[1])
 description, folder = read_model_description(sys.argv[2]), extract(sys.argv[2])
 name = description.coSimulation.modelIdentifier
 reference = {v.name: v.valueReference for v in description.modelVariables}
-steps, slivers, angle = ctypes.c_long(), ctypes.c_long(), ctypes.c_double()
+steps, slivers, end, angle = ctypes.c_long(), ctypes.c_long(), ctypes.c_double(), ctypes.c_double()
 status = library.run(
     f"{folder}/binaries/linux64/{name}.so".encode(), description.guid.encode(), f"file://{folder}/resources".encode(),
     reference["crank.level"], b"rigid", reference["crank.angle"], ctypes.c_double(float(sys.argv[3])),
-    ctypes.c_double(float(sys.argv[4])), ctypes.byref(steps), ctypes.byref(slivers), ctypes.byref(angle))
-print(status, steps.value, slivers.value, angle.value)
+    ctypes.c_double(float(sys.argv[4])), ctypes.byref(steps), ctypes.byref(slivers),
+    ctypes.byref(end), ctypes.byref(angle))
+print(status, steps.value, slivers.value, end.value, angle.value)
 """
 
 
@@ -35,13 +36,13 @@ def plain_master(tmp_path_factory):
 
 
 def check_plain_master(script, master, fmu, stop, step):
-    status, steps, slivers, angle = script(RUN_PLAIN_MASTER, master, fmu, stop, step).stdout.split()
-    assert int(status) == 0 and int(steps) > stop / step
-    assert float(angle) == pytest.approx(209.43951023931953 * stop, rel=2e-3)
+    status, steps, slivers, end, angle = script(RUN_PLAIN_MASTER, master, fmu, stop, step).stdout.split()
+    assert int(status) == 0 and int(steps) > stop / step and float(end) >= stop
+    assert float(angle) == pytest.approx(209.43951023931953 * float(end), rel=2e-3)
     return int(slivers)
 
 
-@pytest.mark.parametrize("step", [1e-4, 1.25e-4, 1e-3 / 3.0])
+@pytest.mark.parametrize("step", [1e-4, 1e-3 / 3.0])
 def test_a_master_that_adds_up_times_runs_on(fmu, script, plain_master, step):
     assert check_plain_master(script, plain_master, fmu, 0.05, step) > 0
 
@@ -182,14 +183,15 @@ print((resident() - before) / count)
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
-def test_an_instance_leaks_no_more_than_a_bare_one(fmu, script, tmp_path):
-    """Bytes per instance; pages come in steps of some kB over 500."""
+@pytest.mark.parametrize("count", [150, pytest.param(500, marks=pytest.mark.slow)])
+def test_an_instance_leaks_no_more_than_a_bare_one(fmu, script, tmp_path, count):
+    """Bytes per instance."""
     from pythonfmu import FmuBuilder
 
     source = tmp_path / "bare.py"
     source.write_text(BARE)
     bare = FmuBuilder.build_FMU(source, dest=tmp_path)
-    leaks = [float(script(LEAK, path, "", 500).stdout) for path in (bare, fmu)]
+    leaks = [float(script(LEAK, path, "", count).stdout) for path in (bare, fmu)]
     assert leaks[1] <= leaks[0], leaks
 
 
@@ -218,6 +220,6 @@ Unit(sys.argv[1], "mine").start({"crank.level": "rigid", "bearing.level": "linea
         cache=tmp_path,
         announced=True,
     )
-    line = r"cranktrain: mine: compiling kernels, up to \w+ minutes of processor time .*; kept in (.*)\n"
-    found = re.fullmatch(line, done.stderr)
+    line = r"cranktrain: mine: compiling kernels, up to \w+ minutes of processor time .*; kept in (.*)"
+    found = re.fullmatch(line, done.stderr.strip())
     assert found and found[1] == str(tmp_path / "kernels")

@@ -34,6 +34,7 @@ from cranktrain.dynamics.model.slots import (
 )
 from cranktrain.dynamics.model.state import (
     EARLIER_INTERVAL,
+    INPUTS_BEFORE,
     INPUTS_NOW,
     LAST_INTERVAL,
     LEAD_ANGLE,
@@ -126,7 +127,7 @@ def reconstruct(model, work, state):
     cylinders = model.cylinders.shape[0]
     for k in range(2 + cylinders):
         now = state[INPUTS_NOW + k]
-        before = state[INPUTS_NOW + MAX_INPUTS + k] if samples > 1 else now
+        before = state[INPUTS_BEFORE + k] if samples > 1 else now
         work.inputs[VALUE, k] = now
         work.inputs[RATE, k] = 0.0
         work.inputs[BEND, k] = 0.0
