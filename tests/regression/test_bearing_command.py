@@ -277,6 +277,6 @@ def test_help_states_the_norms(capsys):
 def test_wrong_input_ends_in_one_line_and_exit_code_2(capsys, arguments, says):
     assert main([*arguments, "--json"]) == 2
     captured = capsys.readouterr()
-    assert captured.out == ""
+    assert set(json.loads(captured.out)["error"]) == {"what", "where", "remedy"}
     assert captured.err.count("\n") == 1
     assert re.search(says, captured.err), captured.err
