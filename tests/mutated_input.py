@@ -29,11 +29,12 @@ from cranktrain.cli.main import main as command_line
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.engine.file import engine_folder, load_engine
 from cranktrain.engine.quantities import OFFSETS, UNITS, kinds
+from cranktrain.engine.torsional_chain import read_chain
 from cranktrain.film.table.database import FilmTable, TableSettings, table_axes
 from cranktrain.film.table.interpolation import TableArrays
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.store.film_tables import DATASETS, load_film_table, save_film_table
-from cranktrain.structure.crank.chain import chain_modes, read_chain
+from cranktrain.structure.crank.chain import chain_modes
 from cranktrain.structure.crank.torsional import rigid_crank
 from cranktrain.studies.calibration.targets import load_targets
 from cranktrain.studies.scene import load_scene
@@ -215,9 +216,18 @@ ratio = -2.0
 """
 
 
+CHAIN_LINES = """\
+disc,inertia,damping,to,stiffness,shaft_damping,loss_factor,ratio
+pulley,0.05,0,,1e5,2.0,,
+gear,0.2,0.1,wheel,,,,-2.0
+wheel,2.0,,,,,,
+"""
+
+
 def chain(rng, folder):
     """A table of discs: accepted, its frequencies are finite."""
-    modes = chain_modes(read_chain(written(folder / "own.toml", spoilt(rng, CHAIN))))
+    name, text = rng.choice((("own.toml", CHAIN), ("own.csv", CHAIN_LINES)))
+    modes = chain_modes(read_chain(written(folder / name, spoilt(rng, text))))
     holds(np.isfinite(modes.omega).all() and np.isfinite(modes.shapes).all(), "modes")
 
 
