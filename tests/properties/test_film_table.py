@@ -23,10 +23,20 @@ from cranktrain.film.journal.film import OUT_SIZE, film_observables, journal_fil
 from cranktrain.film.journal.grid import NODE_GRADING, Motion, cold_start, journal_grid, journal_work
 from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.table import database
-from cranktrain.film.table.aligned import aligned_force, aligned_observables
-from cranktrain.film.table.database import aligned_norms, sample_slab, slab_names, table_grid
-from cranktrain.film.table.interpolation import ALIGNED_MAX, TILTED_MAX, centres, eccentricity_nodes, stretched
+from cranktrain.film.table.aligned import ALIGNED_MARGIN, aligned_force, aligned_observables
+from cranktrain.film.table.database import aligned_norms, sample_slab, slab_names, solved_film, table_grid
+from cranktrain.film.table.interpolation import (
+    ALIGNED_MAX,
+    ALIGNED_RATIO2,
+    FUNCTIONS,
+    LN_FORCE,
+    TILTED_MAX,
+    centres,
+    eccentricity_nodes,
+    stretched,
+)
 from cranktrain.film.table.law import BLENDED, SHARE_MARGIN, SOLVED, TABLED, Tabled, tilted_pressure
+from cranktrain.film.table.sampling import sample_tilted
 from cranktrain.store.film_tables import film_table
 
 BEARING = np.zeros(13)
@@ -152,6 +162,40 @@ def test_tangents_of_the_aligned_law(table):
         tangent = np.concatenate([out[2:6].reshape(2, 2), out[6:10].reshape(2, 2)], axis=1)
         for block in (slice(0, 2), slice(2, 4)):
             assert np.abs(tangent - slopes)[:, block].max() < 1e-6 * np.abs(tangent[:, block]).max()
+
+
+def test_tangents_where_the_aligned_table_hands_over(table):
+    # A film of twice the length stands for a table that is far off: what joins them is the weight and its slope.
+    axes = table.arrays.axes.copy()
+    axes[ALIGNED_RATIO2] /= 4.0
+    state = np.array([ALIGNED_MAX - 0.5 * ALIGNED_MARGIN, 0.0, 0.4, -0.7])
+
+    def result(s):
+        out = np.zeros(12)
+        tabled = Tabled(table.arrays._replace(axes=axes), HALF, HALF_FILM, cold_start(HALF), MEMORY)
+        assert aligned_force(s[:2], s[2:], 0.0, 1.0, 1.0, tabled, out) == BLENDED
+        return out
+
+    out = result(state)
+    slopes = differences(lambda s: result(s)[:2], state, np.array([1e-5, 1e-5, 1e-3, 1e-3]))
+    tangent = np.concatenate([out[2:6].reshape(2, 2), out[6:10].reshape(2, 2)], axis=1)
+    for block in (slice(0, 2), slice(2, 4)):
+        assert np.abs(tangent - slopes)[:, block].max() < 0.03 * np.abs(tangent[:, block]).max()
+
+
+def test_sampled_films_are_extrapolated_to_narrow_grids():
+    coarse, fine, narrow = (table_grid(SETTINGS, 96, n) for n in (12, 24, 96))
+    gamma, share, eps = np.array([0.2, 1.5, -1.0, 2.5]), np.array([0.3, 0.6]), 0.6
+    values, out = np.zeros((4, 2, 2, FUNCTIONS + 1)), np.zeros(2 * OUT_SIZE)
+    films = [solved_film(grid) for grid in (coarse, fine)]
+    assert sample_tilted((eps, SETTINGS.ends()), gamma, share, RATIO**-2, *films, out, values) == 0
+    errors = np.zeros((4, 2, 2))
+    for j, k in np.ndindex(4, 2):
+        state = family(eps, 0.0, share[k], share[k], gamma[j])
+        one, true = (np.log(np.hypot(*solved(state, [grid, grid])[:2])) for grid in (fine, narrow))
+        errors[j, k] = values[j, k, k, LN_FORCE] - true, one - true
+    extrapolated, plain = np.sqrt((errors**2).mean(axis=(0, 1)))
+    assert extrapolated < 0.3 * plain
 
 
 def test_mirrors(table):
