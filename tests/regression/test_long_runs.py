@@ -169,8 +169,8 @@ def test_signals_end_a_run_with_one_line_and_a_whole_file(tmp_path, number, code
     assert (outputs["time"][0].size - 1) // 72 == attributes["cycles"]
 
 
-def test_an_interrupt_while_samples_are_written_waits(tmp_path, monkeypatch):
-    """Every sample that was taken is in the file, none twice."""
+def test_an_interrupt_while_samples_are_written_waits(tmp_path, monkeypatch, capsys):
+    """Every sample that was taken is in the file, none twice, and the message counts them all."""
     write, calls = result_stream.ResultStream._write, []
 
     def slow(stream):
@@ -185,4 +185,6 @@ def test_an_interrupt_while_samples_are_written_waits(tmp_path, monkeypatch):
     outputs, attributes = read_result(path)
     samples = outputs["time"][0].size
     assert samples > result_stream.CHUNK and samples == 72 * attributes["cycles"] + 1
+    count = attributes["cycles"]
+    assert f"after {count} cycles; {path} keeps {count}.00 cycles" in capsys.readouterr().err
     assert np.allclose(np.diff(outputs["angle"][0]), math.radians(10.0))

@@ -72,9 +72,13 @@ class ResultFile:
 
     def keep(self, time: Array, angle: Array, values: Array) -> None:
         """Take samples: times (k,), s, crank angles (k,), rad, and outputs (k, names), SI."""
-        self._stream.append(np.column_stack((time, angle, values)))
-        if time.size:
-            self.seconds = float(time[-1])
+        reached = float(time[-1]) if time.size else self.seconds
+        try:
+            self._stream.append(np.column_stack((time, angle, values)))
+        except KeyboardInterrupt:
+            self.seconds = reached  # it waited until all were taken
+            raise
+        self.seconds = reached
 
     def finish(self, attributes: Mapping[str, str | int | float], film_temperatures: Array | None = None) -> None:
         """Write what else is known: attributes, and where it is at hand the temperature of each film, K."""
