@@ -153,10 +153,16 @@ def test_a_run_that_the_disk_has_no_room_for_is_refused(tmp_path, capsys, monkey
     assert not list(tmp_path.iterdir())
 
 
+def heeded():
+    """Let an interrupt count where a shell runs the tests in the background, which ignores it."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_signals_end_a_run_with_one_line_and_a_whole_file(tmp_path, number, code):
     command = [sys.executable, "-m", "cranktrain.cli.main", *RUN, "--cycles", "10000", "--output", "run.h5"]
-    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, cwd=tmp_path, preexec_fn=heeded, **pipes) as process:
         while process.poll() is None and not any(f.stat().st_size > 5_000_000 for f in tmp_path.glob(".cranktrain-*")):
             time.sleep(0.05)
         process.send_signal(number)
@@ -172,6 +178,7 @@ def test_signals_end_a_run_with_one_line_and_a_whole_file(tmp_path, number, code
 def test_an_interrupt_while_samples_are_written_waits(tmp_path, monkeypatch, capsys):
     """Every sample that was taken is in the file, none twice, and the message counts them all."""
     write, calls = result_stream.ResultStream._write, []
+    heeded()
 
     def slow(stream):
         calls.append(stream)
