@@ -19,10 +19,11 @@ import numpy as np
 from benchmarks._engine_run import engine_and_body
 
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.state import POSITION, offset
 from cranktrain.dynamics.settled.cycles import Recorder
-from cranktrain.dynamics.simulation import Simulation, communication_step, simulate
+from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws import thrust
 

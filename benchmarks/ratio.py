@@ -23,7 +23,8 @@ import math, sys, time
 import numpy as np
 from cranktrain.assembly import assemble
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import Simulation, communication_step
+from cranktrain.dynamics.cycle_run import communication_step
+from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
 
 made = assemble(load_engine("diesel_i6"), Settings(bearings=sys.argv[1]))

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from cranktrain.assembly import Assembly, assemble
+from cranktrain.dynamics.cycle_run import Result, communication_step
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import Result, Simulation, communication_step, simulate
+from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.engine.file import load_engine
 
 SPEED = 2000.0 * math.pi / 30.0

@@ -9,7 +9,7 @@ import pytest
 from coarse_engines import COARSE, coarse
 from fmpy import read_model_description
 
-from cranktrain.dynamics.simulation import communication_step
+from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.engine.file import engine_path
 from cranktrain.fmu import flat
 from cranktrain.fmu.build import build_scene

@@ -15,7 +15,8 @@ import pytest
 from bodies import rigid_crank
 from standing import rigid_block
 
-from cranktrain.dynamics.simulation import Parts, Settings, Simulation, communication_step, simulate
+from cranktrain.dynamics.cycle_run import communication_step
+from cranktrain.dynamics.simulation import Parts, Settings, Simulation, simulate
 from cranktrain.engine.file import load_engine
 
 EXPECTED = next(

@@ -10,8 +10,9 @@ from bodies import rigid_crank, six
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import truncate
+from cranktrain.dynamics.cycle_run import damper_power
 from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE
-from cranktrain.dynamics.simulation import Settings, Simulation, damper_power, fitted_engine, simulate
+from cranktrain.dynamics.simulation import Settings, Simulation, fitted_engine, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.damper import damper_parameters, damper_temperature, damper_torque, with_damper_housing
 

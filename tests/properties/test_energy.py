@@ -16,8 +16,9 @@ import pytest
 from bodies import six
 from plain_model import PlainModel
 
+from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.model import state as layout
-from cranktrain.dynamics.simulation import Settings, Simulation, communication_step
+from cranktrain.dynamics.simulation import Settings, Simulation
 
 SPEED = 2000 * math.pi / 30
 CYCLES = 3

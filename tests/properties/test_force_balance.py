@@ -17,7 +17,8 @@ from small_block import single
 from standing import rigid_block
 
 from cranktrain.core.reduced_body import truncate
-from cranktrain.dynamics.simulation import Parts, Settings, Simulation, communication_step
+from cranktrain.dynamics.cycle_run import communication_step
+from cranktrain.dynamics.simulation import Parts, Settings, Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import GasTrace
 

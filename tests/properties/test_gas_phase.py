@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from bodies import rigid_crank
 
+from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.model.slots import RIGID_ROTATION, ROTATION, SHAFT_C, SHAFT_K
 from cranktrain.dynamics.model.state import ACCELERATION, LEAD_ANGLE, POSITION, VELOCITY, offset
-from cranktrain.dynamics.simulation import Settings, Simulation, communication_step, simulate
+from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.dynamics.start.mean_motion import rigid_start
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS

@@ -8,8 +8,9 @@ import pytest
 from bodies import rigid_crank
 
 from cranktrain.core.errors import SolverError
+from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.model.state import offset
-from cranktrain.dynamics.simulation import Settings, Simulation, communication_step, simulate
+from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.slider_crank import remainder_inertia
 

@@ -30,8 +30,7 @@ def released(body, big_ends):
     springs = replace(engine.plain_mains.in_rigid_bores, stiffness_x=4e8, stiffness_y=4e8, damping_x=0.0, damping_y=0.0)
     engine = replace(engine, main_bearing=springs, damping=replace(engine.damping, kind="modal", ratio=0.01))
     settings = Settings(bearings="linear", integrator="generalised-alpha", step=math.radians(5.0), gravity=0.0)
-    # Pressures that stay as they are hold exactly by a straight line, not by the parabola of p Vⁿ.
-    settings = replace(settings, gas_source="input", reconstruction="linear", newton_tolerance=1e-10)
+    settings = replace(settings, gas_source="input", newton_tolerance=1e-10)
     simulation = Simulation(engine, body, settings)
     simulation.inputs[0] = SPEED
     simulation.initialize()

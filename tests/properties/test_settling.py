@@ -10,12 +10,13 @@ from box_block import box_block
 from scipy.linalg import expm
 
 from cranktrain.core.errors import InputError
+from cranktrain.dynamics.cycle_run import output_judge
 from cranktrain.dynamics.model.slots import DRIVEN, LAYOUT, SCALARS
 from cranktrain.dynamics.model.state import POSITION, offset, state_size
 from cranktrain.dynamics.settled.cycles import Recorder, settled_cycles
 from cranktrain.dynamics.settled.judging import Judge
 from cranktrain.dynamics.settled.slow_modes import DriveLine, SlowModes, exponential
-from cranktrain.dynamics.simulation import Parts, Settings, Simulation, output_judge, simulate
+from cranktrain.dynamics.simulation import Parts, Settings, Simulation, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws import thrust
 

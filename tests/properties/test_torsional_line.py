@@ -204,42 +204,38 @@ def test_a_table_is_the_same_as_toml_csv_and_engine_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("name", "old", "new", "message"),
     [
-        ('"gear", "dynamometer"', '"gear", "clutch"', r"no shaft joins 'dynamometer' to 'flywheel'; add one"),
-        ('"gear", "dynamometer"', '"gear", "ground"', r"shaft 3: 'ground' is no disc; "),
-        ('name = "gear"', 'name = "flywheel"', r"'flywheel' is an end of the drive line"),
-        ('"clutch", "gear"]', '"flywheel", "gear"]', r"shaft 2: a rigid mesh joins two discs"),
-        (
-            'between = ["gear", "dynamometer"]',
-            'between = ["clutch", "dynamometer"]\nstiffness = 1\n[[shaft]]\nbetween = ["gear", "dynamometer"]',
-            r"shaft 4: gears turn 'dynamometer' at 1 and at -1.5 times the flywheel's speed",
-        ),
+        ("line.toml", *row)
+        for row in [
+            ('"gear", "dynamometer"', '"gear", "clutch"', r"no shaft joins 'dynamometer' to 'flywheel'; add one"),
+            ('"gear", "dynamometer"', '"gear", "ground"', r"shaft 3: 'ground' is no disc; "),
+            ('name = "gear"', 'name = "flywheel"', r"'flywheel' is an end of the drive line"),
+            ('"clutch", "gear"]', '"flywheel", "gear"]', r"shaft 2: a rigid mesh joins two discs"),
+            (
+                'between = ["gear", "dynamometer"]',
+                'between = ["clutch", "dynamometer"]\nstiffness = 1\n[[shaft]]\nbetween = ["gear", "dynamometer"]',
+                r"shaft 4: gears turn 'dynamometer' at 1 and at -1.5 times the flywheel's speed",
+            ),
+        ]
+    ]
+    + [
+        ("line.csv", *row)
+        for row in [
+            ("inertia", "inertai", r"column 'inertai' does not exist; did you mean 'inertia'"),
+            ("disc, ", "", r"has no column 'disc'; name the columns in the first line"),
+            ("0.2", "0,2", r"line 3: has more entries than there are columns"),
+            ("0.2", "x", r"line 3: inertia = 'x' is no number"),
+            (",dynamometer,", ",,", r"line 4: the shaft of the last line ends nowhere; name a disc in column 'to'"),
+        ]
     ],
 )
-def test_a_wrong_drive_line_is_refused_in_one_line(tmp_path, old, new, message):
-    path = tmp_path / "line.toml"
-    path.write_text(LINE.replace(old, new))
+def test_a_wrong_drive_line_is_refused_in_one_line(tmp_path, name, old, new, message):
+    path = tmp_path / name
+    path.write_text((LINE if name == "line.toml" else TABLE).replace(old, new))
     with pytest.raises(InputError, match=message) as caught:
         read_drive_line(path)
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("inertia", "inertai", r"column 'inertai' does not exist; did you mean 'inertia'"),
-        ("disc, ", "", r"has no column 'disc'; name the columns in the first line"),
-        ("0.2", "0,2", r"line 3: has more entries than there are columns"),
-        ("0.2", "x", r"line 3: inertia = 'x' is no number"),
-        (",dynamometer,", ",,", r"line 4: the shaft of the last line ends nowhere; name a disc in column 'to'"),
-    ],
-)
-def test_a_wrong_csv_table_is_refused_in_one_line(tmp_path, old, new, message):
-    path = tmp_path / "line.csv"
-    path.write_text(TABLE.replace(old, new))
-    with pytest.raises(InputError, match=message):
-        read_drive_line(path)
 
 
 def test_a_branched_crank_reads_as_csv(tmp_path):

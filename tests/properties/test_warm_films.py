@@ -12,7 +12,7 @@ from bodies import rigid_crank
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
-from cranktrain.dynamics import simulation as simulation_module
+from cranktrain.dynamics import cycle_run
 from cranktrain.dynamics.model.arrays import supply_temperature
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Parts, Simulation, simulate
@@ -220,7 +220,7 @@ def test_a_bounded_bearing_is_named_in_one_line():
 
 
 def test_a_balance_that_has_not_settled_is_said(monkeypatch):
-    monkeypatch.setattr(simulation_module, "PASSES", 1)
+    monkeypatch.setattr(cycle_run, "PASSES", 1)
     with pytest.warns(UserWarning, match="not settled by pass 1: temperatures would still change by"):
         run = simulate(ENGINE, BODY, WARM, SPEED, 1)
     assert run.passes == 1 and np.array_equal(run.film_temperatures, np.full(7, ENGINES_OIL))

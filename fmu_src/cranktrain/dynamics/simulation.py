@@ -7,23 +7,20 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid
+from cranktrain.dynamics.cycle_run import Result, balanced, damper_power, run_cycles
 from cranktrain.dynamics.model.arrays import ModelArrays, Parts, build_model, dimensions, supply_temperature
 from cranktrain.dynamics.model.bodies import bends
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.model.slots import (
     AMBIENT,
     DAMPER_TEMPERATURE,
-    N_ITERATIONS,
-    N_MISSED,
-    N_REJECTED,
-    N_STEPS,
     RELATIVE,
 )
 from cranktrain.dynamics.model.state import (
@@ -41,17 +38,10 @@ from cranktrain.dynamics.model.state import (
     state_size,
 )
 from cranktrain.dynamics.model.workspace import make_work
-from cranktrain.dynamics.outputs.register import judged_families, observers, output_counts, output_needs
+from cranktrain.dynamics.outputs.register import observers, output_counts, output_needs
 from cranktrain.dynamics.run import advance_and_observe, advance_series, observe
-from cranktrain.dynamics.settled.cycles import (
-    Recorder,
-    plain_cycles,
-    rewind,
-    settled_cycles,
-)
-from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES, TOLERANCE, Judge, Settling
-from cranktrain.dynamics.settled.samples import Samples, Sink
-from cranktrain.dynamics.settled.slow_modes import Motion, motion_of
+from cranktrain.dynamics.settled.judging import FREE_CYCLES, TOLERANCE
+from cranktrain.dynamics.settled.samples import Sink
 from cranktrain.dynamics.start.mean_motion import Start, leaning, rigid_start
 from cranktrain.dynamics.start.settling import settle
 from cranktrain.dynamics.time.integrators import method_mark
@@ -59,24 +49,17 @@ from cranktrain.dynamics.time.reconstruction import GIVEN
 from cranktrain.dynamics.time.status import NO_START, OK, REMEDIES, SINGULAR
 from cranktrain.dynamics.time.step_control import MAX_HALVINGS, ports_at_state
 from cranktrain.dynamics.warm_films import (
-    PASSES,
-    SETTLED,
-    balanced_temperatures,
     check_level,
-    cycle_means,
-    warn_of_bounds,
-    warn_unsettled,
 )
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.levels import crank_level
-from cranktrain.loads.damper import balanced_temperature as damper_balance_temperature
 from cranktrain.loads.damper import power_warning, required_damper, with_damper_housing
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.torsional_line import torsional_line
 
-__all__ = ["Parts", "Result", "Settings", "Simulation", "simulate"]
+__all__ = ["Parts", "Settings", "Simulation", "simulate"]
 
 FIRST_AMPLITUDES = np.array([1.0e-4, 1.0e-6])
 """Alternating torsion (rad) and axial motion (m) that a run expects before it knows its own; they fade over a cycle."""
@@ -362,45 +345,9 @@ class Simulation:
         )
 
 
-@dataclass(frozen=True)
-class Result:
-    """Time series of one run, SI.
-
-    ``time`` and ``angle`` (rad; of the shaft whose speed is given, else of the crank) are (n,), ``outputs`` maps each
-    output's name to (n,); ``counters`` holds steps, newton_iterations, rejected_steps and missed_steps (of adaptive
-    control); ``seconds`` is wall time without compilation and start. Samples are uniform in time, ``per_cycle`` of them
-    to 720°. ``settling`` says how settled they are; where a run went on until its outputs repeated, the last cycle or
-    the last ones that repeat are kept, while ``counters`` and ``seconds`` tell of all. ``film_temperatures`` (b,), K,
-    are those of the main bearings' films and ``passes`` the runs that it took to find them; all else tells of the last.
-    ``complete`` is False where an interrupt cut the run short.
-    """
-
-    time: Array
-    angle: Array
-    outputs: dict[str, Array]
-    counters: dict[str, int]
-    seconds: float
-    real_time_factor: float
-    per_cycle: int
-    film_temperatures: Array
-    settling: Settling
-    passes: int = 1
-    complete: bool = True
-
-    def last_cycle(self, name: str) -> tuple[Array, Array]:
-        """Crank angle (rad, from 0) and values of one output over the last 720°, both ends included."""
-        first = max(0, self.time.size - 1 - self.per_cycle)
-        return self.angle[first:] - self.angle[first], self.outputs[name][first:]
-
-
 def fitted_engine(engine: Engine, settings: Settings) -> Engine:
     """The engine with what a run of these settings fixes to its crank: the damper's housing on the pulley."""
     return with_damper_housing(engine) if settings.damper == "fitted" else engine
-
-
-def communication_step(speed: float, step: float) -> float:
-    """Communication step (s) of a simulation: the largest that divides a cycle and is at most ``step`` (rad)."""
-    return 4.0 * math.pi / speed / math.ceil(4.0 * math.pi / step - 1.0e-9)
 
 
 # In one piece: the entry of a run, whose callers name the few choices that they make.
@@ -462,128 +409,13 @@ def simulate(
     simulation.initialize()
 
     def run() -> Result:
-        return _run(simulation, cycles, settle, progress, say, sink)
+        return run_cycles(simulation, cycles, settle, progress, say, sink)
 
     result = run()
     if heat_balance or damper_balance:
-        result = _balanced(simulation, cycles, run, result, heat_balance, damper_balance)
+        result = balanced(simulation, cycles, run, result, heat_balance, damper_balance)
     if simulation.settings.damper == "fitted":
         line = power_warning(required_damper(engine), damper_power(result))
         if line is not None:
             warnings.warn(line, stacklevel=2)
     return result
-
-
-def settled_motion(simulation: Simulation, settle: float = TOLERANCE) -> Motion:
-    """Motion at the start of a cycle that repeats, to which a simulation that is initialised is brought."""
-    _run(simulation, None, settle, None, None)
-    return motion_of(simulation.state, simulation.model.omega2.size)
-
-
-def damper_power(result: Result) -> float:
-    """Mean power that the damper dissipates over the last cycle, W."""
-    return float(result.outputs["damper.heat"][-result.per_cycle :].mean())
-
-
-def _balanced(
-    simulation: Simulation,
-    cycles: int | None,
-    run: Callable[[], Result],
-    result: Result,
-    films: bool,
-    damper: bool,
-) -> Result:
-    """Repeat a run until its temperatures agree with what it dissipates."""
-    engine = simulation.engine
-    inlet = supply_temperature(engine, simulation.settings, float(simulation.inputs[0]))
-    bounds: tuple[str, ...] = ()
-    for passes in range(1, PASSES + 1):
-        changes, warmer, warmth = [], simulation.film_temperatures, 0.0
-        if films:
-            before = warmer
-            means = cycle_means(result.outputs, before.size, result.per_cycle)
-            warmer, bounds = balanced_temperatures(engine, inlet, before, *means)
-            changes.append(float(np.abs(warmer - before).max()))
-        if damper:
-            warmth = damper_balance_temperature(required_damper(engine), damper_power(result))
-            changes.append(abs(warmth - simulation.damper_temperature))
-        result = replace(result, passes=passes)
-        if max(changes) < SETTLED or passes == PASSES or not result.complete:
-            break
-        if cycles is not None:
-            rewind(simulation, cycles)
-        if films:
-            simulation.film_temperatures = warmer
-        if damper:
-            simulation.damper_temperature = warmth
-        result = run()
-    warn_of_bounds(bounds)
-    if max(changes) >= SETTLED:
-        warn_unsettled(max(changes), passes)
-    return result
-
-
-def _run(
-    simulation: Simulation,
-    cycles: int | None,
-    settle: float,
-    progress: Callable[[float], None] | None,
-    say: Callable[[str], None] | None,
-    sink: Sink | None = None,
-) -> Result:
-    """Cycles at constant speed from the simulation's state, whose time is 0."""
-    speed = float(simulation.inputs[0])
-    h = communication_step(speed, simulation.settings.step)
-    recorder = Recorder(simulation, h, round(4.0 * math.pi / speed / h))
-    shown = simulation.shown_outputs
-    columns = {name: i for i, name in enumerate(simulation.output_names) if name in shown}
-    judge = output_judge(simulation.engine, columns)
-    samples = Samples(columns, h, None if simulation.settings.boundary == "torque" else speed, sink)
-    if cycles is not None:
-        samples.begin(cycles * recorder.per_cycle + 1)
-        recorded = plain_cycles(recorder, judge, cycles, settle, progress, samples.keep if sink else None)
-    else:
-        try:
-            recorded = settled_cycles(recorder, judge, settle, MOST_CYCLES, progress, say)
-        except BaseException:
-            samples.keep_all(recorder.under_way)
-            raise
-        samples.keep_all(recorded.rows)
-    rows = recorded.rows
-    times, angle = samples.axes(rows, recorded.first)
-    counters = simulation.work.counters
-    if counters[N_MISSED] > 0.0:
-        warnings.warn(
-            f"{counters[N_MISSED]:.0f} of {counters[N_STEPS]:.0f} steps missed the tolerance of "
-            f"{simulation.settings.tolerance:g} at the shortest step; use a shorter solver.step, or a larger tolerance",
-            stacklevel=2,
-        )
-    return Result(
-        time=times,
-        angle=angle,
-        outputs={name: rows[:, i].copy() for name, i in columns.items()},
-        counters={
-            "steps": int(counters[N_STEPS]),
-            "newton_iterations": int(counters[N_ITERATIONS]),
-            "rejected_steps": int(counters[N_REJECTED]),
-            "missed_steps": int(counters[N_MISSED]),
-        },
-        seconds=recorder.seconds,
-        real_time_factor=recorder.seconds / (recorder.taken * h),
-        per_cycle=recorder.per_cycle,
-        film_temperatures=simulation.film_temperatures,
-        settling=recorded.settling,
-        complete=recorded.complete,
-    )
-
-
-def output_judge(engine: Engine, columns: Mapping[str, int]) -> Judge:
-    """What judges the settling of outputs in these columns."""
-    counts = output_counts(engine)
-    needs = output_needs(counts)
-    families, of_block = {}, set()
-    for family, names in judged_families(counts).items():
-        families[family] = [columns[name] for name in names if name in columns]
-        if "block" in needs[names[0]]:
-            of_block.add(family)
-    return Judge(families, frozenset(of_block))

@@ -21,7 +21,7 @@ from cranktrain.results.orders import last_cycle
 from cranktrain.store.whole_file import check_place, marked, whole_file
 
 if TYPE_CHECKING:
-    from cranktrain.dynamics.simulation import Result
+    from cranktrain.dynamics.cycle_run import Result
 
 Array = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from cranktrain.store.result_stream import ResultStream, result_stream
 from cranktrain.store.whole_file import check_place
 
 if TYPE_CHECKING:
-    from cranktrain.dynamics.simulation import Result
+    from cranktrain.dynamics.cycle_run import Result
 
 _NAMES = {
     "1": "eccentricity substeps iterations online_films residual side",

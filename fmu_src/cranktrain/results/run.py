@@ -10,7 +10,7 @@ from typing import Any
 from cranktrain import __version__
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.simulation import Result
+from cranktrain.dynamics.cycle_run import Result
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace

@@ -13,7 +13,7 @@ from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.results.orders import last_cycle, order_spectrum
 
 if TYPE_CHECKING:
-    from cranktrain.dynamics.simulation import Result
+    from cranktrain.dynamics.cycle_run import Result
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,8 @@ with G the parabola by the crank's angle through the last three samples of p V‚Å
 all but constant, a burn raises it smoothly. A sample belongs to the crank's angle at its communication point, or at
 the one ``gas_delay`` steps before, as where all units of a master step at the same time. Where p V‚Åø changed by more
 than a share JUMP from one sample to the next, it jumped: no line is drawn across, and right after it the pressure is
-held. Speed and torque are extrapolated linearly beside it.
+held. A pressure that is the very same twice is held too: nobody drives it. Speed and torque are extrapolated linearly
+beside it.
 
 Samples that lie much closer than the step to come tell nothing about it: the newer of two replaces the other, and what
 only they could tell is held. A communication step up to :data:`SLIVER` is none at all: the state stays as it is, its
@@ -164,7 +165,8 @@ def polytropic_series(model, work, state, cylinder, least):
     k = 1 + cylinder
     samples = int(state[SAMPLES])
     newest, middle, oldest = state[SAMPLE_ANGLES], state[SAMPLE_ANGLES + 1], state[SAMPLE_ANGLES + 2]
-    if samples < 2 or newest - middle < least:
+    # The very same pressure twice is one that nobody drives: a parabola would let it breathe with the volume.
+    if samples < 2 or newest - middle < least or state[INPUTS_NOW + k] == state[INPUTS_BEFORE + k]:
         return
     g = sampled_polytropic(model, state, cylinder, 0)
     g_before = sampled_polytropic(model, state, cylinder, 1)

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.cycle_run import Result
 from cranktrain.dynamics.outputs.register import output_family
-from cranktrain.dynamics.simulation import Result
 
 CYCLE = 4.0 * math.pi
 STEPS_PER_PERIOD = 4

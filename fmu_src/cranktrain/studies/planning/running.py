@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import SolverError
+from cranktrain.dynamics.cycle_run import Result
 from cranktrain.dynamics.settled.judging import Settling
-from cranktrain.dynamics.simulation import Result
 from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.results.files import output_unit
 from cranktrain.results.orders import order_spectrum

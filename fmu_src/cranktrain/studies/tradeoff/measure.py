@@ -21,11 +21,12 @@ from cranktrain.assembly import Assembly, assemble
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.kernel import keep_record
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.cycle_run import settled_motion
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.slots import N_ITERATIONS, N_MISSED, N_REJECTED, N_STEPS
 from cranktrain.dynamics.motion.gas import trace_pressure
 from cranktrain.dynamics.settled.slow_modes import Motion, put_motion
-from cranktrain.dynamics.simulation import Simulation, settled_motion
+from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import DEAREST, bearing_law
 from cranktrain.film.laws.rigid_bore import rigid_bore
