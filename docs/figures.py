@@ -304,6 +304,26 @@ def damper() -> str:
     return table((*header, "power, W"), rows)
 
 
+def inherited_damping() -> str:
+    """Resonances of torsional cranks beside those of the level above."""
+    rows = []
+    for name, found in benchmark("inherited_damping").items():
+        above = found["beam"]["deg"]
+        cases = (found[case] for case in ("beam", "torsional", "without"))
+        rows.append(
+            (
+                f"{name}, {found['order']:g}",
+                ", ".join(f"{100.0 * ratio:.1f}" for ratio in found["damping"]) + " %",
+                *(
+                    f"{case['deg']:.3g} at {case['rpm']:.0f} ({100.0 * (case['deg'] / above - 1.0):+.0f} %)"
+                    for case in cases
+                ),
+            )
+        )
+    header = ("engine, order", "damping, modes 1 and 2", "beam", "torsional", "without inheritance")
+    return table(header, rows)
+
+
 # Parts of docs/fmu.md -------------------------------------------------------------------------------------------------
 
 
@@ -362,6 +382,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "whole_engine": ("benchmarks.md", whole_engine),
     "damper": ("benchmarks.md", damper),
     "coupling": ("fmu.md", coupling),
+    "inherited_damping": ("decisions/0020-inherited-damping.md", inherited_damping),
 }
 """Document and maker of each part that stands between marks."""
 WHOLE: dict[str, Callable[[], None]] = {"pages": pages, "pictures": pictures, "studies": studies}
