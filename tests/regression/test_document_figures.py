@@ -19,7 +19,7 @@ def figures():
 
 def test_marks_and_makers_belong_together(figures):
     marked = {
-        (path.name, part)
+        (path.relative_to(DOCS).as_posix(), part)
         for path in DOCS.rglob("*.md")
         for part in re.findall(r"<!-- figures: (\w+) -->", path.read_text("utf-8"))
     }
