@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cranktrain.core.errors import InputError
-from cranktrain.results.orders import CYCLE, last_cycle, order_spectrum
+from cranktrain.results.orders import CYCLE, last_cycle, order_amplitudes, order_spectrum
 from cranktrain.results.summary import bearing_rows, big_end_rows, closing_edges, online_films, vibration
 from cranktrain.results.tables import closing_text, online_text
 
@@ -37,6 +37,31 @@ def test_parseval_the_lines_hold_the_signals_whole_power(values):
     if signal.size % 2 == 0:
         power += 0.5 * amplitudes[-1] ** 2  # the alternating line's mean square is its amplitude squared
     assert power == pytest.approx(float(np.var(signal)), rel=1e-9, abs=1e-9)
+
+
+@given(st.lists(st.complex_numbers(max_magnitude=10.0), min_size=48, max_size=48), st.sampled_from([1, 2, 5]))
+def test_complex_amplitudes_are_those_of_the_stated_convention(given_amplitudes, cycles):
+    """x = Re Σ a exp(i n θ): over one cycle, over several, and for several signals at once."""
+    angle = np.arange(288 * cycles) * CYCLE / 288
+    orders = 0.5 * np.arange(1, 49)
+    wanted = np.array(given_amplitudes)
+    signal = 3.0 + np.real(np.exp(1j * np.outer(angle, orders)) @ wanted)
+    found_orders, found = order_amplitudes(np.stack((signal, -signal), axis=1), 24.0, cycles)
+    assert np.array_equal(found_orders, orders)
+    assert np.abs(found[:, 0] - wanted).max() < 1e-10
+    assert np.abs(found[:, 1] + wanted).max() < 1e-10
+
+
+def test_of_several_cycles_only_what_repeats_every_cycle_counts():
+    angle = np.arange(2 * 288) * CYCLE / 288
+    signal = np.cos(6.0 * angle) + 0.3 * np.cos(0.25 * angle)  # every second cycle is alike
+    orders, found = order_amplitudes(signal, 12.0, cycles=2)
+    assert np.abs(found - (orders == 6.0)).max() < 1e-12
+
+
+def test_an_order_beyond_what_the_samples_resolve_is_refused():
+    with pytest.raises(InputError, match="order 24 needs more samples; those of this cycle resolve 22"):
+        order_amplitudes(np.zeros(88), 24.0)
 
 
 def test_highest_order_cuts_the_list():

@@ -1,6 +1,11 @@
-"""Orders of a periodic signal: zero-to-peak amplitudes of its harmonics per 720° cycle.
+"""Orders of a periodic signal: its harmonics per 720° cycle.
 
-Order n counts n oscillations per revolution, so a four-stroke cycle has the orders 0.5, 1, 1.5, …
+Order n counts n oscillations per revolution, so a four-stroke cycle has the orders 0.5, 1, 1.5, … Over the crank angle
+
+    x(θ) = mean + Re Σ a_n exp(i n θ),
+
+so |a_n| is zero to peak, and a cosine that peaks at θ = 0 has a real, positive a_n. A cycle sampled at even angles has
+no leakage: what its samples resolve is exact.
 """
 
 from __future__ import annotations
@@ -14,8 +19,41 @@ from scipy.interpolate import CubicSpline
 from cranktrain.core.errors import InputError
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 CYCLE = 4.0 * math.pi
+
+
+def order_amplitudes(signal: Array, highest: float | None = None, cycles: int = 1) -> tuple[Array, ComplexArray]:
+    """Complex order amplitudes of one cycle, or of the mean of several.
+
+    Raises ``InputError``: for fewer than two samples, values that are not finite, or a largest order that the samples
+    do not resolve.
+
+    Parameters
+    ----------
+    signal : (n, …) uniform samples over ``cycles`` cycles of 720°, the end point left out; any unit
+    highest : largest order to return; None returns all that the samples resolve, up to n/(4 ``cycles``)
+
+    Returns
+    -------
+    orders (k,) 0.5, 1, …; amplitudes (k, …) in the unit of the signal. The mean (order 0) is left out.
+    """
+    values = np.asarray(signal, dtype=float)
+    n = values.shape[0] if values.ndim else 0
+    if n < 2 * cycles or n % cycles or not np.all(np.isfinite(values)):
+        raise InputError("order spectrum: one cycle of at least two finite samples is wanted")
+    amplitudes: ComplexArray = 2.0 * np.fft.rfft(values, axis=0)[cycles::cycles] / n
+    if n % 2 == 0:
+        amplitudes[-1] *= 0.5  # the last line of an even number of samples stands alone, without its mirror image
+    resolved = 0.5 * amplitudes.shape[0]
+    if highest is not None and highest > resolved + 1e-9:
+        raise InputError(
+            f"order spectrum: order {highest:g} needs more samples; those of this cycle resolve {resolved:g}"
+        )
+    orders = 0.5 * np.arange(1, amplitudes.shape[0] + 1, dtype=np.float64)
+    keep = orders <= (math.inf if highest is None else highest + 1e-9)
+    return orders[keep], amplitudes[keep]
 
 
 def order_spectrum(signal: Array, highest: float | None = None) -> tuple[Array, Array]:
@@ -26,22 +64,17 @@ def order_spectrum(signal: Array, highest: float | None = None) -> tuple[Array, 
     Parameters
     ----------
     signal : (n,) uniform samples over one 720° cycle, its end point left out; any unit
-    highest : largest order to return; None returns all that n samples resolve, up to n/4
+    highest : largest order to return; None, or one beyond, returns all that n samples resolve, up to n/4
 
     Returns
     -------
     orders (k,) 0.5, 1, …; amplitudes (k,) zero-to-peak in the unit of the signal. The mean (order 0) is left out.
     """
-    values = np.asarray(signal, dtype=float)
-    n = values.size
-    if values.ndim != 1 or n < 2 or not np.all(np.isfinite(values)):
+    if np.ndim(signal) != 1:
         raise InputError("order spectrum: one cycle of at least two finite samples is wanted")
-    amplitudes: Array = 2.0 * np.abs(np.fft.rfft(values))[1:] / n
-    if n % 2 == 0:
-        amplitudes[-1] *= 0.5  # the last line of an even number of samples stands alone, without its mirror image
-    orders = 0.5 * np.arange(1, amplitudes.size + 1, dtype=np.float64)
+    orders, amplitudes = order_amplitudes(signal)
     keep = orders <= (math.inf if highest is None else highest + 1e-9)
-    return orders[keep], amplitudes[keep]
+    return orders[keep], np.abs(amplitudes[keep])
 
 
 def last_cycle(angle: Array, signal: Array, n: int = 1440) -> Array:

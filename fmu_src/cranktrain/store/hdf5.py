@@ -27,6 +27,8 @@ BODY_FORMAT = "cranktrain reduced body"
 RESULT_FORMAT = "cranktrain result"
 RESULT_SCHEMA = 1
 RESULT_HEADER = {"format": RESULT_FORMAT, "schema": RESULT_SCHEMA}
+RUN_UP_FORMAT = "cranktrain run-up"
+RUN_UP_SCHEMA = 1
 TABLE_FORMAT = "cranktrain film table"
 PART_FORMAT = "cranktrain film table, unfinished"
 
@@ -172,6 +174,19 @@ def read_result(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
         return _read(file, "run")
 
 
+def write_run_up(
+    path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping[str, str | int | float]
+) -> Path:
+    """Write orders over speed; arguments are those of :func:`write_result`."""
+    return _write(path, {"format": RUN_UP_FORMAT, "schema": RUN_UP_SCHEMA}, "run", datasets, attributes, RUN_UP)
+
+
+def read_run_up(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
+    """Read what :func:`write_run_up` wrote: (name → (array, unit), attributes); ``StoreError`` as :func:`load_body`."""
+    with _opened(path, RUN_UP_FORMAT, RUN_UP_SCHEMA, "delete it and run 'cranktrain runup' again") as file:
+        return _read(file, "run")
+
+
 def _write(
     path: str | Path,
     header: Mapping[str, Any],
@@ -274,6 +289,7 @@ def kind_of(mark: str) -> Kind:
 
 
 RESULT = kind_of(RESULT_FORMAT)
+RUN_UP = kind_of(RUN_UP_FORMAT)
 TABLE, PART = kind_of(TABLE_FORMAT), kind_of(PART_FORMAT)
 
 

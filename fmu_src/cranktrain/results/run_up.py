@@ -1,0 +1,133 @@
+"""Orders over the speed range: the result of a run-up, and its file.
+
+A file holds the speeds that are finished, whatever is still missing, so that a run-up goes on from it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError, StoreError, nearest
+from cranktrain.results.files import output_unit
+from cranktrain.results.orders import Array, ComplexArray
+from cranktrain.store.hdf5 import read_run_up, write_run_up
+
+TORSION, AXIAL = "pulley.torsion", "pulley.axial"
+LEAST, MEAN, LARGEST = 0, 1, 2
+"""Columns of ``extremes``."""
+REMEDY = "delete it and run 'cranktrain runup' again"
+
+
+@dataclass(frozen=True)
+class RunUp:
+    """Steady cycles over speed, SI; or the orders that a ramp runs through.
+
+    Attributes
+    ----------
+    speeds : (s,) rad/s, increasing
+    orders : (o,) 0.5, 1, …
+    amplitudes : output → (s, o) complex order amplitudes in its unit, x = mean + Re Σ a exp(i order θ) with θ the
+        crank's mean rotation from firing dead centre of cylinder 1; not a number where a speed does not have them
+    extremes : output → (s, 3) least, mean and largest value of a cycle
+    cycles : (s,) cycles that each speed took; 0 where no cycles were run (frequency domain, ramp)
+    repeats : (s,) cycles after which the motion repeats; 0 where it does not
+    left : (s,) what was left of settling in the worst family of outputs; 0 where nothing settles
+    attributes : what was chosen, as the file keeps it
+    """
+
+    speeds: Array
+    orders: Array
+    amplitudes: Mapping[str, ComplexArray]
+    extremes: Mapping[str, Array]
+    cycles: NDArray[np.int_]
+    repeats: NDArray[np.int_]
+    left: Array
+    attributes: Mapping[str, str | int | float] = field(default_factory=dict)
+
+    @property
+    def torsion(self) -> ComplexArray:
+        """Orders of the pulley's torsion, (s, o) rad."""
+        return self.amplitudes[TORSION]
+
+    @property
+    def axial(self) -> ComplexArray:
+        """Orders of the pulley's axial motion, (s, o) m; ``InputError`` where the journals are locked on their axis."""
+        return self._of(AXIAL)
+
+    @property
+    def speeds_rpm(self) -> Array:
+        """Speeds (s,), rev/min."""
+        return np.asarray(self.speeds * (30.0 / math.pi))
+
+    def order(self, order: float, output: str = TORSION) -> ComplexArray:
+        """Amplitudes (s,) of one order of an output; ``InputError`` for what the run-up does not have."""
+        at = np.flatnonzero(np.isclose(self.orders, order, rtol=0.0, atol=1e-9))
+        if not at.size:
+            raise InputError(f"order {order:g} is not in this run-up; it has {self.orders[0]:g} to {self.orders[-1]:g}")
+        return np.asarray(self._of(output)[:, at[0]])
+
+    def _of(self, output: str) -> ComplexArray:
+        if output not in self.amplitudes:
+            raise InputError(f"output '{output}' is not in this run-up; {nearest(output, self.amplitudes)}")
+        return self.amplitudes[output]
+
+    def save(self, path: str | Path) -> Path:
+        """Write the file, whole or not at all; ``InputError`` for a place that it must not take, ``StoreError``."""
+        datasets = {
+            "speeds": (self.speeds, "rad/s"), "orders": (self.orders, "1/revolution"), "cycles": (self.cycles, "1"),
+            "repeats": (self.repeats, "1"), "left": (self.left, "1"),
+        }  # fmt: skip
+        for name, values in self.amplitudes.items():
+            datasets[f"amplitudes/{name}"] = values, output_unit(name)
+        for name, extremes in self.extremes.items():
+            datasets[f"extremes/{name}"] = extremes, output_unit(name)
+        return write_run_up(path, datasets, self.attributes)
+
+    @classmethod
+    def load(cls, path: str | Path) -> RunUp:
+        """Read a file; ``StoreError``: missing, cut short, damaged, of another kind or schema."""
+        data, attributes = read_run_up(path)
+        values: dict[str, Any] = {name: array for name, (array, _) in data.items()}
+        named: dict[str, Any] = {"amplitudes": {}, "extremes": {}}
+        for name, array in values.items():
+            group, _, output = name.partition("/")
+            if output and group in named:
+                named[group][output] = array
+        own = ("speeds", "orders", "cycles", "repeats", "left")
+        if missing := [name for name in own if name not in values]:
+            raise StoreError(f"{path}: '{missing[0]}' is missing; {REMEDY}")
+        found = cls(**{name: values[name] for name in own}, **named, attributes=attributes)
+        s, o = found.speeds.size, found.orders.size
+        fits = all(array.shape == (s,) for array in (found.cycles, found.repeats, found.left))
+        fits &= all(array.shape == (s, o) for array in found.amplitudes.values())
+        fits &= all(array.shape == (s, 3) for array in found.extremes.values())
+        if not fits or np.any(np.diff(found.speeds) <= 0.0):
+            raise StoreError(f"{path}: arrays do not fit together; {REMEDY}")
+        return found
+
+
+def merged(parts: Sequence[RunUp]) -> RunUp:
+    """Run-ups of the same outputs and orders as one, in the order of their speeds; attributes are the last one's."""
+    speeds = np.concatenate([part.speeds for part in parts])
+    speeds, first = np.unique(speeds, return_index=True)
+
+    def joined(arrays: Sequence[NDArray[Any]]) -> Any:
+        return np.concatenate(arrays)[first]
+
+    return RunUp(
+        speeds=speeds,
+        orders=parts[-1].orders,
+        amplitudes={name: joined([p.amplitudes[name] for p in parts]) for name in parts[-1].amplitudes},
+        extremes={name: joined([p.extremes[name] for p in parts]) for name in parts[-1].extremes},
+        cycles=joined([p.cycles for p in parts]),
+        repeats=joined([p.repeats for p in parts]),
+        left=joined([p.left for p in parts]),
+        attributes=parts[-1].attributes,
+    )
