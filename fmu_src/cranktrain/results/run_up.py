@@ -80,7 +80,7 @@ class RunUp:
 
     def save(self, path: str | Path) -> Path:
         """Write the file, whole or not at all; ``InputError`` for a place that it must not take, ``StoreError``."""
-        datasets = {
+        datasets: dict[str, tuple[NDArray[Any], str]] = {
             "speeds": (self.speeds, "rad/s"), "orders": (self.orders, "1/revolution"), "cycles": (self.cycles, "1"),
             "repeats": (self.repeats, "1"), "left": (self.left, "1"),
         }  # fmt: skip
