@@ -28,6 +28,7 @@ from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results import plots
+from cranktrain.results.figures import save_figure
 from cranktrain.results.orders import last_cycle, order_spectrum
 from cranktrain.results.tables import frequency_tables
 from cranktrain.structure.crank.modal import modal_report
@@ -181,7 +182,7 @@ def draw_loads(engine: Engine, series: Any, out: Path) -> None:
 
 def save(figure: Any, path: Path) -> None:
     """Write a figure and close it."""
-    figure.savefig(path, dpi=110)
+    save_figure(figure, path)
     plt.close(figure)
 
 

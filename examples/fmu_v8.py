@@ -24,6 +24,7 @@ matplotlib.use("Agg")
 import fmpy
 import matplotlib.pyplot as plt
 
+from cranktrain.results.figures import save_figure
 from cranktrain.results.orders import last_cycle, order_spectrum
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -103,7 +104,7 @@ def draw(runs: dict[str, Any], picture: Path) -> dict[str, float]:
         ax.grid(alpha=0.25)
         ax.legend(frameon=False, loc="upper right")
     cycle.margins(y=0.25)
-    figure.savefig(picture, dpi=110)
+    save_figure(figure, picture)
     plt.close(figure)
     return found
 

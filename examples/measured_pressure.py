@@ -20,6 +20,7 @@ from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.simulation import Settings, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.results.figures import save_figure
 from cranktrain.results.plots import plot_pressure
 from cranktrain.results.summary import run_summary
 from cranktrain.structure.crank.reduction import running_body
@@ -72,7 +73,7 @@ def main(measured: str, picture: str = "", body: ReducedBody | None = None) -> f
         figure, ax = plt.subplots(figsize=(9, 4.5), constrained_layout=True)
         fired = {name: trace.fired for name, trace in traces.items()}
         plot_pressure(ax, np.degrees(traces["measured"].angles), fired)
-        figure.savefig(picture, dpi=110)
+        save_figure(figure, picture)
     return float(load["measured"] / load["built-in"])
 
 

@@ -22,6 +22,7 @@ from cranktrain.dynamics.model.state import POSITION, offset
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
+from cranktrain.results.figures import save_figure
 from cranktrain.structure.crank.reduction import running_body
 
 ENGINE = "diesel_i6"
@@ -97,7 +98,7 @@ def draw(engine: Engine, revolutions: Any, place: Any, force: Any, path: str) ->
     figure.suptitle(
         f"{engine.title}: thrust bearing, 0 to {SPEED_RPM:g} rev/min in {RAMP:g} s, full load, solid crank", fontsize=11
     )
-    figure.savefig(path, dpi=90)
+    save_figure(figure, path)
     plt.close(figure)
 
 

@@ -59,6 +59,11 @@ def test_a_run_tells_of_its_outputs(run, tmp_path):
     assert list(orders) == [0.5 * k for k in range(1, 13)]
     figure = run.plot("shaft.torque", tmp_path / "torque.png")
     assert (tmp_path / "torque.png").stat().st_size > 10_000
+    (tmp_path / "foreign.png").write_bytes(b"not ours")
+    for name, told in (("foreign.png", "exists and is no picture"), ("torque.pdf", r"end with .png or .svg")):
+        with pytest.raises(ct.InputError, match=told):
+            run.plot("shaft.torque", tmp_path / name)
+    assert (tmp_path / "foreign.png").read_bytes() == b"not ours"
     assert all("deg" in ax.get_xlabel() or "order" in ax.get_xlabel() for ax in figure.axes)
     assert all("N m" in ax.get_ylabel() for ax in figure.axes)
 

@@ -44,17 +44,23 @@ def check_folder(folder: Path, option: str = "--plots", pictures: Iterable[str] 
         check_place(folder / name, PICTURE)
 
 
-def save_figure(figure: Any, path: Path) -> Path:
-    """Write a picture, PNG or SVG by the ending of its path, whole or not at all; returns the path."""
+def save_figure(figure: Any, path: str | Path) -> Path:
+    """Write a picture, PNG or SVG by the ending of its path, whole or not at all; returns the path.
+
+    Raises ``InputError`` for another ending, and for a place that a picture must not take.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
-    with whole_file(path, PICTURE) as temporary:
-        if path.suffix == ".svg":
+    target = Path(path)
+    if target.suffix not in (".png", ".svg"):
+        raise InputError(f"{path}: pictures end with .png or .svg; name it {target.with_suffix('.png').name}")
+    with whole_file(target, PICTURE) as temporary:
+        if target.suffix == ".svg":
             FigureCanvasSVG(figure).print_svg(str(temporary), metadata={"Date": None, "Creator": "Cranktrain"})
         else:
             FigureCanvasAgg(figure).print_png(str(temporary), metadata={"Software": "Cranktrain"})
-    return path
+    return target
 
 
 def save_film_pictures(folder: Path, run: Result, engine: Engine, title: str) -> list[Path]:

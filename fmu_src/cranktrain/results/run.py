@@ -56,20 +56,22 @@ class Run(Result):
         return dict(zip(orders.tolist(), amplitudes.tolist(), strict=True))
 
     def plot(self, name: str = "pulley.torsion", path: str | Path | None = None) -> Any:
-        """Figure (matplotlib) of one output over the last cycle and of its orders; also written to ``path``."""
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        """Figure (matplotlib) of one output over the last cycle and of its orders; also written to ``path``.
+
+        Raises ``InputError`` for an output that does not exist, and for a file that is no picture of ours.
+        """
         from matplotlib.figure import Figure
 
+        from cranktrain.results.figures import save_figure
         from cranktrain.results.plots import plot_cycle, plot_orders
 
         cycle, unit = last_cycle(self.angle, self[name]), output_unit(name)
         figure = Figure(figsize=(8.0, 6.0), dpi=120, layout="constrained")
-        FigureCanvasAgg(figure)
         above, below = figure.subplots(2, 1)
         plot_cycle(above, cycle, name, unit)
         plot_orders(below, *order_spectrum(cycle, 12.0), name, unit)
         if path is not None:
-            figure.savefig(path)
+            save_figure(figure, path)
         return figure
 
     def to_xarray(self) -> Any:
