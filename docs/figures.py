@@ -304,6 +304,21 @@ def damper() -> str:
     return table((*header, "power, W"), rows)
 
 
+def torsional_run_up() -> str:
+    """Run-ups in the frequency domain."""
+    rows = [
+        (
+            name,
+            *(f"{row['processor_seconds'][rule]:.2f}" for rule in ("linear", "harmonic-balance")),
+            f"{100.0 * row['difference']:.1f} %",
+            f"{row['one_speed']:.0e}",
+        )
+        for name, row in benchmark("torsional_run_up").items()
+    ]
+    header = ("engine", "mean inertia, s", "harmonic balance, s", "difference", "from one speed alone")
+    return table(header, rows)
+
+
 def inherited_damping() -> str:
     """Resonances of torsional cranks beside those of the level above."""
     rows = []
@@ -381,6 +396,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "elastic_grid": ("benchmarks.md", elastic_grid),
     "whole_engine": ("benchmarks.md", whole_engine),
     "damper": ("benchmarks.md", damper),
+    "torsional_run_up": ("benchmarks.md", torsional_run_up),
     "coupling": ("fmu.md", coupling),
     "inherited_damping": ("decisions/0020-inherited-damping.md", inherited_damping),
 }

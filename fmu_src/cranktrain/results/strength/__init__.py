@@ -1,1 +1,1 @@
-"""Strength of the crankshaft over a run: loads in it, stresses, fatigue, and the rule of the classification societies."""
+"""Strength of the crankshaft over a run: loads in it, stresses, fatigue, and the rule of classification societies."""

@@ -90,7 +90,7 @@ def torsional_response(
     pulley, flywheel = (body.shapes[body.index(name), 5] for name in ("pulley", "flywheel"))
     nothing = np.zeros(crank.omega.size, dtype=complex)
     laws, w = crank.forces, crank.omega[:, None]
-    follows = _following(speed, crank.omega)
+    follows = frame_wobble(speed, crank.omega)
     largest = float(np.abs(laws.forces).max())
     added = np.zeros_like(laws.forces)
     for round_ in range(1, _ROUNDS + 1):
@@ -119,8 +119,8 @@ def steady_orders(response: HeldResponse) -> list[list[float]]:
     return [[float(response.orders[k]), float(amplitudes[k])] for k in range(1, count + 1)]
 
 
-def _following(speed: float, omega: Array) -> ComplexArray:
-    """Wobble of the frame over the crank's mean rotation in space, (k + 1,); no mean."""
+def frame_wobble(speed: float | Array, omega: Array) -> ComplexArray:
+    """Wobble of the frame over the crank's mean rotation in space, as ``omega`` (…, k + 1); no mean."""
     inverse = speed / (2.0 * math.pi * RECENTRING_REVOLUTIONS)
     kappa = 4.0 * inverse
     result = kappa * inverse / (kappa * inverse - omega**2 + 1j * omega * kappa)

@@ -1,0 +1,135 @@
+"""The damper between hub and ring order by order: its complex stiffness, and what a law that is not linear adds.
+
+With g the motion of hub against ring by a torque between them, and ψ₀ that which all else causes, a link of complex
+stiffness κ(ω) lets them turn by
+
+    ψ = (ψ₀ − g e)/(1 + κ g),   torque on the hub −(κ ψ + e).
+
+κ is what the law has at ω itself: iωη of a newtonian fluid, G*(ω) of a complex modulus, k (1 + id) of rubber; a run in
+time has one pair of spring and damper for all orders. A fluid that thins as it shears has the linear damper that
+dissipates as much over the cycle; e is the rest of its torque (:mod:`cranktrain.studies.torsion.forced_torsion`).
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import SolverError
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.engine.model import Engine
+from cranktrain.engine.quantities import COMPLEX_MODULUS, SHEAR_THINNING
+from cranktrain.loads.damper import (
+    EXPONENT,
+    SHEARS,
+    TIME,
+    WEIGHTS,
+    complex_modulus,
+    damper_parameters,
+    damper_temperature,
+    damping_coefficient,
+    required_damper,
+    shear_layers,
+)
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+_SETTLED, _ROUNDS = 1e-8, 100
+
+
+class OrderSamples(Protocol):
+    """What makes samples of complex amplitudes and the other way round, along an axis."""
+
+    def spectrum(self, signal: Array, axis: int = 0) -> ComplexArray:
+        """Complex amplitudes of samples."""
+
+    def signal(self, spectrum: ComplexArray, axis: int = 0) -> Array:
+        """Samples of complex amplitudes."""
+
+
+class DamperLink:
+    """Damper of an engine at speeds (s,), for angular frequencies (s, k).
+
+    Attributes
+    ----------
+    stiffness : (s, k) complex stiffness, N m/rad
+    thinning : whether the law is not linear
+    """
+
+    def __init__(self, engine: Engine, settings: Settings, speeds: Array, omega: Array) -> None:
+        damper = required_damper(engine)
+        self.omega = omega
+        warm = [settings.damper_temperature or damper_temperature(damper, speed) for speed in speeds.tolist()]
+        self.parameters = np.array([damper_parameters(damper, temperature) for temperature in warm])
+        self.thinning = damper.kind == "viscous" and damper.law == SHEAR_THINNING
+        viscous = np.array([damping_coefficient(row) for row in self.parameters])
+        self.stiffness: ComplexArray = 1j * omega * viscous[:, None]
+        if damper.kind == "rubber":
+            self.stiffness = np.where(omega > 0.0, damper.stiffness * (1.0 + 1j * damper.loss_factor), 0.0)
+        elif damper.law == COMPLEX_MODULUS:
+            moments = shear_layers(damper)[0].sum()
+            self.stiffness = np.array([
+                [moments * complex_modulus(damper, temperature, w) if w > 0.0 else 0.0 for w in row.tolist()]
+                for temperature, row in zip(warm, omega, strict=True)
+            ])  # fmt: skip
+
+    def at(self, which: NDArray[np.bool_]) -> DamperLink:
+        """That at some of the speeds."""
+        some = copy(self)
+        some.omega, some.parameters, some.stiffness = self.omega[which], self.parameters[which], self.stiffness[which]
+        return some
+
+    def torque(self, rate: Array) -> Array:
+        """Torque of a fluid that thins at rates (s, N) rad/s of hub against ring, N m."""
+        torque = np.zeros_like(rate)
+        time, exponent = self.parameters[:, TIME, None], self.parameters[:, EXPONENT, None]
+        for weight, shear in zip(self.parameters[:, WEIGHTS:SHEARS].T, self.parameters[:, SHEARS:].T, strict=True):
+            torque += weight[:, None] * rate * (1.0 + (time * shear[:, None] * rate) ** 2) ** exponent
+        return torque
+
+    def dissipating(self, twist: ComplexArray, samples: OrderSamples) -> ComplexArray:
+        """Complex stiffness (s, k) of the linear dampers that dissipate as much as the law at ``twist`` (s, k)."""
+        rate = samples.signal(1j * self.omega * twist, 1)
+        damping = np.mean(self.torque(rate) * rate, axis=1) / np.mean(rate**2, axis=1)
+        return np.asarray(1j * self.omega * damping[:, None])
+
+    def rest(self, twist: ComplexArray, stiffness: ComplexArray, samples: OrderSamples) -> ComplexArray:
+        """What the law's torque has besides that of ``stiffness`` at ``twist``, (s, k) N m.
+
+        A ring carries no mean torque: it slips against the hub until there is none.
+        """
+        rate = samples.signal(1j * self.omega * twist, 1)
+        damping = stiffness[:, 1].imag / self.omega[:, 1]
+        for _ in range(_ROUNDS):
+            torque = self.torque(rate)
+            mean = torque.mean(axis=1)
+            if np.all(np.abs(mean) <= _SETTLED * np.abs(torque).max(axis=1)):
+                break
+            rate = rate - (mean / damping)[:, None]
+        result = samples.spectrum(torque, 1) - stiffness * twist
+        result[:, 0] = 0.0
+        return result
+
+
+def equivalent(link: DamperLink, free: ComplexArray, compliance: ComplexArray, samples: OrderSamples) -> ComplexArray:
+    """Complex stiffness (s, k) of a damper where all else twists it by ``free`` and it feels ``compliance`` (s, k).
+
+    A law that is not linear is replaced by equivalent ones; ``samples`` makes those of complex amplitudes.
+
+    Raises
+    ------
+    SolverError
+        a damper that does not settle
+    """
+    stiffness = link.stiffness
+    if not link.thinning:
+        return stiffness
+    for _ in range(_ROUNDS):
+        before, stiffness = stiffness, link.dissipating(free / (1.0 + stiffness * compliance), samples)
+        if np.all(np.abs(stiffness - before) <= _SETTLED * np.abs(before)):
+            return stiffness
+    raise SolverError("the damper's torque does not settle; its law is too far from a linear one")

@@ -1,0 +1,261 @@
+"""Run-up of a crank that only twists in the frequency domain: all speeds and orders at once, without a step in time.
+
+``linear``: the structure with the cycle mean of the rods' inertia and of the gas torques' tangents
+(:mod:`cranktrain.studies.torsion.shaft_orders`), under the torques of a crank that turns rigidly. Orders do not feel
+one another.
+
+``harmonic-balance``: the rods' exact torques, those of a run in time. With the turn y of a pin and the two-sided
+Fourier coefficients Ĵ_h of its rods' inertia over the crank angle, inertia couples order m to order k by
+
+    f_k = Ω²/2 Σ_m Ĵ_{k−m} (k² + m²) y_m,   m and k of both signs,
+
+which is −Ω² (J y'' + J' y' + ½ J'' y). J repeats every revolution: whole and half orders are two systems. Of each, one
+LU factorisation a speed answers the structure with this coupling; what the exact torques have besides, at the motion
+found last, is added to the known ones until nothing changes. Motions are given against the frame, as of
+:mod:`cranktrain.studies.torsion.torsional_response`, which solves the same equations at one speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dgetrf, dgetrs
+
+from cranktrain.core.errors import InputError, SolverError, nearest
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import SLOWEST
+from cranktrain.engine.model import Engine
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.results.run_up import TORSION, RunUp
+from cranktrain.studies.torsion.damper_link import DamperLink, equivalent
+from cranktrain.studies.torsion.shaft_orders import ShaftOrders
+from cranktrain.studies.torsion.torsional_response import frame_wobble
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Fitted = tuple[Engine, Settings]
+
+LINEAR, HARMONIC_BALANCE = RULES = ("linear", "harmonic-balance")
+HIGHEST_ORDER = 24.0
+_AT_ONCE = 20
+"""Speeds whose factors are kept at once."""
+_SETTLED, _ROUNDS = 1e-8, 40
+
+
+def frequency_run_up(
+    engine: Engine,
+    body: ReducedBody,
+    settings: Settings,
+    speeds: Array,
+    orders: Sequence[float],
+    rule: str = LINEAR,
+    gas: GasTrace | None = None,
+) -> RunUp:
+    """Run-up whose ``pulley.torsion`` is that of :func:`torsion_orders`; parameters and errors are its own."""
+    speeds = np.unique(np.asarray(speeds, dtype=float))
+    found = torsion_orders(engine, body, settings, speeds, orders, rule, gas)
+    none = np.zeros(speeds.size, dtype=int)
+    return RunUp(
+        speeds=speeds,
+        orders=np.asarray(orders, dtype=float),
+        amplitudes={TORSION: found},
+        extremes={},
+        cycles=none,
+        repeats=none,
+        left=np.zeros(speeds.size),
+        attributes={"engine": engine.name, "crank": settings.crank, "damper": settings.damper, "steady": rule},
+    )
+
+
+def torsion_orders(
+    engine: Engine,
+    body: ReducedBody,
+    settings: Settings,
+    speeds: Array,
+    orders: Sequence[float],
+    rule: str = LINEAR,
+    gas: GasTrace | None = None,
+) -> ComplexArray:
+    """Orders of the pulley's torsion over speed.
+
+    Parameters
+    ----------
+    engine, body, settings : as of :func:`cranktrain.dynamics.simulation.simulate`, of a torsional crank at a given
+        speed; with damper ``fitted`` both carry its housing
+    speeds : (s,) rad/s
+    orders : (o,) multiples of a half
+    rule : ``linear`` or ``harmonic-balance``, see this module; the balance has the orders up to 24 at least
+    gas : pressure trace in place of the built-in one
+
+    Returns
+    -------
+    (s, o) complex amplitudes, rad: order o is Re[a exp(i o θ)] with θ the mean of the frame's angle
+
+    Raises
+    ------
+    InputError
+        a rule, speed or order that does not exist, a model that does more than twist
+    SolverError
+        orders that do not settle
+    """
+    speeds = np.atleast_1d(np.asarray(speeds, dtype=float))
+    if rule not in RULES:
+        raise InputError(f"rule '{rule}' of a run-up in the frequency domain does not exist; {nearest(rule, RULES)}")
+    if not np.all((speeds >= SLOWEST) & np.isfinite(speeds)):
+        raise InputError(f"speeds of a run-up must be finite and at least {SLOWEST * 30.0 / np.pi:.0f} rev/min")
+    places = np.round(2.0 * np.asarray(orders, dtype=float)).astype(int)
+    if np.any(np.abs(0.5 * places - orders) > 1e-9) or np.any(places < 1):
+        raise InputError("orders of a run-up are multiples of a half, from 0.5 on")
+    highest = 0.5 * float(places.max(initial=1))
+    trace = gas or GasTrace.from_engine(engine)
+    structure = ShaftOrders(engine, body, settings, trace, max(highest, HIGHEST_ORDER))
+    damper = (engine, settings) if settings.damper == "fitted" else None
+    if rule == LINEAR:
+        return _linear(structure, damper, speeds)[:, places]
+    parts = np.array_split(speeds, -(-speeds.size // _AT_ONCE))
+    return np.concatenate([_balanced(structure, damper, part)[:, places] for part in parts])
+
+
+class _Transfer(NamedTuple):
+    """Motions of a structure with its damper by torques on the pins and by what the damper's law has besides.
+
+    ``motion`` (s, k, p + 3, p) and ``by_rest`` (s, k, p + 3): rows as of :meth:`ShaftOrders.transfer`. ``link`` is a
+    damper whose law is not linear, ``stiffness`` (s, k) its complex stiffness.
+    """
+
+    motion: ComplexArray
+    by_rest: ComplexArray
+    stiffness: ComplexArray
+    link: DamperLink | None
+
+    @classmethod
+    def of(cls, structure: ShaftOrders, damper: Fitted | None, speeds: Array, known: ComplexArray) -> _Transfer:
+        """That at ``speeds`` (s,), where a crank that turns rigidly has the torques ``known`` (s, k, p)."""
+        whole = structure.transfer(speeds, np.arange(structure.orders.size))
+        motion, by_rest = whole[..., :-1], whole[..., -1]
+        if damper is None:
+            return cls(motion, by_rest, np.zeros(motion.shape[:2], dtype=complex), None)
+        twist = structure.at.twist
+        link = DamperLink(*damper, speeds, speeds[:, None] * structure.orders)
+        compliance = by_rest[:, :, twist]
+        stiffness = equivalent(link, np.einsum("skp,skp->sk", motion[:, :, twist], known), compliance, structure)
+        share = 1.0 / (1.0 + stiffness * compliance)
+        held = (stiffness * share)[:, :, None, None]
+        motion = motion - held * by_rest[:, :, :, None] * motion[:, :, twist, None]
+        return cls(motion, share[:, :, None] * by_rest, stiffness, link if link.thinning else None)
+
+    def at(self, which: NDArray[np.bool_]) -> _Transfer:
+        """That at some of the speeds."""
+        link = self.link.at(which) if self.link is not None else None
+        return _Transfer(self.motion[which], self.by_rest[which], self.stiffness[which], link)
+
+    def respond(self, torques: ComplexArray, rest: ComplexArray) -> ComplexArray:
+        """Motions (s, k, p + 3) by torques on the pins (s, k, p) and the rest of the damper's torque (s, k)."""
+        return np.asarray((self.motion @ torques[..., None])[..., 0] - self.by_rest * rest[:, :, None])
+
+
+def _pulley(structure: ShaftOrders, speeds: Array, motion: ComplexArray) -> ComplexArray:
+    """Rotation (s, k) of the pulley against the frame."""
+    wobble = frame_wobble(speeds[:, None], speeds[:, None] * structure.orders)
+    return np.asarray(motion[:, :, structure.at.pulley] - wobble * motion[:, :, structure.at.swing])
+
+
+def _linear(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> ComplexArray:
+    """Orders (s, k + 1) of the pulley with mean inertia."""
+    known = structure.known(speeds)
+    transfer = _Transfer.of(structure, damper, speeds, known)
+    return _pulley(structure, speeds, transfer.respond(known, np.zeros(known.shape[:2], dtype=complex)))
+
+
+class _Coupling:
+    """What varies of the rods' inertia, order by order: torque f_k = Ω² Σ_m (a_km y_m + b_km ȳ_m) for k, m > 0."""
+
+    def __init__(self, structure: ShaftOrders) -> None:
+        o = structure.orders[1:]
+        half = np.rint(2.0 * o).astype(int)
+        squares = 0.5 * (o[:, None] ** 2 + o**2)[:, :, None]
+        apart, together = half[:, None] - half, half[:, None] + half
+        # ``inertia`` holds the coefficients of half orders h ≥ 0; those below zero are their conjugates.
+        found = structure.inertia[np.abs(apart)]
+        found = np.where((apart < 0)[:, :, None], found.conj(), found)
+        found[apart == 0] = 0.0
+        self.direct, self.mirrored = squares * found, squares * structure.inertia[together]
+        self._halves = []
+        for odd in (0, 1):
+            own = np.flatnonzero(half % 2 == odd)
+            direct, mirrored = self.direct[np.ix_(own, own)], self.mirrored[np.ix_(own, own)]
+            self._halves.append((own, direct + mirrored, direct - mirrored))
+
+    def torque(self, speeds: Array, turn: ComplexArray) -> ComplexArray:
+        """Torques (s, k + 1, p) by the turns of the pins, of the same shape; what order 0 does is left out."""
+        result = np.zeros_like(turn)
+        own = turn[:, 1:].transpose(2, 1, 0)
+        direct, mirrored = self.direct.transpose(2, 0, 1), self.mirrored.transpose(2, 0, 1)
+        result[:, 1:] = (direct @ own + mirrored @ own.conj()).transpose(2, 1, 0)
+        return speeds[:, None, None] ** 2 * result
+
+    def factors(self, speed: float, compliance: ComplexArray) -> list[tuple[NDArray[np.intp], Any, Any]]:
+        """LU of 1 − R A, real and imaginary parts apart, for whole and half orders; ``compliance`` R (k, p, p)."""
+        found = []
+        pins = compliance.shape[1]
+        for own, both, apart in self._halves:
+            size = own.size * pins
+            by = -(speed**2) * compliance[own + 1][:, :, None, :]
+            blocks = np.empty((2, own.size, pins, 2, own.size, pins))
+            # Columns of real parts feel the sum of both, those of imaginary parts i times the difference.
+            for part, coefficients in enumerate((both, apart)):
+                product = by * coefficients[:, None]
+                blocks[part, :, :, part] = product.real
+                blocks[1 - part, :, :, part] = product.imag if part == 0 else -product.imag
+            matrix = blocks.reshape(2 * size, 2 * size)
+            np.einsum("ii->i", matrix)[:] += 1.0
+            found.append((own + 1, *dgetrf(matrix.T, overwrite_a=True)[:2]))
+        return found
+
+
+def _coupled(factors: list[tuple[NDArray[np.intp], Any, Any]], free: ComplexArray) -> ComplexArray:
+    """Turns (k + 1, p) of the pins at one speed where they would turn by ``free`` without the orders' coupling."""
+    result = free.copy()
+    for own, factor, pivots in factors:
+        right = free[own].ravel()
+        found, _ = dgetrs(factor, pivots, np.concatenate((right.real, right.imag)), trans=1)
+        result[own] = (found[: right.size] + 1j * found[right.size :]).reshape(free[own].shape)
+    return result
+
+
+def _balanced(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> ComplexArray:
+    """Orders (s, k + 1) of the pulley by harmonic balance."""
+    pins, swing, twist = slice(0, structure.pins), structure.at.swing, structure.at.twist
+    torques = structure.known(speeds)
+    coupling, transfer = _Coupling(structure), _Transfer.of(structure, damper, speeds, torques)
+    factors = [coupling.factors(speed, transfer.motion[k, :, pins]) for k, speed in enumerate(speeds.tolist())]
+    rest = np.zeros(torques.shape[:2], dtype=complex)
+    largest = np.abs(torques).max()
+    result = np.zeros(torques.shape[:2], dtype=complex)
+    left = np.arange(speeds.size)
+    for _ in range(_ROUNDS):
+        free = transfer.respond(torques, rest)[:, :, pins]
+        turn = np.stack([_coupled(factors[k], own) for k, own in zip(left, free, strict=True)])
+        varying = coupling.torque(speeds, turn)
+        motion = transfer.respond(torques + varying, rest)
+        held = structure.mean_feedback(speeds, turn, motion[:, :, swing]) + varying
+        before, torques = torques, structure.exact(speeds, turn, motion[:, :, swing]) - held
+        change = np.abs(torques - before).max(axis=(1, 2))
+        if transfer.link is not None:
+            last, rest = rest, transfer.link.rest(motion[:, :, twist], transfer.stiffness, structure)
+            change = np.maximum(change, np.abs(rest - last).max(axis=1))
+        settled = change <= _SETTLED * largest
+        result[left[settled]] = _pulley(structure, speeds, motion)[settled]
+        if settled.all():
+            return result
+        going = ~settled
+        left, speeds, torques, rest, transfer = (
+            left[going], speeds[going], torques[going], rest[going], transfer.at(going),
+        )  # fmt: skip
+    raise SolverError(
+        f"the orders do not settle at {speeds[0] * 30.0 / np.pi:.0f} rev/min; take the rule linear, or run it in time"
+    )

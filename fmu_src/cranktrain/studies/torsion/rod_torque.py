@@ -1,0 +1,117 @@
+"""Torque of rigid rods on pins that run on their circles, in closed form and many angles at once.
+
+With the pin at the angle a of its circle of radius r in axes of its cylinder, x = r cos a − e, s = √(L² − x²), the
+piston moves by h = dy_P/da = r cos a + r x sin a/s and the rod turns by b = dβ/da = −r sin a/s. The pin then carries
+the inertia
+
+    J(a) = m_b r² + m_o h² + ΔJ b²
+
+and at the angle ψ feels the torque −J ψ̈ − ½ J' ψ̇² − h p A + gravity. This is the force of
+:mod:`cranktrain.loads.slider_crank` along the circle; symbols are its own.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.engine.model import Engine
+from cranktrain.loads.slider_crank import remainder_inertia
+
+Array = NDArray[np.float64]
+
+
+class RodTorque(NamedTuple):
+    """What rods do to their pins at given pin angles; all (…, c) as the angles.
+
+    Attributes
+    ----------
+    inertia, slope : J, kg m², and J' = dJ/da
+    arm : h, m: the piston's way per angle; gas of p A pushes the pin back by h p A
+    weight : torque of gravity, N m
+    """
+
+    inertia: Array
+    slope: Array
+    arm: Array
+    weight: Array
+
+
+class Rods(NamedTuple):
+    """The rods of an engine (SI).
+
+    Attributes
+    ----------
+    radius, start, bank : (c,) of the pins' circles, their angles at crank angle 0 in axes of their cylinders, and the
+        banks' angles
+    length, offset : L and e
+    big_end, oscillating, remainder : m_b, m_o, kg, and ΔJ, kg m²
+    gravity : m/s²
+    """
+
+    radius: Array
+    start: Array
+    bank: Array
+    length: float
+    offset: float
+    big_end: float
+    oscillating: float
+    remainder: float
+    gravity: float
+
+    @classmethod
+    def of_engine(cls, engine: Engine, body: ReducedBody, gravity: float) -> Rods:
+        """Rods of an engine on the pins of its ``body``."""
+        pins = np.array([body.positions[body.index(f"pin[{pin}]"), :2] for pin in engine.cylinders.pins])
+        bank = np.array(engine.cylinders.bank_angles, dtype=float)
+        return cls(
+            np.hypot(*pins.T),
+            np.arctan2(pins[:, 1], pins[:, 0]) - bank,
+            bank,
+            engine.rod.length,
+            engine.cylinders.pin_offset,
+            engine.rod.big_end_mass,
+            engine.rod.small_end_mass + engine.cylinders.piston_mass,
+            remainder_inertia(engine.rod),
+            gravity,
+        )
+
+    def torque(self, angle: Array) -> RodTorque:
+        """Inertia and torques where each pin has turned by ``angle`` (…, c), rad."""
+        a = angle + self.start
+        across, along = self.radius * np.cos(a), self.radius * np.sin(a)
+        x = across - self.offset
+        s = np.sqrt(self.length**2 - x**2)
+        lean, turn = x / s, -along / s
+        arm = across + along * lean
+        # d(x/s)/da = turn·(1 + lean²), d(1/s)/da·s = turn·lean.
+        arm_slope = -along + across * lean + along * turn * (1.0 + lean**2)
+        turn_slope = -across / s + turn**2 * lean
+        weight = self.big_end * (along * np.sin(self.bank) - across * np.cos(self.bank))
+        weight -= self.oscillating * arm * np.cos(self.bank)
+        return RodTorque(
+            self.big_end * self.radius**2 + self.oscillating * arm**2 + self.remainder * turn**2,
+            2.0 * (self.oscillating * arm * arm_slope + self.remainder * turn * turn_slope),
+            arm,
+            self.gravity * weight,
+        )
+
+
+def gas_push(tables: Array, area: float, angle: Array) -> list[Array]:
+    """Pressures of periodic splines ``tables`` (k, n, 4) times piston ``area``, N, at angles after firing, any shape.
+
+    As :func:`cranktrain.loads.gas_pressure.gas_pressure`, many at once.
+    """
+    count = tables.shape[1]
+    place = np.mod(angle * (count / (4.0 * math.pi)), count)
+    whole = np.minimum(place.astype(np.int64), count - 1)
+    t = place - whole
+    found = []
+    for table in tables:
+        a, b, c, d = np.moveaxis(table[whole], -1, 0)
+        found.append(area * (a + t * (b + t * (c + t * d))))
+    return found

@@ -1,0 +1,221 @@
+"""A crank that only twists, with its drive line and damper: a linear structure answered order by order, at many speeds.
+
+In the modes of what turns (crank, ring, discs of the drive line), about a steady turn at Ω and with ω = oΩ for order o,
+
+    [K + iωC − ω²(I + Sᵀ J̄ S) − Sᵀ ḡ] x = Sᵀ f + t T,   S = rotations of the pins,   t = hub less ring,
+
+f torques on the pins, T that of the damper; J̄ is the cycle mean of the rods' inertia, ḡ x that of the gas torques'
+change as the pins and, with the crank's mean rotation, the pressures lead. At order 0 the frame turns with the crank's
+mean rotation; the mean torque of the drive line is sought in its place.
+
+Matrices are those of the running model, :func:`cranktrain.dynamics.model.arrays.build_model`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model.arrays import build_model
+from cranktrain.dynamics.model.settings import Settings, resolved
+from cranktrain.dynamics.model.slots import (
+    AREA,
+    BEST_SPEED,
+    CRANK_MODES,
+    CRANKCASE,
+    DAMPER,
+    FALLOFF,
+    GAS_LOAD,
+    PHASE,
+    PIN_ROTATIONS,
+    RIGID_ROTATION,
+    ROTATION,
+)
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import bearing_law
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
+from cranktrain.studies.torsion.rod_torque import Rods, RodTorque, gas_push
+
+ComplexArray = NDArray[np.complex128]
+
+
+class Observed(NamedTuple):
+    """Rows of a transfer behind those of the pins."""
+
+    twist: int
+    pulley: int
+    swing: int
+
+
+class ShaftOrders:
+    """Cranktrain of crank level ``torsional`` (or ``rigid``), its journals locked on their axis.
+
+    Parameters
+    ----------
+    engine, body, settings : as of :func:`cranktrain.dynamics.simulation.simulate`; with the damper's housing where
+        ``settings.damper`` is ``fitted``
+    gas : pressure trace
+    highest : highest order of the balance
+
+    Attributes
+    ----------
+    orders : (k + 1,) 0, 0.5, … ``highest``
+    samples : number of samples of a cycle
+    angle : (N,) crank angle of the samples, rad
+    throw : (c,) index of each cylinder's pin among the p pins
+    at : rows of a transfer behind the pins': twist of hub against ring, rotation of the pulley, of the crank in the
+        mean
+
+    Raises
+    ------
+    InputError
+        a crank that bends or journals that are not locked, the boundary ``torque``
+    """
+
+    def __init__(self, engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace, highest: float) -> None:
+        settings = resolved(settings, engine)
+        if bearing_law(settings.bearings).carries or settings.boundary != "speed":
+            raise InputError(
+                "a run-up in the frequency domain takes a crank that only twists at a given speed; use crank "
+                "torsional, bearings held (or auto) and boundary speed, or run it in time"
+            )
+        # At any speed: no part of the model that only twists depends on it, but for the damper's warmth.
+        model = build_model(engine, body, settings, gas.best_speed, gas)
+        count = round(2.0 * highest)
+        self.orders: Array = 0.5 * np.arange(count + 1, dtype=np.float64)
+        self.samples = 8 * count
+        self.angle: Array = np.arange(self.samples, dtype=np.float64) * (4.0 * math.pi / self.samples)
+        self.rods = Rods.of_engine(engine, body, settings.gravity)
+        self.gas_tables, self.area = model.gas, model.cylinders[0, AREA]
+        self.crankcase = float(model.scalars[CRANKCASE])
+        self.phase: Array = model.cylinders[:, PHASE]
+        self._burn = model.scalars[[GAS_LOAD, FALLOFF, BEST_SPEED]]
+        pins, first, self.throw = np.unique(engine.cylinders.pins, return_index=True, return_inverse=True)
+        self.pins = len(pins)
+        # Locked rigid motions feel nothing and are left out.
+        own = slice(ROTATION, None)
+        port = int(model.layout[PIN_ROTATIONS])
+        rows = model.ports[port : port + engine.n_cylinders, own][first]
+        twist = model.ports[int(model.layout[DAMPER]), own] if model.layout[DAMPER] else np.zeros(rows.shape[1])
+        swing = np.zeros(rows.shape[1])
+        swing[0] = model.scalars[RIGID_ROTATION]
+        self.at = Observed(self.pins, self.pins + 1, self.pins + 2)
+        self._rows = np.vstack((rows, twist, model.ends[1, own], swing))
+        self._flywheel: Array = model.ends[0, own]
+        shafts, laws = model.shafts[:, own], model.shaft_laws
+        self._stiffness: Array = np.diag(model.omega2[own]) + shafts.T @ (laws[:, STIFFNESS, None] * shafts)
+        self._damping: Array = np.diag(model.damping[own]) + shafts.T @ (laws[:, DAMPING, None] * shafts)
+        self._scale = float(self._stiffness.max())
+        # The ring is appended to the crank's modes.
+        self._ring = [int(model.layout[CRANK_MODES]) - ROTATION] if model.layout[DAMPER] else []
+        still = self.rods.torque(np.repeat(self.angle[:, None], engine.n_cylinders, axis=1))
+        self.inertia: ComplexArray = np.fft.rfft(self.on_pins(still.inertia), axis=0) / self.samples
+        self._gas_means(still.arm)
+        self.still = self._spectra(still)
+
+    def on_pins(self, values: Array) -> Array:
+        """Sums (…, p) over the rods of each pin of values (…, c)."""
+        return np.stack([values[..., self.throw == k].sum(axis=-1) for k in range(self.pins)], axis=-1)
+
+    def burn(self, speeds: Array) -> Array:
+        """Share of the full-load burn at speeds (s,) rad/s."""
+        load, falloff, best = self._burn
+        return np.maximum(load * (1.0 - falloff * (speeds / best - 1.0) ** 2), 0.0)
+
+    def push(self, angle: Array, burn: Array) -> Array:
+        """Gauge pressure times piston area, N, at crank angles of the cylinders (…, c), with burns that fit them."""
+        motored, rise = gas_push(self.gas_tables, self.area, angle - self.phase)
+        return np.asarray(motored - self.crankcase * self.area + burn * rise)
+
+    def spectrum(self, signal: Array, axis: int = 0) -> ComplexArray:
+        """Complex amplitudes of the orders along an axis of a cycle's samples; that of order o is Re[a exp(i o θ)]."""
+        moved = np.moveaxis(signal, axis, -1)
+        result = 2.0 / self.samples * np.fft.rfft(moved, axis=-1)[..., : self.orders.size]
+        result[..., 0] *= 0.5
+        return np.moveaxis(result, -1, axis)
+
+    def signal(self, spectrum: ComplexArray, axis: int = 0) -> Array:
+        """Samples of complex amplitudes, inverse of :meth:`spectrum`."""
+        moved = 0.5 * self.samples * np.moveaxis(spectrum, axis, -1)
+        moved[..., 0] *= 2.0
+        return np.moveaxis(np.fft.irfft(moved, self.samples, axis=-1), -1, axis)
+
+    def known(self, speeds: Array) -> ComplexArray:
+        """Torques (s, k + 1, p) on the pins of a crank that turns rigidly at ``speeds`` (s,) rad/s."""
+        inertia, weight, motored, rise = self.still
+        share = self.burn(speeds)[:, None, None]
+        return np.asarray(speeds[:, None, None] ** 2 * inertia + weight + motored + share * rise)
+
+    def mean_feedback(self, speeds: Array, pins: ComplexArray, swing: ComplexArray) -> ComplexArray:
+        """What the structure holds already of the pins' torques (s, k + 1, p): mean inertia and mean gas tangents."""
+        turn, lead = (a + self.burn(speeds)[:, None] * b for a, b in (self._by_turn, self._by_lead))
+        omega = speeds[:, None] * self.orders
+        result = (omega**2)[:, :, None] * self.inertia[0].real * pins + turn[:, None] * pins
+        # What leads in the mean leads nothing: pressures go by the crank's swing about its steady turn.
+        return np.asarray(result + lead[:, None] * swing[:, :, None])
+
+    def exact(self, speeds: Array, turn: ComplexArray, swing: ComplexArray) -> ComplexArray:
+        """Torques (s, k + 1, p) on pins whose turns are ``turn``, where the crank swings by ``swing`` (s, k + 1)."""
+        w = 1j * speeds[:, None, None] * self.orders[:, None]
+        turned, rate, acceleration = (self.signal(w**order * turn, 1)[:, :, self.throw] for order in range(3))
+        cylinders = self.angle[:, None] + turned
+        at = self.rods.torque(cylinders)
+        push = self.push((self.angle + self.signal(swing, 1))[:, :, None], self.burn(speeds)[:, None, None])
+        result = at.weight - at.arm * push - at.inertia * acceleration
+        result -= 0.5 * at.slope * (speeds[:, None, None] + rate) ** 2
+        return self.spectrum(self.on_pins(result), 1)
+
+    def transfer(self, speeds: Array, orders: NDArray[np.intp]) -> ComplexArray:
+        """Motions (s, o, p + 3, p + 1) of the pins and of ``at`` by torques on the pins and between hub and ring.
+
+        ``orders`` (o,) are indices. The link between hub and ring itself is left out, see
+        :func:`cranktrain.studies.torsion.frequency_run_up.linked`.
+        """
+        n = self._stiffness.shape[0]
+        pins = self._rows[: self.pins]
+        w = speeds[:, None] * self.orders[orders]
+        share = np.broadcast_to(self.burn(speeds)[:, None], w.shape)
+        turn, lead = (
+            [pins.T @ (g[:, None] * row) for g in pair]
+            for pair, row in ((self._by_turn, pins), (self._by_lead, self._rows[self.at.swing]))
+        )
+        mass = np.eye(n) + pins.T @ (self.inertia[0].real[:, None] * pins)
+        parts = (self._stiffness - turn[0] - lead[0], self._damping, mass, turn[1] + lead[1])
+        weights = np.stack((np.ones_like(w) + 0.0j, 1j * w, -(w**2), -share), axis=-1)
+        dynamic = (weights @ np.stack([part.ravel() for part in parts])).reshape(*w.shape, n, n)
+        right = self._rows[: self.pins + 1].T
+        zero = np.flatnonzero(orders == 0)
+        for k in zero:
+            dynamic[:, k, :, 0] = self._scale * self._flywheel
+            dynamic[:, k, self._ring, self._ring] = self._scale
+        moved = np.linalg.solve(dynamic, np.broadcast_to(right, (*w.shape, *right.shape)))
+        for k in zero:
+            moved[:, k, 0] = 0.0
+        return np.asarray(self._rows @ moved)
+
+    def _gas_means(self, arm: Array) -> None:
+        """Cycle means of the gas torques' tangents by a pin's turn and by the lead of the pressures, motored and rise.
+
+        From the spectra: the mean of p h' is that of −p' h, which is what the lead adds; both are (p,) N m/rad.
+        """
+        cylinders = np.repeat(self.angle[:, None], self.throw.size, axis=1)
+        pair = []
+        for push in gas_push(self.gas_tables, self.area, cylinders - self.phase):
+            slope = np.fft.irfft(0.5j * np.arange(self.samples // 2 + 1)[:, None] * np.fft.rfft(push, axis=0), axis=0)
+            pair.append(self.on_pins((slope * arm).mean(axis=0)))
+        self._by_turn = pair[0], pair[1]
+        self._by_lead = -pair[0], -pair[1]
+
+    def _spectra(self, still: RodTorque) -> tuple[ComplexArray, ...]:
+        """Spectra (k + 1, p) of torques on a rigid crank: of inertia at 1 rad/s, of weight, motored gas, burn."""
+        cylinders = np.repeat(self.angle[:, None], self.throw.size, axis=1)
+        motored = self.push(cylinders, np.zeros(1))
+        rise = self.push(cylinders, np.ones(1)) - motored
+        parts = (-0.5 * still.slope, still.weight, -still.arm * motored, -still.arm * rise)
+        return tuple(self.spectrum(self.on_pins(part)) for part in parts)
