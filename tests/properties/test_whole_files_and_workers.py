@@ -1,9 +1,24 @@
 """Files appear whole or not at all, and tasks give the same side by side as one after the other."""
 
+import os
+import signal
+import subprocess
+import sys
+
 import pytest
 
 from cranktrain.store.side_by_side import side_by_side
+from cranktrain.store.whole_file import DAY, PREFIX, whole_file
+
+WRITE = """
+import sys
 from cranktrain.store.whole_file import whole_file
+with whole_file("a.txt") as temporary:
+    temporary.write_text("half")
+    print(temporary.name, flush=True)
+    sys.stdin.read()
+"""
+with_locks = pytest.mark.skipif(os.name == "nt", reason="needs locks that any program may ignore")
 
 
 def square(number, tell=None):
@@ -40,3 +55,42 @@ def test_a_broken_write_leaves_the_old_file(tmp_path):
         raise ValueError("broken")
     assert path.read_text() == "first"
     assert [file.name for file in path.parent.iterdir()] == ["a.txt"]
+
+
+@with_locks
+def test_what_a_killed_process_left_goes_with_the_next_write(tmp_path):
+    """And what a living one writes stays, in this process as in another, until its file is whole."""
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    commands = [subprocess.Popen([sys.executable, "-c", WRITE], cwd=tmp_path, **pipes) for _ in range(2)]
+    with commands[0] as killed, commands[1] as living:
+        left, kept = (tmp_path / process.stdout.readline().strip() for process in (killed, living))
+        with whole_file(tmp_path / "b.txt") as temporary:
+            temporary.write_text("b")
+            assert left.is_file() and kept.is_file()
+            killed.send_signal(signal.SIGKILL)
+            killed.wait()
+            with whole_file(tmp_path / "c.txt") as other:
+                other.write_text("c")
+        assert not left.exists() and kept.is_file()
+        living.stdin.close()
+        assert living.wait() == 0
+    assert {file.name: file.read_text() for file in tmp_path.iterdir()} == {"a.txt": "half", "b.txt": "b", "c.txt": "c"}
+
+
+@with_locks
+def test_only_temporary_files_of_our_own_are_removed(tmp_path):
+    """No file of another name, no folder, no link's target; another machine's file not before a day has passed."""
+    text, other = tmp_path / ".cranktrain-notes", ".cranktrain-00000000-"
+    recent, old, left = (
+        tmp_path / name for name in (f"{other}recent00", f"{other}day_old0.h5", f"{PREFIX}killed00.h5")
+    )
+    for file in (text, recent, old, left):
+        file.write_text("half")
+    os.utime(old, (1.0, old.stat().st_mtime - 1.1 * DAY))
+    (tmp_path / f"{PREFIX}folder00").mkdir()
+    (tmp_path / f"{PREFIX}link0000").symlink_to(text)
+    os.mkfifo(tmp_path / f"{PREFIX}pipe0000")
+    before = set(tmp_path.iterdir())
+    with whole_file(tmp_path / "a.txt") as temporary:
+        temporary.write_text("a")
+    assert before - set(tmp_path.iterdir()) == {old, left}

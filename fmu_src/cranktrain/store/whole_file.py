@@ -1,24 +1,40 @@
 """Files that appear whole or not at all, and take no place but that of a file of their own kind.
 
 Written beside their place, brought to the disk, then moved there. A folder, a link, a device and a file of another kind
-stay as they are.
+stay as they are. What a killed process left beside them is removed at the next write into the folder: a temporary file
+is locked as long as its process lives, and the system lifts the lock of a process that ended, however it ended.
 """
 
 from __future__ import annotations
 
 import os
+import platform
+import re
 import stat
 import tempfile
+import time
+import zlib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from cranktrain.core.cache import private_folder
 from cranktrain.core.errors import InputError, StoreError
 
+try:
+    import fcntl
+except ImportError:  # Windows: what a killed process leaves stays
+    fcntl = None  # type: ignore[assignment]
+
 HEAD = 4096
 """Bytes of a file in which its mark stands."""
+PREFIX = f".cranktrain-{zlib.crc32(platform.node().encode()):08x}-"
+"""How names of this machine's temporary files begin."""
+TEMPORARY = re.compile(r"\.cranktrain-[0-9a-f]{8}-[a-z0-9_]{8}(\..*)?")
+"""Names of any machine's temporary files."""
+DAY = 86400.0
+"""Seconds that another machine's temporary file is left alone: not every shared folder shows its locks to all."""
 
 
 @dataclass(frozen=True)
@@ -48,23 +64,69 @@ def whole_file(path: str | Path, kind: Kind | None = None) -> Iterator[Path]:
     """
     target = Path(path)
     check_place(target, kind)
-    temporary: Path | None = None
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=".cranktrain-", suffix=target.suffix, dir=target.parent)
-        os.close(handle)
-        temporary = Path(name)
-        yield temporary
-        with temporary.open("r+b") as file:
-            os.fsync(file.fileno())
-        temporary.chmod(0o644)
-        check_place(target, kind)  # writing may have taken an hour
-        temporary.replace(target)
+        _remove_left(target.parent)
+        with _temporary(target) as temporary:
+            yield temporary
+            with temporary.open("r+b") as file:
+                os.fsync(file.fileno())
+            temporary.chmod(0o644)
+            check_place(target, kind)  # writing may have taken an hour
+            temporary.replace(target)
     except OSError as error:
         raise StoreError(f"{path}: cannot be written ({error.strerror or error}); choose another place") from None
+
+
+@contextmanager
+def _temporary(target: Path) -> Iterator[Path]:
+    """Path of a file beside ``target``, locked meanwhile and then removed."""
+    handle, temporary = _locked(target)
+    try:
+        yield temporary
     finally:
-        if temporary is not None:
-            temporary.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
+        if fcntl is not None:
+            os.close(handle)
+
+
+def _locked(target: Path) -> tuple[int, Path]:
+    """New file beside ``target``: its descriptor, which holds the lock, and its path."""
+    while True:
+        handle, name = tempfile.mkstemp(prefix=PREFIX, suffix=target.suffix, dir=target.parent)
+        temporary = Path(name)
+        if fcntl is None:
+            os.close(handle)  # an open file could not be moved
+            return handle, temporary
+        with suppress(OSError):  # a file system without locks has none for who removes either
+            fcntl.flock(handle, fcntl.LOCK_SH)  # as readers of HDF5 do: they are not refused at the end
+        if temporary.exists():
+            return handle, temporary
+        os.close(handle)  # it was removed before it was locked
+
+
+def _remove_left(folder: Path) -> None:
+    """Remove the temporary files of processes that ended before they could."""
+    if fcntl is None:
+        return
+    with suppress(OSError):
+        for place in folder.iterdir():
+            if TEMPORARY.fullmatch(place.name):
+                with suppress(OSError):  # somebody else's, in use, or gone meanwhile
+                    _remove_unlocked(place)
+
+
+def _remove_unlocked(place: Path) -> None:
+    """Remove a temporary file; ``OSError`` where a process holds its lock."""
+    handle = os.open(place, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
+    try:
+        found = os.fstat(handle)
+        known = place.name.startswith(PREFIX) or time.time() - found.st_mtime > DAY
+        if known and stat.S_ISREG(found.st_mode):
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            place.unlink()
+    finally:
+        os.close(handle)
 
 
 def check_kept(path: Path) -> None:
