@@ -31,6 +31,7 @@ from cranktrain.cli import (
     run_in,
     simulate,
     stability,
+    stress,
     tradeoff,
 )
 from cranktrain.cli.console import Interrupted, say
@@ -38,7 +39,7 @@ from cranktrain.cli.ending import fault, leave_stdout, one_line, parts, refused,
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.structure.fem.own_mesh import UNITS
 
-ENGINE_VERBS = {"modal": modal, "reduce": reduce, "simulate": simulate}
+ENGINE_VERBS = {"modal": modal, "reduce": reduce, "simulate": simulate, "stress": stress}
 """Modules of the verbs that ask one thing of one engine: ``DESCRIPTION``, ``add_options`` and ``run``."""
 VERBS = {
     "bearing": bearing, "film-table": film_table, "damper-optimum": damper, "roller": roller, "stability": stability,

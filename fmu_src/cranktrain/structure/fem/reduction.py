@@ -77,10 +77,8 @@ def reduced_structure(task: ReductionTask, progress: Progress | None = None, reb
         return load_body(task.path, task.digest)
     check_kept(task.path)
     say = progress or (lambda stage: None)
-    model = task.model(say)
-    interfaces = task.interfaces(model)
+    model, interfaces, reduced = reduced_with_shapes(task, say)
     with one_thread():
-        reduced = craig_bampton(model, interfaces, task.fixed_modes, task.name, task.digest, say)
         reduced = replace(reduced, body=_checked(model, reduced, task.consistent_mass, say))
         if task.compared is not None:
             figures, arrays = task.compared(model, reduced, interfaces, say)
@@ -88,6 +86,14 @@ def reduced_structure(task: ReductionTask, progress: Progress | None = None, reb
             reduced = replace(reduced, body=replace(reduced.body, quality=quality, records=records))
     save_body(task.path, reduced.body, _surface(model, reduced.modes[:, :PICTURED_MODES]))
     return reduced.body
+
+
+def reduced_with_shapes(task: ReductionTask, say: Progress) -> tuple[FEModel, InterfaceSet, Reduced]:
+    """Finite elements of a body, its interfaces, and its reduction with the modes' shapes, which no store keeps."""
+    model = task.model(say)
+    interfaces = task.interfaces(model)
+    with one_thread():
+        return model, interfaces, craig_bampton(model, interfaces, task.fixed_modes, task.name, task.digest, say)
 
 
 def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str:
@@ -148,22 +154,32 @@ def static_error(reduced: Reduced) -> float:
     return float(np.linalg.norm(difference) / np.linalg.norm(balanced.T @ full @ balanced))
 
 
-def _surface(model: FEModel, modes: Array) -> dict[str, tuple[NDArray[Any], str]]:
-    """Boundary of the mesh, each six-node facet as four triangles, with the modes on it."""
-    mesh = model.mesh
+def surface_triangles(mesh: MeshTet2) -> NDArray[np.intp]:
+    """Boundary of the mesh, each six-node facet as four triangles: (t, 3) columns of ``mesh.doflocs``.
+
+    Seen from outside the corners go round counter-clockwise.
+    """
     facets = mesh.boundary_facets()
     a, b, c = mesh.facets[:, facets]
+    inside = mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1)
+    normal = np.cross(mesh.p[:, b] - mesh.p[:, a], mesh.p[:, c] - mesh.p[:, a], axis=0)
+    inward = np.einsum("af,af->f", normal, inside - mesh.p[:, a]) > 0.0
+    b, c = np.where(inward, c, b), np.where(inward, b, c)
     edge_of = {tuple(pair): index for index, pair in enumerate(np.sort(mesh.edges, axis=0).T.tolist())}
-    corners = mesh.nvertices
     ab, bc, ca = (
-        np.array([corners + edge_of[min(p, q), max(p, q)] for p, q in zip(u.tolist(), v.tolist(), strict=True)])
+        np.array([mesh.nvertices + edge_of[min(p, q), max(p, q)] for p, q in zip(u.tolist(), v.tolist(), strict=True)])
         for u, v in ((a, b), (b, c), (c, a))
     )
-    triangles = np.hstack([np.stack(t) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+    return np.hstack([np.stack(t) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]).T
+
+
+def _surface(model: FEModel, modes: Array) -> dict[str, tuple[NDArray[Any], str]]:
+    """Boundary of the mesh with the modes on it."""
+    triangles = surface_triangles(model.mesh)
     used, renumbered = np.unique(triangles, return_inverse=True)
     dofs = component_dofs(model.basis)[:, used]
     return {
         "surface_points": (model.positions[:, dofs[0]].T, "m"),
-        "surface_triangles": (renumbered.reshape(triangles.shape).T.astype(np.int32), "1"),
+        "surface_triangles": (renumbered.reshape(triangles.shape).astype(np.int32), "1"),
         "surface_modes": (modes[dofs].transpose(2, 1, 0).astype(np.float32), "1/kg^0.5"),
     }

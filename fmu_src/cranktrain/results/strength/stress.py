@@ -1,0 +1,179 @@
+"""Stress at the surface of the crankshaft over a cycle, by superposition of its stress modes.
+
+σ(t) = Σ σ_j q_j(t) + Ω² σ_c with the modal coordinates q of the running model and the static correction σ_c of the
+centrifugal load, see :mod:`cranktrain.structure.stress.stress_modes`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.engine.model import Engine
+from cranktrain.results.strength.crank_cycle import CrankCycle
+from cranktrain.store.hdf5 import write_result
+from cranktrain.structure.crank.reduction import complete_crankshaft
+from cranktrain.structure.fem.factor import one_thread
+from cranktrain.structure.stress.direct_solution import Instants, direct_solution
+from cranktrain.structure.stress.features import surface_features
+from cranktrain.structure.stress.nodal_stress import von_mises
+from cranktrain.structure.stress.stress_modes import ShapedCrank, StressModes
+
+Array = NDArray[np.float64]
+Tensors = NDArray[np.float32]
+
+BATCH = 8
+"""Instants that are superposed at once: as many as stay in a processor's cache."""
+CHECKED = 8
+"""Instants of a cycle that are solved directly for the check, evenly spread."""
+
+
+class HotSpot(NamedTuple):
+    """Place of the greatest von Mises stress of a feature over the cycle (SI; angle rad)."""
+
+    feature: str
+    node: int
+    place: Array
+    stress: float
+    angle: float
+
+
+@dataclass(frozen=True, eq=False)
+class CrankStress:
+    """Stresses of a crankshaft over a cycle.
+
+    Attributes
+    ----------
+    cycle : the k samples
+    modes : (r + 1, 6, s) float32 stress in the running model's modes and for Ω² = 1
+    surface : places and triangles of the s nodes
+    features : names of parts of the surface, and number (s,) of each node's
+    """
+
+    cycle: CrankCycle
+    modes: Tensors
+    surface: StressModes
+    features: tuple[tuple[str, ...], NDArray[np.intp]]
+
+    @classmethod
+    def of(
+        cls, engine: Engine, bare: ReducedBody, running: ReducedBody, surface: StressModes, cycle: CrankCycle
+    ) -> CrankStress:
+        """Stresses from a cycle of the ``running`` body; ``engine`` with all that is fixed to its crank in the run."""
+        with one_thread():
+            modes = surface.of_running(complete_crankshaft(engine, bare), running)
+        return cls(cycle, modes, surface, surface_features(engine.crankshaft, surface.points))
+
+    @cached_property
+    def coordinates(self) -> Tensors:
+        """Modal coordinates and Ω² (k, r + 1)."""
+        return np.column_stack((self.cycle.position, self.cycle.speed**2)).astype(np.float32)
+
+    def tensors(self, samples: slice | NDArray[np.intp]) -> Tensors:
+        """Stress (k, 6, s) Pa at samples of the cycle."""
+        chosen = self.coordinates[samples]
+        return (chosen @ self.modes.reshape(len(self.modes), -1)).reshape(len(chosen), *self.modes.shape[1:])
+
+    def von_mises(self, samples: slice | NDArray[np.intp]) -> Tensors:
+        """Von Mises stress (k, s) Pa at samples of the cycle."""
+        return von_mises(self.tensors(samples).transpose(1, 0, 2))
+
+    def nearest(self, angle: float) -> int:
+        """Sample nearest to a crank angle, rad."""
+        apart = (self.cycle.angle - angle + 2.0 * np.pi) % (4.0 * np.pi) - 2.0 * np.pi
+        return int(np.abs(apart).argmin())
+
+    def history(self, node: int) -> Array:
+        """Stress (k, 6) Pa of one node over the cycle."""
+        return np.asarray(self.coordinates @ self.modes[:, :, node], dtype=float)
+
+    @cached_property
+    def envelope(self) -> tuple[Tensors, NDArray[np.intp]]:
+        """Greatest von Mises stress of each node over the cycle, (s,) Pa, and the sample (s,) at which it acts."""
+        return self._scanned[:2]
+
+    @cached_property
+    def greatest(self) -> tuple[Tensors, NDArray[np.intp]]:
+        """Greatest von Mises stress of the surface at each sample, (k,) Pa, and its node (k,)."""
+        return self._scanned[2:]
+
+    @cached_property
+    def _scanned(self) -> tuple[Tensors, NDArray[np.intp], Tensors, NDArray[np.intp]]:
+        """Envelope and greatest values, by one pass over the cycle."""
+        count, nodes = len(self.coordinates), self.modes.shape[2]
+        envelope, when = np.full(nodes, -1.0, dtype=np.float32), np.zeros(nodes, dtype=np.intp)
+        greatest, where = np.empty(count, dtype=np.float32), np.empty(count, dtype=np.intp)
+        for first in range(0, count, BATCH):
+            part = self.von_mises(slice(first, first + BATCH))
+            highest = part.max(axis=0)
+            higher = highest > envelope
+            when[higher] = first + part[:, higher].argmax(axis=0)
+            envelope[higher] = highest[higher]
+            where[first : first + BATCH] = part.argmax(axis=1)
+            greatest[first : first + BATCH] = part.max(axis=1)
+        return envelope, when, greatest, where
+
+    def hot_spots(self) -> list[HotSpot]:
+        """Hot spot of each feature, the greatest first."""
+        names, number = self.features
+        envelope, when = self.envelope
+        spots = []
+        for k, name in enumerate(names):
+            own = np.flatnonzero(number == k)
+            if own.size:
+                node = int(own[envelope[own].argmax()])
+                angle = float(self.cycle.angle[when[node]])
+                spots.append(HotSpot(name, node, self.surface.points[node], float(envelope[node]), angle))
+        return sorted(spots, key=lambda spot: -spot.stress)
+
+    def save(self, path: Path, attributes: dict[str, str | int | float]) -> Path:
+        """Write modal coordinates, loads, envelope and surface to an HDF5 file, SI."""
+        cycle, (envelope, when) = self.cycle, self.envelope
+        datasets: dict[str, tuple[NDArray[Any], str]] = {
+            "angle": (cycle.angle, "rad"),
+            "modal_coordinates": (cycle.position, "kg^0.5 m"),
+            "modal_velocities": (cycle.velocity, "kg^0.5 m/s"),
+            "interface_loads": (cycle.loads, "N, N m"),
+            "greatest_von_mises": (self.greatest[0], "Pa"),
+            "surface_points": (self.surface.points, "m"),
+            "surface_triangles": (self.surface.triangles, "1"),
+            "envelope_von_mises": (envelope, "Pa"),
+            "envelope_angle": (cycle.angle[when], "rad"),
+        }
+        return write_result(path, datasets, attributes)
+
+
+class StaticCheck(NamedTuple):
+    """Superposed stresses against direct finite-element solutions under the same loads and accelerations.
+
+    ``relative`` : greatest von Mises stress of the difference at any surface node over the greatest of the direct
+    solution, the worst instant; ``angles`` (c,) rad.
+    """
+
+    relative: float
+    angles: Array
+
+
+def static_check(
+    stress: CrankStress, engine: Engine, running: ReducedBody, crank: ShapedCrank, say: Callable[[str], None]
+) -> StaticCheck:
+    """Check some instants of a cycle by direct solutions; parameters as of :meth:`CrankStress.of`."""
+    say("direct solutions for the static check")
+    cycle = stress.cycle
+    samples = np.unique(np.linspace(0, len(cycle.angle), CHECKED, endpoint=False).astype(np.intp))
+    basis = np.eye(running.n_modes) if running.basis is None else running.basis
+    bare = [np.asarray(part[samples] @ basis.T) for part in (cycle.position, cycle.velocity, cycle.acceleration)]
+    rest = [part[samples] for part in (cycle.loads, cycle.speed, cycle.speed_rate, cycle.gravity)]
+    with one_thread():
+        displacement, _ = direct_solution(crank, engine, Instants(*bare, *rest))
+    operator, dofs = crank.surface_stress
+    direct = operator(displacement[dofs]).transpose(1, 0, 2)
+    difference = von_mises(stress.tensors(samples).transpose(1, 0, 2) - direct).max(axis=1)
+    return StaticCheck(float((difference / von_mises(direct).max(axis=1)).max()), cycle.angle[samples])

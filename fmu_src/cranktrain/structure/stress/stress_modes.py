@@ -1,0 +1,182 @@
+"""Stress modes of a crankshaft: the stress at its surface in each mode of the reduction.
+
+They are made where the reduction has its shapes, which no store keeps: the first question for them repeats the
+reduction. They lie in a file of their own beside the body's, so that runs without stresses do not carry them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import StoreError
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.engine.model import Engine
+from cranktrain.store.hdf5 import load_body
+from cranktrain.store.whole_file import check_kept, whole_file
+from cranktrain.structure.crank.reduction import reduction_task
+from cranktrain.structure.fem.craig_bampton import Reduced
+from cranktrain.structure.fem.elasticity import FEModel, component_dofs, sample
+from cranktrain.structure.fem.factor import one_thread
+from cranktrain.structure.fem.interfaces import InterfaceSet
+from cranktrain.structure.fem.reduction import (
+    Progress,
+    ReductionTask,
+    reduced_structure,
+    reduced_with_shapes,
+    surface_triangles,
+)
+from cranktrain.structure.stress.nodal_stress import NodalStress
+
+Array = NDArray[np.float64]
+
+RECIPE = 1
+"""Raised when the same shapes would give other stresses."""
+SAME = 1e-9
+"""Relative difference to which frequencies and shapes of a repeated reduction agree with the kept body's."""
+
+
+@dataclass(frozen=True, eq=False)
+class StressModes:
+    """Stress at the s surface nodes of a crankshaft, components xx, yy, zz, xy, yz, zx in axes of the frame.
+
+    Attributes
+    ----------
+    modes : (n, 6, s) float32, Pa per unit coordinate of each bare mode
+    centrifugal : (6, s) float32, Pa s², what the modes lack of the static stress that the centrifugal load of 1 rad/s
+        raises in the bare crankshaft
+    points : (s, 3) undeformed places, m
+    triangles : (t, 3) of the surface, into ``points``
+    """
+
+    modes: NDArray[np.float32]
+    centrifugal: NDArray[np.float32]
+    points: Array
+    triangles: NDArray[np.int32]
+
+    def of_running(self, complete: ReducedBody, running: ReducedBody) -> NDArray[np.float32]:
+        """Stress (r + 1, 6, s) in the r modes of a running model's crankshaft and, last, for Ω² = 1 (rad/s)².
+
+        What the modes beyond the cut-off answer to the centrifugal load is static and belongs to the last.
+
+        Parameters
+        ----------
+        complete : crankshaft with all rigid parts, in all its modes
+        running : the same, truncated
+        """
+        basis = np.eye(self.modes.shape[0]) if running.basis is None else running.basis
+        dropped = _centrifugal_answer(complete) - _centrifugal_answer(running)
+        coefficients = np.vstack((basis.T, dropped)).astype(np.float32)
+        found = (coefficients @ self.modes.reshape(len(basis), -1)).reshape(-1, *self.modes.shape[1:])
+        found[-1] += self.centrifugal
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class ShapedCrank:
+    """A bare crankshaft with its finite elements and the shapes of its modes."""
+
+    model: FEModel
+    interfaces: InterfaceSet
+    reduced: Reduced
+
+    @property
+    def surface_stress(self) -> tuple[NodalStress, NDArray[np.intp]]:
+        """Stress at the surface nodes, in the order of :class:`StressModes`, and the dofs (3, nodes) it takes."""
+        nodes = np.unique(surface_triangles(self.model.mesh))
+        return NodalStress.of(self.model.mesh, self.model.material, nodes), component_dofs(self.model.basis)
+
+    @classmethod
+    def of(cls, engine: Engine, mesh_file: str | Path | None, say: Progress) -> ShapedCrank:
+        """Repeat the reduction; where the kept body is another (made on another machine), it is made anew."""
+        task = reduction_task(engine, mesh_file)
+        check_kept(task.path)
+        found = cls(*reduced_with_shapes(task, say))
+        if not same_modes(reduced_structure(task, say), found.reduced.body):
+            reduced_structure(task, say, rebuild=True)
+        return found
+
+
+def stress_modes(
+    engine: Engine,
+    mesh_file: str | Path | None = None,
+    progress: Progress | None = None,
+    shaped: ShapedCrank | None = None,
+) -> StressModes:
+    """Stress modes of an engine's bare crankshaft; computed once, then read from the user's cache.
+
+    Raises ``InputError``, ``StoreError`` as :func:`cranktrain.structure.crank.reduction.reduced_crankshaft`.
+
+    Parameters
+    ----------
+    mesh_file : user's own mesh in place of the parametric crankshaft
+    shaped : the crankshaft with its shapes where at hand
+    """
+    say = progress or (lambda stage: None)
+    task = reduction_task(engine, mesh_file)
+    path = stress_path(task)
+    kept = _read(path, task)
+    if kept is not None:
+        return kept
+    shaped = shaped or ShapedCrank.of(engine, mesh_file, say)
+    say("stress modes")
+    with one_thread():
+        made = surface_stress_modes(shaped.model, shaped.reduced)
+    body = shaped.reduced.body
+    with whole_file(path) as temporary, temporary.open("wb") as file:
+        np.savez(file, recipe=RECIPE, omega=body.omega, shapes=body.shapes, **vars(made))
+    return made
+
+
+def surface_stress_modes(model: FEModel, reduced: Reduced) -> StressModes:
+    """Stress modes of a reduction while it has its shapes."""
+    triangles = surface_triangles(model.mesh)
+    used, renumbered = np.unique(triangles, return_inverse=True)
+    stress = NodalStress.of(model.mesh, model.material, used)
+    dofs, shapes = component_dofs(model.basis), reduced.modes
+    modes = np.empty((shapes.shape[1], 6, used.size), dtype=np.float32)
+    for k in range(0, len(modes), 16):
+        modes[k : k + 16] = stress(shapes[dofs, k : k + 16])
+    outward = model.mass @ sample(model, lambda x: x * np.array([[1.0], [1.0], [0.0]]))
+    static = reduced.flexibility.solve(outward[:, None]) - (shapes @ _centrifugal_answer(reduced.body))[:, None]
+    points = np.ascontiguousarray(model.mesh.doflocs[:, used].T)
+    numbers = renumbered.reshape(triangles.shape).astype(np.int32)
+    return StressModes(modes, stress(static[dofs])[0].astype(np.float32), points, numbers)
+
+
+def _centrifugal_answer(body: ReducedBody) -> Array:
+    """Static answer of the elastic modes to the centrifugal load of 1 rad/s, in the bare body's coordinates."""
+    answer = np.zeros(body.n_modes)
+    answer[6:] = body.centrifugal_load[6:] / body.omega[6:] ** 2
+    return answer if body.basis is None else body.basis @ answer
+
+
+def stress_path(task: ReductionTask) -> Path:
+    """Where the stress modes of a reduced body are kept."""
+    return task.path.with_name(f"{task.path.stem}-stress.npz")
+
+
+def same_modes(one: ReducedBody, other: ReducedBody) -> bool:
+    """Whether two bodies have the same modes, signs included."""
+    return one.n_modes == other.n_modes and all(
+        np.allclose(a, b, rtol=SAME, atol=SAME * np.abs(b).max())
+        for a, b in ((one.omega, other.omega), (one.shapes, other.shapes))
+    )
+
+
+def _read(path: Path, task: ReductionTask) -> StressModes | None:
+    """What is kept of the body that is kept, or None."""
+    try:
+        body = load_body(task.path, task.digest)
+        with np.load(path) as file:
+            if int(file["recipe"]) != RECIPE or not (
+                file["shapes"].shape == body.shapes.shape and np.allclose(file["shapes"], body.shapes, rtol=SAME)
+            ):
+                return None
+            return StressModes(file["modes"], file["centrifugal"], file["points"], file["triangles"])
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile, StoreError):
+        return None
