@@ -29,6 +29,7 @@ from cranktrain.cli import (
     roller,
     run,
     run_in,
+    runup,
     simulate,
     stability,
     stress,
@@ -39,7 +40,7 @@ from cranktrain.cli.ending import fault, leave_stdout, one_line, parts, refused,
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.structure.fem.own_mesh import UNITS
 
-ENGINE_VERBS = {"modal": modal, "reduce": reduce, "simulate": simulate, "stress": stress}
+ENGINE_VERBS = {"modal": modal, "reduce": reduce, "simulate": simulate, "runup": runup, "stress": stress}
 """Modules of the verbs that ask one thing of one engine: ``DESCRIPTION``, ``add_options`` and ``run``."""
 VERBS = {
     "bearing": bearing, "film-table": film_table, "damper-optimum": damper, "roller": roller, "stability": stability,

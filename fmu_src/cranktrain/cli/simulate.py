@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import argparse
 import math
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.bodies import add_block_options
-from cranktrain.cli.console import Interrupted, labelled_bar, say, show, stages
+from cranktrain.cli.console import Interrupted, labelled_bar, show, stages
+from cranktrain.cli.run_options import add_run_options, engine_of, gas_of, option_of, pressures_text, tell_unread
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES, TOLERANCE
-from cranktrain.engine.file import load_engine
-from cranktrain.engine.torsional_chain import read_drive_line
-from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, OIL_LAWS, bearing_law, bearing_levels
-from cranktrain.levels import CRANKS, PISTONS, described
+from cranktrain.film.laws.register import bearing_law
 
 if TYPE_CHECKING:
     from cranktrain.assembly import Assembly
@@ -26,11 +23,6 @@ if TYPE_CHECKING:
     from cranktrain.studies.constant_speed import Request
 
 DESCRIPTION = "Run at constant speed until cycles repeat; write an HDF5 result and print a summary."
-_SOURCES = "engine (default), by its speed; or heat-balance"
-
-
-def _laws(*kinds: str) -> str:
-    return described(LAWS[name] for name in bearing_levels(*kinds))
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -46,55 +38,17 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--settle", type=float, default=TOLERANCE, metavar="TOL",
         help=f"run until less than this is left of settling in each family of outputs (default {TOLERANCE:g})",
     )  # fmt: skip
-    add("--crank", default="solid", metavar="LEVEL", help=f"{described(CRANKS.values())}; default solid")
-    add(
-        "--bearings", default="auto", metavar="LEVEL",
-        help=f"{_laws(*MAINS)}; default impedance, roller where the mains are rollers, held at --crank torsional",
-    )  # fmt: skip
-    add("--no-inherit", action="store_true", help="a torsional crank without the damping of the level above")
-    add("--big-ends", default="rigid", metavar="LEVEL", help=f"{_laws(BIG_END)}; default rigid")
-    add_block_options(parser)
-    add(
-        "--pistons", default="auto", metavar="LEVEL",
-        help=f"{described(PISTONS.values())}; default rigid, in a flexible block guided",
-    )  # fmt: skip
-    add(
-        "--drive-line", metavar="TABLE",
-        help="discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft",
-    )  # fmt: skip
-    add("--damper", action="store_true", help="with the engine's torsional damper on the pulley")
-    add("--damper-temperature", default="engine", metavar="SOURCE", help=f"{_SOURCES}, as its own losses make it")
+    add_run_options(parser)
     add(
         "--load-torque-nm", type=float, metavar="TORQUE",
         help="free the dynamometer and load it with this torque; --speed is where the run starts",
     )  # fmt: skip
-    add(
-        "--film-temperature", default="engine", metavar="SOURCE",
-        help=f"of the main bearings' oil: {_SOURCES}, each film warmer than that by its own friction (the run repeats, "
-        "at most 6 times; big ends and thrust bearing stay with the engine's)",
-    )  # fmt: skip
-    add("--integrator", metavar="NAME", help=_integrators())
-    add("--step-deg", type=float, metavar="DEG", help="internal step in degrees of crank angle")
-    add(
-        "--tolerance", type=float, metavar="ERROR",
-        help="adaptive steps: parts of --step-deg as short as this error of a step asks, e.g. 1e-4",
-    )  # fmt: skip
-    add("--load", type=float, default=1.0, metavar="SHARE", help="share of the full-load burn (default 1)")
-    add("--pressure", metavar="FILE.csv", help="measured trace: angle in degrees; pressure")
-    add("--pressure-unit", metavar="UNIT", help="Pa, kPa, bar or MPa; else by header or size of the peak")
-    add("--pressure-tdc-deg", type=float, metavar="DEG", help="angle in the file that is firing dead centre")
     add("--plots", metavar="FOLDER", help="also draw journal orbits and least films as pictures there")
     add(
         "--steady", action="store_true",
         help="also the steady state in the frequency domain; needs --crank torsional, bearings held, no damper",
     )  # fmt: skip
     add("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm.h5)")
-
-
-def _integrators() -> str:
-    from cranktrain.dynamics.time.integrators import INTEGRATORS
-
-    return f"{', '.join(INTEGRATORS)}; default esdirk4, at level ehd sdirk2"
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -104,19 +58,15 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.studies.constant_speed import Request
 
     # everything that can be refused is refused before the minute that a crankshaft may take
-    engine = load_engine(options.engine)
-    if options.drive_line is not None:
-        engine = replace(engine, drive_line_chain=read_drive_line(options.drive_line))
+    engine = engine_of(options)
     request = Request(**{field.name: getattr(options, field.name) for field in fields(Request)})
-    settings = request.settings(engine, _option)
-    gas = request.gas(engine, _option)
-    if gas is not None:
-        say(f"{gas.source}; {_pressures(gas)}")
+    settings = request.settings(engine, option_of)
+    gas = gas_of(request, engine)
     _check(options, engine, settings)
     output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm.h5")
     check_target(output)
 
-    _tell_unread(engine, settings)
+    tell_unread(engine, settings)
     with stages(engine.name) as tell:
         made = assemble(
             engine, settings, say=tell, crank_mesh=request.mesh, block_mesh=request.block_mesh,
@@ -164,11 +114,6 @@ def _run_into(output: Path, request: Request, made: Assembly, gas: GasTrace | No
     raise Interrupted(f"interrupted{after}; {kept}")
 
 
-def _option(field: str) -> str:
-    """What the command line calls a field of a request."""
-    return "--speed" if field == "speed_rpm" else "--" + field.replace("_", "-")
-
-
 def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> None:
     """Refuse what is asked for besides the run and cannot be had."""
     from cranktrain.results.figures import FILM_PICTURES, check_folder
@@ -190,18 +135,6 @@ def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> N
         check_folder(Path(options.plots), pictures=FILM_PICTURES)
 
 
-def _tell_unread(engine: Engine, settings: Settings) -> None:
-    """Say which laws of the oil under pressure no film of the run follows."""
-    for key in OIL_LAWS:
-        law = getattr(engine.oil, key)
-        if law != "none" and key not in bearing_law(settings.bearings).oil:
-            able = ", ".join(name for name, row in LAWS.items() if key in row.oil)
-            say(
-                f"warning: main bearings of level '{settings.bearings}' do not follow oil.{key} '{law}'; "
-                f"their oil is that of p = 0, use {able}"
-            )
-
-
 def _draw(folder: Path, run: Run, settings: Settings, speed_rpm: float) -> list[str]:
     """Write the pictures; returns their paths."""
     from cranktrain.results.figures import save_film_pictures
@@ -215,7 +148,7 @@ def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
     """Print the summary for people."""
     from cranktrain.results.tables import closing_text, online_text, run_tables
 
-    print(f"Gas trace at full load: {run.gas.source}; {_pressures(run.gas)}")
+    print(f"Gas trace at full load: {run.gas.source}; {pressures_text(run.gas)}")
     for table in run_tables(summary):
         show(table)
     if run.passes > 1:
@@ -233,10 +166,3 @@ def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
     print(f"Result: {summary['result']}")
     if "plots" in summary:
         print("Pictures: " + ", ".join(summary["plots"]))
-
-
-def _pressures(gas: GasTrace) -> str:
-    return (
-        f"peak {1e-6 * gas.peak:.2f} MPa at {math.degrees(gas.peak_angle):.1f} deg, "
-        f"mean effective pressure {1e-6 * gas.imep:.2f} MPa"
-    )

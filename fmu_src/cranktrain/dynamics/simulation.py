@@ -24,14 +24,19 @@ from cranktrain.dynamics.model.slots import (
     RELATIVE,
 )
 from cranktrain.dynamics.model.state import (
+    LAST_INTERVAL,
     MAX_INPUTS,
     METHOD,
+    OMEGA_REFERENCE,
     OUTPUT_MEAN,
     OUTPUT_VARIANCE,
     POSITION,
+    SAMPLES,
     SHAFT_ACCELERATION,
     SHAFT_ANGLE,
     SHAFT_SPEED,
+    STEP_LAST,
+    STEP_REFERENCE,
     TIME,
     VELOCITY,
     offset,
@@ -216,6 +221,23 @@ class Simulation:
             raise
         self.work = make_work(self.model, state.size)
         observe(self.model, self.work, state, self._observed)
+
+    def go_on_at(self, speed: float) -> None:
+        """Call the present state the start of a run at another speed (rad/s); oil and damper are as warm as there.
+
+        Motion and films stay as they are. Raises ``InputError`` for a speed that no run can have.
+        """
+        state = self._current()
+        self.inputs[0] = speed
+        self._check_inputs()
+        self._oil_temperature = supply_temperature(self.engine, self.settings, speed)
+        self.model = self._model()
+        # Factors are those of another speed, input samples those of another run.
+        self.work.key[:] = -1.0
+        self.work.counters[:] = 0.0
+        state[[TIME, SAMPLES, LAST_INTERVAL, SHAFT_ACCELERATION]] = 0.0
+        state[SHAFT_SPEED] = state[OMEGA_REFERENCE] = speed
+        state[STEP_REFERENCE] = state[STEP_LAST] = -1.0
 
     def _balanced_temperatures(self) -> Array:
         """Film temperatures (b,), K, of a run until its outputs repeat, at the present speed and on the gas trace."""

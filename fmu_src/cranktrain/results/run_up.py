@@ -5,6 +5,7 @@ A file holds the speeds that are finished, whatever is still missing, so that a 
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,6 +23,9 @@ from cranktrain.store.hdf5 import read_run_up, write_run_up
 TORSION, AXIAL = "pulley.torsion", "pulley.axial"
 LEAST, MEAN, LARGEST = 0, 1, 2
 """Columns of ``extremes``."""
+_AXES = ("speeds", "orders", "cycles", "repeats", "left")
+_NAMED = ("amplitudes", "extremes")
+"""Names of the arrays in a file; the latter have a row for each output."""
 REMEDY = "delete it and run 'cranktrain runup' again"
 
 
@@ -84,33 +88,29 @@ class RunUp:
             "speeds": (self.speeds, "rad/s"), "orders": (self.orders, "1/revolution"), "cycles": (self.cycles, "1"),
             "repeats": (self.repeats, "1"), "left": (self.left, "1"),
         }  # fmt: skip
-        for name, values in self.amplitudes.items():
-            datasets[f"amplitudes/{name}"] = values, output_unit(name)
-        for name, extremes in self.extremes.items():
-            datasets[f"extremes/{name}"] = extremes, output_unit(name)
-        return write_run_up(path, datasets, self.attributes)
+        attributes = dict(self.attributes)
+        # One dataset for all outputs: a file is written anew with every speed.
+        for group, named in (("amplitudes", self.amplitudes), ("extremes", self.extremes)):
+            datasets[group] = np.array(list(named.values())), "SI, by output"
+            attributes[f"{group}_outputs"] = json.dumps({name: output_unit(name) for name in named})
+        return write_run_up(path, datasets, attributes)
 
     @classmethod
     def load(cls, path: str | Path) -> RunUp:
         """Read a file; ``StoreError``: missing, cut short, damaged, of another kind or schema."""
         data, attributes = read_run_up(path)
         values: dict[str, Any] = {name: array for name, (array, _) in data.items()}
-        named: dict[str, Any] = {"amplitudes": {}, "extremes": {}}
-        for name, array in values.items():
-            group, _, output = name.partition("/")
-            if output and group in named:
-                named[group][output] = array
-        own = ("speeds", "orders", "cycles", "repeats", "left")
-        if missing := [name for name in own if name not in values]:
+        if missing := [name for name in (*_AXES, *_NAMED) if name not in values]:
             raise StoreError(f"{path}: '{missing[0]}' is missing; {REMEDY}")
-        found = cls(**{name: values[name] for name in own}, **named, attributes=attributes)
-        s, o = found.speeds.size, found.orders.size
-        fits = all(array.shape == (s,) for array in (found.cycles, found.repeats, found.left))
-        fits &= all(array.shape == (s, o) for array in found.amplitudes.values())
-        fits &= all(array.shape == (s, 3) for array in found.extremes.values())
-        if not fits or np.any(np.diff(found.speeds) <= 0.0):
+        s = values["speeds"].size
+        fits = all(values[name].shape == (s,) for name in _AXES if name != "orders")
+        fits &= values["amplitudes"].shape[1:] == (s, values["orders"].size) and values["extremes"].shape[1:] == (s, 3)
+        named = {name: json.loads(str(attributes.pop(f"{name}_outputs", "{}"))) for name in _NAMED}
+        fits &= all(len(named[name]) == len(values[name]) for name in _NAMED)
+        if not fits or np.any(np.diff(values["speeds"]) <= 0.0):
             raise StoreError(f"{path}: arrays do not fit together; {REMEDY}")
-        return found
+        outputs: Any = {name: dict(zip(named[name], values[name], strict=True)) for name in _NAMED}
+        return cls(**{name: values[name] for name in _AXES}, **outputs, attributes=attributes)
 
 
 def merged(parts: Sequence[RunUp]) -> RunUp:

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from typing import Any
 
 LOOK_EVERY = 0.5
@@ -55,22 +56,46 @@ def _pooled(
     function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], count: int, heard: Callable[..., None] | None
 ) -> Iterator[tuple[tuple[Any, ...], Any]]:
     """Tasks with their results from a pool of ``count`` processes."""
-    # A fork asks nothing of the caller's script, but only a process without threads can be forked safely.
-    alone = "fork" in multiprocessing.get_all_start_methods() and threading.active_count() == 1
-    context = multiprocessing.get_context("fork" if alone else "spawn")
+    context = _context()
     reports = context.SimpleQueue()
-    pool = ProcessPoolExecutor(count, context, initializer=_begin_work, initargs=(os.getpid(), reports))
-    running = {pool.submit(_work, function, task, heard is not None): task for task in tasks}
-    try:
+    with _pool(count, context, _hear, (reports,)) as pool:
+        running = {pool.submit(_work, function, task, heard is not None): task for task in tasks}
         while running:
             finished, _ = wait(running, timeout=LOOK_EVERY, return_when=FIRST_COMPLETED)
             while heard and not reports.empty():
                 heard(*reports.get())
             for future in finished:
                 yield running.pop(future), future.result()
+
+
+@contextmanager
+def worker_pool(count: int, begin: Callable[..., None], arguments: tuple[Any, ...]) -> Iterator[ProcessPoolExecutor]:
+    """Pool of so many processes, each of which calls ``begin`` first; they end with this one, or with the block.
+
+    What is under way at the end of the block is not waited for.
+    """
+    with _pool(count, _context(), begin, arguments) as pool:
+        yield pool
+
+
+def _context() -> Any:
+    """How processes are made: a fork asks nothing of the caller's script, but wants a process without threads."""
+    alone = "fork" in multiprocessing.get_all_start_methods() and threading.active_count() == 1
+    return multiprocessing.get_context("fork" if alone else "spawn")
+
+
+@contextmanager
+def _pool(
+    count: int, context: Any, begin: Callable[..., None], arguments: tuple[Any, ...]
+) -> Iterator[ProcessPoolExecutor]:
+    pool = ProcessPoolExecutor(count, context, _begin_work, (os.getpid(), begin, arguments))
+    ended = False
+    try:
+        yield pool
+        ended = True
     finally:
         # What is under way is not waited for: an interruption ends here.
-        for process in list((pool._processes or {}).values()) if running else ():
+        for process in () if ended else list((pool._processes or {}).values()):
             process.terminate()
         pool.shutdown(wait=True, cancel_futures=True)
 
@@ -80,10 +105,14 @@ def _work(function: Callable[..., Any], task: tuple[Any, ...], tells: bool) -> A
     return function(*task, lambda *report: _reports.put(report)) if tells else function(*task)
 
 
-def _begin_work(parent: int, reports: Any) -> None:
-    """Leave an interruption to the parent; end with it, were it killed: a pool's processes would wait for ever."""
+def _hear(reports: Any) -> None:
+    """Know where a task's progress goes."""
     global _reports
     _reports = reports
+
+
+def _begin_work(parent: int, begin: Callable[..., None], arguments: tuple[Any, ...]) -> None:
+    """Leave an interruption to the parent; end with it, were it killed: a pool's processes would wait for ever."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def watch() -> None:
@@ -92,3 +121,4 @@ def _begin_work(parent: int, reports: Any) -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
+    begin(*arguments)

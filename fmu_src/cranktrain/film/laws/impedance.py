@@ -20,6 +20,7 @@ a journal at rest or overloaded in its bore.
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -111,8 +112,12 @@ def impedance_films(bearings: Bearings) -> ImpedanceFilms:
     return ImpedanceFilms(parameters, impedance_map(float(parameters[0, KAPPA2])), np.zeros(16))
 
 
+@cache
 def impedance_map(kappa2: float) -> Array:
-    """Spline coefficients of ln M, β, p̂ and q̂, (4, N_ECCENTRICITY + 2, N_ANGLE + 3), for κ² = 10 (R/L)²."""
+    """Spline coefficients of ln M, β, p̂ and q̂, (4, N_ECCENTRICITY + 2, N_ANGLE + 3), for κ² = 10 (R/L)².
+
+    Made once in a process: who asks again gets the same array.
+    """
     eps = (1.0 - np.exp(-_DX * np.arange(N_ECCENTRICITY))) / STRETCH
     values = np.empty((N_FUNCTIONS, N_ECCENTRICITY, N_ANGLE))
     eps = np.minimum(eps, ECCENTRICITY_MAX)

@@ -21,6 +21,7 @@ Source: Hamrock, Schmid & Jacobson, Fundamentals of Fluid Film Lubrication (2004
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -90,9 +91,8 @@ def pad_damping(films: np.ndarray, taper: float, length: float, width: float) ->
 def thrust_parameters(thrust: ThrustBearing, viscosity: float) -> Array:
     """Pack one thrust bearing for the kernels, (ARMS + 2 pads,)."""
     radius, length, width = pad_size(thrust)
-    start = math.log(FILM_FLOOR * thrust.contact_height)
-    step = (math.log(2.0 * thrust.clearance) - start) / (N_FILMS - 1)
-    films = np.exp(start + step * np.arange(N_FILMS))
+    start, step = _film_steps(thrust)
+    films, damping = _damping_by_film(thrust)
     angles = 2.0 * math.pi * (np.arange(thrust.pads) + 0.5) / thrust.pads
     return np.array(
         [
@@ -105,10 +105,25 @@ def thrust_parameters(thrust: ThrustBearing, viscosity: float) -> Array:
             0.5 * thrust.taper * radius / length,
             start,
             step,
-            *_spline(films**2 * viscosity * pad_damping(films, thrust.taper, length, width)),
+            *_spline(films**2 * viscosity * damping),
             *(radius * np.stack([np.sin(angles), -np.cos(angles)], axis=1)).ravel(),
         ]
     )
+
+
+def _film_steps(thrust: ThrustBearing) -> tuple[float, float]:
+    """Logarithm of the least film (m) of the spline, and the step to the next."""
+    start = math.log(FILM_FLOOR * thrust.contact_height)
+    return start, (math.log(2.0 * thrust.clearance) - start) / (N_FILMS - 1)
+
+
+@cache
+def _damping_by_film(thrust: ThrustBearing) -> tuple[np.ndarray, np.ndarray]:
+    """Least films (n,), m, and a pad's damping over viscosity at each (n,), m: the same at all temperatures."""
+    start, step = _film_steps(thrust)
+    films = np.exp(start + step * np.arange(N_FILMS))
+    _, length, width = pad_size(thrust)
+    return films, pad_damping(films, thrust.taper, length, width)
 
 
 class ThrustPads(NamedTuple):

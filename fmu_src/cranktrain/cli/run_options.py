@@ -1,0 +1,112 @@
+"""Options that the verbs share which run an engine: levels, steps, gas."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from cranktrain.cli.bodies import add_block_options
+from cranktrain.cli.console import say
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.engine.torsional_chain import read_drive_line
+from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, OIL_LAWS, bearing_law, bearing_levels
+from cranktrain.levels import CRANKS, PISTONS, described
+
+if TYPE_CHECKING:
+    from cranktrain.dynamics.model.settings import Settings
+    from cranktrain.loads.gas_pressure import GasTrace
+    from cranktrain.studies.constant_speed import Request
+
+_SOURCES = "engine (default), by its speed; or heat-balance"
+
+
+def _laws(*kinds: str) -> str:
+    return described(LAWS[name] for name in bearing_levels(*kinds))
+
+
+def add_run_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a run but for its speeds, its length and what is written."""
+    add = parser.add_argument
+    add("--crank", default="solid", metavar="LEVEL", help=f"{described(CRANKS.values())}; default solid")
+    add(
+        "--bearings", default="auto", metavar="LEVEL",
+        help=f"{_laws(*MAINS)}; default impedance, roller where the mains are rollers, held at --crank torsional",
+    )  # fmt: skip
+    add("--no-inherit", action="store_true", help="a torsional crank without the damping of the level above")
+    add("--big-ends", default="rigid", metavar="LEVEL", help=f"{_laws(BIG_END)}; default rigid")
+    add_block_options(parser)
+    add(
+        "--pistons", default="auto", metavar="LEVEL",
+        help=f"{described(PISTONS.values())}; default rigid, in a flexible block guided",
+    )  # fmt: skip
+    add(
+        "--drive-line", metavar="TABLE",
+        help="discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft",
+    )  # fmt: skip
+    add("--damper", action="store_true", help="with the engine's torsional damper on the pulley")
+    add("--damper-temperature", default="engine", metavar="SOURCE", help=f"{_SOURCES}, as its own losses make it")
+    add(
+        "--film-temperature", default="engine", metavar="SOURCE",
+        help=f"of the main bearings' oil: {_SOURCES}, each film warmer than that by its own friction (the run repeats, "
+        "at most 6 times; big ends and thrust bearing stay with the engine's)",
+    )  # fmt: skip
+    add("--integrator", metavar="NAME", help=_integrators())
+    add("--step-deg", type=float, metavar="DEG", help="internal step in degrees of crank angle")
+    add(
+        "--tolerance", type=float, metavar="ERROR",
+        help="adaptive steps: parts of --step-deg as short as this error of a step asks, e.g. 1e-4",
+    )  # fmt: skip
+    add("--load", type=float, default=1.0, metavar="SHARE", help="share of the full-load burn (default 1)")
+    add("--pressure", metavar="FILE.csv", help="measured trace: angle in degrees; pressure")
+    add("--pressure-unit", metavar="UNIT", help="Pa, kPa, bar or MPa; else by header or size of the peak")
+    add("--pressure-tdc-deg", type=float, metavar="DEG", help="angle in the file that is firing dead centre")
+
+
+def _integrators() -> str:
+    from cranktrain.dynamics.time.integrators import INTEGRATORS
+
+    return f"{', '.join(INTEGRATORS)}; default esdirk4, at level ehd sdirk2"
+
+
+def engine_of(options: argparse.Namespace) -> Engine:
+    """Engine that the options name, with its drive line."""
+    engine = load_engine(options.engine)
+    if options.drive_line is not None:
+        engine = replace(engine, drive_line_chain=read_drive_line(options.drive_line))
+    return engine
+
+
+def gas_of(request: Request, engine: Engine) -> GasTrace | None:
+    """Measured pressure trace, told of, or None for the built-in one."""
+    gas = request.gas(engine, option_of)
+    if gas is not None:
+        say(f"{gas.source}; {pressures_text(gas)}")
+    return gas
+
+
+def option_of(field: str) -> str:
+    """What the command line calls a field of a request."""
+    return "--speed" if field == "speed_rpm" else "--" + field.replace("_", "-")
+
+
+def tell_unread(engine: Engine, settings: Settings) -> None:
+    """Say which laws of the oil under pressure no film of the run follows."""
+    for key in OIL_LAWS:
+        law = getattr(engine.oil, key)
+        if law != "none" and key not in bearing_law(settings.bearings).oil:
+            able = ", ".join(name for name, row in LAWS.items() if key in row.oil)
+            say(
+                f"warning: main bearings of level '{settings.bearings}' do not follow oil.{key} '{law}'; "
+                f"their oil is that of p = 0, use {able}"
+            )
+
+
+def pressures_text(gas: GasTrace) -> str:
+    """A trace's peak and mean effective pressure, for people."""
+    return (
+        f"peak {1e-6 * gas.peak:.2f} MPa at {math.degrees(gas.peak_angle):.1f} deg, "
+        f"mean effective pressure {1e-6 * gas.imep:.2f} MPa"
+    )

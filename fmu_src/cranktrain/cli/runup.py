@@ -1,0 +1,118 @@
+"""The verb ``runup``: orders over the speed, each speed started from its neighbours, on all processors or a cluster."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cranktrain.cli.console import Interrupted, labelled_bar, number, say, show, stages
+from cranktrain.cli.run_options import add_run_options, engine_of, gas_of, option_of, tell_unread
+from cranktrain.core.errors import SolverError
+
+if TYPE_CHECKING:
+    from cranktrain.studies.run_up.run_up import Outcome
+
+DESCRIPTION = """\
+Orders of torsion and axial motion over the speed, from steady cycles; resonances and the modes that they belong to.
+
+The result file holds every speed that is finished; the same command again runs only those that are missing.
+"""
+PER_RPM = 30.0 / math.pi
+"""rev/min of 1 rad/s."""
+SETTLE = 1.0e-4
+"""What may be left of settling at a speed, unless another is asked for."""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options to those that all verbs of an engine have."""
+    add = parser.add_argument
+    rpm = number(-20000.0, 20000.0, "rev/min")
+    add("--from", dest="from_rpm", type=rpm, required=True, metavar="RPM", help="first speed, rev/min, at least 100")
+    add("--to", dest="to_rpm", type=rpm, required=True, metavar="RPM", help="last speed, rev/min")
+    add("--step", dest="step_rpm", type=number(0.01, 10000.0, "rev/min"), default=20.0, metavar="RPM",
+        help="from speed to speed, rev/min (default 20)")  # fmt: skip
+    add("--settle", type=float, default=SETTLE, metavar="TOL",
+        help=f"run each speed until less than this is left of settling (default {SETTLE:g})")  # fmt: skip
+    add("--highest-order", type=number(0.5, 1000.0, "per revolution"), default=24.0, metavar="N",
+        help="orders 0.5, 1, … up to this one (default 24)")  # fmt: skip
+    add("--outputs", default="", metavar="NAMES",
+        help="further outputs whose orders are wanted, with commas between")  # fmt: skip
+    add("--refine", nargs="?", type=number(1e-4, 0.5, "of an order's largest amplitude"), const=0.02, default=0.0,
+        metavar="SHARE", help="add speeds where a straight line between two is farther off than this share of an "
+        "order's largest amplitude (0.02 where none is given), down to an eighth of the step")  # fmt: skip
+    add_run_options(parser)
+    add("--workers", type=number(1, 1024, "", int), metavar="N", help="processes (default: one a processor)")
+    add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, e.g. tcp://host:8786")
+    add("--anew", action="store_true", help="run all speeds, and replace a file of another run-up")
+    add("--output", metavar="FILE.h5", help="result file (default: ENGINE_runup.h5)")
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Run the speeds that the file does not hold, and say what all of them show."""
+    from cranktrain.assembly import assemble
+    from cranktrain.studies.constant_speed import Request
+    from cranktrain.studies.run_up.plan import job_of, run_up_speeds
+    from cranktrain.studies.run_up.report import closing_text, report, run_up_tables, torsional_peaks
+    from cranktrain.studies.run_up.run_up import Means, Outcome, run_up
+
+    engine = engine_of(options)
+    speeds = run_up_speeds(options.from_rpm, options.to_rpm, options.step_rpm)
+    asked = {field.name: getattr(options, field.name) for field in fields(Request) if hasattr(options, field.name)}
+    request = Request(speed_rpm=options.from_rpm, **asked)
+    settings = request.settings(engine, option_of)
+    gas = gas_of(request, engine)
+    path = Path(options.output or f"{engine.name}_runup.h5")
+    tell_unread(engine, settings)
+    with stages(engine.name) as tell:
+        made = assemble(
+            engine, settings, say=tell, crank_mesh=request.mesh, block_mesh=request.block_mesh,
+            inherit=not options.no_inherit,
+        )  # fmt: skip
+    job = job_of(request, made, gas, [name for name in options.outputs.split(",") if name], options.highest_order)
+    chosen = {key: value for key, value in request.attributes(made).items() if key != "speed"}
+    attributes = {"engine": engine.name, **chosen, "settle": request.settle}
+    means = Means(options.workers, options.scheduler, options.refine, options.anew)
+    outcome = Outcome()
+    _run_into(path, outcome, lambda tell: run_up(job, speeds, path, means, attributes, tell, outcome))
+    found = outcome.run_up
+    assert found is not None
+    said = report(found, torsional_peaks(found, made))
+    said |= {
+        "failed": [{"rpm": failed.speed * PER_RPM, "reason": failed.reason} for failed in outcome.failed],
+        "seconds": outcome.seconds, "workers": outcome.workers, "resumed": outcome.resumed, "result": str(path),
+    }  # fmt: skip
+    if not options.json:
+        for table in run_up_tables(said):
+            show(table)
+        print(closing_text(found))
+        resumed = f", {outcome.resumed} speeds of it from a run before" if outcome.resumed else ""
+        print(f"{outcome.seconds:.1f} s on {outcome.workers} workers. Result: {path}{resumed}")
+    return said
+
+
+def _run_into(path: Path, outcome: Outcome, work: Callable[[Callable[[str, float], None]], object]) -> None:
+    """Do the work under a bar; whatever ends it early, say what the file keeps."""
+
+    def kept() -> str:
+        count = 0 if outcome.run_up is None else outcome.run_up.speeds.size
+        goes_on = "; the same command goes on from there" if count else ""
+        return f"{path} keeps {count} speeds{goes_on}"
+
+    try:
+        with labelled_bar("run-up") as (tell_stage, advance):
+
+            def tell(text: str, share: float) -> None:
+                advance(share)
+                tell_stage(text)
+
+            work(tell)
+    except KeyboardInterrupt:
+        raise Interrupted(f"interrupted; {kept()}") from None
+    except SolverError as error:
+        raise SolverError(f"{error}; {kept()}") from None
+    for failed in outcome.failed:
+        say(f"cranktrain: warning: no result at {failed.speed * PER_RPM:g} rev/min: {failed.reason}")

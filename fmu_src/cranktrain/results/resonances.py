@@ -1,0 +1,110 @@
+"""Peaks of orders over the speed, and the modes that they belong to.
+
+Near a resonance of one mode under a force that hardly changes, 1/|a|² is a parabola in speed,
+
+    1/|a|² ∝ (Ω − Ω₀)² + (ζ Ω₀)²,
+
+whose least value is the peak; half of the power is lost ζ Ω₀ away from it. Through the three speeds round the largest
+amplitude it gives place, height and damping; where it has no least value there, a parabola of |a| gives place, height.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cranktrain.results.orders import Array
+from cranktrain.results.run_up import TORSION, RunUp
+
+COUNTS = 0.01
+"""Share of the output's largest order amplitude from which a peak counts."""
+STANDS_OUT = 0.1
+"""Share of its height by which a peak stands above the higher of the two dips beside it."""
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Peak of an order over the speed.
+
+    Attributes
+    ----------
+    order : oscillations per revolution
+    speed : rad/s
+    amplitude : zero to peak, in the output's unit
+    damping : damping ratio by half power; not a number where the curve does not show it
+    periodic : whether the motion repeats at the speeds round it
+    mode_hz : frequency of the linear mode nearest to it; not a number where there is none
+    kind : of that mode's motion
+    """
+
+    order: float
+    speed: float
+    amplitude: float
+    damping: float
+    periodic: bool
+    mode_hz: float = math.nan
+    kind: str = ""
+
+    @property
+    def hz(self) -> float:
+        """Frequency, Hz."""
+        return self.order * self.speed / (2.0 * math.pi)
+
+    @property
+    def critical_speed(self) -> float:
+        """Speed (rad/s) at which its order meets its mode."""
+        return 2.0 * math.pi * self.mode_hz / self.order
+
+
+def peaks(run_up: RunUp, output: str = TORSION) -> list[Peak]:
+    """Peaks of all orders of an output, the highest first; ``InputError`` for an output that the run-up lacks."""
+    found = []
+    largest = float(np.abs(run_up.amplitudes[output]).max()) if run_up.speeds.size else 0.0
+    for order in run_up.orders.tolist():
+        sizes = np.abs(run_up.order(order, output))
+        for at in _maxima(sizes):
+            if sizes[at] >= COUNTS * largest:
+                around = slice(at - 1, at + 2)
+                speed, amplitude, damping = _vertex(run_up.speeds[around], sizes[around])
+                periodic = bool(np.all(run_up.repeats[around] >= 1))
+                found.append(Peak(order, speed, amplitude, damping, periodic))
+    return sorted(found, key=lambda peak: -peak.amplitude)
+
+
+def labelled(found: Sequence[Peak], hz: Array, kinds: Sequence[str]) -> list[Peak]:
+    """The peaks with the modes nearest to them; ``hz`` (k,) and ``kinds`` (k,) are those of the linear modes."""
+    if not len(hz):
+        return list(found)
+    nearest = [int(np.argmin(np.abs(hz - peak.hz))) for peak in found]
+    return [replace(peak, mode_hz=float(hz[k]), kind=kinds[k]) for peak, k in zip(found, nearest, strict=True)]
+
+
+def _maxima(sizes: Array) -> list[int]:
+    """Places inside a curve (n,) that stand out of it as peaks."""
+    places = []
+    for at in range(1, sizes.size - 1):
+        if not sizes[at - 1] < sizes[at] >= sizes[at + 1]:
+            continue
+        higher = np.flatnonzero(sizes > sizes[at])
+        begin = higher[higher < at].max(initial=-1) + 1
+        end = higher[higher > at].min(initial=sizes.size)
+        dip = max(sizes[begin : at + 1].min(), sizes[at:end].min())
+        if dip <= (1.0 - STANDS_OUT) * sizes[at]:
+            places.append(at)
+    return places
+
+
+def _vertex(speeds: Array, sizes: Array) -> tuple[float, float, float]:
+    """Place (rad/s), height and damping ratio of the peak through three speeds, the middle one the largest."""
+    middle, scale = float(speeds[1]), float(sizes[1])
+    x = speeds - middle
+    a, b, c = np.polyfit(x, (scale / sizes) ** 2, 2)
+    least = c - 0.25 * b * b / a if a > 0.0 else 0.0
+    if least > 0.0:
+        speed = middle - 0.5 * b / a
+        return float(speed), scale / math.sqrt(least), math.sqrt(least / a) / float(speed)
+    a, b, c = np.polyfit(x, sizes / scale, 2)
+    return float(middle - 0.5 * b / a), float(scale * (c - 0.25 * b * b / a)), math.nan

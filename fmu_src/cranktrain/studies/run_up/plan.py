@@ -1,0 +1,69 @@
+"""What is asked of a run-up: its speeds, and the job of each. All that can be refused is refused here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from cranktrain.assembly import Assembly
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.dynamics.outputs.register import output_counts, output_needs
+from cranktrain.film.laws.register import bearing_law
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.results.run_up import AXIAL, TORSION
+from cranktrain.studies.constant_speed import RPM, Request
+from cranktrain.studies.run_up.steady import Job
+
+LEAST_RPM, MOST_SPEEDS = 100.0, 20_000
+
+
+def run_up_speeds(first_rpm: float, last_rpm: float, step_rpm: float) -> list[float]:
+    """Speeds (rad/s) from the first to the last, rev/min, rising; ``InputError`` for a range that no run-up has."""
+    if not LEAST_RPM <= first_rpm <= last_rpm:
+        if first_rpm < LEAST_RPM:
+            raise InputError(
+                f"--from {first_rpm:g} rev/min: steady cycles need {LEAST_RPM:g} rev/min or more, a range through "
+                "standstill has none; begin higher (the FMU takes any speed from 0)"
+            )
+        raise InputError(f"--to {last_rpm:g} is below --from {first_rpm:g} rev/min; exchange them")
+    if not step_rpm > 0.0:
+        raise InputError(f"--step {step_rpm:g} rev/min must be above 0")
+    count = math.floor((last_rpm - first_rpm) / step_rpm + 1e-9) + 1
+    if count > MOST_SPEEDS:
+        raise InputError(f"--step {step_rpm:g} rev/min makes {count} speeds, at most {MOST_SPEEDS}; take a longer one")
+    return [(first_rpm + k * step_rpm) * RPM for k in range(count)]
+
+
+def job_of(request: Request, made: Assembly, gas: GasTrace | None, outputs: Sequence[str], highest_order: float) -> Job:
+    """What is to be done at each speed.
+
+    Raises ``InputError``: outputs that the run does not have, orders that its step does not resolve.
+    """
+    samples = math.ceil(4.0 * math.pi / made.settings.step - 1.0e-9)
+    if highest_order > 0.25 * samples:
+        step = 180.0 / highest_order
+        raise InputError(
+            f"--highest-order {highest_order:g}: steps of {math.degrees(made.settings.step):g} deg resolve orders to "
+            f"{0.25 * samples:g}; take --step-deg {step:.3g} or less"
+        )
+    return Job(
+        made=made,
+        gas=gas,
+        settle=request.settle,
+        highest_order=highest_order,
+        outputs=wanted_outputs(made, outputs),
+        film_balance=request.film_temperature == "heat-balance",
+        damper_balance=request.damper_temperature == "heat-balance",
+    )
+
+
+def wanted_outputs(made: Assembly, asked: Sequence[str]) -> tuple[str, ...]:
+    """Torsion, axial motion where there is any, and what else is asked; ``InputError`` for what does not exist."""
+    needs = output_needs(output_counts(made.engine))
+    carries = bearing_law(made.settings.bearings).carries
+    shown = [name for name, need in needs.items() if carries or "bearings" not in need or "block" in need]
+    for name in asked:
+        if name not in shown:
+            raise InputError(f"--outputs '{name}' is no output of this run; {nearest(name, shown)}")
+    own = [name for name in (TORSION, AXIAL) if name in shown]
+    return tuple(dict.fromkeys([*own, *asked]))

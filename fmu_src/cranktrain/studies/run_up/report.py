@@ -1,0 +1,114 @@
+"""What a run-up says: orders over speed in engineers' units, resonances beside the critical speeds of linear modes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from cranktrain.assembly import Assembly
+from cranktrain.core.errors import InputError
+from cranktrain.results.orders import Array
+from cranktrain.results.resonances import Peak, labelled, peaks
+from cranktrain.results.run_up import AXIAL, TORSION, RunUp
+from cranktrain.results.tables import Table
+from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_modes
+
+RPM = 30.0 / math.pi
+SHOWN = 12
+"""Peaks that a table shows."""
+
+
+def report(run_up: RunUp, found: Sequence[Peak]) -> dict[str, Any]:
+    """Orders and peaks, JSON-able; keys carry their units."""
+    said: dict[str, Any] = {
+        "speeds": run_up.speeds_rpm.tolist(),
+        "torsion_orders_deg": _sizes(run_up, TORSION, 180.0 / math.pi),
+        "axial_orders_um": _sizes(run_up, AXIAL, 1e6) if AXIAL in run_up.amplitudes else {},
+        "orders": {name: _sizes(run_up, name, 1.0) for name in run_up.amplitudes if name not in (TORSION, AXIAL)},
+        "peaks": [peak_entry(peak) for peak in found],
+        "cycles": run_up.cycles.tolist(),
+        "repeats_every_cycles": run_up.repeats.tolist(),
+        "settling_left": run_up.left.tolist(),
+    }
+    return said
+
+
+def peak_entry(peak: Peak) -> dict[str, Any]:
+    """A peak of torsion as JSON has it; the amplitude in degrees."""
+    off = peak.speed / peak.critical_speed - 1.0 if math.isfinite(peak.mode_hz) else math.nan
+    return {
+        "order": peak.order,
+        "rpm": peak.speed * RPM,
+        "amplitude": math.degrees(peak.amplitude),
+        "mode_hz": peak.mode_hz,
+        "mode": peak.kind,
+        "hz": peak.hz,
+        "damping_ratio": peak.damping,
+        "critical_rpm": peak.critical_speed * RPM,
+        "off_percent": 100.0 * off,
+        "periodic": peak.periodic,
+    }
+
+
+def torsional_peaks(run_up: RunUp, made: Assembly) -> list[Peak]:
+    """Peaks of the pulley's torsion with the linear torsional modes nearest to them."""
+    hz, kinds = linear_modes(made)
+    torsional = [k for k, kind in enumerate(kinds) if kind == "torsional"]
+    return labelled(peaks(run_up), hz[torsional], [kinds[k] for k in torsional])
+
+
+def linear_modes(made: Assembly) -> tuple[Array, list[str]]:
+    """Frequencies (k,) Hz of the cranktrain at rest at the run's crank level, and their kinds; none of a rigid one."""
+    try:
+        hz, shares = cranktrain_modes(made.engine, made.body)
+    except (InputError, KeyError, ValueError):
+        return np.zeros(0), []
+    listed = (hz > 1.0) & (hz <= LISTED_HZ)
+    return hz[listed], [KINDS[int(np.argmax(share))] for share in shares[listed]]
+
+
+def run_up_tables(said: Mapping[str, Any]) -> list[Table]:
+    """Peaks beside critical speeds, and what the speeds took."""
+    rows = [
+        (
+            f"{peak['order']:g}", f"{peak['rpm']:.0f}", f"{peak['amplitude']:.3g}", f"{peak['hz']:.1f}",
+            _text(peak["damping_ratio"], ".2%"), f"{peak['mode']} {_text(peak['mode_hz'], '.1f')}".strip(),
+            _text(peak["critical_rpm"], ".0f"), _text(0.01 * peak["off_percent"], "+.1%"),
+            "" if peak["periodic"] else "no period there",
+        )
+        for peak in said["peaks"][:SHOWN]
+    ]  # fmt: skip
+    header = ("order", "rev/min", "deg", "Hz", "damping", "linear mode / Hz", "critical / rev/min", "off", "")
+    return [Table("Resonances of the pulley's torsion (amplitudes zero to peak)", header, tuple(rows))]
+
+
+def closing_text(run_up: RunUp) -> str:
+    """Cycles that the speeds took, and where no cycle repeats."""
+    periodic = run_up.repeats == 1
+    lines = [f"{run_up.speeds.size} speeds, {run_up.cycles.mean():.1f} cycles each"]
+    if not periodic.all() and run_up.cycles.any():
+        longer = run_up.speeds_rpm[run_up.repeats > 1]
+        never = run_up.speeds_rpm[run_up.repeats == 0]
+        lines += [f"motion that repeats every 2 to 6 cycles at {_ranges(longer)} rev/min"] if longer.size else []
+        lines += [f"motion without a period at {_ranges(never)} rev/min"] if never.size else []
+        if periodic.any():
+            lines[0] += f" ({run_up.cycles[periodic].mean():.1f} where the next one is the same)"
+    return "; ".join(lines)
+
+
+def _sizes(run_up: RunUp, output: str, scale: float) -> dict[str, list[float]]:
+    return {f"{order:g}": (scale * np.abs(run_up.order(order, output))).tolist() for order in run_up.orders.tolist()}
+
+
+def _text(value: float, form: str) -> str:
+    return format(value, form) if math.isfinite(value) else "–"
+
+
+def _ranges(speeds: Array) -> str:
+    """Speeds in few words: the first and last where there are many."""
+    if speeds.size <= 6:
+        return ", ".join(f"{speed:.0f}" for speed in speeds)
+    return f"{speeds.size} speeds from {speeds[0]:.0f} to {speeds[-1]:.0f}"

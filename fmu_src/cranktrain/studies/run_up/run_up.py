@@ -1,0 +1,216 @@
+"""A run-up: orders of pulley and other outputs over the speed, stored as they come.
+
+A file of the same run, finished or not, is gone on from: speeds that it holds are not run again.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import asdict, dataclass, field
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+
+from cranktrain import __version__
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.sources import source_digest
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.results.run_up import RunUp, merged
+from cranktrain.store.hdf5 import RUN_UP
+from cranktrain.store.side_by_side import processors
+from cranktrain.store.whole_file import check_place
+from cranktrain.studies.constant_speed import RPM
+from cranktrain.studies.run_up import steady
+from cranktrain.studies.run_up.refine import speeds_between
+from cranktrain.studies.run_up.sequence import Failed, steady_speeds
+from cranktrain.studies.run_up.steady import CycleStart, Job, SteadySpeed
+from cranktrain.studies.run_up.workers import Workers, cluster_workers, local_workers
+
+SAME = 1.0e-9
+"""Share by which two speeds may differ and be one."""
+ASKED, CODE = "digest_asked", "digest_code"
+"""Attributes of a file that tell whether it is of the same run, by the same code."""
+
+
+@dataclass
+class Outcome:
+    """What a run-up came to.
+
+    Attributes
+    ----------
+    run_up : all speeds that the file holds
+    resumed : speeds that it held before
+    failed : speeds without a result, and why
+    seconds : wall time
+    workers : how many ran speeds
+    """
+
+    run_up: RunUp | None = None
+    resumed: int = 0
+    failed: list[Failed] = field(default_factory=list)
+    seconds: float = 0.0
+    workers: int = 0
+
+
+@dataclass(frozen=True)
+class Means:
+    """How a run-up runs.
+
+    Attributes
+    ----------
+    workers : processes; as many as processors where not given
+    scheduler : address of a Dask cluster's scheduler, in place of processes
+    refine : share of an order's largest amplitude that a straight line between two speeds may be off; 0 does not refine
+    anew : replace a file of another run, and run again what a file holds
+    """
+
+    workers: int | None = None
+    scheduler: str | None = None
+    refine: float = 0.0
+    anew: bool = False
+
+
+# In one piece: what is asked, where it goes, and who is told.
+def run_up(
+    job: Job,
+    speeds: Sequence[float],
+    path: Path,
+    means: Means,
+    attributes: dict[str, str | int | float],
+    tell: Callable[[str, float], None] = lambda text, share: None,
+    outcome: Outcome | None = None,
+) -> Outcome:
+    """Steady cycles at many speeds (rad/s), kept in a file after each.
+
+    ``tell`` is told the state of the work and the share done; ``outcome`` is filled as far as the work came, however
+    it ends.
+
+    Raises
+    ------
+    InputError
+        a file that is of another run, or a place that it must not take
+    SolverError
+        workers that are lost, or no speed that has a result
+    """
+    outcome = Outcome() if outcome is None else outcome
+    began = time.perf_counter()
+    store = Store(path, {**attributes, **digests(job)}, means.anew)
+    outcome.run_up, outcome.resumed = store.run_up, 0 if store.run_up is None else store.run_up.speeds.size
+    wanted = [speed for speed in speeds if not store.holds(speed)]
+    starts: list[CycleStart] = []
+    try:
+        if wanted or means.refine:
+            with _workers(job, means, len(wanted)) as workers:
+                outcome.workers = workers.count
+                while wanted:
+                    for found in _told(steady_speeds(workers, wanted, starts), len(wanted), tell):
+                        outcome.failed += [found] if isinstance(found, Failed) else []
+                        if isinstance(found, SteadySpeed):
+                            store.keep(found)
+                    lost = [failed.speed for failed in outcome.failed]
+                    wanted = [s for s in _between(store.run_up, means, speeds) if not store.holds(s) and s not in lost]
+    finally:
+        store.write()
+        outcome.run_up, outcome.seconds = store.run_up, time.perf_counter() - began
+    if outcome.run_up is None:
+        raise SolverError(
+            f"no speed has a result; at {outcome.failed[0].speed / RPM:g} rev/min: {outcome.failed[0].reason}"
+        )
+    return outcome
+
+
+def digests(job: Job) -> dict[str, str]:
+    """Digests of all that decides the result at a speed: of what is asked, and of the code."""
+    made, gas = job.made, job.gas or GasTrace.from_engine(job.made.engine)
+    trace = [gas.motored.tolist(), gas.fired.tolist(), gas.best_speed, gas.falloff]
+    bodies = [made.body.digest, made.parts.block.digest if made.parts.block is not None else ""]
+    choices = [job.settle, job.highest_order, job.outputs, job.film_balance, job.damper_balance]
+    asked = repr((made.engine, sorted(asdict(made.settings).items()), bodies, trace, choices))
+    return {ASKED: sha256(asked.encode()).hexdigest(), CODE: source_digest(steady.__file__, deferred=True)}
+
+
+class Store:
+    """The file of a run-up, written anew when speeds are finished."""
+
+    def __init__(self, path: Path, attributes: dict[str, str | int | float], anew: bool) -> None:
+        self._path, self._attributes = path, {**attributes, "version": __version__}
+        check_place(path, RUN_UP)
+        self.run_up: RunUp | None = None
+        if path.is_file() and path.stat().st_size and not anew:
+            self.run_up = RunUp.load(path)
+            held = self.run_up.attributes
+            if any(held.get(name) != attributes[name] for name in (ASKED, CODE)):
+                other = "another run-up" if held.get(ASKED) != attributes[ASKED] else "a run-up of another version"
+                raise InputError(
+                    f"{path}: holds {other} ({_what(self.run_up)}); name another --output, or replace it by --anew"
+                )
+        self._waiting: list[SteadySpeed] = []
+
+    def holds(self, speed: float) -> bool:
+        """Whether a speed (rad/s) is finished."""
+        return self.run_up is not None and bool(np.any(np.abs(self.run_up.speeds - speed) <= SAME * speed))
+
+    def keep(self, found: SteadySpeed) -> None:
+        """Write one more speed."""
+        self._waiting.append(found)
+        self.write()
+
+    def write(self) -> None:
+        """Write what waits."""
+        if not self._waiting:
+            return
+        parts = [_as_run_up(found, self._attributes) for found in self._waiting]
+        self.run_up = merged([*([self.run_up] if self.run_up is not None else []), *parts])
+        self._waiting = []
+        self.run_up.save(self._path)
+
+
+def _as_run_up(found: SteadySpeed, attributes: dict[str, str | int | float]) -> RunUp:
+    orders = 0.5 * np.arange(1, next(iter(found.amplitudes.values())).size + 1, dtype=np.float64)
+    return RunUp(
+        speeds=np.array([found.speed]),
+        orders=orders,
+        amplitudes={name: values[None] for name, values in found.amplitudes.items()},
+        extremes={name: values[None] for name, values in found.extremes.items()},
+        cycles=np.array([found.cycles]),
+        repeats=np.array([found.repeats]),
+        left=np.array([found.left]),
+        attributes=attributes,
+    )
+
+
+def _what(run_up: RunUp) -> str:
+    names = ("engine", "crank", "bearings", "block", "damper", "settle")
+    return ", ".join(f"{name} {run_up.attributes.get(name, 'unknown')}" for name in names)
+
+
+def _workers(job: Job, means: Means, speeds: int) -> AbstractContextManager[Workers]:
+    if means.scheduler is not None:
+        return cluster_workers(job, means.scheduler)
+    return local_workers(job, max(1, min(means.workers or processors(), speeds)))
+
+
+def _between(run_up: RunUp | None, means: Means, speeds: Sequence[float]) -> list[float]:
+    """Speeds to add round peaks."""
+    if run_up is None or not means.refine or len(speeds) < 2:
+        return []
+    return speeds_between(run_up, means.refine, float(np.min(np.diff(speeds))))
+
+
+def _told(
+    found: Iterator[SteadySpeed | Failed], count: int, tell: Callable[[str, float], None]
+) -> Iterator[SteadySpeed | Failed]:
+    """Pass on speeds, saying how many are done and how long the others will take."""
+    began = time.perf_counter()
+    for done, one in enumerate(found, 1):
+        yield one
+        left = (time.perf_counter() - began) * (count - done) / done
+        tell(f"{done} of {count} speeds, {_clock(left)} left", done / count)
+
+
+def _clock(seconds: float) -> str:
+    minutes, seconds = divmod(round(seconds), 60)
+    return f"{minutes // 60}:{minutes % 60:02d}:{seconds:02d}" if minutes >= 60 else f"{minutes}:{seconds:02d}"

@@ -1,0 +1,82 @@
+"""In which order the speeds of a run-up run: each beside one that is finished, so that its motion is a start."""
+
+from __future__ import annotations
+
+import bisect
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from typing import NamedTuple
+
+from cranktrain.core.errors import SolverError
+from cranktrain.store.side_by_side import LOOK_EVERY
+from cranktrain.studies.run_up.steady import CycleStart, SteadySpeed
+from cranktrain.studies.run_up.workers import Workers
+
+NEIGHBOURS = 2
+"""Starts that a speed is told of."""
+
+
+class Failed(NamedTuple):
+    """A speed (rad/s) that has no result, and why."""
+
+    speed: float
+    reason: str
+
+
+def steady_speeds(
+    workers: Workers, speeds: Sequence[float], starts: list[CycleStart]
+) -> Iterator[SteadySpeed | Failed]:
+    """Each speed (rad/s) as soon as it is finished; ``starts`` grows by theirs.
+
+    Raises ``SolverError`` where workers are lost.
+    """
+    missing = sorted(speeds)
+    running: dict[Future[SteadySpeed], float] = {}
+
+    def refill() -> None:
+        while missing and len(running) < workers.count:
+            speed = next_speed(missing, [start.speed for start in starts], list(running.values()))
+            missing.remove(speed)
+            near = sorted(starts, key=lambda start: abs(start.speed - speed))[:NEIGHBOURS]
+            running[workers.submit(speed, near)] = speed
+
+    refill()
+    while running:
+        done, _ = wait(running, timeout=LOOK_EVERY, return_when=FIRST_COMPLETED)
+        if not done:
+            workers.check()
+        found: list[SteadySpeed | Failed] = []
+        for future in done:
+            speed = running.pop(future)
+            try:
+                result = future.result()
+            except SolverError as error:
+                found.append(Failed(speed, str(error)))
+                continue
+            starts.append(result.start)
+            found.append(result)
+        refill()  # before the caller writes what is found
+        yield from found
+
+
+def next_speed(missing: Sequence[float], finished: Sequence[float], running: Sequence[float]) -> float:
+    """Which of the missing speeds (rising) to run: one beside a finished one, or the farthest from all others.
+
+    A speed whose neighbour is under way waits for it while another has a finished one.
+    """
+    known, busy = sorted(finished), sorted(running)
+    taken = sorted([*known, *busy])
+    if not taken:
+        return missing[0]
+    everything = sorted([*missing, *taken])
+
+    def beside(speed: float) -> bool:
+        at = bisect.bisect_left(everything, speed)
+        neighbours = everything[max(at - 1, 0) : at] + everything[at + 1 : at + 2]
+        return any(other in known for other in neighbours)
+
+    ready = [speed for speed in missing if beside(speed)]
+    if ready:
+        # The farther from what is under way, the longer two neighbours stay out of each other's way.
+        return max(ready, key=lambda speed: min((abs(speed - other) for other in busy), default=0.0))
+    return max(missing, key=lambda speed: min(abs(speed - other) for other in taken))

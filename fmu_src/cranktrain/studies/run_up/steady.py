@@ -1,0 +1,167 @@
+"""Steady cycles at one speed after the other.
+
+Along the speed the periodic motion x(Ω) changes little: a speed starts from the line through its two neighbours,
+
+    x(Ω) ≈ x₁ + (Ω − Ω₁) (x₁ − x₂)/(Ω₁ − Ω₂),
+
+and cycles settle it from there (:mod:`cranktrain.dynamics.settled`). Films with a memory keep that of the nearest.
+What no neighbour within ``REACH`` can tell starts from the static equilibrium.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.assembly import Assembly
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.cycle_run import Result, balanced, run_cycles
+from cranktrain.dynamics.model.arrays import dimensions
+from cranktrain.dynamics.model.state import SHAFT_ANGLE, film_offset
+from cranktrain.dynamics.settled.slow_modes import Motion, motion_of, put_motion
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.results.orders import ComplexArray, order_amplitudes
+
+FIRST = 200.0
+"""Speed at which a model is made, rad/s: it then goes to those that are asked for."""
+REACH = 0.05
+"""Distance, over the speed, up to which a neighbour's motion is a better start than the static equilibrium."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is asked of each speed.
+
+    Attributes
+    ----------
+    made : engine, body, settings and parts
+    gas : pressure trace; None for the engine's
+    settle : what may be left of settling
+    highest_order : of the amplitudes
+    outputs : whose orders are wanted
+    film_balance, damper_balance : whether films and damper are as warm as their losses make them
+    """
+
+    made: Assembly
+    gas: GasTrace | None
+    settle: float
+    highest_order: float
+    outputs: tuple[str, ...]
+    film_balance: bool = False
+    damper_balance: bool = False
+
+
+class CycleStart(NamedTuple):
+    """State of a steady motion at the start of a cycle."""
+
+    speed: float  # rad/s
+    motion: Motion
+    shaft_angle: float  # rad
+    films: Array  # memory of the films
+    temperatures: Array | None  # of the films, K, where they are not the engine's
+    periodic: bool  # whether the next cycle is the same
+
+
+class SteadySpeed(NamedTuple):
+    """What a run-up keeps of one speed."""
+
+    speed: float  # rad/s
+    amplitudes: dict[str, ComplexArray]  # output → (o,)
+    extremes: dict[str, Array]  # output → (3,) least, mean, largest
+    cycles: int
+    repeats: int
+    left: float
+    start: CycleStart
+
+
+class SteadyRuns:
+    """One model, run at one speed after the other."""
+
+    def __init__(self, job: Job) -> None:
+        self._job = job
+        made = job.made
+        settings = replace(made.settings, film_temperature="engine")  # the balance is found here, cycle by cycle
+        self._simulation = Simulation(made.engine, made.body, settings, job.gas, made.parts)
+        self._simulation.inputs[0] = FIRST
+        self._simulation.initialize()  # loads the kernels
+
+    def at(self, speed: float, near: Sequence[CycleStart] = ()) -> SteadySpeed:
+        """Steady motion at a speed (rad/s), from what is known of its neighbours, the nearest first.
+
+        Raises ``InputError``; ``SolverError`` for a step that fails.
+        """
+        self._enter(speed, near)
+        job, simulation = self._job, self._simulation
+
+        def run() -> Result:
+            return run_cycles(simulation, None, job.settle, None, None)
+
+        result = run()
+        if job.film_balance or job.damper_balance:
+            result = balanced(simulation, None, run, result, job.film_balance, job.damper_balance)
+        state = simulation.state
+        n = simulation.model.omega2.size
+        start = CycleStart(
+            speed=speed,
+            motion=motion_of(state, n),
+            shaft_angle=float(state[SHAFT_ANGLE]),
+            films=state[self._films_begin :].copy(),
+            temperatures=simulation.film_temperatures if job.film_balance else None,
+            periodic=result.settling.repeats == 1,
+        )
+        settling = result.settling
+        return SteadySpeed(
+            speed, _amplitudes(job, result, speed), _extremes(result), settling.cycles, settling.repeats,
+            settling.worst[1], start,
+        )  # fmt: skip
+
+    @property
+    def _films_begin(self) -> int:
+        """First index of the films' memory in a state."""
+        size = dimensions(self._simulation.model)
+        return int(film_offset(size.modes, size.ports))
+
+    def _enter(self, speed: float, near: Sequence[CycleStart]) -> None:
+        """Bring the simulation to the start of a cycle at a speed."""
+        simulation = self._simulation
+        useful = [start for start in near if abs(start.speed - speed) <= REACH * speed]
+        if not useful:
+            simulation.inputs[0] = speed
+            simulation.initialize()
+            return
+        simulation.go_on_at(speed)
+        state = simulation.state
+        first = useful[0]
+        motion, angle = first.motion, first.shaft_angle
+        if len(useful) > 1 and first.periodic and useful[1].periodic:
+            second = useful[1]
+            share = (speed - first.speed) / (first.speed - second.speed)
+            motion = motion.plus(first.motion.minus(second.motion), share)
+            angle += share * (first.shaft_angle - second.shaft_angle)
+        put_motion(state, motion)
+        state[SHAFT_ANGLE] = angle
+        state[self._films_begin :] = first.films
+        simulation.state = state
+        if first.temperatures is not None:
+            simulation.film_temperatures = first.temperatures
+
+
+def _amplitudes(job: Job, result: Result, speed: float) -> dict[str, ComplexArray]:
+    """Orders of the wanted outputs; their phases count from the crank's mean rotation, not from the shaft's."""
+    cycles = (result.time.size - 1) // result.per_cycle
+    ahead = float(np.mean((result.outputs["crank.angle"] - speed * result.time)[1:]))
+    found = {}
+    for name in job.outputs:
+        # The samples begin one step after the start of the cycle.
+        orders, amplitudes = order_amplitudes(result.outputs[name][1:], job.highest_order, cycles)
+        found[name] = amplitudes * np.exp(-1j * orders * (ahead + speed * result.time[1]))
+    return found
+
+
+def _extremes(result: Result) -> dict[str, Array]:
+    """Least, mean and largest value of every output."""
+    return {name: np.array([values.min(), values[1:].mean(), values.max()]) for name, values in result.outputs.items()}

@@ -1,0 +1,129 @@
+"""Who runs the speeds of a run-up: this process, processes beside it, or the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.store.side_by_side import worker_pool
+from cranktrain.studies.run_up.steady import CycleStart, Job, SteadyRuns, SteadySpeed
+
+PATIENCE = 5.0
+"""Seconds for which a cluster may be without workers, one being replaced, before the run-up ends."""
+_here = threading.local()
+"""What a worker's thread holds: the model of the job that it was last asked for."""
+
+
+class Workers(Protocol):
+    """Takes speeds."""
+
+    count: int
+
+    def submit(self, speed: float, near: Sequence[CycleStart]) -> Future[SteadySpeed]:
+        """Start a speed, rad/s."""
+
+    def check(self) -> None:
+        """Raise ``SolverError`` where what is under way cannot end any more."""
+
+
+class _Here(Executor):
+    """Runs what it is given at once."""
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        try:
+            future.set_result(function(*arguments, **named))
+        except (InputError, SolverError) as error:
+            future.set_exception(error)
+        return future
+
+
+class _Pool:
+    """Workers behind an executor; ``job`` is what it hands to each task, None where they have it."""
+
+    def __init__(self, executor: Any, count: int, job: Any, check: Callable[[], None] = lambda: None) -> None:
+        self.count, self.check = count, check
+        self._executor, self._job = executor, job
+
+    def submit(self, speed: float, near: Sequence[CycleStart]) -> Future[SteadySpeed]:
+        found: Future[SteadySpeed] = self._executor.submit(_run_speed, self._job, speed, list(near))
+        return found
+
+
+@contextmanager
+def local_workers(job: Job, count: int) -> Iterator[Workers]:
+    """So many processes; this one alone for 1. Raises ``SolverError`` where one of them dies."""
+    _begin(job)  # a fork takes the model, and the machine code that it loaded, along
+    if count == 1:
+        yield _Pool(_Here(), 1, None)
+        return
+    try:
+        with worker_pool(count, _begin, (job,)) as pool:
+            yield _Pool(pool, count, None)
+    except BrokenProcessPool:
+        raise SolverError("a worker process ended, killed or out of memory; use fewer --workers") from None
+
+
+@contextmanager
+def cluster_workers(job: Job, address: str) -> Iterator[Workers]:
+    """Workers of the Dask cluster whose scheduler is at ``address``.
+
+    A task of a worker that is lost runs on another. Raises ``InputError`` where there is no cluster or no Dask,
+    ``SolverError`` where it has lost its workers.
+    """
+    try:
+        from distributed import Client
+        from distributed.scheduler import KilledWorker
+    except ImportError:
+        raise InputError("--scheduler needs Dask; pip install distributed, or cranktrain[dask]") from None
+    try:
+        client = Client(address, timeout=10, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        reason = str(error).partition("\n")[0] or type(error).__name__
+        raise InputError(
+            f"--scheduler {address}: no Dask scheduler answers ({reason}); start one by 'dask scheduler'"
+        ) from None
+    try:
+        last_seen = time.monotonic()
+
+        def check() -> None:
+            nonlocal last_seen
+            if client.status == "running" and client.scheduler_info(n_workers=-1)["workers"]:
+                last_seen = time.monotonic()
+            elif time.monotonic() - last_seen > PATIENCE:
+                raise SolverError(
+                    f"the cluster at {address} has no workers left; start some by 'dask worker {address}'"
+                )
+
+        count = sum(client.nthreads().values())
+        if count == 0:
+            raise InputError(
+                f"--scheduler {address}: the cluster has no workers; start some by 'dask worker {address}'"
+            )
+        yield _Pool(client.get_executor(pure=False), count, client.scatter(job, broadcast=True, hash=False), check)
+    except KilledWorker as error:
+        raise SolverError(
+            f"the cluster at {address} lost its workers over one speed ({error.task}); see their logs"
+        ) from None
+    finally:
+        client.close(timeout=2)
+
+
+def _begin(job: Job) -> None:
+    """Get ready for a job, unless it is at hand."""
+    if getattr(_here, "job", None) is not job:
+        _here.job, _here.runs = job, SteadyRuns(job)
+
+
+def _run_speed(job: Job | None, speed: float, near: Sequence[CycleStart]) -> SteadySpeed:
+    """One speed, by the model that this thread of a worker holds."""
+    if job is not None:
+        _begin(job)
+    runs: SteadyRuns = _here.runs
+    return runs.at(speed, near)
