@@ -24,6 +24,7 @@ from cranktrain.dynamics.model.slots import (
     RELATIVE,
 )
 from cranktrain.dynamics.model.state import (
+    CONTRACTION,
     LAST_INTERVAL,
     MAX_INPUTS,
     METHOD,
@@ -51,6 +52,7 @@ from cranktrain.dynamics.start.mean_motion import Start, leaning, rigid_start
 from cranktrain.dynamics.start.settling import settle
 from cranktrain.dynamics.time.integrators import method_mark
 from cranktrain.dynamics.time.reconstruction import GIVEN
+from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
 from cranktrain.dynamics.time.status import NO_START, OK, REMEDIES, SINGULAR
 from cranktrain.dynamics.time.step_control import MAX_HALVINGS, ports_at_state
 from cranktrain.dynamics.warm_films import (
@@ -238,6 +240,7 @@ class Simulation:
         state[[TIME, SAMPLES, LAST_INTERVAL, SHAFT_ACCELERATION]] = 0.0
         state[SHAFT_SPEED] = state[OMEGA_REFERENCE] = speed
         state[STEP_REFERENCE] = state[STEP_LAST] = -1.0
+        state[CONTRACTION] = FIRST_CONTRACTION
 
     def _balanced_temperatures(self) -> Array:
         """Film temperatures (b,), K, of a run until its outputs repeat, at the present speed and on the gas trace."""

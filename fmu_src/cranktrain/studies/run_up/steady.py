@@ -20,7 +20,7 @@ from cranktrain.assembly import Assembly
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import Result, balanced, run_cycles
 from cranktrain.dynamics.model.arrays import dimensions
-from cranktrain.dynamics.model.state import SHAFT_ANGLE, film_offset
+from cranktrain.dynamics.model.state import BODY, LEAD_ANGLE, LEAD_SPEED, SHAFT_ANGLE, film_offset
 from cranktrain.dynamics.settled.slow_modes import Motion, motion_of, put_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.loads.gas_pressure import GasTrace
@@ -142,6 +142,7 @@ class SteadyRuns:
             share = (speed - first.speed) / (first.speed - second.speed)
             motion = motion.plus(first.motion.minus(second.motion), share)
             angle += share * (first.shaft_angle - second.shaft_angle)
+        state[BODY : self._films_begin] = state[LEAD_ANGLE] = state[LEAD_SPEED] = 0.0
         put_motion(state, motion)
         state[SHAFT_ANGLE] = angle
         state[self._films_begin :] = first.films

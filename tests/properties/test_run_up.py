@@ -1,0 +1,231 @@
+"""Run-ups: steady cycles from neighbours are those of long runs, each speed runs once, and nothing finished is lost."""
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+from concurrent.futures import Future
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cranktrain.assembly import assemble
+from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import simulate
+from cranktrain.engine.file import load_engine
+from cranktrain.results.orders import order_amplitudes
+from cranktrain.results.run_up import RunUp
+from cranktrain.studies.run_up.plan import job_of, run_up_speeds
+from cranktrain.studies.run_up.refine import speeds_between
+from cranktrain.studies.run_up.sequence import next_speed, steady_speeds
+from cranktrain.studies.run_up.steady import Job, SteadyRuns
+
+RPM = math.pi / 30.0
+LEVELS = ("--crank", "torsional", "--bearings", "held", "--step-deg", "5")
+RUN = ("runup", "diesel_i6", *LEVELS, "--from", "1500", "--to", "1700", "--step", "20")
+
+
+@pytest.fixture(scope="module")
+def made():
+    return assemble(load_engine("diesel_i6"), Settings(crank="torsional", bearings="held", step=math.radians(5.0)))
+
+
+def steady(made, settle=1e-4):
+    return SteadyRuns(Job(made, None, settle, 24.0, ("pulley.torsion",)))
+
+
+def test_a_steady_cycle_from_neighbours_is_the_last_of_a_long_run(made):
+    runs = steady(made, 1e-6)
+    near = [runs.at(rpm * RPM).start for rpm in (1620.0, 1640.0)]
+    found = runs.at(1600.0 * RPM, near)
+    long = simulate(made.engine, made.body, made.settings, 1600.0 * RPM, 120)
+    ahead = float(np.mean((long.outputs["crank.angle"] - long.angle)[-long.per_cycle :]))
+    orders, expected = order_amplitudes(long.last_cycle("pulley.torsion")[1][:-1], 24.0)
+    expected = expected * np.exp(-1j * orders * ahead)
+    difference = found.amplitudes["pulley.torsion"] - expected
+    assert np.linalg.norm(difference) < 1e-5 * np.linalg.norm(expected)
+    swing = long.last_cycle("pulley.torsion")[1]
+    least, _, largest = found.extremes["pulley.torsion"]
+    assert np.abs([least - swing.min(), largest - swing.max()]).max() < 1e-5 * np.ptp(swing)
+
+
+def test_neighbours_save_cycles(made):
+    """The line through two neighbours is a better start than the static equilibrium, and than one of them."""
+    runs = steady(made)
+    near = [runs.at(rpm * RPM).start for rpm in (1520.0, 1500.0)]
+    target = 1540.0 * RPM
+    cycles = [runs.at(target, near[:count]).cycles for count in (0, 1, 2)]
+    assert cycles[2] < cycles[0] and cycles[2] <= cycles[1]
+
+
+def test_a_model_holds_nothing_of_the_speeds_before(made):
+    """Factors, input samples and oil are those of the speed: a used model finds to the bit what a new one does."""
+    runs = steady(made)
+    near = [runs.at(1000.0 * RPM).start]
+    runs.at(2000.0 * RPM)
+    used, new = (one.at(1040.0 * RPM, near) for one in (runs, steady(made)))
+    assert used.cycles == new.cycles
+    assert np.array_equal(used.amplitudes["pulley.torsion"], new.amplitudes["pulley.torsion"])
+
+
+@given(
+    st.lists(st.integers(100, 400), min_size=1, max_size=40, unique=True),
+    st.integers(1, 5),
+    st.randoms(use_true_random=False),
+)
+def test_each_speed_runs_once_and_beside_a_finished_one_where_it_can(speeds, count, chance):
+    missing, finished, running, cold = sorted(map(float, speeds)), [], [], 0
+    total = len(missing)
+    while missing or running:
+        while missing and len(running) < count:
+            speed = next_speed(missing, finished, running)
+            everything = sorted([*missing, *finished, *running])
+            at = everything.index(speed)
+            cold += not set(everything[max(at - 1, 0) : at + 2]) & set(finished)
+            missing.remove(speed)
+            running.append(speed)
+        finished.append(running.pop(chance.randrange(len(running))))
+    assert len(finished) == total and sorted(finished) == sorted(map(float, speeds))
+    assert cold <= 1 if count == 1 else cold <= total
+
+
+def test_two_workers_start_far_apart():
+    speeds = [float(k) for k in range(100, 181, 10)]
+    first = next_speed(speeds, [], [])
+    assert (first, next_speed(speeds[1:], [], [first])) == (100.0, 180.0)
+
+
+class OneAtATime:
+    """Workers that finish nothing before they are asked; the second speed fails."""
+
+    count = 2
+
+    def __init__(self):
+        self.taken = []
+
+    def submit(self, speed, near):
+        future = Future()
+        self.taken.append(speed)
+        if len(self.taken) == 2:
+            future.set_exception(SolverError("film of main[1] lost"))
+        else:
+            future.set_result(SimpleNamespace(start=SimpleNamespace(speed=speed)))
+        return future
+
+    def check(self):
+        raise AssertionError
+
+
+def test_a_speed_that_fails_leaves_the_others():
+    found = list(steady_speeds(OneAtATime(), [100.0, 110.0, 120.0, 130.0], []))
+    reasons = [one.reason for one in found if hasattr(one, "reason")]
+    assert len(found) == 4 and reasons == ["film of main[1] lost"]
+
+
+def test_refining_halves_the_steps_round_a_peak_only():
+    speeds = np.arange(100.0, 301.0, 10.0)
+    sizes = 1.0 / np.abs(1.0 - (speeds / 204.0) ** 2 + 0.06j)
+    made = RunUp(
+        speeds, np.array([0.5]), {"pulley.torsion": sizes[:, None] + 0j}, {},
+        np.ones(21, dtype=int), np.ones(21, dtype=int), np.zeros(21),
+    )  # fmt: skip
+    found = speeds_between(made, 0.02, 10.0)
+    assert found and all(170.0 < speed < 240.0 for speed in found)
+    assert speeds_between(made, 0.4, 10.0) == []
+
+
+def test_bad_input_is_one_line(made):
+    with pytest.raises(InputError, match="range through standstill has none; begin higher"):
+        run_up_speeds(0.0, 1000.0, 20.0)
+    with pytest.raises(InputError, match="exchange them"):
+        run_up_speeds(2000.0, 1000.0, 20.0)
+    with pytest.raises(InputError, match="at most 20000"):
+        run_up_speeds(100.0, 20000.0, 0.01)
+    assert run_up_speeds(1000.0, 1050.0, 20.0) == pytest.approx([1000 * RPM, 1020 * RPM, 1040 * RPM])
+    request = SimpleNamespace(settle=1e-4, film_temperature="engine", damper_temperature="engine")
+    with pytest.raises(InputError, match=r"order.* 40: steps of 5 deg resolve orders to 36; take --step-deg 4.5"):
+        job_of(request, made, None, [], 40.0)
+    with pytest.raises(InputError, match=r"did you mean 'flywheel.torsion'"):
+        job_of(request, made, None, ["flywheel.torsio"], 24.0)
+
+
+def told(capsys):
+    return json.loads(capsys.readouterr().out)
+
+
+def test_the_verb_runs_and_goes_on_from_its_file(tmp_path, capsys):
+    path = str(tmp_path / "run-up.h5")
+    assert main([*RUN, "--workers", "1", "--output", path, "--json"]) == 0
+    said = told(capsys)
+    assert said["speeds"] == pytest.approx([1500.0 + 20.0 * k for k in range(11)])
+    assert said["workers"] == 1 and said["resumed"] == 0 and said["axial_orders_um"] == {}
+    assert max(said["settling_left"]) <= 1e-4 and sum(said["cycles"]) < 4.5 * 11
+    nine = said["torsion_orders_deg"]["9"]
+    (peak,) = [peak for peak in said["peaks"] if peak["order"] == 9.0]
+    assert peak["amplitude"] == pytest.approx(max(nine), rel=0.02)
+    # The peak of a torsional crank lies at its linear critical speed.
+    assert peak["rpm"] == pytest.approx(60.0 / 9.0 * peak["mode_hz"], rel=0.01)
+    assert main([*RUN, "--to", "1740", "--workers", "1", "--output", path, "--json"]) == 0
+    longer = told(capsys)
+    assert longer["resumed"] == 11 and len(longer["speeds"]) == 13
+    assert longer["torsion_orders_deg"]["9"][:11] == nine
+    assert main([*RUN, "--load", "0.5", "--workers", "1", "--output", path, "--json"]) == 2
+    refused = told(capsys)["error"]
+    assert refused["what"].startswith("holds another run-up") and "--anew" in refused["remedy"]
+    assert RunUp.load(path).speeds.size == 13
+
+
+def test_a_file_cut_short_is_refused_and_stays(tmp_path, capsys):
+    path = tmp_path / "run-up.h5"
+    short = [*RUN, "--to", "1500", "--workers", "1", "--output", str(path)]
+    assert main(short) == 0
+    capsys.readouterr()
+    content = path.read_bytes()[:20_000]
+    path.write_bytes(content)
+    assert main([*short, "--json"]) == 2
+    refused = told(capsys)["error"]
+    assert refused["what"] == "exists and is no cranktrain run-up file" and "delete it" in refused["remedy"]
+    assert path.read_bytes() == content
+
+
+def begun(path, speeds, *options):
+    """A run-up in a process of its own that has told of so many speeds, and what it says then."""
+    command = [sys.executable, "-m", "cranktrain.cli.main", *RUN, "--to", "2000", "--workers", "2", *options]
+    process = subprocess.Popen(
+        [*command, "--output", str(path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    next(line for line in process.stderr if f" {speeds} of 26 speeds" in line)
+    return process
+
+
+def test_killed_midway_it_loses_no_finished_speed(tmp_path, capsys):
+    path = tmp_path / "run-up.h5"
+    process = begun(path, 6)
+    process.kill()
+    process.communicate()
+    kept = RunUp.load(path)
+    assert 6 <= kept.speeds.size < 26
+    assert main([*RUN, "--to", "2000", "--workers", "1", "--output", str(path), "--json"]) == 0
+    said = told(capsys)
+    assert said["resumed"] == kept.speeds.size and len(said["speeds"]) == 26
+    whole = RunUp.load(path)
+    at = np.searchsorted(whole.speeds, kept.speeds - 1e-9)
+    assert np.array_equal(whole.torsion[at], kept.torsion)
+
+
+def test_a_lost_worker_is_one_line_and_the_work_is_kept(tmp_path):
+    path = tmp_path / "run-up.h5"
+    process = begun(path, 3, "--json")
+    children = subprocess.run(["pgrep", "-P", str(process.pid)], capture_output=True, text=True, check=True)
+    os.kill(int(children.stdout.split()[0]), signal.SIGKILL)
+    said, _ = process.communicate()
+    error = json.loads(said)["error"]
+    assert process.returncode == 2 and "a worker process ended" in error["what"]
+    assert f"keeps {RunUp.load(path).speeds.size} speeds" in error["what"] and "goes on" in error["remedy"]
