@@ -57,14 +57,16 @@ def script(cache):
     """Run a script in a fresh process that can see fmpy and numba, but not this repository's sources.
 
     What is said of kernels that compile, which they do once on a machine, is left out unless ``announced``.
+    ``variables`` are further ones of the environment.
     """
 
-    def run(text, *arguments, cache=cache, check=True, announced=False):
+    def run(text, *arguments, cache=cache, check=True, announced=False, **variables):
         environment = {
             **{key: value for key, value in os.environ.items() if key != "PYTHONPATH"},
             "CRANKTRAIN_CACHE": str(cache),
             "PYTHONPATH": str(Path(__file__).parent),
             "OMP_NUM_THREADS": "1",
+            **variables,
         }
         done = subprocess.run(
             [sys.executable, "-c", "from driver import *\n" + text, *map(str, arguments)],
