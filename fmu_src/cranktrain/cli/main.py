@@ -22,6 +22,7 @@ from cranktrain.cli import (
     bearing,
     calibrate,
     damper,
+    export,
     film_table,
     modal,
     plan,
@@ -45,6 +46,7 @@ ENGINE_VERBS = {"modal": modal, "reduce": reduce, "simulate": simulate, "runup":
 VERBS = {
     "bearing": bearing, "film-table": film_table, "damper-optimum": damper, "roller": roller, "stability": stability,
     "calibrate": calibrate, "run-in": run_in, "tradeoff": tradeoff, "plan": plan, "run": run,
+    "export": export,
 }  # fmt: skip
 """Likewise of all others."""
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody, check
+from cranktrain.store.axes import Axes, attach_axes, is_bare_axis, of_result, of_run_up
 from cranktrain.store.whole_file import Kind, whole_file
 
 File = h5py.File
@@ -78,7 +79,7 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
     ----------
     digest : of the inputs it must have been made from; any where not given
     """
-    with _opened(path, BODY_FORMAT, SCHEMA, "delete it and run 'cranktrain reduce'") as file:
+    with opened(path, BODY_FORMAT, SCHEMA, "delete it and run 'cranktrain reduce'") as file:
         found = str(file.attrs["digest"])
         if digest is not None and found != digest:
             raise StoreError(
@@ -104,7 +105,7 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
 
 def load_extras(path: str | Path) -> dict[str, NDArray[Any]]:
     """Arrays stored beside a reduced body; ``StoreError`` as :func:`load_body`."""
-    with _opened(path, BODY_FORMAT, SCHEMA, "delete it and run 'cranktrain reduce'") as file:
+    with opened(path, BODY_FORMAT, SCHEMA, "delete it and run 'cranktrain reduce'") as file:
         return {name: file[f"extras/{name}"][()] for name in file.get("extras", {})}
 
 
@@ -146,7 +147,7 @@ def read_film_table(
     Raises ``StoreError``: missing, corrupt, foreign, of another schema, or made for something else than ``wanted``.
     """
     remedy = "delete it, or build it anew by 'cranktrain film-table --rebuild'"
-    with _opened(path, PART_FORMAT if unfinished else TABLE_FORMAT, schema, remedy) as file:
+    with opened(path, PART_FORMAT if unfinished else TABLE_FORMAT, schema, remedy) as file:
         if str(file.attrs["digest"]) != digest:
             made_for = str(file.attrs["made_for"])
             differs = f"made for {made_for}" if made_for != wanted else "made by another version"
@@ -165,12 +166,12 @@ def write_result(
     datasets : name → (array, unit); a name may hold ``/`` for groups
     attributes : what describes the run (engine, speed in rad/s, integrator …)
     """
-    return _write(path, RESULT_HEADER, "run", datasets, attributes or {}, RESULT)
+    return _write(path, RESULT_HEADER, "run", datasets, attributes or {}, RESULT, of_result)
 
 
 def read_result(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
     """Read what :func:`write_result` wrote: (name → (array, unit), attributes); ``StoreError`` as :func:`load_body`."""
-    with _opened(path, RESULT_FORMAT, RESULT_SCHEMA, "run 'cranktrain simulate' again") as file:
+    with opened(path, RESULT_FORMAT, RESULT_SCHEMA, "run 'cranktrain simulate' again") as file:
         return _read(file, "run")
 
 
@@ -178,13 +179,22 @@ def write_run_up(
     path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping[str, str | int | float]
 ) -> Path:
     """Write orders over speed; arguments are those of :func:`write_result`."""
-    return _write(path, {"format": RUN_UP_FORMAT, "schema": RUN_UP_SCHEMA}, "run", datasets, attributes, RUN_UP)
+    header = {"format": RUN_UP_FORMAT, "schema": RUN_UP_SCHEMA}
+    return _write(path, header, "run", datasets, attributes, RUN_UP, of_run_up)
 
 
 def read_run_up(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
     """Read what :func:`write_run_up` wrote: (name → (array, unit), attributes); ``StoreError`` as :func:`load_body`."""
-    with _opened(path, RUN_UP_FORMAT, RUN_UP_SCHEMA, "delete it and run 'cranktrain runup' again") as file:
+    with opened(path, RUN_UP_FORMAT, RUN_UP_SCHEMA, "delete it and run 'cranktrain runup' again") as file:
         return _read(file, "run")
+
+
+def is_run_up(path: str | Path) -> bool:
+    """Whether an HDF5 file is a run-up's; False for what is none, or is damaged."""
+    try:
+        return RUN_UP.includes(Path(path))
+    except OSError:
+        return False
 
 
 def _write(
@@ -194,6 +204,7 @@ def _write(
     datasets: Mapping[str, Dataset],
     attributes: Mapping[str, Any],
     kind: Kind | None,
+    axes: Axes | None = None,
 ) -> Path:
     """Datasets in the group ``data`` and attributes with a prefix, behind a header."""
     with written(path, kind) as file:
@@ -201,6 +212,9 @@ def _write(
         put_attributes(file, prefix, attributes)
         for name, (array, unit) in datasets.items():
             put(file, f"data/{name}", array, unit)
+        if axes is not None and "data" in file:
+            attach_axes(file["data"], axes)
+            file["data"].attrs.update(attributes)
     return Path(path)
 
 
@@ -215,7 +229,7 @@ def _read(file: h5py.File, prefix: str, may_be_empty: bool = False) -> tuple[dic
     datasets: dict[str, Dataset] = {}
 
     def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
-        if isinstance(item, h5py.Dataset):
+        if isinstance(item, h5py.Dataset) and not is_bare_axis(item):
             datasets[name] = (item[()], str(item.attrs["unit"]))
 
     if "data" in file or not may_be_empty:
@@ -234,7 +248,12 @@ def put(file: h5py.File, name: str, array: Any, unit: str) -> None:
     array = np.asarray(array)
     # HDF5 notices by itself that a file is cut short; values that have changed it notices by a checksum only.
     dataset = file.create_dataset(name, data=array, track_times=False, fletcher32=array.size > 1 or None)
-    dataset.attrs["unit"] = unit
+    put_unit(dataset, unit)
+
+
+def put_unit(dataset: h5py.Dataset, unit: str) -> None:
+    """Name the unit of a dataset, for our readers and for those who keep to netCDF's conventions."""
+    dataset.attrs["unit"] = dataset.attrs["units"] = unit
 
 
 @contextmanager
@@ -294,7 +313,7 @@ TABLE, PART = kind_of(TABLE_FORMAT), kind_of(PART_FORMAT)
 
 
 @contextmanager
-def _opened(path: str | Path, kind: str, schema: int, remedy: str) -> Iterator[h5py.File]:
+def opened(path: str | Path, kind: str, schema: int, remedy: str) -> Iterator[h5py.File]:
     """File of its kind and schema; ``StoreError`` with the remedy otherwise."""
     if not Path(path).is_file():
         raise StoreError(f"{path}: no such file; {remedy}")

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import StoreError
-from cranktrain.store.hdf5 import RESULT, RESULT_HEADER, Array, Dataset, File, put, put_attributes, written
+from cranktrain.store.axes import attach_axes, of_result
+from cranktrain.store.hdf5 import RESULT, RESULT_HEADER, Array, Dataset, File, put, put_attributes, put_unit, written
 
 CHUNK = 4096
 """Samples that are written at once, at most."""
@@ -81,7 +82,7 @@ class ResultStream:
             dataset = self._file.create_dataset(
                 f"data/{name}", (0,), np.float64, maxshape=(None,), chunks=(chunk,), fletcher32=True, track_times=False
             )
-            dataset.attrs["unit"] = unit
+            put_unit(dataset, unit)
 
     def append(self, rows: Array) -> None:
         """Take samples (k, columns); ``StoreError`` where the disk is full, with room left to close the file.
@@ -110,6 +111,8 @@ class ResultStream:
         put_attributes(self._file, "run", attributes)
         for name, (array, unit) in datasets.items():
             put(self._file, f"data/{name}", array, unit)
+        attach_axes(self._file["data"], of_result)
+        self._file["data"].attrs.update(attributes)
 
     def _write(self) -> None:
         """Write the samples in memory; a second call after an interrupted one writes them anew."""

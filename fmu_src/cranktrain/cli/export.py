@@ -1,0 +1,35 @@
+"""The verb ``export``: result and run-up files as CSV, Parquet or NumPy's archive."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from cranktrain.cli.console import bar, say
+
+DESCRIPTION = """\
+Write a result or run-up file as a table: CSV, Parquet (needs pyarrow) or NumPy's archive.
+
+A run's table has a row a sample; a run-up's a row a speed, with amplitude and phase of every order. Values are SI;
+headings name their unit: "pulley.torsion [rad]". Only a table of cranktrain is replaced.
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options."""
+    parser.add_argument("file", metavar="FILE.h5", help="result of simulate or run, or a run-up")
+    parser.add_argument("--to", required=True, metavar="TABLE", help="table.csv, table.parquet or table.npz")
+    parser.add_argument("--group", default="", metavar="NAME", help="of a scene's file with several speeds: 2000rpm")
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Write the table; its size, and what of the file is not in it."""
+    from cranktrain.results.export import export
+
+    with bar(f"{options.to}") as advance:
+        found = export(options.file, options.to, options.group, advance)
+    if found["left_out"]:
+        say(f"left out, since not over time: {', '.join(found['left_out'])}")
+    if not options.json:
+        print(f"{found['table']}: {found['rows']} rows, {found['columns']} columns")
+    return found

@@ -1,0 +1,208 @@
+"""Results and run-ups as tables that other programs read: CSV, Parquet, NumPy's archive.
+
+A run's table has a row a sample; a run-up's has a row a speed, with amplitude and phase of every order. Values are SI
+as in the file; each heading names its unit. Tables are written block by block, whole or not at all.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import zipfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError
+from cranktrain.results.files import output_unit
+from cranktrain.results.run_up import RunUp
+from cranktrain.store.columns import ResultColumns
+from cranktrain.store.hdf5 import is_run_up
+from cranktrain.store.whole_file import Kind, check_place, whole_file
+
+Array = NDArray[np.float64]
+Progress = Callable[[float], None]
+
+BLOCK = 4096
+"""Rows that are read and written at once."""
+MARK = "cranktrain table"
+CSV_HEADS = ("time [s],angle [rad]", "speed [rad/s],cycles [1]")
+"""How a table of ours begins."""
+
+
+class Table(Protocol):
+    """Columns of equal length: ``units`` by name, what was ``left_out`` of them, and ``attributes``."""
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Name of each column → its unit."""
+
+    @property
+    def rows(self) -> int:
+        """Length of the columns."""
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What the file holds besides."""
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """What the file says of itself."""
+
+    def blocks(self, names: Sequence[str], size: int) -> Iterator[Array]:
+        """Columns of these names in blocks (k ≤ size, names)."""
+
+
+@dataclass(frozen=True)
+class ArrayTable:
+    """Columns in memory, (rows,) each."""
+
+    columns: dict[str, Array]
+    units: dict[str, str]
+    attributes: dict[str, Any]
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def rows(self) -> int:
+        """Length of the columns."""
+        return len(next(iter(self.columns.values())))
+
+    def blocks(self, names: Sequence[str], size: int) -> Iterator[Array]:
+        """Columns of these names in blocks (k ≤ size, names)."""
+        for first in range(0, self.rows, size):
+            yield np.stack([self.columns[name][first : first + size] for name in names], axis=1)
+
+
+def run_up_table(run_up: RunUp) -> ArrayTable:
+    """A row a speed: cycles, extremes, and zero-to-peak amplitude and phase (rad) of every order of every output."""
+    columns: dict[str, tuple[Any, str]] = {
+        "speed": (run_up.speeds, "rad/s"), "cycles": (run_up.cycles, "1"), "repeats": (run_up.repeats, "1"),
+        "left": (run_up.left, "1"),
+    }  # fmt: skip
+    for name, extremes in run_up.extremes.items():
+        for label, values in zip(("least", "mean", "largest"), extremes.T, strict=True):
+            columns[f"{name} {label}"] = values, output_unit(name)
+    for name, amplitudes in run_up.amplitudes.items():
+        for order, values in zip(run_up.orders, amplitudes.T, strict=True):
+            columns[f"{name} order {order:g} amplitude"] = np.abs(values), output_unit(name)
+            columns[f"{name} order {order:g} phase"] = np.angle(values), "rad"
+    arrays = {name: np.asarray(values, dtype=np.float64) for name, (values, _) in columns.items()}
+    return ArrayTable(arrays, {name: unit for name, (_, unit) in columns.items()}, dict(run_up.attributes))
+
+
+def export(source: str | Path, target: str | Path, group: str = "", progress: Progress | None = None) -> dict[str, Any]:
+    """Write a result or run-up file as a table, its kind by the ending of ``target``.
+
+    Raises ``InputError``: an ending that is not known, a place that a table must not take, a group that is not there, a
+    library that is missing; ``StoreError``: a source that is missing, damaged or of another kind.
+
+    Parameters
+    ----------
+    group : of a scene's file with several speeds
+    progress : told the share that is done
+
+    Returns
+    -------
+    ``table``, ``rows``, ``columns``, and ``left_out``: names of what is no column
+    """
+    path = Path(target)
+    if path.suffix not in FORMATS:
+        raise InputError(f"{target}: tables end with {', '.join(FORMATS)}; name it {path.with_suffix('.csv').name}")
+    write, kind = FORMATS[path.suffix]
+    check_place(path, kind)
+    table: Table
+    if is_run_up(source):
+        if group:
+            raise InputError(f"{source}: a run-up has one table; leave out --group")
+        table = run_up_table(RunUp.load(source))
+    else:
+        table = ResultColumns.of(source, group)
+    with whole_file(path, kind) as temporary:
+        write(temporary, table, progress or (lambda share: None))
+    return {"table": str(path), "rows": table.rows, "columns": len(table.units), "left_out": list(table.left_out)}
+
+
+def headings(table: Table) -> list[str]:
+    """``pulley.torsion [rad]`` of each column; the name alone where it has no unit."""
+    return [f"{name} [{unit}]" if unit else name for name, unit in table.units.items()]
+
+
+def _write_csv(path: Path, table: Table, progress: Progress) -> None:
+    done = 0
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(headings(table))
+        for block in table.blocks(list(table.units), BLOCK):
+            writer.writerows(block.tolist())
+            done += len(block)
+            progress(done / table.rows)
+
+
+def _write_parquet(path: Path, table: Table, progress: Progress) -> None:
+    try:
+        import pyarrow as arrow
+        from pyarrow import parquet
+    except ImportError:
+        raise InputError("Parquet needs pyarrow; pip install pyarrow, or cranktrain[parquet]") from None
+    about = {"format": MARK, **{key: str(value) for key, value in table.attributes.items()}}
+    fields = [
+        arrow.field(heading, arrow.float64(), metadata={"units": unit})
+        for heading, unit in zip(headings(table), table.units.values(), strict=True)
+    ]
+    schema, done = arrow.schema(fields, metadata=about), 0
+    with parquet.ParquetWriter(path, schema) as writer:
+        for block in table.blocks(list(table.units), 16 * BLOCK):
+            columns = [arrow.array(np.ascontiguousarray(column)) for column in block.T]
+            writer.write_table(arrow.Table.from_arrays(columns, schema=schema))
+            done += len(block)
+            progress(done / table.rows)
+
+
+def _write_npz(path: Path, table: Table, progress: Progress) -> None:
+    about = {"format": MARK, "units": table.units, "attributes": {k: str(v) for k, v in table.attributes.items()}}
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+        _put(archive, MARK, np.array(json.dumps(about)))
+        for k, name in enumerate(table.units):
+            _put(archive, name, next(table.blocks([name], max(table.rows, 1)))[:, 0])
+            progress((k + 1) / len(table.units))
+
+
+def _put(archive: zipfile.ZipFile, name: str, array: NDArray[Any]) -> None:
+    """Add an array to NumPy's archive; the same content gives the same bytes."""
+    with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as file:
+        np.lib.format.write_array(file, np.ascontiguousarray(array), allow_pickle=False)
+
+
+def _starts(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(64).startswith(tuple(head.encode() for head in CSV_HEADS))
+
+
+def _footed(path: Path) -> bool:
+    """Whether the footer of a Parquet file, whose length stands at its end, holds our mark."""
+    with path.open("rb") as file:
+        end = file.seek(0, 2)
+        if end < 12:
+            return False
+        file.seek(end - 8)
+        tail = file.read(8)
+        length = int.from_bytes(tail[:4], "little")
+        file.seek(max(end - 8 - length, 0))
+        return tail[4:] == b"PAR1" and MARK.encode() in file.read(length)
+
+
+def _archived(path: Path) -> bool:
+    with path.open("rb") as file:
+        return f"{MARK}.npy".encode() in file.read(128)
+
+
+FORMATS = {
+    ".csv": (_write_csv, Kind("table of cranktrain", _starts)),
+    ".parquet": (_write_parquet, Kind("table of cranktrain", _footed)),
+    ".npz": (_write_npz, Kind("table of cranktrain", _archived)),
+}
+"""Ending → what writes a table so, and the kind of file."""

@@ -1,0 +1,72 @@
+"""The columns of a result file, read block by block: a file may be larger than the memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.store.hdf5 import RESULT_FORMAT, RESULT_SCHEMA, opened
+
+Array = NDArray[np.float64]
+REMEDY = "run 'cranktrain simulate' again"
+
+
+@dataclass(frozen=True)
+class ResultColumns:
+    """Columns over the time of a result file, or of a group of it.
+
+    Attributes
+    ----------
+    path, group : where they are; the group of a scene's file with several speeds, else empty
+    units : name → unit, time and angle first
+    rows : samples
+    left_out : what is not over time
+    attributes : of the file
+    """
+
+    path: Path
+    group: str
+    units: dict[str, str]
+    rows: int
+    left_out: tuple[str, ...]
+    attributes: dict[str, Any]
+
+    @classmethod
+    def of(cls, path: str | Path, group: str = "") -> ResultColumns:
+        """Columns of a file; ``StoreError``: missing, damaged, of another kind; ``InputError``: without that group."""
+        with opened(path, RESULT_FORMAT, RESULT_SCHEMA, REMEDY) as file:
+            data = file["data"]
+            groups = _groups_with_time(data)
+            if group not in groups:
+                named = ", ".join(name for name in groups if name) or "none"
+                told = f"no group '{group}' over time; {nearest(group, groups)}" if group else f"groups: {named}"
+                raise InputError(f"{path}: {told}; name one with --group")
+            data = data[group] if group else data
+            rows = data["time"].shape
+            all_of = {name: item for name, item in data.items() if "unit" in item.attrs}
+            names = ["time", "angle", *(name for name in all_of if name not in ("time", "angle"))]
+            units = {n: str(all_of[n].attrs["unit"]) for n in names if n in all_of and all_of[n].shape == rows}
+            attributes = {k.removeprefix("run."): v for k, v in file.attrs.items() if k.startswith("run.")}
+        left = tuple(name for name in all_of if name not in units)
+        return cls(Path(path), group, units, int(rows[0]), left, attributes)
+
+    def blocks(self, names: Sequence[str], size: int) -> Iterator[Array]:
+        """Columns of these names in blocks (k ≤ size, names); ``StoreError``: damaged."""
+        for first in range(0, self.rows, size):
+            with opened(self.path, RESULT_FORMAT, RESULT_SCHEMA, REMEDY) as file:
+                data = file[f"data/{self.group}"] if self.group else file["data"]
+                block = np.stack([data[name][first : first + size] for name in names], axis=1)
+            yield np.asarray(block, dtype=np.float64)
+
+
+def _groups_with_time(data: Any) -> list[str]:
+    """Names of the groups of samples over time; empty for the file itself."""
+    found = [""] if "time" in data else []
+    data.visititems(lambda name, item: found.append(name) if hasattr(item, "keys") and "time" in item else None)
+    return found
