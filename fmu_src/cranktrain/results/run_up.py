@@ -88,12 +88,14 @@ class RunUp:
             "speeds": (self.speeds, "rad/s"), "orders": (self.orders, "1/revolution"), "cycles": (self.cycles, "1"),
             "repeats": (self.repeats, "1"), "left": (self.left, "1"),
         }  # fmt: skip
-        attributes = dict(self.attributes)
+        attributes, labels = dict(self.attributes), {"extreme": ["least", "mean", "largest"]}
         # One dataset for all outputs: a file is written anew with every speed.
         for group, named in (("amplitudes", self.amplitudes), ("extremes", self.extremes)):
             datasets[group] = np.array(list(named.values())), "SI, by output"
             attributes[f"{group}_outputs"] = json.dumps({name: output_unit(name) for name in named})
-        return write_run_up(path, datasets, attributes)
+            kind = group.removesuffix("s")
+            labels[f"{kind}_output"], labels[f"{kind}_unit"] = list(named), [output_unit(name) for name in named]
+        return write_run_up(path, datasets, attributes, labels)
 
     @classmethod
     def load(cls, path: str | Path) -> RunUp:

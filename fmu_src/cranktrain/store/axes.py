@@ -1,24 +1,31 @@
 """Axes of stored arrays as HDF5 dimension scales, by which netCDF readers (xarray, h5netcdf) know them.
 
-An axis is a dataset of one dimension beside what it belongs to, or in a group above: time, speeds, orders. Those that
-only number or name places (main bearings, least and largest) are made here and bear no unit.
+An axis is a dataset of one dimension beside what it belongs to: time, speeds, orders. Those that only number or name
+places (main bearings, outputs, least and largest) are made here; they bear no unit, and our own readers pass them over.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 Axes = Callable[[str], tuple[str, ...]]
 """Names of an array's axes by its own name, ``/`` and all."""
-NUMBERS = {"main_bearing"}
-"""Axes that count from 1."""
-LABELS = {"extreme": ("least", "mean", "largest")}
-"""Axes of named places."""
-COORDINATE = "angle"
-"""What runs along the time too."""
+Labels = Mapping[str, Sequence[str]]
+"""Names along an axis, by the name of the axis."""
+NUMBERED = "main_bearing"
+"""Axis that counts from 1."""
+RUN_UP_AXES = {
+    **dict.fromkeys(("cycles", "repeats", "left"), ("speeds",)),
+    "amplitudes": ("amplitude_output", "speeds", "orders"),
+    "extremes": ("extreme_output", "speeds", "extreme"),
+    "amplitude_unit": ("amplitude_output",),
+    "extreme_unit": ("extreme_output",),
+}
+COORDINATES = {"time": "angle", "speeds": "amplitude_unit extreme_unit"}
+"""What describes places along other axes, by an axis that its group has."""
 
 
 def of_result(name: str) -> tuple[str, ...]:
@@ -28,43 +35,40 @@ def of_result(name: str) -> tuple[str, ...]:
 
 def of_run_up(name: str) -> tuple[str, ...]:
     """Axes of a run-up's arrays."""
-    second: Mapping[str, tuple[str, ...]] = {"amplitudes": ("orders",), "extremes": ("extreme",)}
-    return ("orders",) if name == "orders" else ("speeds", *second.get(name.partition("/")[0], ()))
+    return RUN_UP_AXES.get(name, ())
 
 
-def attach_axes(data: Any, axes: Axes) -> None:
+def attach_axes(data: Any, axes: Axes, labels: Labels | None = None) -> None:
     """Give the arrays of an HDF5 group, and of all below it, their axes; what does not fit an axis stays without."""
-    found: list[Any] = []
+    for name, texts in (labels or {}).items():
+        data.create_dataset(name, data=list(texts), track_times=False)
+    found: list[Any] = [data]
     data.visititems(lambda _, item: found.append(item))
-    for item in (data, *found):
-        if hasattr(item, "keys") and "time" in item and COORDINATE in item:
-            item.attrs["coordinates"] = COORDINATE
     for item in found:
         if hasattr(item, "keys"):
+            named = [others for axis, others in COORDINATES.items() if axis in item]
+            beside = [name for others in named for name in others.split() if name in item]
+            if beside:
+                item.attrs["coordinates"] = " ".join(beside)
             continue
         for k, axis in enumerate(axes(item.name.removeprefix(f"{data.name}/"))):
-            scale = _axis(item, axis, data.name)
+            scale = _axis(item, axis)
             if scale is not None and k < item.ndim and scale.shape == item.shape[k : k + 1] and scale != item:
                 item.dims[k].attach_scale(scale)
 
 
-def _axis(item: Any, name: str, top: str) -> Any:
-    """The axis of this name that an array sees, made where it only numbers or labels; None where there is none."""
+def _axis(item: Any, name: str) -> Any:
+    """The axis of this name beside an array, made where it only numbers; None where there is none."""
     group = item.parent
-    while name not in group and group.name != top:
-        group = group.parent
     if name not in group:
-        if name in LABELS:
-            group.create_dataset(name, data=LABELS[name], track_times=False)
-        elif name in NUMBERS:
-            group.create_dataset(name, data=1 + np.arange(item.size), track_times=False)
-        else:
+        if name != NUMBERED:
             return None
+        group.create_dataset(name, data=1 + np.arange(item.size), track_times=False)
     if not group[name].is_scale:
         group[name].make_scale(name)
     return group[name]
 
 
-def is_bare_axis(dataset: Any) -> bool:
-    """Whether a dataset only numbers or labels what others hold."""
-    return bool(dataset.is_scale) and "unit" not in dataset.attrs
+def is_label(dataset: Any) -> bool:
+    """Whether a dataset only numbers or names what others hold."""
+    return "unit" not in dataset.attrs

@@ -6,8 +6,9 @@ A file appears whole or not at all. What is corrupt, foreign, of another schema 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody, check
-from cranktrain.store.axes import Axes, attach_axes, is_bare_axis, of_result, of_run_up
+from cranktrain.store.axes import Labels, attach_axes, is_label, of_result, of_run_up
 from cranktrain.store.whole_file import Kind, whole_file
 
 File = h5py.File
@@ -166,7 +167,7 @@ def write_result(
     datasets : name → (array, unit); a name may hold ``/`` for groups
     attributes : what describes the run (engine, speed in rad/s, integrator …)
     """
-    return _write(path, RESULT_HEADER, "run", datasets, attributes or {}, RESULT, of_result)
+    return _write(path, RESULT_HEADER, "run", datasets, attributes or {}, RESULT, partial(attach_axes, axes=of_result))
 
 
 def read_result(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
@@ -176,11 +177,16 @@ def read_result(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
 
 
 def write_run_up(
-    path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping[str, str | int | float]
+    path: str | Path,
+    datasets: Mapping[str, Dataset],
+    attributes: Mapping[str, str | int | float],
+    labels: Labels | None = None,
 ) -> Path:
-    """Write orders over speed; arguments are those of :func:`write_result`."""
+    """Write orders over speed; arguments are those of :func:`write_result`, and names along axes for other readers."""
     header = {"format": RUN_UP_FORMAT, "schema": RUN_UP_SCHEMA}
-    return _write(path, header, "run", datasets, attributes, RUN_UP, of_run_up)
+    return _write(
+        path, header, "run", datasets, attributes, RUN_UP, partial(attach_axes, axes=of_run_up, labels=labels)
+    )
 
 
 def read_run_up(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
@@ -204,7 +210,7 @@ def _write(
     datasets: Mapping[str, Dataset],
     attributes: Mapping[str, Any],
     kind: Kind | None,
-    axes: Axes | None = None,
+    attach: Callable[[h5py.Group], None] | None = None,
 ) -> Path:
     """Datasets in the group ``data`` and attributes with a prefix, behind a header."""
     with written(path, kind) as file:
@@ -212,8 +218,8 @@ def _write(
         put_attributes(file, prefix, attributes)
         for name, (array, unit) in datasets.items():
             put(file, f"data/{name}", array, unit)
-        if axes is not None and "data" in file:
-            attach_axes(file["data"], axes)
+        if attach is not None and "data" in file:
+            attach(file["data"])
             file["data"].attrs.update(attributes)
     return Path(path)
 
@@ -229,7 +235,7 @@ def _read(file: h5py.File, prefix: str, may_be_empty: bool = False) -> tuple[dic
     datasets: dict[str, Dataset] = {}
 
     def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
-        if isinstance(item, h5py.Dataset) and not is_bare_axis(item):
+        if isinstance(item, h5py.Dataset) and not is_label(item):
             datasets[name] = (item[()], str(item.attrs["unit"]))
 
     if "data" in file or not may_be_empty:
