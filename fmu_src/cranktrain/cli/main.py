@@ -23,6 +23,7 @@ from cranktrain.cli import (
     calibrate,
     damper,
     export,
+    fatigue,
     film_table,
     modal,
     plan,
@@ -41,7 +42,9 @@ from cranktrain.cli.ending import fault, leave_stdout, one_line, parts, refused,
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.structure.fem.own_mesh import UNITS
 
-ENGINE_VERBS = {"modal": modal, "reduce": reduce, "simulate": simulate, "runup": runup, "stress": stress}
+ENGINE_VERBS = {
+    "modal": modal, "reduce": reduce, "simulate": simulate, "runup": runup, "stress": stress, "fatigue": fatigue,
+}  # fmt: skip
 """Modules of the verbs that ask one thing of one engine: ``DESCRIPTION``, ``add_options`` and ``run``."""
 VERBS = {
     "bearing": bearing, "film-table": film_table, "damper-optimum": damper, "roller": roller, "stability": stability,

@@ -15,6 +15,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine import parts
+from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.torsional_chain import DriveLineChain
 
 
@@ -51,6 +52,7 @@ class Engine:
     piston_guidance: parts.PistonGuidance | None = None
     block: parts.Block | None = None
     mounts: parts.Mounts | None = None
+    crank_strength: CrankStrength | None = None
 
     @property
     def n_cylinders(self) -> int:

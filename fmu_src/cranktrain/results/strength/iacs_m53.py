@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.sections import web_width
 
+Load = TypeVar("Load", float, Array)
 ACCEPTABLE = 1.15
 """Least acceptability factor."""
 ADDITIONAL_BENDING = 10.0e6
@@ -166,22 +167,22 @@ def oil_bore_factors(ratio: float) -> tuple[float, float]:
     return _polynomial(ratio, 3.0, -5.88, 34.6), _polynomial(ratio, 4.0, -6.0, 30.0)
 
 
-def web_bending(throw: ThrowShape, moment: Array) -> Array:
+def web_bending(throw: ThrowShape, moment: Load) -> Load:
     """Nominal bending stress of the web, Pa, under the moment (…) N m in the plane of the throw at its middle."""
     return moment * (6.0 / (throw.web_width * throw.web_thickness**2))
 
 
-def web_tension(throw: ThrowShape, force: Array) -> Array:
+def web_tension(throw: ThrowShape, force: Load) -> Load:
     """Nominal stress of the web, Pa, under the radial force (…) N."""
     return force / (throw.web_width * throw.web_thickness)
 
 
-def torsion(diameter: float, bore: float, torque: Array) -> Array:
+def torsion(diameter: float, bore: float, torque: Load) -> Load:
     """Nominal shear stress, Pa, of a journal of this diameter and bore, m, under a torque (…) N m."""
     return torque * (16.0 * diameter / (math.pi * (diameter**4 - bore**4)))
 
 
-def pin_bending(throw: ThrowShape, moment: Array) -> Array:
+def pin_bending(throw: ThrowShape, moment: Load) -> Load:
     """Nominal bending stress of the pin, Pa, under a moment (…) N m towards the outlet of its oil bore."""
     d = throw.pin_diameter
     return moment * (32.0 * d / (math.pi * (d**4 - throw.pin_bore**4)))

@@ -1,0 +1,123 @@
+"""The verb ``fatigue``: safety of the crankshaft's fillets and oil bores, and the rule IACS UR M53."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cranktrain.cli.bodies import add_block_options
+from cranktrain.cli.console import labelled_bar, one_of, say, show_rows
+from cranktrain.dynamics.settled.judging import TOLERANCE
+from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.register import MAINS, bearing_levels
+from cranktrain.levels import CRANKS, described
+
+if TYPE_CHECKING:
+    from cranktrain.studies.fatigue import FatigueReport
+
+DESCRIPTION = """\
+Safety factors of the crankshaft's fillets and oil bores over the cycle, and its acceptability by the rule IACS UR M53.
+
+Runs each speed until its outputs repeat, cuts the crank at its webs and pins, and takes the rule's stress factors. The
+least safe speed counts. Needs the table [crank_strength] of the engine file.
+"""
+CRITERIA = ("haigh", "findley")
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options to those that all verbs of an engine have."""
+    add = parser.add_argument
+    add(
+        "--speed", dest="speeds_rpm", type=float, nargs="+", metavar="RPM",
+        help="one or more, rev/min (default: the engine's combustion.best_speed)",
+    )  # fmt: skip
+    add(
+        "--criterion", default="haigh", metavar="NAME",
+        help="haigh (default): rainflow and mean stress; findley: shear and normal stress of the critical plane",
+    )  # fmt: skip
+    add("--crank", default="solid", metavar="LEVEL", help=f"{described(CRANKS.values())}; default solid")
+    add(
+        "--bearings", default="auto", metavar="LEVEL",
+        help=f"{', '.join(bearing_levels(*MAINS))}; default as of simulate. held: each throw bends alone",
+    )  # fmt: skip
+    add("--big-ends", default="rigid", metavar="LEVEL", help="as of simulate; default rigid")
+    add_block_options(parser)
+    add("--damper", action="store_true", help="with the engine's torsional damper on the pulley")
+    add("--load", type=float, default=1.0, metavar="SHARE", help="share of the full-load burn (default 1)")
+    add("--settle", type=float, default=TOLERANCE, metavar="TOL", help=f"as of simulate (default {TOLERANCE:g})")
+    add("--plots", metavar="FOLDER", help="also draw safety factors on the crank, and Haigh's diagram, there")
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Run the speeds, judge every place, print a table unless JSON is wanted."""
+    from cranktrain.results.figures import check_folder
+    from cranktrain.results.strength.figures import PICTURES, save_pictures
+    from cranktrain.studies.constant_speed import Request
+    from cranktrain.studies.fatigue import crank_strength, fatigue
+
+    engine = load_engine(options.engine)
+    crank_strength(engine)
+    one_of("--criterion", options.criterion, CRITERIA)
+    speeds = options.speeds_rpm or [round(engine.combustion.best_speed * 30.0 / math.pi, 6)]
+    names = ("crank", "bearings", "big_ends", "block", "damper", "load", "settle", "mesh", "block_mesh", "mesh_unit")
+    request = Request(speed_rpm=speeds[0], **{name: getattr(options, name) for name in names})
+    for speed in speeds:
+        replace(request, speed_rpm=speed).settings(engine, _option)
+    folder = None if options.plots is None else Path(options.plots)
+    if folder is not None:
+        check_folder(folder, pictures=PICTURES)
+    with labelled_bar(f"{engine.name}: fatigue") as (tell, advance):
+        report = fatigue(engine, request, speeds, options.criterion, tell, advance)
+    found = report.as_dict()
+    if folder is not None:
+        places = [one for one, _ in report.places]
+        title = f"{engine.title}, {', '.join(f'{speed:g}' for speed in speeds)} rev/min"
+        found["plots"] = [str(path) for path in save_pictures(folder, engine, report.strength, places, title)]
+    if not options.json:
+        _show(report, found)
+    return found
+
+
+def _option(field: str) -> str:
+    """What the command line calls a field of a request."""
+    return "--" + field.removesuffix("_rpm").replace("_", "-")
+
+
+def _show(report: FatigueReport, found: dict[str, Any]) -> None:
+    """Print what is found for people."""
+    rule = {row["name"]: row for row in found["rule"]["places"]}
+    rows = [
+        (
+            one["name"],
+            *(f"{one[key]:.4g}" for key in ("safety_factor", "amplitude_mpa", "mean_mpa", "speed_rpm")),
+            f"{rule[one['name']]['equivalent_mpa']:.4g}",
+            f"{rule[one['name']]['acceptability']:.3g}",
+        )
+        for one in found["fillets"]
+    ]
+    header = ("place", "safety factor", "amplitude / MPa", "mean / MPa", "rev/min", "rule: stress / MPa", "rule: Q")
+    show_rows(f"{report.engine.title}: fatigue by {report.criterion}", header, rows)
+    least, q = (min(found["fillets"], key=lambda one: one["safety_factor"]), min(rule.values(), key=_acceptability))
+    print(f"Least safety factor {least['safety_factor']:.3g} at {least['name']}, {least['speed_rpm']:g} rev/min")
+    outside = found["rule"]["outside"]
+    if outside:
+        print(f"IACS UR M53 does not judge this crank, its factors are extrapolated: {', '.join(outside)}")
+    else:
+        verdict = "accepted" if found["rule"]["accepted"] else "not accepted"
+        print(f"IACS UR M53: least Q {q['acceptability']:.3g} at {q['name']}, 1.15 is required: {verdict}")
+    for at in found["speeds"]:
+        print(
+            f"{at['rpm']:g} rev/min: bending of the {at['bending']}; forces balance to "
+            f"{at['unbalanced_relative']:.1e}. {at['settling']}"
+        )
+    if report.interrupted:
+        say("interrupted: what is shown is of the speeds that were done")
+    if "plots" in found:
+        print("Pictures: " + ", ".join(found["plots"]))
+
+
+def _acceptability(row: dict[str, Any]) -> float:
+    return float(row["acceptability"])

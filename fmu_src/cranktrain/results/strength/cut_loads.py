@@ -1,0 +1,259 @@
+"""Loads in the crank: the resultant of all that acts on one side of a cut, forces and inertia, over a recorded cycle.
+
+On the crank act main bearings, rods at the pins, thrust bearing, drive line and damper, gravity, and the inertia of its
+pieces (journals, pins, webs, each in two halves, and the parts fixed to it), which move as rigid bodies with the
+interfaces beside them. Forces act where the displaced points are. What all this lacks to be balanced, since pieces are
+not the elastic body and a run solves its equations to a tolerance, is spread over the pieces as one rigid acceleration
+at each instant. :func:`imbalance` says what of it is the run's own: the reduced body's six rigid motions give its
+inertia exactly.
+
+Left out: the elastic motion of a piece in itself, and moments on a collar that feels its tilt.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.reduced_body import Array, rigid_coordinates, skew
+from cranktrain.engine.model import Engine
+from cranktrain.results.strength.recorded_cycle import RecordedCycle
+from cranktrain.structure.crank.reduction import attached_parts
+from cranktrain.structure.crank.sections import Piece, crank_pieces, interface_places, piece_moments
+
+AXIS = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class PointLoads:
+    """Forces (n, k, 3) N and moments (n, k, 3) N m at k points ``places`` (n, k, 3) m, in axes of the frame.
+
+    ``z`` (k,) are the points' undeformed places along the crank, by which a cut has them on one side or the other.
+    """
+
+    z: Array
+    places: Array
+    forces: Array
+    moments: Array
+
+    def cut(self, z: float, point: Array) -> tuple[Array, Array]:
+        """Force and moment (n, 3) about ``point`` (3,), m, of all that acts in front of ``z``, on what is behind."""
+        return self.resultant(self.z < z, point)
+
+    def resultant(self, chosen: NDArray[np.bool_], point: Array) -> tuple[Array, Array]:
+        """Force and moment (n, 3) about ``point`` (3,), m, of the ``chosen`` (k,) loads."""
+        force = self.forces[:, chosen]
+        moment = self.moments[:, chosen] + np.cross(self.places[:, chosen] - point, force)
+        return force.sum(axis=1), moment.sum(axis=1)
+
+    def joined(self, *others: PointLoads) -> PointLoads:
+        """These loads and the others."""
+        every = (self, *others)
+        return PointLoads(
+            np.concatenate([one.z for one in every]),
+            *(
+                np.concatenate([getattr(one, name) for one in every], axis=1)
+                for name in ("places", "forces", "moments")
+            ),
+        )
+
+
+class Mass(NamedTuple):
+    """A rigid piece.
+
+    Mass, kg, centre (3,), m, ∫ρ r rᵀ about it (3, 3), kg m², interfaces that it moves with, and where along the crank
+    it loads it, m: a flywheel reaches over the journal in front of its flange.
+    """
+
+    mass: float
+    centre: Array
+    second: Array
+    interfaces: tuple[str, ...]
+    z: float
+
+
+def crank_masses(engine: Engine) -> list[Mass]:
+    """The crank's pieces, halved, and what is fixed to it, each with the interfaces beside it."""
+    places = interface_places(engine.crankshaft, engine.thrust.main)
+    found = []
+    for piece in crank_pieces(engine):
+        middle = piece.middle
+        for span in ((piece.span[0], middle), (middle, piece.span[1])):
+            half = piece_moments(Piece(piece.kind, piece.number, span, piece.axis, piece.angle, piece.moments))
+            mass, centre = float(half[0, 0]), half[0, 1:] / half[0, 0]
+            second = half[1:, 1:] - mass * np.outer(centre, centre)
+            found.append(Mass(mass, centre, second, _beside(piece, places), centre[2]))
+    for interface, part in attached_parts(engine):
+        inertia = np.diag([part.diametral_inertia, part.diametral_inertia, part.polar_inertia])
+        centre = np.array(places[interface]) + part.offset * AXIS
+        second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+        found.append(Mass(part.mass, centre, second, (interface,), places[interface][2]))
+    w = engine.balance_weights
+    if w is not None:
+        for main, mass, r, angle, z in zip(w.mains, w.masses, w.radii, w.angles, w.offsets, strict=True):
+            centre = np.array([-r * np.sin(angle), r * np.cos(angle), places[f"main[{main}]"][2] + z])
+            found.append(Mass(mass, centre, np.zeros((3, 3)), (f"main[{main}]",), centre[2]))
+    return found
+
+
+def _beside(piece: Piece, places: dict[str, tuple[float, float, float]]) -> tuple[str, ...]:
+    """Interfaces that a piece of the crankshaft moves with."""
+    if piece.kind in ("main", "pin"):
+        return (f"{piece.kind}[{piece.number}]",)
+    if piece.kind in ("nose", "flange"):
+        return ({"nose": "pulley", "flange": "flywheel"}[piece.kind],)
+    if piece.kind == "web":
+        pin = (piece.number + 1) // 2
+        return f"main[{pin + (piece.number + 1) % 2}]", f"pin[{pin}]"
+    on_axis = np.hypot(*piece.axis) == 0.0
+    near = {name: z for name, (_, _, z) in places.items() if name.startswith("main" if on_axis else "pin")}
+    return (min(near, key=lambda name: abs(near[name] - piece.middle)),)
+
+
+def crank_loads(cycle: RecordedCycle) -> PointLoads:
+    """All that acts on the crank over a cycle, balanced; see this module."""
+    masses = crank_masses(cycle.engine)
+    found = interface_loads(cycle).joined(mass_loads(cycle, masses))
+    return found.joined(_spread(masses, -_wrench(found), cycle.carried))
+
+
+def imbalance(cycle: RecordedCycle) -> Array:
+    """What forces and inertia of the running model's own equations miss of balance: force and moment (n, 6), N, N m.
+
+    Where journals are locked on their axis only the last one means anything.
+    """
+    return _wrench(interface_loads(cycle)) + body_inertia(cycle)
+
+
+def unbalanced_share(cycle: RecordedCycle) -> float:
+    """Largest :func:`imbalance` over the largest single load: forces, or moments about the axis of locked journals."""
+    if cycle.carried:
+        return float(np.abs(imbalance(cycle)[:, :3]).max() / np.abs(interface_loads(cycle).forces).max())
+    torque = np.cross(*(getattr(interface_loads(cycle), name) for name in ("places", "forces")))[..., 2]
+    return float(np.abs(imbalance(cycle)[:, 5]).max() / np.abs(torque).max())
+
+
+def interface_loads(cycle: RecordedCycle) -> PointLoads:
+    """What acts at the crank's interfaces: bearings, rods, thrust, drive line and damper."""
+    engine, out = cycle.engine, cycle.outputs
+    zero = np.zeros((cycle.angle.size, 3))
+    found = []
+    for i in range(1, len(engine.crankshaft.main_widths) + 1):
+        name, tilt = f"bearing[{i}]", cycle.motion(f"main[{i}]")[:, 3:]
+        moment = _to_frame(cycle, out[f"{name}.moment.x"], out[f"{name}.moment.y"])
+        about = tilt[:, 0] * moment[:, 1] - tilt[:, 1] * moment[:, 0] - out[f"{name}.friction_torque"]
+        force = _to_frame(cycle, out[f"{name}.force.x"], out[f"{name}.force.y"])
+        found.append(_at(cycle, f"main[{i}]", force, moment + about[:, None] * AXIS))
+    for c, (pin, offset) in enumerate(zip(engine.cylinders.pins, engine.rod_offsets, strict=True), 1):
+        force = _to_frame(cycle, out[f"big_end[{c}].force.x"], out[f"big_end[{c}].force.y"])
+        moment = -out[f"big_end[{c}].friction_torque"][:, None] * AXIS
+        found.append(_at(cycle, f"pin[{pin}]", force, moment, offset))
+    found.append(_at(cycle, "thrust", out["thrust.force"][:, None] * AXIS, zero, moves=False))
+    found.append(_at(cycle, "flywheel", zero, -out["shaft.torque"][:, None] * AXIS))
+    found.append(_at(cycle, "pulley", zero, out["damper.torque"][:, None] * AXIS))
+    return found[0].joined(*found[1:])
+
+
+def _at(
+    cycle: RecordedCycle, interface: str, force: Array, moment: Array, beside: float = 0.0, moves: bool = True
+) -> PointLoads:
+    """Load at an interface, ``beside`` its middle along z.
+
+    As in the running model a force across the axis acts where the displaced point is, which its own rotation takes
+    along its circle, but not displaced along the axis; a force along the axis does not move across it (``moves``).
+    """
+    own, motion = cycle.body.positions[cycle.body.index(interface)], cycle.motion(interface)
+    moved = motion[:, :3] + beside * np.cross(motion[:, 3:], AXIS)
+    turn = motion[:, 5:]
+    moved = moved + (np.cos(turn) - 1.0) * own + (np.sin(turn) - turn) * np.cross(AXIS, own)
+    place = own + beside * AXIS + float(moves) * (1.0 - AXIS) * moved
+    return PointLoads(np.array([own[2] + beside]), place[:, None], force[:, None], moment[:, None])
+
+
+def _to_frame(cycle: RecordedCycle, x: Array, y: Array) -> Array:
+    """Vector (n, 3) in axes of the frame, from its components at rest."""
+    cos, sin = np.cos(cycle.angle), np.sin(cycle.angle)
+    return np.stack([cos * x + sin * y, cos * y - sin * x, np.zeros_like(x)], axis=1)
+
+
+def mass_loads(cycle: RecordedCycle, masses: list[Mass]) -> PointLoads:
+    """Weight and inertia of the pieces over a cycle: d'Alembert's forces, and moments about their centres."""
+    omega, change = cycle.speed[:, None, None], cycle.acceleration[:, None, None]
+    turn = skew(AXIS)
+    steady = change * turn - omega**2 * np.diag(1.0 - AXIS)
+    weight = _to_frame(cycle, np.zeros_like(cycle.angle), np.full_like(cycle.angle, -cycle.gravity))
+    places, forces, moments = [], [], []
+    for mass in masses:
+        moved, rate, second = (_piece_motion(cycle, mass, k) for k in range(3))
+        place = mass.centre + moved[:, :3]
+        acceleration = second[:, :3] + 2.0 * omega[:, 0] * (rate[:, :3] @ turn.T)
+        acceleration = acceleration + (steady @ place[:, :, None])[:, :, 0]
+        # About its centre the piece's acceleration is G r, where r has turned with it.
+        gradient = skew(second[:, 3:]) + 2.0 * omega * (turn @ skew(rate[:, 3:])) + steady
+        turned = np.eye(3) + skew(moved[:, 3:])
+        lever = turned @ mass.second @ np.swapaxes(turned, 1, 2) @ np.swapaxes(gradient, 1, 2)
+        places.append(place)
+        forces.append(mass.mass * (weight - acceleration))
+        moments.append(np.stack([lever[:, j, i] - lever[:, i, j] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1))
+    z = np.array([mass.z for mass in masses])
+    return PointLoads(z, np.stack(places, 1), np.stack(forces, 1), np.stack(moments, 1))
+
+
+def _piece_motion(cycle: RecordedCycle, mass: Mass, rate: int) -> Array:
+    """Translation of a piece's centre and its rotation (n, 6), or their rates: the mean over its interfaces."""
+    found = []
+    for interface in mass.interfaces:
+        motion = cycle.motion(interface, rate)
+        arm = mass.centre - cycle.body.positions[cycle.body.index(interface)]
+        found.append(np.concatenate([motion[:, :3] + np.cross(motion[:, 3:], arm), motion[:, 3:]], axis=1))
+    return np.mean(found, axis=0)
+
+
+def body_inertia(cycle: RecordedCycle) -> Array:
+    """Weight and inertia of the whole body as the running model has them: force and moment about the origin (n, 6)."""
+    body, omega, six = cycle.body, cycle.speed[:, None], slice(0, 6)
+    weight = _to_frame(cycle, np.zeros_like(cycle.angle), np.full_like(cycle.angle, -cycle.gravity))
+    q, v, a = cycle.position, cycle.velocity, cycle.change
+    modal = (
+        weight @ body.translation[:, six]
+        + omega**2 * body.centrifugal_load[six]
+        - cycle.acceleration[:, None] * body.euler_load[six]
+        - a[:, six]
+        - 2.0 * omega * (v @ body.gyroscopic[six].T)
+        - cycle.acceleration[:, None] * (q @ body.gyroscopic[six].T)
+        - omega**2 * (q @ (body.stress_stiffness - body.centrifugal)[six].T)
+    )
+    wrench = modal @ np.linalg.inv(rigid_coordinates(body))
+    displaced = q @ body.translation.T
+    wrench[:, 5] += np.cross(displaced, weight)[:, 2]
+    return np.asarray(wrench)
+
+
+def _wrench(loads: PointLoads) -> Array:
+    """Resultant (n, 6) of all loads: force, and moment about the origin."""
+    return np.concatenate(loads.resultant(np.ones(loads.z.size, dtype=bool), np.zeros(3)), axis=1)
+
+
+def _spread(masses: list[Mass], lacking: Array, carried: bool) -> PointLoads:
+    """What is lacking, force and moment (n, 6) about the origin, as loads of one rigid acceleration of all pieces.
+
+    Where journals are locked on their axis only the moment about it is known.
+    """
+    centres = np.array([mass.centre for mass in masses])
+    inertias = np.array([np.trace(mass.second) * np.eye(3) - mass.second for mass in masses])
+    weights = np.array([mass.mass for mass in masses])
+    # Motion of each piece's centre, and its rotation, under the six rigid motions.
+    arms = np.concatenate([np.tile(np.eye(3), (weights.size, 1, 1)), -skew(centres)], axis=2)
+    turns = np.concatenate([np.zeros((3, 3)), np.eye(3)], axis=1)
+    matrix = np.einsum("k,kai,kaj->ij", weights, arms, arms) + turns.T @ inertias.sum(axis=0) @ turns
+    if carried:
+        rigid = np.linalg.solve(matrix, lacking.T).T
+    else:
+        rigid = np.zeros_like(lacking)
+        rigid[:, 5] = lacking[:, 5] / matrix[5, 5]
+    forces = weights[:, None] * np.einsum("kai,ni->nka", arms, rigid)
+    moments = np.einsum("kab,nb->nka", inertias, rigid[:, 3:])
+    return PointLoads(np.array([mass.z for mass in masses]), np.broadcast_to(centres, forces.shape), forces, moments)

@@ -1,0 +1,102 @@
+"""The crank's motion over a cycle that repeats: modal coordinates, the frame's motion, and all outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.cycle_run import communication_step, run_cycles
+from cranktrain.dynamics.model.slots import OMEGA, OMEGA_DOT, THETA
+from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
+from cranktrain.dynamics.settled.judging import TOLERANCE, Settling
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.engine.model import Engine
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedCycle:
+    """One cycle, or the few that repeat together: n samples uniform in time, the first one left out (SI).
+
+    Attributes
+    ----------
+    engine, body : the engine, with what a run fixes to its crank, and the crank of the running model
+    carried : whether bearings carry the crank; else its journals are locked on their axis
+    gravity : acceleration of gravity, m/s²
+    angle, speed, acceleration : (n,) of the frame that turns with the crank, rad, rad/s, rad/s²
+    position, velocity, change : (n, modes) modal coordinates of the crank in that frame and their rates
+    outputs : name → (n,) values
+    settling : how settled the run is
+    """
+
+    engine: Engine
+    body: ReducedBody
+    carried: bool
+    gravity: float
+    angle: Array
+    speed: Array
+    acceleration: Array
+    position: Array
+    velocity: Array
+    change: Array
+    outputs: dict[str, Array]
+    settling: Settling
+
+    def motion(self, interface: str, rate: int = 0) -> Array:
+        """Translation and rotation (n, 6) of an interface in the frame; with ``rate`` 1 or 2 their rates."""
+        shape = self.body.shapes[self.body.index(interface)]
+        return np.asarray((self.position, self.velocity, self.change)[rate] @ shape.T)
+
+
+def recorded_cycle(
+    simulation: Simulation,
+    engine: Engine,
+    settle: float = TOLERANCE,
+    progress: Callable[[float], None] | None = None,
+    say: Callable[[str], None] | None = None,
+) -> RecordedCycle:
+    """Bring a simulation that is not initialised yet to a cycle that repeats, and record it.
+
+    Parameters
+    ----------
+    simulation : at constant speed, which its ``inputs`` hold
+    engine : with what the run fixes to its crank, see :func:`cranktrain.dynamics.simulation.fitted_engine`
+    settle : what may be left of settling in any family of outputs
+
+    Raises
+    ------
+    InputError, SolverError
+        as of :func:`cranktrain.dynamics.simulation.simulate`
+    """
+    simulation.initialize()
+    found = run_cycles(simulation, None, settle, progress, say)
+    step = communication_step(float(simulation.inputs[0]), simulation.settings.step)
+    count = found.per_cycle * max(found.settling.repeats, 1)
+    modes, all_modes = simulation.body.n_modes, simulation.model.omega2.size
+    frame, rows = np.empty((count, 3)), np.empty((count, simulation.outputs.size))
+    motion = np.empty((3, count, modes))
+    begin = simulation.time
+    for k in range(count):
+        simulation.step(begin + (k + 1) * step)
+        state = simulation.state
+        frame[k] = simulation.work.frames[0][[THETA, OMEGA, OMEGA_DOT]]
+        for rate, block in enumerate((POSITION, VELOCITY, ACCELERATION)):
+            first = offset(block, all_modes)
+            motion[rate, k] = state[first : first + modes]
+        rows[k] = simulation.outputs
+    return RecordedCycle(
+        engine=engine,
+        body=simulation.body,
+        carried=simulation.model.bearings.shape[0] > 0,
+        gravity=simulation.settings.gravity,
+        angle=frame[:, 0],
+        speed=frame[:, 1],
+        acceleration=frame[:, 2],
+        position=motion[0],
+        velocity=motion[1],
+        change=motion[2],
+        outputs=dict(zip(simulation.output_names, rows.T.copy(), strict=True)),
+        settling=found.settling,
+    )

@@ -1,0 +1,107 @@
+"""Bending, radial force and torque at the middles of webs and pins, from the loads in the crank.
+
+Two ways to the bending of a throw: the crank as a whole, as the run bends it on all its bearings; or, as the rule of
+the classification societies has it, each throw alone, simply supported in the middles of the journals beside it. The
+torque about the crank's axis is the run's in both: gas and inertia forces of all throws in front, with the vibration.
+
+Radial is from the crank's axis to the pin, bending positive where it presses the throw together (the rod pushes the
+pin towards the axis), which pulls at the pin's fillets and presses on the journal's.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.engine.parts import Crankshaft
+from cranktrain.results.strength.cut_loads import AXIS, PointLoads
+from cranktrain.structure.crank.shape import stations
+
+
+class WebLoads(NamedTuple):
+    """Loads (n,) of a web in its middle: bending in the plane of its throw (N m), radial force (N), torques (N m).
+
+    The torques are those about the axes of pin and of main journals.
+    """
+
+    number: int
+    bending: Array
+    radial: Array
+    pin_torque: Array
+    journal_torque: Array
+
+
+class PinLoads(NamedTuple):
+    """Loads (n,) of a pin in its middle, N m: bending in the plane of its throw and square to it, torque."""
+
+    number: int
+    bending: Array
+    across: Array
+    torque: Array
+
+
+def whole_crank(c: Crankshaft, loads: PointLoads) -> tuple[list[WebLoads], list[PinLoads]]:
+    """Loads of all webs and pins with the bending that the crank as a whole has."""
+    throws = range(1, len(c.throw_angles) + 1)
+    webs = [_web(c, number, loads, loads) for number in range(1, 2 * len(throws) + 1)]
+    return webs, [_pin(c, number, loads, loads) for number in throws]
+
+
+def single_throws(c: Crankshaft, loads: PointLoads) -> tuple[list[WebLoads], list[PinLoads]]:
+    """Loads of all webs and pins with the bending of each throw alone."""
+    webs, pins = [], []
+    for pin in range(1, len(c.throw_angles) + 1):
+        alone = supported(loads, c.main_positions[pin - 1], c.main_positions[pin])
+        webs += [_web(c, number, alone, loads) for number in (2 * pin - 1, 2 * pin)]
+        pins.append(_pin(c, pin, alone, loads))
+    return webs, pins
+
+
+def supported(loads: PointLoads, front: float, rear: float) -> PointLoads:
+    """Loads between two places along z, m, and what simple supports there answer to them across the axis."""
+    inside = (loads.z > front) & (loads.z < rear)
+    force, moment = loads.resultant(inside, rear * AXIS)
+    # About the rear support the front one, L before it, balances the moment (L R_y, −L R_x).
+    span = rear - front
+    first = np.stack([moment[:, 1], -moment[:, 0], np.zeros(len(moment))], axis=1) / span
+    second = -force - first
+    second[:, 2] = 0.0
+    n = len(moment)
+    return PointLoads(
+        np.concatenate([loads.z[inside], [front, rear]]),
+        np.concatenate([loads.places[:, inside], np.tile([front * AXIS, rear * AXIS], (n, 1, 1))], axis=1),
+        np.concatenate([loads.forces[:, inside], first[:, None], second[:, None]], axis=1),
+        np.concatenate([loads.moments[:, inside], np.zeros((n, 2, 3))], axis=1),
+    )
+
+
+def throw_axes(c: Crankshaft, pin: int) -> tuple[Array, Array]:
+    """Unit vectors (3,) of a throw: radial, and square to it in the sense of rotation."""
+    angle = c.throw_angles[pin - 1]
+    radial = np.array([-np.sin(angle), np.cos(angle), 0.0])
+    return radial, np.cross(AXIS, radial)
+
+
+def _web(c: Crankshaft, number: int, bending: PointLoads, torque: PointLoads) -> WebLoads:
+    """Loads in the middle of a web, bending and torque each from its own loads."""
+    pin = (number + 1) // 2
+    radial, across = throw_axes(c, pin)
+    z = 0.5 * sum(stations(c).webs[number - 1])
+    force, moment = bending.cut(z, z * AXIS + 0.5 * c.throw * radial)
+    _, about_axis = torque.cut(z, z * AXIS)
+    # What is behind a cut in front of the pin feels the front support; behind it the opposite of the rear one.
+    side = 1.0 if number % 2 else -1.0
+    journal = about_axis @ AXIS
+    pin_torque = journal - c.throw * (force @ across)
+    return WebLoads(number, -(moment @ across), side * (force @ radial), pin_torque, journal)
+
+
+def _pin(c: Crankshaft, pin: int, bending: PointLoads, torque: PointLoads) -> PinLoads:
+    """Loads in the middle of a pin."""
+    radial, across = throw_axes(c, pin)
+    z = c.pin_positions[pin - 1]
+    force, moment = bending.cut(z, z * AXIS + c.throw * radial)
+    _, about_axis = torque.cut(z, z * AXIS)
+    return PinLoads(pin, -(moment @ across), moment @ radial, about_axis @ AXIS - c.throw * (force @ across))

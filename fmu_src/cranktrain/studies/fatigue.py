@@ -1,0 +1,220 @@
+"""Fatigue of a crankshaft at constant speeds, and what the rule IACS UR M53 says of it: the verb ``fatigue``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+from cranktrain.assembly import assemble
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.dynamics.simulation import Simulation, fitted_engine
+from cranktrain.engine.crank_strength import CrankStrength
+from cranktrain.engine.model import Engine
+from cranktrain.results.strength.assessment import RuleRow, judged, nominal_histories, rule_rows
+from cranktrain.results.strength.critical_plane import findley_judgement
+from cranktrain.results.strength.cut_loads import crank_loads, unbalanced_share
+from cranktrain.results.strength.fatigue import FilletHistory, Judgement, haigh_judgement
+from cranktrain.results.strength.iacs_m53 import ACCEPTABLE, fillet_factors, throw_shape
+from cranktrain.results.strength.recorded_cycle import RecordedCycle, recorded_cycle
+from cranktrain.results.strength.throw_loads import single_throws, whole_crank
+from cranktrain.studies.constant_speed import Request
+
+CRITERIA: dict[str, Callable[[FilletHistory, CrankStrength], Judgement]] = {
+    "haigh": haigh_judgement,
+    "findley": findley_judgement,
+}
+"""How the safety of a place is judged."""
+
+
+class AtSpeed(NamedTuple):
+    """What is found at one speed, rev/min; ``unbalanced`` as of :func:`unbalanced_share`."""
+
+    speed_rpm: float
+    judgements: list[Judgement]
+    rule: list[RuleRow]
+    bending: str
+    unbalanced: float
+    settled: str
+
+
+@dataclass(frozen=True)
+class FatigueReport:
+    """Safety of all places of a crankshaft over the speeds that were run.
+
+    Attributes
+    ----------
+    engine : the engine
+    strength : of its crankshaft
+    criterion : one of ``CRITERIA``
+    speeds : what was found at each
+    interrupted : whether speeds are missing
+    """
+
+    engine: Engine
+    strength: CrankStrength
+    criterion: str
+    speeds: list[AtSpeed] = field(default_factory=list)
+    interrupted: bool = False
+
+    @property
+    def places(self) -> list[tuple[Judgement, float]]:
+        """The least safe judgement of each place, and its speed, rev/min."""
+        return [
+            min(((at.judgements[k], at.speed_rpm) for at in self.speeds), key=lambda pair: pair[0].safety_factor)
+            for k in range(len(self.speeds[0].judgements))
+        ]
+
+    @property
+    def rule(self) -> list[tuple[RuleRow, float]]:
+        """The least acceptability of each place, and its speed, rev/min."""
+        return [
+            min(((at.rule[k], at.speed_rpm) for at in self.speeds), key=lambda pair: pair[0].acceptability)
+            for k in range(len(self.speeds[0].rule))
+        ]
+
+    @property
+    def accepted(self) -> bool | None:
+        """Whether the rule accepts the crankshaft at these speeds; None where its factors do not hold."""
+        if throw_shape(self.engine.crankshaft).outside:
+            return None
+        return all(row.acceptability >= ACCEPTABLE for row, _ in self.rule)
+
+    def as_dict(self) -> dict[str, Any]:
+        """What ``cranktrain fatigue --json`` prints; keys carry their unit."""
+        throw = throw_shape(self.engine.crankshaft)
+        return {
+            "fillets": [
+                {
+                    "name": one.name,
+                    "safety_factor": one.safety_factor,
+                    "amplitude_mpa": 1e-6 * one.amplitude,
+                    "mean_mpa": 1e-6 * one.mean,
+                    "converged": one.converged,
+                    "speed_rpm": speed,
+                }
+                for one, speed in self.places
+            ],
+            "criterion": self.criterion,
+            "rule": {
+                "name": "IACS UR M53",
+                "places": [
+                    {
+                        "name": row.name,
+                        **{
+                            f"{key}_mpa": 1e-6 * getattr(row, key)
+                            for key in ("bending", "shear", "equivalent", "strength")
+                        },
+                        "acceptability": row.acceptability,
+                        "speed_rpm": speed,
+                    }
+                    for row, speed in self.rule
+                ],
+                "required": ACCEPTABLE,
+                "accepted": self.accepted,
+                "factors": fillet_factors(throw)._asdict(),
+                "ratios": throw.ratios,
+                "outside": list(throw.outside),
+            },
+            "speeds": [
+                {
+                    "rpm": at.speed_rpm,
+                    "bending": at.bending,
+                    "unbalanced_relative": at.unbalanced,
+                    "settling": at.settled,
+                }
+                for at in self.speeds
+            ],
+            "interrupted": self.interrupted,
+        }
+
+
+def crank_strength(engine: Engine) -> CrankStrength:
+    """Strength of the engine's crankshaft; ``InputError`` where the engine file does not say it."""
+    if engine.crank_strength is None:
+        raise InputError(
+            f"engine '{engine.name}' has no [crank_strength], which fatigue needs: add the keys tensile_strength, "
+            "forming and roughness as in engine/data/diesel_i6.toml"
+        )
+    return engine.crank_strength
+
+
+def fatigue(
+    engine: Engine,
+    request: Request,
+    speeds_rpm: Sequence[float],
+    criterion: str = "haigh",
+    say: Callable[[str], None] = lambda text: None,
+    progress: Callable[[float], None] = lambda share: None,
+) -> FatigueReport:
+    """Run an engine at each speed until its outputs repeat, and judge every fillet and oil bore of its crankshaft.
+
+    An interrupt keeps the speeds that are done.
+
+    Parameters
+    ----------
+    engine : with its table ``[crank_strength]``
+    request : levels and other choices of the runs; its speed does not count
+    speeds_rpm : rev/min
+    criterion : ``haigh`` or ``findley``
+
+    Raises
+    ------
+    InputError
+        before any work: missing strength, an unknown criterion, what cannot be run
+    SolverError
+        a step that fails
+    """
+    strength = crank_strength(engine)
+    if criterion not in CRITERIA:
+        raise InputError(f"fatigue criterion '{criterion}' does not exist; {nearest(criterion, CRITERIA)}")
+    if not speeds_rpm:
+        raise InputError("fatigue needs a speed; give one or more in rev/min")
+    runs = [replace(request, speed_rpm=speed) for speed in speeds_rpm]
+    for run in runs:
+        settings = run.settings(engine)
+    if settings.boundary != "speed":
+        raise InputError("fatigue needs cycles at a given speed; leave the load torque out")
+    gas = request.gas(engine)
+    made = assemble(engine, settings, say=say, crank_mesh=request.mesh, block_mesh=request.block_mesh)
+    report = FatigueReport(engine, strength, criterion)
+    for k, run in enumerate(runs):
+
+        def told(share: float, done: int = k) -> None:
+            progress((done + share) / len(runs))
+
+        def said(text: str, speed: float = run.speed_rpm) -> None:
+            say(f"{speed:g} rev/min: {text}")
+
+        simulation = Simulation(engine, made.body, made.settings, gas, made.parts)
+        simulation.inputs[0] = run.speed
+        try:
+            cycle = recorded_cycle(simulation, fitted_engine(engine, made.settings), run.settle, told, said)
+        except KeyboardInterrupt:
+            if not report.speeds:
+                raise
+            return replace(report, interrupted=True)
+        report.speeds.append(_judged(report, cycle, run.speed_rpm))
+    return report
+
+
+def _judged(report: FatigueReport, cycle: RecordedCycle, speed_rpm: float) -> AtSpeed:
+    """Judge one speed's cycle."""
+    c, throw = report.engine.crankshaft, throw_shape(report.engine.crankshaft)
+    loads = crank_loads(cycle)
+    webs, pins = single_throws(c, loads)
+    rule = rule_rows(throw, report.strength, webs, pins)
+    # Journals that are locked on their axis carry forces that no run tells of: each throw alone bears its own.
+    if cycle.carried:
+        webs, pins = whole_crank(c, loads)
+    histories = nominal_histories(throw, cycle.angle, webs, pins)
+    if not cycle.settling.repeats:
+        histories = [replace(history, converged=False) for history in histories]
+    return AtSpeed(
+        speed_rpm,
+        judged(histories, report.strength, CRITERIA[report.criterion]),
+        rule,
+        "crank" if cycle.carried else "single throws",
+        unbalanced_share(cycle),
+        cycle.settling.text,
+    )

@@ -1,0 +1,90 @@
+"""The verb fatigue: what its JSON holds, pictures, and wrong input."""
+
+import json
+import re
+
+import pytest
+
+from cranktrain.cli.main import main
+from cranktrain.engine.file import engine_path
+
+QUICK = ("--crank", "beam", "--bearings", "linear")
+
+
+def run_json(capsys, *arguments):
+    assert main(["fatigue", *arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def edited(folder, pattern, text=""):
+    path = folder / "six.toml"
+    path.write_text(re.sub(pattern, text, engine_path("diesel_i6").read_text("utf-8"), flags=re.DOTALL), "utf-8")
+    return str(path)
+
+
+def test_the_six(tmp_path, capsys):
+    found = run_json(capsys, "diesel_i6", "--speed", "1600", "2000", *QUICK, "--plots", str(tmp_path))
+    names = [place["name"] for place in found["fillets"]]
+    assert len(names) == len(set(names)) == 24 + 6
+    assert {"web[1].pin", "web[12].main", "pin[6].oil_bore"} <= set(names)
+    assert {"name", "safety_factor", "amplitude_mpa", "mean_mpa", "converged"} <= set(found["fillets"][0])
+    assert all(1.0 < place["safety_factor"] < 20.0 and place["converged"] for place in found["fillets"])
+    assert {place["speed_rpm"] for place in found["fillets"]} == {1600.0, 2000.0}
+    rule = found["rule"]
+    assert [place["name"] for place in rule["places"]] == names
+    assert rule["accepted"] == all(place["acceptability"] >= 1.15 for place in rule["places"])
+    assert rule["outside"] == []
+    assert [at["bending"] for at in found["speeds"]] == ["crank", "crank"]
+    assert all(at["unbalanced_relative"] < 1e-2 for at in found["speeds"])
+    assert all((tmp_path / name).is_file() for name in ("safety_factors.png", "haigh.png"))
+
+
+def test_a_crank_outside_the_rule_is_not_accepted_by_it(capsys):
+    found = run_json(capsys, "diesel_v8", *QUICK)
+    assert found["speeds"][0]["rpm"] == pytest.approx(1200.0)
+    assert found["rule"]["accepted"] is None
+    assert found["rule"]["outside"] == ["s = 0.557 (at most 0.5)"]
+    assert not any(place["converged"] for place in found["fillets"])
+    assert main(["fatigue", "diesel_v8", *QUICK]) == 0
+    assert "does not judge this crank" in capsys.readouterr().out
+
+
+def test_locked_journals_bend_each_throw_alone_and_more_load_is_less_safe(capsys):
+    arguments = ("diesel_i6", "--speed", "1200", "--crank", "torsional", "--load")
+    half, full = (run_json(capsys, *arguments, load) for load in ("0.5", "1"))
+    assert half["speeds"][0]["bending"] == "single throws"
+    least = [min(place["safety_factor"] for place in found["fillets"]) for found in (half, full)]
+    assert least[1] < least[0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--criterion", "heigh"], "--criterion 'heigh' does not exist; did you mean 'haigh'?"),
+        (["--speed", "50"], "--speed 50 is not within 100 to 20000 rev/min"),
+        (["--speed", "2000", "1e9"], "--speed 1e+09 is not within 100 to 20000 rev/min"),
+        (["--crank", "brick"], "--crank 'brick' does not exist"),
+        (["--load", "3"], "--load 3 is not within 0 to 2"),
+    ],
+)
+def test_wrong_options(capsys, arguments, says):
+    assert main(["fatigue", "diesel_i6", *arguments]) == 2
+    assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("pattern", "text", "says"),
+    [
+        (
+            r"\[crank_strength\].*?\n\n", "",
+            "engine 'diesel_i6' has no [crank_strength], which fatigue needs: add the keys tensile_strength, forming "
+            "and roughness",
+        ),
+        (r"roughness = \{[^\n]*ground fillets[^\n]*\n", "", "crank_strength: key 'roughness' is missing"),
+        (r'"grain-flow"', '"forged"', "crank_strength.forming: unknown forming 'forged'"),
+        (r"value = 900, unit = .MPa.", 'value = 900, unit = "GPa"', "crank_strength.tensile_strength: 9e+05 MPa"),
+    ],
+)  # fmt: skip
+def test_wrong_material(tmp_path, capsys, pattern, text, says):
+    assert main(["fatigue", edited(tmp_path, pattern, text)]) == 2
+    assert says in capsys.readouterr().err
