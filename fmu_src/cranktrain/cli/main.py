@@ -20,6 +20,7 @@ from typing import Any, NoReturn
 from cranktrain import __version__
 from cranktrain.cli import (
     bearing,
+    bearing_loads,
     calibrate,
     damper,
     export,
@@ -44,6 +45,7 @@ from cranktrain.structure.fem.own_mesh import UNITS
 
 ENGINE_VERBS = {
     "modal": modal, "reduce": reduce, "simulate": simulate, "runup": runup, "stress": stress, "fatigue": fatigue,
+    "bearing-loads": bearing_loads,
 }  # fmt: skip
 """Modules of the verbs that ask one thing of one engine: ``DESCRIPTION``, ``add_options`` and ``run``."""
 VERBS = {

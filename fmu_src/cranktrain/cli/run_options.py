@@ -27,8 +27,8 @@ def _laws(*kinds: str) -> str:
     return described(LAWS[name] for name in bearing_levels(*kinds))
 
 
-def add_run_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a run but for its speeds, its length and what is written."""
+def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") -> None:
+    """Add the options of a run but for its speeds, its length and what is written; ``big_ends``: their usual level."""
     add = parser.add_argument
     add("--crank", default="solid", metavar="LEVEL", help=f"{described(CRANKS.values())}; default solid")
     add(
@@ -36,7 +36,7 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
         help=f"{_laws(*MAINS)}; default impedance, roller where the mains are rollers, held at --crank torsional",
     )  # fmt: skip
     add("--no-inherit", action="store_true", help="a torsional crank without the damping of the level above")
-    add("--big-ends", default="rigid", metavar="LEVEL", help=f"{_laws(BIG_END)}; default rigid")
+    add("--big-ends", default=big_ends, metavar="LEVEL", help=f"{_laws(BIG_END)}; default {big_ends}")
     add_block_options(parser)
     add(
         "--pistons", default="auto", metavar="LEVEL",

@@ -15,6 +15,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine import parts
+from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.torsional_chain import DriveLineChain
 
@@ -45,6 +46,7 @@ class Engine:
     big_end_bearing: parts.PlainBearing | None = None
     main_bearing: parts.JournalBearing | None = None
     main_roller: parts.RollerBearings | None = None
+    bearing_limits: BearingLimits | None = None
     clutch: parts.LumpedInertia | None = None
     balance_weights: parts.BalanceWeights | None = None
     drive_line_chain: DriveLineChain | None = None
@@ -58,6 +60,11 @@ class Engine:
     def n_cylinders(self) -> int:
         """Number of cylinders."""
         return len(self.cylinders.firing_order)
+
+    @property
+    def displacement(self) -> float:
+        """Swept volume of all cylinders, m³, with a stroke of twice the throw."""
+        return self.n_cylinders * 0.5 * math.pi * self.cylinders.bore**2 * self.crankshaft.throw
 
     @property
     def cylinder_positions(self) -> tuple[float, ...]:

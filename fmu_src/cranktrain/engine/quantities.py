@@ -41,6 +41,7 @@ UNITS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
     "area": {"m^2": 1.0, "cm^2": 1e-4},
     "heat transfer": {"W/(m^2 K)": 1.0},
+    "pressure times velocity": {"Pa m/s": 1.0, "MPa m/s": 1e6},
     "heat flux": {"W/m^2": 1.0, "kW/m^2": 1e3},
     "energy": {"J": 1.0, "kJ": 1e3},
 }

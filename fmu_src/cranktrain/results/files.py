@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.outputs.register import FAMILIES
 from cranktrain.engine.quantities import ZERO_CELSIUS
-from cranktrain.store.hdf5 import RESULT, write_result
+from cranktrain.store.hdf5 import RESULT, read_result, write_result
 from cranktrain.store.result_stream import ResultStream, result_stream
 from cranktrain.store.whole_file import check_place
 
@@ -91,6 +93,25 @@ def result_file(path: Path) -> Iterator[ResultFile]:
     """Result file that is there, whole, once the block ends without an error."""
     with result_stream(path) as stream:
         yield ResultFile(stream)
+
+
+@dataclass(frozen=True)
+class StoredRun:
+    """A run as its result file has it: ``time`` (n,) s, ``angle`` (n,) rad, ``outputs`` by name (n,) SI."""
+
+    time: Array
+    angle: Array
+    outputs: Mapping[str, Array]
+    attributes: Mapping[str, str | int | float]
+
+    @classmethod
+    def load(cls, path: str | Path) -> StoredRun:
+        """Read a result file; ``StoreError``: missing, cut short, damaged, of another kind or schema, without data."""
+        data, attributes = read_result(path)
+        outputs = {name: array for name, (array, _) in data.items()}
+        if any(name not in outputs or outputs[name].size < 2 for name in ("time", "angle")):
+            raise StoreError(f"{path}: holds no samples; run 'cranktrain simulate' again")
+        return cls(outputs.pop("time"), outputs.pop("angle"), outputs, attributes)
 
 
 def save_run(path: Path, run: Result, attributes: Mapping[str, str | int | float]) -> Path:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from cranktrain.core.errors import InputError
+from cranktrain.engine.bearing_limits import JUDGED, MAIN
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import PlainBearing
 from cranktrain.engine.quantities import mm, need
@@ -22,6 +23,10 @@ def check_bearings(engine: Engine) -> None:
         _check_film("main_bearing", main, "main journal", crank.main_diameter, min(crank.main_widths))
     if big_end is not None:
         _check_film("big_end_bearing", big_end, "crank pin", crank.pin_diameter, crank.pin_width)
+    if engine.bearing_limits is not None and engine.main_roller is not None:
+        for what in JUDGED:
+            text = "limits a film, and the mains are roller bearings; leave it out"
+            need("bearing_limits", f"main_{what}", engine.bearing_limits.of(MAIN, what) == 0.0, text)
     of, thrust, mains = partial(need, "thrust"), engine.thrust, len(crank.main_widths)
     inner, outer, journal = thrust.inner_diameter, thrust.outer_diameter, crank.main_diameter
     of("main", 1 <= thrust.main <= mains, f"{thrust.main} is not one of the main journals 1..{mains}")

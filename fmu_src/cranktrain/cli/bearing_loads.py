@@ -1,0 +1,107 @@
+"""The verb ``bearing-loads``: the plain bearings of an engine over a cycle, and over speed."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cranktrain.cli.console import labelled_bar, number, say, show, stages
+from cranktrain.cli.run_options import add_run_options, engine_of, gas_of, option_of, tell_unread
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.settled.judging import TOLERANCE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cranktrain.engine.model import Engine
+    from cranktrain.results.bearings import BearingReport
+
+DESCRIPTION = "Bearings over a cycle at one speed or several: loads, films, friction, oil flow, held against limits."
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options to those that all verbs of an engine have."""
+    add, of = parser.add_argument, parser.add_mutually_exclusive_group(required=True)
+    speed = number(100.0, 20000.0, "rev/min")
+    of.add_argument(
+        "--speed", type=speed, nargs="+", metavar="RPM", help="speeds to run, rev/min, each until it repeats"
+    )
+    of.add_argument("--result", nargs="+", metavar="FILE.h5", help="results of 'cranktrain simulate' instead of runs")
+    add("--cycles", type=int, metavar="N", help="exactly so many cycles a speed (default: until the outputs repeat)")
+    add("--settle", type=float, default=TOLERANCE, metavar="TOL", help=f"what may be left of settling ({TOLERANCE:g})")
+    add_run_options(parser, big_ends="impedance")
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Report on each speed as it comes; an interrupt keeps the speeds that are finished."""
+    from cranktrain.results.bearing_tables import bearing_tables, bearings_dict, speed_table, total_text
+
+    engine = engine_of(options)
+    found: list[dict[str, Any]] = []
+    interrupted = False
+    try:
+        for report in _stored(engine, options.result) if options.result else _run(engine, options):
+            found.append(bearings_dict(report))
+            if not options.json:
+                for table in bearing_tables(found[-1]):
+                    show(table)
+                print(total_text(found[-1]), flush=True)
+            for violation in found[-1]["violations"]:
+                say(f"warning: {found[-1]['speed_rpm']:.0f} rev/min, {violation['text']}")
+    except KeyboardInterrupt:
+        if not found:
+            raise
+        interrupted = True
+        say(f"interrupted; {len(found)} speeds are finished")
+    missing = list(dict.fromkeys(key for speed in found for key in speed["missing_limits"]))
+    if missing:
+        say(f"{engine.name}: no limits for {len(missing)} quantities; add to [bearing_limits]: {', '.join(missing)}")
+    found.sort(key=lambda speed: float(speed["speed_rpm"]))
+    if len(found) > 1 and not options.json:
+        show(speed_table(found))
+    return {"engine": engine.name, "speeds": found, "interrupted": interrupted}
+
+
+def _stored(engine: Engine, paths: list[str]) -> Iterator[BearingReport]:
+    """Reports on result files, all of which are read before the first is told of."""
+    from cranktrain.results.bearings import bearing_report
+    from cranktrain.results.files import StoredRun
+
+    reports = []
+    for path in paths:
+        stored = StoredRun.load(Path(path))
+        if stored.attributes.get("engine") != engine.name:
+            raise InputError(
+                f"{path}: a run of engine '{stored.attributes.get('engine')}', not of '{engine.name}'; name its engine"
+            )
+        try:
+            reports.append(bearing_report(stored, engine))
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+    yield from reports
+
+
+def _run(engine: Engine, options: argparse.Namespace) -> Iterator[BearingReport]:
+    """Reports on runs, one after the other, of one assembly."""
+    from cranktrain.assembly import assemble
+    from cranktrain.results.bearings import bearing_report
+    from cranktrain.studies.constant_speed import Request
+
+    asked = {field.name: getattr(options, field.name) for field in fields(Request) if hasattr(options, field.name)}
+    requests = [Request(speed_rpm=speed, **asked) for speed in options.speed]
+    settings = requests[0].settings(engine, option_of)
+    gas = gas_of(requests[0], engine)
+    tell_unread(engine, settings)
+    with stages(engine.name) as tell:
+        made = assemble(
+            engine, settings, say=tell, crank_mesh=requests[0].mesh, block_mesh=requests[0].block_mesh,
+            inherit=not options.no_inherit,
+        )  # fmt: skip
+    for request in requests:
+        with labelled_bar(f"{request.speed_rpm:g} rev/min") as (tell, advance):
+            found = request.run(made, gas, advance, tell)
+        if not found.complete:
+            raise KeyboardInterrupt
+        yield bearing_report(found, engine)

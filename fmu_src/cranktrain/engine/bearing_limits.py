@@ -1,0 +1,38 @@
+"""What the shells of an engine's plain bearings bear: the table ``[bearing_limits]`` of an engine file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from cranktrain.engine.quantities import Quantity
+
+LeastFilm = Annotated[float, Quantity("length", 0.01, 1000.0, "um", "engine bearings have 0.5 to 3 um")]
+FilmPressure = Annotated[float, Quantity("pressure", 0.1, 2000.0, "MPa")]
+SpecificLoad = Annotated[float, Quantity("pressure", 0.1, 500.0, "MPa", "linings bear 12 to 120 MPa")]
+SlidingLoad = Annotated[float, Quantity("pressure times velocity", 0.1, 1e5, "MPa m/s")]
+
+MAIN, BIG_END = "main", "big_end"
+JUDGED = ("film", "pressure", "specific_load", "pv")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BearingLimits:
+    """Limits of main bearings and big ends (SI); 0 where none is given.
+
+    Over a cycle ``film`` is the least film that a bearing may have, ``pressure`` the largest in its film,
+    ``specific_load`` the largest load over width and diameter, ``pv`` the mean of specific load times sliding speed.
+    """
+
+    main_film: LeastFilm = 0.0
+    main_pressure: FilmPressure = 0.0
+    main_specific_load: SpecificLoad = 0.0
+    main_pv: SlidingLoad = 0.0
+    big_end_film: LeastFilm = 0.0
+    big_end_pressure: FilmPressure = 0.0
+    big_end_specific_load: SpecificLoad = 0.0
+    big_end_pv: SlidingLoad = 0.0
+
+    def of(self, family: str, what: str) -> float:
+        """Limit of ``MAIN`` or ``BIG_END`` for one of ``JUDGED``; 0 where none is given."""
+        return float(getattr(self, f"{family}_{what}"))

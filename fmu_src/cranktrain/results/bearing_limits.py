@@ -1,0 +1,61 @@
+"""Bearings of a run held against the limits of their engine file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cranktrain.engine.bearing_limits import BIG_END, JUDGED, MAIN, BearingLimits
+from cranktrain.results.bearings import BearingCycle, BearingReport
+
+FAMILIES = {MAIN: "main bearings", BIG_END: "big ends"}
+_SAID = {
+    "film": ("least film", 1e6, "um"),
+    "pressure": ("film pressure", 1e-6, "MPa"),
+    "specific_load": ("specific load", 1e-6, "MPa"),
+    "pv": ("mean p v", 1e-6, "MPa m/s"),
+}
+
+
+@dataclass(frozen=True)
+class Violation:
+    """A limit that a bearing does not keep: one of ``JUDGED``, what was found and what it may be, SI."""
+
+    bearing: str
+    what: str
+    value: float
+    limit: float
+
+    def __str__(self) -> str:
+        name, scale, unit = _SAID[self.what]
+        side = "below" if self.what == "film" else "above"
+        return f"{self.bearing}: {name} {scale * self.value:.3g} {unit} is {side} the limit of {scale * self.limit:.3g}"
+
+
+def judged(bearing: BearingCycle, what: str) -> float | None:
+    """What is held against a limit, SI; None for what the bearing's level of detail does not have."""
+    found = getattr(bearing, what)
+    return found if found is None or isinstance(found, float) else float(found.value)
+
+
+def violations(report: BearingReport) -> list[Violation]:
+    """Limits of the engine file that bearings do not keep."""
+    limits = report.engine.bearing_limits or BearingLimits()
+    found = []
+    for bearing in report.bearings:
+        for what in JUDGED:
+            value, limit = judged(bearing, what), limits.of(bearing.family, what)
+            if value is not None and limit and (value < limit if what == "film" else value > limit):
+                found.append(Violation(bearing.name, what, value, limit))
+    return found
+
+
+def missing_limits(report: BearingReport) -> list[str]:
+    """Keys of ``[bearing_limits]`` that the engine file lacks and this run could be held against."""
+    limits = report.engine.bearing_limits or BearingLimits()
+    keys = {
+        f"{bearing.family}_{what}"
+        for bearing in report.bearings
+        for what in JUDGED
+        if judged(bearing, what) is not None and not limits.of(bearing.family, what)
+    }
+    return [f"{family}_{what}" for family in FAMILIES for what in JUDGED if f"{family}_{what}" in keys]

@@ -1,0 +1,137 @@
+"""A bearing report in engineers' units: the JSON of ``cranktrain bearing-loads``, and its tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from cranktrain.engine.bearing_limits import BIG_END, JUDGED, MAIN
+from cranktrain.results.bearing_limits import FAMILIES, missing_limits, violations
+from cranktrain.results.bearings import BearingCycle, BearingReport, Extreme
+from cranktrain.results.tables import NOTHING, Table
+
+LITRES_PER_MINUTE = 6.0e4
+WORST = {"min_film_um": min, "max_pressure_mpa": max, "specific_load_mpa": max, "pv_mpa_m_s": max}
+"""What is worst of a family of bearings, keys of their entries, and how."""
+_KEYS = dict(zip(JUDGED, WORST, strict=True))
+
+
+def bearings_dict(report: BearingReport) -> dict[str, Any]:
+    """A report as JSON-able values; keys carry their unit, None stands for what the level of detail does not have."""
+    families = {MAIN: report.mains, BIG_END: report.big_ends}
+    entries = {family: [_entry(bearing) for bearing in bearings] for family, bearings in families.items()}
+    power, squeeze = report.total("friction_power"), report.total("squeeze_power")
+    return {
+        "speed_rpm": report.speed * 30.0 / math.pi,
+        "mains": entries[MAIN],
+        "big_ends": entries[BIG_END],
+        "worst": {family: _worst(rows) for family, rows in entries.items()},
+        "friction_power_w": {**{f: report.total("friction_power", f) for f in families}, "all": power},
+        "squeeze_power_w": {**{f: report.total("squeeze_power", f) for f in families}, "all": squeeze},
+        "fmep_bar": _scaled(report.fmep, 1e-5),
+        "squeeze_mep_bar": None if squeeze is None else 1e-5 * report.mean_pressure(squeeze),
+        "oil_flow_l_per_min": {f: _scaled(report.total("oil_flow", f), LITRES_PER_MINUTE) for f in families},
+        "violations": [{"bearing": v.bearing, "limit": _KEYS[v.what], "text": str(v)} for v in violations(report)],
+        "missing_limits": missing_limits(report),
+    }
+
+
+def _entry(bearing: BearingCycle) -> dict[str, Any]:
+    found: dict[str, Any] = {"name": bearing.name, **_extreme("peak_load_kn", bearing.load, 1e-3)}
+    found |= _extreme("specific_load_mpa", bearing.specific_load, 1e-6)
+    found |= {
+        "mean_specific_load_mpa": _scaled(bearing.mean_specific_load, 1e-6),
+        "pv_mpa_m_s": _scaled(bearing.pv, 1e-6),
+        "peak_pv_mpa_m_s": _scaled(bearing.peak_pv, 1e-6),
+    }
+    found |= _extreme("min_film_um", bearing.film, 1e6) | _extreme("max_pressure_mpa", bearing.pressure, 1e-6)
+    return found | {
+        "friction_power_w": bearing.friction_power,
+        "squeeze_power_w": bearing.squeeze_power,
+        "oil_flow_l_per_min": _scaled(bearing.oil_flow, LITRES_PER_MINUTE),
+    }
+
+
+def _extreme(key: str, extreme: Extreme | None, scale: float) -> dict[str, float | None]:
+    """Value, crank angle and place of an extreme; its key ends with the unit."""
+    stem = key.rpartition("_")[0] if key != "pv_mpa_m_s" else key
+    if extreme is None:
+        return {key: None}
+    angles = {f"{stem}_at_deg": math.degrees(extreme.angle)}
+    if extreme.place is not None:
+        angles[f"{stem}_place_deg"] = math.degrees(extreme.place)
+    return {key: scale * extreme.value, **angles}
+
+
+def _scaled(value: float | None, scale: float) -> float | None:
+    return None if value is None else scale * value
+
+
+def _worst(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    found = {}
+    for key, of in WORST.items():
+        values = [row[key] for row in rows if row[key] is not None]
+        found[key] = of(values) if values else None
+    return found
+
+
+_LOADS = {
+    "peak_load_kn": "load / kN", "peak_load_at_deg": "at / deg", "peak_load_place_deg": "place / deg",
+    "specific_load_mpa": "p / MPa", "mean_specific_load_mpa": "mean p / MPa", "pv_mpa_m_s": "mean p v / MPa m/s",
+    "peak_pv_mpa_m_s": "largest p v",
+}  # fmt: skip
+_FILMS = {
+    "min_film_um": "film / um", "min_film_at_deg": "at / deg", "min_film_place_deg": "place / deg",
+    "max_pressure_mpa": "pressure / MPa", "max_pressure_at_deg": "at / deg", "friction_power_w": "friction / W",
+    "squeeze_power_w": "squeeze / W", "oil_flow_l_per_min": "oil / l/min",
+}  # fmt: skip
+_SPEEDS = {"min_film_um": "film / um", "max_pressure_mpa": "MPa", "specific_load_mpa": "p / MPa", "pv_mpa_m_s": "p v"}
+
+
+def bearing_tables(found: Mapping[str, Any]) -> list[Table]:
+    """Loads and films of one speed, from :func:`bearings_dict`; no films where no bearing has one."""
+    rows = [*found["mains"], *found["big_ends"]]
+    tables = [_table(f"Loads at {found['speed_rpm']:.0f} rev/min: largest, where, mean", _LOADS, rows)]
+    films = [row for row in rows if row["min_film_um"] is not None]
+    if films:
+        title = f"Films at {found['speed_rpm']:.0f} rev/min: least, largest pressure, mean power and flow"
+        tables.append(_table(title, _FILMS, films))
+    return tables
+
+
+def _table(title: str, columns: Mapping[str, str], rows: Sequence[Mapping[str, Any]]) -> Table:
+    texts = tuple((str(row["name"]), *(_text(row.get(key), key) for key in columns)) for row in rows)
+    return Table(title, ("", *columns.values()), texts)
+
+
+def _text(value: float | None, key: str) -> str:
+    if value is None:
+        return NOTHING
+    return f"{value:.0f}" if key.endswith("deg") else f"{value:.3g}" if abs(value) < 1e3 else f"{value:.0f}"
+
+
+def speed_table(speeds: Sequence[Mapping[str, Any]]) -> Table:
+    """The worst of each family over speed, with friction, from :func:`bearings_dict` of each."""
+    families = {"main": "mains", "big_end": "big ends"}
+    header = [f"{name}: {words}" for name in families.values() for words in _SPEEDS.values()]
+    rows = []
+    for found in speeds:
+        texts = [_text(found["worst"][family][key], key) for family in families for key in _SPEEDS]
+        friction = (found["friction_power_w"]["all"], found["fmep_bar"])
+        rows.append((f"{found['speed_rpm']:.0f}", *texts, *(_text(value, "") for value in friction)))
+    return Table("Worst bearing over speed", ("rev/min", *header, "friction / W", "fmep / bar"), tuple(rows))
+
+
+def total_text(found: Mapping[str, Any]) -> str:
+    """Friction and oil flow of all bearings at one speed, in a line; empty where there are no films."""
+    power, flow = found["friction_power_w"], found["oil_flow_l_per_min"]
+    if power["all"] is None:
+        return ""
+    parts = ", ".join(
+        f"{words} {power[family]:.4g} W and {flow[family]:.3g} l/min"
+        for family, words in FAMILIES.items()
+        if power[family] is not None
+    )
+    squeeze, mean = found["squeeze_power_w"]["all"], found["squeeze_mep_bar"]
+    return f"Friction and oil: {parts}; fmep {found['fmep_bar']:.3g} bar; squeeze {squeeze:.4g} W, {mean:.3g} bar"

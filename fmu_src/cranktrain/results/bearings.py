@@ -1,0 +1,276 @@
+"""What the last cycle of a run says of its plain bearings: loads, films, friction, oil.
+
+Vectors across the crank are complex, x + i y, in axes at rest: x across the engine, y upwards. Per bearing
+
+* the specific load is |F|/(B D), and p v that times the sliding speed at the journal's surface;
+* the journal's friction takes the power mean(T ω) with ω the journal's speed against its bore; the rest of what the
+  film turns into heat is the work of the journal's middle against it, −mean(F · ė). Tilting's share is left out.
+
+Friction mean effective pressure is work per cycle of 720° over displacement, 4π P/(Ω V).
+
+A rod leans by β with sin β = x/L, x the pin's place across its cylinder (Shigley and Uicker, Theory of Machines and
+Mechanisms); the speed of a pin in its big end is that of the crank less β̇. The crank's twist is left out of it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from cranktrain.core.errors import InputError
+from cranktrain.engine.bearing_limits import BIG_END, MAIN
+from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import PlainBearing
+from cranktrain.results.orders import CYCLE, Array, ComplexArray
+
+
+class Sampled(Protocol):
+    """A run: ``time`` (n,) s, even; ``angle`` (n,) rad; ``outputs``, name → (n,) SI."""
+
+    @property
+    def time(self) -> Array: ...  # noqa: D102
+    @property
+    def angle(self) -> Array: ...  # noqa: D102
+    @property
+    def outputs(self) -> Mapping[str, Array]: ...  # noqa: D102
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """Largest or least value of a cycle, SI; the crank angle where, rad in [0, 4π); and where in the shell, rad.
+
+    ``place`` counts as the axes of the shell do: of a main bearing those at rest, of a big end the rod's, whose second
+    axis points to the small end. None where it is not known.
+    """
+
+    value: float
+    angle: float
+    place: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class BearingCycle:
+    """One bearing over one cycle, SI; None for what its level of detail does not have.
+
+    Attributes
+    ----------
+    family, number : ``MAIN`` or ``BIG_END``, from 1
+    angle : (n,) crank angle, rad in [0, 4π)
+    on_shell : (n,) load of the journal on its shell, N, in axes at rest
+    on_journal : (n,) load of the shell on the journal, N, in axes that turn with the crank and are those at rest at
+        crank angle 0
+    on_rod : (n,) of a big end: load on its shell, N, in the rod's axes, the second of which points to the small end
+    orbit : (n,) middle of the journal in its bore over the radial clearance, axes at rest
+    load, specific_load : largest (N, Pa); ``mean_specific_load`` over time
+    pv, peak_pv : mean and largest specific load times sliding speed, Pa m/s
+    film, pressure : least film (m), largest pressure in it (Pa)
+    friction_power, squeeze_power : means, W
+    oil_flow : mean of what leaves at both ends, m³/s
+    """
+
+    family: str
+    number: int
+    angle: Array
+    on_shell: ComplexArray
+    on_journal: ComplexArray
+    on_rod: ComplexArray | None
+    orbit: ComplexArray | None
+    load: Extreme
+    specific_load: Extreme | None
+    mean_specific_load: float | None
+    pv: float | None
+    peak_pv: float | None
+    film: Extreme | None
+    pressure: Extreme | None
+    friction_power: float | None
+    squeeze_power: float | None
+    oil_flow: float | None
+
+    @property
+    def name(self) -> str:
+        """``main[1]``, ``big_end[1]``."""
+        return f"{self.family}[{self.number}]"
+
+
+@dataclass(frozen=True)
+class BearingReport:
+    """All plain bearings of an engine over one cycle, and the mains where they are rollers: loads only.
+
+    Attributes
+    ----------
+    engine : the engine
+    speed : mean over the cycle, rad/s
+    mains, big_ends : from the pulley to the flywheel, by cylinder
+    """
+
+    engine: Engine
+    speed: float
+    mains: tuple[BearingCycle, ...]
+    big_ends: tuple[BearingCycle, ...]
+
+    @property
+    def bearings(self) -> tuple[BearingCycle, ...]:
+        """Mains, then big ends."""
+        return self.mains + self.big_ends
+
+    def total(self, what: str, family: str = "") -> float | None:
+        """Sum of ``friction_power``, ``squeeze_power`` or ``oil_flow``, of one family or all; None without films."""
+        values = [getattr(bearing, what) for bearing in self.bearings if family in ("", bearing.family)]
+        known = [value for value in values if value is not None]
+        return math.fsum(known) if known else None
+
+    def mean_pressure(self, power: float) -> float:
+        """Mean effective pressure (Pa) of a power, W."""
+        return power * CYCLE / (self.speed * self.engine.displacement)
+
+    @property
+    def fmep(self) -> float | None:
+        """Friction mean effective pressure of the bearings with films, Pa; None without any."""
+        power = self.total("friction_power")
+        return None if power is None else self.mean_pressure(power)
+
+
+def bearing_report(run: Sampled, engine: Engine) -> BearingReport:
+    """Bearings over the last cycle of a run.
+
+    Raises ``InputError``: a run that is shorter than a cycle, or of an engine with other bearings.
+    """
+    last = np.flatnonzero(run.angle > run.angle[-1] - CYCLE + 1e-9)
+    if last.size < 8 or run.angle[-1] - run.angle[0] < CYCLE * (1.0 - 1.0 / last.size):
+        raise InputError("bearings: the run is shorter than one cycle of 720 deg; simulate longer")
+    has = [
+        sum(n.startswith(f"{of}[") and n.endswith("].force.x") for n in run.outputs) for of in ("bearing", "big_end")
+    ]
+    wanted = [len(engine.crankshaft.main_widths), engine.n_cylinders]
+    if has[0] not in (0, wanted[0]) or has[1] != wanted[1]:  # journals locked on their axis have no load
+        raise InputError(
+            f"bearings: the run has {has[0]} mains and {has[1]} big ends, engine '{engine.name}' {wanted[0]} and "
+            f"{wanted[1]}; give the engine that the run is of"
+        )
+    cycle = _Cycle(run, last)
+    speed = CYCLE / (last.size * float(run.time[-1] - run.time[-2]))
+    return BearingReport(
+        engine,
+        speed,
+        tuple(_main(cycle, i + 1, engine.main_bearing) for i in range(has[0])),
+        tuple(_big_end(cycle, c, engine) for c in range(wanted[1])),
+    )
+
+
+def rod_lean(engine: Engine, cylinder: int, angle: Array) -> tuple[Array, Array]:
+    """How far the rod of a cylinder (from 0) leans, rad from upright in the crank's sense, and d/dθ of it: (n,) each.
+
+    ``angle`` (n,) is the crank's, rad.
+    """
+    cylinders, throw, length = engine.cylinders, engine.crankshaft.throw, engine.rod.length
+    bank = cylinders.bank_angles[cylinder]
+    psi = angle + engine.crankshaft.throw_angles[cylinders.pins[cylinder] - 1] - bank
+    sine = (-throw * np.sin(psi) - cylinders.pin_offset) / length
+    return bank + np.arcsin(sine), -throw * np.cos(psi) / (length * np.sqrt(1.0 - sine**2))
+
+
+class _Cycle:
+    """Outputs of the last cycle, by name."""
+
+    def __init__(self, run: Sampled, last: NDArray[np.int_]) -> None:
+        self._run, self.last = run, last
+        self.crank = self["crank.angle"]
+        self.angle = np.mod(self.crank, CYCLE)
+
+    def __getitem__(self, name: str) -> Array:
+        return self._run.outputs[name][self.last]
+
+    def vector(self, name: str) -> ComplexArray:
+        return np.asarray(self[f"{name}.x"] + 1j * self[f"{name}.y"])
+
+    def rate(self, name: str) -> ComplexArray:
+        """Rate of change of a vector, by a spline over the cycle and some samples before it."""
+        first = max(int(self.last[0]) - 8, 0)
+        of = [self._run.outputs[f"{name}.{axis}"][first:] for axis in "xy"]
+        slope = CubicSpline(self._run.time[first:], np.stack(of, axis=1)).derivative()(self._run.time[self.last])
+        return np.asarray(slope[:, 0] + 1j * slope[:, 1])
+
+    def extreme(self, values: Array, place: Array | None = None, least: bool = False) -> Extreme:
+        k = int(values.argmin() if least else values.argmax())
+        return Extreme(float(values[k]), float(self.angle[k]), None if place is None else float(place[k]))
+
+
+class _Shell(NamedTuple):
+    """Shell of a bearing: how far its axes have turned (n,) rad, and the journal's motion in it.
+
+    ``gap`` (n,) is the place of the least gap in axes at rest, rad; ``speed`` (n,) of rotation, rad/s; ``velocity``
+    (n,) of the journal's middle, m/s.
+    """
+
+    name: str
+    family: str
+    number: int
+    bearing: PlainBearing | None
+    turned: Array
+    gap: Array
+    speed: Array
+    velocity: ComplexArray
+
+
+def _main(cycle: _Cycle, number: int, bearing: PlainBearing | None) -> BearingCycle:
+    """Main bearing, counted from 1; ``bearing`` is None where it is of rollers."""
+    name = f"bearing[{number}]"
+    gap, speed, velocity = cycle[f"{name}.gap.angle"], cycle[f"{name}.speed.relative"], cycle.vector(f"{name}.velocity")
+    return _bearing(cycle, _Shell(name, MAIN, number, bearing, np.zeros(gap.size), gap, speed, velocity))
+
+
+def _big_end(cycle: _Cycle, cylinder: int, engine: Engine) -> BearingCycle:
+    """Big end of a cylinder, counted from 0."""
+    name = f"big_end[{cylinder + 1}]"
+    lean, slope = rod_lean(engine, cylinder, cycle.crank)
+    gap, speed = np.angle(cycle.vector(f"{name}.position")), (1.0 - slope) * cycle["crank.speed"]
+    shell = _Shell(
+        name, BIG_END, cylinder + 1, engine.big_end_bearing, lean, gap, speed, cycle.rate(f"{name}.position")
+    )
+    return _bearing(cycle, shell)
+
+
+def _bearing(cycle: _Cycle, shell: _Shell) -> BearingCycle:
+    """One bearing; films are where there is a pressure, specific loads where the engine file gives a plain bearing."""
+    name, bearing = shell.name, shell.bearing
+    force = cycle.vector(f"{name}.force")
+    in_shell = -force * np.exp(-1j * shell.turned)
+    film = bearing is not None and bool(np.any(cycle[f"{name}.pressure_max"]))
+    found: dict[str, Any] = dict.fromkeys(
+        (
+            "specific_load", "mean_specific_load", "pv", "peak_pv", "orbit", "film", "pressure", "friction_power",
+            "squeeze_power", "oil_flow",
+        )
+    )  # fmt: skip
+    if bearing is not None:
+        specific = np.abs(force) / (bearing.diameter * bearing.width)
+        pv = specific * np.abs(0.5 * bearing.diameter * shell.speed)
+        found |= {"specific_load": cycle.extreme(specific, np.angle(in_shell))}
+        found |= {"mean_specific_load": float(specific.mean()), "pv": float(pv.mean()), "peak_pv": float(pv.max())}
+    if film and bearing is not None:
+        place = np.angle(np.exp(1j * (shell.gap - shell.turned)))
+        squeeze = -(force * shell.velocity.conj()).real
+        found |= {
+            "orbit": cycle.vector(f"{name}.position") / bearing.clearance,
+            "film": cycle.extreme(cycle[f"{name}.film_thickness_min"], place, least=True),
+            "pressure": cycle.extreme(cycle[f"{name}.pressure_max"]),
+            "friction_power": float((cycle[f"{name}.friction_torque"] * shell.speed).mean()),
+            "squeeze_power": float(squeeze.mean()),
+            "oil_flow": float(cycle[f"{name}.oil_flow"].mean()),
+        }
+    return BearingCycle(
+        family=shell.family,
+        number=shell.number,
+        angle=cycle.angle,
+        on_shell=-force,
+        on_journal=force * np.exp(-1j * cycle.crank),
+        on_rod=in_shell if shell.family == BIG_END else None,
+        load=cycle.extreme(np.abs(force), np.angle(in_shell)),
+        **found,
+    )

@@ -1,0 +1,179 @@
+"""Bearings over a cycle: closed forms of made-up runs, limits, and the energy balance of a real one."""
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+from cranktrain.core.errors import InputError
+from cranktrain.engine.bearing_limits import BearingLimits
+from cranktrain.engine.file import load_engine
+from cranktrain.results.bearing_limits import missing_limits, violations
+from cranktrain.results.bearings import bearing_report, rod_lean
+from cranktrain.results.orders import CYCLE
+
+ENGINE = load_engine("diesel_i6")
+SPEED = 200.0
+SAMPLES = 720
+
+
+def vector(values):
+    """A complex constant or history as both outputs of a vector."""
+    values = np.broadcast_to(np.asarray(values, dtype=complex), SAMPLES + 1)
+    return {"x": values.real, "y": values.imag}
+
+
+def made_up(engine=ENGINE, start=0.3, **changes):
+    """A run over one cycle and the crank angle; ``changes``: main or big_end → output → values, a vector's complex."""
+    time = np.arange(SAMPLES + 1) * (CYCLE / SPEED / SAMPLES)
+    angle = SPEED * time
+    crank = start + angle
+    outputs = {"crank.angle": crank, "crank.speed": np.full_like(time, SPEED)}
+    usual = {
+        "force": -1.0e4j, "position": -2e-5j, "velocity": 0j, "film_thickness_min": 5e-6, "pressure_max": 5e7,
+        "friction_torque": 1.0, "oil_flow": 1e-5,
+    }  # fmt: skip
+    own = {"speed.relative": SPEED, "gap.angle": -0.5 * math.pi}
+    families = {"bearing": (7, usual | own, "main"), "big_end": (engine.n_cylinders, usual, "big_end")}
+    for family, (count, values, key) in families.items():
+        for i in range(1, count + 1):
+            for name, value in {**values, **changes.get(key, {})}.items():
+                value = value(crank, i) if callable(value) else value
+                if name in ("force", "position", "velocity"):
+                    outputs |= {f"{family}[{i}].{name}.{axis}": array for axis, array in vector(value).items()}
+                else:
+                    outputs[f"{family}[{i}].{name}"] = np.broadcast_to(np.asarray(value, float), time.shape)
+    return SimpleNamespace(time=time, angle=angle, outputs=outputs)
+
+
+def test_a_load_that_turns_with_the_crank_is_a_circle_on_the_shell_and_a_point_on_the_journal():
+    run = made_up(main={"force": lambda crank, i: 5e3 * i * np.exp(1j * crank)})
+    for bearing in bearing_report(run, ENGINE).mains:
+        force = 5e3 * bearing.number
+        assert np.abs(bearing.on_shell) == pytest.approx(force, rel=1e-12)
+        turned = np.unwrap(np.angle(bearing.on_shell))
+        assert turned[-1] - turned[0] == pytest.approx(CYCLE * (1 - 1 / SAMPLES), rel=1e-9)
+        assert bearing.on_journal == pytest.approx(np.full(SAMPLES, force), rel=1e-9)
+        plain = ENGINE.main_bearing
+        assert bearing.specific_load.value == pytest.approx(force / (plain.diameter * plain.width), rel=1e-12)
+        assert bearing.mean_specific_load == pytest.approx(bearing.specific_load.value, rel=1e-12)
+        assert bearing.pv == pytest.approx(0.5 * plain.diameter * SPEED * bearing.mean_specific_load, rel=1e-12)
+
+
+def test_friction_power_is_torque_times_speed_and_fmep_that_of_a_known_torque():
+    run = made_up(main={"friction_torque": lambda crank, i: 2.0 + np.cos(crank)}, big_end={"friction_torque": 0.0})
+    report = bearing_report(run, ENGINE)
+    assert report.speed == pytest.approx(SPEED, rel=1e-12)
+    for bearing in report.mains:
+        assert bearing.friction_power == pytest.approx(2.0 * SPEED, rel=1e-12)
+        assert bearing.squeeze_power == 0.0
+    # four strokes: 2 · 2π T/V of seven mains
+    stroke = 2.0 * ENGINE.crankshaft.throw
+    volume = 6 * 0.25 * math.pi * ENGINE.cylinders.bore**2 * stroke
+    assert report.fmep == pytest.approx(2 * 2 * math.pi * 14.0 / volume, rel=1e-9)
+
+
+def test_a_pin_turns_in_its_big_end_by_the_crank_less_the_rod():
+    """A torque that follows the crank angle finds the rod's swing in the mean of its power."""
+    run = made_up(big_end={"friction_torque": lambda crank, i: 3.0 + np.cos(2 * crank)})
+    for c, bearing in enumerate(bearing_report(run, ENGINE).big_ends):
+        crank = run.outputs["crank.angle"]
+        lean = rod_lean(ENGINE, c, crank)[0]
+        relative = SPEED - CubicSpline(run.time, lean).derivative()(run.time)
+        power = ((3.0 + np.cos(2 * crank)) * relative)[1:].mean()
+        assert bearing.friction_power == pytest.approx(power, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
+def test_a_load_along_the_rod_points_at_the_small_end(name):
+    """Place of pin and piston by the slider-crank's triangle, at dead centres and elsewhere."""
+    engine = load_engine(name)
+    angle = np.linspace(0.0, CYCLE, 97)
+    cylinders = engine.cylinders
+    for c, dead_centre in enumerate(engine.firing_angles):
+        up = 1j * np.exp(1j * cylinders.bank_angles[c])
+        pin = (
+            1j * engine.crankshaft.throw * np.exp(1j * (angle + engine.crankshaft.throw_angles[cylinders.pins[c] - 1]))
+        )
+        across = (pin / up).imag
+        piston = up * ((pin / up).real + np.sqrt(engine.rod.length**2 - across**2))
+        rod = (piston - pin) / engine.rod.length
+        lean, slope = rod_lean(engine, c, angle)
+        assert 1j * np.exp(1j * lean) == pytest.approx(rod, abs=1e-12)
+        assert slope == pytest.approx(CubicSpline(angle, lean).derivative()(angle), abs=2e-3)
+        assert rod_lean(engine, c, np.array([dead_centre]))[0][0] == pytest.approx(cylinders.bank_angles[c], abs=1e-9)
+
+
+def test_the_rods_frame_shows_where_its_shell_is_loaded():
+    run = made_up(big_end={"force": lambda crank, i: -2e4j * np.exp(1j * rod_lean(ENGINE, i - 1, crank)[0])})
+    for bearing in bearing_report(run, ENGINE).big_ends:
+        assert bearing.on_rod == pytest.approx(np.full(SAMPLES, 2e4j), rel=1e-9)
+        assert bearing.load.place == pytest.approx(0.5 * math.pi, abs=1e-9)
+        assert bearing.load.value == pytest.approx(2e4, rel=1e-12)
+
+
+def test_squeezing_a_damper_takes_its_power():
+    """A pin that goes round at e in a film of damping d turns d (e ω)² into heat."""
+    d, e = 1e6, 1e-5
+    run = made_up(
+        big_end={
+            "position": lambda crank, i: e * np.exp(1j * crank),
+            "force": lambda crank, i: -d * 1j * SPEED * e * np.exp(1j * crank),
+        }
+    )
+    for bearing in bearing_report(run, ENGINE).big_ends:
+        assert bearing.squeeze_power == pytest.approx(d * (e * SPEED) ** 2, rel=1e-4)
+        assert np.abs(bearing.orbit) == pytest.approx(e / ENGINE.big_end_bearing.clearance, rel=1e-12)
+
+
+def test_extremes_say_when_and_where():
+    dip = math.radians(123.0)
+    film = {"film_thickness_min": lambda crank, i: 5e-6 - 2e-6 * np.exp(-(((crank - dip) / 0.1) ** 2))}
+    report = bearing_report(made_up(main=film, big_end=film), ENGINE)
+    for bearing in report.bearings:
+        assert bearing.film.value == pytest.approx(3e-6, rel=1e-3)
+        assert bearing.film.angle == pytest.approx(dip, abs=math.radians(1.0))
+    assert report.mains[0].film.place == -0.5 * math.pi
+    lean = rod_lean(ENGINE, 0, np.array([report.big_ends[0].film.angle]))[0][0]
+    assert report.big_ends[0].film.place == pytest.approx(-0.5 * math.pi - lean, abs=1e-9)
+
+
+def test_bearings_without_films_have_loads_alone():
+    report = bearing_report(made_up(big_end={"pressure_max": 0.0}), ENGINE)
+    for bearing in report.big_ends:
+        assert bearing.load.value == pytest.approx(1e4) and bearing.specific_load is not None
+        assert bearing.film is bearing.friction_power is bearing.oil_flow is bearing.orbit is None
+    assert report.total("friction_power") == pytest.approx(7 * SPEED)
+    assert report.total("friction_power", "big_end") is None
+
+
+def test_only_limits_that_are_given_are_held_against():
+    report = bearing_report(made_up(), ENGINE)
+    specific = 1e4 / (ENGINE.main_bearing.diameter * ENGINE.main_bearing.width)
+    found = {}
+    for share in (0.999, 1.001):
+        limits = BearingLimits(
+            main_film=5e-6 / share, main_specific_load=specific * share, big_end_pressure=5e7 * share
+        )
+        held = replace(report, engine=replace(ENGINE, bearing_limits=limits))
+        found[share] = {(v.bearing.partition("[")[0], v.what) for v in violations(held)}
+        assert missing_limits(held) == [
+            "main_pressure", "main_pv", "big_end_film", "big_end_specific_load", "big_end_pv"
+        ]  # fmt: skip
+    assert found == {0.999: {("main", "film"), ("main", "specific_load"), ("big_end", "pressure")}, 1.001: set()}
+    bare = replace(report, engine=replace(ENGINE, bearing_limits=None))
+    assert violations(bare) == [] and len(missing_limits(bare)) == 8
+
+
+def test_runs_that_are_too_short_or_of_another_engine_are_refused():
+    run = made_up()
+    half = SimpleNamespace(
+        time=run.time[:360], angle=run.angle[:360], outputs={name: values[:360] for name, values in run.outputs.items()}
+    )
+    with pytest.raises(InputError, match="shorter than one cycle"):
+        bearing_report(half, ENGINE)
+    with pytest.raises(InputError, match="7 mains and 6 big ends, engine 'diesel_v8' 5 and 8"):
+        bearing_report(run, load_engine("diesel_v8"))
