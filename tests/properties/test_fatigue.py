@@ -172,6 +172,7 @@ def test_pictures_and_their_places(tmp_path):
     places = judged(nominal_histories(throw, TURN, webs, pins), STEEL, haigh_judgement)
     assert [path.name for path in save_pictures(tmp_path, SIX, STEEL, places, "test")] == list(PICTURES)
     assert all((tmp_path / name).stat().st_size > 10_000 for name in PICTURES)
+    assert len(save_pictures(tmp_path, SIX, STEEL, places, "test", haigh=False)) == 1
     spots = [place_of(SIX.crankshaft, one.name) for one in places]
     assert len(set(spots)) == len(places) == 30
     # The limit goes through the endurable amplitude of the place that it is drawn for.

@@ -48,7 +48,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--damper", action="store_true", help="with the engine's torsional damper on the pulley")
     add("--load", type=float, default=1.0, metavar="SHARE", help="share of the full-load burn (default 1)")
     add("--settle", type=float, default=TOLERANCE, metavar="TOL", help=f"as of simulate (default {TOLERANCE:g})")
-    add("--plots", metavar="FOLDER", help="also draw safety factors on the crank, and Haigh's diagram, there")
+    add("--plots", metavar="FOLDER", help="also draw safety factors on the crank, and for haigh its diagram, there")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -75,7 +75,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if folder is not None:
         places = [one for one, _ in report.places]
         title = f"{engine.title}, {', '.join(f'{speed:g}' for speed in speeds)} rev/min"
-        found["plots"] = [str(path) for path in save_pictures(folder, engine, report.strength, places, title)]
+        haigh = report.criterion == "haigh"
+        paths = save_pictures(folder, engine, report.strength, places, title, haigh)
+        found["plots"] = [str(path) for path in paths]
     if not options.json:
         _show(report, found)
     return found

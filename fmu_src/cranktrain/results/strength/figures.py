@@ -24,9 +24,9 @@ _STEEL, _EDGE = "#e6e9ee", "#7b838f"
 
 
 def save_pictures(
-    folder: Path, engine: Engine, strength: CrankStrength, places: Sequence[Judgement], title: str
+    folder: Path, engine: Engine, strength: CrankStrength, places: Sequence[Judgement], title: str, haigh: bool = True
 ) -> list[Path]:
-    """Write ``safety_factors.png`` and ``haigh.png`` into ``folder``; returns their paths."""
+    """Write ``safety_factors.png`` and, where ``haigh`` judged the places, ``haigh.png`` into ``folder``; the paths."""
     from matplotlib.figure import Figure
 
     c, at = engine.crankshaft, stations(engine.crankshaft)
@@ -35,11 +35,14 @@ def save_pictures(
     ax = side.subplots()
     plot_safety(ax, c, places)
     ax.set_title(f"Safety factors against fatigue: {title}", fontsize=12, parse_math=False)
-    diagram = Figure(figsize=(8.0, 5.6), dpi=120, layout="constrained")
-    ax = diagram.subplots()
-    plot_haigh(ax, places, mean_stress_sensitivity(strength))
-    ax.set_title(f"Haigh's diagram: {title}", fontsize=11, parse_math=False)
-    return [save_figure(figure, folder / name) for figure, name in zip((side, diagram), PICTURES, strict=True)]
+    figures = [side]
+    if haigh:
+        diagram = Figure(figsize=(8.0, 5.6), dpi=120, layout="constrained")
+        ax = diagram.subplots()
+        plot_haigh(ax, places, mean_stress_sensitivity(strength))
+        ax.set_title(f"Haigh's diagram: {title}", fontsize=11, parse_math=False)
+        figures.append(diagram)
+    return [save_figure(figure, folder / name) for figure, name in zip(figures, PICTURES, strict=False)]
 
 
 def kind_of(name: str) -> str:
