@@ -218,10 +218,9 @@ def test_an_instance_leaks_no_more_than_a_bare_one(fmu, bare, leak, count):
 
 @pytest.mark.slow
 def test_an_instance_that_ran_leaks_no_more_than_one_that_did_not(fmu, bare, leak):
-    """Nor than a bare one. Some hundred bytes are what Python and NumPy keep for themselves, at most once."""
+    """Nor than a bare one. Measured: 1.0, 1.3 and 7.9 kB, to 0.03 kB."""
     ran, only_made, nothing = leak(fmu, 200, "ran"), leak(fmu, 200), leak(bare, 200)
-    assert ran <= nothing, (ran, nothing)
-    assert ran < only_made + 500.0, (ran, only_made)
+    assert ran <= only_made <= nothing, (ran, only_made, nothing)
 
 
 def test_compiling_is_announced_before_it_begins(fmu, script, tmp_path):
