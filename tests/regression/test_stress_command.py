@@ -49,6 +49,8 @@ def test_stresses_of_a_cycle(coarse, capsys):
         (("--speed", "2200", "--bearings", "impedence"), "impedance"),
         (("--speed", "2200", "--bearings", "held"), "held"),
         (("--speed", "2200", "--output", "."), "folder"),
+        (("--speed", "2200", "--fillets", "7"), "1 to 6"),
+        (("--speed", "2200", "--fillets", "all", "--mesh", "own.msh"), "own.msh"),
     ],
 )
 def test_wrong_input_is_one_line(arguments, says, capsys):

@@ -57,8 +57,10 @@ def pin_centre(crankshaft: Crankshaft, pin: int) -> tuple[float, float, float]:
     return -crankshaft.throw * sin(angle), crankshaft.throw * cos(angle), 0.5 * (start + end)
 
 
-def crankshaft_shape(crankshaft: Crankshaft) -> Any:
+def crankshaft_shape(crankshaft: Crankshaft, fineness: float = 0.0) -> Any:
     """Build the crankshaft as one solid of netgen's CAD kernel, m.
+
+    With a ``fineness`` edges on fillets are to be as short as their radius over it.
 
     Faces ``main[i]``, ``pin[i]``, ``pulley`` (the nose's cylinder) and ``flange`` (rim of the flange) carry names.
     Call it where a crash of the kernel does no harm: :func:`cranktrain.structure.fem.mesh.crankshaft_mesh` does.
@@ -70,28 +72,31 @@ def crankshaft_shape(crankshaft: Crankshaft) -> Any:
     at = stations(c)
     r_main, r_pin, r_nose = 0.5 * c.main_diameter, 0.5 * c.pin_diameter, 0.5 * c.nose_diameter
     axis = (0.0, 0.0)
-    pieces = [_journal(occ, axis, r_nose, at.nose, (0.0, c.fillet), "pulley")]
+    pieces = [journal(occ, axis, r_nose, at.nose, (0.0, c.fillet), "pulley")]
     pieces += [
-        _journal(occ, axis, r_main, span, (c.fillet if i else 0.0, c.fillet), f"main[{i + 1}]")
+        journal(occ, axis, r_main, span, (c.fillet if i else 0.0, c.fillet), f"main[{i + 1}]")
         for i, span in enumerate(at.mains)
     ]
     for i, span in enumerate(at.pins):
         x, y, _ = pin_centre(c, i + 1)
-        pieces.append(_journal(occ, (x, y), r_pin, span, (c.fillet, c.fillet), f"pin[{i + 1}]"))
+        pieces.append(journal(occ, (x, y), r_pin, span, (c.fillet, c.fillet), f"pin[{i + 1}]"))
         for j in (2 * i, 2 * i + 1):
-            pieces.append(_web(occ, c, c.throw_angles[i], at.webs[j], c.counterweights[j]))
-    pieces.append(_journal(occ, axis, 0.5 * c.flange_diameter, at.flange, (0.0, 0.0), "flange"))
+            pieces.append(web(occ, c, c.throw_angles[i], at.webs[j], c.counterweights[j]))
+    pieces.append(journal(occ, axis, 0.5 * c.flange_diameter, at.flange, (0.0, 0.0), "flange"))
     pieces.sort(key=lambda piece: piece.center.z)
     solid = pieces[0]
     for piece in pieces[1:]:
         solid = solid + piece
     if c.oil_holes:
         for i in range(len(at.pins)):
-            solid = solid - _oil_hole(occ, c, i)
+            solid = solid - oil_hole(occ, c, i)
+    if fineness > 0.0:
+        ends = [(z, side * c.fillet) for span in (*at.mains, *at.pins) for z, side in zip(span, (1, -1), strict=True)]
+        refine_fillets(solid, ends, fineness)
     return solid
 
 
-def _journal(
+def journal(
     occ: Any,
     centre: tuple[float, float],
     radius: float,
@@ -127,7 +132,7 @@ def _journal(
     return solid
 
 
-def _web(occ: Any, c: Crankshaft, angle: float, span: tuple[float, float], counterweight: bool) -> Any:
+def web(occ: Any, c: Crankshaft, angle: float, span: tuple[float, float], counterweight: bool) -> Any:
     """Plate between two planes, its pin turned by ``angle`` from +y about +z."""
     z = span[0]
     outline = _web_outline(occ, c.web_main_radius, c.web_pin_radius, c.throw, z)
@@ -169,7 +174,7 @@ def _counterweight_outline(occ: Any, radius: float, half_width: float, z: float)
     return occ.Face(occ.Wire([*sides, occ.Segment(corners[3], corners[0])]))
 
 
-def _oil_hole(occ: Any, c: Crankshaft, i: int) -> Any:
+def oil_hole(occ: Any, c: Crankshaft, i: int) -> Any:
     """Straight bore from the far side of main journal i to the outer side of its pin, through middle of both."""
     x, y, z_pin = pin_centre(c, i + 1)
     out = (x / c.throw, y / c.throw)
@@ -186,3 +191,15 @@ def _oil_hole(occ: Any, c: Crankshaft, i: int) -> Any:
     for part in (*bore.faces, *bore.edges):
         part.maxh = HOLE_FINENESS * c.oil_hole_diameter
     return bore
+
+
+def refine_fillets(solid: Any, fillets: list[tuple[float, float]], fineness: float) -> Any:
+    """Solid with edges of fillet over fineness asked for on its fillets: (plane of its web, signed extent) of each."""
+    for face in solid.faces:
+        low, high = (corner.z for corner in face.bounding_box)
+        for z, extent in fillets:
+            begins, length = (low, high - low) if extent > 0.0 else (high, high - low)
+            # The kernel's box of a fillet holds its control points, which lie beyond it.
+            if abs(begins - z) < 0.02 * abs(extent) and 0.9 < length / abs(extent) < 2.5:
+                face.maxh = abs(extent) / fineness
+    return solid

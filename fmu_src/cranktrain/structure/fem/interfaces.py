@@ -83,7 +83,7 @@ def _averaging(model: FEModel, name: str, place: Array | None) -> tuple[Array, s
     points = np.asarray(facets.global_coordinates())
     if place is None:
         place = np.einsum("afq,fq->a", points, facets.dx) / facets.dx.sum()
-    motions = _rigid_motions(points - np.asarray(place)[:, None, None])
+    motions = unit_motions(points - np.asarray(place)[:, None, None])
     moments = np.einsum("kafq,lafq,fq->kl", motions, motions, facets.dx)
     size = np.sqrt(np.diag(moments))
     if np.linalg.cond(moments / np.outer(size, size)) > 1e8:
@@ -102,7 +102,7 @@ def _weighted(facets: FacetBasis, motion: Array) -> Array:
     return np.asarray(form.assemble(facets, b=motion))
 
 
-def _rigid_motions(arm: Array) -> Array:
+def unit_motions(arm: Array) -> Array:
     """Unit translations and rotations as fields, (6, 3, ...), of positions (3, ...) from the reference point."""
     motions = np.zeros((6, *arm.shape))
     for k in range(3):
@@ -135,7 +135,7 @@ def tied_surfaces(model: FEModel, interfaces: InterfaceSet, motions: Array) -> t
     free, tied = np.flatnonzero(owner < 0), np.flatnonzero(owner >= 0)
     owners, owner_of_tied = np.unique(owner[tied], return_inverse=True)
     arm = model.positions[:, tied] - interfaces.positions[owner[tied]].T
-    across = _rigid_motions(arm)[:, model.components[tied], np.arange(tied.size)]
+    across = unit_motions(arm)[:, model.components[tied], np.arange(tied.size)]
     columns = free.size + 6 * owner_of_tied[None, :] + np.arange(6)[:, None]
     tie = sparse.csr_matrix(
         (

@@ -58,7 +58,7 @@ def interface_names(throws: int) -> tuple[str, ...]:
     return (*mains, *pins, "pulley", "flywheel", "thrust")
 
 
-def crankshaft_mesh(crankshaft: Crankshaft, thrust_main: int | None = None) -> MeshTet2:
+def crankshaft_mesh(crankshaft: Crankshaft, thrust_main: int | None = None, fillet_fineness: float = 0.0) -> MeshTet2:
     """Mesh the crankshaft from its dimensions.
 
     Raises ``InputError``: for impossible dimensions, a crash of the CAD kernel, or elements that stay inverted.
@@ -67,6 +67,7 @@ def crankshaft_mesh(crankshaft: Crankshaft, thrust_main: int | None = None) -> M
     ----------
     crankshaft : dimensions, m; ``mesh_size`` is the largest edge, fillets get about half of it
     thrust_main : main journal (from 1) beside which the thrust faces lie; the middle one by default
+    fillet_fineness : radius of fillets over the edges on them; 0 as ``mesh_size`` makes them
 
     Returns
     -------
@@ -80,7 +81,10 @@ def crankshaft_mesh(crankshaft: Crankshaft, thrust_main: int | None = None) -> M
     if not 1 <= main <= throws + 1:
         raise InputError(f"thrust.main = {main}: the crankshaft has main journals 1 to {throws + 1}")
     nodes, tets, triangles, labels, names = cad_mesh(
-        "cranktrain.structure.fem.mesh:_solid", asdict(crankshaft), "crankshaft", "fillet or mesh_size"
+        "cranktrain.structure.fem.mesh:_solid",
+        {**asdict(crankshaft), "fillet_fineness": fillet_fineness},
+        "crankshaft",
+        "fillet or mesh_size",
     )
     surfaces = {name: triangles[labels == k] for k, name in enumerate(names) if name in interface_names(throws)}
     mesh = quadratic_mesh(nodes, tets, surfaces, NETGEN_EDGES)
@@ -399,7 +403,8 @@ def _solid(values: dict[str, Any]) -> tuple[Any, float, float]:
     """Solid, largest edge and fineness, in the child that meshes."""
     from cranktrain.structure.crank.shape import crankshaft_shape
 
+    fineness = values.pop("fillet_fineness")
     sizes: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
     crankshaft = Crankshaft(**sizes)
     # Half the largest edge on fillets at the default sizes: one curved side per quarter circle of 4.5 mm.
-    return crankshaft_shape(crankshaft), crankshaft.mesh_size, 1.8 * crankshaft.fillet / crankshaft.mesh_size
+    return crankshaft_shape(crankshaft, fineness), crankshaft.mesh_size, 1.8 * crankshaft.fillet / crankshaft.mesh_size

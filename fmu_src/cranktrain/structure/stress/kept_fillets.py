@@ -1,0 +1,67 @@
+"""Sub-models of an engine's throws, solved once and kept beside the reduced crankshaft."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, StoreError
+from cranktrain.engine.model import Engine
+from cranktrain.store.hdf5 import load_body
+from cranktrain.store.whole_file import whole_file
+from cranktrain.structure.crank.reduction import reduction_task
+from cranktrain.structure.fem.elasticity import component_dofs
+from cranktrain.structure.fem.reduction import Progress, ReductionTask
+from cranktrain.structure.stress.stress_modes import SAME, ShapedCrank
+from cranktrain.structure.stress.sub_model import FilletModes, fillet_modes
+from cranktrain.structure.stress.throw_mesh import FINENESS
+
+RECIPE = 1
+"""Raised when the same shapes would give other stresses."""
+
+
+def throw_fillets(
+    engine: Engine, throw: int, shaped: Callable[[], ShapedCrank], say: Progress, fineness: float = FINENESS
+) -> FilletModes:
+    """Fillets of a throw (numbered from 1); from the user's cache where they are kept there.
+
+    Raises ``InputError``: no such throw, or what :func:`cranktrain.structure.stress.sub_model.fillet_modes` refuses.
+
+    Parameters
+    ----------
+    shaped : makes the crankshaft with its shapes where it is needed
+    """
+    count = len(engine.crankshaft.throw_angles)
+    if not 1 <= throw <= count:
+        raise InputError(f"throw {throw} does not exist; engine '{engine.name}' has throws 1 to {count}")
+    task = reduction_task(engine)
+    path = task.path.with_name(f"{task.path.stem}-throw{throw}-{fineness:g}.npz")
+    kept = _read(path, task, throw)
+    if kept is not None:
+        return kept
+    crank = shaped()
+    dofs = component_dofs(crank.model.basis)
+    coarse = (crank.model.mesh.doflocs, crank.reduced.modes[dofs])
+    made = fillet_modes(engine.crankshaft, engine.material, coarse, throw, say, fineness)
+    with whole_file(path) as temporary, temporary.open("wb") as file:
+        np.savez(file, recipe=RECIPE, shapes=crank.reduced.body.shapes, **vars(made))
+    return made
+
+
+def _read(path: Path, task: ReductionTask, throw: int) -> FilletModes | None:
+    """What is kept of the body that is kept, or None."""
+    try:
+        shapes = load_body(task.path, task.digest).shapes
+        with np.load(path) as file:
+            found = file["shapes"]
+            if int(file["recipe"]) != RECIPE or found.shape != shapes.shape:
+                return None
+            if not np.allclose(found, shapes, rtol=SAME, atol=SAME * np.abs(shapes).max()):
+                return None
+            features = tuple(str(name) for name in file["features"])
+            return FilletModes(throw, file["modes"], file["points"], features, file["number"])
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile, StoreError):
+        return None
