@@ -3,14 +3,15 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from cranktrain.engine.file import load_engine
-from cranktrain.results.strength.iacs_m53 import ThrowShape, fillet_factors, throw_shape
+from cranktrain.results.strength.iacs_m53 import ThrowShape, fillet_factors
 from cranktrain.structure.stress.fillet_factors import free_surface, throw_factors
 from cranktrain.structure.stress.throw_mesh import QuarterThrow
 
-CASES = json.loads((Path(__file__).parents[1] / "data" / "fillet_scf.json").read_text())[0]["finite_elements"]
+DATA = json.loads((Path(__file__).parents[1] / "data" / "fillet_scf.json").read_text())[0]["finite_elements"]
+CASES = [case for case in DATA if case["s"] >= 0.0]
 DIAMETER = 0.1
 CONVERGED = 0.03
 """Least over largest principal stress at the peak, from which it counts as converged."""
@@ -40,32 +41,19 @@ def by_rule(case):
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"overlap {case['s']:g}")
 def test_factors_of_other_finite_elements_and_of_the_rule(case):
-    """Within 3 % of the other's; within 12 % of the rule's where pin and journal overlap."""
+    """Pin and journal overlap: within 3 % of the other's, within 12 % of the rule's."""
     found = throw_factors(quarter(case))
     assert found.free_surface <= CONVERGED
     for name in ("alpha_b", "beta_b", "alpha_t", "beta_t"):
         expected = case[name[:-1] + name[-1].upper()]
         assert getattr(found, name) == pytest.approx(expected, rel=0.03), name
-    if case["s"] >= 0.0:
-        assert found.beta_q == pytest.approx(case["beta_Q_zero_moment"], rel=0.03)
-        rule = by_rule(case)
-        for name in ("alpha_b", "beta_b", "alpha_t", "beta_t"):
-            assert getattr(found, name) == pytest.approx(getattr(rule, name), rel=0.12), name
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
-def test_our_throws_are_near_the_rule(name):
-    crankshaft = load_engine(name).crankshaft
-    found, rule = throw_factors(QuarterThrow.of(crankshaft)), fillet_factors(throw_shape(crankshaft))
-    assert found.free_surface <= CONVERGED
-    for factor in ("alpha_b", "beta_b", "alpha_t", "beta_t"):
-        assert getattr(found, factor) == pytest.approx(getattr(rule, factor), rel=0.12), factor
+    assert found.beta_q == pytest.approx(case["beta_Q_zero_moment"], rel=0.03)
+    rule = by_rule(case)
+    for name in ("alpha_b", "beta_b", "alpha_t", "beta_t"):
+        assert getattr(found, name) == pytest.approx(getattr(rule, name), rel=0.12), name
 
 
 def test_a_free_surface_has_a_principal_stress_that_vanishes():
     plane = [[90.0, 1.0], [30.0, 1.0], [0.0, 1.0], [5.0, 0.0], [0.0, 0.0], [0.0, 0.0]]
-    import numpy as np
-
     assert free_surface(np.array(plane)) == pytest.approx(0.0, abs=1e-12)
     assert free_surface(np.array(plane) + np.array([3.0, 3.0, 3.0, 0, 0, 0])[:, None]) > 0.02
