@@ -70,7 +70,7 @@ def test_every_real_has_a_unit_and_every_output_its_dependencies(whole, whole_fm
     unknowns = root.find("ModelStructure/Outputs")
     assert all(unknown.get("dependencies") == "" for unknown in unknowns)
     cylinders, mains = whole.engine.n_cylinders, len(whole.engine.crankshaft.main_widths)
-    counted = 6 + mains * 21 + 2 + cylinders * (2 + 9 + 4) + 4 * 6 + 11 + 4
+    counted = 6 + mains * 21 + 2 + 3 + cylinders * (2 + 9 + 4) + 4 * 6 + 11 + 4
     assert len(root.find("ModelStructure/InitialUnknowns")) == len(unknowns) == counted
     inputs = [v.get("name") for v in root.iter("ScalarVariable") if v.get("causality") == "input"]
     assert inputs == ["speed", *(f"cylinder[{i + 1}].pressure" for i in range(cylinders)), "shaft.load_torque"]

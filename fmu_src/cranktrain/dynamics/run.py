@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import call_kernel, kernel
 from cranktrain.dynamics.model.state import LAST_INTERVAL
-from cranktrain.dynamics.outputs.register import ADDRESS, END, FIRST, MEMBERS
+from cranktrain.dynamics.outputs.slots import ADDRESS, END, FIRST, MEMBERS
 from cranktrain.dynamics.time.reconstruction import reconstruct
 from cranktrain.dynamics.time.status import OK
 from cranktrain.dynamics.time.step_control import advance, frame_at, ports_at_state

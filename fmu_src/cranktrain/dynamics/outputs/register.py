@@ -47,7 +47,7 @@ class Family:
     outputs : the rest of their names, in order, with what each needs
     count : the entry of :class:`Counts` that numbers the members; empty: there is one, without number
     units : of those outputs whose name does not tell, see :func:`cranktrain.results.files.output_unit`
-    unjudged : outputs that do not tell how settled a run is: angles that grow or wrap, and counts
+    unjudged : outputs that do not tell how settled a run is: angles that grow or wrap, counts, parts of others
     """
 
     name: str
@@ -109,14 +109,10 @@ def output_names(counts: Counts) -> tuple[str, ...]:
     return tuple(output_needs(counts))
 
 
-ADDRESS, FIRST, END, MEMBERS, COLUMNS = range(5)
-"""Columns of :class:`Outputs`' families."""
-
-
 class Outputs(NamedTuple):
     """What a run shows, and what fills it."""
 
-    families: NDArray[np.int64]  # (f, COLUMNS) kernel's address, first value and the one behind the last, members
+    families: NDArray[np.int64]  # (f, COLUMNS) see dynamics.outputs.slots
     values: Array  # (outputs,)
     build: NDArray[np.void]  # (0,) see core.build_mark
 
@@ -188,6 +184,13 @@ for _family in (
         unjudged=frozenset({"gap.angle", "gap.side", "gap.rate"}),
     ),
     Family("thrust", f"{_HERE}.main_bearings:observe_thrust", {"force": _BENDS, "displacement": _BENDS}),
+    Family(
+        "axial",
+        f"{_HERE}.axial:observe_axial",
+        {"engine": _SHAKES, "bearing": _BENDS, "crank": _BENDS},
+        units={"axial.engine": "m", "axial.bearing": "m", "axial.crank": "m"},
+        unjudged=frozenset({"engine", "bearing", "crank"}),  # parts of what is judged
+    ),
     Family("cylinder", f"{_HERE}.cylinders:observe_cylinders", {"volume": {}, "piston_position": {}}, "cylinders"),
     Family(
         "big_end",

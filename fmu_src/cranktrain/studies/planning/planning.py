@@ -357,7 +357,7 @@ class _Chooser:
 
 def charted_as(output: str) -> str:
     """Quantity of the trade-off study's chart that is nearest to an output."""
-    if output.startswith(("pulley.axial", "thrust.")):
+    if output.startswith(("pulley.axial", "axial.", "thrust.")):
         return "pulley_axial"
     if output == "shaft.torque":
         return "shaft_torque"
