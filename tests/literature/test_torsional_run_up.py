@@ -137,6 +137,9 @@ def test_run_up_holds_what_was_asked():
     np.testing.assert_allclose(run_up.speeds, np.sort(speeds))
     alone = torsion_orders(engine, body, SETTINGS, np.array([1600.0 * RPM]), [6.0])
     assert run_up.order(6.0)[1] == pytest.approx(alone[0, 0], rel=1e-12)
+    least, mean, largest = run_up.extremes["pulley.torsion"].T
+    assert np.all(least < mean) and np.all(mean < largest)
+    assert np.all(largest - mean < np.abs(torsion_orders(engine, body, SETTINGS, speeds, ORDERS)).sum(axis=1).max())
 
 
 @pytest.mark.parametrize(

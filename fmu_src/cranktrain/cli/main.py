@@ -28,6 +28,7 @@ from cranktrain.cli import (
     film_table,
     modal,
     plan,
+    plot_runup,
     reduce,
     roller,
     run,
@@ -50,8 +51,8 @@ ENGINE_VERBS = {
 """Modules of the verbs that ask one thing of one engine: ``DESCRIPTION``, ``add_options`` and ``run``."""
 VERBS = {
     "bearing": bearing, "film-table": film_table, "damper-optimum": damper, "roller": roller, "stability": stability,
-    "calibrate": calibrate, "run-in": run_in, "tradeoff": tradeoff, "plan": plan, "run": run,
-    "export": export,
+    "calibrate": calibrate, "run-in": run_in, "tradeoff": tradeoff, "plan": plan, "plot-runup": plot_runup,
+    "run": run, "export": export,
 }  # fmt: skip
 """Likewise of all others."""
 

@@ -57,17 +57,23 @@ def frequency_run_up(
 ) -> RunUp:
     """Run-up whose ``pulley.torsion`` is that of :func:`torsion_orders`; parameters and errors are its own."""
     speeds = np.unique(np.asarray(speeds, dtype=float))
-    found = torsion_orders(engine, body, settings, speeds, orders, rule, gas)
-    none = np.zeros(speeds.size, dtype=int)
+    structure, found, places = _response(engine, body, settings, speeds, orders, rule, gas)
+    motion = structure.signal(found, 1)
     return RunUp(
         speeds=speeds,
         orders=np.asarray(orders, dtype=float),
-        amplitudes={TORSION: found},
-        extremes={},
-        cycles=none,
-        repeats=none,
+        amplitudes={TORSION: found[:, places]},
+        extremes={TORSION: np.stack((motion.min(axis=1), found[:, 0].real, motion.max(axis=1)), axis=1)},
+        cycles=np.zeros(speeds.size, dtype=int),
+        repeats=np.ones(speeds.size, dtype=int),
         left=np.zeros(speeds.size),
-        attributes={"engine": engine.name, "crank": settings.crank, "damper": settings.damper, "steady": rule},
+        attributes={
+            "engine": engine.name,
+            "crank": settings.crank,
+            "damper": settings.damper,
+            "body_digest": body.digest,
+            "steady": rule,
+        },
     )
 
 
@@ -102,7 +108,20 @@ def torsion_orders(
     SolverError
         orders that do not settle
     """
-    speeds = np.atleast_1d(np.asarray(speeds, dtype=float))
+    _, found, places = _response(engine, body, settings, np.atleast_1d(speeds), orders, rule, gas)
+    return found[:, places]
+
+
+def _response(
+    engine: Engine,
+    body: ReducedBody,
+    settings: Settings,
+    speeds: Array,
+    orders: Sequence[float],
+    rule: str,
+    gas: GasTrace | None,
+) -> tuple[ShaftOrders, ComplexArray, NDArray[np.int_]]:
+    """Structure, all orders (s, k + 1) of the pulley, and the places (o,) of those asked; as :func:`torsion_orders`."""
     if rule not in RULES:
         raise InputError(f"rule '{rule}' of a run-up in the frequency domain does not exist; {nearest(rule, RULES)}")
     if not np.all((speeds >= SLOWEST) & np.isfinite(speeds)):
@@ -115,9 +134,9 @@ def torsion_orders(
     structure = ShaftOrders(engine, body, settings, trace, max(highest, HIGHEST_ORDER))
     damper = (engine, settings) if settings.damper == "fitted" else None
     if rule == LINEAR:
-        return _linear(structure, damper, speeds)[:, places]
+        return structure, _linear(structure, damper, speeds), places
     parts = np.array_split(speeds, -(-speeds.size // _AT_ONCE))
-    return np.concatenate([_balanced(structure, damper, part)[:, places] for part in parts])
+    return structure, np.concatenate([_balanced(structure, damper, part) for part in parts]), places
 
 
 class _Transfer(NamedTuple):

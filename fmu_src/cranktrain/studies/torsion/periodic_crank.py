@@ -90,6 +90,7 @@ class PeriodicCrank:
     coupled : whether what varies over the cycle couples the orders; may be set
     angle : (N,) crank angle of the samples, rad
     forces : the force laws about the rigid rotation; what :meth:`correct` adds is not among them
+    stiffness, damping, mass : (n, n) of the crank with the cycle means of all tangents
     """
 
     def __init__(
@@ -129,11 +130,11 @@ class PeriodicCrank:
         damping = np.diag(structural_damping(engine, body)) + 2.0 * speed * body.gyroscopic + dampers
         self._start: Array | None = None
         self._scale = float(np.max(body.omega)) ** 2
-        self._stiffness = stiffness - rows.T @ place @ rows
-        self._damping = damping - rows.T @ velocity @ rows
-        self._mass = np.eye(body.n_modes) - rows.T @ acceleration @ rows
+        self.stiffness = stiffness - rows.T @ place @ rows
+        self.damping = damping - rows.T @ velocity @ rows
+        self.mass = np.eye(body.n_modes) - rows.T @ acceleration @ rows
         # Rigid motions that are locked feel nothing; a stiffness keeps their equations solvable.
-        self._stiffness += self._scale * np.diag(np.where(np.any(body.shapes, axis=(0, 1)), 0.0, 1.0))
+        self.stiffness += self._scale * np.diag(np.where(np.any(body.shapes, axis=(0, 1)), 0.0, 1.0))
 
     def response(self, row: Array, added: ComplexArray, torque: ComplexArray) -> ComplexArray:
         """Complex amplitudes (k + 1,) of the orders of the motion ``row`` (n,).
@@ -154,7 +155,7 @@ class PeriodicCrank:
     def modal_response(self, row: Array, added: ComplexArray, torque: ComplexArray) -> ComplexArray:
         """Complex amplitudes (k + 1, n) of the modes; arguments and errors as of :meth:`response`."""
         rows, w = self.forces.rows, self.omega[:, None, None]
-        dynamic = self._stiffness + 1j * w * self._damping - w**2 * self._mass
+        dynamic = self.stiffness + 1j * w * self.damping - w**2 * self.mass
         dynamic = dynamic + added[:, None, None] * np.outer(row, row)
         # The frame turns with the crank's mean rotation: in its place the mean torque of the shaft is sought, which
         # acts on the flywheel and winds the crank up.

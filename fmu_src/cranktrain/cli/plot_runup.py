@@ -1,0 +1,83 @@
+"""The verb ``plot-runup``: pictures of a run-up's file, with measured orders laid over."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cranktrain.cli.console import say
+from cranktrain.core.errors import CranktrainError
+from cranktrain.engine.file import load_engine
+
+if TYPE_CHECKING:
+    from cranktrain.engine.model import Engine
+    from cranktrain.results.measured_orders import Measured
+    from cranktrain.results.run_up import RunUp
+
+DESCRIPTION = """\
+Pictures of a run-up: orders over the speed with their resonances named, waterfall, Campbell diagram, and motion and
+orders at the highest peaks.
+
+Measured orders come from a text file of the columns speed_rpm, order, amplitude, unit, zero to peak.
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options."""
+    add = parser.add_argument
+    add("file", metavar="FILE.h5", help="file of cranktrain runup")
+    add("--plots", default="plots", metavar="DIR", help="folder for the pictures (default plots)")
+    add("--measured", metavar="FILE.csv", help="measured orders, drawn over the computed ones")
+    add("--with-damper", metavar="FILE.h5", help="run-up of the same engine with its damper, drawn below it")
+    add("--engine", metavar="ENGINE", help="engine file, where the one that the file names has gone elsewhere")
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Draw what the file holds; modes over the speed where its engine is at hand."""
+    from cranktrain.results.measured_orders import read_measured_orders
+    from cranktrain.results.run_up import RunUp
+
+    run_up = RunUp.load(options.file)
+    damped = RunUp.load(options.with_damper) if options.with_damper else None
+    measured = read_measured_orders(options.measured) if options.measured else None
+    folder = pictures_folder(options.plots)
+    name = options.engine or str(run_up.attributes.get("engine", ""))
+    engine = None
+    try:
+        engine = load_engine(name)
+    except CranktrainError as error:
+        if options.engine:
+            raise
+        say(f"cranktrain: warning: no published speeds and no Campbell diagram: {error}; give --engine")
+    paths = draw(folder, run_up, engine, measured, damped)
+    if not options.json:
+        print("\n".join(paths))
+    return {"plots": paths}
+
+
+def pictures_folder(path: str) -> Path:
+    """Folder in which pictures may be written; ``InputError`` where they may not."""
+    from cranktrain.results.figures import check_folder
+    from cranktrain.results.run_up_figures import file_names
+
+    folder = Path(path)
+    check_folder(folder, pictures=file_names())
+    return folder
+
+
+def draw(
+    folder: Path, run_up: RunUp, engine: Engine | None, measured: Measured | None = None, damped: RunUp | None = None
+) -> list[str]:
+    """Draw a run-up; returns the pictures' paths."""
+    from cranktrain.results.run_up_figures import Beside, save_run_up_pictures
+    from cranktrain.studies.run_up.modes import run_up_modes
+
+    beside = Beside(engine, None, measured)
+    if engine is not None:
+        try:
+            beside = beside._replace(modes=run_up_modes(engine, run_up))
+        except CranktrainError as error:
+            say(f"cranktrain: warning: no Campbell diagram: {error}")
+    title = engine.name if engine is not None else str(run_up.attributes.get("engine", "run-up"))
+    return [str(path) for path in save_run_up_pictures(folder, run_up, beside, title, damped)]

@@ -1,0 +1,255 @@
+"""Pictures of a run-up, each drawn into axes that the caller made; amplitudes are zero to peak."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.results.modes_over_speed import ModesOverSpeed
+from cranktrain.results.plots import BLUE, GREY, ORANGE
+
+INK = "#3c4654"
+GREEN, RED, PURPLE = "#3f8f4f", "#c0392b", "#7d4ba3"
+KIND_COLOURS = {"bending": GREY, "torsional": RED, "axial": BLUE}
+ORDER_COLOURS = (BLUE, ORANGE, GREEN, RED, PURPLE, "#1b9aa0", "#8a6d3b", "#d36ba6", "#5b6f1f", "#14304f")
+PART_COLOURS = {"crank": BLUE, "bearing": ORANGE, "engine": GREEN}
+_RPM = 30.0 / math.pi
+
+
+class Label(NamedTuple):
+    """Text that belongs to a point of a curve, in the units of its axes, and the curve's colour."""
+
+    x: float
+    y: float
+    text: str
+    colour: str
+
+
+class Curve(NamedTuple):
+    """Amplitudes (s,) of an order over speeds (s,) rev/min, and what was measured of it: (k,) each, or nothing."""
+
+    order: float
+    speeds: Array
+    amplitudes: Array
+    measured: tuple[Array, Array] | None = None
+
+
+def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> list[float]:
+    """Places near those ``wanted`` in the same sequence of size, at least ``apart``, within ``low`` to ``high``.
+
+    Where there is no room for all they lie evenly.
+    """
+    order = np.argsort(wanted, kind="stable")
+    apart = min(apart, (high - low) / max(len(order) - 1, 1))
+    places = np.zeros(len(order))
+    # Groups of touching places move as one to the mean of what their members want.
+    groups: list[list[float]] = []
+    for k, at in enumerate(np.asarray(wanted, dtype=float)[order].tolist()):
+        groups.append([at - k * apart, 1.0])
+        while len(groups) > 1 and groups[-2][0] / groups[-2][1] > groups[-1][0] / groups[-1][1]:
+            last = groups.pop()
+            groups[-1] = [groups[-1][0] + last[0], groups[-1][1] + last[1]]
+    k = 0
+    for total, count in groups:
+        for _ in range(int(count)):
+            places[k] = min(max(total / count, low), high - (len(order) - 1) * apart) + k * apart
+            k += 1
+    found = np.empty(len(order))
+    found[order] = places
+    return [float(place) for place in found]
+
+
+def plot_orders_over_speed(
+    ax: Any,
+    curves: Sequence[Curve],
+    others: Sequence[Array],
+    quantity: str,
+    unit: str,
+    labels: Sequence[Label] = (),
+    published: Mapping[float, float] | None = None,
+    top: float = 0.0,
+) -> None:
+    """Draw orders over the speed, their peaks named above the curves.
+
+    Parameters
+    ----------
+    curves : orders that have a colour and an entry in the legend, with measured ones as dots
+    others : amplitudes (s,) of further orders, drawn grey
+    labels : of peaks
+    published : order → critical speed, rev/min, marked on the speed axis
+    top : largest amplitude that there must be room for
+    """
+    top = max([float(curve.amplitudes.max()) for curve in curves] + [1e-30, top])
+    speeds = curves[0].speeds
+    for amplitudes in others:
+        ax.plot(speeds, amplitudes, color="#c9ced6", lw=0.7, zorder=1)
+    for curve, colour in zip(curves, _colours(len(curves)), strict=True):
+        ax.plot(curve.speeds, curve.amplitudes, color=colour, lw=1.6, label=f"{curve.order:g}", zorder=3)
+        if curve.measured is not None:
+            ax.plot(*curve.measured, "o", ms=4.5, mfc="white", mec=colour, mew=1.2, zorder=4)
+            top = max(top, float(curve.measured[1].max()))
+        if published and speeds[0] <= published.get(curve.order, 0.0) <= speeds[-1]:
+            ax.plot(
+                published[curve.order], 0.0, "^", ms=8, mfc=colour, mec="white", clip_on=False, zorder=6,
+            )  # fmt: skip
+    ax.set(xlim=(speeds[0], speeds[-1]), ylim=(0.0, 1.38 * top if labels else 1.05 * top))
+    _name_peaks(ax, labels, top)
+    ax.set_xlabel("engine speed / rev/min")
+    ax.set_ylabel(f"{quantity} / {unit}")
+    ax.grid(alpha=0.25)
+    ax.legend(
+        frameon=False, fontsize=8.5, title="order", title_fontsize=8.5, loc="upper left", bbox_to_anchor=(1.0, 1.0)
+    )
+
+
+def _name_peaks(ax: Any, labels: Sequence[Label], top: float) -> None:
+    """Texts in a row above all curves, each led to its peak."""
+    low, high = ax.get_xlim()
+    margin = 0.063 * (high - low)
+    places = spread([label.x for label in labels], 2.0 * margin, low + margin, high - margin)
+    for label, place in zip(labels, places, strict=True):
+        text = ax.annotate(
+            label.text, (label.x, label.y), xytext=(place, 1.16 * top), ha="center", va="bottom", fontsize=8,
+            color=label.colour, zorder=5,
+            arrowprops={"arrowstyle": "-", "color": label.colour, "lw": 0.7, "shrinkA": 1.0, "shrinkB": 2.0},
+        )  # fmt: skip
+        text.set_in_layout(False)
+
+
+def plot_waterfall(
+    ax: Any, speeds: Array, orders: Array, amplitudes: Array, unit: str, named: Sequence[float], highest_hz: float
+) -> None:
+    """Draw spectra (s, o) over the frequency, one above the other by their speed (s,), rev/min.
+
+    ``named`` orders are drawn as rays with their number.
+    """
+    step = float(np.diff(speeds).mean())
+    largest = float(amplitudes.max()) or 1.0
+    scale = 7.0 * step / largest
+    for k in range(speeds.size - 1, -1, -1):
+        hz = orders * speeds[k] / 60.0
+        keep = hz <= highest_hz
+        line = speeds[k] + scale * amplitudes[k, keep]
+        ax.fill_between(hz[keep], speeds[k], line, color="white", lw=0.0, zorder=2.0 - 1e-3 * k)
+        ax.plot(hz[keep], line, color=BLUE, lw=0.8, zorder=2.0 - 1e-3 * k)
+    ends = speeds[0] - step, speeds[-1] + 1.5 * step
+    for order in named:
+        hz = np.array([order * end / 60.0 for end in ends])
+        ax.plot(hz, ends, color=ORANGE, lw=0.7, ls="--", alpha=0.8, zorder=3)
+        # The ray leaves by the top or by the right.
+        x, y = (hz[1], ends[1]) if hz[1] <= highest_hz else (highest_hz, 60.0 * highest_hz / order)
+        if ends[0] < y <= ends[1]:
+            ax.annotate(
+                f"{order:g}", (x, y), xytext=(0, 2) if y == ends[1] else (3, 0), textcoords="offset points",
+                ha="center" if y == ends[1] else "left", va="bottom" if y == ends[1] else "center",
+                fontsize=8, color=ORANGE, annotation_clip=False,
+            )  # fmt: skip
+    ax.set(xlim=(0.0, highest_hz), ylim=(ends[0], ends[1] + 3.0 * step))
+    ax.set_xlabel("frequency / Hz; dashed: orders")
+    ax.set_ylabel("engine speed / rev/min")
+    height = scale * largest
+    ax.plot([0.985 * highest_hz] * 2, [ends[1] - height, ends[1]], color=INK, lw=1.5, zorder=6)
+    ax.annotate(
+        f"{largest:.3g} {unit}", (0.985 * highest_hz, ends[1] - 0.5 * height), xytext=(-4, 0),
+        textcoords="offset points", ha="right", va="center", fontsize=8, color=INK, zorder=6,
+        bbox={"fc": "white", "ec": "none", "pad": 1.0},
+    )  # fmt: skip
+
+
+def plot_campbell(
+    ax: Any,
+    modes: ModesOverSpeed,
+    orders: Sequence[float],
+    highest_hz: float,
+    sizes: Mapping[float, tuple[Array, Array]] | None = None,
+    published: Mapping[float, float] | None = None,
+) -> None:
+    """Draw frequencies over the speed, rays of orders, and where they meet.
+
+    Parameters
+    ----------
+    modes : modes over the speed
+    orders : drawn as rays
+    highest_hz : end of the frequency axis
+    sizes : order → speeds (k,) rev/min and amplitudes (k,), drawn along its ray as circles of that area
+    published : order → critical speed, rev/min, a cross on its ray
+    """
+    speeds = modes.speeds * _RPM
+    low, high = float(speeds[0]), float(speeds[-1])
+    shown = [k for k in range(len(modes.names)) if modes.hz[:, k].min() < highest_hz]
+    for k in shown:
+        ax.plot(speeds, modes.hz[:, k], color=KIND_COLOURS[modes.kinds[k]], lw=1.8, zorder=4)
+    ends = [min(float(modes.hz[-1, k]), highest_hz) for k in shown]
+    places = spread(ends, 0.032 * highest_hz, 0.0, highest_hz)
+    for k, end, place in zip(shown, ends, places, strict=True):
+        colour = KIND_COLOURS[modes.kinds[k]]
+        ax.annotate(
+            f"{modes.names[k]}  {modes.hz[-1, k]:.0f} Hz", (high, end), xytext=(high + 0.02 * (high - low), place),
+            va="center", fontsize=8, color=colour, annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.6, "shrinkA": 0, "shrinkB": 0},
+        )  # fmt: skip
+    for order in orders:
+        _ray(ax, order, low, high, highest_hz)
+    largest = max([float(amplitudes.max()) for _, amplitudes in (sizes or {}).values()] + [1e-30])
+    for order, (at, amplitudes) in (sizes or {}).items():
+        keep = amplitudes > 0.01 * largest
+        ax.scatter(
+            at[keep], order * at[keep] / 60.0, s=260.0 * amplitudes[keep] / largest, color=ORANGE, alpha=0.35, lw=0.0,
+            zorder=3,
+        )  # fmt: skip
+    for order, rpm in (published or {}).items():
+        if low <= rpm <= high:
+            ax.plot(rpm, order * rpm / 60.0, "x", ms=8, color="black", mew=1.6, zorder=6)
+    ax.set(xlim=(low, high), ylim=(0.0, highest_hz))
+    ax.set_xlabel("engine speed / rev/min")
+    ax.set_ylabel("frequency / Hz")
+    ax.grid(alpha=0.2)
+
+
+def _ray(ax: Any, order: float, low: float, high: float, highest_hz: float) -> None:
+    """Ray of an order, its number where it leaves by the top, else a little before its end."""
+    ax.plot([low, high], [order * low / 60.0, order * high / 60.0], color="#9aa3ae", lw=0.8, zorder=2)
+    leaves = 60.0 * highest_hz / order
+    if low < leaves < high:
+        at, up = (leaves, highest_hz), {"xytext": (0, 3), "va": "bottom", "ha": "center"}
+    else:
+        at, up = (high, order * high / 60.0), {"xytext": (-4, 2), "va": "bottom", "ha": "right"}
+    if leaves > low:
+        ax.annotate(
+            f"{order:g}", at, textcoords="offset points", fontsize=8, color=INK, annotation_clip=False, zorder=7,
+            bbox={"fc": "white", "ec": "none", "pad": 0.6, "alpha": 0.85}, **up,
+        )  # fmt: skip
+
+
+def plot_history(
+    ax: Any, angle_deg: Array, values: Array, unit: str, title: str, measured: Array | None = None
+) -> None:
+    """Draw a motion (n,) over one cycle of crank angles (n,), with a measured one of the same angles."""
+    if measured is not None:
+        ax.plot(angle_deg, measured, color=ORANGE, lw=1.2, label="measured")
+    ax.plot(angle_deg, values, color=BLUE, lw=1.4, label="computed")
+    ax.set(xlim=(0, 720), xticks=np.arange(0, 721, 180))
+    ax.set_ylabel(unit)
+    ax.set_title(title, fontsize=9.5, loc="left")
+    ax.grid(alpha=0.25)
+
+
+def plot_harmonics(ax: Any, orders: Array, bars: Mapping[str, Array], unit: str, title: str) -> None:
+    """Draw orders (k,) as groups of bars, name → amplitudes (k,), not a number where there is none."""
+    width = 0.42 / max(len(bars), 1)
+    colours = [PART_COLOURS.get(name, ORANGE if name == "measured" else BLUE) for name in bars]
+    for k, ((name, values), colour) in enumerate(zip(bars.items(), colours, strict=True)):
+        ax.bar(orders + (k - 0.5 * (len(bars) - 1)) * width, np.nan_to_num(values), width, color=colour, label=name)
+    ax.set(xlim=(0.0, float(orders[-1]) + 0.5), xticks=np.arange(0, orders[-1] + 0.1, 1.5))
+    ax.tick_params(axis="x", labelsize=8)
+    ax.set_ylabel(unit)
+    ax.set_title(title, fontsize=9.5, loc="left")
+    ax.grid(axis="y", alpha=0.25)
+
+
+def _colours(count: int) -> list[str]:
+    return [ORDER_COLOURS[k % len(ORDER_COLOURS)] for k in range(count)]

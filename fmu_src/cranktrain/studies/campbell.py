@@ -1,0 +1,93 @@
+"""Campbell diagram: frequencies of the turning cranktrain over its speed, each mode followed through crossings.
+
+Modes are those of
+
+    M q̈ + (C − Cᵀ)/2 q̇ + K q = 0
+
+with the cycle means of the matrices of :class:`cranktrain.studies.torsion.periodic_crank.PeriodicCrank`: gyroscopic,
+centrifugal and stress stiffness, mean mass of the rods, main bearings as springs, thrust closed, connecting shaft; no
+damping. They are seen from the turning crank, as are the orders of its rods: where an order's frequency meets a mode's,
+it is in resonance. Torsion and axial motion look the same from the ground; bending seen from there is split by ±Ω.
+
+Neighbouring speeds are matched by the modal assurance criterion |x̄ᵀ y|²/((x̄ᵀ x)(ȳᵀ y)), in coordinates of unit mass,
+so that each mode keeps its name where two frequencies cross. A mode is named by its largest share of kinetic energy at
+the first speed (:mod:`cranktrain.structure.crank.modal`), counted from the lowest.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.engine.model import Engine
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.results.modes_over_speed import ModesOverSpeed
+from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, energy_shares
+from cranktrain.studies.torsion.damped_modes import DampedModes, damped_modes
+from cranktrain.studies.torsion.housed_crank import at_largest
+from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
+
+HIGHEST_ORDER = 4.0
+"""Orders that the samples resolve from which the means over a cycle are taken."""
+SLOWEST_HZ = 60.0
+"""Below are rotation on the connecting shaft, and the crank as a whole in its bearings."""
+_SPARE_HZ = 1.5
+"""Modes up to this share above those wanted are followed too: they may come down."""
+
+
+def campbell(
+    engine: Engine, body: ReducedBody, speeds: Array, level: str = "torsional", highest_hz: float = LISTED_HZ
+) -> ModesOverSpeed:
+    """Modes over the speed.
+
+    Parameters
+    ----------
+    engine, body : the engine and its running body, with all parts attached
+    speeds : (s,) rad/s, increasing and near enough to one another that shapes change little
+    level : crank level of the body: ``torsional`` keeps its journals on their axis
+    highest_hz : modes up to this frequency at the first speed
+
+    Raises
+    ------
+    InputError
+        fewer than two speeds, or none that increase
+    """
+    speeds = np.asarray(speeds, dtype=float)
+    if speeds.size < 2 or not np.all(np.diff(speeds) > 0.0):
+        raise InputError("a Campbell diagram takes two speeds or more, increasing")
+    gas = GasTrace.from_engine(engine)
+    mains = "held" if level == "torsional" else "linear"
+    found = [_modes(PeriodicCrank(engine, body, speed, gas, 1.0, HIGHEST_ORDER, mains)) for speed in speeds.tolist()]
+    wanted = (found[0].hz > SLOWEST_HZ) & (found[0].hz <= _SPARE_HZ * highest_hz)
+    place = np.flatnonzero(wanted)
+    hz, agreement = [found[0].hz[place]], []
+    shapes = found[0].shapes[:, place]
+    first = shapes
+    for modes in found[1:]:
+        alike = assurance(shapes, modes.shapes)
+        _, place = linear_sum_assignment(-alike)
+        agreement.append(alike[np.arange(place.size), place])
+        shapes = modes.shapes[:, place]
+        hz.append(modes.hz[place])
+    shown = hz[0] <= highest_hz
+    shares = energy_shares(engine, body, at_largest(first[:, shown]), rods=True)
+    kinds = tuple(KINDS[int(np.argmax(share))] for share in shares)
+    names = tuple(f"{kind} {kinds[: k + 1].count(kind)}" for k, kind in enumerate(kinds))
+    return ModesOverSpeed(speeds, np.array(hz)[:, shown], names, kinds, np.array(agreement)[:, shown])
+
+
+def assurance(ones: NDArray[Any], others: NDArray[Any]) -> Array:
+    """Modal assurance criterion (k, m) of shapes (n, k) and (n, m), in coordinates of unit mass."""
+    sizes = (np.sum(np.abs(shapes) ** 2, axis=0) for shapes in (ones, others))
+    return np.asarray(np.abs(ones.conj().T @ others) ** 2 / np.outer(*sizes))
+
+
+def _modes(crank: PeriodicCrank) -> DampedModes:
+    """Undamped modes of the turning crank at its speed."""
+    stiffness, mass = (0.5 * (part + part.T) for part in (crank.stiffness, crank.mass))
+    return damped_modes(stiffness, 0.5 * (crank.damping - crank.damping.T), mass)

@@ -1,0 +1,39 @@
+"""Modes over the speed of the crank that a run-up's file is of."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cranktrain.assembly import running_crank
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import fitted_engine
+from cranktrain.engine.model import Engine
+from cranktrain.levels import crank_level
+from cranktrain.results.modes_over_speed import ModesOverSpeed
+from cranktrain.results.run_up import RunUp
+from cranktrain.studies.campbell import campbell
+
+SPEEDS = 21
+
+
+def run_up_modes(engine: Engine, run_up: RunUp) -> ModesOverSpeed | None:
+    """Modes over the speeds of a run-up; None of a rigid crank, or of one speed.
+
+    Raises
+    ------
+    InputError
+        an engine whose crank is not that of the run-up
+    """
+    level = str(run_up.attributes.get("crank", "solid"))
+    if run_up.speeds.size < 2 or not crank_level(level).elastic:
+        return None
+    fitted = fitted_engine(engine, Settings(crank=level, damper=str(run_up.attributes.get("damper", "none"))))
+    for inherit in (True, False):
+        body = running_crank(fitted, level, inherit=inherit)
+        if body.digest == run_up.attributes.get("body_digest", body.digest):
+            return campbell(fitted, body, np.linspace(run_up.speeds[0], run_up.speeds[-1], SPEEDS), level)
+    raise InputError(
+        f"the crank of engine '{engine.name}' is not the one that the run-up has (its engine file has changed, or it "
+        "has a mesh of its own)"
+    )

@@ -1,0 +1,201 @@
+"""Pictures of a run-up show its data: lines, names of peaks, places of labels; measured orders as they are written."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import load_engine
+from cranktrain.results import run_up_figures as figures
+from cranktrain.results.measured_orders import read_measured_orders
+from cranktrain.results.modes_over_speed import ModesOverSpeed
+from cranktrain.results.run_up import AXIAL, TORSION, RunUp
+from cranktrain.results.run_up_plots import plot_waterfall, spread
+from cranktrain.structure.crank.level import crank_body
+from cranktrain.studies.campbell import assurance, campbell
+
+RPM = math.pi / 30.0
+SIX = load_engine("diesel_i6")
+MODE_HZ = 238.0
+PARTS = ("axial.engine", "axial.bearing", "axial.crank")
+
+
+def resonance(speeds, order, height, damping=0.01):
+    """Order over speed of one mode."""
+    r = order * speeds / (2.0 * math.pi * MODE_HZ)
+    return 2.0 * damping * height / (1.0 - r**2 + 2j * damping * r)
+
+
+@pytest.fixture(scope="module")
+def run_up():
+    """Orders 6 and 9 in resonance with one mode, axial motion of order 3 and its parts."""
+    speeds, orders = np.linspace(1400.0, 2600.0, 121) * RPM, 0.5 * np.arange(1, 25)
+    torsion = np.zeros((speeds.size, orders.size), dtype=complex)
+    for order, height in ((6.0, 0.02), (9.0, 0.005)):
+        torsion[:, round(2.0 * order) - 1] = resonance(speeds, order, height)
+    parts = {name: np.zeros_like(torsion) for name in PARTS}
+    for k, part in enumerate(parts.values()):
+        part[:, 5] = (k + 1) * 1e-5j
+    axial = {AXIAL: sum(parts.values())}
+    cycles = np.ones(speeds.size, dtype=int)
+    attributes = {"engine": "diesel_i6", "crank": "torsional", "damper": "none"}
+    extremes = {TORSION: np.zeros((speeds.size, 3))}
+    return RunUp(speeds, orders, {TORSION: torsion} | axial | parts, extremes, cycles, cycles, 0.0 * speeds, attributes)
+
+
+@pytest.fixture(scope="module")
+def modes(run_up):
+    """One torsional mode whose frequency does not change."""
+    speeds = run_up.speeds[[0, -1]]
+    return ModesOverSpeed(speeds, np.full((2, 1), MODE_HZ), ("torsional 1",), ("torsional",), np.ones((1, 1)))
+
+
+def texts(figure):
+    return [text.get_text() for ax in figure.axes for text in ax.texts]
+
+
+def test_peaks_are_named_by_order_speed_and_mode(run_up, modes):
+    figure = figures.order_figure(run_up, figures.TORSIONAL, figures.Beside(SIX, modes), "six")
+    assert any(text.startswith("6: 2380 rev/min\ntorsional 1, 238 Hz") for text in texts(figure))
+    assert any(text.startswith("9: 158") and "torsional 1" in text for text in texts(figure))
+    lines = {line.get_label(): line for line in figure.axes[0].lines}
+    shown = np.degrees(np.abs(run_up.order(6.0)))
+    np.testing.assert_allclose(lines["6"].get_ydata(), shown)
+    np.testing.assert_allclose(lines["6"].get_xdata(), run_up.speeds_rpm)
+    published = [line.get_xdata()[0] for line in figure.axes[0].lines if line.get_marker() == "^"]
+    assert sorted(published) == pytest.approx([1587.0, 1904.0, 2197.0, 2380.0], abs=1.0)
+
+
+def test_a_peak_away_from_the_modes_has_its_frequency(run_up, modes):
+    far = modes._replace(hz=modes.hz * 1.5)
+    figure = figures.order_figure(run_up, figures.TORSIONAL, figures.Beside(None, far), "six")
+    assert any(text == "6: 2380 rev/min\n238 Hz" for text in texts(figure))
+
+
+def test_measured_orders_lie_over_the_computed_ones(run_up, tmp_path):
+    path = tmp_path / "measured.csv"
+    path.write_text("speed_rpm, order, amplitude, unit\n2380, 6, 1.1, deg\n1900, 6, 0.1, deg\n1800, 3, 55, µm\n")
+    measured = read_measured_orders(path)
+    assert measured[AXIAL][3.0][1] == pytest.approx([55e-6])
+    figure = figures.order_figure(run_up, figures.TORSIONAL, figures.Beside(SIX, None, measured), "six")
+    dots = [line for line in figure.axes[0].lines if line.get_marker() == "o"]
+    assert len(dots) == 1
+    np.testing.assert_allclose(dots[0].get_xdata(), [1900.0, 2380.0])
+    np.testing.assert_allclose(dots[0].get_ydata(), [0.1, 1.1])
+    bars = figures.harmonic_figure(run_up, figures.TORSIONAL, figures.Beside(SIX, None, measured), "six")
+    assert any("measured" in text.get_text() for ax in bars.axes if ax.get_legend() for text in ax.get_legend().texts)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("rpm,order,amplitude\n1,2,3\n", "its header is"),
+        ("speed_rpm,order,amplitude,unit\n2000,6,x,deg\n", "line 2: amplitude 'x' is no number"),
+        ("speed_rpm,order,amplitude,unit\n2000,6,1,degr\n", "did you mean 'deg'"),
+        ("speed_rpm,order,amplitude,unit\n2000,6.2,1,deg\n", "no multiple of a half"),
+        ("speed_rpm,order,amplitude,unit\n-3,6,1,deg\n", "not positive"),
+        ("speed_rpm,order,amplitude,unit\n2000,6,1\n", "line 2: 3 values"),
+        ("speed_rpm,order,amplitude,unit\n", "no points"),
+    ],
+)
+def test_measured_orders_that_are_none_are_refused(tmp_path, text, message):
+    path = tmp_path / "measured.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_measured_orders(path)
+
+
+def test_history_is_the_sum_of_the_orders(run_up):
+    figure = figures.history_figure(run_up, figures.ALONG, "six")
+    line = figure.axes[0].lines[0]
+    angle = np.radians(line.get_xdata())
+    expected = 60.0 * (1j * np.exp(3j * angle)).real
+    np.testing.assert_allclose(line.get_ydata(), expected, atol=1e-9)
+
+
+def test_harmonics_of_axial_motion_show_its_parts(run_up):
+    ax = figures.harmonic_figure(run_up, figures.ALONG, figures.Beside(), "six").axes[0]
+    assert [text.get_text() for text in ax.get_legend().texts] == ["pulley", "crank", "bearing", "engine"]
+    heights = [max(bar.get_height() for bar in container) for container in ax.containers]
+    assert heights == pytest.approx([60.0, 30.0, 20.0, 10.0])
+
+
+def test_both_run_ups_of_a_damper_have_one_scale(run_up):
+    damped = replace(run_up, amplitudes={TORSION: 0.1 * run_up.torsion})
+    axes = figures.damper_figure(run_up, damped, figures.Beside(SIX), "six").axes
+    assert axes[0].get_ylim() == axes[1].get_ylim()
+    tops = [max(line.get_ydata().max() for line in ax.lines if line.get_label() == "6") for ax in axes]
+    assert tops[1] == pytest.approx(0.1 * tops[0])
+
+
+def test_waterfall_lies_at_frequency_and_speed(run_up):
+    ax = Figure().subplots()
+    sizes = np.abs(run_up.torsion[::10])
+    plot_waterfall(ax, run_up.speeds_rpm[::10], run_up.orders, sizes, "rad", [6.0], 300.0)
+    at = int(sizes[:, 11].argmax())
+    line = ax.lines[sizes.shape[0] - 1 - at]  # drawn from the highest speed down
+    top = int(np.argmax(line.get_ydata()))
+    assert line.get_xdata()[top] == pytest.approx(6.0 * run_up.speeds_rpm[::10][at] / 60.0)
+
+
+def test_labels_are_spread_in_their_sequence():
+    places = spread([5.0, 5.1, 1.0, 9.9], 1.0, 0.0, 10.0)
+    assert np.argsort(places).tolist() == np.argsort([5.0, 5.1, 1.0, 9.9]).tolist()
+    assert np.diff(np.sort(places)).min() >= 1.0 - 1e-12
+    assert places[2] == pytest.approx(1.0) and places[0] + places[1] == pytest.approx(10.1)
+    crowded = spread([5.0] * 6, 4.0, 0.0, 10.0)
+    assert np.diff(np.sort(crowded)) == pytest.approx(2.0)
+
+
+def test_orders_meet_modes_at_critical_speeds(modes):
+    found = modes.crossings([6.0, 9.0, 12.0], "torsional")
+    assert [(crossing.order, crossing.mode) for crossing in found] == [(9.0, "torsional 1"), (6.0, "torsional 1")]
+    for crossing in found:
+        assert crossing.speed / RPM == pytest.approx(60.0 * MODE_HZ / crossing.order)
+    assert modes.nearest(6.0, 2300.0 * RPM).speed / RPM == pytest.approx(2380.0)
+    assert modes.nearest(6.0, 2300.0 * RPM, "axial") is None
+
+
+def test_modes_of_a_torsional_crank_do_not_feel_the_speed():
+    """Their frequencies are constant, so orders meet them where the linear critical speeds are."""
+    engine = replace(SIX, reduction=replace(SIX.reduction, torsional_source="ker-wilson"))
+    found = campbell(engine, crank_body(engine, "torsional"), np.array([1000.0, 2000.0, 2600.0]) * RPM)
+    assert found.names[0] == "torsional 1" and set(found.kinds) == {"torsional"}
+    np.testing.assert_allclose(found.hz, np.broadcast_to(found.hz[0], found.hz.shape), rtol=2e-3)
+    assert found.agreement.min() > 0.999
+
+
+def test_modes_of_an_elastic_crank_are_followed_by_their_shapes():
+    """Where frequencies veer shapes change with the speed: the criterion misses one by the square of the step."""
+    body = crank_body(SIX, "beam")
+    coarse, fine = (campbell(SIX, body, np.linspace(1800.0, 2400.0, n) * RPM, "beam", 500.0) for n in (5, 9))
+    assert {"bending", "torsional", "axial"} == set(fine.kinds)
+    np.testing.assert_allclose(coarse.hz, fine.hz[::2], rtol=1e-9)
+    missed = [1.0 - found.agreement.min() for found in (coarse, fine)]
+    assert missed[0] < 0.1 and 3.0 < missed[0] / missed[1] < 5.0
+
+
+def test_assurance_is_one_of_a_shape_with_itself_in_any_phase():
+    random = np.random.default_rng(1)
+    shapes = random.normal(size=(9, 4)) + 1j * random.normal(size=(9, 4))
+    found = assurance(shapes, shapes * np.exp(1j * random.normal(size=4)))
+    assert np.diag(found) == pytest.approx(1.0)
+    assert found.max() <= 1.0 + 1e-12
+    pair = np.linalg.qr(shapes)[0]
+    assert assurance(pair[:, :1], pair[:, 1:]) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_verb_draws_a_file_and_says_what_it_lacks(run_up, tmp_path, capsys):
+    strange = replace(run_up, attributes=dict(run_up.attributes) | {"engine": "gone"})
+    path = strange.save(tmp_path / "up.h5")
+    assert main(["plot-runup", str(path), "--plots", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr()
+    assert "no Campbell diagram" in said.err and "--engine" in said.err
+    names = {place.name for place in (tmp_path / "out").iterdir()}
+    assert {"torsion_orders.png", "axial_orders.png", "waterfall.png", "axial_harmonics.png"} <= names
+    assert names <= set(figures.file_names())
+    assert main(["plot-runup", str(tmp_path / "none.h5")]) == 2
