@@ -289,6 +289,15 @@ def test_cut_shaft_errs_as_the_omitted_modes_say(complete):
     assert shaft_error(4, 2.5, complete) == pytest.approx(abs(omitted - kept) / (math.pi**2 / 6.0), rel=1e-5, abs=1e-6)
 
 
+def test_the_error_has_its_limit_at_a_resonance_of_what_is_kept():
+    """Body and cut body are infinite there, their difference is not."""
+    body = shaft()
+    error = truncation_error(body, cut(body, 7, TORQUE, True), TORQUE, None)
+    for mode in (0, 3, 6):
+        at = float(body.omega[6 + mode])
+        assert error(at) == pytest.approx(error((1.0 + 1e-5) * at), rel=1e-3)
+
+
 def test_limits_of_the_cut_shaft_are_those_of_theory():
     counts = np.array([1.0, 3.0, 10.0, 40.0, 70.0, 100.0])
     for complete in (True, False):
