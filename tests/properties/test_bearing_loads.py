@@ -1,5 +1,6 @@
 """Bearings over a cycle: closed forms of made-up runs, limits, and the energy balance of a real one."""
 
+import json
 import math
 from dataclasses import replace
 from types import SimpleNamespace
@@ -8,12 +9,15 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+import cranktrain as ct
+from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.file import load_engine
 from cranktrain.results.bearing_limits import missing_limits, violations
 from cranktrain.results.bearings import bearing_report, rod_lean
 from cranktrain.results.orders import CYCLE
+from cranktrain.store.hdf5 import write_result
 
 ENGINE = load_engine("diesel_i6")
 SPEED = 200.0
@@ -177,3 +181,51 @@ def test_runs_that_are_too_short_or_of_another_engine_are_refused():
         bearing_report(half, ENGINE)
     with pytest.raises(InputError, match="7 mains and 6 big ends, engine 'diesel_v8' 5 and 8"):
         bearing_report(run, load_engine("diesel_v8"))
+
+
+def test_heat_of_all_films_is_what_the_gas_gives_less_what_leaves_through_the_shaft():
+    """Indicated power, brake power and bearings from outputs alone, on a rigid crank that keeps no energy."""
+    run = ct.simulate("diesel_i6", speed_rpm=2000, crank="rigid", big_ends="impedance", step_deg=1.0)
+    report = bearing_report(run, run.engine)
+    time, gas, speed = run.time[-1 - run.per_cycle :], run.gas, report.speed
+
+    def rate(name):
+        return CubicSpline(run.time, run[name]).derivative()(time)
+
+    knots = np.linspace(0.0, CYCLE, gas.motored.size + 1)
+    motored, fired = (CubicSpline(knots, np.append(p, p[0]), bc_type="periodic") for p in (gas.motored, gas.fired))
+    share = 1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2
+    indicated = 0.0
+    for c, firing in enumerate(run.engine.firing_angles):
+        angle = (run["crank.angle"][-time.size :] - firing) % CYCLE
+        pressure = motored(angle) + share * (fired(angle) - motored(angle))
+        indicated += np.trapezoid((pressure - 1e5) * rate(f"cylinder[{c + 1}].volume"), time)
+    brake = np.trapezoid(run["shaft.torque"][-time.size :] * rate("crank.angle"), time)
+    lost = (indicated - brake) * speed / CYCLE
+    heat = report.total("friction_power") + report.total("squeeze_power")
+    assert heat == pytest.approx(lost, rel=0.01)
+    assert report.total("friction_power") < 0.97 * lost  # squeeze is part of it
+
+
+def saved(path, **changes):
+    """Result file of a made-up run."""
+    run = made_up(**changes)
+    data = {name: (values, "") for name, values in {"time": run.time, "angle": run.angle, **run.outputs}.items()}
+    return str(write_result(path, data, {"engine": "diesel_i6"}))
+
+
+def test_the_verb_reads_results_and_warns_of_limits(tmp_path, capsys):
+    well, badly = saved(tmp_path / "a.h5"), saved(tmp_path / "b.h5", main={"film_thickness_min": 1.1e-6})
+    folder = tmp_path / "p"
+    assert main(["bearing-loads", "diesel_i6", "--result", well, badly, "--plots", str(folder), "--json"]) == 0
+    said = capsys.readouterr()
+    found = json.loads(said.out)
+    assert [len(speed["violations"]) for speed in found["speeds"]] == [0, 7]
+    assert said.err.count("warning: 1910 rev/min, main[") == 7
+    assert found["speeds"][1]["worst"]["main"]["min_film_um"] == pytest.approx(1.1)
+    assert found["speeds"][0]["mains"][0]["peak_load_place_deg"] == pytest.approx(90.0)
+    assert {path.name for path in folder.iterdir()} == {
+        "shell_loads_1910rpm.png", "journal_loads_1910rpm.png", "bearings_over_speed.png"
+    }  # fmt: skip
+    assert main(["bearing-loads", "diesel_v8", "--result", well]) == 2
+    assert "a run of engine 'diesel_i6', not of 'diesel_v8'" in capsys.readouterr().err

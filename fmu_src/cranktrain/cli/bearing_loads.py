@@ -31,14 +31,22 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     of.add_argument("--result", nargs="+", metavar="FILE.h5", help="results of 'cranktrain simulate' instead of runs")
     add("--cycles", type=int, metavar="N", help="exactly so many cycles a speed (default: until the outputs repeat)")
     add("--settle", type=float, default=TOLERANCE, metavar="TOL", help=f"what may be left of settling ({TOLERANCE:g})")
+    add(
+        "--plots",
+        metavar="FOLDER",
+        help="also draw polar load diagrams and, of several speeds, the worst bearing there",
+    )
     add_run_options(parser, big_ends="impedance")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Report on each speed as it comes; an interrupt keeps the speeds that are finished."""
+    from cranktrain.results.bearing_figures import save_over_speed, save_polar_pictures
     from cranktrain.results.bearing_tables import bearing_tables, bearings_dict, speed_table, total_text
 
     engine = engine_of(options)
+    folder = _folder(options)
+    plots: list[Path] = []
     found: list[dict[str, Any]] = []
     interrupted = False
     try:
@@ -48,6 +56,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
                 for table in bearing_tables(found[-1]):
                     show(table)
                 print(total_text(found[-1]), flush=True)
+            if folder is not None:
+                plots += save_polar_pictures(folder, report)
             for violation in found[-1]["violations"]:
                 say(f"warning: {found[-1]['speed_rpm']:.0f} rev/min, {violation['text']}")
     except KeyboardInterrupt:
@@ -61,7 +71,23 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     found.sort(key=lambda speed: float(speed["speed_rpm"]))
     if len(found) > 1 and not options.json:
         show(speed_table(found))
-    return {"engine": engine.name, "speeds": found, "interrupted": interrupted}
+    if folder is not None and len(found) > 1:
+        plots.append(save_over_speed(folder, engine.title, found, engine.bearing_limits))
+    if plots and not options.json:
+        print("Pictures: " + ", ".join(map(str, plots)))
+    return {"engine": engine.name, "speeds": found, "plots": list(map(str, plots)), "interrupted": interrupted}
+
+
+def _folder(options: argparse.Namespace) -> Path | None:
+    """Folder of the pictures, where any are wanted; ``InputError`` where they cannot be written, before any run."""
+    if options.plots is None:
+        return None
+    from cranktrain.results.bearing_figures import OVER_SPEED, polar_names
+    from cranktrain.results.figures import check_folder
+
+    names = [name for speed in options.speed or () for name in polar_names(speed)]
+    check_folder(Path(options.plots), pictures=[*names, OVER_SPEED])
+    return Path(options.plots)
 
 
 def _stored(engine: Engine, paths: list[str]) -> Iterator[BearingReport]:

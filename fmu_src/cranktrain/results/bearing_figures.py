@@ -1,0 +1,137 @@
+"""Pictures of bearings: polar load diagrams of a cycle, and the worst bearing over speed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cranktrain.engine.bearing_limits import BIG_END, MAIN, BearingLimits
+from cranktrain.results.bearing_limits import FAMILIES
+from cranktrain.results.bearings import BearingCycle, BearingReport
+from cranktrain.results.figures import save_figure
+from cranktrain.results.orders import ComplexArray
+from cranktrain.results.plots import BLUE, CYCLE_COLOURS, GREY, ORANGE
+
+OVER_SPEED = "bearings_over_speed.png"
+_COLOURS = {MAIN: BLUE, BIG_END: ORANGE}
+
+
+def polar_names(speed_rpm: float) -> tuple[str, str]:
+    """Names of the pictures of one speed: loads on the shells, and on the journals."""
+    return f"shell_loads_{speed_rpm:.0f}rpm.png", f"journal_loads_{speed_rpm:.0f}rpm.png"
+
+
+def save_polar_pictures(folder: Path, report: BearingReport) -> list[Path]:
+    """Write the polar load diagrams of a report; returns their paths."""
+    rpm = report.speed * 30.0 / math.pi
+    title = f"{report.engine.title}, {rpm:.0f} rev/min"
+    figures = polar_figure(report, title, journals=False), polar_figure(report, title, journals=True)
+    return [save_figure(figure, folder / name) for name, figure in zip(polar_names(rpm), figures, strict=True)]
+
+
+def polar_figure(report: BearingReport, title: str, journals: bool) -> Any:
+    """Polar load diagrams of all bearings, on the shells or, where ``journals``, on the journals."""
+    from matplotlib.figure import Figure
+
+    rows = [row for row in (report.mains, report.big_ends) if row]
+    columns = max(map(len, rows))
+    figure = Figure(figsize=(2.3 * columns + 1.0, 2.75 * len(rows) + 1.1), dpi=120, layout="constrained")
+    axes = figure.subplots(len(rows), columns, squeeze=False)
+    line: Any = None
+    for row, bearings in zip(axes, rows, strict=True):
+        loads = [1e-3 * (b.on_journal if journals else b.on_shell if b.on_rod is None else b.on_rod) for b in bearings]
+        reach = 1.06 * max(float(np.abs(np.concatenate([load.real, load.imag])).max()) for load in loads)
+        for k, ax in enumerate(row):
+            if k >= len(bearings):
+                ax.set_visible(False)
+                continue
+            line = plot_polar_load(ax, bearings[k], loads[k], reach)
+            if k > 0:
+                ax.set_yticklabels([])
+        row[0].set_ylabel("load / kN", fontsize=9)
+    bar = figure.colorbar(line, ax=axes, shrink=0.7, pad=0.01, ticks=list(range(0, 721, 120)))
+    bar.set_label("crank angle / deg", fontsize=9)
+    what = "journals" if journals else "shells"
+    figure.suptitle(f"Loads on the {what}: {title}", fontsize=12, parse_math=False)
+    own = (
+        "axes turn with the crank and are those at rest at crank angle 0"
+        if journals
+        else "mains: x across the engine, y upwards; big ends: y along the rod to its small end"
+    )
+    figure.supxlabel(f"kN; {own}. Ring: crank angle 0. Dot: largest load.", fontsize=9)
+    return figure
+
+
+def plot_polar_load(ax: Any, bearing: BearingCycle, load: ComplexArray, reach: float) -> Any:
+    """Draw a load (n,), kN, over a cycle, coloured by the crank angle, in a square of half width ``reach``.
+
+    Returns the line, for a colour bar.
+    """
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import LinearSegmentedColormap
+
+    ax.axhline(0.0, color=GREY, lw=0.5)
+    ax.axvline(0.0, color=GREY, lw=0.5)
+    closed = np.append(load, load[:1])
+    points = np.column_stack([closed.real, closed.imag])
+    colours = LinearSegmentedColormap.from_list("cycle", CYCLE_COLOURS, N=720)
+    line = LineCollection(list(np.stack([points[:-1], points[1:]], axis=1)), cmap=colours, lw=1.4, capstyle="round")
+    line.set_array(np.degrees(bearing.angle))
+    line.set_clim(0.0, 720.0)
+    ax.add_collection(line)
+    start, most = load[int(bearing.angle.argmin())], load[int(np.abs(load).argmax())]
+    ax.plot(start.real, start.imag, "o", ms=6.5, mfc="none", mec="black", mew=1.0)
+    ax.plot(most.real, most.imag, "o", ms=4.0, color="black")
+    ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
+    ax.tick_params(labelsize=7, length=2)
+    ax.grid(alpha=0.25)
+    name = f"{'big end' if bearing.family == BIG_END else 'main'} {bearing.number}"
+    ax.set_title(f"{name}: {abs(most):.1f} kN at {math.degrees(bearing.load.angle):.0f}°", fontsize=9)
+    return line
+
+
+def save_over_speed(
+    folder: Path, title: str, speeds: Sequence[Mapping[str, Any]], limits: BearingLimits | None
+) -> Path:
+    """Write the worst bearing and friction over speed, from ``bearings_dict`` of each; returns the path."""
+    from matplotlib.figure import Figure
+
+    rpm = [found["speed_rpm"] for found in speeds]
+    figure = Figure(figsize=(10.0, 7.0), dpi=120, layout="constrained")
+    axes = figure.subplots(2, 2, sharex=True).ravel()
+    panels = {
+        "min_film_um": ("least film / µm", "film", 1e6),
+        "max_pressure_mpa": ("largest film pressure / MPa", "pressure", 1e-6),
+        "specific_load_mpa": ("largest specific load / MPa", "specific_load", 1e-6),
+    }
+    for ax, (key, (label, what, scale)) in zip(axes, panels.items(), strict=False):
+        for family, words in FAMILIES.items():
+            values = [found["worst"][family][key] for found in speeds]
+            if values[0] is None:
+                continue
+            ax.plot(rpm, values, "o-", ms=4, color=_COLOURS[family], label=words)
+            limit = scale * limits.of(family, what) if limits else 0.0
+            if limit:
+                ax.axhline(
+                    limit, color=_COLOURS[family], ls="--" if family == MAIN else ":", lw=1.2, label=f"limit, {words}"
+                )
+        ax.set_ylabel(label)
+    for family, words in FAMILIES.items():
+        powers = [found["friction_power_w"][family] for found in speeds]
+        if powers[0] is not None:
+            axes[3].plot(rpm, 1e-3 * np.array(powers), "o-", ms=4, color=_COLOURS[family], label=f"{words} / kW")
+    if speeds[0]["fmep_bar"] is not None:
+        axes[3].plot(rpm, [found["fmep_bar"] for found in speeds], "s--", ms=4, color="black", label="all, fmep / bar")
+    axes[3].set_ylabel("friction power / kW; fmep / bar")
+    for ax in axes:
+        ax.set_ylim(bottom=0.0)
+        ax.grid(alpha=0.25)
+        ax.legend(frameon=False, fontsize=8)
+    for ax in axes[2:]:
+        ax.set_xlabel("speed / rev/min")
+    figure.suptitle(f"Worst bearing over speed: {title}", fontsize=12, parse_math=False)
+    return save_figure(figure, folder / OVER_SPEED)
