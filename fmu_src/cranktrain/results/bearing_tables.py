@@ -86,7 +86,12 @@ _FILMS = {
     "max_pressure_mpa": "pressure / MPa", "max_pressure_at_deg": "at / deg", "friction_power_w": "friction / W",
     "squeeze_power_w": "squeeze / W", "oil_flow_l_per_min": "oil / l/min",
 }  # fmt: skip
-_SPEEDS = {"min_film_um": "film / um", "max_pressure_mpa": "MPa", "specific_load_mpa": "p / MPa", "pv_mpa_m_s": "p v"}
+_SPEEDS = {
+    "min_film_um": "film / um",
+    "max_pressure_mpa": "pressure / MPa",
+    "specific_load_mpa": "p / MPa",
+    "pv_mpa_m_s": "p v / MPa m/s",
+}
 
 
 def bearing_tables(found: Mapping[str, Any]) -> list[Table]:
