@@ -27,6 +27,7 @@ from cranktrain.cli import (
     fatigue,
     film_table,
     modal,
+    picture,
     plan,
     plot_runup,
     reduce,
@@ -46,7 +47,7 @@ from cranktrain.structure.fem.own_mesh import UNITS
 
 ENGINE_VERBS = {
     "modal": modal, "reduce": reduce, "simulate": simulate, "runup": runup, "stress": stress, "fatigue": fatigue,
-    "bearing-loads": bearing_loads,
+    "bearing-loads": bearing_loads, "picture": picture,
 }  # fmt: skip
 """Modules of the verbs that ask one thing of one engine: ``DESCRIPTION``, ``add_options`` and ``run``."""
 VERBS = {

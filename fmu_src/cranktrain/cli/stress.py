@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
     from cranktrain.results.strength.fillet_histories import FilletPeak
     from cranktrain.results.strength.stress import CrankStress
+    from cranktrain.studies.constant_speed import Request
 
 DESCRIPTION = """\
 Stress tensor and von Mises stress of the solid crankshaft's surface over a cycle.
@@ -39,6 +40,20 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs of an engine have."""
     add = parser.add_argument
     add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 100")
+    add_run_options(parser)
+    add(
+        "--fillets", metavar="THROWS",
+        help="also the peaks in fillets by fine sub-models of these throws: all, or numbers as 1,6; some minutes and "
+        "4 GB each at first, then kept",
+    )  # fmt: skip
+    add("--no-check", action="store_true", help="without the direct solutions, which take half a minute")
+    add("--plots", metavar="FOLDER", help="also draw the surface at 0, 90 … 630 degrees and the envelope there")
+    add("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm_stress.h5)")
+
+
+def add_run_options(parser: argparse.ArgumentParser) -> None:
+    """Options of the run whose stresses are asked for, besides its speed."""
+    add = parser.add_argument
     add(
         "--bearings", default="auto", metavar="LEVEL",
         help=f"{described(LAWS[name] for name in bearing_levels(*MAINS))}; default impedance, roller where mains are",
@@ -58,14 +73,20 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--settle", type=float, default=TOLERANCE, metavar="TOL",
         help=f"what may be left of settling when the cycle is taken (default {TOLERANCE:g})",
     )  # fmt: skip
-    add(
-        "--fillets", metavar="THROWS",
-        help="also the peaks in fillets by fine sub-models of these throws: all, or numbers as 1,6; some minutes and "
-        "4 GB each at first, then kept",
-    )  # fmt: skip
-    add("--no-check", action="store_true", help="without the direct solutions, which take half a minute")
-    add("--plots", metavar="FOLDER", help="also draw the surface at 0, 90 … 630 degrees and the envelope there")
-    add("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm_stress.h5)")
+
+
+def run_request(options: argparse.Namespace) -> Request:
+    """The run that the options ask for; ``InputError``."""
+    from cranktrain.studies.constant_speed import Request
+
+    choices = ("speed_rpm", "bearings", "big_ends", "block", "pistons", "damper", "load", "settle", "mesh",
+               "block_mesh", "mesh_unit")  # fmt: skip
+    return Request(**{name: getattr(options, name) for name in choices})
+
+
+def option(field: str) -> str:
+    """What the command line calls a field of a request."""
+    return "--" + field.removesuffix("_rpm").replace("_", "-")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -81,13 +102,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.structure.crank.reduction import reduced_crankshaft
     from cranktrain.structure.stress.kept_fillets import throw_fillets
     from cranktrain.structure.stress.stress_modes import ShapedCrank, stress_modes
-    from cranktrain.studies.constant_speed import Request
 
     engine = load_engine(options.engine)
-    choices = ("speed_rpm", "bearings", "big_ends", "block", "pistons", "damper", "load", "settle", "mesh",
-               "block_mesh", "mesh_unit")  # fmt: skip
-    request = Request(**{name: getattr(options, name) for name in choices})
-    settings = request.settings(engine, lambda field: "--" + field.removesuffix("_rpm").replace("_", "-"))
+    request = run_request(options)
+    settings = request.settings(engine, option)
     output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm_stress.h5")
     check_target(output)
     if options.plots is not None:

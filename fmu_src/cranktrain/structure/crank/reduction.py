@@ -247,6 +247,23 @@ def sections(model: FEModel, body: ReducedBody) -> dict[str, Array]:
     }
 
 
+def crank_surface(
+    engine: Engine, mesh_file: str | Path | None = None
+) -> tuple[Array, NDArray[np.int32], NDArray[np.float32]]:
+    """Surface of the stored crankshaft and its motion in the first modes, for pictures.
+
+    Raises ``StoreError``: where the stored crankshaft is missing or foreign.
+
+    Returns
+    -------
+    points (p, 3) m, triangles (t, 3), displacement (m, p, 3) per unit coordinate of each of the first bare modes
+    """
+    path = stored_path(engine, mesh_file)
+    load_body(path, input_digest(engine, mesh_file))
+    surface = load_extras(path)
+    return surface["surface_points"], surface["surface_triangles"], surface["surface_modes"]
+
+
 def surface_shape(
     engine: Engine, body: ReducedBody, mode: int, mesh_file: str | Path | None = None
 ) -> tuple[Array, NDArray[np.int32], Array]:
@@ -263,10 +280,7 @@ def surface_shape(
     -------
     points (p, 3) m, triangles (t, 3), displacement (p, 3) per unit modal coordinate; composed of the first stored modes
     """
-    path = stored_path(engine, mesh_file)
-    load_body(path, input_digest(engine, mesh_file))
-    surface = load_extras(path)
-    pictured = surface["surface_modes"]
+    points, triangles, pictured = crank_surface(engine, mesh_file)
     weights = np.eye(body.n_modes)[:, mode] if body.basis is None else body.basis[:, mode]
     displacement = np.tensordot(weights[: pictured.shape[0]], pictured.astype(float), axes=1)
-    return surface["surface_points"], surface["surface_triangles"], displacement
+    return points, triangles, displacement

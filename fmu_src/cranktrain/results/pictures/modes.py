@@ -1,0 +1,96 @@
+"""Mode shapes of the crankshaft as moving surfaces."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.engine.model import Engine
+from cranktrain.results.pictures.moving_surface import SHOWN_MOTION, MovingSurface
+from cranktrain.results.pictures.skin import Skin
+from cranktrain.structure.crank.modal import (
+    KINDS,
+    LISTED_HZ,
+    cranktrain_matrices,
+    cranktrain_modes,
+    free_modes,
+    torsional_frequencies,
+)
+from cranktrain.structure.crank.reduction import complete_crankshaft, crank_surface
+
+Array = NDArray[np.float64]
+
+FRAMES = 24
+"""Frames of one oscillation."""
+
+
+def mode_picture(
+    engine: Engine, bare: ReducedBody, mode: str = "torsional", free: bool = False, mesh_file: str | Path | None = None
+) -> MovingSurface:
+    """One oscillation in a mode, the amplitudes in colours, the largest 1.
+
+    Raises ``InputError`` for a mode that does not exist, ``StoreError`` where the stored crankshaft is missing.
+
+    Parameters
+    ----------
+    bare : the engine's bare crankshaft
+    mode : number among the elastic modes, from 1 on as ``modal`` lists them, or ``bending``, ``torsional``, ``axial``:
+        the first of that kind
+    free : the free crankshaft in place of the cranktrain at rest
+    """
+    complete = complete_crankshaft(engine, bare)
+    hz, shares, vectors = _modes(engine, complete, free)
+    number = chosen_mode(mode, hz, shares)
+    skin = Skin.of(*crank_surface(engine, mesh_file))
+    basis = np.eye(bare.n_modes) if complete.basis is None else complete.basis
+    weights = (basis @ vectors[:, number])[: len(skin.modes)]
+    displacement = np.tensordot(weights, skin.modes, axes=1)
+    size = np.linalg.norm(displacement, axis=1)
+    drawn = SHOWN_MOTION * float(np.ptp(skin.points, axis=0).max()) / size.max()
+    cosine = np.cos(np.arange(FRAMES) * (2.0 * np.pi / FRAMES))
+    kind = KINDS[int(np.argmax(shares[number]))]
+    what = "free crankshaft" if free else "cranktrain at rest"
+    share = ", ".join(f"{name} {100.0 * part:.0f} %" for name, part in zip(KINDS, shares[number], strict=True))
+    return MovingSurface(
+        title=f"{engine.title}: mode {number + 1} of the {what}, {kind}, {hz[number]:.1f} Hz",
+        points=skin.points,
+        triangles=skin.triangles,
+        shapes=(drawn * displacement).astype(np.float32)[None],
+        coordinates=cosine[:, None],
+        turn=np.zeros(FRAMES),
+        values=np.tile((size / size.max()).astype(np.float32), (FRAMES, 1)),
+        quantity="amplitude, largest = 1",
+        limits=(0.0, 1.0),
+        scale="largest displacement drawn as 3 % of the length, times {:g}",
+        captions=(f"kinetic energy: {share}",) * FRAMES,
+    )
+
+
+def chosen_mode(mode: str, hz: Array, shares: Array) -> int:
+    """Index of a mode that is named by its number or kind, among modes (k,) Hz with shares (k, 3); ``InputError``."""
+    listed = int(np.count_nonzero(hz <= LISTED_HZ))
+    if mode.isdigit():
+        if not 1 <= int(mode) <= listed:
+            raise InputError(f"--mode {mode} is not within 1 to {listed}, the elastic modes up to {LISTED_HZ:g} Hz")
+        return int(mode) - 1
+    if mode not in KINDS:
+        raise InputError(f"--mode '{mode}' is no number and no kind; {nearest(mode, KINDS)}")
+    if mode == "torsional":
+        return int(np.argmin(np.abs(hz - torsional_frequencies(hz, shares)[0])))
+    own = np.flatnonzero(np.argmax(shares[:listed], axis=1) == KINDS.index(mode))
+    if not own.size:
+        raise InputError(f"--mode {mode}: no mode up to {LISTED_HZ:g} Hz is mostly {mode}; name one by its number")
+    return int(own[0])
+
+
+def _modes(engine: Engine, complete: ReducedBody, free: bool) -> tuple[Array, Array, Array]:
+    """Elastic modes: (k,) Hz, (k, 3) shares of energy, and (n, k) in the modes of the complete crankshaft."""
+    if free:
+        return *free_modes(engine, complete), np.eye(complete.n_modes)[:, 6:]
+    # The first mode is the rotation that nothing holds.
+    return *cranktrain_modes(engine, complete), eigh(*cranktrain_matrices(engine, complete))[1][:, 1:]

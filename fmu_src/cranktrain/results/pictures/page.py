@@ -1,0 +1,61 @@
+"""A moving surface as one HTML file to turn about, by WebGL: no network, no library."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.results.pictures.moving_surface import MovingSurface
+from cranktrain.results.pictures.rendering import COLOURS, RIGHT, TO_EYE, UP
+
+
+def page(surface: MovingSurface, enlargement: float) -> str:
+    """The page's text, with the surface inside: displacements in 16 bits, colours in 8."""
+    template = files("cranktrain.results.pictures").joinpath("page.html").read_text(encoding="utf-8")
+    # A closing tag inside a script would end it.
+    data = json.dumps(page_data(surface, enlargement), allow_nan=False).replace("<", "\\u003c")
+    return template.replace("@TITLE@", html.escape(surface.title)).replace("@DATA@", data)
+
+
+def page_data(surface: MovingSurface, enlargement: float) -> dict[str, Any]:
+    """What the page's script reads; arrays are little-endian bytes in base 64."""
+    from matplotlib import colormaps
+
+    low, high = surface.limits
+    coordinates, shapes = surface.principal_motions()
+    sizes = np.abs(shapes).max(axis=(1, 2))
+    counts = np.round(32767.0 * shapes / sizes[:, None, None]).astype("<i2")
+    middle = 0.5 * (surface.points.min(axis=0) + surface.points.max(axis=0))
+    middle[:2] = 0.0
+    scale = colormaps[COLOURS[low < 0.0]](np.linspace(0.0, 1.0, 256))
+    # Values that stand still are kept once.
+    values = surface.values[:1] if (surface.values == surface.values[0]).all() else surface.values
+    share = np.clip((values - low) / (high - low), 0.0, 1.0)
+    return {
+        "points": _text((surface.points - middle).astype("<f4")),
+        "triangles": _text(surface.triangles.astype("<u4")),
+        "shapes": [_text(one) for one in counts],
+        # of each frame: metres per count of each shape
+        "coordinates": (coordinates * sizes / 32767.0).tolist(),
+        "turn": surface.turn.tolist(),
+        "values": [_text(np.round(255.0 * frame).astype(np.uint8)) for frame in share],
+        "colours": np.round(255.0 * scale[:, :3]).astype(int).tolist(),
+        "range": [low, high],
+        "quantity": surface.quantity,
+        "captions": list(surface.captions),
+        "seconds": surface.seconds,
+        "enlargement": enlargement,
+        "scale": surface.scale.partition("{")[0],
+        "radius": float(np.linalg.norm(surface.points - middle, axis=1).max()),
+        "axes": [RIGHT.tolist(), UP.tolist(), TO_EYE.tolist()],
+    }
+
+
+def _text(array: NDArray[Any]) -> str:
+    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
