@@ -31,6 +31,7 @@ from cranktrain.cli import (
     plan,
     plot_runup,
     reduce,
+    report,
     roller,
     run,
     run_in,
@@ -53,7 +54,7 @@ ENGINE_VERBS = {
 VERBS = {
     "bearing": bearing, "film-table": film_table, "damper-optimum": damper, "roller": roller, "stability": stability,
     "calibrate": calibrate, "run-in": run_in, "tradeoff": tradeoff, "plan": plan, "plot-runup": plot_runup,
-    "run": run, "export": export,
+    "run": run, "export": export, "report": report,
 }  # fmt: skip
 """Likewise of all others."""
 

@@ -1,0 +1,1 @@
+"""Report of an engine: one HTML file with what the package knows of it."""

@@ -1,0 +1,129 @@
+"""What a report is made from: computed here where that takes seconds, read from files of other verbs where not."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cranktrain.assembly import assemble
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import engine_provenance, load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.results.resonances import Peak
+from cranktrain.results.run_up import RunUp
+from cranktrain.studies.constant_speed import Request
+from cranktrain.studies.modal import modal
+from cranktrain.studies.run_up.report import torsional_peaks
+from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, LINEAR, frequency_run_up
+
+RPM = math.pi / 30.0
+ORDERS = tuple(np.arange(0.5, HIGHEST_ORDER + 0.25, 0.5).tolist())
+SPEEDS = {False: (1000.0, 2800.0, 10.0), True: (1000.0, 2800.0, 20.0)}
+"""First and last speed and step of the torsional run-up, rev/min, by whether it is to be quick."""
+
+
+@dataclass(frozen=True)
+class Torsion:
+    """A run-up with its peaks of torsion, labelled with the modes nearest to them."""
+
+    run_up: RunUp
+    peaks: list[Peak]
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Everything that a report shows.
+
+    Attributes
+    ----------
+    engine : the engine
+    origins : every value of its file: key, value, unit, origin, note
+    modes : what ``cranktrain modal --json`` prints
+    torsion : run-up of the torsional crank in the frequency domain, without damper
+    damped : the same with the engine's damper, None where it has none
+    run_up : a run-up of any level that the user gave, None where there is none
+    pictures : files by name, from the folders that the user gave
+    seconds : wall time by stage
+    """
+
+    engine: Engine
+    origins: Sequence[tuple[str, Any, str, str, str]]
+    modes: dict[str, Any]
+    torsion: Torsion
+    damped: Torsion | None
+    run_up: RunUp | None
+    pictures: dict[str, Path]
+    seconds: dict[str, float]
+
+
+def findings(
+    name: str,
+    run_up: str | Path | None = None,
+    folders: Sequence[Path] = (),
+    quick: bool = False,
+    say: Callable[[str], None] = lambda stage: None,
+) -> Findings:
+    """Compute and read what a report shows.
+
+    Raises ``InputError`` for an engine, file or folder that cannot be used, ``StoreError`` for a damaged run-up.
+
+    Parameters
+    ----------
+    name : of a shipped engine, or path of an engine file
+    run_up : file of ``cranktrain runup`` of the same engine
+    folders : in which pictures of other verbs are looked for; the first that has one gives it
+    quick : fewer speeds, linear, and without the damping that the torsional crank has from the level above
+    say : told each stage
+    """
+    engine = load_engine(name)
+    given = None if run_up is None else _own(engine, run_up)
+    pictures = _pictures(folders)
+    seconds = {}
+    start = time.perf_counter()
+    modes = modal(engine, say=say)
+    seconds["frequencies"] = time.perf_counter() - start
+    start = time.perf_counter()
+    say("torsion over the speed range")
+    torsion = _torsion(engine, False, quick, say)
+    damped = None if engine.damper is None else _torsion(engine, True, quick, say)
+    seconds["torsional run-ups"] = time.perf_counter() - start
+    return Findings(engine, engine_provenance(name), modes, torsion, damped, given, pictures, seconds)
+
+
+def _torsion(engine: Engine, damper: bool, quick: bool, say: Callable[[str], None]) -> Torsion:
+    """Run-up of the torsional crank, its journals locked on their axis."""
+    request = Request(speed_rpm=1000.0, crank="torsional", bearings="held", damper=damper)
+    made = assemble(engine, request.settings(engine), say=say, inherit=not quick)
+    first, last, step = SPEEDS[quick]
+    speeds = np.arange(first, last + 0.5 * step, step) * RPM
+    rule = LINEAR if quick else HARMONIC_BALANCE
+    found = frequency_run_up(made.engine, made.body, made.settings, speeds, ORDERS, rule)
+    return Torsion(found, torsional_peaks(found, made))
+
+
+def _own(engine: Engine, path: str | Path) -> RunUp:
+    """Run-up from a file; refuses one of another engine."""
+    found = RunUp.load(path)
+    of = found.attributes.get("engine", engine.name)
+    if of != engine.name:
+        raise InputError(f"{path}: is of engine '{of}', not of '{engine.name}'; name a run-up of the report's engine")
+    if found.speeds.size < 2:
+        raise InputError(f"{path}: has {found.speeds.size} finished speeds; run 'cranktrain runup' on")
+    return found
+
+
+def _pictures(folders: Sequence[Path]) -> dict[str, Path]:
+    """PNG files by name; ``InputError`` for a folder that does not exist."""
+    found: dict[str, Path] = {}
+    for folder in folders:
+        if not folder.is_dir():
+            raise InputError(f"--pictures {folder}: is no folder; name one that a verb wrote pictures into")
+        for path in sorted(folder.glob("*.png")):
+            found.setdefault(path.name, path)
+    return found

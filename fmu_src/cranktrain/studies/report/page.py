@@ -1,0 +1,40 @@
+"""The report as one HTML file: no network, no library; it prints, and is read on a telephone."""
+
+from __future__ import annotations
+
+import html
+from importlib.resources import files
+
+from cranktrain.store.whole_file import marked
+from cranktrain.studies.report.findings import Findings
+from cranktrain.studies.report.sections import SECTIONS, Section
+
+MARK = 'content="cranktrain report"'
+REPORT = marked("report of cranktrain", MARK)
+
+
+def page(found: Findings) -> str:
+    """The page's text."""
+    titles = [section.title for section in SECTIONS]
+    contents = "".join(f'<li><a href="#s{k}">{html.escape(title)}</a></li>' for k, title in enumerate(titles, 1))
+    body = "".join(_section(k, section, found) for k, section in enumerate(SECTIONS, 1))
+    template = files("cranktrain.studies.report").joinpath("report.html").read_text(encoding="utf-8")
+    title = html.escape(f"{found.engine.title}: cranktrain report")
+    for word, text in (("@TITLE@", title), ("@CONTENTS@", contents), ("@BODY@", body)):
+        template = template.replace(word, text)
+    return template
+
+
+def missing(found: Findings) -> dict[str, str]:
+    """Sections that lack their data, and what makes them."""
+    return {section.title: section.command.format(found.engine.name) for section in SECTIONS if not section.make(found)}
+
+
+def _section(number: int, section: Section, found: Findings) -> str:
+    parts = section.make(found)
+    if not parts:
+        command = html.escape(section.command.format(found.engine.name))
+        parts = [f'<p class="missing">Not in this report. To have it: <code>{command}</code></p>']
+    reference = section.reference(found.engine.name)
+    beside = f'<p class="reference">Beside the reference: {reference}.</p>' if reference else ""
+    return f'<section id="s{number}"><h2>{number}. {html.escape(section.title)}</h2>{beside}{"".join(parts)}</section>'
