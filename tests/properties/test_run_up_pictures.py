@@ -11,6 +11,7 @@ from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.results import run_up_figures as figures
+from cranktrain.results import run_up_shown as shown
 from cranktrain.results.measured_orders import read_measured_orders
 from cranktrain.results.modes_over_speed import ModesOverSpeed
 from cranktrain.results.run_up import AXIAL, TORSION, RunUp
@@ -59,12 +60,12 @@ def texts(figure):
 
 
 def test_peaks_are_named_by_order_speed_and_mode(run_up, modes):
-    figure = figures.order_figure(run_up, figures.TORSIONAL, figures.Beside(SIX, modes), "six")
+    figure = figures.order_figure(run_up, shown.TORSIONAL, shown.Beside(SIX, modes), "six")
     assert any(text.startswith("6: 2380 rev/min\ntorsional 1, 238 Hz") for text in texts(figure))
     assert any(text.startswith("9: 158") and "torsional 1" in text for text in texts(figure))
     lines = {line.get_label(): line for line in figure.axes[0].lines}
-    shown = np.degrees(np.abs(run_up.order(6.0)))
-    np.testing.assert_allclose(lines["6"].get_ydata(), shown)
+    sizes = np.degrees(np.abs(run_up.order(6.0)))
+    np.testing.assert_allclose(lines["6"].get_ydata(), sizes)
     np.testing.assert_allclose(lines["6"].get_xdata(), run_up.speeds_rpm)
     published = [line.get_xdata()[0] for line in figure.axes[0].lines if line.get_marker() == "^"]
     assert sorted(published) == pytest.approx([1587.0, 1904.0, 2197.0, 2380.0], abs=1.0)
@@ -72,7 +73,7 @@ def test_peaks_are_named_by_order_speed_and_mode(run_up, modes):
 
 def test_a_peak_away_from_the_modes_has_its_frequency(run_up, modes):
     far = modes._replace(hz=modes.hz * 1.5)
-    figure = figures.order_figure(run_up, figures.TORSIONAL, figures.Beside(None, far), "six")
+    figure = figures.order_figure(run_up, shown.TORSIONAL, shown.Beside(None, far), "six")
     assert any(text == "6: 2380 rev/min\n238 Hz" for text in texts(figure))
 
 
@@ -81,12 +82,12 @@ def test_measured_orders_lie_over_the_computed_ones(run_up, tmp_path):
     path.write_text("speed_rpm, order, amplitude, unit\n2380, 6, 1.1, deg\n1900, 6, 0.1, deg\n1800, 3, 55, µm\n")
     measured = read_measured_orders(path)
     assert measured[AXIAL][3.0][1] == pytest.approx([55e-6])
-    figure = figures.order_figure(run_up, figures.TORSIONAL, figures.Beside(SIX, None, measured), "six")
+    figure = figures.order_figure(run_up, shown.TORSIONAL, shown.Beside(SIX, None, measured), "six")
     dots = [line for line in figure.axes[0].lines if line.get_marker() == "o"]
     assert len(dots) == 1
     np.testing.assert_allclose(dots[0].get_xdata(), [1900.0, 2380.0])
     np.testing.assert_allclose(dots[0].get_ydata(), [0.1, 1.1])
-    bars = figures.harmonic_figure(run_up, figures.TORSIONAL, figures.Beside(SIX, None, measured), "six")
+    bars = figures.harmonic_figure(run_up, shown.TORSIONAL, shown.Beside(SIX, None, measured), "six")
     assert any("measured" in text.get_text() for ax in bars.axes if ax.get_legend() for text in ax.get_legend().texts)
 
 
@@ -110,7 +111,7 @@ def test_measured_orders_that_are_none_are_refused(tmp_path, text, message):
 
 
 def test_history_is_the_sum_of_the_orders(run_up):
-    figure = figures.history_figure(run_up, figures.ALONG, "six")
+    figure = figures.history_figure(run_up, shown.ALONG, "six")
     line = figure.axes[0].lines[0]
     angle = np.radians(line.get_xdata())
     expected = 60.0 * (1j * np.exp(3j * angle)).real
@@ -118,15 +119,21 @@ def test_history_is_the_sum_of_the_orders(run_up):
 
 
 def test_harmonics_of_axial_motion_show_its_parts(run_up):
-    ax = figures.harmonic_figure(run_up, figures.ALONG, figures.Beside(), "six").axes[0]
+    ax = figures.harmonic_figure(run_up, shown.ALONG, shown.Beside(), "six").axes[0]
     assert [text.get_text() for text in ax.get_legend().texts] == ["pulley", "crank", "bearing", "engine"]
     heights = [max(bar.get_height() for bar in container) for container in ax.containers]
     assert heights == pytest.approx([60.0, 30.0, 20.0, 10.0])
 
 
+def test_parts_of_axial_motion_stand_over_the_speed(run_up):
+    axes = figures.parts_figure(run_up, "six").axes
+    tops = [max(float(np.max(line.get_ydata())) for line in ax.lines) for ax in axes]
+    assert tops == pytest.approx([30.0, 20.0, 10.0])
+
+
 def test_both_run_ups_of_a_damper_have_one_scale(run_up):
     damped = replace(run_up, amplitudes={TORSION: 0.1 * run_up.torsion})
-    axes = figures.damper_figure(run_up, damped, figures.Beside(SIX), "six").axes
+    axes = figures.damper_figure(run_up, damped, shown.Beside(SIX), "six").axes
     assert axes[0].get_ylim() == axes[1].get_ylim()
     tops = [max(line.get_ydata().max() for line in ax.lines if line.get_label() == "6") for ax in axes]
     assert tops[1] == pytest.approx(0.1 * tops[0])

@@ -70,7 +70,8 @@ def draw(
     folder: Path, run_up: RunUp, engine: Engine | None, measured: Measured | None = None, damped: RunUp | None = None
 ) -> list[str]:
     """Draw a run-up; returns the pictures' paths."""
-    from cranktrain.results.run_up_figures import Beside, save_run_up_pictures
+    from cranktrain.results.run_up_figures import save_run_up_pictures
+    from cranktrain.results.run_up_shown import Beside
     from cranktrain.studies.run_up.modes import run_up_modes
 
     beside = Beside(engine, None, measured)

@@ -16,7 +16,7 @@ INK = "#3c4654"
 GREEN, RED, PURPLE = "#3f8f4f", "#c0392b", "#7d4ba3"
 KIND_COLOURS = {"bending": GREY, "torsional": RED, "axial": BLUE}
 ORDER_COLOURS = (BLUE, ORANGE, GREEN, RED, PURPLE, "#1b9aa0", "#8a6d3b", "#d36ba6", "#5b6f1f", "#14304f")
-PART_COLOURS = {"crank": BLUE, "bearing": ORANGE, "engine": GREEN}
+BAR_COLOURS = {"pulley": INK, "crank": BLUE, "bearing": ORANGE, "engine": GREEN, "measured": RED}
 _RPM = 30.0 / math.pi
 
 
@@ -239,11 +239,11 @@ def plot_history(
 
 
 def plot_harmonics(ax: Any, orders: Array, bars: Mapping[str, Array], unit: str, title: str) -> None:
-    """Draw orders (k,) as groups of bars, name → amplitudes (k,), not a number where there is none."""
+    """Draw orders (k,) as groups of bars, a name of ``BAR_COLOURS`` → amplitudes (k,), not a number where none is."""
     width = 0.42 / max(len(bars), 1)
-    colours = [PART_COLOURS.get(name, ORANGE if name == "measured" else BLUE) for name in bars]
-    for k, ((name, values), colour) in enumerate(zip(bars.items(), colours, strict=True)):
-        ax.bar(orders + (k - 0.5 * (len(bars) - 1)) * width, np.nan_to_num(values), width, color=colour, label=name)
+    for k, (name, values) in enumerate(bars.items()):
+        places = orders + (k - 0.5 * (len(bars) - 1)) * width
+        ax.bar(places, np.nan_to_num(values), width, color=BAR_COLOURS[name], label=name)
     ax.set(xlim=(0.0, float(orders[-1]) + 0.5), xticks=np.arange(0, orders[-1] + 0.1, 1.5))
     ax.tick_params(axis="x", labelsize=8)
     ax.set_ylabel(unit)

@@ -1,0 +1,89 @@
+"""What pictures of a run-up show: quantities, what is drawn beside them, which orders and peaks have names."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.engine.model import Engine
+from cranktrain.results.measured_orders import Measured
+from cranktrain.results.modes_over_speed import ModesOverSpeed
+from cranktrain.results.resonances import Peak, peaks
+from cranktrain.results.run_up import AXIAL, TORSION, RunUp
+
+RPM = 30.0 / math.pi
+COLOURED, LABELLED = 8, 8
+"""Orders with a colour of their own besides the published ones, and peaks with a name."""
+WORTH = 0.05
+"""Share of the largest amplitude from which a peak has a name, or one of a published order does anyway."""
+NEAR = 0.08
+"""Share of a mode's frequency within which a peak is called its own."""
+PARTS = {"crank": "axial.crank", "bearing": "axial.bearing", "engine": "axial.engine"}
+"""Parts of the axial motion and their outputs."""
+
+
+class Quantity(NamedTuple):
+    """Output with its name and unit in pictures, that unit's size, and the kind of the modes that it shows."""
+
+    output: str
+    name: str
+    unit: str
+    scale: float
+    kind: str
+
+
+TORSIONAL = Quantity(TORSION, "torsion of the pulley, zero to peak", "deg", 180.0 / math.pi, "torsional")
+ALONG = Quantity(AXIAL, "axial motion of the pulley, zero to peak", "µm", 1e6, "axial")
+
+
+class Beside(NamedTuple):
+    """What a run-up's pictures show besides: its engine's published speeds, modes over speed, measured orders."""
+
+    engine: Engine | None = None
+    modes: ModesOverSpeed | None = None
+    measured: Measured | None = None
+
+    def published(self, quantity: Quantity) -> dict[float, float]:
+        """Published critical speeds, rev/min, by order; they are of the first torsional mode."""
+        if self.engine is None or quantity.kind != "torsional":
+            return {}
+        p = self.engine.published
+        return {order: speed * RPM for order, speed in zip(p.critical_orders, p.critical_speeds, strict=True)}
+
+    def measured_of(self, quantity: Quantity, order: float) -> tuple[Array, Array] | None:
+        """Measured speeds (k,) rev/min and amplitudes (k,) of an order, in the picture's unit."""
+        found = (self.measured or {}).get(quantity.output, {}).get(order)
+        return None if found is None else (found[0] * RPM, found[1] * quantity.scale)
+
+
+def shown_orders(run_up: RunUp, quantity: Quantity, beside: Beside) -> list[float]:
+    """Orders with a colour of their own: those of the largest amplitudes, and those with a published speed."""
+    sizes = np.abs(run_up.amplitudes[quantity.output]).max(axis=0)
+    largest = {float(run_up.orders[k]) for k in np.argsort(-sizes)[:COLOURED]}
+    speeds = run_up.speeds_rpm
+    within = {o for o, rpm in beside.published(quantity).items() if speeds[0] <= rpm <= speeds[-1]}
+    return sorted(largest | (within & set(run_up.orders.tolist())))
+
+
+def worthy(run_up: RunUp, quantity: Quantity, orders: Sequence[float], beside: Beside) -> list[Peak]:
+    """Peaks that have a name: high ones, and those of orders with a published speed near it."""
+    found = [peak for peak in peaks(run_up, quantity.output) if peak.order in orders]
+    largest = max((peak.amplitude for peak in found), default=0.0)
+    published = beside.published(quantity)
+    return [
+        peak
+        for peak in found
+        if peak.amplitude >= WORTH * largest or abs(peak.speed * RPM / published.get(peak.order, math.inf) - 1.0) < NEAR
+    ][:LABELLED]
+
+
+def figure_of(width: float, height: float) -> Any:
+    """Empty figure, inches, with room for a line of text below its axes."""
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    return Figure(figsize=(width, height), dpi=120, layout=ConstrainedLayoutEngine(rect=(0.0, 0.03, 1.0, 0.97)))
