@@ -173,6 +173,18 @@ SECTIONS = (
         "figures 7.4 to 7.6",
     ),
     Section(
+        "Run-up in pictures",
+        pictures(
+            ("torsion_orders.png", "Torsional orders over the speed, resonances with their orders and modes"),
+            ("waterfall.png", "Waterfall: orders over speed and frequency"),
+            ("campbell.png", "Campbell diagram: modes over the speed, crossed by orders"),
+            ("axial_orders.png", "Axial orders over the speed"),
+            ("axial_harmonics.png", "Orders of the axial motion and of its parts at its peaks"),
+            ("damper.png", "Torsional orders over the speed without and with the damper"),
+        ),
+        "cranktrain plot-runup FILE --plots FOLDER, then cranktrain report {0} --pictures FOLDER",
+    ),
+    Section(
         "Stress of the crankshaft",
         pictures(
             ("stresses.png", "Von Mises stress of the crankshaft's surface every 90 degrees of crank angle"),
