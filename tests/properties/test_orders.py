@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cranktrain.core.errors import InputError
+from cranktrain.results.order_tracking import tracked_orders
 from cranktrain.results.orders import CYCLE, last_cycle, order_amplitudes, order_spectrum
 from cranktrain.results.summary import bearing_rows, big_end_rows, closing_edges, online_films, vibration
 from cranktrain.results.tables import closing_text, online_text
@@ -155,3 +156,54 @@ def test_films_outside_the_table_are_told_by_crank_angle():
     outputs["solver.online_films"] = np.zeros(angle.size)
     none = online_films(angle, outputs)
     assert none["by_crank_angle"] == [] and "most at" not in online_text(none)
+
+
+def resonance_ramp(rate_rpm_per_s, sampled_hz=12000.0):
+    """Some orders through a resonance of 2 % damping, 1400 to 2600 rev/min: angle, signal, places, amplitudes there."""
+    rpm = math.pi / 30.0
+    rate, first = rate_rpm_per_s * rpm, 1400.0 * rpm
+    time = np.arange(0.0, 1200.0 / rate_rpm_per_s, 1.0 / sampled_hz)
+    angle, speed = first * time + 0.5 * rate * time**2, first + rate * time
+
+    def amplitude(order, speed):
+        share = order * speed / (2.0 * math.pi * 240.0)
+        return {6.0: 1.0, 6.5: 0.2, 7.5: 0.3, 9.0: 0.5, 0.5: 3.0}[order] / (1.0 - share**2 + 0.04j * share)
+
+    orders = (6.0, 6.5, 7.5, 9.0, 0.5)
+    signal = sum(np.real(amplitude(order, speed) * np.exp(1j * order * angle)) for order in orders)
+    wanted = np.arange(1460.0, 2541.0, 20.0) * rpm
+    at = (wanted**2 - first**2) / (2.0 * rate)
+    return angle, signal, at, {order: amplitude(order, wanted) for order in orders}
+
+
+@pytest.mark.parametrize(("rate", "within"), [(50.0, 1e-3), (100.0, 1e-3), (200.0, 1e-2)])
+def test_orders_are_tracked_through_a_ramp(rate, within):
+    angle, signal, at, wanted = resonance_ramp(rate)
+    orders, found = tracked_orders(angle, signal, at, 24.0)
+    assert orders[-1] == 24.0
+    for order, amplitude in wanted.items():
+        own = found[:, orders == order][:, 0]
+        assert np.abs(own - amplitude).max() < within * np.abs(amplitude).max()
+    others = ~np.isin(orders, list(wanted))
+    assert np.abs(found[:, others]).max() < within * max(np.abs(amplitude).max() for amplitude in wanted.values())
+
+
+def test_tracking_finds_the_orders_of_a_steady_signal():
+    """But for the spline, which misses a wave of phase step x by x⁴/720."""
+    angle = np.arange(12 * 1440) * CYCLE / 1440
+    wanted = np.exp(1j * np.arange(24)) / np.arange(1, 25)
+    signal = np.real(np.exp(1j * np.outer(angle, 0.5 * np.arange(1, 25))) @ wanted)
+    _, found = tracked_orders(angle, np.stack((signal, 2.0 * signal), axis=1), np.array([30.0, 77.7]), 12.0)
+    missed = (12.0 * CYCLE / 1440) ** 4 / 720.0
+    assert np.abs(found[:, :, 0] - wanted).max() < 2.0 * missed
+    assert np.allclose(found[:, :, 1], 2.0 * found[:, :, 0])
+
+
+def test_tracking_refuses_what_it_cannot_tell():
+    angle = np.arange(2000) * 0.05
+    with pytest.raises(InputError, match="leave 2 cycles at either end"):
+        tracked_orders(angle, angle, [5.0], 12.0)
+    with pytest.raises(InputError, match=r"2\.9 deg apart resolve orders to 31\.4, not to 40"):
+        tracked_orders(angle, angle, [50.0], 40.0)
+    with pytest.raises(InputError, match="increase"):
+        tracked_orders(angle[::-1], angle, [50.0], 12.0)

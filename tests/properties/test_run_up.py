@@ -1,11 +1,14 @@
 """Run-ups: steady cycles from neighbours are those of long runs, each speed runs once, and nothing finished is lost."""
 
 import json
+import logging
 import math
 import os
 import signal
 import subprocess
 import sys
+import threading
+import time
 from concurrent.futures import Future
 from types import SimpleNamespace
 
@@ -229,3 +232,96 @@ def test_a_lost_worker_is_one_line_and_the_work_is_kept(tmp_path):
     error = json.loads(said)["error"]
     assert process.returncode == 2 and "a worker process ended" in error["what"]
     assert f"keeps {RunUp.load(path).speeds.size} speeds" in error["what"] and "goes on" in error["remedy"]
+
+
+def test_a_ramp_shows_what_steady_cycles_do(made, tmp_path, capsys):
+    """Slowly through the peak of order 9; what is left is that a resonance takes its time, later than the speed."""
+    path = str(tmp_path / "ramp.h5")
+    span = ("--from", "1540", "--to", "1620")
+    assert main([*RUN, *span, "--ramp", "25", "--highest-order", "12", "--output", path, "--json"]) == 0
+    swept = told(capsys)
+    ramp = RunUp.load(path).order(9.0)
+    runs = steady(made)
+    cycles = np.array([runs.at(rpm * RPM).amplitudes["pulley.torsion"][17] for rpm in swept["speeds"]])
+    assert swept["cycles"] == [0] * 5 and swept["workers"] == 1
+    assert np.abs(ramp - cycles).max() < 0.05 * np.abs(cycles).max()
+    assert np.abs(np.abs(ramp).max() / np.abs(cycles).max() - 1.0) < 0.01
+
+
+def test_a_ramp_that_sets_out_too_low_and_ways_that_exclude_each_other_are_refused(tmp_path, capsys):
+    path = str(tmp_path / "ramp.h5")
+    for options, refusal in (
+        (("--from", "120", "--ramp", "500"), "begin higher, or go slower"),
+        (("--ramp", "50"), "on a ramp steps of 5 deg resolve orders to 18; take --step-deg 3.75 or less"),
+        (("--ramp", "50", "--steady", "linear"), "exclude each other"),
+        (("--steady", "linear", "--refine"), "--refine goes with steady cycles in time"),
+    ):
+        assert main([*RUN, *options, "--output", path]) == 2
+        assert refusal in capsys.readouterr().err
+    assert not (tmp_path / "ramp.h5").exists()
+
+
+def test_the_frequency_domain_has_the_same_peaks(tmp_path, capsys):
+    path = str(tmp_path / "steady.h5")
+    assert main([*RUN, "--steady", "harmonic-balance", "--output", path, "--json"]) == 0
+    balanced = told(capsys)
+    assert main([*RUN, "--workers", "1", "--output", path, "--json"]) == 2  # its file is of another run-up
+    capsys.readouterr()
+    assert main([*RUN, "--workers", "1", "--anew", "--output", path, "--json"]) == 0
+    in_time = told(capsys)
+    for order in ("6", "9"):
+        one, other = (np.array(said["torsion_orders_deg"][order]) for said in (balanced, in_time))
+        assert np.abs(one - other).max() < 0.01 * other.max()
+    assert main([*RUN, "--steady", "linear", "--output", path, "--json"]) == 2
+    assert "holds steady cycles" in told(capsys)["error"]["what"]
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None, silence_logs=logging.ERROR) as made:
+        yield made
+
+
+@pytest.mark.slow
+def test_a_cluster_finds_the_same_even_when_a_worker_is_killed(tmp_path, cluster, capsys):
+    here, there = tmp_path / "here.h5", tmp_path / "there.h5"
+    assert main([*RUN, "--workers", "1", "--output", str(here), "--json"]) == 0
+    capsys.readouterr()
+    once_there(there, lambda: os.kill(cluster.workers[0].pid, signal.SIGKILL))
+    assert main([*RUN, "--scheduler", cluster.scheduler_address, "--output", str(there), "--json"]) == 0
+    assert told(capsys)["workers"] == 2
+    one, other = RunUp.load(here), RunUp.load(there)
+    assert np.array_equal(one.speeds, other.speeds)
+    assert np.abs(one.torsion - other.torsion).max() < 1e-3 * np.abs(one.torsion).max()
+
+
+@pytest.mark.slow
+def test_a_cluster_without_workers_is_one_line_and_the_work_is_kept(tmp_path, cluster, capsys):
+    path = tmp_path / "run-up.h5"
+    command = [*RUN, "--to", "6000", "--scheduler", cluster.scheduler_address, "--output", str(path), "--json"]
+    once_there(path, lambda: cluster.scale(0))
+    assert main(command) == 2
+    refused = told(capsys)["error"]
+    assert "no workers left" in refused["what"] and "goes on from there" in refused["remedy"]
+    assert RunUp.load(path).speeds.size > 0
+    assert main(command) == 2
+    assert "the cluster has no workers" in told(capsys)["error"]["what"]
+
+
+def test_a_scheduler_that_does_not_answer_is_one_line(tmp_path, capsys):
+    pytest.importorskip("distributed")
+    path = tmp_path / "run-up.h5"
+    assert main([*RUN, "--scheduler", "tcp://127.0.0.1:1", "--output", str(path), "--json"]) == 2
+    assert "no Dask scheduler answers" in told(capsys)["error"]["what"] and not path.exists()
+
+
+def once_there(path, act):
+    """Act, beside the test, once a file is there."""
+
+    def wait():
+        while not path.is_file():
+            time.sleep(0.02)
+        act()
+
+    threading.Thread(target=wait, daemon=True).start()

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.console import Interrupted, labelled_bar, number, say, show, stages
+from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, say, show, stages
 from cranktrain.cli.run_options import add_run_options, engine_of, gas_of, option_of, tell_unread
-from cranktrain.core.errors import SolverError
+from cranktrain.core.errors import InputError, SolverError
 
 if TYPE_CHECKING:
+    from cranktrain.assembly import Assembly
+    from cranktrain.loads.gas_pressure import GasTrace
+    from cranktrain.studies.constant_speed import Request
     from cranktrain.studies.run_up.run_up import Outcome
 
 DESCRIPTION = """\
@@ -44,6 +49,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--refine", nargs="?", type=number(1e-4, 0.5, "of an order's largest amplitude"), const=0.02, default=0.0,
         metavar="SHARE", help="add speeds where a straight line between two is farther off than this share of an "
         "order's largest amplitude (0.02 where none is given), down to an eighth of the step")  # fmt: skip
+    add("--ramp", type=positive, metavar="RPM_PER_S",
+        help="a true run-up in place of steady cycles: the speed rises by so much a second")  # fmt: skip
+    add("--steady", metavar="RULE", help="in the frequency domain, linear or harmonic-balance; needs --crank torsional")
     add_run_options(parser)
     add("--workers", type=number(1, 1024, "", int), metavar="N", help="processes (default: one a processor)")
     add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, e.g. tcp://host:8786")
@@ -54,10 +62,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run the speeds that the file does not hold, and say what all of them show."""
     from cranktrain.assembly import assemble
+    from cranktrain.results.run_up import check_run_up_target
     from cranktrain.studies.constant_speed import Request
-    from cranktrain.studies.run_up.plan import job_of, run_up_speeds
+    from cranktrain.studies.run_up.plan import run_up_speeds
     from cranktrain.studies.run_up.report import closing_text, report, run_up_tables, torsional_peaks
-    from cranktrain.studies.run_up.run_up import Means, Outcome, run_up
 
     engine = engine_of(options)
     speeds = run_up_speeds(options.from_rpm, options.to_rpm, options.step_rpm)
@@ -65,19 +73,16 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     request = Request(speed_rpm=options.from_rpm, **asked)
     settings = request.settings(engine, option_of)
     gas = gas_of(request, engine)
+    _check(options)
     path = Path(options.output or f"{engine.name}_runup.h5")
+    check_run_up_target(path)
     tell_unread(engine, settings)
     with stages(engine.name) as tell:
         made = assemble(
             engine, settings, say=tell, crank_mesh=request.mesh, block_mesh=request.block_mesh,
             inherit=not options.no_inherit,
         )  # fmt: skip
-    job = job_of(request, made, gas, [name for name in options.outputs.split(",") if name], options.highest_order)
-    chosen = {key: value for key, value in request.attributes(made).items() if key != "speed"}
-    attributes = {"engine": engine.name, **chosen, "settle": request.settle}
-    means = Means(options.workers, options.scheduler, options.refine, options.anew)
-    outcome = Outcome()
-    _run_into(path, outcome, lambda tell: run_up(job, speeds, path, means, attributes, tell, outcome))
+    outcome = _outcome(options, request, made, gas, speeds, path)
     found = outcome.run_up
     assert found is not None
     said = report(found, torsional_peaks(found, made))
@@ -94,6 +99,65 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     return said
 
 
+def _check(options: argparse.Namespace) -> None:
+    """Refuse what does not go together."""
+    if options.steady is not None and options.ramp is not None:
+        raise InputError("--steady and --ramp exclude each other; leave one of them out")
+    ways = [name for name in ("steady", "ramp") if getattr(options, name) is not None]
+    only = [name for name in ("refine", "scheduler", "workers") if getattr(options, name)]
+    if ways and only:
+        raise InputError(f"--{only[0]} goes with steady cycles in time, not with --{ways[0]}; leave one of them out")
+    if options.steady is not None and options.outputs:
+        raise InputError("--steady gives the pulley's torsion only; leave out --outputs")
+
+
+def _outcome(
+    options: argparse.Namespace, request: Request, made: Assembly, gas: GasTrace | None, speeds: list[float], path: Path
+) -> Outcome:
+    """The run-up, in the way that the options choose; its result is in the file."""
+    import numpy as np
+
+    from cranktrain.studies.run_up.plan import job_of
+    from cranktrain.studies.run_up.ramp import ramp
+    from cranktrain.studies.run_up.run_up import Means, Outcome, check_replaced, run_up
+
+    chosen = {key: value for key, value in request.attributes(made).items() if key != "speed"}
+    attributes = {"engine": made.engine.name, **chosen, "settle": request.settle}
+    outcome, began = Outcome(workers=1), time.perf_counter()
+    if (options.steady or options.ramp) and not options.anew:
+        check_replaced(path)
+    if options.steady is not None:
+        from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
+
+        orders = [0.5 * k for k in range(1, int(2.0 * options.highest_order + 1e-9) + 1)]
+        outcome.run_up = frequency_run_up(
+            made.engine, made.body, made.settings, np.array(speeds), orders, options.steady, gas
+        )
+    else:
+        job = job_of(request, made, gas, [name for name in options.outputs.split(",") if name], options.highest_order)
+        if options.ramp is None:
+            means = Means(options.workers, options.scheduler, options.refine, options.anew)
+            _run_into(path, outcome, lambda tell: run_up(job, speeds, path, means, attributes, tell, outcome))
+            return outcome
+        with _bar() as tell:
+            outcome.run_up = ramp(job, speeds, options.ramp / PER_RPM, attributes, tell)
+    outcome.seconds = time.perf_counter() - began
+    outcome.run_up.save(path)
+    return outcome
+
+
+@contextmanager
+def _bar() -> Iterator[Callable[[str, float], None]]:
+    """Show a bar: a function of text and share."""
+    with labelled_bar("run-up") as (tell_stage, advance):
+
+        def tell(text: str, share: float) -> None:
+            advance(share)
+            tell_stage(text)
+
+        yield tell
+
+
 def _run_into(path: Path, outcome: Outcome, work: Callable[[Callable[[str, float], None]], object]) -> None:
     """Do the work under a bar; whatever ends it early, say what the file keeps."""
 
@@ -103,12 +167,7 @@ def _run_into(path: Path, outcome: Outcome, work: Callable[[Callable[[str, float
         return f"{path} keeps {count} speeds{goes_on}"
 
     try:
-        with labelled_bar("run-up") as (tell_stage, advance):
-
-            def tell(text: str, share: float) -> None:
-                advance(share)
-                tell_stage(text)
-
+        with _bar() as tell:
             work(tell)
     except KeyboardInterrupt:
         raise Interrupted(f"interrupted; {kept()}") from None

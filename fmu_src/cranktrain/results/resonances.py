@@ -35,7 +35,7 @@ class Peak:
     speed : rad/s
     amplitude : zero to peak, in the output's unit
     damping : damping ratio by half power; not a number where the curve does not show it
-    periodic : whether the motion repeats at the speeds round it
+    periodic : whether the motion repeats at the speeds round it; also where no cycles were run
     mode_hz : frequency of the linear mode nearest to it; not a number where there is none
     kind : of that mode's motion
     """
@@ -69,7 +69,7 @@ def peaks(run_up: RunUp, output: str = TORSION) -> list[Peak]:
             if sizes[at] >= COUNTS * largest:
                 around = slice(at - 1, at + 2)
                 speed, amplitude, damping = _vertex(run_up.speeds[around], sizes[around])
-                periodic = bool(np.all(run_up.repeats[around] >= 1))
+                periodic = bool(np.all((run_up.repeats[around] >= 1) | (run_up.cycles[around] == 0)))
                 found.append(Peak(order, speed, amplitude, damping, periodic))
     return sorted(found, key=lambda peak: -peak.amplitude)
 

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError, StoreError, nearest
 from cranktrain.results.files import output_unit
 from cranktrain.results.orders import Array, ComplexArray
-from cranktrain.store.hdf5 import read_run_up, write_run_up
+from cranktrain.store.hdf5 import RUN_UP, read_run_up, write_run_up
+from cranktrain.store.whole_file import check_place
 
 TORSION, AXIAL = "pulley.torsion", "pulley.axial"
 LEAST, MEAN, LARGEST = 0, 1, 2
@@ -27,6 +28,11 @@ _AXES = ("speeds", "orders", "cycles", "repeats", "left")
 _NAMED = ("amplitudes", "extremes")
 """Names of the arrays in a file; the latter have a row for each output."""
 REMEDY = "delete it and run 'cranktrain runup' again"
+
+
+def check_run_up_target(path: Path) -> None:
+    """Refuse a target that a run-up must not replace, before the work; ``InputError``."""
+    check_place(path, RUN_UP)
 
 
 @dataclass(frozen=True)

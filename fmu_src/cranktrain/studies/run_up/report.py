@@ -88,8 +88,10 @@ def run_up_tables(said: Mapping[str, Any]) -> list[Table]:
 def closing_text(run_up: RunUp) -> str:
     """Cycles that the speeds took, and where no cycle repeats."""
     periodic = run_up.repeats == 1
+    if not run_up.cycles.any():
+        return f"{run_up.speeds.size} speeds"
     lines = [f"{run_up.speeds.size} speeds, {run_up.cycles.mean():.1f} cycles each"]
-    if not periodic.all() and run_up.cycles.any():
+    if not periodic.all():
         longer = run_up.speeds_rpm[run_up.repeats > 1]
         never = run_up.speeds_rpm[run_up.repeats == 0]
         lines += [f"motion that repeats every 2 to 6 cycles at {_ranges(longer)} rev/min"] if longer.size else []

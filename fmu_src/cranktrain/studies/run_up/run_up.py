@@ -18,10 +18,8 @@ from cranktrain import __version__
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.sources import source_digest
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.results.run_up import RunUp, merged
-from cranktrain.store.hdf5 import RUN_UP
+from cranktrain.results.run_up import RunUp, check_run_up_target, merged
 from cranktrain.store.side_by_side import processors
-from cranktrain.store.whole_file import check_place
 from cranktrain.studies.constant_speed import RPM
 from cranktrain.studies.run_up import steady
 from cranktrain.studies.run_up.refine import speeds_between
@@ -132,12 +130,18 @@ def digests(job: Job) -> dict[str, str]:
     return {ASKED: sha256(asked.encode()).hexdigest(), CODE: source_digest(steady.__file__, deferred=True)}
 
 
+def check_replaced(path: Path) -> None:
+    """Refuse to replace a file that steady cycles went into; ``InputError``."""
+    if path.is_file() and path.stat().st_size and (held := RunUp.load(path)).cycles.any():
+        raise InputError(f"{path}: holds steady cycles ({_what(held)}); name another --output, or replace it by --anew")
+
+
 class Store:
     """The file of a run-up, written anew when speeds are finished."""
 
     def __init__(self, path: Path, attributes: dict[str, str | int | float], anew: bool) -> None:
         self._path, self._attributes = path, {**attributes, "version": __version__}
-        check_place(path, RUN_UP)
+        check_run_up_target(path)
         self.run_up: RunUp | None = None
         if path.is_file() and path.stat().st_size and not anew:
             self.run_up = RunUp.load(path)

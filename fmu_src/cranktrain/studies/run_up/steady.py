@@ -79,15 +79,20 @@ class SteadySpeed(NamedTuple):
 
 
 class SteadyRuns:
-    """One model, run at one speed after the other."""
+    """One model, run at one speed after the other.
+
+    Attributes
+    ----------
+    simulation : at the start of a cycle of the last speed
+    """
 
     def __init__(self, job: Job) -> None:
         self._job = job
         made = job.made
         settings = replace(made.settings, film_temperature="engine")  # the balance is found here, cycle by cycle
-        self._simulation = Simulation(made.engine, made.body, settings, job.gas, made.parts)
-        self._simulation.inputs[0] = FIRST
-        self._simulation.initialize()  # loads the kernels
+        self.simulation = Simulation(made.engine, made.body, settings, job.gas, made.parts)
+        self.simulation.inputs[0] = FIRST
+        self.simulation.initialize()  # loads the kernels
 
     def at(self, speed: float, near: Sequence[CycleStart] = ()) -> SteadySpeed:
         """Steady motion at a speed (rad/s), from what is known of its neighbours, the nearest first.
@@ -95,7 +100,7 @@ class SteadyRuns:
         Raises ``InputError``; ``SolverError`` for a step that fails.
         """
         self._enter(speed, near)
-        job, simulation = self._job, self._simulation
+        job, simulation = self._job, self.simulation
 
         def run() -> Result:
             return run_cycles(simulation, None, job.settle, None, None)
@@ -122,12 +127,12 @@ class SteadyRuns:
     @property
     def _films_begin(self) -> int:
         """First index of the films' memory in a state."""
-        size = dimensions(self._simulation.model)
+        size = dimensions(self.simulation.model)
         return int(film_offset(size.modes, size.ports))
 
     def _enter(self, speed: float, near: Sequence[CycleStart]) -> None:
         """Bring the simulation to the start of a cycle at a speed."""
-        simulation = self._simulation
+        simulation = self.simulation
         useful = [start for start in near if abs(start.speed - speed) <= REACH * speed]
         if not useful:
             simulation.inputs[0] = speed

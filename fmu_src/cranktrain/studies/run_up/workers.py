@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future
+from concurrent.futures import CancelledError, Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import Any, Protocol
@@ -90,16 +90,16 @@ def cluster_workers(job: Job, address: str) -> Iterator[Workers]:
             f"--scheduler {address}: no Dask scheduler answers ({reason}); start one by 'dask scheduler'"
         ) from None
     try:
-        last_seen = time.monotonic()
+        alone_since: float | None = None
 
         def check() -> None:
-            nonlocal last_seen
+            nonlocal alone_since
             if client.status == "running" and client.scheduler_info(n_workers=-1)["workers"]:
-                last_seen = time.monotonic()
-            elif time.monotonic() - last_seen > PATIENCE:
-                raise SolverError(
-                    f"the cluster at {address} has no workers left; start some by 'dask worker {address}'"
-                )
+                alone_since = None
+            elif alone_since is None:
+                alone_since = time.monotonic()
+            elif time.monotonic() - alone_since > PATIENCE:
+                raise SolverError(f"the cluster at {address} has no workers left")
 
         count = sum(client.nthreads().values())
         if count == 0:
@@ -107,10 +107,10 @@ def cluster_workers(job: Job, address: str) -> Iterator[Workers]:
                 f"--scheduler {address}: the cluster has no workers; start some by 'dask worker {address}'"
             )
         yield _Pool(client.get_executor(pure=False), count, client.scatter(job, broadcast=True, hash=False), check)
-    except KilledWorker as error:
-        raise SolverError(
-            f"the cluster at {address} lost its workers over one speed ({error.task}); see their logs"
-        ) from None
+    except KilledWorker:
+        raise SolverError(f"the cluster at {address} lost several workers over one speed, see their logs") from None
+    except CancelledError:
+        raise SolverError(f"the cluster at {address} has no workers left that know the engine") from None
     finally:
         client.close(timeout=2)
 

@@ -1,0 +1,111 @@
+"""A true run-up: the speed rises evenly while the model runs, and orders are tracked through it.
+
+It sets out from the steady cycle at a speed below the first, so that fits have room on both sides; oil and damper stay
+as warm as they are there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.simulation import SLOWEST
+from cranktrain.results.order_tracking import CYCLES, tracked_orders
+from cranktrain.results.orders import CYCLE
+from cranktrain.results.run_up import RunUp
+from cranktrain.studies.run_up.steady import Job, SteadyRuns
+
+ROOM = CYCLES
+"""Cycles before the first and after the last speed: half of a fit, and what the set-out leaves."""
+LONGEST = 90.0
+"""Phase (deg) of the highest order from sample to sample: a spline through four of a wave misses 1 % of it."""
+STRETCH = 1.05
+"""Ratio of speeds over which the step stays as it is: with each new one factors are made."""
+
+
+def ramp(
+    job: Job,
+    speeds: list[float],
+    rate: float,
+    attributes: dict[str, str | int | float],
+    tell: Callable[[str, float], None] = lambda text, share: None,
+) -> RunUp:
+    """Orders at speeds (rad/s, rising) of a crank that speeds up by ``rate`` (rad/s²).
+
+    Raises ``InputError``: a range that begins too low or is run through too fast; ``SolverError``.
+    """
+    room = ROOM * CYCLE
+    below = speeds[0] ** 2 - 2.0 * rate * room
+    if not rate > 0.0 or below < SLOWEST**2:
+        raise InputError(
+            f"--ramp {rate * 30.0 / math.pi:g} rev/min per second takes {ROOM} cycles before --from "
+            f"{speeds[0] * 30.0 / math.pi:g} rev/min, from 100 rev/min or more; begin higher, or go slower"
+        )
+    step = math.degrees(job.made.settings.step)
+    if job.highest_order * step > LONGEST:
+        raise InputError(
+            f"--highest-order {job.highest_order:g}: on a ramp steps of {step:g} deg resolve orders to "
+            f"{LONGEST / step:g}; take --step-deg {LONGEST / job.highest_order:.3g} or less"
+        )
+    runs = SteadyRuns(job)
+    first, last = math.sqrt(below), math.sqrt(speeds[-1] ** 2 + 2.0 * rate * room)
+    tell(f"steady cycle at {first * 30.0 / math.pi:.0f} rev/min", 0.0)
+    runs.at(first)
+    time, rows = _run_through(runs, job, first, last, rate, tell)
+    angle = _mean_rotation(time, rows[:, 0])
+    filtered = job.made.engine.drive_line.speed_filter_time
+    reached = (np.array(speeds) - first) / rate + 2.0 * filtered
+    at = np.interp(reached, time, angle)
+    orders, amplitudes = tracked_orders(angle, rows[:, 1:], at, job.highest_order)
+    around = [slice(*np.searchsorted(angle, (middle - 0.5 * CYCLE, middle + 0.5 * CYCLE))) for middle in at]
+    none = np.zeros(len(speeds), dtype=int)
+    return RunUp(
+        speeds=np.array(speeds),
+        orders=orders,
+        amplitudes={name: amplitudes[:, :, k] for k, name in enumerate(job.outputs)},
+        extremes={
+            name: np.array([_spread(rows[part, k + 1]) for part in around]) for k, name in enumerate(job.outputs)
+        },
+        cycles=none,
+        repeats=none,
+        left=np.zeros(len(speeds)),
+        attributes=attributes | {"ramp": rate},
+    )
+
+
+def _run_through(
+    runs: SteadyRuns, job: Job, first: float, last: float, rate: float, tell: Callable[[str, float], None]
+) -> tuple[Array, Array]:
+    """Times (k,), s, and at each the crank's angle and the outputs asked for, (k, 1 + outputs)."""
+    simulation = runs.simulation
+    columns = [simulation.output_names.index(name) for name in ("crank.angle", *job.outputs)]
+    times, rows = [0.0], [simulation.outputs[columns]]
+    time, speed, step, until = 0.0, first, 0.0, 0.0
+    while speed < last:
+        if speed >= until:
+            until = STRETCH * speed
+            step = simulation.settings.step / until
+            tell(f"{speed * 30.0 / math.pi:.0f} rev/min", (speed - first) / (last - first))
+        simulation.inputs[0] = speed
+        time += step
+        simulation.step(time)
+        times.append(time)
+        rows.append(simulation.outputs[columns])
+        speed = first + rate * time
+    return np.array(times), np.array(rows)
+
+
+def _mean_rotation(time: Array, angle: Array) -> Array:
+    """The crank's angle (k,) without what swings within a cycle."""
+    even = np.polynomial.Polynomial.fit(time, angle, 2)(time)
+    cycle = max(1, int(CYCLE / float(np.mean(np.diff(angle)))))
+    return np.asarray(even + uniform_filter1d(angle - even, cycle, mode="nearest"))
+
+
+def _spread(values: Array) -> Array:
+    return np.array([values.min(), values.mean(), values.max()])
