@@ -83,7 +83,7 @@ def cluster_workers(job: Job, address: str) -> Iterator[Workers]:
     except ImportError:
         raise InputError("--scheduler needs Dask; pip install distributed, or cranktrain[dask]") from None
     try:
-        client = Client(address, timeout=10, set_as_default=False)
+        client = Client(address, timeout=5, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         reason = str(error).partition("\n")[0] or type(error).__name__
         raise InputError(
