@@ -57,14 +57,21 @@ def test_factors_of_other_finite_elements(number):
         assert getattr(found, name) == pytest.approx(case[theirs], rel=0.03), name
 
 
+MISSED = pytest.mark.xfail(strict=True, reason="13 % above the rule; the other finite elements are 11 % above")
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [k for k, case in enumerate(CASES) if case["s"] >= 0.0])
-def test_factors_of_the_rule(number):
-    """Within 12 %, but for the pin in bending at an overlap of 0.1, where the other finite elements are 11 % above."""
-    found, rule = by_elements(number), by_rule(CASES[number])
-    for name in ("alpha_b", "beta_b", "alpha_t", "beta_t"):
-        allowed = 0.14 if (CASES[number]["s"], name) == (0.1, "alpha_b") else 0.12
-        assert getattr(found, name) == pytest.approx(getattr(rule, name), rel=allowed), name
+@pytest.mark.parametrize(
+    ("number", "name"),
+    [
+        pytest.param(k, name, marks=MISSED if (case["s"], name) == (0.1, "alpha_b") else ())
+        for k, case in enumerate(CASES)
+        for name in ("alpha_b", "beta_b", "alpha_t", "beta_t")
+        if case["s"] >= 0.0
+    ],
+)
+def test_factors_of_the_rule(number, name):
+    assert getattr(by_elements(number), name) == pytest.approx(getattr(by_rule(CASES[number]), name), rel=0.12)
 
 
 def test_a_free_surface_has_a_principal_stress_that_vanishes():

@@ -80,9 +80,9 @@ def _by_pyvista(
     faces = np.column_stack((np.full(len(surface.triangles), 3), surface.triangles)).ravel()
     mesh = pyvista.PolyData(surface.places(chosen[0], enlargement), faces)
     mesh["values"] = surface.values[chosen[0]]
-    plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="light kit")
+    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="light kit")
     try:
-        plotter.set_background(GROUND)  # type: ignore[arg-type]
+        plotter.set_background(GROUND)
         plotter.add_mesh(
             mesh, scalars="values", clim=(low, high), cmap=COLOURS[low < 0.0], show_scalar_bar=False,
             smooth_shading=True, split_sharp_edges=False, specular=0.2,
