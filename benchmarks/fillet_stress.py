@@ -106,5 +106,5 @@ def compare(fineness: float, mesh_size: float = 0.018) -> dict:
 
 
 if __name__ == "__main__":
-    report = compare(float(sys.argv[1]) if len(sys.argv) > 1 else 4.0)
+    report = compare(float(sys.argv[1]) if len(sys.argv) > 1 else 1.5)
     print(json.dumps(report, indent=1, default=float))
