@@ -22,6 +22,7 @@ from cranktrain.engine.parts import PlainBearing
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable, bearing_settings
 from cranktrain.levels import CRANKS, crank_level
+from cranktrain.store.bodies import FOLDER_HEADER
 
 Progress = Callable[[str], None]
 
@@ -108,14 +109,24 @@ def check_crank_mesh(level: str, mesh: str | Path | None) -> None:
         users = ", ".join(row.name for row in CRANKS.values() if row.takes_mesh)
         raise InputError(f"crank level '{level}' is made from dimensions; an own mesh goes with crank levels {users}")
     check_mesh(mesh, "journal surfaces")
-    if mesh is not None and Path(mesh).suffix in (".toml", ".csv") and not crank_level(level).inherits:
+    if mesh is not None and _is_table(mesh) and not crank_level(level).inherits:
         raise InputError(f"{mesh}: a table of discs and shafts makes crank level torsional, not '{level}'")
 
 
+def _is_table(mesh: str | Path) -> bool:
+    """Whether an own crankshaft is to be a table of discs and shafts."""
+    from cranktrain.structure.fem.own_body import is_body
+
+    return Path(mesh).suffix in (".toml", ".csv") and not is_body(mesh)
+
+
 def check_mesh(mesh: str | Path | None, surfaces: str) -> None:
-    """Refuse a user's own mesh that is not there; ``InputError``."""
-    if mesh is not None and not Path(mesh).is_file():
-        raise InputError(f"{mesh}: no such mesh file; give a .msh, .inp or .bdf file with named {surfaces}")
+    """Refuse a user's own mesh, or reduced body, that is not there; ``InputError``."""
+    if mesh is None or Path(mesh).is_file() or (Path(mesh) / FOLDER_HEADER).is_file():
+        return
+    if Path(mesh).suffix in ("", ".h5", ".npz"):
+        raise InputError(f"{mesh}: no such reduced body; write one by 'cranktrain reduce ENGINE --output'")
+    raise InputError(f"{mesh}: no such mesh file; give a .msh, .inp or .bdf file with named {surfaces}")
 
 
 def running_crank(

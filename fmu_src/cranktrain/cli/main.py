@@ -122,12 +122,21 @@ def _parser() -> _Parser:
         sub = verbs.add_parser(name, help=module.DESCRIPTION.partition("\n")[0], description=module.DESCRIPTION)
         add = sub.add_argument
         add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
-        add(
+        own = sub.add_mutually_exclusive_group()
+        own.add_argument(
             "--mesh",
             metavar="FILE",
             help="own mesh (.msh, .inp, .bdf) with named journal surfaces; for --crank torsional also a table of "
             "discs and shafts (.toml)",
         )
+        if module is not stress:  # which needs the finite elements
+            own.add_argument(
+                "--body",
+                dest="mesh",
+                metavar="FILE",
+                help="own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce --output, or a "
+                "superelement of another program (.toml)",
+            )
         add("--mesh-unit", default="m", metavar="UNIT", help=f"of coordinates in own meshes: {', '.join(UNITS)} (m)")
         module.add_options(sub)
         add("--json", action="store_true", help="print one JSON object; keys carry their unit (_hz, _um, …)")

@@ -72,6 +72,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _say_quality(what: str, quality: dict[str, Any]) -> None:
+    if "max_relative_error" not in quality:
+        print(f"{what}: by another program, {quality['modes']} modes")
+        return
     print(
         f"{what}: {quality['dofs_full']} degrees of freedom to {quality['modes']} modes, largest error against "
         f"the full model {100.0 * quality['max_relative_error']:.2g} % (to 1000 Hz)"

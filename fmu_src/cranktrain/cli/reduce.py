@@ -6,49 +6,71 @@ import argparse
 from typing import Any
 
 from cranktrain.cli.bodies import add_block_options, bare_block, bare_crankshaft, own_meshes, wants_flexible_block
+from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 
-DESCRIPTION = "Make and check the reduced crankshaft, and block; they are kept in the cache."
+DESCRIPTION = "Make and check the reduced crankshaft, and block, kept in the cache; or write the crankshaft elsewhere."
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs of an engine have."""
     parser.add_argument("--rebuild", action="store_true", help="compute even where a stored model exists")
+    parser.add_argument(
+        "--output", metavar="FILE", help="also write the crankshaft: .h5, .npz, or a folder of Matrix Market files"
+    )
     add_block_options(parser)
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Make the reduced crankshaft, and block, where they are not stored yet, and report their quality."""
+    from cranktrain.store.bodies import check_body_place, export_body
     from cranktrain.structure.crank.reduction import stored_path
+    from cranktrain.structure.fem.own_body import is_body
 
     engine = load_engine(options.engine)
     own_meshes(options)
+    if options.output is not None:
+        check_body_place(options.output)
     flexible = wants_flexible_block(engine, options)
     body, seconds = bare_crankshaft(engine, options, options.rebuild)
     result = {
-        "path": str(stored_path(engine, options.mesh)),
+        "path": str(options.mesh if options.mesh and is_body(options.mesh) else stored_path(engine, options.mesh)),
         "modes": body.n_modes,
         "mass_kg": body.mass,
         "elastic_hz": body.frequencies_hz[6:16].tolist(),
         "quality": dict(body.quality),
         "seconds": seconds,
     }
+    if options.output is not None:
+        result["output"] = str(export_body(options.output, body))
     if not options.json:
-        quality = body.quality
-        print(f"{body.name}: {body.mass:.1f} kg, {quality['dofs_full']:.0f} degrees of freedom, {body.n_modes} modes")
-        print("first elastic modes / Hz: " + ", ".join(f"{hz:.1f}" for hz in result["elastic_hz"]))
-        print(f"reduced against full to 1000 Hz: {100.0 * quality['max_relative_error']:.2g} %")
-        print(f"static stiffness of the interfaces: {100.0 * quality['static_error']:.2g} %")
-        print(
-            f"rigidly tied journals (RBE2) would raise the first mode by {100.0 * quality['tied_raises_first']:.0f} %"
-        )
-        other = "lumped" if engine.reduction.consistent_mass else "consistent"
-        print(f"{other} mass would shift the first mode by {100.0 * quality['other_mass_shifts_first']:+.2f} %")
-        print(f"kept in {result['path']}")
+        _show(engine, body, result)
     if flexible:
         result["block"] = _block_quality(engine, options)
     return result
+
+
+def _show(engine: Engine, body: ReducedBody, result: dict[str, Any]) -> None:
+    """Print what the crankshaft is worth."""
+    quality = body.quality
+    print(f"{body.name}: {body.mass:.1f} kg, {quality['dofs_full']:.0f} degrees of freedom, {body.n_modes} modes")
+    print("first elastic modes / Hz: " + ", ".join(f"{hz:.1f}" for hz in result["elastic_hz"]))
+    if "slice_mass_error" in quality:
+        print(f"rigid motion in the given stiffness: {quality['rigid_hz']:.2g} Hz")
+        print(
+            f"modal mass seen by the terms of rotation, to 1000 Hz: off by {100.0 * quality['slice_mass_error']:.2g} %"
+        )
+    else:
+        print(f"reduced against full to 1000 Hz: {100.0 * quality['max_relative_error']:.2g} %")
+        print(f"static stiffness of the interfaces: {100.0 * quality['static_error']:.2g} %")
+        tied, shift = quality["tied_raises_first"], quality["other_mass_shifts_first"]
+        print(f"rigidly tied journals (RBE2) would raise the first mode by {100.0 * tied:.0f} %")
+        other = "lumped" if engine.reduction.consistent_mass else "consistent"
+        print(f"{other} mass would shift the first mode by {100.0 * shift:+.2f} %")
+    print(f"kept in {result['path']}")
+    if "output" in result:
+        print(f"written to {result['output']}")
 
 
 def _block_quality(engine: Engine, options: argparse.Namespace) -> dict[str, Any]:

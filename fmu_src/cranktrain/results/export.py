@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import csv
 import json
-import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError
 from cranktrain.results.files import output_unit
 from cranktrain.results.run_up import RunUp
+from cranktrain.store.archive import write_archive
 from cranktrain.store.columns import ResultColumns
 from cranktrain.store.hdf5 import is_run_up
 from cranktrain.store.whole_file import Kind, check_place, whole_file
@@ -164,17 +164,14 @@ def _write_parquet(path: Path, table: Table, progress: Progress) -> None:
 
 def _write_npz(path: Path, table: Table, progress: Progress) -> None:
     about = {"format": MARK, "units": table.units, "attributes": {k: str(v) for k, v in table.attributes.items()}}
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
-        _put(archive, MARK, np.array(json.dumps(about)))
+
+    def arrays() -> Iterator[tuple[str, NDArray[Any]]]:
+        yield MARK, np.array(json.dumps(about))
         for k, name in enumerate(table.units):
-            _put(archive, name, next(table.blocks([name], max(table.rows, 1)))[:, 0])
+            yield name, next(table.blocks([name], max(table.rows, 1)))[:, 0]
             progress((k + 1) / len(table.units))
 
-
-def _put(archive: zipfile.ZipFile, name: str, array: NDArray[Any]) -> None:
-    """Add an array to NumPy's archive; the same content gives the same bytes."""
-    with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as file:
-        np.lib.format.write_array(file, np.ascontiguousarray(array), allow_pickle=False)
+    write_archive(path, arrays())
 
 
 def _starts(path: Path) -> bool:

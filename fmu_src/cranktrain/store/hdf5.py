@@ -34,7 +34,7 @@ RUN_UP_SCHEMA = 1
 TABLE_FORMAT = "cranktrain film table"
 PART_FORMAT = "cranktrain film table, unfinished"
 
-_UNITS = {
+BODY_UNITS = {
     "omega": "rad/s",
     "positions": "m",
     "shapes": "m/(m kg^0.5), rad/(m kg^0.5)",
@@ -49,19 +49,23 @@ _UNITS = {
 }
 
 
-def save_body(path: str | Path, body: ReducedBody, extras: Mapping[str, Dataset] | None = None) -> Path:
+def save_body(
+    path: str | Path, body: ReducedBody, extras: Mapping[str, Dataset] | None = None, kind: Kind | None = None
+) -> Path:
     """Write a reduced body; ``extras`` are further arrays with their units (surface geometry for pictures).
 
-    Equal content gives equal bytes.
+    ``kind`` is that of the files that it may replace; any file in a folder of our own. Equal content gives equal bytes.
     """
-    with written(path) as file:
+    with written(path, kind) as file:
         file.attrs.update({"format": BODY_FORMAT, "schema": SCHEMA, "digest": body.digest, "name": body.name})
         file.attrs["interfaces"] = list(body.interfaces)
         file.attrs["mass"] = body.mass
-        for name, unit in _UNITS.items():
+        for name, unit in BODY_UNITS.items():
             put(file, f"body/{name}", getattr(body, name), unit)
         if body.basis is not None:
             put(file, "body/basis", body.basis, "1")
+        if body.damping.size:
+            put(file, "body/damping", body.damping, "1/s")
         for name in sorted(body.quality):
             put(file, f"quality/{name}", np.asarray(body.quality[name]), "")
         for name in sorted(body.records):
@@ -95,7 +99,8 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
             quality={name: float(file[f"quality/{name}"][()]) for name in file.get("quality", {})},
             records={name: file[f"records/{name}"][()] for name in file.get("records", {})},
             basis=file["body/basis"][()] if "basis" in file["body"] else None,
-            **{name: file[f"body/{name}"][()] for name in _UNITS},
+            damping=file["body/damping"][()] if "damping" in file["body"] else np.zeros(0),
+            **{name: file[f"body/{name}"][()] for name in BODY_UNITS},
         )
     try:
         check(body)
@@ -315,6 +320,7 @@ def kind_of(mark: str) -> Kind:
 
 RESULT = kind_of(RESULT_FORMAT)
 RUN_UP = kind_of(RUN_UP_FORMAT)
+BODY = kind_of(BODY_FORMAT)
 TABLE, PART = kind_of(TABLE_FORMAT), kind_of(PART_FORMAT)
 
 

@@ -251,6 +251,8 @@ def listed_modes(hz: Array, shares: Array, kinds: tuple[str, ...] = KINDS, above
 
 def reduction_quality(body: ReducedBody) -> dict[str, Any]:
     """What a report says of a body's reduction; JSON-able."""
+    if "full_hz" not in body.records:  # a superelement, reduced elsewhere
+        return {"modes": body.n_modes, **body.quality}
     full = body.records["full_hz"]
     reduced = body.frequencies_hz[6 : 6 + full.size]
     shown = full < CHECKED_HZ

@@ -8,6 +8,7 @@ elements.
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -27,6 +28,7 @@ from cranktrain.structure.fem.elasticity import FEModel
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet, placed_interfaces, tied_surfaces
 from cranktrain.structure.fem.mesh import crankshaft_mesh, interface_names, surface_area
+from cranktrain.structure.fem.own_body import is_body, read_body, with_interface
 from cranktrain.structure.fem.own_mesh import check_places, mesh_unit
 from cranktrain.structure.fem.reduction import Comparison, Progress, ReductionTask, content_digest, reduced_structure
 
@@ -49,11 +51,33 @@ def reduced_crankshaft(
     Parameters
     ----------
     engine : its material, crankshaft, thrust position and reduction count; anything else changes nothing here
-    mesh_file : user's own mesh with named surfaces in place of the parametric crankshaft
+    mesh_file : user's own mesh with named surfaces in place of the parametric crankshaft; or a reduced body, or a
+        superelement
     progress : told each stage before it starts
     rebuild : compute even where a stored body exists
     """
+    if mesh_file is not None and is_body(mesh_file):
+        return own_crankshaft(engine, mesh_file)
     return reduced_structure(reduction_task(engine, mesh_file), progress, rebuild)
+
+
+def own_crankshaft(engine: Engine, path: str | Path) -> ReducedBody:
+    """Crankshaft that another program reduced, or this one wrote; ``InputError`` where it is none of this engine."""
+    body = read_body(path)
+    if "thrust" not in body.interfaces and (own := f"main[{engine.thrust.main}]") in body.interfaces:
+        body = with_interface(body, "thrust", own)
+    wanted = interface_names(len(engine.crankshaft.throw_angles))
+    _check_names(path, wanted, body.interfaces, "interface", "name the node of each journal, the pulley, the flywheel")
+    places = dict(zip(body.interfaces, body.positions, strict=True))
+    _check_own(engine, {name: places[name] for name in wanted}, path)
+    return body
+
+
+def _check_names(path: str | Path, wanted: Sequence[str], found: Iterable[str], what: str, remedy: str) -> None:
+    """Refuse a body in which interfaces are missing; ``InputError``."""
+    if missing := [name for name in wanted if name not in found]:
+        named = ", ".join(sorted(found)) or "none"
+        raise InputError(f"{path}: no {what} named {', '.join(missing)}; found {named} - {remedy}")
 
 
 def reduction_task(engine: Engine, mesh_file: str | Path | None = None) -> ReductionTask:
@@ -188,20 +212,15 @@ def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
 
     mesh = read_mesh(mesh_file, mesh_unit(mesh_file))
     wanted = interface_names(len(engine.crankshaft.throw_angles))
-    found = mesh.boundaries or {}
-    if missing := [name for name in wanted if name not in found]:
-        raise InputError(
-            f"{mesh_file}: no surface named {', '.join(missing)}; found {', '.join(sorted(found)) or 'none'} - "
-            "name the facets of each journal, the pulley, the flywheel and the thrust faces"
-        )
-    _check_own(engine, mesh, mesh_file)
+    remedy = "name the facets of each journal, the pulley, the flywheel and the thrust faces"
+    _check_names(mesh_file, wanted, mesh.boundaries or {}, "surface", remedy)
+    _check_own(engine, {name: surface_area(mesh, name)[1] for name in wanted}, mesh_file)
     return mesh
 
 
-def _check_own(engine: Engine, mesh: MeshTet2, mesh_file: str | Path) -> None:
-    """Refuse an own mesh whose journals do not lie where the engine file has them; ``InputError``."""
+def _check_own(engine: Engine, found: Mapping[str, Array], mesh_file: str | Path) -> None:
+    """Refuse places (3,) of interfaces that are not where the engine file has its journals; ``InputError``."""
     places = nominal_places(engine.crankshaft)
-    found = {name: surface_area(mesh, name)[1] for name in (*places, "pulley", "flywheel", "thrust")}
     check_places(mesh_file, found, places, PLACE_TOLERANCE * engine.crankshaft.main_diameter)
     mains = {name: place[2] for name, place in places.items() if name.startswith("main")}
     front, rear = min(mains.values()), max(mains.values())

@@ -1,0 +1,216 @@
+"""Reduced bodies in open formats: HDF5, NumPy's archive, or a folder of Matrix Market files.
+
+A folder holds the body's equations in its modal coordinates, ``mass.mtx``, ``stiffness.mtx``, ``damping.mtx`` and the
+terms of rotation, the interfaces' ``shapes.mtx`` (six rows an interface, x y z and rotations about them, a column a
+mode), and ``body.json`` with names and scalars. All values are SI.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.io import mmread, mmwrite
+
+from cranktrain.core.errors import InputError, StoreError
+from cranktrain.core.reduced_body import SCHEMA, ReducedBody, check
+from cranktrain.store.archive import write_archive
+from cranktrain.store.hdf5 import BODY, BODY_FORMAT, BODY_UNITS, load_body, save_body
+from cranktrain.store.whole_file import check_place, marked, whole_file
+
+Array = NDArray[np.float64]
+
+HEADER = "cranktrain reduced body"
+FOLDER_HEADER = "body.json"
+OWN_ARRAYS = {**BODY_UNITS, "damping": "1/s", "basis": "1"}
+"""Arrays of a body and their units."""
+ARCHIVE = marked("reduced body of cranktrain", f"{HEADER}.npy")
+REMEDY = "write it anew by 'cranktrain reduce ENGINE --output'"
+DAMAGED = (KeyError, OSError, ValueError, TypeError, AttributeError, EOFError, zipfile.BadZipFile)
+
+
+def is_stored_body(path: str | Path) -> bool:
+    """Whether a path looks like a reduced body: ``.h5``, ``.npz``, or a folder with ``body.json``."""
+    place = Path(path)
+    return place.suffix in (".h5", ".npz") or (place / FOLDER_HEADER).is_file()
+
+
+def check_body_place(path: str | Path) -> None:
+    """Refuse, before the work, a place that a body must not take; ``InputError``."""
+    target = Path(path)
+    if target.suffix in ("", ".mtx"):
+        _check_folder(target)
+    elif target.suffix in (".h5", ".npz"):
+        check_place(target, BODY if target.suffix == ".h5" else ARCHIVE)
+    else:
+        raise InputError(f"{path}: a reduced body is a .h5 or .npz file, or a folder; name it so")
+
+
+def export_body(path: str | Path, body: ReducedBody) -> Path:
+    """Write a body, its format by the ending of the path, whole or not at all; :func:`import_body` gives it back.
+
+    Raises ``InputError`` for another ending or a place that it must not take, ``StoreError`` where it cannot be
+    written.
+    """
+    check_body_place(path)
+    target = Path(path)
+    if target.suffix == ".h5":
+        return save_body(target, body, kind=BODY)
+    arrays, header = _split(body)
+    if target.suffix == ".npz":
+        with whole_file(target, ARCHIVE) as temporary:
+            write_archive(temporary, [(HEADER, np.array(json.dumps(header))), *arrays.items()])
+        return target
+    with _whole_folder(target) as folder:
+        for name, array in _matrices(body, arrays).items():
+            mmwrite(folder / f"{name}.mtx", array, comment=f" {name}, SI", precision=17, symmetry="general")
+        (folder / FOLDER_HEADER).write_text(json.dumps(header, indent=1), encoding="utf-8")
+    return target
+
+
+def import_body(path: str | Path) -> ReducedBody:
+    """Read a body that :func:`export_body` wrote; ``StoreError``: missing, cut short, foreign, of another schema."""
+    source = Path(path)
+    if source.suffix == ".h5":
+        return load_body(source)
+    try:
+        header, arrays = _read_folder(source) if source.is_dir() else _read_archive(source)
+        if header["format"] != BODY_FORMAT:
+            raise StoreError(f"{path}: not a {BODY_FORMAT}; {REMEDY}")
+        if header["schema"] != SCHEMA:
+            raise StoreError(f"{path}: schema {header['schema']}, this cranktrain reads schema {SCHEMA}; {REMEDY}")
+        body = _joined(header, arrays)
+    except FileNotFoundError as error:
+        raise StoreError(f"{error.filename}: no such file; {REMEDY}") from None
+    except DAMAGED:
+        raise StoreError(f"{path}: damaged, incomplete, or no reduced body; {REMEDY}") from None
+    try:
+        check(body)
+    except StoreError as error:
+        raise StoreError(f"{path}: {error}") from None
+    return body
+
+
+def _split(body: ReducedBody) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Arrays by name, and all else."""
+    arrays = {name: getattr(body, name) for name in OWN_ARRAYS if getattr(body, name) is not None}
+    arrays |= {f"record_{name}": array for name, array in sorted(body.records.items())}
+    header = {
+        "format": BODY_FORMAT, "schema": SCHEMA, "name": body.name, "digest": body.digest, "mass": body.mass,
+        "interfaces": list(body.interfaces), "quality": body.quality, "units": OWN_ARRAYS,
+        "record_shapes": {name: array.shape for name, array in body.records.items()},
+    }  # fmt: skip
+    return arrays, header
+
+
+def _joined(header: dict[str, Any], arrays: dict[str, Array]) -> ReducedBody:
+    """The body of :func:`_split`."""
+    own = {name: arrays[name] for name in BODY_UNITS}
+    return ReducedBody(
+        name=str(header["name"]),
+        interfaces=tuple(str(name) for name in header["interfaces"]),
+        mass=float(header["mass"]),
+        digest=str(header["digest"]),
+        quality={str(name): float(value) for name, value in header["quality"].items()},
+        records={name: arrays[f"record_{name}"].reshape(shape) for name, shape in header["record_shapes"].items()},
+        damping=arrays.get("damping", np.zeros(0)),
+        basis=arrays.get("basis"),
+        **own,
+    )
+
+
+def _matrices(body: ReducedBody, arrays: dict[str, Array]) -> dict[str, Any]:
+    """The same as matrices, with mass, stiffness and damping in modal coordinates for other programs."""
+    found: dict[str, Any] = {name: _flat(array) for name, array in arrays.items() if array.size}
+    del found["omega"]
+    found["mass"] = sparse.eye_array(body.n_modes).tocoo()
+    found["stiffness"] = sparse.diags_array(body.omega**2).tocoo()
+    found["damping"] = sparse.diags_array(body.damping if body.damping.size else np.zeros(body.n_modes)).tocoo()
+    return found
+
+
+def _flat(array: Array) -> Array:
+    """A matrix of an array: a vector as a column, shapes (m, 6, n) as (6 m, n)."""
+    array = np.asarray(array, dtype=np.float64)
+    return array.reshape(-1, array.shape[-1] if array.ndim > 1 else 1)
+
+
+def _read_archive(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
+    with np.load(path, allow_pickle=False) as archive:
+        arrays = {name: archive[name] for name in archive.files}
+    return json.loads(str(arrays.pop(HEADER))), arrays
+
+
+def _read_folder(folder: Path) -> tuple[dict[str, Any], dict[str, Array]]:
+    header = json.loads((folder / FOLDER_HEADER).read_text(encoding="utf-8"))
+    wanted = ["mass", "stiffness", *(name for name in BODY_UNITS if name != "omega"), "damping"]
+    wanted += [f"record_{name}" for name, shape in header["record_shapes"].items() if 0 not in shape]
+    wanted += ["basis"] if (folder / "basis.mtx").exists() else []
+    arrays: dict[str, Any] = {}
+    for name in wanted:
+        found = mmread(folder / f"{name}.mtx")
+        arrays[name] = found.toarray() if sparse.issparse(found) else np.asarray(found)
+    arrays |= {f"record_{n}": np.zeros(shape) for n, shape in header["record_shapes"].items() if 0 in shape}
+    stiffness, n = arrays.pop("stiffness"), len(arrays["mass"])
+    for matrix in (stiffness, arrays["damping"]):
+        if np.any(matrix != np.diag(np.diag(matrix))):
+            raise StoreError(f"{folder}: coordinates are not modal, stiffness or damping is not diagonal; {REMEDY}")
+    if not np.array_equal(arrays.pop("mass"), np.eye(n)):
+        raise StoreError(f"{folder}: mass.mtx is not the unit matrix, modes have modal mass 1 kg m2; {REMEDY}")
+    arrays["omega"] = np.sqrt(np.diag(stiffness))
+    damping = np.diag(arrays["damping"])
+    arrays["damping"] = damping if damping.any() else np.zeros(0)
+    arrays["shapes"] = arrays["shapes"].reshape(len(header["interfaces"]), 6, n)
+    for name in ("centre", "centrifugal_load", "euler_load"):
+        arrays[name] = arrays[name][:, 0]
+    return header, arrays
+
+
+def _check_folder(target: Path) -> None:
+    """Refuse a folder that holds anything but a body of ours; ``InputError``."""
+    check_place(target.absolute().parent / f"{target.name}.check")
+    if target.is_symlink() or (target.exists() and not target.is_dir()):
+        raise InputError(f"{target}: exists and is no folder; choose another name, or end it with .h5 or .npz")
+    if not target.is_dir() or not any(target.iterdir()):
+        return
+    foreign = [one.name for one in target.iterdir() if one.suffix != ".mtx" and one.name != FOLDER_HEADER]
+    try:
+        ours = json.loads((target / FOLDER_HEADER).read_text(encoding="utf-8"))["format"] == BODY_FORMAT
+    except (OSError, ValueError, KeyError, TypeError):
+        ours = False
+    if foreign or not ours:
+        raise InputError(f"{target}: exists and is no folder of a reduced body alone; choose another name")
+
+
+@contextmanager
+def _whole_folder(target: Path) -> Iterator[Path]:
+    """Folder that takes its place once the block ends; after an error nothing is left of it, and the old one stays."""
+    try:
+        target.absolute().parent.mkdir(parents=True, exist_ok=True)
+        made = Path(tempfile.mkdtemp(prefix=".cranktrain-", dir=target.absolute().parent))
+        try:
+            new, old = made / "new", made / "old"
+            new.mkdir()
+            yield new
+            _check_folder(target)
+            if target.exists():
+                target.rename(old)
+            try:
+                new.rename(target)
+            except OSError:
+                if old.exists():
+                    old.rename(target)
+                raise
+        finally:
+            shutil.rmtree(made, ignore_errors=True)
+    except OSError as error:
+        raise StoreError(f"{target}: cannot be written ({error.strerror or error}); choose another place") from None

@@ -1,0 +1,261 @@
+"""Superelements as finite-element programs write them, described by a TOML file.
+
+    stiffness = "crank_STIF1.mtx"          # Abaqus *MATRIX OUTPUT, CalculiX .sti, or Matrix Market
+    mass = "crank_MASS1.mtx"               # or, for both: matrices = "crank.mtx" of *SUBSTRUCTURE MATRIX OUTPUT
+    dofs = "crank.dof"                     # for files of row, column, value: a line NODE.COMPONENT each row
+    nodes = "crank.inp"                    # *NODE lines; or a table [nodes] with 1001 = [x, y, z]
+    units = "mm-t-s"                       # of all the files; m-kg-s where not given
+    [interfaces]
+    "main[1]" = 1001                       # a node with six components, or a list of nodes, averaged
+    pulley = [11, 12, 13, 14]
+
+Paths are relative to the file. Matrices are symmetric: one triangle, or both. Nodes without coordinates are taken as
+modal coordinates.
+"""
+
+from __future__ import annotations
+
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.user_file import is_number, read_toml
+from cranktrain.structure.fem.mesh_file import interface_name
+from cranktrain.structure.fem.superelement import Superelement
+
+Array = NDArray[np.float64]
+Rows = list[tuple[int, int]]
+"""Node and component (from 0) of each row."""
+
+UNITS = {"m-kg-s": (1.0, 1.0), "mm-t-s": (1e-3, 1e-3)}
+"""Length in m and energy in J of a unit."""
+KEYS = ("name", "matrices", "stiffness", "mass", "dofs", "nodes", "units", "interfaces")
+LARGEST_FILE, MOST_ROWS = 2_000_000_000, 6000
+"""Bytes and rows that are read."""
+REMEDY = "see docs/how-to/own_elements.md"
+
+
+def is_superelement(path: str | Path) -> bool:
+    """Whether a file describes a superelement."""
+    if Path(path).suffix != ".toml":
+        return False
+    try:
+        return bool({"matrices", "stiffness"} & set(read_toml(path, "superelement", REMEDY)))
+    except InputError:
+        return False
+
+
+def read_superelement(path: str | Path) -> Superelement:
+    """The superelement of a TOML file; ``InputError`` where it or a file that it names cannot be used."""
+    source = Path(path)
+    document = read_toml(source, "superelement", REMEDY)
+    for key in document:
+        if key not in KEYS:
+            raise InputError(f"{source}: unknown key '{key}'; {nearest(key, KEYS)}")
+    unit = document.get("units", "m-kg-s")
+    if unit not in UNITS:
+        raise InputError(f"{source}: units {shown(unit)} do not exist; valid: {', '.join(UNITS)}")
+    length, energy = UNITS[unit]
+    files = {key: source.parent / document[key] for key in KEYS[1:6] if isinstance(document.get(key), str)}
+    rows, stiffness, mass = _both(source, files)
+    places = _places(source, document.get("nodes"), files.get("nodes"), length)
+    known = {node for node, _ in rows}
+    places = {node: place for node, place in places.items() if node in known}
+    wrong = [row for row in rows if row[0] in places and row[1] not in range(6)]
+    if wrong or len(set(rows)) < len(rows):
+        node, component = wrong[0] if wrong else next(row for row in rows if rows.count(row) > 1)
+        told = "is no motion in space" if wrong else "is there twice"
+        raise InputError(f"{source}: node {node} component {component + 1} {told}; retain components 1 to 6 once")
+    scale = np.array([length if node in places and component < 3 else 1.0 for node, component in rows])
+    factor = energy / np.outer(scale, scale)
+    digest = sha256(source.read_bytes())
+    for one in files.values():
+        digest.update(one.read_bytes())
+    return Superelement(
+        source=source.name,
+        stiffness=factor * stiffness,
+        mass=factor * mass,
+        nodes=np.array([node for node, _ in rows]),
+        components=np.array([component for _, component in rows]),
+        places=places,
+        interfaces=_interfaces(source, document.get("interfaces"), places),
+        digest=digest.hexdigest(),
+    )
+
+
+def _both(source: Path, files: dict[str, Path]) -> tuple[Rows, Array, Array]:
+    """Rows, stiffness and mass in them, in the unit of the files."""
+    if "matrices" in files:
+        rows, found = _user_element(files["matrices"])
+    elif {"stiffness", "mass"} <= set(files):
+        entries = {kind: _entries(files[kind], files.get("dofs")) for kind in ("stiffness", "mass")}
+        rows = sorted({row for one in entries.values() for pair in one for row in pair})
+        found = {kind: _assembled(files[kind], one, rows) for kind, one in entries.items()}
+    else:
+        raise InputError(f"{source}: no matrices; give stiffness = and mass =, or matrices = for both; {REMEDY}")
+    if missing := {"stiffness", "mass"} - set(found):
+        raise InputError(f"{files['matrices']}: no {missing.pop()} matrix; write it with MASS=YES, STIFFNESS=YES")
+    return rows, found["stiffness"], found["mass"]
+
+
+def _text(path: Path) -> str:
+    """Text of a file of numbers; ``InputError``."""
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise InputError(f"{path}: more than {LARGEST_FILE / 1e9:g} GB are no superelement; condense the body")
+        return path.read_text(encoding="latin-1")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); {REMEDY}") from None
+
+
+def _numbers(path: Path, lines: list[str]) -> Array:
+    """All numbers of some lines, separated by commas or blanks; FORTRAN's D is an exponent."""
+    text = " ".join(lines).replace(",", " ").upper().replace("D", "E")
+    try:
+        found = np.array(text.split(), dtype=np.float64)
+    except ValueError as error:
+        raise InputError(f"{path}: {str(error).rpartition(': ')[2]} is no number; export the file again") from None
+    if not np.isfinite(found).all():
+        raise InputError(f"{path}: holds numbers that are not finite; export the file again")
+    return found
+
+
+def _user_element(path: Path) -> tuple[Rows, dict[str, Array]]:
+    """Rows and matrices of a ``*USER ELEMENT, LINEAR``, as ``*SUBSTRUCTURE MATRIX OUTPUT`` writes it."""
+    blocks: dict[str, list[str]] = {"nodes": [], "components": []}
+    section = ""
+    for line in _text(path).splitlines():
+        plain = line.upper().replace(" ", "")
+        if plain.startswith("**"):  # the nodes stand in comments
+            if plain.startswith("**ELEMENTNODES"):
+                section = "nodes"
+            elif section == "nodes" and plain.strip("*,").replace(",", "").isdigit():
+                blocks["nodes"].append(line.lstrip("*"))
+        elif plain.startswith("*"):
+            section = plain.partition("TYPE=")[2].partition(",")[0].lower() if plain.startswith("*MATRIX,") else ""
+        elif plain:
+            blocks.setdefault("components" if section == "nodes" else section, []).append(line)
+    nodes = _numbers(path, blocks.pop("nodes")).astype(int).tolist()
+    rows = _components(path, nodes, blocks.pop("components"))
+    if not rows:
+        raise InputError(f"{path}: no *USER ELEMENT with nodes and components; write it by *SUBSTRUCTURE MATRIX OUTPUT")
+    if not 6 < len(rows) <= MOST_ROWS:
+        raise InputError(f"{path}: {len(rows)} components; a superelement has 7 to {MOST_ROWS}: condense the body")
+    kinds = [kind for kind in ("stiffness", "mass") if kind in blocks]
+    return rows, {kind: _triangle(path, kind, _numbers(path, blocks[kind]), len(rows)) for kind in kinds}
+
+
+def _components(path: Path, nodes: list[int], lines: list[str]) -> Rows:
+    """Rows of the nodes: components of the first, then from which position on they change to which."""
+    each: dict[int, list[int]] = {}
+    for k, line in enumerate(lines):
+        first, *rest = _numbers(path, [line]).astype(int).tolist()
+        each[0 if k == 0 else first - 1] = [first, *rest] if k == 0 else rest
+    rows: Rows = []
+    current: list[int] = []
+    for position, node in enumerate(nodes):
+        current = each.get(position, current)
+        rows += [(node, component - 1) for component in current]
+    return rows
+
+
+def _triangle(path: Path, kind: str, values: Array, n: int) -> Array:
+    """Symmetric matrix (n, n) of its columns down to the diagonal, or of all its columns."""
+    if values.size == n * n:
+        return _symmetric(path, values.reshape(n, n).T)
+    if values.size != n * (n + 1) // 2:
+        raise InputError(
+            f"{path}: {kind} has {values.size} values, its {n} components need {n * (n + 1) // 2}; export it again"
+        )
+    matrix = np.zeros((n, n))
+    matrix[np.tril_indices(n)] = values
+    return matrix + np.tril(matrix, -1).T
+
+
+def _symmetric(path: Path, matrix: Array) -> Array:
+    """The symmetric part, where the matrix is symmetric; ``InputError``."""
+    if np.abs(matrix - matrix.T).max() > 1e-6 * np.abs(matrix).max():
+        raise InputError(f"{path}: the matrix is not symmetric; condense without friction and gyroscopic terms")
+    return np.asarray(0.5 * (matrix + matrix.T))
+
+
+def _entries(path: Path, dofs: Path | None) -> dict[tuple[tuple[int, int], tuple[int, int]], float]:
+    """Entries of a matrix by row and column, each a node and a component."""
+    text = _text(path)
+    lines = [line for line in text.splitlines() if line.strip() and line.lstrip()[0] not in "*%"]
+    lines = lines[1:] if text.startswith("%%MatrixMarket") else lines  # the first holds sizes
+    table = _numbers(path, lines)
+    width = len(_numbers(path, lines[-1:])) if lines else 0
+    if width not in (3, 5) or table.size % width:
+        raise InputError(f"{path}: lines of NODE, COMPONENT, NODE, COMPONENT, VALUE or ROW, COLUMN, VALUE are expected")
+    table = table.reshape(-1, width)
+    where = table[:, :-1].astype(int)
+    if width == 5:
+        pairs = [((a, b - 1), (c, d - 1)) for a, b, c, d in where.tolist()]
+    else:
+        if dofs is None:
+            raise InputError(f"{path}: gives rows by number; add dofs = with a line NODE.COMPONENT each row; {REMEDY}")
+        named = [line.strip().partition(".") for line in _text(dofs).split()]
+        rows = [
+            (int(node), int(component) - 1) for node, _, component in named if node.isdigit() and component.isdigit()
+        ]
+        if len(rows) != len(named) or where.min(initial=1) < 1 or where.max(initial=0) > len(rows):
+            raise InputError(f"{dofs}: does not name the {where.max(initial=0)} rows of {path.name} as NODE.COMPONENT")
+        pairs = [(rows[i - 1], rows[j - 1]) for i, j in where.tolist()]
+    return dict(zip(pairs, table[:, -1].tolist(), strict=True))
+
+
+def _assembled(path: Path, entries: dict[tuple[Any, Any], float], rows: Rows) -> Array:
+    """Symmetric matrix of entries of one triangle, or of both."""
+    if not 6 < len(rows) <= MOST_ROWS:
+        raise InputError(f"{path}: {len(rows)} components; a superelement has 7 to {MOST_ROWS}: condense the body")
+    index = {row: k for k, row in enumerate(rows)}
+    matrix = np.zeros((len(rows), len(rows)))
+    for (row, column), value in entries.items():
+        matrix[index[row], index[column]] = value
+        if (column, row) not in entries:
+            matrix[index[column], index[row]] = value
+    return _symmetric(path, matrix)
+
+
+def _places(source: Path, table: Any, file: Path | None, length: float) -> dict[int, Array]:
+    """Place (3,) m of each node of a table, or of the ``*NODE`` lines of a file."""
+    places: dict[int, Array] = {}
+    if file is not None:
+        reading = True
+        for line in _text(file).splitlines():
+            if line.startswith("*"):
+                head = line.upper().replace(" ", "").partition(",")[0]
+                reading = reading if line.startswith("**") else head == "*NODE"
+            elif reading and line.strip():
+                values = _numbers(file, [line])
+                if values.size < 4:
+                    raise InputError(f"{file}: node line {shown(line.strip())}; expected is NODE, X, Y, Z")
+                places[int(values[0])] = length * values[1:4]
+    elif isinstance(table, dict):
+        for node, place in table.items():
+            if not (node.isdigit() and isinstance(place, list) and len(place) == 3 and all(map(is_number, place))):
+                raise InputError(f"{source}: node {shown(node)} = {shown(place)}; expected is NUMBER = [x, y, z]")
+            places[int(node)] = length * np.array(place, dtype=np.float64)
+    if not places:
+        raise InputError(f"{source}: no coordinates; give nodes = with a file of *NODE lines, or a table [nodes]")
+    return places
+
+
+def _interfaces(source: Path, table: Any, places: dict[int, Array]) -> dict[str, tuple[int, ...]]:
+    """Nodes of each interface, which the matrices and the coordinates have."""
+    if not isinstance(table, dict) or not table:
+        raise InputError(f'{source}: no [interfaces]; name the node, or nodes, of each: "main[1]" = 1001')
+    found = {}
+    for name, given in table.items():
+        nodes = given if isinstance(given, list) else [given]
+        if not nodes or not all(isinstance(node, int) for node in nodes):
+            raise InputError(f"{source}: interface '{name}' = {shown(given)}; expected is a node's number, or a list")
+        if missing := [node for node in nodes if node not in places]:
+            raise InputError(f"{source}: interface '{name}': node {missing[0]} is not retained, or has no coordinates")
+        found[interface_name(name)] = tuple(nodes)
+    return found
