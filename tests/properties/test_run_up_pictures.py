@@ -77,6 +77,17 @@ def test_a_peak_away_from_the_modes_has_its_frequency(run_up, modes):
     assert any(text == "6: 2380 rev/min\n238 Hz" for text in texts(figure))
 
 
+def test_peaks_without_a_period_have_no_name(run_up):
+    repeats = np.where(run_up.speeds_rpm > 2300.0, 0, 1)
+    lost = replace(run_up, repeats=repeats)
+    figure = figures.order_figure(lost, shown.TORSIONAL, shown.Beside(), "six")
+    assert not any(text.startswith("6:") for text in texts(figure))
+    assert any(text.startswith("9:") for text in texts(figure))
+    shaded = [patch for patch in figure.axes[0].patches if patch.get_width() < 50.0]
+    assert len(shaded) == np.count_nonzero(repeats == 0)
+    assert "Shaded" in figure.texts[-1].get_text()
+
+
 def test_measured_orders_lie_over_the_computed_ones(run_up, tmp_path):
     path = tmp_path / "measured.csv"
     path.write_text("speed_rpm, order, amplitude, unit\n2380, 6, 1.1, deg\n1900, 6, 0.1, deg\n1800, 3, 55, µm\n")

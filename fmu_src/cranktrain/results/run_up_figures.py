@@ -24,6 +24,7 @@ from cranktrain.results.run_up_shown import (
     Quantity,
     figure_of,
     shown_orders,
+    unsteady,
     worthy,
 )
 
@@ -69,7 +70,7 @@ def order_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str) 
     figure = figure_of(11.5, 6.0)
     _draw_orders(figure.subplots(), run_up, quantity, beside, shown_orders(run_up, quantity, beside))
     figure.suptitle(f"Orders over the speed: {title}", fontsize=12, parse_math=False)
-    figure.text(0.01, 0.008, _legend(beside, quantity), fontsize=8, color=plots.INK)
+    figure.text(0.01, 0.008, _legend(run_up, beside, quantity), fontsize=8, color=plots.INK)
     return figure
 
 
@@ -102,7 +103,7 @@ def damper_figure(run_up: RunUp, damped: RunUp, beside: Beside, title: str) -> A
         ax.set_title(name, fontsize=10, loc="left")
     axes[0].set_xlabel("")
     figure.suptitle(f"What the torsional damper takes off: {title}", fontsize=12, parse_math=False)
-    figure.text(0.01, 0.005, _legend(beside, TORSIONAL), fontsize=8, color=plots.INK)
+    figure.text(0.01, 0.005, _legend(run_up, beside, TORSIONAL), fontsize=8, color=plots.INK)
     return figure
 
 
@@ -130,8 +131,8 @@ def campbell_figure(run_up: RunUp, beside: Beside, title: str) -> Any:
     figure.suptitle(f"Campbell diagram: {title}", fontsize=12, parse_math=False)
     figure.text(
         0.01, 0.008,
-        "Frequencies as the turning crank has them; modes keep their name through crossings. Rays: orders, as broad as "
-        "the pulley's torsion is large." + (" Crosses: published critical speeds." if published else ""),
+        "Frequencies as the turning crank has them; modes keep their name through crossings. Rays: orders; area of "
+        "their circles: torsion of the pulley." + (" Crosses: published critical speeds." if published else ""),
         fontsize=8, color=plots.INK,
     )  # fmt: skip
     return figure
@@ -150,15 +151,15 @@ def _draw_orders(
     ]  # fmt: skip
     others = [sizes[:, k] for k, order in enumerate(run_up.orders.tolist()) if order not in orders]
     colours = dict(zip(orders, plots._colours(len(orders)), strict=True))
-    labels = [
-        plots.Label(
-            peak.speed * RPM, quantity.scale * peak.amplitude, _named(peak, beside, quantity), colours[peak.order]
-        )
-        for peak in worthy(run_up, quantity, orders, beside)
-    ]
+    labels = []
+    for peak in worthy(run_up, quantity, orders, beside):
+        rpm = peak.speed * RPM
+        height = float(np.interp(rpm, speeds, quantity.scale * np.abs(run_up.order(peak.order, quantity.output))))
+        labels.append(plots.Label(rpm, height, _named(peak, beside, quantity), colours[peak.order]))
     plots.plot_orders_over_speed(
         ax, curves, others, quantity.name, quantity.unit, labels, beside.published(quantity), top
     )
+    plots.shade(ax, speeds, unsteady(run_up))
 
 
 def _named(peak: Peak, beside: Beside, quantity: Quantity) -> str:
@@ -170,10 +171,12 @@ def _named(peak: Peak, beside: Beside, quantity: Quantity) -> str:
     return f"{text}\n{mode.mode}, {mode.hz:.0f} Hz"
 
 
-def _legend(beside: Beside, quantity: Quantity) -> str:
+def _legend(run_up: RunUp, beside: Beside, quantity: Quantity) -> str:
     parts = ["Grey: further orders."]
     if beside.published(quantity):
         parts.append("Triangles on the axis: published critical speeds of an order.")
     if quantity.output in (beside.measured or {}):
         parts.append("Circles: measured.")
+    if np.any(unsteady(run_up)):
+        parts.append("Shaded: speeds at which no cycle repeats the one before, orders of a mean cycle.")
     return " ".join(parts)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.results.modes_over_speed import ModesOverSpeed
@@ -118,6 +119,13 @@ def _name_peaks(ax: Any, labels: Sequence[Label], top: float) -> None:
             arrowprops={"arrowstyle": "-", "color": label.colour, "lw": 0.7, "shrinkA": 1.0, "shrinkB": 2.0},
         )  # fmt: skip
         text.set_in_layout(False)
+
+
+def shade(ax: Any, speeds: Array, which: NDArray[np.bool_]) -> None:
+    """Shade the speeds (s,) of some places, each halfway to its neighbours."""
+    borders = np.concatenate((speeds[:1], 0.5 * (speeds[1:] + speeds[:-1]), speeds[-1:]))
+    for k in np.flatnonzero(which):
+        ax.axvspan(borders[k], borders[k + 1], color="#f1e3d3", lw=0.0, zorder=0)
 
 
 def plot_waterfall(

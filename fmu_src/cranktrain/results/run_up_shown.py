@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.model import Engine
@@ -70,8 +71,8 @@ def shown_orders(run_up: RunUp, quantity: Quantity, beside: Beside) -> list[floa
 
 
 def worthy(run_up: RunUp, quantity: Quantity, orders: Sequence[float], beside: Beside) -> list[Peak]:
-    """Peaks that have a name: high ones, and those of orders with a published speed near it."""
-    found = [peak for peak in peaks(run_up, quantity.output) if peak.order in orders]
+    """Peaks that have a name: high ones, and those of orders with a published speed near it; where cycles repeat."""
+    found = [peak for peak in peaks(run_up, quantity.output) if peak.order in orders and peak.periodic]
     largest = max((peak.amplitude for peak in found), default=0.0)
     published = beside.published(quantity)
     return [
@@ -79,6 +80,11 @@ def worthy(run_up: RunUp, quantity: Quantity, orders: Sequence[float], beside: B
         for peak in found
         if peak.amplitude >= WORTH * largest or abs(peak.speed * RPM / published.get(peak.order, math.inf) - 1.0) < NEAR
     ][:LABELLED]
+
+
+def unsteady(run_up: RunUp) -> NDArray[np.bool_]:
+    """Speeds (s,) at which cycles were run and none repeats the one before."""
+    return np.asarray((run_up.repeats != 1) & (run_up.cycles > 0))
 
 
 def figure_of(width: float, height: float) -> Any:
