@@ -1,5 +1,6 @@
 """Pictures of a run-up show its data: lines, names of peaks, places of labels; measured orders as they are written."""
 
+import json
 import math
 from dataclasses import replace
 
@@ -217,3 +218,16 @@ def test_verb_draws_a_file_and_says_what_it_lacks(run_up, tmp_path, capsys):
     assert {"torsion_orders.png", "axial_orders.png", "waterfall.png", "axial_harmonics.png"} <= names
     assert names <= set(figures.file_names())
     assert main(["plot-runup", str(tmp_path / "none.h5")]) == 2
+
+
+def test_run_up_in_the_frequency_domain_with_its_pictures(tmp_path, capsys):
+    """From the command line; the six's order 6 within 1 % of its linear critical speed."""
+    out, folder = tmp_path / "up.h5", tmp_path / "pictures"
+    asked = ["runup", "diesel_i6", "--from", "2200", "--to", "2500", "--step", "10", "--crank", "torsional"]
+    chosen = ["--steady", "harmonic-balance", "--no-inherit", "--output", str(out), "--plots", str(folder), "--json"]
+    assert main([*asked, *chosen]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert {"torsion_orders.png", "campbell.png"} <= {path.name for path in folder.iterdir()}
+    assert set(said["plots"]) == {str(path) for path in folder.iterdir()}
+    sixth = next(peak for peak in said["peaks"] if peak["order"] == 6.0)
+    assert sixth["rpm"] == pytest.approx(60.0 * sixth["mode_hz"] / 6.0, rel=0.01)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, say, show, stages
+from cranktrain.cli.plot_runup import draw, pictures_folder
 from cranktrain.cli.run_options import add_run_options, engine_of, gas_of, option_of, tell_unread
 from cranktrain.core.errors import InputError, SolverError
 
@@ -57,6 +58,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, e.g. tcp://host:8786")
     add("--anew", action="store_true", help="run all speeds, and replace a file of another run-up")
     add("--output", metavar="FILE.h5", help="result file (default: ENGINE_runup.h5)")
+    add("--plots", metavar="DIR", help="write the pictures of cranktrain plot-runup there")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -76,6 +78,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     _check(options)
     path = Path(options.output or f"{engine.name}_runup.h5")
     check_run_up_target(path)
+    folder = None if options.plots is None else pictures_folder(options.plots)
     tell_unread(engine, settings)
     with stages(engine.name) as tell:
         made = assemble(
@@ -90,12 +93,15 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         "failed": [{"rpm": failed.speed * PER_RPM, "reason": failed.reason} for failed in outcome.failed],
         "seconds": outcome.seconds, "workers": outcome.workers, "resumed": outcome.resumed, "result": str(path),
     }  # fmt: skip
+    if folder is not None:
+        said["plots"] = draw(folder, found, engine)
     if not options.json:
         for table in run_up_tables(said):
             show(table)
         print(closing_text(found))
         resumed = f", {outcome.resumed} speeds of it from a run before" if outcome.resumed else ""
         print(f"{outcome.seconds:.1f} s on {outcome.workers} workers. Result: {path}{resumed}")
+        print("".join(f"{picture}\n" for picture in said.get("plots", [])), end="")
     return said
 
 

@@ -91,13 +91,13 @@ class Rods(NamedTuple):
         # d(x/s)/da = turn·(1 + lean²), d(1/s)/da·s = turn·lean.
         arm_slope = -along + across * lean + along * turn * (1.0 + lean**2)
         turn_slope = -across / s + turn**2 * lean
-        weight = self.big_end * (along * np.sin(self.bank) - across * np.cos(self.bank))
-        weight -= self.oscillating * arm * np.cos(self.bank)
+        lean_of_bank, rise = self.gravity * np.sin(self.bank), self.gravity * np.cos(self.bank)
+        weight = self.big_end * lean_of_bank * along - rise * (self.big_end * across + self.oscillating * arm)
         return RodTorque(
             self.big_end * self.radius**2 + self.oscillating * arm**2 + self.remainder * turn**2,
             2.0 * (self.oscillating * arm * arm_slope + self.remainder * turn * turn_slope),
             arm,
-            self.gravity * weight,
+            weight,
         )
 
 
@@ -107,11 +107,12 @@ def gas_push(tables: Array, area: float, angle: Array) -> list[Array]:
     As :func:`cranktrain.loads.gas_pressure.gas_pressure`, many at once.
     """
     count = tables.shape[1]
-    place = np.mod(angle * (count / (4.0 * math.pi)), count)
-    whole = np.minimum(place.astype(np.int64), count - 1)
+    place = angle * (count / (4.0 * math.pi))
+    whole = np.floor(place)
     t = place - whole
+    at = whole.astype(np.int64) % count
     found = []
     for table in tables:
-        a, b, c, d = np.moveaxis(table[whole], -1, 0)
+        a, b, c, d = (np.take(column, at) for column in np.ascontiguousarray(table.T))
         found.append(area * (a + t * (b + t * (c + t * d))))
     return found
