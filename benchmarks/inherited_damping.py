@@ -18,7 +18,7 @@ import numpy as np
 import cranktrain as ct
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.simulation import simulate
-from cranktrain.results.orders import last_cycle, order_spectrum
+from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 
 ORDERS = {"diesel_i6": 6.0, "diesel_v8": 12.0}
 SPEEDS = np.linspace(0.95, 1.05, 11)

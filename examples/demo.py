@@ -29,7 +29,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results import plots
 from cranktrain.results.figures import save_figure
-from cranktrain.results.orders import last_cycle, order_spectrum
+from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 from cranktrain.results.tables import frequency_tables
 from cranktrain.structure.crank.modal import modal_report
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, surface_shape

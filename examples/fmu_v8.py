@@ -25,7 +25,7 @@ import fmpy
 import matplotlib.pyplot as plt
 
 from cranktrain.results.figures import save_figure
-from cranktrain.results.orders import last_cycle, order_spectrum
+from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 
 ROOT = Path(__file__).resolve().parents[1]
 SPEED_RPM = 2284.0  # where order 8 is largest on ground (benchmarks/damper.py); in the block torsion is at 296 Hz

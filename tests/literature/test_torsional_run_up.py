@@ -18,7 +18,7 @@ from cranktrain.loads.damper import (
     with_damper_housing,
 )
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.results.orders import order_amplitudes
+from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.studies.torsion.damper_link import DamperLink
 from cranktrain.studies.torsion.frequency_run_up import frequency_run_up, torsion_orders

@@ -14,9 +14,9 @@ from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.file import load_engine
-from cranktrain.results.bearing_limits import missing_limits, violations
-from cranktrain.results.bearings import bearing_report, rod_lean
-from cranktrain.results.orders import CYCLE
+from cranktrain.results.bearings.cycle import bearing_report, rod_lean
+from cranktrain.results.bearings.limits import missing_limits, violations
+from cranktrain.results.orders.harmonics import CYCLE
 from cranktrain.store.hdf5 import write_result
 
 ENGINE = load_engine("diesel_i6")

@@ -10,7 +10,7 @@ import pytest
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.results.export import BLOCK, export
-from cranktrain.results.run_up import RunUp
+from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.store.hdf5 import read_result, write_result
 from cranktrain.store.result_stream import result_stream
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cranktrain.core.errors import InputError
-from cranktrain.results.order_tracking import tracked_orders
-from cranktrain.results.orders import CYCLE, last_cycle, order_amplitudes, order_spectrum
+from cranktrain.results.orders.harmonics import CYCLE, last_cycle, order_amplitudes, order_spectrum
+from cranktrain.results.orders.tracking import tracked_orders
 from cranktrain.results.summary import bearing_rows, big_end_rows, closing_edges, online_films, vibration
 from cranktrain.results.tables import closing_text, online_text
 

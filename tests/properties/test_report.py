@@ -15,9 +15,9 @@ from browser import needs_browser, shown
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_provenance, load_engine
-from cranktrain.results.orders import order_amplitudes
-from cranktrain.results.resonances import peaks
-from cranktrain.results.run_up import AXIAL, TORSION, RunUp
+from cranktrain.results.orders.harmonics import order_amplitudes
+from cranktrain.results.orders.resonances import peaks
+from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.studies.report import findings as source
 from cranktrain.studies.report.chart import Axis, line_chart
 from cranktrain.studies.report.findings import Findings, Torsion

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from cranktrain.results.resonances import labelled, peaks
-from cranktrain.results.run_up import RunUp
+from cranktrain.results.orders.resonances import labelled, peaks
+from cranktrain.results.run_up.run_up import RunUp
 
 MODE_HZ, DAMPING = 238.0, 0.015
 

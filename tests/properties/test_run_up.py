@@ -23,8 +23,8 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import simulate
 from cranktrain.engine.file import load_engine
-from cranktrain.results.orders import order_amplitudes
-from cranktrain.results.run_up import RunUp
+from cranktrain.results.orders.harmonics import order_amplitudes
+from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.studies.run_up.plan import job_of, run_up_speeds
 from cranktrain.studies.run_up.refine import speeds_between
 from cranktrain.studies.run_up.sequence import next_speed, steady_speeds

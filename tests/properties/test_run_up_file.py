@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cranktrain.core.errors import InputError, StoreError
-from cranktrain.results.run_up import RunUp, merged
+from cranktrain.results.run_up.run_up import RunUp, merged
 from cranktrain.store.hdf5 import write_result
 
 

@@ -11,12 +11,11 @@ from matplotlib.figure import Figure
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
-from cranktrain.results import run_up_figures as figures
-from cranktrain.results import run_up_shown as shown
-from cranktrain.results.measured_orders import read_measured_orders
-from cranktrain.results.modes_over_speed import ModesOverSpeed
-from cranktrain.results.run_up import AXIAL, TORSION, RunUp
-from cranktrain.results.run_up_plots import plot_waterfall, spread
+from cranktrain.results.orders.measured import read_measured_orders
+from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
+from cranktrain.results.run_up import figures, shown
+from cranktrain.results.run_up.plots import plot_waterfall, spread
+from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.studies.campbell import assurance, campbell
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cranktrain.engine.model import Engine
-    from cranktrain.results.bearings import BearingReport
+    from cranktrain.results.bearings.cycle import BearingReport
 
 DESCRIPTION = "Bearings over a cycle at one speed or several: loads, films, friction, oil flow, held against limits."
 
@@ -41,8 +41,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Report on each speed as it comes; an interrupt keeps the speeds that are finished."""
-    from cranktrain.results.bearing_figures import save_over_speed, save_polar_pictures
-    from cranktrain.results.bearing_tables import bearing_tables, bearings_dict, speed_table, total_text
+    from cranktrain.results.bearings.figures import save_over_speed, save_polar_pictures
+    from cranktrain.results.bearings.tables import bearing_tables, bearings_dict, speed_table, total_text
 
     engine = engine_of(options)
     folder = _folder(options)
@@ -82,7 +82,7 @@ def _folder(options: argparse.Namespace) -> Path | None:
     """Folder of the pictures, where any are wanted; ``InputError`` where they cannot be written, before any run."""
     if options.plots is None:
         return None
-    from cranktrain.results.bearing_figures import OVER_SPEED, polar_names
+    from cranktrain.results.bearings.figures import OVER_SPEED, polar_names
     from cranktrain.results.figures import check_folder
 
     names = [name for speed in options.speed or () for name in polar_names(speed)]
@@ -92,7 +92,7 @@ def _folder(options: argparse.Namespace) -> Path | None:
 
 def _stored(engine: Engine, paths: list[str]) -> Iterator[BearingReport]:
     """Reports on result files, all of which are read before the first is told of."""
-    from cranktrain.results.bearings import bearing_report
+    from cranktrain.results.bearings.cycle import bearing_report
     from cranktrain.results.files import StoredRun
 
     reports = []
@@ -112,7 +112,7 @@ def _stored(engine: Engine, paths: list[str]) -> Iterator[BearingReport]:
 def _run(engine: Engine, options: argparse.Namespace) -> Iterator[BearingReport]:
     """Reports on runs, one after the other, of one assembly."""
     from cranktrain.assembly import assemble
-    from cranktrain.results.bearings import bearing_report
+    from cranktrain.results.bearings.cycle import bearing_report
     from cranktrain.studies.constant_speed import Request
 
     asked = {field.name: getattr(options, field.name) for field in fields(Request) if hasattr(options, field.name)}

@@ -12,8 +12,8 @@ from cranktrain.engine.file import load_engine
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
-    from cranktrain.results.measured_orders import Measured
-    from cranktrain.results.run_up import RunUp
+    from cranktrain.results.orders.measured import Measured
+    from cranktrain.results.run_up.run_up import RunUp
 
 DESCRIPTION = """\
 Pictures of a run-up: orders over the speed with their resonances named, waterfall, Campbell diagram, and motion and
@@ -35,8 +35,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Draw what the file holds; modes over the speed where its engine is at hand."""
-    from cranktrain.results.measured_orders import read_measured_orders
-    from cranktrain.results.run_up import RunUp
+    from cranktrain.results.orders.measured import read_measured_orders
+    from cranktrain.results.run_up.run_up import RunUp
 
     run_up = RunUp.load(options.file)
     damped = RunUp.load(options.with_damper) if options.with_damper else None
@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 def pictures_folder(path: str) -> Path:
     """Folder in which pictures may be written; ``InputError`` where they may not."""
     from cranktrain.results.figures import check_folder
-    from cranktrain.results.run_up_figures import file_names
+    from cranktrain.results.run_up.figures import file_names
 
     folder = Path(path)
     check_folder(folder, pictures=file_names())
@@ -70,8 +70,8 @@ def draw(
     folder: Path, run_up: RunUp, engine: Engine | None, measured: Measured | None = None, damped: RunUp | None = None
 ) -> list[str]:
     """Draw a run-up; returns the pictures' paths."""
-    from cranktrain.results.run_up_figures import save_run_up_pictures
-    from cranktrain.results.run_up_shown import Beside
+    from cranktrain.results.run_up.figures import save_run_up_pictures
+    from cranktrain.results.run_up.shown import Beside
     from cranktrain.studies.run_up.modes import run_up_modes
 
     beside = Beside(engine, None, measured)

@@ -64,7 +64,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run the speeds that the file does not hold, and say what all of them show."""
     from cranktrain.assembly import assemble
-    from cranktrain.results.run_up import check_run_up_target
+    from cranktrain.results.run_up.run_up import check_run_up_target
     from cranktrain.studies.constant_speed import Request
     from cranktrain.studies.run_up.plan import run_up_speeds
     from cranktrain.studies.run_up.report import closing_text, report, run_up_tables, torsional_peaks

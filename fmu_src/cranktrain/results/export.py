@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.results.files import output_unit
-from cranktrain.results.run_up import RunUp
+from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.store.archive import write_archive
 from cranktrain.store.columns import ResultColumns
 from cranktrain.store.hdf5 import is_run_up

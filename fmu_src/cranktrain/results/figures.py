@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
 from cranktrain.results import plots
-from cranktrain.results.orders import last_cycle
+from cranktrain.results.orders.harmonics import last_cycle
 from cranktrain.store.whole_file import check_place, marked, whole_file
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.files import check_target, output_unit, save_run
-from cranktrain.results.orders import last_cycle, order_spectrum
+from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 from cranktrain.results.summary import closing_edges, online_films, run_summary
 
 

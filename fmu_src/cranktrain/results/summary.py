@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.engine.quantities import ZERO_CELSIUS
-from cranktrain.results.orders import last_cycle, order_spectrum
+from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 
 if TYPE_CHECKING:
     from cranktrain.dynamics.cycle_run import Result

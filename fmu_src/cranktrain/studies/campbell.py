@@ -26,7 +26,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.results.modes_over_speed import ModesOverSpeed
+from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, energy_shares
 from cranktrain.studies.torsion.damped_modes import DampedModes, damped_modes
 from cranktrain.studies.torsion.housed_crank import at_largest

@@ -20,7 +20,7 @@ from cranktrain.dynamics.cycle_run import Result
 from cranktrain.dynamics.settled.judging import Settling
 from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.results.files import output_unit
-from cranktrain.results.orders import order_spectrum
+from cranktrain.results.orders.harmonics import order_spectrum
 from cranktrain.store.hdf5 import write_result
 from cranktrain.studies.planning.difference import LastCycle, by_family, last_cycle, relative_differences
 from cranktrain.studies.planning.ladder import every_pair

@@ -15,8 +15,8 @@ from cranktrain.assembly import assemble
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.results.resonances import Peak
-from cranktrain.results.run_up import RunUp
+from cranktrain.results.orders.resonances import Peak
+from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.studies.constant_speed import Request
 from cranktrain.studies.modal import modal
 from cranktrain.studies.run_up.report import torsional_peaks

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain import __version__
-from cranktrain.results.resonances import Peak
-from cranktrain.results.run_up import AXIAL, LARGEST, LEAST, MEAN, TORSION, RunUp
+from cranktrain.results.orders.resonances import Peak
+from cranktrain.results.run_up.run_up import AXIAL, LARGEST, LEAST, MEAN, TORSION, RunUp
 from cranktrain.results.tables import NOTHING, Table, cranktrain_table, critical_speed_table, free_table
 from cranktrain.studies.report.chart import NAMED, line_chart
 from cranktrain.studies.report.findings import Findings, Torsion

@@ -10,8 +10,8 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import fitted_engine
 from cranktrain.engine.model import Engine
 from cranktrain.levels import crank_level
-from cranktrain.results.modes_over_speed import ModesOverSpeed
-from cranktrain.results.run_up import RunUp
+from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
+from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.studies.campbell import campbell
 
 SPEEDS = 21

@@ -10,7 +10,7 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.outputs.register import output_counts, output_needs
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.results.run_up import AXIAL, TORSION
+from cranktrain.results.run_up.run_up import AXIAL, TORSION
 from cranktrain.studies.constant_speed import RPM, Request
 from cranktrain.studies.run_up.steady import Job
 

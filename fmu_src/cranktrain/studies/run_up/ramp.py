@@ -15,9 +15,9 @@ from scipy.ndimage import uniform_filter1d
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.simulation import SLOWEST
-from cranktrain.results.order_tracking import CYCLES, tracked_orders
-from cranktrain.results.orders import CYCLE
-from cranktrain.results.run_up import RunUp
+from cranktrain.results.orders.harmonics import CYCLE
+from cranktrain.results.orders.tracking import CYCLES, tracked_orders
+from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 
 ROOM = CYCLES

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cranktrain.results.run_up import TORSION, RunUp
+from cranktrain.results.run_up.run_up import TORSION, RunUp
 
 FINEST = 8
 """Largest number of parts that a step is divided into."""

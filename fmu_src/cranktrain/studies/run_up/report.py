@@ -10,9 +10,9 @@ import numpy as np
 
 from cranktrain.assembly import Assembly
 from cranktrain.core.errors import InputError
-from cranktrain.results.orders import Array
-from cranktrain.results.resonances import Peak, labelled, peaks
-from cranktrain.results.run_up import AXIAL, TORSION, RunUp
+from cranktrain.results.orders.harmonics import Array
+from cranktrain.results.orders.resonances import Peak, labelled, peaks
+from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.results.tables import Table
 from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_modes
 

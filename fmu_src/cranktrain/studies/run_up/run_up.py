@@ -18,7 +18,7 @@ from cranktrain import __version__
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.sources import source_digest
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.results.run_up import RunUp, check_run_up_target, merged
+from cranktrain.results.run_up.run_up import RunUp, check_run_up_target, merged
 from cranktrain.store.side_by_side import processors
 from cranktrain.studies.constant_speed import RPM
 from cranktrain.studies.run_up import steady

@@ -24,7 +24,7 @@ from cranktrain.dynamics.model.state import BODY, LEAD_ANGLE, LEAD_SPEED, SHAFT_
 from cranktrain.dynamics.settled.slow_modes import Motion, motion_of, put_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.results.orders import ComplexArray, order_amplitudes
+from cranktrain.results.orders.harmonics import ComplexArray, order_amplitudes
 
 FIRST = 200.0
 """Speed at which a model is made, rad/s: it then goes to those that are asked for."""

@@ -30,7 +30,7 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import SLOWEST
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.results.run_up import TORSION, RunUp
+from cranktrain.results.run_up.run_up import TORSION, RunUp
 from cranktrain.studies.torsion.damper_link import DamperLink, equivalent
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 from cranktrain.studies.torsion.torsional_response import frame_wobble

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.results import run_up_plots as plots
-from cranktrain.results.run_up import AXIAL, RunUp
-from cranktrain.results.run_up_shown import PARTS, Beside, Quantity, figure_of, worthy
+from cranktrain.results.run_up import plots
+from cranktrain.results.run_up.run_up import AXIAL, RunUp
+from cranktrain.results.run_up.shown import PARTS, Beside, Quantity, figure_of, worthy
 
 SPEEDS_SHOWN = 6
 HISTORY = 1440

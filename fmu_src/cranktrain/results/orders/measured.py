@@ -19,7 +19,7 @@ import numpy as np
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.user_file import read_text
-from cranktrain.results.run_up import AXIAL, TORSION
+from cranktrain.results.run_up.run_up import AXIAL, TORSION
 
 COLUMNS = ("speed_rpm", "order", "amplitude", "unit")
 UNITS = {

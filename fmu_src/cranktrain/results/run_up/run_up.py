@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, StoreError, nearest
 from cranktrain.results.files import output_unit
-from cranktrain.results.orders import Array, ComplexArray
+from cranktrain.results.orders.harmonics import Array, ComplexArray
 from cranktrain.store.hdf5 import RUN_UP, read_run_up, write_run_up
 from cranktrain.store.whole_file import check_place
 

@@ -27,7 +27,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.bearing_limits import BIG_END, MAIN
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import PlainBearing
-from cranktrain.results.orders import CYCLE, Array, ComplexArray
+from cranktrain.results.orders.harmonics import CYCLE, Array, ComplexArray
 
 
 class Sampled(Protocol):

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from cranktrain.core.errors import InputError
-from cranktrain.results.orders import CYCLE, Array, ComplexArray
+from cranktrain.results.orders.harmonics import CYCLE, Array, ComplexArray
 
 CYCLES = 4
 """Cycles that a fit spans: three numbers for each half order need three."""

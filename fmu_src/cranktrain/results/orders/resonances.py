@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cranktrain.results.orders import Array
-from cranktrain.results.run_up import TORSION, RunUp
+from cranktrain.results.orders.harmonics import Array
+from cranktrain.results.run_up.run_up import TORSION, RunUp
 
 COUNTS = 0.01
 """Share of the output's largest order amplitude from which a peak counts."""

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from cranktrain.engine.bearing_limits import BIG_END, JUDGED, MAIN
-from cranktrain.results.bearing_limits import FAMILIES, missing_limits, violations
-from cranktrain.results.bearings import BearingCycle, BearingReport, Extreme
+from cranktrain.results.bearings.cycle import BearingCycle, BearingReport, Extreme
+from cranktrain.results.bearings.limits import FAMILIES, missing_limits, violations
 from cranktrain.results.tables import NOTHING, Table
 
 LITRES_PER_MINUTE = 6.0e4

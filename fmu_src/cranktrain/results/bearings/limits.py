@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cranktrain.engine.bearing_limits import BIG_END, JUDGED, MAIN, BearingLimits
-from cranktrain.results.bearings import BearingCycle, BearingReport
+from cranktrain.results.bearings.cycle import BearingCycle, BearingReport
 
 FAMILIES = {MAIN: "main bearings", BIG_END: "big ends"}
 _SAID = {

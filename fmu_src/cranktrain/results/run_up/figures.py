@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.results import run_up_plots as plots
 from cranktrain.results.figures import save_figure
-from cranktrain.results.resonances import Peak
-from cranktrain.results.run_up import AXIAL, RunUp
-from cranktrain.results.run_up_peak_figures import harmonic_figure, history_figure
-from cranktrain.results.run_up_shown import (
+from cranktrain.results.orders.resonances import Peak
+from cranktrain.results.run_up import plots
+from cranktrain.results.run_up.peak_figures import harmonic_figure, history_figure
+from cranktrain.results.run_up.run_up import AXIAL, RunUp
+from cranktrain.results.run_up.shown import (
     ALONG,
     NEAR,
     PARTS,

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from cranktrain.engine.bearing_limits import BIG_END, MAIN, BearingLimits
-from cranktrain.results.bearing_limits import FAMILIES
-from cranktrain.results.bearings import BearingCycle, BearingReport
+from cranktrain.results.bearings.cycle import BearingCycle, BearingReport
+from cranktrain.results.bearings.limits import FAMILIES
 from cranktrain.results.figures import save_figure
-from cranktrain.results.orders import ComplexArray
+from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.results.plots import BLUE, CYCLE_COLOURS, GREY, ORANGE
 
 OVER_SPEED = "bearings_over_speed.png"

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.model import Engine
-from cranktrain.results.measured_orders import Measured
-from cranktrain.results.modes_over_speed import ModesOverSpeed
-from cranktrain.results.resonances import Peak, peaks
-from cranktrain.results.run_up import AXIAL, TORSION, RunUp
+from cranktrain.results.orders.measured import Measured
+from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
+from cranktrain.results.orders.resonances import Peak, peaks
+from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 
 RPM = 30.0 / math.pi
 COLOURED, LABELLED = 8, 8

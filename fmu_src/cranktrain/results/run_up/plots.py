@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.results.modes_over_speed import ModesOverSpeed
+from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.plots import BLUE, GREY, ORANGE
 
 INK = "#3c4654"

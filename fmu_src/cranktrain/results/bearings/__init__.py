@@ -1,0 +1,1 @@
+"""Plain bearings over a cycle: loads, friction, limits, pictures."""

@@ -1,0 +1,1 @@
+"""Orders of a signal, and the resonances that they show."""

@@ -1,0 +1,1 @@
+"""Run-ups: their file, tables, pictures."""
