@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import fields
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.console import labelled_bar, number, say, show, stages
-from cranktrain.cli.run_options import add_run_options, engine_of, gas_of, option_of, tell_unread
+from cranktrain.cli.console import labelled_bar, number, say, show
+from cranktrain.cli.run_options import add_run_options, asked_of, assembled, engine_of
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.settled.judging import TOLERANCE
 
@@ -111,23 +111,14 @@ def _stored(engine: Engine, paths: list[str]) -> Iterator[BearingReport]:
 
 def _run(engine: Engine, options: argparse.Namespace) -> Iterator[BearingReport]:
     """Reports on runs, one after the other, of one assembly."""
-    from cranktrain.assembly import assemble
     from cranktrain.results.bearings.cycle import bearing_report
-    from cranktrain.studies.constant_speed import Request
 
-    asked = {field.name: getattr(options, field.name) for field in fields(Request) if hasattr(options, field.name)}
-    requests = [Request(speed_rpm=speed, **asked) for speed in options.speed]
-    settings = requests[0].settings(engine, option_of)
-    gas = gas_of(requests[0], engine)
-    tell_unread(engine, settings)
-    with stages(engine.name) as tell:
-        made = assemble(
-            engine, settings, say=tell, crank_mesh=requests[0].mesh, block_mesh=requests[0].block_mesh,
-            inherit=not options.no_inherit,
-        )  # fmt: skip
-    for request in requests:
-        with labelled_bar(f"{request.speed_rpm:g} rev/min") as (tell, advance):
-            found = request.run(made, gas, advance, tell)
+    asked = asked_of(options, options.speed[0])
+    made = assembled(asked, not options.no_inherit)
+    for speed in options.speed:
+        request = replace(asked.request, speed_rpm=speed)
+        with labelled_bar(f"{speed:g} rev/min") as (tell, advance):
+            found = request.run(made, asked.gas, advance, tell)
         if not found.complete:
             raise KeyboardInterrupt
-        yield bearing_report(found, engine)
+        yield bearing_report(found, asked.engine)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING, NamedTuple
 
 from cranktrain.cli.bodies import add_block_options
-from cranktrain.cli.console import say
+from cranktrain.cli.console import say, stages
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.torsional_chain import read_drive_line
@@ -16,11 +16,21 @@ from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, OIL_LAWS, bearin
 from cranktrain.levels import CRANKS, PISTONS, described
 
 if TYPE_CHECKING:
+    from cranktrain.assembly import Assembly
     from cranktrain.dynamics.model.settings import Settings
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.studies.constant_speed import Request
 
 _SOURCES = "engine (default), by its speed; or heat-balance"
+
+
+class Asked(NamedTuple):
+    """What a verb is asked to run: an engine, its (first) run, settings with nothing left open, a measured trace."""
+
+    engine: Engine
+    request: Request
+    settings: Settings
+    gas: GasTrace | None
 
 
 def _laws(*kinds: str) -> str:
@@ -69,6 +79,26 @@ def _integrators() -> str:
     from cranktrain.dynamics.time.integrators import INTEGRATORS
 
     return f"{', '.join(INTEGRATORS)}; default esdirk4, at level ehd sdirk2"
+
+
+def asked_of(options: argparse.Namespace, speed_rpm: float) -> Asked:
+    """What the options ask for, at a speed, refused before the minute that a crankshaft may take; ``InputError``."""
+    from cranktrain.studies.constant_speed import Request
+
+    engine = engine_of(options)
+    given = {field.name: getattr(options, field.name) for field in fields(Request) if hasattr(options, field.name)}
+    request = Request(**{**given, "speed_rpm": speed_rpm})
+    return Asked(engine, request, request.settings(engine, option_of), gas_of(request, engine))
+
+
+def assembled(asked: Asked, inherit: bool) -> Assembly:
+    """Engine and settings with their bodies and parts, made or from the cache, with the stages shown."""
+    from cranktrain.assembly import assemble
+
+    tell_unread(asked.engine, asked.settings)
+    mesh, block_mesh = asked.request.mesh, asked.request.block_mesh
+    with stages(asked.engine.name) as tell:
+        return assemble(asked.engine, asked.settings, say=tell, crank_mesh=mesh, block_mesh=block_mesh, inherit=inherit)
 
 
 def engine_of(options: argparse.Namespace) -> Engine:

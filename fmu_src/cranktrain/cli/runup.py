@@ -7,13 +7,12 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, say, show, stages
+from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, say, show
 from cranktrain.cli.plot_runup import draw, pictures_folder
-from cranktrain.cli.run_options import add_run_options, engine_of, gas_of, option_of, tell_unread
+from cranktrain.cli.run_options import add_run_options, asked_of, assembled
 from cranktrain.core.errors import InputError, SolverError
 
 if TYPE_CHECKING:
@@ -63,28 +62,17 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run the speeds that the file does not hold, and say what all of them show."""
-    from cranktrain.assembly import assemble
     from cranktrain.results.run_up.run_up import check_run_up_target
-    from cranktrain.studies.constant_speed import Request
     from cranktrain.studies.run_up.plan import run_up_speeds
     from cranktrain.studies.run_up.report import closing_text, report, run_up_tables, torsional_peaks
 
-    engine = engine_of(options)
     speeds = run_up_speeds(options.from_rpm, options.to_rpm, options.step_rpm)
-    asked = {field.name: getattr(options, field.name) for field in fields(Request) if hasattr(options, field.name)}
-    request = Request(speed_rpm=options.from_rpm, **asked)
-    settings = request.settings(engine, option_of)
-    gas = gas_of(request, engine)
+    asked = engine, request, _, gas = asked_of(options, options.from_rpm)
     _check(options)
     path = Path(options.output or f"{engine.name}_runup.h5")
     check_run_up_target(path)
     folder = None if options.plots is None else pictures_folder(options.plots)
-    tell_unread(engine, settings)
-    with stages(engine.name) as tell:
-        made = assemble(
-            engine, settings, say=tell, crank_mesh=request.mesh, block_mesh=request.block_mesh,
-            inherit=not options.no_inherit,
-        )  # fmt: skip
+    made = assembled(asked, not options.no_inherit)
     outcome = _outcome(options, request, made, gas, speeds, path)
     found = outcome.run_up
     assert found is not None

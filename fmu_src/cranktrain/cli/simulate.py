@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
-from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.console import Interrupted, labelled_bar, show, stages
-from cranktrain.cli.run_options import add_run_options, engine_of, gas_of, option_of, pressures_text, tell_unread
+from cranktrain.cli.console import Interrupted, labelled_bar, show
+from cranktrain.cli.run_options import add_run_options, asked_of, assembled, pressures_text
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES, TOLERANCE
 from cranktrain.film.laws.register import bearing_law
@@ -53,25 +52,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run cycles at constant speed, write the result, summarise the last cycle."""
-    from cranktrain.assembly import assemble
     from cranktrain.results.files import check_target
-    from cranktrain.studies.constant_speed import Request
 
-    # everything that can be refused is refused before the minute that a crankshaft may take
-    engine = engine_of(options)
-    request = Request(**{field.name: getattr(options, field.name) for field in fields(Request)})
-    settings = request.settings(engine, option_of)
-    gas = gas_of(request, engine)
+    asked = engine, request, settings, gas = asked_of(options, options.speed_rpm)
     _check(options, engine, settings)
     output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm.h5")
     check_target(output)
-
-    tell_unread(engine, settings)
-    with stages(engine.name) as tell:
-        made = assemble(
-            engine, settings, say=tell, crank_mesh=request.mesh, block_mesh=request.block_mesh,
-            inherit=not options.no_inherit,
-        )  # fmt: skip
+    made = assembled(asked, not options.no_inherit)
     found = _run_into(output, request, made, gas)
     summary = found.summary(output)
     if options.steady:

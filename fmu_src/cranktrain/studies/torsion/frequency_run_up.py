@@ -55,9 +55,44 @@ def frequency_run_up(
     rule: str = LINEAR,
     gas: GasTrace | None = None,
 ) -> RunUp:
-    """Run-up whose ``pulley.torsion`` is that of :func:`torsion_orders`; parameters and errors are its own."""
+    """Run-up of ``pulley.torsion``.
+
+    Parameters
+    ----------
+    engine, body, settings : as of :func:`cranktrain.dynamics.simulation.simulate`, of a torsional crank at a given
+        speed; with damper ``fitted`` both carry its housing
+    speeds : (s,) rad/s
+    orders : (o,) multiples of a half
+    rule : ``linear`` or ``harmonic-balance``, see this module; the balance has the orders up to 24 at least
+    gas : pressure trace in place of the built-in one
+
+    Returns
+    -------
+    amplitudes (rad) of increasing speeds: order o is Re[a exp(i o θ)] with θ the mean of the frame's angle
+
+    Raises
+    ------
+    InputError
+        a rule, speed or order that does not exist, a model that does more than twist
+    SolverError
+        orders that do not settle
+    """
+    if rule not in RULES:
+        raise InputError(f"rule '{rule}' of a run-up in the frequency domain does not exist; {nearest(rule, RULES)}")
     speeds = np.unique(np.asarray(speeds, dtype=float))
-    structure, found, places = _response(engine, body, settings, speeds, orders, rule, gas)
+    if not np.all((speeds >= SLOWEST) & np.isfinite(speeds)):
+        raise InputError(f"speeds of a run-up must be finite and at least {SLOWEST * 30.0 / np.pi:.0f} rev/min")
+    places = np.round(2.0 * np.asarray(orders, dtype=float)).astype(int)
+    if np.any(np.abs(0.5 * places - orders) > 1e-9) or np.any(places < 1):
+        raise InputError("orders of a run-up are multiples of a half, from 0.5 on")
+    highest = max(0.5 * float(places.max(initial=1)), HIGHEST_ORDER)
+    structure = ShaftOrders(engine, body, settings, gas or GasTrace.from_engine(engine), highest)
+    damper = (engine, settings) if settings.damper == "fitted" else None
+    if rule == LINEAR:
+        found = _linear(structure, damper, speeds)
+    else:
+        parts = np.array_split(speeds, -(-speeds.size // _AT_ONCE))
+        found = np.concatenate([_balanced(structure, damper, part) for part in parts])
     motion = structure.signal(found, 1)
     return RunUp(
         speeds=speeds,
@@ -75,68 +110,6 @@ def frequency_run_up(
             "steady": rule,
         },
     )
-
-
-def torsion_orders(
-    engine: Engine,
-    body: ReducedBody,
-    settings: Settings,
-    speeds: Array,
-    orders: Sequence[float],
-    rule: str = LINEAR,
-    gas: GasTrace | None = None,
-) -> ComplexArray:
-    """Orders of the pulley's torsion over speed.
-
-    Parameters
-    ----------
-    engine, body, settings : as of :func:`cranktrain.dynamics.simulation.simulate`, of a torsional crank at a given
-        speed; with damper ``fitted`` both carry its housing
-    speeds : (s,) rad/s
-    orders : (o,) multiples of a half
-    rule : ``linear`` or ``harmonic-balance``, see this module; the balance has the orders up to 24 at least
-    gas : pressure trace in place of the built-in one
-
-    Returns
-    -------
-    (s, o) complex amplitudes, rad: order o is Re[a exp(i o θ)] with θ the mean of the frame's angle
-
-    Raises
-    ------
-    InputError
-        a rule, speed or order that does not exist, a model that does more than twist
-    SolverError
-        orders that do not settle
-    """
-    _, found, places = _response(engine, body, settings, np.atleast_1d(speeds), orders, rule, gas)
-    return found[:, places]
-
-
-def _response(
-    engine: Engine,
-    body: ReducedBody,
-    settings: Settings,
-    speeds: Array,
-    orders: Sequence[float],
-    rule: str,
-    gas: GasTrace | None,
-) -> tuple[ShaftOrders, ComplexArray, NDArray[np.int_]]:
-    """Structure, all orders (s, k + 1) of the pulley, and the places (o,) of those asked; as :func:`torsion_orders`."""
-    if rule not in RULES:
-        raise InputError(f"rule '{rule}' of a run-up in the frequency domain does not exist; {nearest(rule, RULES)}")
-    if not np.all((speeds >= SLOWEST) & np.isfinite(speeds)):
-        raise InputError(f"speeds of a run-up must be finite and at least {SLOWEST * 30.0 / np.pi:.0f} rev/min")
-    places = np.round(2.0 * np.asarray(orders, dtype=float)).astype(int)
-    if np.any(np.abs(0.5 * places - orders) > 1e-9) or np.any(places < 1):
-        raise InputError("orders of a run-up are multiples of a half, from 0.5 on")
-    highest = 0.5 * float(places.max(initial=1))
-    trace = gas or GasTrace.from_engine(engine)
-    structure = ShaftOrders(engine, body, settings, trace, max(highest, HIGHEST_ORDER))
-    damper = (engine, settings) if settings.damper == "fitted" else None
-    if rule == LINEAR:
-        return structure, _linear(structure, damper, speeds), places
-    parts = np.array_split(speeds, -(-speeds.size // _AT_ONCE))
-    return structure, np.concatenate([_balanced(structure, damper, part) for part in parts]), places
 
 
 class _Transfer(NamedTuple):

@@ -175,7 +175,7 @@ class ShaftOrders:
         """Motions (s, o, p + 3, p + 1) of the pins and of ``at`` by torques on the pins and between hub and ring.
 
         ``orders`` (o,) are indices. The link between hub and ring itself is left out, see
-        :func:`cranktrain.studies.torsion.frequency_run_up.linked`.
+        the class ``_Transfer`` of :mod:`cranktrain.studies.torsion.frequency_run_up`.
         """
         n = self._stiffness.shape[0]
         pins = self._rows[: self.pins]
