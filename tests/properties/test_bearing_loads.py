@@ -16,7 +16,9 @@ from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.file import load_engine
 from cranktrain.results.bearings.cycle import bearing_report, rod_lean
 from cranktrain.results.bearings.limits import missing_limits, violations
-from cranktrain.results.orders.harmonics import CYCLE
+from cranktrain.results.bearings.run_up_cycles import bearing_outputs, run_up_bearings
+from cranktrain.results.orders.harmonics import CYCLE, order_amplitudes
+from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.store.hdf5 import write_result
 
 ENGINE = load_engine("diesel_i6")
@@ -224,8 +226,68 @@ def test_the_verb_reads_results_and_warns_of_limits(tmp_path, capsys):
     assert said.err.count("warning: 1910 rev/min, main[") == 7
     assert found["speeds"][1]["worst"]["main"]["min_film_um"] == pytest.approx(1.1)
     assert found["speeds"][0]["mains"][0]["peak_load_place_deg"] == pytest.approx(90.0)
-    assert {path.name for path in folder.iterdir()} == {
-        "shell_loads_1910rpm.png", "journal_loads_1910rpm.png", "bearings_over_speed.png"
-    }  # fmt: skip
+    loads = {f"{kind}_loads_{name}.png" for kind in ("shell", "journal") for name in ("a", "b")}
+    assert {path.name for path in folder.iterdir()} == {*loads, "bearings_over_speed.png"}
     assert main(["bearing-loads", "diesel_v8", "--result", well]) == 2
     assert "a run of engine 'diesel_i6', not of 'diesel_v8'" in capsys.readouterr().err
+
+
+def run_up_of(*runs, outputs=None):
+    """Run-up whose speeds are those of made-up runs; its orders count from crank angle 0."""
+    kept = {name: [run.outputs[name] for run in runs] for name in runs[0].outputs if name != "crank.angle"}
+    orders = 0.5 * np.arange(1, 49)
+    turned = np.exp(-1j * orders * runs[0].outputs["crank.angle"][0])
+    return RunUp(
+        speeds=np.array([CYCLE / run.time[-1] for run in runs]),
+        orders=orders,
+        amplitudes={
+            name: np.array([order_amplitudes(one[:-1], 24.0)[1] * turned for one in of])
+            for name, of in kept.items()
+            if outputs is None or name in outputs
+        },
+        extremes={name: np.array([[one.min(), one[1:].mean(), one.max()] for one in of]) for name, of in kept.items()},
+        cycles=np.full(len(runs), 3),
+        repeats=np.ones(len(runs), dtype=int),
+        left=np.zeros(len(runs)),
+        attributes={"engine": "diesel_i6"},
+    )
+
+
+def test_a_run_up_tells_of_its_bearings_what_its_runs_do():
+    """Loads, places and powers of few orders to the last digits; a narrow dip of the film by the run's own extreme."""
+    place = {"position": lambda crank, i: 2e-5 * np.exp(1j * crank) + 5e-6 * i}
+    turning = {
+        "force": lambda crank, i: 1e4 * i * np.exp(1j * crank) + 3e3 * np.exp(-2.5j * crank),
+        "friction_torque": lambda crank, i: 2.0 + np.cos(crank),
+        "film_thickness_min": lambda crank, i: 5e-6 - 2e-6 * np.exp(-(((crank - 2.0) / 0.01) ** 2)),
+    }
+    speeds = {"velocity": lambda crank, i: 2e-5j * SPEED * np.exp(1j * crank)}
+    run = made_up(main=turning | place | speeds, big_end=turning | place)
+    direct = bearing_report(run, ENGINE)
+    [found] = run_up_bearings(run_up_of(run, outputs=bearing_outputs(ENGINE)), ENGINE)
+    assert found.speed == pytest.approx(direct.speed, rel=1e-9)
+    for one, other in zip(found.bearings, direct.bearings, strict=True):
+        assert one.load.value == pytest.approx(other.load.value, rel=1e-4)  # samples stand elsewhere
+        assert one.film.value == other.film.value and one.pressure.value == other.pressure.value
+        assert math.degrees(abs(one.film.angle - 2.0)) < 5.0
+        for what, within in (("mean_specific_load", 1e-6), ("pv", 1e-3), ("friction_power", 1e-3), ("oil_flow", 1e-9)):
+            assert getattr(one, what) == pytest.approx(getattr(other, what), rel=within), what
+        assert one.squeeze_power == pytest.approx(other.squeeze_power, rel=1e-3, abs=1e-3 * other.friction_power)
+
+
+def test_the_verb_reads_a_run_up_and_gathers_its_warnings(tmp_path, capsys):
+    thin = {"film_thickness_min": 1.1e-6}
+    runs = [made_up(), made_up(main=thin), made_up(main=thin)]
+    for k, run in enumerate(runs):
+        run.time *= 1.0 / (1.0 + 0.1 * k)
+    path, folder = tmp_path / "up.h5", tmp_path / "p"
+    run_up_of(*runs, outputs=bearing_outputs(ENGINE)).save(path)
+    asked = ["bearing-loads", "diesel_i6", "--run-up", str(path)]
+    assert main([*asked, "--plots", str(folder), "--json"]) == 0
+    said = capsys.readouterr()
+    assert [len(speed["violations"]) for speed in json.loads(said.out)["speeds"]] == [0, 7, 7]
+    assert said.err.count("the first of 2 such speeds") == 7
+    assert (folder / "bearings_over_speed.png").exists()
+    run_up_of(*runs, outputs=["crank.speed"]).save(path)
+    assert main(asked) == 2
+    assert "up.h5: has no orders of 'big_end[1].force.x'; run" in capsys.readouterr().err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,10 +14,11 @@ from cranktrain.core.errors import InputError
 from cranktrain.dynamics.settled.judging import TOLERANCE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from cranktrain.engine.model import Engine
     from cranktrain.results.bearings.cycle import BearingReport
+
+    Named = Iterator[tuple[str, BearingReport]]
+    """Reports, each with the name that its pictures have."""
 
 DESCRIPTION = "Bearings over a cycle at one speed or several: loads, films, friction, oil flow, held against limits."
 
@@ -29,6 +31,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--speed", type=speed, nargs="+", metavar="RPM", help="speeds to run, rev/min, each until it repeats"
     )
     of.add_argument("--result", nargs="+", metavar="FILE.h5", help="results of 'cranktrain simulate' instead of runs")
+    of.add_argument(
+        "--run-up", metavar="FILE.h5", help="result of 'cranktrain runup --outputs bearings': all its speeds"
+    )
     add("--cycles", type=int, metavar="N", help="exactly so many cycles a speed (default: until the outputs repeat)")
     add("--settle", type=float, default=TOLERANCE, metavar="TOL", help=f"what may be left of settling ({TOLERANCE:g})")
     add(
@@ -46,18 +51,20 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
     engine = engine_of(options)
     folder = _folder(options)
+    if options.run_up is not None:
+        return _over_speed(engine, options, folder)
     plots: list[Path] = []
     found: list[dict[str, Any]] = []
     interrupted = False
     try:
-        for report in _stored(engine, options.result) if options.result else _run(engine, options):
+        for name, report in _stored(engine, options.result) if options.result else _run(engine, options):
             found.append(bearings_dict(report))
             if not options.json:
                 for table in bearing_tables(found[-1]):
                     show(table)
                 print(total_text(found[-1]), flush=True)
             if folder is not None:
-                plots += save_polar_pictures(folder, report)
+                plots += save_polar_pictures(folder, report, name)
             for violation in found[-1]["violations"]:
                 say(f"warning: {found[-1]['speed_rpm']:.0f} rev/min, {violation['text']}")
     except KeyboardInterrupt:
@@ -65,9 +72,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             raise
         interrupted = True
         say(f"interrupted; {len(found)} speeds are finished")
-    missing = list(dict.fromkeys(key for speed in found for key in speed["missing_limits"]))
-    if missing:
-        say(f"{engine.name}: no limits for {len(missing)} quantities; add to [bearing_limits]: {', '.join(missing)}")
+    _tell_missing(engine, found)
     found.sort(key=lambda speed: float(speed["speed_rpm"]))
     if len(found) > 1 and not options.json:
         show(speed_table(found))
@@ -78,19 +83,81 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     return {"engine": engine.name, "speeds": found, "plots": list(map(str, plots)), "interrupted": interrupted}
 
 
+def _over_speed(engine: Engine, options: argparse.Namespace, folder: Path | None) -> dict[str, Any]:
+    """Report on all speeds of a run-up at once, in one table; polar load diagrams where a load is largest."""
+    from cranktrain.results.bearings.figures import save_over_speed, save_polar_pictures, speed_name
+    from cranktrain.results.bearings.run_up_cycles import run_up_bearings
+    from cranktrain.results.bearings.tables import bearings_dict, speed_table
+    from cranktrain.results.run_up.run_up import RunUp
+
+    run_up = RunUp.load(options.run_up)
+    _check_engine(engine, options.run_up, run_up.attributes.get("engine"))
+    try:
+        reports = list(run_up_bearings(run_up, engine))
+    except InputError as error:
+        raise InputError(f"{options.run_up}: {error}") from None
+    found = [bearings_dict(report) for report in reports]
+    if not options.json:
+        show(speed_table(found))
+    for text in _gathered(found):
+        say(f"warning: {text}")
+    if unsteady := int(((run_up.repeats != 1) & (run_up.cycles > 0)).sum()):
+        say(f"at {unsteady} of {len(found)} speeds no cycle repeats the one before: loads are those of a mean cycle")
+    _tell_missing(engine, found)
+    plots: list[Path] = []
+    if folder is not None:
+        worst = max(reports, key=lambda report: max(bearing.load.value for bearing in report.bearings))
+        plots = save_polar_pictures(folder, worst, speed_name(bearings_dict(worst)["speed_rpm"]))
+        plots.append(save_over_speed(folder, engine.title, found, engine.bearing_limits))
+        if not options.json:
+            print("Pictures: " + ", ".join(map(str, plots)))
+    return {"engine": engine.name, "speeds": found, "plots": list(map(str, plots)), "interrupted": False}
+
+
+def _gathered(found: list[dict[str, Any]]) -> list[str]:
+    """Limits that are not kept, one line for a bearing and limit: how often, and the first speed's text."""
+    kept: dict[tuple[str, str], list[tuple[float, str]]] = {}
+    for speed in found:
+        for one in speed["violations"]:
+            kept.setdefault((one["bearing"], one["limit"]), []).append((speed["speed_rpm"], one["text"]))
+    return [
+        f"{at[0][1]} at {at[0][0]:.0f} rev/min"
+        + (f", the first of {len(at)} such speeds up to {at[-1][0]:.0f} rev/min" if len(at) > 1 else "")
+        for at in kept.values()
+    ]
+
+
+def _tell_missing(engine: Engine, found: list[dict[str, Any]]) -> None:
+    """Say which limits the engine file lacks."""
+    missing = list(dict.fromkeys(key for speed in found for key in speed["missing_limits"]))
+    if missing:
+        say(f"{engine.name}: no limits for {len(missing)} quantities; add to [bearing_limits]: {', '.join(missing)}")
+
+
 def _folder(options: argparse.Namespace) -> Path | None:
     """Folder of the pictures, where any are wanted; ``InputError`` where they cannot be written, before any run."""
     if options.plots is None:
         return None
-    from cranktrain.results.bearings.figures import OVER_SPEED, polar_names
+    from cranktrain.results.bearings.figures import OVER_SPEED, polar_names, speed_name
     from cranktrain.results.figures import check_folder
 
-    names = [name for speed in options.speed or () for name in polar_names(speed)]
-    check_folder(Path(options.plots), pictures=[*names, OVER_SPEED])
+    runs = _names(options.result) if options.result else map(speed_name, options.speed or ())
+    check_folder(Path(options.plots), pictures=[*(name for run in runs for name in polar_names(run)), OVER_SPEED])
     return Path(options.plots)
 
 
-def _stored(engine: Engine, paths: list[str]) -> Iterator[BearingReport]:
+def _names(paths: list[str]) -> list[str]:
+    """Names of results, by their files; numbered where two files of different folders are called the same."""
+    stems = [Path(path).stem for path in paths]
+    return [stem if stem not in stems[:k] else f"{stem}_{stems[:k].count(stem) + 1}" for k, stem in enumerate(stems)]
+
+
+def _check_engine(engine: Engine, path: str, of: object) -> None:
+    if of != engine.name:
+        raise InputError(f"{path}: a run of engine '{of}', not of '{engine.name}'; name its engine")
+
+
+def _stored(engine: Engine, paths: list[str]) -> Named:
     """Reports on result files, all of which are read before the first is told of."""
     from cranktrain.results.bearings.cycle import bearing_report
     from cranktrain.results.files import StoredRun
@@ -98,27 +165,25 @@ def _stored(engine: Engine, paths: list[str]) -> Iterator[BearingReport]:
     reports = []
     for path in paths:
         stored = StoredRun.load(Path(path))
-        if stored.attributes.get("engine") != engine.name:
-            raise InputError(
-                f"{path}: a run of engine '{stored.attributes.get('engine')}', not of '{engine.name}'; name its engine"
-            )
+        _check_engine(engine, path, stored.attributes.get("engine"))
         try:
             reports.append(bearing_report(stored, engine))
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
-    yield from reports
+    yield from zip(_names(paths), reports, strict=True)
 
 
-def _run(engine: Engine, options: argparse.Namespace) -> Iterator[BearingReport]:
+def _run(engine: Engine, options: argparse.Namespace) -> Named:
     """Reports on runs, one after the other, of one assembly."""
     from cranktrain.results.bearings.cycle import bearing_report
+    from cranktrain.results.bearings.figures import speed_name
 
     asked = asked_of(options, options.speed[0])
     made = assembled(asked, not options.no_inherit)
-    for speed in options.speed:
+    for speed in dict.fromkeys(options.speed):
         request = replace(asked.request, speed_rpm=speed)
         with labelled_bar(f"{speed:g} rev/min") as (tell, advance):
             found = request.run(made, asked.gas, advance, tell)
         if not found.complete:
             raise KeyboardInterrupt
-        yield bearing_report(found, asked.engine)
+        yield speed_name(speed), bearing_report(found, engine)

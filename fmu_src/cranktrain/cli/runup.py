@@ -14,6 +14,7 @@ from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, 
 from cranktrain.cli.plot_runup import draw, pictures_folder
 from cranktrain.cli.run_options import add_run_options, asked_of, assembled
 from cranktrain.core.errors import InputError, SolverError
+from cranktrain.film.laws.register import bearing_law
 
 if TYPE_CHECKING:
     from cranktrain.assembly import Assembly
@@ -45,7 +46,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--highest-order", type=number(0.5, 1000.0, "per revolution"), default=24.0, metavar="N",
         help="orders 0.5, 1, … up to this one (default 24)")  # fmt: skip
     add("--outputs", default="", metavar="NAMES",
-        help="further outputs whose orders are wanted, with commas between")  # fmt: skip
+        help="further outputs whose orders are wanted, with commas between; bearings: all that bearing-loads --run-up "
+        "reads")  # fmt: skip
     add("--refine", nargs="?", type=number(1e-4, 0.5, "of an order's largest amplitude"), const=0.02, default=0.0,
         metavar="SHARE", help="add speeds where a straight line between two is farther off than this share of an "
         "order's largest amplitude (0.02 where none is given), down to an eighth of the step")  # fmt: skip
@@ -128,7 +130,7 @@ def _outcome(
             made.engine, made.body, made.settings, np.array(speeds), orders, options.steady, gas
         )
     else:
-        job = job_of(request, made, gas, [name for name in options.outputs.split(",") if name], options.highest_order)
+        job = job_of(request, made, gas, _outputs(options.outputs, made), options.highest_order)
         if options.ramp is None:
             means = Means(options.workers, options.scheduler, options.refine, options.anew)
             _run_into(path, outcome, lambda tell: run_up(job, speeds, path, means, attributes, tell, outcome))
@@ -138,6 +140,15 @@ def _outcome(
     outcome.seconds = time.perf_counter() - began
     outcome.run_up.save(path)
     return outcome
+
+
+def _outputs(asked: str, made: Assembly) -> list[str]:
+    """Names of the outputs that are asked for; those of the bearings where ``bearings`` is."""
+    from cranktrain.results.bearings.run_up_cycles import bearing_outputs
+
+    carries = bearing_law(made.settings.bearings).carries
+    names = (bearing_outputs(made.engine, carries) if name == "bearings" else [name] for name in asked.split(","))
+    return [name for group in names for name in group if name]
 
 
 @contextmanager

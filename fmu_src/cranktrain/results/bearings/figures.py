@@ -20,17 +20,24 @@ OVER_SPEED = "bearings_over_speed.png"
 _COLOURS = {MAIN: BLUE, BIG_END: ORANGE}
 
 
-def polar_names(speed_rpm: float) -> tuple[str, str]:
-    """Names of the pictures of one speed: loads on the shells, and on the journals."""
-    return f"shell_loads_{speed_rpm:.0f}rpm.png", f"journal_loads_{speed_rpm:.0f}rpm.png"
+def speed_name(speed_rpm: float) -> str:
+    """What pictures of a speed are called by."""
+    return f"{speed_rpm:.0f}rpm"
 
 
-def save_polar_pictures(folder: Path, report: BearingReport) -> list[Path]:
-    """Write the polar load diagrams of a report; returns their paths."""
+def polar_names(name: str) -> tuple[str, str]:
+    """Names of the pictures of one run: loads on the shells, and on the journals."""
+    return f"shell_loads_{name}.png", f"journal_loads_{name}.png"
+
+
+def save_polar_pictures(folder: Path, report: BearingReport, name: str) -> list[Path]:
+    """Write the polar load diagrams of a report, called by the run's name; returns their paths."""
     rpm = report.speed * 30.0 / math.pi
     title = f"{report.engine.title}, {rpm:.0f} rev/min"
+    if name != speed_name(rpm):
+        title += f" ({name})"
     figures = polar_figure(report, title, journals=False), polar_figure(report, title, journals=True)
-    return [save_figure(figure, folder / name) for name, figure in zip(polar_names(rpm), figures, strict=True)]
+    return [save_figure(figure, folder / file) for file, figure in zip(polar_names(name), figures, strict=True)]
 
 
 def polar_figure(report: BearingReport, title: str, journals: bool) -> Any:
