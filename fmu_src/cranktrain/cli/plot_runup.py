@@ -78,6 +78,8 @@ def draw(
     if engine is not None:
         try:
             beside = beside._replace(modes=run_up_modes(engine, run_up))
+            if damped is not None:
+                beside = beside._replace(damped_modes=run_up_modes(engine, damped))
         except CranktrainError as error:
             say(f"cranktrain: warning: no Campbell diagram: {error}")
     title = engine.name if engine is not None else str(run_up.attributes.get("engine", "run-up"))

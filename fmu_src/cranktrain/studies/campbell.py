@@ -6,8 +6,10 @@ Modes are those of
 
 with the cycle means of the matrices of :class:`cranktrain.studies.torsion.periodic_crank.PeriodicCrank`: gyroscopic,
 centrifugal and stress stiffness, mean mass of the rods, main bearings as springs, thrust closed, connecting shaft; no
-damping. They are seen from the turning crank, as are the orders of its rods: where an order's frequency meets a mode's,
-it is in resonance. Torsion and axial motion look the same from the ground; bending seen from there is split by ±Ω.
+damping but the torsional damper's, whose ring is one more coordinate (:mod:`cranktrain.studies.torsion.damped_modes`),
+at small amplitude and as warm as its table says. They are seen from the turning crank, as are the orders of its rods:
+where an order's frequency meets a mode's, it is in resonance. Torsion and axial motion look the same from the ground;
+bending seen from there is split by ±Ω.
 
 Neighbouring speeds are matched by the modal assurance criterion |x̄ᵀ y|²/((x̄ᵀ x)(ȳᵀ y)), in coordinates of unit mass,
 so that each mode keeps its name where two frequencies cross. A mode is named by its largest share of kinetic energy at
@@ -16,6 +18,7 @@ the first speed (:mod:`cranktrain.structure.crank.modal`), counted from the lowe
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -25,10 +28,12 @@ from scipy.optimize import linear_sum_assignment
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import Damper
+from cranktrain.loads.damper import STIFFNESS, damper_parameters, damper_temperature, damping_coefficient
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, energy_shares
-from cranktrain.studies.torsion.damped_modes import DampedModes, damped_modes
+from cranktrain.studies.torsion.damped_modes import DampedModes, damped_modes, with_ring
 from cranktrain.studies.torsion.housed_crank import at_largest
 from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
@@ -41,7 +46,12 @@ _SPARE_HZ = 1.5
 
 
 def campbell(
-    engine: Engine, body: ReducedBody, speeds: Array, level: str = "torsional", highest_hz: float = LISTED_HZ
+    engine: Engine,
+    body: ReducedBody,
+    speeds: Array,
+    level: str = "torsional",
+    highest_hz: float = LISTED_HZ,
+    damper: bool = False,
 ) -> ModesOverSpeed:
     """Modes over the speed.
 
@@ -51,6 +61,7 @@ def campbell(
     speeds : (s,) rad/s, increasing and near enough to one another that shapes change little
     level : crank level of the body: ``torsional`` keeps its journals on their axis
     highest_hz : modes up to this frequency at the first speed
+    damper : with the ring of the engine's damper, whose housing the body has
 
     Raises
     ------
@@ -62,7 +73,12 @@ def campbell(
         raise InputError("a Campbell diagram takes two speeds or more, increasing")
     gas = GasTrace.from_engine(engine)
     mains = "held" if level == "torsional" else "linear"
-    found = [_modes(PeriodicCrank(engine, body, speed, gas, 1.0, HIGHEST_ORDER, mains)) for speed in speeds.tolist()]
+    ring = engine.damper if damper else None
+    hub = body.shapes[body.index("pulley"), 5]
+    found = [
+        _modes(PeriodicCrank(engine, body, speed, gas, 1.0, HIGHEST_ORDER, mains), hub, ring, speed)
+        for speed in speeds.tolist()
+    ]
     wanted = (found[0].hz > SLOWEST_HZ) & (found[0].hz <= _SPARE_HZ * highest_hz)
     place = np.flatnonzero(wanted)
     hz, agreement = [found[0].hz[place]], []
@@ -75,7 +91,7 @@ def campbell(
         shapes = modes.shapes[:, place]
         hz.append(modes.hz[place])
     shown = hz[0] <= highest_hz
-    shares = energy_shares(engine, body, at_largest(first[:, shown]), rods=True)
+    shares = energy_shares(engine, body, at_largest(first[: hub.size, shown]), rods=True)
     kinds = tuple(KINDS[int(np.argmax(share))] for share in shares)
     names = tuple(f"{kind} {kinds[: k + 1].count(kind)}" for k, kind in enumerate(kinds))
     return ModesOverSpeed(speeds, np.array(hz)[:, shown], names, kinds, np.array(agreement)[:, shown])
@@ -87,7 +103,16 @@ def assurance(ones: NDArray[Any], others: NDArray[Any]) -> Array:
     return np.asarray(np.abs(ones.conj().T @ others) ** 2 / np.outer(*sizes))
 
 
-def _modes(crank: PeriodicCrank) -> DampedModes:
-    """Undamped modes of the turning crank at its speed."""
+def _modes(crank: PeriodicCrank, hub: Array, ring: Damper | None, speed: float) -> DampedModes:
+    """Modes of the turning crank at its speed, undamped but for a damper's ring, their coordinates of unit mass."""
     stiffness, mass = (0.5 * (part + part.T) for part in (crank.stiffness, crank.mass))
-    return damped_modes(stiffness, 0.5 * (crank.damping - crank.damping.T), mass)
+    turning = 0.5 * (crank.damping - crank.damping.T)
+    if ring is None:
+        return damped_modes(stiffness, turning, mass)
+    law = damper_parameters(ring, damper_temperature(ring, speed))
+    stiffness, damping, mass = with_ring(
+        stiffness, mass, hub, ring.ring_inertia, law[STIFFNESS], damping_coefficient(law)
+    )
+    damping[:-1, :-1] += turning
+    values, shapes = damped_modes(stiffness, damping, mass)
+    return DampedModes(values, np.vstack((shapes[:-1], math.sqrt(ring.ring_inertia) * shapes[-1])))

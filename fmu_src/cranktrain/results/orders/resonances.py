@@ -23,6 +23,8 @@ COUNTS = 0.01
 """Share of the output's largest order amplitude from which a peak counts."""
 STANDS_OUT = 0.1
 """Share of its height by which a peak stands above the higher of the two dips beside it."""
+NEAR = 0.2
+"""Share of its own frequency within which a mode is one that a peak belongs to."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Peak:
     amplitude : zero to peak, in the output's unit
     damping : damping ratio by half power; not a number where the curve does not show it
     periodic : whether the motion repeats at the speeds round it; also where no cycles were run
-    mode_hz : frequency of the linear mode nearest to it; not a number where there is none
+    mode_hz : frequency of the mode nearest to it; not a number where none is near
     kind : of that mode's motion
     """
 
@@ -75,11 +77,16 @@ def peaks(run_up: RunUp, output: str = TORSION) -> list[Peak]:
 
 
 def labelled(found: Sequence[Peak], hz: Array, kinds: Sequence[str]) -> list[Peak]:
-    """The peaks with the modes nearest to them; ``hz`` (k,) and ``kinds`` (k,) are those of the linear modes."""
-    if not len(hz):
-        return list(found)
-    nearest = [int(np.argmin(np.abs(hz - peak.hz))) for peak in found]
-    return [replace(peak, mode_hz=float(hz[k]), kind=kinds[k]) for peak, k in zip(found, nearest, strict=True)]
+    """The peaks with the nearest of the modes, ``hz`` (k,) and ``kinds`` (k,), where one is ``NEAR``."""
+    return [_with_mode(peak, hz, kinds) for peak in found]
+
+
+def _with_mode(peak: Peak, hz: Array, kinds: Sequence[str]) -> Peak:
+    off = np.abs(hz / peak.hz - 1.0)
+    if not off.size or off.min() > NEAR:
+        return peak
+    at = int(off.argmin())
+    return replace(peak, mode_hz=float(hz[at]), kind=kinds[at])
 
 
 def _maxima(sizes: Array) -> list[int]:

@@ -98,7 +98,7 @@ def damper_figure(run_up: RunUp, damped: RunUp, beside: Beside, title: str) -> A
     orders = shown_orders(run_up, TORSIONAL, beside)
     top = TORSIONAL.scale * max(float(np.abs(part.torsion).max()) for part in (run_up, damped))
     for ax, part, name in ((axes[0], run_up, "without damper"), (axes[1], damped, "with damper")):
-        own = beside if part is run_up else beside._replace(modes=None, measured=None)
+        own = beside if part is run_up else beside._replace(modes=beside.damped_modes, measured=None)
         _draw_orders(ax, part, TORSIONAL, own, orders, top)
         ax.set_title(name, fontsize=10, loc="left")
     axes[0].set_xlabel("")

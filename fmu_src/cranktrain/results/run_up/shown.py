@@ -42,11 +42,15 @@ ALONG = Quantity(AXIAL, "axial motion of the pulley, zero to peak", "µm", 1e6, 
 
 
 class Beside(NamedTuple):
-    """What a run-up's pictures show besides: its engine's published speeds, modes over speed, measured orders."""
+    """What a run-up's pictures show besides: its engine's published speeds, modes over speed, measured orders.
+
+    ``damped_modes`` are those of the run-up with damper that is drawn below it.
+    """
 
     engine: Engine | None = None
     modes: ModesOverSpeed | None = None
     measured: Measured | None = None
+    damped_modes: ModesOverSpeed | None = None
 
     def published(self, quantity: Quantity) -> dict[float, float]:
         """Published critical speeds, rev/min, by order; they are of the first torsional mode."""

@@ -61,22 +61,46 @@ def line_chart(title: str, x: Array, curves: Mapping[str, Array], labels: tuple[
                 f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="{thickness}">'
                 f"<title>{html.escape(name)}</title></polyline>"
             )
-    named = list(curves)[:NAMED]
+    return _figure(title, parts, across, x, dict(list(curves.items())[:NAMED]), others=len(curves) > NAMED)
+
+
+def bar_chart(title: str, x: Array, bars: Mapping[str, Array], labels: tuple[str, str]) -> str:
+    """A figure of groups of bars (n,) at even places x (n,), up to ``NAMED`` a group; ``labels`` as of lines."""
+    pitch = float(x[1] - x[0])
+    across = Axis(labels[0], float(x[0]) - pitch, float(x[-1]) + pitch)
+    up = Axis(labels[1], 0.0, 1.06 * max(max(float(np.nanmax(y)) for y in bars.values()), 1e-30))
+    width, foot = 0.8 * pitch / len(bars), _y(up, 0.0)
+    parts = [*_frame(across, up)]
+    for k, (name, y) in enumerate(bars.items()):
+        for place, value in zip((x + (k - 0.5 * len(bars)) * width).tolist(), y.tolist(), strict=True):
+            if value > 0.0:
+                left, top = _x(across, place), _y(up, value)
+                parts.append(
+                    f'<rect x="{left}" y="{top}" width="{_x(across, place + width) - left:.1f}" '
+                    f'height="{foot - top:.1f}" fill="{COLOURS[k]}"><title>{html.escape(name)}</title></rect>'
+                )
+    return _figure(title, parts, across, x, bars)
+
+
+def _figure(
+    title: str, parts: list[str], across: Axis, x: Array, named: Mapping[str, Array], others: bool = False
+) -> str:
+    """A figure with the key of its colours and what the page's script reads out; ``others``: grey curves besides."""
     keys = "".join(
         f'<span><i style="background:{COLOURS[k]}"></i>{html.escape(name)}</span>' for k, name in enumerate(named)
     )
-    others = "" if len(curves) <= NAMED else "<span><i style='background:#b9c0c8'></i>others</span>"
+    grey = "<span><i style='background:#b9c0c8'></i>others</span>" if others else ""
     data = {
         "x": [float(f"{v:.6g}") for v in x],
-        "y": {name: [float(f"{v:.4g}") if math.isfinite(v) else None for v in curves[name]] for name in named},
+        "y": {name: [float(f"{v:.4g}") if math.isfinite(v) else None for v in y] for name, y in named.items()},
         "span": [across.low, across.high, LEFT, RIGHT, WIDTH],
-        "label": labels[0],
+        "label": across.label,
     }
     text = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
     return (
         f'<figure class="chart"><div class="scroll"><svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" '
         f'aria-label="{html.escape(title)}">{"".join(parts)}<line class="cursor" x1="0" x2="0" y1="{TOP}" '
-        f'y2="{BOTTOM}"/></svg></div><div class="keys">{keys}{others}</div><div class="readout" aria-live="off"></div>'
+        f'y2="{BOTTOM}"/></svg></div><div class="keys">{keys}{grey}</div><div class="readout" aria-live="off"></div>'
         f'<figcaption>{html.escape(title)}</figcaption><script type="application/json">{text}</script></figure>'
     )
 

@@ -25,8 +25,6 @@ RPM = 30.0 / math.pi
 SHOWN_CYCLES = 3
 """Speeds whose cycle is drawn."""
 SAMPLES = 720
-NEAR_PERCENT = 20.0
-"""Deviation of a peak from a critical speed within which it is called that mode's resonance, per cent."""
 
 
 class Section(NamedTuple):
@@ -299,18 +297,12 @@ def _peaks(found: Torsion) -> Table:
 
 
 def _peak(peak: Peak) -> tuple[str, ...]:
-    off = 100.0 * (peak.speed / peak.critical_speed - 1.0) if math.isfinite(peak.mode_hz) else math.inf
-    known = abs(off) < NEAR_PERCENT
-    beside = (f"{peak.kind} {peak.mode_hz:.1f}", f"{peak.critical_speed * RPM:.0f}", f"{off:+.1f} %")
-    beside = beside if known else (NOTHING, NOTHING, NOTHING)
+    mode = 3 * (NOTHING,)
+    if math.isfinite(peak.mode_hz):
+        off = 100.0 * (peak.speed / peak.critical_speed - 1.0)
+        mode = f"{peak.kind} {peak.mode_hz:.1f}", f"{peak.critical_speed * RPM:.0f}", f"{off:+.1f} %"
     size = f"{math.degrees(peak.amplitude):.3g}"
-    return (
-        f"{peak.order:g}",
-        f"{peak.speed * RPM:.0f}",
-        size,
-        f"{peak.hz:.1f}",
-        *(beside if known else 3 * (NOTHING,)),
-    )
+    return (f"{peak.order:g}", f"{peak.speed * RPM:.0f}", size, f"{peak.hz:.1f}", *mode)
 
 
 def _levels(run: RunUp) -> str:

@@ -28,11 +28,13 @@ def run_up_modes(engine: Engine, run_up: RunUp) -> ModesOverSpeed | None:
     level = str(run_up.attributes.get("crank", "solid"))
     if run_up.speeds.size < 2 or not crank_level(level).elastic:
         return None
-    fitted = fitted_engine(engine, Settings(crank=level, damper=str(run_up.attributes.get("damper", "none"))))
+    damper = str(run_up.attributes.get("damper", "none"))
+    fitted = fitted_engine(engine, Settings(crank=level, damper=damper))
     for inherit in (True, False):
         body = running_crank(fitted, level, inherit=inherit)
         if body.digest == run_up.attributes.get("body_digest", body.digest):
-            return campbell(fitted, body, np.linspace(run_up.speeds[0], run_up.speeds[-1], SPEEDS), level)
+            speeds = np.linspace(run_up.speeds[0], run_up.speeds[-1], SPEEDS)
+            return campbell(fitted, body, speeds, level, damper=damper != "none")
     raise InputError(
         f"the crank of engine '{engine.name}' is not the one that the run-up has (its engine file has changed, or it "
         "has a mesh of its own)"

@@ -7,14 +7,19 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from scipy.linalg import eigh
 
 from cranktrain.assembly import Assembly
-from cranktrain.core.errors import InputError
-from cranktrain.results.orders.harmonics import Array
+from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.simulation import fitted_engine
+from cranktrain.engine.model import Engine
+from cranktrain.levels import crank_level
+from cranktrain.loads.damper import required_damper
 from cranktrain.results.orders.resonances import Peak, labelled, peaks
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.results.tables import Table
-from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_modes
+from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_matrices, cranktrain_modes
+from cranktrain.studies.torsion.peak_modes import modes_at_peak
 
 RPM = 30.0 / math.pi
 SHOWN = 12
@@ -54,20 +59,39 @@ def peak_entry(peak: Peak) -> dict[str, Any]:
 
 
 def torsional_peaks(run_up: RunUp, made: Assembly) -> list[Peak]:
-    """Peaks of the pulley's torsion with the linear torsional modes nearest to them."""
-    hz, kinds = linear_modes(made)
-    torsional = [k for k, kind in enumerate(kinds) if kind == "torsional"]
-    return labelled(peaks(run_up), hz[torsional], [kinds[k] for k in torsional])
+    """Peaks of the pulley's torsion with the torsional mode, or the crank's on its drive line, nearest to each.
+
+    With the damper the modes are those with its ring, damping as at the peak: what the ring's fluid drags along makes
+    them lie below those of the housing alone.
+    """
+    found, fitted = peaks(run_up), fitted_engine(made.engine, made.settings)
+    if not crank_level(made.settings.crank).elastic:
+        return found
+    damped = made.settings.damper != "none"
+    slow, torsional = drive_line_hz(fitted, made.body, damped), np.zeros(0)
+    if not damped:
+        hz, shares = cranktrain_modes(fitted, made.body)
+        listed = (hz > 1.0) & (hz <= LISTED_HZ)
+        torsional = hz[listed & (np.argmax(shares, axis=1) == KINDS.index("torsional"))]
+    result = []
+    for peak in found:
+        own = modes_at_peak(fitted, made.body, peak) if damped else torsional
+        result += labelled([peak], np.append(slow, own), slow.size * ["drive line"] + own.size * ["torsional"])
+    return result
 
 
-def linear_modes(made: Assembly) -> tuple[Array, list[str]]:
-    """Frequencies (k,) Hz of the cranktrain at rest at the run's crank level, and their kinds; none of a rigid one."""
-    try:
-        hz, shares = cranktrain_modes(made.engine, made.body)
-    except (InputError, KeyError, ValueError):
-        return np.zeros(0), []
-    listed = (hz > 1.0) & (hz <= LISTED_HZ)
-    return hz[listed], [KINDS[int(np.argmax(share))] for share in shares[listed]]
+def drive_line_hz(engine: Engine, body: ReducedBody, damped: bool) -> Array:
+    """Frequency (1,) Hz of the crank, and the ring of its damper, on the connecting shaft; none on a line of discs."""
+    if engine.drive_line_chain is not None:
+        return np.zeros(0)
+    stiffness, mass = cranktrain_matrices(engine, body)
+    flywheel = body.shapes[body.index("flywheel"), 5]
+    stiffness = stiffness + engine.connecting_shaft.stiffness * np.outer(flywheel, flywheel)
+    if damped:
+        hub = body.shapes[body.index("pulley"), 5]
+        mass = mass + required_damper(engine).ring_inertia * np.outer(hub, hub)
+    [square] = eigh(stiffness, mass, eigvals_only=True, subset_by_index=[0, 0])
+    return np.array([math.sqrt(square) / (2.0 * math.pi)])
 
 
 def run_up_tables(said: Mapping[str, Any]) -> list[Table]:
@@ -81,7 +105,7 @@ def run_up_tables(said: Mapping[str, Any]) -> list[Table]:
         )
         for peak in said["peaks"][:SHOWN]
     ]  # fmt: skip
-    header = ("order", "rev/min", "deg", "Hz", "damping", "linear mode / Hz", "critical / rev/min", "off", "")
+    header = ("order", "rev/min", "deg", "Hz", "damping", "mode / Hz", "critical / rev/min", "off", "")
     return [Table("Resonances of the pulley's torsion (amplitudes zero to peak)", header, tuple(rows))]
 
 
