@@ -121,11 +121,8 @@ def save_over_speed(
             if values[0] is None:
                 continue
             ax.plot(rpm, values, "o-", ms=4, color=_COLOURS[family], label=words)
-            limit = scale * limits.of(family, what) if limits else 0.0
-            if limit:
-                ax.axhline(
-                    limit, color=_COLOURS[family], ls="--" if family == MAIN else ":", lw=1.2, label=f"limit, {words}"
-                )
+        for limit, words, colour in _limits(limits, what):
+            ax.axhline(scale * limit, color=colour, ls="--", lw=1.2, label=words)
         ax.set_ylabel(label)
     for family, words in FAMILIES.items():
         powers = [found["friction_power_w"][family] for found in speeds]
@@ -142,3 +139,11 @@ def save_over_speed(
         ax.set_xlabel("speed / rev/min")
     figure.suptitle(f"Worst bearing over speed: {title}", fontsize=12, parse_math=False)
     return save_figure(figure, folder / OVER_SPEED)
+
+
+def _limits(limits: BearingLimits | None, what: str) -> list[tuple[float, str, str]]:
+    """Limits (SI), their names and colours: one of both families where they have the same."""
+    found = {family: limits.of(family, what) if limits else 0.0 for family in FAMILIES}
+    if found[MAIN] == found[BIG_END] != 0.0:
+        return [(found[MAIN], "limit", "black")]
+    return [(found[family], f"limit, {words}", _COLOURS[family]) for family, words in FAMILIES.items() if found[family]]
