@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 import argparse
+import shlex
+import subprocess
+import sys
+import time
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.console import stages
+from cranktrain.cli.console import say, stages
 from cranktrain.store.whole_file import check_place, whole_file
+
+if TYPE_CHECKING:
+    from cranktrain.studies.report.findings import Findings
 
 DESCRIPTION = """\
 One HTML file of an engine: frequencies and critical speeds beside the reference's, vibration, origins of values.
 
 It needs no network, prints, and is read on a telephone. What takes seconds is computed; the rest is read from files
-of other verbs, and a section without its data says which command makes them.
+of other verbs, and a section without its data says which commands make them. --make FOLDER runs these.
 """
-FOLDERS = (Path("out/tradeoff"), Path("out/stability"))
-"""Where verbs write pictures if nothing else is said."""
+FOLDERS = tuple(Path(place) for place in ("out/tradeoff", "out/stability", "docs/tradeoff", "docs/stability"))
+"""Where pictures of ``tradeoff`` and ``stability`` are, if nothing else is said."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -27,8 +35,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--run-up", metavar="FILE", help="result of 'cranktrain runup' of the engine: orders with films, axial motion")
     add(
         "--pictures", metavar="FOLDER", action="append", default=[],
-        help="folder that other verbs wrote pictures into, by --plots or --output; may be given several times "
-        "(besides: out/tradeoff, out/stability)",
+        help="folder that other verbs wrote pictures and run-ups into, by --plots or --output; may be given several "
+        f"times (besides: {', '.join(map(str, FOLDERS))})",
+    )  # fmt: skip
+    add(
+        "--make", metavar="FOLDER",
+        help="run the verbs whose data is missing, one after the other, into this folder; what it holds is kept and "
+        "an interrupted run-up goes on (minutes to an hour)",
     )  # fmt: skip
     add("--quick", action="store_true", help="torsion at fewer speeds, linear, without inherited damping: seconds")
 
@@ -36,21 +49,49 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Compute, read and write; say what is missing."""
     from cranktrain.engine.file import load_engine
-    from cranktrain.studies.report.findings import findings
+    from cranktrain.results.figures import check_folder
+    from cranktrain.studies.report.findings import files_of_verbs, findings
     from cranktrain.studies.report.page import REPORT, missing, page
 
     engine = load_engine(options.engine)
     path = Path(options.output or f"{engine.name}_report.html")
     check_place(path, REPORT)
-    folders = [Path(folder) for folder in options.pictures] + [folder for folder in FOLDERS if folder.is_dir()]
+    folders = [Path(folder) for folder in options.pictures]
+    if options.make is not None:
+        check_folder(Path(options.make), "--make")
+        folders.append(Path(options.make))
+    folders += [folder for folder in FOLDERS if folder.is_dir()]
     with stages(engine.name) as tell:
         found = findings(options.engine, options.run_up, folders, options.quick, tell)
-        lacking = missing(found)
-        text = page(found)
+    if options.make is not None:
+        seconds = _make(found, options.engine, options.make)
+        found = replace(found, seconds=found.seconds | seconds, **files_of_verbs(engine, options.run_up, folders))
+    lacking = missing(found)
     with whole_file(path, REPORT) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_text(page(found), encoding="utf-8")
     if not options.json:
-        for title, command in lacking.items():
-            print(f"Not in the report: {title}. To have it: {command}")
+        for title, remedy in lacking.items():
+            print(f"Not in the report: {title}. To have it: {remedy}")
         print(f"Report: {path}")
     return {"report": str(path), "missing": lacking, "seconds": found.seconds}
+
+
+def _make(found: Findings, name: str, folder: str) -> dict[str, float]:
+    """Run what makes the sections that lack their data, each command once, as processes; their seconds.
+
+    One that fails costs its section, not the report.
+    """
+    from cranktrain.studies.report.sections import SECTIONS
+
+    lacking = [section for section in SECTIONS if not section.make(found)]
+    commands = dict.fromkeys(text for section in lacking for text in section.making(name, folder, found.engine.name))
+    seconds = {}
+    for k, command in enumerate(commands, 1):
+        say(f"{k} of {len(commands)}: {command}")
+        words, began = shlex.split(command)[1:], time.perf_counter()
+        done = subprocess.run([sys.executable, "-m", "cranktrain.cli.main", *words], stdout=subprocess.DEVNULL)
+        if done.returncode:
+            say(f"cranktrain: warning: ended with code {done.returncode}, what it makes is left out: {command}")
+        else:
+            seconds[f"cranktrain {words[0]}{' --damper' if '--damper' in words else ''}"] = time.perf_counter() - began
+    return seconds

@@ -21,7 +21,7 @@ from cranktrain.results.orders.harmonics import Array, ComplexArray
 from cranktrain.store.hdf5 import RUN_UP, read_run_up, write_run_up
 from cranktrain.store.whole_file import check_place
 
-TORSION, AXIAL = "pulley.torsion", "pulley.axial"
+TORSION, AXIAL, FLYWHEEL = "pulley.torsion", "pulley.axial", "flywheel.torsion"
 LEAST, MEAN, LARGEST = 0, 1, 2
 """Columns of ``extremes``."""
 _AXES = ("speeds", "orders", "cycles", "repeats", "left")

@@ -47,7 +47,8 @@ class Findings:
     modes : what ``cranktrain modal --json`` prints
     torsion : run-up of the torsional crank in the frequency domain, without damper
     damped : the same with the engine's damper, None where it has none
-    run_up : a run-up of any level that the user gave, None where there is none
+    run_up : a run-up of any level that the user gave or a folder holds, None where there is none
+    damped_run_up : likewise, with the engine's damper
     pictures : files by name, from the folders that the user gave
     seconds : wall time by stage
     """
@@ -58,6 +59,7 @@ class Findings:
     torsion: Torsion
     damped: Torsion | None
     run_up: RunUp | None
+    damped_run_up: RunUp | None
     pictures: dict[str, Path]
     seconds: dict[str, float]
 
@@ -76,14 +78,14 @@ def findings(
     Parameters
     ----------
     name : of a shipped engine, or path of an engine file
-    run_up : file of ``cranktrain runup`` of the same engine
-    folders : in which pictures of other verbs are looked for; the first that has one gives it
+    run_up : file of ``cranktrain runup`` of the same engine; None: ``ENGINE_runup.h5`` of a folder. That with the
+        damper is ``ENGINE_runup_damped.h5`` of a folder
+    folders : in which pictures and run-ups of other verbs are looked for; the first that has one gives it
     quick : fewer speeds, linear, and without the damping that the torsional crank has from the level above
     say : told each stage
     """
     engine = load_engine(name)
-    given = None if run_up is None else _own(engine, run_up)
-    pictures = _pictures(folders)
+    read = files_of_verbs(engine, run_up, folders)
     seconds = {}
     start = time.perf_counter()
     modes = modal(engine, say=say)
@@ -93,7 +95,18 @@ def findings(
     torsion = _torsion(engine, False, quick, say)
     damped = None if engine.damper is None else _torsion(engine, True, quick, say)
     seconds["torsional run-ups"] = time.perf_counter() - start
-    return Findings(engine, engine_provenance(name), modes, torsion, damped, given, pictures, seconds)
+    return Findings(engine, engine_provenance(name), modes, torsion, damped, seconds=seconds, **read)
+
+
+def files_of_verbs(engine: Engine, run_up: str | Path | None, folders: Sequence[Path]) -> dict[str, Any]:
+    """The fields of :class:`Findings` that other verbs' files give: ``run_up``, ``damped_run_up``, ``pictures``."""
+    found = _files(folders, "*.h5")
+    paths = {
+        "run_up": run_up or found.get(f"{engine.name}_runup.h5"),
+        "damped_run_up": found.get(f"{engine.name}_runup_damped.h5"),
+    }
+    run_ups = {key: None if path is None else _own(engine, path) for key, path in paths.items()}
+    return {**run_ups, "pictures": _files(folders, "*.png")}
 
 
 def _torsion(engine: Engine, damper: bool, quick: bool, say: Callable[[str], None]) -> Torsion:
@@ -118,12 +131,12 @@ def _own(engine: Engine, path: str | Path) -> RunUp:
     return found
 
 
-def _pictures(folders: Sequence[Path]) -> dict[str, Path]:
-    """PNG files by name; ``InputError`` for a folder that does not exist."""
+def _files(folders: Sequence[Path], pattern: str) -> dict[str, Path]:
+    """Files by name; ``InputError`` for a folder that does not exist."""
     found: dict[str, Path] = {}
     for folder in folders:
         if not folder.is_dir():
             raise InputError(f"--pictures {folder}: is no folder; name one that a verb wrote pictures into")
-        for path in sorted(folder.glob("*.png")):
+        for path in sorted(folder.glob(pattern)):
             found.setdefault(path.name, path)
     return found

@@ -27,14 +27,14 @@ def page(found: Findings) -> str:
 
 def missing(found: Findings) -> dict[str, str]:
     """Sections that lack their data, and what makes them."""
-    return {section.title: section.command.format(found.engine.name) for section in SECTIONS if not section.make(found)}
+    return {section.title: section.remedy(found.engine.name) for section in SECTIONS if not section.make(found)}
 
 
 def _section(number: int, section: Section, found: Findings) -> str:
     parts = section.make(found)
     if not parts:
-        command = html.escape(section.command.format(found.engine.name))
-        parts = [f'<p class="missing">Not in this report. To have it: <code>{command}</code></p>']
+        remedy = html.escape(section.remedy(found.engine.name))
+        parts = [f'<p class="missing">Not in this report. To have it: <code>{remedy}</code></p>']
     reference = section.reference(found.engine.name)
     beside = f'<p class="reference">Beside the reference: {reference}.</p>' if reference else ""
     return f'<section id="s{number}"><h2>{number}. {html.escape(section.title)}</h2>{beside}{"".join(parts)}</section>'

@@ -30,7 +30,7 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import SLOWEST
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.results.run_up.run_up import TORSION, RunUp
+from cranktrain.results.run_up.run_up import FLYWHEEL, TORSION, RunUp
 from cranktrain.studies.torsion.damper_link import DamperLink, equivalent
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 from cranktrain.studies.torsion.torsional_response import frame_wobble
@@ -55,7 +55,7 @@ def frequency_run_up(
     rule: str = LINEAR,
     gas: GasTrace | None = None,
 ) -> RunUp:
-    """Run-up of ``pulley.torsion``.
+    """Run-up of ``pulley.torsion`` and ``flywheel.torsion``.
 
     Parameters
     ----------
@@ -94,11 +94,13 @@ def frequency_run_up(
         parts = np.array_split(speeds, -(-speeds.size // _AT_ONCE))
         found = np.concatenate([_balanced(structure, damper, part) for part in parts])
     motion = structure.signal(found, 1)
+    extremes = np.stack((motion.min(axis=1), found[:, 0].real, motion.max(axis=1)), axis=1)
+    ends = {name: k for k, name in enumerate((TORSION, FLYWHEEL))}
     return RunUp(
         speeds=speeds,
         orders=np.asarray(orders, dtype=float),
-        amplitudes={TORSION: found[:, places]},
-        extremes={TORSION: np.stack((motion.min(axis=1), found[:, 0].real, motion.max(axis=1)), axis=1)},
+        amplitudes={name: found[:, places, k] for name, k in ends.items()},
+        extremes={name: extremes[:, :, k] for name, k in ends.items()},
         cycles=np.zeros(speeds.size, dtype=int),
         repeats=np.ones(speeds.size, dtype=int),
         left=np.zeros(speeds.size),
@@ -115,7 +117,7 @@ def frequency_run_up(
 class _Transfer(NamedTuple):
     """Motions of a structure with its damper by torques on the pins and by what the damper's law has besides.
 
-    ``motion`` (s, k, p + 3, p) and ``by_rest`` (s, k, p + 3): rows as of :meth:`ShaftOrders.transfer`. ``link`` is a
+    ``motion`` (s, k, p + 4, p) and ``by_rest`` (s, k, p + 4): rows as of :meth:`ShaftOrders.transfer`. ``link`` is a
     damper whose law is not linear, ``stiffness`` (s, k) its complex stiffness.
     """
 
@@ -146,21 +148,22 @@ class _Transfer(NamedTuple):
         return _Transfer(self.motion[which], self.by_rest[which], self.stiffness[which], link)
 
     def respond(self, torques: ComplexArray, rest: ComplexArray) -> ComplexArray:
-        """Motions (s, k, p + 3) by torques on the pins (s, k, p) and the rest of the damper's torque (s, k)."""
+        """Motions (s, k, p + 4) by torques on the pins (s, k, p) and the rest of the damper's torque (s, k)."""
         return np.asarray((self.motion @ torques[..., None])[..., 0] - self.by_rest * rest[:, :, None])
 
 
-def _pulley(structure: ShaftOrders, speeds: Array, motion: ComplexArray) -> ComplexArray:
-    """Rotation (s, k) of the pulley against the frame."""
+def _ends(structure: ShaftOrders, speeds: Array, motion: ComplexArray) -> ComplexArray:
+    """Rotation (s, k, 2) of pulley and flywheel against the frame."""
     wobble = frame_wobble(speeds[:, None], speeds[:, None] * structure.orders)
-    return np.asarray(motion[:, :, structure.at.pulley] - wobble * motion[:, :, structure.at.swing])
+    at = structure.at
+    return np.asarray(motion[:, :, [at.pulley, at.flywheel]] - (wobble * motion[:, :, at.swing])[:, :, None])
 
 
 def _linear(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> ComplexArray:
-    """Orders (s, k + 1) of the pulley with mean inertia."""
+    """Orders (s, k + 1, 2) of pulley and flywheel with mean inertia."""
     known = structure.known(speeds)
     transfer = _Transfer.of(structure, damper, speeds, known)
-    return _pulley(structure, speeds, transfer.respond(known, np.zeros(known.shape[:2], dtype=complex)))
+    return _ends(structure, speeds, transfer.respond(known, np.zeros(known.shape[:2], dtype=complex)))
 
 
 class _Coupling:
@@ -220,14 +223,14 @@ def _coupled(factors: list[tuple[NDArray[np.intp], Any, Any]], free: ComplexArra
 
 
 def _balanced(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> ComplexArray:
-    """Orders (s, k + 1) of the pulley by harmonic balance."""
+    """Orders (s, k + 1, 2) of pulley and flywheel by harmonic balance."""
     pins, swing, twist = slice(0, structure.pins), structure.at.swing, structure.at.twist
     torques = structure.known(speeds)
     coupling, transfer = _Coupling(structure), _Transfer.of(structure, damper, speeds, torques)
     factors = [coupling.factors(speed, transfer.motion[k, :, pins]) for k, speed in enumerate(speeds.tolist())]
     rest = np.zeros(torques.shape[:2], dtype=complex)
     largest = np.abs(torques).max()
-    result = np.zeros(torques.shape[:2], dtype=complex)
+    result = np.zeros((*torques.shape[:2], 2), dtype=complex)
     left = np.arange(speeds.size)
     change = ahead = np.full(speeds.size, np.inf)
     for _ in range(_ROUNDS):
@@ -236,7 +239,7 @@ def _balanced(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> C
         varying = coupling.torque(speeds, turn)
         motion = transfer.respond(torques + varying, rest)
         settled, going = ahead <= _SETTLED * largest, ahead > _SETTLED * largest
-        result[left[settled]] = _pulley(structure, speeds[settled], motion[settled])
+        result[left[settled]] = _ends(structure, speeds[settled], motion[settled])
         if settled.all():
             return result
         left, speeds, torques, rest, change, transfer, turn, varying, motion = (

@@ -51,6 +51,7 @@ class Observed(NamedTuple):
     twist: int
     pulley: int
     swing: int
+    flywheel: int
 
 
 class ShaftOrders:
@@ -70,7 +71,7 @@ class ShaftOrders:
     angle : (N,) crank angle of the samples, rad
     throw : (c,) index of each cylinder's pin among the p pins
     at : rows of a transfer behind the pins': twist of hub against ring, rotation of the pulley, of the crank in the
-        mean
+        mean, of the flywheel
 
     Raises
     ------
@@ -105,9 +106,9 @@ class ShaftOrders:
         twist = model.ports[int(model.layout[DAMPER]), own] if model.layout[DAMPER] else np.zeros(rows.shape[1])
         swing = np.zeros(rows.shape[1])
         swing[0] = model.scalars[RIGID_ROTATION]
-        self.at = Observed(self.pins, self.pins + 1, self.pins + 2)
-        self._rows = np.vstack((rows, twist, model.ends[1, own], swing))
+        self.at = Observed(*range(self.pins, self.pins + 4))
         self._flywheel: Array = model.ends[0, own]
+        self._rows = np.vstack((rows, twist, model.ends[1, own], swing, self._flywheel))
         shafts, laws = model.shafts[:, own], model.shaft_laws
         self._stiffness: Array = np.diag(model.omega2[own]) + shafts.T @ (laws[:, STIFFNESS, None] * shafts)
         self._damping: Array = np.diag(model.damping[own]) + shafts.T @ (laws[:, DAMPING, None] * shafts)
@@ -172,7 +173,7 @@ class ShaftOrders:
         return self.spectrum(self.on_pins(result), 1)
 
     def transfer(self, speeds: Array, orders: NDArray[np.intp]) -> ComplexArray:
-        """Motions (s, o, p + 3, p + 1) of the pins and of ``at`` by torques on the pins and between hub and ring.
+        """Motions (s, o, p + 4, p + 1) of the pins and of ``at`` by torques on the pins and between hub and ring.
 
         ``orders`` (o,) are indices. The link between hub and ring itself is left out, see
         the class ``_Transfer`` of :mod:`cranktrain.studies.torsion.frequency_run_up`.

@@ -1,0 +1,45 @@
+"""Elements of the report's page: paragraphs, tables and pictures as HTML."""
+
+from __future__ import annotations
+
+import base64
+import html
+from collections.abc import Sequence
+
+from cranktrain.results.tables import NOTHING, Table
+
+
+def paragraph(text: str) -> str:
+    """A paragraph of plain text."""
+    return f"<p>{html.escape(text)}</p>"
+
+
+def table(content: Table) -> str:
+    """A table of texts; columns of words stand to the left, of numbers to the right."""
+    words = ["" if all(map(_numeric, column)) else ' class="words"' for column in zip(*content.rows, strict=True)]
+    words = words or [""] * len(content.header)
+
+    def cells(kind: str, row: Sequence[str]) -> str:
+        pairs = zip(words, row, strict=True)
+        return "<tr>" + "".join(f"<{kind}{how}>{html.escape(text)}</{kind}>" for how, text in pairs) + "</tr>"
+
+    title = html.escape(content.title)
+    body = "".join(cells("td", row) for row in content.rows)
+    inside = f"<thead>{cells('th', content.header)}</thead><tbody>{body}</tbody>"
+    return f'<p class="caption">{title}</p><div class="scroll"><table aria-label="{title}">{inside}</table></div>'
+
+
+def _numeric(text: str) -> bool:
+    """Whether a cell is a number, with or without a per cent sign, or a dash for none."""
+    try:
+        float(text.removesuffix("%").strip() or "0")
+    except ValueError:
+        return text == NOTHING
+    return True
+
+
+def picture(png: bytes, words: str) -> str:
+    """A picture, inside the page."""
+    source = base64.b64encode(png).decode("ascii")
+    said = html.escape(words)
+    return f'<figure><img alt="{said}" src="data:image/png;base64,{source}"><figcaption>{said}</figcaption></figure>'

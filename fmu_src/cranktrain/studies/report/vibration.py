@@ -1,0 +1,228 @@
+"""Sections of a report on torsional and axial vibration: charts and tables of run-ups."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.results.orders.resonances import Peak
+from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, LARGEST, LEAST, MEAN, TORSION, RunUp
+from cranktrain.results.run_up.shown import PARTS
+from cranktrain.results.tables import NOTHING, Table
+from cranktrain.studies.report.chart import NAMED, bar_chart, line_chart
+from cranktrain.studies.report.elements import paragraph, table
+from cranktrain.studies.report.findings import Findings, Torsion
+
+Array = NDArray[np.float64]
+
+RPM = 30.0 / math.pi
+NEXT = 0.06
+"""Share of the speed within which the cycles of another speed tell nothing new."""
+SHOWN_CYCLES = 4
+"""Speeds whose cycle is drawn."""
+SAMPLES = 720
+HIGHEST_BAR = 12.0
+"""Order up to which bars are drawn."""
+
+
+def torsion(found: Findings) -> list[str]:
+    """Torsional orders over the speed without damper, and its peaks."""
+    how = found.torsion.run_up.attributes["steady"]
+    note = (
+        f"Torsional crank on journals that are locked on their axis, in the frequency domain ({how}). "
+        "Amplitudes are zero to peak."
+    )
+    run = found.torsion.run_up
+    parts = [paragraph(note), _orders(run, TORSION, "without damper"), table(_peaks(found.torsion))]
+    return [*parts, paragraph(_UNEVEN), *_twist(run, "without damper")]
+
+
+def damper(found: Findings) -> list[str]:
+    """The same with the damper, and what it takes off."""
+    if found.damped is None:
+        return []
+    before, after = found.torsion.run_up, found.damped.run_up
+    note = (
+        "Same crank, with its damper. Modes are those of the crank with the damper's ring, at the damping that it has "
+        "at the peak: the fluid drags the ring along, so they lie below those without."
+    )
+    return [
+        paragraph(note), _orders(after, TORSION, "with damper"), table(_peaks(found.damped)),
+        table(_taken_off(before, after, "")),
+    ]  # fmt: skip
+
+
+def torsion_cycles(found: Findings) -> list[str]:
+    """Torsion over a cycle at the critical speeds."""
+    run = found.torsion.run_up
+    resonances = sorted(found.torsion.peaks, key=lambda peak: peak.kind != "torsional")
+    speeds = _apart(
+        [peak.speed for peak in resonances] or [float(run.speeds[np.abs(run.torsion).max(axis=1).argmax()])]
+    )
+    return [draw(run, TORSION, speeds) for draw in (_cycles, _bars)]
+
+
+def whole_torsion(found: Findings) -> list[str]:
+    """Torsional orders of the run-up that was given."""
+    run, damped = found.run_up, found.damped_run_up
+    parts = [] if run is None else [paragraph(_levels(run)), _orders(run, TORSION, "run-up"), *_twist(run, "run-up")]
+    if damped is not None:
+        parts += [paragraph(_levels(damped)), _orders(damped, TORSION, "run-up with damper")]
+    if run is not None and damped is not None:
+        parts.append(table(_taken_off(run, damped, ", run-ups")))
+    return parts
+
+
+def axial(found: Findings) -> list[str]:
+    """Axial orders over the speed, extremes, and cycles where they are largest."""
+    run = found.run_up
+    if run is None or AXIAL not in run.amplitudes:
+        return []
+    parts = [paragraph(_levels(run)), _orders(run, AXIAL, "run-up")]
+    if AXIAL in run.extremes:
+        names = {"largest": LARGEST, "mean": MEAN, "least": LEAST}
+        curves = {name: 1e6 * run.extremes[AXIAL][:, column] for name, column in names.items()}
+        title = "Axial motion of the pulley over a cycle: largest, mean and least"
+        parts.append(line_chart(title, run.speeds_rpm, curves, ("speed / rev/min", "axial motion / µm")))
+    total = np.sqrt((np.abs(run.axial) ** 2).sum(axis=1))
+    largest = _apart(run.speeds[np.argsort(-total)].tolist())
+    parts += [_cycles(run, AXIAL, largest), _bars(run, AXIAL, largest)]
+    if all(output in run.amplitudes for output in PARTS.values()):
+        row = int(np.abs(run.speeds - largest[0]).argmin())
+        keep = run.orders <= HIGHEST_BAR
+        bars = {_PART_NAMES[part]: 1e6 * np.abs(run.amplitudes[name][row][keep]) for part, name in PARTS.items()}
+        title = f"Parts of the axial motion at {run.speeds_rpm[row]:.0f} rev/min; as vectors they add up to the whole"
+        parts.append(bar_chart(title, run.orders[keep], bars, ("order", "zero to peak / µm")))
+    return parts
+
+
+def _orders(run: RunUp, output: str, words: str) -> str:
+    """Chart of an output's orders over the speed, the strongest named."""
+    scale, unit, what = _UNITS[output]
+    ranked = _strongest(run, output)
+    shown = [*sorted(ranked[:NAMED]), *ranked[NAMED:]]
+    curves = {f"order {order:g}": scale * np.abs(run.order(order, output)) for order in shown}
+    title = f"{what} of the pulley, orders over the speed, {words}"
+    return line_chart(title, run.speeds_rpm, curves, ("speed / rev/min", f"zero to peak / {unit}"))
+
+
+_UNEVEN = (
+    "Torsion is the pulley's rotation against a steady turn, as it is measured there. Low orders at low speeds (3 of a "
+    "six, 4 of an eight) are uneven rotation of the crank as a whole under the gas torque, which falls with the square "
+    "of the speed. The twist from pulley to flywheel, below, is what strains the crank. Orders 1.5 and 4.5 of a six "
+    "twist its front half against its rear half, far below resonance."
+)
+
+
+def _twist(run: RunUp, words: str) -> list[str]:
+    """Chart of the twist from pulley to flywheel, where the run-up has both."""
+    if FLYWHEEL not in run.amplitudes:
+        return []
+    return [_orders(_twisting(run), TORSION, f"against the flywheel, {words}")]
+
+
+def _twisting(run: RunUp) -> RunUp:
+    """The run-up with the twist from pulley to flywheel in place of the pulley's torsion."""
+    return replace(run, amplitudes={TORSION: run.amplitudes[TORSION] - run.amplitudes[FLYWHEEL]})
+
+
+def _taken_off(before: RunUp, after: RunUp, words: str) -> Table:
+    """Largest amplitudes of the orders over the speed without and with the damper, of the pulley and of the twist."""
+    kinds = {"pulley": [before, after]}
+    if all(FLYWHEEL in run.amplitudes for run in (before, after)):
+        kinds["twist"] = [_twisting(run) for run in (before, after)]
+    header = ["order"]
+    for name in kinds:
+        header += [f"{name} without / deg", "with / deg", "change"]
+    rows = []
+    for order in _strongest(before, TORSION)[:NAMED]:
+        texts = [f"{order:g}"]
+        for pair in kinds.values():
+            one, other = (math.degrees(np.abs(run.order(order)).max()) for run in pair)
+            texts += [f"{one:.3g}", f"{other:.3g}", f"{100.0 * (other / one - 1.0):+.0f} %"]
+        rows.append(tuple(texts))
+    return Table(
+        f"Largest amplitude over the speed range, without and with the damper{words}", tuple(header), tuple(rows)
+    )
+
+
+def _apart(speeds: list[float]) -> list[float]:
+    """Speeds (rad/s) that are no neighbours, the first ones kept."""
+    kept: list[float] = []
+    for speed in speeds:
+        if all(abs(speed / other - 1.0) > NEXT for other in kept):
+            kept.append(speed)
+    return kept
+
+
+def _bars(run: RunUp, output: str, speeds: Iterable[float]) -> str:
+    """Chart of an output's orders at the speeds of :func:`_cycles`."""
+    scale, unit, what = _UNITS[output]
+    keep = run.orders <= HIGHEST_BAR
+    rows = sorted(_rows(run, speeds))
+    bars = {f"{run.speeds_rpm[k]:.0f} rev/min": scale * np.abs(run.amplitudes[output][k][keep]) for k in rows}
+    title = f"{what} of the pulley, orders at these speeds"
+    return bar_chart(title, run.orders[keep], bars, ("order", f"zero to peak / {unit}"))
+
+
+def _rows(run: RunUp, speeds: Iterable[float]) -> list[int]:
+    """Rows of the speeds of a run-up next to the first of those given."""
+    return list(dict.fromkeys(int(np.abs(run.speeds - speed).argmin()) for speed in speeds))[:SHOWN_CYCLES]
+
+
+def _cycles(run: RunUp, output: str, speeds: Iterable[float]) -> str:
+    """Chart of an output over a cycle at the speeds of the run-up next to the first of those given."""
+    scale, unit, what = _UNITS[output]
+    rows = _rows(run, speeds)
+    angle = np.linspace(0.0, 4.0 * math.pi, SAMPLES + 1).astype(np.float64)
+    names = {k: f"{run.speeds_rpm[k]:.0f} rev/min" for k in sorted(rows)}
+    curves = {name: scale * cycle(run, output, k, angle) for k, name in names.items()}
+    title = f"{what} of the pulley about its mean over a cycle, where it is largest"
+    return line_chart(title, np.degrees(angle), curves, ("crank angle / deg", f"{what.lower()} / {unit}"), 120.0)
+
+
+def cycle(run: RunUp, output: str, row: int, angle: Array) -> Array:
+    """One speed's cycle about its mean at crank angles (n,) rad, from its orders, in the output's unit."""
+    turn = np.exp(1j * np.outer(angle, run.orders))
+    return np.asarray((turn @ run.amplitudes[output][row]).real)
+
+
+def _strongest(run: RunUp, output: str) -> list[float]:
+    """Orders, those of the largest amplitudes over the speed first."""
+    return [float(order) for order in run.orders[np.argsort(-np.nanmax(np.abs(run.amplitudes[output]), axis=0))]]
+
+
+def _peaks(found: Torsion) -> Table:
+    """Peaks beside the critical speeds of the linear modes."""
+    header = ("order", "peak at / rev/min", "amplitude / deg", "Hz", "mode / Hz", "critical / rev/min", "off")
+    return Table("Resonances and the critical speeds of the linear modes", header, tuple(map(_peak, found.peaks[:10])))
+
+
+def _peak(peak: Peak) -> tuple[str, ...]:
+    mode = 3 * (NOTHING,)
+    if math.isfinite(peak.mode_hz):
+        off = 100.0 * (peak.speed / peak.critical_speed - 1.0)
+        mode = f"{peak.kind} {peak.mode_hz:.1f}", f"{peak.critical_speed * RPM:.0f}", f"{off:+.1f} %"
+    size = f"{math.degrees(peak.amplitude):.3g}"
+    return (f"{peak.order:g}", f"{peak.speed * RPM:.0f}", size, f"{peak.hz:.1f}", *mode)
+
+
+def _levels(run: RunUp) -> str:
+    """What the run-up was made with."""
+    names = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "integrator")
+    said = ", ".join(f"{name.replace('_', ' ')} {run.attributes[name]}" for name in names if name in run.attributes)
+    speeds = run.speeds_rpm
+    return f"Run-up of {speeds.size} speeds from {speeds[0]:.0f} to {speeds[-1]:.0f} rev/min: {said}."
+
+
+_PART_NAMES = {
+    "crank": "the crank's own vibration",
+    "bearing": "the collar in its clearance",
+    "engine": "the engine on its mounts",
+}
+_UNITS = {TORSION: (180.0 / math.pi, "deg", "Torsion"), AXIAL: (1e6, "µm", "Axial motion")}
+"""Scale, unit and name of the outputs that are drawn."""
