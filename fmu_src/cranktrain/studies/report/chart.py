@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 WIDTH, HEIGHT = 680, 360
-LEFT, RIGHT, TOP, BOTTOM = 64, 668, 14, 310
+LEFT, RIGHT, TOP, BOTTOM = 72, 660, 14, 308
 COLOURS = ("#1f5a94", "#d9822b", "#3b8f3b", "#b5373b", "#7b52ab", "#5f6b73", "#c2459a", "#1b9aa0")
 NAMED = 7
 """Curves that a chart names; the others are thin and grey."""
@@ -39,7 +39,14 @@ class Axis(NamedTuple):
         return [k * step for k in range(first, math.floor(self.high / step + 1e-9) + 1)]
 
 
-def line_chart(title: str, x: Array, curves: Mapping[str, Array], labels: tuple[str, str], step: float = 0.0) -> str:
+def line_chart(
+    title: str,
+    x: Array,
+    curves: Mapping[str, Array],
+    labels: tuple[str, str],
+    step: float = 0.0,
+    colours: Sequence[str] = COLOURS,
+) -> str:
     """A figure of curves (n,) over x (n,), increasing; the first NAMED in colours, in the order given.
 
     Parameters
@@ -47,6 +54,7 @@ def line_chart(title: str, x: Array, curves: Mapping[str, Array], labels: tuple[
     title : caption, and what the picture is for those who do not see it
     labels : of both axes, with units
     step : of the numbers along x; 0 leaves it open
+    colours : of the curves that are named
     """
     values = np.concatenate([np.asarray(y, dtype=float) for y in curves.values()])
     low, high = min(0.0, float(np.nanmin(values))), max(0.0, float(np.nanmax(values)))
@@ -55,19 +63,20 @@ def line_chart(title: str, x: Array, curves: Mapping[str, Array], labels: tuple[
     up = Axis(labels[1], low - (room if low < 0.0 else 0.0), high + room)
     parts = [*_frame(across, up)]
     for k, (name, y) in reversed(list(enumerate(curves.items()))):
-        colour, thickness = (COLOURS[k], 1.8) if k < NAMED else ("#b9c0c8", 0.8)
+        colour, thickness = (colours[k], 1.8) if k < NAMED else ("#b9c0c8", 0.8)
         for points in _pieces(across, up, x, y):
             parts.append(
                 f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="{thickness}">'
                 f"<title>{html.escape(name)}</title></polyline>"
             )
-    return _figure(title, parts, across, x, dict(list(curves.items())[:NAMED]), others=len(curves) > NAMED)
+    named = dict(list(curves.items())[:NAMED])
+    return _figure(title, parts, across, x, named, colours, others=len(curves) > NAMED)
 
 
 def bar_chart(title: str, x: Array, bars: Mapping[str, Array], labels: tuple[str, str]) -> str:
     """A figure of groups of bars (n,) at even places x (n,), up to ``NAMED`` a group; ``labels`` as of lines."""
     pitch = float(x[1] - x[0])
-    across = Axis(labels[0], float(x[0]) - pitch, float(x[-1]) + pitch)
+    across = Axis(labels[0], float(x[0]) - pitch, float(x[-1]) + pitch, 2.0 * pitch)
     up = Axis(labels[1], 0.0, 1.06 * max(max(float(np.nanmax(y)) for y in bars.values()), 1e-30))
     width, foot = 0.8 * pitch / len(bars), _y(up, 0.0)
     parts = [*_frame(across, up)]
@@ -79,16 +88,21 @@ def bar_chart(title: str, x: Array, bars: Mapping[str, Array], labels: tuple[str
                     f'<rect x="{left}" y="{top}" width="{_x(across, place + width) - left:.1f}" '
                     f'height="{foot - top:.1f}" fill="{COLOURS[k]}"><title>{html.escape(name)}</title></rect>'
                 )
-    return _figure(title, parts, across, x, bars)
+    return _figure(title, parts, across, x, bars, COLOURS)
 
 
 def _figure(
-    title: str, parts: list[str], across: Axis, x: Array, named: Mapping[str, Array], others: bool = False
+    title: str,
+    parts: list[str],
+    across: Axis,
+    x: Array,
+    named: Mapping[str, Array],
+    colours: Sequence[str],
+    others: bool = False,
 ) -> str:
     """A figure with the key of its colours and what the page's script reads out; ``others``: grey curves besides."""
-    keys = "".join(
-        f'<span><i style="background:{COLOURS[k]}"></i>{html.escape(name)}</span>' for k, name in enumerate(named)
-    )
+    pairs = zip(colours, named, strict=False)
+    keys = "".join(f'<span><i style="background:{colour}"></i>{html.escape(name)}</span>' for colour, name in pairs)
     grey = "<span><i style='background:#b9c0c8'></i>others</span>" if others else ""
     data = {
         "x": [float(f"{v:.6g}") for v in x],
@@ -111,7 +125,7 @@ def _frame(across: Axis, up: Axis) -> list[str]:
     for tick in across.ticks():
         place = _x(across, tick)
         parts.append(f'<line class="grid" x1="{place}" x2="{place}" y1="{TOP}" y2="{BOTTOM}"/>')
-        parts.append(f'<text x="{place}" y="{BOTTOM + 17}" text-anchor="middle">{tick:g}</text>')
+        parts.append(f'<text x="{place}" y="{BOTTOM + 22}" text-anchor="middle">{tick:g}</text>')
     for tick in up.ticks():
         place = _y(up, tick)
         parts.append(f'<line class="grid" x1="{LEFT}" x2="{RIGHT}" y1="{place}" y2="{place}"/>')

@@ -16,6 +16,7 @@ from cranktrain.results.tables import NOTHING, Table
 from cranktrain.studies.report.chart import NAMED, bar_chart, line_chart
 from cranktrain.studies.report.elements import paragraph, table
 from cranktrain.studies.report.findings import Findings, Torsion
+from cranktrain.studies.run_up.report import closing_text
 
 Array = NDArray[np.float64]
 
@@ -100,14 +101,15 @@ def axial(found: Findings) -> list[str]:
     return parts
 
 
-def _orders(run: RunUp, output: str, words: str) -> str:
-    """Chart of an output's orders over the speed, the strongest named."""
-    scale, unit, what = _UNITS[output]
+def _orders(run: RunUp, output: str, words: str, what: str = "") -> str:
+    """Chart of an output's orders over the speed, the strongest named; an order has its colour on all charts."""
+    scale, unit, name = _UNITS[output]
     ranked = _strongest(run, output)
     shown = [*sorted(ranked[:NAMED]), *ranked[NAMED:]]
     curves = {f"order {order:g}": scale * np.abs(run.order(order, output)) for order in shown}
-    title = f"{what} of the pulley, orders over the speed, {words}"
-    return line_chart(title, run.speeds_rpm, curves, ("speed / rev/min", f"zero to peak / {unit}"))
+    title = f"{what or name + ' of the pulley'}, orders over the speed, {words}"
+    colours = [_COLOURS[round(2.0 * order) % len(_COLOURS)] for order in shown]
+    return line_chart(title, run.speeds_rpm, curves, ("speed / rev/min", f"zero to peak / {unit}"), colours=colours)
 
 
 _UNEVEN = (
@@ -122,7 +124,7 @@ def _twist(run: RunUp, words: str) -> list[str]:
     """Chart of the twist from pulley to flywheel, where the run-up has both."""
     if FLYWHEEL not in run.amplitudes:
         return []
-    return [_orders(_twisting(run), TORSION, f"against the flywheel, {words}")]
+    return [_orders(_twisting(run), TORSION, words, "Twist from pulley to flywheel")]
 
 
 def _twisting(run: RunUp) -> RunUp:
@@ -206,7 +208,7 @@ def _peak(peak: Peak) -> tuple[str, ...]:
     mode = 3 * (NOTHING,)
     if math.isfinite(peak.mode_hz):
         off = 100.0 * (peak.speed / peak.critical_speed - 1.0)
-        mode = f"{peak.kind} {peak.mode_hz:.1f}", f"{peak.critical_speed * RPM:.0f}", f"{off:+.1f} %"
+        mode = f"{peak.kind} {peak.mode_hz:.1f}", f"{peak.critical_speed * RPM:.0f}", f"{off:+z.1f} %"
     size = f"{math.degrees(peak.amplitude):.3g}"
     return (f"{peak.order:g}", f"{peak.speed * RPM:.0f}", size, f"{peak.hz:.1f}", *mode)
 
@@ -216,9 +218,15 @@ def _levels(run: RunUp) -> str:
     names = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "integrator")
     said = ", ".join(f"{name.replace('_', ' ')} {run.attributes[name]}" for name in names if name in run.attributes)
     speeds = run.speeds_rpm
-    return f"Run-up of {speeds.size} speeds from {speeds[0]:.0f} to {speeds[-1]:.0f} rev/min: {said}."
+    settled = f" {closing_text(run).capitalize()}." if run.cycles.any() else ""
+    return f"Run-up from {speeds[0]:.0f} to {speeds[-1]:.0f} rev/min: {said}.{settled}"
 
 
+_COLOURS = (
+    "#444e5a", "#d9822b", "#a8a018", "#3b8f3b", "#1b9aa0", "#8a6d3b", "#7b52ab", "#c2459a", "#2d6a4f", "#14304f",
+    "#e0607e", "#8c3b1f", "#b5373b", "#5f6b73", "#4a90d9", "#1f5a94", "#5b8c1f",
+)  # fmt: skip
+"""Colours of orders 0, 0.5, … on all charts, over and over."""
 _PART_NAMES = {
     "crank": "the crank's own vibration",
     "bearing": "the collar in its clearance",
