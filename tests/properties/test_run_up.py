@@ -19,12 +19,13 @@ from hypothesis import strategies as st
 
 from cranktrain.assembly import assemble
 from cranktrain.cli.main import main
-from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.errors import InputError, SolverError, StoreError
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.studies.run_up.free_decay import largest_decay
 from cranktrain.studies.run_up.plan import job_of, run_up_speeds
 from cranktrain.studies.run_up.refine import speeds_between
 from cranktrain.studies.run_up.sequence import next_speed, steady_speeds
@@ -66,6 +67,14 @@ def test_neighbours_save_cycles(made):
     target = 1540.0 * RPM
     cycles = [runs.at(target, near[:count]).cycles for count in (0, 1, 2)]
     assert cycles[2] < cycles[0] and cycles[2] <= cycles[1]
+
+
+def test_a_free_decay_is_told_apart_into_its_oscillations():
+    t = 4e-4 * np.arange(200)
+    exponents = np.array([-37.0 + 2j * math.pi * 248.0, -20.0 + 2j * math.pi * 262.0, -5.0 + 2j * math.pi * 16.0])
+    signal = np.real([1.0, 0.4, 3.0] @ np.exp(np.outer(exponents, t)))
+    assert largest_decay(signal, t[1]) == pytest.approx(exponents[0], rel=1e-6)
+    assert not np.isfinite(largest_decay(0.0 * t, t[1]))
 
 
 def test_a_model_holds_nothing_of_the_speeds_before(made):
@@ -175,6 +184,9 @@ def test_the_verb_runs_and_goes_on_from_its_file(tmp_path, capsys):
     assert peak["amplitude"] == pytest.approx(max(nine), rel=0.02)
     # The peak of a torsional crank lies at its linear critical speed.
     assert peak["rpm"] == pytest.approx(60.0 / 9.0 * peak["mode_hz"], rel=0.01)
+    # So does the mode of the running crank, whose journals are locked on their axis.
+    assert peak["mode_in_motion_hz"] == pytest.approx(peak["mode_hz"], rel=0.005)
+    assert abs(peak["off_in_motion_percent"]) < 1.0
     assert main([*RUN, "--to", "1740", "--workers", "1", "--output", path, "--json"]) == 0
     longer = told(capsys)
     assert longer["resumed"] == 11 and len(longer["speeds"]) == 13
@@ -185,17 +197,38 @@ def test_the_verb_runs_and_goes_on_from_its_file(tmp_path, capsys):
     assert RunUp.load(path).speeds.size == 13
 
 
-def test_a_file_cut_short_is_refused_and_stays(tmp_path, capsys):
+@pytest.fixture(scope="module")
+def one_speed(tmp_path_factory):
+    """Content of the file of a run-up of one speed, and its command without the file."""
+    path = tmp_path_factory.mktemp("one") / "run-up.h5"
+    command = [*RUN, "--to", "1500", "--workers", "1", "--json"]
+    assert main([*command, "--output", str(path)]) == 0
+    return path.read_bytes(), command
+
+
+@pytest.mark.parametrize("share", [0.0005, 0.005, 0.1, 0.5, 0.999])
+def test_a_file_cut_short_is_refused_and_stays(one_speed, share, tmp_path, capsys):
+    whole, command = one_speed
     path = tmp_path / "run-up.h5"
-    short = [*RUN, "--to", "1500", "--workers", "1", "--output", str(path)]
-    assert main(short) == 0
-    capsys.readouterr()
-    content = path.read_bytes()[:20_000]
+    content = whole[: int(share * len(whole))]
     path.write_bytes(content)
-    assert main([*short, "--json"]) == 2
-    refused = told(capsys)["error"]
-    assert refused["what"] == "exists and is no cranktrain run-up file" and "delete it" in refused["remedy"]
+    capsys.readouterr()
+    for options in ((), ("--anew",)):
+        assert main([*command, *options, "--output", str(path)]) == 2
+        refused = told(capsys)["error"]
+        assert "cut short" in refused["what"] and "copy it again" in refused["remedy"]
+    with pytest.raises(StoreError, match=r"cut short.*; copy it again from where it is whole, or delete it and run"):
+        RunUp.load(path)
     assert path.read_bytes() == content
+
+
+def test_a_run_up_without_extremes_goes_through_its_file(tmp_path):
+    speeds = np.array([100.0, 110.0])
+    none = np.zeros(2, dtype=int)
+    made = RunUp(speeds, np.array([0.5]), {"pulley.torsion": np.ones((2, 1)) + 0j}, {}, none, none, np.zeros(2))
+    found = RunUp.load(made.save(tmp_path / "run-up.h5"))
+    assert found.extremes == {} and np.array_equal(found.torsion, made.torsion)
+    assert np.array_equal(found.speeds, speeds)
 
 
 def begun(path, speeds, *options):

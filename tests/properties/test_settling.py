@@ -14,7 +14,10 @@ from cranktrain.dynamics.cycle_run import output_judge
 from cranktrain.dynamics.model.slots import DRIVEN, LAYOUT, SCALARS
 from cranktrain.dynamics.model.state import POSITION, offset, state_size
 from cranktrain.dynamics.settled.cycles import Recorder, settled_cycles
+from cranktrain.dynamics.settled.free_mode import FreeMode
 from cranktrain.dynamics.settled.judging import Judge
+from cranktrain.dynamics.settled.longer_periods import PLAINLY, parting
+from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.slow_modes import DriveLine, SlowModes, exponential
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation, simulate
 from cranktrain.engine.file import load_engine
@@ -157,8 +160,53 @@ def test_motions_that_repeat_less_often_than_the_engine(r, repeats):
     recorded = settled_cycles(Recorder(Toy(r), 0.05, 20), Judge({"toy": [0]}, frozenset()))
     assert recorded.settling.repeats == repeats
     text = recorded.settling.text
-    assert {1: "periodic after", 0: "not periodic to 0.001"}.get(repeats, f"repeats every {repeats} cycles") in text
+    assert {1: "periodic after", 0: "no period after"}.get(repeats, f"repeats every {repeats} cycles") in text
     assert len(recorded.rows) == repeats * 20 + 1 or not repeats
+
+
+def test_a_motion_without_a_period_ends_early_and_says_why():
+    settling = settled_cycles(Recorder(Toy(3.9), 0.05, 20), Judge({"toy": [0]}, frozenset())).settling
+    assert settling.repeats == 0 and settling.cycles <= 20
+    assert settling.parting > 1.0 and "two that are alike differ" in settling.text
+    assert settling.as_dict()["cycles_part_by"] == settling.attributes["cycles_part_by"] == settling.parting
+
+
+def of_sizes(sizes):
+    """Cycles of one wave in these sizes."""
+    return np.array(sizes)[:, None, None] * np.sin(np.linspace(0.0, 2.0 * math.pi, 20, endpoint=False))[:, None]
+
+
+def test_cycles_part_by_the_largest_lyapunov_exponent_and_come_together_as_they_settle():
+    """Of the logistic map at 4 it is ln 2; a motion that settles to one cycle or two does so by its multiplier."""
+    judge, sizes = Judge({"toy": [0]}, frozenset()), [0.3]
+    for _ in range(300):
+        sizes.append(4.0 * sizes[-1] * (1.0 - sizes[-1]))
+    assert parting(judge, of_sizes(sizes)) == pytest.approx(2.0, rel=0.1)
+    k = np.arange(PLAINLY)
+    for period, multiplier in ((1, 0.8), (2, 0.5)):
+        settling = 1.0 + 0.5 * np.cos(2.0 * math.pi * k / period) + 0.1 * multiplier**k
+        assert parting(judge, of_sizes(settling)) == pytest.approx(multiplier, rel=0.02)
+
+
+def test_a_mode_that_decays_freely_is_taken_off_at_once_and_learned_from_what_a_cycle_leaves():
+    """Of three masses' mode in two coordinates; a motion of another mode stays."""
+    time, decay = 0.075, complex(-37.0, 2.0 * math.pi * 248.0)
+    shape = np.array([0.6, 0.8j, 0.0])
+    mode = FreeMode(decay, shape)
+
+    def motion(z, exponent=decay):
+        return Motion(z.real, (exponent * z).real, (exponent**2 * z).real, 0.0, 0.0)
+
+    start = motion((0.3 - 0.5j) * shape)
+    end = motion(np.exp(decay * time) * (0.3 - 0.5j) * shape)
+    settled = end.plus(mode.correction(end.minus(start), time))
+    assert np.abs(settled.place).max() < 1e-12 and np.abs(settled.velocity).max() < 1e-9
+    other = motion(np.array([0.0, 0.0, 1.0 + 0.0j]))
+    assert np.abs(mode.correction(other, time).place).max() < 1e-12
+    near = FreeMode(decay + 2j * math.pi * 0.5, shape)
+    learned = near.learned(start, end, time)
+    assert abs(learned.decay - decay) == pytest.approx(0.5 * abs(near.decay - decay), rel=0.01)
+    assert near.learned(other, other, time) is near
 
 
 def test_the_drive_line_is_what_its_formula_says():

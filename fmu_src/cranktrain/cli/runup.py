@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.studies.constant_speed import Request
     from cranktrain.studies.run_up.run_up import Outcome
+    from cranktrain.studies.run_up.steady import Job
 
 DESCRIPTION = """\
 Orders of torsion and axial motion over the speed, from steady cycles; resonances and the modes that they belong to.
@@ -65,8 +66,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run the speeds that the file does not hold, and say what all of them show."""
     from cranktrain.results.run_up.run_up import check_run_up_target
-    from cranktrain.studies.run_up.plan import run_up_speeds
+    from cranktrain.studies.run_up.modes_in_motion import in_motion
+    from cranktrain.studies.run_up.plan import job_of, run_up_speeds
     from cranktrain.studies.run_up.report import closing_text, report, run_up_tables, torsional_peaks
+    from cranktrain.studies.run_up.workers import runs_here
 
     speeds = run_up_speeds(options.from_rpm, options.to_rpm, options.step_rpm)
     asked = engine, request, _, gas = asked_of(options, options.from_rpm)
@@ -75,10 +78,16 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     check_run_up_target(path)
     folder = None if options.plots is None else pictures_folder(options.plots)
     made = assembled(asked, not options.no_inherit)
-    outcome = _outcome(options, request, made, gas, speeds, path)
+    job = None
+    if options.steady is None:
+        job = job_of(request, made, gas, _outputs(options.outputs, made), options.highest_order)
+    outcome = _outcome(options, request, made, gas, job, speeds, path)
     found = outcome.run_up
     assert found is not None
-    said = report(found, torsional_peaks(found, made))
+    peaks = torsional_peaks(found, made)
+    if job is not None and options.ramp is None and peaks:
+        peaks = in_motion(peaks, runs_here(job), outcome.starts)
+    said = report(found, peaks)
     said |= {
         "failed": [{"rpm": failed.speed * PER_RPM, "reason": failed.reason} for failed in outcome.failed],
         "seconds": outcome.seconds, "workers": outcome.workers, "resumed": outcome.resumed, "result": str(path),
@@ -108,12 +117,17 @@ def _check(options: argparse.Namespace) -> None:
 
 
 def _outcome(
-    options: argparse.Namespace, request: Request, made: Assembly, gas: GasTrace | None, speeds: list[float], path: Path
+    options: argparse.Namespace,
+    request: Request,
+    made: Assembly,
+    gas: GasTrace | None,
+    job: Job | None,
+    speeds: list[float],
+    path: Path,
 ) -> Outcome:
     """The run-up, in the way that the options choose; its result is in the file."""
     import numpy as np
 
-    from cranktrain.studies.run_up.plan import job_of
     from cranktrain.studies.run_up.ramp import ramp
     from cranktrain.studies.run_up.run_up import Means, Outcome, check_replaced, run_up
 
@@ -122,19 +136,18 @@ def _outcome(
     outcome, began = Outcome(workers=1), time.perf_counter()
     if (options.steady or options.ramp) and not options.anew:
         check_replaced(path)
-    if options.steady is not None:
+    if job is None:
         from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
 
         orders = [0.5 * k for k in range(1, int(2.0 * options.highest_order + 1e-9) + 1)]
         outcome.run_up = frequency_run_up(
             made.engine, made.body, made.settings, np.array(speeds), orders, options.steady, gas
         )
+    elif options.ramp is None:
+        means = Means(options.workers, options.scheduler, options.refine, options.anew)
+        _run_into(path, outcome, lambda tell: run_up(job, speeds, path, means, attributes, tell, outcome))
+        return outcome
     else:
-        job = job_of(request, made, gas, _outputs(options.outputs, made), options.highest_order)
-        if options.ramp is None:
-            means = Means(options.workers, options.scheduler, options.refine, options.anew)
-            _run_into(path, outcome, lambda tell: run_up(job, speeds, path, means, attributes, tell, outcome))
-            return outcome
         with _bar() as tell:
             outcome.run_up = ramp(job, speeds, options.ramp / PER_RPM, attributes, tell)
     outcome.seconds = time.perf_counter() - began

@@ -15,10 +15,19 @@ from cranktrain.dynamics.model.arrays import supply_temperature
 from cranktrain.dynamics.model.slots import N_ITERATIONS, N_MISSED, N_REJECTED, N_STEPS
 from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.outputs.register import judged_families, output_counts, output_needs
-from cranktrain.dynamics.settled.cycles import Recorder, Stepped, plain_cycles, rewind, settled_cycles
+from cranktrain.dynamics.settled.cycles import (
+    NOTHING,
+    Expected,
+    Recorder,
+    Stepped,
+    plain_cycles,
+    rewind,
+    settled_cycles,
+)
+from cranktrain.dynamics.settled.free_mode import FreeMode
 from cranktrain.dynamics.settled.judging import MOST_CYCLES, TOLERANCE, Judge, Settling
+from cranktrain.dynamics.settled.motion import Motion, motion_of
 from cranktrain.dynamics.settled.samples import Samples, Sink
-from cranktrain.dynamics.settled.slow_modes import Motion, motion_of
 from cranktrain.dynamics.warm_films import (
     PASSES,
     SETTLED,
@@ -66,7 +75,8 @@ class Result:
     to 720°. ``settling`` says how settled they are; where a run went on until its outputs repeated, the last cycle or
     the last ones that repeat are kept, while ``counters`` and ``seconds`` tell of all. ``film_temperatures`` (b,), K,
     are those of the main bearings' films and ``passes`` the runs that it took to find them; all else tells of the last.
-    ``complete`` is False where an interrupt cut the run short.
+    ``complete`` is False where an interrupt cut the run short; ``free`` is the mode that settled last beside
+    the slow ones, where one was expected.
     """
 
     time: Array
@@ -80,6 +90,7 @@ class Result:
     settling: Settling
     passes: int = 1
     complete: bool = True
+    free: FreeMode | None = None
 
     def last_cycle(self, name: str) -> tuple[Array, Array]:
         """Crank angle (rad, from 0) and values of one output over the last 720°, both ends included."""
@@ -99,6 +110,7 @@ def run_cycles(
     progress: Callable[[float], None] | None,
     say: Callable[[str], None] | None,
     sink: Sink | None = None,
+    expected: Expected = NOTHING,
 ) -> Result:
     """Cycles at constant speed from the simulation's state, whose time is 0."""
     speed = float(simulation.inputs[0])
@@ -113,7 +125,7 @@ def run_cycles(
         recorded = plain_cycles(recorder, judge, cycles, settle, progress, samples.keep if sink else None)
     else:
         try:
-            recorded = settled_cycles(recorder, judge, settle, MOST_CYCLES, progress, say)
+            recorded = settled_cycles(recorder, judge, settle, MOST_CYCLES, progress, say, expected)
         except BaseException:
             samples.keep_all(recorder.under_way)
             raise
@@ -143,6 +155,7 @@ def run_cycles(
         film_temperatures=simulation.film_temperatures,
         settling=recorded.settling,
         complete=recorded.complete,
+        free=recorded.free,
     )
 
 

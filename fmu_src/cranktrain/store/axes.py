@@ -18,7 +18,7 @@ Labels = Mapping[str, Sequence[str]]
 NUMBERED = "main_bearing"
 """Axis that counts from 1."""
 RUN_UP_AXES = {
-    **dict.fromkeys(("cycles", "repeats", "left"), ("speeds",)),
+    **dict.fromkeys(("cycles", "repeats", "left", "parting"), ("speeds",)),
     "amplitudes": ("amplitude_output", "speeds", "orders"),
     "extremes": ("extreme_output", "speeds", "extreme"),
     "amplitude_unit": ("amplitude_output",),

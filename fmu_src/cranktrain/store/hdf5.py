@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -32,6 +32,11 @@ RESULT_HEADER = {"format": RESULT_FORMAT, "schema": RESULT_SCHEMA}
 RUN_UP_FORMAT = "cranktrain run-up"
 RUN_UP_SCHEMA = 1
 TABLE_FORMAT = "cranktrain film table"
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+"""First bytes of an HDF5 file."""
+SUPERBLOCK = 48
+"""Bytes that tell how long a file is to be."""
+CUT_SHORT = "damaged, an HDF5 file cut short of which nothing can be read; copy it again from where it is whole"
 PART_FORMAT = "cranktrain film table, unfinished"
 
 BODY_UNITS = {
@@ -308,6 +313,23 @@ class _FullDiskFile(io.FileIO):
         return self.tell() if size is None else size
 
 
+def cut_short(path: str | Path) -> bool:
+    """Whether a regular file begins as HDF5 does, and its end is missing."""
+    if not Path(path).is_file():
+        return False
+    try:
+        h5py.File(path, "r").close()
+    except OSError as error:
+        if "truncated file" in str(error):
+            return True
+    else:
+        return False
+    with suppress(OSError), Path(path).open("rb") as file:
+        begin = file.read(SUPERBLOCK)
+        return 0 < len(begin) < SUPERBLOCK and SIGNATURE.startswith(begin[: len(SIGNATURE)])
+    return False
+
+
 def kind_of(mark: str) -> Kind:
     """Kind of the HDF5 files with this ``format``."""
 
@@ -332,6 +354,8 @@ def opened(path: str | Path, kind: str, schema: int, remedy: str) -> Iterator[h5
     try:
         file = h5py.File(path, "r")
     except OSError:
+        if cut_short(path):
+            raise StoreError(f"{path}: {CUT_SHORT}, or {remedy}") from None
         raise StoreError(f"{path}: not an HDF5 file, or a damaged one; {remedy}") from None
     with file:
         try:

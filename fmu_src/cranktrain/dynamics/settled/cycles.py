@@ -22,24 +22,25 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.slots import DRIVEN
 from cranktrain.dynamics.model.state import SHAFT_ANGLE, TIME
 from cranktrain.dynamics.settled.estimate import Past
+from cranktrain.dynamics.settled.free_mode import FreeMode
 from cranktrain.dynamics.settled.judging import MOST_CYCLES, TOLERANCE, Judge, Settling
-from cranktrain.dynamics.settled.slow_modes import SlowModes, add_motion, motion_of
+from cranktrain.dynamics.settled.longer_periods import (
+    LONGEST_PERIOD,
+    PLAINLY,
+    comes_again,
+    fading,
+    nearest_period,
+    repeats_every,
+)
+from cranktrain.dynamics.settled.motion import add_motion, motion_of
+from cranktrain.dynamics.settled.slow_modes import SlowModes
 
 CALL = 0.2
 """Wall time that a run spends at most, about, between two looks at an interrupt, s."""
-LONGEST_PERIOD = 6
-"""Most cycles after which a motion is looked for that repeats less often than the engine."""
-PLAINLY = 2 * LONGEST_PERIOD
-"""Cycles without correction in which that is looked for."""
-NEAR = 0.1
-"""What such cycles may miss of themselves for corrections to begin again."""
 RECENT = LONGEST_PERIOD + 2
 """Cycles that a run holds where its samples are kept elsewhere: those that are compared, and one under way."""
 PATIENCE, GAIN = 3, 0.5
 """A run gains no more when this many cycles together leave more than this share of what was left before."""
-
-FADING = 0.9
-"""Cycles of a block that differ by less than this share of what those of the block before did come to be alike."""
 
 
 class Stepped(Protocol):
@@ -58,16 +59,28 @@ class Stepped(Protocol):
         """See :meth:`cranktrain.dynamics.simulation.Simulation.step`."""
 
 
+class Expected(NamedTuple):
+    """What a neighbour lets expect: whether a period is doubtful, and the mode that settles last."""
+
+    doubtful: bool = False
+    free: FreeMode | None = None
+
+
+NOTHING = Expected()
+
+
 class Recorded(NamedTuple):
     """Outputs (samples + 1, outputs) of the recorded cycles, and how settled they are; whether a run was cut short.
 
-    The ``first`` of the rows is the state so many communication steps after time 0.
+    The ``first`` of the rows is the state so many communication steps after time 0. ``free`` is the mode that settled
+    last, where one was expected.
     """
 
     rows: Array
     settling: Settling
     complete: bool
     first: int = 0
+    free: FreeMode | None = None
 
 
 class Recorder:
@@ -170,14 +183,8 @@ def plain_cycles(
     if left:
         samples = rows[1 : (whole - first // count) * count + 1].reshape(-1, count, rows.shape[1])
         settled = max(left.values(), default=0.0) <= tolerance
-        settling = replace(settling, repeats=1 if settled else _comes_again(judge, samples, tolerance))
+        settling = replace(settling, repeats=1 if settled else comes_again(judge, samples, tolerance))
     return Recorded(rows, settling, done == cycles * count, first)
-
-
-def _comes_again(judge: Judge, samples: Array, tolerance: float) -> int:
-    """After how many cycles, 2 to 6, the last of these (cycles, samples, outputs) is what it was; 0 if it is not."""
-    last = min(LONGEST_PERIOD, len(samples) - 1)
-    return next((p for p in range(2, last + 1) if _same(judge, samples[-1], samples[-1 - p], tolerance)), 0)
 
 
 def settled_cycles(
@@ -187,14 +194,16 @@ def settled_cycles(
     most: int = MOST_CYCLES,
     progress: Callable[[float], None] | None = None,
     say: Callable[[str], None] | None = None,
+    expected: Expected = NOTHING,
 ) -> Recorded:
     """Take cycles until no more than ``tolerance`` is left of any family of outputs; the last that repeat are kept.
 
     The simulation's time begins at 0 with each. ``progress`` is told the share done, ``say`` cycles and what is left.
+    Where a period is doubtful it is looked for at once.
     """
     simulation = recorder.simulation
-    modes = SlowModes(simulation.model, float(simulation.inputs[0]))
-    n = simulation.model.omega2.size
+    modes = SlowModes(simulation.model, float(simulation.inputs[0]), expected.free)
+    n, doubtful = simulation.model.omega2.size, expected.doubtful
     block, done, share = 1, 0, 0.0
     past, rows = Past(modes, judge), np.empty(0)
     worst: list[float] = []
@@ -212,6 +221,8 @@ def settled_cycles(
         rewind(simulation, block)
         change = motion_of(simulation.state, n).minus(start)
         past.add(start, change, rows[1:])
+        if done == 2:
+            past.learn()
         left = past.left
         worst += [max(left.values(), default=0.0)] if left else []
         settling = Settling(done, 0, tolerance, left)
@@ -222,21 +233,49 @@ def settled_cycles(
             needed = math.log(worst[0] / tolerance) if gained > 0.0 else 1.0
             share = max(share, done / most, gained / needed)
             progress(min(share, 1.0))
-        fading, apart = _fading(judge, rows[1:], block, apart, tolerance)
-        if left and worst[-1] <= tolerance and not fading:
-            repeats = _repeats(judge, rows[1:], block, tolerance)
+        fades, apart = fading(judge, rows[1:], block, apart, tolerance)
+        if left and worst[-1] <= tolerance and not fades:
+            repeats = repeats_every(judge, rows[1:], block, tolerance)
             kept = rows[-repeats * recorder.per_cycle - 1 :]
-            return Recorded(kept, Settling(done, repeats, tolerance, left), True)
+            return Recorded(kept, Settling(done, repeats, tolerance, left), True, free=modes.free)
         if done + block > most:
-            return Recorded(rows, settling, True)
-        if _gains_no_more(worst) and done + PLAINLY + LONGEST_PERIOD <= most:
-            block, plainly = _nearest_period(recorder, judge, tolerance, most - LONGEST_PERIOD - done)
-            done += plainly
+            return Recorded(rows, settling, True, free=modes.free)
+        if (_gains_no_more(worst) or (doubtful and worst)) and done + PLAINLY + LONGEST_PERIOD <= most:
+            plain = plainly(recorder, judge, tolerance, most - LONGEST_PERIOD - done, 1 if doubtful else 2)
+            done, block, doubtful = done + plain.cycles, plain.nearest, False
+            if not block:
+                return Recorded(
+                    plain.rows, Settling(done, 0, tolerance, left, parting=plain.parting), True, free=modes.free
+                )
             past, worst, apart = Past(modes, judge, block), [], math.inf
             continue
         state = simulation.state
         add_motion(state, modes.correction(change, block))
         simulation.state = state
+
+
+class Plain(NamedTuple):
+    """Cycles without correction: how many, the outputs of the last ``PLAINLY``, and what they tell of periods."""
+
+    cycles: int
+    rows: Array
+    nearest: int
+    parting: float
+
+
+def plainly(recorder: Recorder, judge: Judge, tolerance: float, most: int, shortest: int) -> Plain:
+    """Take ``PLAINLY`` cycles without correction, and again as long as they settle, at most ``most`` in all.
+
+    Periods of ``shortest`` cycles or more are looked for.
+    """
+    taken, nearest, parting = 0, -1, math.nan
+    while nearest < 0 and taken + PLAINLY <= most:
+        rows = recorder.cycles(PLAINLY)
+        rewind(recorder.simulation, PLAINLY)
+        taken += PLAINLY
+        cycles = rows[1:].reshape(PLAINLY, recorder.per_cycle, -1)
+        nearest, parting = nearest_period(judge, cycles, tolerance, shortest)
+    return Plain(taken, rows, abs(nearest), parting)
 
 
 def rewind(simulation: Stepped, cycles: int) -> None:
@@ -250,43 +289,3 @@ def rewind(simulation: Stepped, cycles: int) -> None:
 def _gains_no_more(worst: list[float]) -> bool:
     """Whether the last cycles left about as much as those before them."""
     return len(worst) >= 2 * PATIENCE and min(worst[-PATIENCE:]) > GAIN * min(worst[:-PATIENCE])
-
-
-def _same(judge: Judge, rows: Array, before: Array, tolerance: float) -> bool:
-    return max(judge.left(rows, before).values(), default=0.0) <= tolerance
-
-
-def _fading(judge: Judge, samples: Array, block: int, before: float, tolerance: float) -> tuple[bool, float]:
-    """Whether the cycles of a block come to be alike, and by how much the last two differ."""
-    if block == 1:
-        return False, before
-    count = len(samples) // block
-    apart = max(judge.left(samples[-count:], samples[-2 * count : -count]).values(), default=0.0)
-    return tolerance < apart < FADING * before, apart
-
-
-def _nearest_period(recorder: Recorder, judge: Judge, tolerance: float, most: int) -> tuple[int, int]:
-    """How many cycles to take at once, after which a motion without corrections comes nearest to itself.
-
-    Also returns the cycles taken for that: ``PLAINLY`` at once, at most ``most``, until it comes ``NEAR``. Of 2, 3, 6
-    it is always 6, which holds the others: which of them it is shows when the motion has settled.
-    """
-    taken, apart = 0, {2: math.inf}
-    while min(apart.values()) > NEAR and taken + PLAINLY <= most:
-        samples = recorder.cycles(PLAINLY)[1:].reshape(PLAINLY, recorder.per_cycle, -1)
-        rewind(recorder.simulation, PLAINLY)
-        taken += PLAINLY
-        for every in range(2, LONGEST_PERIOD + 1):
-            now, before = np.concatenate(samples[-every:]), np.concatenate(samples[-2 * every : -every])
-            apart[every] = max(tolerance, *judge.left(now, before).values())
-    nearest = next(every for every, far in apart.items() if far <= min(apart.values()) / GAIN)
-    return (LONGEST_PERIOD if LONGEST_PERIOD % nearest == 0 else nearest), taken
-
-
-def _repeats(judge: Judge, samples: Array, block: int, tolerance: float) -> int:
-    """After how many of a block of cycles, samples of all, the outputs repeat."""
-    for every in range(1, block):
-        count = len(samples) * every // block
-        if block % every == 0 and _same(judge, samples[count:], samples[:-count], tolerance):
-            return every
-    return block

@@ -16,7 +16,8 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.settled.judging import Judge
-from cranktrain.dynamics.settled.slow_modes import Motion, SlowModes
+from cranktrain.dynamics.settled.motion import Motion
+from cranktrain.dynamics.settled.slow_modes import SlowModes
 
 DEPTH = 3
 """Cycles before the last that are made use of: those before them are too far away for linear maps."""
@@ -39,6 +40,12 @@ class Past:
     def add(self, start: Motion, change: Motion, rows: Array) -> None:
         """One more: where it started, what it changed, and its outputs (samples, outputs)."""
         self._kept = [*self._kept[-DEPTH:], (start, change, rows)]
+
+    def learn(self) -> None:
+        """Have the modes learn from the last two what a cycle makes of a change of its start."""
+        (first, changed, _), (second, changed_again, _) = self._kept[-2:]
+        before = second.minus(first)
+        self._modes.learn(before, before.plus(changed_again.minus(changed)))
 
     @property
     def left(self) -> Mapping[str, float]:

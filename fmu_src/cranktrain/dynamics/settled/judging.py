@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
 
@@ -33,6 +33,8 @@ class Settling:
     left : what the last cycle is still off the periodic one, by family of outputs (``bearing.force``): RMS of the
         difference over RMS of the alternating part; empty where one cycle has nothing to be compared with
     steady : whether a cycle repeats at all: not where a load torque leaves the speed free, which then is still changing
+    parting : factor by which cycles that are alike are farther apart after the next one, where that is why the run
+        ended: it has no period; else not a number
     """
 
     cycles: int
@@ -40,6 +42,7 @@ class Settling:
     tolerance: float
     left: Mapping[str, float] = field(default_factory=dict)
     steady: bool = True
+    parting: float = math.nan
 
     @property
     def worst(self) -> tuple[str, float]:
@@ -60,6 +63,11 @@ class Settling:
             return f"Settling: repeats every {self.repeats} cycles, after {count}; {what}"
         if self.repeats == 1:
             return f"Settling: periodic after {count}; {what}"
+        if math.isfinite(self.parting):
+            return (
+                f"Settling: no period after {count}: two that are alike differ {self.parting:.2g} times as much in the "
+                f"next one; {what}"
+            )
         return f"Settling: not periodic to {self.tolerance:g} after {count}; {what}"
 
     @property
@@ -69,13 +77,15 @@ class Settling:
             "cycles": self.cycles, "repeats_every_cycles": self.repeats, "settling_tolerance": self.tolerance,
             "settling_left_by_family": json.dumps(dict(self.left)),
         }  # fmt: skip
+        if math.isfinite(self.parting):
+            found["cycles_part_by"] = self.parting
         return found | ({"settling_left": self.worst[1]} if self.left else {})
 
     def as_dict(self) -> dict[str, object]:
         """As JSON holds it."""
         return {
             "cycles": self.cycles, "repeats_every_cycles": self.repeats, "tolerance": self.tolerance,
-            "left": dict(self.left),
+            "left": dict(self.left), **({"cycles_part_by": self.parting} if math.isfinite(self.parting) else {}),
         }  # fmt: skip
 
 
@@ -86,15 +96,21 @@ class Judge:
     """
 
     def __init__(self, families: Mapping[str, Sequence[int]], of_block: frozenset[str]) -> None:
-        self._families = {name: np.array(columns, dtype=int) for name, columns in families.items()}
-        self._of_block = of_block
+        self._names = list(families)
+        self._columns = np.array([column for columns in families.values() for column in columns], dtype=int)
+        self._family = np.repeat(np.arange(len(families)), [len(columns) for columns in families.values()])
+        self._of_block = np.array([name in of_block for name in families], dtype=bool)
+
+    def weights(self, rows: Array) -> Array:
+        """Weights (outputs,) by which rows (samples, outputs) have families with alternating parts of size 1."""
+        sizes = self._alternating(rows)
+        weights = np.zeros(rows.shape[1])
+        weights[self._columns] = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)[self._family]
+        return weights
 
     def left(self, rows: Array, before: Array) -> dict[str, float]:
         """Difference by family between the rows (samples, outputs) of two cycles, over the first's alternating part."""
-        return {
-            name: float(np.linalg.norm(rows[:, columns] - before[:, columns])) / size
-            for name, columns, size in self._alternating(rows)
-        }
+        return self._over(self._norms(rows - before), self._alternating(rows))
 
     def estimated(self, rows: Array, differences: Array, estimates: Sequence[tuple[Array, Array]]) -> dict[str, float]:
         """What is left by family of a cycle's rows, from those of others less these (k, samples, outputs).
@@ -102,17 +118,21 @@ class Judge:
         ``estimates`` are those of crank and block: what is known to be left (samples, outputs), and the weights (k,) of
         which the largest with its difference is left besides.
         """
-        found = {}
-        for name, columns, size in self._alternating(rows):
-            known, weights = estimates[name in self._of_block]
-            apart = np.linalg.norm(differences[:, :, columns], axis=(1, 2))
-            found[name] = float(np.linalg.norm(known[:, columns]) + (weights * apart).max()) / size
-        return found
+        apart = np.array([self._norms(difference) for difference in differences])
+        crank, block = (self._norms(known) + (weights[:, None] * apart).max(axis=0) for known, weights in estimates)
+        return self._over(np.where(self._of_block, block, crank), self._alternating(rows))
 
-    def _alternating(self, rows: Array) -> Iterator[tuple[str, NDArray[np.int_], float]]:
-        """Families that are not constant, their columns, and the size of their alternating part."""
-        for name, columns in self._families.items():
-            now = rows[:, columns]
-            size = float(np.linalg.norm(now - now.mean(axis=0)))
-            if size > LEAST * float(np.linalg.norm(now)):
-                yield name, columns, size
+    def _over(self, found: Array, sizes: Array) -> dict[str, float]:
+        """By the names of families that are not constant."""
+        shares = np.divide(found, sizes, out=np.zeros_like(found), where=sizes > 0.0)
+        return {name: float(share) for name, share, size in zip(self._names, shares, sizes, strict=True) if size > 0.0}
+
+    def _alternating(self, rows: Array) -> Array:
+        """Size of each family's alternating part; 0 of those that are constant."""
+        sizes = self._norms(rows - rows.mean(axis=0))
+        return np.where(sizes > LEAST * self._norms(rows), sizes, 0.0)
+
+    def _norms(self, rows: Array) -> Array:
+        """Norm of each family's part of rows (samples, outputs)."""
+        squares = np.einsum("ij,ij->j", rows, rows)[self._columns]
+        return np.sqrt(np.bincount(self._family, squares, len(self._names)))

@@ -17,7 +17,7 @@ between its two tilts, R. A motion is split into these by momentum: what is left
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -35,66 +35,13 @@ from cranktrain.dynamics.model.slots import (
     SHAFT_K,
     TURNING_MODES,
 )
-from cranktrain.dynamics.model.state import (
-    ACCELERATION,
-    AUXILIARY,
-    LEAD_ANGLE,
-    LEAD_SPEED,
-    POSITION,
-    VELOCITY,
-    offset,
-)
+from cranktrain.dynamics.settled.free_mode import FreeMode
+from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.start.mean_motion import carried
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 
 SERIES, HALVINGS = 14, 8
 """Terms of the exponential's series, and how often its argument is halved beyond a norm of 1."""
-
-
-class Motion(NamedTuple):
-    """Change of a state: place, velocity and acceleration of the modes (n,), the frame's lead (rad) and its rate."""
-
-    place: Array
-    velocity: Array
-    acceleration: Array
-    lead: float
-    lead_rate: float
-
-    def plus(self, other: Motion, share: float = 1.0) -> Motion:
-        """The sum with so much of another."""
-        return Motion(
-            self.place + share * other.place, self.velocity + share * other.velocity,
-            self.acceleration + share * other.acceleration, self.lead + share * other.lead,
-            self.lead_rate + share * other.lead_rate,
-        )  # fmt: skip
-
-    def minus(self, other: Motion) -> Motion:
-        """The difference from another."""
-        return self.plus(other, -1.0)
-
-
-def motion_of(state: Array, modes: int) -> Motion:
-    """Motion that a state holds."""
-    place, velocity, acceleration = (
-        state[offset(block, modes) : offset(block + 1, modes)].copy() for block in (POSITION, VELOCITY, ACCELERATION)
-    )
-    return Motion(place, velocity, acceleration, float(state[LEAD_ANGLE]), float(state[LEAD_SPEED]))
-
-
-def put_motion(state: Array, motion: Motion) -> None:
-    """Let a state have a motion from here on."""
-    add_motion(state, motion.minus(motion_of(state, motion.place.size)))
-    n = motion.place.size
-    state[offset(AUXILIARY, n) : offset(AUXILIARY + 1, n)] = motion.acceleration
-
-
-def add_motion(state: Array, change: Motion) -> None:
-    """Let a state move on at once; what the integrator keeps beside the acceleration goes along."""
-    n = change.place.size
-    for block, values in zip((POSITION, VELOCITY, ACCELERATION, AUXILIARY), (*change[:3], change[2]), strict=True):
-        state[offset(block, n) : offset(block + 1, n)] += values
-    state[LEAD_ANGLE] += change.lead
-    state[LEAD_SPEED] += change.lead_rate
 
 
 class SlowPart(Protocol):
@@ -208,9 +155,15 @@ class BlockOnMounts:
 
 
 class SlowModes:
-    """All slow modes of a model at a speed (rad/s); none where a load torque leaves the speed itself free."""
+    """All slow modes of a model at a speed (rad/s); none where a load torque leaves the speed itself free.
 
-    def __init__(self, model: ModelArrays, speed: float) -> None:
+    Attributes
+    ----------
+    free : the mode that settles last of all others; None where it is not known
+    """
+
+    def __init__(self, model: ModelArrays, speed: float, free: FreeMode | None = None) -> None:
+        self.free = free
         self._period = 4.0 * math.pi / speed
         self._model = model
         driven = model.scalars[DRIVEN] > 0.0
@@ -229,7 +182,20 @@ class SlowModes:
         for part in self._parts:
             m = exponential(part.matrix * (cycles * self._period))
             total = total.plus(part.lift(m @ np.linalg.solve(np.eye(len(m)) - m, part.split(change))))
-        return total
+        if self.free is None:
+            return total
+        return total.plus(self.free.correction(self.rest(change), cycles * self._period))
+
+    def learn(self, before: Motion, after: Motion) -> None:
+        """Know the free mode better from a change of the start and what a cycle makes of it."""
+        if self.free is not None:
+            self.free = self.free.learned(self.rest(before), self.rest(after), self._period)
+
+    def rest(self, motion: Motion) -> Motion:
+        """A motion without that of the slow modes."""
+        for part in self._parts:
+            motion = motion.minus(part.lift(part.split(motion)))
+        return motion
 
     def left(self, change: Motion, cycles: int = 1) -> Motion:
         """How far the start of these cycles was from periodic: (I − M)⁻¹ y of the slow modes, and the rest as it is."""

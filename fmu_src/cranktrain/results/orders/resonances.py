@@ -40,6 +40,8 @@ class Peak:
     periodic : whether the motion repeats at the speeds round it; also where no cycles were run
     mode_hz : frequency of the mode nearest to it; not a number where none is near
     kind : of that mode's motion
+    motion_hz : frequency of the torsional mode of small motions about the running crank's cycle there; not a number
+        where it is not known
     """
 
     order: float
@@ -49,6 +51,7 @@ class Peak:
     periodic: bool
     mode_hz: float = math.nan
     kind: str = ""
+    motion_hz: float = math.nan
 
     @property
     def hz(self) -> float:
@@ -59,6 +62,16 @@ class Peak:
     def critical_speed(self) -> float:
         """Speed (rad/s) at which its order meets its mode."""
         return 2.0 * math.pi * self.mode_hz / self.order
+
+    @property
+    def off(self) -> float:
+        """How far it lies above its mode, over that; not a number where there is none."""
+        return self.hz / self.mode_hz - 1.0
+
+    @property
+    def off_in_motion(self) -> float:
+        """How far it lies above the mode in motion, over that; not a number where that is not known."""
+        return self.hz / self.motion_hz - 1.0
 
 
 def peaks(run_up: RunUp, output: str = TORSION) -> list[Peak]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError, StoreError, nearest
 from cranktrain.results.files import output_unit
 from cranktrain.results.orders.harmonics import Array, ComplexArray
-from cranktrain.store.hdf5 import RUN_UP, read_run_up, write_run_up
+from cranktrain.store.hdf5 import CUT_SHORT, RUN_UP, cut_short, read_run_up, write_run_up
 from cranktrain.store.whole_file import check_place
 
 TORSION, AXIAL, FLYWHEEL = "pulley.torsion", "pulley.axial", "flywheel.torsion"
@@ -32,6 +32,8 @@ REMEDY = "delete it and run 'cranktrain runup' again"
 
 def check_run_up_target(path: Path) -> None:
     """Refuse a target that a run-up must not replace, before the work; ``InputError``."""
+    if cut_short(path):
+        raise InputError(f"{path}: {CUT_SHORT}, or delete it and run all speeds again")
     check_place(path, RUN_UP)
 
 
@@ -50,6 +52,8 @@ class RunUp:
     repeats : (s,) cycles after which the motion repeats; 0 where it does not
     left : (s,) what was left of settling in the worst family of outputs; 0 where nothing settles
     attributes : what was chosen, as the file keeps it
+    parting : (s,) factor by which cycles that are alike are farther apart after the next one, where that is why a speed
+        has no period; else not a number. Empty where it is not known
     """
 
     speeds: Array
@@ -60,6 +64,7 @@ class RunUp:
     repeats: NDArray[np.int_]
     left: Array
     attributes: Mapping[str, str | int | float] = field(default_factory=dict)
+    parting: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def torsion(self) -> ComplexArray:
@@ -94,10 +99,13 @@ class RunUp:
             "speeds": (self.speeds, "rad/s"), "orders": (self.orders, "1/revolution"), "cycles": (self.cycles, "1"),
             "repeats": (self.repeats, "1"), "left": (self.left, "1"),
         }  # fmt: skip
+        if self.parting.size:
+            datasets["parting"] = self.parting, "1"
         attributes, labels = dict(self.attributes), {"extreme": ["least", "mean", "largest"]}
         # One dataset for all outputs: a file is written anew with every speed.
+        shapes = {"amplitudes": (0, self.speeds.size, self.orders.size), "extremes": (0, self.speeds.size, 3)}
         for group, named in (("amplitudes", self.amplitudes), ("extremes", self.extremes)):
-            datasets[group] = np.array(list(named.values())), "SI, by output"
+            datasets[group] = np.array(list(named.values())) if named else np.zeros(shapes[group]), "SI, by output"
             attributes[f"{group}_outputs"] = json.dumps({name: output_unit(name) for name in named})
             kind = group.removesuffix("s")
             labels[f"{kind}_output"], labels[f"{kind}_unit"] = list(named), [output_unit(name) for name in named]
@@ -117,8 +125,9 @@ class RunUp:
         fits &= all(len(named[name]) == len(values[name]) for name in _NAMED)
         if not fits or np.any(np.diff(values["speeds"]) <= 0.0):
             raise StoreError(f"{path}: arrays do not fit together; {REMEDY}")
+        parting = values.get("parting", np.zeros(0))
         outputs: Any = {name: dict(zip(named[name], values[name], strict=True)) for name in _NAMED}
-        return cls(**{name: values[name] for name in _AXES}, **outputs, attributes=attributes)
+        return cls(**{name: values[name] for name in _AXES}, **outputs, parting=parting, attributes=attributes)
 
 
 def merged(parts: Sequence[RunUp]) -> RunUp:
@@ -137,5 +146,6 @@ def merged(parts: Sequence[RunUp]) -> RunUp:
         cycles=joined([p.cycles for p in parts]),
         repeats=joined([p.repeats for p in parts]),
         left=joined([p.left for p in parts]),
+        parting=joined([p.parting if p.parting.size else np.full(p.speeds.size, math.nan) for p in parts]),
         attributes=parts[-1].attributes,
     )

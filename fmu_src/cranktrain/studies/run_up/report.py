@@ -37,13 +37,13 @@ def report(run_up: RunUp, found: Sequence[Peak]) -> dict[str, Any]:
         "cycles": run_up.cycles.tolist(),
         "repeats_every_cycles": run_up.repeats.tolist(),
         "settling_left": run_up.left.tolist(),
+        "cycles_part_by": [factor if math.isfinite(factor) else None for factor in run_up.parting.tolist()],
     }
     return said
 
 
 def peak_entry(peak: Peak) -> dict[str, Any]:
     """A peak of torsion as JSON has it; the amplitude in degrees."""
-    off = peak.speed / peak.critical_speed - 1.0 if math.isfinite(peak.mode_hz) else math.nan
     return {
         "order": peak.order,
         "rpm": peak.speed * RPM,
@@ -53,7 +53,9 @@ def peak_entry(peak: Peak) -> dict[str, Any]:
         "hz": peak.hz,
         "damping_ratio": peak.damping,
         "critical_rpm": peak.critical_speed * RPM,
-        "off_percent": 100.0 * off,
+        "off_percent": 100.0 * peak.off,
+        "mode_in_motion_hz": peak.motion_hz,
+        "off_in_motion_percent": 100.0 * peak.off_in_motion,
         "periodic": peak.periodic,
     }
 
@@ -101,11 +103,15 @@ def run_up_tables(said: Mapping[str, Any]) -> list[Table]:
             f"{peak['order']:g}", f"{peak['rpm']:.0f}", f"{peak['amplitude']:.3g}", f"{peak['hz']:.1f}",
             _text(peak["damping_ratio"], ".2%"), f"{peak['mode']} {_text(peak['mode_hz'], '.1f')}".strip(),
             _text(peak["critical_rpm"], ".0f"), _text(0.01 * peak["off_percent"], "+.1%"),
+            _text(peak["mode_in_motion_hz"], ".1f"), _text(0.01 * peak["off_in_motion_percent"], "+.1%"),
             "" if peak["periodic"] else "no period there",
         )
         for peak in said["peaks"][:SHOWN]
     ]  # fmt: skip
-    header = ("order", "rev/min", "deg", "Hz", "damping", "mode / Hz", "critical / rev/min", "off", "")
+    header = (
+        "order", "rev/min", "deg", "Hz", "damping", "mode / Hz", "critical / rev/min", "off",
+        "mode in motion / Hz", "off", "",
+    )  # fmt: skip
     return [Table("Resonances of the pulley's torsion (amplitudes zero to peak)", header, tuple(rows))]
 
 
@@ -116,10 +122,10 @@ def closing_text(run_up: RunUp) -> str:
         return f"{run_up.speeds.size} speeds"
     lines = [f"{run_up.speeds.size} speeds, {run_up.cycles.mean():.1f} cycles each"]
     if not periodic.all():
-        longer = run_up.speeds_rpm[run_up.repeats > 1]
         never = run_up.speeds_rpm[run_up.repeats == 0]
-        lines += [f"motion that repeats every 2 to 6 cycles at {_ranges(longer)} rev/min"] if longer.size else []
-        lines += [f"motion without a period at {_ranges(never)} rev/min"] if never.size else []
+        for every in np.unique(run_up.repeats[run_up.repeats > 1]).tolist():
+            lines += [f"repeats every {every} cycles at {_ranges(run_up.speeds_rpm[run_up.repeats == every])} rev/min"]
+        lines += [f"no period at {_ranges(never)} rev/min{_parting(run_up)}"] if never.size else []
         if periodic.any():
             lines[0] += f" ({run_up.cycles[periodic].mean():.1f} where the next one is the same)"
     return "; ".join(lines)
@@ -131,6 +137,14 @@ def _sizes(run_up: RunUp, output: str, scale: float) -> dict[str, list[float]]:
 
 def _text(value: float, form: str) -> str:
     return format(value, form) if math.isfinite(value) else "–"
+
+
+def _parting(run_up: RunUp) -> str:
+    """By how much cycles part, in words."""
+    known = run_up.parting[np.isfinite(run_up.parting)]
+    if not known.size:
+        return ""
+    return f": cycles that are alike differ {known.min():.1f} to {known.max():.1f} times as much after the next one"
 
 
 def _ranges(speeds: Array) -> str:

@@ -44,6 +44,7 @@ class Outcome:
     failed : speeds without a result, and why
     seconds : wall time
     workers : how many ran speeds
+    starts : steady motions at the speeds that were run
     """
 
     run_up: RunUp | None = None
@@ -51,6 +52,7 @@ class Outcome:
     failed: list[Failed] = field(default_factory=list)
     seconds: float = 0.0
     workers: int = 0
+    starts: list[CycleStart] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -98,13 +100,12 @@ def run_up(
     store = Store(path, {**attributes, **digests(job)}, means.anew)
     outcome.run_up, outcome.resumed = store.run_up, 0 if store.run_up is None else store.run_up.speeds.size
     wanted = [speed for speed in speeds if not store.holds(speed)]
-    starts: list[CycleStart] = []
     try:
         if wanted or means.refine:
             with _workers(job, means, len(wanted)) as workers:
                 outcome.workers = workers.count
                 while wanted:
-                    for found in _told(steady_speeds(workers, wanted, starts), len(wanted), tell):
+                    for found in _told(steady_speeds(workers, wanted, outcome.starts), len(wanted), tell):
                         outcome.failed += [found] if isinstance(found, Failed) else []
                         if isinstance(found, SteadySpeed):
                             store.keep(found)
@@ -182,6 +183,7 @@ def _as_run_up(found: SteadySpeed, attributes: dict[str, str | int | float]) -> 
         cycles=np.array([found.cycles]),
         repeats=np.array([found.repeats]),
         left=np.array([found.left]),
+        parting=np.array([found.parting]),
         attributes=attributes,
     )
 

@@ -21,10 +21,13 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import Result, balanced, run_cycles
 from cranktrain.dynamics.model.arrays import dimensions
 from cranktrain.dynamics.model.state import BODY, LEAD_ANGLE, LEAD_SPEED, SHAFT_ANGLE, film_offset
-from cranktrain.dynamics.settled.slow_modes import Motion, motion_of, put_motion
+from cranktrain.dynamics.settled.cycles import Expected
+from cranktrain.dynamics.settled.free_mode import FreeMode
+from cranktrain.dynamics.settled.motion import Motion, motion_of, put_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.orders.harmonics import ComplexArray, order_amplitudes
+from cranktrain.studies.run_up.free_decay import torsional_mode
 
 FIRST = 200.0
 """Speed at which a model is made, rad/s: it then goes to those that are asked for."""
@@ -64,6 +67,7 @@ class CycleStart(NamedTuple):
     films: Array  # memory of the films
     temperatures: Array | None  # of the films, K, where they are not the engine's
     periodic: bool  # whether the next cycle is the same
+    free: FreeMode | None = None  # mode that settles last
 
 
 class SteadySpeed(NamedTuple):
@@ -75,6 +79,7 @@ class SteadySpeed(NamedTuple):
     cycles: int
     repeats: int
     left: float
+    parting: float
     start: CycleStart
 
 
@@ -99,11 +104,11 @@ class SteadyRuns:
 
         Raises ``InputError``; ``SolverError`` for a step that fails.
         """
-        self._enter(speed, near)
+        expected = self.enter(speed, near)
         job, simulation = self._job, self.simulation
 
         def run() -> Result:
-            return run_cycles(simulation, None, job.settle, None, None)
+            return run_cycles(simulation, None, job.settle, None, None, expected=expected)
 
         result = run()
         if job.film_balance or job.damper_balance:
@@ -117,12 +122,17 @@ class SteadyRuns:
             films=state[self._films_begin :].copy(),
             temperatures=simulation.film_temperatures if job.film_balance else None,
             periodic=result.settling.repeats == 1,
+            free=self._free(result),
         )
         settling = result.settling
         return SteadySpeed(
             speed, _amplitudes(job, result, speed), _extremes(result), settling.cycles, settling.repeats,
-            settling.worst[1], start,
+            settling.worst[1], settling.parting, start,
         )  # fmt: skip
+
+    def _free(self, result: Result) -> FreeMode | None:
+        """The mode that settles last: as the run found it, else what a push shows."""
+        return torsional_mode(self.simulation) if result.free is None and result.settling.repeats == 1 else result.free
 
     @property
     def _films_begin(self) -> int:
@@ -130,14 +140,14 @@ class SteadyRuns:
         size = dimensions(self.simulation.model)
         return int(film_offset(size.modes, size.ports))
 
-    def _enter(self, speed: float, near: Sequence[CycleStart]) -> None:
-        """Bring the simulation to the start of a cycle at a speed."""
+    def enter(self, speed: float, near: Sequence[CycleStart]) -> Expected:
+        """Bring the simulation to the start of a cycle at a speed; what is expected of it."""
         simulation = self.simulation
         useful = [start for start in near if abs(start.speed - speed) <= REACH * speed]
         if not useful:
             simulation.inputs[0] = speed
             simulation.initialize()
-            return
+            return Expected()
         simulation.go_on_at(speed)
         state = simulation.state
         first = useful[0]
@@ -154,6 +164,7 @@ class SteadyRuns:
         simulation.state = state
         if first.temperatures is not None:
             simulation.film_temperatures = first.temperatures
+        return Expected(not first.periodic, first.free)
 
 
 def _amplitudes(job: Job, result: Result, speed: float) -> dict[str, ComplexArray]:
@@ -170,4 +181,6 @@ def _amplitudes(job: Job, result: Result, speed: float) -> dict[str, ComplexArra
 
 def _extremes(result: Result) -> dict[str, Array]:
     """Least, mean and largest value of every output."""
-    return {name: np.array([values.min(), values[1:].mean(), values.max()]) for name, values in result.outputs.items()}
+    values = np.array(list(result.outputs.values()))
+    found = np.stack((values.min(axis=1), values[:, 1:].mean(axis=1), values.max(axis=1)), axis=1)
+    return dict(zip(result.outputs, found, strict=True))

@@ -115,6 +115,13 @@ def cluster_workers(job: Job, address: str) -> Iterator[Workers]:
         client.close(timeout=2)
 
 
+def runs_here(job: Job) -> SteadyRuns:
+    """The model of a job in this process, made where it is not at hand."""
+    _begin(job)
+    runs: SteadyRuns = _here.runs
+    return runs
+
+
 def _begin(job: Job) -> None:
     """Get ready for a job, unless it is at hand."""
     if getattr(_here, "job", None) is not job:

@@ -25,7 +25,7 @@ from cranktrain.dynamics.cycle_run import settled_motion
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.slots import N_ITERATIONS, N_MISSED, N_REJECTED, N_STEPS
 from cranktrain.dynamics.motion.gas import trace_pressure
-from cranktrain.dynamics.settled.slow_modes import Motion, put_motion
+from cranktrain.dynamics.settled.motion import Motion, put_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import DEAREST, bearing_law

@@ -1,0 +1,62 @@
+"""Motions as settling compares and corrects them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.state import (
+    ACCELERATION,
+    AUXILIARY,
+    LEAD_ANGLE,
+    LEAD_SPEED,
+    POSITION,
+    VELOCITY,
+    offset,
+)
+
+
+class Motion(NamedTuple):
+    """Change of a state: place, velocity and acceleration of the modes (n,), the frame's lead (rad) and its rate."""
+
+    place: Array
+    velocity: Array
+    acceleration: Array
+    lead: float
+    lead_rate: float
+
+    def plus(self, other: Motion, share: float = 1.0) -> Motion:
+        """The sum with so much of another."""
+        return Motion(
+            self.place + share * other.place, self.velocity + share * other.velocity,
+            self.acceleration + share * other.acceleration, self.lead + share * other.lead,
+            self.lead_rate + share * other.lead_rate,
+        )  # fmt: skip
+
+    def minus(self, other: Motion) -> Motion:
+        """The difference from another."""
+        return self.plus(other, -1.0)
+
+
+def motion_of(state: Array, modes: int) -> Motion:
+    """Motion that a state holds."""
+    place, velocity, acceleration = (
+        state[offset(block, modes) : offset(block + 1, modes)].copy() for block in (POSITION, VELOCITY, ACCELERATION)
+    )
+    return Motion(place, velocity, acceleration, float(state[LEAD_ANGLE]), float(state[LEAD_SPEED]))
+
+
+def put_motion(state: Array, motion: Motion) -> None:
+    """Let a state have a motion from here on."""
+    add_motion(state, motion.minus(motion_of(state, motion.place.size)))
+    n = motion.place.size
+    state[offset(AUXILIARY, n) : offset(AUXILIARY + 1, n)] = motion.acceleration
+
+
+def add_motion(state: Array, change: Motion) -> None:
+    """Let a state move on at once; what the integrator keeps beside the acceleration goes along."""
+    n = change.place.size
+    for block, values in zip((POSITION, VELOCITY, ACCELERATION, AUXILIARY), (*change[:3], change[2]), strict=True):
+        state[offset(block, n) : offset(block + 1, n)] += values
+    state[LEAD_ANGLE] += change.lead
+    state[LEAD_SPEED] += change.lead_rate

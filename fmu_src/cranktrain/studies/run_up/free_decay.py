@@ -1,0 +1,97 @@
+"""How small motions of a running crank about its steady cycle die away: its torsional mode in motion.
+
+Two cycles from one start, of which the pulley of one is pushed, differ by a free decay of the model as it runs: films
+under their loads, rods that turn. Over a cycle, whose coefficients are periodic, it is a sum of
+
+    Σ_k a_k exp(λ_k t),   frequency |Im λ|/2π,   damping ratio −Re λ/|λ|
+
+with Floquet's exponents, each with companions that multiples of half the speed lie beside it. The largest in the twist
+from flywheel to pulley is the torsional mode; a peak of torsion lies where an order meets it.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import hankel
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.cycle_run import communication_step
+from cranktrain.dynamics.model.slots import TURNING_MODES
+from cranktrain.dynamics.model.state import VELOCITY, offset
+from cranktrain.dynamics.settled.cycles import Recorder
+from cranktrain.dynamics.settled.free_mode import FreeMode, complex_place
+from cranktrain.dynamics.settled.motion import motion_of
+from cranktrain.dynamics.settled.slow_modes import SlowModes
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.structure.crank.modal import LISTED_HZ
+
+NONE = complex(math.nan, math.nan)
+PULLEY = 1
+"""Row of ``ModelArrays.ends``: the pulley's rotation."""
+PUSH = 1.0e-2
+"""Change of the pulley's rate, rad/s: 7e-6 rad at 240 Hz, a thousandth of torsion at a resonance."""
+SLOWEST_HZ = 60.0
+"""Below are rotation on the connecting shaft, and the crank as a whole in its bearings."""
+MOST, NOISE = 24, 1.0e-5
+"""Oscillations that a decay is divided into at most, and their least share of its largest singular value."""
+
+
+def torsional_mode(simulation: Simulation) -> FreeMode | None:
+    """Torsional mode about the cycle at whose start a simulation is, whose state stays as it is.
+
+    None where nothing twists. Raises ``SolverError`` for a step that fails.
+    """
+    speed, state = float(simulation.inputs[0]), simulation.state
+    step = communication_step(speed, simulation.settings.step)
+    recorder = Recorder(simulation, step, round(4.0 * math.pi / speed / step))
+    ends = [simulation.output_names.index(f"{end}.torsion") for end in ("pulley", "flywheel")]
+    row = simulation.model.ends[PULLEY]
+    velocity = offset(VELOCITY, simulation.model.omega2.size)
+    twists, ends_of_cycles = [], []
+    for push in (PUSH, 0.0):
+        start = state.copy()
+        start[velocity : velocity + int(simulation.model.layout[TURNING_MODES])] += push / float(row @ row) * row
+        simulation.state = start
+        twists.append(recorder.cycles(1)[:, ends] @ (1.0, -1.0))
+        ends_of_cycles.append(motion_of(simulation.state, simulation.model.omega2.size))
+    simulation.state = state
+    decay = largest_decay(twists[0] - twists[1], step)
+    if not cmath.isfinite(decay):
+        return None
+    # What is left after a cycle is hardly anything but this mode.
+    left = SlowModes(simulation.model, speed).rest(ends_of_cycles[0].minus(ends_of_cycles[1]))
+    z = complex_place(left, decay)
+    return FreeMode(decay, z / np.linalg.norm(z))
+
+
+def largest_decay(signal: Array, step: float) -> complex:
+    """Exponent (1/s) of the largest oscillation from 60 to 1000 Hz in a free decay (N,) sampled at ``step`` (s).
+
+    Not a number where there is none.
+    """
+    if not np.any(signal):
+        return NONE
+    exponents, energies = decaying_parts(signal, step)
+    hz = exponents.imag / (2.0 * math.pi)
+    energies = np.where((hz > SLOWEST_HZ) & (hz < LISTED_HZ) & (exponents.real < 0.0), energies, 0.0)
+    return complex(exponents[np.argmax(energies)]) if energies.any() else NONE
+
+
+def decaying_parts(signal: Array, step: float) -> tuple[NDArray[np.complex128], Array]:
+    """Exponents (k,) 1/s that a signal (N,) is the sum of, and the energy of each.
+
+    By the matrix pencil of Hua and Sarkar (IEEE Trans. Acoust. Speech Signal Process. 38, 1990): leading singular
+    vectors of the signal's Hankel matrix go over into one another, shifted by a sample, by the factors exp(λ step).
+    """
+    half = signal.size // 2
+    left, sizes, _ = np.linalg.svd(hankel(signal[:half], signal[half - 1 :]), full_matrices=False)
+    left = left[:, : min(MOST, int(np.count_nonzero(sizes > NOISE * sizes[0])))]
+    factors = np.linalg.eigvals(np.linalg.lstsq(left[:-1], left[1:], rcond=None)[0])
+    factors = np.asarray(factors[np.abs(factors) > 0.0], dtype=np.complex128)
+    powers = factors ** np.arange(signal.size)[:, None]
+    amplitudes = np.linalg.lstsq(powers, signal.astype(complex), rcond=None)[0]
+    return np.asarray(np.log(factors) / step), np.sum(np.abs(powers * amplitudes) ** 2, axis=0)

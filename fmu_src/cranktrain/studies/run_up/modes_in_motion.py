@@ -1,0 +1,47 @@
+"""Peaks of a run-up beside the torsional mode of the crank as it runs (:mod:`free_decay`)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from cranktrain.results.orders.resonances import Peak
+from cranktrain.studies.run_up.free_decay import torsional_mode
+from cranktrain.studies.run_up.report import SHOWN
+from cranktrain.studies.run_up.steady import CycleStart, SteadyRuns
+
+NEAR = 0.02
+"""Share of a peak's speed within which a steady motion serves it: in motion a mode changes little over the speed."""
+SAME = 0.2
+"""Share by which a peak may lie off the mode in motion; beyond it is another mode's."""
+
+
+def in_motion(found: Sequence[Peak], runs: SteadyRuns, starts: Sequence[CycleStart]) -> list[Peak]:
+    """The peaks, the highest of which have the torsional mode in motion, where they are near it.
+
+    It is that at the nearest of the speeds whose steady motion is given, or at the peak. Raises ``SolverError``.
+    """
+    known: dict[float, float] = {}
+
+    def hz(peak: Peak) -> float:
+        near = min(starts, key=lambda start: abs(start.speed - peak.speed), default=None)
+        if near is None or abs(near.speed - peak.speed) > NEAR * peak.speed:
+            runs.at(peak.speed)
+            return _hz(runs)
+        if near.speed not in known:
+            runs.enter(near.speed, [near])
+            known[near.speed] = _hz(runs)
+        return known[near.speed]
+
+    named = []
+    for k, peak in enumerate(found):
+        motion = hz(peak) if k < SHOWN and peak.periodic else math.nan
+        named.append(replace(peak, motion_hz=motion) if abs(peak.hz - motion) <= SAME * motion else peak)
+    return named
+
+
+def _hz(runs: SteadyRuns) -> float:
+    """Frequency of the torsional mode at the steady cycle of a simulation; not a number where nothing twists."""
+    mode = torsional_mode(runs.simulation)
+    return math.nan if mode is None else mode.decay.imag / (2.0 * math.pi)
