@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -31,7 +32,7 @@ def build(folder: str) -> tuple[Path, dict[str, float], float]:
         for line in process.stdout:
             now = time.perf_counter()
             seconds[stage] = seconds.get(stage, 0.0) + now - last
-            last, stage = now, line.strip().removeprefix("diesel_i6: ")
+            last, stage = now, re.sub(r": \d+ %$", "", line.strip().removeprefix("diesel_i6: "))
     if process.returncode:
         raise RuntimeError(f"build_fmu.py ended with {process.returncode}: {line.strip()}")
     whole = time.perf_counter() - begin

@@ -5,6 +5,7 @@ import io
 import json
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -126,6 +127,10 @@ def test_points_of_a_study(small, tmp_path):
     said = choice_text(result)
     assert all(f"  {share} %" in said for share in ("10", "1", "0.1"))
     assert re.search(r"method and step: esdirk4 \S+ \(", said)
+    # Where runs part, whatever their step, nothing finer than what parts them can be chosen.
+    said = choice_text(replace(result, estimates={small.name: {"pulley_torsion": 0.02, "pulley_axial": None}}))
+    assert "off by 2.0e-02" in said
+    assert "  10 %\n" in said and "  1 %\n" not in said and "  0.1 %\n" not in said
 
 
 def test_an_interrupted_study_goes_on(small, tmp_path):

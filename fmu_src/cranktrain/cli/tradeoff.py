@@ -12,7 +12,7 @@ from cranktrain.cli.console import Interrupted, labelled_bar, show_rows
 DESCRIPTION = """\
 Accuracy against speed: error over cost of methods, levels and resolutions, with the Pareto front.
 
-Without SCENE: the six at 2000 and at 2380 rev/min (its resonance) and the V8 at 1800; --quick: the six at 2000.
+Without SCENE: the six at 2000 and at 2200 rev/min (near its resonance) and the V8 at 1800; --quick: the six at 2000.
 
 families   integrators, adaptive, modes, ladder, bearings, coupling, mesh, pressure
 error      RMS of the difference over the last cycle over the RMS of the reference's alternating part, of pulley

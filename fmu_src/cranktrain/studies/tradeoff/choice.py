@@ -21,7 +21,13 @@ def choice_text(study: Study) -> str:
     for scene in study.scenes:
         points = in_scene(study.points, scene.name)
         lines += ["", scene.name]
-        for accuracy in ACCURACIES:
+        doubt = max((value for value in study.estimates[scene.name].values() if value is not None), default=0.0)
+        if doubt > ACCURACIES[-1]:
+            lines.append(
+                f"  the reference itself is off by {doubt:.1e}: smaller errors say nothing. Where finer steps do not "
+                "help, neighbouring motions part at this speed; choose one at which the motion repeats."
+            )
+        for accuracy in (accuracy for accuracy in ACCURACIES if accuracy >= doubt):
             lines += [f"  {100 * accuracy:g} %"]
             lines += [f"    {line}" for line in _choices(points, accuracy)]
         for target, entry in study.speedups.get(scene.name, {}).items():
