@@ -187,7 +187,7 @@ def film_cost() -> str:
         rows.append((f"`{name}`", "", *_cost(grids[name])))
     for name, cases in grids.items():
         if isinstance(cases, list):
-            label = names.get(name, f"mass-conserving, {name.split('_')[1]} bore shapes")
+            label = names[name] if name in names else f"mass-conserving, {name.split('_')[1]} bore shapes"
             for case in cases:
                 size = "×".join(map(str, case["grid"])) + (" (in the loop)" if case["in_loop"] else "")
                 rows.append((label, size, *_cost(case)))
