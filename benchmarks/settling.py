@@ -3,8 +3,8 @@
     python benchmarks/settling.py                         # both engines and blocks, 1000 to 2600 rev/min
     python benchmarks/settling.py --engines diesel_i6 --blocks ground --speeds 2000 2380
 
-The truth is the same run settled to 1e-7. Plain cycles are counted until the worst family of outputs is within 1e-2, 1e-3 and
-1e-4 of it; corrected ones as a run with that tolerance ends by its own estimate.
+The truth is the same run settled to 1e-7. Plain cycles are counted until the worst family is within 1e-2, 1e-3
+and 1e-4 of it; corrected ones as a run with that tolerance ends by its own estimate.
 """
 
 from __future__ import annotations
