@@ -1,13 +1,15 @@
-"""Fillets of one throw by a sub-model and on the whole crank refined, under the same static loads.
+"""Fillets of one throw by sub-models and on the whole crank, refined at the same fillet, under the same static loads.
 
-``python benchmarks/fillet_stress.py [FINENESS]``: a crank of one throw hangs free under rod and bearing forces and
-turns; its coarse solution drives the sub-model. Peaks of von Mises stress by fillet, MPa.
+``python benchmarks/fillet_stress.py [FINENESS [PLACE …]]``: a crank of one throw hangs free under rod and bearing
+forces and turns; its coarse solution drives the sub-models, by the cuts' motion and by their resultants. Peaks of von
+Mises stress by case and place, MPa, and least over largest principal stress at the refined peak.
 """
 
 from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,14 +17,17 @@ import numpy as np
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.structure.crank.reduction import crankshaft_interfaces
+from cranktrain.structure.crank.shape import fillet_ends
 from cranktrain.structure.fem.craig_bampton import Flexibility, rigid_motions
 from cranktrain.structure.fem.elasticity import component_dofs, finite_elements, sample
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet
 from cranktrain.structure.fem.mesh import crankshaft_mesh
 from cranktrain.structure.stress.features import surface_features
+from cranktrain.structure.stress.fillet_factors import free_surface
 from cranktrain.structure.stress.nodal_stress import NodalStress, von_mises
-from cranktrain.structure.stress.sub_model import fillet_modes
+from cranktrain.structure.stress.sub_model import CUTS, cut_places, fillet_modes
+from cranktrain.structure.stress.throw_mesh import throw_places
 
 SPEED = 230.0
 LOADS = {
@@ -48,7 +53,10 @@ def wrenches(interfaces: InterfaceSet) -> np.ndarray:
 
 
 def solved(model, interfaces, speeds):
-    """Displacement (ndof, cases) with inertia relief, and rigid acceleration (cases, 6) of the origin."""
+    """Displacement (ndof, cases) with inertia relief, rigid acceleration (cases, 6) of the origin, loads (m, 6, cases).
+
+    The crank turns steadily; what its loads lack of balance accelerates it.
+    """
     with one_thread():
         free = Flexibility.of(model.stiffness, model.mass, rigid_motions(model))
         loads = wrenches(interfaces)
@@ -58,53 +66,73 @@ def solved(model, interfaces, speeds):
         return free.solve(force), np.linalg.solve(motions.T @ (model.mass @ motions), motions.T @ force).T, loads
 
 
-def peaks(crankshaft, points, stress):
-    """Greatest von Mises stress (cases) by fillet, MPa."""
+def cut_wrenches(model, interfaces, loads, acceleration, speeds, crankshaft):
+    """Force and moment (cases, 12) about either cut's middle of all beyond it, loads and inertia."""
+    points, weights = np.asarray(model.basis.global_coordinates()).reshape(3, -1).T, model.basis.dx.ravel()
+    weights = model.material.density * weights
+    found = []
+    for z, side in zip(cut_places(crankshaft, 1), (-1.0, 1.0), strict=True):
+        beyond, middle = side * (points[:, 2] - z) > 0.0, np.array([0.0, 0.0, z])
+        for case, speed in enumerate(speeds):
+            x = points[beyond]
+            field = acceleration[case, :3] + np.cross(acceleration[case, 3:], x) - speed**2 * x * [1.0, 1.0, 0.0]
+            inertia = -weights[beyond, None] * field
+            wrench = np.concatenate((inertia.sum(axis=0), np.cross(x - middle, inertia).sum(axis=0)))
+            for k, place in enumerate(interfaces.positions):
+                if side * (place[2] - z) > -1e-3:
+                    force, moment = loads[k, :3, case], loads[k, 3:, case]
+                    wrench += np.concatenate((force, moment + np.cross(place - middle, force)))
+            found.append(wrench)
+    return np.hstack((found[: len(speeds)], found[len(speeds) :]))
+
+
+def peaks(crankshaft, points, stress, place):
+    """Greatest von Mises stress (cases) at a fillet, MPa, and least over largest principal stress there."""
     names, number = surface_features(crankshaft, points.T)
-    values = von_mises(stress.transpose(1, 0, 2))
-    return {
-        name: 1e-6 * values[:, number == k].max(axis=1)
-        for k, name in enumerate(names)
-        if name in ("pin[1] front fillet", "pin[1] rear fillet", "main[1] rear fillet", "main[2] front fillet")
-    }
+    own = number == names.index(place)
+    values, tensors = von_mises(stress.transpose(1, 0, 2))[:, own], stress[:, :, own]
+    return 1e-6 * values.max(axis=1), [free_surface(tensor) for tensor in tensors]
 
 
 def on_mesh(engine, mesh, speeds):
-    """Model, motion and peaks of a crank's own mesh."""
+    """Model, interfaces, motion, acceleration and loads of a crank's own mesh, and stress at its corner nodes."""
     model = finite_elements(mesh, engine.material)
     interfaces = crankshaft_interfaces(model, engine.crankshaft)
     moved, acceleration, loads = solved(model, interfaces, speeds)
     nodes = np.unique(mesh.facets[:, mesh.boundary_facets()])
     stress = NodalStress.of(mesh, engine.material, nodes)(moved[component_dofs(model.basis)])
-    return model, interfaces, moved, acceleration, loads, peaks(engine.crankshaft, mesh.doflocs[:, nodes], stress)
+    return model, interfaces, moved, acceleration, loads, mesh.doflocs[:, nodes], stress
 
 
-def compare(fineness: float, mesh_size: float = 0.018) -> dict:
-    """Peaks (MPa) by case and fillet: coarse crank, sub-model, refined crank."""
+def compare(fineness: float, places: Sequence[str] = (), mesh_size: float = 0.018) -> dict:
+    """Peaks (MPa) by case and place: coarse crank, both sub-models, refined crank."""
     engine = one_throw(mesh_size)
-    c = engine.crankshaft
+    c, thrust = engine.crankshaft, engine.thrust.main
     speeds = np.array([0.0, 0.0, SPEED])
-    model, interfaces, moved, acceleration, loads, coarse = on_mesh(
-        engine, crankshaft_mesh(c, engine.thrust.main), speeds
-    )
-    places = (model.mesh.doflocs, moved[component_dofs(model.basis)])
-    found = fillet_modes(c, engine.material, places, 1, fineness=fineness)
+    model, interfaces, moved, acceleration, loads, points, stress = on_mesh(engine, crankshaft_mesh(c, thrust), speeds)
+    coarse = (model.mesh.doflocs, moved[component_dofs(model.basis)])
+    wrench = cut_wrenches(model, interfaces, loads, acceleration, speeds, c)
     pin = interfaces.positions[interfaces.names.index("pin[1]")]
     acceleration[:, :3] += np.cross(acceleration[:, 3:], pin)
     at = [interfaces.names.index(name) for name in ("pin[1]", "main[1]", "main[2]")]
     drive = np.column_stack((np.eye(len(speeds)), *(loads[k].T for k in at), acceleration, speeds**2))
-    stress = np.tensordot(drive, found.modes.astype(float), axes=1)
-    sub_model = peaks(c, found.points.T, stress)
-    refined = on_mesh(engine, crankshaft_mesh(c, engine.thrust.main, fineness), speeds)[-1]
-    return {
-        case: {
-            name: {"coarse": coarse[name][k], "sub_model": sub_model[name][k], "refined": refined[name][k]}
-            for name in refined
-        }
-        for k, case in enumerate(LOADS)
-    }
+    found: dict = {case: {} for case in LOADS}
+    for place in places or fillet_ends(c):
+        if place not in throw_places(c, 1):
+            continue
+        fine = fillet_modes(c, engine.material, coarse, 1, place, fineness=fineness)
+        rows = {"coarse": peaks(c, points, stress, place)[0]}
+        for name, motions in (("motion", 0.0), ("resultants", fine.by_resultants(drive, wrench))):
+            driven = np.column_stack((drive, np.zeros((len(drive), CUTS)) + motions))
+            tensors = np.tensordot(driven, fine.modes.astype(float), axes=1)
+            rows[name] = 1e-6 * von_mises(tensors.transpose(1, 0, 2)).max(axis=1)
+        mesh = crankshaft_mesh(c, thrust, fineness, [place])
+        rows["refined"], rows["free_surface"] = peaks(c, *on_mesh(engine, mesh, speeds)[-2:], place)
+        for k, case in enumerate(LOADS):
+            found[case][place] = {name: float(values[k]) for name, values in rows.items()}
+    return found
 
 
 if __name__ == "__main__":
-    report = compare(float(sys.argv[1]) if len(sys.argv) > 1 else 1.5)
-    print(json.dumps(report, indent=1, default=float))
+    report = compare(float(sys.argv[1]) if len(sys.argv) > 1 else 1.5, sys.argv[2:])
+    print(json.dumps(report, indent=1))

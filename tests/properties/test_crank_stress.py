@@ -32,7 +32,7 @@ ONE_THROW = replace(
 @cache
 def one_throw():
     shaped = ShapedCrank.of(ONE_THROW, None, lambda stage: None)
-    return shaped, stress_modes(ONE_THROW, shaped=shaped)
+    return shaped, stress_modes(ONE_THROW, shaped=lambda: shaped)
 
 
 def uniform(gradient):

@@ -123,7 +123,7 @@ def test_pieces_of_a_rigid_crank_are_that_body(name):
     cycle = RecordedCycle(
         engine, body, True, 9.81, draw.uniform(0.0, 6.0, 5), draw.uniform(100.0, 200.0, 5),
         draw.uniform(-50.0, 50.0, 5), *(tiny * scale * draw.standard_normal((5, 6)) for scale in (1.0, 1e3, 1e6)),
-        {}, Settling(0, 0, 1e-3),
+        np.zeros(6), {}, Settling(0, 0, 1e-3),
     )  # fmt: skip
     found = mass_loads(cycle, crank_masses(engine))
     force, moment = found.resultant(np.ones(found.z.size, dtype=bool), np.zeros(3))

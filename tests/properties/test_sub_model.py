@@ -7,22 +7,36 @@ import pytest
 from test_crank_stress import ONE_THROW
 
 from cranktrain.core.errors import InputError
+from cranktrain.results.strength.fillet_histories import fatigue_name
 from cranktrain.structure.crank.shape import pin_centre, stations
 from cranktrain.structure.fem.craig_bampton import rigid_motions
 from cranktrain.structure.fem.elasticity import component_dofs, finite_elements
 from cranktrain.structure.fem.mesh import crankshaft_mesh
 from cranktrain.structure.stress.nodal_stress import von_mises
-from cranktrain.structure.stress.sub_model import LOADS, cut_motion, fillet_modes, throw_loads
-from cranktrain.structure.stress.throw_mesh import throw_mesh
+from cranktrain.structure.stress.sub_model import CUTS, LOADS, cut_motion, fillet_modes, throw_loads
+from cranktrain.structure.stress.throw_mesh import throw_mesh, throw_places
 
 CRANK = replace(ONE_THROW.crankshaft, mesh_size=0.04)
 FINENESS = 0.5
 MATERIAL = ONE_THROW.material
+PLACE = "pin[1] front fillet"
 
 
 @pytest.fixture(scope="module")
 def model():
-    return finite_elements(throw_mesh(CRANK, 1, FINENESS), MATERIAL)
+    return finite_elements(throw_mesh(CRANK, 1, PLACE, FINENESS), MATERIAL)
+
+
+@pytest.fixture(scope="module")
+def fillet():
+    """A fillet's sub-model whose crank moves by its six rigid motions, then stretches along its axis."""
+    crank = finite_elements(crankshaft_mesh(CRANK, 1), MATERIAL)
+    dofs = component_dofs(crank.basis)
+    # The stretch says how large a stress is.
+    stretch = np.zeros(crank.basis.N)
+    stretch[dofs[2]] = crank.mesh.doflocs[2]
+    motions = np.column_stack((rigid_motions(crank), stretch))
+    return fillet_modes(CRANK, MATERIAL, (crank.mesh.doflocs, motions[dofs]), 1, PLACE, fineness=FINENESS)
 
 
 def about(motions, place):
@@ -35,7 +49,7 @@ def about(motions, place):
 def test_loads_have_their_resultants(model):
     """The pin's whole, half of each main's across and about, and the throw's inertia against a unit acceleration."""
     motions = rigid_motions(model)
-    loads = throw_loads(model, CRANK, 1)
+    loads, halves = throw_loads(model, CRANK, 1)
     assert loads.shape == (model.basis.N, LOADS)
     pin = np.array(pin_centre(CRANK, 1))
     np.testing.assert_allclose(about(motions, pin).T @ loads[:, :6], np.eye(6), atol=1e-8)
@@ -44,6 +58,8 @@ def test_loads_have_their_resultants(model):
         resultant = about(motions, middle).T @ loads[:, first : first + 6]
         # Both halves together are the whole: the diagonal is half of it, but for the moments that halves have alone.
         np.testing.assert_allclose(np.diag(resultant), 0.5, atol=1e-3)
+        own = slice(6 * main, 6 * main + 6)
+        np.testing.assert_allclose(halves[own, own], resultant.T, atol=1e-9)
     inertia = -about(motions, pin).T @ loads[:, 18:24]
     np.testing.assert_allclose(inertia, inertia.T, rtol=1e-9, atol=1e-9)
     assert inertia[0, 0] == pytest.approx(model.mass.sum() / 3.0)
@@ -52,19 +68,51 @@ def test_loads_have_their_resultants(model):
     np.testing.assert_allclose(loads[:, 24] @ motions[:, :2], first_moment, rtol=1e-9)
 
 
-def test_a_rigid_motion_of_the_crank_leaves_its_fillets_without_stress(model):
-    crank = finite_elements(crankshaft_mesh(CRANK, 1), MATERIAL)
-    dofs = component_dofs(crank.basis)
-    # A stretch along the crank beside the six rigid motions says how large a stress is.
-    stretch = np.zeros(crank.basis.N)
-    stretch[dofs[2]] = crank.mesh.doflocs[2]
-    motions = np.column_stack((rigid_motions(crank), stretch))
-    found = fillet_modes(CRANK, MATERIAL, (crank.mesh.doflocs, motions[dofs]), 1, fineness=FINENESS)
-    stress = von_mises(found.modes[:7].transpose(1, 0, 2)).max(axis=1)
+def test_a_rigid_motion_of_the_crank_leaves_its_fillets_without_stress(fillet):
+    stress = von_mises(fillet.modes.transpose(1, 0, 2)).max(axis=1)
     assert np.all(stress[:6] < 1e-5 * stress[6])
-    assert set(found.features) == {
-        "pin[1] front fillet", "pin[1] rear fillet", "main[1] rear fillet", "main[2] front fillet",
-    }  # fmt: skip
+    assert np.abs(fillet.beyond[:6, :3]).max() < 1e-5 * np.abs(fillet.beyond[6]).max()
+    assert fillet.name == PLACE and len(fillet.points) > 20
+
+
+def test_what_lies_beyond_the_cuts_balances_loads_and_inertia(fillet):
+    """With the other halves of the mains added, a load on a main is held as a whole; so is a rod's."""
+    front, rear = (0.5 * sum(span) for span in stations(CRANK).mains)
+    about_origin = np.zeros((CUTS, 6))
+    for first, z in ((0, front), (6, rear)):
+        about_origin[first : first + 6] = np.eye(6)
+        about_origin[first, 4], about_origin[first + 1, 3] = z, -z
+    held = fillet.beyond @ about_origin
+    x, y, z = pin_centre(CRANK, 1)
+    fx, fy, fz = [1, 0, 0, 0, z, -y], [0, 1, 0, -z, 0, x], [0, 0, 1, y, -x, 0]
+    np.testing.assert_allclose(held[7:10], -np.array([fx, fy, fz], dtype=float), atol=1e-6)
+    np.testing.assert_allclose(held[13:25], 0.0, atol=1e-6)
+    assert np.abs(held[-CUTS:]).max() < 1e-6 * np.abs(fillet.beyond[-CUTS:]).max()
+
+
+def test_by_resultants_the_cuts_carry_them(fillet):
+    """Any wrenches in balance with the drive are met, and a motion as a whole changes nothing."""
+    rng = np.random.default_rng(3)
+    drive = np.zeros((1, len(fillet.beyond) - CUTS))
+    drive[0, 7:13] = rng.standard_normal(6) * 1e4
+    found = rng.standard_normal((1, CUTS)) * 1e-6
+    wrench = drive @ fillet.beyond[:-CUTS] + found @ fillet.beyond[-CUTS:]
+    moved = fillet.by_resultants(drive, wrench)
+    np.testing.assert_allclose(
+        drive @ fillet.beyond[:-CUTS] + moved @ fillet.beyond[-CUTS:], wrench, atol=1e-6 * np.abs(wrench).max()
+    )
+    stress = [np.tensordot(s, fillet.modes[-CUTS:].astype(float), axes=1) for s in (found, moved)]
+    assert np.abs(stress[1] - stress[0]).max() < 1e-4 * np.abs(stress[0]).max()
+
+
+def test_a_throw_has_four_fillets_and_the_bore_of_its_pin():
+    named = [name for pin in (1, 6) for name in throw_places(ONE_THROW.crankshaft, pin)]
+    assert [fatigue_name(name) for name in named] == [
+        f"{part}" for first, pin in ((1, 1), (11, 6)) for part in (
+            f"web[{first}].main", f"web[{first}].pin", f"web[{first + 1}].pin", f"web[{first + 1}].main",
+            f"pin[{pin}].oil_bore",
+        )
+    ]  # fmt: skip
 
 
 def test_cuts_follow_a_cubic_field_to_the_digit(model):

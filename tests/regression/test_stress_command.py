@@ -57,3 +57,12 @@ def test_wrong_input_is_one_line(arguments, says, capsys):
     assert main(["stress", "diesel_i6", *arguments]) == 2
     error = capsys.readouterr().err.strip()
     assert says in error and "\n" not in error
+
+
+@pytest.mark.parametrize("option", ["--body", "--mesh"])
+def test_a_reduced_body_in_place_of_the_elements_is_refused(tmp_path, capsys, option):
+    body = tmp_path / "crank.npz"
+    body.touch()
+    assert main(["stress", "diesel_i6", "--speed", "2200", option, str(body)]) == 2
+    error = capsys.readouterr().err.strip()
+    assert "crank.npz: a reduced body has no stresses" in error and "\n" not in error

@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 import math
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.bodies import add_block_options
-from cranktrain.cli.console import labelled_bar, one_of, say, show_rows
+from cranktrain.cli.console import labelled_bar, one_of, say, show_rows, stages
+from cranktrain.cli.fillets import add_fillet_option, chosen_throws, fillets_of
 from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.register import MAINS, bearing_levels
@@ -48,6 +50,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--damper", action="store_true", help="with the engine's torsional damper on the pulley")
     add("--load", type=float, default=1.0, metavar="SHARE", help="share of the full-load burn (default 1)")
     add("--settle", type=float, default=TOLERANCE, metavar="TOL", help=f"as of simulate (default {TOLERANCE:g})")
+    add_fillet_option(parser, "stresses of fillets and oil bores")
     add("--plots", metavar="FOLDER", help="also draw safety factors on the crank, and for haigh its diagram, there")
 
 
@@ -55,8 +58,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run the speeds, judge every place, print a table unless JSON is wanted."""
     from cranktrain.results.figures import check_folder
     from cranktrain.results.strength.figures import PICTURES, save_pictures
+    from cranktrain.structure.stress.stress_modes import ShapedCrank
     from cranktrain.studies.constant_speed import Request
     from cranktrain.studies.fatigue import crank_strength, fatigue
+    from cranktrain.studies.stressed_run import check_stressed
 
     engine = load_engine(options.engine)
     crank_strength(engine)
@@ -69,8 +74,13 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     folder = None if options.plots is None else Path(options.plots)
     if folder is not None:
         check_folder(folder, pictures=PICTURES)
+    throws = chosen_throws(options, engine)
+    if throws:
+        check_stressed(request, request.settings(engine, _option))
+    with stages(f"{engine.name}: fatigue") as tell:
+        fillets = fillets_of(engine, throws, cache(lambda: ShapedCrank.of(engine, None, tell)), tell)
     with labelled_bar(f"{engine.name}: fatigue") as (tell, advance):
-        report = fatigue(engine, request, speeds, options.criterion, tell, advance)
+        report = fatigue(engine, request, speeds, options.criterion, tell, advance, fillets)
     found = report.as_dict()
     if folder is not None:
         places = [one for one, _ in report.places]

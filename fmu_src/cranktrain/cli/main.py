@@ -129,14 +129,15 @@ def _parser() -> _Parser:
             help="own mesh (.msh, .inp, .bdf) with named journal surfaces; for --crank torsional also a table of "
             "discs and shafts (.toml)",
         )
-        if module is not stress:  # which needs the finite elements
-            own.add_argument(
-                "--body",
-                dest="mesh",
-                metavar="FILE",
-                help="own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce --output, or a "
-                "superelement of another program (.toml)",
-            )
+        own.add_argument(
+            "--body",
+            dest="mesh",
+            metavar="FILE",
+            help="no stresses without the finite elements: refused; give their mesh"
+            if module is stress
+            else "own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce --output, or a "
+            "superelement of another program (.toml)",
+        )
         add("--mesh-unit", default="m", metavar="UNIT", help=f"of coordinates in own meshes: {', '.join(UNITS)} (m)")
         module.add_options(sub)
         add("--json", action="store_true", help="print one JSON object; keys carry their unit (_hz, _um, …)")

@@ -84,6 +84,5 @@ def running_surface(engine: Engine, options: argparse.Namespace) -> MovingSurfac
     settings = request.settings(engine, option)
     with stages(engine.name) as tell:
         made, stress = stressed_run(engine, request, settings, tell)
-        tell("stresses over the cycle")
         title = f"{engine.title}: {request.speed_rpm:g} rev/min, films by {settings.bearings}"
         return running_picture(engine, made.body, stress, title, request.mesh)

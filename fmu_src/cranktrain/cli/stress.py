@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.bodies import add_block_options
 from cranktrain.cli.console import show_rows, stages
-from cranktrain.core.errors import InputError
+from cranktrain.cli.fillets import add_fillet_option, chosen_throws, fillets_of
 from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, bearing_levels
@@ -18,7 +18,6 @@ from cranktrain.levels import PISTONS, described
 
 if TYPE_CHECKING:
     from cranktrain.assembly import Assembly
-    from cranktrain.engine.model import Engine
     from cranktrain.results.strength.fillet_histories import FilletPeak
     from cranktrain.results.strength.stress import CrankStress
     from cranktrain.studies.constant_speed import Request
@@ -30,7 +29,8 @@ Stresses are superposed from those of the crank's modes, which the first call ma
 --json prints {"angles_deg", "max_von_mises_mpa", "location", "static_check_relative", "hot_spots", "result"}:
 the greatest von Mises stress of the surface at each angle, where its greatest over the cycle acts, and how
 far superposed stresses are from direct finite-element solutions under the same loads and accelerations; with
---fillets also "fillets": [{"name", "von_mises_mpa", "angle_deg", "place_mm", "free_surface", "converged"}].
+--fillets also "fillets": [{"name", "von_mises_mpa", "by_motion_mpa", "angle_deg", "place_mm", "free_surface",
+"converged"}], stresses by the resultants on a throw's cuts and by the motion of these.
 """
 _SPOTS = 12
 """Hot spots that the table shows."""
@@ -41,11 +41,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 100")
     add_run_options(parser)
-    add(
-        "--fillets", metavar="THROWS",
-        help="also the peaks in fillets by fine sub-models of these throws: all, or numbers as 1,6; some minutes and "
-        "4 GB each at first, then kept",
-    )  # fmt: skip
+    add_fillet_option(parser, "also the peaks in fillets and at oil bores")
     add("--no-check", action="store_true", help="without the direct solutions, which take half a minute")
     add("--plots", metavar="FOLDER", help="also draw the surface at 0, 90 … 630 degrees and the envelope there")
     add("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm_stress.h5)")
@@ -91,43 +87,37 @@ def option(field: str) -> str:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run to a cycle that repeats, superpose its stresses, check them, and say where they are greatest."""
-    from cranktrain.assembly import assemble
-    from cranktrain.dynamics.simulation import Simulation, fitted_engine
     from cranktrain.results.figures import check_folder
     from cranktrain.results.files import check_target
-    from cranktrain.results.strength.crank_cycle import settled_cycle
-    from cranktrain.results.strength.fillet_histories import fillet_peaks
-    from cranktrain.results.strength.stress import CrankStress, static_check
+    from cranktrain.results.strength.fillet_histories import fillet_runs
+    from cranktrain.results.strength.stress import static_check
     from cranktrain.results.strength.stress_figures import STRESS_PICTURES, save_stress_pictures
     from cranktrain.structure.crank.reduction import reduced_crankshaft
-    from cranktrain.structure.stress.kept_fillets import throw_fillets
-    from cranktrain.structure.stress.stress_modes import ShapedCrank, stress_modes
+    from cranktrain.structure.stress.stress_modes import ShapedCrank
+    from cranktrain.studies.stressed_run import check_stressed, stressed_run
 
     engine = load_engine(options.engine)
     request = run_request(options)
     settings = request.settings(engine, option)
+    check_stressed(request, settings)
     output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm_stress.h5")
     check_target(output)
     if options.plots is not None:
         check_folder(Path(options.plots), pictures=STRESS_PICTURES)
-    throws = _throws(options, engine)
+    throws = chosen_throws(options, engine)
     with stages(engine.name) as tell:
         # The reduction is repeated once, where anything needs its shapes.
         shaped = cache(lambda: ShapedCrank.of(engine, request.mesh, tell))
-        surface = stress_modes(engine, request.mesh, tell, None if options.no_check else shaped())
-        made = assemble(engine, settings, say=tell, crank_mesh=request.mesh, block_mesh=request.block_mesh)
-        cycle = settled_cycle(
-            Simulation(engine, made.body, made.settings, parts=made.parts), request.speed, request.settle, tell
-        )
-        fitted = fitted_engine(engine, made.settings)
-        bare = reduced_crankshaft(engine, request.mesh)
-        tell("stresses over the cycle")
-        stress = CrankStress.of(fitted, bare, made.body, surface, cycle)
-        check = None if options.no_check else static_check(stress, fitted, made.body, shaped(), tell)
+        if not options.no_check:
+            shaped()  # before the run, as it may make the kept body anew
+        fillets = fillets_of(engine, throws, shaped, tell)
+        made, stress = stressed_run(engine, request, settings, tell, shaped)
+        check = None if options.no_check else static_check(stress, shaped(), tell)
         report = _report(stress, check.relative if check else None)
         if throws:
-            fillets = (throw_fillets(engine, throw, shaped, tell) for throw in throws)
-            peaks = [peak for modes in fillets for peak in fillet_peaks(bare, made.body, cycle, modes)]
+            tell("stresses of the fillets")
+            bare = reduced_crankshaft(engine, request.mesh)
+            peaks = [run.peak for run in fillet_runs(bare, stress.cycle, fillets)]
             report["fillets"] = [_fillet(peak) for peak in sorted(peaks, key=lambda peak: -peak.von_mises)]
         report["result"] = str(stress.save(output, _attributes(made, request.attributes(made), report)))
         if options.plots is not None:
@@ -139,26 +129,12 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     return report
 
 
-def _throws(options: argparse.Namespace, engine: Engine) -> list[int]:
-    """Throws whose fillets are wanted; ``InputError``."""
-    if options.fillets is None:
-        return []
-    if options.mesh is not None:
-        raise InputError("--fillets meshes throws by the engine file's dimensions; leave out --mesh")
-    count = len(engine.crankshaft.throw_angles)
-    words = [str(k + 1) for k in range(count)]
-    chosen = words if options.fillets == "all" else [word.strip() for word in options.fillets.split(",")]
-    for word in chosen:
-        if word not in words:
-            raise InputError(f"--fillets '{word}' is no throw; engine '{engine.name}' has 1 to {count}, or all")
-    return sorted({int(word) for word in chosen})
-
-
 def _fillet(peak: FilletPeak) -> dict[str, Any]:
     """Peak of a fillet in engineers' units."""
     return {
         "name": peak.name,
         "von_mises_mpa": 1e-6 * peak.von_mises,
+        "by_motion_mpa": 1e-6 * peak.by_motion,
         "angle_deg": math.degrees(peak.angle[peak.peak]),
         "place_mm": [round(1e3 * x, 2) for x in peak.place.tolist()],
         "free_surface": peak.free_surface,
@@ -189,7 +165,7 @@ def _report(stress: CrankStress, check: float | None) -> dict[str, Any]:
         for spot in stress.hot_spots()
     ]
     return {
-        "angles_deg": [math.degrees(angle) for angle in stress.cycle.angle],
+        "angles_deg": [math.degrees(angle) for angle in stress.angle],
         "max_von_mises_mpa": [1e-6 * float(value) for value in stress.greatest[0]],
         "location": spots[0],
         "static_check_relative": check,
@@ -215,12 +191,14 @@ def _show(report: dict[str, Any]) -> None:
     if "fillets" in report:
         fillets = [
             (
-                peak["name"], ", ".join(f"{x:.1f}" for x in peak["place_mm"]), f"{peak['von_mises_mpa']:.0f}",
-                f"{peak['angle_deg']:.0f}", f"{peak['free_surface']:.3f}" + ("" if peak["converged"] else " (coarse)"),
+                peak["name"],
+                ", ".join(f"{x:.1f}" for x in peak["place_mm"]),
+                *(f"{peak[key]:.0f}" for key in ("von_mises_mpa", "by_motion_mpa", "angle_deg")),
+                f"{peak['free_surface']:.3f}" + ("" if peak["converged"] else " (coarse)"),
             )
             for peak in report["fillets"]
-        ]  # fmt: skip
-        header = ("part", "x, y, z (mm)", "MPa", "at (deg)", "least over largest principal")
+        ]
+        header = ("part", "x, y, z (mm)", "MPa", "by motion", "at (deg)", "least over largest principal")
         show_rows("Fillets by sub-models", header, fillets)
     else:
         print("The crank's own mesh reads a fillet's peak too low; --fillets THROWS resolves it")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -15,10 +15,14 @@ from cranktrain.results.strength.assessment import RuleRow, judged, nominal_hist
 from cranktrain.results.strength.critical_plane import findley_judgement
 from cranktrain.results.strength.cut_loads import crank_loads, unbalanced_share
 from cranktrain.results.strength.fatigue import FilletHistory, Judgement, haigh_judgement
+from cranktrain.results.strength.fillet_histories import fillet_runs
 from cranktrain.results.strength.iacs_m53 import ACCEPTABLE, fillet_factors, throw_shape
 from cranktrain.results.strength.recorded_cycle import RecordedCycle, recorded_cycle
 from cranktrain.results.strength.throw_loads import single_throws, whole_crank
+from cranktrain.structure.crank.reduction import reduced_crankshaft
+from cranktrain.structure.stress.sub_model import FilletModes
 from cranktrain.studies.constant_speed import Request
+from cranktrain.studies.stressed_run import check_stressed
 
 CRITERIA: dict[str, Callable[[FilletHistory, CrankStrength], Judgement]] = {
     "haigh": haigh_judgement,
@@ -28,10 +32,15 @@ CRITERIA: dict[str, Callable[[FilletHistory, CrankStrength], Judgement]] = {
 
 
 class AtSpeed(NamedTuple):
-    """What is found at one speed, rev/min; ``unbalanced`` as of :func:`unbalanced_share`."""
+    """What is found at one speed, rev/min; ``unbalanced`` as of :func:`unbalanced_share`.
+
+    ``nominal`` are judgements of all places by nominal stress and the rule's factors, ``fine`` of those that have
+    sub-models, by name.
+    """
 
     speed_rpm: float
-    judgements: list[Judgement]
+    nominal: list[Judgement]
+    fine: dict[str, Judgement]
     rule: list[RuleRow]
     bending: str
     unbalanced: float
@@ -59,10 +68,13 @@ class FatigueReport:
 
     @property
     def places(self) -> list[tuple[Judgement, float]]:
-        """The least safe judgement of each place, and its speed, rev/min."""
+        """The least safe judgement of each place, by its sub-model where it has one, and its speed, rev/min."""
         return [
-            min(((at.judgements[k], at.speed_rpm) for at in self.speeds), key=lambda pair: pair[0].safety_factor)
-            for k in range(len(self.speeds[0].judgements))
+            min(
+                ((at.fine.get(one.name, at.nominal[k]), at.speed_rpm) for at in self.speeds),
+                key=lambda pair: pair[0].safety_factor,
+            )
+            for k, one in enumerate(self.speeds[0].nominal)
         ]
 
     @property
@@ -82,7 +94,7 @@ class FatigueReport:
 
     def as_dict(self) -> dict[str, Any]:
         """What ``cranktrain fatigue --json`` prints; keys carry their unit."""
-        throw = throw_shape(self.engine.crankshaft)
+        throw, fine = throw_shape(self.engine.crankshaft), self.speeds[0].fine
         return {
             "fillets": [
                 {
@@ -92,8 +104,10 @@ class FatigueReport:
                     "mean_mpa": 1e-6 * one.mean,
                     "converged": one.converged,
                     "speed_rpm": speed,
+                    "by": "sub-model" if one.name in fine else "rule's factors",
+                    "safety_factor_by_rule_factors": min(at.nominal[k].safety_factor for at in self.speeds),
                 }
-                for one, speed in self.places
+                for k, (one, speed) in enumerate(self.places)
             ],
             "criterion": self.criterion,
             "rule": {
@@ -146,6 +160,7 @@ def fatigue(
     criterion: str = "haigh",
     say: Callable[[str], None] = lambda text: None,
     progress: Callable[[float], None] = lambda share: None,
+    fillets: Sequence[FilletModes] = (),
 ) -> FatigueReport:
     """Run an engine at each speed until its outputs repeat, and judge every fillet and oil bore of its crankshaft.
 
@@ -157,6 +172,8 @@ def fatigue(
     request : levels and other choices of the runs; its speed does not count
     speeds_rpm : rev/min
     criterion : ``haigh`` or ``findley``
+    fillets : places that are judged by the stress of their sub-models, see
+        :func:`cranktrain.structure.stress.kept_fillets.throw_fillets`; the others by the rule's factors
 
     Raises
     ------
@@ -175,6 +192,8 @@ def fatigue(
         settings = run.settings(engine)
     if settings.boundary != "speed":
         raise InputError("fatigue needs cycles at a given speed; leave the load torque out")
+    if fillets:
+        check_stressed(request, settings)
     gas = request.gas(engine)
     made = assemble(engine, settings, say=say, crank_mesh=request.mesh, block_mesh=request.block_mesh)
     report = FatigueReport(engine, strength, criterion)
@@ -194,11 +213,11 @@ def fatigue(
             if not report.speeds:
                 raise
             return replace(report, interrupted=True)
-        report.speeds.append(_judged(report, cycle, run.speed_rpm))
+        report.speeds.append(_judged(report, cycle, run.speed_rpm, fillets))
     return report
 
 
-def _judged(report: FatigueReport, cycle: RecordedCycle, speed_rpm: float) -> AtSpeed:
+def _judged(report: FatigueReport, cycle: RecordedCycle, speed_rpm: float, fillets: Sequence[FilletModes]) -> AtSpeed:
     """Judge one speed's cycle."""
     c, throw = report.engine.crankshaft, throw_shape(report.engine.crankshaft)
     loads = crank_loads(cycle)
@@ -207,12 +226,19 @@ def _judged(report: FatigueReport, cycle: RecordedCycle, speed_rpm: float) -> At
     # Journals that are locked on their axis carry forces that no run tells of: each throw alone bears its own.
     if cycle.carried:
         webs, pins = whole_crank(c, loads)
-    histories = nominal_histories(throw, cycle.angle, webs, pins)
-    if not cycle.settling.repeats:
-        histories = [replace(history, converged=False) for history in histories]
+
+    def judgements(histories: Iterable[FilletHistory]) -> list[Judgement]:
+        known = [replace(one, converged=one.converged and cycle.settling.repeats > 0) for one in histories]
+        return judged(known, report.strength, CRITERIA[report.criterion])
+
+    fine: list[Judgement] = []
+    if fillets:
+        runs = fillet_runs(reduced_crankshaft(report.engine), cycle, fillets)
+        fine = judgements(history for run in runs for history in run.histories(c))
     return AtSpeed(
         speed_rpm,
-        judged(histories, report.strength, CRITERIA[report.criterion]),
+        judgements(nominal_histories(throw, cycle.angle, webs, pins)),
+        {one.name: one for one in fine},
         rule,
         "crank" if cycle.carried else "single throws",
         unbalanced_share(cycle),

@@ -5,18 +5,30 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from cranktrain.assembly import Assembly, assemble
+from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.engine.model import Engine
-from cranktrain.results.strength.crank_cycle import settled_cycle
+from cranktrain.results.strength.recorded_cycle import recorded_cycle
 from cranktrain.results.strength.stress import CrankStress
 from cranktrain.structure.crank.reduction import reduced_crankshaft
-from cranktrain.structure.stress.stress_modes import ShapedCrank, stress_modes
+from cranktrain.structure.stress.stress_modes import ShapedCrank, check_has_elements, stress_modes
 from cranktrain.studies.constant_speed import Request
 
 
+def check_stressed(request: Request, settings: Settings) -> None:
+    """Refuse, before any work, a run whose crankshaft has no stresses; ``InputError``."""
+    if settings.crank != "solid":
+        raise InputError(f"crank level '{settings.crank}' has no stresses; use solid")
+    check_has_elements(request.mesh)
+
+
 def stressed_run(
-    engine: Engine, request: Request, settings: Settings, say: Callable[[str], None], shaped: ShapedCrank | None = None
+    engine: Engine,
+    request: Request,
+    settings: Settings,
+    say: Callable[[str], None],
+    shaped: Callable[[], ShapedCrank] | None = None,
 ) -> tuple[Assembly, CrankStress]:
     """What ran, and its stresses.
 
@@ -25,11 +37,14 @@ def stressed_run(
     Parameters
     ----------
     settings : of the request, as the engine has them
-    shaped : the crankshaft with its shapes where at hand
+    shaped : makes the crankshaft with its shapes where it is needed
     """
+    check_stressed(request, settings)
     surface = stress_modes(engine, request.mesh, say, shaped)
     made = assemble(engine, settings, say=say, crank_mesh=request.mesh, block_mesh=request.block_mesh)
     simulation = Simulation(engine, made.body, made.settings, parts=made.parts)
-    cycle = settled_cycle(simulation, request.speed, request.settle, say)
-    bare = reduced_crankshaft(engine, request.mesh)
-    return made, CrankStress.of(fitted_engine(engine, made.settings), bare, made.body, surface, cycle)
+    simulation.inputs[0] = request.speed
+    say("cycles until they repeat")
+    cycle = recorded_cycle(simulation, fitted_engine(engine, made.settings), request.settle)
+    say("stresses over the cycle")
+    return made, CrankStress.of(reduced_crankshaft(engine, request.mesh), surface, cycle)

@@ -52,7 +52,7 @@ def running_picture(
         triangles=skin.triangles,
         shapes=skin.modes,
         coordinates=stress.cycle.position[samples] @ basis[RIGID : len(pictured)].T,
-        turn=stress.cycle.angle[samples],
+        turn=stress.angle[samples],
         values=values[:, skin.origin].astype(np.float32),
         quantity="von Mises stress / MPa",
         limits=(0.0, float(np.quantile(values, 0.999))),

@@ -138,6 +138,12 @@ def unbalanced_share(cycle: RecordedCycle) -> float:
 
 def interface_loads(cycle: RecordedCycle) -> PointLoads:
     """What acts at the crank's interfaces: bearings, rods, thrust, drive line and damper."""
+    found = [load for _, load in named_loads(cycle)]
+    return found[0].joined(*found[1:])
+
+
+def named_loads(cycle: RecordedCycle) -> list[tuple[str, PointLoads]]:
+    """Each of these loads with its interface."""
     engine, out = cycle.engine, cycle.outputs
     zero = np.zeros((cycle.angle.size, 3))
     found = []
@@ -154,13 +160,13 @@ def interface_loads(cycle: RecordedCycle) -> PointLoads:
     found.append(_at(cycle, "thrust", out["thrust.force"][:, None] * AXIS, zero, moves=False))
     found.append(_at(cycle, "flywheel", zero, -out["shaft.torque"][:, None] * AXIS))
     found.append(_at(cycle, "pulley", zero, out["damper.torque"][:, None] * AXIS))
-    return found[0].joined(*found[1:])
+    return found
 
 
 def _at(
     cycle: RecordedCycle, interface: str, force: Array, moment: Array, beside: float = 0.0, moves: bool = True
-) -> PointLoads:
-    """Load at an interface, ``beside`` its middle along z.
+) -> tuple[str, PointLoads]:
+    """An interface and a load at it, ``beside`` its middle along z.
 
     As in the running model a force across the axis acts where the displaced point is, which its own rotation takes
     along its circle, but not displaced along the axis; a force along the axis does not move across it (``moves``).
@@ -170,7 +176,7 @@ def _at(
     turn = motion[:, 5:]
     moved = moved + (np.cos(turn) - 1.0) * own + (np.sin(turn) - turn) * np.cross(AXIS, own)
     place = own + beside * AXIS + float(moves) * (1.0 - AXIS) * moved
-    return PointLoads(np.array([own[2] + beside]), place[:, None], force[:, None], moment[:, None])
+    return interface, PointLoads(np.array([own[2] + beside]), place[:, None], force[:, None], moment[:, None])
 
 
 def _to_frame(cycle: RecordedCycle, x: Array, y: Array) -> Array:
@@ -179,12 +185,17 @@ def _to_frame(cycle: RecordedCycle, x: Array, y: Array) -> Array:
     return np.stack([cos * x + sin * y, cos * y - sin * x, np.zeros_like(x)], axis=1)
 
 
+def weight(cycle: RecordedCycle) -> Array:
+    """Acceleration of gravity (n, 3) in axes of the frame, m/s²."""
+    return _to_frame(cycle, np.zeros_like(cycle.angle), np.full_like(cycle.angle, -cycle.gravity))
+
+
 def mass_loads(cycle: RecordedCycle, masses: list[Mass]) -> PointLoads:
     """Weight and inertia of the pieces over a cycle: d'Alembert's forces, and moments about their centres."""
     omega, change = cycle.speed[:, None, None], cycle.acceleration[:, None, None]
     turn = skew(AXIS)
     steady = change * turn - omega**2 * np.diag(1.0 - AXIS)
-    weight = _to_frame(cycle, np.zeros_like(cycle.angle), np.full_like(cycle.angle, -cycle.gravity))
+    pull = weight(cycle)
     places, forces, moments = [], [], []
     for mass in masses:
         moved, rate, second = (_piece_motion(cycle, mass, k) for k in range(3))
@@ -196,7 +207,7 @@ def mass_loads(cycle: RecordedCycle, masses: list[Mass]) -> PointLoads:
         turned = np.eye(3) + skew(moved[:, 3:])
         lever = turned @ mass.second @ np.swapaxes(turned, 1, 2) @ np.swapaxes(gradient, 1, 2)
         places.append(place)
-        forces.append(mass.mass * (weight - acceleration))
+        forces.append(mass.mass * (pull - acceleration))
         moments.append(np.stack([lever[:, j, i] - lever[:, i, j] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1))
     z = np.array([mass.z for mass in masses])
     return PointLoads(z, np.stack(places, 1), np.stack(forces, 1), np.stack(moments, 1))
@@ -215,10 +226,10 @@ def _piece_motion(cycle: RecordedCycle, mass: Mass, rate: int) -> Array:
 def body_inertia(cycle: RecordedCycle) -> Array:
     """Weight and inertia of the whole body as the running model has them: force and moment about the origin (n, 6)."""
     body, omega, six = cycle.body, cycle.speed[:, None], slice(0, 6)
-    weight = _to_frame(cycle, np.zeros_like(cycle.angle), np.full_like(cycle.angle, -cycle.gravity))
+    pull = weight(cycle)
     q, v, a = cycle.position, cycle.velocity, cycle.change
     modal = (
-        weight @ body.translation[:, six]
+        pull @ body.translation[:, six]
         + omega**2 * body.centrifugal_load[six]
         - cycle.acceleration[:, None] * body.euler_load[six]
         - a[:, six]
@@ -228,7 +239,7 @@ def body_inertia(cycle: RecordedCycle) -> Array:
     )
     wrench = modal @ np.linalg.inv(rigid_coordinates(body))
     displaced = q @ body.translation.T
-    wrench[:, 5] += np.cross(displaced, weight)[:, 2]
+    wrench[:, 5] += np.cross(displaced, pull)[:, 2]
     return np.asarray(wrench)
 
 

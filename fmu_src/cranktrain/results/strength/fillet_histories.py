@@ -1,37 +1,48 @@
-"""Stress histories of the fillets over a cycle, from the sub-models of the throws."""
+"""Stress histories of fillets and oil bores over a cycle, from the sub-models of the throws."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import TURN, ReducedBody
-from cranktrain.results.strength.crank_cycle import CrankCycle
+from cranktrain.engine.parts import Crankshaft
+from cranktrain.results.strength.assessment import BORE_GRADIENT, FILLET_GRADIENT
+from cranktrain.results.strength.bare_crank import bare_instants
+from cranktrain.results.strength.cut_loads import AXIS, PointLoads, crank_loads
+from cranktrain.results.strength.fatigue import FilletHistory
+from cranktrain.results.strength.recorded_cycle import RecordedCycle
+from cranktrain.structure.stress.direct_solution import Instants
 from cranktrain.structure.stress.fillet_factors import free_surface
 from cranktrain.structure.stress.nodal_stress import von_mises
-from cranktrain.structure.stress.sub_model import FilletModes
+from cranktrain.structure.stress.sub_model import CUTS, FilletModes, cut_places
 
 Array = NDArray[np.float64]
 
 CONVERGED = 0.03
 """Least over largest principal stress at the peak, up to which a fillet counts as converged."""
 _BATCH = 16
+_JUDGED = 4
+_BESIDE = 1e-3
+"""What lies on a cut up to this, m, counts as beyond it."""
 
 
 @dataclass(frozen=True, eq=False)
 class FilletPeak:
-    """Hottest place of a fillet or oil hole over a cycle of k samples.
+    """Hottest place of a fillet or oil bore over a cycle of k samples.
 
     Attributes
     ----------
     name : of the fillet
     place : (3,) m
     angle : (k,) crank angle, rad
-    tensor : (k, 6) stress, Pa, components xx, yy, zz, xy, yz, zx in axes of the frame
+    tensor : (k, 6) stress, Pa, components xx, yy, zz, xy, yz, zx in axes of the frame, by the cuts' resultants
     peak : sample of the greatest von Mises stress
     free_surface : least over largest principal stress by size then; 0 at a surface that is fully resolved
+    by_motion : greatest von Mises stress of any place where the cuts follow the crank's motion, Pa
     """
 
     name: str
@@ -40,6 +51,7 @@ class FilletPeak:
     tensor: Array
     peak: int
     free_surface: float
+    by_motion: float
 
     @property
     def converged(self) -> bool:
@@ -52,39 +64,102 @@ class FilletPeak:
         return float(von_mises(self.tensor[self.peak]))
 
 
-def fillet_peaks(bare: ReducedBody, running: ReducedBody, cycle: CrankCycle, modes: FilletModes) -> list[FilletPeak]:
-    """Hottest place of each fillet and oil hole of a throw, by von Mises stress.
+@dataclass(frozen=True, eq=False)
+class FilletRun:
+    """A fillet or oil bore over a cycle: (k, n + LOADS + CUTS) by which its modes are weighed, in two ways."""
+
+    modes: FilletModes
+    angle: Array
+    by_motion: Array
+    by_resultants: Array
+
+    def scanned(self, drive: Array) -> tuple[Array, NDArray[np.intp]]:
+        """Greatest von Mises stress (s,) of each place, Pa, and its sample (s,)."""
+        modes, driven = self.modes.modes, drive.astype(np.float32)
+        flat = modes.reshape(len(modes), -1)
+        greatest = np.zeros(len(self.modes.points), dtype=np.float32)
+        sample = np.zeros(greatest.size, dtype=np.intp)
+        for first in range(0, len(driven), _BATCH):
+            part = (driven[first : first + _BATCH] @ flat).reshape(-1, *modes.shape[1:])
+            values = von_mises(part.transpose(1, 0, 2))
+            highest = values.max(axis=0)
+            higher = highest > greatest
+            sample[higher] = first + values[:, higher].argmax(axis=0)
+            greatest[higher] = highest[higher]
+        return greatest.astype(float), sample
+
+    def tensor(self, node: int) -> Array:
+        """Stress (k, 6) of one place over the cycle by the cuts' resultants, Pa."""
+        return np.asarray(self.by_resultants @ self.modes.modes[:, :, node], dtype=np.float64)
+
+    @property
+    def peak(self) -> FilletPeak:
+        """The place of the greatest von Mises stress."""
+        greatest, sample = self.scanned(self.by_resultants)
+        node = int(greatest.argmax())
+        tensor, peak = self.tensor(node), int(sample[node])
+        resolved = free_surface(tensor[peak][:, None])
+        by_motion = float(self.scanned(self.by_motion)[0].max())
+        return FilletPeak(self.modes.name, self.modes.points[node], self.angle, tensor, peak, resolved, by_motion)
+
+    def histories(self, c: Crankshaft) -> list[FilletHistory]:
+        """Stress over the cycle where its peak and where its range is greatest, for fatigue: some places, one name."""
+        greatest, sample = self.scanned(self.by_resultants)
+        reference = self.by_resultants[sample[greatest.argmax()]]
+        ranges, _ = self.scanned(self.by_resultants - reference)
+        bore = "hole" in self.modes.name
+        gradient = 2.0 * BORE_GRADIENT / c.oil_hole_diameter if bore else FILLET_GRADIENT / c.fillet
+        found = []
+        for node in sorted({*greatest.argsort()[-_JUDGED:].tolist(), *ranges.argsort()[-_JUDGED:].tolist()}):
+            tensor = self.tensor(node)
+            resolved = free_surface(tensor[sample[node]][:, None]) <= CONVERGED
+            found.append(FilletHistory(fatigue_name(self.modes.name), self.angle, tensor, gradient, resolved))
+        return found
+
+
+def fatigue_name(place: str) -> str:
+    """What fatigue and the rule call a place of a sub-model: ``pin[1] rear fillet`` is ``web[2].pin``."""
+    journal, number = place[: place.index("[")], int(place[place.index("[") + 1 : place.index("]")])
+    if journal == "oil hole":
+        return f"pin[{number}].oil_bore"
+    rear = int(place.endswith("rear fillet"))
+    web = 2 * number - 1 + rear if journal == "pin" else 2 * number - 2 + rear
+    return f"web[{web}].{journal}"
+
+
+def fillet_runs(bare: ReducedBody, cycle: RecordedCycle, fillets: Iterable[FilletModes]) -> list[FilletRun]:
+    """Fillets and oil bores over a recorded cycle, of several the last.
 
     Parameters
     ----------
-    bare, running : crankshaft without parts in all its modes, and that of the run
+    bare : crankshaft without parts in all its modes
     """
-    drive = throw_drive(bare, running, cycle, modes.throw).astype(np.float32)
-    flat = modes.modes.reshape(len(modes.modes), -1)
-    greatest = np.zeros(len(modes.points), dtype=np.float32)
-    for first in range(0, len(drive), _BATCH):
-        part = (drive[first : first + _BATCH] @ flat).reshape(-1, *modes.modes.shape[1:])
-        np.maximum(greatest, von_mises(part.transpose(1, 0, 2)).max(axis=0), out=greatest)
+    cycle = cycle.last()
+    at, loads = bare_instants(cycle), crank_loads(cycle)
     found = []
-    for k, name in enumerate(modes.features):
-        own = np.flatnonzero(modes.number == k)
-        node = own[greatest[own].argmax()]
-        tensor = np.asarray(drive @ modes.modes[:, :, node], dtype=np.float64)
-        peak = int(von_mises(tensor.T).argmax())
-        resolved = free_surface(tensor[peak][:, None])
-        found.append(FilletPeak(name, modes.points[node], cycle.angle, tensor, peak, resolved))
+    for modes in fillets:
+        drive = throw_drive(bare, at, modes.throw)
+        held = np.zeros((len(drive), CUTS))
+        freed = modes.by_resultants(drive, cut_wrenches(cycle.engine.crankshaft, loads, modes.throw))
+        driven = (np.hstack((drive, motions)) for motions in (held, freed))
+        found.append(FilletRun(modes, cycle.crank_angle, *driven))
     return found
 
 
-def throw_drive(bare: ReducedBody, running: ReducedBody, cycle: CrankCycle, throw: int) -> Array:
-    """Drive (k, n + LOADS) of a throw's sub-model, see :mod:`cranktrain.structure.stress.sub_model`."""
-    basis = np.eye(running.n_modes) if running.basis is None else running.basis
+def cut_wrenches(c: Crankshaft, loads: PointLoads, throw: int) -> Array:
+    """Force and moment (k, CUTS) about either cut's middle of all that acts beyond it and on its main journal."""
+    front, rear = cut_places(c, throw)
+    beyond = ((loads.z < front + _BESIDE, front), (loads.z > rear - _BESIDE, rear))
+    return np.hstack([part for chosen, z in beyond for part in loads.resultant(chosen, z * AXIS)])
+
+
+def throw_drive(bare: ReducedBody, at: Instants, throw: int) -> Array:
+    """Drive (k, n + LOADS) of a throw's sub-models, see :mod:`cranktrain.structure.stress.sub_model`."""
     row = bare.index(f"pin[{throw}]")
-    position, rate, second = (part @ basis.T for part in (cycle.position, cycle.velocity, cycle.acceleration))
-    acceleration = second @ bare.shapes[row].T
-    turned = 2.0 * cycle.speed[:, None] * (rate @ bare.shapes[row, :3].T)
-    turned += cycle.speed_rate[:, None] * bare.positions[row]
-    acceleration[:, :3] += turned @ TURN.T - cycle.gravity
-    acceleration[:, 5] += cycle.speed_rate
-    loads = [cycle.loads[:, bare.index(name)] for name in (f"pin[{throw}]", f"main[{throw}]", f"main[{throw + 1}]")]
-    return np.column_stack((position, *loads, acceleration, cycle.speed**2))
+    acceleration = at.acceleration @ bare.shapes[row].T
+    turned = 2.0 * at.speed[:, None] * (at.velocity @ bare.shapes[row, :3].T)
+    turned += at.speed_rate[:, None] * bare.positions[row]
+    acceleration[:, :3] += turned @ TURN.T - at.gravity
+    acceleration[:, 5] += at.speed_rate
+    loads = [at.loads[:, bare.index(name)] for name in (f"pin[{throw}]", f"main[{throw}]", f"main[{throw + 1}]")]
+    return np.column_stack((at.position, *loads, acceleration, at.speed**2))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.cycle_run import communication_step, run_cycles
@@ -14,6 +16,9 @@ from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, of
 from cranktrain.dynamics.settled.judging import TOLERANCE, Settling
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
+
+CYCLE = 4.0 * math.pi
+"""Crank angle of a cycle, rad."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +32,7 @@ class RecordedCycle:
     gravity : acceleration of gravity, m/s²
     angle, speed, acceleration : (n,) of the frame that turns with the crank, rad, rad/s, rad/s²
     position, velocity, change : (n, modes) modal coordinates of the crank in that frame and their rates
+    damping : (modes,) of structure, force over modal mass and rate, 1/s
     outputs : name → (n,) values
     settling : how settled the run is
     """
@@ -41,13 +47,33 @@ class RecordedCycle:
     position: Array
     velocity: Array
     change: Array
+    damping: Array
     outputs: dict[str, Array]
     settling: Settling
+
+    @property
+    def crank_angle(self) -> Array:
+        """Crank angle (n,) within a cycle, rad."""
+        return self.outputs["crank.angle"] % CYCLE
 
     def motion(self, interface: str, rate: int = 0) -> Array:
         """Translation and rotation (n, 6) of an interface in the frame; with ``rate`` 1 or 2 their rates."""
         shape = self.body.shapes[self.body.index(interface)]
         return np.asarray((self.position, self.velocity, self.change)[rate] @ shape.T)
+
+    def at(self, samples: NDArray[np.integer]) -> RecordedCycle:
+        """Some samples of it, in the order given."""
+        names = ("angle", "speed", "acceleration", "position", "velocity", "change")
+        return replace(
+            self,
+            **{name: getattr(self, name)[samples] for name in names},
+            outputs={name: values[samples] for name, values in self.outputs.items()},
+        )
+
+    def last(self) -> RecordedCycle:
+        """The last cycle alone, from crank angle 0 on."""
+        count = self.angle.size // max(self.settling.repeats, 1)
+        return self.at(self.angle.size - count + np.argsort(self.crank_angle[-count:]))
 
 
 def recorded_cycle(
@@ -97,6 +123,7 @@ def recorded_cycle(
         position=motion[0],
         velocity=motion[1],
         change=motion[2],
+        damping=simulation.model.damping[:modes].copy(),
         outputs=dict(zip(simulation.output_names, rows.T.copy(), strict=True)),
         settling=found.settling,
     )

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import ReducedBody
-from cranktrain.engine.model import Engine
-from cranktrain.results.strength.crank_cycle import CrankCycle
+from cranktrain.results.strength.bare_crank import bare_instants, wrenches
+from cranktrain.results.strength.recorded_cycle import RecordedCycle
 from cranktrain.store.hdf5 import write_result
 from cranktrain.structure.crank.reduction import complete_crankshaft
 from cranktrain.structure.fem.factor import one_thread
-from cranktrain.structure.stress.direct_solution import Instants, direct_solution
+from cranktrain.structure.stress.direct_solution import direct_solution
 from cranktrain.structure.stress.features import surface_features
 from cranktrain.structure.stress.nodal_stress import von_mises
 from cranktrain.structure.stress.stress_modes import ShapedCrank, StressModes
@@ -51,25 +51,28 @@ class CrankStress:
 
     Attributes
     ----------
-    cycle : the k samples
+    cycle : the k samples, in the order of the crank angle
     modes : (r + 1, 6, s) float32 stress in the running model's modes and for Ω² = 1
     surface : places and triangles of the s nodes
     features : names of parts of the surface, and number (s,) of each node's
     """
 
-    cycle: CrankCycle
+    cycle: RecordedCycle
     modes: Tensors
     surface: StressModes
     features: tuple[tuple[str, ...], NDArray[np.intp]]
 
     @classmethod
-    def of(
-        cls, engine: Engine, bare: ReducedBody, running: ReducedBody, surface: StressModes, cycle: CrankCycle
-    ) -> CrankStress:
-        """Stresses from a cycle of the ``running`` body; ``engine`` with all that is fixed to its crank in the run."""
+    def of(cls, bare: ReducedBody, surface: StressModes, cycle: RecordedCycle) -> CrankStress:
+        """Stresses over a recorded cycle, of several the last; ``bare``: the crankshaft without parts in all modes."""
         with one_thread():
-            modes = surface.of_running(complete_crankshaft(engine, bare), running)
-        return cls(cycle, modes, surface, surface_features(engine.crankshaft, surface.points))
+            modes = surface.of_running(complete_crankshaft(cycle.engine, bare), cycle.body)
+        return cls(cycle.last(), modes, surface, surface_features(cycle.engine.crankshaft, surface.points))
+
+    @cached_property
+    def angle(self) -> Array:
+        """Crank angle (k,), rad, ascending from 0 to less than 4π."""
+        return self.cycle.crank_angle
 
     @cached_property
     def coordinates(self) -> Tensors:
@@ -87,7 +90,7 @@ class CrankStress:
 
     def nearest(self, angle: float) -> int:
         """Sample nearest to a crank angle, rad."""
-        apart = (self.cycle.angle - angle + 2.0 * np.pi) % (4.0 * np.pi) - 2.0 * np.pi
+        apart = (self.angle - angle + 2.0 * np.pi) % (4.0 * np.pi) - 2.0 * np.pi
         return int(np.abs(apart).argmin())
 
     def history(self, node: int) -> Array:
@@ -129,7 +132,7 @@ class CrankStress:
             own = np.flatnonzero(number == k)
             if own.size:
                 node = int(own[envelope[own].argmax()])
-                angle = float(self.cycle.angle[when[node]])
+                angle = float(self.angle[when[node]])
                 spots.append(HotSpot(name, node, self.surface.points[node], float(envelope[node]), angle))
         return sorted(spots, key=lambda spot: -spot.stress)
 
@@ -137,15 +140,15 @@ class CrankStress:
         """Write modal coordinates, loads, envelope and surface to an HDF5 file, SI."""
         cycle, (envelope, when) = self.cycle, self.envelope
         datasets: dict[str, tuple[NDArray[Any], str]] = {
-            "angle": (cycle.angle, "rad"),
+            "angle": (self.angle, "rad"),
             "modal_coordinates": (cycle.position, "kg^0.5 m"),
             "modal_velocities": (cycle.velocity, "kg^0.5 m/s"),
-            "interface_loads": (cycle.loads, "N, N m"),
+            "interface_loads": (wrenches(cycle), "N, N m"),
             "greatest_von_mises": (self.greatest[0], "Pa"),
             "surface_points": (self.surface.points, "m"),
             "surface_triangles": (self.surface.triangles, "1"),
             "envelope_von_mises": (envelope, "Pa"),
-            "envelope_angle": (cycle.angle[when], "rad"),
+            "envelope_angle": (self.angle[when], "rad"),
         }
         return write_result(path, datasets, attributes)
 
@@ -161,19 +164,13 @@ class StaticCheck(NamedTuple):
     angles: Array
 
 
-def static_check(
-    stress: CrankStress, engine: Engine, running: ReducedBody, crank: ShapedCrank, say: Callable[[str], None]
-) -> StaticCheck:
-    """Check some instants of a cycle by direct solutions; parameters as of :meth:`CrankStress.of`."""
+def static_check(stress: CrankStress, crank: ShapedCrank, say: Callable[[str], None]) -> StaticCheck:
+    """Check some instants of a cycle by direct solutions."""
     say("direct solutions for the static check")
-    cycle = stress.cycle
-    samples = np.unique(np.linspace(0, len(cycle.angle), CHECKED, endpoint=False).astype(np.intp))
-    basis = np.eye(running.n_modes) if running.basis is None else running.basis
-    bare = [np.asarray(part[samples] @ basis.T) for part in (cycle.position, cycle.velocity, cycle.acceleration)]
-    rest = [part[samples] for part in (cycle.loads, cycle.speed, cycle.speed_rate, cycle.gravity)]
+    samples = np.unique(np.linspace(0, len(stress.angle), CHECKED, endpoint=False).astype(np.intp))
     with one_thread():
-        displacement, _ = direct_solution(crank, engine, Instants(*bare, *rest))
+        displacement, _ = direct_solution(crank, stress.cycle.engine, bare_instants(stress.cycle.at(samples)))
     operator, dofs = crank.surface_stress
     direct = operator(displacement[dofs]).transpose(1, 0, 2)
     difference = von_mises(stress.tensors(samples).transpose(1, 0, 2) - direct).max(axis=1)
-    return StaticCheck(float((difference / von_mises(direct).max(axis=1)).max()), cycle.angle[samples])
+    return StaticCheck(float((difference / von_mises(direct).max(axis=1)).max()), stress.angle[samples])

@@ -39,7 +39,7 @@ def cycle_figure(stress: CrankStress, title: str) -> Any:
     figure = Figure(figsize=(13.0, 12.0), dpi=130, layout="constrained")
     axes = figure.subplots(4, 2)
     for ax, sample, angle, value in zip(axes.T.flat, samples, SHOWN_DEG, values, strict=True):
-        colours = draw_surface(ax, stress, value, top, float(stress.cycle.angle[sample]))
+        colours = draw_surface(ax, stress, value, top, float(stress.angle[sample]))
         ax.set_title(f"{angle}°, greatest {value.max():.0f} MPa", fontsize=10)
     bar = figure.colorbar(colours, ax=axes, shrink=0.5, aspect=40, extend="max", pad=0.02)
     bar.set_label("von Mises stress / MPa")
@@ -63,7 +63,7 @@ def envelope_figure(stress: CrankStress, title: str) -> Any:
         above.annotate(str(k + 1), (x, y), xytext=(7, 7), textcoords="offset points", fontsize=9, weight="bold")
         text = f"{k + 1}  {spot.feature}: {1e-6 * spot.stress:.0f} MPa at {math.degrees(spot.angle):.0f}°"
         above.text(0.0, -0.04 - 0.055 * k, text, transform=above.transAxes, fontsize=9, va="top")
-    below.plot(np.degrees(stress.cycle.angle), 1e-6 * stress.greatest[0], color="#1f5fa8")
+    below.plot(np.degrees(stress.angle), 1e-6 * stress.greatest[0], color="#1f5fa8")
     below.set(xlim=(0, 720), xticks=range(0, 721, 90), xlabel="crank angle / deg")
     below.set_ylabel("greatest von Mises / MPa")
     below.grid(color="#d8dde3", linewidth=0.6)

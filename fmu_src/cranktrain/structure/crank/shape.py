@@ -9,6 +9,7 @@ of the CAD kernel stay simple, and no fillet has to be found afterwards.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import asin, cos, hypot, pi, sin, sqrt
@@ -57,10 +58,30 @@ def pin_centre(crankshaft: Crankshaft, pin: int) -> tuple[float, float, float]:
     return -crankshaft.throw * sin(angle), crankshaft.throw * cos(angle), 0.5 * (start + end)
 
 
-def crankshaft_shape(crankshaft: Crankshaft, fineness: float = 0.0) -> Any:
+def oil_outlet(crankshaft: Crankshaft, pin: int) -> tuple[float, float, float]:
+    """Where the oil bore leaves a pin (numbered from 1), away from the crank's axis, m."""
+    x, y, z = pin_centre(crankshaft, pin)
+    out = 1.0 + 0.5 * crankshaft.pin_diameter / crankshaft.throw
+    return out * x, out * y, z
+
+
+def fillet_ends(crankshaft: Crankshaft) -> dict[str, tuple[float, float]]:
+    """Plane of the web, m, and signed extent along z, m, of every fillet of main journals and pins.
+
+    ``pin[1] front fillet``: at the end of pin 1 towards the pulley; ``rear`` towards the flywheel.
+    """
+    at, r = stations(crankshaft), crankshaft.fillet
+    journals = [(f"main[{i}]", span) for i, span in enumerate(at.mains, 1)]
+    journals += [(f"pin[{i}]", span) for i, span in enumerate(at.pins, 1)]
+    sides = (("front", 0, r), ("rear", 1, -r))
+    return {f"{name} {side} fillet": (span[k], extent) for name, span in journals for side, k, extent in sides}
+
+
+def crankshaft_shape(crankshaft: Crankshaft, fineness: float = 0.0, fillets: Sequence[str] | None = None) -> Any:
     """Build the crankshaft as one solid of netgen's CAD kernel, m.
 
-    With a ``fineness`` edges on fillets are to be as short as their radius over it.
+    With a ``fineness`` edges on fillets are to be as short as their radius over it: on all, or on those named as by
+    :func:`fillet_ends`.
 
     Faces ``main[i]``, ``pin[i]``, ``pulley`` (the nose's cylinder) and ``flange`` (rim of the flange) carry names.
     Call it where a crash of the kernel does no harm: :func:`cranktrain.structure.fem.mesh.crankshaft_mesh` does.
@@ -91,8 +112,8 @@ def crankshaft_shape(crankshaft: Crankshaft, fineness: float = 0.0) -> Any:
         for i in range(len(at.pins)):
             solid = solid - oil_hole(occ, c, i)
     if fineness > 0.0:
-        ends = [(z, side * c.fillet) for span in (*at.mains, *at.pins) for z, side in zip(span, (1, -1), strict=True)]
-        refine_fillets(solid, ends, fineness)
+        ends = fillet_ends(c)
+        refine_fillets(solid, [ends[name] for name in fillets or ends], fineness)
     return solid
 
 
@@ -193,7 +214,7 @@ def oil_hole(occ: Any, c: Crankshaft, i: int) -> Any:
     return bore
 
 
-def refine_fillets(solid: Any, fillets: list[tuple[float, float]], fineness: float) -> Any:
+def refine_fillets(solid: Any, fillets: Sequence[tuple[float, float]], fineness: float) -> Any:
     """Solid with edges of fillet over fineness asked for on its fillets: (plane of its web, signed extent) of each."""
     for face in solid.faces:
         low, high = (corner.z for corner in face.bounding_box)
@@ -202,4 +223,13 @@ def refine_fillets(solid: Any, fillets: list[tuple[float, float]], fineness: flo
             # The kernel's box of a fillet holds its control points, which lie beyond it.
             if abs(begins - z) < 0.02 * abs(extent) and 0.9 < length / abs(extent) < 2.5:
                 face.maxh = abs(extent) / fineness
+    return solid
+
+
+def refine_rim(solid: Any, crankshaft: Crankshaft, pin: int, fineness: float) -> Any:
+    """Solid with edges of bore radius over fineness asked for where the oil bore leaves a pin (numbered from 1)."""
+    outlet, reach = oil_outlet(crankshaft, pin), crankshaft.oil_hole_diameter
+    for edge in solid.edges:
+        if max(abs(a - b) for a, b in zip(edge.center, outlet, strict=True)) < reach and edge.mass < 2 * pi * reach:
+            edge.maxh = 0.5 * reach / fineness
     return solid

@@ -48,6 +48,7 @@ REFUSED_BELOW = 0.02
 # Smallest straight Jacobian (six volumes) relative to the cube of the longest edge; a regular tetrahedron has 0.71.
 FLAT_BELOW = 1e-4
 CHILD_SECONDS = 300.0
+GRADING = 0.5
 PR_SET_PDEATHSIG = 1
 
 
@@ -58,7 +59,12 @@ def interface_names(throws: int) -> tuple[str, ...]:
     return (*mains, *pins, "pulley", "flywheel", "thrust")
 
 
-def crankshaft_mesh(crankshaft: Crankshaft, thrust_main: int | None = None, fillet_fineness: float = 0.0) -> MeshTet2:
+def crankshaft_mesh(
+    crankshaft: Crankshaft,
+    thrust_main: int | None = None,
+    fillet_fineness: float = 0.0,
+    fillets: Sequence[str] | None = None,
+) -> MeshTet2:
     """Mesh the crankshaft from its dimensions.
 
     Raises ``InputError``: for impossible dimensions, a crash of the CAD kernel, or elements that stay inverted.
@@ -68,6 +74,7 @@ def crankshaft_mesh(crankshaft: Crankshaft, thrust_main: int | None = None, fill
     crankshaft : dimensions, m; ``mesh_size`` is the largest edge, fillets get about half of it
     thrust_main : main journal (from 1) beside which the thrust faces lie; the middle one by default
     fillet_fineness : radius of fillets over the edges on them; 0 as ``mesh_size`` makes them
+    fillets : those that it is for, named as by :func:`cranktrain.structure.crank.shape.fillet_ends`; all without
 
     Returns
     -------
@@ -82,7 +89,7 @@ def crankshaft_mesh(crankshaft: Crankshaft, thrust_main: int | None = None, fill
         raise InputError(f"thrust.main = {main}: the crankshaft has main journals 1 to {throws + 1}")
     nodes, tets, triangles, labels, names = cad_mesh(
         "cranktrain.structure.fem.mesh:_solid",
-        {**asdict(crankshaft), "fillet_fineness": fillet_fineness},
+        {**asdict(crankshaft), "fillet_fineness": fillet_fineness, "fillets": fillets},
         "crankshaft",
         "fillet or mesh_size",
     )
@@ -316,7 +323,8 @@ def cad_mesh(
     Parameters
     ----------
     entry : ``module:function`` of ``values`` (as JSON gives them back) that returns a shape of netgen's CAD kernel,
-        the largest edge (m), and the number of sides to a radius of curvature and to an edge
+        the largest edge (m), the number of sides to a radius of curvature and to an edge, and where it is not
+        ``GRADING``, how fast edges grow away from short ones, 0 to 1
     what, remedy : the body in an error's text, and what to change
 
     Returns
@@ -343,9 +351,13 @@ def child(entry: str) -> None:
     from netgen.occ import OCCGeometry
 
     module, function = entry.split(":")
-    shape, maxh, fineness = getattr(import_module(module), function)(json.load(sys.stdin))
+    shape, maxh, fineness, *grading = getattr(import_module(module), function)(json.load(sys.stdin))
     mesh = OCCGeometry(shape).GenerateMesh(
-        maxh=maxh, grading=0.5, curvaturesafety=fineness, segmentsperedge=fineness, parallel_meshing=False
+        maxh=maxh,
+        grading=grading[0] if grading else GRADING,
+        curvaturesafety=fineness,
+        segmentsperedge=fineness,
+        parallel_meshing=False,
     )
     mesh.SecondOrder()
     solid, skin = mesh.Elements3D().NumPy(), mesh.Elements2D().NumPy()
@@ -403,8 +415,12 @@ def _solid(values: dict[str, Any]) -> tuple[Any, float, float]:
     """Solid, largest edge and fineness, in the child that meshes."""
     from cranktrain.structure.crank.shape import crankshaft_shape
 
-    fineness = values.pop("fillet_fineness")
+    fineness, fillets = values.pop("fillet_fineness"), values.pop("fillets")
     sizes: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
     crankshaft = Crankshaft(**sizes)
     # Half the largest edge on fillets at the default sizes: one curved side per quarter circle of 4.5 mm.
-    return crankshaft_shape(crankshaft, fineness), crankshaft.mesh_size, 1.8 * crankshaft.fillet / crankshaft.mesh_size
+    return (
+        crankshaft_shape(crankshaft, fineness, fillets),
+        crankshaft.mesh_size,
+        1.8 * crankshaft.fillet / crankshaft.mesh_size,
+    )

@@ -17,18 +17,19 @@ from cranktrain.structure.fem.elasticity import component_dofs
 from cranktrain.structure.fem.reduction import Progress, ReductionTask
 from cranktrain.structure.stress.stress_modes import SAME, ShapedCrank
 from cranktrain.structure.stress.sub_model import FilletModes, fillet_modes
-from cranktrain.structure.stress.throw_mesh import FINENESS
+from cranktrain.structure.stress.throw_mesh import FINENESS, throw_places
 
-RECIPE = 1
+RECIPE = 2
 """Raised when the same shapes would give other stresses."""
 
 
 def throw_fillets(
     engine: Engine, throw: int, shaped: Callable[[], ShapedCrank], say: Progress, fineness: float = FINENESS
-) -> FilletModes:
-    """Fillets of a throw (numbered from 1); from the user's cache where they are kept there.
+) -> list[FilletModes]:
+    """Fillets and oil bore of a throw (numbered from 1); from the user's cache where they are kept there.
 
-    Raises ``InputError``: no such throw, or what :func:`cranktrain.structure.stress.sub_model.fillet_modes` refuses.
+    Each is kept as it is done. Raises ``InputError``: no such throw, or what
+    :func:`cranktrain.structure.stress.sub_model.fillet_modes` refuses.
 
     Parameters
     ----------
@@ -38,20 +39,22 @@ def throw_fillets(
     if not 1 <= throw <= count:
         raise InputError(f"throw {throw} does not exist; engine '{engine.name}' has throws 1 to {count}")
     task = reduction_task(engine)
-    path = task.path.with_name(f"{task.path.stem}-throw{throw}-{fineness:g}.npz")
-    kept = _read(path, task, throw)
-    if kept is not None:
-        return kept
-    crank = shaped()
-    dofs = component_dofs(crank.model.basis)
-    coarse = (crank.model.mesh.doflocs, crank.reduced.modes[dofs])
-    made = fillet_modes(engine.crankshaft, engine.material, coarse, throw, say, fineness)
-    with whole_file(path) as temporary, temporary.open("wb") as file:
-        np.savez(file, recipe=RECIPE, shapes=crank.reduced.body.shapes, **vars(made))
-    return made
+    found = []
+    for place in throw_places(engine.crankshaft, throw):
+        label = "".join(c if c.isalnum() else "-" for c in place)
+        path = task.path.with_name(f"{task.path.stem}-throw{throw}-{label}-{fineness:g}.npz")
+        kept = _read(path, task)
+        if kept is None:
+            crank = shaped()
+            coarse = (crank.model.mesh.doflocs, crank.reduced.modes[component_dofs(crank.model.basis)])
+            kept = fillet_modes(engine.crankshaft, engine.material, coarse, throw, place, say, fineness)
+            with whole_file(path) as temporary, temporary.open("wb") as file:
+                np.savez(file, recipe=RECIPE, shapes=crank.reduced.body.shapes, **vars(kept))
+        found.append(kept)
+    return found
 
 
-def _read(path: Path, task: ReductionTask, throw: int) -> FilletModes | None:
+def _read(path: Path, task: ReductionTask) -> FilletModes | None:
     """What is kept of the body that is kept, or None."""
     try:
         shapes = load_body(task.path, task.digest).shapes
@@ -61,7 +64,6 @@ def _read(path: Path, task: ReductionTask, throw: int) -> FilletModes | None:
                 return None
             if not np.allclose(found, shapes, rtol=SAME, atol=SAME * np.abs(shapes).max()):
                 return None
-            features = tuple(str(name) for name in file["features"])
-            return FilletModes(throw, file["modes"], file["points"], features, file["number"])
+            return FilletModes(str(file["name"]), int(file["throw"]), file["modes"], file["beyond"], file["points"])
     except (OSError, ValueError, KeyError, EOFError, BadZipFile, StoreError):
         return None

@@ -6,6 +6,7 @@ reduction. They lie in a file of their own beside the body's, so that runs witho
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from zipfile import BadZipFile
@@ -13,7 +14,7 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.errors import StoreError
+from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.model import Engine
 from cranktrain.store.hdf5 import load_body
@@ -23,6 +24,7 @@ from cranktrain.structure.fem.craig_bampton import Reduced
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, sample
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet
+from cranktrain.structure.fem.own_body import is_body
 from cranktrain.structure.fem.reduction import (
     Progress,
     ReductionTask,
@@ -105,7 +107,7 @@ def stress_modes(
     engine: Engine,
     mesh_file: str | Path | None = None,
     progress: Progress | None = None,
-    shaped: ShapedCrank | None = None,
+    shaped: Callable[[], ShapedCrank] | None = None,
 ) -> StressModes:
     """Stress modes of an engine's bare crankshaft; computed once, then read from the user's cache.
 
@@ -114,22 +116,32 @@ def stress_modes(
     Parameters
     ----------
     mesh_file : user's own mesh in place of the parametric crankshaft
-    shaped : the crankshaft with its shapes where at hand
+    shaped : makes the crankshaft with its shapes where it is needed, if not by repeating the reduction
     """
+    check_has_elements(mesh_file)
     say = progress or (lambda stage: None)
     task = reduction_task(engine, mesh_file)
     path = stress_path(task)
     kept = _read(path, task)
     if kept is not None:
         return kept
-    shaped = shaped or ShapedCrank.of(engine, mesh_file, say)
+    crank = shaped() if shaped else ShapedCrank.of(engine, mesh_file, say)
     say("stress modes")
     with one_thread():
-        made = surface_stress_modes(shaped.model, shaped.reduced)
-    body = shaped.reduced.body
+        made = surface_stress_modes(crank.model, crank.reduced)
+    body = crank.reduced.body
     with whole_file(path) as temporary, temporary.open("wb") as file:
         np.savez(file, recipe=RECIPE, omega=body.omega, shapes=body.shapes, **vars(made))
     return made
+
+
+def check_has_elements(mesh_file: str | Path | None) -> None:
+    """Refuse a reduced body or superelement in place of a mesh; ``InputError``."""
+    if mesh_file is not None and is_body(mesh_file):
+        raise InputError(
+            f"{mesh_file}: a reduced body has no stresses, they need the finite elements behind it; give their mesh "
+            "by --mesh, or leave the body out"
+        )
 
 
 def surface_stress_modes(model: FEModel, reduced: Reduced) -> StressModes:

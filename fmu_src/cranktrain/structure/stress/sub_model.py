@@ -1,14 +1,19 @@
-"""Sub-model of one throw with fine fillets, driven by the reduced crank's motion at cuts through its main journals.
+"""Sub-models of one throw, fine at one fillet or oil bore each, driven by the reduced crank's motion and loads.
 
-The crank's own mesh has one element over a fillet and reads its peak too low. The sub-model reaches from the middle of
-one main journal to that of the next. Its cut faces move as the crank does there; its pin and half journals carry the
-loads of their interfaces; its mass is accelerated as the pin is, as if the throw were rigid:
+The crank's own mesh has one element over a fillet and reads its peak too low. A sub-model reaches from the middle of
+one main journal to that of the next, with short edges at one place and the crank's elsewhere. Its cut faces move as the
+crank does there; its pin and half journals carry the loads of their interfaces; its mass is accelerated as the pin is,
+as if the throw were rigid:
 
-    K u = Wᵀ L − M R a + Ω² M X_⊥  inside,      u = P Φ q  on the cuts
+    K u = Wᵀ L − M R a + Ω² M X_⊥  inside,      u = P Φ q + C s  on the cuts
 
 P fits a cubic polynomial in x, y, z to the crank's nodes near a cut: it takes no search for elements and smooths the
-coarse field. All is linear in the *drive* [q, L_pin, L_front, L_rear, a, Ω²], so the sub-model is solved once for each
-of its entries, and stresses in a run are a product.
+coarse field. All is linear in the *drive* [q, L_pin, L_front, L_rear, a, Ω²] and in s, so the sub-model is solved once
+for each of its entries, and stresses in a run are a product.
+
+C are rigid motions of the two cuts. With s = 0 the cuts follow the *motion* of the crank, whose coarse mesh is too
+stiff. Or s is what lets the rest of the crank act on the cuts with the *resultants* that it has in the run: forces on
+their own, and the motion only for how they are spread over a cut.
 
 Reference: Zienkiewicz, Taylor and Zhu, *The Finite Element Method*, 7th ed., chapter 15; sub-models by displacements of
 their borders: Cook, Malkus, Plesha and Witt, *Concepts and Applications of Finite Element Analysis*, 4th ed., section
@@ -17,15 +22,16 @@ their borders: Cook, Malkus, Plesha and Witt, *Concepts and Applications of Fini
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshTet2
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import skew
 from cranktrain.engine.parts import Crankshaft, Material
-from cranktrain.structure.crank.shape import pin_centre, stations
+from cranktrain.structure.crank.shape import oil_outlet, pin_centre, stations
 from cranktrain.structure.fem.craig_bampton import rigid_motions
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_elements, sample
 from cranktrain.structure.fem.factor import factorise, one_thread
@@ -43,27 +49,46 @@ SLAB = 0.4
 """Half thickness of the slab about a cut whose nodes tell its motion, over the main journal's width."""
 LOADS = 6 * 4 + 1
 """Entries of a drive behind the modal coordinates: loads of pin, front and rear main, acceleration, Ω²."""
+CUTS = 6 * 2
+"""Rigid motions of the front and rear cut, s."""
 _ON_PLANE = 1e-7
 _BATCH = 32
+_FREE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class FilletModes:
-    """Stress at s nodes on fillets and oil holes of one throw, for each entry of its drive.
+    """Stress at s nodes on a fillet, or at the mouth of an oil bore, for each entry of its throw's drive.
 
     Attributes
     ----------
+    name : of the place, one of :func:`cranktrain.structure.stress.throw_mesh.throw_places`
     throw : number from 1
-    modes : (n + LOADS, 6, s) float32, Pa per unit of each entry (SI)
+    modes : (n + LOADS + CUTS, 6, s) float32, Pa per unit of each entry (SI)
+    beyond : (n + LOADS + CUTS, CUTS) force and moment about the cut's middle that all beyond either cut has, loads on
+        the main journals as a whole included, per unit of each entry
     points : (s, 3) m
-    features, number : names of the fillets and holes, and (s,) that of each node
     """
 
+    name: str
     throw: int
     modes: NDArray[np.float32]
+    beyond: Array
     points: Array
-    features: tuple[str, ...]
-    number: Integers
+
+    def by_resultants(self, drive: Array, wrenches: Array) -> Array:
+        """Motions s (k, CUTS) with which what lies beyond the cuts acts with ``wrenches``.
+
+        Parameters
+        ----------
+        drive : (k, n + LOADS)
+        wrenches : (k, CUTS), N and N m; what they lack of balance with the drive is left
+        """
+        stiffness = 0.5 * (self.beyond[-CUTS:] + self.beyond[-CUTS:].T)
+        size = np.sqrt(np.diag(stiffness))
+        # Six of the twelve move the throw as a whole and meet no force.
+        compliance = np.linalg.pinv(stiffness / np.outer(size, size), rcond=_FREE, hermitian=True)
+        return np.asarray((wrenches - drive @ self.beyond[:-CUTS]) / size @ compliance / size)
 
 
 def fillet_modes(
@@ -71,57 +96,92 @@ def fillet_modes(
     material: Material,
     coarse: tuple[Array, Array],
     throw: int,
+    place: str,
     say: Progress = lambda stage: None,
     fineness: float = FINENESS,
 ) -> FilletModes:
-    """Solve the sub-model of a throw (numbered from 1) for each entry of its drive.
+    """Solve the sub-model of a throw (numbered from 1) that is fine at ``place``, for each entry of its drive.
 
     Raises ``InputError``: where the CAD kernel fails or the crank's mesh has too few nodes near a cut.
 
     Parameters
     ----------
     coarse : nodes (3, p) m of the crank's mesh and its modes there, (3, p, n)
-    fineness : radius of a fillet over the edges on it
+    place : one of :func:`cranktrain.structure.stress.throw_mesh.throw_places`
+    fineness : radius of a fillet or bore over the edges on it
     """
-    say(f"throw {throw}: mesh of the sub-model")
-    model = finite_elements(throw_mesh(crankshaft, throw, fineness), material)
-    say(f"throw {throw}: sub-model of {model.basis.N} degrees of freedom")
+    say(f"throw {throw}: mesh, fine at {place}")
+    model = finite_elements(throw_mesh(crankshaft, throw, place, fineness), material)
+    say(f"throw {throw}: {place}, {model.basis.N} degrees of freedom")
     dofs = component_dofs(model.basis)
     nodes, moved = cut_motion(model.mesh, crankshaft, throw, coarse)
-    held = dofs[:, nodes].ravel()
+    held, n = dofs[:, nodes].ravel(), coarse[1].shape[2]
     free = np.setdiff1d(np.arange(model.basis.N), held)
-    count = coarse[1].shape[2]
-    known = np.zeros((held.size, count + LOADS))
-    known[:, :count] = moved.reshape(held.size, count)
-    force = np.zeros((free.size, count + LOADS))
-    force[:, count:] = throw_loads(model, crankshaft, throw)[free]
-    chosen, features, number = _watched(model.mesh, crankshaft)
+    rigid = cut_rigid_motions(model.mesh, crankshaft, throw, nodes)
+    known = np.zeros((held.size, n + LOADS + CUTS))
+    known[:, :n], known[:, -CUTS:] = moved.reshape(held.size, n), rigid
+    loads, halves = throw_loads(model, crankshaft, throw)
+    force = np.zeros((model.basis.N, n + LOADS + CUTS))
+    force[:, n:-CUTS] = loads
+    chosen = _watched(model.mesh, crankshaft, throw, place)
     stress = NodalStress.of(model.mesh, material, chosen)
-    modes = np.empty((count + LOADS, 6, chosen.size), dtype=np.float32)
+    modes = np.empty((n + LOADS + CUTS, 6, chosen.size), dtype=np.float32)
+    beyond = np.empty((n + LOADS + CUTS, CUTS))
     with one_thread():
-        rows = model.stiffness[free]
+        rows, own = model.stiffness[free], model.stiffness[held]
         coupling, factor = rows[:, held], factorise(rows[:, free].tocsc())
-        for first in range(0, count + LOADS, _BATCH):
-            part = slice(first, min(first + _BATCH, count + LOADS))
+        for first in range(0, len(modes), _BATCH):
+            part = slice(first, min(first + _BATCH, len(modes)))
             answer = np.zeros((model.basis.N, part.stop - part.start))
             answer[held] = known[:, part]
-            answer[free] = factor.solve(np.ascontiguousarray(force[:, part] - coupling @ known[:, part]))
+            answer[free] = factor.solve(np.ascontiguousarray(force[free, part] - coupling @ known[:, part]))
             modes[part] = stress(answer[dofs])
-    return FilletModes(throw, modes, np.ascontiguousarray(model.mesh.doflocs[:, chosen].T), features, number)
+            beyond[part] = (own @ answer - force[held, part]).T @ rigid
+    beyond[n + 6 : n + 18] += halves
+    return FilletModes(place, throw, modes, beyond, np.ascontiguousarray(model.mesh.doflocs[:, chosen].T))
 
 
-def throw_loads(model: FEModel, crankshaft: Crankshaft, throw: int) -> Array:
-    """Forces (ndof, LOADS) of a drive's entries behind the modal coordinates."""
-    at = stations(crankshaft)
+def cut_rigid_motions(mesh: MeshTet2, c: Crankshaft, throw: int, nodes: Integers) -> Array:
+    """Displacements (3 nodes, CUTS) of nodes on the cuts, rigid motions of each about its middle."""
+    motions = np.zeros((3, len(nodes), CUTS))
+    for first, middle in zip((0, 6), cut_places(c, throw), strict=True):
+        arm = mesh.doflocs[:, nodes] - np.array([[0.0], [0.0], [middle]])
+        on = np.abs(arm[2]) < _ON_PLANE
+        motions[:, on, first : first + 3] = np.eye(3)[:, None]
+        motions[:, on, first + 3 : first + 6] = -skew(arm[:, on].T).transpose(1, 0, 2)
+    return motions.reshape(-1, CUTS)
+
+
+def cut_places(c: Crankshaft, throw: int) -> tuple[float, float]:
+    """Front and rear cut of a throw (numbered from 1), z in m: the middles of the main journals beside it."""
+    front, rear = (0.5 * sum(span) for span in stations(c).mains[throw - 1 : throw + 1])
+    return front, rear
+
+
+def throw_loads(model: FEModel, crankshaft: Crankshaft, throw: int) -> tuple[Array, Array]:
+    """Forces (ndof, LOADS) of a drive's entries behind the modal coordinates.
+
+    Also force and moment about the cuts (12, CUTS) that the halves of the main journals inside have under their loads.
+    """
     pin = np.array(pin_centre(crankshaft, throw))
     columns = [averaged_interfaces(model, [f"pin[{throw}]"], {f"pin[{throw}]": pin}).averaging.T.toarray()]
-    for main in (throw, throw + 1):
-        middle = np.array([0.0, 0.0, 0.5 * sum(at.mains[main - 1])])
-        columns.append(_half_journal(model, f"main[{main}]", middle))
+    halves = np.zeros((12, CUTS))
     motions = rigid_motions(model)
-    motions[:, 3:] -= motions[:, :3] @ np.cross(np.eye(3), pin).T
+    for k, z in enumerate(cut_places(crankshaft, throw)):
+        middle = np.array([0.0, 0.0, z])
+        columns.append(_half_journal(model, f"main[{throw + k}]", middle))
+        own = slice(6 * k, 6 * k + 6)
+        halves[own, own] = columns[-1].T @ _about(motions, middle)
     outward = sample(model, lambda x: x * np.array([[1.0], [1.0], [0.0]]))
-    return np.hstack((*columns, -(model.mass @ motions), (model.mass @ outward)[:, None]))
+    inertia = -(model.mass @ _about(motions, pin))
+    return np.hstack((*columns, inertia, (model.mass @ outward)[:, None])), halves
+
+
+def _about(motions: Array, place: Array) -> Array:
+    """Rigid motions (ndof, 6) with rotations about a place (3,)."""
+    turned = motions.copy()
+    turned[:, 3:] -= motions[:, :3] @ np.cross(np.eye(3), place).T
+    return turned
 
 
 def _half_journal(model: FEModel, name: str, middle: Array) -> Array:
@@ -142,8 +202,8 @@ def cut_motion(mesh: MeshTet2, c: Crankshaft, throw: int, coarse: tuple[Array, A
     """
     places, modes = coarse
     nodes, moved = [], []
-    for span in stations(c).mains[throw - 1 : throw + 1]:
-        z, scale = 0.5 * sum(span), 0.5 * c.main_diameter
+    for z, span in zip(cut_places(c, throw), stations(c).mains[throw - 1 : throw + 1], strict=True):
+        scale = 0.5 * c.main_diameter
         near = np.flatnonzero(np.abs(places[2] - z) < SLAB * (span[1] - span[0]))
         on = np.flatnonzero(np.abs(mesh.doflocs[2] - z) < _ON_PLANE)
         centre = np.array([[0.0], [0.0], [z]])
@@ -166,12 +226,12 @@ def _cubic(places: Array) -> Array:
     return np.stack([x**i * y**j * z**k for i, j, k in powers], axis=1)
 
 
-def _watched(mesh: MeshTet2, c: Crankshaft) -> tuple[Integers, tuple[str, ...], Integers]:
-    """Corner nodes on fillets and oil holes, the names of these and the number of each node's."""
+def _watched(mesh: MeshTet2, c: Crankshaft, throw: int, place: str) -> Integers:
+    """Corner nodes on a fillet, or where an oil bore leaves its pin."""
     nodes = np.unique(mesh.facets[:, mesh.boundary_facets()])
-    names, number = surface_features(c, mesh.p[:, nodes].T)
-    kept = [k for k, name in enumerate(names) if "fillet" in name or "hole" in name]
-    of = np.full(len(names), -1)
-    of[kept] = np.arange(len(kept))
-    wanted = of[number] >= 0
-    return nodes[wanted], tuple(names[k] for k in kept), of[number[wanted]]
+    names, number = surface_features(replace(c, oil_holes="hole" in place), mesh.p[:, nodes].T)
+    wanted = number == names.index(place)
+    if "hole" in place:
+        apart = mesh.p[:, nodes] - np.array(oil_outlet(c, throw))[:, None]
+        wanted &= np.linalg.norm(apart, axis=0) < c.oil_hole_diameter
+    return nodes[wanted]

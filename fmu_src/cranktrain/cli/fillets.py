@@ -1,0 +1,46 @@
+"""The option ``--fillets`` of the verbs that take stresses from fine sub-models of throws."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from cranktrain.core.errors import InputError
+
+if TYPE_CHECKING:
+    from cranktrain.engine.model import Engine
+    from cranktrain.structure.stress.stress_modes import ShapedCrank
+    from cranktrain.structure.stress.sub_model import FilletModes
+
+
+def add_fillet_option(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add the option; ``what`` it is for begins its help."""
+    parser.add_argument(
+        "--fillets", metavar="THROWS",
+        help=f"{what} by fine sub-models of these throws: all, or numbers as 1,6; some minutes and 2 GB for each at "
+        "first, then kept",
+    )  # fmt: skip
+
+
+def chosen_throws(options: argparse.Namespace, engine: Engine) -> list[int]:
+    """Throws whose fillets are wanted; ``InputError``."""
+    if options.fillets is None:
+        return []
+    if options.mesh is not None:
+        raise InputError("--fillets meshes throws by the engine file's dimensions; leave out --mesh")
+    words = [str(k + 1) for k in range(len(engine.crankshaft.throw_angles))]
+    chosen = words if options.fillets == "all" else [word.strip() for word in options.fillets.split(",")]
+    for word in chosen:
+        if word not in words:
+            raise InputError(f"--fillets '{word}' is no throw; engine '{engine.name}' has 1 to {len(words)}, or all")
+    return sorted({int(word) for word in chosen})
+
+
+def fillets_of(
+    engine: Engine, throws: list[int], shaped: Callable[[], ShapedCrank], say: Callable[[str], None]
+) -> list[FilletModes]:
+    """Fillets and oil bores of throws, made or read. They may make the kept crankshaft anew: runs come after them."""
+    from cranktrain.structure.stress.kept_fillets import throw_fillets
+
+    return [fine for throw in throws for fine in throw_fillets(engine, throw, shaped, say)]
