@@ -15,6 +15,7 @@ from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE
 from cranktrain.dynamics.simulation import Settings, Simulation, fitted_engine, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.damper import damper_parameters, damper_temperature, damper_torque, with_damper_housing
+from cranktrain.structure.crank.level import crank_body
 
 SIX = load_engine("diesel_i6")
 SPEED = 2000 * math.pi / 30
@@ -147,3 +148,17 @@ def test_too_much_heat_for_the_cooling_area_is_warned_of():
 def test_a_damper_hotter_than_its_law_is_refused():
     with pytest.raises(InputError, match="hotter than its law is valid"):
         simulate(SIX, rigid_crank(SIX), replace(FITTED, damper_temperature=500.0), SPEED, 1)
+
+
+@pytest.mark.parametrize("law", ["shear-thinning", "newtonian"])
+def test_a_ring_that_slips_settles_nevertheless(law):
+    """A fluid that thins carries no mean torque where its ring slips a little each cycle; another has no slip."""
+    engine = replace(with_damper(law=law), reduction=replace(SIX.reduction, torsional_source="ker-wilson"))
+    settings = Settings(crank="torsional", damper="fitted", integrator="esdirk4")
+    housed = fitted_engine(engine, settings)
+    run = simulate(engine, crank_body(housed, "torsional"), settings, 1800 * math.pi / 30, None, settle=1e-5)
+    assert run.settling.repeats == 1 and run.settling.cycles <= 8
+    torque, twist = (run.outputs[f"damper.{name}"] for name in ("torque", "twist"))
+    assert abs(torque[1:].mean()) < 1e-5 * np.abs(torque).max()
+    slip = abs(twist[-1] - twist[0]) / np.ptp(twist)
+    assert slip > 1e-3 if law == "shear-thinning" else slip < 1e-5

@@ -32,7 +32,7 @@ from cranktrain.dynamics.settled.longer_periods import (
     nearest_period,
     repeats_every,
 )
-from cranktrain.dynamics.settled.motion import add_motion, motion_of
+from cranktrain.dynamics.settled.motion import add_motion, settling_motion
 from cranktrain.dynamics.settled.slow_modes import SlowModes
 
 CALL = 0.2
@@ -155,7 +155,6 @@ def plain_cycles(
     rows[0] = simulation.outputs
     if keep is not None:
         keep(rows[:1])
-    n = simulation.model.omega2.size
     past = Past(SlowModes(simulation.model, float(simulation.inputs[0])), judge)
     begin, first = recorder.taken, 0
     try:
@@ -164,13 +163,13 @@ def plain_cycles(
                 rows[:-count] = rows[count:]
                 first += count
             part, before = rows[k * count - first + 1 : (k + 1) * count - first + 1], recorder.taken
-            start = motion_of(simulation.state, n)
+            start = settling_motion(simulation.model, simulation.state)
             try:
                 recorder.take(part, k * count)
             finally:
                 if keep is not None:
                     keep(part[: recorder.taken - before])
-            past.add(start, motion_of(simulation.state, n).minus(start), part.copy())
+            past.add(start, settling_motion(simulation.model, simulation.state).minus(start), part.copy())
             if progress is not None:
                 progress((k + 1) / cycles)
     except KeyboardInterrupt:
@@ -203,14 +202,14 @@ def settled_cycles(
     """
     simulation = recorder.simulation
     modes = SlowModes(simulation.model, float(simulation.inputs[0]), expected.free)
-    n, doubtful = simulation.model.omega2.size, expected.doubtful
+    doubtful = expected.doubtful
     block, done, share = 1, 0, 0.0
     past, rows = Past(modes, judge), np.empty(0)
     worst: list[float] = []
     apart = math.inf
     settling = Settling(0, 0, tolerance)
     while True:
-        start = motion_of(simulation.state, n)
+        start = settling_motion(simulation.model, simulation.state)
         try:
             rows = recorder.cycles(block)
         except KeyboardInterrupt:
@@ -219,7 +218,7 @@ def settled_cycles(
             return Recorded(rows, settling, False)
         done += block
         rewind(simulation, block)
-        change = motion_of(simulation.state, n).minus(start)
+        change = settling_motion(simulation.model, simulation.state).minus(start)
         past.add(start, change, rows[1:])
         if done == 2:
             past.learn()

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.slots import CRANK_MODES, DAMPER
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
     AUXILIARY,
@@ -14,6 +16,7 @@ from cranktrain.dynamics.model.state import (
     VELOCITY,
     offset,
 )
+from cranktrain.loads.damper import STIFFNESS
 
 
 class Motion(NamedTuple):
@@ -44,6 +47,19 @@ def motion_of(state: Array, modes: int) -> Motion:
         state[offset(block, modes) : offset(block + 1, modes)].copy() for block in (POSITION, VELOCITY, ACCELERATION)
     )
     return Motion(place, velocity, acceleration, float(state[LEAD_ANGLE]), float(state[LEAD_SPEED]))
+
+
+def settling_motion(model: ModelArrays, state: Array) -> Motion:
+    """Motion that a state holds, with the ring of a viscous damper turned back to where it has no twist.
+
+    Nothing holds a ring in its fluid, and one that thins as it shears lets it slip by some angle each cycle: where it
+    is tells nothing of the motion.
+    """
+    motion = motion_of(state, model.omega2.size)
+    if model.layout[DAMPER] > 0.0 and model.damper[STIFFNESS] == 0.0:
+        twist, ring = model.ports[int(model.layout[DAMPER])], int(model.layout[CRANK_MODES])
+        motion.place[ring] -= float(twist @ motion.place[: twist.size]) / twist[ring]
+    return motion
 
 
 def put_motion(state: Array, motion: Motion) -> None:
