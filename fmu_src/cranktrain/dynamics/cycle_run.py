@@ -6,6 +6,7 @@ import math
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -14,7 +15,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import supply_temperature
 from cranktrain.dynamics.model.slots import N_ITERATIONS, N_MISSED, N_REJECTED, N_STEPS
 from cranktrain.dynamics.model.workspace import Work
-from cranktrain.dynamics.outputs.register import judged_families, output_counts, output_needs
+from cranktrain.dynamics.outputs.register import Counts, judged_families, output_counts, output_needs
 from cranktrain.dynamics.settled.cycles import (
     NOTHING,
     Expected,
@@ -210,11 +211,12 @@ def balanced(
 
 def output_judge(engine: Engine, columns: Mapping[str, int]) -> Judge:
     """What judges the settling of outputs in these columns."""
-    counts = output_counts(engine)
-    needs = output_needs(counts)
-    families, of_block = {}, set()
-    for family, names in judged_families(counts).items():
-        families[family] = [columns[name] for name in names if name in columns]
-        if "block" in needs[names[0]]:
-            of_block.add(family)
-    return Judge(families, frozenset(of_block))
+    judged, of_block = _judged(output_counts(engine))
+    return Judge({name: [columns[n] for n in names if n in columns] for name, names in judged.items()}, of_block)
+
+
+@cache
+def _judged(counts: Counts) -> tuple[dict[str, list[str]], frozenset[str]]:
+    """Outputs that tell how settled a run is, by families, and the families whose motion is the block's."""
+    judged, needs = judged_families(counts), output_needs(counts)
+    return judged, frozenset(name for name, names in judged.items() if "block" in needs[names[0]])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -45,7 +46,13 @@ def output_unit(name: str) -> str:
 
     ``bearing[1].force.x`` has N; empty where neither tells.
     """
-    declared = {key: unit for family in FAMILIES.values() for key, unit in family.units.items()}
+    return _unit(name, tuple(FAMILIES))
+
+
+@cache
+def _unit(name: str, families: tuple[str, ...]) -> str:
+    """The same among output families of these names."""
+    declared = {key: unit for family in families for key, unit in FAMILIES[family].units.items()}
     own = next((unit for key, unit in declared.items() if name == key or name.endswith(f".{key}")), None)
     return own or next((_UNITS[part] for part in reversed(name.split(".")) if part in _UNITS), "")
 

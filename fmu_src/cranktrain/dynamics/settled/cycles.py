@@ -202,13 +202,19 @@ def settled_cycles(
     """
     simulation = recorder.simulation
     modes = SlowModes(simulation.model, float(simulation.inputs[0]), expected.free)
-    doubtful = expected.doubtful
+    search, shortest = expected.doubtful, 1 if expected.doubtful else 2
     block, done, share = 1, 0, 0.0
     past, rows = Past(modes, judge), np.empty(0)
     worst: list[float] = []
     apart = math.inf
     settling = Settling(0, 0, tolerance)
     while True:
+        if search:
+            plain = plainly(recorder, judge, tolerance, most - LONGEST_PERIOD - done, shortest)
+            done, block, search = done + plain.cycles, plain.nearest, False
+            if not block:
+                return Recorded(plain.rows, plain.settling(judge, done, tolerance), True, free=modes.free)
+            past, worst, apart = Past(modes, judge, block), [], math.inf
         start = settling_motion(simulation.model, simulation.state)
         try:
             rows = recorder.cycles(block)
@@ -239,14 +245,8 @@ def settled_cycles(
             return Recorded(kept, Settling(done, repeats, tolerance, left), True, free=modes.free)
         if done + block > most:
             return Recorded(rows, settling, True, free=modes.free)
-        if (_gains_no_more(worst) or (doubtful and worst)) and done + PLAINLY + LONGEST_PERIOD <= most:
-            plain = plainly(recorder, judge, tolerance, most - LONGEST_PERIOD - done, 1 if doubtful else 2)
-            done, block, doubtful = done + plain.cycles, plain.nearest, False
-            if not block:
-                return Recorded(
-                    plain.rows, Settling(done, 0, tolerance, left, parting=plain.parting), True, free=modes.free
-                )
-            past, worst, apart = Past(modes, judge, block), [], math.inf
+        search = _gains_no_more(worst) and done + PLAINLY + LONGEST_PERIOD <= most
+        if search:
             continue
         state = simulation.state
         add_motion(state, modes.correction(change, block))
@@ -260,6 +260,12 @@ class Plain(NamedTuple):
     rows: Array
     nearest: int
     parting: float
+
+    def settling(self, judge: Judge, done: int, tolerance: float) -> Settling:
+        """How settled a motion without a period is after so many cycles: the last two differ by what is left."""
+        count = len(self.rows) // PLAINLY
+        left = judge.left(self.rows[-count:], self.rows[-2 * count : -count])
+        return Settling(done, 0, tolerance, left, parting=self.parting)
 
 
 def plainly(recorder: Recorder, judge: Judge, tolerance: float, most: int, shortest: int) -> Plain:
