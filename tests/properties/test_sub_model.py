@@ -7,19 +7,21 @@ import pytest
 from test_crank_stress import ONE_THROW
 
 from cranktrain.core.errors import InputError
-from cranktrain.results.strength.fillet_histories import fatigue_name
+from cranktrain.results.strength.fatigue import haigh_judgement
+from cranktrain.results.strength.fillet_histories import FilletRun, fatigue_name
 from cranktrain.structure.crank.shape import pin_centre, stations
 from cranktrain.structure.fem.craig_bampton import rigid_motions
 from cranktrain.structure.fem.elasticity import component_dofs, finite_elements
 from cranktrain.structure.fem.mesh import crankshaft_mesh
 from cranktrain.structure.stress.nodal_stress import von_mises
-from cranktrain.structure.stress.sub_model import CUTS, LOADS, cut_motion, fillet_modes, throw_loads
+from cranktrain.structure.stress.sub_model import CUTS, LOADS, FilletModes, cut_motion, fillet_modes, throw_loads
 from cranktrain.structure.stress.throw_mesh import throw_mesh, throw_places
 
 CRANK = replace(ONE_THROW.crankshaft, mesh_size=0.04)
 FINENESS = 0.5
 MATERIAL = ONE_THROW.material
 PLACE = "pin[1] front fillet"
+STRENGTH = ONE_THROW.crank_strength
 
 
 @pytest.fixture(scope="module")
@@ -113,6 +115,22 @@ def test_a_throw_has_four_fillets_and_the_bore_of_its_pin():
             f"pin[{pin}].oil_bore",
         )
     ]  # fmt: skip
+
+
+def test_fatigue_looks_where_the_range_is_greatest_too():
+    """A place that is pulled steadily has the peak, one that is pulled to and fro the damage."""
+    wave = np.sin(np.linspace(0.0, 2.0 * np.pi, 72, endpoint=False))
+    modes = np.zeros((2, 6, 12), dtype=np.float32)
+    modes[0, 0] = 1e6
+    modes[0, 0, :2], modes[1, 0, 1] = (300e6, 0.0), 250e6  # the first place steady, the second alternating
+    drive = np.column_stack((np.ones(wave.size), wave))
+    fine = FilletModes(PLACE, 1, modes, np.zeros((2, CUTS)), np.zeros((12, 3)))
+    run = FilletRun(fine, np.zeros(wave.size), drive, drive)
+    assert run.peak.von_mises == pytest.approx(300e6)
+    histories = run.histories(CRANK)
+    worst = min((haigh_judgement(one, STRENGTH) for one in histories), key=lambda one: one.safety_factor)
+    assert worst.name == "web[1].pin"
+    assert (worst.amplitude, worst.mean) == pytest.approx((250e6, 0.0), abs=1e3)
 
 
 def test_cuts_follow_a_cubic_field_to_the_digit(model):

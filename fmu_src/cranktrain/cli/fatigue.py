@@ -23,8 +23,10 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Safety factors of the crankshaft's fillets and oil bores over the cycle, and its acceptability by the rule IACS UR M53.
 
-Runs each speed until its outputs repeat, cuts the crank at its webs and pins, and takes the rule's stress factors. The
-least safe speed counts. Needs the table [crank_strength] of the engine file.
+Runs each speed until its outputs repeat, cuts the crank at its webs and pins, and takes the rule's stress factors; with
+--fillets the stresses of fine sub-models in the throws named. The least safe speed counts. Needs the table
+[crank_strength] of the engine file. --json prints {"fillets": [{"name", "safety_factor", "amplitude_mpa", "mean_mpa",
+"converged", "speed_rpm", "by", "safety_factor_by_rule_factors"}], "rule", "speeds", …}.
 """
 CRITERIA = ("haigh", "findley")
 
@@ -105,12 +107,16 @@ def _show(report: FatigueReport, found: dict[str, Any]) -> None:
         (
             one["name"],
             *(f"{one[key]:.4g}" for key in ("safety_factor", "amplitude_mpa", "mean_mpa", "speed_rpm")),
+            one["by"] + ("" if one["converged"] else " (not converged)"),
             f"{rule[one['name']]['equivalent_mpa']:.4g}",
             f"{rule[one['name']]['acceptability']:.3g}",
         )
         for one in found["fillets"]
     ]
-    header = ("place", "safety factor", "amplitude / MPa", "mean / MPa", "rev/min", "rule: stress / MPa", "rule: Q")
+    header = (
+        "place", "safety factor", "amplitude / MPa", "mean / MPa", "rev/min", "stress by", "rule: stress / MPa",
+        "rule: Q",
+    )  # fmt: skip
     show_rows(f"{report.engine.title}: fatigue by {report.criterion}", header, rows)
     least, q = (min(found["fillets"], key=lambda one: one["safety_factor"]), min(rule.values(), key=_acceptability))
     print(f"Least safety factor {least['safety_factor']:.3g} at {least['name']}, {least['speed_rpm']:g} rev/min")

@@ -17,15 +17,13 @@ from cranktrain.structure.fem.elasticity import component_dofs
 from cranktrain.structure.fem.reduction import Progress, ReductionTask
 from cranktrain.structure.stress.stress_modes import SAME, ShapedCrank
 from cranktrain.structure.stress.sub_model import FilletModes, fillet_modes
-from cranktrain.structure.stress.throw_mesh import FINENESS, throw_places
+from cranktrain.structure.stress.throw_mesh import place_fineness, throw_places
 
 RECIPE = 2
 """Raised when the same shapes would give other stresses."""
 
 
-def throw_fillets(
-    engine: Engine, throw: int, shaped: Callable[[], ShapedCrank], say: Progress, fineness: float = FINENESS
-) -> list[FilletModes]:
+def throw_fillets(engine: Engine, throw: int, shaped: Callable[[], ShapedCrank], say: Progress) -> list[FilletModes]:
     """Fillets and oil bore of a throw (numbered from 1); from the user's cache where they are kept there.
 
     Each is kept as it is done. Raises ``InputError``: no such throw, or what
@@ -42,12 +40,12 @@ def throw_fillets(
     found = []
     for place in throw_places(engine.crankshaft, throw):
         label = "".join(c if c.isalnum() else "-" for c in place)
-        path = task.path.with_name(f"{task.path.stem}-throw{throw}-{label}-{fineness:g}.npz")
+        path = task.path.with_name(f"{task.path.stem}-throw{throw}-{label}-{place_fineness(place):g}.npz")
         kept = _read(path, task)
         if kept is None:
             crank = shaped()
             coarse = (crank.model.mesh.doflocs, crank.reduced.modes[component_dofs(crank.model.basis)])
-            kept = fillet_modes(engine.crankshaft, engine.material, coarse, throw, place, say, fineness)
+            kept = fillet_modes(engine.crankshaft, engine.material, coarse, throw, place, say)
             with whole_file(path) as temporary, temporary.open("wb") as file:
                 np.savez(file, recipe=RECIPE, shapes=crank.reduced.body.shapes, **vars(kept))
         found.append(kept)

@@ -40,7 +40,7 @@ from cranktrain.structure.fem.mesh import surface_basis
 from cranktrain.structure.fem.reduction import Progress
 from cranktrain.structure.stress.features import surface_features
 from cranktrain.structure.stress.nodal_stress import NodalStress
-from cranktrain.structure.stress.throw_mesh import FINENESS, throw_mesh
+from cranktrain.structure.stress.throw_mesh import place_fineness, throw_mesh
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.integer]
@@ -98,7 +98,7 @@ def fillet_modes(
     throw: int,
     place: str,
     say: Progress = lambda stage: None,
-    fineness: float = FINENESS,
+    fineness: float | None = None,
 ) -> FilletModes:
     """Solve the sub-model of a throw (numbered from 1) that is fine at ``place``, for each entry of its drive.
 
@@ -108,10 +108,10 @@ def fillet_modes(
     ----------
     coarse : nodes (3, p) m of the crank's mesh and its modes there, (3, p, n)
     place : one of :func:`cranktrain.structure.stress.throw_mesh.throw_places`
-    fineness : radius of a fillet or bore over the edges on it
+    fineness : radius of a fillet or bore over the edges on it; without, what resolves the place
     """
     say(f"throw {throw}: mesh, fine at {place}")
-    model = finite_elements(throw_mesh(crankshaft, throw, place, fineness), material)
+    model = finite_elements(throw_mesh(crankshaft, throw, place, fineness or place_fineness(place)), material)
     say(f"throw {throw}: {place}, {model.basis.N} degrees of freedom")
     dofs = component_dofs(model.basis)
     nodes, moved = cut_motion(model.mesh, crankshaft, throw, coarse)
