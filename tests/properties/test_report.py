@@ -18,6 +18,8 @@ from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.results.orders.resonances import peaks
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
+from cranktrain.results.tables import NOTHING, housed_table
+from cranktrain.structure.crank.modal import KINDS
 from cranktrain.studies.report import findings as source
 from cranktrain.studies.report.chart import Axis, line_chart
 from cranktrain.studies.report.findings import Findings, Torsion
@@ -145,6 +147,21 @@ def test_tables_hold_the_numbers_of_their_sources(found):
     assert {row[0] for row in fitted} == {row[0] for row in everything if row[3] == "calibrated"}
 
 
+def test_in_a_block_modes_are_called_by_the_crank_and_stand_beside_the_published_ones():
+    """Of the V8: 383 Hz is mostly the block's, of the crank's shares the axial one is the largest."""
+    shares = {252.0: (52, 0, 34, 14), 296.0: (39, 53, 2, 6), 312.0: (49, 39, 1, 11), 383.1: (28, 0, 33, 38)}
+    shares |= {402.9: (34, 0, 57, 9), 437.6: (15, 0, 4, 81)}
+    modes = [
+        {"hz": hz, "shape": "block", "shares": dict(zip((*KINDS, "block"), np.array(own) / 100.0, strict=True))}
+        for hz, own in shares.items()
+    ]
+    rows = housed_table(load_engine("diesel_v8"), {"modes": modes, "first_torsional_hz": 296.0}).rows
+    assert [(row[0], row[1], row[5]) for row in rows] == [
+        ("252.0", "bending", "252"), ("296.0", "torsional", "296"), ("312.0", "bending", "312"),
+        ("383.1", "axial", "383"), ("402.9", "axial", NOTHING),
+    ]  # fmt: skip
+
+
 def test_curves_hold_the_numbers_of_the_run_up(found):
     data = charts(page(found))["Torsion of the pulley, orders over the speed, without damper"]
     run = found.torsion.run_up
@@ -237,3 +254,26 @@ def test_a_browser_shows_it_without_a_word_on_the_console(found, tmp_path, width
     document, console, picture = shown(path, width)
     assert console == [] and len(picture) > 10_000
     assert int(re.search(r"<title>(-?\d+)</title>", document)[1]) <= 0
+
+
+def test_the_verb_makes_what_is_missing_once_and_goes_on_without_what_fails(found, tmp_path, monkeypatch, capsys):
+    ran = []
+
+    def run(words, **_):
+        ran.append(words[3:])
+        if "stress" in words:
+            (tmp_path / "made" / "stresses.png").write_bytes(png())
+        return SimpleNamespace(returncode=2 if "fatigue" in words else 0)
+
+    poor = Findings(**{**vars(found), "pictures": {}})
+    monkeypatch.setattr(source, "findings", lambda *_: poor)
+    monkeypatch.setattr("cranktrain.cli.report.subprocess.run", run)
+    monkeypatch.setattr("cranktrain.cli.report.FOLDERS", ())
+    path, folder = tmp_path / "report.html", str(tmp_path / "made")
+    assert main(["report", "diesel_i6", "--make", folder, "--output", str(path), "--json"]) == 0
+    said = capsys.readouterr()
+    commands = [" ".join(words) for words in ran]
+    assert len(set(commands)) == len(commands) and sum("runup" in one.split() for one in commands) == 2
+    assert "ended with code 2" in said.err and "cranktrain fatigue" in said.err
+    missing_now = json.loads(said.out)["missing"]
+    assert "Fatigue of the crankshaft" in missing_now and "Stress of the crankshaft" not in missing_now

@@ -46,16 +46,36 @@ def free_table(engine: Engine, part: Mapping[str, Any]) -> Table:
 
 def cranktrain_table(engine: Engine, part: Mapping[str, Any]) -> Table:
     """Modes of the cranktrain at rest beside the published computed and measured ones."""
+    title = "Cranktrain at rest: rods as mean masses, linear bearings, thrust closed"
+    return Table(title, _HEADER, tuple(_beside(part["modes"], _published(engine, part), 7)))
+
+
+def housed_table(engine: Engine, part: Mapping[str, Any]) -> Table:
+    """Likewise of the cranktrain in its flexible block; a mode is called by the crank's largest share.
+
+    Modes that are mostly the block's are left out.
+    """
+    modes = []
+    for mode in part["modes"]:
+        shares = {kind: share for kind, share in mode["shares"].items() if kind != "block"}
+        if mode["shares"]["block"] < 0.5:
+            modes.append({**mode, "shape": max(shares, key=lambda kind: float(shares[kind]))})
+    title = "Cranktrain in its flexible block on mounts, at rest; what shares lack of 100 % is the block's"
+    published = _published(engine, {"first_torsional_hz": part["first_torsional_hz"]})
+    return Table(title, _HEADER, tuple(_beside(modes, published, 7)))
+
+
+def _published(engine: Engine, part: Mapping[str, Any]) -> list[Entry]:
+    """Published modes of the cranktrain, with ours where a report says which answers."""
     p = engine.published
-    ours = {"torsional": part["first_torsional_hz"], "axial": part["first_axial_hz"]}
+    ours = {"torsional": part.get("first_torsional_hz"), "axial": part.get("first_axial_hz")}
     published: list[Entry] = [
         (shape, hz, measured, ours.get(shape))
         for shape, hz, measured in zip(p.cranktrain_shapes, p.cranktrain_hz, p.measured_hz, strict=True)
     ]
     if p.second_torsional_hz:
-        published.append(("torsional", p.second_torsional_hz, 0.0, part["second_torsional_hz"]))
-    title = "Cranktrain at rest: rods as mean masses, linear bearings, thrust closed"
-    return Table(title, _HEADER, tuple(_beside(part["modes"], published, 7)))
+        published.append(("torsional", p.second_torsional_hz, 0.0, part.get("second_torsional_hz")))
+    return published
 
 
 def critical_speed_table(engine: Engine, speeds: Sequence[Mapping[str, float]]) -> Table:

@@ -28,6 +28,8 @@ from cranktrain.results.run_up.shown import (
     worthy,
 )
 
+STILL = 1e-12
+"""Motion, m, below which there is none."""
 PART_NAMES = {
     "crank": "own vibration, pulley against collar",
     "bearing": "collar in its clearance",
@@ -78,8 +80,10 @@ def parts_figure(run_up: RunUp, title: str) -> Any:
     """Orders of the parts of the axial motion over the speed, each to its own scale."""
     figure = figure_of(11.5, 9.5)
     orders = shown_orders(run_up, ALONG, Beside())
-    axes = figure.subplots(len(PARTS), 1, sharex=True)
-    for ax, (name, output) in zip(axes, PARTS.items(), strict=True):
+    # An engine on ground does not move.
+    moving = {name: output for name, output in PARTS.items() if np.abs(run_up.amplitudes[output]).max() > STILL}
+    axes = figure.subplots(max(len(moving), 1), 1, sharex=True, squeeze=False)[:, 0]
+    for ax, (name, output) in zip(axes, moving.items(), strict=False):
         curves = [
             plots.Curve(order, run_up.speeds_rpm, ALONG.scale * np.abs(run_up.order(order, output))) for order in orders
         ]

@@ -81,14 +81,15 @@ def findings(
     run_up : file of ``cranktrain runup`` of the same engine; None: ``ENGINE_runup.h5`` of a folder. That with the
         damper is ``ENGINE_runup_damped.h5`` of a folder
     folders : in which pictures and run-ups of other verbs are looked for; the first that has one gives it
-    quick : fewer speeds, linear, and without the damping that the torsional crank has from the level above
+    quick : fewer speeds, linear, without the damping that the torsional crank has from the level above, and frequencies
+        on ground alone
     say : told each stage
     """
     engine = load_engine(name)
     read = files_of_verbs(engine, run_up, folders)
     seconds = {}
     start = time.perf_counter()
-    modes = modal(engine, say=say)
+    modes = modal(engine, block="ground" if quick or engine.block is None else "flexible", say=say)
     seconds["frequencies"] = time.perf_counter() - start
     start = time.perf_counter()
     say("torsion over the speed range")

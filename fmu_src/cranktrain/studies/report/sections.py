@@ -9,7 +9,8 @@ from fnmatch import fnmatch
 from typing import NamedTuple
 
 from cranktrain import __version__
-from cranktrain.results.tables import Table, cranktrain_table, critical_speed_table, free_table
+from cranktrain.results.tables import Table, cranktrain_table, critical_speed_table, free_table, housed_table
+from cranktrain.structure.crank.modal import critical_speeds as at_orders
 from cranktrain.studies.report.elements import paragraph, picture, table
 from cranktrain.studies.report.findings import Findings
 from cranktrain.studies.report.vibration import axial, damper, torsion, torsion_cycles, whole_torsion
@@ -46,22 +47,29 @@ class Section(NamedTuple):
 
 
 def frequencies(found: Findings) -> list[str]:
-    """Natural frequencies beside the published ones."""
-    parts = [
-        free_table(found.engine, found.modes["crankshaft_free"]),
-        cranktrain_table(found.engine, found.modes["cranktrain"]),
-    ]
-    error = found.modes["reduction"]["max_relative_error"]
+    """Natural frequencies beside the published ones, in the flexible block, where they were fitted, and on ground."""
+    modes, engine = found.modes, found.engine
+    ground = cranktrain_table(engine, modes["cranktrain"])
+    parts = [ground]
+    if "block" in modes:
+        parts = [housed_table(engine, modes["block"]), ground._replace(title=f"{ground.title}; on rigid ground")]
+    error = modes["reduction"]["max_relative_error"]
     quality = (
-        f"Finite elements: {found.modes['reduction']['dofs_full']} degrees of freedom reduced to "
-        f"{found.modes['reduction']['modes']} modes, largest error to 1000 Hz {100.0 * error:.2g} %."
+        f"Finite elements: {modes['reduction']['dofs_full']} degrees of freedom reduced to "
+        f"{modes['reduction']['modes']} modes, largest error to 1000 Hz {100.0 * error:.2g} %."
     )
-    return [*map(table, parts), paragraph(quality)]
+    return [*map(table, [*parts, free_table(engine, modes["crankshaft_free"])]), paragraph(quality)]
 
 
 def critical_speeds(found: Findings) -> list[str]:
-    """Critical speeds of the first torsional mode beside the published ones."""
-    return [table(critical_speed_table(found.engine, found.modes["critical_speeds"]))]
+    """Critical speeds of the first torsional mode beside the published ones, in the flexible block and on ground."""
+    engine = found.engine
+    ground = critical_speed_table(engine, found.modes["critical_speeds"])
+    if "block" not in found.modes:
+        return [table(ground)]
+    housed = critical_speed_table(engine, at_orders(engine, found.modes["block"]["first_torsional_hz"]))
+    named = ((housed, "in the flexible block"), (ground, "on rigid ground"))
+    return [table(one._replace(title=f"{one.title}, {where}")) for one, where in named]
 
 
 def provenance(found: Findings) -> list[str]:

@@ -21,11 +21,13 @@ from cranktrain.studies.run_up.report import closing_text
 Array = NDArray[np.float64]
 
 RPM = 30.0 / math.pi
-NEXT = 0.06
+NEXT = 0.12
 """Share of the speed within which the cycles of another speed tell nothing new."""
 SHOWN_CYCLES = 4
 """Speeds whose cycle is drawn."""
 SAMPLES = 720
+LEAST_UM = 1e-6
+"""Axial motion below this is none: an engine on ground does not move."""
 HIGHEST_BAR = 12.0
 """Order up to which bars are drawn."""
 
@@ -95,7 +97,8 @@ def axial(found: Findings) -> list[str]:
     if all(output in run.amplitudes for output in PARTS.values()):
         row = int(np.abs(run.speeds - largest[0]).argmin())
         keep = run.orders <= HIGHEST_BAR
-        bars = {_PART_NAMES[part]: 1e6 * np.abs(run.amplitudes[name][row][keep]) for part, name in PARTS.items()}
+        sizes = {_PART_NAMES[part]: 1e6 * np.abs(run.amplitudes[name][row][keep]) for part, name in PARTS.items()}
+        bars = {name: size for name, size in sizes.items() if size.max() > LEAST_UM}
         title = f"Parts of the axial motion at {run.speeds_rpm[row]:.0f} rev/min; as vectors they add up to the whole"
         parts.append(bar_chart(title, run.orders[keep], bars, ("order", "zero to peak / µm")))
     return parts
