@@ -12,7 +12,7 @@ from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 from solids import STEEL, block, frequencies, round_bar
 
-from cranktrain.structure.fem.dissection import nested_dissection, vertex_cover
+from cranktrain.structure.fem.dissection import bisection, nested_dissection, vertex_cover
 from cranktrain.structure.fem.elasticity import (
     component_dofs,
     finite_elements,
@@ -172,11 +172,12 @@ def test_cholesky_of_any_sparse_definite_matrix(n, density, seed):
 
 
 @settings(deadline=None, max_examples=30)
-@given(n=st.integers(1, 80), leaf=st.integers(1, 12), seed=st.integers(0, 1000))
-def test_dissection_orders_every_node_once_and_separates(n, leaf, seed):
+@given(n=st.integers(1, 80), leaf=st.integers(1, 12), seed=st.integers(0, 1000), placed=st.booleans())
+def test_dissection_orders_every_node_once_and_separates(n, leaf, seed, placed):
+    places = np.random.default_rng(seed).standard_normal((n, 3)) if placed else None
     a = sparse.random_array((n, n), density=0.06, rng=np.random.default_rng(seed))
     graph = sparse.csr_matrix(a + a.T + sparse.eye_array(n))
-    groups, parents = nested_dissection(graph, leaf)
+    groups, parents = nested_dissection(graph, leaf, places)
     assert np.array_equal(np.sort(np.concatenate(groups)), np.arange(n))
     group_of = np.empty(n, dtype=int)
     for k, group in enumerate(groups):
@@ -192,6 +193,30 @@ def test_dissection_orders_every_node_once_and_separates(n, leaf, seed):
     for i, j in zip(*graph.nonzero(), strict=True):
         low, high = sorted((group_of[i], group_of[j]))
         assert high in ancestors[low]
+
+
+def test_a_fine_ring_in_a_coarse_body_is_cut_across():
+    """120 stations of 16 nodes each round a ring, ten at a time beside one of 12 coarse nodes that all touch."""
+    stations, section, hubs = 120, 16, 12
+    around = sparse.diags_array([1.0, 1.0], offsets=[1, -1], shape=(stations, stations)).tolil()
+    around[0, -1] = around[-1, 0] = 1.0
+    square = sparse.diags_array([1.0, 1.0], offsets=[1, -1], shape=(4, 4))
+    inside = sparse.kron(square, np.eye(4)) + sparse.kron(np.eye(4), square)
+    ring = sparse.kron(around, np.eye(section)) + sparse.kron(np.eye(stations), inside)
+    beside = sparse.csr_matrix(np.kron(np.eye(hubs), np.ones((stations * section // hubs, 1))))
+    graph = sparse.csr_matrix(sparse.block_array([[ring, beside], [beside.T, np.ones((hubs, hubs))]]))
+    turn = 2.0 * np.pi * (np.arange(stations * section) // section) / stations
+    middle = 2.0 * np.pi * (np.arange(hubs) + 0.5) / hubs
+    places = np.stack([np.cos(np.r_[turn, middle]), np.sin(np.r_[turn, middle]), np.zeros(graph.shape[0])], axis=1)
+    across = 2 * section + hubs
+    assert (bisection(graph, places) == 2).sum() <= across < (bisection(graph) == 2).sum()
+
+
+def test_places_do_not_change_the_solution(curved):
+    matrix = (curved.stiffness + 1e6 * curved.mass).tocsc()
+    rhs = np.random.default_rng(3).standard_normal((matrix.shape[0], 5))
+    known, blind = (factorise(matrix, places).solve(rhs) for places in (curved.positions, None))
+    assert np.abs(known - blind).max() < 1e-9 * np.abs(blind).max()
 
 
 def test_vertex_cover_is_least():

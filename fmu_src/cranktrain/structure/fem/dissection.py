@@ -3,7 +3,8 @@
 A graph is cut in two halves by a small set of nodes, each half again, and so on; the cut comes after both halves. The
 halves come from a breadth-first sweep that starts at the end of the longest way through the graph, the cut between them
 is the smallest set of nodes that covers all edges across (König: from a maximum matching). On a crankshaft the first
-cuts are cross-sections.
+cuts are cross-sections. Where the nodes' places are known, sweeps along their principal axes are tried too: a fine ring
+in a coarse body is near to everything by edges, so that a breadth-first sweep would cut it along its whole length.
 
 Reference: A. George, *Nested dissection of a regular finite element mesh*, SIAM J. Numer. Anal. 10 (1973) 345;
 C. Ashcraft and J. Liu, *Applications of the Dulmage–Mendelsohn decomposition and network flow to graph bisection
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_bipartite_matching
 
+Array = NDArray[np.float64]
 Integers = NDArray[np.intp]
 
 # Shares of the nodes on one side that are tried for each cut, beside the levels of the sweep in between.
@@ -25,13 +27,16 @@ SHARES = (0.4, 0.45, 0.5, 0.55, 0.6)
 UNEVENNESS = 0.5
 
 
-def nested_dissection(graph: sparse.csr_matrix, leaf: int) -> tuple[list[Integers], list[int]]:
+def nested_dissection(
+    graph: sparse.csr_matrix, leaf: int, places: Array | None = None
+) -> tuple[list[Integers], list[int]]:
     """Groups of nodes in the order of their elimination, and the tree they form.
 
     Parameters
     ----------
     graph : (n, n) csr with symmetric pattern
     leaf : groups up to this size are not cut further
+    places : (n, 3) of the nodes in space, where they are known
 
     Returns
     -------
@@ -55,7 +60,7 @@ def nested_dissection(graph: sparse.csr_matrix, leaf: int) -> tuple[list[Integer
         if n_components > 1:
             members = [np.flatnonzero(component == k) for k in range(n_components)]
             return [root for m in members for root in dissect(nodes[m], part[m][:, m])]
-        side = bisection(part)
+        side = bisection(part, None if places is None else places[nodes])
         halves = [np.flatnonzero(side == k) for k in (0, 1)]
         if min(len(half) for half in halves) == 0:
             return emit(nodes, [])
@@ -66,27 +71,36 @@ def nested_dissection(graph: sparse.csr_matrix, leaf: int) -> tuple[list[Integer
     return groups, parents
 
 
-def bisection(graph: sparse.csr_matrix) -> Integers:
-    """Side of each node of a connected graph, (n,): 0 or 1, which no edge joins, or 2 for the cut between them."""
+def bisection(graph: sparse.csr_matrix, places: Array | None = None) -> Integers:
+    """Side of each node of a connected graph, (n,): 0 or 1, which no edge joins, or 2 for the cut between them.
+
+    ``places`` (n, 3) in space, where they are known.
+    """
     n = graph.shape[0]
     order = np.zeros(1, dtype=np.intp)
     for _ in range(3):
         order, predecessor = breadth_first_order(graph, int(order[-1]))
-    cuts = {int(n * share) for share in SHARES} | set(_levels(order, predecessor, n))
+    least, most = SHARES[0] * n, SHARES[-1] * n
+    shares = [int(n * share) for share in SHARES]
+    sweeps = [(order, sorted({*shares, *_levels(order, predecessor, n)}))]
+    if places is not None:
+        axes = np.linalg.eigh(np.cov(places.T))[1]
+        sweeps += [(np.argsort(along, kind="stable"), shares) for along in (places @ axes).T]
     best, answer = np.inf, np.zeros(n, dtype=np.intp)
-    for cut in sorted(c for c in cuts if SHARES[0] * n <= c <= SHARES[-1] * n and 0 < c < n):
-        first, second = order[:cut], order[cut:]
-        across = graph[first][:, second]
-        rows, columns = np.flatnonzero(np.diff(across.indptr)), np.unique(across.indices)
-        in_rows, in_columns = vertex_cover(across[rows][:, columns])
-        left = (cut - in_rows.sum()) / n
-        cost = (in_rows.sum() + in_columns.sum()) * (1 + UNEVENNESS * abs(2 * left - 1))
-        if cost < best:
-            best = cost
-            answer = np.zeros(n, dtype=np.intp)
-            answer[second] = 1
-            answer[first[rows[in_rows]]] = 2
-            answer[second[columns[in_columns]]] = 2
+    for order, cuts in sweeps:
+        for cut in (c for c in cuts if least <= c <= most and 0 < c < n):
+            first, second = order[:cut], order[cut:]
+            across = graph[first][:, second]
+            rows, columns = np.flatnonzero(np.diff(across.indptr)), np.unique(across.indices)
+            in_rows, in_columns = vertex_cover(across[rows][:, columns])
+            left = (cut - in_rows.sum()) / n
+            cost = (in_rows.sum() + in_columns.sum()) * (1 + UNEVENNESS * abs(2 * left - 1))
+            if cost < best:
+                best = cost
+                answer = np.zeros(n, dtype=np.intp)
+                answer[second] = 1
+                answer[first[rows[in_rows]]] = 2
+                answer[second[columns[in_columns]]] = 2
     return answer
 
 

@@ -39,14 +39,15 @@ class Factor(Protocol):
         """Solution for one right-hand side (n,) or several (n, m)."""
 
 
-def factorise(matrix: sparse.spmatrix) -> Factor:
+def factorise(matrix: sparse.spmatrix, places: Array | None = None) -> Factor:
     """Factors of a symmetric matrix (n, n), for many solutions; quickest for many right-hand sides in one call.
 
-    A matrix that is not positive definite goes to SciPy's SuperLU instead. Raises ``RuntimeError``: if the matrix is
+    ``places`` (3, n) of the unknowns in space make the factors smaller where elements are of very different size. A
+    matrix that is not positive definite goes to SciPy's SuperLU instead. Raises ``RuntimeError``: if the matrix is
     singular.
     """
     try:
-        return Cholesky(matrix)
+        return Cholesky(matrix, places)
     except np.linalg.LinAlgError:
         return splu(sparse.csc_matrix(matrix), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
@@ -61,13 +62,14 @@ class Cholesky:
     entries : number of entries of L
     """
 
-    def __init__(self, matrix: sparse.spmatrix) -> None:
+    def __init__(self, matrix: sparse.spmatrix, places: Array | None = None) -> None:
         rows = sparse.csr_matrix(matrix)
         rows.sort_indices()
         graph, node_of = _nodes_of_equal_pattern(rows)
-        groups, self._parents = nested_dissection(graph, LEAF_NODES)
         members = np.argsort(node_of, kind="stable")
         first = np.concatenate(([0], np.cumsum(np.bincount(node_of))))
+        at = None if places is None else places.T[members[first[:-1]]]
+        groups, self._parents = nested_dissection(graph, LEAF_NODES, at)
         pivots = [np.concatenate([members[first[i] : first[i + 1]] for i in group]) for group in groups]
         self._order = np.concatenate(pivots)
         self._start = np.concatenate(([0], np.cumsum([len(p) for p in pivots])))

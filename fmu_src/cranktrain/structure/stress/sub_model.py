@@ -129,7 +129,7 @@ def fillet_modes(
     beyond = np.empty((n + LOADS + CUTS, CUTS))
     with one_thread():
         rows, own = model.stiffness[free], model.stiffness[held]
-        coupling, factor = rows[:, held], factorise(rows[:, free].tocsc())
+        coupling, factor = rows[:, held], factorise(rows[:, free].tocsc(), model.positions[:, free])
         for first in range(0, len(modes), _BATCH):
             part = slice(first, min(first + _BATCH, len(modes)))
             answer = np.zeros((model.basis.N, part.stop - part.start))
