@@ -37,16 +37,24 @@ def main(arguments: list[str] | None = None) -> int:
         "--no-block", dest="block", action="store_false",
         help="leave out the block: an FMU made minutes sooner, without block.level = flexible",
     )  # fmt: skip
+    add(
+        "--body", metavar="FILE",
+        help="own reduced crankshaft (.h5, .npz, folder of cranktrain reduce --output), or superelement (.toml), for "
+        "the crank levels rigid, torsional and solid",
+    )  # fmt: skip
     add("--reference", action="store_true", help="also simulate the FMU and write its cross-check files beside it")
     chosen = parser.parse_args(arguments)
     try:
-        if is_scene(chosen.engine) and (chosen.description or not (chosen.film_table and chosen.block)):
-            raise InputError("--description, --no-film-table and --no-block belong to an engine, not to a scene")
+        if is_scene(chosen.engine) and (chosen.description or not (chosen.film_table and chosen.block) or chosen.body):
+            raise InputError(
+                "--description, --no-film-table, --no-block and --body belong to an engine, not to a scene"
+            )
         if chosen.description:
             path = DESCRIPTION / "modelDescription.xml"
             write_whole(path, model_description(load_engine(chosen.engine)), XML)
         else:
-            path = build_fmu(chosen.engine, chosen.output, film_table=chosen.film_table, block=chosen.block, say=_say)
+            parts = {"film_table": chosen.film_table, "block": chosen.block, "body": chosen.body}
+            path = build_fmu(chosen.engine, chosen.output, **parts, say=_say)
             if chosen.reference:
                 write_reference(path, _say)
     except CranktrainError as error:

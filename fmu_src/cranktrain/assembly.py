@@ -98,8 +98,14 @@ def checked(
     check_mesh(block_mesh, "surfaces of the block")
     if settings.block == "flexible":
         from cranktrain.structure.block.shape import block_plan
+        from cranktrain.structure.fem.own_body import is_body
 
         block_plan(engine)
+        if block_mesh is not None and "bore" in needed_parts(engine, settings) and is_body(block_mesh):
+            raise InputError(
+                f"{block_mesh}: bearings '{settings.bearings}' need the shapes of the block's bores, which a reduced "
+                "body has not; give its mesh by --block-mesh, or take bearings table"
+            )
     return settings
 
 

@@ -7,13 +7,18 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.linalg import eigh
+from small_block import single
 
+from cranktrain.assembly import running_crank
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import ReducedBody, attach, rigid_coordinates
 from cranktrain.engine.file import load_engine
+from cranktrain.fmu.build import crank_levels
 from cranktrain.store.bodies import export_body, import_body
+from cranktrain.structure.block.reduction import reduced_block, running_block
 from cranktrain.structure.crank.beam import beam_body, crank_frame
+from cranktrain.structure.crank.reduction import complete_crankshaft as attached
 from cranktrain.structure.crank.reduction import own_crankshaft
 from cranktrain.structure.fem.frame import Frame, circular
 from cranktrain.structure.fem.own_body import is_body, read_body
@@ -377,3 +382,50 @@ def test_the_command_takes_a_superelement_and_writes_it_as_a_body(crank, tmp_pat
     assert json.loads(capsys.readouterr().out)["reduction"]["modes"] == told["modes"]
     assert main(["reduce", "diesel_i6", "--mesh", "a.msh", "--body", "b.npz"]) == 2
     assert "not allowed with" in capsys.readouterr().err
+
+
+def test_an_fmu_has_the_users_crank_at_all_levels_but_the_beams(crank):
+    engine, path = crank
+    engine = replace(engine, reduction=replace(engine.reduction, torsional_source="solid"))
+    own, wanted = crank_levels(engine, path), own_crankshaft(engine, path)
+    assert own["solid"].mass == pytest.approx(attached(engine, wanted).mass, rel=1e-12)
+    assert own["rigid"].mass == pytest.approx(own["solid"].mass, rel=1e-9)
+    # a torsional crank of the solid body: its first mode is that of the solid on rods, locked
+    assert own["torsional"].frequencies_hz[6] > 100.0
+    assert np.array_equal(own["beam"].omega, running_crank(engine, "beam").omega)
+
+
+def test_scenes_and_missing_files_have_no_body_of_their_own(tmp_path, capsys):
+    import build_fmu as command
+
+    assert command.main(["diesel_i6", "-o", str(tmp_path), "--body", str(tmp_path / "none.npz")]) == 2
+    assert "no such reduced body" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def small_block():
+    return reduced_block(single())
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_block_comes_back_as_it_went(tmp_path, small_block, form):
+    path = export_body(tmp_path / form, small_block)
+    found = reduced_block(single(), path)
+    assert found.interfaces == small_block.interfaces
+    assert found.omega == pytest.approx(small_block.omega, rel=1e-12)
+    own, made = (running_block(single(), body) for body in (found, small_block))
+    assert own.omega == pytest.approx(made.omega, rel=1e-9, abs=1e-3)
+
+
+def test_a_block_of_another_engine_is_refused(tmp_path, small_block, capsys):
+    path = export_body(tmp_path / "block.npz", small_block)
+    with pytest.raises(InputError, match=r"no interface named bore\[3\].*name a node of each bore"):
+        reduced_block(load_engine("diesel_v8"), path)
+    moved = replace(small_block, positions=small_block.positions + 0.05)
+    with pytest.raises(InputError, match="the engine file has it at"):
+        reduced_block(single(), export_body(path, moved))
+    flexible = ["simulate", "diesel_i6", "--speed", "2000", "--block", "flexible", "--block-body", str(path)]
+    assert main([*flexible, "--bearings", "ehd"]) == 2
+    assert "need the shapes of the block's bores" in capsys.readouterr().err
+    assert main(["reduce", "diesel_i6", "--block-output", str(tmp_path / "b.npz")]) == 2
+    assert "--block-output needs --block flexible" in capsys.readouterr().err

@@ -21,9 +21,15 @@ def add_block_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--block", default="ground", metavar="LEVEL", help=f"{described(BLOCKS.values())}; default ground"
     )
-    parser.add_argument(
+    own = parser.add_mutually_exclusive_group()
+    own.add_argument(
         "--block-mesh", metavar="FILE", help="own block (.msh, .inp, .bdf) with named surfaces; needs --block flexible"
     )
+    own.add_argument(
+        "--block-body", dest="block_mesh", metavar="FILE",
+        help="own reduced block in place of a mesh: .h5, .npz or folder of reduce --block-output, or a superelement of "
+        "another program (.toml)",
+    )  # fmt: skip
 
 
 def own_meshes(options: argparse.Namespace) -> None:

@@ -6,11 +6,12 @@ import argparse
 from typing import Any
 
 from cranktrain.cli.bodies import add_block_options, bare_block, bare_crankshaft, own_meshes, wants_flexible_block
+from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 
-DESCRIPTION = "Make and check the reduced crankshaft, and block, kept in the cache; or write the crankshaft elsewhere."
+DESCRIPTION = "Make and check the reduced crankshaft, and block, kept in the cache; write them elsewhere."
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -19,6 +20,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--output", metavar="FILE", help="also write the crankshaft: .h5, .npz, or a folder of Matrix Market files"
     )
+    parser.add_argument("--block-output", metavar="FILE", help="likewise the block; needs --block flexible")
     add_block_options(parser)
 
 
@@ -33,6 +35,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if options.output is not None:
         check_body_place(options.output)
     flexible = wants_flexible_block(engine, options)
+    if options.block_output is not None:
+        if not flexible:
+            raise InputError("--block-output needs --block flexible; on ground there is no block")
+        check_body_place(options.block_output)
     body, seconds = bare_crankshaft(engine, options, options.rebuild)
     result = {
         "path": str(options.mesh if options.mesh and is_body(options.mesh) else stored_path(engine, options.mesh)),
@@ -55,15 +61,12 @@ def _show(engine: Engine, body: ReducedBody, result: dict[str, Any]) -> None:
     """Print what the crankshaft is worth."""
     quality = body.quality
     print(f"{body.name}: {body.mass:.1f} kg, {quality['dofs_full']:.0f} degrees of freedom, {body.n_modes} modes")
-    print("first elastic modes / Hz: " + ", ".join(f"{hz:.1f}" for hz in result["elastic_hz"]))
+    _show_errors(body, result)
     if "slice_mass_error" in quality:
-        print(f"rigid motion in the given stiffness: {quality['rigid_hz']:.2g} Hz")
         print(
             f"modal mass seen by the terms of rotation, to 1000 Hz: off by {100.0 * quality['slice_mass_error']:.2g} %"
         )
     else:
-        print(f"reduced against full to 1000 Hz: {100.0 * quality['max_relative_error']:.2g} %")
-        print(f"static stiffness of the interfaces: {100.0 * quality['static_error']:.2g} %")
         tied, shift = quality["tied_raises_first"], quality["other_mass_shifts_first"]
         print(f"rigidly tied journals (RBE2) would raise the first mode by {100.0 * tied:.0f} %")
         other = "lumped" if engine.reduction.consistent_mass else "consistent"
@@ -73,28 +76,42 @@ def _show(engine: Engine, body: ReducedBody, result: dict[str, Any]) -> None:
         print(f"written to {result['output']}")
 
 
+def _show_errors(body: ReducedBody, result: dict[str, Any]) -> None:
+    """Print its first modes and how well they are known."""
+    quality = body.quality
+    print("first elastic modes / Hz: " + ", ".join(f"{hz:.1f}" for hz in result["elastic_hz"]))
+    if "max_relative_error" not in quality:
+        print(f"rigid motion in the given stiffness: {quality['rigid_hz']:.2g} Hz")
+    else:
+        print(f"reduced against full to 1000 Hz: {100.0 * quality['max_relative_error']:.2g} %")
+        print(f"static stiffness of the interfaces: {100.0 * quality['static_error']:.2g} %")
+
+
 def _block_quality(engine: Engine, options: argparse.Namespace) -> dict[str, Any]:
     """Make the reduced block where it is not stored yet; what the verb ``reduce`` says of it."""
+    from cranktrain.store.bodies import export_body
     from cranktrain.structure.block.reduction import running_block, stored_path
+    from cranktrain.structure.fem.own_body import is_body
 
-    body = bare_block(engine, options, options.rebuild)
+    own, body = options.block_mesh, bare_block(engine, options, options.rebuild)
     running = running_block(engine, body)
     result = {
-        "path": str(stored_path(engine, options.block_mesh)),
+        "path": str(own if own and is_body(own) else stored_path(engine, own)),
         "modes": body.n_modes,
         "running_modes": running.n_modes,
         "mass_kg": body.mass,
         "elastic_hz": body.frequencies_hz[6:16].tolist(),
         "quality": dict(body.quality),
     }
+    if options.block_output is not None:
+        result["output"] = str(export_body(options.block_output, body))
     if not options.json:
-        quality = body.quality
         print(
-            f"{body.name}: {body.mass:.1f} kg, {quality['dofs_full']:.0f} degrees of freedom, {body.n_modes} modes, "
-            f"{running.n_modes} in the running model"
+            f"{body.name}: {body.mass:.1f} kg, {body.quality['dofs_full']:.0f} degrees of freedom, "
+            f"{body.n_modes} modes, {running.n_modes} in the running model"
         )
-        print("first elastic modes / Hz: " + ", ".join(f"{hz:.1f}" for hz in result["elastic_hz"]))
-        print(f"reduced against full to 1000 Hz: {100.0 * quality['max_relative_error']:.2g} %")
-        print(f"static stiffness of the interfaces: {100.0 * quality['static_error']:.2g} %")
+        _show_errors(body, result)
         print(f"kept in {result['path']}")
+        if "output" in result:
+            print(f"written to {result['output']}")
     return result

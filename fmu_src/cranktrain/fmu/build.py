@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain import assembly
+from cranktrain.assembly import check_mesh
 from cranktrain.core.errors import InputError
 from cranktrain.core.user_file import read_toml
 from cranktrain.engine.file import load_engine
@@ -29,6 +30,7 @@ def build_fmu(
     *,
     film_table: bool = True,
     block: bool = True,
+    body: str | Path | None = None,
     say: Progress = lambda text: None,
 ) -> Path:
     """Build the FMU of an engine or a scene; returns its path.
@@ -38,6 +40,7 @@ def build_fmu(
     source : name of a shipped engine, path of an engine file or a scene, an engine, or a scene
     film_table : with the film tables of bearing and big-end level ``table``
     block : with the block of block level ``flexible``
+    body : user's own reduced crankshaft, or its superelement, for the crank levels that are not made from dimensions
     say : told each stage of long work
 
     Raises
@@ -49,29 +52,42 @@ def build_fmu(
     if isinstance(source, str | Path) and is_scene(source):
         source = load_scene(source)
     if isinstance(source, Scene):
+        if body is not None:
+            raise InputError("a body of one's own goes into an engine's FMU, not into a scene's; name the engine")
         if not (film_table and block):
             raise InputError("film table and block are left out of an engine's FMU, not of a scene's")
         check_target(Path(folder), source.engine)
         return build_scene(source, folder, say)
     engine = source if isinstance(source, Engine) else load_engine(source)
     check_target(Path(folder), engine)
-    return build(whole_model(engine, film_table=film_table, block=block, say=say), folder, say)
+    check_mesh(body, "journal surfaces")
+    return build(whole_model(engine, film_table=film_table, block=block, body=body, say=say), folder, say)
+
+
+def crank_levels(fitted: Engine, body: str | Path | None = None, say: Progress = lambda text: None) -> dict[str, Any]:
+    """Running body of each crank level, of the user's own ``body`` where a level is not made from dimensions."""
+    return {
+        level: assembly.running_crank(fitted, level, say=say, mesh=body if row.takes_mesh else None)
+        for level, row in CRANKS.items()
+    }
 
 
 def whole_model(
-    engine: Engine, *, film_table: bool = True, block: bool = True, say: Progress = lambda text: None
+    engine: Engine,
+    *,
+    film_table: bool = True,
+    block: bool = True,
+    body: str | Path | None = None,
+    say: Progress = lambda text: None,
 ) -> FlatModel:
-    """An engine with what each of its levels needs, from the cache or made now."""
+    """An engine with what each of its levels needs, from the cache or made now; see :func:`build_fmu`."""
     if not block:
         engine = replace(engine, block=None)
 
-    def cranks(fitted: Engine) -> dict[str, Any]:
-        return {level: assembly.running_crank(fitted, level, say=say) for level in CRANKS}
-
     say(f"{engine.name}: crankshaft")
-    data: dict[str, Any] = {"cranks": cranks(engine)}
+    data: dict[str, Any] = {"cranks": crank_levels(engine, body, say)}
     if engine.damper is not None:
-        data["damped"] = cranks(with_damper_housing(engine))
+        data["damped"] = crank_levels(with_damper_housing(engine), body, say)
     flexible = engine.block is not None and engine.mounts is not None
     if flexible:
         say(f"{engine.name}: block")

@@ -16,14 +16,22 @@ import numpy as np
 from skfem import MeshTet2
 
 from cranktrain.core.cache import cache_folder
+from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody, attach, truncate
 from cranktrain.engine.model import Engine
 from cranktrain.structure.block import shape
-from cranktrain.structure.block.mesh import block_interfaces, block_mesh, read_block_mesh
+from cranktrain.structure.block.mesh import (
+    PLACE_TOLERANCE,
+    block_interfaces,
+    block_mesh,
+    interface_places,
+    read_block_mesh,
+)
 from cranktrain.structure.block.shape import BlockPlan, block_plan
 from cranktrain.structure.fem.elasticity import FEModel
 from cranktrain.structure.fem.factor import one_thread
-from cranktrain.structure.fem.own_mesh import mesh_unit
+from cranktrain.structure.fem.own_body import is_body, read_body
+from cranktrain.structure.fem.own_mesh import check_places, mesh_unit
 from cranktrain.structure.fem.reduction import Progress, ReductionTask, content_digest, reduced_structure
 
 # Raised when the code would make another body from the same inputs.
@@ -44,11 +52,29 @@ def reduced_block(
     ----------
     engine : its block, mounts' places, crankshaft's mains, cylinders and rod; anything else changes nothing here
     mesh_file : user's own mesh with named surfaces in place of the parametric block, see
-        :func:`cranktrain.structure.block.mesh.read_block_mesh`
+        :func:`cranktrain.structure.block.mesh.read_block_mesh`; or a body that is reduced already
     progress : told each stage before it starts
     rebuild : compute even where a stored body exists
     """
+    if mesh_file is not None and is_body(mesh_file):
+        return own_block(engine, mesh_file)
     return reduced_structure(reduction_task(engine, mesh_file), progress, rebuild)
+
+
+def own_block(engine: Engine, path: str | Path) -> ReducedBody:
+    """Bare block that another program reduced, or this one wrote; ``InputError`` where it is none of this engine."""
+    plan, body = block_plan(engine), read_body(path)
+    places = interface_places(plan)
+    if missing := [name for name in places if name not in body.interfaces]:
+        raise InputError(
+            f"{path}: no interface named {', '.join(missing)}; found {', '.join(sorted(body.interfaces)) or 'none'} - "
+            "name a node of each bore, liner, head, mount, the thrust faces and the cover"
+        )
+    # Heads and cover may lie where they do.
+    held = {name: place for name, place in places.items() if name.startswith(("bore", "liner", "thrust", "mount"))}
+    found = dict(zip(body.interfaces, body.positions, strict=True))
+    check_places(path, found, held, PLACE_TOLERANCE * plan.cylinder_bore)
+    return body
 
 
 def block_model(engine: Engine, mesh_file: str | Path | None = None, progress: Progress | None = None) -> FEModel:
