@@ -190,6 +190,8 @@ def test_the_verb_runs_and_goes_on_from_its_file(tmp_path, capsys):
     assert main([*RUN, "--to", "1740", "--workers", "1", "--output", path, "--json"]) == 0
     longer = told(capsys)
     assert longer["resumed"] == 11 and len(longer["speeds"]) == 13
+    # The mode in motion is of speeds that ran now.
+    assert [peak["mode_in_motion_hz"] for peak in longer["peaks"] if peak["order"] == 9.0] == [None]
     assert longer["torsion_orders_deg"]["9"][:11] == nine
     assert main([*RUN, "--load", "0.5", "--workers", "1", "--output", path, "--json"]) == 2
     refused = told(capsys)["error"]

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from cranktrain.core.errors import SolverError
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.studies.run_up.free_decay import torsional_mode
 from cranktrain.studies.run_up.report import SHOWN
@@ -20,15 +21,14 @@ SAME = 0.2
 def in_motion(found: Sequence[Peak], runs: SteadyRuns, starts: Sequence[CycleStart]) -> list[Peak]:
     """The peaks, the highest of which have the torsional mode in motion, where they are near it.
 
-    It is that at the nearest of the speeds whose steady motion is given, or at the peak. Raises ``SolverError``.
+    It is that at the nearest of the speeds whose steady motion is given; peaks of other speeds have none.
     """
     known: dict[float, float] = {}
 
     def hz(peak: Peak) -> float:
         near = min(starts, key=lambda start: abs(start.speed - peak.speed), default=None)
         if near is None or abs(near.speed - peak.speed) > NEAR * peak.speed:
-            runs.at(peak.speed)
-            return _hz(runs)
+            return math.nan
         if near.speed not in known:
             runs.enter(near.speed, [near])
             known[near.speed] = _hz(runs)
@@ -42,6 +42,9 @@ def in_motion(found: Sequence[Peak], runs: SteadyRuns, starts: Sequence[CycleSta
 
 
 def _hz(runs: SteadyRuns) -> float:
-    """Frequency of the torsional mode at the steady cycle of a simulation; not a number where nothing twists."""
-    mode = torsional_mode(runs.simulation)
+    """Frequency of the torsional mode at the steady cycle of a simulation; not a number where nothing shows it."""
+    try:
+        mode = torsional_mode(runs.simulation)
+    except SolverError:  # of a push, after all speeds have run
+        mode = None
     return math.nan if mode is None else mode.decay.imag / (2.0 * math.pi)
