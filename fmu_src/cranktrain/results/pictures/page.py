@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cranktrain.results.page_head import page_head
 from cranktrain.results.pictures.moving_surface import MovingSurface
 from cranktrain.results.pictures.rendering import COLOURS, RIGHT, TO_EYE, UP
 
@@ -20,6 +21,7 @@ def page(surface: MovingSurface, enlargement: float) -> str:
     template = files("cranktrain.results.pictures").joinpath("page.html").read_text(encoding="utf-8")
     # A closing tag inside a script would end it.
     data = json.dumps(page_data(surface, enlargement), allow_nan=False).replace("<", "\\u003c")
+    template = template.replace("@HEAD@", page_head("picture", surface.title))
     return template.replace("@TITLE@", html.escape(surface.title)).replace("@DATA@", data)
 
 

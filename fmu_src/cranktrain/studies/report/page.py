@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 from importlib.resources import files
 
+from cranktrain.results.page_head import page_head
 from cranktrain.store.whole_file import marked
 from cranktrain.studies.report.findings import Findings
 from cranktrain.studies.report.sections import SECTIONS, Section
@@ -19,8 +20,14 @@ def page(found: Findings) -> str:
     contents = "".join(f'<li><a href="#s{k}">{html.escape(title)}</a></li>' for k, title in enumerate(titles, 1))
     body = "".join(_section(k, section, found) for k, section in enumerate(SECTIONS, 1))
     template = files("cranktrain.studies.report").joinpath("report.html").read_text(encoding="utf-8")
-    title = html.escape(f"{found.engine.title}: cranktrain report")
-    for word, text in (("@TITLE@", title), ("@CONTENTS@", contents), ("@BODY@", body)):
+    title = f"{found.engine.title}: cranktrain report"
+    parts = {
+        "@HEAD@": page_head("report", title),
+        "@TITLE@": html.escape(title),
+        "@CONTENTS@": contents,
+        "@BODY@": body,
+    }
+    for word, text in parts.items():
         template = template.replace(word, text)
     return template
 

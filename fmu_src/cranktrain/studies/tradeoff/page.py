@@ -6,6 +6,7 @@ import html
 import json
 from importlib.resources import files
 
+from cranktrain.results.page_head import page_head
 from cranktrain.studies.tradeoff.chart import KINDS, NAMES
 from cranktrain.studies.tradeoff.study import Study
 
@@ -45,6 +46,7 @@ def page(study: Study) -> str:
     data = {"points": points, "kinds": KINDS, "outputs": {"worst": "largest of all outputs", **NAMES}}
     # A closing tag inside a script would end it.
     text = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
-    title = html.escape(", ".join(scene.name for scene in study.scenes))
+    title = ", ".join(scene.name for scene in study.scenes)
     template = files("cranktrain.studies.tradeoff").joinpath("page.html").read_text(encoding="utf-8")
-    return template.replace("@TITLE@", title).replace("@DATA@", text)
+    template = template.replace("@HEAD@", page_head("tradeoff", f"Accuracy against speed: {title}"))
+    return template.replace("@TITLE@", html.escape(title)).replace("@DATA@", text)
