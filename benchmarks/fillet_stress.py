@@ -58,7 +58,7 @@ def solved(model, interfaces, speeds):
     The crank turns steadily; what its loads lack of balance accelerates it.
     """
     with one_thread():
-        free = Flexibility.of(model.stiffness, model.mass, rigid_motions(model))
+        free = Flexibility.of(model.stiffness, model.mass, rigid_motions(model), model.positions)
         loads = wrenches(interfaces)
         outward = model.mass @ sample(model, lambda x: x * np.array([[1.0], [1.0], [0.0]]))
         force = interfaces.averaging.T @ loads.reshape(-1, loads.shape[2]) + np.outer(outward, speeds**2)

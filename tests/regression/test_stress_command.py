@@ -42,6 +42,26 @@ def test_stresses_of_a_cycle(coarse, capsys):
     assert place["feature"] in shown and "Direct finite-element" not in shown
 
 
+@pytest.mark.slow
+def test_fillets_of_a_throw_by_sub_models(coarse, capsys):
+    """Higher than the crank's own mesh reads them, resolved, both drives close; and what fatigue makes of them."""
+    given = [str(coarse), "--settle", "1e-2", "--fillets", "1", "--json", "--speed", "2200"]
+    assert main(["stress", *given, "--no-check", "--output", str(coarse.with_name("fillets.h5"))]) == 0
+    report = json.loads(capsys.readouterr().out)
+    fillets = {one["name"]: one for one in report["fillets"]}
+    spots = {one["feature"]: one["von_mises_mpa"] for one in report["hot_spots"]}
+    assert len(fillets) == 5 and "oil hole[1]" in fillets
+    for name, one in fillets.items():
+        assert one["converged"] and one["by_motion_mpa"] == pytest.approx(one["von_mises_mpa"], rel=0.1), name
+        assert "hole" in name or one["von_mises_mpa"] > 1.05 * spots[name], name
+    assert main(["fatigue", *given]) == 0
+    places = json.loads(capsys.readouterr().out)["fillets"]
+    fine = {one["name"]: one for one in places if one["by"] == "sub-model"}
+    assert set(fine) == {"web[1].pin", "web[2].pin", "web[1].main", "web[2].main", "pin[1].oil_bore"}
+    for name, one in fine.items():
+        assert one["safety_factor"] == pytest.approx(one["safety_factor_by_rule_factors"], rel=0.5) or "bore" in name
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

@@ -54,12 +54,15 @@ class Flexibility:
     _factor: Factor
 
     @classmethod
-    def of(cls, stiffness: sparse.csc_matrix, mass: sparse.csc_matrix, motions: Array) -> Flexibility:
-        """Factorise once; ``motions`` (ndof, 6) spans the rigid-body motions."""
+    def of(
+        cls, stiffness: sparse.csc_matrix, mass: sparse.csc_matrix, motions: Array, places: Array | None = None
+    ) -> Flexibility:
+        """Factorise once; ``motions`` (ndof, 6) spans the rigid-body motions, ``places`` as of :func:`factorise`."""
         scaled = motions / np.linalg.norm(motions, axis=0)
         _, _, order = qr(scaled.T, mode="economic", pivoting=True)
         free = np.sort(order[6:])
-        return cls._with(factorise(stiffness[free][:, free].tocsc()), free, mass, motions)
+        placed = None if places is None else places[:, free]
+        return cls._with(factorise(stiffness[free][:, free].tocsc(), placed), free, mass, motions)
 
     def with_mass(self, mass: sparse.csc_matrix) -> Flexibility:
         """Balance the same factors with another mass matrix."""
