@@ -24,6 +24,7 @@ from unittest.mock import patch
 
 import h5py
 import numpy as np
+from superelements import matrix_input, shaft, write_superelement
 
 from cranktrain.cli.main import main as command_line
 from cranktrain.core.errors import CranktrainError, InputError
@@ -33,9 +34,12 @@ from cranktrain.engine.torsional_chain import read_chain
 from cranktrain.film.table.database import FilmTable, TableSettings, table_axes
 from cranktrain.film.table.interpolation import TableArrays
 from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.results.orders.measured import read_measured_orders
+from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.store.film_tables import DATASETS, load_film_table, save_film_table
 from cranktrain.structure.crank.chain import chain_modes
 from cranktrain.structure.crank.torsional import rigid_crank
+from cranktrain.structure.fem.own_body import read_body
 from cranktrain.studies.calibration.targets import load_targets
 from cranktrain.studies.scene import load_scene
 
@@ -231,22 +235,87 @@ def chain(rng, folder):
     holds(np.isfinite(modes.omega).all() and np.isfinite(modes.shapes).all(), "modes")
 
 
+MEASURED = """\
+speed_rpm, order, amplitude, unit
+2380, 6, 0.21, deg
+1900, 4.5, 85, um
+2000, 4.5, 81, um
+"""
+
+
+def measured(rng, folder):
+    """Measured orders: accepted, their speeds rise and their amplitudes are finite."""
+    text = spoilt(rng, MEASURED, (*NUMBERS, "", ",", "deg", "1, 2", "mm"))
+    for by_order in read_measured_orders(written(folder / "own.csv", text)).values():
+        for order, (speeds, amplitudes) in by_order.items():
+            holds(order > 0.0 and np.all(np.diff(speeds) > 0.0) and speeds[0] > 0.0, "speeds or orders")
+            holds(np.isfinite(amplitudes).all() and np.all(amplitudes >= 0.0), "amplitudes")
+
+
+def superelement(rng, folder):
+    """A superelement of which one file was changed: accepted, its modes are finite and its mass is positive."""
+    frame = shaft(2)
+    write_superelement(folder, frame, {"a": 1, "b": 3})
+    files = ["super.toml", "super.mtx"]
+    if rng.random() < 0.5:
+        for kind, matrix in zip(("stiffness", "mass"), frame.matrices(), strict=True):
+            matrix_input(folder / f"{kind}.mtx", (1, 2, 3), matrix)
+        text = (folder / "super.toml").read_text("utf-8")
+        text = text.replace('matrices = "super.mtx"', 'stiffness = "stiffness.mtx"\nmass = "mass.mtx"')
+        (folder / "super.toml").write_text(text, "utf-8")
+        files = ["super.toml", "stiffness.mtx", "mass.mtx"]
+    changed = folder / rng.choice(files)
+    if rng.random() < 0.8:
+        written(changed, spoilt(rng, changed.read_text("utf-8"), (*NUMBERS, "", ",", "1, 2", "*", "**")))
+    body = read_body(folder / "super.toml")
+    holds(np.isfinite(body.omega).all() and np.isfinite(body.shapes).all(), "modes")
+    holds(body.mass > 0.0 and np.isfinite(body.mass), "mass")
+
+
+def run_up_file(rng, folder):
+    """A run-up's file that was changed: accepted, its arrays fit together."""
+    path = folder / "up.h5"
+    write_run_up(path)
+    damaged(rng, path)
+    found = RunUp.load(path)
+    shape = (found.speeds.size, found.orders.size)
+    holds(all(one.shape == shape for one in found.amplitudes.values()), "amplitudes")
+    holds(np.all(np.diff(found.speeds) > 0.0) and np.isfinite(found.speeds).all(), "speeds")
+
+
+def write_run_up(path):
+    """A small run-up of the six."""
+    rows = np.full((3, 12), 1e-3 + 1e-4j)
+    path.unlink(missing_ok=True)
+    RunUp(
+        speeds=np.array([100.0, 110.0, 120.0]), orders=0.5 * np.arange(1, 13), amplitudes={TORSION: rows, AXIAL: rows},
+        extremes={TORSION: np.array(3 * [[-1.0, 0.0, 1.0]])}, cycles=np.full(3, 4), repeats=np.ones(3, dtype=int),
+        left=np.full(3, 1e-4), attributes={"engine": "diesel_i6", "crank": "solid"},
+    ).save(path)  # fmt: skip
+
+
+def damaged(rng, path):
+    """Cut a file, put another in its place, or change some of its bytes."""
+    content = bytearray(path.read_bytes())
+    action = rng.randrange(3)
+    if action == 0:
+        content = content[: rng.randrange(len(content))]
+    elif action == 1:
+        content = rng.choice((b"", b"x", b"\x89HDF\r\n\x1a\n", bytes(5000)))
+    else:
+        for _ in range(rng.randrange(1, 20)):
+            content[rng.randrange(min(rng.choice((5000, len(content))), len(content)))] = rng.randrange(256)
+    path.write_bytes(content)
+
+
 def film_table(rng, folder):
     """A film table whose file was changed: accepted, all that kernels read has its shape and is finite."""
     path = folder / "table.h5"
     path.unlink(missing_ok=True)
     arrays = TableArrays(np.zeros((4, 51, 99)), np.zeros((1, 1, 1, 1)), table_axes(TABLE))
     save_film_table(path, FilmTable(TABLE, arrays, np.zeros((48, 96)), np.empty((0, 0, 0, 0))))
-    content = bytearray(path.read_bytes())
-    action = rng.randrange(5)
-    if action == 0:
-        path.write_bytes(content[: rng.randrange(len(content))])
-    elif action == 1:
-        path.write_bytes(rng.choice((b"", b"x", b"\x89HDF\r\n\x1a\n", bytes(5000))))
-    elif action == 2:
-        for _ in range(rng.randrange(1, 20)):
-            content[rng.randrange(rng.choice((5000, len(content))))] = rng.randrange(256)
-        path.write_bytes(content)
+    if rng.random() < 0.6:
+        damaged(rng, path)
     else:
         with h5py.File(path, "r+") as file:
             data, name = file["data"], rng.choice(DATASETS)
@@ -289,6 +358,21 @@ CALLS = (
     "tradeoff scene.toml --family methods --quick --output .",
     "plan scene.toml",
     "run scene.toml --verify --output own.h5",
+    "runup diesel_i6 --from 1000 --to 1200 --step 50 --crank rigid --bearings linear --workers 1 --output new.h5",
+    "runup diesel_v8 --from 1200 --to 1400 --crank torsional --steady linear --damper --output new.h5",
+    "runup diesel_i6 --from 1000 --to 1200 --refine 0.1 --outputs shaft.torque --settle 1e-3 --anew --output up.h5",
+    "runup diesel_i6 --from 1000 --to 1200 --ramp 50 --load 0.5 --output new.h5",
+    "plot-runup up.h5 --plots new --measured own.csv --engine diesel_i6",
+    "report diesel_i6 --run-up up.h5 --output new.html --pictures .",
+    "stress diesel_i6 --speed 2000 --fillets 1 --settle 1e-3 --no-check --output new.h5",
+    "fatigue diesel_i6 --speed 1600 2000 --criterion findley --crank beam --load 0.5",
+    "bearing-loads diesel_i6 --speed 1600 --cycles 2 --crank rigid --bearings impedance",
+    "bearing-loads diesel_i6 --result up.h5",
+    "picture diesel_i6 --mode torsional --enlarge 20 --output new.png",
+    "picture diesel_v8 --speed 1800 --angle-deg 370 --output new.html --settle 1e-3",
+    "export up.h5 --to new.csv",
+    "reduce diesel_i6 --body super.toml --output new.npz",
+    "modal diesel_i6 --body super.toml",
 )
 """Calls that are right; those that would take long are cut short."""
 
@@ -307,6 +391,9 @@ def command(rng, folder):
     """Arguments: exit code 0, or 2 with one line of error."""
     written(folder / "chain.toml", CHAIN)
     written(folder / "scene.toml", SCENES[0].read_text("utf-8"))
+    written(folder / "own.csv", MEASURED)
+    write_run_up(folder / "up.h5")
+    write_superelement(folder, shaft(2), {"a": 1, "b": 3})
     arguments = rng.choice(CALLS).split()
     for _ in range(rng.choice((1, 1, 2, 3))):
         k, new = rng.randrange(len(arguments)), rng.choice((*NUMBERS, *WORDS))
@@ -339,7 +426,10 @@ def command(rng, folder):
     return "refused" if code else "accepted"
 
 
-KINDS = (engine, engine, engine, engine, pressure, pressure, scene, scene, command, command, targets, chain, film_table)
+KINDS = (
+    engine, engine, engine, engine, pressure, pressure, scene, scene, command, command, command, targets, chain,
+    film_table, measured, superelement, run_up_file,
+)  # fmt: skip
 
 
 def written(path, text):

@@ -72,7 +72,9 @@ def test_every_real_has_a_unit_and_every_output_its_dependencies(whole, whole_fm
     cylinders, mains = whole.engine.n_cylinders, len(whole.engine.crankshaft.main_widths)
     counted = 6 + mains * 21 + 2 + 3 + cylinders * (2 + 9 + 4) + 4 * 6 + 11 + 4
     assert len(root.find("ModelStructure/InitialUnknowns")) == len(unknowns) == counted
-    inputs = [v.get("name") for v in root.iter("ScalarVariable") if v.get("causality") == "input"]
+    variables = list(root.iter("ScalarVariable"))  # an index counts from 1
+    assert all(variables[int(unknown.get("index")) - 1].get("causality") == "output" for unknown in unknowns)
+    inputs = [v.get("name") for v in variables if v.get("causality") == "input"]
     assert inputs == ["speed", *(f"cylinder[{i + 1}].pressure" for i in range(cylinders)), "shaft.load_torque"]
     simulation = root.find("CoSimulation")
     for flag in ("canGetAndSetFMUstate", "canSerializeFMUstate", "canHandleVariableCommunicationStepSize"):

@@ -44,6 +44,17 @@ def test_round_trip_is_exact(whole, tmp_path):
     assert flat.to_bytes(read) == path.read_bytes()
 
 
+def test_arrays_start_where_a_processor_reads_them_at_once(engine, body):
+    """At multiples of 8 bytes, whatever the length of the text before them."""
+    for more in range(8):
+        titled = dataclasses.replace(engine, title=engine.title + more * "x")
+        data = flat.to_bytes(flat.FlatModel(titled, {"solid": body}))
+        arrays = np.frombuffer(data, np.uint8, offset=flat._PREFIX.size)
+        length = flat._PREFIX.unpack_from(data)[3]
+        assert (flat._PREFIX.size + length) % 8 == 0 and bytes(arrays[length - 1 : length]) in (b"}", b" ")
+        assert flat.from_bytes(data).engine.title == titled.title
+
+
 def test_what_a_model_lacks_stays_absent(engine, body):
     model = flat.from_bytes(flat.to_bytes(flat.FlatModel(engine, {"solid": body})))
     assert list(model.cranks) == ["solid"] and model.damped == {} and model[3:] == (None,) * 5

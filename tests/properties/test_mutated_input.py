@@ -41,7 +41,7 @@ def check(found):
     """No case failed, and the mutations leave some inputs whole."""
     failed = [line for line in found if line[1] == "FAILED"]
     assert not failed, f"python tests/mutated_input.py --seed {SEED} --only {failed[0][0]}: {failed}"
-    for kind in ("engine", "pressure", "scene", "targets", "chain", "film_table"):
+    for kind in ("engine", "pressure", "scene", "targets", "chain", "film_table", "superelement"):
         assert {verdict for _, own, verdict in found if own == kind} == {"accepted", "refused"}, kind
 
 

@@ -125,6 +125,30 @@ def test_what_is_split_off_is_what_is_lifted(block):
     assert np.all(modes.multipliers() < 1.0)
 
 
+def test_the_block_moves_in_space_and_the_crank_with_it():
+    """What moves freely in space has the velocity and the acceleration of its path as the turning frame sees it."""
+    engine = load_engine("diesel_i6")
+    settings, parts = Settings(crank="rigid", block="flexible"), Parts(block=box_block(engine))
+    simulation = Simulation(engine, rigid_crank(engine), settings, parts=parts)
+    simulation.inputs[0] = 2000 * RPM
+    simulation.initialize()
+    block = SlowModes(simulation.model, 2000 * RPM).block
+    n = simulation.model.omega2.size
+    sweep = np.column_stack([block._swept(unit) for unit in np.eye(n)])
+    y = np.random.default_rng(2).normal(size=12)
+    y[6:] *= 1e3
+
+    def seen(time):
+        return expm(-time * sweep) @ block._carried @ (expm(time * block.matrix) @ y)[:6]
+
+    step, motion = 1e-4, block.lift(y)
+    before, now, after = seen(-step), seen(0.0), seen(step)
+    size = np.abs(motion.acceleration).max()
+    assert motion.place == pytest.approx(now)
+    assert motion.velocity == pytest.approx((after - before) / (2 * step), abs=1e-3 * np.abs(motion.velocity).max())
+    assert motion.acceleration == pytest.approx((after - 2 * now + before) / step**2, abs=1e-3 * size)
+
+
 class Toy:
     """A system whose amplitude follows x → r x (1 − x) from cycle to cycle: it repeats after 1 to 6, or never."""
 
@@ -219,3 +243,6 @@ def test_the_drive_line_is_what_its_formula_says():
     assert exponential(0.06 * line.matrix) == pytest.approx(expm(0.06 * line.matrix), rel=1e-10, abs=1e-12)
     drive = simulation.engine.drive_line
     assert np.abs(np.linalg.eigvals(line.matrix)).max() == pytest.approx(math.sqrt(drive.stiffness / line.inertia))
+    # The frame follows the crank as fast as it can without overshoot: a double root at -2/τ, τ two revolutions.
+    lead = line.matrix[2:, 2:]
+    assert np.linalg.eigvals(lead) == pytest.approx(-2.0 / (4.0 * math.pi / (2000 * RPM)), rel=1e-6)

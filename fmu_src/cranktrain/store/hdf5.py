@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody, check
 from cranktrain.store.axes import Labels, attach_axes, is_label, of_result, of_run_up
+from cranktrain.store.seal import check_seal, seal
 from cranktrain.store.whole_file import Kind, whole_file
 
 File = h5py.File
@@ -282,6 +283,7 @@ def written(path: str | Path, kind: Kind | None = None) -> Iterator[h5py.File]:
         finally:
             if disk.error is not None:
                 raise disk.error
+        seal(temporary)
 
 
 class _FullDiskFile(io.FileIO):
@@ -318,6 +320,7 @@ def cut_short(path: str | Path) -> bool:
     if not Path(path).is_file():
         return False
     try:
+        check_seal(Path(path))
         h5py.File(path, "r").close()
     except OSError as error:
         if "truncated file" in str(error):
@@ -334,6 +337,7 @@ def kind_of(mark: str) -> Kind:
     """Kind of the HDF5 files with this ``format``."""
 
     def includes(path: Path) -> bool:
+        check_seal(path)
         with h5py.File(path, "r") as file:
             return str(file.attrs.get("format", "")) == mark
 
@@ -352,6 +356,7 @@ def opened(path: str | Path, kind: str, schema: int, remedy: str) -> Iterator[h5
     if not Path(path).is_file():
         raise StoreError(f"{path}: no such file; {remedy}")
     try:
+        check_seal(Path(path))
         file = h5py.File(path, "r")
     except OSError:
         if cut_short(path):

@@ -121,7 +121,10 @@ class RunUp:
         s = values["speeds"].size
         fits = all(values[name].shape == (s,) for name in _AXES if name != "orders")
         fits &= values["amplitudes"].shape[1:] == (s, values["orders"].size) and values["extremes"].shape[1:] == (s, 3)
-        named = {name: json.loads(str(attributes.pop(f"{name}_outputs", "{}"))) for name in _NAMED}
+        try:
+            named = {name: json.loads(str(attributes.pop(f"{name}_outputs", "{}"))) for name in _NAMED}
+        except ValueError:
+            raise StoreError(f"{path}: names of its outputs are damaged; {REMEDY}") from None
         fits &= all(len(named[name]) == len(values[name]) for name in _NAMED)
         if not fits or np.any(np.diff(values["speeds"]) <= 0.0):
             raise StoreError(f"{path}: arrays do not fit together; {REMEDY}")

@@ -1,0 +1,46 @@
+"""Checksum behind the end of an HDF5 file: a damaged one may crash the HDF5 library, or keep it busy for ever.
+
+HDF5 reads no further than the end that it knows, so other programs do not see it; one that changes the file cuts it
+off, and a file without it is read as it is.
+"""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+from typing import BinaryIO
+
+MARK = b"\ncranktrain checksum "
+SIZE = len(MARK) + 9
+"""Bytes of a seal: the mark, the CRC-32 of all before it as eight hexadecimal digits, and a line's end."""
+BLOCK = 1 << 20
+
+
+def seal(path: Path) -> None:
+    """Add a file's checksum behind its end."""
+    with path.open("r+b") as file:
+        size = file.seek(0, 2)
+        checksum = _checksum(file, size)
+        file.seek(size)
+        file.write(MARK + b"%08x\n" % checksum)
+
+
+def check_seal(path: Path) -> None:
+    """Raise ``OSError`` for a file that is not what was sealed."""
+    with path.open("rb") as file:
+        size = file.seek(0, 2) - SIZE
+        if size < 0:
+            return
+        file.seek(size)
+        found = file.read()
+        if found.startswith(MARK) and found != MARK + b"%08x\n" % _checksum(file, size):
+            raise OSError("checksum of the file is not that of what was written")
+
+
+def _checksum(file: BinaryIO, size: int) -> int:
+    """CRC-32 of the first bytes of a file."""
+    file.seek(0)
+    checksum = 0
+    while size > 0 and (block := file.read(min(size, BLOCK))):
+        checksum, size = zlib.crc32(block, checksum), size - len(block)
+    return checksum
