@@ -18,7 +18,7 @@ def add_fillet_option(parser: argparse.ArgumentParser, what: str) -> None:
     """Add the option; ``what`` it is for begins its help."""
     parser.add_argument(
         "--fillets", metavar="THROWS",
-        help=f"{what} by fine sub-models of these throws: all, or numbers as 1,6; minutes and 4 GB at first, "
+        help=f"{what} by fine sub-models of these throws: all, or numbers as 1,6; minutes and 3 to 4 GB at first, "
         "then kept",
     )  # fmt: skip
 
