@@ -111,7 +111,7 @@ def export(source: str | Path, target: str | Path, group: str = "", progress: Pr
     """
     path = Path(target)
     if path.suffix not in FORMATS:
-        raise InputError(f"{target}: tables end with {', '.join(FORMATS)}; name it {path.with_suffix('.csv').name}")
+        raise InputError(f"{target}: tables end with {', '.join(FORMATS)}; name it {path.stem or 'table'}.csv")
     write, kind = FORMATS[path.suffix]
     check_place(path, kind)
     table: Table

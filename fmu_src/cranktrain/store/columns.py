@@ -60,11 +60,11 @@ class ResultColumns:
 
     def blocks(self, names: Sequence[str], size: int) -> Iterator[Array]:
         """Columns of these names in blocks (k ≤ size, names); ``StoreError``: damaged."""
-        for first in range(0, self.rows, size):
-            with opened(self.path, RESULT_FORMAT, RESULT_SCHEMA, REMEDY) as file:
-                data = file[f"data/{self.group}"] if self.group else file["data"]
+        with opened(self.path, RESULT_FORMAT, RESULT_SCHEMA, REMEDY) as file:
+            data = file[f"data/{self.group}"] if self.group else file["data"]
+            for first in range(0, self.rows, size):
                 block = np.stack([data[name][first : first + size] for name in names], axis=1)
-            yield np.asarray(block, dtype=np.float64)
+                yield np.asarray(block, dtype=np.float64)
 
 
 def _groups_with_time(data: Any) -> list[str]:

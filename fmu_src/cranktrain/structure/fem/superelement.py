@@ -83,9 +83,16 @@ def superelement_body(element: Superelement, name: str) -> ReducedBody:
     from its nodes.
     """
     motions = element.rigid_motions()
-    inertia = _rigid_inertia(element, motions)
-    coefficients = rigid_modes(inertia)
-    omega, modes = _modes(element, motions @ coefficients)
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):
+            inertia = _rigid_inertia(element, motions)
+            coefficients = rigid_modes(inertia)
+            omega, modes = _modes(element, motions @ coefficients)
+    except (ValueError, LinAlgError):
+        raise InputError(
+            f"{element.source}: numbers of the matrices or coordinates are too large for any body; check units and "
+            "exponents, or export the files again"
+        ) from None
     positions, averaging = _interfaces(element)
     shapes = (averaging @ modes).reshape(-1, 6, omega.size)
     signs = signed(shapes)
@@ -101,7 +108,7 @@ def superelement_body(element: Superelement, name: str) -> ReducedBody:
 
 def _rigid_inertia(element: Superelement, motions: Array) -> Array:
     """Mass in the rigid motions (6, 6); ``InputError`` where it is not that of a rigid body."""
-    raw = motions.T @ element.mass @ motions
+    raw = np.asarray_chkfinite(motions.T @ element.mass @ motions)
     mass, first = float(np.trace(raw[:3, :3]) / 3.0), _axial(raw[3:, :3])
     rigid = np.zeros((6, 6))
     rigid[:3, :3], rigid[3:, :3], rigid[:3, 3:] = mass * np.eye(3), skew(first), -skew(first)
