@@ -83,6 +83,7 @@ def test_errors_of_high_orders_stand_apart():
     assert high_order_error(found, 3.0, exact, 1.0, 1) == pytest.approx(0.1)
 
 
+@pytest.mark.slow
 def test_points_of_a_study(small, tmp_path):
     result = study([small], ["integrators", "pressure"], True, Kept(tmp_path / "kept"))
     data = json.loads(json.dumps(result.as_dict(), allow_nan=False))
