@@ -8,6 +8,9 @@ import pytest
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.results.run_up.run_up import RunUp, merged
 from cranktrain.store.hdf5 import write_result
+from cranktrain.store.journal import journal_place
+from cranktrain.studies.run_up.run_up import ASKED, CODE, Store
+from cranktrain.studies.run_up.steady import SteadySpeed
 
 
 def run_up(speeds, seed=1):
@@ -75,3 +78,61 @@ def test_arrays_that_do_not_fit_together_are_refused(tmp_path):
     replace(made, speeds=np.array([100.0, 110.0, 120.0])).save(tmp_path / "run-up.h5")
     with pytest.raises(StoreError, match="do not fit together"):
         RunUp.load(tmp_path / "run-up.h5")
+
+
+def test_speeds_in_the_journal_are_read_with_the_file(tmp_path):
+    """Up to where a kill left a row half-written; the journal of another run-up says nothing."""
+    path = tmp_path / "run-up.h5"
+    whole = run_up([100.0, 110.0, 120.0, 130.0])
+    one, *others = (part(whole, k) for k in range(4))
+    one.save(path)
+    for other in others:
+        other.add_to_journal(path)
+    found = RunUp.load(path)
+    assert np.array_equal(found.speeds, whole.speeds) and np.array_equal(found.cycles, whole.cycles)
+    assert np.array_equal(found.axial, whole.axial) and found.attributes == whole.attributes
+    assert np.array_equal(found.extremes["bearing[1].force.x"], whole.extremes["bearing[1].force.x"])
+    place = journal_place(path)
+    content = place.read_bytes()
+    place.write_bytes(content[:-1])
+    assert RunUp.load(path).speeds.tolist() == [100.0, 110.0, 120.0]
+    middle = len(content) // 2
+    place.write_bytes(content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :])
+    assert RunUp.load(path).speeds.tolist() == [100.0, 110.0]
+    place.write_bytes(content)
+    replace(one, attributes={"engine": "diesel_v8", "settle": 1e-4}).save(tmp_path / "other.h5")
+    place.replace(journal_place(tmp_path / "other.h5"))
+    assert RunUp.load(tmp_path / "other.h5").speeds.tolist() == [100.0]
+    others[0].add_to_journal(tmp_path / "other.h5")  # begins anew
+    assert RunUp.load(tmp_path / "other.h5").speeds.tolist() == [100.0]
+
+
+def part(whole, k):
+    """One of the speeds of a run-up."""
+    named = {
+        name: {output: values[k : k + 1] for output, values in getattr(whole, name).items()}
+        for name in ("amplitudes", "extremes")
+    }
+    rows = {name: getattr(whole, name)[k : k + 1] for name in ("speeds", "cycles", "repeats", "left")}
+    return replace(whole, **named, **rows)
+
+
+def test_a_finished_speed_is_on_the_disk_at_once_and_a_written_file_has_no_journal(tmp_path):
+    path, whole = tmp_path / "run-up.h5", run_up([100.0, 110.0, 120.0])
+    store = Store(path, {ASKED: "a", CODE: "b"}, False)
+    for k in range(3):
+        one = part(whole, k)
+        store.keep(
+            SteadySpeed(
+                one.speeds[0], {n: a[0] for n, a in one.amplitudes.items()}, {n: a[0] for n, a in one.extremes.items()},
+                one.cycles[0], 1, one.left[0], np.nan, None,
+            )
+        )  # fmt: skip
+        assert RunUp.load(path).speeds.tolist() == whole.speeds[: k + 1].tolist()
+    assert journal_place(path).is_file()
+    # Killed here, the next run-up finds all of it, and takes it into the file.
+    again = Store(path, {ASKED: "a", CODE: "b"}, False)
+    assert all(again.holds(speed) for speed in whole.speeds)
+    again.write()
+    assert not journal_place(path).exists()
+    assert np.array_equal(RunUp.load(path).torsion, whole.torsion)

@@ -1,6 +1,7 @@
 """Orders over the speed range: the result of a run-up, and its file.
 
-A file holds the speeds that are finished, whatever is still missing, so that a run-up goes on from it.
+A file holds the speeds that are finished, whatever is still missing, so that a run-up goes on from it. Those since it
+was last written are in its journal (:mod:`cranktrain.store.journal`), which is read along with it.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from cranktrain.core.errors import InputError, StoreError, nearest
 from cranktrain.results.files import output_unit
 from cranktrain.results.orders.harmonics import Array, ComplexArray
 from cranktrain.store.hdf5 import CUT_SHORT, RUN_UP, cut_short, read_run_up, write_run_up
+from cranktrain.store.journal import add_row, drop_journal, journal_rows
 from cranktrain.store.whole_file import check_place
 
 TORSION, AXIAL, FLYWHEEL = "pulley.torsion", "pulley.axial", "flywheel.torsion"
@@ -109,11 +111,49 @@ class RunUp:
             attributes[f"{group}_outputs"] = json.dumps({name: output_unit(name) for name in named})
             kind = group.removesuffix("s")
             labels[f"{kind}_output"], labels[f"{kind}_unit"] = list(named), [output_unit(name) for name in named]
-        return write_run_up(path, datasets, attributes, labels)
+        written = write_run_up(path, datasets, attributes, labels)
+        drop_journal(written)
+        return written
+
+    def add_to_journal(self, path: Path) -> None:
+        """Add these speeds to the journal of the file of a run-up of the same kind; ``StoreError``."""
+        for row in self._rows():
+            add_row(path, self._tie, row)
+
+    @property
+    def _tie(self) -> str:
+        """What run-ups of the same kind have in common."""
+        names = [*self.amplitudes, *self.extremes]
+        return repr((self.orders.tolist(), names, sorted((name, str(held)) for name, held in self.attributes.items())))
+
+    def _rows(self) -> Array:
+        """All numbers of each speed, (s, n)."""
+        s = self.speeds.size
+        parting = self.parting if self.parting.size else np.full(s, math.nan)
+        columns = [self.speeds, self.cycles, self.repeats, self.left, parting]
+        amplitudes = [values.view(np.float64).reshape(s, -1) for values in self.amplitudes.values()]
+        return np.hstack([np.array(columns, dtype=np.float64).T, *amplitudes, *self.extremes.values()])
+
+    def _with_rows(self, rows: Sequence[Array]) -> RunUp:
+        """With speeds of a journal, those of another length left out."""
+        size = 5 + 2 * self.orders.size * len(self.amplitudes) + 3 * len(self.extremes)
+        rows = [row for row in rows if row.size == size]
+        if not rows:
+            return self
+        whole = np.array(rows)
+        speeds, cycles, repeats, left, parting = whole[:, :5].T
+        cuts = 5 + np.cumsum([2 * self.orders.size] * len(self.amplitudes) + [3] * len(self.extremes))
+        parts = [np.ascontiguousarray(part) for part in np.split(whole[:, 5:], cuts[:-1] - 5, axis=1)]
+        added = replace(
+            self, speeds=speeds, cycles=cycles.astype(int), repeats=repeats.astype(int), left=left, parting=parting,
+            amplitudes={name: part.view(np.complex128) for name, part in zip(self.amplitudes, parts, strict=False)},
+            extremes=dict(zip(self.extremes, parts[len(self.amplitudes) :], strict=True)),
+        )  # fmt: skip
+        return merged([self, added])
 
     @classmethod
     def load(cls, path: str | Path) -> RunUp:
-        """Read a file; ``StoreError``: missing, cut short, damaged, of another kind or schema."""
+        """Read a file and its journal; ``StoreError``: missing, cut short, damaged, of another kind or schema."""
         data, attributes = read_run_up(path)
         values: dict[str, Any] = {name: array for name, (array, _) in data.items()}
         if missing := [name for name in (*_AXES, *_NAMED) if name not in values]:
@@ -130,7 +170,8 @@ class RunUp:
             raise StoreError(f"{path}: arrays do not fit together; {REMEDY}")
         parting = values.get("parting", np.zeros(0))
         outputs: Any = {name: dict(zip(named[name], values[name], strict=True)) for name in _NAMED}
-        return cls(**{name: values[name] for name in _AXES}, **outputs, parting=parting, attributes=attributes)
+        found = cls(**{name: values[name] for name in _AXES}, **outputs, parting=parting, attributes=attributes)
+        return found._with_rows(journal_rows(Path(path), found._tie))
 
 
 def merged(parts: Sequence[RunUp]) -> RunUp:

@@ -5,6 +5,7 @@ A file of the same run, finished or not, is gone on from: speeds that it holds a
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
@@ -19,6 +20,7 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.sources import source_digest
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.run_up.run_up import RunUp, check_run_up_target, merged
+from cranktrain.store.journal import journal_place
 from cranktrain.store.side_by_side import processors
 from cranktrain.studies.constant_speed import RPM
 from cranktrain.studies.run_up import steady
@@ -29,6 +31,8 @@ from cranktrain.studies.run_up.workers import Workers, cluster_workers, local_wo
 
 SAME = 1.0e-9
 """Share by which two speeds may differ and be one."""
+WRITE_EVERY = 1.0
+"""Seconds from one writing of the file to the next; speeds that are finished meanwhile are in its journal."""
 ASKED, CODE = "digest_asked", "digest_code"
 """Attributes of a file that tell whether it is of the same run, by the same code."""
 
@@ -138,39 +142,52 @@ def check_replaced(path: Path) -> None:
 
 
 class Store:
-    """The file of a run-up, written anew when speeds are finished."""
+    """The file of a run-up: written anew, whole or not at all, or its journal, whenever a speed is finished."""
 
     def __init__(self, path: Path, attributes: dict[str, str | int | float], anew: bool) -> None:
         self._path, self._attributes = path, {**attributes, "version": __version__}
         check_run_up_target(path)
-        self.run_up: RunUp | None = None
+        self._held: RunUp | None = None
         if path.is_file() and path.stat().st_size and not anew:
-            self.run_up = RunUp.load(path)
-            held = self.run_up.attributes
+            self._held = RunUp.load(path)
+            held = self._held.attributes
             if any(held.get(name) != attributes[name] for name in (ASKED, CODE)):
                 other = "another run-up" if held.get(ASKED) != attributes[ASKED] else "a run-up of another version"
                 raise InputError(
-                    f"{path}: holds {other} ({_what(self.run_up)}); name another --output, or replace it by --anew"
+                    f"{path}: holds {other} ({_what(self._held)}); name another --output, or replace it by --anew"
                 )
-        self._waiting: list[SteadySpeed] = []
+        self._waiting: list[RunUp] = []
+        self._written = -math.inf
+        self._unwritten = journal_place(path).is_file() and self._held is not None
+
+    @property
+    def run_up(self) -> RunUp | None:
+        """All that is finished; None where nothing is."""
+        if self._waiting:
+            self._held = merged([*([self._held] if self._held is not None else []), *self._waiting])
+            self._waiting = []
+        return self._held
 
     def holds(self, speed: float) -> bool:
         """Whether a speed (rad/s) is finished."""
-        return self.run_up is not None and bool(np.any(np.abs(self.run_up.speeds - speed) <= SAME * speed))
+        run_up = self.run_up
+        return run_up is not None and bool(np.any(np.abs(run_up.speeds - speed) <= SAME * speed))
 
     def keep(self, found: SteadySpeed) -> None:
-        """Write one more speed."""
-        self._waiting.append(found)
-        self.write()
+        """Write one more speed: into the journal, where the file has just been written."""
+        one = _as_run_up(found, self._attributes)
+        self._waiting.append(one)
+        self._unwritten = True
+        if time.monotonic() - self._written < WRITE_EVERY:
+            one.add_to_journal(self._path)
+        else:
+            self.write()
 
     def write(self) -> None:
-        """Write what waits."""
-        if not self._waiting:
-            return
-        parts = [_as_run_up(found, self._attributes) for found in self._waiting]
-        self.run_up = merged([*([self.run_up] if self.run_up is not None else []), *parts])
-        self._waiting = []
-        self.run_up.save(self._path)
+        """Write the file with all that it does not hold yet."""
+        if self._unwritten and (run_up := self.run_up) is not None:
+            run_up.save(self._path)
+            self._unwritten, self._written = False, time.monotonic()
 
 
 def _as_run_up(found: SteadySpeed, attributes: dict[str, str | int | float]) -> RunUp:
