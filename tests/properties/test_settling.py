@@ -13,6 +13,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.dynamics.cycle_run import output_judge
 from cranktrain.dynamics.model.slots import DRIVEN, LAYOUT, SCALARS
 from cranktrain.dynamics.model.state import POSITION, offset, state_size
+from cranktrain.dynamics.settled.collar import NOTHING_LEFT, Collar, Learned
 from cranktrain.dynamics.settled.cycles import Recorder, settled_cycles
 from cranktrain.dynamics.settled.free_mode import FreeMode
 from cranktrain.dynamics.settled.judging import Judge
@@ -156,7 +157,12 @@ class Toy:
         scalars = np.zeros(SCALARS)
         scalars[DRIVEN] = 1.0
         self.model = SimpleNamespace(
-            omega2=np.ones(1), scalars=scalars, layout=np.zeros(LAYOUT), block_ports=np.zeros((0, 0))
+            omega2=np.ones(1),
+            scalars=scalars,
+            layout=np.zeros(LAYOUT),
+            block_ports=np.zeros((0, 0)),
+            bearings=np.zeros((0, 0)),
+            ports=np.zeros((1, 0)),
         )
         self.inputs, self.outputs, self.state, self.r = (
             np.array([4 * math.pi]),
@@ -231,6 +237,33 @@ def test_a_mode_that_decays_freely_is_taken_off_at_once_and_learned_from_what_a_
     learned = near.learned(start, end, time)
     assert abs(learned.decay - decay) == pytest.approx(0.5 * abs(near.decay - decay), rel=0.01)
     assert near.learned(other, other, time) is near
+
+
+def collar_of_the_six(over_cycle):
+    simulation = Simulation(load_engine("diesel_i6"), rigid_crank(load_engine("diesel_i6")), Settings(crank="rigid"))
+    simulation.inputs[0] = 2000 * RPM
+    simulation.initialize()
+    return Collar(simulation.model, np.array(over_cycle)), simulation
+
+
+def test_the_collar_learns_from_two_changes_what_a_cycle_makes_of_it_and_takes_it_off():
+    """In two directions at right angles, one after the other; the motion that is left repeats at once."""
+    truth = np.array([[0.1, 0.02], [-0.3, -0.25]])
+    collar, simulation = collar_of_the_six(NOTHING_LEFT)
+    for y in (np.array([2.0, 1.0]), np.array([-1.0, 2.0])):
+        collar.learn(collar.lift(y), collar.lift(truth @ y))
+    assert collar.over_cycle == pytest.approx(truth)
+    start, periodic = np.array([0.3, -0.2]), np.array([0.05, 0.07])
+    end = periodic + truth @ (start - periodic)
+    corrected = end + collar.split(collar.correction(collar.lift(end - start), 1))
+    assert corrected == pytest.approx(periodic)
+    modes = SlowModes(simulation.model, 2000 * RPM, Learned(FreeMode(-30.0 + 1500j, np.ones(6) + 0j), truth))
+    assert np.abs(np.concatenate(modes.rest(collar.lift(start))[:2])).max() < 1e-12
+
+
+def test_a_motion_that_is_not_stable_is_not_held_by_corrections():
+    collar, _ = collar_of_the_six([[0.1, 0.0], [0.0, -1.2]])
+    assert not np.any(collar.correction(collar.lift(np.array([1.0, 1.0])), 1).velocity)
 
 
 def test_the_drive_line_is_what_its_formula_says():

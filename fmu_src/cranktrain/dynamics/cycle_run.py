@@ -16,6 +16,7 @@ from cranktrain.dynamics.model.arrays import supply_temperature
 from cranktrain.dynamics.model.slots import N_ITERATIONS, N_MISSED, N_REJECTED, N_STEPS
 from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.outputs.register import Counts, judged_families, output_counts, output_needs
+from cranktrain.dynamics.settled.collar import Learned
 from cranktrain.dynamics.settled.cycles import (
     NOTHING,
     Expected,
@@ -25,7 +26,6 @@ from cranktrain.dynamics.settled.cycles import (
     rewind,
     settled_cycles,
 )
-from cranktrain.dynamics.settled.free_mode import FreeMode
 from cranktrain.dynamics.settled.judging import MOST_CYCLES, TOLERANCE, Judge, Settling
 from cranktrain.dynamics.settled.motion import Motion, motion_of
 from cranktrain.dynamics.settled.samples import Samples, Sink
@@ -76,8 +76,8 @@ class Result:
     to 720°. ``settling`` says how settled they are; where a run went on until its outputs repeated, the last cycle or
     the last ones that repeat are kept, while ``counters`` and ``seconds`` tell of all. ``film_temperatures`` (b,), K,
     are those of the main bearings' films and ``passes`` the runs that it took to find them; all else tells of the last.
-    ``complete`` is False where an interrupt cut the run short; ``free`` is the mode that settled last beside
-    the slow ones, where one was expected.
+    ``complete`` is False where an interrupt cut the run short; ``learned`` is what settled last beside
+    the slow modes, where that was expected.
     """
 
     time: Array
@@ -91,7 +91,7 @@ class Result:
     settling: Settling
     passes: int = 1
     complete: bool = True
-    free: FreeMode | None = None
+    learned: Learned | None = None
 
     def last_cycle(self, name: str) -> tuple[Array, Array]:
         """Crank angle (rad, from 0) and values of one output over the last 720°, both ends included."""
@@ -156,7 +156,7 @@ def run_cycles(
         film_temperatures=simulation.film_temperatures,
         settling=recorded.settling,
         complete=recorded.complete,
-        free=recorded.free,
+        learned=recorded.learned,
     )
 
 

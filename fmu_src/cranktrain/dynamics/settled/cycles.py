@@ -21,8 +21,8 @@ from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.slots import DRIVEN
 from cranktrain.dynamics.model.state import SHAFT_ANGLE, TIME
+from cranktrain.dynamics.settled.collar import Learned
 from cranktrain.dynamics.settled.estimate import Past
-from cranktrain.dynamics.settled.free_mode import FreeMode
 from cranktrain.dynamics.settled.judging import MOST_CYCLES, TOLERANCE, Judge, Settling
 from cranktrain.dynamics.settled.longer_periods import (
     LONGEST_PERIOD,
@@ -39,8 +39,8 @@ CALL = 0.2
 """Wall time that a run spends at most, about, between two looks at an interrupt, s."""
 RECENT = LONGEST_PERIOD + 2
 """Cycles that a run holds where its samples are kept elsewhere: those that are compared, and one under way."""
-PATIENCE, GAIN = 3, 0.5
-"""A run gains no more when this many cycles together leave more than this share of what was left before."""
+PATIENCE, PATIENCE_OF_BLOCKS, GAIN = 3, 2, 0.5
+"""A run gains no more when this many cycles together, or blocks of some, leave more than this share of before."""
 
 
 class Stepped(Protocol):
@@ -60,10 +60,10 @@ class Stepped(Protocol):
 
 
 class Expected(NamedTuple):
-    """What a neighbour lets expect: whether a period is doubtful, and the mode that settles last."""
+    """What a neighbour lets expect: whether a period is doubtful, and what settles last."""
 
     doubtful: bool = False
-    free: FreeMode | None = None
+    learned: Learned | None = None
 
 
 NOTHING = Expected()
@@ -72,15 +72,15 @@ NOTHING = Expected()
 class Recorded(NamedTuple):
     """Outputs (samples + 1, outputs) of the recorded cycles, and how settled they are; whether a run was cut short.
 
-    The ``first`` of the rows is the state so many communication steps after time 0. ``free`` is the mode that settled
-    last, where one was expected.
+    The ``first`` of the rows is the state so many communication steps after time 0. ``learned`` is what settled
+    last, where that was expected.
     """
 
     rows: Array
     settling: Settling
     complete: bool
     first: int = 0
-    free: FreeMode | None = None
+    learned: Learned | None = None
 
 
 class Recorder:
@@ -201,20 +201,21 @@ def settled_cycles(
     Where a period is doubtful it is looked for at once.
     """
     simulation = recorder.simulation
-    modes = SlowModes(simulation.model, float(simulation.inputs[0]), expected.free)
+    modes = SlowModes(simulation.model, float(simulation.inputs[0]), expected.learned)
     search, shortest = expected.doubtful, 1 if expected.doubtful else 2
     block, done, share = 1, 0, 0.0
     past, rows = Past(modes, judge), np.empty(0)
     worst: list[float] = []
-    apart = math.inf
+    apart, learns = math.inf, True
     settling = Settling(0, 0, tolerance)
     while True:
         if search:
+            modes.collar.forget()
             plain = plainly(recorder, judge, tolerance, most - LONGEST_PERIOD - done, shortest)
             done, block, search = done + plain.cycles, plain.nearest, False
             if not block:
-                return Recorded(plain.rows, plain.settling(judge, done, tolerance), True, free=modes.free)
-            past, worst, apart = Past(modes, judge, block), [], math.inf
+                return Recorded(plain.rows, plain.settling(judge, done, tolerance), True, learned=modes.learned)
+            past, worst, apart, learns = Past(modes, judge, block), [], math.inf, False
         start = settling_motion(simulation.model, simulation.state)
         try:
             rows = recorder.cycles(block)
@@ -226,7 +227,7 @@ def settled_cycles(
         rewind(simulation, block)
         change = settling_motion(simulation.model, simulation.state).minus(start)
         past.add(start, change, rows[1:])
-        if done == 2:
+        if learns and done > 1:
             past.learn()
         left = past.left
         worst += [max(left.values(), default=0.0)] if left else []
@@ -242,12 +243,15 @@ def settled_cycles(
         if left and worst[-1] <= tolerance and not fades:
             repeats = repeats_every(judge, rows[1:], block, tolerance)
             kept = rows[-repeats * recorder.per_cycle - 1 :]
-            return Recorded(kept, Settling(done, repeats, tolerance, left), True, free=modes.free)
+            return Recorded(kept, Settling(done, repeats, tolerance, left), True, learned=modes.learned)
         if done + block > most:
-            return Recorded(rows, settling, True, free=modes.free)
-        search = _gains_no_more(worst) and done + PLAINLY + LONGEST_PERIOD <= most
-        if search:
-            continue
+            return Recorded(rows, settling, True, learned=modes.learned)
+        if _gains_no_more(worst, PATIENCE if block == 1 else PATIENCE_OF_BLOCKS):
+            search = done + PLAINLY + LONGEST_PERIOD <= most
+            if search:
+                continue
+            if block > 1:
+                return Recorded(rows, settling, True, learned=modes.learned)
         state = simulation.state
         add_motion(state, modes.correction(change, block))
         simulation.state = state
@@ -291,6 +295,6 @@ def rewind(simulation: Stepped, cycles: int) -> None:
     simulation.state = state
 
 
-def _gains_no_more(worst: list[float]) -> bool:
-    """Whether the last cycles left about as much as those before them."""
-    return len(worst) >= 2 * PATIENCE and min(worst[-PATIENCE:]) > GAIN * min(worst[:-PATIENCE])
+def _gains_no_more(worst: list[float], patience: int) -> bool:
+    """Whether the last so many cycles left about as much as those before them."""
+    return len(worst) >= 2 * patience and min(worst[-patience:]) > GAIN * min(worst[:-patience])

@@ -25,6 +25,8 @@ DISTINCT = 0.1
 """Share of their size by which changes must differ in direction to tell two things."""
 MARGIN = 2.0
 """Factor on what is estimated, for what linear maps of few cycles leave out; chosen, to be above the truth."""
+MARGIN_OF_ONE = 20.0
+"""The same where two cycles are all: their difference is another direction than what is left, up to ten times off."""
 
 
 class Past:
@@ -45,7 +47,7 @@ class Past:
         """Have the modes learn from the last two what a cycle makes of a change of its start."""
         (first, changed, _), (second, changed_again, _) = self._kept[-2:]
         before = second.minus(first)
-        self._modes.learn(before, before.plus(changed_again.minus(changed)))
+        self._modes.learn(before, before.plus(changed_again.minus(changed)), len(self._kept) == 2)
 
     @property
     def left(self) -> Mapping[str, float]:
@@ -69,7 +71,8 @@ class Past:
             weights = np.divide(unknown, far, out=np.zeros_like(far), where=far > 0.0)
             estimates.append((np.tensordot(share, outputs, 1), weights))
         left = self._judge.estimated(rows, outputs, estimates)
-        return {name: MARGIN * value for name, value in left.items()}
+        margin = MARGIN if len(before) > 1 else MARGIN_OF_ONE
+        return {name: margin * value for name, value in left.items()}
 
 
 def _combination(columns: Array, known: Array) -> Array:

@@ -1,7 +1,8 @@
 """What settling leaves beside the slow modes: one mode that decays freely.
 
 Of a running crank that is its first torsional mode: a cycle of the six at 1600 rev/min leaves 6 % of it, of all others
-far less. Where a motion is nothing but Re(z e^{λt}), its place a and velocity b tell
+far less. The crank's motion along its axis (:mod:`collar`) is left out of it: it does not go on at the mode's exponent.
+Where a motion is nothing but Re(z e^{λt}), its place a and velocity b tell
 
     z = a + i (Re λ a − b)/Im λ
 
@@ -38,6 +39,10 @@ class FreeMode(NamedTuple):
         factor = cmath.exp(self.decay * time)
         z = factor / (1.0 - factor) * np.vdot(self.shape, complex_place(rest, self.decay)) * self.shape
         return Motion(z.real.copy(), (self.decay * z).real, (self.decay**2 * z).real, 0.0, 0.0)
+
+    def speed_of(self, rest: Motion) -> float:
+        """Size of the mode's part of a motion, as a velocity."""
+        return float(abs(self.decay) * abs(np.vdot(self.shape, complex_place(rest, self.decay))))
 
     def learned(self, before: Motion, after: Motion, time: float) -> FreeMode:
         """The mode as a motion shows it that has become another after a time (s); as it is where that shows another."""

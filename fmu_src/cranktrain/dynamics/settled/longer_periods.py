@@ -21,7 +21,10 @@ PLAINLY = 2 * LONGEST_PERIOD
 NEAR = 0.1
 """What such cycles may miss of themselves for corrections to begin again."""
 SURELY = 0.01
-"""The same where cycles that are alike part: a motion without a period comes near itself by chance."""
+"""The same where cycles that are alike part: a motion without a period comes near itself by chance.
+
+Also what they may miss for their period to be known.
+"""
 GAIN = 0.5
 """Of several periods the shortest is taken that leaves less than the least over this share."""
 FADING = 0.9
@@ -62,16 +65,17 @@ def repeats_every(judge: Judge, samples: Array, block: int, tolerance: float) ->
 def nearest_period(judge: Judge, cycles: Array, tolerance: float, shortest: int = 2) -> tuple[int, float]:
     """How many cycles to take at once, after which plain ones (cycles, samples, outputs) come nearest to themselves.
 
-    It is ``shortest`` or more. Of 2, 3, 6 it is always 6, which holds the others: which of them it is shows when the
-    motion has settled. 0 where
-    the motion has no period, less than 0 where only more cycles tell. Also returns :func:`parting`.
+    It is ``shortest`` or more. In place of 2 and 3 it is 6, which holds both, until the cycles are near enough to tell
+    which of them it is. 0 where the motion has no period, less than 0 where only more cycles tell. Also returns
+    :func:`parting`.
     """
     apart = {}
     for every in range(shortest, LONGEST_PERIOD + 1):
         now, before = np.concatenate(cycles[-every:]), np.concatenate(cycles[-2 * every : -every])
         apart[every] = max(tolerance, *judge.left(now, before).values())
     nearest = next(every for every, far in apart.items() if far <= min(apart.values()) / GAIN)
-    block, factor = (LONGEST_PERIOD if nearest in (2, 3, 6) else nearest), parting(judge, cycles)
+    told = nearest not in (2, 3) or apart[nearest] <= SURELY
+    block, factor = (nearest if told else LONGEST_PERIOD), parting(judge, cycles)
     least = min(apart.values())
     if least <= (NEAR if factor < 1.0 else SURELY):
         return block, factor

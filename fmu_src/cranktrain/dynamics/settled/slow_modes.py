@@ -35,11 +35,13 @@ from cranktrain.dynamics.model.slots import (
     SHAFT_K,
     TURNING_MODES,
 )
-from cranktrain.dynamics.settled.free_mode import FreeMode
+from cranktrain.dynamics.settled.collar import NOTHING_LEFT, RATE, Collar, Learned
 from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.start.mean_motion import carried
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 
+PLAIN = 0.3
+"""Size of the collar's motion over the free mode's from which on the collar is seen well enough to be learned."""
 SERIES, HALVINGS = 14, 8
 """Terms of the exponential's series, and how often its argument is halved beyond a norm of 1."""
 
@@ -160,10 +162,12 @@ class SlowModes:
     Attributes
     ----------
     free : the mode that settles last of all others; None where it is not known
+    collar : the crank along its axis, of which only what is learned is corrected
     """
 
-    def __init__(self, model: ModelArrays, speed: float, free: FreeMode | None = None) -> None:
-        self.free = free
+    def __init__(self, model: ModelArrays, speed: float, learned: Learned | None = None) -> None:
+        self.free = None if learned is None else learned.free
+        self.collar = Collar(model, NOTHING_LEFT if learned is None else learned.collar)
         self._period = 4.0 * math.pi / speed
         self._model = model
         driven = model.scalars[DRIVEN] > 0.0
@@ -184,14 +188,33 @@ class SlowModes:
             total = total.plus(part.lift(m @ np.linalg.solve(np.eye(len(m)) - m, part.split(change))))
         if self.free is None:
             return total
+        total = total.plus(self.collar.correction(self._fast(change), cycles))
         return total.plus(self.free.correction(self.rest(change), cycles * self._period))
 
-    def learn(self, before: Motion, after: Motion) -> None:
-        """Know the free mode better from a change of the start and what a cycle makes of it."""
-        if self.free is not None:
+    @property
+    def learned(self) -> Learned | None:
+        """What is known by now of what settles beside the slow modes."""
+        return None if self.free is None else Learned(self.free, self.collar.over_cycle)
+
+    def learn(self, before: Motion, after: Motion, first: bool) -> None:
+        """Know the free mode or the collar better from a change of the start and what a cycle makes of it.
+
+        The ``first`` change holds all modes, and the free one is what the cycle leaves of it; in later ones, from which
+        it has been taken off, the collar shows.
+        """
+        if self.free is None:
+            return
+        if first:
             self.free = self.free.learned(self.rest(before), self.rest(after), self._period)
+        elif self.free.speed_of(self.rest(before)) * PLAIN < np.linalg.norm(self.collar.split(self._fast(before))):
+            self.collar.learn(self._fast(before), self._fast(after))
 
     def rest(self, motion: Motion) -> Motion:
+        """A motion without that of the slow modes and of the collar."""
+        fast = self._fast(motion)
+        return fast.minus(self.collar.lift(self.collar.split(fast)))
+
+    def _fast(self, motion: Motion) -> Motion:
         """A motion without that of the slow modes."""
         for part in self._parts:
             motion = motion.minus(part.lift(part.split(motion)))
@@ -204,7 +227,8 @@ class SlowModes:
     def coordinates(self, motion: Motion) -> tuple[Array, Array]:
         """A motion of crank and pistons, and of the block, with twice their energies (J) as squares of their lengths.
 
-        That of the slow modes comes first, then all modes without them.
+        That of the slow modes comes first, then all modes without them. Springs count as if no mode were slower than
+        ``RATE``: the collar's place has no energy of its own, and tells much of axial motion.
         """
         rest, slow = motion, []
         for part in (self.drive_line, self.block):
@@ -212,7 +236,7 @@ class SlowModes:
             slow.append(np.zeros(0) if part is None or y is None else part.coordinates(y))
             if part is not None and y is not None:
                 rest = rest.minus(part.lift(y))
-        energy = np.array([rest.velocity, np.sqrt(self._model.omega2) * rest.place])
+        energy = np.array([rest.velocity, np.sqrt(np.maximum(self._model.omega2, RATE**2)) * rest.place])
         t = int(self._model.layout[TURNING_MODES])
         block = slice(t, t + self._model.block_ports.shape[1])
         return (

@@ -16,17 +16,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cranktrain.assembly import Assembly
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import Result, balanced, run_cycles
 from cranktrain.dynamics.model.arrays import dimensions
 from cranktrain.dynamics.model.state import BODY, LEAD_ANGLE, LEAD_SPEED, SHAFT_ANGLE, film_offset
+from cranktrain.dynamics.settled.collar import Learned
 from cranktrain.dynamics.settled.cycles import Expected
-from cranktrain.dynamics.settled.free_mode import FreeMode
 from cranktrain.dynamics.settled.motion import Motion, motion_of, put_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.orders.harmonics import ComplexArray, order_amplitudes
-from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.run_up.free_decay import torsional_mode
 
 FIRST = 200.0
@@ -67,7 +67,7 @@ class CycleStart(NamedTuple):
     films: Array  # memory of the films
     temperatures: Array | None  # of the films, K, where they are not the engine's
     periodic: bool  # whether the next cycle is the same
-    free: FreeMode | None = None  # mode that settles last
+    learned: Learned | None = None  # what settles last
 
 
 class SteadySpeed(NamedTuple):
@@ -104,15 +104,8 @@ class SteadyRuns:
 
         Raises ``InputError``; ``SolverError`` for a step that fails.
         """
-        expected = self.enter(speed, near)
+        result = self.settled(speed, near)
         job, simulation = self._job, self.simulation
-
-        def run() -> Result:
-            return run_cycles(simulation, None, job.settle, None, None, expected=expected)
-
-        result = run()
-        if job.film_balance or job.damper_balance:
-            result = balanced(simulation, None, run, result, job.film_balance, job.damper_balance)
         state = simulation.state
         n = simulation.model.omega2.size
         start = CycleStart(
@@ -122,7 +115,7 @@ class SteadyRuns:
             films=state[self._films_begin :].copy(),
             temperatures=simulation.film_temperatures if job.film_balance else None,
             periodic=result.settling.repeats == 1,
-            free=self._free(result),
+            learned=self._learned(result),
         )
         settling = result.settling
         return SteadySpeed(
@@ -130,9 +123,25 @@ class SteadyRuns:
             settling.worst[1], settling.parting, start,
         )  # fmt: skip
 
-    def _free(self, result: Result) -> FreeMode | None:
-        """The mode that settles last: as the run found it, else what a push shows."""
-        return torsional_mode(self.simulation) if result.free is None and result.settling.repeats == 1 else result.free
+    def settled(self, speed: float, near: Sequence[CycleStart]) -> Result:
+        """The cycle that repeats at a speed, or those that do; arguments and errors are those of :meth:`at`."""
+        expected = self.enter(speed, near)
+        job, simulation = self._job, self.simulation
+
+        def run() -> Result:
+            return run_cycles(simulation, None, job.settle, None, None, expected=expected)
+
+        result = run()
+        if job.film_balance or job.damper_balance:
+            result = balanced(simulation, None, run, result, job.film_balance, job.damper_balance)
+        return result
+
+    def _learned(self, result: Result) -> Learned | None:
+        """What settles last: as the run found it, else the mode that a push shows."""
+        if result.learned is not None or result.settling.repeats != 1:
+            return result.learned
+        mode = torsional_mode(self.simulation)
+        return None if mode is None else Learned(mode)
 
     @property
     def _films_begin(self) -> int:
@@ -164,7 +173,7 @@ class SteadyRuns:
         simulation.state = state
         if first.temperatures is not None:
             simulation.film_temperatures = first.temperatures
-        return Expected(not first.periodic, first.free)
+        return Expected(not first.periodic, first.learned)
 
 
 def _amplitudes(job: Job, result: Result, speed: float) -> dict[str, ComplexArray]:
