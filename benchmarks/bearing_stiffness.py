@@ -14,10 +14,10 @@ import sys
 import numpy as np
 from scipy.linalg import eigh
 
-from cranktrain.assembly import running_crank
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
+from cranktrain.structure.assembly import running_crank
 from cranktrain.structure.crank.modal import KINDS, bearing_stiffness, energy_shares, main_springs, rod_masses
 
 FACTORS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 5.0, 10.0, 100.0)

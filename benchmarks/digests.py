@@ -22,11 +22,11 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from cranktrain.assembly import assemble
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import simulate
 from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.file import load_engine
+from cranktrain.structure.assembly import assemble
 
 SPEED = 2000.0 * math.pi / 30.0
 SAY = Console(stderr=True).print

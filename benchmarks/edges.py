@@ -28,7 +28,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain import assembly
 from cranktrain.core.kernel import keep_record
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation
 from cranktrain.engine.file import load_engine
@@ -39,6 +38,7 @@ from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.film.laws import ehd
 from cranktrain.film.laws.films import COS, SIN
 from cranktrain.film.laws.rigid_bore import IN_LOOP, rigid_bore
+from cranktrain.structure import assembly
 from cranktrain.structure.crank.reduction import running_body
 
 Array = NDArray[np.float64]

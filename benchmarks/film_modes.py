@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.assembly import Assembly, assemble
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
@@ -25,6 +24,7 @@ from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, KAPPA2
 from cranktrain.film.laws.thrust import closed_stiffness
 from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.structure.crank.modal import KINDS, energy_shares, main_springs
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 from cranktrain.studies.torsion.damped_modes import damped_modes

@@ -17,12 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.assembly import Assembly, assemble
 from cranktrain.dynamics.cycle_run import Result, output_judge
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.results.orders.harmonics import order_amplitudes
+from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 
 RPM = math.pi / 30.0

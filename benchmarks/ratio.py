@@ -28,7 +28,7 @@ CHILD = """
 import math, sys, time
 import numpy as np
 import cranktrain
-from cranktrain.assembly import assemble
+from cranktrain.structure.assembly import assemble
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine

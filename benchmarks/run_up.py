@@ -21,9 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.assembly import assemble
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
+from cranktrain.structure.assembly import assemble
 from cranktrain.studies.run_up.plan import run_up_speeds
 from cranktrain.studies.run_up.run_up import Means, run_up
 from cranktrain.studies.run_up.steady import Job

@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.assembly import assemble
 from cranktrain.dynamics.cycle_run import Result, output_judge
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.settled.judging import Judge
 from cranktrain.dynamics.simulation import simulate
 from cranktrain.engine.file import load_engine
+from cranktrain.structure.assembly import assemble
 
 TOLERANCES = (1.0e-2, 1.0e-3, 1.0e-4)
 EXACT = 1.0e-7

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.assembly import Assembly, assemble
 from cranktrain.dynamics.cycle_run import Result, communication_step
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.engine.file import load_engine
+from cranktrain.structure.assembly import Assembly, assemble
 
 SPEED = 2000.0 * math.pi / 30.0
 ROUNDS = 9

@@ -378,11 +378,11 @@ CALLS = (
 
 
 LONG_WORK = (
-    "cranktrain.assembly.assemble", "cranktrain.structure.crank.reduction.reduced_crankshaft",
+    "cranktrain.structure.assembly.assemble", "cranktrain.structure.crank.reduction.reduced_crankshaft",
     "cranktrain.structure.block.reduction.reduced_block", "cranktrain.studies.modal.reduced_crankshaft",
-    "cranktrain.assembly.elastic_bore", "cranktrain.cli.film_table.film_table",
+    "cranktrain.structure.assembly.elastic_bore", "cranktrain.cli.film_table.film_table",
     "cranktrain.studies.stability.kept_maps.maps", "cranktrain.studies.calibration.calibrate._fitted",
-    "cranktrain.assembly.running_crank", "cranktrain.studies.tradeoff.study.study",
+    "cranktrain.structure.assembly.running_crank", "cranktrain.studies.tradeoff.study.study",
     "cranktrain.studies.planning.scene_model.SceneModel", "cranktrain.structure.block.roller_ring.ring_compliance",
 )  # fmt: skip
 

@@ -16,12 +16,12 @@ from typing import Any
 __version__ = "0.1.0"
 
 _FACE = {
-    "Assembly": "assembly",
+    "Assembly": "structure.assembly",
     "Bearing": "film.steady.plain_bearing",
     "CranktrainError": "core.errors",
     "InputError": "core.errors",
     "Settings": "dynamics.model.settings",
-    "assemble": "assembly",
+    "assemble": "structure.assembly",
     "build_fmu": "fmu.build",
     "load_engine": "engine.file",
     "load_scene": "studies.scene",

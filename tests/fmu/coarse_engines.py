@@ -8,12 +8,12 @@ from functools import cache
 
 from box_block import box_block
 
-from cranktrain.assembly import running_crank
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.levels import CRANKS
 from cranktrain.fmu import archive
 from cranktrain.fmu.flat import FlatModel
-from cranktrain.levels import CRANKS
 from cranktrain.loads.damper import with_damper_housing
+from cranktrain.structure.assembly import running_crank
 
 COARSE = {"diesel_i6": 0.025, "diesel_v8": 0.05}  # m; meshes of seconds
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from coarse_engines import built, coarse
 
-from cranktrain.assembly import assemble
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation
+from cranktrain.engine.levels import CRANKS
 from cranktrain.film.laws.ehd import SHAPES
 from cranktrain.film.table.database import bearing_settings
-from cranktrain.levels import CRANKS
 from cranktrain.store.film_tables import film_table
+from cranktrain.structure.assembly import assemble
 from cranktrain.structure.block.saddle import bore_compliance
 
 PARAMETERS = {

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from cranktrain.core.errors import StoreError
+from cranktrain.engine.levels import CRANKS
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.fmu import flat
-from cranktrain.levels import CRANKS
 
 
 def bore(seed, size):

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from cranktrain import assembly
 from cranktrain.core.kernel import keep_record
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.film.contact.journal import N_OUT, PRESSURE_MAX, bearing_contact, journal_contact
 from cranktrain.film.laws.rigid_bore import rigid_bore
+from cranktrain.structure import assembly
 
 ENGINE, SPEED, PER_CYCLE = load_engine("diesel_i6"), 1000.0 * math.pi / 30.0, 288
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cranktrain.assembly import assemble
 from cranktrain.core.reduced_body import rigid
 from cranktrain.dynamics.settled.judging import Settling
 from cranktrain.dynamics.simulation import Settings, Simulation, fitted_engine
@@ -23,6 +22,7 @@ from cranktrain.results.strength.cut_loads import (
 )
 from cranktrain.results.strength.recorded_cycle import RecordedCycle, recorded_cycle
 from cranktrain.results.strength.throw_loads import single_throws, supported, throw_axes, whole_crank
+from cranktrain.structure.assembly import assemble
 from cranktrain.structure.crank.reduction import complete_crankshaft
 from cranktrain.structure.crank.torsional import rigid_crank, shaft_nodes
 

@@ -8,12 +8,12 @@ import pytest
 from benchmarks.inherited_damping import resonances
 from scipy.linalg import eigh
 
-from cranktrain.assembly import assemble
 from cranktrain.core.reduced_body import truncate
 from cranktrain.dynamics.model.arrays import structural_damping
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
-from cranktrain.levels import CRANKS
+from cranktrain.engine.levels import CRANKS
+from cranktrain.structure.assembly import assemble
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.crank.modal import cranktrain_matrices, cranktrain_modes, torsional_frequencies
 from cranktrain.studies.torsion.damped_modes import damped_modes

@@ -20,8 +20,8 @@ from cranktrain.dynamics.model.settings import (
 )
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.levels import BLOCKS, DAMPERS, PISTONS
 from cranktrain.film.laws.register import BIG_END, MAINS, bearing_levels
-from cranktrain.levels import BLOCKS, DAMPERS, PISTONS
 
 SIX, EIGHT = load_engine("diesel_i6"), load_engine("diesel_v8")
 SPEED = 2000 * math.pi / 30

@@ -11,8 +11,8 @@ import pytest
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid_coordinates
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.levels import CRANKS, Levels
 from cranktrain.film.laws.register import PLAIN, bearing_levels
-from cranktrain.levels import CRANKS, Levels
 from cranktrain.structure.crank.level import bare_crank, crank_body
 from cranktrain.structure.crank.modal import free_modes, torsional_frequencies
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft

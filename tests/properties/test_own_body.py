@@ -21,13 +21,13 @@ from superelements import (
     write_superelement,
 )
 
-from cranktrain.assembly import running_crank
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import ReducedBody, attach, rigid_coordinates
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import crank_levels
 from cranktrain.store.bodies import export_body, import_body
+from cranktrain.structure.assembly import running_crank
 from cranktrain.structure.block.reduction import reduced_block, running_block
 from cranktrain.structure.crank.beam import beam_body, crank_frame
 from cranktrain.structure.crank.reduction import complete_crankshaft as attached

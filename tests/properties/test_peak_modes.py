@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cranktrain.assembly import Assembly
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import fitted_engine
 from cranktrain.engine.file import load_engine
 from cranktrain.results.orders.resonances import Peak
+from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.crank.modal import cranktrain_modes
 from cranktrain.studies.campbell import campbell

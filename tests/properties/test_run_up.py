@@ -17,7 +17,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cranktrain.assembly import assemble
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError, SolverError, StoreError
 from cranktrain.dynamics.model.settings import Settings
@@ -25,6 +24,7 @@ from cranktrain.dynamics.simulation import simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.structure.assembly import assemble
 from cranktrain.studies.run_up.free_decay import largest_decay
 from cranktrain.studies.run_up.plan import job_of, run_up_speeds
 from cranktrain.studies.run_up.refine import speeds_between

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cranktrain.levels import CRANKS
+from cranktrain.engine.levels import CRANKS
 from cranktrain.studies.planning.difference import LastCycle, by_family, longest_step, relative_differences
 from cranktrain.studies.planning.ladder import bearing_levels, candidates, every_pair, next_pair
 from cranktrain.studies.scene import load_scene

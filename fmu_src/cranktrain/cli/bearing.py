@@ -196,7 +196,7 @@ def _loaded(options: argparse.Namespace) -> dict[str, Any]:
     given = {name: getattr(options, name, None) for name in FIELDS}
     given |= {"speed_rpm": options.speed, "viscosity_pas": options.viscosity}
     if options.bore is not None:
-        from cranktrain.assembly import elastic_bore
+        from cranktrain.structure.assembly import elastic_bore
 
         given["bore"] = elastic_bore(load_engine(options.bore), flexible=False)
     bearing = Bearing(**{name: value for name, value in given.items() if value is not None})

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from cranktrain.cli.console import one_of, stages
 from cranktrain.core.errors import InputError
+from cranktrain.engine.levels import BLOCKS, described
 from cranktrain.engine.model import Engine
-from cranktrain.levels import BLOCKS, described
 from cranktrain.structure.fem.own_mesh import MeshFile
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def own_meshes(options: argparse.Namespace) -> None:
 
 def bare_crankshaft(engine: Engine, options: argparse.Namespace, rebuild: bool = False) -> tuple[ReducedBody, float]:
     """Bare reduced crankshaft and the seconds it took, with the stages shown."""
-    from cranktrain.assembly import check_mesh
+    from cranktrain.structure.assembly import check_mesh
     from cranktrain.structure.crank.reduction import reduced_crankshaft
 
     check_mesh(options.mesh, "journal surfaces")
@@ -53,7 +53,7 @@ def bare_crankshaft(engine: Engine, options: argparse.Namespace, rebuild: bool =
 
 def wants_flexible_block(engine: Engine, options: argparse.Namespace) -> bool:
     """Whether the block is to be flexible; refuses what the engine or the options do not allow before any work."""
-    from cranktrain.assembly import check_mesh
+    from cranktrain.structure.assembly import check_mesh
     from cranktrain.structure.block.shape import block_plan
 
     one_of("--block", options.block, BLOCKS)

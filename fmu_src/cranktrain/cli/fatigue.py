@@ -14,8 +14,8 @@ from cranktrain.cli.console import labelled_bar, one_of, say, show_rows, stages
 from cranktrain.cli.fillets import add_fillet_option, chosen_throws, fillets_of
 from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.levels import CRANKS, described
 from cranktrain.film.laws.register import MAINS, bearing_levels
-from cranktrain.levels import CRANKS, described
 
 if TYPE_CHECKING:
     from cranktrain.studies.fatigue import FatigueReport

@@ -8,7 +8,7 @@ from typing import Any
 from cranktrain.cli.bodies import add_block_options, wants_flexible_block
 from cranktrain.cli.console import one_of, show, stages
 from cranktrain.engine.file import engine_provenance, load_engine
-from cranktrain.levels import CRANKS, described
+from cranktrain.engine.levels import CRANKS, described
 
 DESCRIPTION = """\
 Free crankshaft and cranktrain frequencies beside the reference's, and critical speeds.

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, NamedTuple
 from cranktrain.cli.bodies import add_block_options
 from cranktrain.cli.console import say, stages
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.levels import CRANKS, PISTONS, described
 from cranktrain.engine.model import Engine
 from cranktrain.engine.torsional_chain import read_drive_line
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, OIL_LAWS, bearing_law, bearing_levels
-from cranktrain.levels import CRANKS, PISTONS, described
 
 if TYPE_CHECKING:
-    from cranktrain.assembly import Assembly
     from cranktrain.dynamics.model.settings import Settings
     from cranktrain.loads.gas_pressure import GasTrace
+    from cranktrain.structure.assembly import Assembly
     from cranktrain.studies.constant_speed import Request
 
 _SOURCES = "engine (default), by its speed; or heat-balance"
@@ -93,7 +93,7 @@ def asked_of(options: argparse.Namespace, speed_rpm: float) -> Asked:
 
 def assembled(asked: Asked, inherit: bool) -> Assembly:
     """Engine and settings with their bodies and parts, made or from the cache, with the stages shown."""
-    from cranktrain.assembly import assemble
+    from cranktrain.structure.assembly import assemble
 
     tell_unread(asked.engine, asked.settings)
     mesh, block_mesh = asked.request.mesh, asked.request.block_mesh

@@ -17,8 +17,8 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.film.laws.register import bearing_law
 
 if TYPE_CHECKING:
-    from cranktrain.assembly import Assembly
     from cranktrain.loads.gas_pressure import GasTrace
+    from cranktrain.structure.assembly import Assembly
     from cranktrain.studies.constant_speed import Request
     from cranktrain.studies.run_up.run_up import Outcome
     from cranktrain.studies.run_up.steady import Job

@@ -14,11 +14,11 @@ from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES, TOLERA
 from cranktrain.film.laws.register import bearing_law
 
 if TYPE_CHECKING:
-    from cranktrain.assembly import Assembly
     from cranktrain.dynamics.model.settings import Settings
     from cranktrain.engine.model import Engine
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.results.run import Run
+    from cranktrain.structure.assembly import Assembly
     from cranktrain.studies.constant_speed import Request
 
 DESCRIPTION = "Run at constant speed until cycles repeat; write an HDF5 result and print a summary."

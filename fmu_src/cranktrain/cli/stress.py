@@ -13,13 +13,13 @@ from cranktrain.cli.console import show_rows, stages
 from cranktrain.cli.fillets import add_fillet_option, chosen_throws, fillets_of
 from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.levels import PISTONS, described
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, bearing_levels
-from cranktrain.levels import PISTONS, described
 
 if TYPE_CHECKING:
-    from cranktrain.assembly import Assembly
     from cranktrain.results.strength.fillet_histories import FilletPeak
     from cranktrain.results.strength.stress import CrankStress
+    from cranktrain.structure.assembly import Assembly
     from cranktrain.studies.constant_speed import Request
 
 DESCRIPTION = """\

@@ -58,10 +58,10 @@ from cranktrain.dynamics.time.step_control import MAX_HALVINGS, ports_at_state
 from cranktrain.dynamics.warm_films import (
     check_level,
 )
+from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.levels import crank_level
 from cranktrain.loads.damper import power_warning, required_damper, with_damper_housing
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.torsional_line import torsional_line

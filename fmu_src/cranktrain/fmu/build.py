@@ -7,18 +7,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from cranktrain import assembly
-from cranktrain.assembly import check_mesh
 from cranktrain.core.errors import InputError
 from cranktrain.core.user_file import read_toml
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import LAWS, PLAIN
 from cranktrain.fmu.archive import build, check_target, family_counts, full_interface
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
-from cranktrain.levels import CRANKS
 from cranktrain.loads.damper import with_damper_housing
+from cranktrain.structure import assembly
+from cranktrain.structure.assembly import check_mesh
 from cranktrain.studies.scene import Scene, load_scene
 
 Progress = Callable[[str], None]

@@ -21,8 +21,8 @@ from xml.etree.ElementTree import Element, SubElement
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.time.integrators import INTEGRATORS
+from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, bearing_levels
-from cranktrain.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
 
 
 def _titles(rows: Iterable[Any]) -> dict[str, str]:

@@ -1,7 +1,7 @@
 """Which fidelity levels answer an output, and which level to take instead where one does not.
 
 An output is named as in the FMU's interface; indices in brackets do not matter. Results that are no variables of the
-FMU are in :data:`RESULTS`. Levels are those of :mod:`cranktrain.levels` and
+FMU are in :data:`RESULTS`. Levels are those of :mod:`cranktrain.engine.levels` and
 :mod:`cranktrain.film.laws.register`, from the lowest to the highest.
 """
 
@@ -13,9 +13,9 @@ from dataclasses import asdict
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.outputs.register import FAMILIES
+from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, PISTONS, Level, Levels, crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import BIG_END, PLAIN, ROLLER, bearing_law, bearing_levels
-from cranktrain.levels import BLOCKS, CRANKS, DAMPERS, PISTONS, Level, Levels, crank_level
 
 RESULTS: dict[str, Levels] = {
     "free_forces": Levels(),

@@ -12,7 +12,6 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
-from cranktrain.assembly import Assembly, assemble, checked
 from cranktrain.core.errors import InputError, nearest, within
 from cranktrain.dynamics import simulation
 from cranktrain.dynamics.model.settings import TEMPERATURES, Settings
@@ -21,11 +20,12 @@ from cranktrain.dynamics.settled.samples import Sink
 from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.dynamics.warm_films import check_level
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.levels import BLOCKS, CRANKS, PISTONS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_levels
-from cranktrain.levels import BLOCKS, CRANKS, PISTONS
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.run import Run
+from cranktrain.structure.assembly import Assembly, assemble, checked
 from cranktrain.structure.fem.own_mesh import MeshFile
 
 RPM = math.pi / 30.0

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
-from cranktrain.assembly import assemble
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.engine.crank_strength import CrankStrength
@@ -19,6 +18,7 @@ from cranktrain.results.strength.fillet_histories import fillet_runs
 from cranktrain.results.strength.iacs_m53 import ACCEPTABLE, fillet_factors, throw_shape
 from cranktrain.results.strength.recorded_cycle import RecordedCycle, recorded_cycle
 from cranktrain.results.strength.throw_loads import single_throws, whole_crank
+from cranktrain.structure.assembly import assemble
 from cranktrain.structure.crank.reduction import reduced_crankshaft
 from cranktrain.structure.stress.sub_model import FilletModes
 from cranktrain.studies.constant_speed import Request

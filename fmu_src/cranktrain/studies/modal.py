@@ -7,12 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from cranktrain.assembly import check_mesh
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.levels import BLOCKS, CRANKS, crank_level
 from cranktrain.engine.model import Engine
-from cranktrain.levels import BLOCKS, CRANKS, crank_level
 from cranktrain.loads.damper import required_damper
+from cranktrain.structure.assembly import check_mesh
 from cranktrain.structure.block.modal import block_report
 from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.block.shape import block_plan

@@ -20,7 +20,6 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain import assembly
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import keep_record
 from cranktrain.core.reduced_body import Array
@@ -33,6 +32,7 @@ from cranktrain.film.contact.journal import ZETA as LINE_ZETA
 from cranktrain.film.journal.grid import FACE_PROFILE, FACE_ZETA, PROFILE, ZETA
 from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.store.whole_file import whole_file
+from cranktrain.structure import assembly
 from cranktrain.studies.calibration.engine_text import NEW, Written, new_path, rewritten
 
 PASSES, CYCLES, PER_CYCLE = 9, 3, 288

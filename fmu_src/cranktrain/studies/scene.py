@@ -38,8 +38,8 @@ from typing import Any
 from cranktrain.core.errors import InputError, nearest, shown, within
 from cranktrain.core.user_file import is_number, read_toml
 from cranktrain.engine.file import check_title, load_engine
+from cranktrain.engine.levels import CRANKS, Levels
 from cranktrain.engine.model import Engine
-from cranktrain.levels import CRANKS, Levels
 from cranktrain.studies.answers import bearing_ladder, lowest_levels, refuse_beyond
 
 RPM = math.pi / 30.0

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from cranktrain.assembly import Assembly, assemble
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.engine.model import Engine
 from cranktrain.results.strength.recorded_cycle import recorded_cycle
 from cranktrain.results.strength.stress import CrankStress
+from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.structure.crank.reduction import reduced_crankshaft
 from cranktrain.structure.stress.stress_modes import ShapedCrank, check_has_elements, stress_modes
 from cranktrain.studies.constant_speed import Request

@@ -10,9 +10,9 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.model.mains import check_mains, mains_kind
 from cranktrain.dynamics.model.slots import AMBIENT
 from cranktrain.dynamics.time.integrators import INTEGRATORS, amplification, integrator
+from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_levels, usual_level
-from cranktrain.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
 from cranktrain.loads.damper import required_damper
 
 # Gas source and input reconstruction.

@@ -1,6 +1,6 @@
 """The crank of a running model at any fidelity level: one body, whatever made it.
 
-:data:`cranktrain.levels.CRANKS` lists the levels; each row names two functions of this form, one for the bare
+:data:`cranktrain.engine.levels.CRANKS` lists the levels; each row names two functions of this form, one for the bare
 crankshaft, one for the running model's. All carry the same flywheel, pulley and further parts, and all are cut at the
 engine's cut-off.
 """
@@ -13,8 +13,8 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody, rigid, truncate
+from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
-from cranktrain.levels import crank_level
 from cranktrain.structure.crank.beam import beam_body
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_loads
 from cranktrain.structure.crank.torsional import rigid_crank, torsional_body, twist_only

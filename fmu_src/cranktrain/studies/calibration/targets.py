@@ -30,8 +30,8 @@ from typing import Any
 from cranktrain.core.errors import InputError, nearest, shown, within
 from cranktrain.core.user_file import is_number, read_toml
 from cranktrain.engine.file import engine_folder
+from cranktrain.engine.levels import BLOCKS
 from cranktrain.engine.model import Engine
-from cranktrain.levels import BLOCKS
 from cranktrain.structure.crank.modal import KINDS
 from cranktrain.studies.calibration import values
 

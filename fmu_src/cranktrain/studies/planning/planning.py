@@ -23,8 +23,8 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.settings import Settings, resolved
+from cranktrain.engine.levels import CRANKS
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.levels import CRANKS
 from cranktrain.studies.planning.difference import longest_step
 from cranktrain.studies.planning.ladder import SOLID, Pair, candidates, dearest, film, next_pair
 from cranktrain.studies.planning.measured import Measured

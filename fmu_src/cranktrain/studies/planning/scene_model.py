@@ -10,13 +10,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from cranktrain.assembly import Assembly, assemble
 from cranktrain.dynamics.cycle_run import Result
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.dynamics.simulation import simulate
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.studies.scene import Scene
 
 Progress = Callable[[str], None]

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.assembly import assemble
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.structure.assembly import assemble
 from cranktrain.studies.constant_speed import Request
 from cranktrain.studies.modal import modal
 from cranktrain.studies.run_up.report import torsional_peaks

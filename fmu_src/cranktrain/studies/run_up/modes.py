@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from cranktrain.assembly import running_crank
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import fitted_engine
+from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
-from cranktrain.levels import crank_level
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.structure.assembly import running_crank
 from cranktrain.studies.campbell import campbell
 
 SPEEDS = 21

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from cranktrain.assembly import Assembly
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.outputs.register import output_counts, output_needs
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.run_up.run_up import AXIAL, TORSION
+from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.constant_speed import RPM, Request
 from cranktrain.studies.run_up.steady import Job
 

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh
 
-from cranktrain.assembly import Assembly
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.simulation import fitted_engine
+from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
-from cranktrain.levels import crank_level
 from cranktrain.loads.damper import required_damper
 from cranktrain.results.orders.resonances import Peak, labelled, peaks
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.results.tables import Table
+from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_matrices, cranktrain_modes
 from cranktrain.studies.torsion.peak_modes import modes_at_peak
 

@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cranktrain.assembly import Assembly
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import Result, balanced, run_cycles
 from cranktrain.dynamics.model.arrays import dimensions
@@ -27,6 +26,7 @@ from cranktrain.dynamics.settled.motion import Motion, motion_of, put_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.orders.harmonics import ComplexArray, order_amplitudes
+from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.run_up.free_decay import torsional_mode
 
 FIRST = 200.0

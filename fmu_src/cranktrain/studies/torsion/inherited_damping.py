@@ -27,7 +27,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eigh
 
-from cranktrain.assembly import assemble
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.cycle_run import communication_step
@@ -36,6 +35,7 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
+from cranktrain.structure.assembly import assemble
 from cranktrain.structure.crank.modal import cranktrain_matrices, energy_shares, torsional_frequencies
 from cranktrain.studies.kept import Kept, digest
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
-from cranktrain.levels import crank_level
 from cranktrain.results.tables import NOTHING, SAME_SHAPE, Table
 from cranktrain.structure.crank.modal import (
     KINDS,

@@ -15,9 +15,9 @@ from typing import Any
 
 from cranktrain.dynamics.model.settings import RECONSTRUCTIONS, Settings
 from cranktrain.dynamics.time.integrators import integrator
+from cranktrain.engine.levels import BLOCKS, CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.levels import BLOCKS, CRANKS
 from cranktrain.studies.tradeoff.case import COMMUNICATION_DEG, Case
 from cranktrain.studies.tradeoff.level_points import (
     bearing_levels,

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cranktrain.assembly import Assembly, assemble
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.kernel import keep_record
 from cranktrain.core.reduced_body import Array
@@ -31,6 +30,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import DEAREST, bearing_law
 from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressure, spline_coefficients
+from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.studies.kept import Kept, digest
 from cranktrain.studies.peers.fixed_step import LIMITS
 from cranktrain.studies.peers.other_solvers import Unstable, largest_rate, other_run

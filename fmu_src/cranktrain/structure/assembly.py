@@ -17,11 +17,11 @@ from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, check_levels, needed_parts, resolved
 from cranktrain.dynamics.simulation import fitted_engine
+from cranktrain.engine.levels import CRANKS, crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import PlainBearing
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable, bearing_settings
-from cranktrain.levels import CRANKS, crank_level
 from cranktrain.store.bodies import FOLDER_HEADER
 
 Progress = Callable[[str], None]
