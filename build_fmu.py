@@ -1,8 +1,8 @@
-"""Build the FMU of an engine, ``python build_fmu.py diesel_i6 [-o dist]``, or of a scene: ``… scene.toml``.
+"""Build the FMU of an engine, ``python build_fmu.py diesel_i6 [-o dist]``, of a scene or of a module.
 
 Engine file, reduced bodies (from the cache, or made), interface and running code go into one archive. A scene's FMU
-carries the levels that its plan chose, their data and the variables that they answer, and no more. The last line
-printed is the FMU's path.
+carries the levels that its plan chose, their data and the variables that they answer, and no more. Modules beside the
+cranktrain, ``combustion_i6``, have their own interface, data and code. The last line printed is the FMU's path.
 """
 
 from __future__ import annotations
@@ -18,15 +18,22 @@ if str(SOURCES) not in sys.path:
 from cranktrain.cli.ending import fault, one_line  # noqa: E402
 from cranktrain.core.errors import CranktrainError, InputError  # noqa: E402
 from cranktrain.engine.file import load_engine  # noqa: E402
-from cranktrain.fmu.archive import DESCRIPTION, XML, model_description, write_reference, write_whole  # noqa: E402
+from cranktrain.fmu.archive import DESCRIPTION, XML, write_reference, write_whole  # noqa: E402
 from cranktrain.fmu.build import build_fmu, is_scene  # noqa: E402
+from cranktrain.fmu.engine_fmu import full_interface, model_description  # noqa: E402
+from cranktrain.fmu.module_fmu import module_interface  # noqa: E402
+from cranktrain.modules.register import module_files, module_of, module_path  # noqa: E402
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Build from the command line; 2 where the input cannot be used, 70 after a fault of this program."""
-    parser = argparse.ArgumentParser(description="Build the FMU of an engine, or of a scene.")
+    parser = argparse.ArgumentParser(description="Build the FMU of an engine, a scene, or a module.")
     add = parser.add_argument
-    add("engine", help="name of an engine (diesel_i6), or path of an engine file or a scene")
+    modules = ", ".join(module_files())
+    add(
+        "engine",
+        help=f"name of an engine (diesel_i6) or module ({modules}), or path of an engine file, scene or module file",
+    )
     add("-o", "--output", default="dist", metavar="FOLDER", help="where the FMU goes (default: dist)")
     add("--description", action="store_true", help=f"rewrite {DESCRIPTION.name}/modelDescription.xml, build nothing")
     add(
@@ -45,9 +52,12 @@ def main(arguments: list[str] | None = None) -> int:
     add("--reference", action="store_true", help="also simulate the FMU and write its cross-check files beside it")
     chosen = parser.parse_args(arguments)
     try:
-        if is_scene(chosen.engine) and (chosen.description or not (chosen.film_table and chosen.block) or chosen.body):
+        module = module_path(chosen.engine)
+        of_engines = chosen.description or not (chosen.film_table and chosen.block) or chosen.body
+        if of_engines and (module is not None or is_scene(chosen.engine)):
+            what = "scene" if module is None else "module"
             raise InputError(
-                "--description, --no-film-table, --no-block and --body belong to an engine, not to a scene"
+                f"--description, --no-film-table, --no-block and --body belong to an engine, not to a {what}"
             )
         if chosen.description:
             path = DESCRIPTION / "modelDescription.xml"
@@ -56,7 +66,8 @@ def main(arguments: list[str] | None = None) -> int:
             parts = {"film_table": chosen.film_table, "block": chosen.block, "body": chosen.body}
             path = build_fmu(chosen.engine, chosen.output, **parts, say=_say)
             if chosen.reference:
-                write_reference(path, _say)
+                interface = full_interface() if module is None else module_interface(module_of(module))
+                write_reference(path, interface, _say)
     except CranktrainError as error:
         _say(f"build_fmu: {one_line(str(error))}")
         return 2

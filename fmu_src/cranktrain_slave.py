@@ -1,7 +1,11 @@
-"""FMI on one side, cranktrain on the other; no physics.
+"""FMI on one side, a module of the virtual engine on the other; no physics.
 
-Lives in an FMU's resources folder beside ``variables.json`` (the interface, expanded), ``model.bin`` (engine and
-reduced crankshaft) and a copy of the package under a name that carries a digest of its code. What the wrapping library
+Cranktrain and the modules beside it have this one slave. It asks the module that ``running`` of ``variables.json``
+names for ``read_model``, ``simulation`` and ``announced_compilation``, and of the simulation for ``inputs``,
+``outputs`` and their names, ``state``, ``time``, ``initialize`` and ``step``.
+
+Lives in an FMU's resources folder beside ``variables.json`` (the interface, expanded), ``model.bin`` (the module's
+data) and a copy of the package under a name that carries a digest of its code. What the wrapping library
 would get wrong, and what is done here about it:
 
 * modules are imported by bare name: slave and package carry digests in their names, so FMUs share nothing by chance;
@@ -128,9 +132,9 @@ class CranktrainSlave(Fmi2Slave):
         self._string = starts[self._n_real :]
         # reals come first and inputs before outputs: the inputs' references are 0 .. n-1
         self._n_inputs = sum(v["causality"] == "input" for v in self._variables)
-        self._highest = [
-            sys.float_info.max if v["max"] is None else v["max"] for v in self._variables[: self._n_inputs]
-        ]
+        inputs = self._variables[: self._n_inputs]
+        self._lowest = [-sys.float_info.max if v["min"] is None else v["min"] for v in inputs]
+        self._highest = [sys.float_info.max if v["max"] is None else v["max"] for v in inputs]
         self._layout = f"<{self._n_real + self._n_inputs}d"
         self._phase = _INSTANTIATED
         self._pending = False
@@ -227,7 +231,7 @@ class CranktrainSlave(Fmi2Slave):
         """Simulation at its static equilibrium under ``inputs``, which also set what stays constant in a run."""
         name, digest = self._about["package"], self._about["digest"]
         _package(self._resources, name)
-        running = importlib.import_module(f"{name}.fmu.running")
+        running = importlib.import_module(f"{name}.{self._about['running']}")
         if digest not in _models:
             _models[digest] = running.read_model(self._resources / "model.bin")
         names = {v["setting"]: v["name"] for v in self._variables if v["setting"]}
@@ -256,10 +260,11 @@ class CranktrainSlave(Fmi2Slave):
         self._real[first : first + count] = self._simulation.outputs[places].tolist()
 
     def _warn_if_coarse(self, step_size):
-        degrees = math.degrees(self._real[0] * step_size)
+        speed = self._real[self._about["speed"]]
+        degrees = math.degrees(speed * step_size)
         if degrees > COARSE_STEP * (1.0 + 1e-6):
             self._warned = True
-            advice = math.radians(1.0) / self._real[0]
+            advice = math.radians(1.0) / speed
             print(
                 f"cranktrain: {self.instance_name}: warning: a communication step of {step_size:.3g} s is "
                 f"{degrees:.1f} degrees of crank angle; the model sub-steps inside, but inputs and outputs are sampled "
@@ -282,9 +287,9 @@ class CranktrainSlave(Fmi2Slave):
 
     def set_real(self, vrs, values):
         """Inputs at any time; parameters before initialization."""
-        real, n_inputs, highest = self._real, self._n_inputs, self._highest
+        real, n_inputs, lowest, highest = self._real, self._n_inputs, self._lowest, self._highest
         for vr, value in zip(vrs, values, strict=True):
-            if vr < n_inputs and 0.0 <= value <= highest[vr]:
+            if vr < n_inputs and lowest[vr] <= value <= highest[vr]:
                 real[vr] = value
             else:
                 self._set(real, 0, self._n_real, vr, value, "Real")

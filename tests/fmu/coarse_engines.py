@@ -10,7 +10,7 @@ from box_block import box_block
 
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS
-from cranktrain.fmu import archive
+from cranktrain.fmu import engine_fmu
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.structure.assembly import running_crank
@@ -31,4 +31,4 @@ def coarse(name):
 
 def built(model, folder):
     """Build the FMU of a ``FlatModel``."""
-    return archive.build(model, folder, print)
+    return engine_fmu.build(model, folder, print)

@@ -12,7 +12,7 @@ from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 from cranktrain.core.errors import InputError
-from cranktrain.fmu import archive, running_code
+from cranktrain.fmu import archive, engine_fmu, running_code
 from cranktrain.fmu.description import expand, read_interface
 
 
@@ -21,14 +21,14 @@ def test_fmpy_finds_no_problem(whole_fmu):
 
 
 def test_equal_inputs_give_equal_bytes(fmu, model, tmp_path):
-    again = archive.build(model, tmp_path, print)
+    again = engine_fmu.build(model, tmp_path, print)
     assert again.read_bytes() == Path(fmu).read_bytes()
 
 
 def test_guid_changes_with_the_data(fmu, model, tmp_path):
     from dataclasses import replace
 
-    other = archive.build(model._replace(engine=replace(model.engine, title="another")), tmp_path, print)
+    other = engine_fmu.build(model._replace(engine=replace(model.engine, title="another")), tmp_path, print)
     assert read_model_description(other).guid != read_model_description(str(fmu)).guid
 
 
@@ -166,5 +166,5 @@ def test_failed_build_leaves_no_file(model, tmp_path):
     body = model.cranks["solid"]
     broken = replace(body, omega=body.omega * float("nan"))
     with pytest.raises(StoreError, match="omega"):
-        archive.build(model._replace(cranks={"solid": broken}), tmp_path, print)
+        engine_fmu.build(model._replace(cranks={"solid": broken}), tmp_path, print)
     assert list(tmp_path.iterdir()) == []

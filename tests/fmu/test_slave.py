@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import pytest
 
-from cranktrain.fmu import archive, running_code
+from cranktrain.fmu import archive, engine_fmu, running_code
 
 FOREIGN = ("h5py", "scipy", "skfem", "matplotlib", "netgen", "meshio", "rich", "cranktrain")
 
@@ -60,7 +60,7 @@ def test_process_ends_cleanly(fmu, script):
 
 def test_two_fmus_in_one_process_keep_their_own_data(fmu, engine, model, script, tmp_path):
     heavier = replace(engine, rod=replace(engine.rod, small_end_mass=engine.rod.small_end_mass + 1.0))
-    other = archive.build(model._replace(engine=heavier), tmp_path, print)
+    other = engine_fmu.build(model._replace(engine=heavier), tmp_path, print)
     alone = "import json\nprint(json.dumps(Unit(sys.argv[1]).start().run(20).bits()))"
     both = """
 import json
@@ -80,7 +80,7 @@ def test_two_fmus_in_one_process_run_their_own_code(fmu, model, script, tmp_path
     errors = sources / "cranktrain" / "core" / "errors.py"
     errors.write_text(errors.read_text().replace("did you mean", "did the author mean"))
     monkeypatch.setattr(running_code, "SOURCES", sources)
-    other = archive.build(model, tmp_path / "dist", print)
+    other = engine_fmu.build(model, tmp_path / "dist", print)
     script(
         """
 for i, words in ((1, "did you mean"), (2, "did the author mean"), (1, "did you mean")):

@@ -13,7 +13,7 @@ from cranktrain.cli.ending import one_line, parts
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_path, load_engine
-from cranktrain.fmu import archive
+from cranktrain.fmu import archive, engine_fmu
 from cranktrain.studies import modal
 from cranktrain.studies.scene import load_scene
 
@@ -59,7 +59,7 @@ def test_a_title_is_shown_as_it_stands(tmp_path, capsys):
     files = ("--output", str(tmp_path / "run.h5"), "--plots", str(tmp_path))
     assert main(["simulate", str(path), *options, *files]) == 0
     assert (tmp_path / "orbits.png").is_file()
-    files = archive._accompanying(archive.full_interface(), load_engine(path))
+    files = archive.accompanying(engine_fmu.product(load_engine(path), engine_fmu.full_interface()))
     page = files["documentation/index.html"].decode()
     assert "[/x] $x_{$ &lt;script&gt;alert(1)&lt;/script&gt; &amp; :smile:" in page and "<script>" not in page
     capsys.readouterr()
@@ -132,7 +132,7 @@ def test_a_line_is_one_line():
 
 def test_an_identifier_of_an_fmu_is_one():
     engine = replace(load_engine("diesel_i6"), name="Ab_c9")
-    assert archive.model_name(engine, archive.full_interface()).isidentifier()
+    assert engine_fmu.model_name(engine, engine_fmu.full_interface()).isidentifier()
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")

@@ -67,7 +67,7 @@ def load_engine(name_or_path: str | Path) -> Engine:
     document = _document(path)
     tables: dict[str, Any] = {}
     hints = get_type_hints(Engine)
-    _same_names(set(hints), optional_fields(Engine), set(document), path.name, "table")
+    same_names(set(hints), optional_fields(Engine), set(document), path.name, "table")
     for name, hint in hints.items():
         if name not in document:
             continue
@@ -79,18 +79,23 @@ def load_engine(name_or_path: str | Path) -> Engine:
             (check_name if name == "name" else check_title)(document[name], where)
             tables[name] = document[name]
             continue
-        if not isinstance(document[name], dict):
-            raise InputError(f"{where}: must be a table [{name}]")
-        entries = kinds(kind)
-        _same_names(set(entries), optional_fields(kind), set(document[name]), where, "key")
-        keys = [entry.name for entry in fields(kind) if entry.name in document[name]]
-        tables[name] = kind(**{key: _si(document[name][key], entries[key], f"{where}.{key}") for key in keys})
+        tables[name] = read_table(kind, document[name], where)
     engine = Engine(**tables)
     try:
         check_engine(engine)
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from None
     return engine
+
+
+def read_table(kind: Any, table: Any, where: str, like: str = "engine/data/diesel_i6.toml") -> Any:
+    """A part of class ``kind`` from a table of a file, in SI; ``InputError`` names ``where`` and a file ``like`` it."""
+    if not isinstance(table, dict):
+        raise InputError(f"{where}: must be a table [{where.rpartition(' ')[2]}]")
+    entries = kinds(kind)
+    same_names(set(entries), optional_fields(kind), set(table), where, "key", like)
+    keys = [entry.name for entry in fields(kind) if entry.name in table]
+    return kind(**{key: _si(table[key], entries[key], f"{where}.{key}") for key in keys})
 
 
 def check_name(name: str, where: str) -> None:
@@ -124,12 +129,19 @@ def _document(path: Path) -> dict[str, Any]:
     return read_toml(path, "engine file", f"shipped engines: {', '.join(engine_names())}")
 
 
-def _same_names(known: set[str], optional: set[str], found: set[str], where: str, noun: str) -> None:
-    """Refuse names that are unknown or missing."""
+def same_names(
+    known: set[str],
+    optional: set[str],
+    found: set[str],
+    where: str,
+    noun: str,
+    like: str = "engine/data/diesel_i6.toml",
+) -> None:
+    """Refuse names that are unknown or missing; a file in which to see them is ``like``."""
     if unknown := sorted(found - known):
         raise InputError(f"{where}: unknown {noun} '{unknown[0]}'; {nearest(unknown[0], sorted(known))}")
     if missing := sorted(known - optional - found):
-        raise InputError(f"{where}: {noun} '{missing[0]}' is missing; add it as in engine/data/diesel_i6.toml")
+        raise InputError(f"{where}: {noun} '{missing[0]}' is missing; add it as in {like}")
 
 
 def _si(entry: Any, kind: tuple[type, bool, Any], where: str) -> Any:

@@ -21,7 +21,7 @@ UNITS: dict[str, dict[str, float]] = {
     "length": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
     "angle": {"rad": 1.0, "deg": math.pi / 180.0},
     "velocity": {"m/s": 1.0},
-    "mass": {"kg": 1.0, "g": 1e-3},
+    "mass": {"kg": 1.0, "g": 1e-3, "mg": 1e-6},
     "inertia": {"kg m^2": 1.0},
     "density": {"kg/m^3": 1.0},
     "pressure": {"Pa": 1.0, "kPa": 1e3, "bar": 1e5, "MPa": 1e6, "GPa": 1e9},
@@ -44,6 +44,7 @@ UNITS: dict[str, dict[str, float]] = {
     "pressure times velocity": {"Pa m/s": 1.0, "MPa m/s": 1e6},
     "heat flux": {"W/m^2": 1.0, "kW/m^2": 1e3},
     "energy": {"J": 1.0, "kJ": 1e3},
+    "specific energy": {"J/kg": 1.0, "MJ/kg": 1e6},
 }
 OFFSETS = {"degC": ZERO_CELSIUS}
 ROUNDING = 1e-9

@@ -1,4 +1,4 @@
-"""The archive: engine, reduced bodies, interface and running code in one FMU.
+"""The archive: a module's data, interface and running code in one FMU.
 
 Equal inputs give equal bytes: the GUID is a digest of interface, code and data, the archive has sorted names and one
 date.
@@ -15,17 +15,16 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from contextlib import redirect_stdout
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 from cranktrain import __version__
 from cranktrain.core.errors import InputError
-from cranktrain.engine.model import Engine
-from cranktrain.fmu.description import Interface, Variable, complete, expand, plain, read_interface, variable_table
-from cranktrain.fmu.flat import FlatModel, to_bytes
-from cranktrain.fmu.running_code import SOURCES, renamed, running_code
+from cranktrain.fmu.description import Interface, Variable, complete, expand, plain, variable_table
+from cranktrain.fmu.running_code import RUNNING, SOURCES, renamed, running_code
 from cranktrain.store.whole_file import Kind, check_place, marked, whole_file
 
 ROOT = SOURCES.parent
@@ -40,70 +39,111 @@ ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))  # the loader gives one 
 PLATFORMS = ("linux64", "win64")
 
 
-def build(
-    model: FlatModel,
-    folder: str | Path,
-    say: Callable[[str], None] = lambda text: None,
-    interface: Interface | None = None,
-    fixed: Mapping[str, Any] | None = None,
-    suffix: str = "",
-) -> Path:
-    """Write the FMU of a model into ``folder``; returns its path and says how large it is.
+@dataclass(frozen=True, kw_only=True)
+class Product:
+    """One FMU to be: a module of the virtual engine with its data.
 
-    ``interface`` defaults to the full one, ``fixed`` are settings that no variable of it changes, ``suffix`` ends the
-    model's name. The file appears whole or not at all. ``InputError`` where the interface or the code cannot go into an
-    FMU.
+    Attributes
+    ----------
+    model : name of the model, and of its file without the ending
+    title : of the documentation
+    interface : its variables
+    counts : members of each family of variables, see :func:`cranktrain.fmu.description.expand`
+    pages : folder of ``documentation/index.html`` and ``model.png``
+    running : module that the slave asks for ``read_model``, ``simulation`` and ``announced_compilation``
+    data : what ``read_model`` reads
+    starts : values of the data that variables start from
+    fixed : settings that no variable changes
     """
-    interface = interface or full_interface()
-    engine, folder = model.engine, Path(folder)
-    contents = _contents(engine, interface, to_bytes(model), fixed or {}, suffix)
-    say(f"{engine.name}: {contents.model} {contents.guid}")
-    path = folder / f"{contents.model}.fmu"
+
+    model: str
+    title: str
+    interface: Interface
+    counts: Mapping[str, int]
+    pages: Path
+    running: str = RUNNING
+    data: bytes = b""
+    starts: Mapping[str, Any] = field(default_factory=dict)
+    fixed: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """Its variables one by one, with their value references."""
+        return expand(self.interface.variables, self.counts, self.starts)
+
+
+def write_fmu(product: Product, folder: str | Path, say: Callable[[str], None] = lambda text: None) -> Path:
+    """Write the FMU of a product into ``folder``; returns its path and says how large it is.
+
+    The file appears whole or not at all. ``InputError`` where the interface or the code cannot go into an FMU.
+    """
+    contents = _contents(product)
+    say(f"{product.title}: {product.model} {contents.guid}")
+    path = fmu_path(product, folder)
     files = _wrapped(contents)
     root = ElementTree.fromstring(files["modelDescription.xml"])
-    complete(root, interface, contents.variables, contents.guid)
+    complete(root, product.interface, contents.variables, contents.guid)
     files["modelDescription.xml"] = _xml(root)
-    files.update(_accompanying(interface, engine))
+    files.update(accompanying(product))
     archive = _archive(files)
     write_whole(path, archive, FMU)
-    say(f"{path.name}: {1e-6 * len(archive):.2f} MB, model data {1e-6 * len(contents.resources['model.bin']):.2f} MB")
+    say(f"{path.name}: {1e-6 * len(archive):.2f} MB, model data {1e-6 * len(product.data):.2f} MB")
     return path
 
 
-def full_interface() -> Interface:
-    """The interface with all variables; ``InputError`` where the sources of the FMU do not lie beside the package."""
+def fmu_path(product: Product, folder: str | Path) -> Path:
+    """Where the FMU of a product goes; ``InputError`` for a place that it must not take."""
+    path = Path(folder) / f"{product.model}.fmu"
+    check_place(path, FMU)
+    return path
+
+
+def need_sources() -> None:
+    """``InputError`` where the sources of the FMU do not lie beside the package."""
     if not (DESCRIPTION / "interface.toml").is_file() or not (SOURCES / SLAVE).is_file():
         raise InputError(
             f"an FMU is built from cranktrain's repository; {ROOT} has no modelDescription or {SLAVE}: "
             "install with pip install -e from a clone"
         )
-    return read_interface(DESCRIPTION)
 
 
-def model_description(engine: Engine) -> bytes:
-    """The model description of an engine's FMU; the GUID is that of an FMU without data, there being no FE model."""
-    interface = full_interface()
-    contents = _contents(engine, interface, b"")
+def model_description(product: Product) -> bytes:
+    """The model description of a product's FMU."""
+    contents = _contents(product)
     root = ElementTree.fromstring(_wrapped(contents)["modelDescription.xml"])
-    complete(root, interface, contents.variables, contents.guid)
+    complete(root, product.interface, contents.variables, contents.guid)
     return _xml(root)
 
 
-def write_reference(path: Path, say: Callable[[str], None]) -> None:
-    """Write NAME_in.csv, NAME_ref.csv and NAME_ref.opt beside an FMU: the default experiment at its start values."""
-    from fmpy import read_model_description, simulate_fmu
+def write_reference(path: Path, interface: Interface, say: Callable[[str], None]) -> None:
+    """Write NAME_in.csv, NAME_ref.csv and NAME_ref.opt beside an FMU: its default experiment and reference inputs."""
+    from fmpy import read_csv, read_model_description, simulate_fmu
 
     say(f"{path.stem}: reference results of the default experiment")
     description = read_model_description(str(path))
     experiment = description.defaultExperiment
     start, stop, step = (float(getattr(experiment, name)) for name in ("startTime", "stopTime", "stepSize"))
-    speed = next(v.start for v in description.modelVariables if v.name == "speed")
-    rows = [["time", "speed"], [repr(start), speed], [repr(stop), speed]]  # no pressures: the gas stays built in
-    result = simulate_fmu(str(path), output_interval=step)
+    starts = {v.name: v.start for v in description.modelVariables}
+    ends = {name: [repr(v) for v in values] or 2 * [starts[name]] for name, values in interface.reference.items()}
+    rows = [
+        ["time", *ends],
+        [repr(start), *(e[0] for e in ends.values())],
+        [repr(stop), *(e[1] for e in ends.values())],
+    ]
+    given = path.with_name(path.stem + "_in.csv")
+    _write_reference(given, _csv(rows), ",".join(rows[0]) + "\n")
+    with redirect_stdout(io.StringIO()):  # FMPy names each input that the file leaves at its start
+        result = simulate_fmu(str(path), output_interval=step, input=read_csv(str(given)))
     options = f"StartTime, {start!r}\nStopTime, {stop!r}\nStepSize, {step!r}\nRelTol, 0.0001\n"
     table = [list(result.dtype.names or ())] + [[repr(value) for value in row.tolist()] for row in result]
-    for (ending, kind), data in zip(REFERENCE.items(), (_csv(rows), _csv(table), options.encode()), strict=True):
-        write_whole(path.with_name(path.stem + ending), data, kind)
+    _write_reference(path.with_name(path.stem + "_ref.csv"), _csv(table), ",".join(table[0][:2]))
+    _write_reference(path.with_name(path.stem + "_ref.opt"), options.encode(), "StartTime, ")
+
+
+def _write_reference(path: Path, data: bytes, mark: str) -> None:
+    """Write a file of a reference run, in place of one that bears the same mark only."""
+    ending = next(ending for ending in REFERENCE if path.name.endswith(ending))
+    write_whole(path, data, marked(REFERENCE[ending], mark))
 
 
 def _csv(rows: list[list[str]]) -> bytes:
@@ -121,51 +161,35 @@ class Contents:
     resources: dict[str, bytes]
 
 
-def _contents(
-    engine: Engine, interface: Interface, data: bytes, fixed: Mapping[str, Any] | None = None, suffix: str = ""
-) -> Contents:
-    code = running_code()
+def _contents(product: Product) -> Contents:
+    code = running_code(product.running)
     package = f"cranktrain_{_digest(code)[:12]}"
     files = {f"{package}/{name}": renamed(text, package) for name, text in code.items()}
-    variables = expand(interface.variables, family_counts(engine))
+    interface, variables = product.interface, product.variables
     slave = (SOURCES / SLAVE).read_bytes()
     about = {
-        "model": model_name(engine, interface, suffix),
+        "model": product.model,
         "package": package,
+        "running": product.running.partition(".")[2],
         "author": "Cranktrain contributors",
         "license": "BSD-3-Clause",
         "version": __version__,
         "reals": sum(v.type == "Real" for v in variables),
+        "speed": next(v.reference for v in variables if v.name == interface.speed),
         "variables": [plain(v) for v in variables],
-        "fixed": dict(fixed or {}),
+        "fixed": dict(product.fixed),
     }
     table = json.dumps(about, sort_keys=True).encode()
     units = json.dumps([interface.units, [repr(v) for v in variables]], sort_keys=True).encode()
-    digest = _digest({**files, "slave": slave, "variables": table, "units": units, "model": data})
+    digest = _digest({**files, "slave": slave, "variables": table, "units": units, "model": product.data})
     about["digest"] = digest
     files["variables.json"] = json.dumps(about, sort_keys=True, indent=1).encode()
-    files["model.bin"] = data
+    files["model.bin"] = product.data
     name = f"cranktrain_slave_{digest[:12]}"
     files[f"{name}_class.py"] = slave
     files[f"{name}.py"] = SLAVE_MODULE.format(f"{name}_class").encode()
     guid = "{" + "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32])) + "}"
-    return Contents(str(about["model"]), guid, name, variables, files)
-
-
-def model_name(engine: Engine, interface: Interface, suffix: str = "") -> str:
-    """Name of an FMU, and of its file without the ending."""
-    return interface.prefix + "".join(part.capitalize() for part in engine.name.split("_")) + suffix
-
-
-def check_target(folder: Path, engine: Engine) -> None:
-    """Refuse, before the work, a folder or file that the FMU of an engine must not take; ``InputError``."""
-    check_place(folder / f"{model_name(engine, full_interface())}.fmu", FMU)
-
-
-def family_counts(engine: Engine) -> dict[str, int]:
-    """How many members each family of interface.toml has for an engine."""
-    mounts = len(engine.mounts.x) if engine.mounts is not None else 0
-    return {"cylinders": engine.n_cylinders, "main_bearings": len(engine.crankshaft.main_widths), "mounts": mounts}
+    return Contents(product.model, guid, name, variables, files)
 
 
 def _digest(files: dict[str, bytes]) -> str:
@@ -207,13 +231,14 @@ def _wrapped(contents: Contents) -> dict[str, bytes]:
             }
 
 
-def _accompanying(interface: Interface, engine: Engine) -> dict[str, bytes]:
-    """Documentation, licences and icon."""
-    page = (DESCRIPTION / "documentation" / "index.html").read_text(encoding="utf-8")
-    page = page.replace("<!-- title -->", html.escape(engine.title))
-    page = page.replace("<!-- variables -->", variable_table(interface, family_counts(engine)))
-    files = {"documentation/index.html": page.encode(), "model.png": (DESCRIPTION / "model.png").read_bytes()}
-    files["documentation/externalDependencies.txt"] = (DESCRIPTION / "externalDependencies.txt").read_bytes()
+def accompanying(product: Product) -> dict[str, bytes]:
+    """Documentation, licences and icon, by name in the archive."""
+    page = (product.pages / "documentation" / "index.html").read_text(encoding="utf-8")
+    page = page.replace("<!-- title -->", html.escape(product.title))
+    page = page.replace("<!-- variables -->", variable_table(product.interface, product.counts))
+    files = {"documentation/index.html": page.encode(), "model.png": (product.pages / "model.png").read_bytes()}
+    needed = (DESCRIPTION / "externalDependencies.txt").read_bytes()
+    files["documentation/externalDependencies.txt"] = needed
     files["documentation/licenses/license.txt"] = (ROOT / "LICENSE").read_bytes()
     for file in importlib.metadata.files("pythonfmu") or ():
         if file.name == "LICENSE":
@@ -231,11 +256,12 @@ def _is_ours(path: Path) -> bool:
 
 FMU = Kind("FMU of cranktrain", _is_ours)
 REFERENCE = {
-    "_in.csv": marked("input of an FMU of cranktrain", "time,speed\n"),
-    "_ref.csv": marked("reference of an FMU of cranktrain", "crank.angle"),
-    "_ref.opt": marked("options of a reference of cranktrain", "StartTime, "),
+    "_in.csv": "input of an FMU of cranktrain",
+    "_ref.csv": "reference of an FMU of cranktrain",
+    "_ref.opt": "options of a reference of cranktrain",
 }
-XML = marked("model description of cranktrain", 'modelName="Cranktrain')
+"""Endings of the files of a reference run, and what they are."""
+XML = marked("model description of cranktrain", 'author="Cranktrain')
 
 
 def write_whole(path: Path, data: bytes, kind: Kind) -> None:

@@ -1,4 +1,4 @@
-"""Building an FMU: of an engine with all its levels, or of a scene with those that its plan chose."""
+"""Building an FMU: of an engine with all its levels, of a scene with those that its plan chose, or of a module."""
 
 from __future__ import annotations
 
@@ -13,10 +13,12 @@ from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import LAWS, PLAIN
-from cranktrain.fmu.archive import build, check_target, family_counts, full_interface
+from cranktrain.fmu.engine_fmu import build, check_target, family_counts, full_interface
 from cranktrain.fmu.flat import FlatModel
+from cranktrain.fmu.module_fmu import build_module
 from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
 from cranktrain.loads.damper import with_damper_housing
+from cranktrain.modules.register import module_path
 from cranktrain.structure import assembly
 from cranktrain.structure.assembly import check_mesh
 from cranktrain.studies.scene import Scene, load_scene
@@ -33,11 +35,11 @@ def build_fmu(
     body: str | Path | None = None,
     say: Progress = lambda text: None,
 ) -> Path:
-    """Build the FMU of an engine or a scene; returns its path.
+    """Build the FMU of an engine, a scene or a module beside the cranktrain; returns its path.
 
     Parameters
     ----------
-    source : name of a shipped engine, path of an engine file or a scene, an engine, or a scene
+    source : name of a shipped engine or module, path of an engine file, a scene or a module file, an engine, or a scene
     film_table : with the film tables of bearing and big-end level ``table``
     block : with the block of block level ``flexible``
     body : user's own reduced crankshaft, or its superelement, for the crank levels that are not made from dimensions
@@ -49,6 +51,11 @@ def build_fmu(
         what cannot be read or built
     """
     full_interface()
+    module = module_path(source) if isinstance(source, str | Path) else None
+    if module is not None:
+        if body is not None or not (film_table and block):
+            raise InputError("film table, block and body belong to an engine's FMU, not to a module's")
+        return build_module(module, folder, say)
     if isinstance(source, str | Path) and is_scene(source):
         source = load_scene(source)
     if isinstance(source, Scene):

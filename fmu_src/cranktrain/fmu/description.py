@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import groupby
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
@@ -54,8 +55,8 @@ class Variable:
     """One variable of the FMU, or a family of them before :func:`expand`.
 
     ``start``, ``min``, ``max`` and ``nominal`` are in ``unit``, ``choices`` are the valid values of a string,
-    ``setting`` is the field of the simulation's settings that a parameter fills. In interface.toml an entry may name a
-    ``register``, whose rows follow its choices.
+    ``setting`` is the field of the simulation's settings that a parameter fills, ``start_of`` the value of the model's
+    data that it starts from. In interface.toml an entry may name a ``register``, whose rows follow its choices.
     """
 
     name: str
@@ -70,6 +71,7 @@ class Variable:
     nominal: float | None = None
     choices: tuple[str, ...] = ()
     setting: str | None = None
+    start_of: str | None = None
     reference: int = -1
 
     @property
@@ -80,7 +82,11 @@ class Variable:
 
 @dataclass(frozen=True)
 class Interface:
-    """What interface.toml and units.toml say."""
+    """What interface.toml and units.toml say.
+
+    ``speed`` is the input that holds the engine's speed. ``reference`` are the inputs of the reference run, linear from
+    the start of the default experiment to its end; without values they stay at their start.
+    """
 
     prefix: str
     description: str
@@ -89,10 +95,12 @@ class Interface:
     step_size: float
     variables: tuple[Variable, ...]
     units: dict[str, Any]
+    speed: str
+    reference: Mapping[str, Sequence[float]]
 
 
-def read_interface(folder: str | Path) -> Interface:
-    """Read interface.toml and units.toml.
+def read_interface(folder: str | Path, units_folder: str | Path | None = None) -> Interface:
+    """Read interface.toml of a folder, and units.toml of the same or another one.
 
     Raises
     ------
@@ -100,7 +108,7 @@ def read_interface(folder: str | Path) -> Interface:
         a file is missing or a variable is not well formed: the file, the variable and the remedy in one line
     """
     listed = _toml(Path(folder) / "interface.toml")
-    units = _toml(Path(folder) / "units.toml")
+    units = _toml(Path(units_folder or folder) / "units.toml")
     keys = [*(entry.name for entry in fields(Variable) if entry.name != "reference"), "register", "closed"]
     variables = []
     for entry in listed["variable"]:
@@ -114,7 +122,9 @@ def read_interface(folder: str | Path) -> Interface:
             raise InputError(f"{where}: {error}") from None
         _check(variable, units, where)
         variables.append(variable)
-    return Interface(**listed["model"], variables=tuple(variables), units=units)
+    used = {variable.unit for variable in variables}
+    units = {name: unit for name, unit in units.items() if name in used}
+    return Interface(**listed["model"], variables=tuple(variables), units=units, reference=listed["reference"])
 
 
 def _from_register(entry: dict[str, Any], where: str) -> dict[str, Any]:
@@ -153,20 +163,35 @@ def _check(variable: Variable, units: Mapping[str, Any], where: str) -> None:
         shown = units[unit].get("display", {})
         if variable.display_unit is not None and variable.display_unit not in shown:
             raise InputError(f"{where}: no display unit '{variable.display_unit}' of {unit} in units.toml")
-    if (variable.start is None) != (variable.causality == "output"):
+    if (variable.start is None and variable.start_of is None) != (variable.causality == "output"):
         raise InputError(f"{where}: inputs and parameters have a start value, outputs have none")
     if (variable.setting is None) != (variable.causality != "parameter"):
         raise InputError(f"{where}: a parameter, and only a parameter, names the setting it fills")
 
 
-def expand(variables: Sequence[Variable], counts: Mapping[str, int]) -> tuple[Variable, ...]:
+def expand(
+    variables: Sequence[Variable], counts: Mapping[str, int], starts: Mapping[str, Any] = MappingProxyType({})
+) -> tuple[Variable, ...]:
     """Variables of one engine with their value references.
 
     Parameters
     ----------
     variables : as interface.toml lists them
     counts : how many a family has, e.g. ``{"cylinders": 6, "main_bearings": 7}``
+    starts : values of the model's data that variables start from; of a family's a number for all, or one for each
     """
+
+    def member(variable: Variable, i: int) -> Variable:
+        if variable.start_of is not None:
+            if variable.start_of not in starts:
+                raise InputError(
+                    f"interface.toml: variable '{variable.name}': no value '{variable.start_of}' to start from; "
+                    f"{nearest(variable.start_of, starts)}"
+                )
+            start = starts[variable.start_of]
+            variable = replace(variable, start=start[i - 1] if isinstance(start, tuple | list) else start)
+        setting = variable.setting and _FAMILY.sub(f"[{i}]", variable.setting)
+        return replace(variable, name=_FAMILY.sub(f"[{i}]", variable.name), setting=setting)
 
     def family(variable: Variable) -> str:
         match = _FAMILY.search(variable.name)
@@ -176,13 +201,13 @@ def expand(variables: Sequence[Variable], counts: Mapping[str, int]) -> tuple[Va
     for head, group in groupby(variables, family):
         members = tuple(group)
         if not head:
-            listed += members
+            listed += [member(variable, 1) for variable in members]
             continue
         counted = head.split("..")[-1][:-1]
         if counted not in counts:
             raise InputError(f"interface.toml: family '{head}': '{counted}' is unknown; {nearest(counted, counts)}")
         for i in range(1, counts[counted] + 1):
-            listed += [replace(member, name=_FAMILY.sub(f"[{i}]", member.name)) for member in members]
+            listed += [member(variable, i) for variable in members]
     causes = ("input", "output", "parameter")
     ranked = sorted(listed, key=lambda v: (TYPES.index(v.type), causes.index(v.causality)))
     references = {v.name: i for i, v in enumerate(ranked)}
@@ -281,7 +306,8 @@ def variable_table(interface: Interface, counts: Mapping[str, int]) -> str:
         unit = variable.unit or ""
         if variable.display_unit:
             unit += f" (shown in {variable.display_unit})"
-        start = "" if variable.start is None else f"{variable.start:.6g}" if variable.type == "Real" else variable.start
+        start = variable.start if variable.start is not None else "the engine's" if variable.start_of else ""
+        start = f"{start:.6g}" if isinstance(start, float) else start
         meaning = variable.description
         if variable.choices and ":" not in meaning:
             meaning += " (" + ", ".join(variable.choices) + ")"

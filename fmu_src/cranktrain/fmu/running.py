@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from typing import Any
 
-from numba.core import event
-
+from cranktrain.core.announcement import announced
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, check_levels, needed_parts, resolved
@@ -57,37 +54,9 @@ def simulation(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, 
     return Simulation(model.engine, cranks[settings.crank], settings, parts=parts)
 
 
-class _Announcement(event.Listener):
-    """Says on stderr that kernels are being compiled, when the first one is."""
-
-    said = False
-
-    def __init__(self, instance: str) -> None:
-        self.instance = instance
-
-    def on_start(self, event: Any) -> None:
-        """Before a kernel compiles: one line, once in a process."""
-        if _Announcement.said:
-            return
-        _Announcement.said = True
-        place = event.data["dispatcher"]._cache.cache_path
-        kept = f"kept in {Path(place).parents[1]}" if place else "not kept, because the cache cannot be written"
-        print(
-            f"cranktrain: {self.instance}: compiling kernels, up to {COMPILATION} of processor time at the first start "
-            f"of this FMU's code and levels on a machine; {kept}",
-            file=sys.stderr,
-            flush=True,
-        )
-
-    def on_end(self, event: Any) -> None:
-        """Nothing: kernels compile within each other."""
-
-
-@contextmanager
-def announced_compilation(instance: str) -> Iterator[None]:
+def announced_compilation(instance: str) -> AbstractContextManager[None]:
     """Let the user of an instance know what takes so long while kernels compile."""
-    with event.install_listener("numba:compile", _Announcement(instance)):
-        yield
+    return announced(instance, COMPILATION)
 
 
 def _refuse(settings: Settings, names: Mapping[str, str], setting: str, what: str) -> None:

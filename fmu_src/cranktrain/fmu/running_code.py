@@ -16,6 +16,7 @@ from cranktrain.film.laws.register import LAWS, THRUST
 SOURCES = Path(__file__).resolve().parents[2]
 """Folder of the package."""
 RUNNING = "cranktrain.fmu.running"
+"""What the slave of a cranktrain asks; other modules have their own."""
 OFFLINE = ("cranktrain.structure.", "cranktrain.studies.")
 """Makers of data, which the FMU carries instead."""
 FOREIGN = {"numpy", "numba", "llvmlite"} | set(sys.stdlib_module_names)
@@ -31,14 +32,14 @@ def registered_modules() -> list[str]:
     return sorted(name for name in names if name.startswith("cranktrain."))
 
 
-def running_code() -> dict[str, bytes]:
+def running_code(running: str = RUNNING) -> dict[str, bytes]:
     """Source of every module that a running model imports, by path inside the package.
 
-    Follows module-level imports from :mod:`cranktrain.fmu.running`, what the registers name, and texts of the form
+    Follows module-level imports from ``running``, of the cranktrain's what the registers name, and texts of the form
     ``"package.module:name"``; refuses what an FMU cannot carry.
     """
     found: dict[str, bytes] = {}
-    waiting = [RUNNING, *registered_modules()]
+    waiting = [running, *(registered_modules() if running == RUNNING else [])]
     while waiting:
         module = waiting.pop()
         place = SOURCES / Path(*module.split("."))

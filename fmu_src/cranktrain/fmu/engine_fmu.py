@@ -1,0 +1,83 @@
+"""The FMU of a cranktrain: an engine with its reduced bodies, all of the interface or a part of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from cranktrain.engine.model import Engine
+from cranktrain.fmu import archive
+from cranktrain.fmu.archive import DESCRIPTION, Product, fmu_path, need_sources, write_fmu
+from cranktrain.fmu.description import Interface, read_interface
+from cranktrain.fmu.flat import FlatModel, to_bytes
+
+
+def build(
+    model: FlatModel,
+    folder: str | Path,
+    say: Callable[[str], None] = lambda text: None,
+    interface: Interface | None = None,
+    fixed: Mapping[str, Any] = MappingProxyType({}),
+    suffix: str = "",
+) -> Path:
+    """Write the FMU of a model into ``folder``; returns its path and says how large it is.
+
+    ``interface`` defaults to the full one, ``fixed`` are settings that no variable of it changes, ``suffix`` ends the
+    model's name. The file appears whole or not at all. ``InputError`` where the interface or the code cannot go into an
+    FMU.
+    """
+    made = product(model.engine, interface or full_interface(), to_bytes(model), fixed, suffix)
+    return write_fmu(made, folder, say)
+
+
+def product(
+    engine: Engine,
+    interface: Interface,
+    data: bytes = b"",
+    fixed: Mapping[str, Any] = MappingProxyType({}),
+    suffix: str = "",
+) -> Product:
+    """What goes into the FMU of an engine, see :func:`build`."""
+    return Product(
+        model=model_name(engine, interface, suffix),
+        title=engine.title,
+        interface=interface,
+        counts=family_counts(engine),
+        pages=DESCRIPTION,
+        data=data,
+        fixed=fixed,
+    )
+
+
+def full_interface() -> Interface:
+    """The interface with all variables; ``InputError`` where the sources of the FMU do not lie beside the package."""
+    need_sources()
+    return read_interface(DESCRIPTION)
+
+
+def model_description(engine: Engine) -> bytes:
+    """The model description of an engine's FMU; the GUID is that of an FMU without data, there being no FE model."""
+    return archive.model_description(product(engine, full_interface()))
+
+
+def model_name(engine: Engine, interface: Interface, suffix: str = "") -> str:
+    """Name of an FMU, and of its file without the ending."""
+    return interface.prefix + camel(engine.name) + suffix
+
+
+def camel(name: str) -> str:
+    """A name's words, capitalised, in one."""
+    return "".join(part.capitalize() for part in name.split("_"))
+
+
+def check_target(folder: Path, engine: Engine) -> None:
+    """Refuse, before the work, a folder or file that the FMU of an engine must not take; ``InputError``."""
+    fmu_path(product(engine, full_interface()), folder)
+
+
+def family_counts(engine: Engine) -> dict[str, int]:
+    """How many members each family of interface.toml has for an engine."""
+    mounts = len(engine.mounts.x) if engine.mounts is not None else 0
+    return {"cylinders": engine.n_cylinders, "main_bearings": len(engine.crankshaft.main_widths), "mounts": mounts}

@@ -1,0 +1,41 @@
+"""The FMU of a module beside the cranktrain: its folder's interface and documentation, its file's data, its code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from cranktrain.fmu.archive import DESCRIPTION, Product, fmu_path, need_sources, write_fmu
+from cranktrain.fmu.description import Interface, read_interface
+from cranktrain.fmu.engine_fmu import camel
+from cranktrain.modules.register import Module, module_of
+
+
+def module_product(path: str | Path) -> Product:
+    """What goes into the FMU of a module file; ``InputError`` where the file cannot be used."""
+    module = module_of(Path(path))
+    made = module.read(Path(path))
+    interface = module_interface(module)
+    return Product(
+        model=interface.prefix + camel(made.name),
+        title=made.title,
+        interface=interface,
+        counts=made.counts,
+        pages=module.folder,
+        running=module.running,
+        data=made.data,
+        starts=made.starts,
+    )
+
+
+def module_interface(module: Module) -> Interface:
+    """All variables of a module; units are those of the cranktrain's table."""
+    need_sources()
+    return read_interface(module.folder, DESCRIPTION)
+
+
+def build_module(path: str | Path, folder: str | Path, say: Callable[[str], None] = lambda text: None) -> Path:
+    """Write the FMU of a module file into ``folder``; returns its path. The file appears whole or not at all."""
+    product = module_product(path)
+    fmu_path(product, folder)
+    return write_fmu(product, folder, say)

@@ -1,0 +1,157 @@
+"""All cylinders over one communication step, and the outputs at its end."""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel
+from cranktrain.modules.combustion import slots as at
+from cranktrain.modules.combustion.cylinder import (
+    OK,
+    cycle_angle,
+    fill,
+    swept_volume,
+    volume_rate,
+)
+from cranktrain.modules.combustion.gas import enthalpy
+from cranktrain.modules.combustion.stepping import advance_cylinder
+
+N_HEAD = len(at.HEAD)
+N_OUTPUTS, N_OF_CYLINDER = len(at.OUTPUTS), len(at.CYLINDER_OUTPUTS)
+(
+    OUT_ANGLE, OUT_TORQUE, OUT_TORQUE_MEAN, OUT_IMEP, OUT_HEAT, OUT_WALLS, OUT_FUEL, OUT_INTAKE, OUT_EXHAUST,
+    OUT_MASS_BALANCE, OUT_ENERGY_BALANCE, OUT_STEPS, OUT_REJECTED,
+) = range(N_OUTPUTS)  # fmt: skip
+(
+    OUT_PRESSURE, OUT_TEMPERATURE, OUT_MASS, OUT_PRODUCTS, OUT_CYLINDER_IMEP, OUT_PEAK, OUT_PEAK_ANGLE,
+    OUT_CYLINDER_HEAT, OUT_CYLINDER_WALL, OUT_DELAY,
+) = range(N_OF_CYLINDER)  # fmt: skip
+
+
+@kernel
+def turned(model, state, inputs, interval):
+    """Angle that the crank turns in a communication step, rad: to where the received angle, turned on, will be.
+
+    The state takes the angle that the partner will count at the step's end.
+    """
+    speed = inputs[at.SPEED]
+    given = model.choices[at.GIVEN_ANGLE]
+    if inputs[at.ANGLE] != 0.0:
+        state[at.ANGLE_SEEN] = 1.0
+    expected = speed * interval
+    if given == 0 or (given == 2 and state[at.ANGLE_SEEN] == 0.0):
+        state[at.PARTNER_ANGLE] = state[at.OWN_ANGLE] + expected
+        return expected
+    end = inputs[at.ANGLE] if model.choices[at.ENDS] > 0 else inputs[at.ANGLE] + expected
+    state[at.PARTNER_ANGLE] = end
+    return expected + cycle_angle(end - state[at.OWN_ANGLE] - expected)
+
+
+@kernel
+def hold_inputs(model, work, inputs):
+    """Take over what holds for all cylinders over a communication step."""
+    now = work.now
+    now[at.NOW_INTAKE_P] = inputs[at.INTAKE_P]
+    now[at.NOW_INTAKE_T] = inputs[at.INTAKE_T]
+    now[at.NOW_EXHAUST_P] = inputs[at.EXHAUST_P]
+    now[at.NOW_EXHAUST_T] = inputs[at.EXHAUST_T]
+    now[at.INTAKE_H] = enthalpy(model.gas, model.numbers[at.INTAKE_SHARE], inputs[at.INTAKE_T])
+
+
+@kernel
+def follow_lifts(model, work, state, base, place, inputs, interval):
+    """Lifts at the begin of a communication step and their slopes: on from, or up to, the samples received."""
+    now = work.now
+    for k in range(2):
+        sample, last = max(inputs[place + at.LIFT_IN + k], 0.0), state[base + at.LAST_LIFT_IN + k]
+        if model.choices[at.ENDS] > 0:
+            now[at.NOW_LIFT_IN + k] = last
+            now[at.SLOPE_IN + k] = (sample - last) / interval
+        else:
+            now[at.NOW_LIFT_IN + k] = sample
+            past = state[at.LAST_INTERVAL]
+            now[at.SLOPE_IN + k] = (sample - last) / past if past > 0.0 and sample > 0.0 else 0.0
+        state[base + at.LAST_LIFT_IN + k] = sample
+
+
+@kernel
+def advance(model, work, state, inputs, interval):
+    """Advance all cylinders by an interval, s; a status, and the number of the cylinder that failed in STEPS' place."""
+    hold_inputs(model, work, inputs)
+    turn = turned(model, state, inputs, interval)
+    work.now[at.NOW_SPEED] = turn / interval
+    for i in range(model.firing.shape[0]):
+        base = N_HEAD + i * at.SIZE
+        follow_lifts(model, work, state, base, at.FIRST_CYLINDER + i * at.OF_CYLINDER, inputs, interval)
+        status = advance_cylinder(model, work, state, i, base, inputs, interval)
+        if status != OK:
+            work.counters[0] = i + 1
+            return status
+    state[at.OWN_ANGLE] = (
+        cycle_angle(state[at.OWN_ANGLE] + turn) if model.choices[at.GIVEN_ANGLE] > 0 else state[at.OWN_ANGLE] + turn
+    )
+    state[at.TIME] += interval
+    state[at.LAST_INTERVAL] = interval
+    return OK
+
+
+@kernel
+def fill_all(model, work, state, inputs):
+    """Cylinders at rest, full of what is in the intake; angles from the inputs."""
+    hold_inputs(model, work, inputs)
+    state[at.OWN_ANGLE] = inputs[at.ANGLE]
+    state[at.PARTNER_ANGLE] = inputs[at.ANGLE]
+    for i in range(model.firing.shape[0]):
+        base = N_HEAD + i * at.SIZE
+        state[base + at.PHI] = cycle_angle(inputs[at.ANGLE] - model.firing[i])
+        fill(
+            model,
+            state,
+            base,
+            state[base + at.PHI],
+            inputs[at.INTAKE_P],
+            inputs[at.INTAKE_T],
+            model.numbers[at.INTAKE_SHARE],
+        )
+        place = at.FIRST_CYLINDER + i * at.OF_CYLINDER
+        state[base + at.LAST_LIFT_IN] = inputs[place + at.LIFT_IN]
+        state[base + at.LAST_LIFT_OUT] = inputs[place + at.LIFT_OUT]
+    return OK
+
+
+@kernel
+def observe(model, work, state, inputs, out):
+    """Outputs, in the order of ``OUTPUTS`` and, cylinder by cylinder, of ``CYLINDER_OUTPUTS``, into ``out``."""
+    n, count = model.numbers, model.firing.shape[0]
+    for k in range(N_OUTPUTS):
+        out[k] = 0.0
+    out[OUT_ANGLE] = state[at.PARTNER_ANGLE]
+    for i in range(count):
+        base, first = N_HEAD + i * at.SIZE, N_OUTPUTS + i * N_OF_CYLINDER
+        mean = state[base + at.CYCLE_WORK] / swept_volume(n)
+        out[OUT_TORQUE] += (state[base + at.PRESSURE] - n[at.CRANKCASE_PRESSURE]) * volume_rate(n, state[base + at.PHI])
+        out[OUT_TORQUE_MEAN] += state[base + at.CYCLE_WORK] / (4.0 * math.pi)
+        out[OUT_IMEP] += mean / count
+        out[OUT_HEAT] += state[base + at.BURNT] * n[at.HEATING_VALUE]
+        out[OUT_WALLS] += state[base + at.WALL]
+        out[OUT_FUEL] += state[base + at.BURNT]
+        out[OUT_INTAKE] += state[base + at.INTAKE]
+        out[OUT_EXHAUST] += state[base + at.EXHAUST]
+        gained = state[base + at.BURNT] + state[base + at.INTAKE] - state[base + at.EXHAUST]
+        out[OUT_MASS_BALANCE] += state[base + at.MASS] - state[base + at.FIRST_MASS] - gained
+        heat = state[base + at.BURNT] * n[at.HEATING_VALUE] - state[base + at.WALL] - state[base + at.WORK]
+        carried = state[base + at.INTAKE_ENTHALPY] - state[base + at.EXHAUST_ENTHALPY]
+        out[OUT_ENERGY_BALANCE] += state[base + at.ENERGY] - state[base + at.FIRST_ENERGY] - heat - carried
+        out[first + OUT_PRESSURE] = state[base + at.PRESSURE]
+        out[first + OUT_TEMPERATURE] = state[base + at.TEMPERATURE]
+        out[first + OUT_MASS] = state[base + at.MASS]
+        out[first + OUT_PRODUCTS] = state[base + at.PRODUCTS] / state[base + at.MASS]
+        out[first + OUT_CYLINDER_IMEP] = mean
+        out[first + OUT_PEAK] = state[base + at.CYCLE_PEAK]
+        out[first + OUT_PEAK_ANGLE] = state[base + at.CYCLE_PEAK_ANGLE]
+        out[first + OUT_CYLINDER_HEAT] = state[base + at.CYCLE_HEAT]
+        out[first + OUT_CYLINDER_WALL] = state[base + at.CYCLE_WALL]
+        out[first + OUT_DELAY] = state[base + at.CYCLE_DELAY]
+    out[OUT_STEPS] = state[at.STEPS]
+    out[OUT_REJECTED] = state[at.REJECTED]
+    return OK

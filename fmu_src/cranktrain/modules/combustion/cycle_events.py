@@ -1,0 +1,181 @@
+"""What happens within a cycle: sampling of the fuel, injection, ignition, the ends of burns, a new cycle.
+
+Fuel and start of injection are sampled at ``SAMPLED``, before firing dead centre. A seeded scatter, new in each cycle
+of each cylinder, acts on the fuel's mass, on the start of injection and on the durations of the burns. Its numbers
+follow from seed, cylinder and cycle alone, so that a restored state goes on with the same ones.
+
+Source of the hash: G. L. Steele, D. Lea, C. H. Flood, Fast splittable pseudorandom number generators, OOPSLA (2014).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cranktrain.core.kernel import kernel
+from cranktrain.modules.combustion import slots as at
+from cranktrain.modules.combustion.burn import DURATION_BY_RATIO, DURATION_BY_SPEED, LEANEST, premixed_share
+from cranktrain.modules.combustion.cylinder import lifts, volume
+
+SAMPLED = -math.radians(100.0)
+"""Crank angle at which a cycle's fuel and timing are sampled."""
+LATEST = math.radians(60.0)
+"""Crank angle at which a charge that has not ignited never will."""
+MOST_BURNT = 0.999
+"""Share of the air that can burn."""
+_NONE = 100.0
+_AHEAD = 1.0e-9
+"""Crank angle, rad, at which a valve that begins to open is open."""
+_WEYL = np.uint64(0x9E3779B97F4A7C15)
+_MIX_A, _MIX_B = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
+_SHIFTS = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
+_SHIFT_A, _SHIFT_B, _SHIFT_C, _SHIFT_D = _SHIFTS
+
+
+@kernel
+def mixed(value):
+    """Next value of the hash from a 64-bit one."""
+    z = value + _WEYL
+    z = (z ^ (z >> _SHIFT_A)) * _MIX_A
+    z = (z ^ (z >> _SHIFT_B)) * _MIX_B
+    return z ^ (z >> _SHIFT_C)
+
+
+@kernel
+def normal(seed, cylinder, cycle, which):
+    """Standard normal number of a seed, cylinder, cycle and use; never beyond ±3, where it is cut."""
+    z = mixed(np.uint64(np.int64(seed)))
+    z = mixed(z ^ np.uint64(np.int64(cylinder)))
+    z = mixed(z ^ np.uint64(np.int64(cycle)))
+    z = mixed(z ^ np.uint64(np.int64(which)))
+    u = (np.float64(z >> _SHIFT_D) + 0.5) * 2.0**-53
+    v = np.float64(mixed(z) >> _SHIFT_D) * 2.0**-53
+    value = math.sqrt(-2.0 * math.log(u)) * math.cos(2.0 * math.pi * v)
+    return min(max(value, -3.0), 3.0)
+
+
+@kernel
+def next_angle(model, state, base):
+    """The next crank angle at which a step has to end, rad."""
+    phi, phase = state[base + at.PHI], state[base + at.PHASE]
+    goal = 2.0 * math.pi
+    if phase == at.WAITING and phi < SAMPLED:
+        goal = SAMPLED
+    elif phase == at.ARMED:
+        goal = min(goal, state[base + at.SOI])
+    elif phase == at.DELAYED:
+        goal = min(goal, LATEST)
+    elif phase == at.BURNING:
+        for k in (at.PREMIXED_FOR, at.DIFFUSION_FOR):
+            end = state[base + at.IGNITION] + state[base + k]
+            if end > phi:
+                goal = min(goal, end)
+    if model.choices[at.GIVEN_LIFT] == 0:
+        n = model.numbers
+        for k in (at.INTAKE_OPENS, at.INTAKE_CLOSES, at.EXHAUST_OPENS, at.EXHAUST_CLOSES):
+            edge = n[k] - 4.0 * math.pi if n[k] > 2.0 * math.pi else n[k]
+            edge = edge + 4.0 * math.pi if edge <= -2.0 * math.pi else edge
+            if phi < edge < goal:
+                goal = edge
+    return goal
+
+
+@kernel
+def pass_angle(model, state, i, base, inputs, angle):
+    """What is due at a crank angle at which a step has ended."""
+    phase = state[base + at.PHASE]
+    if angle >= 2.0 * math.pi:
+        new_cycle(state, base, angle - 4.0 * math.pi)
+        _count(model, state, base)
+    elif phase == at.WAITING and angle == SAMPLED:
+        sample(model, state, i, base, inputs)
+    elif phase == at.ARMED and angle == state[base + at.SOI]:
+        inject(model, state, base, inputs)
+    elif phase == at.DELAYED and angle == LATEST:
+        state[base + at.PHASE] = at.WAITING
+
+
+@kernel
+def sample(model, state, i, base, inputs):
+    """Take the cycle's fuel and start of injection from the inputs."""
+    n, seed, cycle = model.numbers, model.numbers[at.SEED], state[base + at.CYCLE]
+    place = at.FIRST_CYLINDER + i * at.OF_CYLINDER
+    fuel = inputs[place + at.FUEL_MASS] * (1.0 + n[at.SCATTER_FUEL] * normal(seed, i, cycle, 0))
+    start = inputs[place + at.INJECTION] + n[at.SCATTER_TIMING] * normal(seed, i, cycle, 1)
+    state[base + at.FUEL] = max(fuel, 0.0)
+    state[base + at.SOI] = min(max(start, SAMPLED + 0.01), 0.9 * LATEST)
+    if state[base + at.FUEL] > 0.0:
+        state[base + at.PHASE] = at.ARMED
+
+
+@kernel
+def inject(model, state, base, inputs):
+    """Begin the ignition delay."""
+    air = state[base + at.MASS] - state[base + at.PRODUCTS]
+    state[base + at.RATIO] = state[base + at.FUEL] * model.numbers[at.AIR_DEMAND] / max(air, 1.0e-12)
+    state[base + at.DELAY] = 0.0
+    state[base + at.INJECTED] += state[base + at.FUEL]
+    state[base + at.SOI_TIME] = state[base + at.CLOCK]
+    state[base + at.PHASE] = at.DELAYED
+
+
+@kernel
+def ignite(model, state, i, base):
+    """Begin to burn: shares and durations of the two burns."""
+    n = model.numbers
+    delay = state[base + at.CLOCK] - state[base + at.SOI_TIME]
+    ratio = state[base + at.RATIO]
+    air = max(state[base + at.MASS] - state[base + at.PRODUCTS], 0.0)
+    fuel = min(state[base + at.FUEL], MOST_BURNT * air / n[at.AIR_DEMAND])
+    share = premixed_share(ratio, delay, n[at.PREMIXED_FACTOR], n[at.PREMIXED_BY_RATIO], n[at.PREMIXED_BY_DELAY])
+    turning = (state[base + at.PHI] - state[base + at.SOI]) / max(delay, 1.0e-9)
+    slower = (max(ratio, LEANEST) / n[at.REFERENCE_RATIO]) ** DURATION_BY_RATIO
+    slower *= (max(turning, 1.0) / n[at.REFERENCE_SPEED]) ** DURATION_BY_SPEED
+    scattered = 1.0 + n[at.SCATTER_BURN] * normal(n[at.SEED], i, state[base + at.CYCLE], 2)
+    # Whatever the speed: burnt before the next charge is sampled.
+    longest = 2.0 * math.pi - 0.1 - state[base + at.PHI]
+    state[base + at.IGNITION] = state[base + at.PHI]
+    state[base + at.PREMIXED_FUEL] = share * fuel
+    state[base + at.DIFFUSION_FUEL] = (1.0 - share) * fuel
+    state[base + at.PREMIXED_FOR] = min(max(scattered, 0.2) * n[at.PREMIXED_DURATION], longest)
+    state[base + at.DIFFUSION_FOR] = min(max(scattered, 0.2) * slower * n[at.DIFFUSION_DURATION], longest)
+    state[base + at.CYCLE_DELAY] = delay
+    state[base + at.PHASE] = at.BURNING
+
+
+@kernel
+def new_cycle(state, base, angle):
+    """Begin a cycle at a crank angle."""
+    state[base + at.PHI] = angle
+    state[base + at.PHASE] = at.WAITING
+
+
+@kernel
+def _count(model, state, base):
+    """Keep the figures of the cycle that has ended."""
+    state[base + at.CYCLE] += 1.0
+    state[base + at.CYCLE_WORK] = state[base + at.WORK] - state[base + at.WORK_START]
+    state[base + at.CYCLE_WALL] = state[base + at.WALL] - state[base + at.WALL_START]
+    burnt = state[base + at.BURNT] - state[base + at.BURNT_START]
+    state[base + at.CYCLE_HEAT] = burnt * model.numbers[at.HEATING_VALUE]
+    state[base + at.CYCLE_PEAK] = state[base + at.PEAK]
+    state[base + at.CYCLE_PEAK_ANGLE] = state[base + at.PEAK_ANGLE]
+    state[base + at.WORK_START] = state[base + at.WORK]
+    state[base + at.WALL_START] = state[base + at.WALL]
+    state[base + at.BURNT_START] = state[base + at.BURNT]
+    state[base + at.PEAK] = 0.0
+
+
+@kernel
+def closed_or_open(model, work, state, base, time):
+    """Follow the valves: whether they have just all closed, or begin to open; the state of a closed charge is kept."""
+    inward, outward = lifts(model, work.now, state[base + at.PHI] + _AHEAD, time)
+    closed = 1.0 if inward <= 0.0 and outward <= 0.0 else 0.0
+    changed = closed != state[base + at.CLOSED]
+    if changed and closed > 0.0:
+        state[base + at.CLOSED_PRESSURE] = state[base + at.PRESSURE]
+        state[base + at.CLOSED_TEMPERATURE] = state[base + at.TEMPERATURE]
+        state[base + at.CLOSED_VOLUME] = volume(model.numbers, state[base + at.PHI])
+    state[base + at.CLOSED] = closed
+    return changed

@@ -1,0 +1,223 @@
+"""One cylinder: its geometry, and the rates of what is integrated in it."""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel
+from cranktrain.modules.combustion import slots as at
+from cranktrain.modules.combustion.burn import ignition_rate, wiebe_rate
+from cranktrain.modules.combustion.gas import enthalpy, gas_constant, heat_capacity, internal_energy, temperature_of
+from cranktrain.modules.combustion.valve_flow import built_in_lift, flow_slope, nozzle_flow, valve_area
+from cranktrain.modules.combustion.wall_heat import (
+    COMBUSTION_TERM,
+    MOTORED_EXPONENT,
+    piston_term,
+    woschni_coefficient,
+)
+
+OK, COLD = 0, 1
+"""Status of an evaluation: done, or a state that no temperature belongs to."""
+POOL_SHARE = 1.0e-3
+"""Gas blown back into the intake, over a charge, below which fresh gas mixes with it."""
+
+
+@kernel
+def swept_volume(numbers):
+    """Volume that the piston sweeps, m³."""
+    area = 0.25 * math.pi * numbers[at.BORE] ** 2
+    r, length, offset = 0.5 * numbers[at.STROKE], numbers[at.ROD_LENGTH], numbers[at.PIN_OFFSET]
+    return area * (math.sqrt((length + r) ** 2 - offset**2) - math.sqrt((length - r) ** 2 - offset**2))
+
+
+@kernel
+def volume(numbers, phi):
+    """Volume above the piston, m³, at a crank angle after firing dead centre, rad."""
+    area = 0.25 * math.pi * numbers[at.BORE] ** 2
+    r, length, offset = 0.5 * numbers[at.STROKE], numbers[at.ROD_LENGTH], numbers[at.PIN_OFFSET]
+    x = -r * math.sin(phi) - offset
+    top = math.sqrt((length + r) ** 2 - offset**2)
+    clearance = swept_volume(numbers) / (numbers[at.COMPRESSION_RATIO] - 1.0)
+    return clearance + area * (top - r * math.cos(phi) - math.sqrt(length**2 - x**2))
+
+
+@kernel
+def volume_rate(numbers, phi):
+    """dV/dφ, m³/rad."""
+    area = 0.25 * math.pi * numbers[at.BORE] ** 2
+    r, length, offset = 0.5 * numbers[at.STROKE], numbers[at.ROD_LENGTH], numbers[at.PIN_OFFSET]
+    x = -r * math.sin(phi) - offset
+    return area * (r * math.sin(phi) - x * r * math.cos(phi) / math.sqrt(length**2 - x**2))
+
+
+@kernel
+def cycle_angle(angle):
+    """A crank angle within (−2π, 2π], rad."""
+    return angle - 4.0 * math.pi * math.ceil((angle - 2.0 * math.pi) / (4.0 * math.pi))
+
+
+@kernel
+def lifts(model, now, phi, time):
+    """Lifts of intake and exhaust valve, m, at a crank angle and a time since the communication step began."""
+    if model.choices[at.GIVEN_LIFT] > 0:
+        return now[at.NOW_LIFT_IN] + now[at.SLOPE_IN] * time, now[at.NOW_LIFT_OUT] + now[at.SLOPE_OUT] * time
+    n = model.numbers
+    angle = phi if phi <= n[at.EXHAUST_OPENS] else phi - 4.0 * math.pi
+    inward = built_in_lift(angle, n[at.INTAKE_OPENS], n[at.INTAKE_CLOSES], n[at.INTAKE_LIFT])
+    angle = phi if phi >= n[at.INTAKE_CLOSES] else phi + 4.0 * math.pi
+    return inward, built_in_lift(angle, n[at.EXHAUST_OPENS], n[at.EXHAUST_CLOSES], n[at.EXHAUST_LIFT])
+
+
+@kernel
+def burn_rate(model, state, base, phi):
+    """Fuel that burns, kg/rad, at a crank angle after firing dead centre."""
+    after = phi - state[base + at.IGNITION]
+    n = model.numbers
+    premixed = wiebe_rate(after, state[base + at.PREMIXED_FOR], n[at.PREMIXED_EXPONENT])
+    diffusion = wiebe_rate(after, state[base + at.DIFFUSION_FOR], n[at.DIFFUSION_EXPONENT])
+    return state[base + at.PREMIXED_FUEL] * premixed + state[base + at.DIFFUSION_FUEL] * diffusion
+
+
+@kernel
+def wall_flow(model, now, state, base, pressure, temperature, volume):
+    """Heat to the walls, W."""
+    n = model.numbers
+    bore = n[at.BORE]
+    closed = state[base + at.CLOSED] > 0.0
+    speed = piston_term(not closed, n[at.SWIRL]) * abs(now[at.NOW_SPEED]) * n[at.STROKE] / math.pi
+    if closed and state[base + at.PHASE] == at.BURNING:
+        start = state[base + at.CLOSED_PRESSURE] * state[base + at.CLOSED_VOLUME]
+        motored = state[base + at.CLOSED_PRESSURE] * (state[base + at.CLOSED_VOLUME] / volume) ** MOTORED_EXPONENT
+        by_charge = swept_volume(n) * state[base + at.CLOSED_TEMPERATURE] / start
+        speed += COMBUSTION_TERM * by_charge * max(pressure - motored, 0.0)
+    area = 0.5 * math.pi * bore * bore + 4.0 * volume / bore
+    coefficient = n[at.WALL_FACTOR] * woschni_coefficient(pressure, temperature, bore, speed)
+    return coefficient * area * (temperature - n[at.WALL_TEMPERATURE])
+
+
+@kernel
+def rates(model, work, state, base, phi, time, values, out):
+    """Rates (N_INTEGRATED,) by time of the integrated ``values`` of the cylinder at ``base`` into ``out``; a status.
+
+    ``phi`` is the crank angle after firing dead centre, rad, ``time`` that since the communication step began, s.
+    """
+    n, now, gas = model.numbers, work.now, model.gas
+    mass = values[at.MASS]
+    share = values[at.PRODUCTS] / mass
+    t = temperature_of(gas, share, values[at.ENERGY] / mass, state[base + at.TEMPERATURE])
+    if not (mass > 0.0 and t > 0.0):
+        return COLD
+    v = volume(n, phi)
+    r = gas_constant(gas, share)
+    p = mass * r * t / v
+    speed = now[at.NOW_SPEED]
+    burnt = burn_rate(model, state, base, phi) * speed if state[base + at.PHASE] == at.BURNING else 0.0
+    cooled = wall_flow(model, now, state, base, p, t, v)
+    pushed = p * volume_rate(n, phi) * speed
+    now[at.STIFFNESS] = 0.0
+    for k in range(at.POOL, at.PORT + 1):
+        out[k] = 0.0
+    inward, h_in, share_in = intake_flow(model, now, phi, time, values, p, t, out)
+    outward, h_out, share_out = exhaust_flow(model, now, phi, time, values, p, t, out)
+    out[at.MASS] = inward - outward + burnt
+    out[at.PRODUCTS] = share_in * inward - share_out * outward + burnt * (1.0 + n[at.AIR_DEMAND])
+    out[at.ENERGY] = n[at.HEATING_VALUE] * burnt - cooled - pushed + h_in * inward - h_out * outward
+    out[at.DELAY] = 0.0
+    if state[base + at.PHASE] == at.DELAYED:
+        out[at.DELAY] = ignition_rate(
+            p, t, state[base + at.RATIO],
+            n[at.IGNITION_FACTOR], n[at.IGNITION_EXPONENT], n[at.IGNITION_TEMPERATURE], n[at.IGNITION_BY_RATIO],
+        )  # fmt: skip
+    out[at.BURNT] = burnt
+    out[at.WORK] = pushed
+    out[at.WALL] = cooled
+    out[at.INTAKE] = inward
+    out[at.EXHAUST] = outward
+    out[at.INTAKE_ENTHALPY] = h_in * inward
+    out[at.EXHAUST_ENTHALPY] = h_out * outward
+    now[at.FOUND_P] = p
+    now[at.FOUND_T] = t
+    now[at.FOUND_V] = v
+    now[at.STIFFNESS] *= 1.4 * r * t / v
+    return OK
+
+
+@kernel
+def intake_flow(model, now, phi, time, values, p, t, out):
+    """Flow into the cylinder through the intake valve, kg/s, its enthalpy, J/kg, and its share of products.
+
+    Gas that flows back waits in the port and returns first; ``out`` takes the rates of that pool.
+    """
+    n, gas = model.numbers, model.gas
+    area = valve_area(
+        lifts(model, now, phi, time)[0],
+        n[at.INTAKE_DIAMETER],
+        n[at.INTAKE_COUNT],
+        n[at.CURTAIN],
+        n[at.PORT_COEFFICIENT],
+    )
+    if area <= 0.0:
+        return 0.0, 0.0, 0.0
+    share = values[at.PRODUCTS] / values[at.MASS]
+    r = gas_constant(gas, share)
+    now[at.STIFFNESS] += flow_slope(area, t, r, p, now[at.NOW_INTAKE_P])
+    if p > now[at.NOW_INTAKE_P]:
+        c = heat_capacity(gas, share, t)
+        flow = nozzle_flow(area, p, t, r, c / (c - r), now[at.NOW_INTAKE_P])
+        h = enthalpy(gas, share, t)
+        out[at.POOL] = flow
+        out[at.POOL_PRODUCTS] = flow * share
+        out[at.POOL_ENTHALPY] = flow * h
+        return -flow, h, share
+    fresh = n[at.INTAKE_SHARE]
+    r = gas_constant(gas, fresh)
+    c = heat_capacity(gas, fresh, now[at.NOW_INTAKE_T])
+    flow = nozzle_flow(area, now[at.NOW_INTAKE_P], now[at.NOW_INTAKE_T], r, c / (c - r), p)
+    pool = max(values[at.POOL], 0.0)
+    # Per mass of the pool and of what is mixed with it: no division by an empty pool.
+    part = 1.0 / (pool + POOL_SHARE * n[at.MASS_SCALE])
+    taken = pool * part
+    h = values[at.POOL_ENTHALPY] * part + (1.0 - taken) * now[at.INTAKE_H]
+    share = values[at.POOL_PRODUCTS] * part + (1.0 - taken) * fresh
+    out[at.POOL] = -flow * taken
+    out[at.POOL_PRODUCTS] = -flow * values[at.POOL_PRODUCTS] * part
+    out[at.POOL_ENTHALPY] = -flow * values[at.POOL_ENTHALPY] * part
+    return flow, h, share
+
+
+@kernel
+def exhaust_flow(model, now, phi, time, values, p, t, out):
+    """Flow out of the cylinder through the exhaust valve, kg/s, its enthalpy, J/kg, and its share of products.
+
+    Gas that flows back has the manifold's temperature and the share of products of the port, which follows what leaves.
+    """
+    n, gas = model.numbers, model.gas
+    lift = lifts(model, now, phi, time)[1]
+    area = valve_area(lift, n[at.EXHAUST_DIAMETER], n[at.EXHAUST_COUNT], n[at.CURTAIN], n[at.PORT_COEFFICIENT])
+    if area <= 0.0:
+        return 0.0, 0.0, 0.0
+    share = values[at.PRODUCTS] / values[at.MASS]
+    r = gas_constant(gas, share)
+    now[at.STIFFNESS] += flow_slope(area, t, r, p, now[at.NOW_EXHAUST_P])
+    if p > now[at.NOW_EXHAUST_P]:
+        c = heat_capacity(gas, share, t)
+        flow = nozzle_flow(area, p, t, r, c / (c - r), now[at.NOW_EXHAUST_P])
+        out[at.PORT] = flow * (share - values[at.PORT]) / n[at.PORT_MASS]
+        return flow, enthalpy(gas, share, t), share
+    share = values[at.PORT]
+    r = gas_constant(gas, share)
+    c = heat_capacity(gas, share, now[at.NOW_EXHAUST_T])
+    flow = nozzle_flow(area, now[at.NOW_EXHAUST_P], now[at.NOW_EXHAUST_T], r, c / (c - r), p)
+    return -flow, enthalpy(gas, share, now[at.NOW_EXHAUST_T]), share
+
+
+@kernel
+def fill(model, state, base, phi, pressure, temperature, share):
+    """Fill a cylinder with gas of a pressure (Pa), temperature (K) and share of products."""
+    gas = model.gas
+    mass = pressure * volume(model.numbers, phi) / (gas_constant(gas, share) * temperature)
+    state[base + at.MASS] = mass
+    state[base + at.PRODUCTS] = share * mass
+    state[base + at.ENERGY] = mass * internal_energy(gas, share, temperature)
+    state[base + at.PRESSURE] = pressure
+    state[base + at.TEMPERATURE] = temperature

@@ -1,0 +1,156 @@
+"""Properties of cylinder gas: a mixture of air and of the products of stoichiometric combustion, ideal, by temperature.
+
+Lean products of a fuel CH_y are the mixture, by mass, of stoichiometric products (share y) and air (1 − y):
+
+    CH_y + (1 + y/4) (O2 + a N2 + b Ar)  →  CO2 + y/2 H2O + (1 + y/4) (a N2 + b Ar)
+
+Heat capacities are NASA polynomials of four powers in two ranges that meet at 1000 K; enthalpies are sensible, 0 at
+298.15 K, and continuous at 1000 K. The heat of reaction is the fuel's lower heating value at 298.15 K, so that products
+from any temperature have the energy that their formation asks. No dissociation; beyond 200 to 3500 K the heat capacity
+stays as it is there.
+
+Sources: G. P. Smith et al., GRI-Mech 3.0, thermodynamic data; B. J. McBride et al., NASA TM-4513 (1993).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.kernel import kernel
+
+Array = NDArray[np.float64]
+
+UNIVERSAL = 8.31446
+"""Gas constant, J/(mol K)."""
+REFERENCE, MIDDLE, LOWEST, HIGHEST = 298.15, 1000.0, 200.0, 3500.0
+"""Temperatures, K: of no sensible enthalpy, between the ranges, and the ends of the polynomials."""
+AIR = {"N2": 0.7808, "O2": 0.2095, "Ar": 0.0097}
+"""Shares of dry air by amount; carbon dioxide counts as argon."""
+MOLAR_MASS = {"N2": 28.0134e-3, "O2": 31.9988e-3, "Ar": 39.948e-3, "CO2": 44.0095e-3, "H2O": 18.0153e-3}
+"""kg/mol."""
+CARBON, HYDROGEN = 12.0107e-3, 1.00794e-3
+POLYNOMIALS = {
+    "N2": (
+        (3.298677e00, 1.4082404e-03, -3.963222e-06, 5.641515e-09, -2.444854e-12),
+        (2.926640e00, 1.4879768e-03, -5.684760e-07, 1.0097038e-10, -6.753351e-15),
+    ),
+    "O2": (
+        (3.78245636e00, -2.99673416e-03, 9.84730201e-06, -9.68129509e-09, 3.24372837e-12),
+        (3.28253784e00, 1.48308754e-03, -7.57966669e-07, 2.09470555e-10, -2.16717794e-14),
+    ),
+    "CO2": (
+        (2.35677352e00, 8.98459677e-03, -7.12356269e-06, 2.45919022e-09, -1.43699548e-13),
+        (3.85746029e00, 4.41437026e-03, -2.21481404e-06, 5.23490188e-10, -4.72084164e-14),
+    ),
+    "H2O": (
+        (4.19864056e00, -2.03643410e-03, 6.52040211e-06, -5.48797062e-09, 1.77197817e-12),
+        (3.03399249e00, 2.17691804e-03, -1.64072518e-07, -9.70419870e-11, 1.68200992e-14),
+    ),
+    "Ar": ((2.5, 0.0, 0.0, 0.0, 0.0), (2.5, 0.0, 0.0, 0.0, 0.0)),
+}
+"""Coefficients of c_p/R by powers of T, below and above 1000 K."""
+
+POWERS = 5
+H_0 = 5
+R_GAS = 6
+COLUMNS = 7
+"""Columns of a gas in :func:`gas_table`: c_p by powers of T, constant of the enthalpy, gas constant."""
+AIR_ROW, PRODUCTS_ROW = 0, 2
+"""First of the two rows, below and above 1000 K, of each gas."""
+_NEWTON = 30
+
+
+def stoichiometric_air(hydrogen_per_carbon: float) -> float:
+    """Mass of air that a mass of the fuel CH_y needs."""
+    air = sum(share * MOLAR_MASS[name] for name, share in AIR.items()) / AIR["O2"]
+    return (1.0 + 0.25 * hydrogen_per_carbon) * air / (CARBON + hydrogen_per_carbon * HYDROGEN)
+
+
+def products(hydrogen_per_carbon: float) -> dict[str, float]:
+    """Shares by amount of the products of stoichiometric combustion of CH_y in air."""
+    oxygen = 1.0 + 0.25 * hydrogen_per_carbon
+    amounts = {"CO2": 1.0, "H2O": 0.5 * hydrogen_per_carbon}
+    amounts |= {name: oxygen * AIR[name] / AIR["O2"] for name in ("N2", "Ar")}
+    return {name: amount / sum(amounts.values()) for name, amount in amounts.items()}
+
+
+def gas_table(hydrogen_per_carbon: float) -> Array:
+    """Table (4, COLUMNS) of air and of stoichiometric products for the kernels, in J, kg and K."""
+    return np.vstack([_rows(AIR), _rows(products(hydrogen_per_carbon))])
+
+
+def constant_gas(heat_capacity: float, gas_constant: float) -> Array:
+    """Table of a gas of constant c_p, J/(kg K), in place of air and products: for comparison with closed forms."""
+    row = np.zeros(COLUMNS)
+    row[0], row[H_0], row[R_GAS] = heat_capacity, -heat_capacity * REFERENCE, gas_constant
+    return np.tile(row, (4, 1))
+
+
+def _rows(shares: dict[str, float]) -> Array:
+    """Two rows of one mixture, whose enthalpy is 0 at 298.15 K and continuous at 1000 K."""
+    mass = sum(share * MOLAR_MASS[name] for name, share in shares.items())
+    rows = np.zeros((2, COLUMNS))
+    for k in range(2):
+        rows[k, :POWERS] = sum(share * np.array(POLYNOMIALS[name][k]) for name, share in shares.items())
+    rows *= UNIVERSAL / mass
+    rows[:, R_GAS] = UNIVERSAL / mass
+
+    def rise(k: int, temperature: float) -> float:
+        return float(sum(rows[k, i] * temperature ** (i + 1) / (i + 1) for i in range(POWERS)))
+
+    rows[0, H_0] = -rise(0, REFERENCE)
+    rows[1, H_0] = rise(0, MIDDLE) + rows[0, H_0] - rise(1, MIDDLE)
+    return rows
+
+
+@kernel
+def gas_constant(gas, share):
+    """Gas constant of a mixture with this mass share of products, J/(kg K)."""
+    return gas[AIR_ROW, R_GAS] + share * (gas[PRODUCTS_ROW, R_GAS] - gas[AIR_ROW, R_GAS])
+
+
+@kernel
+def heat_capacity(gas, share, temperature):
+    """c_p of a mixture at a temperature, J/(kg K)."""
+    t = min(max(temperature, LOWEST), HIGHEST)
+    k = 0 if t < MIDDLE else 1
+    value = 0.0
+    for i in range(POWERS - 1, -1, -1):
+        value = value * t + gas[AIR_ROW + k, i] + share * (gas[PRODUCTS_ROW + k, i] - gas[AIR_ROW + k, i])
+    return value
+
+
+@kernel
+def enthalpy(gas, share, temperature):
+    """Sensible enthalpy of a mixture, J/kg."""
+    t = min(max(temperature, LOWEST), HIGHEST)
+    k = 0 if t < MIDDLE else 1
+    value = 0.0
+    for i in range(POWERS - 1, -1, -1):
+        value = value * t + (gas[AIR_ROW + k, i] + share * (gas[PRODUCTS_ROW + k, i] - gas[AIR_ROW + k, i])) / (i + 1)
+    constant = gas[AIR_ROW + k, H_0] + share * (gas[PRODUCTS_ROW + k, H_0] - gas[AIR_ROW + k, H_0])
+    value = value * t + constant
+    return value if t == temperature else value + heat_capacity(gas, share, t) * (temperature - t)
+
+
+@kernel
+def internal_energy(gas, share, temperature):
+    """Sensible internal energy h − R T of a mixture, J/kg."""
+    return enthalpy(gas, share, temperature) - gas_constant(gas, share) * temperature
+
+
+@kernel
+def temperature_of(gas, share, energy, guess):
+    """Temperature, K, at which a mixture has an internal energy, J/kg, by Newton's method; −1 where there is none."""
+    r = gas_constant(gas, share)
+    t = guess
+    for _ in range(_NEWTON):
+        missing = energy - (enthalpy(gas, share, t) - r * t)
+        change = missing / (heat_capacity(gas, share, t) - r)
+        if not abs(change) < 1.0e6:
+            return -1.0
+        t = max(t + change, 0.5 * t)
+        if abs(change) <= 1.0e-11 * t:
+            return t
+    return -1.0

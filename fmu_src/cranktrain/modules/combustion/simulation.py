@@ -1,0 +1,189 @@
+"""The object that an FMU or a script steps: set ``inputs``, call ``step``, read ``outputs``."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.modules.combustion import slots as at
+from cranktrain.modules.combustion.advance import N_HEAD, advance, fill_all, observe
+from cranktrain.modules.combustion.settings import Array, CycleSettings, build_model, make_work
+
+LONGEST_STEP = 1.0
+"""Longest communication step, s."""
+LARGEST_JUMP = math.radians(90.0)
+"""Largest difference, rad, of a received angle from where its speed has led."""
+_ZEROED = (at.BURNT, at.WORK, at.WALL, at.INTAKE, at.EXHAUST, at.INTAKE_ENTHALPY, at.EXHAUST_ENTHALPY)
+
+
+class CombustionSimulation:
+    """Cylinders of one engine, stepped from outside.
+
+    Parameters
+    ----------
+    settings : the engine's cylinders
+    gas : table of another gas than air and products, see :func:`cranktrain.modules.combustion.gas.constant_gas`
+
+    Attributes
+    ----------
+    input_names, output_names : names as in the FMU
+    inputs : values in their order (SI); they start as the settings say
+    outputs : valid after ``initialize`` and after each step
+    """
+
+    def __init__(self, settings: CycleSettings, gas: Array | None = None) -> None:
+        self.settings = settings
+        self._model = build_model(settings, gas)
+        self._work = make_work()
+        count = len(settings.firing_angles)
+        of_each = [f"cylinder[{i + 1}]." for i in range(count)]
+        self.input_names = (*at.COMMON_INPUTS, *(head + name for head in of_each for name in at.CYLINDER_INPUTS))
+        self.output_names = (*at.OUTPUTS, *(head + name for head in of_each for name in at.CYLINDER_OUTPUTS))
+        self.outputs = np.zeros(len(self.output_names))
+        self.inputs = np.zeros(len(self.input_names))
+        for slot, name in ((at.INTAKE_P, "intake_pressure"), (at.INTAKE_T, "intake_temperature"),
+                           (at.EXHAUST_P, "exhaust_pressure"), (at.EXHAUST_T, "exhaust_temperature")):  # fmt: skip
+            self.inputs[slot] = getattr(settings, name)
+        self.inputs[at.FIRST_CYLINDER + at.FUEL_MASS :: at.OF_CYLINDER] = settings.fuel_mass
+        self.inputs[at.FIRST_CYLINDER + at.INJECTION :: at.OF_CYLINDER] = settings.injection_angle
+        self._state: Array | None = None
+
+    @property
+    def n_cylinders(self) -> int:
+        """Number of cylinders."""
+        return int(self._model.firing.size)
+
+    @property
+    def bases(self) -> list[int]:
+        """Where each cylinder's block begins in the state."""
+        return [N_HEAD + i * at.SIZE for i in range(self.n_cylinders)]
+
+    def initialize(self, time: float = 0.0) -> None:
+        """Start under the present inputs, ``start_cycles`` cycles after a filling; at rest with the intake's gas.
+
+        Fuel and manifolds are those of the inputs, valves the built-in ones. Raises ``InputError`` for inputs that no
+        engine has, ``SolverError`` where the cycles cannot be run.
+        """
+        self._check_inputs()
+        state = np.zeros(N_HEAD + self.n_cylinders * at.SIZE)
+        speed, angle = float(self.inputs[at.SPEED]), float(self.inputs[at.ANGLE])
+        cycles = round(self.settings.start_cycles)
+        fill_all(self._model, self._work, state, self.inputs)
+        before = self._model._replace(choices=np.zeros_like(self._model.choices))
+        runs = speed >= self.settings.start_speed and cycles > 0
+        # A cylinder at rest stays full; the step on a copy is there for what compiles in it.
+        interval, begun = (4.0 * math.pi * cycles / speed, state) if runs else (1.0e-9, state.copy())
+        if advance(before, self._work, begun, self.inputs, interval):
+            raise self._failure("the start")
+        for base in self.bases:
+            for total, start in ((at.WORK, at.WORK_START), (at.WALL, at.WALL_START), (at.BURNT, at.BURNT_START)):
+                state[base + start] -= state[base + total]
+            state[base + at.INJECTED] -= state[base + at.BURNT]
+            state[base + at.SOI_TIME] -= state[base + at.CLOCK]
+            state[[base + slot for slot in (*_ZEROED, at.CLOCK)]] = 0.0
+            state[base + at.FIRST_MASS], state[base + at.FIRST_ENERGY] = state[base + at.MASS], state[base + at.ENERGY]
+        for i, base in enumerate(self.bases):
+            place = at.FIRST_CYLINDER + i * at.OF_CYLINDER
+            state[base + at.LAST_LIFT_IN], state[base + at.LAST_LIFT_OUT] = self.inputs[
+                place + at.LIFT_IN : place + at.LIFT_OUT + 1
+            ]
+        state[[at.STEPS, at.REJECTED, at.LAST_INTERVAL, at.ANGLE_SEEN]] = 0.0
+        state[at.TIME] = time
+        state[at.OWN_ANGLE] = state[at.PARTNER_ANGLE] = angle
+        self._state = state
+        observe(self._model, self._work, state, self.inputs, self.outputs)
+
+    def step(self, t_end: float) -> None:
+        """Advance to ``t_end``, s. On an error the state stays at the last good time.
+
+        Raises
+        ------
+        InputError
+            inputs that are not numbers or out of bounds, an angle that jumps, a step that is not positive or absurd
+        SolverError
+            a cylinder whose state has left what gas can be
+        """
+        state = self._current()
+        self._check_inputs()
+        interval = t_end - state[at.TIME]
+        if not 0.0 < interval <= LONGEST_STEP:
+            raise InputError(
+                f"a step from {state[at.TIME]:.9g} s to {t_end:.9g} s; it must lead on, by {LONGEST_STEP:g} s at most"
+            )
+        self._check_angle(interval)
+        after = state.copy()
+        if advance(self._model, self._work, after, self.inputs, interval):
+            raise self._failure(f"the step from {state[at.TIME]:.9g} s")
+        after[at.TIME] = t_end
+        self._state = after
+        observe(self._model, self._work, after, self.inputs, self.outputs)
+
+    @property
+    def time(self) -> float:
+        """Time of the state, s."""
+        return float(self._current()[at.TIME])
+
+    @property
+    def state(self) -> Array:
+        """The whole state as a copy, (n,); assigning one of the same engine restores it."""
+        return self._current().copy()
+
+    @state.setter
+    def state(self, vector: Array) -> None:
+        if np.shape(vector) != self._current().shape:
+            raise InputError(f"a state of this model has {self._current().size} values, got {np.size(vector)}")
+        self._state = np.array(vector, dtype=float)
+        observe(self._model, self._work, self._state, self.inputs, self.outputs)
+
+    def of_cylinder(self, slot: int) -> Array:
+        """A quantity of all cylinders, (cylinders,), by its slot of :mod:`.slots`."""
+        return self._current()[[base + slot for base in self.bases]]
+
+    def _current(self) -> Array:
+        if self._state is None:
+            raise InputError("the model is not initialised yet; call initialize() first")
+        return self._state
+
+    def _check_inputs(self) -> None:
+        wrong = np.flatnonzero(~np.isfinite(self.inputs))
+        if wrong.size:
+            raise InputError(f"{self.input_names[wrong[0]]} is {self.inputs[wrong[0]]}; it must be a finite number")
+        for slot in (at.INTAKE_P, at.INTAKE_T, at.EXHAUST_P, at.EXHAUST_T):
+            if self.inputs[slot] <= 0.0:
+                raise InputError(f"{self.input_names[slot]} is {self.inputs[slot]:g}; it is absolute and above 0")
+        if self.inputs[at.SPEED] < 0.0:
+            raise InputError(f"crank.speed is {self.inputs[at.SPEED]:g} rad/s; reverse running is not modelled")
+
+    def _check_angle(self, interval: float) -> None:
+        """Refuse an angle that does not go on from the last one."""
+        source = self.settings.angle_source
+        if source == "speed" or (source == "auto" and not self._angle_counts()):
+            return
+        expected = self._ahead(0.0) if self.settings.inputs_at == "begin" else self._ahead(interval)
+        jump = math.remainder(float(self.inputs[at.ANGLE]) - expected, 4.0 * math.pi)
+        if abs(jump) > LARGEST_JUMP:
+            raise InputError(
+                f"crank.angle is {math.degrees(self.inputs[at.ANGLE]):.1f} deg at {self.time:.9g} s, "
+                f"{math.degrees(jump):.0f} deg off from where crank.speed has led; connect both "
+                "to one crank, or set angle.source to speed"
+            )
+
+    def _ahead(self, interval: float) -> float:
+        return float(self._current()[at.OWN_ANGLE] + self.inputs[at.SPEED] * interval)
+
+    def _angle_counts(self) -> bool:
+        return self.inputs[at.ANGLE] != 0.0 or self._current()[at.ANGLE_SEEN] > 0.0
+
+    def _failure(self, what: str) -> SolverError:
+        number = int(self._work.counters[0])
+        angle = ""
+        if self._state is not None:
+            angle = (
+                f" at {math.degrees(self._state[self.bases[number - 1] + at.PHI]):.1f} deg after its firing dead centre"
+            )
+        return SolverError(
+            f"{what} fails in cylinder {number}{angle}: its gas has no temperature or its steps became too short; "
+            "check pressures and temperatures of the manifolds, fuel mass and lifts"
+        )

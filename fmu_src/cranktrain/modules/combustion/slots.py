@@ -1,0 +1,99 @@
+"""Places of the combustion module's numbers, inputs and states in their arrays.
+
+A state vector is a head and, for each cylinder, ``INTEGRATED`` quantities and the memory of its cycle.
+"""
+
+from __future__ import annotations
+
+NUMBERS = (
+    "bore", "stroke", "rod_length", "pin_offset", "compression_ratio", "crankcase_pressure", "wall_temperature",
+    "swirl", "heating_value", "air_demand", "ignition_factor", "ignition_exponent", "ignition_temperature",
+    "ignition_by_ratio", "premixed_factor", "premixed_by_ratio", "premixed_by_delay", "premixed_duration",
+    "premixed_exponent",
+    "diffusion_duration", "diffusion_exponent", "reference_ratio", "reference_speed", "intake_share",
+    "intake_diameter", "intake_count", "exhaust_diameter", "exhaust_count", "curtain", "port",
+    "intake_opens", "intake_closes", "intake_lift", "exhaust_opens", "exhaust_closes", "exhaust_lift",
+    "scatter_fuel", "scatter_timing", "scatter_burn", "seed", "tolerance", "port_mass", "mass_scale", "energy_scale",
+    "wall_factor",
+)  # fmt: skip
+"""Fields of the settings, and scales that follow from them, in the order of a model's numbers."""
+
+(
+    BORE, STROKE, ROD_LENGTH, PIN_OFFSET, COMPRESSION_RATIO, CRANKCASE_PRESSURE, WALL_TEMPERATURE, SWIRL,
+    HEATING_VALUE, AIR_DEMAND, IGNITION_FACTOR, IGNITION_EXPONENT, IGNITION_TEMPERATURE, IGNITION_BY_RATIO,
+    PREMIXED_FACTOR, PREMIXED_BY_RATIO, PREMIXED_BY_DELAY, PREMIXED_DURATION, PREMIXED_EXPONENT,
+    DIFFUSION_DURATION, DIFFUSION_EXPONENT, REFERENCE_RATIO, REFERENCE_SPEED, INTAKE_SHARE,
+    INTAKE_DIAMETER, INTAKE_COUNT, EXHAUST_DIAMETER, EXHAUST_COUNT, CURTAIN, PORT_COEFFICIENT,
+    INTAKE_OPENS, INTAKE_CLOSES, INTAKE_LIFT, EXHAUST_OPENS, EXHAUST_CLOSES, EXHAUST_LIFT,
+    SCATTER_FUEL, SCATTER_TIMING, SCATTER_BURN, SEED, TOLERANCE, PORT_MASS, MASS_SCALE, ENERGY_SCALE,
+    WALL_FACTOR,
+) = range(len(NUMBERS))  # fmt: skip
+
+CHOICES = ("given_lift", "given_angle", "ends")
+"""Choices of a model: lifts are inputs; the angle is one, or 2: as soon as it moves; inputs belong to a step's end."""
+GIVEN_LIFT, GIVEN_ANGLE, ENDS = range(len(CHOICES))
+
+COMMON_INPUTS = (
+    "crank.speed", "crank.angle", "intake.pressure", "intake.temperature", "exhaust.pressure", "exhaust.temperature",
+)  # fmt: skip
+SPEED, ANGLE, INTAKE_P, INTAKE_T, EXHAUST_P, EXHAUST_T = range(len(COMMON_INPUTS))
+CYLINDER_INPUTS = ("fuel_mass", "injection_angle", "intake_lift", "exhaust_lift")
+"""Inputs of each cylinder, behind the common ones."""
+FUEL_MASS, INJECTION, LIFT_IN, LIFT_OUT = range(len(CYLINDER_INPUTS))
+OF_CYLINDER = len(CYLINDER_INPUTS)
+FIRST_CYLINDER = len(COMMON_INPUTS)
+
+HEAD = ("time", "angle", "partner_angle", "angle_seen", "last_interval", "steps", "rejected")
+TIME, OWN_ANGLE, PARTNER_ANGLE, ANGLE_SEEN, LAST_INTERVAL, STEPS, REJECTED = range(len(HEAD))
+
+INTEGRATED = (
+    "mass", "products", "energy", "delay", "burnt", "work", "wall", "intake", "exhaust", "intake_enthalpy",
+    "exhaust_enthalpy", "pool", "pool_products", "pool_enthalpy", "port",
+)  # fmt: skip
+"""Quantities of a cylinder that are integrated: gas, fuel burnt, balances, gas blown back into the ports."""
+(
+    MASS, PRODUCTS, ENERGY, DELAY, BURNT, WORK, WALL, INTAKE, EXHAUST, INTAKE_ENTHALPY,
+    EXHAUST_ENTHALPY, POOL, POOL_PRODUCTS, POOL_ENTHALPY, PORT,
+) = range(len(INTEGRATED))  # fmt: skip
+N_INTEGRATED = len(INTEGRATED)
+
+MEMORY = (
+    "phi", "pressure", "temperature", "step", "phase", "cycle", "fuel", "soi", "soi_time", "clock", "ignition", "ratio",
+    "premixed_fuel", "diffusion_fuel", "premixed_for", "diffusion_for", "closed", "closed_pressure",
+    "closed_temperature", "closed_volume", "lift_in", "lift_out", "work_start", "wall_start", "burnt_start", "peak",
+    "peak_angle", "cycle_work", "cycle_wall", "cycle_heat", "cycle_peak", "cycle_peak_angle", "cycle_delay", "injected",
+    "first_mass", "first_products", "first_energy",
+)  # fmt: skip
+"""What a cylinder remembers of its cycle."""
+(
+    PHI, PRESSURE, TEMPERATURE, STEP, PHASE, CYCLE, FUEL, SOI, SOI_TIME, CLOCK, IGNITION, RATIO,
+    PREMIXED_FUEL, DIFFUSION_FUEL, PREMIXED_FOR, DIFFUSION_FOR, CLOSED, CLOSED_PRESSURE,
+    CLOSED_TEMPERATURE, CLOSED_VOLUME, LAST_LIFT_IN, LAST_LIFT_OUT, WORK_START, WALL_START, BURNT_START, PEAK,
+    PEAK_ANGLE, CYCLE_WORK, CYCLE_WALL, CYCLE_HEAT, CYCLE_PEAK, CYCLE_PEAK_ANGLE, CYCLE_DELAY, INJECTED,
+    FIRST_MASS, FIRST_PRODUCTS, FIRST_ENERGY,
+) = range(N_INTEGRATED, N_INTEGRATED + len(MEMORY))  # fmt: skip
+SIZE = N_INTEGRATED + len(MEMORY)
+
+WAITING, ARMED, DELAYED, BURNING = 0.0, 1.0, 2.0, 3.0
+"""Phases of a cylinder's cycle: before its fuel is known, before injection, before ignition, burning or burnt."""
+
+OUTPUTS = (
+    "pressure.angle", "indicated.torque", "indicated.torque_mean", "indicated.pressure_mean", "heat.released",
+    "heat.walls", "fuel.burnt", "intake.mass", "exhaust.mass", "balance.mass", "balance.energy",
+    "solver.steps", "solver.rejected",
+)  # fmt: skip
+CYLINDER_OUTPUTS = (
+    "pressure", "temperature", "mass", "products", "pressure_mean", "pressure_peak", "peak_angle", "heat_released",
+    "wall_heat", "ignition_delay",
+)  # fmt: skip
+"""Outputs of each cylinder; from the fourth on those of its last whole cycle."""
+
+NOW = (
+    "speed", "intake_p", "intake_t", "exhaust_p", "exhaust_t", "lift_in", "lift_out", "slope_in", "slope_out",
+    "pressure", "temperature", "volume", "stiffness", "intake_h",
+)  # fmt: skip
+"""Places of the workspace: what holds over a communication step, and what the last evaluation found."""
+(
+    NOW_SPEED, NOW_INTAKE_P, NOW_INTAKE_T, NOW_EXHAUST_P, NOW_EXHAUST_T, NOW_LIFT_IN, NOW_LIFT_OUT, SLOPE_IN, SLOPE_OUT,
+    FOUND_P, FOUND_T, FOUND_V, STIFFNESS, INTAKE_H,
+) = range(len(NOW))  # fmt: skip

@@ -1,0 +1,104 @@
+"""The register of modules, and the files that describe one for an engine.
+
+A module file is TOML that names its ``module``, its ``engine`` (geometry comes from there), a ``name`` and a ``title``;
+its tables are the module's own. ``build_fmu.py`` takes its name or its path.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.named import Named, resolve
+from cranktrain.core.user_file import read_toml
+
+FOLDER = Path(__file__).parent
+
+
+class Contents(NamedTuple):
+    """What a module file makes: name, title, members of each family of variables, starts, and the FMU's data."""
+
+    name: str
+    title: str
+    counts: Mapping[str, int]
+    starts: Mapping[str, Any]
+    data: bytes
+
+
+@dataclass(frozen=True)
+class Module:
+    """One module.
+
+    Attributes
+    ----------
+    name : of its folder beside this file
+    title : what it computes
+    running : module that the FMU's slave asks, see ``cranktrain_slave.py``
+    contents : function that reads a module file, path → :class:`Contents`
+    """
+
+    name: str
+    title: str
+    running: str
+    contents: Named
+
+    @property
+    def folder(self) -> Path:
+        """Folder of its interface, documentation and data."""
+        return FOLDER / self.name
+
+    def read(self, path: Path) -> Contents:
+        """What a module file makes; ``InputError`` where it cannot be used."""
+        made = resolve(self.contents)(path)
+        assert isinstance(made, Contents)
+        return made
+
+
+MODULES = {
+    module.name: module
+    for module in (
+        Module(
+            "combustion",
+            "cylinder pressures from a single-zone cycle with gas exchange",
+            "cranktrain.modules.combustion.running",
+            "cranktrain.modules.combustion.file:contents",
+        ),
+    )
+}
+
+
+def module_files() -> dict[str, Path]:
+    """Module files that ship with the package, by name."""
+    return {path.stem: path for row in MODULES.values() for path in sorted((row.folder / "data").glob("*.toml"))}
+
+
+def module_path(name: str | Path) -> Path | None:
+    """Path of a module file by its name or path; None where it is none.
+
+    ``InputError`` for a name that begins as a module's does and is not known.
+    """
+    text = str(name)
+    if not text.endswith(".toml"):
+        known = module_files()
+        if text in known:
+            return known[text]
+        if text.partition("_")[0] in MODULES:
+            raise InputError(
+                f"unknown module '{text}': {nearest(text, known)} (or give the path of a .toml module file)"
+            )
+        return None
+    try:
+        return Path(name) if "module" in read_toml(name, "module file", "") else None
+    except InputError:
+        return None
+
+
+def module_of(path: Path) -> Module:
+    """The module that a module file names; ``InputError`` for one that is not known."""
+    named = read_toml(path, "module file", f"shipped: {', '.join(module_files())}").get("module")
+    if not isinstance(named, str) or named not in MODULES:
+        raise InputError(f"{path.name}: module: '{named}' is not known; {nearest(str(named), MODULES)}")
+    return MODULES[named]
