@@ -354,6 +354,14 @@ def coupling() -> str:
     return table(("rule, order", *(f"{step}°" for step in steps)), rows)
 
 
+# Part of docs/combustion.md -------------------------------------------------------------------------------------------
+
+
+def combustion() -> str:
+    """The combustion module by itself, and its picture."""
+    return python("examples/combustion.py", "docs/combustion.png")
+
+
 # Whole pages and pictures ---------------------------------------------------------------------------------------------
 
 
@@ -400,6 +408,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "damper": ("benchmarks.md", damper),
     "torsional_run_up": ("benchmarks.md", torsional_run_up),
     "coupling": ("fmu.md", coupling),
+    "combustion": ("combustion.md", combustion),
     "inherited_damping": ("decisions/0020-inherited-damping.md", inherited_damping),
 }
 """Document and maker of each part that stands between marks."""

@@ -3,6 +3,7 @@
 import importlib.util
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from cranktrain.engine.file import load_engine
@@ -35,6 +36,26 @@ def test_fmu_input(tmp_path):
     assert example("fmu_input").main(tmp_path) == pytest.approx(13.456e6, rel=1e-4)
     for name in ("fmu_pressures.csv", "fmu_run_up.csv"):
         assert (tmp_path / name).read_text() == (EXAMPLES / name).read_text()
+
+
+def test_combustion(tmp_path, capsys):
+    picture = tmp_path / "combustion.png"
+    assert example("combustion").main(str(picture)) == pytest.approx(13.48e6, rel=2e-3)
+    assert picture.stat().st_size > 10_000 and "| 2000 | 13.48 |" in capsys.readouterr().out
+
+
+def test_combustion_calibration(tmp_path, capsys):
+    """A trace that the module itself made is met by the fit, and its peak pressure over the speed by that trace's."""
+    module = example("combustion_calibration")
+    trace = np.array([[60.0, 0.27], [180.0, 0.27], [670.0, 0.26], [720.0, 0.26]])
+    values = np.array([v.start for v in module.VALUES]) * 1.03
+    at, pressures = module.cycle(module.with_values(module.cylinder(trace, 210.0), values), 210.0)
+    rows = [*trace[:2], *np.column_stack([at + 360.0, pressures])[180:601:6], *trace[2:]]
+    (tmp_path / "trace.csv").write_text("\n".join(f"{a};{p}" for a, p in rows))
+    (tmp_path / "peaks.csv").write_text(f"{210.0 / module.RPM};{pressures.max()}\n1000;{pressures.max()}")
+    found, left = module.main(str(tmp_path / "trace.csv"), str(tmp_path / "peaks.csv"))
+    assert left < 2e-3 * pressures.max() and found[1] == pytest.approx(values[1], rel=0.02)
+    assert "start of injection that meets it" in capsys.readouterr().out
 
 
 def test_roller_stiffness():

@@ -104,7 +104,7 @@ def rates(model, work, state, base, phi, time, values, out):
     n, now, gas = model.numbers, work.now, model.gas
     mass = values[at.MASS]
     share = values[at.PRODUCTS] / mass
-    t = temperature_of(gas, share, values[at.ENERGY] / mass, state[base + at.TEMPERATURE])
+    t = temperature_of(gas, share, values[at.ENERGY] / mass, now[at.FOUND_T])
     if not (mass > 0.0 and t > 0.0):
         return COLD
     v = volume(n, phi)

@@ -52,12 +52,15 @@ POLYNOMIALS = {
 """Coefficients of c_p/R by powers of T, below and above 1000 K."""
 
 POWERS = 5
-H_0 = 5
-R_GAS = 6
-COLUMNS = 7
-"""Columns of a gas in :func:`gas_table`: c_p by powers of T, constant of the enthalpy, gas constant."""
+RISE = 5
+H_0 = 10
+R_GAS = 11
+COLUMNS = 12
+"""Columns of a gas in :func:`gas_table`: c_p by powers of T, those of its integral, its constant, gas constant."""
 AIR_ROW, PRODUCTS_ROW = 0, 2
 """First of the two rows, below and above 1000 K, of each gas."""
+CONVERGED = 1.0e-6
+"""Change of a temperature, over itself, behind which Newton's next one is rounding."""
 _NEWTON = 30
 
 
@@ -83,7 +86,7 @@ def gas_table(hydrogen_per_carbon: float) -> Array:
 def constant_gas(heat_capacity: float, gas_constant: float) -> Array:
     """Table of a gas of constant c_p, J/(kg K), in place of air and products: for comparison with closed forms."""
     row = np.zeros(COLUMNS)
-    row[0], row[H_0], row[R_GAS] = heat_capacity, -heat_capacity * REFERENCE, gas_constant
+    row[[0, RISE]], row[H_0], row[R_GAS] = heat_capacity, -heat_capacity * REFERENCE, gas_constant
     return np.tile(row, (4, 1))
 
 
@@ -94,10 +97,11 @@ def _rows(shares: dict[str, float]) -> Array:
     for k in range(2):
         rows[k, :POWERS] = sum(share * np.array(POLYNOMIALS[name][k]) for name, share in shares.items())
     rows *= UNIVERSAL / mass
+    rows[:, RISE : RISE + POWERS] = rows[:, :POWERS] / np.arange(1, POWERS + 1)
     rows[:, R_GAS] = UNIVERSAL / mass
 
     def rise(k: int, temperature: float) -> float:
-        return float(sum(rows[k, i] * temperature ** (i + 1) / (i + 1) for i in range(POWERS)))
+        return float(sum(rows[k, RISE + i] * temperature ** (i + 1) for i in range(POWERS)))
 
     rows[0, H_0] = -rise(0, REFERENCE)
     rows[1, H_0] = rise(0, MIDDLE) + rows[0, H_0] - rise(1, MIDDLE)
@@ -111,27 +115,29 @@ def gas_constant(gas, share):
 
 
 @kernel
-def heat_capacity(gas, share, temperature):
-    """c_p of a mixture at a temperature, J/(kg K)."""
+def enthalpy_and_capacity(gas, share, temperature):
+    """Sensible enthalpy, J/kg, and c_p, J/(kg K), of a mixture at a temperature."""
     t = min(max(temperature, LOWEST), HIGHEST)
     k = 0 if t < MIDDLE else 1
-    value = 0.0
+    air, product = AIR_ROW + k, PRODUCTS_ROW + k
+    rise = capacity = 0.0
     for i in range(POWERS - 1, -1, -1):
-        value = value * t + gas[AIR_ROW + k, i] + share * (gas[PRODUCTS_ROW + k, i] - gas[AIR_ROW + k, i])
-    return value
+        capacity = capacity * t + gas[air, i] + share * (gas[product, i] - gas[air, i])
+        rise = rise * t + gas[air, RISE + i] + share * (gas[product, RISE + i] - gas[air, RISE + i])
+    constant = gas[air, H_0] + share * (gas[product, H_0] - gas[air, H_0])
+    return rise * t + constant + capacity * (temperature - t), capacity
+
+
+@kernel
+def heat_capacity(gas, share, temperature):
+    """c_p of a mixture at a temperature, J/(kg K)."""
+    return enthalpy_and_capacity(gas, share, temperature)[1]
 
 
 @kernel
 def enthalpy(gas, share, temperature):
     """Sensible enthalpy of a mixture, J/kg."""
-    t = min(max(temperature, LOWEST), HIGHEST)
-    k = 0 if t < MIDDLE else 1
-    value = 0.0
-    for i in range(POWERS - 1, -1, -1):
-        value = value * t + (gas[AIR_ROW + k, i] + share * (gas[PRODUCTS_ROW + k, i] - gas[AIR_ROW + k, i])) / (i + 1)
-    constant = gas[AIR_ROW + k, H_0] + share * (gas[PRODUCTS_ROW + k, H_0] - gas[AIR_ROW + k, H_0])
-    value = value * t + constant
-    return value if t == temperature else value + heat_capacity(gas, share, t) * (temperature - t)
+    return enthalpy_and_capacity(gas, share, temperature)[0]
 
 
 @kernel
@@ -146,11 +152,11 @@ def temperature_of(gas, share, energy, guess):
     r = gas_constant(gas, share)
     t = guess
     for _ in range(_NEWTON):
-        missing = energy - (enthalpy(gas, share, t) - r * t)
-        change = missing / (heat_capacity(gas, share, t) - r)
+        h, c = enthalpy_and_capacity(gas, share, t)
+        change = (energy - (h - r * t)) / (c - r)
         if not abs(change) < 1.0e6:
             return -1.0
         t = max(t + change, 0.5 * t)
-        if abs(change) <= 1.0e-11 * t:
+        if abs(change) <= CONVERGED * t:
             return t
     return -1.0

@@ -107,6 +107,7 @@ def first_rates(model, work, state, base, time):
     """Rates at the state into row FIRST; a status."""
     for k in range(at.N_INTEGRATED):
         work.rows[TRIAL, k] = state[base + k]
+    work.now[at.FOUND_T] = state[base + at.TEMPERATURE]  # what Newton's method sets out from is part of the state
     return stage(model, work, state, base, state[base + at.PHI], time, FIRST)
 
 

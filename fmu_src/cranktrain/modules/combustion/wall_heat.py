@@ -23,7 +23,7 @@ MOTORED_EXPONENT = 1.35
 @kernel
 def woschni_coefficient(pressure, temperature, bore, gas_speed):
     """Coefficient of heat transfer, W/(m² K), at a pressure (Pa), temperature (K), bore (m) and gas speed w (m/s)."""
-    return 130.0 * bore**-0.2 * (1.0e-5 * pressure) ** 0.8 * temperature**-0.53 * gas_speed**0.8
+    return 130.0 * bore**-0.2 * (1.0e-5 * pressure * gas_speed) ** 0.8 * temperature**-0.53
 
 
 @kernel
