@@ -7,7 +7,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from combustion import RPM, running, six
+from combustion_cycles import RPM, running, six
 from fmpy import read_csv, read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
 

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from combustion import RPM, output, running, single, six, turn
+from combustion_cycles import RPM, output, running, single, six, turn
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
