@@ -14,17 +14,19 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from bodies import six
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError, SolverError, StoreError
-from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import simulate
+from cranktrain.dynamics.cycle_run import output_judge, run_cycles
+from cranktrain.dynamics.model.settings import Settings, resolved
+from cranktrain.dynamics.simulation import Parts, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.results.run_up.run_up import RunUp
-from cranktrain.structure.assembly import assemble
+from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.studies.run_up.free_decay import largest_decay
 from cranktrain.studies.run_up.plan import job_of, run_up_speeds
 from cranktrain.studies.run_up.refine import speeds_between
@@ -58,6 +60,29 @@ def test_a_steady_cycle_from_neighbours_is_the_last_of_a_long_run(made):
     swing = long.last_cycle("pulley.torsion")[1]
     least, _, largest = found.extremes["pulley.torsion"]
     assert np.abs([least - swing.min(), largest - swing.max()]).max() < 1e-5 * np.ptp(swing)
+
+
+@pytest.mark.parametrize(
+    ("rpm", "settle"),
+    [
+        (1600.0, 1e-6),
+        *(pytest.param(rpm, settle, marks=pytest.mark.slow) for rpm in (1200.0, 2180.0) for settle in (1e-4, 1e-6)),
+    ],
+)
+def test_every_family_of_outputs_is_that_of_a_long_run(rpm, settle):
+    """Solid crank on films, whose torsion and collar settle by what the neighbours taught (benchmarks/long_run.py)."""
+    engine, body = six()
+    runs = SteadyRuns(
+        Job(Assembly(engine, resolved(Settings(), engine), body, Parts()), None, settle, 24.0, ("pulley.torsion",))
+    )
+    near = [runs.at((rpm - 40.0) * RPM).start]
+    near = [runs.at((rpm - 20.0) * RPM, near).start, *near]
+    runs.enter(rpm * RPM, near)
+    long, found = run_cycles(runs.simulation, 60, 1e-6, None, None), runs.settled(rpm * RPM, near)
+    rows = [np.stack([values[-long.per_cycle :] for values in run.outputs.values()], axis=1) for run in (long, found)]
+    judge = output_judge(engine, {name: k for k, name in enumerate(long.outputs)})
+    assert found.settling.repeats == 1 and long.settling.worst[1] < 0.1 * settle
+    assert max(judge.left(*rows).values()) < settle
 
 
 def test_neighbours_save_cycles(made):
