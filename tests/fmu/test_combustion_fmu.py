@@ -11,9 +11,11 @@ from combustion_cycles import RPM, running, six
 from fmpy import read_csv, read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
 
-from cranktrain.core.errors import InputError
+from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.fmu import archive, module_fmu
 from cranktrain.fmu.build import build_fmu
+from cranktrain.modules.combustion.settings import with_chosen
+from cranktrain.modules.combustion.simulation import CombustionSimulation
 from cranktrain.modules.register import MODULES, module_files, module_path
 
 
@@ -172,3 +174,37 @@ def test_the_model_description_tells_the_geometry(combustion_fmu):
     assert [float(starts[f"cylinder[{i}].firing_angle"]) for i in range(1, 7)] == pytest.approx(
         list(six().firing_angles)
     )
+
+
+def test_whatever_the_interface_allows_runs_or_is_refused():
+    """Parameters and inputs at their bounds and anywhere between, steps from a picosecond to a twentieth of a second."""
+    variables = module_fmu.module_product(module_files()["combustion_i6"]).variables
+    of = {cause: [v for v in variables if v.causality == cause] for cause in ("parameter", "input")}
+    random = np.random.default_rng(16)
+
+    def value(variable):
+        if variable.type == "String":
+            return str(random.choice(variable.choices))
+        low = -1e3 if variable.min is None else variable.min
+        high = 1e3 if variable.max is None else variable.max
+        near = min(max(variable.start * 10.0 ** random.normal(0.0, 0.5), low), high)
+        return float(random.choice([low, high, near, near, random.uniform(low, high)]))
+
+    ran = refused = 0
+    for _ in range(40):
+        picked = random.choice(of["parameter"], size=random.integers(0, 5), replace=False)
+        chosen = {v.setting: value(v) for v in picked if v.setting not in ("tolerance", "start_cycles")}
+        try:
+            simulation = CombustionSimulation(with_chosen(six(), chosen))
+            for k in random.choice(len(of["input"]), size=random.integers(0, 6), replace=False):
+                simulation.inputs[k] = value(of["input"][k])
+            simulation.inputs[:2] = random.choice([0.0, 1.0, 50.0, 200.0, 500.0]), 0.0
+            simulation.initialize()
+            for _ in range(10):
+                simulation.step(simulation.time + 10.0 ** random.uniform(-12.0, -1.3))
+                assert np.isfinite(simulation.outputs).all(), chosen
+            ran += 1
+        except CranktrainError as error:
+            assert "\n" not in str(error)
+            refused += 1
+    assert ran > 20 and refused > 3

@@ -24,6 +24,8 @@ LONGEST = math.radians(2.0) * (1.0 + 1.0e-9)
 """Longest step, rad of crank angle: two degrees, rounding included."""
 STABLE = 2.0
 """Longest step over the time in which a valve's flow evens out nearly equal pressures: damped; 3.3 would be stable."""
+MOST_PASSES = 2_000_000
+"""Steps of one cylinder in a communication step, beyond which it has failed: seconds at most."""
 SHORTEST = 1.0e-13
 """Shortest step, s: below it a step that is still refused has failed."""
 FAILED = 2
@@ -65,7 +67,10 @@ def attempt(model, work, state, base, time, h):
             scale = numbers[at.MASS_SCALE]
         elif k == at.ENERGY:
             scale = numbers[at.ENERGY_SCALE]
-        worst = max(worst, abs(h * total) / (numbers[at.TOLERANCE] * scale))
+        error = abs(h * total) / (numbers[at.TOLERANCE] * scale)
+        if not error < 1.0e30:
+            return -1.0
+        worst = max(worst, error)
     return worst
 
 
@@ -115,8 +120,11 @@ def first_rates(model, work, state, base, time):
 def advance_cylinder(model, work, state, i, base, inputs, interval):
     """Advance cylinder i, whose block begins at ``base``, by a time, s, at the speed of the workspace; a status."""
     speed = work.now[at.NOW_SPEED]
-    time, again = 0.0, True
+    time, again, passes = 0.0, True, 0
     while time < interval * (1.0 - 1.0e-14):
+        passes += 1
+        if passes > MOST_PASSES:
+            return FAILED
         if again and first_rates(model, work, state, base, time) != OK:
             return FAILED
         again = False
@@ -139,7 +147,7 @@ def advance_cylinder(model, work, state, i, base, inputs, interval):
             if 0.0 <= error <= 1.0:
                 break
             state[at.REJECTED] += 1.0
-            h *= _SHRINK if error < 0.0 else max(_SHRINK, _SAFETY * error**-0.2)
+            h *= max(_SHRINK, _SAFETY * error**-0.2) if error > 1.0 else _SHRINK
             lands = False
             wanted = h
             if h < SHORTEST:
