@@ -83,13 +83,23 @@ def library() -> str:
 
 
 def fmu_variables() -> str:
-    """The FMU's variables as ``modelDescription/interface.toml`` lists them."""
-    interface = tomllib.loads((ROOT / "modelDescription" / "interface.toml").read_text("utf-8"))
+    """The FMUs' variables: the cranktrain's, and those of the modules beside it."""
+    from cranktrain.modules.register import MODULES
+
+    sections = {"Cranktrain": ROOT / "modelDescription"}
+    sections |= {name.replace("_", " ").capitalize(): module.folder for name, module in MODULES.items()}
+    return "# FMU variables\n\n" + "\n".join(_variables(title, folder) for title, folder in sections.items())
+
+
+def _variables(title: str, folder: Path) -> str:
+    """The variables that one ``interface.toml`` lists."""
+    interface = tomllib.loads((folder / "interface.toml").read_text("utf-8"))
     rows = [
         f"| `{v['name']}` | {v['causality']} | {v.get('unit', '')} | {' '.join(v['description'].split())} |"
         for v in interface["variable"]
     ]
-    head = "# FMU variables\n\nMade from `modelDescription/interface.toml`.\n\n| name | causality | unit | |\n"
+    place = (folder / "interface.toml").relative_to(ROOT)
+    head = f"## {title}\n\nMade from `{place.as_posix()}`.\n\n| name | causality | unit | |\n"
     return head + "| --- | --- | --- | --- |\n" + "\n".join(rows) + "\n"
 
 

@@ -34,6 +34,9 @@ from cranktrain.engine.torsional_chain import read_chain
 from cranktrain.film.table.database import FilmTable, TableSettings, table_axes
 from cranktrain.film.table.interpolation import TableArrays
 from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.modules.combustion.file import load
+from cranktrain.modules.combustion.simulation import CombustionSimulation
+from cranktrain.modules.register import module_files, module_of
 from cranktrain.results.orders.measured import read_measured_orders
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.store.film_tables import DATASETS, load_film_table, save_film_table
@@ -189,6 +192,15 @@ def scene(rng, folder):
     holds(0.0 <= found.load <= 2.0, "load")
     holds(found.cycles is None or 2 <= found.cycles <= 10000, "cycles")
     holds(found.step is None or 0.001 <= math.degrees(found.step) <= 30.0 + 1e-9, "step")
+
+
+def module(rng, folder):
+    """A module file: accepted, its values are finite and a simulation can be made of them."""
+    text = rng.choice(list(module_files().values())).read_text("utf-8")
+    path = written(folder / "own.toml", spoilt(rng, text))
+    found = module_of(path).read(path)
+    holds(all(math.isfinite(v) for v in found.starts.values() if isinstance(v, float)), "starts")
+    CombustionSimulation(load(path))
 
 
 def targets(rng, folder):
@@ -428,7 +440,7 @@ def command(rng, folder):
 
 KINDS = (
     engine, engine, engine, engine, pressure, pressure, scene, scene, command, command, command, targets, chain,
-    film_table, measured, superelement, run_up_file,
+    film_table, measured, superelement, run_up_file, module,
 )  # fmt: skip
 
 

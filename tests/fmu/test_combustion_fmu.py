@@ -177,7 +177,7 @@ def test_the_model_description_tells_the_geometry(combustion_fmu):
 
 
 def test_whatever_the_interface_allows_runs_or_is_refused():
-    """Parameters and inputs at their bounds and anywhere between, steps from a picosecond to a twentieth of a second."""
+    """Parameters and inputs at their bounds and between, steps from a picosecond to a twentieth of a second."""
     variables = module_fmu.module_product(module_files()["combustion_i6"]).variables
     of = {cause: [v for v in variables if v.causality == cause] for cause in ("parameter", "input")}
     random = np.random.default_rng(16)
@@ -192,7 +192,7 @@ def test_whatever_the_interface_allows_runs_or_is_refused():
 
     ran = refused = 0
     for _ in range(40):
-        picked = random.choice(of["parameter"], size=random.integers(0, 5), replace=False)
+        picked = random.choice(of["parameter"], size=random.integers(0, 9), replace=False)
         chosen = {v.setting: value(v) for v in picked if v.setting not in ("tolerance", "start_cycles")}
         try:
             simulation = CombustionSimulation(with_chosen(six(), chosen))
@@ -207,4 +207,4 @@ def test_whatever_the_interface_allows_runs_or_is_refused():
         except CranktrainError as error:
             assert "\n" not in str(error)
             refused += 1
-    assert ran > 20 and refused > 3
+    assert ran > 15 and refused > 3, (ran, refused)
