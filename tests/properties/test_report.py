@@ -27,7 +27,7 @@ from cranktrain.studies.report.page import missing, page
 from cranktrain.studies.report.sections import SECTIONS
 from cranktrain.studies.report.vibration import cycle
 
-EMPTY_TAGS = {"meta", "img", "line", "polyline", "br", "i"}
+EMPTY_TAGS = {"meta", "circle", "img", "line", "polyline", "br", "i"}
 ENGINE = load_engine("diesel_i6")
 
 
@@ -169,6 +169,34 @@ def test_curves_hold_the_numbers_of_the_run_up(found):
     np.testing.assert_allclose(data["y"]["order 6"], np.degrees(np.abs(run.order(6.0))), rtol=1e-3)
     axial = charts(page(found))["Axial motion of the pulley, orders over the speed, run-up"]
     np.testing.assert_allclose(axial["y"]["order 9"], 1e6 * np.abs(found.run_up.order(9.0, AXIAL)), rtol=1e-3)
+
+
+def test_measured_orders_lie_on_the_charts_and_stand_beside_the_computed_ones(found):
+    """At twice the computed amplitude the computed one is 50 % below; a point beyond the run-up has none beside it."""
+    run = found.torsion.run_up
+    speeds, sizes = run.speeds[[10, 60]], 2.0 * np.abs(run.order(6.0))[[10, 60]]
+    beyond = np.array([run.speeds[-1] * 1.1])
+    measured = {TORSION: {6.0: (speeds, sizes), 9.0: (beyond, np.array([1e-3])), 4.0: (speeds, sizes)}}
+    text = page(Findings(**{**vars(found), "measured": measured}))
+    for words in ("without damper", "with damper", "run-up"):
+        chart = text.split(f"Torsion of the pulley, orders over the speed, {words}", 1)[1].split("</figure>")[0]
+        assert chart.count("<circle") == chart.count("order 6, measured") == 2 and ">measured<" in chart
+    _, *rows = Reader(text).tables["Torsion of the pulley, measured and computed"][:3]
+    k = int(sizes.argmax())
+    assert [row[0] for row in rows] == ["6", "9"]  # the run-up has no order 4
+    assert rows[0][1] == f"{speeds[k] * 30.0 / math.pi:.0f}" and rows[0][-1] == "-50 %"
+    assert rows[0][2] == f"{math.degrees(sizes[k]):.3g}" and rows[0][3] == f"{math.degrees(sizes[k] / 2):.3g}"
+    assert rows[1][-2:] == [NOTHING, NOTHING]
+    assert "measured" not in Reader(page(found)).tables and "<circle" not in page(found)
+
+
+def test_measured_orders_that_are_none_are_refused_before_the_work(tmp_path, capsys):
+    path = tmp_path / "orders.csv"
+    path.write_text("speed_rpm,order,amplitude,unit\n2380,6.2,0.21,deg\n")
+    command = ["report", "diesel_i6", "--measured", str(path), "--output", str(tmp_path / "report.html")]
+    assert main(command) == 2
+    assert "orders.csv, line 2: order 6.2 is no multiple of a half" in capsys.readouterr().err
+    assert not (tmp_path / "report.html").exists()
 
 
 def test_the_damper_takes_off_what_both_run_ups_differ_by(found):

@@ -43,6 +43,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="run the verbs whose data is missing, one after the other, into this folder; what it holds is kept and "
         "an interrupted run-up goes on (minutes to an hour)",
     )  # fmt: skip
+    add(
+        "--measured", metavar="FILE.csv",
+        help="measured orders, drawn over the computed ones: columns speed_rpm, order, amplitude, unit, zero to peak",
+    )  # fmt: skip
     add("--quick", action="store_true", help="torsion at fewer speeds, linear, without inherited damping: seconds")
 
 
@@ -62,7 +66,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         folders.append(Path(options.make))
     folders += [folder for folder in FOLDERS if folder.is_dir()]
     with stages(engine.name) as tell:
-        found = findings(options.engine, options.run_up, folders, options.quick, tell)
+        found = findings(options.engine, options.run_up, folders, options.quick, tell, options.measured)
     if options.make is not None:
         seconds = _make(found, options.engine, options.make)
         found = replace(found, seconds=found.seconds | seconds, **files_of_verbs(engine, options.run_up, folders))

@@ -6,6 +6,7 @@ import html
 import json
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,13 @@ LEFT, RIGHT, TOP, BOTTOM = 72, 660, 14, 308
 COLOURS = ("#1f5a94", "#d9822b", "#3b8f3b", "#b5373b", "#7b52ab", "#5f6b73", "#c2459a", "#1b9aa0")
 NAMED = 7
 """Curves that a chart names; the others are thin and grey."""
+GREY = "#b9c0c8"
+MEASURED = "measured"
+_MORE = {
+    "others": f"<i style='background:{GREY}'></i>",
+    MEASURED: "<i style='width:.6em;height:.6em;border:.1em solid #444e5a;border-radius:50%'></i>",
+}
+"""What stands before the names of things that have no colour of their own."""
 
 
 class Axis(NamedTuple):
@@ -46,6 +54,7 @@ def line_chart(
     labels: tuple[str, str],
     step: float = 0.0,
     colours: Sequence[str] = COLOURS,
+    points: Mapping[str, tuple[Array, Array]] = MappingProxyType({}),
 ) -> str:
     """A figure of curves (n,) over x (n,), increasing; the first NAMED in colours, in the order given.
 
@@ -55,22 +64,33 @@ def line_chart(
     labels : of both axes, with units
     step : of the numbers along x; 0 leaves it open
     colours : of the curves that are named
+    points : measured x (k,) and y (k,) of curves, by their names
     """
-    values = np.concatenate([np.asarray(y, dtype=float) for y in curves.values()])
+    within = {name: _within(x, *measured) for name, measured in points.items()}
+    every = [*curves.values(), *(y for _, y in within.values())]
+    values = np.concatenate([np.asarray(y, dtype=float) for y in every])
     low, high = min(0.0, float(np.nanmin(values))), max(0.0, float(np.nanmax(values)))
     room = 0.06 * (high - low or 1.0)
     across = Axis(labels[0], float(x[0]), float(x[-1]), step)
     up = Axis(labels[1], low - (room if low < 0.0 else 0.0), high + room)
     parts = [*_frame(across, up)]
     for k, (name, y) in reversed(list(enumerate(curves.items()))):
-        colour, thickness = (colours[k], 1.8) if k < NAMED else ("#b9c0c8", 0.8)
-        for points in _pieces(across, up, x, y):
+        colour, thickness = (colours[k], 1.8) if k < NAMED else (GREY, 0.8)
+        for corners in _pieces(across, up, x, y):
             parts.append(
-                f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="{thickness}">'
+                f'<polyline points="{corners}" fill="none" stroke="{colour}" stroke-width="{thickness}">'
                 f"<title>{html.escape(name)}</title></polyline>"
             )
+    for k, name in enumerate(curves):
+        colour = colours[k] if k < NAMED else GREY
+        for place, value in zip(*(values.tolist() for values in within.get(name, ())), strict=True):
+            parts.append(
+                f'<circle cx="{_x(across, place)}" cy="{_y(up, value)}" r="3.5" fill="white" stroke="{colour}" '
+                f'stroke-width="1.6"><title>{html.escape(name)}, measured</title></circle>'
+            )
     named = dict(list(curves.items())[:NAMED])
-    return _figure(title, parts, across, x, named, colours, others=len(curves) > NAMED)
+    more = ["others"] * (len(curves) > NAMED) + [MEASURED] * any(x.size for x, _ in within.values())
+    return _figure(title, parts, across, x, named, colours, more)
 
 
 def bar_chart(title: str, x: Array, bars: Mapping[str, Array], labels: tuple[str, str]) -> str:
@@ -98,12 +118,12 @@ def _figure(
     x: Array,
     named: Mapping[str, Array],
     colours: Sequence[str],
-    others: bool = False,
+    more: Sequence[str] = (),
 ) -> str:
-    """A figure with the key of its colours and what the page's script reads out; ``others``: grey curves besides."""
+    """A figure with the key of its colours and what the page's script reads out; ``more``: what is in it besides."""
     pairs = zip(colours, named, strict=False)
     keys = "".join(f'<span><i style="background:{colour}"></i>{html.escape(name)}</span>' for colour, name in pairs)
-    grey = "<span><i style='background:#b9c0c8'></i>others</span>" if others else ""
+    grey = "".join(f"<span>{_MORE[what]}{what}</span>" for what in more)
     data = {
         "x": [float(f"{v:.6g}") for v in x],
         "y": {name: [float(f"{v:.4g}") if math.isfinite(v) else None for v in y] for name, y in named.items()},
@@ -117,6 +137,12 @@ def _figure(
         f'y2="{BOTTOM}"/></svg></div><div class="keys">{keys}{grey}</div><div class="readout" aria-live="off"></div>'
         f'<figcaption>{html.escape(title)}</figcaption><script type="application/json">{text}</script></figure>'
     )
+
+
+def _within(x: Array, places: Array, values: Array) -> tuple[Array, Array]:
+    """Points between the ends of an axis."""
+    inside = (places >= x[0]) & (places <= x[-1])
+    return places[inside], values[inside]
 
 
 def _frame(across: Axis, up: Axis) -> list[str]:

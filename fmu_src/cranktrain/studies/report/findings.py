@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.engine.model import Engine
+from cranktrain.results.orders.measured import Measured, read_measured_orders
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.structure.assembly import assemble
@@ -49,6 +50,7 @@ class Findings:
     damped : the same with the engine's damper, None where it has none
     run_up : a run-up of any level that the user gave or a folder holds, None where there is none
     damped_run_up : likewise, with the engine's damper
+    measured : measured orders that the user gave; empty where there are none
     pictures : files by name, from the folders that the user gave
     seconds : wall time by stage
     """
@@ -62,6 +64,7 @@ class Findings:
     damped_run_up: RunUp | None
     pictures: dict[str, Path]
     seconds: dict[str, float]
+    measured: Measured = field(default_factory=dict)
 
 
 def findings(
@@ -70,6 +73,7 @@ def findings(
     folders: Sequence[Path] = (),
     quick: bool = False,
     say: Callable[[str], None] = lambda stage: None,
+    measured: str | Path | None = None,
 ) -> Findings:
     """Compute and read what a report shows.
 
@@ -84,8 +88,10 @@ def findings(
     quick : fewer speeds, linear, without the damping that the torsional crank has from the level above, and frequencies
         on ground alone
     say : told each stage
+    measured : file of measured orders (:mod:`cranktrain.results.orders.measured`)
     """
     engine = load_engine(name)
+    orders = {} if measured is None else read_measured_orders(measured)
     read = files_of_verbs(engine, run_up, folders)
     seconds = {}
     start = time.perf_counter()
@@ -96,7 +102,7 @@ def findings(
     torsion = _torsion(engine, False, quick, say)
     damped = None if engine.damper is None else _torsion(engine, True, quick, say)
     seconds["torsional run-ups"] = time.perf_counter() - start
-    return Findings(engine, engine_provenance(name), modes, torsion, damped, seconds=seconds, **read)
+    return Findings(engine, engine_provenance(name), modes, torsion, damped, seconds=seconds, measured=orders, **read)
 
 
 def files_of_verbs(engine: Engine, run_up: str | Path | None, folders: Sequence[Path]) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -40,7 +40,7 @@ def torsion(found: Findings) -> list[str]:
         "Amplitudes are zero to peak."
     )
     run = found.torsion.run_up
-    parts = [paragraph(note), _orders(run, TORSION, "without damper"), table(_peaks(found.torsion))]
+    parts = [paragraph(note), *_beside(found, run, TORSION, "without damper"), table(_peaks(found.torsion))]
     return [*parts, paragraph(_UNEVEN), *_twist(run, "without damper")]
 
 
@@ -54,7 +54,7 @@ def damper(found: Findings) -> list[str]:
         "at the peak: the fluid drags the ring along, so they lie below those without."
     )
     return [
-        paragraph(note), _orders(after, TORSION, "with damper"), table(_peaks(found.damped)),
+        paragraph(note), *_beside(found, after, TORSION, "with damper"), table(_peaks(found.damped)),
         table(_taken_off(before, after, "")),
     ]  # fmt: skip
 
@@ -72,9 +72,11 @@ def torsion_cycles(found: Findings) -> list[str]:
 def whole_torsion(found: Findings) -> list[str]:
     """Torsional orders of the run-up that was given."""
     run, damped = found.run_up, found.damped_run_up
-    parts = [] if run is None else [paragraph(_levels(run)), _orders(run, TORSION, "run-up"), *_twist(run, "run-up")]
+    parts = []
+    if run is not None:
+        parts += [paragraph(_levels(run)), *_beside(found, run, TORSION, "run-up"), *_twist(run, "run-up")]
     if damped is not None:
-        parts += [paragraph(_levels(damped)), _orders(damped, TORSION, "run-up with damper")]
+        parts += [paragraph(_levels(damped)), *_beside(found, damped, TORSION, "run-up with damper")]
     if run is not None and damped is not None:
         parts.append(table(_taken_off(run, damped, ", run-ups")))
     return parts
@@ -85,7 +87,7 @@ def axial(found: Findings) -> list[str]:
     run = found.run_up
     if run is None or AXIAL not in run.amplitudes:
         return []
-    parts = [paragraph(_levels(run)), _orders(run, AXIAL, "run-up")]
+    parts = [paragraph(_levels(run)), *_beside(found, run, AXIAL, "run-up")]
     if AXIAL in run.extremes:
         names = {"largest": LARGEST, "mean": MEAN, "least": LEAST}
         curves = {name: 1e6 * run.extremes[AXIAL][:, column] for name, column in names.items()}
@@ -104,15 +106,47 @@ def axial(found: Findings) -> list[str]:
     return parts
 
 
-def _orders(run: RunUp, output: str, words: str, what: str = "") -> str:
-    """Chart of an output's orders over the speed, the strongest named; an order has its colour on all charts."""
+def _beside(found: Findings, run: RunUp, output: str, words: str) -> list[str]:
+    """Chart of an output's orders over the speed, and what of them was measured."""
+    measured = {order: points for order, points in found.measured.get(output, {}).items() if order in run.orders}
+    chart = _orders(run, output, words, measured=measured)
+    return [chart, table(_measured(run, output, measured))] if measured else [chart]
+
+
+def _measured(run: RunUp, output: str, measured: Mapping[float, tuple[Array, Array]]) -> Table:
+    """Largest measured amplitude of each order beside the computed one at its speed."""
+    scale, unit, what = _UNITS[output]
+    rows = []
+    for order, (speeds, amplitudes) in measured.items():
+        k = int(amplitudes.argmax())
+        computed = np.interp(speeds[k], run.speeds, np.abs(run.order(order, output)), math.nan, math.nan)
+        texts = f"{order:g}", f"{speeds[k] * RPM:.0f}", f"{scale * amplitudes[k]:.3g}"
+        if amplitudes[k] > 0.0 and math.isfinite(computed):
+            off = 100.0 * (computed / amplitudes[k] - 1.0)
+            rows.append((*texts, f"{scale * computed:.3g}", f"{off:+z.0f} %"))
+        else:
+            rows.append((*texts, NOTHING, NOTHING))
+    header = ("order", "largest measured at / rev/min", f"measured / {unit}", f"computed there / {unit}", "off")
+    return Table(f"{what} of the pulley, measured and computed", header, tuple(rows))
+
+
+def _orders(
+    run: RunUp, output: str, words: str, what: str = "", measured: Mapping[float, tuple[Array, Array]] | None = None
+) -> str:
+    """Chart of an output's orders over the speed, the strongest and the ``measured`` ones named.
+
+    An order has its colour on all charts.
+    """
     scale, unit, name = _UNITS[output]
-    ranked = _strongest(run, output)
+    measured = measured or {}
+    ranked = sorted(_strongest(run, output), key=lambda order: order not in measured)
     shown = [*sorted(ranked[:NAMED]), *ranked[NAMED:]]
     curves = {f"order {order:g}": scale * np.abs(run.order(order, output)) for order in shown}
     title = f"{what or name + ' of the pulley'}, orders over the speed, {words}"
     colours = [_COLOURS[round(2.0 * order) % len(_COLOURS)] for order in shown]
-    return line_chart(title, run.speeds_rpm, curves, ("speed / rev/min", f"zero to peak / {unit}"), colours=colours)
+    points = {f"order {order:g}": (RPM * speeds, scale * sizes) for order, (speeds, sizes) in measured.items()}
+    labels = "speed / rev/min", f"zero to peak / {unit}"
+    return line_chart(title, run.speeds_rpm, curves, labels, colours=colours, points=points)
 
 
 _UNEVEN = (
