@@ -284,6 +284,37 @@ def test_received_angles_are_turned_on_by_the_speed():
         assert end.outputs[0] == end.inputs[1]
 
 
+def test_the_angle_of_a_swinging_crank_is_turned_on_to_second_order():
+    """The speed tells the steady rotation only, as a cranktrain's frame does; the swing is seen in the angles."""
+    speed = 2000.0 * RPM
+
+    def angle(time):
+        return speed * time + 0.01 * math.sin(6.0 * speed * time)
+
+    def error(h):
+        simulation = running(single(angle_source="input", start_cycles=0.0))
+        missed = []
+        for k in range(round(0.03 / h)):
+            simulation.inputs[1] = angle(k * h) % (4.0 * math.pi)
+            simulation.step((k + 1) * h)
+            missed.append(math.remainder(simulation.outputs[0] - angle((k + 1) * h), 4.0 * math.pi))
+        return max(map(abs, missed[2:]))
+
+    errors = [error(h) for h in (4e-5, 2e-5, 1e-5)]
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx([2.0, 2.0], abs=0.1)
+
+
+def test_a_sliver_of_a_step_does_not_turn_the_angle_astray():
+    speed = 2000.0 * RPM
+    simulation = running(single(angle_source="input"))
+    time = 0.0
+    for h in (1e-4, 1e-12, 1e-4, 1e-13, 1e-4):
+        simulation.inputs[1] = speed * time + 1e-9 * math.sin(1e9 * time)
+        simulation.step(time + h)
+        time += h
+        assert simulation.outputs[0] == pytest.approx(speed * time, abs=1e-7)
+
+
 def test_given_lifts_drive_the_gas_exchange_as_the_built_in_ones_do():
     speed, h = 1500.0 * RPM, math.radians(0.5) / (1500.0 * RPM)
     built = running(single(), speed_rpm=1500.0)

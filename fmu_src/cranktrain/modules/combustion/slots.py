@@ -43,8 +43,10 @@ FUEL_MASS, INJECTION, LIFT_IN, LIFT_OUT = range(len(CYLINDER_INPUTS))
 OF_CYLINDER = len(CYLINDER_INPUTS)
 FIRST_CYLINDER = len(COMMON_INPUTS)
 
-HEAD = ("time", "angle", "partner_angle", "angle_seen", "last_interval", "steps", "rejected")
-TIME, OWN_ANGLE, PARTNER_ANGLE, ANGLE_SEEN, LAST_INTERVAL, STEPS, REJECTED = range(len(HEAD))
+HEAD = (
+    "time", "angle", "partner_angle", "angle_seen", "last_interval", "last_angle", "last_speed", "steps", "rejected",
+)  # fmt: skip
+TIME, OWN_ANGLE, PARTNER_ANGLE, ANGLE_SEEN, LAST_INTERVAL, LAST_ANGLE, LAST_SPEED, STEPS, REJECTED = range(len(HEAD))
 
 INTEGRATED = (
     "mass", "products", "energy", "delay", "burnt", "work", "wall", "intake", "exhaust", "intake_enthalpy",
