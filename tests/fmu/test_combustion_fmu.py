@@ -29,6 +29,11 @@ def test_every_module_file_makes_a_valid_fmu(name, tmp_path):
     path = build_fmu(name, tmp_path)
     assert validate_fmu(str(path)) == []
     assert path.stem == "".join(part.capitalize() for part in name.split("_"))
+    variables = read_model_description(str(path)).modelVariables
+    counted = [sum(v.causality == kind for v in variables) for kind in ("input", "output", "parameter")]
+    text = (archive.ROOT / "docs" / "fmu.md").read_text(encoding="utf-8")
+    row = next(line for line in text.splitlines() if line.startswith(f"| `{path.name}`"))
+    assert [int(cell) for cell in row.split("|")[3:6]] == counted
 
 
 def test_equal_inputs_give_equal_bytes(combustion_fmu, tmp_path):
