@@ -282,7 +282,8 @@ def plainly(recorder: Recorder, judge: Judge, tolerance: float, most: int, short
         rows = recorder.cycles(PLAINLY)
         rewind(recorder.simulation, PLAINLY)
         taken += PLAINLY
-        cycles = rows[1:].reshape(PLAINLY, recorder.per_cycle, -1)
+        # Every second sample tells how near cycles are as well.
+        cycles = rows[1:].reshape(PLAINLY, recorder.per_cycle, -1)[:, ::2]
         nearest, parting = nearest_period(judge, cycles, tolerance, shortest)
     return Plain(taken, rows, abs(nearest), parting)
 

@@ -31,7 +31,7 @@ from cranktrain.studies.run_up.workers import Workers, cluster_workers, local_wo
 
 SAME = 1.0e-9
 """Share by which two speeds may differ and be one."""
-WRITE_EVERY = 1.0
+WRITE_EVERY = 5.0
 """Seconds from one writing of the file to the next; speeds that are finished meanwhile are in its journal."""
 ASKED, CODE = "digest_asked", "digest_code"
 """Attributes of a file that tell whether it is of the same run, by the same code."""
