@@ -84,7 +84,7 @@ def run(level: str, step_deg: float, rule: str, order: Order | None) -> tuple[Ar
     for k in range(CYCLES * count):
         if order is not None:
             read = before if order.late else angle
-            simulation.inputs[1:-1] = partner.pressures(read + (SPEED * h if order.turned and k else 0.0))
+            simulation.pressures[:] = partner.pressures(read + (SPEED * h if order.turned and k else 0.0))
         simulation.step((k + 1) * h)
         before, angle = angle, simulation.outputs[0]
         kept[k % (2 * count)] = simulation.outputs[shown]

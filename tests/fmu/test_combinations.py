@@ -97,9 +97,9 @@ def native_run(model, settings):
     simulation.initialize(0.0)
     for i in range(STEPS):
         if i == STEPS // 2:
-            simulation.inputs[0], simulation.inputs[-1] = 152.0, 800.0
+            simulation.inputs[0], simulation.load_torque = 152.0, 800.0
             if settings.get("gas_source") == "input":
-                simulation.inputs[1:-1] = pressures(model.engine)
+                simulation.pressures[:] = pressures(model.engine)
         simulation.step(i * STEP + STEP)
     return dict(zip(simulation.output_names, map(float, simulation.outputs), strict=True))
 

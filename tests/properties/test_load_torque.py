@@ -130,7 +130,7 @@ def test_the_frame_keeps_up_with_a_crank_that_slows_down():
 
 def test_a_load_that_stalls_the_engine_is_refused_where_it_stands():
     simulation = Simulation(SIX, rigid_crank(SIX), FREE)
-    simulation.inputs[0], simulation.inputs[-1] = 300 * math.pi / 30, 3e4
+    simulation.inputs[0], simulation.load_torque = 300 * math.pi / 30, 3e4
     simulation.initialize()
     time = 0.0
     with pytest.raises(SolverError, match="stalls the engine"):

@@ -47,14 +47,14 @@ class Inputs:
         self.model, self.work = simulation.model._replace(choices=choices), simulation.work
         self.state = simulation.state
         self.inputs = simulation.inputs.copy()
-        self.count = self.inputs.size - 2
+        self.count = simulation.engine.n_cylinders
         take_sample(self.model, self.state, self.inputs, 0.0)
         self.lead = self.state[layout.POINT_ANGLE] - self.state[layout.SHAFT_ANGLE]
 
     def sample(self, angle, pressures, interval=H):
         """A communication point at a crank angle, from which a step of ``interval`` begins."""
         self.state[layout.SHAFT_ANGLE] = angle - self.lead
-        self.inputs[1:-1] = pressures
+        self.inputs[1 : 1 + self.count] = pressures
         take_sample(self.model, self.state, self.inputs, interval)
         reconstruct(self.model, self.work, self.state)
 
@@ -161,7 +161,7 @@ def test_pressures_of_the_trace_come_to_the_same_as_the_trace_itself():
             if late is not None:
                 after = angles[-1 - late] - np.array(engine.firing_angles)
                 gas = [gas_pressure(a, motored) + (1.0 - share) * gas_pressure(a, rise) for a in after]
-                simulation.inputs[1:-1] = gas
+                simulation.pressures[:] = gas
             simulation.step((k + 1) * h)
             angles.append(simulation.outputs[0])
             rows.append(simulation.outputs[place])
@@ -225,7 +225,7 @@ def test_short_steps_among_long_ones_change_nothing_that_matters(source):
         rows = []
         for k in range(120):
             phase = 8.0 * np.pi * (k * H + np.arange(6) / 6.0 * H)
-            simulation.inputs[1:-1] = AMBIENT * (3.0 + np.sin(phase))
+            simulation.pressures[:] = AMBIENT * (3.0 + np.sin(phase))
             if shorts:
                 simulation.step(k * H + shorts[k % len(shorts)])
             simulation.step((k + 1) * H)

@@ -128,7 +128,7 @@ def stepped(simulation, count):
 def test_a_restored_state_runs_on_bit_for_bit(choices):
     simulation = started(SIX, **choices)
     if choices:
-        simulation.inputs[-1] = 800.0
+        simulation.load_torque = 800.0
     stepped(simulation, 30)
     kept, time = simulation.state, simulation.time
     there = stepped(simulation, 40)

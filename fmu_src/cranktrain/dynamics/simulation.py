@@ -21,6 +21,8 @@ from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.model.slots import (
     AMBIENT,
     DAMPER_TEMPERATURE,
+    LOAD_INPUT,
+    OTHER_INPUTS,
     RELATIVE,
 )
 from cranktrain.dynamics.model.state import (
@@ -75,6 +77,8 @@ LONGEST_STEP = 1.0
 SLOWEST = 100.0 * math.pi / 30.0
 """Lowest speed of a simulation over cycles, rad/s."""
 _RPM = 30.0 / math.pi
+BEHIND_PRESSURES = "load torque (N m)", "torque of the valve train (N m)", "angle of the pressures (rad)"
+"""Inputs behind the pressures."""
 
 
 class Simulation:
@@ -92,8 +96,11 @@ class Simulation:
 
     Attributes
     ----------
-    inputs : (2 + cylinders,) speed (rad/s), absolute cylinder pressures (Pa), then the load torque (N m) on the
-        dynamometer, which acts at boundary ``torque`` only; set in place before each step
+    inputs : (4 + cylinders,) speed (rad/s), absolute cylinder pressures (Pa), the load torque (N m) on the
+        dynamometer, which acts at boundary ``torque`` only, the torque (N m) that the valve train takes from the
+        crank's front end, and the crank angle (rad) that the pressures belong to, 0 where nobody tells; set in place
+        before each step
+    pressures : those among them
     output_names : names of the outputs
     outputs : values in that order (SI), valid after ``initialize`` and after each step
     """
@@ -118,10 +125,14 @@ class Simulation:
         self._needs = output_needs(output_counts(engine))
         self.output_names = tuple(self._needs)
         self.outputs = np.zeros(len(self.output_names))
-        self.inputs = np.full(2 + engine.n_cylinders, AMBIENT)
-        self.inputs[0] = self.inputs[-1] = 0.0
+        self.inputs = np.zeros(engine.n_cylinders + OTHER_INPUTS)
+        self.pressures = self.inputs[1 : 1 + engine.n_cylinders]
+        self.pressures[:] = AMBIENT
+        self._load = engine.n_cylinders + LOAD_INPUT
         if self.inputs.size > MAX_INPUTS:
-            raise InputError(f"at most {MAX_INPUTS - 2} cylinders, engine '{engine.name}' has {engine.n_cylinders}")
+            raise InputError(
+                f"at most {MAX_INPUTS - OTHER_INPUTS} cylinders, engine '{engine.name}' has {engine.n_cylinders}"
+            )
         self._state: Array | None = None
 
     def _fitting(self, body: ReducedBody) -> ReducedBody:
@@ -161,7 +172,7 @@ class Simulation:
             line = torsional_line(self.engine, start.inertia)
             turning = start.inertia + line.inertia_at_crank
             turning += self.engine.drive_line.dynamometer_inertia * line.end_speed**2
-            state[SHAFT_ACCELERATION] = (start.torque - self.inputs[-1]) / turning
+            state[SHAFT_ACCELERATION] = (start.torque - self.load_torque) / turning
         self.model, self.work, self._state = model, work, state
         self._observed = observers(output_counts(self.engine), model, work, state, self.outputs)
         observe(model, work, state, self._observed)
@@ -169,6 +180,15 @@ class Simulation:
         state[OUTPUT_MEAN : OUTPUT_MEAN + 2] = self.outputs[places]
         state[OUTPUT_VARIANCE : OUTPUT_VARIANCE + 2] = FIRST_AMPLITUDES**2
         self._warm()
+
+    @property
+    def load_torque(self) -> float:
+        """Torque on the dynamometer among the inputs, N m."""
+        return float(self.inputs[self._load])
+
+    @load_torque.setter
+    def load_torque(self, torque: float) -> None:
+        self.inputs[self._load] = torque
 
     @property
     def shown_outputs(self) -> tuple[str, ...]:
@@ -261,7 +281,7 @@ class Simulation:
 
     def _start(self, model: ModelArrays) -> Start:
         """Start in rotation: with pressures from outside nothing is known of the cycle to come."""
-        given = np.abs(self.inputs[1:-1] - AMBIENT).max() > GIVEN
+        given = np.abs(self.pressures - AMBIENT).max() > GIVEN
         if self.settings.gas_source == "input" or (self.settings.gas_source == "auto" and given):
             return Start()
         return rigid_start(model, float(self.inputs[0]))
@@ -276,11 +296,12 @@ class Simulation:
 
     def _check_inputs(self) -> None:
         speed = self.inputs[0]
-        if not math.isfinite(self.inputs[-1]):
-            raise InputError(f"load torque must be finite (N m), got {self.inputs[-1]:g}")
+        for what, value in zip(BEHIND_PRESSURES, self.inputs[self._load :], strict=True):
+            if not math.isfinite(value):
+                raise InputError(f"{what} must be finite, got {value:g}")
         if not math.isfinite(speed) or speed < 0.0:
             raise InputError(f"speed must be finite and not negative, got {speed * _RPM:g} rev/min")
-        for k, p in enumerate(self.inputs[1:-1]):
+        for k, p in enumerate(self.pressures):
             if not math.isfinite(p) or p < 0.0:
                 raise InputError(
                     f"cylinder[{k + 1}].pressure must be finite and not negative (absolute, Pa), got {p:g}"
@@ -341,7 +362,7 @@ class Simulation:
         if free and state[SHAFT_SPEED] < 0.0:
             self.state = before
             raise SolverError(
-                f"the load torque of {self.inputs[-1]:g} N m stalls the engine at t = {t_end:g} s; it does not run "
+                f"the load torque of {self.load_torque:g} N m stalls the engine at t = {t_end:g} s; it does not run "
                 "backwards: lower the torque"
             )
 
@@ -429,7 +450,7 @@ def simulate(
     simulation = Simulation(engine, body, replace(settings, film_temperature="engine"), gas, parts)
     simulation.inputs[0] = speed
     if simulation.settings.boundary == "torque":
-        simulation.inputs[-1] = simulation.steady_torque() if load_torque is None else load_torque
+        simulation.load_torque = simulation.steady_torque() if load_torque is None else load_torque
         cycles = FREE_CYCLES if cycles is None else cycles
     simulation.initialize()
 

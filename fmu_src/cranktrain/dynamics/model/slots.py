@@ -27,8 +27,10 @@ BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, LAYOUT = range(6, 
 # rotation of the journal beside a tilting collar.
 COUPLED, FIRST, TURNED = 0, 1, 4
 # What a stage knows of the frame's motion, ``Work.frames``; the load torque on the rotor (N m), the restraint of the
-# block as a whole, (rad/s)², while a run's start is sought, and the frame's angle against cylinders that lean, rad.
-THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, BLOCK_RESTRAINT, FIRING, FRAME_SIZE = range(12)
+# block as a whole, (rad/s)², while a run's start is sought, the frame's angle against cylinders that lean, rad, and the
+# torque that the valve train takes, N m.
+THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, BLOCK_RESTRAINT, FIRING = range(11)
+VALVE_TORQUE, FRAME_SIZE = 11, 12
 # Rows of ``Work.port``: the ports' u, u̇, ü and forces at a stage, the stage's Q and V at the ports, u without forces,
 # the step of an iteration, what a step differs from its embedded solution, u before an iteration; u, u̇, ü at the state;
 # the series behind a guess, the guess; the relative motion d, ḋ that the last evaluation of forces or the state gave.
@@ -40,10 +42,15 @@ PIVOTS, COLUMN, BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MOD
 # Rows of ``Work.inputs``: value and rate of each input over the communication step; where ``EXPONENT`` is not 0, those
 # of a cylinder's p Vⁿ by the crank's angle, with what it bends; the angles of the two newest samples.
 VALUE, RATE, BEND, EXPONENT, ANGLES, INPUT_ROWS = range(6)
+# Inputs behind speed and pressures: torque on the dynamometer and of the valve train, N m; the crank angle that the
+# pressures belong to, rad. How many there are beside the pressures.
+LOAD_INPUT, VALVE_INPUT, ANGLE_INPUT, OTHER_INPUTS = 1, 2, 3, 4
 # ``Work.counters``.
 N_STEPS, N_STAGES, N_ITERATIONS, N_REJECTED, N_FACTORS, WORST_RESIDUAL, N_MISSED, COUNTERS = range(8)
 # Columns of ``Work.key``: step and speed that factors were made for.
 KEY_STEP, KEY_SPEED, KEYS = range(3)
+# ``Work.powers``: of the gas on the pistons, of friction in mains, in big ends and at liners.
+GAS_POWER, MAINS_FRICTION, BIG_ENDS_FRICTION, LINERS_FRICTION, POWERS = range(5)
 # ``Work.family``.
 STEP_KERNEL, DIFFERENCE_KERNEL = range(2)
 ROTATION = 5

@@ -27,10 +27,12 @@ METHOD = 22
 # between it and the one before; the crank's angle at the last communication point, and those that the samples'
 # pressures belong to, newest first, rad.
 SAMPLES, LAST_INTERVAL, EARLIER_INTERVAL, POINT_ANGLE, SAMPLE_ANGLES = 9, 23, 24, 25, 26
+ANGLE_SET = 29
+"""Whether a partner has said which angle its pressures belong to."""
 MOST_SAMPLES = 3
 HEADER = 30
-MAX_INPUTS = 32
-"""Room for one speed, the pressures of up to 30 cylinders and a torque in each sample."""
+MAX_INPUTS = 34
+"""Room for one speed, the pressures of up to 30 cylinders and what comes behind them in each sample."""
 INPUTS_NOW = HEADER
 INPUTS_BEFORE = HEADER + MAX_INPUTS
 MAX_STAGES = 8

@@ -20,7 +20,9 @@ from cranktrain.dynamics.model.slots import (
     INPUT_ROWS,
     KEYS,
     MODAL_VECTORS,
+    OTHER_INPUTS,
     PORT_VECTORS,
+    POWERS,
     STEP_KERNEL,
 )
 from cranktrain.dynamics.model.state import MAX_STAGES
@@ -56,7 +58,8 @@ class Work(NamedTuple):
     frames: Array  # (stages, FRAME_SIZE) the frame's motion at each stage
     guides: Array  # (c, 3) side forces of a guided piston's layers and its friction, as a stage last found them
     pressures: Array  # (stages, c) cylinder pressures at each stage
-    inputs: Array  # (INPUT_ROWS, 2 + c) the reconstructed inputs
+    inputs: Array  # (INPUT_ROWS, c + OTHER_INPUTS) the reconstructed inputs
+    powers: Array  # (POWERS,) of gas and friction as last observed, W
     backup: Array  # (2, state) state at the start of a communication step and of a sub-step
     family: NDArray[np.int64]  # (2,) addresses of the integrator's kernels: its step, the difference from its embedded
     # solution
@@ -85,7 +88,8 @@ def make_work(model: ModelArrays, state_size: int) -> Work:
         frames=z((MAX_STAGES, FRAME_SIZE)),
         guides=z((d.cylinders, 3)),
         pressures=z((MAX_STAGES, d.cylinders)),
-        inputs=z((INPUT_ROWS, 2 + d.cylinders)),
+        inputs=z((INPUT_ROWS, d.cylinders + OTHER_INPUTS)),
+        powers=z(POWERS),
         backup=z((2, state_size)),
         family=z(2, dtype=np.int64),
         build=build_mark(),

@@ -39,12 +39,14 @@ from cranktrain.dynamics.model.slots import (
     OMEGA_DOT,
     RELATIVE,
     RELATIVE_RATE,
+    ROTATION,
     SIN,
     THETA,
     THRUST_LAW,
     TURNED,
     TURNING_MODES,
     UD,
+    VALVE_TORQUE,
     WHIRL,
     U,
 )
@@ -118,7 +120,7 @@ def factor_part(part, level, shapes, transposed, scratch):
 
 @inlined_kernel
 def external_force(model, frame, pressures, displaced, out):
-    """Modal force (n,) of frame and shaft, gravity on the displaced mass, gas on the heads and the mounts' preload."""
+    """Modal force (n,) of frame, shaft, valve train, gravity on the displaced mass, gas on heads, mounts' preload."""
     t = int(model.layout[TURNING_MODES])
     omega = frame[OMEGA]
     g_x = -model.scalars[GRAVITY] * frame[SIN]
@@ -143,6 +145,9 @@ def external_force(model, frame, pressures, displaced, out):
     if model.scalars[DRIVEN] == 0.0:
         for i in range(t):
             out[i] -= frame[LOAD] * model.rotor[i]
+    if frame[VALVE_TORQUE] != 0.0:
+        for i in range(t):
+            out[i] -= frame[VALVE_TORQUE] * model.ends[1, i]
     # By each rigid mode's own rotation: those of an unbalanced crank that move it across turn it a little as well.
     for i in range(6):
         out[i] += model.ends[1, i] * (x * g_y - y * g_x)
@@ -151,7 +156,7 @@ def external_force(model, frame, pressures, displaced, out):
         out[i] = model.block.preload[i - t] - model.scalars[GRAVITY] * model.gravity[1, i]
     if model.layout[BORE_ROTATIONS] > 0.0:
         for i in range(t, t + 6):
-            out[i] += frame[BLOCK_RESTRAINT] * displaced[i]
+            out[i] += frame[BLOCK_RESTRAINT] * displaced[i] + frame[VALVE_TORQUE] * model.block.motion[ROTATION, i - t]
         for c in range(model.cylinders.shape[0]):
             gas = (pressures[c] - model.scalars[CRANKCASE]) * model.cylinders[c, AREA]
             for i in range(t, n):

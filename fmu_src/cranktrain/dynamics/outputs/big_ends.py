@@ -11,6 +11,7 @@ import math
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model.slots import (
     BANK,
+    BIG_ENDS_FRICTION,
     COS,
     OMEGA,
     PIN_ROTATIONS,
@@ -33,6 +34,7 @@ BIG_END_OUTPUTS = 9
 @law_kernel
 def observe_big_ends(model, work, state, members, out):
     """Force on each pin, place of the pin in the bore, film."""
+    work.powers[BIG_ENDS_FRICTION] = 0.0
     for c in range(members):
         row = out[BIG_END_OUTPUTS * c : BIG_END_OUTPUTS * (c + 1)]
         for i in range(BIG_END_OUTPUTS):
@@ -60,7 +62,8 @@ def observe_floating(model, work, c, row):
     big_end_motion(model, frame, c, u, ud, udd, rod)
     place_pin(model, c, pin, rod)
     _, rod_speed = rod_swing(model.cylinders[c], rod, math.cos(frame[THETA] - bank), math.sin(frame[THETA] - bank))
-    float_force(model, frame, c, OBSERVE, frame[OMEGA] + ud[int(model.layout[PIN_ROTATIONS]) + c], rod_speed)
+    pin_speed = frame[OMEGA] + ud[int(model.layout[PIN_ROTATIONS]) + c]
+    float_force(model, frame, c, OBSERVE, pin_speed, rod_speed)
     film = model.floating.out
     to_space(film, frame[COS], frame[SIN], row[FORCE_X:])
     to_space(model.floating.place[c], frame[COS], frame[SIN], row[POSITION_X:])
@@ -68,6 +71,7 @@ def observe_floating(model, work, c, row):
     row[FILM_MIN] = max(model.big_ends[c, CLEARANCE] * (1.0 - film[ECCENTRICITY]), 0.0)
     row[PRESSURE_MAX] = film[P_MAX]
     row[FRICTION_TORQUE] = -film[FRICTION]
+    work.powers[BIG_ENDS_FRICTION] += row[FRICTION_TORQUE] * (pin_speed - rod_speed)
     row[OIL_FLOW] = film[FLOW]
 
 

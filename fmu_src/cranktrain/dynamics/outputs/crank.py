@@ -1,21 +1,43 @@
-"""What the running model shows of the crank as a whole, and of its own work."""
+"""What the running model shows of the crank as a whole, of its torques, and of its own work."""
 
 from __future__ import annotations
 
+import math
+
 from cranktrain.core.kernel import law_kernel
 from cranktrain.dynamics.model.slots import (
+    BIG_ENDS_FRICTION,
     DRIVEN,
+    GAS_POWER,
     LEAD,
     LEAD_RATE,
+    LINERS_FRICTION,
+    MAINS_FRICTION,
     OMEGA,
     THETA,
     TURNING_MODES,
+    VALVE_TORQUE,
 )
-from cranktrain.dynamics.model.state import ITERATIONS, ONLINE_FILMS, POSITION, RESIDUAL, SUBSTEPS, VELOCITY, offset
+from cranktrain.dynamics.model.state import (
+    ITERATIONS,
+    LAST_INTERVAL,
+    ONLINE_FILMS,
+    POSITION,
+    RESIDUAL,
+    SUBSTEPS,
+    VELOCITY,
+    offset,
+)
 from cranktrain.dynamics.motion.gas import crank_rotation
+from cranktrain.loads.gas_pressure import CYCLE
 from cranktrain.loads.torsional_line import AT_FLYWHEEL, DAMPING, LEADING, STIFFNESS
 
-CRANK_ANGLE, CRANK_SPEED, PULLEY_TORSION, PULLEY_AXIAL, FLYWHEEL_TORSION, SHAFT_TORQUE = range(6)
+CRANK_ANGLE, CYCLE_ANGLE, NEXT_ANGLE, CRANK_SPEED, PULLEY_TORSION, PULLEY_AXIAL, FLYWHEEL_TORSION, SHAFT_TORQUE = range(
+    8
+)
+INDICATED, FRICTION, BRAKE = range(3)
+SLOWEST = 1.0
+"""Speed below which a power has no torque, rad/s."""
 LAST = 3
 """Place of the films that lay outside their table."""
 
@@ -37,7 +59,11 @@ def observe_crank(model, work, state, members, out):
         axial += model.ends[2, i] * q[i]
     # The crank is where it is, not where the frame that follows it has come to.
     rotation, rate, _ = crank_rotation(model, state)
-    out[CRANK_ANGLE] = frame[THETA] + rotation
+    angle = frame[THETA] + rotation
+    out[CRANK_ANGLE] = angle
+    out[CYCLE_ANGLE] = angle - CYCLE * math.floor(angle / CYCLE)
+    # Where a partner that steps at the same time will find the crank.
+    out[NEXT_ANGLE] = angle + (frame[OMEGA] + rate) * state[LAST_INTERVAL]
     out[CRANK_SPEED] = frame[OMEGA]
     if model.scalars[DRIVEN] == 0.0:
         out[CRANK_SPEED] += rate
@@ -53,6 +79,23 @@ def observe_crank(model, work, state, members, out):
             twist += model.shafts[k, i] * q[i]
             twist_rate += model.shafts[k, i] * v[i]
         out[SHAFT_TORQUE] += law[AT_FLYWHEEL] * (law[STIFFNESS] * twist + law[DAMPING] * twist_rate)
+    return 0
+
+
+@law_kernel
+def observe_torques(model, work, state, members, out):
+    """Torques on the crank by power over speed: of the gas, of friction, and what both and the valve train leave.
+
+    Powers are those that the families before have left.
+    """
+    speed = work.frames[0, OMEGA]
+    for k in range(BRAKE + 1):
+        out[k] = 0.0
+    if speed > SLOWEST:
+        powers = work.powers
+        out[INDICATED] = powers[GAS_POWER] / speed
+        out[FRICTION] = (powers[MAINS_FRICTION] + powers[BIG_ENDS_FRICTION] + powers[LINERS_FRICTION]) / speed
+        out[BRAKE] = out[INDICATED] - out[FRICTION] - work.frames[0, VALVE_TORQUE]
     return 0
 
 

@@ -15,6 +15,7 @@ from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model.slots import (
     COS,
     COUPLED,
+    MAINS_FRICTION,
     OMEGA,
     RELATIVE,
     RELATIVE_RATE,
@@ -72,6 +73,7 @@ def observe_bearings(model, work, state, members, out):
     films = model.films
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]
     frame_numbers(frame, films.numbers)
+    work.powers[MAINS_FRICTION] = 0.0
     for i in range(b):
         row = out[BEARING_OUTPUTS * i : BEARING_OUTPUTS * (i + 1)]
         place_film(model, work.port[RELATIVE], work.port[RELATIVE_RATE], frame[OMEGA], i)
@@ -80,6 +82,7 @@ def observe_bearings(model, work, state, members, out):
         films.numbers[RUBBING] = speed
         film_call(films, OBSERVE, i, state[memory_offset(model, i) : memory_offset(model, i + 1)], films.out)
         observe_film(films.out, model.bearings[i], model.connections[i, COUPLED], frame, row)
+        work.powers[MAINS_FRICTION] += row[FRICTION_TORQUE] * speed
         observe_gap(films.place[i], films.velocity[i], frame, model.bearings[i], speed, work.scratch, row)
         # An elastic bore, or rollers, have a least gap of their own.
         if films.out[GAP] >= 0.0:

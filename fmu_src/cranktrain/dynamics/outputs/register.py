@@ -146,13 +146,15 @@ for _family in (
         f"{_HERE}.crank:observe_crank",
         {
             "crank.angle": {},
+            "crank.angle_cycle": {},
+            "crank.angle_next": {},
             "crank.speed": {},
             "pulley.torsion": _TWISTS,
             "pulley.axial": _BENDS,
             "flywheel.torsion": {},
             "shaft.torque": {},
         },
-        unjudged=frozenset({"crank.angle"}),
+        unjudged=frozenset({"crank.angle", "crank.angle_cycle", "crank.angle_next"}),
     ),
     Family(
         "bearing",
@@ -191,7 +193,13 @@ for _family in (
         units={"axial.engine": "m", "axial.bearing": "m", "axial.crank": "m"},
         unjudged=frozenset({"engine", "bearing", "crank"}),  # parts of what is judged
     ),
-    Family("cylinder", f"{_HERE}.cylinders:observe_cylinders", {"volume": {}, "piston_position": {}}, "cylinders"),
+    Family(
+        "cylinder",
+        f"{_HERE}.cylinders:observe_cylinders",
+        {"volume": {}, "volume_rate": {}, "piston_position": {}},
+        "cylinders",
+        unjudged=frozenset({"volume_rate"}),
+    ),
     Family(
         "big_end",
         f"{_HERE}.big_ends:observe_big_ends",
@@ -231,6 +239,13 @@ for _family in (
         f"{_HERE}.whole_engine:observe_damper",
         {"torque": _DAMPED, "heat": _DAMPED, "twist": _DAMPED, "temperature": _DAMPED},
         unjudged=frozenset({"twist"}),  # a ring in its fluid may slip from cycle to cycle
+    ),
+    Family(
+        "torque",
+        f"{_HERE}.crank:observe_torques",
+        {"indicated": {}, "friction": _FILM, "brake": {}},
+        units={f"torque.{name}": "N m" for name in ("indicated", "friction", "brake")},
+        unjudged=frozenset({"indicated", "friction", "brake"}),  # of what is judged
     ),
     Family(
         "solver",

@@ -6,10 +6,11 @@ to it and so comes one step late. Rule ``polytropic``, the default, does so for 
     p(θ) = G(θ)/V(θ)ⁿ,  n = 1.33,
 
 with G the parabola by the crank's angle through the last three samples of p Vⁿ: compression and expansion leave G
-all but constant, a burn raises it smoothly. A sample belongs to the crank's angle at its communication point, or at
-the one ``gas_delay`` steps before, as where all units of a master step at the same time. Where p Vⁿ changed by more
+all but constant, a burn raises it smoothly. A sample belongs to the angle that its partner tells, whole cycles aside;
+where none does (the angle's input stays 0) to the crank's angle at its communication point, or at the one ``gas_delay``
+steps before, as where all units of a master step at the same time. Where p Vⁿ changed by more
 than a share JUMP from one sample to the next, it jumped: no line is drawn across, and right after it the pressure is
-held. A pressure that is the very same twice is held too: nobody drives it. Speed and torque are extrapolated linearly
+held. A pressure that is the very same twice is held too: nobody drives it. Speed and torques are extrapolated linearly
 beside it.
 
 Samples that lie much closer than the step to come tell nothing about it: the newer of two replaces the other, and what
@@ -19,9 +20,12 @@ time too, so that the next step makes up for it.
 
 from __future__ import annotations
 
+import math
+
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
     AMBIENT,
+    ANGLE_INPUT,
     ANGLES,
     BEND,
     BORE_ROTATIONS,
@@ -32,8 +36,10 @@ from cranktrain.dynamics.model.slots import (
     ROTATION,
     TURNING_MODES,
     VALUE,
+    VALVE_INPUT,
 )
 from cranktrain.dynamics.model.state import (
+    ANGLE_SET,
     EARLIER_INTERVAL,
     INPUTS_BEFORE,
     INPUTS_NOW,
@@ -52,6 +58,7 @@ from cranktrain.dynamics.model.state import (
     offset,
 )
 from cranktrain.dynamics.motion.gas import built_in, crank_rotation, gas_volume
+from cranktrain.loads.gas_pressure import CYCLE
 
 POLYTROPIC = 1.33
 """Exponent of compression and expansion with heat to the walls."""
@@ -87,6 +94,12 @@ def crank_angle(model, state):
     return angle
 
 
+@inlined_kernel
+def nearest_turn(angle):
+    """An angle less as many cycles as bring it nearest to 0, rad."""
+    return angle - CYCLE * math.floor(angle / CYCLE + 0.5)
+
+
 @kernel
 def take_sample(model, state, inputs, interval):
     """Take in the inputs of this communication point, from which a step of ``interval`` (s) begins.
@@ -96,7 +109,12 @@ def take_sample(model, state, inputs, interval):
     samples = int(state[SAMPLES])
     angle = crank_angle(model, state)
     belongs = angle
-    if samples > 0:
+    told = inputs[model.cylinders.shape[0] + ANGLE_INPUT]
+    if told != 0.0:
+        state[ANGLE_SET] = 1.0
+    if state[ANGLE_SET] > 0.0:
+        belongs += nearest_turn(told - angle)
+    elif samples > 0:
         belongs -= model.choices[GAS_DELAY] * (angle - state[POINT_ANGLE])
     near = samples > 0 and state[LAST_INTERVAL] < SHORT * interval
     if near:
@@ -126,7 +144,7 @@ def reconstruct(model, work, state):
     earlier = state[EARLIER_INTERVAL]
     interval = state[LAST_INTERVAL]
     cylinders = model.cylinders.shape[0]
-    for k in range(2 + cylinders):
+    for k in range(cylinders + VALVE_INPUT + 1):
         now = state[INPUTS_NOW + k]
         before = state[INPUTS_BEFORE + k] if samples > 1 else now
         work.inputs[VALUE, k] = now

@@ -28,6 +28,7 @@ from cranktrain.dynamics.model.slots import (
     LEAD,
     LEAD_RATE,
     LOAD,
+    LOAD_INPUT,
     N_ITERATIONS,
     N_MISSED,
     N_REJECTED,
@@ -48,6 +49,8 @@ from cranktrain.dynamics.model.slots import (
     THETA,
     TURNING_MODES,
     VALUE,
+    VALVE_INPUT,
+    VALVE_TORQUE,
     WHIRL,
     WORST_RESIDUAL,
 )
@@ -143,8 +146,10 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
     frame[WHIRL] = frame[OMEGA]
     frame[COS] = math.cos(frame[THETA])
     frame[SIN] = math.sin(frame[THETA])
-    load = model.cylinders.shape[0] + 1
+    load = model.cylinders.shape[0] + LOAD_INPUT
     frame[LOAD] = work.inputs[VALUE, load] + work.inputs[RATE, load] * (begin + tau)
+    valves = model.cylinders.shape[0] + VALVE_INPUT
+    frame[VALVE_TORQUE] = work.inputs[VALUE, valves] + work.inputs[RATE, valves] * (begin + tau)
     frame[FIRING] = frame[THETA]
     if model.layout[BORE_ROTATIONS] > 0.0:
         # Dead centre is where the cylinders point: the trace turns with the block that leans on its mounts.
@@ -290,7 +295,7 @@ def accept(model, work, state, h, halvings):
 
 @kernel
 def advance(model, work, state, inputs, t_end):
-    """Advance ``state`` to ``t_end`` with the inputs [speed, pressures...] of this point; a stage status.
+    """Advance ``state`` to ``t_end`` with the inputs of this point; a stage status.
 
     A sub-step is halved, up to MAX_HALVINGS times, while a film would change by more than its share over it, after a
     failure, and as adaptive control asks. A sliver of time leaves the state as it is.

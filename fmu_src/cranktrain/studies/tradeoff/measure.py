@@ -133,7 +133,7 @@ def _started(case: Case, say: Progress) -> Simulation:
         trace = GasTrace.from_engine(case.engine)
         share = 1.0 - trace.falloff * (case.speed / trace.best_speed - 1.0) ** 2
         table = spline_coefficients(trace.motored + share * (trace.fired - trace.motored))
-        simulation.inputs[1:-1] = [gas_pressure(-angle, table) for angle in case.engine.firing_angles]
+        simulation.pressures[:] = [gas_pressure(-angle, table) for angle in case.engine.firing_angles]
     simulation.initialize()
     _settle(simulation, case, made, gas)
     if case.film_grid is not None:

@@ -1,0 +1,100 @@
+"""What the cranktrain offers partners: the valve train's torque, the angle of pressures, torques by power, angles."""
+
+import math
+
+import numpy as np
+import pytest
+from bodies import rigid_crank
+
+import cranktrain as ct
+from cranktrain.dynamics.model import state as layout
+from cranktrain.dynamics.model.slots import ANGLE_INPUT, LOAD_INPUT, VALVE_INPUT
+from cranktrain.dynamics.simulation import Settings, Simulation
+from cranktrain.dynamics.time.reconstruction import nearest_turn, take_sample
+from cranktrain.engine.file import load_engine
+
+SPEED = 200.0
+CYCLE = 4.0 * math.pi
+
+
+def started(engine, **levels):
+    settings = Settings(crank="rigid", bearings="linear", **levels)
+    simulation = Simulation(engine, rigid_crank(engine), settings)
+    simulation.inputs[0] = SPEED
+    simulation.initialize()
+    return simulation
+
+
+def recorded(simulation, cycles, per_cycle=240):
+    """Outputs by name over the last of so many cycles."""
+    h = CYCLE / SPEED / per_cycle
+    rows = np.empty((cycles * per_cycle, simulation.outputs.size))
+    assert simulation.series(h, 1, rows) == len(rows)
+    return dict(zip(simulation.output_names, rows[-per_cycle:].T, strict=True)), h
+
+
+def test_the_front_end_gives_what_the_valve_train_takes():
+    """What a constant torque takes is missing at the shaft on average."""
+    engine = load_engine("diesel_i6")
+    taken = 40.0
+    found = []
+    for torque in (0.0, taken):
+        simulation = started(engine)
+        simulation.inputs[engine.n_cylinders + VALVE_INPUT] = torque
+        found.append(recorded(simulation, 40)[0])
+    without, loaded = found
+    assert np.mean(without["shaft.torque"] - loaded["shaft.torque"]) == pytest.approx(taken, rel=1e-3)
+    assert np.mean(without["torque.brake"] - loaded["torque.brake"]) == pytest.approx(taken, rel=1e-3)
+
+
+def test_brake_torque_is_on_average_what_the_shaft_takes():
+    """Power of the gas less that of friction; nothing else takes power of a rigid crank on springs without dampers."""
+    for name in ("diesel_i6", "diesel_v8"):
+        found, _ = recorded(started(load_engine(name)), 40)
+        assert np.mean(found["torque.brake"]) == pytest.approx(np.mean(found["shaft.torque"]), rel=2e-3)
+        assert np.all(found["torque.friction"] == 0.0)
+
+
+def test_rates_of_volumes_and_the_power_of_the_gas():
+    engine = load_engine("diesel_i6")
+    found, h = recorded(started(engine), 2, per_cycle=2880)
+    for c in range(engine.n_cylinders):
+        volume, rate = found[f"cylinder[{c + 1}].volume"], found[f"cylinder[{c + 1}].volume_rate"]
+        slope = (volume[2:] - volume[:-2]) / (2.0 * h)
+        assert np.abs(rate[1:-1] - slope).max() < 1e-4 * np.abs(rate).max()
+
+
+def test_angles_for_partners():
+    simulation = started(load_engine("diesel_i6"))
+    found, _ = recorded(simulation, 3)
+    angle = found["crank.angle"]
+    assert np.all((found["crank.angle_cycle"] >= 0.0) & (found["crank.angle_cycle"] < CYCLE))
+    turns = (angle - found["crank.angle_cycle"]) / CYCLE
+    assert turns == pytest.approx(np.round(turns), abs=1e-12)
+    # What is left is half the acceleration's share of a step of 3 degrees.
+    assert found["crank.angle_next"][:-1] == pytest.approx(angle[1:], abs=1e-4)
+
+
+def test_pressures_belong_to_the_angle_that_a_partner_tells():
+    """Whole cycles aside; 0 tells nothing until another angle was told."""
+    simulation = started(load_engine("diesel_i6"))
+    model, state = simulation.model, simulation.state
+    inputs, place = simulation.inputs.copy(), simulation.engine.n_cylinders + ANGLE_INPUT
+    take_sample(model, state, inputs, 1e-4)
+    own = state[layout.POINT_ANGLE]
+    assert state[layout.SAMPLE_ANGLES] == own
+    for told in (own + 0.02, own + 0.02 + 3 * CYCLE, own - 0.3 - CYCLE):
+        inputs[place] = told
+        take_sample(model, state, inputs, 1e-4)
+        assert state[layout.SAMPLE_ANGLES] == pytest.approx(own + nearest_turn(told - own), abs=1e-12)
+    inputs[place] = 0.0
+    take_sample(model, state, inputs, 1e-4)
+    assert state[layout.SAMPLE_ANGLES] == pytest.approx(own + nearest_turn(-own), abs=1e-12)
+
+
+@pytest.mark.parametrize("place", [LOAD_INPUT, VALVE_INPUT, ANGLE_INPUT])
+def test_inputs_that_are_no_numbers_are_refused(place):
+    simulation = started(load_engine("diesel_i6"))
+    simulation.inputs[simulation.engine.n_cylinders + place] = math.nan
+    with pytest.raises(ct.InputError, match="must be finite"):
+        simulation.step(1e-4)
