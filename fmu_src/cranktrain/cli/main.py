@@ -22,6 +22,7 @@ from cranktrain.cli import (
     bearing,
     bearing_loads,
     calibrate,
+    couple,
     damper,
     export,
     fatigue,
@@ -54,7 +55,7 @@ ENGINE_VERBS = {
 VERBS = {
     "bearing": bearing, "film-table": film_table, "damper-optimum": damper, "roller": roller, "stability": stability,
     "calibrate": calibrate, "run-in": run_in, "tradeoff": tradeoff, "plan": plan, "plot-runup": plot_runup,
-    "run": run, "export": export, "report": report,
+    "run": run, "export": export, "report": report, "couple": couple,
 }  # fmt: skip
 """Likewise of all others."""
 

@@ -1,0 +1,149 @@
+"""The verb ``couple``: the FMUs of the virtual engine under the reference master."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cranktrain.cli.console import Interrupted, bar, number, say, show_rows, word
+from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.coupling.master import SCHEMES
+from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, OWN
+from cranktrain.coupling.reconstruction import DEGREES
+
+if TYPE_CHECKING:
+    from cranktrain.coupling.run import Coupled
+    from cranktrain.coupling.virtual_engine import Partners
+
+DESCRIPTION = """Couple cranktrain and combustion as FMUs, and run cycles at constant speed.
+
+FMUs that are not named are built first, of the engine's main bearings without tables and of its ground. --scheme
+jacobi steps both at once, gauss-seidel one after the other, iterative again and again until they agree.
+--reconstruction own leaves pressures between communication points to the cranktrain, which knows the angle that they
+belong to; hold, linear and quadratic let the master do it. --json prints {"pulley", "imep_pa", "indicated_torque_nm",
+"coupling_residual_w", "real_time_factor", "seconds", "result"}."""
+WHO = (OWN, *DEGREES)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options."""
+    add = parser.add_argument
+    add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6)")
+    add("--speed", dest="speed_rpm", type=number(100.0, 1e4, "rev/min"), required=True, metavar="RPM", help="rev/min")
+    add("--cycles", type=number(1, 10000, "cycles", int), default=10, metavar="N", help="of 720 degrees (10)")
+    add("--scheme", type=word(SCHEMES), default="gauss-seidel", metavar="NAME", help=", ".join(SCHEMES))
+    add("--reconstruction", type=word(WHO), default="own", metavar="NAME", help=", ".join(WHO))
+    add("--step-deg", type=number(1e-3, 90.0, "degrees"), default=1.0, metavar="ANGLE", help="communication step (1)")
+    add("--error", type=number(1e-9, 0.5, "of an output's range"), metavar="SHARE", help="let this control the step")
+    add("--cranktrain", metavar="FILE.fmu", help="in place of a new one")
+    add("--combustion", metavar="FILE.fmu", help="in place of a new one")
+    add(
+        "--set", dest="values", action="append", default=[], metavar="UNIT.NAME=VALUE",
+        help="start value, as often as needed: cranktrain.crank.level=torsional",
+    )  # fmt: skip
+    add("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm_coupled.h5)")
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Run the coupled units, write every output that was read, summarise the last cycle."""
+    from cranktrain.coupling.virtual_engine import Partners, summary
+    from cranktrain.results.files import check_target
+
+    output = Path(options.output or f"{Path(options.engine).stem}_{options.speed_rpm:g}rpm_coupled.h5")
+    check_target(output)
+    values = start_values(options.values)
+    with tempfile.TemporaryDirectory(prefix="cranktrain-couple-") as folder:
+        partners = Partners(*fmus(options, Path(folder)), values)
+        speed = options.speed_rpm * math.pi / 30.0
+        found = _run_into(output, partners, speed, options)
+    result = summary(found, speed) | {"result": str(output)}
+    if not options.json:
+        _show(result, options)
+    return result
+
+
+def fmus(options: argparse.Namespace, folder: Path) -> tuple[Path, Path]:
+    """The FMUs that are named, and those that are not, built into a folder."""
+    from cranktrain.fmu.build import build_fmu
+
+    def module() -> Path:
+        short = options.engine.removeprefix("diesel_")
+        return build_fmu(f"{COMBUSTION}_{short}", folder, say=say)
+
+    def engine() -> Path:
+        return build_fmu(options.engine, folder, film_table=False, block=False, say=say)
+
+    cranktrain = Path(options.cranktrain) if options.cranktrain else engine()
+    return cranktrain, Path(options.combustion) if options.combustion else module()
+
+
+def start_values(texts: list[str]) -> dict[str, dict[str, Any]]:
+    """Start values by unit and name; ``InputError`` for what is none."""
+    found: dict[str, dict[str, Any]] = {}
+    for text in texts:
+        place, _, value = text.partition("=")
+        unit, _, name = place.partition(".")
+        if unit not in (CRANKTRAIN, COMBUSTION) or not name or not value:
+            raise InputError(f"--set {text}: is not UNIT.NAME=VALUE; units: {CRANKTRAIN}, {COMBUSTION}")
+        try:
+            found.setdefault(unit, {})[name] = float(value)
+        except ValueError:
+            found.setdefault(unit, {})[name] = value
+    return found
+
+
+def _run_into(output: Path, partners: Partners, speed: float, options: argparse.Namespace) -> Coupled:
+    """Run with the communication points going to a file, which keeps what there is of them however the run ends."""
+    from cranktrain.coupling.files import keep_run, units_of
+    from cranktrain.coupling.run import Steps
+    from cranktrain.coupling.run import run as run_coupled
+    from cranktrain.coupling.virtual_engine import virtual_engine
+
+    master, bonds = virtual_engine(partners, speed, options.scheme, options.reconstruction)
+    size = math.radians(options.step_deg) / speed
+    stop = options.cycles * 4.0 * math.pi / speed
+    steps = Steps(size, options.error, 1e-3 * size, 20.0 * size) if options.error else Steps(size)
+    ended: BaseException | None = None
+    try:
+        master.initialize()
+        with bar(f"{options.engine}, {options.speed_rpm:g} rev/min") as advance:
+            found = run_coupled(master, stop, steps, bonds, advance)
+    except (CranktrainError, KeyboardInterrupt) as error:
+        if not hasattr(error, "found"):
+            raise
+        found, ended = error.found, error
+    finally:
+        master.close()
+    keep_run(output, found, units_of(master), {
+        "engine": options.engine, "speed_rpm": options.speed_rpm, "scheme": options.scheme,
+        "reconstruction": options.reconstruction, "step_deg": options.step_deg, "ended": found.ended,
+    })  # fmt: skip
+    if ended is None:
+        return found
+    kept = f"{output} keeps {found.times[-1] * speed / (4.0 * math.pi):.2f} cycles"
+    if isinstance(ended, KeyboardInterrupt):
+        raise Interrupted(f"interrupted; {kept}")
+    raise type(ended)(f"{ended}; {kept}")
+
+
+def _show(result: dict[str, Any], options: argparse.Namespace) -> None:
+    """Print the summary for people."""
+    torsion, axial = result["pulley"]["torsion_deg"], result["pulley"]["axial_um"]
+    rows = [
+        ("pulley torsion, peak to peak", f"{torsion['peak_to_peak']:.4f} deg"),
+        ("pulley axial motion, peak to peak", f"{axial['peak_to_peak']:.1f} um"),
+        ("indicated mean effective pressure", f"{1e-5 * result['imep_pa']:.2f} bar"),
+        ("indicated torque, mean", f"{result['indicated_torque_nm']:.1f} N m"),
+        ("torque of the shaft, mean", f"{result['shaft_torque_nm']:.1f} N m"),
+        ("power residual of the coupling, RMS", f"{result['coupling_residual_w']:.3g} W"),
+        ("real-time factor", f"{result['real_time_factor']:.2f}"),
+    ]
+    title = (
+        f"{options.engine}, {options.speed_rpm:g} rev/min: {options.scheme}, reconstruction {options.reconstruction}"
+    )
+    show_rows(title, ("of the last cycle", "value"), rows)
+    print(f"{result['steps']} communication steps, {result['refused_steps']} taken again; {result['sweeps']} sweeps")
+    print(f"Result: {result['result']}")

@@ -1,0 +1,1 @@
+"""Units that are simulated together: a master, its schemes, what it makes of the values that it hands on."""

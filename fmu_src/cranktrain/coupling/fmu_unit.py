@@ -1,0 +1,248 @@
+"""An FMI 2.0 co-simulation FMU, anyone's, as a unit under a master; FMPy loads it.
+
+What is called once a step goes to the library directly, with arrays that are made once.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+from fmpy import fmi2
+from fmpy.logging import addLoggerProxy
+from fmpy.model_description import ModelDescription, ModelVariable
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.reduced_body import Array
+from cranktrain.coupling.unit import Port, UnitError
+
+STATUS = {fmi2.fmi2Warning: "warning", fmi2.fmi2Discard: "discard", fmi2.fmi2Error: "error", fmi2.fmi2Fatal: "fatal"}
+_TYPES = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool, "String": str}
+_BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+_MESSAGES = 20
+"""Messages of a unit's log that are kept."""
+
+
+class FmuUnit:
+    """See :class:`cranktrain.coupling.unit.Unit`.
+
+    ``values`` are start values by name; ``InputError`` for a file that is no such FMU, a platform that it lacks, a
+    variable that does not exist or cannot be set to that.
+    """
+
+    def __init__(self, path: str | Path, name: str, values: Mapping[str, Any] | None = None) -> None:
+        self.path, self.name = Path(path), name
+        self._description = description = _described(self.path)
+        self._variables = {variable.name: variable for variable in description.modelVariables}
+        kind = description.coSimulation
+        self.restorable = bool(kind.canGetAndSetFMUstate)
+        self.derivatives = bool(kind.canInterpolateInputs)
+        reals = [variable for variable in description.modelVariables if variable.type == "Real"]
+        feeds = _feeds(description)
+        units = _unit_ports(description)
+        self.inputs: Mapping[str, Port] = {
+            v.name: _port(v, units, feeds.get(v.name, frozenset())) for v in reals if v.causality == "input"
+        }
+        self.outputs: Mapping[str, Port] = {
+            v.name: _port(v, units, frozenset()) for v in reals if v.causality == "output"
+        }
+        self._values = {key: self._checked(key, value) for key, value in (values or {}).items()}
+        self._log: list[str] = []
+        self._folder: Path | None = None
+        self._fmu: Any = None
+        self._lost = False
+        self._state = ctypes.c_void_p()
+
+    def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
+        """See the protocol."""
+        self._in, self._in_refs = self._array(inputs)
+        self._out, self._out_refs = self._array(outputs)
+        self._in[:] = [_start(self._variables[name]) for name in inputs]
+
+    def _array(self, names: Sequence[str]) -> tuple[Array, Any]:
+        references = [self._variables[name].valueReference for name in names]
+        return np.zeros(len(names)), (ctypes.c_uint * max(1, len(names)))(*references)
+
+    def initialize(self, time: float) -> None:
+        """See the protocol."""
+        self._load()
+        fmu = self._fmu
+        for name, value in self._values.items():
+            variable = self._variables[name]
+            kind = "Integer" if variable.type == "Enumeration" else variable.type
+            self._try(f"{name} = {value}", getattr(fmu, f"set{kind}"), [variable.valueReference], [value])
+        self._try("setup", fmu.setupExperiment, startTime=time)
+        self._try("initialization", fmu.enterInitializationMode)
+        self._try("initialization", fmu.exitInitializationMode)
+
+    def write(self, values: Array, rates: Array | None = None) -> None:
+        """See the protocol."""
+        self._in[:] = values
+        self._direct("its inputs", self._set_real, self._component, self._in_refs, len(self._in), self._in_at)
+
+    def read(self) -> Array:
+        """See the protocol."""
+        self._direct("its outputs", self._get_real, self._component, self._out_refs, len(self._out), self._out_at)
+        return self._out
+
+    def step(self, time: float, size: float) -> None:
+        """See the protocol."""
+        self._direct("step", self._do_step, self._component, time, size, not self.restorable)
+
+    def keep(self, held: Any = None) -> Any:
+        """See the protocol."""
+        state = self._state if held is None else held
+        self._direct("its state", self._get_state, self._component, ctypes.byref(state))
+        return state
+
+    def restore(self, state: Any) -> None:
+        """See the protocol."""
+        self._direct("its state", self._set_state, self._component, state)
+
+    def close(self) -> None:
+        """See the protocol."""
+        fmu, self._fmu = self._fmu, None
+        try:
+            if fmu is not None and not self._lost:
+                if self._state:
+                    fmu.freeFMUstate(self._state)
+                fmu.terminate()
+                fmu.freeInstance()
+        except Exception:  # it has failed before, and said why
+            self._lost = True
+        if self._folder is not None:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            self._folder = None
+
+    def _load(self) -> None:
+        """Extract, load and instantiate."""
+        self._folder = Path(tempfile.mkdtemp(prefix="cranktrain-fmu-"))
+        try:
+            fmpy.extract(self.path, self._folder)
+            self._fmu = fmi2.FMU2Slave(
+                guid=self._description.guid,
+                unzipDirectory=str(self._folder),
+                modelIdentifier=self._description.coSimulation.modelIdentifier,
+                instanceName=self.name,
+            )
+        except Exception as error:  # whatever a loader or an archive says
+            raise InputError(
+                f"{self.path}: cannot be loaded ({_line(error)}); take another FMU, or this one's platform"
+            ) from None
+        self._callbacks = fmi2.fmi2CallbackFunctions()
+        self._callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._note)
+        self._callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        self._callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        addLoggerProxy(ctypes.byref(self._callbacks))
+        self._try("instantiation", self._fmu.instantiate, callbacks=self._callbacks, loggingOn=True)
+        library = self._fmu.dll
+        self._set_real, self._get_real = library.fmi2SetReal, library.fmi2GetReal
+        self._do_step = library.fmi2DoStep
+        if self.restorable:
+            self._get_state, self._set_state = library.fmi2GetFMUstate, library.fmi2SetFMUstate
+        self._component = self._fmu.component
+        pointer = ctypes.POINTER(ctypes.c_double)
+        self._in_at, self._out_at = self._in.ctypes.data_as(pointer), self._out.ctypes.data_as(pointer)
+
+    def _note(self, environment: Any, instance: bytes, status: int, category: bytes, message: bytes) -> None:
+        self._log = (
+            [*self._log[-_MESSAGES:], message.decode("utf-8", "replace")] if status >= fmi2.fmi2Discard else self._log
+        )
+
+    def _try(self, what: str, call: Any, *arguments: Any, **named: Any) -> None:
+        """Call by FMPy, which raises where the status is not good."""
+        try:
+            call(*arguments, **named)
+        except Exception as error:
+            self._lost = self._lost or getattr(error, "status", None) == fmi2.fmi2Fatal
+            raise UnitError(f"{self.name}: {what}: {self._said(_line(error))}") from None
+
+    def _direct(self, what: str, call: Any, *arguments: Any) -> None:
+        """Call the library; ``UnitError`` where the status is not good."""
+        status = call(*arguments)
+        if status > fmi2.fmi2Warning:
+            self._lost = status == fmi2.fmi2Fatal
+            raise UnitError(f"{what}: {self._said(STATUS.get(status, f'status {status}'))}")
+
+    def _said(self, otherwise: str) -> str:
+        """The last of the log that tells something."""
+        return next((" ".join(text.split()) for text in reversed(self._log) if text.strip()), otherwise)
+
+    def _checked(self, name: str, value: Any) -> Any:
+        """Start value of the right type; ``InputError``."""
+        if name not in self._variables:
+            raise InputError(f"{self.name}: there is no variable '{name}'; {nearest(name, self._variables)}")
+        kind = self._variables[name].type
+        if kind not in _TYPES:
+            raise InputError(f"{self.name}: {name} is of type {kind}, which has no start value here; leave it out")
+        if isinstance(value, str) != (kind == "String") or isinstance(value, bool) != (kind == "Boolean"):
+            raise InputError(f"{self.name}: {name} = {value!r} is no {kind}; give a value of that type")
+        return _TYPES[kind](value)
+
+
+def _described(path: Path) -> ModelDescription:
+    """Model description of an FMU that can be used here; ``InputError``."""
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file; build an FMU with build_fmu.py, or name another")
+    try:
+        description = fmpy.read_model_description(str(path))
+    except Exception as error:
+        raise InputError(f"{path}: no FMU that can be read ({_line(error)}); take another") from None
+    if description.fmiVersion != "2.0" or description.coSimulation is None:
+        kind = "co-simulation" if description.coSimulation is not None else "model exchange"
+        raise InputError(f"{path}: FMI {description.fmiVersion}, {kind}; give an FMI 2.0 co-simulation FMU")
+    there = fmpy.supported_platforms(str(path))
+    if fmpy.platform not in there:
+        raise InputError(
+            f"{path}: has binaries for {', '.join(there) or 'no platform'}; one for {fmpy.platform} is needed"
+        )
+    return description
+
+
+def _unit_ports(description: ModelDescription) -> dict[str, Port]:
+    """Units of a model description as ports."""
+    found = {"": Port(dimensions=(0,) * len(_BASES))}
+    for unit in description.unitDefinitions:
+        base = unit.baseUnit
+        if base is None:
+            found[unit.name] = Port(unit.name)
+            continue
+        dimensions = tuple(int(getattr(base, name)) for name in _BASES)
+        found[unit.name] = Port(unit.name, float(base.factor), float(base.offset), dimensions)
+    return found
+
+
+def _port(variable: ModelVariable, units: Mapping[str, Port], feeds: frozenset[str]) -> Port:
+    """Input or output as a port."""
+    name = variable.unit or getattr(variable.declaredType, "unit", None) or ""
+    unit = units.get(name, Port(name))
+    low = float(variable.min) if variable.min is not None else -np.inf
+    high = float(variable.max) if variable.max is not None else np.inf
+    return Port(unit.unit, unit.factor, unit.offset, unit.dimensions, low, high, feeds)
+
+
+def _feeds(description: ModelDescription) -> dict[str, frozenset[str]]:
+    """Outputs that each input changes without a step, by input; an output without a list depends on every input."""
+    inputs = [variable.name for variable in description.modelVariables if variable.causality == "input"]
+    found: dict[str, set[str]] = {name: set() for name in inputs}
+    for output in description.outputs:
+        depends = inputs if output.dependencies is None else [v.name for v in output.dependencies]
+        for name in depends:
+            if name in found:
+                found[name].add(output.variable.name)
+    return {name: frozenset(outputs) for name, outputs in found.items()}
+
+
+def _start(variable: ModelVariable) -> float:
+    return float(variable.start) if variable.start is not None else 0.0
+
+
+def _line(error: Exception) -> str:
+    """What an error says, in one line."""
+    return " ".join(str(error).split())[:300] or type(error).__name__

@@ -1,0 +1,360 @@
+"""The reference master: units side by side from one communication point to the next.
+
+All values that are exchanged lie in one vector: the outputs of all units, each in its own unit. Three of it are at
+hand for a step, behind one another: their means over the step as reconstructed, the newest values known, those at
+the step's start. A unit's inputs are taken from there by its wiring; schemes differ in when they refresh which part.
+Units without inputs take their step first in every scheme: what they will say does not depend on the others.
+
+Where an input feeds an output without a step, the output belongs to the newest inputs: they are set and read once more
+at the communication point.
+
+Sources of the schemes: Busch, ZAMM 96 (2016) 1061–1081; Gomes, Thule, Broman, Larsen, Vangheluwe, *Co-simulation: a
+survey*, ACM Computing Surveys 51 (2018) 49.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError, SolverError, nearest
+from cranktrain.core.reduced_body import Array
+from cranktrain.coupling.connections import Connection, checked, wiring
+from cranktrain.coupling.quasi_newton import QuasiNewton
+from cranktrain.coupling.reconstruction import DEGREES, Samples
+from cranktrain.coupling.unit import Unit, UnitError
+
+PASSES = 4
+"""Times at most that inputs are handed through outputs which they feed at a communication point."""
+STEADY = 1.0e-12
+"""Change of such outputs, over their size, that ends it."""
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """How values are exchanged.
+
+    Attributes
+    ----------
+    scheme : a name of :data:`SCHEMES`
+    reconstruction : a name of :data:`cranktrain.coupling.reconstruction.DEGREES`
+    abscissa : output over which values are reconstructed, ``(unit, variable)``; None: time
+    tolerance : of scheme ``iterative``: change of an output over its range so far that ends a step
+    sweeps : most of them in a step
+    """
+
+    scheme: str = "gauss-seidel"
+    reconstruction: str = "linear"
+    abscissa: tuple[str, str] | None = None
+    tolerance: float = 1.0e-8
+    sweeps: int = 30
+
+    def __post_init__(self) -> None:
+        for value, valid, what in (
+            (self.scheme, SCHEMES, "scheme"),
+            (self.reconstruction, DEGREES, "reconstruction"),
+        ):
+            if value not in valid:
+                raise InputError(f"{what} '{value}' does not exist; {nearest(value, valid)}")
+        if not 0.0 < self.tolerance < 1.0:
+            raise InputError(f"tolerance {self.tolerance:g} is not within 0 and 1 of an output's range")
+
+
+class Master:
+    """Units that take steps together.
+
+    Attributes
+    ----------
+    names : outputs of all units, ``unit.variable``
+    ports : those outputs as their units describe them
+    time : of the last communication point, s
+    newest : outputs there, as ``names``
+    sweeps : evaluations of all units so far, in units of steps
+    """
+
+    def __init__(
+        self, units: Sequence[Unit], connections: Sequence[Connection], exchange: Exchange,
+        outputs: Mapping[str, Sequence[str]] | None = None,
+    ) -> None:  # fmt: skip
+        """Link the units, which have this order; ``outputs`` names those to read beside the connected ones, by unit.
+
+        Raises
+        ------
+        InputError
+            two units of one name, connections that cannot be, a scheme that needs states of units without
+        """
+        by_name = {unit.name: unit for unit in units}
+        if len(by_name) < len(units):
+            raise InputError(f"units {', '.join(unit.name for unit in units)}: names must differ; rename one")
+        checked(by_name, connections)
+        self.exchange, self.time, self.sweeps = exchange, 0.0, 0
+        self._degree = DEGREES[exchange.reconstruction]
+        self._order = _independent_first(units, connections)
+        if exchange.scheme == "iterative":
+            _all_restorable(self._order)
+        self._parts: dict[str, slice] = {}
+        at: dict[tuple[str, str], int] = {}
+        for unit in self._order:
+            chosen = dict.fromkeys(c.source[1] for c in connections if c.source[0] == unit.name)
+            chosen |= dict.fromkeys((outputs or {}).get(unit.name, ()))
+            first = len(at)
+            at.update({(unit.name, name): first + k for k, name in enumerate(chosen)})
+            self._parts[unit.name] = slice(first, len(at))
+        self._at, n = at, len(at)
+        self.names = tuple(f"{unit}.{name}" for unit, name in at)
+        self.ports = {f"{unit}.{name}": by_name[unit].outputs[name] for unit, name in at}
+        self._wirings = {unit.name: wiring(unit, connections, by_name, at) for unit in units}
+        for unit in units:
+            part = self._parts[unit.name]
+            unit.link(self._wirings[unit.name].names, [name for _, name in list(at)[part]])
+        if exchange.abscissa is not None and exchange.abscissa not in at:
+            raise InputError(f"abscissa {'.'.join(exchange.abscissa)}: is not read; connect it, or take the time")
+        self._feeding = [unit for unit in self._order if self._feeds(unit)]
+        self._known = np.zeros(3 * n)
+        self.means, self.newest, self.start = self._known[:n], self._known[n : 2 * n], self._known[2 * n :]
+        self.written: dict[str, Array] = {}
+        self._samples = Samples(n)
+        self._low, self._high = np.full(n, math.inf), np.full(n, -math.inf)
+        self._coupled = np.unique([at[c.source] for c in connections]) if connections else np.empty(0, dtype=np.intp)
+        self._turned = self._last = 0.0
+        self._quasi_newton = QuasiNewton()
+        self._states: dict[str, Any] = {}
+
+    def find(self, unit: str, variable: str) -> tuple[str, int]:
+        """Where :meth:`value` finds an output that is read, or a connected input; ``InputError``: neither."""
+        if (unit, variable) in self._at:
+            return "", self._at[unit, variable]
+        names = self._wirings[unit].names if unit in self._wirings else ()
+        if variable not in names:
+            there = [name for owner, name in self._at if owner == unit] + list(names)
+            raise InputError(f"{unit}.{variable} is neither read nor connected; {nearest(variable, there)}")
+        return unit, names.index(variable)
+
+    def value(self, place: tuple[str, int]) -> float:
+        """Newest value of an output, or what was last written to an input."""
+        unit, k = place
+        return float(self.written[unit][k] if unit else self.newest[k])
+
+    def initialize(self, time: float = 0.0) -> None:
+        """Start all units, with their own start values where nothing comes in, and exchange what they say first."""
+        self.time = time
+        for unit in self._order:
+            unit.initialize(time)
+            self._read(unit)
+        self.means[:] = self.start[:] = self.newest
+        for _ in range(2):  # what follows from the others' first outputs is read the second time
+            for unit in self._order:
+                self._write(unit)
+                self._read(unit)
+            self.means[:] = self.start[:] = self.newest
+        self._arrive(self.newest)
+
+    def step(self, end: float) -> None:
+        """Go to ``end`` (s) in one step; ``UnitError`` or ``SolverError`` where it fails, with unit and time."""
+        size = end - self.time
+        self.start[:] = self.newest
+        SCHEMES[self.exchange.scheme](self, size, self._place(size))
+        self.time = end
+        self._settle_feeds()
+        self._arrive(self.newest)
+
+    def predicted(self, size: float) -> Array:
+        """Outputs that are expected after a step of this size, (n,)."""
+        return self._samples.at(self._place(size), max(1, self._degree))
+
+    @property
+    def scales(self) -> Array:
+        """Range of each output so far (n,); 1 where it never moved."""
+        span = self._high - self._low
+        return np.where(span > 0.0, span, 1.0)
+
+    @property
+    def restorable(self) -> bool:
+        """Whether all units can take a step again."""
+        return all(unit.restorable for unit in self._order)
+
+    @property
+    def coupled(self) -> NDArray[np.intp]:
+        """Places of the outputs that go into inputs."""
+        return self._coupled
+
+    def keep(self) -> Any:
+        """State of all units and of the master, for :meth:`restore`; the next call takes its place."""
+        for unit in self._order:
+            self._states[unit.name] = unit.keep(self._states.get(unit.name))
+        samples = self._samples
+        return self.time, self._known.copy(), samples.values.copy(), list(samples.places), self._turned
+
+    def restore(self, state: Any) -> None:
+        """Go back to the last state that was kept."""
+        for unit in self._order:
+            unit.restore(self._states[unit.name])
+        self.time, known, values, self._samples.places, self._turned = state
+        self._known[:], self._samples.values[:] = known, values
+
+    def close(self) -> None:
+        """End all units."""
+        for unit in self._order:
+            unit.close()
+
+    def _feeds(self, unit: Unit) -> bool:
+        """Whether a connected input of a unit changes one of its outputs that is read, without a step."""
+        read = {name for (owner, name) in self._at if owner == unit.name}
+        return any(unit.inputs[name].feeds & read for name in self._wirings[unit.name].names)
+
+    def _place(self, size: float) -> float:
+        """Abscissa of the step's end."""
+        if self.exchange.abscissa is None:
+            return self.time + size
+        return float(self._samples.places[0]) + self._turned * size
+
+    def _write(self, unit: Unit) -> None:
+        taken = self._wirings[unit.name]
+        if taken.names:
+            self.written[unit.name] = values = taken.of(self._known, self.time)
+            unit.write(values)
+
+    def _read(self, unit: Unit) -> None:
+        part = self._parts[unit.name]
+        if part.stop > part.start:
+            self.newest[part] = unit.read()
+
+    def _advance(self, unit: Unit, size: float) -> None:
+        try:
+            unit.step(self.time, size)
+        except UnitError as error:
+            raise UnitError(f"{unit.name}, step from {self.time:.6g} s to {self.time + size:.6g} s: {error}") from None
+
+    def _one_by_one(self, units: Sequence[Unit], size: float, place: float) -> None:
+        """Step units one after the other, each with what those before it say of the step's end."""
+        for unit in units:
+            self._write(unit)
+            self._advance(unit, size)
+            if unit in self._feeding:
+                self._expect(unit, place)
+            self._read(unit)
+            part = self._parts[unit.name]
+            self.means[part] = self._samples.mean_to(place, self.newest[part], part, self._degree)
+
+    def _expect(self, unit: Unit, place: float) -> None:
+        """Set a unit's inputs to what is known or expected at the step's end, for outputs that they feed."""
+        n = len(self.names)
+        expected = self._samples.at(place, self._degree)
+        before = self._order[: self._order.index(unit)]
+        for other in before:
+            expected[self._parts[other.name]] = self.newest[self._parts[other.name]]
+        unit.write(self._wirings[unit.name].of(np.tile(expected, 3)[: 3 * n], self.time))
+
+    def _settle_feeds(self) -> None:
+        """Hand the values at the communication point through outputs that inputs feed."""
+        if not self._feeding:
+            return
+        self.means[:] = self.start[:] = self.newest
+        for _ in range(PASSES):
+            before = self.newest.copy()
+            for unit in self._feeding:
+                unit.write(self._wirings[unit.name].of(self._known, self.time))
+                self._read(unit)
+                part = self._parts[unit.name]
+                self.means[part] = self.start[part] = self.newest[part]
+            if np.all(np.abs(self.newest - before) <= STEADY * np.abs(before)):
+                return
+
+    def _arrive(self, values: Array) -> None:
+        """Remember the values of a communication point; ``UnitError`` where one is not a number."""
+        if not math.isfinite(values.sum()):
+            bad = np.flatnonzero(~np.isfinite(values))
+            if bad.size:
+                unit, name = list(self._at)[int(bad[0])]
+                raise UnitError(f"{unit}: {name} is {values[bad[0]]} at {self.time:.6g} s; the units before are sound")
+        np.minimum(self._low, values, out=self._low)
+        np.maximum(self._high, values, out=self._high)
+        place = self.time
+        if self.exchange.abscissa is not None:
+            place = float(values[self._at[self.exchange.abscissa]])
+            if self._samples.places:
+                gone = self.time - self._last
+                self._turned = (place - self._samples.places[0]) / gone if gone > 0.0 else self._turned
+        self._last = self.time
+        self._samples.add(place, values)
+
+
+def jacobi(master: Master, size: float, place: float) -> None:
+    """All units at once, with what was known at the step's start."""
+    samples, first = master._samples, master._samples.places[0]
+    master.means[:] = samples.mean(first, place, master._degree)
+    count = sum(not master._wirings[unit.name].names for unit in master._order)
+    master._one_by_one(master._order[:count], size, place)
+    together = master._order[count:]
+    for unit in together:
+        master._write(unit)
+    for unit in together:
+        master._advance(unit, size)
+    for unit in together:
+        master._read(unit)
+    master.sweeps += 1
+
+
+def gauss_seidel(master: Master, size: float, place: float) -> None:
+    """One unit after the other."""
+    samples = master._samples
+    master.means[:] = samples.mean(samples.places[0], place, master._degree)
+    master._one_by_one(master._order, size, place)
+    master.sweeps += 1
+
+
+def iterative(master: Master, size: float, place: float) -> None:
+    """One after the other, again and again from the same start, until all agree on the step's end."""
+    exchange, samples, coupled = master.exchange, master._samples, master._coupled
+    everything = slice(0, len(master.names))
+    for unit in master._order:
+        master._states[unit.name] = unit.keep(master._states.get(unit.name))
+    expected = samples.at(place, max(1, master._degree))
+    scales = master.scales[coupled]
+    master._quasi_newton.begin()
+    for sweep in range(exchange.sweeps):
+        master.newest[:] = expected
+        master.means[:] = samples.mean_to(place, expected, everything, master._degree)
+        if sweep:
+            for unit in master._order:
+                unit.restore(master._states[unit.name])
+        master._one_by_one(master._order, size, place)
+        master.sweeps += 1
+        change = (master.newest[coupled] - expected[coupled]) / scales
+        if not coupled.size or float(np.abs(change).max()) <= exchange.tolerance:
+            return
+        expected = master.newest.copy()
+        expected[coupled] = scales * master._quasi_newton.next(expected[coupled] / scales, change)
+    left = float(np.abs(change).max())
+    worst, name = list(master._at)[int(coupled[np.abs(change).argmax()])]
+    raise SolverError(
+        f"units do not agree at {master.time + size:.6g} s: {worst}.{name} still changes by {left:.1e} of its range "
+        f"after {exchange.sweeps} sweeps; take shorter steps, or a tolerance above {exchange.tolerance:g}"
+    )
+
+
+SCHEMES: dict[str, Callable[[Master, float, float], None]] = {
+    "jacobi": jacobi, "gauss-seidel": gauss_seidel, "iterative": iterative,
+}  # fmt: skip
+"""How the units of a step follow one another."""
+
+
+def _independent_first(units: Sequence[Unit], connections: Sequence[Connection]) -> list[Unit]:
+    """Units without connected inputs, then the others in their order."""
+    driven = {connection.target[0] for connection in connections}
+    return sorted(units, key=lambda unit: unit.name in driven)
+
+
+def _all_restorable(units: Sequence[Unit]) -> None:
+    """Refuse units that cannot take a step again."""
+    fixed = [unit.name for unit in units if not unit.restorable]
+    if fixed:
+        raise InputError(
+            f"scheme 'iterative': {', '.join(fixed)} cannot keep and restore its state; take gauss-seidel, or a unit "
+            "with canGetAndSetFMUstate"
+        )

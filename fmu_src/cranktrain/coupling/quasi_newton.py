@@ -1,0 +1,40 @@
+"""Interface quasi-Newton: fixed points x = H(x) from the differences of former evaluations.
+
+Least squares over the last evaluations give the combination whose change is least, and the next x from it. Degroote,
+Bathe, Vierendeels (2009), *Performance of a new partitioned procedure versus a monolithic procedure in fluid–structure
+interaction*, Computers & Structures 87, 793–801.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+
+MOST = 8
+"""Differences that are kept within a step."""
+DISTINCT = 1.0e-10
+"""Singular values below this share of the largest tell nothing."""
+
+
+class QuasiNewton:
+    """Next guesses within one step."""
+
+    def __init__(self) -> None:
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget what was found: another step begins."""
+        self._results: list[Array] = []
+        self._changes: list[Array] = []
+
+    def next(self, result: Array, change: Array) -> Array:
+        """Next x from H(x) and H(x) − x, each (n,)."""
+        self._results = [*self._results[-MOST:], result]
+        self._changes = [*self._changes[-MOST:], change]
+        if len(self._changes) == 1:
+            return result
+        changes = np.array([c - change for c in self._changes[:-1]]).T
+        results = np.array([r - result for r in self._results[:-1]]).T
+        share = np.linalg.lstsq(changes, -change, rcond=DISTINCT)[0]
+        return np.asarray(result + results @ share)

@@ -1,0 +1,73 @@
+"""What a master makes of the values that it knows for the step to come: polynomials in time, or in crank angle.
+
+Degree 0 holds the newest value, 1 draws a line, 2 a parabola through the newest points. Over the crank angle the same
+is done with the angle at the communication points as the abscissa. A unit that holds its inputs over a step is given
+the polynomial's mean over it; what the degree leaves out is then of the order of the step to the degree plus one.
+
+Extrapolation of a value that jumped overshoots: inputs stay within the bounds that they declare.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+
+DEGREES = {"hold": 0, "linear": 1, "quadratic": 2}
+"""Names of reconstructions and their degrees."""
+POINTS = max(DEGREES.values()) + 1
+"""Most communication points that are remembered."""
+
+
+def weights_at(place: float, nodes: list[float]) -> list[float]:
+    """Lagrange's weights of the values at ``nodes`` for the polynomial's value at an abscissa."""
+    found = []
+    for i, node in enumerate(nodes):
+        weight = 1.0
+        for j, other in enumerate(nodes):
+            if j != i:
+                weight *= (place - other) / (node - other)
+        found.append(weight)
+    return found
+
+
+def weights_of_mean(first: float, last: float, nodes: list[float]) -> list[float]:
+    """Likewise for the polynomial's mean between two abscissae; up to three nodes."""
+    if len(nodes) == 1:
+        return [1.0]
+    # Simpson's rule is exact for parabolas.
+    ends = (weights_at(first, nodes), weights_at(0.5 * (first + last), nodes), weights_at(last, nodes))
+    return [(a + 4.0 * m + b) / 6.0 for a, m, b in zip(*ends, strict=True)]
+
+
+class Samples:
+    """Values (n,) at the last communication points, newest first, each with its abscissa."""
+
+    def __init__(self, count: int) -> None:
+        self.values = np.zeros((POINTS, count))
+        self.places: list[float] = []
+
+    def add(self, place: float, values: Array) -> None:
+        """Take the values of a communication point."""
+        self.values[1:] = self.values[:-1]
+        self.values[0] = values
+        self.places = [place, *self.places[: POINTS - 1]]
+
+    def at(self, place: float, degree: int) -> Array:
+        """Values (n,) of the polynomial of this degree, or what the known points allow, at an abscissa."""
+        nodes = self.places[: degree + 1]
+        return np.asarray(np.array(weights_at(place, nodes)) @ self.values[: len(nodes)])
+
+    def mean(self, first: float, last: float, degree: int) -> Array:
+        """Its mean (n,) between two abscissae."""
+        nodes = self.places[: degree + 1]
+        return np.asarray(np.array(weights_of_mean(first, last, nodes)) @ self.values[: len(nodes)])
+
+    def mean_to(self, last: float, new: Array, part: slice, degree: int) -> Array:
+        """Mean of a part of the values from the newest point to ``last``, where it is ``new``."""
+        nodes = [last, *self.places[:degree]]
+        first, *others = weights_of_mean(self.places[0], last, nodes)
+        found = first * new
+        for k, weight in enumerate(others):
+            found += weight * self.values[k, part]
+        return np.asarray(found)

@@ -1,0 +1,206 @@
+"""Runs of coupled units: communication steps, fixed or controlled by their error, recorded as they come."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import Array
+from cranktrain.coupling.master import Master
+from cranktrain.coupling.reconstruction import DEGREES
+
+LOOK = 0.2
+"""Wall time between two looks at progress, s."""
+SAFETY, SHRINK, GROW = 0.85, 0.3, 2.0
+"""Of the step that an error allows; the least and the most by which a step changes."""
+REFUSED = 1.5
+"""Error over the tolerance beyond which a step is taken again, where all units can."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Communication steps.
+
+    Attributes
+    ----------
+    size : s; the first one where an error controls them
+    error : of what a reconstruction expected of an output, over the output's range so far; None for equal steps
+    least, most : bounds of controlled steps, s
+    """
+
+    size: float
+    error: float | None = None
+    least: float = 0.0
+    most: float = math.inf
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.size < math.inf:
+            raise InputError(f"communication step {self.size:g} s must be above zero")
+        if self.error is not None and not (0.0 < self.error < 1.0):
+            raise InputError(
+                f"error {self.error:g} of the communication step is not within 0 and 1 of an output's range"
+            )
+        if not 0.0 <= self.least <= self.size <= self.most:
+            raise InputError(f"communication step {self.size:g} s is not within {self.least:g} and {self.most:g} s")
+
+
+class Bond(NamedTuple):
+    """Power that two units exchange, as each of them knows it.
+
+    Both sides are sums of products of two values, each ``(unit, variable)``, an output or a connected input.
+    """
+
+    name: str
+    given: Sequence[tuple[tuple[str, str], tuple[str, str]]]
+    taken: Sequence[tuple[tuple[str, str], tuple[str, str]]]
+
+
+class Coupled(NamedTuple):
+    """A run of coupled units.
+
+    Attributes
+    ----------
+    names, times, values : outputs ``unit.variable``, communication points (k,), s, and outputs there (k, n)
+    residuals : of each power bond (k,), W: what one side gives less what the other takes
+    steps, refused, sweeps : steps taken, those of them taken again, and evaluations of all units
+    seconds : wall time, initialization left out
+    ended : why it ended early; empty where it did not
+    """
+
+    names: tuple[str, ...]
+    times: Array
+    values: Array
+    residuals: dict[str, Array]
+    steps: int
+    refused: int
+    sweeps: int
+    seconds: float
+    ended: str = ""
+
+    def of(self, name: str) -> Array:
+        """One output, (k,)."""
+        return np.asarray(self.values[:, self.names.index(name)])
+
+
+Sink = Callable[[float, Array], None]
+"""Takes a communication point's time (s) and values as they come."""
+
+
+def run(
+    master: Master, stop: float, steps: Steps, bonds: Sequence[Bond] = (),
+    progress: Callable[[float], None] | None = None, sink: Sink | None = None,
+) -> Coupled:  # fmt: skip
+    """Go to ``stop`` (s) from the initialized master's time.
+
+    Raises
+    ------
+    CranktrainError
+        a unit fails; its ``found`` holds the run so far, as a :class:`Coupled`. An interrupt's likewise.
+    """
+    record = _Record(master, bonds, sink)
+    try:
+        for share in _points(master, stop, steps, record):
+            if progress is not None:
+                progress(share)
+    except BaseException as error:
+        error.found = record.result(str(error) or type(error).__name__)  # type: ignore[attr-defined]
+        raise
+    return record.result()
+
+
+def _points(master: Master, stop: float, steps: Steps, record: _Record):  # type: ignore[no-untyped-def]
+    """Take the steps; yields the share done now and then."""
+    start, looked = master.time, time.perf_counter()
+    walk = _equal(master, stop, steps) if steps.error is None else _controlled(master, stop, steps, record)
+    for _ in walk:
+        record.take()
+        now = time.perf_counter()
+        if now - looked > LOOK:
+            looked = now
+            yield (master.time - start) / (stop - start)
+    yield 1.0
+
+
+def _equal(master: Master, stop: float, steps: Steps):  # type: ignore[no-untyped-def]
+    """Equal steps: times are multiples of the size, never sums."""
+    start = master.time
+    count = max(1, round((stop - start) / steps.size))
+    if abs(count * steps.size - (stop - start)) > 1.0e-6 * steps.size:
+        count = math.ceil((stop - start) / steps.size - 1.0e-9)
+    for k in range(count):
+        master.step(min(start + (k + 1) * steps.size, stop) if k + 1 < count else stop)
+        yield None
+
+
+def _controlled(master: Master, stop: float, steps: Steps, record: _Record):  # type: ignore[no-untyped-def]
+    """Steps by how far the units are from what was expected of them."""
+    assert steps.error is not None
+    size, degree = steps.size, max(1, DEGREES[master.exchange.reconstruction])
+    coupled, again = master.coupled, master.restorable
+    while master.time < stop - 1.0e-9 * size:
+        end = stop if master.time + 1.001 * size >= stop else master.time + size
+        taken = end - master.time
+        expected = master.predicted(taken)[coupled]
+        kept = master.keep() if again else None
+        master.step(end)
+        off = np.abs(master.newest[coupled] - expected) / master.scales[coupled]
+        over = float(off.max()) / steps.error if off.size else 0.0
+        factor = GROW if over == 0.0 else min(GROW, max(SHRINK, SAFETY * over ** (-1.0 / (degree + 1))))
+        if over > REFUSED and kept is not None and taken > 1.001 * steps.least:
+            master.restore(kept)
+            record.refused += 1
+            size = max(steps.least, taken * min(factor, 0.9))
+            continue
+        size = min(steps.most, max(steps.least, taken * factor))
+        yield None
+
+
+class _Record:
+    """What a run keeps."""
+
+    def __init__(self, master: Master, bonds: Sequence[Bond], sink: Sink | None) -> None:
+        self._master, self._sink = master, sink
+        self._bonds = {bond.name: (_products(master, bond.given), _products(master, bond.taken)) for bond in bonds}
+        self._times: list[float] = [master.time]
+        self._rows: list[Array] = [master.newest.copy()]
+        self._residuals: list[list[float]] = []
+        self._start, self.refused = time.perf_counter(), 0
+
+    def take(self) -> None:
+        """Take the present communication point."""
+        master = self._master
+        self._times.append(master.time)
+        self._rows.append(master.newest.copy())
+        if self._bonds:
+            self._residuals.append(
+                [_power(master, given) - _power(master, taken) for given, taken in self._bonds.values()]
+            )
+        if self._sink is not None:
+            self._sink(master.time, master.newest)
+
+    def result(self, ended: str = "") -> Coupled:
+        """The run so far."""
+        master, residuals = self._master, np.array(self._residuals)
+        return Coupled(
+            master.names, np.array(self._times), np.array(self._rows),
+            {name: residuals[:, k] for k, name in enumerate(self._bonds)},
+            len(self._times) - 1, self.refused, master.sweeps, time.perf_counter() - self._start, ended,
+        )  # fmt: skip
+
+
+_Place = tuple[str, int]
+
+
+def _products(master: Master, pairs: Sequence[tuple[tuple[str, str], tuple[str, str]]]) -> list[tuple[_Place, _Place]]:
+    return [(master.find(*first), master.find(*second)) for first, second in pairs]
+
+
+def _power(master: Master, pairs: Sequence[tuple[_Place, _Place]]) -> float:
+    """Sum of products of values at the present communication point, W."""
+    return sum(master.value(first) * master.value(second) for first, second in pairs)

@@ -1,0 +1,78 @@
+"""What a master knows of a unit, an FMU or anything else that takes steps: names, values, steps, states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from cranktrain.core.errors import CranktrainError
+from cranktrain.core.reduced_body import Array
+
+
+@dataclass(frozen=True)
+class Port:
+    """One real input or output of a unit.
+
+    Attributes
+    ----------
+    unit : as the unit calls it, empty for none
+    factor, offset : SI value = factor · value + offset
+    dimensions : exponents of the SI base units kg, m, s, A, K, mol, cd, rad; None where nothing is known
+    low, high : bounds, in ``unit``
+    feeds : outputs that an input changes without a step
+    """
+
+    unit: str = ""
+    factor: float = 1.0
+    offset: float = 0.0
+    dimensions: tuple[int, ...] | None = None
+    low: float = -float("inf")
+    high: float = float("inf")
+    feeds: frozenset[str] = frozenset()
+
+
+class UnitError(CranktrainError):
+    """A unit that refused a value or a step: its name, the time and what it said."""
+
+
+class Unit(Protocol):
+    """A unit under a master.
+
+    Attributes
+    ----------
+    name : in results and messages
+    inputs, outputs : its real inputs and outputs
+    restorable : whether its state can be kept and set again
+    derivatives : whether it takes the rates of its inputs
+    """
+
+    name: str
+    inputs: Mapping[str, Port]
+    outputs: Mapping[str, Port]
+    restorable: bool
+    derivatives: bool
+
+    def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
+        """Name the inputs that ``write`` sets and the outputs that ``read`` returns, in their order."""
+
+    def initialize(self, time: float) -> None:
+        """Get ready for steps from ``time`` (s) on, with the inputs that were written."""
+
+    def write(self, values: Array, rates: Array | None = None) -> None:
+        """Set the linked inputs (k,), and their rates by time where the unit takes them."""
+
+    def read(self) -> Array:
+        """Linked outputs (k,); the array may be the same each time."""
+
+    def step(self, time: float, size: float) -> None:
+        """Go from ``time`` to ``time + size``, s; ``UnitError`` where it cannot."""
+
+    def keep(self, held: Any = None) -> Any:
+        """The state; ``held`` is one of before, whose place may be taken."""
+
+    def restore(self, state: Any) -> None:
+        """Set a state of ``keep``."""
+
+    def close(self) -> None:
+        """End it; harmless where it has ended."""

@@ -1,0 +1,117 @@
+"""The modules of the virtual engine side by side: how cranktrain and combustion are connected.
+
+The combustion turns the angle on by the speed and says which angle its pressures belong to; the cranktrain reconstructs
+them by that angle (reconstruction ``own``). With any other reconstruction the master does so, over the crank angle, and
+the cranktrain holds what it is given.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.coupling.connections import MEAN, NEWEST, START, Connection
+from cranktrain.coupling.fmu_unit import FmuUnit
+from cranktrain.coupling.master import Exchange, Master
+from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, OWN
+from cranktrain.coupling.reconstruction import DEGREES
+from cranktrain.coupling.run import Bond, Coupled
+from cranktrain.coupling.unit import Unit
+from cranktrain.results.summary import vibration
+
+RECONSTRUCTIONS = (OWN, *DEGREES)
+"""Who reconstructs pressures: the cranktrain itself, or the master by a polynomial."""
+ANGLE, SPEED = "crank.angle", "crank.speed"
+READ = {
+    CRANKTRAIN: ("pulley.torsion", "pulley.axial", "shaft.torque", "torque.indicated", "torque.brake"),
+    COMBUSTION: ("indicated.pressure_mean", "indicated.torque", "heat.released", "heat.walls"),
+}
+"""Outputs that a run keeps beside those that are connected."""
+
+
+@dataclass(frozen=True)
+class Partners:
+    """FMUs of the virtual engine, and the start values of their parameters."""
+
+    cranktrain: Path
+    combustion: Path
+    values: Mapping[str, Mapping[str, Any]]
+
+
+def virtual_engine(partners: Partners, speed: float, scheme: str, reconstruction: str) -> tuple[Master, list[Bond]]:
+    """Master of cranktrain and combustion at a constant speed (rad/s) of the shaft, and the powers that they exchange.
+
+    Raises
+    ------
+    InputError
+        FMUs that are no cranktrain or combustion of equal numbers of cylinders, a reconstruction that does not exist
+    """
+    if reconstruction not in RECONSTRUCTIONS:
+        raise InputError(
+            f"reconstruction '{reconstruction}' does not exist; {nearest(reconstruction, RECONSTRUCTIONS)}"
+        )
+    own = reconstruction == OWN
+    given = {name: dict(partners.values.get(name, {})) for name in (CRANKTRAIN, COMBUSTION)}
+    given[CRANKTRAIN] = {
+        "speed": speed, "gas.source": "input", "input.reconstruction": "polytropic" if own else "hold",
+    } | given[CRANKTRAIN]  # fmt: skip
+    given[COMBUSTION] = {SPEED: speed} | given[COMBUSTION]
+    units: list[Unit] = [
+        FmuUnit(partners.combustion, COMBUSTION, given[COMBUSTION]),
+        FmuUnit(partners.cranktrain, CRANKTRAIN, given[CRANKTRAIN]),
+    ]
+    combustion, cranktrain = units
+    cylinders, taken = (sum(map(_is_pressure, ports)) for ports in (combustion.outputs, cranktrain.inputs))
+    if not cylinders or cylinders != taken:
+        raise InputError(
+            f"{partners.combustion}: pressures of {cylinders} cylinders, {partners.cranktrain} takes those of {taken}; "
+            "take FMUs of one engine"
+        )
+    connections = [Connection((CRANKTRAIN, name), (COMBUSTION, name), START) for name in (ANGLE, SPEED)]
+    connections += [
+        Connection((COMBUSTION, name), (CRANKTRAIN, name), NEWEST if own else MEAN)
+        for name in (f"cylinder[{c + 1}].pressure" for c in range(cylinders))
+    ]
+    if own:
+        connections.append(Connection((COMBUSTION, "pressure.angle"), (CRANKTRAIN, "pressure.angle"), NEWEST))
+    exchange = Exchange(scheme, "hold" if own else reconstruction, None if own else (CRANKTRAIN, ANGLE))
+    outputs = {unit.name: [name for name in READ[unit.name] if name in unit.outputs] for unit in units}
+    master = Master(units, connections, exchange, outputs)
+    bond = Bond(
+        "gas",
+        given=[((COMBUSTION, "indicated.torque"), (CRANKTRAIN, SPEED))],
+        taken=[((CRANKTRAIN, "torque.indicated"), (CRANKTRAIN, SPEED))],
+    )
+    return master, [bond]
+
+
+def summary(run: Coupled, speed: float) -> dict[str, Any]:
+    """What a coupled run at constant speed (rad/s) says in a few numbers, over its last cycle."""
+    angle = speed * run.times
+    last = run.times >= run.times[-1] - 4.0 * math.pi / speed
+    residual = run.residuals["gas"][last[1:]]
+    return {
+        "pulley": {
+            "torsion_deg": vibration(angle, run.of(f"{CRANKTRAIN}.pulley.torsion"), 180.0 / math.pi),
+            "axial_um": vibration(angle, run.of(f"{CRANKTRAIN}.pulley.axial"), 1e6),
+        },
+        "imep_pa": float(run.of(f"{COMBUSTION}.indicated.pressure_mean")[-1]),
+        "indicated_torque_nm": float(run.of(f"{CRANKTRAIN}.torque.indicated")[last].mean()),
+        "shaft_torque_nm": float(run.of(f"{CRANKTRAIN}.shaft.torque")[last].mean()),
+        "coupling_residual_w": float(np.sqrt(np.mean(residual**2))),
+        "real_time_factor": run.seconds / float(run.times[-1] - run.times[0]),
+        "seconds": run.seconds,
+        "steps": run.steps,
+        "refused_steps": run.refused,
+        "sweeps": run.sweeps,
+    }
+
+
+def _is_pressure(name: str) -> bool:
+    return name.startswith("cylinder[") and name.endswith("].pressure")
