@@ -81,7 +81,7 @@ def test_energy_of_rotation_is_spent_on_the_load():
     settings = replace(FREE, gas_source="input", gravity=0.0, step=math.radians(1.0))
     simulation = Simulation(engine, rigid_crank(engine), settings)
     load = 150.0
-    simulation.inputs[[0, -1]] = SPEED, load
+    simulation.inputs[0], simulation.load_torque = SPEED, load
     simulation.initialize()
     h = communication_step(SPEED, settings.step)
     rotor = simulation.model.rotor

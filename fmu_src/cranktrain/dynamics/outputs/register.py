@@ -154,6 +154,7 @@ for _family in (
             "flywheel.torsion": {},
             "shaft.torque": {},
         },
+        units={"crank.angle_cycle": "rad", "crank.angle_next": "rad"},
         unjudged=frozenset({"crank.angle", "crank.angle_cycle", "crank.angle_next"}),
     ),
     Family(
@@ -198,6 +199,7 @@ for _family in (
         f"{_HERE}.cylinders:observe_cylinders",
         {"volume": {}, "volume_rate": {}, "piston_position": {}},
         "cylinders",
+        units={"volume_rate": "m^3/s"},
         unjudged=frozenset({"volume_rate"}),
     ),
     Family(
