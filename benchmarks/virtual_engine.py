@@ -43,10 +43,11 @@ SAMPLES = round(720 / STEPS_DEG[-1])
 def coupled(fmus: tuple[Path, Path], speed: float, way: str, step_deg: float) -> Coupled:
     """One run."""
     scheme, reconstruction, values = WAYS[way]
-    master, bonds = virtual_engine(Partners(*fmus, values), speed, scheme, reconstruction)
+    engine = virtual_engine(Partners(*fmus, values), speed, scheme, reconstruction)
+    master = engine.master()
     try:
         master.initialize()
-        return run(master, CYCLES * 4.0 * math.pi / speed, Steps(math.radians(step_deg) / speed), bonds)
+        return run(master, CYCLES * 4.0 * math.pi / speed, Steps(math.radians(step_deg) / speed), engine.bonds)
     finally:
         master.close()
 

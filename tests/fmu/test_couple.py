@@ -4,13 +4,18 @@ import json
 import os
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
+from fmpy.ssp.ssd import read_ssd
 
+from cranktrain.coupling.ssp import write_ssp
+from cranktrain.coupling.virtual_engine import Partners, virtual_engine
 from cranktrain.fmu.build import build_fmu
 from cranktrain.store.hdf5 import read_result
 
+SPEED = 209.43951023931953
 SOURCES = Path(__file__).parents[2] / "fmu_src"
 
 
@@ -80,3 +85,22 @@ def test_wrong_input_is_one_line(couple, options, said):
 def test_fmus_of_two_engines_are_refused(couple, tmp_path):
     code, _, stderr, _ = couple(combustion=build_fmu("combustion_v8", tmp_path))
     assert code == 2 and "pressures of 8 cylinders" in stderr and "take FMUs of one engine" in stderr
+
+
+def test_the_system_as_an_ssp(fmu, partner, tmp_path):
+    """Valid by the standard's schema, and equal bytes from equal systems."""
+    written = []
+    for k in range(2):
+        path = tmp_path / f"VirtualEngineI6_{k}.ssp"
+        engine = virtual_engine(Partners(fmu, partner, {}), SPEED, "jacobi", "own")
+        units = {name: (unit, unit.path) for name, unit in engine.units.items()}
+        written.append(
+            write_ssp(path, "VirtualEngineI6", units, engine.connections, engine.values, engine.outputs, 0.12)
+        )
+    assert written[0].read_bytes() == written[1].read_bytes()
+    system = read_ssd(written[0]).system
+    assert {component.name for component in system.elements} == {"cranktrain", "combustion"}
+    assert len(system.connections) == 2 + 6 + 1
+    with zipfile.ZipFile(written[0]) as archive:
+        values = archive.read("resources/cranktrain.ssv").decode()
+    assert 'name="speed"' in values and 'value="polytropic"' in values

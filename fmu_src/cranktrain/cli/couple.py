@@ -44,6 +44,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--set", dest="values", action="append", default=[], metavar="UNIT.NAME=VALUE",
         help="start value, as often as needed: cranktrain.crank.level=torsional",
     )  # fmt: skip
+    add("--export-ssp", metavar="FILE.ssp", help="write the coupled system for other masters, and do not run it")
     add("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm_coupled.h5)")
 
 
@@ -58,6 +59,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="cranktrain-couple-") as folder:
         partners = Partners(*fmus(options, Path(folder)), values)
         speed = options.speed_rpm * math.pi / 30.0
+        if options.export_ssp is not None:
+            return _export(Path(options.export_ssp), partners, speed, options)
         found = _run_into(output, partners, speed, options)
     result = summary(found, speed) | {"result": str(output)}
     if not options.json:
@@ -102,7 +105,8 @@ def _run_into(output: Path, partners: Partners, speed: float, options: argparse.
     from cranktrain.coupling.run import run as run_coupled
     from cranktrain.coupling.virtual_engine import virtual_engine
 
-    master, bonds = virtual_engine(partners, speed, options.scheme, options.reconstruction)
+    engine = virtual_engine(partners, speed, options.scheme, options.reconstruction)
+    master = engine.master()
     size = math.radians(options.step_deg) / speed
     stop = options.cycles * 4.0 * math.pi / speed
     steps = Steps(size, options.error, 1e-3 * size, 20.0 * size) if options.error else Steps(size)
@@ -110,7 +114,7 @@ def _run_into(output: Path, partners: Partners, speed: float, options: argparse.
     try:
         master.initialize()
         with bar(f"{options.engine}, {options.speed_rpm:g} rev/min") as advance:
-            found = run_coupled(master, stop, steps, bonds, advance)
+            found = run_coupled(master, stop, steps, engine.bonds, advance)
     except (CranktrainError, KeyboardInterrupt) as error:
         if not hasattr(error, "found"):
             raise
@@ -127,6 +131,20 @@ def _run_into(output: Path, partners: Partners, speed: float, options: argparse.
     if isinstance(ended, KeyboardInterrupt):
         raise Interrupted(f"interrupted; {kept}")
     raise type(ended)(f"{ended}; {kept}")
+
+
+def _export(path: Path, partners: Partners, speed: float, options: argparse.Namespace) -> dict[str, Any]:
+    """Write the system as an SSP in place of running it."""
+    from cranktrain.coupling.ssp import write_ssp
+    from cranktrain.coupling.virtual_engine import virtual_engine
+
+    system = virtual_engine(partners, speed, options.scheme, options.reconstruction)
+    units = {name: (unit, unit.path) for name, unit in system.units.items()}
+    stop = options.cycles * 4.0 * math.pi / speed
+    write_ssp(path, path.stem, units, system.connections, system.values, system.outputs, stop)
+    if not options.json:
+        print(f"SSP: {path}")
+    return {"ssp": str(path)}
 
 
 def _show(result: dict[str, Any], options: argparse.Namespace) -> None:

@@ -20,11 +20,11 @@ from fmpy.model_description import ModelDescription, ModelVariable
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
-from cranktrain.coupling.unit import Port, UnitError
+from cranktrain.coupling.unit import DIMENSIONS, Port, UnitError
 
 STATUS = {fmi2.fmi2Warning: "warning", fmi2.fmi2Discard: "discard", fmi2.fmi2Error: "error", fmi2.fmi2Fatal: "fatal"}
 _TYPES = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool, "String": str}
-_BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+
 _MESSAGES = 20
 """Messages of a unit's log that are kept."""
 
@@ -207,13 +207,13 @@ def _described(path: Path) -> ModelDescription:
 
 def _unit_ports(description: ModelDescription) -> dict[str, Port]:
     """Units of a model description as ports."""
-    found = {"": Port(dimensions=(0,) * len(_BASES))}
+    found = {"": Port(dimensions=(0,) * len(DIMENSIONS))}
     for unit in description.unitDefinitions:
         base = unit.baseUnit
         if base is None:
             found[unit.name] = Port(unit.name)
             continue
-        dimensions = tuple(int(getattr(base, name)) for name in _BASES)
+        dimensions = tuple(int(getattr(base, name)) for name in DIMENSIONS)
         found[unit.name] = Port(unit.name, float(base.factor), float(base.offset), dimensions)
     return found
 

@@ -9,6 +9,9 @@ from typing import Any, Protocol
 from cranktrain.core.errors import CranktrainError
 from cranktrain.core.reduced_body import Array
 
+DIMENSIONS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+"""SI base units, as FMI counts them."""
+
 
 @dataclass(frozen=True)
 class Port:
@@ -18,7 +21,7 @@ class Port:
     ----------
     unit : as the unit calls it, empty for none
     factor, offset : SI value = factor · value + offset
-    dimensions : exponents of the SI base units kg, m, s, A, K, mol, cd, rad; None where nothing is known
+    dimensions : exponents of :data:`DIMENSIONS`; None where nothing is known
     low, high : bounds, in ``unit``
     feeds : outputs that an input changes without a step
     """

@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,7 +22,6 @@ from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, OWN
 from cranktrain.coupling.reconstruction import DEGREES
 from cranktrain.coupling.run import Bond, Coupled
-from cranktrain.coupling.unit import Unit
 from cranktrain.results.summary import vibration
 
 RECONSTRUCTIONS = (OWN, *DEGREES)
@@ -44,8 +43,27 @@ class Partners:
     values: Mapping[str, Mapping[str, Any]]
 
 
-def virtual_engine(partners: Partners, speed: float, scheme: str, reconstruction: str) -> tuple[Master, list[Bond]]:
-    """Master of cranktrain and combustion at a constant speed (rad/s) of the shaft, and the powers that they exchange.
+class VirtualEngine(NamedTuple):
+    """Units, connections and what a master needs besides.
+
+    ``values`` are start values and ``outputs`` what is read beside what is connected, by unit; ``bonds`` are the powers
+    that units exchange.
+    """
+
+    units: dict[str, FmuUnit]
+    connections: list[Connection]
+    exchange: Exchange
+    values: dict[str, dict[str, Any]]
+    outputs: dict[str, list[str]]
+    bonds: list[Bond]
+
+    def master(self) -> Master:
+        """The reference master of these units."""
+        return Master(list(self.units.values()), self.connections, self.exchange, self.outputs)
+
+
+def virtual_engine(partners: Partners, speed: float, scheme: str, reconstruction: str) -> VirtualEngine:
+    """Cranktrain and combustion at a constant speed (rad/s) of the shaft.
 
     Raises
     ------
@@ -62,11 +80,8 @@ def virtual_engine(partners: Partners, speed: float, scheme: str, reconstruction
         "speed": speed, "gas.source": "input", "input.reconstruction": "polytropic" if own else "hold",
     } | given[CRANKTRAIN]  # fmt: skip
     given[COMBUSTION] = {SPEED: speed} | given[COMBUSTION]
-    units: list[Unit] = [
-        FmuUnit(partners.combustion, COMBUSTION, given[COMBUSTION]),
-        FmuUnit(partners.cranktrain, CRANKTRAIN, given[CRANKTRAIN]),
-    ]
-    combustion, cranktrain = units
+    combustion = FmuUnit(partners.combustion, COMBUSTION, given[COMBUSTION])
+    cranktrain = FmuUnit(partners.cranktrain, CRANKTRAIN, given[CRANKTRAIN])
     cylinders, taken = (sum(map(_is_pressure, ports)) for ports in (combustion.outputs, cranktrain.inputs))
     if not cylinders or cylinders != taken:
         raise InputError(
@@ -81,14 +96,14 @@ def virtual_engine(partners: Partners, speed: float, scheme: str, reconstruction
     if own:
         connections.append(Connection((COMBUSTION, "pressure.angle"), (CRANKTRAIN, "pressure.angle"), NEWEST))
     exchange = Exchange(scheme, "hold" if own else reconstruction, None if own else (CRANKTRAIN, ANGLE))
-    outputs = {unit.name: [name for name in READ[unit.name] if name in unit.outputs] for unit in units}
-    master = Master(units, connections, exchange, outputs)
+    units = {unit.name: unit for unit in (combustion, cranktrain)}
+    outputs = {name: [output for output in READ[name] if output in unit.outputs] for name, unit in units.items()}
     bond = Bond(
         "gas",
         given=[((COMBUSTION, "indicated.torque"), (CRANKTRAIN, SPEED))],
         taken=[((CRANKTRAIN, "torque.indicated"), (CRANKTRAIN, SPEED))],
     )
-    return master, [bond]
+    return VirtualEngine(units, connections, exchange, given, outputs, [bond])
 
 
 def summary(run: Coupled, speed: float) -> dict[str, Any]:

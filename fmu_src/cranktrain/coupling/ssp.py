@@ -1,0 +1,117 @@
+"""A coupled system as an SSP: its FMUs, connections, units and parameter sets in one archive that other masters read.
+
+SSP 1.0 knows neither schemes nor reconstruction: each master brings its own. Equal systems give equal bytes.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
+
+from cranktrain.core.errors import InputError
+from cranktrain.coupling.connections import Connection, checked
+from cranktrain.coupling.unit import DIMENSIONS, Port, Unit
+from cranktrain.store.whole_file import marked, whole_file
+
+SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
+SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
+SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
+_DATE = (2020, 1, 1, 0, 0, 0)
+_KIND = marked("SSP", "SystemStructure.ssd")
+
+
+def write_ssp(
+    path: Path, name: str, units: Mapping[str, tuple[Unit, Path]], connections: Sequence[Connection],
+    values: Mapping[str, Mapping[str, Any]], outputs: Mapping[str, Sequence[str]], stop: float,
+) -> Path:  # fmt: skip
+    """Write the archive.
+
+    Parameters
+    ----------
+    units : each with the path of its FMU, by name
+    values : start values by unit and variable
+    outputs : what is shown of each unit beside what is connected
+    stop : end of the default experiment, s
+
+    Raises
+    ------
+    InputError
+        connections that cannot be, a place that must not be taken
+    """
+    checked({key: unit for key, (unit, _) in units.items()}, connections)
+    if path.suffix != ".ssp":
+        raise InputError(f"{path}: an SSP's name ends in .ssp; name it {path.with_suffix('.ssp')}")
+    for prefix, space in (("ssd", SSD), ("ssc", SSC), ("ssv", SSV)):
+        register_namespace(prefix, space)
+    files = {"SystemStructure.ssd": _text(_structure(name, units, connections, outputs, stop))}
+    for key, (_, fmu) in units.items():
+        files[f"resources/{key}.ssv"] = _text(_parameter_set(key, values.get(key, {})))
+        files[f"resources/{fmu.name}"] = fmu.read_bytes()
+    with whole_file(path, _KIND) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file, content in files.items():
+            archive.writestr(zipfile.ZipInfo(file, _DATE), content, zipfile.ZIP_DEFLATED)
+    return path
+
+
+def _structure(
+    name: str, units: Mapping[str, tuple[Unit, Path]], connections: Sequence[Connection],
+    outputs: Mapping[str, Sequence[str]], stop: float,
+) -> Element:  # fmt: skip
+    root = Element(f"{{{SSD}}}SystemStructureDescription", version="1.0", name=name)
+    shown: dict[str, dict[tuple[str, str], Port]] = {}
+    for key, (unit, _) in units.items():
+        there = {("input", c.target[1]): unit.inputs[c.target[1]] for c in connections if c.target[0] == key}
+        sources = [c.source[1] for c in connections if c.source[0] == key]
+        there |= {("output", o): unit.outputs[o] for o in dict.fromkeys([*sources, *outputs.get(key, ())])}
+        shown[key] = there
+    system = SubElement(root, f"{{{SSD}}}System", name=name)
+    elements = SubElement(system, f"{{{SSD}}}Elements")
+    for key, (_, fmu) in units.items():
+        kind = "application/x-fmu-sharedlibrary"
+        component = SubElement(elements, f"{{{SSD}}}Component", name=key, source=f"resources/{fmu.name}", type=kind)
+        connectors = SubElement(component, f"{{{SSD}}}Connectors")
+        for (cause, variable), port in shown[key].items():
+            connector = SubElement(connectors, f"{{{SSD}}}Connector", name=variable, kind=cause)
+            SubElement(connector, f"{{{SSC}}}Real", {"unit": port.unit} if port.unit else {})
+        bindings = SubElement(component, f"{{{SSD}}}ParameterBindings")
+        SubElement(bindings, f"{{{SSD}}}ParameterBinding", source=f"resources/{key}.ssv")
+    links = SubElement(system, f"{{{SSD}}}Connections")
+    for link in connections:
+        (start, output), (end, taken) = link.source, link.target
+        ends = {"startElement": start, "startConnector": output, "endElement": end, "endConnector": taken}
+        SubElement(links, f"{{{SSD}}}Connection", ends)
+    _units(root, [port for there in shown.values() for port in there.values()])
+    SubElement(root, f"{{{SSD}}}DefaultExperiment", startTime="0.0", stopTime=repr(stop))
+    return root
+
+
+def _units(root: Element, ports: Sequence[Port]) -> None:
+    """Units that connectors name, with their base units."""
+    group = SubElement(root, f"{{{SSD}}}Units")
+    for port in {port.unit: port for port in ports if port.unit and port.dimensions is not None}.values():
+        unit = SubElement(group, f"{{{SSC}}}Unit", name=port.unit)
+        powers = zip(DIMENSIONS, port.dimensions or (), strict=True)
+        base = {key: str(power) for key, power in powers if power}
+        if port.factor != 1.0:
+            base["factor"] = repr(port.factor)
+        if port.offset != 0.0:
+            base["offset"] = repr(port.offset)
+        SubElement(unit, f"{{{SSC}}}BaseUnit", base)
+
+
+def _parameter_set(name: str, values: Mapping[str, Any]) -> Element:
+    root = Element(f"{{{SSV}}}ParameterSet", version="1.0", name=name)
+    group = SubElement(root, f"{{{SSV}}}Parameters")
+    for variable, value in values.items():
+        parameter = SubElement(group, f"{{{SSV}}}Parameter", name=variable)
+        kind = {bool: "Boolean", int: "Integer", str: "String"}.get(type(value), "Real")
+        SubElement(parameter, f"{{{SSV}}}{kind}", value=str(value).lower() if kind == "Boolean" else str(value))
+    return root
+
+
+def _text(root: Element) -> bytes:
+    indent(root)
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, "utf-8") + b"\n"
