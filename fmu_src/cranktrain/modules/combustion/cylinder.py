@@ -137,7 +137,6 @@ def rates(model, work, state, base, phi, time, values, out):
     out[at.EXHAUST_ENTHALPY] = h_out * outward
     now[at.FOUND_P] = p
     now[at.FOUND_T] = t
-    now[at.FOUND_V] = v
     now[at.STIFFNESS] *= 1.4 * r * t / v
     return OK
 

@@ -64,7 +64,7 @@ MEMORY = (
     "premixed_fuel", "diffusion_fuel", "premixed_for", "diffusion_for", "closed", "closed_pressure",
     "closed_temperature", "closed_volume", "lift_in", "lift_out", "work_start", "wall_start", "burnt_start", "peak",
     "peak_angle", "cycle_work", "cycle_wall", "cycle_heat", "cycle_peak", "cycle_peak_angle", "cycle_delay", "injected",
-    "first_mass", "first_products", "first_energy",
+    "first_mass", "first_energy",
 )  # fmt: skip
 """What a cylinder remembers of its cycle."""
 (
@@ -72,7 +72,7 @@ MEMORY = (
     PREMIXED_FUEL, DIFFUSION_FUEL, PREMIXED_FOR, DIFFUSION_FOR, CLOSED, CLOSED_PRESSURE,
     CLOSED_TEMPERATURE, CLOSED_VOLUME, LAST_LIFT_IN, LAST_LIFT_OUT, WORK_START, WALL_START, BURNT_START, PEAK,
     PEAK_ANGLE, CYCLE_WORK, CYCLE_WALL, CYCLE_HEAT, CYCLE_PEAK, CYCLE_PEAK_ANGLE, CYCLE_DELAY, INJECTED,
-    FIRST_MASS, FIRST_PRODUCTS, FIRST_ENERGY,
+    FIRST_MASS, FIRST_ENERGY,
 ) = range(N_INTEGRATED, N_INTEGRATED + len(MEMORY))  # fmt: skip
 SIZE = N_INTEGRATED + len(MEMORY)
 
@@ -92,10 +92,10 @@ CYLINDER_OUTPUTS = (
 
 NOW = (
     "speed", "intake_p", "intake_t", "exhaust_p", "exhaust_t", "lift_in", "lift_out", "slope_in", "slope_out",
-    "pressure", "temperature", "volume", "stiffness", "intake_h",
+    "pressure", "temperature", "stiffness", "intake_h",
 )  # fmt: skip
 """Places of the workspace: what holds over a communication step, and what the last evaluation found."""
 (
     NOW_SPEED, NOW_INTAKE_P, NOW_INTAKE_T, NOW_EXHAUST_P, NOW_EXHAUST_T, NOW_LIFT_IN, NOW_LIFT_OUT, SLOPE_IN, SLOPE_OUT,
-    FOUND_P, FOUND_T, FOUND_V, STIFFNESS, INTAKE_H,
+    FOUND_P, FOUND_T, STIFFNESS, INTAKE_H,
 ) = range(len(NOW))  # fmt: skip
