@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cranktrain.film.elastic.film import CONVERGED, FilmHistory, elastic_film
+from cranktrain.film.elastic.film import CONVERGED, elastic_film
 from cranktrain.film.elastic.grid import (
     DAMPING,
     FILL_MEAN,
@@ -13,6 +13,7 @@ from cranktrain.film.elastic.grid import (
     STIFFNESS,
     SUPPLY_FLOW,
     ElasticGrid,
+    FilmHistory,
 )
 
 DIAMETER, WIDTH, CLEARANCE, VISCOSITY, SPEED = 0.085, 0.030, 40e-6, 0.0143, 209.4

@@ -9,8 +9,8 @@ import pytest
 import cranktrain as ct
 from cranktrain.engine.file import load_engine
 from cranktrain.film.contact.asperity import contact_constants
-from cranktrain.film.elastic.film import CONVERGED, FilmHistory, elastic_film
-from cranktrain.film.elastic.grid import FILM_MIN, OUT_SIZE, PRESSURE_MAX, ElasticGrid
+from cranktrain.film.elastic.film import CONVERGED, elastic_film
+from cranktrain.film.elastic.grid import FILM_MIN, OUT_SIZE, PRESSURE_MAX, ElasticGrid, FilmHistory
 from cranktrain.film.elastic.oil import oil_tables
 from cranktrain.film.reynolds.rough_gap import Roughness
 from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid

@@ -69,6 +69,10 @@ def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") ->
         "--tolerance", type=float, metavar="ERROR",
         help="adaptive steps: parts of --step-deg as short as this error of a step asks, e.g. 1e-4",
     )  # fmt: skip
+    add(
+        "--follow-films", action="store_true",
+        help="let elastic films follow those of the cycle before in a run that settles: faster, see theory/settling",
+    )  # fmt: skip
     add("--load", type=float, default=1.0, metavar="SHARE", help="share of the full-load burn (default 1)")
     add("--pressure", metavar="FILE.csv", help="measured trace: angle in degrees; pressure")
     add("--pressure-unit", metavar="UNIT", help="Pa, kPa, bar or MPa; else by header or size of the peak")

@@ -63,6 +63,7 @@ from cranktrain.dynamics.warm_films import (
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.parameters import CLEARANCE
+from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.damper import power_warning, required_damper, with_damper_housing
 from cranktrain.loads.gas_pressure import GasTrace
@@ -147,9 +148,23 @@ class Simulation:
             )
         return body
 
+    def keep_cycles(self) -> None:
+        """Let films with a memory follow those of the cycle before, from the next initialization on.
+
+        For runs whose cycles come to repeat (:mod:`cranktrain.film.laws.past_cycle`), where the settings want it.
+        """
+        if self.settings.follow_films:
+            self.parts = self.parts._replace(cycles=PastCycles())
+
+    def solve_films_anew(self) -> bool:
+        """Let films follow no cycle before, until the next initialization or speed; whether they did."""
+        return self.parts.cycles is not None and self.parts.cycles.stop()
+
     def initialize(self, time: float = 0.0) -> None:
         """Start from the static equilibrium under the present inputs; loads the kernels. Raises ``InputError``."""
         self._check_inputs()
+        if self.parts.cycles is not None:
+            self.parts.cycles.forget()
         if self.settings.film_temperature == "heat-balance":
             self._temperatures = self._balanced_temperatures()
         self._oil_temperature = supply_temperature(self.engine, self.settings, float(self.inputs[0]))
@@ -250,6 +265,8 @@ class Simulation:
         Motion and films stay as they are. Raises ``InputError`` for a speed that no run can have.
         """
         state = self._current()
+        if self.parts.cycles is not None:
+            self.parts.cycles.go_on_at(speed, float(self.inputs[0]))
         self.inputs[0] = speed
         self._check_inputs()
         self._oil_temperature = supply_temperature(self.engine, self.settings, speed)
@@ -452,6 +469,8 @@ def simulate(
     if simulation.settings.boundary == "torque":
         simulation.load_torque = simulation.steady_torque() if load_torque is None else load_torque
         cycles = FREE_CYCLES if cycles is None else cycles
+    if cycles is None:
+        simulation.keep_cycles()
     simulation.initialize()
 
     def run() -> Result:

@@ -68,6 +68,7 @@ class Request:
     integrator : None as the bearing level has it
     step_deg : internal step in degrees of crank angle
     tolerance : adaptive steps: parts of ``step_deg`` as short as this error of a step asks
+    follow_films : whether elastic films follow those of the cycle before in a run that settles, which is faster
     load : share of the full-load burn
     pressure, pressure_unit, pressure_tdc_deg : file of a measured trace, its unit, the angle of firing dead centre
     mesh, block_mesh : the user's own meshes of crankshaft and block
@@ -89,6 +90,7 @@ class Request:
     integrator: str | None = None
     step_deg: float | None = None
     tolerance: float | None = None
+    follow_films: bool = False
     load: float = 1.0
     pressure: str | Path | None = None
     pressure_unit: str | None = None
@@ -161,7 +163,7 @@ class Request:
 
     def of_a_run(self, levels: Settings) -> Settings:
         """Settings of these levels with what is chosen for the run: load, integrator and steps."""
-        choices: dict[str, Any] = {"film_temperature": self.film_temperature}
+        choices: dict[str, Any] = {"film_temperature": self.film_temperature, "follow_films": self.follow_films}
         if self.load_torque_nm is not None:
             choices["boundary"] = "torque"
         if self.load != 1.0:

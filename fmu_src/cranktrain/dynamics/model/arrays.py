@@ -60,6 +60,7 @@ from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films, thrust_bearing
 from cranktrain.film.laws.films import MEMORY, Films
 from cranktrain.film.laws.parameters import COLUMNS
+from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import BIG_END, Law, bearing_law
 from cranktrain.film.table.database import FilmTable
 from cranktrain.loads.damper import PARAMETERS, damper_parameters, damper_temperature, required_damper
@@ -159,6 +160,7 @@ class Parts(NamedTuple):
     bore: BoreCompliance | None = None  # elastic main bores, level ``ehd``
     big_end_table: FilmTable | None = None  # films of the big ends, level ``table``
     block: ReducedBody | None = None  # the block, level ``flexible``
+    cycles: PastCycles | None = None  # keeps what the main bearings' films were over the last cycle of a run
 
 
 def build_model(
@@ -186,7 +188,9 @@ def build_model(
         raise InputError("block level 'flexible' needs the reduced block; make it by structure.block")
     if block is not None:
         engine = _without_block_shares(engine)
-    journals, mains, films = main_bearings(engine, settings.bearings, eta, temperatures, parts.table, parts.bore)
+    journals, mains, films = main_bearings(
+        engine, settings.bearings, eta, temperatures, parts.table, parts.bore, parts.cycles
+    )
     big_ends, floating = _big_ends(engine, big_end_law, eta, parts.big_end_table)
     guided, free_big_ends, ring = settings.pistons == "guided", big_end_law.carries, settings.damper == "fitted"
     stationary = stationary_body(engine, block, guided)

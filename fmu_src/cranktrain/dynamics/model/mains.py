@@ -15,6 +15,7 @@ from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films
 from cranktrain.film.laws.films import Films
 from cranktrain.film.laws.parameters import CLEARANCE, COLUMNS, WIDTH
+from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import PLAIN, ROLLER, bearing_law, usual_level
 from cranktrain.film.laws.roller import roller_parameters
 from cranktrain.film.table.database import FilmTable
@@ -56,6 +57,7 @@ def main_bearings(
     temperatures: Array | None,
     table: FilmTable | None,
     bore: BoreCompliance | None,
+    cycles: PastCycles | None = None,
 ) -> Mains:
     """Main bearings at a level, with films of viscosity ``eta``, or each at that of its own temperature (b,), K.
 
@@ -75,7 +77,7 @@ def main_bearings(
     else:
         etas = [eta] * count if temperatures is None else [viscosity(engine.oil, float(t)) for t in temperatures]
         parameters = np.array([bearing_parameters(engine.plain_mains, own) for own in etas])
-    parts = {"table": table, "bore": bore}
+    parts = {"table": table, "bore": bore, "cycles": cycles}
     bearings = Bearings(parameters, engine.main_bearing, engine.main_roller, parts, oil=engine.oil)
     films = law_films(law, kind, bearings)
     collar = law.clearance and not law.square_collar

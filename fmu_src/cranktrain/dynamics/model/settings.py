@@ -35,7 +35,8 @@ class Settings:
     adaptive steps are parts of ``step``, as short as an error per step of ``tolerance`` asks
     (:mod:`cranktrain.dynamics.time.error_estimate`). ``film_temperature`` is one of ``TEMPERATURES``; ``gas_delay`` is
     how many communication steps before its own a given pressure was computed for
-    (:mod:`cranktrain.dynamics.time.reconstruction`).
+    (:mod:`cranktrain.dynamics.time.reconstruction`). With ``follow_films`` films with a memory follow those of the
+    cycle before in runs that settle (:mod:`cranktrain.film.laws.past_cycle`).
     """
 
     crank: str = "solid"
@@ -60,6 +61,7 @@ class Settings:
     gravity: float = 9.80665
     newton_tolerance: float | None = None
     film_change: float | None = None
+    follow_films: bool = False
 
 
 def resolved(settings: Settings, engine: Engine) -> Settings:

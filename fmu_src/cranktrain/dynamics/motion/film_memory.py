@@ -57,6 +57,7 @@ def open_step(model, work, state):
     numbers = model.films.numbers
     numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
+    numbers[FRAME_ANGLE] = state[SHAFT_ANGLE]
     for i in range(model.bearings.shape[0]):
         place_film(model, work.port[RELATIVE], work.port[RELATIVE_RATE], 0.0, i)
         memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]

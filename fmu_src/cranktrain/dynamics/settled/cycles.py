@@ -41,6 +41,8 @@ RECENT = LONGEST_PERIOD + 2
 """Cycles that a run holds where its samples are kept elsewhere: those that are compared, and one under way."""
 PATIENCE, PATIENCE_OF_BLOCKS, GAIN = 3, 2, 0.5
 """A run gains no more when this many cycles together, or blocks of some, leave more than this share of before."""
+RISES = 2
+"""Cycles together that leave more than one before them: films that follow the cycle before do not settle."""
 
 
 class Stepped(Protocol):
@@ -57,6 +59,9 @@ class Stepped(Protocol):
 
     def step(self, t_end: float) -> None:
         """See :meth:`cranktrain.dynamics.simulation.Simulation.step`."""
+
+    def solve_films_anew(self) -> bool:
+        """See :meth:`cranktrain.dynamics.simulation.Simulation.solve_films_anew`."""
 
 
 class Expected(NamedTuple):
@@ -211,6 +216,8 @@ def settled_cycles(
     while True:
         if search:
             modes.collar.forget()
+            # How often a motion repeats, if at all, is told by films that follow no cycle before.
+            simulation.solve_films_anew()
             plain = plainly(recorder, judge, tolerance, most - LONGEST_PERIOD - done, shortest)
             done, block, search = done + plain.cycles, plain.nearest, False
             if not block:
@@ -246,6 +253,11 @@ def settled_cycles(
             return Recorded(kept, Settling(done, repeats, tolerance, left), True, learned=modes.learned)
         if done + block > most:
             return Recorded(rows, settling, True, learned=modes.learned)
+        rises = len(worst) > RISES and min(worst[-RISES:]) > min(worst[:-RISES])
+        if (rises or _gains_no_more(worst, PATIENCE)) and simulation.solve_films_anew():
+            worst = worst[-1:]
+            if say is not None:
+                say(f"cycle {done}: films that follow the cycle before do not settle; solved anew from here on")
         if _gains_no_more(worst, PATIENCE if block == 1 else PATIENCE_OF_BLOCKS):
             search = done + PLAINLY + LONGEST_PERIOD <= most
             if search:

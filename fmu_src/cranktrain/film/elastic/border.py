@@ -37,7 +37,7 @@ from cranktrain.film.elastic.grid import (
     ZETA,
 )
 from cranktrain.film.elastic.height import pressure_unit
-from cranktrain.film.elastic.sources import motion_sources
+from cranktrain.film.elastic.sources import motion_sources, past_sources
 
 
 @kernel
@@ -135,11 +135,11 @@ def present_loads(film, work):
 
 
 @kernel
-def border_equations(film, first, ring, chain, right_sides, work):
+def border_equations(film, first, ring, chain, right_sides, moving, work):
     """Equations of the shapes and of the border's column of nodes, after elimination of all other nodes.
 
     Into ``work.border``; unknowns in order: shapes, then the column. One right-hand side, the Newton step, or eight,
-    by (x, y, a, b) and their velocities, stand from column k + n_z on.
+    those of the last block, stand from column k + n_z on; the first ``moving`` of the eight are by x, y, a, b.
     """
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
@@ -180,7 +180,7 @@ def border_equations(film, first, ring, chain, right_sides, work):
             else:
                 for t in range(8):
                     row[right + t] += yielding * loads[m, 8 * last + t]
-                for t in range(4):
+                for t in range(moving):
                     row[right + t] += yielding * touching[m, t]
     if not ring:
         return
@@ -251,36 +251,62 @@ def eliminate(a, n_shapes, n_z, ring, right_sides):
 @kernel
 def film_tangents(film, first, ring, work, out):
     """Derivatives of the four forces by position and velocity, on the converged set, into ``out`` (OUT_SIZE,)."""
+    motion_sources(film, work.nodes, work.faces, first, work.columns[work.columns.shape[0] - 1])
+    _answer(film, first, ring, 4, work)
+    for m in range(4):
+        for t in range(4):
+            out[STIFFNESS + 4 * m + t] = _force_change(film, first, ring, m, t, work) + _touch(film, m, t, work)
+            out[DAMPING + 4 * m + t] = _force_change(film, first, ring, m, 4 + t, work)
+
+
+@kernel
+def past_tangents(film, per_gain, first, ring, work, out):
+    """Derivatives of the four forces by the past Δ of the k shapes, N/m, on the converged set, into ``out`` (4, k)."""
+    last = work.columns.shape[0] - 1
+    for block in range(film.shapes.shape[1] // 8):
+        past_sources(film, per_gain, work.nodes, first, block, work.columns[last])
+        _answer(film, first, ring, 0, work)
+        for k in range(max(0, 8 * block - 1), min(out.shape[1], 8 * block + 7)):
+            for m in range(4):
+                out[m, k] = _force_change(film, first, ring, m, k + 1 - 8 * block, work)
+
+
+@kernel
+def _answer(film, first, ring, moving, work):
+    """Answer of nodes and shapes to the eight sources in the last block, of which ``moving`` are by x, y, a, b."""
+    n_z = int(film.constants[N_Z])
+    size = int(film.constants[N_PHI]) * n_z
+    chain = size - n_z if ring else size
+    last = work.columns.shape[0] - 1
+    solve_blocks(work.band, chain, n_z, work.columns[last])
+    solution_loads(film, first, chain, last, last + 1, work)
+    border_equations(film, first, ring, chain, 8, moving, work)
+    eliminate(work.border, int(film.constants[N_SHAPES]), n_z, ring, 8)
+
+
+@kernel
+def _touch(film, m, t, work):
+    """Derivative of force m by place t at fixed pressure, N/m."""
+    return work.touching[m, t] * load_unit(film.constants) / film.constants[CLEARANCE]
+
+
+@kernel
+def _force_change(film, first, ring, m, t, work):
+    """Derivative of force m by source t of the last block, through pressure and shapes, SI."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     n_shapes = int(film.constants[N_SHAPES])
-    size = n_phi * n_z
-    chain = size - n_z if ring else size
-    last = work.columns.shape[0] - 1
     right = n_shapes + n_z
-    motion_sources(film, work.nodes, work.faces, first, work.columns[last])
-    solve_blocks(work.band, chain, n_z, work.columns[last])
-    solution_loads(film, first, chain, last, last + 1, work)
-    border_equations(film, first, ring, chain, 8, work)
-    eliminate(work.border, n_shapes, n_z, ring, 8)
-    b = first - 1 if first > 0 else n_phi - 1
-    unit = load_unit(film.constants) / film.constants[CLEARANCE]
-    for m in range(4):
-        for t in range(8):
-            total = work.loads[m, 8 * last + t]
-            if t < 4:
-                total += work.touching[m, t]
-            for k in range(n_shapes):
-                total += (work.loads[m, 1 + k] + work.touching[m, 4 + k]) * work.border[k, right + t]
-            if ring:
-                for j in range(n_z):
-                    q = b * (n_z + 2) + j + 1
-                    by = work.loads[m, 1 + n_shapes + j]
-                    if work.nodes[FULL, q] > 0.0:
-                        own = film.lines[j + 1, FILM_WEIGHT] * work.nodes[SLOPE, q]
-                        by += own * shape_value(film, q, b, j + 1, m)
-                    total += by * work.border[n_shapes + j, right + t]
-            if t < 4:
-                out[STIFFNESS + 4 * m + t] = total * unit
-            else:
-                out[DAMPING + 4 * m + t - 4] = total * unit
+    total = work.loads[m, 8 * (work.columns.shape[0] - 1) + t]
+    for k in range(n_shapes):
+        total += (work.loads[m, 1 + k] + work.touching[m, 4 + k]) * work.border[k, right + t]
+    if ring:
+        b = first - 1 if first > 0 else n_phi - 1
+        for j in range(n_z):
+            q = b * (n_z + 2) + j + 1
+            by = work.loads[m, 1 + n_shapes + j]
+            if work.nodes[FULL, q] > 0.0:
+                own = film.lines[j + 1, FILM_WEIGHT] * work.nodes[SLOPE, q]
+                by += own * shape_value(film, q, b, j + 1, m)
+            total += by * work.border[n_shapes + j, right + t]
+    return total * load_unit(film.constants) / film.constants[CLEARANCE]

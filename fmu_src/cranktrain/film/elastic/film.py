@@ -23,13 +23,18 @@ nodes at their pressure. Inertial axes.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from cranktrain.core.kernel import kernel
-from cranktrain.core.reduced_body import Array
 from cranktrain.film.elastic.balance import Rates, film_rates, film_start, grid_factors, oil_balance
 from cranktrain.film.elastic.band_blocks import factor_blocks, solve_blocks
-from cranktrain.film.elastic.border import border_equations, eliminate, film_tangents, present_loads, solution_loads
+from cranktrain.film.elastic.border import (
+    border_equations,
+    eliminate,
+    film_tangents,
+    past_tangents,
+    present_loads,
+    solution_loads,
+)
 from cranktrain.film.elastic.grid import (
     CHANGE,
     CLEARANCE,
@@ -83,17 +88,6 @@ SWITCH = 1.0e-11
 """Change of sign that is rounding: of the void share, and of pressure over the largest."""
 
 
-class FilmHistory(NamedTuple):
-    """What a film remembers of the step so far, and its solution; n nodes, k shapes."""
-
-    start: Array  # (n,) node unknowns at the step's start, see cranktrain.film.elastic.balance; zeros: full
-    start_place: Array  # (4,) m
-    start_shapes: Array  # (k,) m
-    known: Array  # (k,) Δ of the stage, m
-    unknowns: Array  # (n,) in: where to begin; out: the solution
-    shapes: Array  # (k,) δ, m, the same
-
-
 @kernel
 def elastic_film(film, motion, clock, history, work, out, tangents):
     """Solve one film for a stage of the step.
@@ -134,6 +128,8 @@ def elastic_film(film, motion, clock, history, work, out, tangents):
         return status
     if tangents:
         film_tangents(film, first, ring, work, out)
+        if history.by_past.shape[1] > 0:
+            past_tangents(film, rates.per_gain, first, ring, work, history.by_past)
     oil_state(film, work.nodes)
     out[CLIPPED] = _keep_filled(film, history.unknowns, work.nodes[VOID])
     film_result(film, speed, rates.per_gain, work, out)
@@ -280,7 +276,7 @@ def _newton(film, sigma, rates, most, unknowns, work):
             solve_blocks(work.band, chain, n_z, work.columns[block])
         solution_loads(film, first, chain, 0, blocks, work)
         present_loads(film, work)
-        border_equations(film, first, ring, chain, 1, work)
+        border_equations(film, first, ring, chain, 1, 0, work)
         if eliminate(work.border, n_shapes, n_z, ring, 1) != 0:
             return SINGULAR, passes, first, ring
         # How far may the step go before it closes the film somewhere?
@@ -297,7 +293,7 @@ def _newton(film, sigma, rates, most, unknowns, work):
                 nodes[FILM, q] += share * nodes[CHANGE, q]
             if share < 1.0 and ring:
                 # The column of the border answers to the step that is really taken.
-                border_equations(film, first, ring, chain, 1, work)
+                border_equations(film, first, ring, chain, 1, 0, work)
                 for k in range(n_shapes):
                     for column in range(n_shapes + n_z):
                         work.border[k, column] = 1.0 if k == column else 0.0

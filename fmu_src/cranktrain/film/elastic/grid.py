@@ -112,6 +112,18 @@ class ElasticWork(NamedTuple):
     """(n,) what the balance leaves over."""
 
 
+class FilmHistory(NamedTuple):
+    """What a film remembers of the step so far, and its solution; n nodes, k shapes."""
+
+    start: Array  # (n,) node unknowns at the step's start, see cranktrain.film.elastic.balance; zeros: full
+    start_place: Array  # (4,) m
+    start_shapes: Array  # (k,) m
+    known: Array  # (k,) Δ of the stage, m
+    unknowns: Array  # (n,) in: where to begin; out: the solution
+    shapes: Array  # (k,) δ, m, the same
+    by_past: Array = np.zeros((4, 0))  # (4, k) out, with tangents: derivatives of the forces by Δ, N/m; or (4, 0)
+
+
 @dataclass(frozen=True)
 class ElasticGrid:
     """Uniform grid over the developed bore.

@@ -18,17 +18,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from cranktrain.core.kernel import kernel, law_kernel, record_reader
-from cranktrain.core.lanes import four
+from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import Oil, PlainBearing
 from cranktrain.film.contact.asperity import bearing_contact_constants
 from cranktrain.film.contact.gap import over
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
-from cranktrain.film.elastic.film import CONVERGED, FilmHistory, elastic_film
+from cranktrain.film.elastic.film import CONVERGED, elastic_film
 from cranktrain.film.elastic.grid import (
     CLEARANCE,
-    DAMPING,
     FILM_MIN,
     FILM_MIN_ANGLE,
     FRICTION_TORQUE,
@@ -39,20 +37,17 @@ from cranktrain.film.elastic.grid import (
     OIL_ROW,
     OUT_SIZE,
     PRESSURE_MAX,
-    PROFILE,
     SIDE_FLOW,
-    STIFFNESS,
     VISCOSITY,
-    ZETA,
     ElasticFilm,
     ElasticGrid,
     ElasticWork,
+    FilmHistory,
 )
-from cranktrain.film.elastic.grid import COS as COS_NODE
 from cranktrain.film.elastic.grid import FORCE as FORCE_ON_JOURNAL
-from cranktrain.film.elastic.grid import SIN as SIN_NODE
 from cranktrain.film.elastic.oil import OilTables, oil_tables
 from cranktrain.film.laws.films import (
+    ANGLE,
     CLOSE_STAGE,
     CLOSE_STEP,
     COS,
@@ -74,7 +69,30 @@ from cranktrain.film.laws.films import (
     STAGE,
     STEP,
 )
+from cranktrain.film.laws.in_space import closing_rate, force_in_frame, turn_pairs
 from cranktrain.film.laws.parameters import VISCOSITY as VISCOSITIES
+from cranktrain.film.laws.past_cycle import (
+    ENTRY,
+    FOUND,
+    REACH,
+    RESULTS,
+    SIDE,
+    STILL,
+    PastCycle,
+    PastCycles,
+    begin_as_known,
+    begin_beside,
+    begin_stage,
+    begin_step,
+    carried_on,
+    distance,
+    end_step,
+    found_at,
+    keep_film,
+    keep_tangents,
+    no_past,
+)
+from cranktrain.film.laws.past_cycle import FRICTION as KNOWN_FRICTION
 
 if TYPE_CHECKING:
     from cranktrain.film.laws.bearings import Bearings
@@ -91,6 +109,11 @@ KEPT = 4 + OIL + 1 - PRESSURE_MAX
 """What the state keeps of a film's result: the force, and what follows the tangents."""
 
 
+SOLVED, CARRIED, LAST, CALLS = range(4)
+"""Columns of ``ElasticMemory.calls``: of the present stage, how often the film was solved so far, and whether its force
+was carried on from the last cycle; the stage of that cycle which is the one before, or what is never one."""
+
+
 class ElasticMemory(NamedTuple):
     """What the films of b journals read and write during a step; N nodes, k shapes."""
 
@@ -103,6 +126,10 @@ class ElasticMemory(NamedTuple):
     rates: Array  # (stages, b, k) δ̇ of each stage, m/s
     motion: Array  # (2, 4) place and velocity in space
     out: Array  # (b, OUT_SIZE)
+    by_past: Array  # (b, 4, k) derivatives of the forces by Δ, N/m; (b, 4, 0) where no cycle is kept
+    line: Array  # (RESULTS,) a force that is carried on from the last cycle
+    defect: Array  # (b, 4) what that missed at the stage before
+    calls: Array  # (b, CALLS) see SOLVED
 
 
 class ElasticBore(NamedTuple):
@@ -113,27 +140,36 @@ class ElasticBore(NamedTuple):
     memory: ElasticMemory
     contact_height: Array  # (1,) m, the least gap that counts when a film closes
     viscosities: Array  # (b,) Pa s
+    past: PastCycle
 
 
+# In one piece: what the films of a bearing are made of, and the room that a run has for their past.
 def elastic_bore(
     bearing: PlainBearing,
     viscosities: Array,
     bore: BoreCompliance,
     grid: ElasticGrid = IN_LOOP,
     oil: Oil | None = None,
+    cycles: PastCycles | None = None,
 ) -> ElasticBore:
-    """Elastic films of as many journals as there are ``viscosities`` (b,), Pa s; ``oil`` says what pressure does."""
+    """Elastic films of as many journals as there are ``viscosities`` (b,), Pa s; ``oil`` says what pressure does.
+
+    With ``cycles`` each cycle of a run is kept for the next one.
+    """
     tables = None if oil is None else oil_tables(oil, viscosities)
     film = elastic_arrays(bearing, float(viscosities[0]), bore, grid, tables)
+    count, shapes = len(viscosities), len(bore.compliance)
+    past = no_past(0, 0) if cycles is None else cycles.room(count, shapes, grid.size)
     return ElasticBore(
-        film, grid.work(len(bore.compliance)), elastic_memory(film, len(viscosities)),
-        np.array([bearing.contact_height]), np.array(viscosities, dtype=float),
+        film, grid.work(shapes), elastic_memory(film, count, cycles is not None),
+        np.array([bearing.contact_height]), np.array(viscosities, dtype=float), past,
     )  # fmt: skip
 
 
 def elastic_films(bearings: Bearings) -> ElasticBore:
     """Films of main bearings, of their own viscosities."""
-    return elastic_bore(bearings.plain, bearings.parameters[:, VISCOSITIES], bearings.parts["bore"], oil=bearings.oil)
+    parts, viscosities = bearings.parts, bearings.parameters[:, VISCOSITIES]
+    return elastic_bore(bearings.plain, viscosities, parts["bore"], oil=bearings.oil, cycles=parts.get("cycles"))
 
 
 def film_values(bore: ElasticBore) -> int:
@@ -170,29 +206,23 @@ def film_size(film: ElasticFilm) -> int:
     return int(constants[N_PHI] * constants[N_Z]) + 2 * int(constants[N_SHAPES]) + KEPT
 
 
-def elastic_memory(film: ElasticFilm, bearings: int) -> ElasticMemory:
-    """Memory for as many films, full and round."""
+def elastic_memory(film: ElasticFilm, bearings: int, cyclic: bool = False) -> ElasticMemory:
+    """Memory for as many films, full and round; ``cyclic`` where their cycles are kept."""
     size = int(film.constants[N_PHI] * film.constants[N_Z])
     k = int(film.constants[N_SHAPES])
     z = np.zeros
     return ElasticMemory(
         z((bearings, size)), z((bearings, 4)), z((bearings, k)), z((bearings, k)), z((bearings, size)),
         z((bearings, k)), z((8, bearings, k)), z((2, 4)), z((bearings, OUT_SIZE)),
+        z((bearings, 4, k if cyclic else 0)), z(RESULTS), z((bearings, 4)),
+        z((bearings, CALLS)),
     )  # fmt: skip
 
 
-@kernel
-def turn_pairs(cos, sin, vector, out):
-    """Turn the two plane vectors of (4,) by the angle whose cosine and sine are given."""
-    for pair in range(0, 4, 2):
-        x = vector[pair]
-        y = vector[pair + 1]
-        out[pair] = cos * x - sin * y
-        out[pair + 1] = sin * x + cos * y
-
-
 _SMALL = SMALLEST.film(1.0, 1.0, 1.0e-3, 1.0)
-_read = record_reader(ElasticBore(_SMALL, SMALLEST.work(0), elastic_memory(_SMALL, 1), np.zeros(1), np.zeros(1)))
+_read = record_reader(
+    ElasticBore(_SMALL, SMALLEST.work(0), elastic_memory(_SMALL, 1), np.zeros(1), np.zeros(1), no_past(0, 0))
+)
 
 
 @law_kernel
@@ -208,24 +238,38 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
     shapes = own.shapes.shape[1]
     cos = numbers[COS]
     sin = numbers[SIN]
-    if action in (FORCE, CLOSE_STAGE):
-        status = _solve(bore, i, place, velocity, numbers, action == FORCE and numbers[FROZEN] == 0.0)
-        if action == CLOSE_STAGE:
-            for k in range(shapes):
-                own.rates[int(numbers[STAGE]), i, k] = (own.shapes[i, k] - own.known[i, k]) / numbers[GAIN]
-            return status
+    if action == FORCE:
+        out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / bore.film.constants[CLEARANCE]
+        _move(own, place, velocity, cos, sin)
+        if _carried_on(bore, i):
+            force_in_frame(own.line, cos, sin, out)
+            side, at = found_at(bore.past)
+            out[FRICTION] = bore.past.values[side, at, i, KNOWN_FRICTION]
+            return 0
+        status = _solve(bore, i, numbers, numbers[FROZEN] == 0.0 or own.calls[i, SOLVED] == 0.0)
         if status != CONVERGED:
             return status
-        _force(own.out[i], cos, sin, out)
+        force_in_frame(own.out[i], cos, sin, out)
         out[FRICTION] = own.out[i, FRICTION_TORQUE]
-        out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / bore.film.constants[CLEARANCE]
+    elif action == CLOSE_STAGE:
+        _move(own, place, velocity, cos, sin)
+        status = _close(bore, i, numbers)
+        for k in range(shapes):
+            own.rates[int(numbers[STAGE]), i, k] = (own.shapes[i, k] - own.known[i, k]) / numbers[GAIN]
+        return status
     elif action == OPEN_STAGE:
         for k in range(shapes):
             past = own.start_shapes[i, k]
             for s in range(int(numbers[STAGE])):
                 past += numbers[STEP] * memory[s] * own.rates[s, i, k]
             own.known[i, k] = past
+        own.calls[i, SOLVED] = 0.0
+        own.calls[i, CARRIED] = 0.0
+        if i == 0:
+            begin_stage(bore.past, numbers[STAGE], numbers[STEP])
     elif action == OPEN_STEP:
+        if i == 0:
+            begin_step(bore.past, numbers[ANGLE])
         turn_pairs(cos, sin, place, own.start_place[i])
         for k in range(nodes):
             own.start[i, k] = memory[k]
@@ -235,6 +279,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
             own.shapes[i, k] = memory[nodes + k]
             own.rates[0, i, k] = memory[nodes + shapes + k]
     elif action == CLOSE_STEP:
+        end_step(bore.past)
         for k in range(nodes):
             memory[k] = own.unknowns[i, k]
         for k in range(shapes):
@@ -245,8 +290,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         for k in range(PRESSURE_MAX, OIL + 1):
             memory[nodes + 2 * shapes + 4 + k - PRESSURE_MAX] = own.out[i, k]
     else:
-        turn_pairs(cos, sin, place, own.motion[0])
-        turn_pairs(cos, sin, velocity, own.motion[1])
+        _move(own, place, velocity, cos, sin)
         if action == RATE:
             out[0] = closing_rate(
                 bore.film, own.motion[0], own.motion[1], memory[nodes : nodes + shapes],
@@ -265,20 +309,42 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
     return 0
 
 
+@inlined_kernel
+def _move(own, place, velocity, cos, sin):
+    """Keep a journal's motion, in space."""
+    turn_pairs(cos, sin, place, own.motion[0])
+    turn_pairs(cos, sin, velocity, own.motion[1])
+
+
 @kernel
-def _solve(bore, i, place, velocity, numbers, tangents):
+def _carried_on(bore, i):
+    """Whether the force of film i, ``memory.line``, follows from that of a cycle ago."""
+    own = bore.memory
+    if bore.past.marks[FOUND] < 0.0:
+        return False
+    side, at = found_at(bore.past)
+    known = bore.past.values[side, at, i]
+    near = distance(known, own.motion[0], bore.contact_height[0]) <= bore.past.marks[REACH]
+    if near:
+        carried_on(known, own.motion, own.known[i], own.defect[i], own.line)
+        own.calls[i, CARRIED] = 1.0
+    return near
+
+
+@kernel
+def _solve(bore, i, numbers, tangents):
     """Solve film i at a stage into ``memory.out[i]``; its status."""
     own = bore.memory
-    turn_pairs(numbers[COS], numbers[SIN], place, own.motion[0])
-    turn_pairs(numbers[COS], numbers[SIN], velocity, own.motion[1])
     # All films share the rest of their data.
     bore.film.constants[VISCOSITY] = bore.viscosities[i]
     bore.film.constants[OIL_ROW] = i
     history = FilmHistory(
-        own.start[i], own.start_place[i], own.start_shapes[i], own.known[i], own.unknowns[i], own.shapes[i]
-    )
+        own.start[i], own.start_place[i], own.start_shapes[i], own.known[i], own.unknowns[i], own.shapes[i],
+        own.by_past[i],
+    )  # fmt: skip
     clock = numbers[SPEED], numbers[ELAPSED], numbers[GAIN]
     status = elastic_film(bore.film, own.motion, clock, history, bore.scratch, own.out[i], tangents)
+    own.calls[i, SOLVED] += 1.0
     if status != CONVERGED:
         # The next attempt, of a shorter step, begins with what is sure.
         for k in range(own.start.shape[1]):
@@ -289,48 +355,34 @@ def _solve(bore, i, place, velocity, numbers, tangents):
 
 
 @kernel
-def _force(result, cos, sin, out):
-    """Force of a film's ``result`` and its tangents in the frame's axes, ``out[0:36]``."""
-    turn_pairs(cos, -sin, result, out)
-    for part in range(2):
-        o = STIFFNESS if part == 0 else DAMPING
-        for r in range(0, 4, 2):
-            for s in range(0, 4, 2):
-                k = o + 4 * r + s
-                xx = result[k]
-                xy = result[k + 1]
-                yx = result[k + 4]
-                yy = result[k + 5]
-                # First the columns, then the rows.
-                a = xx * cos + xy * sin
-                b = xy * cos - xx * sin
-                c = yx * cos + yy * sin
-                d = yy * cos - yx * sin
-                out[k] = cos * a + sin * c
-                out[k + 1] = cos * b + sin * d
-                out[k + 4] = cos * c - sin * a
-                out[k + 5] = cos * d - sin * b
-
-
-@kernel
-def closing_rate(film, place, velocity, shapes, rates, least):
-    """Largest rate (1/s) at which the film shrinks, over itself or ``least`` (m), whichever is more."""
-    c = film.constants[CLEARANCE]
-    lines = int(film.constants[N_Z]) + 2
-    n_shapes = int(film.constants[N_SHAPES])
-    x, y, a, b = four(place, 0)
-    vx, vy, va, vb = four(velocity, 0)
-    worst = 0.0
-    for i in range(int(film.constants[N_PHI])):
-        cos = film.trig[i, COS_NODE]
-        sin = film.trig[i, SIN_NODE]
-        for line in range(lines):
-            q = i * lines + line
-            zeta = film.lines[line, ZETA]
-            h = c * (1.0 + film.lines[line, PROFILE]) - (x + zeta * a) * cos - (y + zeta * b) * sin
-            rate = (vx + zeta * va) * cos + (vy + zeta * vb) * sin
-            for k in range(n_shapes):
-                h += shapes[k] * film.shapes[q, k + 1]
-                rate -= rates[k] * film.shapes[q, k + 1]
-            worst = max(worst, rate / max(h, least))
-    return worst
+def _close(bore, i, numbers):
+    """Solve film i at the place where a stage ends, and keep it for the next cycle; its status."""
+    own = bore.memory
+    past = bore.past
+    tangents = False
+    if own.calls[i, CARRIED] > 0.0 and own.calls[i, SOLVED] == 0.0:
+        side, at = found_at(past)
+        known = past.values[side, at, i]
+        if at > 0 and own.calls[i, LAST] == at - 1.0:
+            begin_beside(known, past.values[side, at - 1, i], own.unknowns[i], own.shapes[i])
+        else:
+            begin_as_known(known, own.unknowns[i], own.shapes[i])
+        tangents = distance(known, own.motion[0], bore.contact_height[0]) > STILL
+        if not tangents:
+            keep_tangents(known, own.out[i], own.by_past[i])
+    status = _solve(bore, i, numbers, tangents)
+    own.calls[i, LAST] = past.marks[FOUND] if status == CONVERGED else -1.0
+    for k in range(4):
+        own.defect[i, k] = 0.0
+    if status == CONVERGED and own.calls[i, CARRIED] > 0.0:
+        side, at = found_at(past)
+        carried_on(past.values[side, at, i], own.motion, own.known[i], own.defect[i], own.line)
+        for k in range(4):
+            own.defect[i, k] = own.out[i, k] - own.line[k]
+    if status == CONVERGED and past.marks[ENTRY] >= 0.0:
+        keep_film(
+            past.values[int(past.marks[SIDE]), int(past.marks[ENTRY]), i], own.motion, own.out[i],
+            own.out[i, FRICTION_TORQUE], own.out[i, FILM_MIN],
+            (own.known[i], own.by_past[i], own.shapes[i], own.unknowns[i]),
+        )  # fmt: skip
+    return status
