@@ -17,9 +17,9 @@ import time
 from dataclasses import replace
 from typing import Any
 
-from cranktrain.assembly import Assembly, assemble
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
+from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.studies.run_up.steady import CycleStart, Job, SteadyRuns
 
 SETTLE = 1.0e-4

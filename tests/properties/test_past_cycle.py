@@ -9,10 +9,9 @@ import pytest
 from bodies import rigid_crank
 from elastic_bearing import SPEED, follow, grooved
 
-from cranktrain.assembly import assemble
 from cranktrain.dynamics.cycle_run import output_judge
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import Parts, Simulation, simulate
+from cranktrain.dynamics.simulation import Parts, Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.film.elastic.film import CONVERGED, elastic_film
 from cranktrain.film.elastic.grid import FORCE, FilmHistory
@@ -28,6 +27,7 @@ from cranktrain.film.laws.past_cycle import (
     begin_step,
     distance,
 )
+from cranktrain.structure.assembly import assemble
 from cranktrain.structure.block.saddle import bore_compliance
 from cranktrain.studies.constant_speed import Request
 from cranktrain.studies.run_up.steady import Job, SteadyRuns

@@ -280,15 +280,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
             own.rates[0, i, k] = memory[nodes + shapes + k]
     elif action == CLOSE_STEP:
         end_step(bore.past)
-        for k in range(nodes):
-            memory[k] = own.unknowns[i, k]
-        for k in range(shapes):
-            memory[nodes + k] = own.shapes[i, k]
-            memory[nodes + shapes + k] = own.rates[int(numbers[STAGE]), i, k]
-        for k in range(4):
-            memory[nodes + 2 * shapes + k] = own.out[i, FORCE_ON_JOURNAL + k]
-        for k in range(PRESSURE_MAX, OIL + 1):
-            memory[nodes + 2 * shapes + 4 + k - PRESSURE_MAX] = own.out[i, k]
+        _keep_memory(own, i, int(numbers[STAGE]), memory)
     else:
         _move(own, place, velocity, cos, sin)
         if action == RATE:
@@ -307,6 +299,22 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         out[GAP] = max(kept[first + FILM_MIN], 0.0)
         out[GAP_ANGLE] = kept[first + FILM_MIN_ANGLE]
     return 0
+
+
+@inlined_kernel
+def _keep_memory(own, i, stage, memory):
+    """Keep what film i is at the last stage of a step."""
+    nodes = own.start.shape[1]
+    shapes = own.shapes.shape[1]
+    for k in range(nodes):
+        memory[k] = own.unknowns[i, k]
+    for k in range(shapes):
+        memory[nodes + k] = own.shapes[i, k]
+        memory[nodes + shapes + k] = own.rates[stage, i, k]
+    for k in range(4):
+        memory[nodes + 2 * shapes + k] = own.out[i, FORCE_ON_JOURNAL + k]
+    for k in range(PRESSURE_MAX, OIL + 1):
+        memory[nodes + 2 * shapes + 4 + k - PRESSURE_MAX] = own.out[i, k]
 
 
 @inlined_kernel

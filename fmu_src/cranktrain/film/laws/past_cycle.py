@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, END_X, END_Y, X, Y
 
 CYCLE = 4.0 * math.pi
 SAME_ANGLE = 1.0e-6
@@ -206,10 +207,10 @@ def found_at(past):
 @inlined_kernel
 def distance(known, place, least):
     """Change of a journal's place (4,) from what is known over the film there, or ``least`` (m) where that is more."""
-    x = place[0] - known[PLACE]
-    y = place[1] - known[PLACE + 1]
-    a = place[2] - known[PLACE + 2]
-    b = place[3] - known[PLACE + 3]
+    x = place[X] - known[PLACE + X]
+    y = place[Y] - known[PLACE + Y]
+    a = place[END_X] - known[PLACE + END_X]
+    b = place[END_Y] - known[PLACE + END_Y]
     return (math.sqrt(x * x + y * y) + math.sqrt(a * a + b * b)) / max(known[LEAST], least)
 
 
@@ -220,13 +221,15 @@ def carried_on(known, motion, shapes, defect, out):
     ``defect`` (4,) is what such a force missed at the stage before.
     """
     count = shapes.shape[0]
+    place = motion[0]
+    velocity = motion[1]
     for k in range(RESULTS):
         out[k] = known[RESULT + k]
     for r in range(4):
         total = out[r] + defect[r]
         for k in range(4):
-            total += out[4 + 4 * r + k] * (motion[0, k] - known[PLACE + k])
-            total += out[20 + 4 * r + k] * (motion[1, k] - known[VELOCITY + k])
+            total += out[BY_PLACE + 4 * r + k] * (place[k] - known[PLACE + k])
+            total += out[BY_VELOCITY + 4 * r + k] * (velocity[k] - known[VELOCITY + k])
         for k in range(count):
             total += known[REST + count * (1 + r) + k] * (shapes[k] - known[REST + k])
         out[r] = total
@@ -263,7 +266,7 @@ def begin_beside(known, before, unknowns, shapes):
 def keep_tangents(known, out, by_past):
     """Let a film have the tangents of a cycle ago."""
     count = by_past.shape[1]
-    for k in range(4, RESULTS):
+    for k in range(BY_PLACE, RESULTS):
         out[k] = known[RESULT + k]
     for r in range(4):
         for k in range(count):
