@@ -93,7 +93,7 @@ def native_run(model, settings):
         Settings(**settings),
         parts=parts,
     )
-    simulation.inputs[:] = [150.0, *[101325.0] * model.engine.n_cylinders, 0.0]
+    simulation.inputs[0] = 150.0
     simulation.initialize(0.0)
     for i in range(STEPS):
         if i == STEPS // 2:

@@ -134,14 +134,14 @@ def test_a_state_of_another_model_is_refused():
 def test_an_absurd_pressure_is_survived_or_fails_with_one_line(pressure):
     simulation = run(started(gas_source="input"), 5)
     before = simulation.state
-    simulation.inputs[1:] = pressure
+    simulation.pressures[:] = pressure
     try:
         simulation.step(simulation.time + H)
     except SolverError as error:
         text = str(error)
         assert "\n" not in text and "main[" in text and "deg" in text
         assert np.array_equal(simulation.state, before)
-        simulation.inputs[1:] = AMBIENT
+        simulation.pressures[:] = AMBIENT
         run(simulation, 1)
     assert np.isfinite(simulation.state).all()
     assert np.isfinite(simulation.outputs).all()
