@@ -177,10 +177,38 @@ def test_a_unit_that_fails_is_named_and_the_run_is_kept(kind, said):
     setattr(made[1], kind, 0.5 - 1e-9)
     master = Master(made, links, Exchange("jacobi", "hold"))
     master.initialize()
+    bond = Bond("spring", [(("second", "force"), ("first", "v1"))], [(("first", "force"), ("first", "v1"))])
     with pytest.raises(UnitError, match=said) as caught:
-        run(master, STOP, Steps(0.1))
+        run(master, STOP, Steps(0.1), [bond])
     assert caught.value.found.times == pytest.approx(np.arange(6) * 0.1)
     assert np.all(np.isfinite(caught.value.found.values))
+
+
+def test_a_unit_that_fails_at_once_leaves_a_run_of_one_point():
+    made, links = units(MASSES, FORCE)
+    made[1].__class__ = Broken
+    made[1].fails = 0.0
+    master = Master(made, links, Exchange("jacobi", "hold"))
+    master.initialize()
+    bond = Bond("spring", [(("second", "force"), ("first", "v1"))], [(("first", "force"), ("first", "v1"))])
+    with pytest.raises(UnitError, match="second, step from 0 s") as caught:
+        run(master, STOP, Steps(0.1), [bond])
+    assert caught.value.found.steps == 0
+
+
+def test_steps_taken_again_know_the_angle_that_they_start_from():
+    """Over another output's value as over the time: what a refused step has seen is forgotten."""
+    found = []
+    for abscissa in (None, ("second", "x2")):
+        made, links = units(MASSES, FORCE)
+        clock = Mass("clock", [[0.0]], np.zeros((1, 0)), [[1.0]], np.zeros((1, 0)), [], ["time"], [0.0])
+        clock.step = lambda time, size, clock=clock: clock.x.__iadd__(size)
+        over = None if abscissa is None else ("clock", "time")
+        master = Master([*made, clock], links, Exchange("jacobi", "linear", over), {"clock": ["time"]})
+        master.initialize()
+        found.append(run(master, STOP, Steps(0.2, 1e-3, 1e-4, 0.5)))
+    assert found[0].refused > 0
+    assert found[1].of("first.x1")[-1] == pytest.approx(found[0].of("first.x1")[-1], rel=1e-9)
 
 
 def test_the_iterative_scheme_needs_states():

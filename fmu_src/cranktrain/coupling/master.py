@@ -188,13 +188,13 @@ class Master:
         for unit in self._order:
             self._states[unit.name] = unit.keep(self._states.get(unit.name))
         samples = self._samples
-        return self.time, self._known.copy(), samples.values.copy(), list(samples.places), self._turned
+        return self.time, self._known.copy(), samples.values.copy(), list(samples.places), self._turned, self._last
 
     def restore(self, state: Any) -> None:
         """Go back to the last state that was kept."""
         for unit in self._order:
             unit.restore(self._states[unit.name])
-        self.time, known, values, self._samples.places, self._turned = state
+        self.time, known, values, self._samples.places, self._turned, self._last = state
         self._known[:], self._samples.values[:] = known, values
 
     def close(self) -> None:
@@ -211,7 +211,8 @@ class Master:
         """Abscissa of the step's end."""
         if self.exchange.abscissa is None:
             return self.time + size
-        return float(self._samples.places[0]) + self._turned * size
+        # Before the first step its rate is not known, nor does it matter: one point has no slope.
+        return self._samples.places[0] + (self._turned * size or size)
 
     def _write(self, unit: Unit) -> None:
         taken = self._wirings[unit.name]

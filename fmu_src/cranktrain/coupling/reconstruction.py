@@ -48,7 +48,9 @@ class Samples:
         self.places: list[float] = []
 
     def add(self, place: float, values: Array) -> None:
-        """Take the values of a communication point."""
+        """Take the values of a communication point; where the abscissa stands still nothing before it tells more."""
+        if self.places and place == self.places[0]:
+            self.places = []
         self.values[1:] = self.values[:-1]
         self.values[0] = values
         self.places = [place, *self.places[: POINTS - 1]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -114,7 +114,7 @@ def run(
     return record.result()
 
 
-def _points(master: Master, stop: float, steps: Steps, record: _Record):  # type: ignore[no-untyped-def]
+def _points(master: Master, stop: float, steps: Steps, record: _Record) -> Iterator[float]:
     """Take the steps; yields the share done now and then."""
     start, looked = master.time, time.perf_counter()
     walk = _equal(master, stop, steps) if steps.error is None else _controlled(master, stop, steps, record)
@@ -127,7 +127,7 @@ def _points(master: Master, stop: float, steps: Steps, record: _Record):  # type
     yield 1.0
 
 
-def _equal(master: Master, stop: float, steps: Steps):  # type: ignore[no-untyped-def]
+def _equal(master: Master, stop: float, steps: Steps) -> Iterator[None]:
     """Equal steps: times are multiples of the size, never sums."""
     start = master.time
     count = max(1, round((stop - start) / steps.size))
@@ -138,7 +138,7 @@ def _equal(master: Master, stop: float, steps: Steps):  # type: ignore[no-untype
         yield None
 
 
-def _controlled(master: Master, stop: float, steps: Steps, record: _Record):  # type: ignore[no-untyped-def]
+def _controlled(master: Master, stop: float, steps: Steps, record: _Record) -> Iterator[None]:
     """Steps by how far the units are from what was expected of them."""
     assert steps.error is not None
     size, degree = steps.size, max(1, DEGREES[master.exchange.reconstruction])
@@ -186,7 +186,7 @@ class _Record:
 
     def result(self, ended: str = "") -> Coupled:
         """The run so far."""
-        master, residuals = self._master, np.array(self._residuals)
+        master, residuals = self._master, np.array(self._residuals).reshape(len(self._residuals), len(self._bonds))
         return Coupled(
             master.names, np.array(self._times), np.array(self._rows),
             {name: residuals[:, k] for k, name in enumerate(self._bonds)},
