@@ -78,8 +78,8 @@ LONGEST_STEP = 1.0
 SLOWEST = 100.0 * math.pi / 30.0
 """Lowest speed of a simulation over cycles, rad/s."""
 _RPM = 30.0 / math.pi
-BEHIND_PRESSURES = "load torque (N m)", "torque of the valve train (N m)", "angle of the pressures (rad)"
-"""Inputs behind the pressures."""
+BEHIND_PRESSURES = {"load torque": "N m", "torque of the valve train": "N m", "angle of the pressures": "rad"}
+"""Inputs behind the pressures, with their units."""
 
 
 class Simulation:
@@ -313,9 +313,9 @@ class Simulation:
 
     def _check_inputs(self) -> None:
         speed = self.inputs[0]
-        for what, value in zip(BEHIND_PRESSURES, self.inputs[self._load :], strict=True):
+        for (what, unit), value in zip(BEHIND_PRESSURES.items(), self.inputs[self._load :], strict=True):
             if not math.isfinite(value):
-                raise InputError(f"{what} must be finite, got {value:g}")
+                raise InputError(f"{what} must be finite ({unit}), got {value:g}")
         if not math.isfinite(speed) or speed < 0.0:
             raise InputError(f"speed must be finite and not negative, got {speed * _RPM:g} rev/min")
         for k, p in enumerate(self.pressures):
