@@ -384,25 +384,6 @@ def combustion_coupling() -> str:
     return table(("scheme", *(f"{step}°" for step in steps)), rows) + "\n\n" + note
 
 
-def virtual_engine() -> str:
-    """The FMUs of cranktrain and combustion under the reference master: errors by scheme and communication step."""
-    found = benchmark("virtual_engine")
-    finest = found.pop("finest")
-    steps = list(next(iter(found.values())))
-    rows = [
-        (way, *(f"{100.0 * row['torsion']:.2g} % ({100.0 * row['mean_torque']:+.1g} %)" for row in by_step.values()))
-        for way, by_step in found.items()
-    ]
-    cost = [
-        (way, f"{row['real_time_factor']:.2f}", f"{row['sweeps_per_step']:.1f}", f"{row['residual_w']:.3g}")
-        for way, row in ((way, by_step["1"]) for way, by_step in found.items())
-    ]
-    torsion, torque = finest["torsion_rms_mdeg"], finest["mean_torque"]
-    note = f"Torsion alternates by {torsion:.0f} mdeg RMS, the shaft takes {torque:.0f} N m."
-    costs = table(("at 1°", "seconds per simulated second", "sweeps a step", "power residual, W RMS"), cost)
-    return "\n\n".join((table(("scheme, reconstruction", *(f"{step}°" for step in steps)), rows), note, costs))
-
-
 # Whole pages and pictures ---------------------------------------------------------------------------------------------
 
 
@@ -450,7 +431,6 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "torsional_run_up": ("benchmarks.md", torsional_run_up),
     "coupling": ("fmu.md", coupling),
     "combustion": ("combustion.md", combustion),
-    "virtual_engine": ("how-to/couple.md", virtual_engine),
     "combustion_coupling": ("combustion.md", combustion_coupling),
     "inherited_damping": ("decisions/0020-inherited-damping.md", inherited_damping),
 }
