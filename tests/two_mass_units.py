@@ -14,7 +14,6 @@ class Mass:
     """One mass on its spring: ẋ = A x + B u, y = C x + D u."""
 
     restorable = True
-    derivatives = False
 
     def __init__(self, name, a, b, c, d, inputs, outputs, start):
         self.name = name
@@ -32,7 +31,7 @@ class Mass:
     def initialize(self, time):
         pass
 
-    def write(self, values, rates=None):
+    def write(self, values):
         self.u[self.taken] = values
 
     def read(self):

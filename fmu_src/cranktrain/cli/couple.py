@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any
 from cranktrain.cli.console import Interrupted, bar, number, say, show_rows, word
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.coupling.master import SCHEMES
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, OWN
-from cranktrain.coupling.reconstruction import DEGREES
+from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, RECONSTRUCTIONS
 
 if TYPE_CHECKING:
     from cranktrain.coupling.run import Coupled
-    from cranktrain.coupling.virtual_engine import Partners
+    from cranktrain.coupling.virtual_engine import VirtualEngine
 
 DESCRIPTION = """Couple cranktrain and combustion as FMUs, and run cycles at constant speed.
 
@@ -25,17 +24,16 @@ jacobi steps both at once, gauss-seidel one after the other, iterative again and
 --reconstruction own leaves pressures between communication points to the cranktrain, which knows the angle that they
 belong to; hold, linear and quadratic let the master do it. --json prints {"pulley", "imep_pa", "indicated_torque_nm",
 "coupling_residual_w", "real_time_factor", "seconds", "result"}."""
-WHO = (OWN, *DEGREES)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add = parser.add_argument
-    add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6)")
+    add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
     add("--speed", dest="speed_rpm", type=number(100.0, 1e4, "rev/min"), required=True, metavar="RPM", help="rev/min")
     add("--cycles", type=number(1, 10000, "cycles", int), default=10, metavar="N", help="of 720 degrees (10)")
     add("--scheme", type=word(SCHEMES), default="gauss-seidel", metavar="NAME", help=", ".join(SCHEMES))
-    add("--reconstruction", type=word(WHO), default="own", metavar="NAME", help=", ".join(WHO))
+    add("--reconstruction", type=word(RECONSTRUCTIONS), default="own", metavar="NAME", help=", ".join(RECONSTRUCTIONS))
     add("--step-deg", type=number(1e-3, 90.0, "degrees"), default=1.0, metavar="ANGLE", help="communication step (1)")
     add("--error", type=number(1e-9, 0.5, "of an output's range"), metavar="SHARE", help="let this control the step")
     add("--cranktrain", metavar="FILE.fmu", help="in place of a new one")
@@ -49,19 +47,23 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Run the coupled units, write every output that was read, summarise the last cycle."""
-    from cranktrain.coupling.virtual_engine import Partners, summary
+    """Run the coupled units, write every output that was read, and summarise the last cycle; or export them."""
+    from cranktrain.coupling.ssp import check_target as check_ssp
+    from cranktrain.coupling.virtual_engine import Partners, summary, virtual_engine
     from cranktrain.results.files import check_target
 
     output = Path(options.output or f"{Path(options.engine).stem}_{options.speed_rpm:g}rpm_coupled.h5")
-    check_target(output)
-    values = start_values(options.values)
+    if options.export_ssp is None:
+        check_target(output)
+    else:
+        check_ssp(Path(options.export_ssp))
+    values, speed = start_values(options.values), options.speed_rpm * math.pi / 30.0
     with tempfile.TemporaryDirectory(prefix="cranktrain-couple-") as folder:
         partners = Partners(*fmus(options, Path(folder)), values)
-        speed = options.speed_rpm * math.pi / 30.0
+        engine = virtual_engine(partners, speed, options.scheme, options.reconstruction)
         if options.export_ssp is not None:
-            return _export(Path(options.export_ssp), partners, speed, options)
-        found = _run_into(output, partners, speed, options)
+            return _export(Path(options.export_ssp), engine, speed, options)
+        found = _run_into(output, engine, speed, options)
     result = summary(found, speed) | {"result": str(output)}
     if not options.json:
         _show(result, options)
@@ -70,17 +72,20 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 def fmus(options: argparse.Namespace, folder: Path) -> tuple[Path, Path]:
     """The FMUs that are named, and those that are not, built into a folder."""
+    from cranktrain.coupling.fmu_unit import described
+    from cranktrain.engine.file import load_engine
     from cranktrain.fmu.build import build_fmu
+    from cranktrain.modules.register import module_of_engine
 
-    def module() -> Path:
-        short = options.engine.removeprefix("diesel_")
-        return build_fmu(f"{COMBUSTION}_{short}", folder, say=say)
-
-    def engine() -> Path:
-        return build_fmu(options.engine, folder, film_table=False, block=False, say=say)
-
-    cranktrain = Path(options.cranktrain) if options.cranktrain else engine()
-    return cranktrain, Path(options.combustion) if options.combustion else module()
+    engine = load_engine(options.engine)
+    # What cannot be had is told before a crankshaft is meshed.
+    for named in filter(None, (options.cranktrain, options.combustion)):
+        described(Path(named))
+    module = None if options.combustion else module_of_engine(COMBUSTION, engine.name)
+    combustion = Path(options.combustion) if module is None else build_fmu(module, folder, say=say)
+    if options.cranktrain:
+        return Path(options.cranktrain), combustion
+    return build_fmu(engine, folder, film_table=False, block=False, say=say), combustion
 
 
 def start_values(texts: list[str]) -> dict[str, dict[str, Any]]:
@@ -98,14 +103,12 @@ def start_values(texts: list[str]) -> dict[str, dict[str, Any]]:
     return found
 
 
-def _run_into(output: Path, partners: Partners, speed: float, options: argparse.Namespace) -> Coupled:
+def _run_into(output: Path, engine: VirtualEngine, speed: float, options: argparse.Namespace) -> Coupled:
     """Run with the communication points going to a file, which keeps what there is of them however the run ends."""
-    from cranktrain.coupling.files import keep_run, units_of
+    from cranktrain.coupling.files import keep_run
     from cranktrain.coupling.run import Steps
     from cranktrain.coupling.run import run as run_coupled
-    from cranktrain.coupling.virtual_engine import virtual_engine
 
-    engine = virtual_engine(partners, speed, options.scheme, options.reconstruction)
     master = engine.master()
     size = math.radians(options.step_deg) / speed
     stop = options.cycles * 4.0 * math.pi / speed
@@ -121,7 +124,7 @@ def _run_into(output: Path, partners: Partners, speed: float, options: argparse.
         found, ended = error.found, error
     finally:
         master.close()
-    keep_run(output, found, units_of(master), {
+    keep_run(output, found, master.ports, {
         "engine": options.engine, "speed_rpm": options.speed_rpm, "scheme": options.scheme,
         "reconstruction": options.reconstruction, "step_deg": options.step_deg, "ended": found.ended,
     })  # fmt: skip
@@ -133,15 +136,13 @@ def _run_into(output: Path, partners: Partners, speed: float, options: argparse.
     raise type(ended)(f"{ended}; {kept}")
 
 
-def _export(path: Path, partners: Partners, speed: float, options: argparse.Namespace) -> dict[str, Any]:
+def _export(path: Path, engine: VirtualEngine, speed: float, options: argparse.Namespace) -> dict[str, Any]:
     """Write the system as an SSP in place of running it."""
     from cranktrain.coupling.ssp import write_ssp
-    from cranktrain.coupling.virtual_engine import virtual_engine
 
-    system = virtual_engine(partners, speed, options.scheme, options.reconstruction)
-    units = {name: (unit, unit.path) for name, unit in system.units.items()}
+    units = {name: (unit, unit.path) for name, unit in engine.units.items()}
     stop = options.cycles * 4.0 * math.pi / speed
-    write_ssp(path, path.stem, units, system.connections, system.values, system.outputs, stop)
+    write_ssp(path, path.stem, units, engine.connections, engine.values, engine.outputs, stop)
     if not options.json:
         print(f"SSP: {path}")
     return {"ssp": str(path)}

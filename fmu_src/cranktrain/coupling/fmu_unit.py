@@ -38,11 +38,9 @@ class FmuUnit:
 
     def __init__(self, path: str | Path, name: str, values: Mapping[str, Any] | None = None) -> None:
         self.path, self.name = Path(path), name
-        self._description = description = _described(self.path)
+        self._description = description = described(self.path)
         self._variables = {variable.name: variable for variable in description.modelVariables}
-        kind = description.coSimulation
-        self.restorable = bool(kind.canGetAndSetFMUstate)
-        self.derivatives = bool(kind.canInterpolateInputs)
+        self.restorable = bool(description.coSimulation.canGetAndSetFMUstate)
         reals = [variable for variable in description.modelVariables if variable.type == "Real"]
         feeds = _feeds(description)
         units = _unit_ports(description)
@@ -81,7 +79,7 @@ class FmuUnit:
         self._try("initialization", fmu.enterInitializationMode)
         self._try("initialization", fmu.exitInitializationMode)
 
-    def write(self, values: Array, rates: Array | None = None) -> None:
+    def write(self, values: Array) -> None:
         """See the protocol."""
         self._in[:] = values
         self._direct("its inputs", self._set_real, self._component, self._in_refs, len(self._in), self._in_at)
@@ -186,7 +184,7 @@ class FmuUnit:
         return _TYPES[kind](value)
 
 
-def _described(path: Path) -> ModelDescription:
+def described(path: Path) -> ModelDescription:
     """Model description of an FMU that can be used here; ``InputError``."""
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; build an FMU with build_fmu.py, or name another")

@@ -1,4 +1,8 @@
-"""Names of the virtual engine's units, and of the reconstruction that the cranktrain does itself."""
+"""Names of the virtual engine's units, and of who reconstructs pressures between communication points."""
+
+from cranktrain.coupling.reconstruction import DEGREES
 
 CRANKTRAIN, COMBUSTION = "cranktrain", "combustion"
 OWN = "own"
+RECONSTRUCTIONS = (OWN, *DEGREES)
+"""The cranktrain itself, or the master by a polynomial."""

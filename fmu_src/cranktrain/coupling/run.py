@@ -88,14 +88,13 @@ class Coupled(NamedTuple):
         return np.asarray(self.values[:, self.names.index(name)])
 
 
-Sink = Callable[[float, Array], None]
-"""Takes a communication point's time (s) and values as they come."""
-
-
 def run(
-    master: Master, stop: float, steps: Steps, bonds: Sequence[Bond] = (),
-    progress: Callable[[float], None] | None = None, sink: Sink | None = None,
-) -> Coupled:  # fmt: skip
+    master: Master,
+    stop: float,
+    steps: Steps,
+    bonds: Sequence[Bond] = (),
+    progress: Callable[[float], None] | None = None,
+) -> Coupled:
     """Go to ``stop`` (s) from the initialized master's time.
 
     Raises
@@ -103,7 +102,7 @@ def run(
     CranktrainError
         a unit fails; its ``found`` holds the run so far, as a :class:`Coupled`. An interrupt's likewise.
     """
-    record = _Record(master, bonds, sink)
+    record = _Record(master, bonds)
     try:
         for share in _points(master, stop, steps, record):
             if progress is not None:
@@ -164,8 +163,8 @@ def _controlled(master: Master, stop: float, steps: Steps, record: _Record) -> I
 class _Record:
     """What a run keeps."""
 
-    def __init__(self, master: Master, bonds: Sequence[Bond], sink: Sink | None) -> None:
-        self._master, self._sink = master, sink
+    def __init__(self, master: Master, bonds: Sequence[Bond]) -> None:
+        self._master = master
         self._bonds = {bond.name: (_products(master, bond.given), _products(master, bond.taken)) for bond in bonds}
         self._times: list[float] = [master.time]
         self._rows: list[Array] = [master.newest.copy()]
@@ -181,8 +180,6 @@ class _Record:
             self._residuals.append(
                 [_power(master, given) - _power(master, taken) for given, taken in self._bonds.values()]
             )
-        if self._sink is not None:
-            self._sink(master.time, master.newest)
 
     def result(self, ended: str = "") -> Coupled:
         """The run so far."""

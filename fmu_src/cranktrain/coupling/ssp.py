@@ -14,7 +14,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, register_namespac
 from cranktrain.core.errors import InputError
 from cranktrain.coupling.connections import Connection, checked
 from cranktrain.coupling.unit import DIMENSIONS, Port, Unit
-from cranktrain.store.whole_file import marked, whole_file
+from cranktrain.store.whole_file import check_place, marked, whole_file
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -42,8 +42,7 @@ def write_ssp(
         connections that cannot be, a place that must not be taken
     """
     checked({key: unit for key, (unit, _) in units.items()}, connections)
-    if path.suffix != ".ssp":
-        raise InputError(f"{path}: an SSP's name ends in .ssp; name it {path.with_suffix('.ssp')}")
+    check_target(path)
     for prefix, space in (("ssd", SSD), ("ssc", SSC), ("ssv", SSV)):
         register_namespace(prefix, space)
     files = {"SystemStructure.ssd": _text(_structure(name, units, connections, outputs, stop))}
@@ -54,6 +53,13 @@ def write_ssp(
         for file, content in files.items():
             archive.writestr(zipfile.ZipInfo(file, _DATE), content, zipfile.ZIP_DEFLATED)
     return path
+
+
+def check_target(path: Path) -> None:
+    """Refuse a place that an SSP must not take, before the work; ``InputError``."""
+    if path.suffix != ".ssp":
+        raise InputError(f"{path}: an SSP's name ends in .ssp; name it {path.with_suffix('.ssp')}")
+    check_place(path, _KIND)
 
 
 def _structure(

@@ -47,14 +47,12 @@ class Unit(Protocol):
     name : in results and messages
     inputs, outputs : its real inputs and outputs
     restorable : whether its state can be kept and set again
-    derivatives : whether it takes the rates of its inputs
     """
 
     name: str
     inputs: Mapping[str, Port]
     outputs: Mapping[str, Port]
     restorable: bool
-    derivatives: bool
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
         """Name the inputs that ``write`` sets and the outputs that ``read`` returns, in their order."""
@@ -62,8 +60,8 @@ class Unit(Protocol):
     def initialize(self, time: float) -> None:
         """Get ready for steps from ``time`` (s) on, with the inputs that were written."""
 
-    def write(self, values: Array, rates: Array | None = None) -> None:
-        """Set the linked inputs (k,), and their rates by time where the unit takes them."""
+    def write(self, values: Array) -> None:
+        """Set the linked inputs (k,)."""
 
     def read(self) -> Array:
         """Linked outputs (k,); the array may be the same each time."""

@@ -19,13 +19,10 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.coupling.connections import MEAN, NEWEST, START, Connection
 from cranktrain.coupling.fmu_unit import FmuUnit
 from cranktrain.coupling.master import Exchange, Master
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, OWN
-from cranktrain.coupling.reconstruction import DEGREES
+from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, OWN, RECONSTRUCTIONS
 from cranktrain.coupling.run import Bond, Coupled
 from cranktrain.results.summary import vibration
 
-RECONSTRUCTIONS = (OWN, *DEGREES)
-"""Who reconstructs pressures: the cranktrain itself, or the master by a polynomial."""
 ANGLE, SPEED = "crank.angle", "crank.speed"
 READ = {
     CRANKTRAIN: ("pulley.torsion", "pulley.axial", "shaft.torque", "torque.indicated", "torque.brake"),

@@ -49,7 +49,7 @@ class Product:
     title : of the documentation
     interface : its variables
     counts : members of each family of variables, see :func:`cranktrain.fmu.description.expand`
-    pages : folder of ``documentation/index.html`` and ``model.png``
+    pages : folder of ``documentation/index.html``, what stands in ``frame.html``, and of ``model.png``
     running : module that the slave asks for ``read_model``, ``simulation`` and ``announced_compilation``
     data : what ``read_model`` reads
     starts : values of the data that variables start from
@@ -233,7 +233,11 @@ def _wrapped(contents: Contents) -> dict[str, bytes]:
 
 def accompanying(product: Product) -> dict[str, bytes]:
     """Documentation, licences and icon, by name in the archive."""
-    page = (product.pages / "documentation" / "index.html").read_text(encoding="utf-8")
+    frame, page = (
+        (folder / "documentation" / name).read_text(encoding="utf-8")
+        for folder, name in ((DESCRIPTION, "frame.html"), (product.pages, "index.html"))
+    )
+    page = frame.replace("<!-- page -->", page.strip())
     page = page.replace("<!-- title -->", html.escape(product.title))
     page = page.replace("<!-- variables -->", variable_table(product.interface, product.counts))
     files = {"documentation/index.html": page.encode(), "model.png": (product.pages / "model.png").read_bytes()}

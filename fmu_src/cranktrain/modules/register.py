@@ -75,6 +75,21 @@ def module_files() -> dict[str, Path]:
     return {path.stem: path for row in MODULES.values() for path in sorted((row.folder / "data").glob("*.toml"))}
 
 
+def module_of_engine(module: str, engine: str) -> str:
+    """Name of the module file that ships for an engine; ``InputError`` where there is none."""
+    shipped = {
+        read_toml(path, "module file", "").get("engine"): name
+        for name, path in module_files().items()
+        if module_of(path).name == module
+    }
+    if engine not in shipped:
+        raise InputError(
+            f"no {module} ships for engine '{engine}', only for {', '.join(map(str, shipped))}; build its FMU from a "
+            "module file of your own, and name it"
+        )
+    return shipped[engine]
+
+
 def module_path(name: str | Path) -> Path | None:
     """Path of a module file by its name or path; None where it is none.
 

@@ -32,9 +32,8 @@ from cranktrain.dynamics.motion.gas import crank_rotation
 from cranktrain.loads.gas_pressure import CYCLE
 from cranktrain.loads.torsional_line import AT_FLYWHEEL, DAMPING, LEADING, STIFFNESS
 
-CRANK_ANGLE, CYCLE_ANGLE, NEXT_ANGLE, CRANK_SPEED, PULLEY_TORSION, PULLEY_AXIAL, FLYWHEEL_TORSION, SHAFT_TORQUE = range(
-    8
-)
+CRANK_ANGLE, CYCLE_ANGLE, NEXT_ANGLE, CRANK_SPEED = range(4)
+PULLEY_TORSION, PULLEY_AXIAL, FLYWHEEL_TORSION, SHAFT_TORQUE = range(4, 8)
 INDICATED, FRICTION, BRAKE = range(3)
 SLOWEST = 1.0
 """Speed below which a power has no torque, rad/s."""
