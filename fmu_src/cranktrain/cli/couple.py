@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import math
 import tempfile
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +17,7 @@ from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, RECONSTRUCTIONS
 
 if TYPE_CHECKING:
     from cranktrain.coupling.run import Coupled
+    from cranktrain.coupling.supervised import System
     from cranktrain.coupling.virtual_engine import VirtualEngine
 
 DESCRIPTION = """Couple cranktrain and combustion as FMUs, and run cycles at constant speed.
@@ -60,10 +63,11 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     values, speed = start_values(options.values), options.speed_rpm * math.pi / 30.0
     with tempfile.TemporaryDirectory(prefix="cranktrain-couple-") as folder:
         partners = Partners(*fmus(options, Path(folder)), values)
-        engine = virtual_engine(partners, speed, options.scheme, options.reconstruction)
+        make = partial(virtual_engine, partners, speed, options.scheme, options.reconstruction)
+        engine = make()
         if options.export_ssp is not None:
             return _export(Path(options.export_ssp), engine, speed, options)
-        found = _run_into(output, engine, speed, options)
+        found = _run_into(output, make, speed, options)
     result = summary(found, speed) | {"result": str(output)}
     if not options.json:
         _show(result, options)
@@ -103,28 +107,24 @@ def start_values(texts: list[str]) -> dict[str, dict[str, Any]]:
     return found
 
 
-def _run_into(output: Path, engine: VirtualEngine, speed: float, options: argparse.Namespace) -> Coupled:
-    """Run with the communication points going to a file, which keeps what there is of them however the run ends."""
+def _run_into(output: Path, make: Callable[[], System], speed: float, options: argparse.Namespace) -> Coupled:
+    """Run in a process of its own; the result file keeps what there is however the run ends."""
     from cranktrain.coupling.files import keep_run
     from cranktrain.coupling.run import Steps
-    from cranktrain.coupling.run import run as run_coupled
+    from cranktrain.coupling.supervised import run_supervised
 
-    master = engine.master()
     size = math.radians(options.step_deg) / speed
     stop = options.cycles * 4.0 * math.pi / speed
     steps = Steps(size, options.error, 1e-3 * size, 20.0 * size) if options.error else Steps(size)
     ended: BaseException | None = None
     try:
-        master.initialize()
         with bar(f"{options.engine}, {options.speed_rpm:g} rev/min") as advance:
-            found = run_coupled(master, stop, steps, engine.bonds, advance)
+            found = run_supervised(make, stop, steps, progress=advance)
     except (CranktrainError, KeyboardInterrupt) as error:
         if not hasattr(error, "found"):
             raise
         found, ended = error.found, error
-    finally:
-        master.close()
-    keep_run(output, found, master.ports, {
+    keep_run(output, found, {
         "engine": options.engine, "speed_rpm": options.speed_rpm, "scheme": options.scheme,
         "reconstruction": options.reconstruction, "step_deg": options.step_deg, "ended": found.ended,
     })  # fmt: skip

@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from cranktrain.coupling.run import Coupled
-from cranktrain.coupling.unit import Port
 from cranktrain.store.hdf5 import write_result
 
 
-def keep_run(path: Path, run: Coupled, ports: Mapping[str, Port], attributes: Mapping[str, str | int | float]) -> None:
-    """Write a run, ``ports`` being its outputs by ``unit.variable``; ``StoreError`` where it cannot be written."""
+def keep_run(path: Path, run: Coupled, attributes: Mapping[str, str | int | float]) -> None:
+    """Write a run; ``StoreError`` where it cannot be written."""
     datasets = {"time": (run.times, "s")}
-    for k, name in enumerate(run.names):
-        datasets[name.replace(".", "/", 1)] = run.values[:, k], ports[name].unit
+    for k, (name, unit) in enumerate(zip(run.names, run.units, strict=True)):
+        datasets[name.replace(".", "/", 1)] = run.values[:, k], unit
     write_result(path, datasets, attributes)

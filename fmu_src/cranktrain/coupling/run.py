@@ -66,7 +66,8 @@ class Coupled(NamedTuple):
 
     Attributes
     ----------
-    names, times, values : outputs ``unit.variable``, communication points (k,), s, and outputs there (k, n)
+    names, units : outputs ``unit.variable``, (n,), and their units of measurement
+    times, values : communication points (k,), s, and outputs there (k, n)
     residuals : of each power bond (k,), W: what one side gives less what the other takes
     steps, refused, sweeps : steps taken, those of them taken again, and evaluations of all units
     seconds : wall time, initialization left out
@@ -74,6 +75,7 @@ class Coupled(NamedTuple):
     """
 
     names: tuple[str, ...]
+    units: tuple[str, ...]
     times: Array
     values: Array
     residuals: dict[str, Array]
@@ -94,18 +96,23 @@ def run(
     steps: Steps,
     bonds: Sequence[Bond] = (),
     progress: Callable[[float], None] | None = None,
+    told: Callable[[Record], None] | None = None,
 ) -> Coupled:
-    """Go to ``stop`` (s) from the initialized master's time.
+    """Go to ``stop`` (s) from the initialized master's time; ``told`` is called at each communication point.
 
     Raises
     ------
     CranktrainError
         a unit fails; its ``found`` holds the run so far, as a :class:`Coupled`. An interrupt's likewise.
     """
-    record = _Record(master, bonds)
+    record = Record(master, bonds)
     try:
+        if told is not None:
+            told(record)
         for share in _points(master, stop, steps, record):
-            if progress is not None:
+            if told is not None:
+                told(record)
+            if progress is not None and share is not None:
                 progress(share)
     except BaseException as error:
         error.found = record.result(str(error) or type(error).__name__)  # type: ignore[attr-defined]
@@ -113,17 +120,16 @@ def run(
     return record.result()
 
 
-def _points(master: Master, stop: float, steps: Steps, record: _Record) -> Iterator[float]:
-    """Take the steps; yields the share done now and then."""
+def _points(master: Master, stop: float, steps: Steps, record: Record) -> Iterator[float | None]:
+    """Take the steps; yields at each the share done, now and then, or None."""
     start, looked = master.time, time.perf_counter()
     walk = _equal(master, stop, steps) if steps.error is None else _controlled(master, stop, steps, record)
     for _ in walk:
         record.take()
         now = time.perf_counter()
-        if now - looked > LOOK:
+        if looks := now - looked > LOOK or master.time >= stop:
             looked = now
-            yield (master.time - start) / (stop - start)
-    yield 1.0
+        yield (master.time - start) / (stop - start) if looks else None
 
 
 def _equal(master: Master, stop: float, steps: Steps) -> Iterator[None]:
@@ -137,7 +143,7 @@ def _equal(master: Master, stop: float, steps: Steps) -> Iterator[None]:
         yield None
 
 
-def _controlled(master: Master, stop: float, steps: Steps, record: _Record) -> Iterator[None]:
+def _controlled(master: Master, stop: float, steps: Steps, record: Record) -> Iterator[None]:
     """Steps by how far the units are from what was expected of them."""
     assert steps.error is not None
     size, degree = steps.size, max(1, DEGREES[master.exchange.reconstruction])
@@ -160,8 +166,8 @@ def _controlled(master: Master, stop: float, steps: Steps, record: _Record) -> I
         yield None
 
 
-class _Record:
-    """What a run keeps."""
+class Record:
+    """What a run keeps of its communication points."""
 
     def __init__(self, master: Master, bonds: Sequence[Bond]) -> None:
         self._master = master
@@ -181,11 +187,18 @@ class _Record:
                 [_power(master, given) - _power(master, taken) for given, taken in self._bonds.values()]
             )
 
+    @property
+    def newest(self) -> list[float]:
+        """Time (s), residuals of the bonds and outputs of the last communication point, one behind the other."""
+        residuals = self._residuals[-1] if self._residuals else [0.0] * len(self._bonds)
+        return [self._times[-1], *residuals, *self._rows[-1].tolist()]
+
     def result(self, ended: str = "") -> Coupled:
         """The run so far."""
         master, residuals = self._master, np.array(self._residuals).reshape(len(self._residuals), len(self._bonds))
         return Coupled(
-            master.names, np.array(self._times), np.array(self._rows),
+            master.names, tuple(master.ports[name].unit for name in master.names),
+            np.array(self._times), np.array(self._rows),
             {name: residuals[:, k] for k, name in enumerate(self._bonds)},
             len(self._times) - 1, self.refused, master.sweeps, time.perf_counter() - self._start, ended,
         )  # fmt: skip

@@ -56,7 +56,7 @@ def _pooled(
     function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], count: int, heard: Callable[..., None] | None
 ) -> Iterator[tuple[tuple[Any, ...], Any]]:
     """Tasks with their results from a pool of ``count`` processes."""
-    context = _context()
+    context = process_context()
     reports = context.SimpleQueue()
     with _pool(count, context, _hear, (reports,)) as pool:
         running = {pool.submit(_work, function, task, heard is not None): task for task in tasks}
@@ -74,11 +74,11 @@ def worker_pool(count: int, begin: Callable[..., None], arguments: tuple[Any, ..
 
     What is under way at the end of the block is not waited for.
     """
-    with _pool(count, _context(), begin, arguments) as pool:
+    with _pool(count, process_context(), begin, arguments) as pool:
         yield pool
 
 
-def _context() -> Any:
+def process_context() -> Any:
     """How processes are made: a fork asks nothing of the caller's script, but wants a process without threads."""
     alone = "fork" in multiprocessing.get_all_start_methods() and threading.active_count() == 1
     return multiprocessing.get_context("fork" if alone else "spawn")
@@ -112,7 +112,13 @@ def _hear(reports: Any) -> None:
 
 
 def _begin_work(parent: int, begin: Callable[..., None], arguments: tuple[Any, ...]) -> None:
-    """Leave an interruption to the parent; end with it, were it killed: a pool's processes would wait for ever."""
+    """Begin as a pool's process: left to itself it would wait for ever."""
+    leave_to_parent(parent)
+    begin(*arguments)
+
+
+def leave_to_parent(parent: int) -> None:
+    """In a child process: leave an interruption to the parent, and end with it, were it killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def watch() -> None:
@@ -121,4 +127,3 @@ def _begin_work(parent: int, begin: Callable[..., None], arguments: tuple[Any, .
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
-    begin(*arguments)

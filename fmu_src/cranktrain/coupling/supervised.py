@@ -1,0 +1,237 @@
+"""Coupled runs in a process of their own: a unit that never comes back, or dies, costs its run only.
+
+The process writes each communication point to a file as it comes, and tells in shared memory which call of which unit
+is under way. The one that watches it ends it where a call takes longer than it may, or notes that it died, and has the
+file. Instances of FMUs and what they extracted end with the process and its folder.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import tempfile
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from multiprocessing.connection import Connection as Pipe
+from multiprocessing.connection import wait
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.coupling.connections import Connection
+from cranktrain.coupling.master import Exchange, Master
+from cranktrain.coupling.run import Bond, Coupled, Record, Steps, run
+from cranktrain.coupling.unit import Unit, UnitError
+from cranktrain.coupling.watch import INITIALIZATION, WORDS, Notes, Watched
+from cranktrain.store.side_by_side import leave_to_parent, process_context
+
+LOOK = 0.1
+"""Seconds between two looks at the process."""
+GRACE = 5.0
+"""Seconds that a process may take to end by itself."""
+
+
+class System(Protocol):
+    """Units, what a master needs besides, ``outputs`` to read beside those connected, and powers that are exchanged."""
+
+    @property
+    def units(self) -> Mapping[str, Unit]: ...  # noqa: D102
+    @property
+    def connections(self) -> Sequence[Connection]: ...  # noqa: D102
+    @property
+    def exchange(self) -> Exchange: ...  # noqa: D102
+    @property
+    def outputs(self) -> Mapping[str, Sequence[str]]: ...  # noqa: D102
+    @property
+    def bonds(self) -> Sequence[Bond]: ...  # noqa: D102
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Wall time, s, that one call of a unit may take: its initialization, which may compile, and any other."""
+
+    start: float = 3600.0
+    step: float = 600.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not value > 0.0:
+                raise InputError(f"limit of a call, {name}: {value:g} s must be above zero")
+
+
+class _Header(NamedTuple):
+    """What a process says of its run before it begins."""
+
+    units: list[str]
+    outputs: tuple[str, ...]
+    measures: tuple[str, ...]
+    bonds: list[str]
+
+
+def run_supervised(
+    make: Callable[[], System], stop: float, steps: Steps, limits: Limits | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Coupled:  # fmt: skip
+    """Run what ``make`` makes to ``stop`` (s); ``make`` is a function of a module, or a ``partial`` of one.
+
+    Raises
+    ------
+    CranktrainError
+        a unit fails, dies or hangs; its ``found`` holds the run so far where there is any. An interrupt's likewise.
+    """
+    with tempfile.TemporaryDirectory(prefix="cranktrain-run-", ignore_cleanup_errors=True) as folder:
+        watcher = _Watcher(make, stop, steps, limits or Limits(), Path(folder))
+        try:
+            return watcher.follow(progress)
+        except (CranktrainError, KeyboardInterrupt) as error:
+            watcher.end()
+            if (found := watcher.found(str(error) or "interrupted")) is not None:
+                error.found = found  # type: ignore[union-attr]
+            raise
+        finally:
+            watcher.end()
+
+
+class _Watcher:
+    """One that watches a run's process."""
+
+    def __init__(self, make: Callable[[], System], stop: float, steps: Steps, limits: Limits, folder: Path) -> None:
+        context = process_context()
+        self._limits, self._stop = limits, stop
+        self._notes = context.RawValue(Notes)
+        self._points = folder / "points"
+        self._ear, told = context.Pipe(duplex=False)
+        task = make, stop, steps, self._points, self._notes, told, os.getpid()
+        self._process = context.Process(target=_work, args=task, daemon=True)
+        self._process.start()
+        told.close()
+        self._header: _Header | None = None
+        self._grace = GRACE
+
+    def follow(self, progress: Callable[[float], None] | None) -> Coupled:
+        """The run, once it is through; raises what ended it."""
+        heard = self._hear(progress)
+        if isinstance(heard, _Header):
+            self._header = heard
+            heard = self._hear(progress)
+        if isinstance(heard, BaseException):
+            raise heard
+        found = self.found("")
+        assert found is not None
+        self._closed()
+        return found
+
+    def _hear(self, progress: Callable[[float], None] | None) -> Any:
+        """The next thing that the process says; ``UnitError`` where it dies or hangs before."""
+        count, since = -1, time.monotonic()
+        while not wait([self._ear, self._process.sentinel], timeout=LOOK):
+            now = time.monotonic()
+            if self._notes.count != count:
+                count, since = self._notes.count, now
+                if progress is not None and self._header is not None:
+                    progress(min(1.0, self._notes.time / self._stop))
+            starts = self._header is None or self._notes.call == INITIALIZATION
+            limit = self._limits.start if starts else self._limits.step
+            if now - since > limit:
+                self._grace = 0.0
+                raise UnitError(
+                    f"{self._place()}: has not come back within {limit:g} s; its process was ended, mend the unit or "
+                    "raise the limit"
+                )
+        try:
+            return self._ear.recv()
+        except EOFError:
+            self._process.join(GRACE)
+            raise UnitError(f"{self._place()}: {self._died()}; the units before are sound, mend this one") from None
+
+    def _place(self) -> str:
+        """Unit, call and time that the process told last."""
+        notes = self._notes
+        if self._header is None:
+            return "the units, being made"
+        return f"{self._header.units[notes.unit]}, {WORDS[notes.call]} at {notes.time:.6g} s"
+
+    def _died(self) -> str:
+        """How the process ended."""
+        code = self._process.exitcode
+        if code is not None and code < 0:
+            return f"died with {signal.Signals(-code).name}"
+        return f"ended its process with code {code}"
+
+    def found(self, ended: str) -> Coupled | None:
+        """What the file holds of the run; None where it did not begin."""
+        header, notes = self._header, self._notes
+        if header is None or not self._points.is_file():
+            return None
+        b = len(header.bonds)
+        width = 1 + b + len(header.outputs)
+        values = np.fromfile(self._points, dtype=np.float64)
+        rows = values[: len(values) // width * width].reshape(-1, width)
+        if not len(rows):
+            return None
+        residuals = {name: rows[1:, 1 + k] for k, name in enumerate(header.bonds)}
+        return Coupled(
+            header.outputs, header.measures, rows[:, 0], rows[:, 1 + b :], residuals,
+            len(rows) - 1, notes.refused, notes.sweeps, notes.seconds, ended,
+        )  # fmt: skip
+
+    def _closed(self) -> None:
+        """Let the units close; a warning where one cannot."""
+        self._process.join(GRACE)
+        if self._process.exitcode != 0:
+            how = "has not come back" if self._process.exitcode is None else self._died()
+            warnings.warn(f"{self._place()}: {how}; the run is whole", stacklevel=2)
+
+    def end(self) -> None:
+        """End the process, by itself where it can."""
+        self._notes.stop = 1
+        self._process.join(self._grace)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+
+
+def _work(
+    make: Callable[[], System], stop: float, steps: Steps, points: Path, notes: Notes, told: Pipe, parent: int
+) -> None:
+    """In the process: run, write and tell; then close the units and leave at once, without what they left behind."""
+    leave_to_parent(parent)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    os.dup2(2, 1)  # standard output is the parent's own: a unit may print
+    tempfile.tempdir = str(points.parent)
+    master: Master | None = None
+    try:
+        system = make()
+        units = [Watched(unit, k, notes) for k, unit in enumerate(system.units.values())]
+        master = Master(units, system.connections, system.exchange, system.outputs)
+        measures = tuple(master.ports[name].unit for name in master.names)
+        told.send(_Header(list(system.units), master.names, measures, [bond.name for bond in system.bonds]))
+        master.initialize()
+        _run_into(points, master, stop, steps, system.bonds, notes)
+        told.send(None)
+    except (CranktrainError, KeyboardInterrupt) as error:
+        told.send(type(error)(*error.args))
+    except BaseException:
+        told.send(RuntimeError(traceback.format_exc()))
+    finally:
+        if master is not None:
+            master.close()
+    os._exit(0)
+
+
+def _run_into(points: Path, master: Master, stop: float, steps: Steps, bonds: Sequence[Bond], notes: Notes) -> None:
+    """Run with each communication point written as it comes."""
+    began = time.perf_counter()
+    with points.open("wb", buffering=0) as file:
+
+        def tell(record: Record) -> None:
+            file.write(np.array(record.newest).tobytes())
+            notes.time, notes.sweeps, notes.refused = master.time, master.sweeps, record.refused
+            notes.seconds = time.perf_counter() - began
+
+        run(master, stop, steps, bonds, told=tell)

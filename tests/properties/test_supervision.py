@@ -1,0 +1,181 @@
+"""Runs in a process of their own: equal to those in this one; what dies or hangs costs its run, not its results."""
+
+import ctypes
+import faulthandler
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from two_mass_units import Mass, units
+
+from cranktrain.core.errors import InputError
+from cranktrain.coupling.master import Exchange, Master
+from cranktrain.coupling.run import Bond, Steps, run
+from cranktrain.coupling.supervised import Limits, run_supervised
+from cranktrain.coupling.unit import UnitError
+from cranktrain.studies.stability.two_mass import TwoMass
+
+STOP, STEP, BREAKS = 1.0, 0.1, 0.5 - 1e-9
+
+
+class System(NamedTuple):
+    units: dict
+    connections: list
+    exchange: Exchange
+    outputs: dict
+    bonds: list
+
+
+class Odd(Mass):
+    """A mass that does something odd in the call and at the time that it is told."""
+
+    odd, call = None, "step"
+
+    def initialize(self, time):
+        super().initialize(time)
+        if self.call == "initialize":
+            self.odd()
+
+    def step(self, time, size):
+        if self.call == "step" and time >= BREAKS:
+            self.odd()
+        super().step(time, size)
+
+    def close(self):
+        if self.call == "close":
+            self.odd()
+
+
+def crash():
+    faulthandler.disable()  # pytest has it tell of this
+    ctypes.string_at(0)
+
+
+def leave():
+    os._exit(3)
+
+
+def hang():
+    time.sleep(1000.0)
+
+
+def litter():
+    tempfile.mkdtemp(prefix="litter-")
+    crash()
+
+
+def shout():
+    os.write(1, b"a unit prints\n")
+
+
+def system(odd=None, call="step"):
+    made, links = units(TwoMass(), "force/displacement")
+    if odd is not None:
+        made[1].__class__, made[1].odd, made[1].call = Odd, staticmethod(odd), call
+    bond = Bond("spring", [(("second", "force"), ("first", "v1"))], [(("first", "force"), ("first", "v1"))])
+    read = {"first": ["x1", "v1"], "second": ["x2"]}
+    return System({unit.name: unit for unit in made}, links, Exchange("gauss-seidel", "linear"), read, [bond])
+
+
+def refused():
+    raise InputError("units: none of them; name one")
+
+
+def faulty():
+    return 1 / 0
+
+
+def test_a_run_elsewhere_is_the_run_here():
+    made = system()
+    master = Master(list(made.units.values()), made.connections, made.exchange, made.outputs)
+    master.initialize()
+    here, there = run(master, STOP, Steps(STEP), made.bonds), run_supervised(system, STOP, Steps(STEP))
+    assert here.names == there.names and here.units == there.units
+    for one, other in zip(here[2:4], there[2:4], strict=True):
+        assert np.array_equal(one, other)
+    assert np.array_equal(here.residuals["spring"], there.residuals["spring"])
+    assert (there.steps, there.refused, there.sweeps, there.ended) == (10, 0, 10, "")
+
+
+@pytest.mark.parametrize(
+    ("odd", "call", "said"),
+    [
+        (crash, "step", r"second, step at 0.5 s: died with SIGSEGV"),
+        (leave, "step", r"second, step at 0.5 s: ended its process with code 3"),
+        (hang, "step", r"second, step at 0.5 s: has not come back within 1 s"),
+        (hang, "initialize", r"second, initialization at 0 s: has not come back within 1 s"),
+    ],
+)
+def test_a_unit_that_dies_or_hangs_is_named_and_the_run_is_kept(odd, call, said):
+    with pytest.raises(UnitError, match=said) as caught:
+        run_supervised(partial(system, odd, call), STOP, Steps(STEP), Limits(1.0, 1.0))
+    if call == "step":
+        found = caught.value.found
+        assert found.times == pytest.approx(np.arange(6) * STEP)
+        assert len(found.residuals["spring"]) == found.steps == 5 and "second" in found.ended
+    else:
+        assert not hasattr(caught.value, "found")
+
+
+def test_nothing_is_left_of_a_process_that_died(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with pytest.raises(UnitError):
+        run_supervised(partial(system, litter), STOP, Steps(STEP))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_unit_that_cannot_end_costs_a_warning():
+    with pytest.warns(UserWarning, match="second, its end at 1 s: died with SIGSEGV; the run is whole"):
+        assert run_supervised(partial(system, crash, "close"), STOP, Steps(STEP)).steps == 10
+
+
+def test_what_units_print_is_kept_from_standard_output(capfd):
+    run_supervised(partial(system, shout), STOP, Steps(STEP))
+    printed = capfd.readouterr()
+    assert printed.out == "" and printed.err.count("a unit prints") == 5
+
+
+def test_errors_of_making_come_through():
+    with pytest.raises(InputError, match="none of them; name one"):
+        run_supervised(refused, STOP, Steps(STEP))
+    with pytest.raises(RuntimeError, match="ZeroDivisionError"):
+        run_supervised(faulty, STOP, Steps(STEP))
+    with pytest.raises(InputError, match="must be above zero"):
+        Limits(step=0.0)
+
+
+INTERRUPTED = """
+import os, signal, sys, threading, time
+from functools import partial
+sys.path[:0] = {path!r}
+import test_supervision as t
+
+class Slow(t.Odd):
+    pass
+
+def slow():
+    time.sleep(0.02)
+
+if __name__ == "__main__":
+    threading.Timer(1.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    try:
+        t.run_supervised(partial(t.system, slow), 1e6, t.Steps(t.STEP))
+    except KeyboardInterrupt as error:
+        print(error.found.steps > 6, error.found.ended)
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_an_interrupt_ends_the_process_and_keeps_the_run(tmp_path):
+    script = tmp_path / "interrupted.py"
+    folders = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
+    script.write_text(INTERRUPTED.format(path=folders))
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=120)
+    assert done.stdout.split() == ["True", "interrupted"], done.stderr
