@@ -12,8 +12,10 @@ from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 from cranktrain.core.errors import InputError
+from cranktrain.engine.file import load_engine
 from cranktrain.fmu import archive, engine_fmu, running_code
 from cranktrain.fmu.description import expand, read_interface
+from cranktrain.fmu.geometry import geometry
 
 
 def test_fmpy_finds_no_problem(whole_fmu):
@@ -93,7 +95,8 @@ def test_the_documentation_counts_the_variables(whole_fmu):
 
 def test_families_expand_with_the_engine():
     interface = read_interface(archive.DESCRIPTION)
-    variables = expand(interface.variables, {"cylinders": 8, "main_bearings": 5, "mounts": 0})
+    counts = {"cylinders": 8, "main_bearings": 5, "mounts": 0}
+    variables = expand(interface.variables, counts, geometry(load_engine("diesel_v8")))
     names = [v.name for v in variables]
     assert names[:10] == ["speed", *(f"cylinder[{i}].pressure" for i in range(1, 9)), "shaft.load_torque"]
     assert not any(name.startswith("mount[") for name in names)

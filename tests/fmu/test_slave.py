@@ -429,10 +429,14 @@ def test_native_simulation_and_fmu_agree_to_the_bit(fmu, engine, body, script):
     assert json.loads(done.stdout) == native
 
 
-def test_parameters_start_as_the_settings_do(fmu):
+def test_parameters_start_as_the_settings_do(fmu, engine):
+    """And geometry as the engine."""
     from cranktrain.dynamics.simulation import Settings
+    from cranktrain.fmu.geometry import with_geometry
 
     with zipfile.ZipFile(fmu) as archive:
         about = json.loads(archive.read("resources/variables.json"))
     starts = {v["setting"]: v["start"] for v in about["variables"] if v["causality"] == "parameter"}
-    assert {name: getattr(Settings(), name) for name in starts} == starts
+    told, rest = with_geometry(engine, starts, {})
+    assert told is engine and len(rest) == len(starts) - 11
+    assert {name: getattr(Settings(), name) for name in rest} == rest

@@ -25,6 +25,7 @@ from cranktrain import __version__
 from cranktrain.core.errors import InputError
 from cranktrain.fmu.description import Interface, Variable, complete, expand, plain, variable_table
 from cranktrain.fmu.running_code import RUNNING, SOURCES, renamed, running_code
+from cranktrain.fmu.terminals import FOLDER, icons, terminals_and_icons
 from cranktrain.store.whole_file import Kind, check_place, marked, whole_file
 
 ROOT = SOURCES.parent
@@ -232,7 +233,7 @@ def _wrapped(contents: Contents) -> dict[str, bytes]:
 
 
 def accompanying(product: Product) -> dict[str, bytes]:
-    """Documentation, licences and icon, by name in the archive."""
+    """Documentation, licences, terminals and icons, by name in the archive."""
     frame, page = (
         (folder / "documentation" / name).read_text(encoding="utf-8")
         for folder, name in ((DESCRIPTION, "frame.html"), (product.pages, "index.html"))
@@ -240,7 +241,10 @@ def accompanying(product: Product) -> dict[str, bytes]:
     page = frame.replace("<!-- page -->", page.strip())
     page = page.replace("<!-- title -->", html.escape(product.title))
     page = page.replace("<!-- variables -->", variable_table(product.interface, product.counts))
-    files = {"documentation/index.html": page.encode(), "model.png": (product.pages / "model.png").read_bytes()}
+    picture, variables = (product.pages / "model.png").read_bytes(), product.variables
+    files = {"documentation/index.html": page.encode(), "model.png": picture}
+    files |= icons(variables, picture, DESCRIPTION / FOLDER)
+    files[f"{FOLDER}/{FOLDER}.xml"] = _xml(terminals_and_icons(variables))
     needed = (DESCRIPTION / "externalDependencies.txt").read_bytes()
     files["documentation/externalDependencies.txt"] = needed
     files["documentation/licenses/license.txt"] = (ROOT / "LICENSE").read_bytes()

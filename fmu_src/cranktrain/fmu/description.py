@@ -24,6 +24,7 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, bearing_levels
+from cranktrain.fmu.terminals import TERMINALS
 
 
 def _titles(rows: Iterable[Any]) -> dict[str, str]:
@@ -56,7 +57,8 @@ class Variable:
 
     ``start``, ``min``, ``max`` and ``nominal`` are in ``unit``, ``choices`` are the valid values of a string,
     ``setting`` is the field of the simulation's settings that a parameter fills, ``start_of`` the value of the model's
-    data that it starts from. In interface.toml an entry may name a ``register``, whose rows follow its choices.
+    data that it starts from, ``terminals`` are those of :mod:`cranktrain.fmu.terminals` that it belongs to. In
+    interface.toml an entry may name a ``register``, whose rows follow its choices.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Variable:
     choices: tuple[str, ...] = ()
     setting: str | None = None
     start_of: str | None = None
+    terminals: tuple[str, ...] = ()
     reference: int = -1
 
     @property
@@ -117,7 +120,8 @@ def read_interface(folder: str | Path, units_folder: str | Path | None = None) -
             if key not in keys:
                 raise InputError(f"{where}: unknown key '{key}'; {nearest(key, keys)}")
         try:
-            variable = Variable(**_from_register({**entry, "choices": tuple(entry.get("choices", ()))}, where))
+            lists = {key: tuple(entry.get(key, ())) for key in ("choices", "terminals")}
+            variable = Variable(**_from_register({**entry, **lists}, where))
         except TypeError as error:
             raise InputError(f"{where}: {error}") from None
         _check(variable, units, where)
@@ -167,6 +171,9 @@ def _check(variable: Variable, units: Mapping[str, Any], where: str) -> None:
         raise InputError(f"{where}: inputs and parameters have a start value, outputs have none")
     if (variable.setting is None) != (variable.causality != "parameter"):
         raise InputError(f"{where}: a parameter, and only a parameter, names the setting it fills")
+    for terminal in variable.terminals:
+        if terminal not in TERMINALS:
+            raise InputError(f"{where}: terminal '{terminal}' does not exist; {nearest(terminal, TERMINALS)}")
 
 
 def expand(
@@ -189,7 +196,8 @@ def expand(
                     f"{nearest(variable.start_of, starts)}"
                 )
             start = starts[variable.start_of]
-            variable = replace(variable, start=start[i - 1] if isinstance(start, tuple | list) else start)
+            start = start[i - 1] if isinstance(start, tuple | list) else start
+            variable = replace(variable, start=start, start_of=None)
         setting = variable.setting and _FAMILY.sub(f"[{i}]", variable.setting)
         return replace(variable, name=_FAMILY.sub(f"[{i}]", variable.name), setting=setting)
 

@@ -12,6 +12,7 @@ from cranktrain.fmu import archive
 from cranktrain.fmu.archive import DESCRIPTION, Product, fmu_path, need_sources, write_fmu
 from cranktrain.fmu.description import Interface, read_interface
 from cranktrain.fmu.flat import FlatModel, to_bytes
+from cranktrain.fmu.geometry import geometry
 
 
 def build(
@@ -47,6 +48,7 @@ def product(
         counts=family_counts(engine),
         pages=DESCRIPTION,
         data=data,
+        starts=geometry(engine),
         fixed=fixed,
     )
 

@@ -12,6 +12,7 @@ from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, check_levels, needed_parts, resolved
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.fmu.flat import FlatModel, read_model
+from cranktrain.fmu.geometry import with_geometry
 
 __all__ = ["announced_compilation", "read_model", "simulation"]
 
@@ -36,13 +37,15 @@ def simulation(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, 
     Raises
     ------
     InputError
-        levels that do not go together, that the engine lacks, or whose data the FMU was built without
+        levels that do not go together, that the engine lacks, or whose data the FMU was built without; geometry that
+        the bodies were not made for
     """
-    settings = resolved(Settings(**chosen), model.engine)
-    check_levels(settings, model.engine)
+    engine, rest = with_geometry(model.engine, chosen, names)
+    settings = resolved(Settings(**rest), engine)
+    check_levels(settings, engine)
     bore = model.block_bore if settings.block == "flexible" else model.bore
     parts = Parts(model.table, bore, model.big_end_table, model.block)
-    for part in needed_parts(model.engine, settings):
+    for part in needed_parts(engine, settings):
         if getattr(parts, part) is None:
             _refuse(settings, names, *_PARTS[part])
     fitted = settings.damper == "fitted"
@@ -51,7 +54,7 @@ def simulation(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, 
         _refuse(settings, names, "damper", "the crankshaft with the damper's housing")
     if settings.crank not in cranks:
         _refuse(settings, names, "crank", "its crankshaft")
-    return Simulation(model.engine, cranks[settings.crank], settings, parts=parts)
+    return Simulation(engine, cranks[settings.crank], settings, parts=parts)
 
 
 def announced_compilation(instance: str) -> AbstractContextManager[None]:

@@ -1,0 +1,70 @@
+"""Geometry in a cranktrain FMU: dimensions that partners read, and those of them that may be set.
+
+Bore and compression ratio act through the gas alone and may differ from the engine file's, the bore on ground only: a
+flexible block was made round it. Crank and rods were made for all else, which must be theirs, so that a parameter set
+of another engine is noticed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from cranktrain.core.errors import InputError
+from cranktrain.engine.model import Engine
+
+SETTABLE = ("bore", "compression_ratio")
+CLOSE = 1.0e-9
+"""Relative difference that a value may have from being written as text."""
+
+
+def geometry(engine: Engine) -> dict[str, Any]:
+    """Dimensions of an engine by their names in interface.toml: m, rad, and firing angles of each cylinder."""
+    cylinders = engine.cylinders
+    return {
+        "bore": cylinders.bore,
+        "stroke": 2.0 * engine.crankshaft.throw,
+        "rod_length": engine.rod.length,
+        "pin_offset": cylinders.pin_offset,
+        "compression_ratio": cylinders.compression_ratio,
+        "firing_angles": engine.firing_angles,
+    }
+
+
+def with_geometry(engine: Engine, chosen: Mapping[str, Any], names: Mapping[str, str]) -> tuple[Engine, dict[str, Any]]:
+    """The engine with the dimensions among ``chosen``, and what else was chosen.
+
+    Parameters
+    ----------
+    chosen : values by setting; a cylinder's firing angle is ``firing_angles[1]``
+    names : what the FMU calls a setting
+
+    Raises
+    ------
+    InputError
+        a dimension that needs other bodies than the FMU's
+    """
+    rest = dict(chosen)
+    own = geometry(engine)
+    own |= {f"firing_angles[{c + 1}]": angle for c, angle in enumerate(own.pop("firing_angles"))}
+    given = {key: float(rest.pop(key)) for key in own if key in rest}
+    new: dict[str, Any] = {key: value for key, value in given.items() if not _same(value, own[key])}
+    for key, value in new.items():
+        if key not in SETTABLE:
+            _refuse(names.get(key, key), value, own[key], "crank and rods of this FMU were")
+        if key == "bore" and rest.get("block") == "flexible":
+            _refuse(names.get(key, key), value, own[key], "the flexible block of this FMU was")
+    return (replace(engine, cylinders=replace(engine.cylinders, **new)) if new else engine), rest
+
+
+def _same(value: float, own: float) -> bool:
+    return math.isclose(value, own, rel_tol=CLOSE, abs_tol=CLOSE)
+
+
+def _refuse(name: str, value: float, own: float, made: str) -> None:
+    raise InputError(
+        f"'{name}' is {value:.9g}, but {made} made for {own:.9g}; leave it there, or build the FMU of an engine file "
+        "that says so, with build_fmu.py"
+    )
