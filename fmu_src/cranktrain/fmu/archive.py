@@ -25,7 +25,7 @@ from cranktrain import __version__
 from cranktrain.core.errors import InputError
 from cranktrain.fmu.description import Interface, Variable, complete, expand, plain, variable_table
 from cranktrain.fmu.running_code import RUNNING, SOURCES, renamed, running_code
-from cranktrain.fmu.terminals import FOLDER, icons, terminals_and_icons
+from cranktrain.fmu.terminals_and_icons import FOLDER, icons, terminals_and_icons
 from cranktrain.store.whole_file import Kind, check_place, marked, whole_file
 
 ROOT = SOURCES.parent

@@ -1,29 +1,14 @@
-"""Terminals: which variables of an FMU belong to one of its partners, as ``terminalsAndIcons/terminalsAndIcons.xml``.
+"""The register of terminals: what passes between two modules of the virtual engine, or must be equal in them.
 
-Two FMUs fit each other where both have the terminal of a name. A member is called as its variable, so that a partner's
-variables are found by their names.
-
-Source: FMI 3.0.2, section 2.4.9, whose file an FMU of FMI 2.0.4 may hold (section 2.3, terminals and icons).
+Entries of an interface.toml name the terminals that they belong to.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
-from xml.etree.ElementTree import Element, SubElement
 
-if TYPE_CHECKING:
-    from cranktrain.fmu.description import Variable
-
-FOLDER = "terminalsAndIcons"
-FMI = "3.0"
-"""Version of FMI that defines the file."""
 PLUG, BUS = "plug", "bus"
 """Rules of matching: all members must be there, or some."""
-_HALF_ICON = 12.0
-_HALF_WIDTH = 100.0
 
 
 @dataclass(frozen=True)
@@ -56,52 +41,3 @@ TERMINALS = {
     "geometry": Terminal(BUS, "Dimensions that modules of one engine have in common", (100, 0), (90, 130, 60)),
 }  # fmt: skip
 """The terminals by name: one of each pair of modules, and one of what all must agree in."""
-
-
-def terminals_and_icons(variables: Sequence[Variable]) -> Element:
-    """Root of the file that lists the terminals of an FMU's variables, see ``fmi3TerminalsAndIcons.xsd``."""
-    root = Element("fmiTerminalsAndIcons", fmiVersion=FMI)
-    drawing = SubElement(root, "GraphicalRepresentation")
-    height = 0.625 * _HALF_WIDTH  # model.png is 256 by 160
-    extent = {key: repr(value) for key, value in _corners((0.0, 0.0), (_HALF_WIDTH, height)).items()}
-    SubElement(drawing, "CoordinateSystem", {**extent, "suggestedScalingFactorTo_mm": "0.1"})
-    SubElement(drawing, "Icon", extent)
-    listed = used(variables)
-    if not listed:
-        return root
-    terminals = SubElement(root, "Terminals")
-    for name in listed:
-        row = TERMINALS[name]
-        terminal = SubElement(
-            terminals, "Terminal", name=name, matchingRule=row.rule, terminalKind=f"_cranktrain_{name}",
-            description=row.title,
-        )  # fmt: skip
-        for variable in variables:
-            if name in variable.terminals:
-                SubElement(
-                    terminal, "TerminalMemberVariable",
-                    variableName=variable.name, memberName=variable.name, variableKind="signal",
-                )  # fmt: skip
-        place = {key: repr(value) for key, value in _corners(row.place, (_HALF_ICON, _HALF_ICON)).items()}
-        SubElement(
-            terminal, "TerminalGraphicalRepresentation",
-            {"defaultConnectionColor": " ".join(map(str, row.colour)), **place, "iconBaseName": name},
-        )  # fmt: skip
-    return root
-
-
-def icons(variables: Sequence[Variable], model: bytes, folder: Path) -> dict[str, bytes]:
-    """Pictures by their names in the archive: the FMU's, and from ``folder`` those of its terminals."""
-    found = {f"{FOLDER}/{name}.png": (folder / f"{name}.png").read_bytes() for name in used(variables)}
-    return {f"{FOLDER}/icon.png": model, **found}
-
-
-def used(variables: Sequence[Variable]) -> list[str]:
-    """Terminals that some variable belongs to, in the register's order."""
-    return [name for name in TERMINALS if any(name in variable.terminals for variable in variables)]
-
-
-def _corners(middle: tuple[float, float], half: tuple[float, float]) -> dict[str, float]:
-    """Lower left and upper right corner of a rectangle."""
-    (x, y), (a, b) = middle, half
-    return {"x1": x - a, "y1": y - b, "x2": x + a, "y2": y + b}
