@@ -9,6 +9,7 @@ one printable line. Long work is replaced by a refusal: what is tried is reading
 
 import argparse
 import contextlib
+import importlib
 import io
 import math
 import os
@@ -34,8 +35,6 @@ from cranktrain.engine.torsional_chain import read_chain
 from cranktrain.film.table.database import FilmTable, TableSettings, table_axes
 from cranktrain.film.table.interpolation import TableArrays
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.modules.combustion.file import load
-from cranktrain.modules.combustion.simulation import CombustionSimulation
 from cranktrain.modules.register import module_files, module_of
 from cranktrain.results.orders.measured import read_measured_orders
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
@@ -200,7 +199,10 @@ def module(rng, folder):
     path = written(folder / "own.toml", spoilt(rng, text))
     found = module_of(path).read(path)
     holds(all(math.isfinite(v) for v in found.starts.values() if isinstance(v, float)), "starts")
-    CombustionSimulation(load(path))
+    data = folder / "model.bin"
+    data.write_bytes(found.data)
+    running = importlib.import_module(module_of(path).running)
+    running.simulation(running.read_model(data), {}, {})
 
 
 def targets(rng, folder):

@@ -34,7 +34,7 @@ class Module:
 
     Attributes
     ----------
-    name : of its folder beside this file
+    name : as module files and their names begin
     title : what it computes
     running : module that the FMU's slave asks, see ``cranktrain_slave.py``
     contents : function that reads a module file, path → :class:`Contents`
@@ -48,7 +48,7 @@ class Module:
     @property
     def folder(self) -> Path:
         """Folder of its interface, documentation and data."""
-        return FOLDER / self.name
+        return FOLDER / self.running.split(".")[-2]
 
     def read(self, path: Path) -> Contents:
         """What a module file makes; ``InputError`` where it cannot be used."""
@@ -65,6 +65,12 @@ MODULES = {
             "cylinder pressures from a single-zone cycle with gas exchange",
             "cranktrain.modules.combustion.running",
             "cranktrain.modules.combustion.file:contents",
+        ),
+        Module(
+            "valvetrain",
+            "valve lifts, cam and drive forces and the camshaft's torque on the crank",
+            "cranktrain.modules.valve_train.running",
+            "cranktrain.modules.valve_train.file:contents",
         ),
     )
 }

@@ -6,19 +6,12 @@ import math
 
 from cranktrain.core.kernel import kernel
 from cranktrain.modules.combustion import slots as at
-from cranktrain.modules.combustion.cylinder import (
-    OK,
-    cycle_angle,
-    fill,
-    swept_volume,
-    volume_rate,
-)
+from cranktrain.modules.combustion.cylinder import OK, fill, swept_volume, volume_rate
 from cranktrain.modules.combustion.gas import enthalpy
 from cranktrain.modules.combustion.stepping import advance_cylinder
+from cranktrain.modules.crank_angle import cycle_angle, keep_received, turned
 
 N_HEAD = len(at.HEAD)
-MOST_LONGER, MOST_GAINED = 2.0, 0.1
-"""Step over the last one, and gain of a step over its turn, up to which an angle's gain on its speed goes on."""
 N_OUTPUTS, N_OF_CYLINDER = len(at.OUTPUTS), len(at.CYLINDER_OUTPUTS)
 (
     OUT_ANGLE, OUT_TORQUE, OUT_TORQUE_MEAN, OUT_IMEP, OUT_HEAT, OUT_WALLS, OUT_FUEL, OUT_INTAKE, OUT_EXHAUST,
@@ -28,40 +21,6 @@ N_OUTPUTS, N_OF_CYLINDER = len(at.OUTPUTS), len(at.CYLINDER_OUTPUTS)
     OUT_PRESSURE, OUT_TEMPERATURE, OUT_MASS, OUT_PRODUCTS, OUT_CYLINDER_IMEP, OUT_PEAK, OUT_PEAK_ANGLE,
     OUT_CYLINDER_HEAT, OUT_CYLINDER_WALL, OUT_DELAY,
 ) = range(N_OF_CYLINDER)  # fmt: skip
-
-
-@kernel
-def gained(state, inputs, interval):
-    """Angle, rad, that the crank gains on its speed if it goes on as in the last step: a swing about steady rotation.
-
-    None where the last step says nothing about this one: before there is one, after one much shorter, or a jump.
-    """
-    last = state[at.LAST_INTERVAL]
-    if not last * MOST_LONGER >= interval:
-        return 0.0
-    gain = cycle_angle(inputs[at.ANGLE] - state[at.LAST_ANGLE] - state[at.LAST_SPEED] * last) * interval / last
-    return gain if abs(gain) <= MOST_GAINED * inputs[at.SPEED] * interval else 0.0
-
-
-@kernel
-def turned(model, state, inputs, interval):
-    """Angle that the crank turns in a communication step, rad: to where the received angle, turned on, will be.
-
-    The state takes the angle that the partner will count at the step's end.
-    """
-    speed = inputs[at.SPEED]
-    given = model.choices[at.GIVEN_ANGLE]
-    if inputs[at.ANGLE] != 0.0:
-        state[at.ANGLE_SEEN] = 1.0
-    expected = speed * interval
-    if given == 0 or (given == 2 and state[at.ANGLE_SEEN] == 0.0):
-        state[at.PARTNER_ANGLE] = state[at.OWN_ANGLE] + expected
-        return expected
-    end = inputs[at.ANGLE]
-    if model.choices[at.ENDS] == 0:
-        end += expected + gained(state, inputs, interval)
-    state[at.PARTNER_ANGLE] = end
-    return expected + cycle_angle(end - state[at.OWN_ANGLE] - expected)
 
 
 @kernel
@@ -95,7 +54,7 @@ def follow_lifts(model, work, state, base, place, inputs, interval):
 def advance(model, work, state, inputs, interval):
     """Advance all cylinders by an interval, s; a status, and the number of the cylinder that failed in STEPS' place."""
     hold_inputs(model, work, inputs)
-    turn = turned(model, state, inputs, interval)
+    turn = turned(state, inputs, interval, model.choices[at.GIVEN_ANGLE], model.choices[at.ENDS])
     work.now[at.NOW_SPEED] = turn / interval
     for i in range(model.firing.shape[0]):
         base = N_HEAD + i * at.SIZE
@@ -107,10 +66,7 @@ def advance(model, work, state, inputs, interval):
     state[at.OWN_ANGLE] = (
         cycle_angle(state[at.OWN_ANGLE] + turn) if model.choices[at.GIVEN_ANGLE] > 0 else state[at.OWN_ANGLE] + turn
     )
-    state[at.LAST_ANGLE] = inputs[at.ANGLE]
-    state[at.LAST_SPEED] = inputs[at.SPEED]
-    state[at.TIME] += interval
-    state[at.LAST_INTERVAL] = interval
+    keep_received(state, inputs, interval)
     return OK
 
 

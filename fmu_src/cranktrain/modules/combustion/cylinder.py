@@ -51,12 +51,6 @@ def volume_rate(numbers, phi):
 
 
 @kernel
-def cycle_angle(angle):
-    """A crank angle within (−2π, 2π], rad."""
-    return angle - 4.0 * math.pi * math.ceil((angle - 2.0 * math.pi) / (4.0 * math.pi))
-
-
-@kernel
 def lifts(model, now, phi, time):
     """Lifts of intake and exhaust valve, m, at a crank angle and a time since the communication step began."""
     if model.choices[at.GIVEN_LIFT] > 0:

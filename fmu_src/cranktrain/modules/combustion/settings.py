@@ -16,12 +16,11 @@ from cranktrain.modules.combustion.cylinder import swept_volume
 from cranktrain.modules.combustion.gas import gas_constant, gas_table, internal_energy, stoichiometric_air
 from cranktrain.modules.combustion.slots import CHOICES, N_INTEGRATED, NOW, NUMBERS
 from cranktrain.modules.combustion.stepping import ROWS, STAGES
+from cranktrain.modules.crank_angle import ANGLES, TIMES
 
 Array = NDArray[np.float64]
 
 LIFTS = ("built-in", "input")
-ANGLES = ("speed", "input", "auto")
-TIMES = ("begin", "end")
 PORT_SHARE = 0.5
 """Volume of the exhaust port, over the swept volume, that mixes what leaves a cylinder; chosen."""
 

@@ -10,11 +10,8 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.advance import N_HEAD, advance, fill_all, observe
 from cranktrain.modules.combustion.settings import Array, CycleSettings, build_model, make_work
+from cranktrain.modules.crank_angle import check_inputs, checked_interval
 
-LONGEST_STEP = 1.0
-"""Longest communication step, s."""
-LARGEST_JUMP = math.radians(90.0)
-"""Largest difference, rad, of a received angle from where its speed has led."""
 _ZEROED = (at.BURNT, at.WORK, at.WALL, at.INTAKE, at.EXHAUST, at.INTAKE_ENTHALPY, at.EXHAUST_ENTHALPY)
 
 
@@ -107,12 +104,7 @@ class CombustionSimulation:
         """
         state = self._current()
         self._check_inputs()
-        interval = t_end - state[at.TIME]
-        if not 0.0 < interval <= LONGEST_STEP:
-            raise InputError(
-                f"a step from {state[at.TIME]:.9g} s to {t_end:.9g} s; it must lead on, by {LONGEST_STEP:g} s at most"
-            )
-        self._check_angle(interval)
+        interval = checked_interval(state, self.inputs, t_end, self.settings.angle_source, self.settings.inputs_at)
         after = state.copy()
         if advance(self._model, self._work, after, self.inputs, interval):
             raise self._failure(f"the step from {state[at.TIME]:.9g} s")
@@ -147,34 +139,10 @@ class CombustionSimulation:
         return self._state
 
     def _check_inputs(self) -> None:
-        wrong = np.flatnonzero(~np.isfinite(self.inputs))
-        if wrong.size:
-            raise InputError(f"{self.input_names[wrong[0]]} is {self.inputs[wrong[0]]}; it must be a finite number")
+        check_inputs(self.inputs, self.input_names)
         for slot in (at.INTAKE_P, at.INTAKE_T, at.EXHAUST_P, at.EXHAUST_T):
             if self.inputs[slot] <= 0.0:
                 raise InputError(f"{self.input_names[slot]} is {self.inputs[slot]:g}; it is absolute and above 0")
-        if self.inputs[at.SPEED] < 0.0:
-            raise InputError(f"crank.speed is {self.inputs[at.SPEED]:g} rad/s; reverse running is not modelled")
-
-    def _check_angle(self, interval: float) -> None:
-        """Refuse an angle that does not go on from the last one."""
-        source = self.settings.angle_source
-        if source == "speed" or (source == "auto" and not self._angle_counts()):
-            return
-        expected = self._ahead(0.0) if self.settings.inputs_at == "begin" else self._ahead(interval)
-        jump = math.remainder(float(self.inputs[at.ANGLE]) - expected, 4.0 * math.pi)
-        if abs(jump) > LARGEST_JUMP:
-            raise InputError(
-                f"crank.angle is {math.degrees(self.inputs[at.ANGLE]):.1f} deg at {self.time:.9g} s, "
-                f"{math.degrees(jump):.0f} deg off from where crank.speed has led; connect both "
-                "to one crank, or set angle.source to speed"
-            )
-
-    def _ahead(self, interval: float) -> float:
-        return float(self._current()[at.OWN_ANGLE] + self.inputs[at.SPEED] * interval)
-
-    def _angle_counts(self) -> bool:
-        return self.inputs[at.ANGLE] != 0.0 or self._current()[at.ANGLE_SEEN] > 0.0
 
     def _failure(self, what: str) -> SolverError:
         number = int(self._work.counters[0])

@@ -5,6 +5,8 @@ A state vector is a head and, for each cylinder, ``INTEGRATED`` quantities and t
 
 from __future__ import annotations
 
+from cranktrain.modules.crank_angle import HEAD as CRANK_HEAD
+
 NUMBERS = (
     "bore", "stroke", "rod_length", "pin_offset", "compression_ratio", "crankcase_pressure", "wall_temperature",
     "swirl", "heating_value", "air_demand", "ignition_factor", "ignition_exponent", "ignition_temperature",
@@ -43,9 +45,7 @@ FUEL_MASS, INJECTION, LIFT_IN, LIFT_OUT = range(len(CYLINDER_INPUTS))
 OF_CYLINDER = len(CYLINDER_INPUTS)
 FIRST_CYLINDER = len(COMMON_INPUTS)
 
-HEAD = (
-    "time", "angle", "partner_angle", "angle_seen", "last_interval", "last_angle", "last_speed", "steps", "rejected",
-)  # fmt: skip
+HEAD = (*CRANK_HEAD, "steps", "rejected")
 TIME, OWN_ANGLE, PARTNER_ANGLE, ANGLE_SEEN, LAST_INTERVAL, LAST_ANGLE, LAST_SPEED, STEPS, REJECTED = range(len(HEAD))
 
 INTEGRATED = (

@@ -1,0 +1,116 @@
+"""The crank's angle and speed as a module receives them, turned on over a communication step.
+
+An angle wraps at a cycle, 4π, or grows. Without one (``speed``, or ``auto`` while it is 0) the speed is integrated.
+Inputs belong to the begin of a communication step, then the angle is turned on to its end, or to its end already.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.kernel import kernel
+
+Array = NDArray[np.float64]
+
+ANGLES = ("speed", "input", "auto")
+"""Where the angle comes from: the speed's integral, the input, or the input as soon as it moves."""
+TIMES = ("begin", "end")
+"""Which end of a communication step inputs belong to."""
+BY_SPEED, _GIVEN, AUTO = range(len(ANGLES))
+
+SPEED, ANGLE = 0, 1
+"""Places of speed and angle in every module's inputs."""
+HEAD = ("time", "angle", "partner_angle", "angle_seen", "last_interval", "last_angle", "last_speed")
+"""What every module's state begins with."""
+TIME, OWN_ANGLE, PARTNER_ANGLE, ANGLE_SEEN, LAST_INTERVAL, LAST_ANGLE, LAST_SPEED = range(len(HEAD))
+
+LONGEST_STEP = 1.0
+"""Longest communication step, s."""
+LARGEST_JUMP = math.radians(90.0)
+"""Largest difference, rad, of a received angle from where its speed has led."""
+MOST_LONGER, MOST_GAINED = 2.0, 0.1
+"""Step over the last one, and gain of a step over its turn, up to which an angle's gain on its speed goes on."""
+
+
+@kernel
+def cycle_angle(angle):
+    """A crank angle within (−2π, 2π], rad."""
+    return angle - 4.0 * math.pi * math.ceil((angle - 2.0 * math.pi) / (4.0 * math.pi))
+
+
+@kernel
+def gained(state, inputs, interval):
+    """Angle, rad, that the crank gains on its speed if it goes on as in the last step: a swing about steady rotation.
+
+    None where the last step says nothing about this one: before there is one, after one much shorter, or a jump.
+    """
+    last = state[LAST_INTERVAL]
+    if not last * MOST_LONGER >= interval:
+        return 0.0
+    gain = cycle_angle(inputs[ANGLE] - state[LAST_ANGLE] - state[LAST_SPEED] * last) * interval / last
+    return gain if abs(gain) <= MOST_GAINED * inputs[SPEED] * interval else 0.0
+
+
+@kernel
+def turned(state, inputs, interval, source, ends):
+    """Angle that the crank turns in a communication step, rad: to where the received angle, turned on, will be.
+
+    ``source`` and ``ends`` are places in ``ANGLES`` and ``TIMES``. The state takes the angle that the partner will
+    count at the step's end.
+    """
+    if inputs[ANGLE] != 0.0:
+        state[ANGLE_SEEN] = 1.0
+    expected = inputs[SPEED] * interval
+    if source == BY_SPEED or (source == AUTO and state[ANGLE_SEEN] == 0.0):
+        state[PARTNER_ANGLE] = state[OWN_ANGLE] + expected
+        return expected
+    end = inputs[ANGLE]
+    if ends == 0:
+        end += expected + gained(state, inputs, interval)
+    state[PARTNER_ANGLE] = end
+    return expected + cycle_angle(end - state[OWN_ANGLE] - expected)
+
+
+@kernel
+def keep_received(state, inputs, interval):
+    """Keep what was received for the next step, and move the time on."""
+    state[LAST_ANGLE] = inputs[ANGLE]
+    state[LAST_SPEED] = inputs[SPEED]
+    state[TIME] += interval
+    state[LAST_INTERVAL] = interval
+
+
+def check_inputs(inputs: Array, names: tuple[str, ...]) -> None:
+    """Refuse inputs that are not numbers and a crank that turns back; ``InputError``."""
+    values = inputs.tolist()
+    if not all(map(math.isfinite, values)):
+        name, value = next(pair for pair in zip(names, values, strict=True) if not math.isfinite(pair[1]))
+        raise InputError(f"{name} is {value}; it must be a finite number")
+    if values[SPEED] < 0.0:
+        raise InputError(f"crank.speed is {values[SPEED]:g} rad/s; reverse running is not modelled")
+
+
+def checked_interval(state: Array, inputs: Array, t_end: float, source: str, inputs_at: str) -> float:
+    """Length of a communication step to ``t_end``, s.
+
+    Raises ``InputError`` for a step that is not positive or absurd, and for an angle that does not go on.
+    """
+    time = float(state[TIME])
+    interval = t_end - time
+    if not 0.0 < interval <= LONGEST_STEP:
+        raise InputError(f"a step from {time:.9g} s to {t_end:.9g} s; it must lead on, by {LONGEST_STEP:g} s at most")
+    if source == "speed" or (source == "auto" and inputs[ANGLE] == 0.0 and state[ANGLE_SEEN] == 0.0):
+        return interval
+    ahead = 0.0 if inputs_at == "begin" else interval
+    jump = math.remainder(float(inputs[ANGLE] - state[OWN_ANGLE] - inputs[SPEED] * ahead), 4.0 * math.pi)
+    if abs(jump) > LARGEST_JUMP:
+        raise InputError(
+            f"crank.angle is {math.degrees(inputs[ANGLE]):.1f} deg at {time:.9g} s, "
+            f"{math.degrees(jump):.0f} deg off from where crank.speed has led; connect both "
+            "to one crank, or set angle.source to speed"
+        )
+    return interval

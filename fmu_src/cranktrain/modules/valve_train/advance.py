@@ -1,0 +1,217 @@
+"""The valve train over one communication step, its static start, and the outputs.
+
+The crank turns evenly within a communication step. ``valvetrain.torque`` is the mean over the step: what a cranktrain
+that holds it over the step takes is then the very work that the drive has done.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel
+from cranktrain.modules.crank_angle import cycle_angle, keep_received, turned
+from cranktrain.modules import crank_angle as crank
+from cranktrain.modules.valve_train import slots as at
+from cranktrain.modules.valve_train.cam import cam_radius, line_pressure
+from cranktrain.modules.valve_train.cycle import end_crank_cycle, remember
+from cranktrain.modules.valve_train.line import (
+    drive_torque,
+    follow_cam,
+    friction_arm,
+    line_energy,
+    seat_force,
+    train_force,
+)
+from cranktrain.modules.valve_train.stage import OK
+from cranktrain.modules.valve_train.stepping import (
+    GROW,
+    LONGEST,
+    LONGEST_TURN,
+    SHORTEST,
+    attempt,
+    keep_step,
+    load_rows,
+    next_size,
+)
+
+FAILED = 1
+MOST_PASSES = 5_000_000
+"""Steps of one communication step, beyond which it has failed: seconds at most."""
+_AT_END = 1.0e-12
+"""Crank angle, rad, before a cycle's end that counts as the end."""
+_STILL = 100
+"""Iterations of the static start; each divides what is missing by a thousand or more."""
+
+
+@kernel
+def advance_and_observe(model, work, state, inputs, interval, out):
+    """Advance by an interval, s, and write the outputs: one call from Python; a status."""
+    status = advance(model, work, state, inputs, interval)
+    return observe(model, work, state, out) if status == OK else status
+
+
+@kernel
+def advance(model, work, state, inputs, interval):
+    """Advance by an interval, s; a status."""
+    turn = turned(state, inputs, interval, model.choices[0], model.choices[1])
+    speed = turn / interval
+    state[at.CRANK_SPEED] = speed
+    friction, impulse, done = state[at.FRICTION_WORK], 0.0, 0.0
+    for _ in range(MOST_PASSES):
+        if done >= interval:
+            break
+        if 2.0 * math.pi - state[crank.OWN_ANGLE] <= _AT_END:
+            end_crank_cycle(state)
+        # A step ends where the cycle does.
+        left, to_end = interval - done, 2.0 * math.pi - state[crank.OWN_ANGLE]
+        ends = speed * left > to_end
+        if ends:
+            left = to_end / speed
+        taken = one_step(model, work, state, speed, left)
+        if taken < 0.0:
+            return FAILED
+        done = interval if taken == left and not ends else done + taken
+        impulse += work.shaft[at.S_IMPULSE]
+        state[crank.OWN_ANGLE] += speed * taken
+    if done < interval:
+        return FAILED
+    state[at.TORQUE] = 0.5 * impulse / interval
+    state[at.FRICTION_POWER] = (state[at.FRICTION_WORK] - friction) / interval
+    keep_received(state, inputs, interval)
+    return OK
+
+
+@kernel
+def one_step(model, work, state, speed, left):
+    """One step of the crank at a speed, rad/s, within the time left, s: its length, −1 where there is none."""
+    wanted = min(state[at.STEP], LONGEST)
+    if speed * wanted > LONGEST_TURN:
+        wanted = LONGEST_TURN / speed
+    while wanted > SHORTEST or wanted >= left:
+        h = left / math.ceil(left / wanted - 1.0e-9) if left > wanted else left
+        error = attempt(model, work, state, 0.5 * state[crank.OWN_ANGLE], 0.5 * speed, h)
+        if 0.0 <= error <= 1.0:
+            remember(model, work, state, h)
+            keep_step(work, state)
+            # A step that was cut short says little about longer ones.
+            longer = next_size(error, h)
+            state[at.STEP] = max(longer, state[at.STEP]) if longer >= GROW * h else longer
+            return h
+        state[at.REJECTED] += 1.0
+        wanted = next_size(error, h) if error > 1.0 else 0.25 * h
+    return -1.0
+
+
+@kernel
+def rest_place(model, row):
+    """Lift, m, at which a line stands still on its present cam, and its slope by the train's lift."""
+    n = model.numbers
+    z = n[at.RATIO] * row[at.R_LIFT] - n[at.LASH]
+    closed = -n[at.PRELOAD] / (n[at.SEAT] + n[at.RATE])
+    if z <= closed:
+        return closed, 0.0
+    push, hold = n[at.STIFFNESS] * z - n[at.PRELOAD], n[at.STIFFNESS] + n[at.RATE]
+    if push < 0.0:
+        hold += n[at.SEAT]
+    return push / hold, n[at.STIFFNESS] / hold
+
+
+@kernel
+def stand(model, work, state, inputs):
+    """Camshaft and valves in static balance at the crank's angle, with the velocities that its speed gives them."""
+    n = model.numbers
+    state[crank.OWN_ANGLE] = cycle_angle(inputs[crank.ANGLE])
+    state[crank.PARTNER_ANGLE] = inputs[crank.ANGLE]
+    state[at.STEP] = LONGEST
+    speed = 0.5 * inputs[crank.SPEED]
+    lead = 0.0
+    for _ in range(_STILL):
+        state[at.CAM_ANGLE] = 0.5 * state[crank.OWN_ANGLE] - lead
+        load_rows(model, work, state)
+        torque = n[at.DRAG] * speed
+        for i in range(work.rows.shape[0]):
+            row, base = work.rows[i], at.N_HEAD + i * at.N_LINE
+            follow_cam(model.cams[i % 2], row, state[at.CAM_ANGLE])
+            x, by_lift = rest_place(model, row)
+            state[base + at.X] = x
+            state[base + at.V] = by_lift * n[at.RATIO] * row[at.R_SLOPE] * speed
+            force = n[at.STIFFNESS] * max(n[at.RATIO] * row[at.R_LIFT] - n[at.LASH] - x, 0.0)
+            torque += force * (n[at.RATIO] * row[at.R_SLOPE] + friction_arm(n, row[at.R_LIFT], speed)[0])
+        lead = torque / n[at.DRIVE] + (n[at.HALF_GAP] if torque >= 0.0 else -n[at.HALF_GAP])
+    state[at.CAM_SPEED] = speed
+    state[at.CRANK_SPEED] = inputs[crank.SPEED]
+    state[at.TORQUE] = 0.5 * torque
+    return OK
+
+
+@kernel
+def energy(model, work, state):
+    """Energy of all that moves and is strained, J."""
+    n = model.numbers
+    place(model, work, state)
+    depth = max(abs(0.5 * state[crank.OWN_ANGLE] - state[at.CAM_ANGLE]) - n[at.HALF_GAP], 0.0)
+    total = 0.5 * n[at.INERTIA] * state[at.CAM_SPEED] ** 2 + 0.5 * n[at.DRIVE] * depth * depth
+    for i in range(work.rows.shape[0]):
+        total += line_energy(n, model.cams[i % 2, at.MASS], work.rows[i])
+    return total
+
+
+@kernel
+def place(model, work, state):
+    """Rows of the workspace at the state: places, velocities and the cams' lifts."""
+    load_rows(model, work, state)
+    for i in range(work.rows.shape[0]):
+        row = work.rows[i]
+        for k in range(6):
+            row[at.R_X + k] = row[at.R_X0 + k]
+        follow_cam(model.cams[i % 2], row, state[at.CAM_ANGLE])
+
+
+@kernel
+def observe(model, work, state, out):
+    """Outputs, in the order of ``OUTPUTS`` and, line by line, of ``LINE_OUTPUTS``, into ``out``."""
+    n = model.numbers
+    gained = energy(model, work, state) - state[at.FIRST_ENERGY]
+    lag = 0.5 * state[crank.OWN_ANGLE] - state[at.CAM_ANGLE]
+    # Within a communication step the crank turned evenly; between two steps its speed is what it was.
+    rate = 0.5 * state[at.CRANK_SPEED] - state[at.CAM_SPEED]
+    torque, _, _ = drive_torque(n, lag, rate)
+    out[at.OUT_TORQUE] = state[at.TORQUE]
+    out[at.OUT_TORQUE_MEAN] = state[at.TORQUE_MEAN]
+    out[at.OUT_LAG] = lag
+    out[at.OUT_SPEED] = state[at.CAM_SPEED]
+    out[at.OUT_DRIVE_TORQUE] = torque
+    out[at.OUT_DRIVE_FORCE] = torque / n[at.DRIVE_RADIUS]
+    out[at.OUT_APART] = state[at.APART]
+    out[at.OUT_FRICTION] = state[at.FRICTION_POWER]
+    out[at.OUT_BALANCE] = gained - state[at.WORK] + state[at.FRICTION_WORK] + state[at.DAMPED]
+    out[at.OUT_STEPS] = state[at.STEPS]
+    out[at.OUT_REJECTED] = state[at.REJECTED]
+    out[at.OUT_LOSS] = 0.0
+    for i in range(work.rows.shape[0]):
+        first = at.N_OUTPUTS + i * at.N_LINE_OUTPUTS
+        observe_line(n, work.rows[i], state, at.N_HEAD + i * at.N_LINE, out[first : first + at.N_LINE_OUTPUTS])
+        out[at.OUT_LOSS] = max(out[at.OUT_LOSS], out[first + at.OUT_LINE_LOSS])
+    return OK
+
+
+@kernel
+def observe_line(n, row, state, base, out):
+    """Outputs of a line whose row is at the state."""
+    force, _, _, _, _ = train_force(n, row, state[at.CAM_SPEED])
+    on_cam = n[at.RATIO] * force
+    out[at.OUT_LIFT] = max(row[at.R_X], 0.0)
+    out[at.OUT_CAM_FORCE] = on_cam
+    radius = cam_radius(n[at.BASE_RADIUS], n[at.ROLLER_RADIUS], row[at.R_LIFT], row[at.R_SLOPE], row[at.R_CURVE])
+    if n[at.ROLLER_RADIUS] > 0.0:
+        pitch = n[at.BASE_RADIUS] + n[at.ROLLER_RADIUS] + row[at.R_LIFT]
+        on_cam *= math.sqrt(1.0 + (row[at.R_SLOPE] / pitch) ** 2)
+    out[at.OUT_PRESSURE] = line_pressure(on_cam, n[at.CAM_WIDTH], n[at.CONTACT_MODULUS], radius, n[at.ROLLER_RADIUS])
+    spring = n[at.PRELOAD] + n[at.RATE] * row[at.R_X]
+    for k in range(at.MODES):
+        spring += n[at.RATE] * (k + 1) * math.pi * row[at.R_Q + k]
+    out[at.OUT_SPRING] = spring
+    out[at.OUT_SEAT] = seat_force(n, row)[0]
+    out[at.OUT_VELOCITY] = state[base + at.IMPACT]
+    out[at.OUT_LINE_LOSS] = state[base + at.LOSS]
+    out[at.OUT_BOUNCE] = state[base + at.BOUNCE]

@@ -1,0 +1,96 @@
+"""A cam: its lift from few numbers, three times continuously differentiable, and the contact with its follower.
+
+Symmetric about its nose, the cam rises from the base circle on a ramp and goes on as a polynomial, u = |ψ|/half:
+
+    s = lift + u² (c₁ + d (c₂ + d (c₃ + d c₄))),   d = u^(p−2),
+
+the exponents 2, p, 2p − 2, 3p − 4 of a polydyne cam. Its four coefficients let lift, slope, curvature and third
+derivative go on from the ramp's at u = 1. The ramp's slope rises over its first half by 10 t³ − 15 t⁴ + 6 t⁵ and stays.
+
+Source: D. A. Stoddart, Polydyne cam design, Machine Design 25 (1953), January to March; R. L. Norton, Cam Design and
+Manufacturing Handbook (2002), chapters 4, 7 and 12 (radii of curvature and line contact).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.kernel import kernel
+from cranktrain.modules.valve_train import slots as at
+
+Array = NDArray[np.float64]
+STRAIGHT = 0.75
+"""Height of a ramp over its slope times its angle."""
+
+
+def cam_row(mass: float, half: float, ramp: float, ramp_height: float, lift: float, power: float) -> Array:
+    """Numbers of a cam, by the slots of ``CAM``.
+
+    Parameters
+    ----------
+    mass : of what the cam drives, at the valve, kg
+    half, ramp : angles of the cam from its nose to a ramp's end, and of the ramp, rad
+    ramp_height, lift : of the follower, m
+    power : p
+    """
+    speed = ramp_height / (STRAIGHT * ramp)
+    exponents = 2.0 + (power - 2.0) * np.arange(4)
+    rows = np.array(
+        [np.ones(4), exponents, exponents * (exponents - 1.0), exponents * (exponents - 1.0) * (exponents - 2.0)]
+    )
+    found = np.linalg.solve(rows, [ramp_height - lift, -speed * half, 0.0, 0.0])
+    return np.array([mass, half, ramp, speed, power - 2.0, lift, *found])
+
+
+@kernel
+def wrapped(angle):
+    """A cam's angle within (−π, π], rad."""
+    return angle - 2.0 * math.pi * math.ceil((angle - math.pi) / (2.0 * math.pi))
+
+
+@kernel
+def cam_lift(cam, psi):
+    """Lift of the follower, m, and its first two derivatives by the cam's angle, at an angle after the nose, rad."""
+    a = abs(psi)
+    half, ramp = cam[at.HALF], cam[at.RAMP]
+    if a >= half + ramp:
+        return 0.0, 0.0, 0.0
+    if a >= half:
+        r, v = (half + ramp - a) / ramp, cam[at.RAMP_SPEED]
+        if r >= 0.5:
+            lift, slope, curve = v * ramp * (r - 0.25), v, 0.0
+        else:
+            t = 2.0 * r
+            lift = 0.5 * v * ramp * t**4 * (2.5 + t * (t - 3.0))
+            slope = v * t**3 * (10.0 + t * (6.0 * t - 15.0))
+            curve = 60.0 * v / ramp * (t * (1.0 - t)) ** 2
+    else:
+        u, n = a / half, cam[at.STEP_POWER]
+        d = u**n
+        c1, c2, c3, c4 = cam[at.C_1], cam[at.C_2] * d, cam[at.C_3] * d * d, cam[at.C_4] * d * d * d
+        lift = cam[at.LIFT] + u * u * (c1 + c2 + c3 + c4)
+        e2, e3, e4 = 2.0 + n, 2.0 + 2.0 * n, 2.0 + 3.0 * n
+        slope = -u / half * (2.0 * c1 + e2 * c2 + e3 * c3 + e4 * c4)
+        curve = (2.0 * c1 + e2 * (e2 - 1.0) * c2 + e3 * (e3 - 1.0) * c3 + e4 * (e4 - 1.0) * c4) / (half * half)
+    return lift, slope if psi < 0.0 else -slope, curve
+
+
+@kernel
+def cam_radius(base_radius, roller_radius, lift, slope, curve):
+    """Radius of curvature of the cam's flank, m, under a flat follower (``roller_radius`` 0) or a roller in line."""
+    if roller_radius == 0.0:
+        return base_radius + lift + curve
+    pitch = base_radius + roller_radius + lift
+    square = pitch * pitch + slope * slope
+    turning = square + slope * slope - pitch * curve
+    return square * math.sqrt(square) / turning - roller_radius
+
+
+@kernel
+def line_pressure(force, width, modulus, cam_radius, roller_radius):
+    """Largest Hertzian pressure of a line contact, Pa, √(F E*/(π b R)); ``roller_radius`` 0 is a plane."""
+    bend = 1.0 / cam_radius + (1.0 / roller_radius if roller_radius > 0.0 else 0.0)
+    return math.sqrt(max(force * modulus / (math.pi * width) * bend, 0.0))

@@ -1,0 +1,112 @@
+"""The object that an FMU or a script steps: set ``inputs``, call ``step``, read ``outputs``."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.modules.crank_angle import check_inputs, checked_interval
+from cranktrain.modules import crank_angle as crank
+from cranktrain.modules.valve_train import slots as at
+from cranktrain.modules.valve_train.advance import advance, advance_and_observe, energy, observe, stand
+from cranktrain.modules.valve_train.settings import Array, TrainSettings, build_model, make_work
+
+_ZEROED = (at.STEPS, at.REJECTED, at.WORK, at.FRICTION_WORK, at.DAMPED, crank.LAST_INTERVAL, crank.ANGLE_SEEN)
+
+
+class ValveTrainSimulation:
+    """Valve train of one engine, stepped from outside.
+
+    Attributes
+    ----------
+    input_names, output_names : names as in the FMU
+    inputs : values in their order (SI), 0 at first
+    outputs : valid after ``initialize`` and after each step
+    """
+
+    def __init__(self, settings: TrainSettings) -> None:
+        self.settings = settings
+        self._model = build_model(settings)
+        self._work = make_work(self._model.noses.size)
+        of_each = [f"cylinder[{i + 1}].{kind}_" for i in range(self.n_cylinders) for kind in ("intake", "exhaust")]
+        self.input_names = at.INPUTS
+        self.output_names = (*at.OUTPUTS, *(head + name for head in of_each for name in at.LINE_OUTPUTS))
+        self.outputs = np.zeros(len(self.output_names))
+        self.inputs = np.zeros(len(self.input_names))
+        self._state: Array | None = None
+
+    @property
+    def n_cylinders(self) -> int:
+        """Number of cylinders."""
+        return int(self._model.noses.size) // 2
+
+    def initialize(self, time: float = 0.0) -> None:
+        """Start at the present inputs: in static balance at rest, else ``start_cycles`` cycles behind it.
+
+        Raises ``InputError`` for inputs that no engine has, ``SolverError`` where the cycles cannot be run.
+        """
+        check_inputs(self.inputs, self.input_names)
+        state = np.zeros(at.N_HEAD + self._model.noses.size * at.N_LINE)
+        speed, angle = float(self.inputs[crank.SPEED]), float(self.inputs[crank.ANGLE])
+        cycles = round(self.settings.start_cycles)
+        stand(self._model, self._work, state, self.inputs)
+        before = self._model._replace(choices=np.zeros_like(self._model.choices))
+        runs = speed >= self.settings.start_speed and cycles > 0
+        if runs and advance(before, self._work, state, self.inputs, 4.0 * math.pi * cycles / speed):
+            raise self._failure("the start")
+        state[[*_ZEROED]] = 0.0
+        state[at.FIRST_ENERGY] = energy(self._model, self._work, state)
+        state[crank.TIME], state[crank.PARTNER_ANGLE] = time, angle
+        self._state = state
+        # For what compiles in it, and for the outputs.
+        advance_and_observe(before, self._work, state.copy(), self.inputs, 1.0e-9, self.outputs)
+        observe(self._model, self._work, state, self.outputs)
+
+    def step(self, t_end: float) -> None:
+        """Advance to ``t_end``, s. On an error the state stays at the last good time.
+
+        Raises
+        ------
+        InputError
+            inputs that are not numbers, an angle that jumps, a step that is not positive or absurd
+        SolverError
+            a step without a solution
+        """
+        state = self._current()
+        check_inputs(self.inputs, self.input_names)
+        interval = checked_interval(state, self.inputs, t_end, self.settings.angle_source, self.settings.inputs_at)
+        after = state.copy()
+        if advance_and_observe(self._model, self._work, after, self.inputs, interval, self.outputs):
+            raise self._failure(f"the step from {state[crank.TIME]:.9g} s")
+        after[crank.TIME] = t_end
+        self._state = after
+
+    @property
+    def time(self) -> float:
+        """Time of the state, s."""
+        return float(self._current()[crank.TIME])
+
+    @property
+    def state(self) -> Array:
+        """The whole state as a copy, (n,); assigning one of the same engine restores it."""
+        return self._current().copy()
+
+    @state.setter
+    def state(self, vector: Array) -> None:
+        if np.shape(vector) != self._current().shape:
+            raise InputError(f"a state of this model has {self._current().size} values, got {np.size(vector)}")
+        self._state = np.array(vector, dtype=float)
+        observe(self._model, self._work, self._state, self.outputs)
+
+    def _current(self) -> Array:
+        if self._state is None:
+            raise InputError("the model is not initialised yet; call initialize() first")
+        return self._state
+
+    def _failure(self, what: str) -> SolverError:
+        return SolverError(
+            f"{what} fails: camshaft and valves find no balance however short the step; check stiffnesses, dampings and "
+            "masses, and whether the speed is one that an engine has"
+        )
