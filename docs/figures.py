@@ -384,6 +384,25 @@ def combustion_coupling() -> str:
     return table(("scheme", *(f"{step}°" for step in steps)), rows) + "\n\n" + note
 
 
+# Part of docs/valve_train.md ------------------------------------------------------------------------------------------
+
+
+def valve_train() -> str:
+    """The valve train by itself over the speed, and its picture."""
+    return python("examples/valve_train.py", "docs/valve_train.png")
+
+
+def valve_train_cost() -> str:
+    """What the valve train's FMU costs beside the combustion's."""
+    found = benchmark("valve_train")
+    rows = [
+        ("valve train, through FMI", f"{found['valvetrain_i6']['share_of_real_time']:.2f}"),
+        ("valve train, called from Python", f"{found['native_share_of_real_time']:.2f}"),
+        ("combustion, through FMI", f"{found['combustion_i6']['share_of_real_time']:.2f}"),
+    ]
+    return table(("step of the six", "share of real time"), rows)
+
+
 # Whole pages and pictures ---------------------------------------------------------------------------------------------
 
 
@@ -432,6 +451,8 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "coupling": ("fmu.md", coupling),
     "combustion": ("combustion.md", combustion),
     "combustion_coupling": ("combustion.md", combustion_coupling),
+    "valve_train": ("valve_train.md", valve_train),
+    "valve_train_cost": ("valve_train.md", valve_train_cost),
     "inherited_damping": ("decisions/0020-inherited-damping.md", inherited_damping),
 }
 """Document and maker of each part that stands between marks."""

@@ -90,7 +90,12 @@ def test_loss_of_contact_lies_well_above_rated_speed():
 def test_restitution_at_the_seat(velocity):
     """χ v − ln(1 + χ v) of the impact equals −χ v' − ln(1 − χ v') of the rebound (Hunt and Crossley, exponent 1)."""
     settings = single(
-        start_cycles=0.0, tolerance=1e-7, spring_rate=0.0, spring_preload=1.0, spring_mass=1e-4, seat_damping_velocity=0.5
+        start_cycles=0.0,
+        tolerance=1e-7,
+        spring_rate=0.0,
+        spring_preload=1.0,
+        spring_mass=1e-4,
+        seat_damping_velocity=0.5,
     )
     simulation = running(settings, 0.0)
     state = simulation.state

@@ -44,6 +44,12 @@ def test_combustion(tmp_path, capsys):
     assert picture.stat().st_size > 10_000 and "| 2000 | 13.48 |" in capsys.readouterr().out
 
 
+def test_valve_train(tmp_path, capsys):
+    picture = tmp_path / "valve_train.png"
+    assert example("valve_train").main(str(picture)) == pytest.approx(8.5, rel=0.02)
+    assert picture.stat().st_size > 10_000 and "| 2000 | 8.5 |" in capsys.readouterr().out
+
+
 def test_combustion_calibration(tmp_path, capsys):
     """A trace that the module itself made is met by the fit, and its peak pressure over the speed by that trace's."""
     module = example("combustion_calibration")

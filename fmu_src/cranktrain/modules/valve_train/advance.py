@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
-from cranktrain.modules.crank_angle import cycle_angle, keep_received, turned
 from cranktrain.modules import crank_angle as crank
+from cranktrain.modules.crank_angle import cycle_angle, keep_received, turned
 from cranktrain.modules.valve_train import slots as at
 from cranktrain.modules.valve_train.cam import cam_radius, line_pressure
 from cranktrain.modules.valve_train.cycle import end_crank_cycle, remember

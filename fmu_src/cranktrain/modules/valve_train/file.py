@@ -63,7 +63,7 @@ class Cam:
 
 @dataclass(frozen=True)
 class Train:
-    """Follower, pushrod and rocker at the valve: ratio, mass (kg), stiffness (N/m), damping velocity (m/s), lash (m)."""
+    """Follower, pushrod and rocker at the valve: ratio, mass (kg), stiffness (N/m), damping (m/s), lash (m)."""
 
     ratio: Ratio
     mass: q.Mass

@@ -34,8 +34,9 @@ class TrainSettings:
 
     Opening and closing angles count from a cylinder's firing dead centre, the intake's before, the exhaust's behind it;
     ``firing_angles`` are the crank's angles at those dead centres. Masses, forces and stiffnesses are those of the
-    valves that one cam drives, together and at the valve; a ``damping_velocity`` is the closing velocity at which damping doubles a contact's force.
-    ``roller_radius`` 0 is a flat follower, ``start_cycles`` cycles are run before the start.
+    valves that one cam drives, together and at the valve; a ``damping_velocity`` is the closing velocity at which
+    damping doubles a contact's force. ``roller_radius`` 0 is a flat follower, ``start_cycles`` cycles are run before
+    the start.
     """
 
     name: str
@@ -176,8 +177,8 @@ def check_settings(settings: TrainSettings) -> None:
         opens, closes = getattr(s, f"{kind}_opens"), getattr(s, f"{kind}_closes")
         if not low <= opens < closes <= high:
             raise InputError(
-                f"{kind}_opens {degrees * opens:g} deg, closes {degrees * closes:g} deg; it opens before it closes, both "
-                f"between {degrees * low:g} and {degrees * high:g} deg after firing dead centre"
+                f"{kind}_opens {degrees * opens:g} deg, closes {degrees * closes:g} deg; it opens before it closes, "
+                f"both between {degrees * low:g} and {degrees * high:g} deg after firing dead centre"
             )
         if closes - opens + 4.0 * s.ramp >= 4.0 * math.pi:
             raise InputError(f"ramp {degrees * s.ramp:g} deg of the cam leaves the {kind} valve no time on its seat")

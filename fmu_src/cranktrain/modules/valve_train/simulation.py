@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError
-from cranktrain.modules.crank_angle import check_inputs, checked_interval
 from cranktrain.modules import crank_angle as crank
+from cranktrain.modules.crank_angle import check_inputs, checked_interval
 from cranktrain.modules.valve_train import slots as at
 from cranktrain.modules.valve_train.advance import advance, advance_and_observe, energy, observe, stand
 from cranktrain.modules.valve_train.settings import Array, TrainSettings, build_model, make_work
@@ -107,6 +107,6 @@ class ValveTrainSimulation:
 
     def _failure(self, what: str) -> SolverError:
         return SolverError(
-            f"{what} fails: camshaft and valves find no balance however short the step; check stiffnesses, dampings and "
-            "masses, and whether the speed is one that an engine has"
+            f"{what} fails: camshaft and valves find no balance however short the step; check stiffnesses, dampings "
+            "and masses, and whether the speed is one that an engine has"
         )

@@ -35,8 +35,8 @@ INTAKE, EXHAUST = range(2)
 INPUTS = ("crank.speed", "crank.angle")
 
 HEAD = (
-    *CRANK_HEAD, "crank_speed", "cam_angle", "cam_speed", "cam_acceleration", "step", "steps", "rejected", "work", "friction",
-    "damped", "first_energy", "torque", "friction_power", "apart_now", "apart", "cycle_work", "torque_mean",
+    *CRANK_HEAD, "crank_speed", "cam_angle", "cam_speed", "cam_acceleration", "step", "steps", "rejected", "work",
+    "friction", "damped", "first_energy", "torque", "friction_power", "apart_now", "apart", "cycle_work", "torque_mean",
 )  # fmt: skip
 (
     CRANK_SPEED, CAM_ANGLE, CAM_SPEED, CAM_ACCELERATION, STEP, STEPS, REJECTED, WORK, FRICTION_WORK,

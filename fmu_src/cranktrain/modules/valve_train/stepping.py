@@ -45,7 +45,7 @@ def load_rows(model, work, state):
 
 @kernel
 def attempt(model, work, state, crank, speed, h):
-    """One step of h, s, with the crank's halved angle (rad) at its start and halved speed; its error over the tolerance.
+    """One step of h, s, from the crank's halved angle (rad) at its halved speed; its error over the tolerance.
 
     The end is in the rows and the shaft of the workspace; −1 where a stage has no solution.
     """
