@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from coarse_engines import COARSE, built, coarse
 
+from cranktrain.fmu.build import build_fmu
 from cranktrain.fmu.flat import FlatModel
 
 
@@ -31,6 +32,12 @@ def model(engine, body):
 def fmu(model, tmp_path_factory):
     """The six's FMU without block and damper."""
     return built(model, tmp_path_factory.mktemp("fmu"))
+
+
+@pytest.fixture(scope="session")
+def partner(tmp_path_factory):
+    """The six's combustion."""
+    return build_fmu("combustion_i6", tmp_path_factory.mktemp("partner"))
 
 
 @pytest.fixture(scope="session", params=list(COARSE))

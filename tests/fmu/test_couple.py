@@ -20,11 +20,6 @@ SOURCES = Path(__file__).parents[2] / "fmu_src"
 
 
 @pytest.fixture(scope="session")
-def partner(tmp_path_factory):
-    return build_fmu("combustion_i6", tmp_path_factory.mktemp("partner"))
-
-
-@pytest.fixture(scope="session")
 def couple(fmu, partner, cache, tmp_path_factory):
     """Run the verb in a process of its own, with the FMUs' kernels where other tests keep them."""
     folder = tmp_path_factory.mktemp("coupled")

@@ -15,7 +15,7 @@ from rich.table import Table as RichTable
 
 from cranktrain.core.errors import InputError, nearest, within
 
-_LEFT = ("shape", "to which number", "value", "unit or norm")
+_LEFT = ("shape", "to which number", "value", "unit or norm", "verdict", "quantity", "expected")
 
 
 class Interrupted(KeyboardInterrupt):

@@ -1,7 +1,8 @@
 """The command ``cranktrain``: one verb per question, a readable table for people or one JSON object for machines.
 
 Progress and errors go to stderr. What ends early ends with one line there, and with --json with one object on stdout,
-``{"error": {"what", "where", "remedy"}}``. Exit codes: 0; 2 for input that cannot be used and computations that fail;
+``{"error": {"what", "where", "remedy"}}``. Exit codes: 0; 1 where an assertion of a harness
+fails; 2 for input that cannot be used and computations that fail;
 70 for faults of this program; 130 and 143 where it is interrupted or terminated.
 """
 
@@ -27,6 +28,7 @@ from cranktrain.cli import (
     export,
     fatigue,
     film_table,
+    harness,
     modal,
     picture,
     plan,
@@ -55,7 +57,7 @@ ENGINE_VERBS = {
 VERBS = {
     "bearing": bearing, "film-table": film_table, "damper-optimum": damper, "roller": roller, "stability": stability,
     "calibrate": calibrate, "run-in": run_in, "tradeoff": tradeoff, "plan": plan, "plot-runup": plot_runup,
-    "run": run, "export": export, "report": report, "couple": couple,
+    "run": run, "export": export, "report": report, "couple": couple, "harness": harness,
 }  # fmt: skip
 """Likewise of all others."""
 
@@ -72,8 +74,9 @@ class _Parser(argparse.ArgumentParser):
         raise InputError(f"{re.sub(r'^argument (--[-0-9a-z]+): ', chr(92) + '1 ', message)}; see {self.prog} --help")
 
 
-WRONG, FAULT = 2, 70
-"""Exit codes: of input that cannot be used or a computation that fails, and of a fault of this program."""
+FAILED, WRONG, FAULT = 1, 2, 70
+"""Exit codes: of assertions that fail, of input that cannot be used or a computation that fails, and of a fault of this
+program."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -110,7 +113,9 @@ def _run(arguments: Sequence[str]) -> int:
     if options.json:
         print(json.dumps(_finite(result), indent=2, allow_nan=False))
     sys.stdout.flush()
-    return 128 + signal.SIGINT if result.get("interrupted") else 0
+    if result.get("interrupted"):
+        return 128 + signal.SIGINT
+    return FAILED if result.get("passed") is False else 0
 
 
 def _parser() -> _Parser:

@@ -8,9 +8,12 @@ from __future__ import annotations
 import ctypes
 import shutil
 import tempfile
+import zipfile
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
@@ -59,9 +62,10 @@ class FmuUnit:
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
         """See the protocol."""
+        self._in_names = tuple(inputs)
         self._in, self._in_refs = self._array(inputs)
         self._out, self._out_refs = self._array(outputs)
-        self._in[:] = [_start(self._variables[name]) for name in inputs]
+        self._in[:] = [self.start(name) for name in inputs]
 
     def _array(self, names: Sequence[str]) -> tuple[Array, Any]:
         references = [self._variables[name].valueReference for name in names]
@@ -79,10 +83,27 @@ class FmuUnit:
         self._try("initialization", fmu.enterInitializationMode)
         self._try("initialization", fmu.exitInitializationMode)
 
+    def port(self, name: str) -> Port:
+        """A real variable as a port, of any causality; ``InputError`` for what is none."""
+        if name not in self._variables or self._variables[name].type != "Real":
+            reals = [key for key, variable in self._variables.items() if variable.type == "Real"]
+            raise InputError(f"{self.name}: there is no real variable '{name}'; {nearest(name, reals)}")
+        return _port(self._variables[name], _unit_ports(self._description), frozenset())
+
+    def start(self, name: str) -> float:
+        """Value that a real variable starts with."""
+        return float(self._values.get(name, _start(self._variables[name])))
+
+    def set_start(self, name: str, value: float) -> None:
+        """Let a real variable start with a value."""
+        self._values[name] = self._checked(name, value)
+
     def write(self, values: Array) -> None:
         """See the protocol."""
         self._in[:] = values
-        self._direct("its inputs", self._set_real, self._component, self._in_refs, len(self._in), self._in_at)
+        status = self._set_real(self._component, self._in_refs, len(self._in), self._in_at)
+        if status > fmi2.fmi2Warning:
+            self._direct(self._refused_input(status), lambda: status)
 
     def read(self) -> Array:
         """See the protocol."""
@@ -153,6 +174,15 @@ class FmuUnit:
             [*self._log[-_MESSAGES:], message.decode("utf-8", "replace")] if status >= fmi2.fmi2Discard else self._log
         )
 
+    def _refused_input(self, status: int) -> str:
+        """Which of the inputs a unit refuses, as far as one that still answers can tell."""
+        if status != fmi2.fmi2Fatal:
+            for name, reference, value in zip(self._in_names, self._in_refs, self._in, strict=False):
+                one = ctypes.byref(ctypes.c_uint(reference)), 1, ctypes.byref(ctypes.c_double(value))
+                if self._set_real(self._component, *one) > fmi2.fmi2Warning:
+                    return f"{name} = {value:g}"
+        return "its inputs"
+
     def _try(self, what: str, call: Any, *arguments: Any, **named: Any) -> None:
         """Call by FMPy, which raises where the status is not good."""
         try:
@@ -185,22 +215,36 @@ class FmuUnit:
 
 
 def described(path: Path) -> ModelDescription:
-    """Model description of an FMU that can be used here; ``InputError``."""
+    """Model description of an FMU that can be used here, or of one to be built, .xml; ``InputError``."""
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; build an FMU with build_fmu.py, or name another")
+    version = _version(path)
+    if version not in ("", "2.0"):
+        raise InputError(f"{path}: FMI {version}; give an FMI 2.0 co-simulation FMU")
     try:
         description = fmpy.read_model_description(str(path))
     except Exception as error:
         raise InputError(f"{path}: no FMU that can be read ({_line(error)}); take another") from None
-    if description.fmiVersion != "2.0" or description.coSimulation is None:
-        kind = "co-simulation" if description.coSimulation is not None else "model exchange"
-        raise InputError(f"{path}: FMI {description.fmiVersion}, {kind}; give an FMI 2.0 co-simulation FMU")
+    if description.coSimulation is None:
+        raise InputError(f"{path}: FMI {version}, model exchange; give an FMI 2.0 co-simulation FMU")
+    if path.suffix == ".xml":
+        return description
     there = fmpy.supported_platforms(str(path))
     if fmpy.platform not in there:
         raise InputError(
             f"{path}: has binaries for {', '.join(there) or 'no platform'}; one for {fmpy.platform} is needed"
         )
     return description
+
+
+def _version(path: Path) -> str:
+    """Version of FMI that a file names; empty where it names none: other versions' descriptions are not read."""
+    with suppress(OSError, KeyError, zipfile.BadZipFile, ElementTree.ParseError):
+        if path.suffix == ".xml":
+            return ElementTree.parse(path).getroot().get("fmiVersion", "")
+        with zipfile.ZipFile(path) as archive:
+            return ElementTree.fromstring(archive.read("modelDescription.xml")).get("fmiVersion", "")
+    return ""
 
 
 def _unit_ports(description: ModelDescription) -> dict[str, Port]:

@@ -218,12 +218,19 @@ class Master:
         taken = self._wirings[unit.name]
         if taken.names:
             self.written[unit.name] = values = taken.of(self._known, self.time)
-            unit.write(values)
+            self._asked(unit, unit.write, values)
 
     def _read(self, unit: Unit) -> None:
         part = self._parts[unit.name]
         if part.stop > part.start:
-            self.newest[part] = unit.read()
+            self.newest[part] = self._asked(unit, unit.read)
+
+    def _asked(self, unit: Unit, call: Callable[..., Any], *arguments: Any) -> Any:
+        """What a call says; its error names the unit and the time."""
+        try:
+            return call(*arguments)
+        except UnitError as error:
+            raise UnitError(f"{unit.name} at {self.time:.6g} s: {error}") from None
 
     def _advance(self, unit: Unit, size: float) -> None:
         try:
@@ -249,7 +256,7 @@ class Master:
         before = self._order[: self._order.index(unit)]
         for other in before:
             expected[self._parts[other.name]] = self.newest[self._parts[other.name]]
-        unit.write(self._wirings[unit.name].of(np.tile(expected, 3)[: 3 * n], self.time))
+        self._asked(unit, unit.write, self._wirings[unit.name].of(np.tile(expected, 3)[: 3 * n], self.time))
 
     def _settle_feeds(self) -> None:
         """Hand the values at the communication point through outputs that inputs feed."""
@@ -259,7 +266,7 @@ class Master:
         for _ in range(PASSES):
             before = self.newest.copy()
             for unit in self._feeding:
-                unit.write(self._wirings[unit.name].of(self._known, self.time))
+                self._asked(unit, unit.write, self._wirings[unit.name].of(self._known, self.time))
                 self._read(unit)
                 part = self._parts[unit.name]
                 self.means[part] = self.start[part] = self.newest[part]

@@ -13,9 +13,11 @@ from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import LAWS, PLAIN
+from cranktrain.fmu.archive import model_description
 from cranktrain.fmu.engine_fmu import build, check_target, family_counts, full_interface
+from cranktrain.fmu.engine_fmu import model_description as engine_description
 from cranktrain.fmu.flat import FlatModel
-from cranktrain.fmu.module_fmu import build_module
+from cranktrain.fmu.module_fmu import build_module, module_product
 from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.modules.register import module_path
@@ -69,6 +71,17 @@ def build_fmu(
     check_target(Path(folder), engine)
     check_mesh(body, "journal surfaces")
     return build(whole_model(engine, film_table=film_table, block=block, body=body, say=say), folder, say)
+
+
+def describe_fmu(source: str) -> bytes:
+    """Model description of the FMU that an engine or a module would have, without making it; ``InputError``.
+
+    Its GUID is that of an FMU without data.
+    """
+    module = module_path(source)
+    if module is not None:
+        return model_description(module_product(module))
+    return engine_description(load_engine(source))
 
 
 def crank_levels(fitted: Engine, body: str | Path | None = None, say: Progress = lambda text: None) -> dict[str, Any]:

@@ -35,12 +35,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cranktrain.core.errors import InputError, nearest, shown, within
-from cranktrain.core.user_file import is_number, read_toml
+from cranktrain.core.errors import InputError, nearest, within
+from cranktrain.core.user_file import read_toml
 from cranktrain.engine.file import check_title, load_engine
 from cranktrain.engine.levels import CRANKS, Levels
 from cranktrain.engine.model import Engine
 from cranktrain.studies.answers import bearing_ladder, lowest_levels, refuse_beyond
+from cranktrain.studies.typed_table import FLAG, NUMBER, NUMBERS, TABLE, TEXT, TEXTS, WHOLE, check_types
 
 RPM = math.pi / 30.0
 SLOWEST_RPM, FASTEST_RPM = 100.0, 20000.0
@@ -51,17 +52,15 @@ STRESS = "stress"
 STRESSING = ("pulley.torsion", "bearing.force.x", "bearing.force.y")
 """Outputs that stresses follow: wanted where a scene names ``stress`` alone."""
 
-_NUMBER, _WHOLE, _TEXT, _FLAG = "a finite number", "a whole number", "a text", "true or false"
-_NUMBERS, _TEXTS, _TABLE = "a list of numbers", "a list of texts", "a table"
 _KEYS = {
-    **dict.fromkeys(("title", "engine", "crank", "bearings", "integrator", "big_ends", "block", "pistons"), _TEXT),
-    "film_temperature": _TEXT,
-    **dict.fromkeys(("frequency_hz", "accuracy", "budget_real_time_factor", "load", "cutoff_hz", "step_deg"), _NUMBER),
-    **{"speeds_rpm": _NUMBERS, "outputs": _TEXTS, "cycles": _WHOLE, "damper": _FLAG, "run_up": _TABLE, "gas": _TABLE},
+    **dict.fromkeys(("title", "engine", "crank", "bearings", "integrator", "big_ends", "block", "pistons"), TEXT),
+    "film_temperature": TEXT,
+    **dict.fromkeys(("frequency_hz", "accuracy", "budget_real_time_factor", "load", "cutoff_hz", "step_deg"), NUMBER),
+    **{"speeds_rpm": NUMBERS, "outputs": TEXTS, "cycles": WHOLE, "damper": FLAG, "run_up": TABLE, "gas": TABLE},
 }
 _NEEDED = ("engine", "outputs", "frequency_hz", "accuracy")
-_RUN_UP = {"from": _NUMBER, "to": _NUMBER, "points": _WHOLE}
-_GAS = {"pressure_file": _TEXT, "pressure_unit": _TEXT, "tdc_deg": _NUMBER}
+_RUN_UP = {"from": NUMBER, "to": NUMBER, "points": WHOLE}
+_GAS = {"pressure_file": TEXT, "pressure_unit": TEXT, "tdc_deg": NUMBER}
 
 
 @dataclass(frozen=True)
@@ -147,7 +146,7 @@ def load_scene(path: str | Path) -> Scene:
 
 def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
     """Scene of a TOML document, checked."""
-    _check_types(document, _KEYS, "")
+    check_types(document, _KEYS, "")
     for key in _NEEDED:
         if key not in document:
             raise InputError(f"key '{key}' is missing; a scene needs {', '.join(_NEEDED)} and speeds_rpm or [run_up]")
@@ -159,7 +158,7 @@ def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
     outputs, stress = scene_outputs(engine, document["outputs"])
     lowest = lowest_levels(outputs, rollers=engine.main_roller is not None)
     gas = document.get("gas", {})
-    _check_types(gas, _GAS, "gas.")
+    check_types(gas, _GAS, "gas.")
     pressure = None
     if gas:
         if "pressure_file" not in gas:
@@ -200,24 +199,6 @@ def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
     return scene
 
 
-def _check_types(table: Mapping[str, Any], keys: Mapping[str, str], prefix: str) -> None:
-    """Refuse unknown keys and values of a wrong type."""
-    for key, value in table.items():
-        if key not in keys:
-            raise InputError(f"unknown key '{prefix}{key}'; {nearest(key, keys)}")
-        if not _is(value, keys[key]):
-            raise InputError(f"{prefix}{key}: {shown(value)} is not {keys[key]}")
-
-
-def _is(value: Any, kind: str) -> bool:
-    """Whether a value is of a kind."""
-    if kind == _NUMBER:
-        return is_number(value)
-    if kind in (_NUMBERS, _TEXTS):
-        return isinstance(value, list) and all(_is(entry, _NUMBER if kind == _NUMBERS else _TEXT) for entry in value)
-    return type(value) is {_WHOLE: int, _TEXT: str, _FLAG: bool, _TABLE: dict}[kind]
-
-
 def _engine(path: Path, name: str) -> Engine:
     return load_engine(path.parent / name if name.endswith(".toml") else name)
 
@@ -233,7 +214,7 @@ def _speeds(document: Mapping[str, Any]) -> tuple[float, ...]:
             raise InputError("speeds_rpm: no speed in it; give at least one, rev/min")
     else:
         table, where = document["run_up"], "run_up"
-        _check_types(table, _RUN_UP, "run_up.")
+        check_types(table, _RUN_UP, "run_up.")
         for key in _RUN_UP:
             if key not in table:
                 raise InputError(f"run_up.{key} is missing; a run-up has from, to (rev/min) and points")

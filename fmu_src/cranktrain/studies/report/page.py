@@ -19,14 +19,13 @@ def page(found: Findings) -> str:
     titles = [section.title for section in SECTIONS]
     contents = "".join(f'<li><a href="#s{k}">{html.escape(title)}</a></li>' for k, title in enumerate(titles, 1))
     body = "".join(_section(k, section, found) for k, section in enumerate(SECTIONS, 1))
+    return whole_page("report", f"{found.engine.title}: cranktrain report", contents, body)
+
+
+def whole_page(kind: str, title: str, contents: str, body: str) -> str:
+    """A page of ``kind``, as :func:`page_head` has it, with its sections and a list of them, both as HTML."""
     template = files("cranktrain.studies.report").joinpath("report.html").read_text(encoding="utf-8")
-    title = f"{found.engine.title}: cranktrain report"
-    parts = {
-        "@HEAD@": page_head("report", title),
-        "@TITLE@": html.escape(title),
-        "@CONTENTS@": contents,
-        "@BODY@": body,
-    }
+    parts = {"@HEAD@": page_head(kind, title), "@TITLE@": html.escape(title), "@CONTENTS@": contents, "@BODY@": body}
     for word, text in parts.items():
         template = template.replace(word, text)
     return template

@@ -1,0 +1,1 @@
+"""System tests of coupled units: scenarios and assertions, as a file says them."""

@@ -1,0 +1,212 @@
+"""What assertions find in a run, and whether that is what they expect."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import Array
+from cranktrain.coupling.connections import conversion
+from cranktrain.coupling.run import Coupled
+from cranktrain.coupling.unit import Port
+from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
+from cranktrain.studies.harness.entries import (
+    BY_FAILURE,
+    FINAL,
+    LARGEST,
+    LEAST,
+    MEAN,
+    ORDER,
+    RMS,
+    SWING,
+    TO_THE_END,
+    Assertion,
+    Bounds,
+    Ending,
+    Harness,
+)
+from cranktrain.studies.harness.measures import MEASURED
+
+WORDS = {
+    FINAL: "final value", MEAN: "mean", LEAST: "minimum", LARGEST: "maximum", SWING: "peak to peak", RMS: "RMS",
+}  # fmt: skip
+
+
+class Outcome(NamedTuple):
+    """What became of an assertion.
+
+    Attributes
+    ----------
+    name, quantity : for people; what was measured
+    expected : in words
+    found : a number, a text, or None where there is none
+    unit : of measurement of the number
+    passed : whether it is what was expected
+    remark : why there is no number
+    bounds : what was expected, as numbers
+    """
+
+    name: str
+    quantity: str
+    expected: str
+    found: float | str | None
+    unit: str
+    passed: bool
+    remark: str = ""
+    bounds: Bounds | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        numbers = {} if self.bounds is None else {k: v for k, v in vars(self.bounds).items() if v is not None}
+        expected: Any = numbers or self.expected
+        return {
+            "name": self.name, "quantity": self.quantity, "expected": expected, "found": self.found,
+            "unit": self.unit, "passed": self.passed, **({"remark": self.remark} if self.remark else {}),
+        }  # fmt: skip
+
+
+class Ran(NamedTuple):
+    """A run as far as it came, what ended it (empty: nothing), wall seconds, and whether it was interrupted."""
+
+    found: Coupled | None
+    ended: str
+    seconds: float
+    interrupted: bool = False
+
+
+def judge(
+    assertion: Assertion, runs: Mapping[str, Ran], scenario: str, harness: Harness, ports: Mapping[str, Port]
+) -> Outcome:
+    """Hold an assertion of a scenario against its run; ``ports`` are those of all outputs, ``unit.variable``."""
+    quantity, unit = _quantity(assertion, ports)
+    remark, found = "", None
+    try:
+        found = _measured(assertion, runs[scenario], harness, ports)
+        if assertion.ratio_to:
+            found /= _measured(assertion, runs[assertion.ratio_to], harness, ports)
+    except InputError as error:
+        remark = str(error)
+    except ZeroDivisionError:
+        remark = f"is zero in scenario '{assertion.ratio_to}'"
+    if found is not None and not math.isfinite(found):
+        found, remark = None, "is not a number"
+    if assertion.ratio_to:
+        quantity, unit = f"{quantity}, over that of '{assertion.ratio_to}'", ""
+    passed = found is not None and _within(found, assertion.bounds)
+    expected = _expected(assertion.bounds, unit)
+    return Outcome(assertion.name or quantity, quantity, expected, found, unit, passed, remark, assertion.bounds)
+
+
+def judge_ending(ending: Ending, ran: Ran) -> Outcome:
+    """Hold how a run ended against how it was to."""
+    found = ran.ended or TO_THE_END
+    if ending.how != BY_FAILURE:
+        return Outcome("end", "end of the run", TO_THE_END, found, "", not ran.ended)
+    time = float(ran.found.times[-1]) if ran.found is not None else 0.0
+    parts = ["a failure" + (f" of {ending.unit}" if ending.unit else "")]
+    parts += [f"at {ending.at:.6g} s ± {ending.tolerance:.3g} s"] if ending.at is not None else []
+    parts += [f"that says '{ending.says}'"] if ending.says else []
+    named = not ending.unit or ran.ended.startswith((f"{ending.unit},", f"{ending.unit}:", f"{ending.unit} "))
+    timely = ending.at is None or abs(time - ending.at) <= ending.tolerance
+    passed = bool(ran.ended) and named and timely and ending.says.lower() in ran.ended.lower()
+    remark = "" if passed or not ran.ended else f"the last communication point is {time:.6g} s"
+    return Outcome("end", "end of the run", " ".join(parts), found, "", passed, remark)
+
+
+def _quantity(assertion: Assertion, ports: Mapping[str, Port]) -> tuple[str, str]:
+    """What is measured, in words, and its unit."""
+    if assertion.output is None:
+        name, unit = f"residual of {assertion.residual}", "W"
+    else:
+        name = ".".join(assertion.output)
+        unit = ports[name].unit
+    measure = f"order {assertion.order:g}" if assertion.measure == ORDER else WORDS[assertion.measure]
+    window = ""
+    if assertion.cycles is not None:
+        window = ", last cycle" if assertion.cycles == 1.0 else f", last {assertion.cycles:g} cycles"
+    elif assertion.begin > 0.0 or assertion.end < math.inf:
+        window = f", {assertion.begin:.6g} s to {'the end' if math.isinf(assertion.end) else f'{assertion.end:.6g} s'}"
+    return f"{name}, {measure}{window}", assertion.unit or unit
+
+
+def _measured(assertion: Assertion, ran: Ran, harness: Harness, ports: Mapping[str, Port]) -> float:
+    """The number that an assertion asks for; ``InputError`` says why there is none."""
+    run = ran.found
+    if run is None:
+        raise InputError("the run did not begin")
+    times = run.times
+    if assertion.output is None:
+        values, port = run.residuals[assertion.residual], MEASURED["W"]
+        times = times[1:]
+    else:
+        name = ".".join(assertion.output)
+        values, port = run.of(name), ports[name]
+    if assertion.unit:
+        factor, shift = conversion(port, MEASURED[assertion.unit], "")
+        values = factor * values + shift
+    if assertion.measure == ORDER:
+        return float(order_amplitudes(harness, run, values, assertion.order)[-1])
+    chosen = _window(assertion, times, harness)
+    if not chosen.any():
+        raise InputError(f"the run ended at {times[-1] if len(times) else 0.0:.6g} s, before the window")
+    return _of_window(assertion.measure, times[chosen], values[chosen])
+
+
+def _window(assertion: Assertion, times: Array, harness: Harness) -> NDArray[np.bool_]:
+    """Which communication points count."""
+    if assertion.cycles is not None:
+        assert harness.speed is not None
+        begin, end = times[-1] - assertion.cycles * 4.0 * math.pi / harness.speed, math.inf
+    else:
+        begin, end = assertion.begin, assertion.end
+    room = 1e-9 * float(times[-1])
+    return np.asarray((times >= begin - room) & (times <= end + room))
+
+
+def _of_window(measure: str, times: Array, values: Array) -> float:
+    """A number for a time series; means are over the time."""
+    if measure == FINAL:
+        return float(values[-1])
+    if measure in (LEAST, LARGEST, SWING):
+        least, largest = float(values.min()), float(values.max())
+        return {LEAST: least, LARGEST: largest, SWING: largest - least}[measure]
+    weighed = values if measure == MEAN else values**2
+    span = times[-1] - times[0]
+    mean = float(np.trapezoid(weighed, times) / span) if span > 0.0 else float(weighed[-1])
+    return mean if measure == MEAN else math.sqrt(mean)
+
+
+def order_amplitudes(harness: Harness, run: Coupled, values: Array, highest: float) -> Array:
+    """Zero-to-peak amplitudes (k,) of the orders 0.5, 1, … of the last cycle; ``InputError`` where there is none."""
+    if harness.angle is not None:
+        angle = run.of(".".join(harness.angle))
+    else:
+        assert harness.speed is not None
+        angle = harness.speed * run.times
+    return order_spectrum(last_cycle(angle[-len(values) :], values), highest)[1]
+
+
+def _within(found: float, bounds: Bounds) -> bool:
+    if bounds.expected is None:
+        above = bounds.least is None or found >= bounds.least
+        return above and (bounds.most is None or found <= bounds.most)
+    room = bounds.absolute if bounds.absolute is not None else abs((bounds.relative or 0.0) * bounds.expected)
+    return abs(found - bounds.expected) <= room
+
+
+def _expected(bounds: Bounds, unit: str) -> str:
+    """What is expected, in words."""
+    end = f" {unit}" if unit else ""
+    if bounds.expected is not None:
+        share = f"{100.0 * (bounds.relative or 0.0):g} %"
+        return f"{bounds.expected:.6g}{end} ± {share if bounds.absolute is None else f'{bounds.absolute:.4g}{end}'}"
+    if bounds.least is None:
+        return f"at most {bounds.most:.6g}{end}"
+    if bounds.most is None:
+        return f"at least {bounds.least:.6g}{end}"
+    return f"{bounds.least:.6g} to {bounds.most:.6g}{end}"

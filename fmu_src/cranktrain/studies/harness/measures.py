@@ -1,0 +1,49 @@
+"""Units of measurement that a harness file may name, as ports that values are converted between."""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.coupling.connections import conversion
+from cranktrain.coupling.unit import DIMENSIONS, Port
+
+_POWERS: dict[str, tuple[dict[str, int], dict[str, float]]] = {
+    "number": ({}, {"1": 1.0, "%": 0.01}),
+    "angle": ({"rad": 1}, {"rad": 1.0, "deg": math.pi / 180.0}),
+    "speed": ({"rad": 1, "s": -1}, {"rad/s": 1.0, "rev/min": math.pi / 30.0}),
+    "time": ({"s": 1}, {"s": 1.0, "ms": 1e-3}),
+    "length": ({"m": 1}, {"m": 1.0, "mm": 1e-3, "um": 1e-6}),
+    "velocity": ({"m": 1, "s": -1}, {"m/s": 1.0}),
+    "mass": ({"kg": 1}, {"kg": 1.0, "g": 1e-3, "mg": 1e-6}),
+    "force": ({"kg": 1, "m": 1, "s": -2}, {"N": 1.0, "kN": 1e3}),
+    "pressure": ({"kg": 1, "m": -1, "s": -2}, {"Pa": 1.0, "kPa": 1e3, "bar": 1e5, "MPa": 1e6}),
+    "torque or energy": ({"kg": 1, "m": 2, "s": -2}, {"N.m": 1.0, "N m": 1.0, "J": 1.0, "kJ": 1e3}),
+    "power": ({"kg": 1, "m": 2, "s": -3}, {"W": 1.0, "kW": 1e3}),
+    "temperature": ({"K": 1}, {"K": 1.0, "degC": 1.0}),
+}
+_OFFSETS = {"degC": 273.15}
+MEASURED = {
+    unit: Port(unit, factor, _OFFSETS.get(unit, 0.0), tuple(powers.get(name, 0) for name in DIMENSIONS))
+    for powers, units in _POWERS.values()
+    for unit, factor in units.items()
+}
+"""Units of measurement by name."""
+
+
+def named(unit: str, where: str) -> str:
+    """A unit of measurement that is known, or none; ``InputError``."""
+    if unit and unit not in MEASURED:
+        raise InputError(f"{where}: unit '{unit}' is not known; {nearest(unit, MEASURED)}")
+    return unit
+
+
+def between(unit: str, port: Port, where: str, difference: bool = False) -> tuple[float, float]:
+    """Factor and shift from a value in ``unit``, empty for the port's own, to one of a port; ``InputError``.
+
+    A ``difference`` has no shift.
+    """
+    if not unit:
+        return 1.0, 0.0
+    factor, shift = conversion(MEASURED[unit], port, where)
+    return factor, 0.0 if difference else shift

@@ -1,0 +1,219 @@
+"""A scenario as units that are run: FMUs with their start values, connections, signals, modifiers and faults."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.coupling.connections import Connection, by_name
+from cranktrain.coupling.fmu_unit import FmuUnit
+from cranktrain.coupling.master import Exchange, Master
+from cranktrain.coupling.run import Bond
+from cranktrain.coupling.unit import Unit
+from cranktrain.coupling.virtual_engine import Partners, virtual_engine
+from cranktrain.studies.harness.entries import ORDER, Change, Harness, Scenario, Variable
+from cranktrain.studies.harness.measures import MEASURED, between
+from cranktrain.studies.harness.signals import SIGNALS, Curve, DroppedOut, Faulty, Noisy, Signals, in_turn
+
+
+class Prepared(NamedTuple):
+    """See :class:`cranktrain.coupling.supervised.System`."""
+
+    units: Mapping[str, Unit]
+    connections: list[Connection]
+    exchange: Exchange
+    outputs: dict[str, list[str]]
+    bonds: list[Bond]
+
+
+def prepared(harness: Harness, scenario: Scenario, fmus: Mapping[str, Path]) -> Prepared:
+    """Units of a scenario, ``fmus`` being their files by name.
+
+    Raises
+    ------
+    InputError
+        variables, units of measurement or connections that cannot be
+    """
+    starts = {name: _converted(name, path, harness, scenario) for name, path in fmus.items()}
+    if harness.links is None:
+        units, connections, exchange, outputs, bonds = _of_virtual_engine(harness, scenario, fmus, starts)
+    else:
+        units = {name: FmuUnit(path, name, starts[name]) for name, path in fmus.items()}
+        connections = _connected(harness, units)
+        exchange = Exchange(scenario.way.scheme, scenario.way.reconstruction, harness.abscissa)
+        outputs, bonds = {name: [] for name in units}, []
+    bonds = [*bonds, *harness.bonds]
+    _read(harness, scenario, units, outputs, bonds)
+    signals, fed = _signals(scenario, units, connections)
+    connections = _modified(scenario, units, [*connections, *fed])
+    faulty = {fault.unit: Faulty(units[fault.unit], fault) for fault in scenario.faults}
+    for fault in scenario.faults:
+        if fault.output:
+            _need_output((fault.unit, fault.output), units, f"scenario '{scenario.name}': fault")
+    return Prepared({**units, **faulty, **signals}, connections, exchange, outputs, bonds)
+
+
+def check(system: Prepared, scenario: Scenario, counted: bool) -> None:
+    """Refuse what a master would refuse, and assertions that nothing is known for; ``InputError``.
+
+    ``counted``: whether there is an angle that orders are counted over.
+    """
+    master = Master(list(system.units.values()), system.connections, system.exchange, system.outputs)
+    for bond in system.bonds:
+        for pair in (*bond.given, *bond.taken):
+            for place in pair:
+                master.find(*place)
+    bonds = [bond.name for bond in system.bonds]
+    for k, assertion in enumerate(scenario.assertions, 1):
+        where = f"scenario '{scenario.name}': assert {k}"
+        if assertion.residual and assertion.residual not in bonds:
+            raise InputError(
+                f"{where}: there is no power bond '{assertion.residual}'; "
+                + (nearest(assertion.residual, bonds) if bonds else "give it, [power.NAME]")
+            )
+        unit, name = assertion.output or ("", "")
+        if assertion.measure == ORDER and not counted:
+            raise InputError(f"{where}: orders need angle or speed_rpm in the file")
+        if assertion.unit:
+            port = system.units[unit].outputs[name] if name else MEASURED["W"]
+            between(assertion.unit, port, where)
+
+
+def _converted(name: str, path: Path, harness: Harness, scenario: Scenario) -> dict[str, Any]:
+    """Start values of a unit, in its variables' own units."""
+    given = {**harness.units[name].start, **scenario.start.get(name, {})}
+    if not any(unit for _, unit in given.values()):
+        return {key: value for key, (value, _) in given.items()}
+    known, found = FmuUnit(path, name), {}
+    for key, (value, unit) in given.items():
+        found[key] = value
+        if unit:
+            factor, shift = between(unit, known.port(key), f"{name}: {key}")
+            found[key] = factor * value + shift
+    return found
+
+
+def _of_virtual_engine(
+    harness: Harness, scenario: Scenario, fmus: Mapping[str, Path], starts: Mapping[str, Mapping[str, Any]]
+) -> tuple[dict[str, FmuUnit], list[Connection], Exchange, dict[str, list[str]], list[Bond]]:
+    """Units and what goes with them, connected as ``cranktrain couple`` does."""
+    known = [field.name for field in fields(Partners) if field.name != "values"]
+    for name in fmus:
+        if name not in known:
+            raise InputError(f"unit '{name}' is none of the virtual engine; {nearest(name, known)}, or [connections]")
+    assert harness.speed is not None
+    partners = Partners(**fmus, values=starts)
+    made = virtual_engine(partners, harness.speed, scenario.way.scheme, scenario.way.reconstruction)
+    return made.units, list(made.connections), made.exchange, made.outputs, list(made.bonds)
+
+
+def _connected(harness: Harness, units: Mapping[str, Unit]) -> list[Connection]:
+    """Connections that a file names, and those by name of other inputs."""
+    found = []
+    for link in harness.links or ():
+        ends = [tuple(end.strip().split(".", 1)) for end in link.split("->")]
+        found.append(Connection((ends[0][0], ends[0][1]), (ends[1][0], ends[1][1])))
+    if harness.by_name:
+        taken = {connection.target for connection in found}
+        found += [connection for connection in by_name(units) if connection.target not in taken]
+    return found
+
+
+def _read(
+    harness: Harness, scenario: Scenario, units: Mapping[str, Unit], outputs: dict[str, list[str]],
+    bonds: Sequence[Bond],
+) -> None:  # fmt: skip
+    """Have outputs read that the file records, asserts, or needs for either."""
+    wanted = [((unit, name), f"units.{unit}.record") for unit, entry in harness.units.items() for name in entry.record]
+    asserted = [(k, assertion.output) for k, assertion in enumerate(scenario.assertions, 1)]
+    wanted += [(output, f"scenario '{scenario.name}': assert {k}") for k, output in asserted if output is not None]
+    wanted += [(output, what) for output, what in ((harness.angle, "angle"), (harness.abscissa, "abscissa")) if output]
+    wanted += [
+        (place, f"power.{bond.name}")
+        for bond in bonds
+        for pair in (*bond.given, *bond.taken)
+        for place in pair
+        if place[1] in units[place[0]].outputs
+    ]
+    for output, where in wanted:
+        _need_output(output, units, where)
+        there = outputs.setdefault(output[0], [])
+        if output[1] not in there:
+            there.append(output[1])
+
+
+def _need_output(output: Variable, units: Mapping[str, Unit], where: str) -> None:
+    unit, name = output
+    if name not in units[unit].outputs:
+        kind = "an input, which is not recorded" if name in units[unit].inputs else "no output of it"
+        raise InputError(f"{where}: {unit}.{name} is {kind}; {nearest(name, units[unit].outputs)}")
+
+
+def _signals(
+    scenario: Scenario, units: Mapping[str, FmuUnit], connections: Sequence[Connection]
+) -> tuple[dict[str, Unit], list[Connection]]:
+    """The unit whose outputs are a scenario's changes, and its connections; nothing where there are none."""
+    taken = {connection.target: connection for connection in connections}
+    curves: dict[Variable, Curve] = {}
+    for change in scenario.changes:
+        where = f"scenario '{scenario.name}': change of {'.'.join(change.target).lstrip('.')}"
+        unit, name = target = _target(change, units, where)
+        if name not in units[unit].inputs:
+            raise InputError(f"{where}: {unit} has no such input; {nearest(name, units[unit].inputs)}")
+        if target in taken:
+            raise InputError(f"{where}: it is connected, {taken[target].text}; change an input that is free")
+        port, start = units[unit].inputs[name], units[unit].start(name)
+        factor, shift = between(change.unit, port, where)
+        value = start if change.value is None else factor * change.value + shift
+        if not port.low <= value <= port.high:
+            raise InputError(f"{where}: {value:g} is not within {port.low:g} and {port.high:g} {port.unit}".rstrip())
+        curves.setdefault(target, Curve(start)).go(change.begin, change.end, value)
+    if not curves:
+        return {}, []
+    for (unit, name), curve in curves.items():
+        units[unit].set_start(name, curve.at(0.0))
+    named = {f"{unit}.{name}": curve for (unit, name), curve in curves.items()}
+    ports = {f"{unit}.{name}": replace(units[unit].inputs[name], feeds=frozenset()) for unit, name in curves}
+    links = [Connection((SIGNALS, f"{unit}.{name}"), (unit, name)) for unit, name in curves]
+    return {SIGNALS: Signals(named, ports)}, links
+
+
+def _target(change: Change, units: Mapping[str, FmuUnit], where: str) -> Variable:
+    """Input of a change; the only unit that has it, where none is named."""
+    unit, name = change.target
+    if unit:
+        return unit, name
+    having = [key for key, one in units.items() if name in one.inputs]
+    if len(having) != 1:
+        said = f"units {', '.join(having)} have this input" if having else "no unit has this input"
+        inputs = [key for one in units.values() for key in one.inputs]
+        raise InputError(f"{where}: {said}; " + ("name one with a step" if having else nearest(name, inputs)))
+    return having[0], name
+
+
+def _modified(scenario: Scenario, units: Mapping[str, FmuUnit], connections: Sequence[Connection]) -> list[Connection]:
+    """Connections with noise and drop-outs on them."""
+    wanted: dict[Variable, list[Callable[[float, float], float]]] = {}
+    for what, event in [("noise", n) for n in scenario.noises] + [("dropout", d) for d in scenario.dropouts]:
+        unit, name = event.target
+        where = f"scenario '{scenario.name}': {what} on {unit}.{name}"
+        if name not in units[unit].inputs:
+            raise InputError(f"{where}: {unit} has no such input; {nearest(name, units[unit].inputs)}")
+        if event.target not in [connection.target for connection in connections]:
+            there = [".".join(connection.target) for connection in connections]
+            raise InputError(f"{where}: nothing is connected to it; {nearest(f'{unit}.{name}', there)}")
+        wanted.setdefault(event.target, [])
+    for noise in scenario.noises:
+        factor, _ = between(noise.unit, units[noise.target[0]].inputs[noise.target[1]], "noise", difference=True)
+        seed = noise.seed, zlib.crc32(".".join(noise.target).encode())  # inputs differ where seeds do not
+        wanted[noise.target].append(Noisy(noise.begin, noise.end, factor * noise.size, seed))
+    for dropout in scenario.dropouts:
+        wanted[dropout.target].append(DroppedOut(dropout.begin, dropout.end, dropout.gives))
+    return [
+        replace(connection, modify=in_turn(wanted[connection.target])) if connection.target in wanted else connection
+        for connection in connections
+    ]

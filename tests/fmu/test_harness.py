@@ -1,0 +1,190 @@
+"""The verb ``harness``: this project's own system tests, what it writes, and what it refuses."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from small_fmus import MASS, SPRING, edited, small_fmu
+
+from cranktrain.cli.main import main
+from cranktrain.store.hdf5 import read_result
+
+SYSTEM = Path(__file__).parents[1] / "system"
+SOURCES = Path(__file__).parents[2] / "fmu_src"
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """A folder with the FMUs of masses.toml."""
+    folder = tmp_path_factory.mktemp("small")
+    for kind in (MASS, SPRING):
+        small_fmu(folder, *kind)
+    return folder
+
+
+@pytest.fixture
+def harness(small, tmp_path, monkeypatch, capsys):
+    """Run a text as a harness file beside the small FMUs: exit code, object on stdout, stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(text, *options):
+        for fmu in small.glob("*.fmu"):
+            shutil.copy(fmu, tmp_path)
+        Path("harness.toml").write_text(text, "utf-8")
+        code = main(["harness", "harness.toml", "--json", *options])
+        printed = capsys.readouterr()
+        return code, json.loads(printed.out), printed.err
+
+    return run
+
+
+MASSES = (SYSTEM / "masses.toml").read_text("utf-8")
+
+
+def test_masses(harness):
+    """All kinds of scenarios, and the files."""
+    code, found, _ = harness(MASSES, "--junit", "out.xml", "--html", "out.html")
+    failed = [(one["name"], a) for one in found["scenarios"] for a in one["assertions"] if not a["passed"]]
+    assert (code, failed) == (0, [])
+    assert [one["name"] for one in found["scenarios"]][-3:] == ["spring dies", "spring hangs", "no number"]
+    data, attributes = read_result("harness_results/spring_dies.h5")
+    assert data["time"][0][-1] == pytest.approx(1.0) and "SIGSEGV" in attributes["ended"]
+    suites = ElementTree.parse("out.xml").getroot()
+    assert suites.get("tests") == str(sum(len(one["assertions"]) for one in found["scenarios"]))
+    assert suites.get("failures") == suites.get("errors") == "0"
+    page = Path("out.html").read_text("utf-8")
+    assert "mass.place over the time" in page and page.count("<svg") >= 6 and "://" not in page
+
+
+def test_the_virtual_engine(fmu, partner, cache, tmp_path):
+    shutil.copy(fmu, tmp_path / "cranktrain.fmu")
+    shutil.copy(partner, tmp_path / "combustion.fmu")
+    shutil.copy(SYSTEM / "virtual_engine.toml", tmp_path)
+    environment = os.environ | {"CRANKTRAIN_CACHE": str(cache), "PYTHONPATH": str(SOURCES), "OMP_NUM_THREADS": "1"}
+    done = subprocess.run(
+        [sys.executable, "-m", "cranktrain.cli.main", "harness", "virtual_engine.toml", "--json"],
+        capture_output=True, text=True, env=environment, cwd=tmp_path, timeout=3600,
+    )  # fmt: skip
+    found = json.loads(done.stdout)
+    failed = [(one["name"], a) for one in found.get("scenarios", [found]) for a in one["assertions"] if not a["passed"]]
+    assert (done.returncode, failed) == (0, []), done.stderr
+
+
+def test_what_fails_is_told(harness):
+    """Exit code 1, the number that was found, a failure in JUnit's file; an end that nobody expected is an error."""
+    text = MASSES.replace("expected = -0.8668", "expected = 0.5") + "\n[[scenario]]\nname = 'unexpected'\n"
+    text += "fault = [{ of = 'spring', kind = 'fails', at_s = 1.5 }]\n"
+    text += "assert = [{ output = 'mass.place', what = 'mean', from_s = 1.8, least = 0 }]\n"
+    code, found, _ = harness(text, "--only", "free", "unexpected", "--junit", "out.xml")
+    first, last = found["scenarios"]
+    assert code == 1 and not first["passed"] and not last["passed"]
+    assert first["assertions"][1]["found"] == pytest.approx(-0.8668, abs=0.02)
+    assert first["assertions"][1]["expected"] == {"expected": 0.5, "absolute": 0.02}
+    assert last["assertions"][0]["found"].startswith("spring, step from 1.5 s")
+    assert last["assertions"][1]["found"] is None and "the run ended at 1.5 s" in last["assertions"][1]["remark"]
+    suites = ElementTree.parse("out.xml").getroot()
+    assert (suites.get("failures"), suites.get("errors")) == ("2", "1")
+    assert suites.find(".//error").get("message").startswith("expected runs to the end")
+
+
+def test_only_takes_what_it_is_compared_with(harness):
+    _, found, _ = harness(MASSES, "--only", "anchor moved")
+    assert [one["name"] for one in found["scenarios"]] == ["free", "anchor moved"]
+
+
+def test_equal_seeds_give_equal_runs(harness):
+    texts = MASSES, MASSES, MASSES.replace("seed = 3", "seed = 4")
+    runs = [harness(text, "--only", "ramp and noise")[1]["scenarios"][0] for text in texts]
+    one, same, other = (run["assertions"][1]["found"] for run in runs)
+    assert one == same != other
+
+
+WRONG = [
+    ("stop_s = 2.0\nstep_s", "stop_s = 2.0\ncycles = 3\nstep_s", "both cycles and stop_s; give one of them"),
+    ("stop_s = 2.0\nstep_s", "stop_s = -1\nstep_s", "stop_s -1 must be above zero"),
+    ('scheme = "gauss-seidel"', 'scheme = "gaus-seidel"', "did you mean 'gauss-seidel'"),
+    ('scheme = "gauss-seidel"', 'shceme = "jacobi"', "unknown key 'shceme'; did you mean 'scheme'"),
+    ('scheme = "gauss-seidel"', 'scheme = "iterative"', "mass, spring cannot keep and restore its state"),
+    ('fmu = "Mass.fmu"', 'fmu = "Mas.fmu"', "units.mass.fmu: Mas.fmu does not exist"),
+    ('fmu = "Mass.fmu"', 'build = "diesel_i5"', "units.mass.build: "),
+    ('"mass.place -> spring.place"', '"mas.place -> spring.place"', "no unit 'mas'; did you mean 'mass'"),
+    ('"mass.place -> spring.place"', '"mass.plase -> spring.place"', "mass has no output 'plase'; did you"),
+    ('"mass.place -> spring.place"', '"mass.place to spring.place"', "is not 'unit.output -> unit.input'"),
+    ("stiffness = 2.0", "stifness = 2.0", "spring: there is no variable 'stifness'; did you mean 'stiffness'"),
+    ("stiffness = 2.0", "stiffness = { value = 2.0, unit = 'furlong' }", "unit 'furlong' is not known"),
+    ("stiffness = 2.0", "stiffness = { value = 2.0, unit = 'bar' }", "from unit 'bar' to ''"),
+    ('given = ["spring.force * mass.speed"]', 'given = ["spring.force"]', "is not 'unit.variable * unit.variable'"),
+    ('input = "spring.anchor", at_s', 'input = "spring.anker", at_s', "no such input; did you mean 'anchor'"),
+    ('input = "spring.anchor", at_s', 'input = "spring.place", at_s', "it is connected, mass.place -> "),
+    ("at_s = 1.0, value", "at_s = -1.0, value", "at_s = -1 is not within the scenario"),
+    ("at_s = 1.0, value", "at_cycles = 1.0, value", "at_cycles needs speed_rpm"),
+    ('input = "mass.force", rms', 'input = "spring.anker", rms', "noise on spring.anker: spring has no such input"),
+    ('input = "mass.force", gives', 'input = "spring.anchor", gives', "nothing is connected to it; did you mean"),
+    ("from_s = 0.5, to_s = 1.5", "from_s = 1.5, to_s = 0.5", "from 1.5 s must be before to 0.5 s"),
+    ("ramp = [", 'step = [{ input = "spring.anchor", at_s = 1, value = 0 }]\nramp = [', "is changed twice"),
+    ('kind = "hangs"', 'kind = "hang"', "kind 'hang' does not exist; did you mean 'hangs'"),
+    ('output = "force", at_s', 'output = "forse", at_s', "spring.forse is no output of it; did you mean 'force'"),
+    ('what = "final"', 'what = "finale"', "what 'finale' does not exist; did you mean 'final'"),
+    ('output = "mass.place", what = "final"', 'output = "mass.force", what = "final"', "an input, which is not"),
+    ('output = "mass.place", what = "final"', 'output = "mass.place", order = 1', "orders need angle or speed_rpm"),
+    ('residual = "spring"', 'residual = "springs"', "there is no power bond 'springs'; did you mean 'spring'"),
+    ('ratio_to = "free"', 'ratio_to = "fre"', "ratio_to: 'fre' is no other scenario; did you mean 'free'"),
+    ("tolerance = 1e-12", "tolerances = 1e-12", "unknown key 'tolerances'; did you mean 'tolerance'"),
+    ("least = 0.02, most = 0.3", "least = 0.3, most = 0.02", "least 0.3 is above most 0.02"),
+    ('name = "spring dies"', 'name = "spring fails"', "two scenarios are named 'spring fails'"),
+    ('name = "spring dies"', 'name = "../dies"', "give one of letters, digits and blanks"),
+]
+
+
+@pytest.mark.parametrize(("text", "wrong", "said"), WRONG)
+def test_wrong_entries_are_one_line_before_anything_is_run(harness, text, wrong, said):
+    assert text in MASSES
+    code, found, err = harness(MASSES.replace(text, wrong, 1), "--junit", "out.xml")
+    assert code == 2 and set(found) == {"error"} and len(err.strip().splitlines()) == 1, err
+    assert said in err and "harness.toml" in err
+    assert not Path("out.xml").exists() and not Path("harness_results").exists()
+
+
+FOREIGN = [
+    (
+        {"changes": [('fmiVersion="2.0"', 'fmiVersion="3.0"')]},
+        "Foreign.fmu: FMI 3.0; give an FMI 2.0 co-simulation FMU",
+    ),
+    ({"changes": [("CoSimulation", "ModelExchange")]}, "Foreign.fmu: "),
+    ({"leave_out": "binaries/"}, "Foreign.fmu: has binaries for no platform"),
+]
+
+
+@pytest.mark.parametrize(("change", "said"), FOREIGN)
+def test_fmus_that_cannot_be_used_here_are_named(harness, small, tmp_path, change, said):
+    """Another FMI version, no binary for this platform."""
+    foreign = edited(small / "Mass.fmu", tmp_path / "Foreign.fmu", **change)
+    code, _, err = harness(MASSES.replace("Mass.fmu", foreign.name))
+    assert code == 2 and said in err and len(err.strip().splitlines()) == 1, err
+
+
+UNIT = '<UnitDefinitions><Unit name="{}"><BaseUnit {}/></Unit></UnitDefinitions>\n\t<LogCategories>'
+
+
+def in_unit(fmu, target, cause, unit, base):
+    """A copy of an FMU whose place has a unit of measurement."""
+    place = f'name="place" valueReference="{int(cause == "output")}" causality="{cause}">\n\t\t\t<Real'
+    return edited(fmu, target, [("<LogCategories>", UNIT.format(unit, base)), (place, f'{place} unit="{unit}"')])
+
+
+def test_units_of_measurement_are_converted_or_refused(harness, small, tmp_path):
+    """A place in millimetres feeds one in metres; one in seconds does not."""
+    in_unit(small / "Mass.fmu", tmp_path / "Mass_mm.fmu", "output", "mm", 'm="1" factor="0.001"')
+    in_unit(small / "Mass.fmu", tmp_path / "Mass_s.fmu", "output", "s", 's="1"')
+    in_unit(small / "Spring.fmu", tmp_path / "Spring_m.fmu", "input", "m", 'm="1"')
+    text = MASSES.replace("Spring.fmu", "Spring_m.fmu")
+    code, found, err = harness(text.replace("Mass.fmu", "Mass_mm.fmu"), "--only", "free")
+    # A thousandth of the place in the spring: the mass swings as if it were alone.
+    assert found["scenarios"][0]["assertions"][1]["found"] == pytest.approx(-0.333, abs=0.02), err
+    code, _, err = harness(text.replace("Mass.fmu", "Mass_s.fmu"))
+    assert code == 2 and "mass.place -> spring.place: from unit 's' to 'm', which cannot be converted" in err
