@@ -12,10 +12,13 @@ import pytest
 from small_fmus import MASS, SPRING, edited, small_fmu
 
 from cranktrain.cli.main import main
+from cranktrain.fmu.build import describe_fmu
 from cranktrain.store.hdf5 import read_result
+from cranktrain.studies.harness.file import load_harness
+from cranktrain.studies.harness.running import checked_ports
 
-SYSTEM = Path(__file__).parents[1] / "system"
-SOURCES = Path(__file__).parents[2] / "fmu_src"
+ROOT = Path(__file__).parents[2]
+SYSTEM, SOURCES, EXAMPLE = ROOT / "tests" / "system", ROOT / "fmu_src", ROOT / "examples" / "harness.toml"
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +76,16 @@ def test_the_virtual_engine(fmu, partner, cache, tmp_path):
     found = json.loads(done.stdout)
     failed = [(one["name"], a) for one in found.get("scenarios", [found]) for a in one["assertions"] if not a["passed"]]
     assert (done.returncode, failed) == (0, []), done.stderr
+
+
+def test_the_example_is_possible_and_in_the_docs(tmp_path):
+    """As far as descriptions of its FMUs tell; a slow test runs it."""
+    harness = load_harness(EXAMPLE)
+    fmus = {name: tmp_path / f"{name}.xml" for name in harness.units}
+    for name, path in fmus.items():
+        path.write_bytes(describe_fmu(harness.units[name].build))
+    assert checked_ports(harness, fmus)["cranktrain.pulley.torsion"].unit == "rad"
+    assert EXAMPLE.read_text("utf-8") in (ROOT / "docs" / "how-to" / "harness.md").read_text("utf-8")
 
 
 def test_what_fails_is_told(harness):
