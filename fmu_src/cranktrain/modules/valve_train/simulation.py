@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -82,6 +83,10 @@ class ValveTrainSimulation:
             raise self._failure(f"the step from {state[crank.TIME]:.9g} s")
         after[crank.TIME] = t_end
         self._state = after
+
+    def read(self, places: Sequence[int]) -> list[float]:
+        """Outputs by their places."""
+        return [self.outputs.item(place) for place in places]
 
     @property
     def time(self) -> float:
