@@ -43,6 +43,7 @@ from cranktrain.structure.crank.chain import chain_modes
 from cranktrain.structure.crank.torsional import rigid_crank
 from cranktrain.structure.fem.own_body import read_body
 from cranktrain.studies.calibration.targets import load_targets
+from cranktrain.studies.harness.file import load_harness
 from cranktrain.studies.scene import load_scene
 
 ROOT = Path(__file__).parents[1]
@@ -191,6 +192,21 @@ def scene(rng, folder):
     holds(0.0 <= found.load <= 2.0, "load")
     holds(found.cycles is None or 2 <= found.cycles <= 10000, "cycles")
     holds(found.step is None or 0.001 <= math.degrees(found.step) <= 30.0 + 1e-9, "step")
+
+
+HARNESS = ROOT / "examples" / "harness.toml"
+
+
+def harness(rng, folder):
+    """A harness file: accepted, times lie within their scenarios and what is expected is finite."""
+    found = load_harness(written(folder / "own.toml", spoilt(rng, HARNESS.read_text("utf-8"))))
+    for one in found.scenarios:
+        stop = one.way.stop * (1.0 + 1e-6)
+        holds(0.0 < one.way.steps.size < math.inf and stop / one.way.steps.size < 2e7, "steps")
+        holds(all(0.0 <= c.begin <= c.end <= stop for c in one.changes), "changes")
+        holds(all(0.0 <= e.begin < e.end for e in (*one.noises, *one.dropouts)), "noise, drop-outs")
+        limits = [v for a in one.assertions for v in vars(a.bounds).values() if v is not None]
+        holds(all(math.isfinite(v) for v in limits), "bounds")
 
 
 def module(rng, folder):
@@ -442,7 +458,7 @@ def command(rng, folder):
 
 KINDS = (
     engine, engine, engine, engine, pressure, pressure, scene, scene, command, command, command, targets, chain,
-    film_table, measured, superelement, run_up_file, module,
+    film_table, measured, superelement, run_up_file, module, harness,
 )  # fmt: skip
 
 

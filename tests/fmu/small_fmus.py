@@ -70,3 +70,22 @@ def edited(fmu: Path, target: Path, changes: Sequence[tuple[str, str]] = (), lea
                 content = text.encode()
             after.writestr(entry, content)
     return target
+
+
+def small_combustion(folder: Path, name: str, cylinders: int, step: list[str], without: str = "") -> Path:
+    """An FMU with the variables that a combustion has for the cranktrain, pressures of 1 bar, and odd steps."""
+    lines = []
+    names = [f"cylinder[{c + 1}].pressure" for c in range(cylinders)]
+    for key, cause in (("crank.angle", "input"), ("crank.speed", "input"), ("pressure.angle", "output"),
+                       ("indicated.torque", "output"), *((key, "output") for key in names)):  # fmt: skip
+        start = 1e5 if key in names else 0.0
+        if key != without:
+            lines += [
+                f"self.__dict__[{key!r}] = {start}",
+                f"self.register_variable(Real({key!r}, causality=Fmi2Causality.{cause}, "
+                f"getter=lambda: self.__dict__[{key!r}], setter=lambda v: self.__dict__.__setitem__({key!r}, v)))",
+            ]
+    script = folder / f"{name.lower()}.py"
+    body, step = ("\n".join(f"        {line}" for line in found) for found in (lines, step))
+    script.write_text(SLAVE.format(name=name, text="Combustion with odd steps", body=body, step=step))
+    return Path(FmuBuilder.build_FMU(script, dest=folder, needsExecutionTool="false"))

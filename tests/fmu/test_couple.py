@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from fmpy.ssp.ssd import read_ssd
+from small_fmus import small_combustion
 
 from cranktrain.coupling.ssp import write_ssp
 from cranktrain.coupling.virtual_engine import Partners, virtual_engine
@@ -99,3 +100,21 @@ def test_the_system_as_an_ssp(fmu, partner, tmp_path):
     with zipfile.ZipFile(written[0]) as archive:
         values = archive.read("resources/cranktrain.ssv").decode()
     assert 'name="speed"' in values and 'value="polytropic"' in values
+
+
+@pytest.mark.parametrize(
+    ("step", "without", "said"),
+    [
+        (["if time > 0.01:", "    ctypes.string_at(0)"], "", "combustion, step at 0.01 s: died with SIGSEGV"),
+        (["if time > 0.01:", "    raise ValueError('injector stuck')"], "", "injector stuck"),
+        ([], "pressure.angle", "combustion has no output 'pressure.angle'"),
+    ],
+)
+def test_a_foreign_partner_that_dies_fails_or_lacks_a_variable(couple, tmp_path, step, without, said):
+    """One line that names it; the file keeps the run so far."""
+    foreign = small_combustion(tmp_path, "Foreign", 6, [*step, "pass"], without)
+    code, found, stderr, path = couple("--set", "cranktrain.crank.level=rigid", "--cycles", 1, combustion=foreign)
+    assert code == 2 and set(found) == {"error"} and said in stderr.splitlines()[-1]
+    if step:
+        data, attributes = read_result(path)
+        assert data["time"][0][-1] == pytest.approx(0.01, abs=2e-4) and said in attributes["ended"]

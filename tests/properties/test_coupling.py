@@ -123,6 +123,7 @@ def test_units_are_converted_or_refused():
     assert conversion(turns, Port("rad/s", 1.0, 0.0, speed), "") == pytest.approx((math.pi / 30.0, 0.0))
     warm, cold = Port("degC", 1.0, 273.15, (0, 0, 0, 0, 1, 0, 0, 0)), Port("K", 1.0, 0.0, (0, 0, 0, 0, 1, 0, 0, 0))
     assert conversion(warm, cold, "") == pytest.approx((1.0, 273.15))
+    assert conversion(turns, Port(), "") == pytest.approx((math.pi / 30.0, 0.0))
     with pytest.raises(InputError, match="from unit 'rev/min' to 'K'"):
         conversion(turns, cold, "a.b -> c.d")
     with pytest.raises(InputError, match="cannot be converted"):

@@ -88,14 +88,16 @@ def checked(units: Mapping[str, Unit], connections: Sequence[Connection]) -> Non
 def conversion(source: Port, target: Port, text: str) -> tuple[float, float]:
     """Factor and shift by which a value in the source's unit becomes one in the target's.
 
+    A variable that has no unit is taken to be in SI units: many FMUs declare none.
+
     Raises
     ------
     InputError
         units of different dimensions, or different ones of which nothing is known
     """
-    if source.unit == target.unit and source.dimensions == target.dimensions:
-        return source.factor / target.factor, (source.offset - target.offset) / target.factor
-    if source.dimensions is None or target.dimensions is None or source.dimensions != target.dimensions:
+    one_unit = source.unit == target.unit and source.dimensions == target.dimensions
+    same = source.dimensions is not None and source.dimensions == target.dimensions
+    if source.unit and target.unit and not (one_unit or same):
         raise InputError(
             f"connection {text}: from unit '{source.unit}' to '{target.unit}', which cannot be converted; connect "
             "variables of one dimension, or declare their base units in the model description"

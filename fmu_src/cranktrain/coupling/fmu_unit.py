@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
+from weakref import WeakValueDictionary
 from xml.etree import ElementTree
 
 import fmpy
@@ -30,6 +31,8 @@ _TYPES = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool, "S
 
 _MESSAGES = 20
 """Messages of a unit's log that are kept."""
+_LOADED: WeakValueDictionary[str, FmuUnit] = WeakValueDictionary()
+"""Units by the names of their instances."""
 
 
 class FmuUnit:
@@ -159,6 +162,7 @@ class FmuUnit:
         self._callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
         self._callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
         addLoggerProxy(ctypes.byref(self._callbacks))
+        _LOADED[self.name] = self
         self._try("instantiation", self._fmu.instantiate, callbacks=self._callbacks, loggingOn=True)
         library = self._fmu.dll
         self._set_real, self._get_real = library.fmi2SetReal, library.fmi2GetReal
@@ -169,10 +173,11 @@ class FmuUnit:
         pointer = ctypes.POINTER(ctypes.c_double)
         self._in_at, self._out_at = self._in.ctypes.data_as(pointer), self._out.ctypes.data_as(pointer)
 
-    def _note(self, environment: Any, instance: bytes, status: int, category: bytes, message: bytes) -> None:
-        self._log = (
-            [*self._log[-_MESSAGES:], message.decode("utf-8", "replace")] if status >= fmi2.fmi2Discard else self._log
-        )
+    def _note(self, environment: Any, instance: bytes | None, status: int, category: bytes, message: bytes) -> None:
+        # FMPy's proxy knows one logger in a process, that of the FMU loaded last: messages go by the instance's name.
+        own = _LOADED.get((instance or b"").decode("utf-8", "replace"), self)
+        if status >= fmi2.fmi2Discard:
+            own._log = [*own._log[-_MESSAGES:], message.decode("utf-8", "replace")]
 
     def _refused_input(self, status: int) -> str:
         """Which of the inputs a unit refuses, as far as one that still answers can tell."""
