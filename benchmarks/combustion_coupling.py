@@ -56,7 +56,7 @@ def run(level: str, step_deg: float, scheme: Scheme) -> tuple[Array, Array, floa
     gas.initialize()
     pressures = [gas.output_names.index(f"cylinder[{i + 1}].pressure") for i in range(gas.n_cylinders)]
     shown = [crank.output_names.index(name) for name in NAMES]
-    crank.inputs[1:-1] = gas.outputs[pressures]
+    crank.pressures[:] = gas.outputs[pressures]
     crank.initialize()
     h = math.radians(step_deg) / SPEED
     count = round(720 / step_deg)
@@ -64,7 +64,7 @@ def run(level: str, step_deg: float, scheme: Scheme) -> tuple[Array, Array, floa
     begin = time.process_time()
     for k in range(CYCLES * count):
         angle = crank.outputs[shown[0]], crank.outputs[shown[1]]
-        crank.inputs[1:-1] = gas.outputs[pressures]
+        crank.pressures[:] = gas.outputs[pressures]
         crank.step((k + 1) * h)
         if scheme.crank_first:
             angle = crank.outputs[shown[0]], crank.outputs[shown[1]]

@@ -2,7 +2,7 @@
 
 Cranktrain and the modules beside it have this one slave. It asks the module that ``running`` of ``variables.json``
 names for ``read_model``, ``simulation`` and ``announced_compilation``, and of the simulation for ``inputs``,
-``outputs`` and their names, ``state``, ``time``, ``initialize`` and ``step``.
+``output_names``, ``read``, ``state``, ``time``, ``initialize`` and ``step``.
 
 Lives in an FMU's resources folder beside ``variables.json`` (the interface, expanded), ``model.bin`` (the module's
 data) and a copy of the package under a name that carries a digest of its code. What the wrapping library
@@ -44,6 +44,7 @@ _STATE_MAGIC = b"CRNKSTA\0"
 _STATE_VERSION = 2
 _INSTANTIATED, _INITIALIZING, _STEPPING, _TERMINATED = range(4)
 _PHASES = "only instantiated", "in initialization mode", "initialized", "terminated"
+_READINGS = 64  # sets of outputs remembered that a master reads
 _NEEDED = "numpy", "numba", "llvmlite"  # the last comes with numba
 
 _descriptions: dict = {}
@@ -140,7 +141,8 @@ class CranktrainSlave(Fmi2Slave):
         self._pending = False
         self._simulation = None
         self._origin = None
-        self._taken = None
+        self._places = []
+        self._readings = {}
         self._start_time = 0.0
         self._warned = False
         while sys.path.count(self.resources) > 1:  # one more is put there at every instantiation
@@ -208,7 +210,6 @@ class CranktrainSlave(Fmi2Slave):
             simulation.inputs[:] = self._real[: self._n_inputs]
             if current_time + step_size > simulation.time:  # else the master's rounding has made nothing of the step
                 simulation.step(current_time + step_size)
-            self._take_outputs()
         except Exception as error:
             raise self._failure(error) from None
         return True
@@ -216,7 +217,6 @@ class CranktrainSlave(Fmi2Slave):
     def _initialize(self):
         try:
             self._new_simulation(self._chosen(), self._real[: self._n_inputs], self._start_time)
-            self._take_outputs()
             self._pending = False
         except Exception as error:
             raise self._failure(error) from None
@@ -236,28 +236,21 @@ class CranktrainSlave(Fmi2Slave):
             _models[digest] = running.read_model(self._resources / "model.bin")
         names = {v["setting"]: v["name"] for v in self._variables if v["setting"]}
         simulation = running.simulation(_models[digest], settings, names)
-        taken = self._output_places(simulation)
+        places = self._output_places(simulation)
         simulation.inputs[:] = inputs
         with running.announced_compilation(self.instance_name):
             simulation.initialize(time)
-        self._simulation, self._taken, self._origin = simulation, taken, (settings, inputs)
+        self._simulation, self._places, self._origin = simulation, places, (settings, inputs)
+        self._readings.clear()
 
     def _output_places(self, simulation):
-        """Where each output of the interface stands in the simulation's outputs, and how many there are."""
+        """Where each output of the interface stands in the simulation's outputs."""
         names = {name: i for i, name in enumerate(simulation.output_names)}
         outputs = [v for v in self._variables if v["causality"] == "output"]
         missing = [v["name"] for v in outputs if v["name"] not in names]
         if missing:
             raise RuntimeError(f"the model computes no '{missing[0]}'; the FMU was built from files that do not match")
-        places = [names[v["name"]] for v in outputs]
-        if places == list(range(places[0], places[0] + len(places))):
-            places = slice(places[0], places[0] + len(places))
-        return places, len(outputs)
-
-    def _take_outputs(self):
-        places, count = self._taken
-        first = self._n_inputs
-        self._real[first : first + count] = self._simulation.outputs[places].tolist()
+        return [names[v["name"]] for v in outputs]
 
     def _warn_if_coarse(self, step_size):
         speed = self._real[self._about["speed"]]
@@ -279,11 +272,32 @@ class CranktrainSlave(Fmi2Slave):
         """Reals by value reference."""
         if self._pending:
             self._answer_in_initialization(vrs)
-        real = self._real
-        try:
-            return [real[vr] for vr in vrs]
-        except IndexError:
-            raise self._foreign(vrs, 0, self._n_real, "Real") from None
+        key = tuple(vrs)
+        places = self._readings.get(key)
+        if places is None:
+            places = self._reading(key)
+        if places:
+            return self._simulation.read(places)
+        return [self._real_of(vr) for vr in key]
+
+    def _reading(self, vrs):
+        """Places of outputs alone, remembered for masters that read the same again and again; else empty."""
+        if any(not 0 <= vr < self._n_real for vr in vrs):
+            raise self._foreign(vrs, 0, self._n_real, "Real")
+        places = [self._places[vr - self._n_inputs] for vr in vrs] if all(map(self._computed, vrs)) else []
+        if len(self._readings) == _READINGS:
+            self._readings.clear()
+        self._readings[vrs] = places
+        return places
+
+    def _computed(self, vr):
+        """Whether it is an output that the simulation knows."""
+        return self._simulation is not None and 0 <= vr - self._n_inputs < len(self._places)
+
+    def _real_of(self, vr):
+        if self._computed(vr):
+            return self._simulation.read([self._places[vr - self._n_inputs]])[0]
+        return self._real[vr]
 
     def set_real(self, vrs, values):
         """Inputs at any time; parameters before initialization."""
@@ -406,6 +420,7 @@ class CranktrainSlave(Fmi2Slave):
         self._phase, self._pending = phase, phase == _INITIALIZING
         if not n_vector:
             self._start_time, self._simulation = time, None
+            self._readings.clear()
 
     def _resume(self, time, origin, vector):
         """Continue from a state vector, in this instance or in a fresh one."""

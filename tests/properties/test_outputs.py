@@ -259,6 +259,27 @@ def standing():
     return dict(zip(simulation.output_names, np.array(rows).T, strict=True))
 
 
+@pytest.mark.parametrize("first", ["torque.indicated", "torque.friction", "torque.brake", "solver.substeps"])
+def test_outputs_on_demand_are_those_of_a_run_that_shows_all(first):
+    """Whichever is read first, and after steps before which nobody had asked for it; to the bit."""
+    full = started()
+    lazy = Simulation(ENGINE, BODY, Settings(crank="rigid"))
+    lazy.on_demand, lazy.inputs[0] = True, SPEED
+    lazy.initialize()
+    for simulation in (full, lazy):
+        to_angle(simulation, 30.0)
+    place = lazy.output_names.index(first)
+    unread = lazy.output_names.index("bearing[1].force.y")
+    assert lazy.read([place]) == [full.outputs[place]]
+    if first == "torque.indicated":
+        assert lazy.outputs[unread] != full.outputs[unread]
+    for simulation in (full, lazy):
+        simulation.step(math.radians(32.5) / SPEED)
+    assert lazy.read([place]) == [full.outputs[place]]
+    everything = range(len(lazy.output_names))
+    assert lazy.read(everything) == full.outputs.tolist()
+
+
 def test_no_level_leaves_an_output_out(standing):
     """What a level has is not 0; what depends on films with pressure maps is shown by the impedance film too."""
     silent = {"moment.x", "moment.y", "side", "online_films", "substeps", "crank"}  # a rigid crank keeps its length

@@ -15,7 +15,7 @@ from tradeoff_case import small
 
 from cranktrain.core.errors import InputError
 from cranktrain.studies.kept import Kept
-from cranktrain.studies.tradeoff import measure
+from cranktrain.studies.tradeoff import families, measure
 from cranktrain.studies.tradeoff.choice import choice_text
 from cranktrain.studies.tradeoff.families import FAMILIES
 from cranktrain.studies.tradeoff.files import points_csv, write_files
@@ -198,3 +198,20 @@ def test_an_unknown_family_names_the_nearest():
     assert chosen_families(None, True) == list(FAMILIES)
     with pytest.raises(InputError, match="did you mean 'integrators'"):
         chosen_families(["integrator"], False)
+
+
+def test_schemes_beside_the_combustion_converge(small, tmp_path, monkeypatch):
+    """Own reconstruction with order two at least, held values with order one; without a combustion there is nothing."""
+    monkeypatch.setattr(families, "COUPLED_REFERENCE_DEG", 0.25)
+    entries = FAMILIES["schemes"](small, True)
+    points = {point.label: point for point in measured(entries, Kept(tmp_path))}
+    ratio = {}
+    for way in ("gauss-seidel, own", "jacobi, own", "jacobi, hold"):
+        fine, coarse = (points[f"{way} {step}°"].error["pulley_torsion"] for step in (2, 4))
+        ratio[way] = coarse / fine
+    assert ratio["gauss-seidel, own"] > 4.0 and ratio["jacobi, own"] > 4.0
+    assert 1.7 < ratio["jacobi, hold"] < 2.3
+    for scheme in ("gauss-seidel", "jacobi"):
+        assert points[f"{scheme}, own 1°"].error["pulley_torsion"] < 5.0e-3
+        assert points[f"{scheme}, own 1°"].parameters["scheme"] == scheme
+    assert FAMILIES["schemes"](replace(small, engine=replace(small.engine, name="mine")), True) == []

@@ -14,7 +14,7 @@ Accuracy against speed: error over cost of methods, levels and resolutions, with
 
 Without SCENE: the six at 2000 and at 2200 rev/min (near its resonance) and the V8 at 1800; --quick: the six at 2000.
 
-families   integrators, adaptive, modes, ladder, bearings, coupling, mesh, pressure
+families   integrators, adaptive, modes, ladder, bearings, coupling, schemes, mesh, pressure
 error      RMS of the difference over the last cycle over the RMS of the reference's alternating part, of pulley
            torsion, pulley axial motion and the least film of the worst main bearing (null where there is none);
            error_kind says against what: numerical (same model, finer step), model (the next level up), top (the top of

@@ -61,12 +61,16 @@ class Samples:
         return np.asarray(np.array(weights_at(place, nodes)) @ self.values[: len(nodes)])
 
     def mean(self, first: float, last: float, degree: int) -> Array:
-        """Its mean (n,) between two abscissae."""
+        """Its mean (n,) between two abscissae; may be the values themselves."""
+        if degree == 0:
+            return self.values[0]
         nodes = self.places[: degree + 1]
         return np.asarray(np.array(weights_of_mean(first, last, nodes)) @ self.values[: len(nodes)])
 
     def mean_to(self, last: float, new: Array, part: slice, degree: int) -> Array:
-        """Mean of a part of the values from the newest point to ``last``, where it is ``new``."""
+        """Mean of a part of the values from the newest point to ``last``, where it is ``new``; may be ``new``."""
+        if degree == 0:
+            return new
         nodes = [last, *self.places[:degree]]
         first, *others = weights_of_mean(self.places[0], last, nodes)
         found = first * new

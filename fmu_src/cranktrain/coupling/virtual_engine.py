@@ -25,7 +25,7 @@ from cranktrain.results.summary import vibration
 
 ANGLE, SPEED = "crank.angle", "crank.speed"
 READ = {
-    CRANKTRAIN: ("pulley.torsion", "pulley.axial", "shaft.torque", "torque.indicated", "torque.brake"),
+    CRANKTRAIN: ("pulley.torsion", "pulley.axial", "shaft.torque", "torque.indicated"),
     COMBUSTION: ("indicated.pressure_mean", "indicated.torque", "heat.released", "heat.walls"),
 }
 """Outputs that a run keeps beside those that are connected."""
@@ -85,14 +85,7 @@ def virtual_engine(partners: Partners, speed: float, scheme: str, reconstruction
             f"{partners.combustion}: pressures of {cylinders} cylinders, {partners.cranktrain} takes those of {taken}; "
             "take FMUs of one engine"
         )
-    connections = [Connection((CRANKTRAIN, name), (COMBUSTION, name), START) for name in (ANGLE, SPEED)]
-    connections += [
-        Connection((COMBUSTION, name), (CRANKTRAIN, name), NEWEST if own else MEAN)
-        for name in (f"cylinder[{c + 1}].pressure" for c in range(cylinders))
-    ]
-    if own:
-        connections.append(Connection((COMBUSTION, "pressure.angle"), (CRANKTRAIN, "pressure.angle"), NEWEST))
-    exchange = Exchange(scheme, "hold" if own else reconstruction, None if own else (CRANKTRAIN, ANGLE))
+    connections, exchange = gas_connections(cylinders, own), gas_exchange(scheme, reconstruction)
     units = {unit.name: unit for unit in (combustion, cranktrain)}
     outputs = {name: [output for output in READ[name] if output in unit.outputs] for name, unit in units.items()}
     bond = Bond(
@@ -101,6 +94,24 @@ def virtual_engine(partners: Partners, speed: float, scheme: str, reconstruction
         taken=[((CRANKTRAIN, "torque.indicated"), (CRANKTRAIN, SPEED))],
     )
     return VirtualEngine(units, connections, exchange, given, outputs, [bond])
+
+
+def gas_connections(cylinders: int, own: bool) -> list[Connection]:
+    """Angle and speed to the combustion, its pressures to the cranktrain, which reconstructs them by its ``own``."""
+    connections = [Connection((CRANKTRAIN, name), (COMBUSTION, name), START) for name in (ANGLE, SPEED)]
+    connections += [
+        Connection((COMBUSTION, name), (CRANKTRAIN, name), NEWEST if own else MEAN)
+        for name in (f"cylinder[{c + 1}].pressure" for c in range(cylinders))
+    ]
+    if own:
+        connections.append(Connection((COMBUSTION, "pressure.angle"), (CRANKTRAIN, "pressure.angle"), NEWEST))
+    return connections
+
+
+def gas_exchange(scheme: str, reconstruction: str) -> Exchange:
+    """What the master does between communication points: over the crank's angle, or nothing."""
+    own = reconstruction == OWN
+    return Exchange(scheme, "hold" if own else reconstruction, None if own else (CRANKTRAIN, ANGLE))
 
 
 def summary(run: Coupled, speed: float) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -46,7 +46,8 @@ from cranktrain.dynamics.model.state import (
     state_size,
 )
 from cranktrain.dynamics.model.workspace import make_work
-from cranktrain.dynamics.outputs.register import observers, output_counts, output_needs
+from cranktrain.dynamics.outputs.register import families_of, observers, output_counts, output_needs
+from cranktrain.dynamics.outputs.slots import WANTED
 from cranktrain.dynamics.run import advance_and_observe, advance_series, observe
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, TOLERANCE
 from cranktrain.dynamics.settled.samples import Sink
@@ -78,7 +79,7 @@ LONGEST_STEP = 1.0
 SLOWEST = 100.0 * math.pi / 30.0
 """Lowest speed of a simulation over cycles, rad/s."""
 _RPM = 30.0 / math.pi
-BEHIND_PRESSURES = {"load torque": "N m", "torque of the valve train": "N m", "angle of the pressures": "rad"}
+BEHIND_PRESSURES = {"shaft.load_torque": "N m", "valvetrain.torque": "N m", "pressure.angle": "rad"}
 """Inputs behind the pressures, with their units."""
 
 
@@ -102,8 +103,9 @@ class Simulation:
         crank's front end, and the crank angle (rad) that the pressures belong to, 0 where nobody tells; set in place
         before each step
     pressures : those among them
-    output_names : names of the outputs
-    outputs : values in that order (SI), valid after ``initialize`` and after each step
+    input_names, output_names : as in the FMU
+    outputs : values in that order (SI), valid after ``initialize`` and after each step, all of them unless
+        ``on_demand`` is set before: then those alone that :meth:`read` has asked for
     """
 
     def __init__(
@@ -126,10 +128,13 @@ class Simulation:
         self._needs = output_needs(output_counts(engine))
         self.output_names = tuple(self._needs)
         self.outputs = np.zeros(len(self.output_names))
+        of_cylinders = (f"cylinder[{i + 1}].pressure" for i in range(engine.n_cylinders))
+        self.input_names = ("speed", *of_cylinders, *BEHIND_PRESSURES)
         self.inputs = np.zeros(engine.n_cylinders + OTHER_INPUTS)
         self.pressures = self.inputs[1 : 1 + engine.n_cylinders]
         self.pressures[:] = AMBIENT
         self._load = engine.n_cylinders + LOAD_INPUT
+        self.on_demand, self._watched = False, set[int]()
         if self.inputs.size > MAX_INPUTS:
             raise InputError(
                 f"at most {MAX_INPUTS - OTHER_INPUTS} cylinders, engine '{engine.name}' has {engine.n_cylinders}"
@@ -189,12 +194,16 @@ class Simulation:
             turning += self.engine.drive_line.dynamometer_inertia * line.end_speed**2
             state[SHAFT_ACCELERATION] = (start.torque - self.load_torque) / turning
         self.model, self.work, self._state = model, work, state
-        self._observed = observers(output_counts(self.engine), model, work, state, self.outputs)
+        counts = output_counts(self.engine)
+        self._observed, self._families_of = observers(counts, model, work, state, self.outputs), families_of(counts)
         observe(model, work, state, self._observed)
         places = [self.output_names.index(name) for name in ("pulley.torsion", "pulley.axial")]
         state[OUTPUT_MEAN : OUTPUT_MEAN + 2] = self.outputs[places]
         state[OUTPUT_VARIANCE : OUTPUT_VARIANCE + 2] = FIRST_AMPLITUDES**2
         self._warm()
+        if self.on_demand:
+            self._observed.families[:, WANTED] = 0
+            self._watched.clear()
 
     @property
     def load_torque(self) -> float:
@@ -312,6 +321,9 @@ class Simulation:
         self.work.key[:] = -1.0
 
     def _check_inputs(self) -> None:
+        values = self.inputs.tolist()
+        if math.isfinite(sum(values)) and min(values[: self._load]) >= 0.0:
+            return
         speed = self.inputs[0]
         for (what, unit), value in zip(BEHIND_PRESSURES.items(), self.inputs[self._load :], strict=True):
             if not math.isfinite(value):
@@ -382,6 +394,15 @@ class Simulation:
                 f"the load torque of {self.load_torque:g} N m stalls the engine at t = {t_end:g} s; it does not run "
                 "backwards: lower the torque"
             )
+
+    def read(self, places: Sequence[int]) -> list[float]:
+        """Outputs at the present state by their places; with ``on_demand`` their families are observed from now on."""
+        if self.on_demand and not self._watched.issuperset(places):
+            self._watched.update(places)
+            for place in places:
+                self._observed.families[list(self._families_of[place]), WANTED] = 1
+            observe(self.model, self.work, self._current(), self._observed)
+        return [self.outputs.item(place) for place in places]
 
     def series(self, step: float, first: int, rows: Array) -> int:
         """Take steps to ``(first + k) step`` (s) in one call and keep their outputs in row k of ``rows``.

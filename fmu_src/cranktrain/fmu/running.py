@@ -54,7 +54,9 @@ def simulation(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, 
         _refuse(settings, names, "damper", "the crankshaft with the damper's housing")
     if settings.crank not in cranks:
         _refuse(settings, names, "crank", "its crankshaft")
-    return Simulation(engine, cranks[settings.crank], settings, parts=parts)
+    made = Simulation(engine, cranks[settings.crank], settings, parts=parts)
+    made.on_demand = True
+    return made
 
 
 def announced_compilation(instance: str) -> AbstractContextManager[None]:

@@ -48,6 +48,7 @@ class Family:
     count : the entry of :class:`Counts` that numbers the members; empty: there is one, without number
     units : of those outputs whose name does not tell, see :func:`cranktrain.results.files.output_unit`
     unjudged : outputs that do not tell how settled a run is: angles that grow or wrap, counts, parts of others
+    after : by output, families whose kernels leave what it is made of
     """
 
     name: str
@@ -56,6 +57,7 @@ class Family:
     count: str = ""
     units: Mapping[str, str] = field(default_factory=dict)
     unjudged: frozenset[str] = frozenset()
+    after: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def members(self, counts: Counts) -> int:
         """How many there are."""
@@ -123,9 +125,19 @@ def observers(counts: Counts, model: Any, work: Any, state: Array, values: Array
     for family in FAMILIES.values():
         members = family.members(counts)
         end = first + members * len(family.outputs)
-        rows.append([kernel_address(resolve(family.kernel), model, work, state, members, state), first, end, members])
+        address = kernel_address(resolve(family.kernel), model, work, state, members, state)
+        rows.append([address, first, end, members, 1])
         first = end
     return Outputs(np.array(rows, dtype=np.int64), values, build_mark())
+
+
+def families_of(counts: Counts) -> list[tuple[int, ...]]:
+    """Of each output, in order, the rows of the families that are observed for it."""
+    rows, found = {key: row for row, key in enumerate(FAMILIES)}, []
+    for key, family in FAMILIES.items():
+        of_member = [tuple(rows[k] for k in (*family.after.get(name, ()), key)) for name in family.outputs]
+        found += of_member * family.members(counts)
+    return found
 
 
 _TWISTS = {"crank": "torsional"}
@@ -248,6 +260,11 @@ for _family in (
         {"indicated": {}, "friction": _FILM, "brake": {}},
         units={f"torque.{name}": "N m" for name in ("indicated", "friction", "brake")},
         unjudged=frozenset({"indicated", "friction", "brake"}),  # of what is judged
+        after={
+            "indicated": ("cylinder",),
+            "friction": ("bearing", "big_end", "piston"),
+            "brake": ("cylinder", "bearing", "big_end", "piston"),
+        },
     ),
     Family(
         "solver",

@@ -5,5 +5,5 @@ Apart from the register, so that the kernels which call the families do not rest
 
 from __future__ import annotations
 
-# Kernel's address, first value and the one behind the last, members.
-ADDRESS, FIRST, END, MEMBERS, COLUMNS = range(5)
+# Kernel's address, first value and the one behind the last, members, whether anybody reads them.
+ADDRESS, FIRST, END, MEMBERS, WANTED, COLUMNS = range(6)

@@ -30,6 +30,8 @@ class Case:
     tolerance : of a method that chooses its own steps
     interval_deg : degrees between kept outputs; None: see ``COMMUNICATION_DEG``
     coupled_deg : communication step of a master that gives the pressures; None: built-in trace
+    scheme, exchange : of a master that couples the cranktrain with the combustion, and who reconstructs pressures
+        (:data:`cranktrain.coupling.modules.RECONSTRUCTIONS`); None: the master's pressures are those of the trace
     trace_deg, trace_rule : spacing of the pressure trace's samples, and between them a ``spline`` or ``linear``
     table : resolution of the film table
     film_grid : intervals around and across of films solved in the loop; None as they are
@@ -45,6 +47,8 @@ class Case:
     scaling: str = "each"
     interval_deg: float | None = None
     coupled_deg: float | None = None
+    scheme: str | None = None
+    exchange: str | None = None
     trace_deg: float | None = None
     trace_rule: str = "spline"
     table: str = "default"
@@ -98,7 +102,9 @@ class Case:
             "cycles": self.cycles,
         }
         if self.coupled_deg is not None:
-            found |= {"communication_deg": self.coupled_deg, "reconstruction": levels.reconstruction}
+            found |= {"communication_deg": self.coupled_deg, "reconstruction": self.exchange or levels.reconstruction}
+        if self.scheme is not None:
+            found["scheme"] = self.scheme
         if self.trace_deg is not None:
             found |= {"trace_deg": self.trace_deg, "trace_rule": self.trace_rule}
         if levels.bearings == "table":

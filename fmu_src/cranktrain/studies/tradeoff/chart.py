@@ -13,6 +13,7 @@ COST = "processor s per simulated s / 1"
 ERROR = "relative error, RMS over the last cycle / 1"
 AXES = {
     "coupling": ("communication_deg", "communication step / deg"),
+    "schemes": ("communication_deg", "communication step / deg"),
     "mesh": ("mesh_size_mm", "largest element edge / mm"),
     "pressure": ("trace_deg", "spacing of the trace's samples / deg"),
 }
@@ -52,6 +53,8 @@ def series(point: Point) -> str:
         return f"{p['integrator']}, {p['control']}"
     if point.family == "coupling":
         return str(p["reconstruction"])
+    if point.family == "schemes":
+        return f"{p['scheme']}, {p['reconstruction']}"
     if point.family == "pressure":
         return str(p["trace_rule"])
     if point.family == "bearings":

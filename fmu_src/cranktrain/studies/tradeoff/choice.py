@@ -75,6 +75,7 @@ def _choices(points: Sequence[Point], accuracy: float) -> list[str]:
     cheapest("block below flexible", of(TOP, "ladder", "block"), alone=True)
     cheapest("modes of the crank", of(TOP, "modes"), alone=True)
     _coarsest(points, accuracy, "coupling", "communication_deg", "communication step", lines)
+    _coarsest(points, accuracy, "schemes", "communication_deg", "communication step beside the combustion", lines)
     _coarsest(points, accuracy, "pressure", "trace_deg", "spacing of the pressure trace", lines)
     _coarsest(points, accuracy, "mesh", "mesh_size_mm", "mesh of the crank", lines)
     return lines

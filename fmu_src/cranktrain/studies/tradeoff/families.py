@@ -2,7 +2,8 @@
 
 Families: ``integrators`` over their steps and tolerances, other solvers of the same equations among them; ``adaptive``
 against fixed steps; ``modes`` of the crank; ``ladder`` of the crank and the block; ``bearings`` with table and grid;
-``coupling`` to a master that sends the pressures; ``mesh`` of the solid crank; ``pressure``, the resolution of the
+``coupling`` to a master that sends the pressures; ``schemes`` of one that couples the combustion;
+``mesh`` of the solid crank; ``pressure``, the resolution of the
 trace.
 """
 
@@ -13,12 +14,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from cranktrain.coupling.modules import OWN
 from cranktrain.dynamics.model.settings import RECONSTRUCTIONS, Settings
 from cranktrain.dynamics.time.integrators import integrator
 from cranktrain.engine.levels import BLOCKS, CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.studies.tradeoff.case import COMMUNICATION_DEG, Case
+from cranktrain.studies.tradeoff.coupled import has_combustion
 from cranktrain.studies.tradeoff.level_points import (
     bearing_levels,
     level_case,
@@ -85,6 +88,11 @@ MESHES = (0.030, 0.025, 0.018, 0.014, 0.011)
 FILM_GRIDS = ((24, 6), (32, 8), (48, 8), (64, 12))
 COUPLED_DEG = (0.5, 1.0, 2.0, 4.0, 6.0, 12.0)
 COUPLED_REFERENCE_DEG = 0.125
+WAYS = (
+    ("gauss-seidel", OWN), ("jacobi", OWN), ("jacobi", "hold"), ("jacobi", "linear"), ("jacobi", "quadratic"),
+    ("gauss-seidel", "hold"), ("gauss-seidel", "linear"), ("iterative", OWN), ("iterative", "linear"),
+)  # fmt: skip
+"""Schemes of the master, and who reconstructs."""
 TRACES_DEG = (0.1, 0.5, 1.0, 2.0)
 TRACE_STEP_DEG = 0.25
 """Step of runs that tell traces apart: fine enough for the orders that a trace spoils."""
@@ -204,6 +212,27 @@ def coupling(scene: StudyScene, quick: bool) -> Entries:
     ]  # fmt: skip
 
 
+def schemes(scene: StudyScene, quick: bool) -> Entries:
+    """Scheme and reconstruction of the reference master beside the combustion, over the communication step."""
+    if not has_combustion(scene.engine):
+        return []
+    base = scene.case
+
+    def coupled(scheme: str, exchange: str, step: float, **choices: Any) -> Case:
+        rule = "polytropic" if exchange == OWN else "hold"
+        settings = replace(base.settings, reconstruction=rule)
+        return replace(base, settings=settings, scheme=scheme, exchange=exchange, coupled_deg=step, **choices)
+
+    reference = coupled("gauss-seidel", OWN, COUPLED_REFERENCE_DEG, interval_deg=1.0)
+    ways = WAYS[:3] if quick else WAYS
+    steps = COUPLED_DEG[1:4] if quick else COUPLED_DEG[:5]
+    return [
+        Entry("schemes", f"{scheme}, {exchange} {step:g}°", coupled(scheme, exchange, step), reference, INPUT)
+        for scheme, exchange in ways
+        for step in steps
+    ]
+
+
 def mesh(scene: StudyScene, quick: bool) -> Entries:
     """Mesh of the solid crank against the finest; slow where a mesh is not in the cache."""
     if quick:
@@ -240,6 +269,7 @@ FAMILIES: dict[str, Callable[[StudyScene, bool], Entries]] = {
     "ladder": ladder,
     "bearings": bearings,
     "coupling": coupling,
+    "schemes": schemes,
     "mesh": mesh,
     "pressure": pressure,
 }

@@ -35,6 +35,7 @@ from cranktrain.studies.kept import Kept, digest
 from cranktrain.studies.peers.fixed_step import LIMITS
 from cranktrain.studies.peers.other_solvers import Unstable, largest_rate, other_run
 from cranktrain.studies.tradeoff.case import STAGES, Case
+from cranktrain.studies.tradeoff.coupled import coupled_rows
 from cranktrain.studies.tradeoff.point import OTHERS, OUTPUTS, Point
 
 Progress = Callable[[str], None]
@@ -105,7 +106,7 @@ def run(case: Case, say: Progress | None = None) -> Recorded:
                 simulation.step((first + done + 1) * h)  # says why
         used = time.process_time() - begin
     else:
-        used = _coupled(simulation, case, series)
+        used = (_coupled if case.scheme is None else coupled_rows)(simulation, case, series)
     values = series[:, places]
     counters = simulation.work.counters
     counts = {

@@ -1,0 +1,1 @@
+"""Other people's masters, which run an SSP in environments of their own."""
