@@ -347,7 +347,9 @@ def test_plain_newton_steps_lose_journals_that_the_start_finds():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["variable_inertia", "cosimulation", "mode_truncation", "cold_start"])
+@pytest.mark.parametrize(
+    "name", ["variable_inertia", "cosimulation", "combustion_steps", "mode_truncation", "cold_start"]
+)
 def test_quick_maps_hold_theory_to_two_per_cent_and_survive_keeping(name):
     stages = []
     found = MAPS[name](True, lambda stage, share: stages.append(share))

@@ -145,10 +145,10 @@ def test_a_folder_that_cannot_be_is_refused_before_any_map(calls, tmp_path, caps
     assert calls["first"] == 0
 
 
-def test_the_registry_names_eight_maps():
+def test_the_registry_names_nine_maps():
     assert list(stability.MAPS) == [
         "step_film_stiffness", "contact_ringing", "oil_whirl", "rotating_damping", "variable_inertia", "cosimulation",
-        "mode_truncation", "cold_start",
+        "combustion_steps", "mode_truncation", "cold_start",
     ]  # fmt: skip
 
 

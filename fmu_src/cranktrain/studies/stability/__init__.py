@@ -19,6 +19,7 @@ NAMES = (
     "rotating_damping",
     "variable_inertia",
     "cosimulation",
+    "combustion_steps",
     "mode_truncation",
     "cold_start",
 )
