@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,11 +11,12 @@ from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.advance import N_HEAD, advance, fill_all, observe
 from cranktrain.modules.combustion.settings import Array, CycleSettings, build_model, make_work
 from cranktrain.modules.crank_angle import check_inputs, checked_interval
+from cranktrain.modules.stepped_module import SteppedModule
 
 _ZEROED = (at.BURNT, at.WORK, at.WALL, at.INTAKE, at.EXHAUST, at.INTAKE_ENTHALPY, at.EXHAUST_ENTHALPY)
 
 
-class CombustionSimulation:
+class CombustionSimulation(SteppedModule):
     """Cylinders of one engine, stepped from outside.
 
     Parameters
@@ -46,7 +46,6 @@ class CombustionSimulation:
             self.inputs[slot] = getattr(settings, name)
         self.inputs[at.FIRST_CYLINDER + at.FUEL_MASS :: at.OF_CYLINDER] = settings.fuel_mass
         self.inputs[at.FIRST_CYLINDER + at.INJECTION :: at.OF_CYLINDER] = settings.injection_angle
-        self._state: Array | None = None
 
     @property
     def n_cylinders(self) -> int:
@@ -113,35 +112,12 @@ class CombustionSimulation:
         self._state = after
         observe(self._model, self._work, after, self.inputs, self.outputs)
 
-    def read(self, places: Sequence[int]) -> list[float]:
-        """Outputs by their places."""
-        return [self.outputs.item(place) for place in places]
-
-    @property
-    def time(self) -> float:
-        """Time of the state, s."""
-        return float(self._current()[at.TIME])
-
-    @property
-    def state(self) -> Array:
-        """The whole state as a copy, (n,); assigning one of the same engine restores it."""
-        return self._current().copy()
-
-    @state.setter
-    def state(self, vector: Array) -> None:
-        if np.shape(vector) != self._current().shape:
-            raise InputError(f"a state of this model has {self._current().size} values, got {np.size(vector)}")
-        self._state = np.array(vector, dtype=float)
-        observe(self._model, self._work, self._state, self.inputs, self.outputs)
-
     def of_cylinder(self, slot: int) -> Array:
         """A quantity of all cylinders, (cylinders,), by its slot of :mod:`.slots`."""
         return self._current()[[base + slot for base in self.bases]]
 
-    def _current(self) -> Array:
-        if self._state is None:
-            raise InputError("the model is not initialised yet; call initialize() first")
-        return self._state
+    def _observe(self, state: Array) -> None:
+        observe(self._model, self._work, state, self.inputs, self.outputs)
 
     def _check_inputs(self) -> None:
         check_inputs(self.inputs, self.input_names)

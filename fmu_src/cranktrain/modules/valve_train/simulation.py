@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
-from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.errors import SolverError
 from cranktrain.modules import crank_angle as crank
 from cranktrain.modules.crank_angle import check_inputs, checked_interval
+from cranktrain.modules.stepped_module import SteppedModule
 from cranktrain.modules.valve_train import slots as at
 from cranktrain.modules.valve_train.advance import advance, advance_and_observe, energy, observe, stand
 from cranktrain.modules.valve_train.settings import Array, TrainSettings, build_model, make_work
@@ -17,7 +17,7 @@ from cranktrain.modules.valve_train.settings import Array, TrainSettings, build_
 _ZEROED = (at.STEPS, at.REJECTED, at.WORK, at.FRICTION_WORK, at.DAMPED, crank.LAST_INTERVAL, crank.ANGLE_SEEN)
 
 
-class ValveTrainSimulation:
+class ValveTrainSimulation(SteppedModule):
     """Valve train of one engine, stepped from outside.
 
     Attributes
@@ -36,7 +36,6 @@ class ValveTrainSimulation:
         self.output_names = (*at.OUTPUTS, *(head + name for head in of_each for name in at.LINE_OUTPUTS))
         self.outputs = np.zeros(len(self.output_names))
         self.inputs = np.zeros(len(self.input_names))
-        self._state: Array | None = None
 
     @property
     def n_cylinders(self) -> int:
@@ -84,31 +83,8 @@ class ValveTrainSimulation:
         after[crank.TIME] = t_end
         self._state = after
 
-    def read(self, places: Sequence[int]) -> list[float]:
-        """Outputs by their places."""
-        return [self.outputs.item(place) for place in places]
-
-    @property
-    def time(self) -> float:
-        """Time of the state, s."""
-        return float(self._current()[crank.TIME])
-
-    @property
-    def state(self) -> Array:
-        """The whole state as a copy, (n,); assigning one of the same engine restores it."""
-        return self._current().copy()
-
-    @state.setter
-    def state(self, vector: Array) -> None:
-        if np.shape(vector) != self._current().shape:
-            raise InputError(f"a state of this model has {self._current().size} values, got {np.size(vector)}")
-        self._state = np.array(vector, dtype=float)
-        observe(self._model, self._work, self._state, self.outputs)
-
-    def _current(self) -> Array:
-        if self._state is None:
-            raise InputError("the model is not initialised yet; call initialize() first")
-        return self._state
+    def _observe(self, state: Array) -> None:
+        observe(self._model, self._work, state, self.outputs)
 
     def _failure(self, what: str) -> SolverError:
         return SolverError(
