@@ -384,6 +384,42 @@ def combustion_coupling() -> str:
     return table(("scheme", *(f"{step}°" for step in steps)), rows) + "\n\n" + note
 
 
+# Parts of docs/how-to/couple.md ---------------------------------------------------------------------------------------
+
+
+def foreign_masters() -> str:
+    """The SSP in other masters, beside the reference master."""
+    found = benchmark("foreign_masters")
+    rows = []
+    for name, row in found.items():
+        if "failed" in row:
+            rows.append((name, row["failed"], *[""] * 3))
+            continue
+        rows.append((name, *(f"{row[what]:.1e}" for what in ("torsion", "axial", "mean_torque", "imep"))))
+    header = ("master", "torsion", "axial motion", "mean shaft torque", "IMEP")
+    return table(header, rows)
+
+
+def virtual_engine() -> str:
+    """Scheme and reconstruction of the reference master by communication step."""
+    found = benchmark("virtual_engine")
+    finest = found.pop("finest")
+    steps = list(next(iter(found.values())))
+    rows = [
+        (
+            name,
+            *(
+                f"{row['torsion']:.1e} ({100.0 * row['mean_torque']:+.1g} %), {row['real_time_factor']:.2f}"
+                for row in by_step.values()
+            ),
+        )
+        for name, by_step in found.items()
+    ]
+    swing, torque = finest["torsion_rms_mdeg"], finest["mean_torque"]
+    note = f"RMS of torsion {swing:.0f} mdeg, mean torque of the shaft {torque:.0f} N m."
+    return table(("scheme, reconstruction", *(f"{step}°" for step in steps)), rows) + "\n\n" + note
+
+
 # Part of docs/valve_train.md ------------------------------------------------------------------------------------------
 
 
@@ -451,6 +487,8 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "coupling": ("fmu.md", coupling),
     "combustion": ("combustion.md", combustion),
     "combustion_coupling": ("combustion.md", combustion_coupling),
+    "foreign_masters": ("how-to/couple.md", foreign_masters),
+    "virtual_engine": ("how-to/couple.md", virtual_engine),
     "valve_train": ("valve_train.md", valve_train),
     "valve_train_cost": ("valve_train.md", valve_train_cost),
     "inherited_damping": ("decisions/0020-inherited-damping.md", inherited_damping),
