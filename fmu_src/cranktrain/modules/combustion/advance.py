@@ -51,6 +51,13 @@ def follow_lifts(model, work, state, base, place, inputs, interval):
 
 
 @kernel
+def advance_and_observe(model, work, state, inputs, interval, out):
+    """Advance by an interval, s, and write the outputs: one call from Python; a status."""
+    status = advance(model, work, state, inputs, interval)
+    return observe(model, work, state, out) if status == OK else status
+
+
+@kernel
 def advance(model, work, state, inputs, interval):
     """Advance all cylinders by an interval, s; a status, and the number of the cylinder that failed in STEPS' place."""
     hold_inputs(model, work, inputs)
@@ -95,7 +102,7 @@ def fill_all(model, work, state, inputs):
 
 
 @kernel
-def observe(model, work, state, inputs, out):
+def observe(model, work, state, out):
     """Outputs, in the order of ``OUTPUTS`` and, cylinder by cylinder, of ``CYLINDER_OUTPUTS``, into ``out``."""
     n, count = model.numbers, model.firing.shape[0]
     for k in range(N_OUTPUTS):

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 
 WIEBE = 6.908
 """a: 99.9 % of the plain function by its end, by which it is divided."""
@@ -31,7 +31,7 @@ LEANEST = 0.02
 MOST_PREMIXED = 0.9
 
 
-@kernel
+@inlined_kernel
 def ignition_rate(pressure, temperature, ratio, factor, exponent, activation, by_ratio):
     """1/τ, 1/s, at a pressure (Pa), temperature (K) and equivalence ratio; the factor A is in s."""
     delay = factor * max(ratio, LEANEST) ** -by_ratio * (1.0e-5 * pressure) ** -exponent
@@ -45,7 +45,7 @@ def premixed_share(ratio, delay, factor, by_ratio, by_delay):
     return min(max(share, 0.0), MOST_PREMIXED)
 
 
-@kernel
+@inlined_kernel
 def wiebe_rate(angle, duration, exponent):
     """dw/dθ, 1/rad, at an angle (rad) after ignition."""
     x = angle / duration

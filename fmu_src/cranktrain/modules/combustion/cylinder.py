@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.burn import ignition_rate, wiebe_rate
 from cranktrain.modules.combustion.gas import enthalpy, gas_constant, heat_capacity, internal_energy, temperature_of
@@ -22,7 +22,7 @@ POOL_SHARE = 1.0e-3
 """Gas blown back into the intake, over a charge, below which fresh gas mixes with it."""
 
 
-@kernel
+@inlined_kernel
 def swept_volume(numbers):
     """Volume that the piston sweeps, m³."""
     area = 0.25 * math.pi * numbers[at.BORE] ** 2
@@ -30,7 +30,7 @@ def swept_volume(numbers):
     return area * (math.sqrt((length + r) ** 2 - offset**2) - math.sqrt((length - r) ** 2 - offset**2))
 
 
-@kernel
+@inlined_kernel
 def volume(numbers, phi):
     """Volume above the piston, m³, at a crank angle after firing dead centre, rad."""
     area = 0.25 * math.pi * numbers[at.BORE] ** 2
@@ -41,7 +41,7 @@ def volume(numbers, phi):
     return clearance + area * (top - r * math.cos(phi) - math.sqrt(length**2 - x**2))
 
 
-@kernel
+@inlined_kernel
 def volume_rate(numbers, phi):
     """dV/dφ, m³/rad."""
     area = 0.25 * math.pi * numbers[at.BORE] ** 2
@@ -50,7 +50,7 @@ def volume_rate(numbers, phi):
     return area * (r * math.sin(phi) - x * r * math.cos(phi) / math.sqrt(length**2 - x**2))
 
 
-@kernel
+@inlined_kernel
 def lifts(model, now, phi, time):
     """Lifts of intake and exhaust valve, m, at a crank angle and a time since the communication step began."""
     if model.choices[at.GIVEN_LIFT] > 0:
@@ -62,7 +62,7 @@ def lifts(model, now, phi, time):
     return inward, built_in_lift(angle, n[at.EXHAUST_OPENS], n[at.EXHAUST_CLOSES], n[at.EXHAUST_LIFT])
 
 
-@kernel
+@inlined_kernel
 def burn_rate(model, state, base, phi):
     """Fuel that burns, kg/rad, at a crank angle after firing dead centre."""
     after = phi - state[base + at.IGNITION]
@@ -72,7 +72,7 @@ def burn_rate(model, state, base, phi):
     return state[base + at.PREMIXED_FUEL] * premixed + state[base + at.DIFFUSION_FUEL] * diffusion
 
 
-@kernel
+@inlined_kernel
 def wall_flow(model, now, state, base, pressure, temperature, volume):
     """Heat to the walls, W."""
     n = model.numbers
@@ -135,7 +135,7 @@ def rates(model, work, state, base, phi, time, values, out):
     return OK
 
 
-@kernel
+@inlined_kernel
 def intake_flow(model, now, phi, time, values, p, t, out):
     """Flow into the cylinder through the intake valve, kg/s, its enthalpy, J/kg, and its share of products.
 
@@ -178,7 +178,7 @@ def intake_flow(model, now, phi, time, values, p, t, out):
     return flow, h, share
 
 
-@kernel
+@inlined_kernel
 def exhaust_flow(model, now, phi, time, values, p, t, out):
     """Flow out of the cylinder through the exhaust valve, kg/s, its enthalpy, J/kg, and its share of products.
 

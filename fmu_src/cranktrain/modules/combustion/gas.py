@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel
 
 Array = NDArray[np.float64]
 
@@ -108,13 +108,13 @@ def _rows(shares: dict[str, float]) -> Array:
     return rows
 
 
-@kernel
+@inlined_kernel
 def gas_constant(gas, share):
     """Gas constant of a mixture with this mass share of products, J/(kg K)."""
     return gas[AIR_ROW, R_GAS] + share * (gas[PRODUCTS_ROW, R_GAS] - gas[AIR_ROW, R_GAS])
 
 
-@kernel
+@inlined_kernel
 def enthalpy_and_capacity(gas, share, temperature):
     """Sensible enthalpy, J/kg, and c_p, J/(kg K), of a mixture at a temperature."""
     t = min(max(temperature, LOWEST), HIGHEST)
@@ -128,25 +128,25 @@ def enthalpy_and_capacity(gas, share, temperature):
     return rise * t + constant + capacity * (temperature - t), capacity
 
 
-@kernel
+@inlined_kernel
 def heat_capacity(gas, share, temperature):
     """c_p of a mixture at a temperature, J/(kg K)."""
     return enthalpy_and_capacity(gas, share, temperature)[1]
 
 
-@kernel
+@inlined_kernel
 def enthalpy(gas, share, temperature):
     """Sensible enthalpy of a mixture, J/kg."""
     return enthalpy_and_capacity(gas, share, temperature)[0]
 
 
-@kernel
+@inlined_kernel
 def internal_energy(gas, share, temperature):
     """Sensible internal energy h − R T of a mixture, J/kg."""
     return enthalpy(gas, share, temperature) - gas_constant(gas, share) * temperature
 
 
-@kernel
+@inlined_kernel
 def temperature_of(gas, share, energy, guess):
     """Temperature, K, at which a mixture has an internal energy, J/kg, by Newton's method; −1 where there is none."""
     r = gas_constant(gas, share)

@@ -8,7 +8,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.modules.combustion import slots as at
-from cranktrain.modules.combustion.advance import N_HEAD, advance, fill_all, observe
+from cranktrain.modules.combustion.advance import N_HEAD, advance, advance_and_observe, fill_all, observe
 from cranktrain.modules.combustion.settings import Array, CycleSettings, build_model, make_work
 from cranktrain.modules.crank_angle import check_inputs, checked_interval
 from cranktrain.modules.stepped_module import SteppedModule
@@ -70,9 +70,8 @@ class CombustionSimulation(SteppedModule):
         fill_all(self._model, self._work, state, self.inputs)
         before = self._model._replace(choices=np.zeros_like(self._model.choices))
         runs = speed >= self.settings.start_speed and cycles > 0
-        # A cylinder at rest stays full; the step on a copy is there for what compiles in it.
-        interval, begun = (4.0 * math.pi * cycles / speed, state) if runs else (1.0e-9, state.copy())
-        if advance(before, self._work, begun, self.inputs, interval):
+        # A cylinder at rest stays full.
+        if runs and advance(before, self._work, state, self.inputs, 4.0 * math.pi * cycles / speed):
             raise self._failure("the start")
         for base in self.bases:
             for total, start in ((at.WORK, at.WORK_START), (at.WALL, at.WALL_START), (at.BURNT, at.BURNT_START)):
@@ -90,7 +89,9 @@ class CombustionSimulation(SteppedModule):
         state[at.TIME] = time
         state[at.OWN_ANGLE] = state[at.PARTNER_ANGLE] = angle
         self._state = state
-        observe(self._model, self._work, state, self.inputs, self.outputs)
+        # For what compiles in it, and for the outputs.
+        advance_and_observe(before, self._work, state.copy(), self.inputs, 1.0e-9, self.outputs)
+        observe(self._model, self._work, state, self.outputs)
 
     def step(self, t_end: float) -> None:
         """Advance to ``t_end``, s. On an error the state stays at the last good time.
@@ -106,21 +107,22 @@ class CombustionSimulation(SteppedModule):
         self._check_inputs()
         interval = checked_interval(state, self.inputs, t_end, self.settings.angle_source, self.settings.inputs_at)
         after = state.copy()
-        if advance(self._model, self._work, after, self.inputs, interval):
+        if advance_and_observe(self._model, self._work, after, self.inputs, interval, self.outputs):
             raise self._failure(f"the step from {state[at.TIME]:.9g} s")
         after[at.TIME] = t_end
         self._state = after
-        observe(self._model, self._work, after, self.inputs, self.outputs)
 
     def of_cylinder(self, slot: int) -> Array:
         """A quantity of all cylinders, (cylinders,), by its slot of :mod:`.slots`."""
         return self._current()[[base + slot for base in self.bases]]
 
     def _observe(self, state: Array) -> None:
-        observe(self._model, self._work, state, self.inputs, self.outputs)
+        observe(self._model, self._work, state, self.outputs)
 
     def _check_inputs(self) -> None:
         check_inputs(self.inputs, self.input_names)
+        if self.inputs[at.INTAKE_P : at.EXHAUST_T + 1].min() > 0.0:
+            return
         for slot in (at.INTAKE_P, at.INTAKE_T, at.EXHAUST_P, at.EXHAUST_T):
             if self.inputs[slot] <= 0.0:
                 raise InputError(f"{self.input_names[slot]} is {self.inputs[slot]:g}; it is absolute and above 0")

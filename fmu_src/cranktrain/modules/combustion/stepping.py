@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.cycle_events import closed_or_open, ignite, new_cycle, next_angle, pass_angle
 from cranktrain.modules.combustion.cylinder import OK, rates
@@ -34,7 +34,7 @@ _AT_REST = 1.0e-4
 """First step, s, of a cylinder whose crank is at rest."""
 
 
-@kernel
+@inlined_kernel
 def stage(model, work, state, base, phi, time, row):
     """Rates at ``work.rows[TRIAL]`` into a row; a status."""
     return rates(model, work, state, base, phi, time, work.rows[TRIAL], work.rows[row])

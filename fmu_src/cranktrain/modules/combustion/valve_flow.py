@@ -15,13 +15,13 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel
 
 EVEN = 5.0e-3
 """δ, share of the pressure over which the flow is made linear."""
 
 
-@kernel
+@inlined_kernel
 def nozzle_flow(area, pressure, temperature, constant, gamma, behind):
     """Mass flow, kg/s, from a pressure (Pa) and temperature (K) through an area (m²) to the pressure ``behind``."""
     critical = (2.0 / (gamma + 1.0)) ** (gamma / (gamma - 1.0))
@@ -39,14 +39,14 @@ def nozzle_flow(area, pressure, temperature, constant, gamma, behind):
     return area * pressure / math.sqrt(constant * temperature) * psi * smooth
 
 
-@kernel
+@inlined_kernel
 def flow_slope(area, temperature, constant, pressure, behind):
     """Bound of dṁ/dp, kg/(s Pa), of the flow between two pressures: of its linear part, and less apart from it."""
     apart = max(abs(pressure - behind) / pressure, EVEN)
     return area * 15.0 / 8.0 * math.sqrt(2.0 / (constant * temperature * apart))
 
 
-@kernel
+@inlined_kernel
 def valve_area(lift, diameter, count, curtain, port):
     """Effective area, m², of ``count`` valves of a diameter (m) at a lift (m), by coefficients of curtain and port."""
     if lift <= 0.0:
@@ -56,7 +56,7 @@ def valve_area(lift, diameter, count, curtain, port):
     return count * narrow * wide / math.sqrt(narrow * narrow + wide * wide)
 
 
-@kernel
+@inlined_kernel
 def built_in_lift(angle, opens, closes, highest):
     """Lift, m, at a crank angle within the cycle (rad) of a valve that opens and closes at these angles."""
     s = (angle - opens) / (closes - opens)

@@ -12,7 +12,7 @@ transfer (exponents of the later form).
 
 from __future__ import annotations
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel
 
 COMBUSTION_TERM = 3.24e-3
 """C₂, m/(s K)."""
@@ -20,13 +20,13 @@ MOTORED_EXPONENT = 1.35
 """Exponent of the polytrope of p₀; chosen."""
 
 
-@kernel
+@inlined_kernel
 def woschni_coefficient(pressure, temperature, bore, gas_speed):
     """Coefficient of heat transfer, W/(m² K), at a pressure (Pa), temperature (K), bore (m) and gas speed w (m/s)."""
     return 130.0 * bore**-0.2 * (1.0e-5 * pressure * gas_speed) ** 0.8 * temperature**-0.53
 
 
-@kernel
+@inlined_kernel
 def piston_term(open_valves, swirl):
     """C₁ with valves open or closed, at a swirl c_u/c_m."""
     return 6.18 + 0.417 * swirl if open_valves else 2.28 + 0.308 * swirl
