@@ -354,6 +354,23 @@ def coupling() -> str:
     return table(("rule, order", *(f"{step}°" for step in steps)), rows)
 
 
+def clients() -> str:
+    """Our FMUs in other people's clients, and beside each other in one process."""
+    found = benchmark("clients")
+    names = [name for name in next(iter(found.values())) if name != "fmutool"]
+    rows = []
+    for fmu, row in found.items():
+        cells = [f"{row[name]:.0e}" if isinstance(row[name], float) else str(row[name]) for name in names]
+        rows.append((f"`{fmu}`", "; ".join(row["fmutool"]) or "nothing", *cells))
+    beside = benchmark("neighbours")
+    ratios = ", ".join(f"{label} {row['six']:.2f} ({row['neighbour']:.2f})" for label, row in beside.items())
+    note = (
+        "Processor time of a step of the six with another FMU in the same process over that without, and in brackets\n"
+        f"that of the other (`python benchmarks/neighbours.py`): {ratios}."
+    )
+    return table(("FMU", "`fmutool -check` finds", *names), rows) + "\n\n" + note
+
+
 # Part of docs/combustion.md -------------------------------------------------------------------------------------------
 
 
@@ -485,6 +502,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "damper": ("benchmarks.md", damper),
     "torsional_run_up": ("benchmarks.md", torsional_run_up),
     "coupling": ("fmu.md", coupling),
+    "clients": ("fmu.md", clients),
     "combustion": ("combustion.md", combustion),
     "combustion_coupling": ("combustion.md", combustion_coupling),
     "foreign_masters": ("how-to/couple.md", foreign_masters),

@@ -10,6 +10,7 @@ from coarse_engines import COARSE, built, coarse
 
 from cranktrain.fmu.build import build_fmu
 from cranktrain.fmu.flat import FlatModel
+from cranktrain.modules.register import module_files
 
 
 @pytest.fixture(scope="session")
@@ -90,3 +91,11 @@ def script(cache):
         return done
 
     return run
+
+
+@pytest.fixture(scope="session", params=["cranktrain", *(name for name in module_files() if name.endswith("_i6"))])
+def shipped(request, tmp_path_factory):
+    """One FMU of each kind that is built here, those of the six: a path."""
+    if request.param == "cranktrain":
+        return request.getfixturevalue("fmu")
+    return build_fmu(request.param, tmp_path_factory.mktemp(request.param))

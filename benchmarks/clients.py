@@ -1,0 +1,148 @@
+"""Our FMUs in other people's clients: ``python benchmarks/clients.py [FILE.fmu …]``.
+
+Each client is installed by pip into an environment of its own in the cache, once, and runs each FMU at its start
+values; what it finds is compared with FMPy. Without files the FMUs of all shipped modules are built, and the six's
+cranktrain without film tables and block. Prints one JSON object: by FMU and client the largest difference of outputs
+from FMPy's, relative to the value or to 1e-9 of its nominal one, or why there is none; and what ``fmutool -check``
+says.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from fmpy import read_model_description
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from benchmarks._clients import CLIENTS, REFERENCE, Client  # noqa: E402
+
+from cranktrain.core.cache import private_folder  # noqa: E402
+from cranktrain.fmu.build import build_fmu  # noqa: E402
+from cranktrain.modules.register import module_files  # noqa: E402
+
+STEPS, STEP = 100, 1.0e-4
+"""Communication steps, and their length, s."""
+TOOLBOX = Client(("fmu-manipulation-toolbox==2.0",), "")
+ROUNDING = "balance.", "solver."
+"""Outputs that are rounding errors or counts, which times that differ in their last digit change."""
+
+
+class ClientError(Exception):
+    """A client that cannot be installed, or does not run to the end; says what it said last."""
+
+
+def environment(client: Client) -> Path:
+    """Folder of a client's virtual environment, made at first use; ``ClientError``."""
+    digest = hashlib.sha256(" ".join((*client.packages, sys.version)).encode()).hexdigest()[:12]
+    folder = private_folder("clients") / f"{client.packages[0].partition('=')[0]}-{digest}"
+    done = folder / "installed"
+    if not done.is_file():
+        pip = [str(folder / "bin" / "python"), "-m", "pip", "install", "-q", "--disable-pip-version-check"]
+        for words in ([sys.executable, "-m", "venv", str(folder)], [*pip, "numpy", _numba(), *client.packages]):
+            _run(words, {})
+        done.touch()
+    return folder
+
+
+def _numba() -> str:
+    """The numba that runs here: kernels that it compiled are found again."""
+    import numba
+
+    return f"numba=={numba.__version__}"
+
+
+def _run(words: Sequence[str], more: dict[str, str]) -> str:
+    """Output of a command; ``ClientError`` with the last line that it said where it fails."""
+    left_out = ("PYTHONPATH", "VIRTUAL_ENV")
+    variables = {key: value for key, value in os.environ.items() if key not in left_out} | more
+    done = subprocess.run(words, capture_output=True, text=True, env=variables, timeout=3600, check=False)
+    if done.returncode != 0:
+        lines = [line.strip() for line in (done.stdout + done.stderr).splitlines() if line.strip()]
+        raise ClientError(lines[-1] if lines else f"ended with {done.returncode}")
+    return done.stdout
+
+
+class Job:
+    """One run of an FMU at its start values, the same for every client."""
+
+    def __init__(self, fmu: Path, steps: int = STEPS, step: float = STEP) -> None:
+        variables = read_model_description(str(fmu)).modelVariables
+        outputs = [v for v in variables if v.causality == "output" and not v.name.startswith(ROUNDING)]
+        self.nominal = [float(v.nominal or 1.0) for v in outputs]
+        self.given = {
+            "fmu": str(fmu),
+            "steps": steps,
+            "step": step,
+            "outputs": [v.name for v in outputs],
+            "references": [v.valueReference for v in outputs],
+            "starts": {v.name: float(v.start) for v in variables if v.causality == "input"},
+        }
+        self._expected: list[float] | None = None
+
+    def values(self, script: str, python: str = sys.executable, more: dict[str, str] | None = None) -> list[float]:
+        """What a script finds; ``ClientError``."""
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "job.json"
+            file.write_text(json.dumps(self.given))
+            said = _run([python, "-c", script, str(file)], {"OMP_NUM_THREADS": "1", **(more or {})})
+        return list(map(float, json.loads(said.partition("VALUES ")[2].splitlines()[0])))
+
+    @property
+    def expected(self) -> list[float]:
+        """What FMPy finds."""
+        if self._expected is None:
+            self._expected = self.values(Client((), REFERENCE).script)
+        return self._expected
+
+
+def difference(client: Client, job: Job) -> float:
+    """Largest difference of a client's outputs from FMPy's, relative; ``ClientError``."""
+    folder = environment(client)
+    more = {"LD_LIBRARY_PATH": str(folder / "lib")} if client.libraries else {}
+    found = job.values(client.script, str(folder / "bin" / "python"), more)
+    pairs = zip(found, job.expected, job.nominal, strict=True)
+    return max(abs(value - own) / max(abs(own), 1e-9 * nominal) for value, own, nominal in pairs)
+
+
+def checked(fmu: Path) -> list[str]:
+    """What ``fmutool -check`` finds wrong; ``ClientError``."""
+    said = _run([str(environment(TOOLBOX) / "bin" / "fmutool"), "-input", str(fmu), "-check"], {})
+    if "This FMU seems to be compliant" not in said:
+        return [line for line in said.splitlines() if not line.startswith("INFO")] or [said]
+    return [line for line in said.splitlines() if not line.startswith("INFO")]
+
+
+def main(*files: str) -> int:
+    """Print what came of it."""
+    found: dict[str, dict[str, object]] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        paths = list(map(Path, files))
+        if not paths:
+            say = lambda text: print(text, file=sys.stderr, flush=True)  # noqa: E731
+            paths = [build_fmu("diesel_i6", folder, film_table=False, block=False, say=say)]
+            paths += [build_fmu(name, folder, say=say) for name in module_files()]
+        for path in paths:
+            job = Job(path)
+            row: dict[str, object] = {"fmutool": checked(path)}
+            for name, client in CLIENTS.items():
+                print(f"clients: {path.name} in {name}", file=sys.stderr, flush=True)
+                try:
+                    row[name] = difference(client, job)
+                except ClientError as error:
+                    row[name] = str(error)
+            found[path.name] = row
+    print(json.dumps(found, indent=2))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,219 @@
+"""What every FMU must do, ours of each kind: calls, states, instances, neighbours, long runs, other people's clients.
+
+What only one of them can show is in its own file: ``test_slave.py``, ``test_combustion_fmu.py``, ``test_build.py``.
+"""
+
+import ctypes
+import shutil
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from benchmarks._clients import CLIENTS
+from benchmarks.clients import Job, checked, difference
+from fmpy import read_csv, read_model_description, simulate_fmu
+from fmpy.validation import validate_fmu
+
+from cranktrain.fmu.archive import write_reference
+from cranktrain.fmu.engine_fmu import camel, full_interface
+from cranktrain.fmu.module_fmu import module_interface
+from cranktrain.modules.register import module_files, module_of
+
+CHEAP = {"crank.level": "rigid", "bearing.level": "linear"}
+"""Levels of the cranktrain that cost least; other FMUs have none of them."""
+HEAD = f"""
+def fresh(name="unit", folder=None):
+    unit = Unit(sys.argv[1], name, folder)
+    return unit.start({{key: value for key, value in {CHEAP!r}.items() if key in unit.reference}})
+"""
+
+
+def test_it_keeps_the_rules(shipped, script):
+    """By FMPy: names, causality, units, dependencies. What it says it can do, it can."""
+    assert validate_fmu(str(shipped)) == []
+    description = read_model_description(str(shipped))
+    kind = description.coSimulation
+    assert kind.canGetAndSetFMUstate and kind.canSerializeFMUstate and kind.canHandleVariableCommunicationStepSize
+    assert not kind.canBeInstantiatedOnlyOncePerProcess
+    assert all(v.unit for v in description.modelVariables if v.type == "Real")
+    script(
+        HEAD
+        + """
+whole, parts = fresh("whole"), fresh("parts")
+for h, k in ((1e-4, 0), (2e-4, 1), (5e-5, 3)):
+    whole.fmu.doStep(1e-4 * k, h)
+    parts.fmu.doStep(1e-4 * k, h)
+assert whole.bits() == parts.bits()
+""",
+        shipped,
+    )
+
+
+def test_fifty_instances_do_not_know_of_each_other(shipped, script):
+    script(
+        HEAD
+        + """
+alone = fresh().run(4)
+expected = alone.bits()
+units = [fresh(f"unit{i}", alone.folder) for i in range(50)]
+for k in range(4):
+    for unit in units[k % 2 :] + units[: k % 2]:
+        unit.run(1, first=k)
+assert all(unit.bits() == expected for unit in units)
+for unit in units:
+    unit.close()
+""",
+        shipped,
+    )
+
+
+def test_a_state_goes_back_and_on_to_the_bit(shipped, script, tmp_path):
+    """In the instance, in another one, and serialized in another process."""
+    begin = """
+unit = fresh().run(20)
+state = unit.fmu.getFMUstate()
+open(sys.argv[2], "wb").write(unit.fmu.serializeFMUstate(state))
+on = unit.run(20, first=20).bits()
+unit.fmu.setFMUstate(state)
+assert unit.run(20, first=20).bits() == on
+print(on)
+"""
+    go_on = """
+unit = fresh().run(3)
+unit.fmu.setFMUstate(unit.fmu.deSerializeFMUstate(open(sys.argv[2], "rb").read()))
+print(unit.run(20, first=20).bits())
+"""
+    first = script(HEAD + begin, shipped, tmp_path / "state").stdout
+    assert script(HEAD + go_on, shipped, tmp_path / "state").stdout == first
+
+
+REFUSED = (
+    ("unit.fmu.exitInitializationMode()", ""),
+    ("unit.fmu.doStep(0.0, 1e-4)", ""),
+    ("unit.fmu.terminate()", ""),
+    ("unit.fmu.enterInitializationMode()", "unit.start()"),
+    ("unit.fmu.setupExperiment(startTime=0.0)", "unit.start()"),
+    ("unit.fmu.doStep(1.0, 1e-4)", "unit.start()"),
+    ("unit.fmu.doStep(0.0, -1e-4)", "unit.start()"),
+    ("unit.fmu.setReal([0], [NAN])", "unit.start()"),
+    ("unit.set_named(unit.outputs[0], 0.0)", "unit.start()"),
+    ("unit.fmu.doStep(0.0, 1e-4)", "unit.start(), unit.fmu.terminate()"),
+    ("unit.fmu.terminate()", "unit.start(), unit.fmu.terminate()"),
+)
+"""Calls that are refused, and what goes before them."""
+NOT_OFFERED = "fmi2CancelStep", "fmi2SetRealInputDerivatives", "fmi2GetRealOutputDerivatives"
+
+
+def test_illegal_calls_are_refused_and_harm_nothing(shipped, script):
+    """Each says why in one line, as Fatal, for the wrapping library knows no other; instance and host live on."""
+    script(
+        f"""
+unit = Unit(sys.argv[1])
+for action, before in {REFUSED!r}:
+    eval(before or "None")
+    status, text = unit.refusal(lambda: eval(action))
+    assert status == 4 and "unit: " in text and "Traceback" not in text, (action, status, text)
+    unit.fmu.reset()
+unit.start().run(2)
+reference, order, value = (ctypes.c_uint * 1)(0), (ctypes.c_int * 1)(1), (ctypes.c_double * 1)()
+for name in {NOT_OFFERED!r}:
+    arguments = () if name == "fmi2CancelStep" else (reference, 1, order, value)
+    assert getattr(unit.fmu.dll, name)(unit.fmu.component, *arguments) == 3, name
+unit.run(2, first=2).close()
+""",
+        shipped,
+    )
+
+
+@pytest.fixture(scope="session")
+def neighbour(fmu, tmp_path_factory):
+    """The cranktrain's FMU with another GUID and other data: another build, which shares its code."""
+    from coarse_engines import built, coarse
+
+    return built(coarse("diesel_v8"), tmp_path_factory.mktemp("neighbour"))
+
+
+@pytest.mark.slow
+def test_different_fmus_in_one_process_keep_to_themselves(shipped, neighbour, script):
+    """A step each in turn, whichever comes first: results are those of a process of its own."""
+    alone = """
+print(fresh().run(10).bits())
+"""
+    together = """
+both = [fresh(), None]
+sys.argv[1] = sys.argv[2]
+both[1] = fresh()
+for k in range(10):
+    for unit in both:
+        unit.run(1, first=k)
+print(both[0].bits())
+print(both[1].bits())
+"""
+    expected = [script(HEAD + alone, path).stdout for path in (shipped, neighbour)]
+    assert script(HEAD + together, shipped, neighbour).stdout == "".join(expected)
+    assert script(HEAD + together, neighbour, shipped).stdout == "".join(reversed(expected))
+
+
+LONG = """
+import gc
+class Heap(ctypes.Structure):
+    names = "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost"
+    _fields_ = [(name, ctypes.c_size_t) for name in names.split()]
+heap = ctypes.CDLL(None).mallinfo2
+heap.restype = Heap
+def in_use():
+    gc.collect()
+    now = heap()
+    return now.uordblks + now.hblkhd
+unit = fresh().run(20000)
+before = in_use()
+unit.run(80000, first=20000)
+print(in_use() - before)
+"""
+
+
+@pytest.mark.slow
+def test_memory_does_not_grow_over_a_hundred_thousand_steps(shipped, script):
+    """From the 20,000th step to the last less than a byte a step of all that the C library gave out.
+
+    The least that a step could keep is an object of 16 bytes. Measured: 0.01 to 0.4, which does not go on.
+    """
+    if not hasattr(ctypes.CDLL(None), "mallinfo2"):
+        pytest.skip("needs a C library that counts what is allocated: glibc 2.33 or newer")
+    assert int(script(HEAD + LONG, shipped, PYTHONMALLOC="malloc").stdout) < 80000
+
+
+@pytest.mark.slow
+def test_the_reference_run_is_met(shipped, tmp_path):
+    """Files of the cross-check: what ``build_fmu.py --reference`` writes beside an FMU runs, and is found again."""
+    path = Path(shutil.copy(shipped, tmp_path))
+    modules = {camel(name): module_of(file) for name, file in module_files().items()}
+    interface = module_interface(modules[path.stem]) if path.stem in modules else full_interface()
+    write_reference(path, interface, print)
+    given, reference = (read_csv(str(tmp_path / f"{path.stem}_{kind}.csv")) for kind in ("in", "ref"))
+    options = dict(line.split(", ") for line in (tmp_path / f"{path.stem}_ref.opt").read_text().splitlines())
+    assert reference["time"][-1] == float(options["StopTime"]) and len(reference) > 900
+    found = simulate_fmu(str(path), output_interval=float(options["StepSize"]), input=given)
+    for name in reference.dtype.names:
+        np.testing.assert_allclose(found[name], reference[name], rtol=float(options["RelTol"]), atol=1e-9, err_msg=name)
+
+
+@pytest.mark.slow
+def test_the_toolbox_finds_nothing_wrong(shipped):
+    """``fmutool -check``."""
+    assert checked(shipped) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("client", list(CLIENTS))
+def test_other_peoples_clients_find_what_fmpy_finds(shipped, client):
+    """A hundred steps; times that are added up, or counted in nanoseconds, differ in their last digits."""
+    assert difference(CLIENTS[client], Job(shipped)) < 1e-10
+
+
+def test_the_archive_names_its_licences(shipped):
+    with zipfile.ZipFile(shipped) as opened:
+        names = set(opened.namelist())
+    assert {"documentation/licenses/license.txt", "documentation/licenses/pythonfmu.txt", "model.png"} <= names
+    assert "terminalsAndIcons/terminalsAndIcons.xml" in names
