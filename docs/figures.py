@@ -360,7 +360,7 @@ def clients() -> str:
     names = [name for name in next(iter(found.values())) if name != "fmutool"]
     rows = []
     for fmu, row in found.items():
-        cells = [f"{row[name]:.0e}" if isinstance(row[name], float) else str(row[name]) for name in names]
+        cells = [f"{row[name]:.1g}" if isinstance(row[name], float) else str(row[name]) for name in names]
         rows.append((f"`{fmu}`", "; ".join(row["fmutool"]) or "nothing", *cells))
     beside = benchmark("neighbours")
     ratios = ", ".join(f"{label} {row['six']:.2f} ({row['neighbour']:.2f})" for label, row in beside.items())

@@ -1,21 +1,18 @@
 """A combustion of one's own beside the cranktrain: from a file of Python to an FMU to the coupled six.
 
 ``python examples/own_combustion.py [PICTURE.png]`` makes an FMU of ``own_combustion_slave.py``, a template whose model
-is some twenty lines, by pythonfmu; adds what pythonfmu leaves out, the units that the combustion module's variables
-have, without which no connection is accepted, and the list of initial unknowns; and couples it with the six, beside
-the module. The FMU alone: ``python examples/own_combustion.py --build FOLDER``, then ``cranktrain couple diesel_i6
---speed 2000 --combustion FOLDER/OwnCombustion.fmu``.
+is some twenty lines, by pythonfmu, and couples it with the six, beside the combustion module. Variables are called as
+the module's are; those without a unit, as pythonfmu makes them, are in SI. The FMU alone: ``pythonfmu build -f
+examples/own_combustion_slave.py``, then ``cranktrain couple diesel_i6 --speed 2000 --combustion OwnCombustion.fmu``.
 """
 
 from __future__ import annotations
 
 import sys
 import tempfile
-import zipfile
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import matplotlib
 import numpy as np
@@ -25,8 +22,6 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 
-from cranktrain.fmu.module_fmu import module_interface
-from cranktrain.modules.register import MODULES
 from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.harmonics import last_cycle
 
@@ -35,42 +30,6 @@ _SPECIFICATION = spec_from_file_location("coupled", HERE / "coupled.py")
 assert _SPECIFICATION is not None and _SPECIFICATION.loader is not None
 coupled = module_from_spec(_SPECIFICATION)
 _SPECIFICATION.loader.exec_module(coupled)
-
-
-def own_fmu(folder: Path, slave: Path = HERE / "own_combustion_slave.py") -> Path:
-    """FMU of a slave, complete."""
-    path = Path(FmuBuilder.build_FMU(slave, dest=folder))
-    with zipfile.ZipFile(path) as archive:
-        files = {name: archive.read(name) for name in archive.namelist()}
-    files["modelDescription.xml"] = completed(files["modelDescription.xml"])
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in files.items():
-            archive.writestr(name, content)
-    return path
-
-
-def completed(text: bytes) -> bytes:
-    """A model description with units, those of the combustion module's variables, and its initial unknowns."""
-    root = ElementTree.fromstring(text)
-    interface = module_interface(MODULES["combustion"])
-    counted = (v.name.replace("1..cylinders", str(c)) for v in interface.variables for c in range(1, 13))
-    units = dict(zip(counted, (v.unit for v in interface.variables for _ in range(12)), strict=True))
-    used = set()
-    unknowns = ElementTree.SubElement(next(root.iter("ModelStructure")), "InitialUnknowns")
-    for index, variable in enumerate(root.iter("ScalarVariable"), start=1):
-        if variable.get("causality") == "output":
-            ElementTree.SubElement(unknowns, "Unknown", index=str(index))
-        unit, real = units.get(variable.get("name", "")), variable.find("Real")
-        if unit is not None and real is not None:
-            real.set("unit", unit)
-            used.add(unit)
-    definitions = ElementTree.Element("UnitDefinitions")
-    for unit in sorted(used):
-        element = ElementTree.SubElement(definitions, "Unit", name=unit)
-        powers = {key: str(value) for key, value in interface.units[unit].items() if isinstance(value, int)}
-        ElementTree.SubElement(element, "BaseUnit", powers)
-    root.insert(1, definitions)  # behind CoSimulation
-    return ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True)
 
 
 def draw(path: str, runs: dict[str, Any]) -> None:
@@ -99,7 +58,7 @@ def main(picture: str = "", fmus: tuple[Path, Path] | None = None, cycles: int =
     """Run both; returns the indicated torque of each, N m, as the cranktrain knows it, over the last cycle."""
     with tempfile.TemporaryDirectory() as name:
         cranktrain, module = fmus or coupled.built(Path(name))
-        own = own_fmu(Path(name))
+        own = Path(FmuBuilder.build_FMU(HERE / "own_combustion_slave.py", dest=name))
         runs = {label: coupled.coupled(cranktrain, fmu, cycles) for label, fmu in (("own", own), ("module", module))}
     told = {label: coupled.summary(run, coupled.SPEED) for label, run in runs.items()}
     for label, row in told.items():
@@ -111,7 +70,4 @@ def main(picture: str = "", fmus: tuple[Path, Path] | None = None, cycles: int =
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["--build"]:
-        print(own_fmu(Path(*sys.argv[2:3])))
-    else:
-        main(*sys.argv[1:2])
+    main(*sys.argv[1:2])

@@ -23,11 +23,11 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 from fmpy.ssp.simulation import simulate_ssp
+from scipy.interpolate import CubicSpline
 
 from cranktrain.coupling.ssp import write_ssp
 from cranktrain.coupling.virtual_engine import Partners, virtual_engine
 from cranktrain.results.figures import save_figure
-from cranktrain.results.orders.harmonics import last_cycle
 
 _SPECIFICATION = spec_from_file_location("coupled", Path(__file__).with_name("coupled.py"))
 assert _SPECIFICATION is not None and _SPECIFICATION.loader is not None
@@ -67,13 +67,10 @@ def main(picture: str = "", fmus: tuple[Path, Path] | None = None, cycles: int =
             str(written(Path(name) / "VirtualEngineI6.ssp", fmus, stop)), stop_time=stop, step_size=coupled.STEP
         )
         ours = coupled.coupled(*fmus, cycles)
-    torsion = [
-        np.degrees(last_cycle(angle, values))
-        for angle, values in (
-            (ours.of("cranktrain.crank.angle"), ours.of("cranktrain.pulley.torsion")),
-            (theirs["cranktrain.crank.angle"], theirs["cranktrain.pulley.torsion"]),
-        )
-    ]
+    angle = (cycles - 1) * 4.0 * math.pi + np.linspace(0.0, 4.0 * math.pi, 1440, endpoint=False)
+    at, motion = "cranktrain.crank.angle", "cranktrain.pulley.torsion"
+    pairs = (ours.of(at), ours.of(motion)), (theirs[at], theirs[motion])
+    torsion = [np.degrees(CubicSpline(*pair)(angle)) for pair in pairs]
     swing = float(np.ptp(torsion[1]) / np.ptp(torsion[0])) - 1.0
     pressure = "combustion.indicated.pressure_mean"
     mean = float(theirs[pressure][-1] / ours.of(pressure)[-1]) - 1.0
@@ -81,7 +78,7 @@ def main(picture: str = "", fmus: tuple[Path, Path] | None = None, cycles: int =
         f"FMPy's SSP simulator against the reference master: torsion {swing:+.2%}, mean effective pressure {mean:+.2%}"
     )
     if picture:
-        draw(picture, np.linspace(0.0, 720.0, len(torsion[0]), endpoint=False), *torsion)
+        draw(picture, np.degrees(angle - angle[0]), *torsion)
     return swing, mean
 
 

@@ -1,6 +1,10 @@
 """Every example runs, and gives one number that is known."""
 
 import importlib.util
+import math
+import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +32,8 @@ def beam():
 
 
 def test_all_examples_are_here():
-    tested = {name[len("test_") :] for name in globals() if name.startswith("test_")}
+    others = (Path(__file__).parents[1] / "fmu" / "test_example_fmus.py").read_text("utf-8")
+    tested = {name[len("test_") :] for name in [*globals(), *re.findall(r"def (\w+)", others)] if "test_" in name}
     assert {path.stem for path in EXAMPLES.glob("*.py")} <= tested
 
 
@@ -62,6 +67,47 @@ def test_combustion_calibration(tmp_path, capsys):
     found, left = module.main(str(tmp_path / "trace.csv"), str(tmp_path / "peaks.csv"))
     assert left < 2e-3 * pressures.max() and found[1] == pytest.approx(values[1], rel=0.02)
     assert "start of injection that meets it" in capsys.readouterr().out
+
+
+def test_own_combustion_slave():
+    """Mean torque over a cycle is the work of the mean pressure; before it burns the gas follows its polytrope."""
+    unit = example("own_combustion_slave").OwnCombustion(instance_name="own", resources=".")
+    torques = []
+    for k in range(720):
+        unit.values["crank.angle"], unit.values["crank.speed"] = math.radians(k), 0.0
+        unit.do_step(0.0, 1e-4)
+        torques.append(unit.values["indicated.torque"])
+    swept = 6.0 * 0.25 * math.pi * 0.105**2 * 0.12
+    assert np.mean(torques) == pytest.approx(unit.values["indicated.pressure_mean"] * swept / (4.0 * math.pi), rel=1e-6)
+    ratio = unit.pressure(math.radians(-30.0)) / unit.pressure(math.radians(-90.0))
+    volumes = unit.volume(math.radians(-90.0)) / unit.volume(math.radians(-30.0))
+    assert ratio == pytest.approx(volumes**1.35, rel=1e-12)
+
+
+STIFF, SPEEDS = (90.0, 150.0), (2200.0, 2350.0)
+
+
+def test_parameter_study(tmp_path, capsys, monkeypatch):
+    """Without Dask one line says so; the ring near 150 Hz takes a third of the twist that is left at 90 Hz."""
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    picture = tmp_path / "study.png"
+    found = example("parameter_study").main(str(picture), STIFF, SPEEDS)
+    assert max(found[150.0]) / max(found[90.0]) == pytest.approx(0.675, abs=0.03)
+    said = capsys.readouterr().out.splitlines()
+    assert len([line for line in said if "no Dask here" in line]) == 1 and said[-1].startswith("2/2: ring 150 Hz")
+    assert picture.stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_parameter_study_on_a_cluster():
+    pytest.importorskip("distributed")
+    call = f"""if __name__ == "__main__":
+    import runpy
+    study = runpy.run_path({str(EXAMPLES / "parameter_study.py")!r}, run_name="__main__")
+    main = study["main"]
+    main("", {STIFF!r}, {SPEEDS!r})"""
+    done = subprocess.run([sys.executable, "-c", call], capture_output=True, text=True, timeout=3600)
+    assert done.returncode == 0 and "2 dampers on" in done.stdout, done.stderr
 
 
 def test_roller_stiffness():
