@@ -85,7 +85,7 @@ def test_slow_torque_is_the_springs_energy_by_the_angle():
     for name in ("intake", "exhaust"):
         x = output(simulation, rows, f"cylinder[1].{name}_lift")
         energy += settings.spring_preload * x + 0.5 * settings.spring_rate * x**2
-    torque = output(simulation, rows, "valvetrain.torque")  # the mean over each half degree
+    torque = output(simulation, rows, "valvetrain.torque_step")
     expected = np.diff(energy, prepend=energy[-1]) / math.radians(0.5)
     assert torque == pytest.approx(expected, abs=5e-3 * np.abs(expected).max())
     assert abs(torque.mean()) < 1e-3 * np.abs(torque).max()
@@ -96,7 +96,7 @@ def test_mean_torque_is_what_friction_and_dampers_take():
     before = simulation.state
     rows = turn(simulation, 720)
     lost = (simulation.state - before)[[at.FRICTION_WORK, at.DAMPED]]
-    work = output(simulation, rows, "valvetrain.torque").mean() * CYCLE
+    work = output(simulation, rows, "valvetrain.torque_step").mean() * CYCLE
     assert work == pytest.approx(lost.sum(), rel=1e-3)
     assert lost[0] > 0.95 * work
     assert output(simulation, rows[-1], "valvetrain.torque_mean") == pytest.approx(work / CYCLE, rel=1e-3)
@@ -160,7 +160,7 @@ def test_results_do_not_depend_on_the_communication_step():
         rows = turn(simulation, 720, step)
         every = round(6.0 / step)
         lifts.append(output(simulation, rows, "cylinder[4].exhaust_lift")[every - 1 :: every])
-        torques.append(output(simulation, rows, "valvetrain.torque").reshape(-1, every).mean(axis=1))
+        torques.append(output(simulation, rows, "valvetrain.torque_step").reshape(-1, every).mean(axis=1))
     for k in (1, 2):
         assert lifts[k] == pytest.approx(lifts[0], abs=1e-6)
         assert torques[k] == pytest.approx(torques[0], abs=2e-3 * np.abs(torques[0]).max())

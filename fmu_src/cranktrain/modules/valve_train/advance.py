@@ -1,7 +1,7 @@
 """The valve train over one communication step, its static start, and the outputs.
 
-The crank turns evenly within a communication step. ``valvetrain.torque`` is the mean over the step: what a cranktrain
-that holds it over the step takes is then the very work that the drive has done.
+The crank turns evenly within a communication step. ``valvetrain.torque`` is that of the step's end, for partners that
+go on from there, ``valvetrain.torque_step`` the mean over the step, for those that hold it: the work of the drive.
 """
 
 from __future__ import annotations
@@ -173,10 +173,10 @@ def observe(model, work, state, out):
     n = model.numbers
     gained = energy(model, work, state) - state[at.FIRST_ENERGY]
     lag = 0.5 * state[crank.OWN_ANGLE] - state[at.CAM_ANGLE]
-    # Within a communication step the crank turned evenly; between two steps its speed is what it was.
     rate = 0.5 * state[at.CRANK_SPEED] - state[at.CAM_SPEED]
     torque, _, _ = drive_torque(n, lag, rate)
-    out[at.OUT_TORQUE] = state[at.TORQUE]
+    out[at.OUT_TORQUE] = 0.5 * torque
+    out[at.OUT_TORQUE_STEP] = state[at.TORQUE]
     out[at.OUT_TORQUE_MEAN] = state[at.TORQUE_MEAN]
     out[at.OUT_LAG] = lag
     out[at.OUT_SPEED] = state[at.CAM_SPEED]

@@ -37,7 +37,7 @@ def drive_torque(n, lead, rate):
     if lead > gap:
         return contact(lead - gap, rate, n[at.DRIVE], n[at.DRIVE_DAMPING])
     torque, by_depth, by_rate = contact(-lead - gap, -rate, n[at.DRIVE], n[at.DRIVE_DAMPING])
-    return -torque, by_depth, by_rate
+    return 0.0 - torque, by_depth, by_rate
 
 
 @kernel

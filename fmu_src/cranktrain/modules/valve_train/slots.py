@@ -57,7 +57,7 @@ LINE = (
 N_LINE = len(LINE)
 
 OUTPUTS = (
-    "valvetrain.torque", "valvetrain.torque_mean", "camshaft.lag", "camshaft.speed", "drive.torque", "drive.force",
+    "valvetrain.torque", "valvetrain.torque_step", "valvetrain.torque_mean", "camshaft.lag", "camshaft.speed", "drive.torque", "drive.force",
     "drive.apart", "friction.power", "contact.loss", "balance.energy", "solver.steps", "solver.rejected",
 )  # fmt: skip
 LINE_OUTPUTS = (
@@ -66,7 +66,7 @@ LINE_OUTPUTS = (
 """Outputs of each line, those of the intake first: ``cylinder[i].intake_lift``; the last three of the last cycle."""
 N_OUTPUTS, N_LINE_OUTPUTS = len(OUTPUTS), len(LINE_OUTPUTS)
 (
-    OUT_TORQUE, OUT_TORQUE_MEAN, OUT_LAG, OUT_SPEED, OUT_DRIVE_TORQUE, OUT_DRIVE_FORCE,
+    OUT_TORQUE, OUT_TORQUE_STEP, OUT_TORQUE_MEAN, OUT_LAG, OUT_SPEED, OUT_DRIVE_TORQUE, OUT_DRIVE_FORCE,
     OUT_APART, OUT_FRICTION, OUT_LOSS, OUT_BALANCE, OUT_STEPS, OUT_REJECTED,
 ) = range(N_OUTPUTS)  # fmt: skip
 (
