@@ -1,4 +1,4 @@
-"""The verb ``couple``: cranktrain and combustion as FMUs under the reference master."""
+"""The verb ``couple``: cranktrain, combustion and valve train as FMUs under the reference master."""
 
 import json
 import os
@@ -21,13 +21,20 @@ SOURCES = Path(__file__).parents[2] / "fmu_src"
 
 
 @pytest.fixture(scope="session")
-def couple(fmu, partner, cache, tmp_path_factory):
+def valvetrain(tmp_path_factory):
+    return build_fmu("valvetrain_i6", tmp_path_factory.mktemp("valvetrain"))
+
+
+@pytest.fixture(scope="session")
+def couple(fmu, partner, valvetrain, cache, tmp_path_factory):
     """Run the verb in a process of its own, with the FMUs' kernels where other tests keep them."""
     folder = tmp_path_factory.mktemp("coupled")
 
     def run(*options, cranktrain=fmu, combustion=partner):
         environment = os.environ | {"CRANKTRAIN_CACHE": str(cache), "PYTHONPATH": str(SOURCES), "OMP_NUM_THREADS": "1"}
         units = "--cranktrain", cranktrain, "--combustion", combustion
+        if "--no-valvetrain" not in options:
+            units += "--valvetrain", valvetrain
         done = subprocess.run(
             [sys.executable, "-m", "cranktrain.cli.main", "couple", "diesel_i6", "--speed", "2000", "--json",
              "--output", "run.h5", *map(str, (*units, *options))],
@@ -50,14 +57,24 @@ def test_schemes_agree_and_the_power_closes(couple):
         assert run["imep_pa"] == pytest.approx(1.56e6, rel=0.02)
         assert run["coupling_residual_w"] < 0.02 * 209.4 * max(abs(run["indicated_torque_nm"]), 3000.0)
         assert run["steps"] == run["sweeps"] == 1440
+        assert (
+            run["valvetrain"]["torque_nm"] == pytest.approx(8.6, abs=0.5) and run["valvetrain"]["contact_loss"] == 0.0
+        )
     data, attributes = read_result(path)
     assert data["cranktrain/pulley.torsion"][1] == "rad" and data["combustion/cylinder[1].pressure"][1] == "Pa"
+    assert data["valvetrain/cylinder[1].intake_lift"][1] == "m"
     assert attributes["scheme"] == "gauss-seidel" and attributes["ended"] == ""
 
 
+def test_without_a_valve_train_the_combustion_has_its_own_lifts(couple):
+    code, found, _, _ = couple("--no-valvetrain", "--cycles", 1)
+    assert code == 0 and "valvetrain" not in found
+    assert found["imep_pa"] == pytest.approx(1.56e6, rel=0.02)
+
+
 def test_iterated_units_agree_at_coarse_steps(couple):
-    code, found, _, _ = couple("--cycles", 1, "--scheme", "iterative", "--step-deg", 3)
-    assert code == 0
+    code, found, stderr, _ = couple("--cycles", 1, "--scheme", "iterative", "--step-deg", 3)
+    assert code == 0, stderr
     assert found["steps"] < found["sweeps"] < 10 * found["steps"]
 
 
@@ -65,10 +82,14 @@ def test_iterated_units_agree_at_coarse_steps(couple):
     ("options", "said"),
     [
         (("--set", "cranktrain.crank.levle=rigid"), "there is no variable 'crank.levle'; did you mean 'crank.level'"),
-        (("--set", "cranktrian.crank.level=rigid"), "units: cranktrain, combustion"),
+        (("--set", "cranktrian.crank.level=rigid"), "units: cranktrain, combustion, valvetrain"),
         (("--scheme", "jakobi"), "did you mean 'jacobi'"),
         (("--step-deg", "0"), "--step-deg"),
         (("--combustion", "nowhere.fmu"), "there is no such file"),
+        (
+            ("--no-valvetrain", "--set", "valvetrain.train.lash=1e-4"),
+            "start values of the valve train, which is left out",
+        ),
     ],
 )
 def test_wrong_input_is_one_line(couple, options, said):
@@ -81,22 +102,24 @@ def test_wrong_input_is_one_line(couple, options, said):
 def test_fmus_of_two_engines_are_refused(couple, tmp_path):
     code, _, stderr, _ = couple(combustion=build_fmu("combustion_v8", tmp_path))
     assert code == 2 and "pressures of 8 cylinders" in stderr and "take FMUs of one engine" in stderr
+    code, _, stderr, _ = couple("--no-valvetrain", "--valvetrain", build_fmu("valvetrain_v8", tmp_path))
+    assert code == 2 and "not allowed with" in stderr
 
 
-def test_the_system_as_an_ssp(fmu, partner, tmp_path):
+def test_the_system_as_an_ssp(fmu, partner, valvetrain, tmp_path):
     """Valid by the standard's schema, and equal bytes from equal systems."""
     written = []
     for k in range(2):
         path = tmp_path / f"VirtualEngineI6_{k}.ssp"
-        engine = virtual_engine(Partners(fmu, partner, {}), SPEED, "jacobi", "own")
+        engine = virtual_engine(Partners(fmu, partner, {}, valvetrain), SPEED, "jacobi", "own")
         units = {name: (unit, unit.path) for name, unit in engine.units.items()}
         written.append(
             write_ssp(path, "VirtualEngineI6", units, engine.connections, engine.values, engine.outputs, 0.12)
         )
     assert written[0].read_bytes() == written[1].read_bytes()
     system = read_ssd(written[0]).system
-    assert {component.name for component in system.elements} == {"cranktrain", "combustion"}
-    assert len(system.connections) == 2 + 6 + 1
+    assert {component.name for component in system.elements} == {"cranktrain", "combustion", "valvetrain"}
+    assert len(system.connections) == (2 + 6 + 1) + (2 + 12 + 1)
     with zipfile.ZipFile(written[0]) as archive:
         values = archive.read("resources/cranktrain.ssv").decode()
     assert 'name="speed"' in values and 'value="polytropic"' in values

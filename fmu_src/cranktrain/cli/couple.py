@@ -13,20 +13,23 @@ from typing import TYPE_CHECKING, Any
 from cranktrain.cli.console import Interrupted, bar, number, say, show_rows, word
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.coupling.master import SCHEMES
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, RECONSTRUCTIONS
+from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, RECONSTRUCTIONS, VALVETRAIN
 
 if TYPE_CHECKING:
     from cranktrain.coupling.run import Coupled
     from cranktrain.coupling.supervised import System
     from cranktrain.coupling.virtual_engine import VirtualEngine
 
-DESCRIPTION = """Couple cranktrain and combustion as FMUs, and run cycles at constant speed.
+DESCRIPTION = """Couple cranktrain, combustion and valve train as FMUs, and run cycles at constant speed.
 
 FMUs that are not named are built first, of the engine's main bearings without tables and of its ground. --scheme
-jacobi steps both at once, gauss-seidel one after the other, iterative again and again until they agree.
+jacobi steps all at once, gauss-seidel one after the other, iterative again and again until they agree.
 --reconstruction own leaves pressures between communication points to the cranktrain, which knows the angle that they
 belong to; hold, linear and quadratic let the master do it. --json prints {"pulley", "imep_pa", "indicated_torque_nm",
-"coupling_residual_w", "real_time_factor", "seconds", "result"}."""
+"coupling_residual_w", "real_time_factor", "seconds", "result", "valvetrain"}."""
+
+
+UNITS = CRANKTRAIN, COMBUSTION, VALVETRAIN
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -41,6 +44,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--error", type=number(1e-9, 0.5, "of an output's range"), metavar="SHARE", help="let this control the step")
     add("--cranktrain", metavar="FILE.fmu", help="in place of a new one")
     add("--combustion", metavar="FILE.fmu", help="in place of a new one")
+    valves = parser.add_mutually_exclusive_group()
+    valves.add_argument("--valvetrain", metavar="FILE.fmu", help="in place of a new one")
+    valves.add_argument(
+        "--no-valvetrain", action="store_true", help="leave it out: lifts of the combustion's own, no torque of cams"
+    )
     add(
         "--set", dest="values", action="append", default=[], metavar="UNIT.NAME=VALUE",
         help="start value, as often as needed: cranktrain.crank.level=torsional",
@@ -62,7 +70,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         check_ssp(Path(options.export_ssp))
     values, speed = start_values(options.values), options.speed_rpm * math.pi / 30.0
     with tempfile.TemporaryDirectory(prefix="cranktrain-couple-") as folder:
-        partners = Partners(*fmus(options, Path(folder)), values)
+        cranktrain, combustion, valvetrain = fmus(options, Path(folder))
+        partners = Partners(cranktrain, combustion, values, valvetrain)
         make = partial(virtual_engine, partners, speed, options.scheme, options.reconstruction)
         engine = make()
         if options.export_ssp is not None:
@@ -74,8 +83,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     return result
 
 
-def fmus(options: argparse.Namespace, folder: Path) -> tuple[Path, Path]:
-    """The FMUs that are named, and those that are not, built into a folder."""
+def fmus(options: argparse.Namespace, folder: Path) -> tuple[Path, Path, Path | None]:
+    """Cranktrain, combustion and valve train: FMUs that are named, and those that are not, built into a folder."""
     from cranktrain.coupling.fmu_unit import described
     from cranktrain.engine.file import load_engine
     from cranktrain.fmu.build import build_fmu
@@ -83,13 +92,17 @@ def fmus(options: argparse.Namespace, folder: Path) -> tuple[Path, Path]:
 
     engine = load_engine(options.engine)
     # What cannot be had is told before a crankshaft is meshed.
-    for named in filter(None, (options.cranktrain, options.combustion)):
-        described(Path(named))
-    module = None if options.combustion else module_of_engine(COMBUSTION, engine.name)
-    combustion = Path(options.combustion) if module is None else build_fmu(module, folder, say=say)
+    for given in filter(None, (options.cranktrain, options.combustion, options.valvetrain)):
+        described(Path(given))
+    named = {COMBUSTION: options.combustion, VALVETRAIN: options.valvetrain}
+    wanted = [name for name in named if name == COMBUSTION or not options.no_valvetrain]
+    own = {name: module_of_engine(name, engine.name) for name in wanted if not named[name]}
+    modules = {name: build_fmu(own[name], folder, say=say) if name in own else Path(named[name]) for name in wanted}
     if options.cranktrain:
-        return Path(options.cranktrain), combustion
-    return build_fmu(engine, folder, film_table=False, block=False, say=say), combustion
+        cranktrain = Path(options.cranktrain)
+    else:
+        cranktrain = build_fmu(engine, folder, film_table=False, block=False, say=say)
+    return cranktrain, modules[COMBUSTION], modules.get(VALVETRAIN)
 
 
 def start_values(texts: list[str]) -> dict[str, dict[str, Any]]:
@@ -98,8 +111,8 @@ def start_values(texts: list[str]) -> dict[str, dict[str, Any]]:
     for text in texts:
         place, _, value = text.partition("=")
         unit, _, name = place.partition(".")
-        if unit not in (CRANKTRAIN, COMBUSTION) or not name or not value:
-            raise InputError(f"--set {text}: is not UNIT.NAME=VALUE; units: {CRANKTRAIN}, {COMBUSTION}")
+        if unit not in UNITS or not name or not value:
+            raise InputError(f"--set {text}: is not UNIT.NAME=VALUE; units: {', '.join(UNITS)}")
         try:
             found.setdefault(unit, {})[name] = float(value)
         except ValueError:
@@ -158,6 +171,11 @@ def _show(result: dict[str, Any], options: argparse.Namespace) -> None:
         ("indicated torque, mean", f"{result['indicated_torque_nm']:.1f} N m"),
         ("torque of the shaft, mean", f"{result['shaft_torque_nm']:.1f} N m"),
         ("power residual of the coupling, RMS", f"{result['coupling_residual_w']:.3g} W"),
+        *(
+            (("torque of the valve train, mean", f"{result[VALVETRAIN]['torque_nm']:.1f} N m"),)
+            if VALVETRAIN in result
+            else ()
+        ),
         ("real-time factor", f"{result['real_time_factor']:.2f}"),
     ]
     title = (

@@ -33,6 +33,8 @@ PASSES = 4
 """Times at most that inputs are handed through outputs which they feed at a communication point."""
 STEADY = 1.0e-12
 """Change of such outputs, over their size, that ends it."""
+RESOLVED = 1.0e-6
+"""Least range of an output, over its size, on which scheme ``iterative`` judges its change."""
 
 
 @dataclass(frozen=True)
@@ -323,7 +325,8 @@ def iterative(master: Master, size: float, place: float) -> None:
     for unit in master._order:
         master._states[unit.name] = unit.keep(master._states.get(unit.name))
     expected = samples.at(place, max(1, master._degree))
-    scales = master.scales[coupled]
+    # A signal that has hardly moved yet is not asked to agree below what its numbers can tell apart.
+    scales = np.maximum(master.scales[coupled], RESOLVED * np.abs(master.newest[coupled]))
     master._quasi_newton.begin()
     for sweep in range(exchange.sweeps):
         master.newest[:] = expected

@@ -2,7 +2,7 @@
 
 from cranktrain.coupling.reconstruction import DEGREES
 
-CRANKTRAIN, COMBUSTION = "cranktrain", "combustion"
+CRANKTRAIN, COMBUSTION, VALVETRAIN = "cranktrain", "combustion", "valvetrain"
 OWN = "own"
 RECONSTRUCTIONS = (OWN, *DEGREES)
 """The cranktrain itself, or the master by a polynomial."""

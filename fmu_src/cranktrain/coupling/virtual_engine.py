@@ -1,4 +1,4 @@
-"""The modules of the virtual engine side by side: how cranktrain and combustion are connected.
+"""The modules of the virtual engine side by side: how cranktrain, combustion and valve train are connected.
 
 The combustion turns the angle on by the speed and says which angle its pressures belong to; the cranktrain reconstructs
 them by that angle (reconstruction ``own``). With any other reconstruction the master does so, over the crank angle, and
@@ -16,10 +16,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.coupling import valve_drive
 from cranktrain.coupling.connections import MEAN, NEWEST, START, Connection
 from cranktrain.coupling.fmu_unit import FmuUnit
 from cranktrain.coupling.master import Exchange, Master
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, OWN, RECONSTRUCTIONS
+from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, OWN, RECONSTRUCTIONS, VALVETRAIN
 from cranktrain.coupling.run import Bond, Coupled
 from cranktrain.results.summary import vibration
 
@@ -27,17 +28,21 @@ ANGLE, SPEED = "crank.angle", "crank.speed"
 READ = {
     CRANKTRAIN: ("pulley.torsion", "pulley.axial", "shaft.torque", "torque.indicated"),
     COMBUSTION: ("indicated.pressure_mean", "indicated.torque", "heat.released", "heat.walls"),
+    VALVETRAIN: valve_drive.READ,
 }
 """Outputs that a run keeps beside those that are connected."""
+GAS = Bond("gas", given=[((COMBUSTION, "indicated.torque"), (CRANKTRAIN, SPEED))],
+           taken=[((CRANKTRAIN, "torque.indicated"), (CRANKTRAIN, SPEED))])  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Partners:
-    """FMUs of the virtual engine, and the start values of their parameters."""
+    """FMUs of the virtual engine, with a valve train or without, and the start values of their parameters."""
 
     cranktrain: Path
     combustion: Path
     values: Mapping[str, Mapping[str, Any]]
+    valvetrain: Path | None = None
 
 
 class VirtualEngine(NamedTuple):
@@ -60,23 +65,27 @@ class VirtualEngine(NamedTuple):
 
 
 def virtual_engine(partners: Partners, speed: float, scheme: str, reconstruction: str) -> VirtualEngine:
-    """Cranktrain and combustion at a constant speed (rad/s) of the shaft.
+    """Cranktrain, combustion and, where there is one, valve train at a constant speed (rad/s) of the shaft.
 
     Raises
     ------
     InputError
-        FMUs that are no cranktrain or combustion of equal numbers of cylinders, a reconstruction that does not exist
+        FMUs that are no cranktrain, combustion or valve train of equal numbers of cylinders, start values of a valve
+        train that is left out, a reconstruction that does not exist
     """
     if reconstruction not in RECONSTRUCTIONS:
         raise InputError(
             f"reconstruction '{reconstruction}' does not exist; {nearest(reconstruction, RECONSTRUCTIONS)}"
         )
+    if partners.valvetrain is None and VALVETRAIN in partners.values:
+        raise InputError("start values of the valve train, which is left out; leave them out too")
     own = reconstruction == OWN
-    given = {name: dict(partners.values.get(name, {})) for name in (CRANKTRAIN, COMBUSTION)}
+    given = {name: dict(partners.values.get(name, {})) for name in (VALVETRAIN, COMBUSTION, CRANKTRAIN)}
     given[CRANKTRAIN] = {
         "speed": speed, "gas.source": "input", "input.reconstruction": "polytropic" if own else "hold",
     } | given[CRANKTRAIN]  # fmt: skip
-    given[COMBUSTION] = {SPEED: speed} | given[COMBUSTION]
+    lifted = {} if partners.valvetrain is None else valve_drive.LIFTS
+    given[COMBUSTION] = {SPEED: speed} | lifted | given[COMBUSTION]
     combustion = FmuUnit(partners.combustion, COMBUSTION, given[COMBUSTION])
     cranktrain = FmuUnit(partners.cranktrain, CRANKTRAIN, given[CRANKTRAIN])
     cylinders, taken = (sum(map(_is_pressure, ports)) for ports in (combustion.outputs, cranktrain.inputs))
@@ -86,14 +95,21 @@ def virtual_engine(partners: Partners, speed: float, scheme: str, reconstruction
             "take FMUs of one engine"
         )
     connections, exchange = gas_connections(cylinders, own), gas_exchange(scheme, reconstruction)
-    units = {unit.name: unit for unit in (combustion, cranktrain)}
+    units, bonds = {unit.name: unit for unit in (combustion, cranktrain)}, [GAS]
+    if partners.valvetrain is not None:
+        given[VALVETRAIN] = {SPEED: speed} | given[VALVETRAIN]
+        valvetrain = FmuUnit(partners.valvetrain, VALVETRAIN, given[VALVETRAIN])
+        names, taken_lifts = valve_drive.lifts(valvetrain), valve_drive.lifts(combustion, inputs=True)
+        if not names or len(names) != len(taken_lifts):
+            raise InputError(
+                f"{partners.valvetrain}: {len(names)} lifts, {partners.combustion} takes {len(taken_lifts)}; take FMUs "
+                "of one engine"
+            )
+        units = {VALVETRAIN: valvetrain} | units
+        connections += valve_drive.connections(names, own)
+        bonds = [GAS, valve_drive.BOND]
     outputs = {name: [output for output in READ[name] if output in unit.outputs] for name, unit in units.items()}
-    bond = Bond(
-        "gas",
-        given=[((COMBUSTION, "indicated.torque"), (CRANKTRAIN, SPEED))],
-        taken=[((CRANKTRAIN, "torque.indicated"), (CRANKTRAIN, SPEED))],
-    )
-    return VirtualEngine(units, connections, exchange, given, outputs, [bond])
+    return VirtualEngine(units, connections, exchange, given, outputs, bonds)
 
 
 def gas_connections(cylinders: int, own: bool) -> list[Connection]:
@@ -118,7 +134,11 @@ def summary(run: Coupled, speed: float) -> dict[str, Any]:
     """What a coupled run at constant speed (rad/s) says in a few numbers, over its last cycle."""
     angle = speed * run.times
     last = run.times >= run.times[-1] - 4.0 * math.pi / speed
-    residual = run.residuals["gas"][last[1:]]
+    residuals = {name: float(np.sqrt(np.mean(values[last[1:]] ** 2))) for name, values in run.residuals.items()}
+    valves = {}
+    if valve_drive.BOND.name in residuals:
+        end = {name: run.of(f"{VALVETRAIN}.{name}")[-1] for name in valve_drive.READ}
+        valves = {VALVETRAIN: valve_drive.summary(end, residuals[valve_drive.BOND.name])}
     return {
         "pulley": {
             "torsion_deg": vibration(angle, run.of(f"{CRANKTRAIN}.pulley.torsion"), 180.0 / math.pi),
@@ -127,12 +147,13 @@ def summary(run: Coupled, speed: float) -> dict[str, Any]:
         "imep_pa": float(run.of(f"{COMBUSTION}.indicated.pressure_mean")[-1]),
         "indicated_torque_nm": float(run.of(f"{CRANKTRAIN}.torque.indicated")[last].mean()),
         "shaft_torque_nm": float(run.of(f"{CRANKTRAIN}.shaft.torque")[last].mean()),
-        "coupling_residual_w": float(np.sqrt(np.mean(residual**2))),
+        "coupling_residual_w": residuals[GAS.name],
         "real_time_factor": run.seconds / float(run.times[-1] - run.times[0]),
         "seconds": run.seconds,
         "steps": run.steps,
         "refused_steps": run.refused,
         "sweeps": run.sweeps,
+        **valves,
     }
 
 

@@ -57,8 +57,9 @@ LINE = (
 N_LINE = len(LINE)
 
 OUTPUTS = (
-    "valvetrain.torque", "valvetrain.torque_step", "valvetrain.torque_mean", "camshaft.lag", "camshaft.speed", "drive.torque", "drive.force",
-    "drive.apart", "friction.power", "contact.loss", "balance.energy", "solver.steps", "solver.rejected",
+    "valvetrain.torque", "valvetrain.torque_step", "valvetrain.torque_mean", "camshaft.lag", "camshaft.speed",
+    "drive.torque", "drive.force", "drive.apart", "friction.power", "contact.loss", "balance.energy", "solver.steps",
+    "solver.rejected",
 )  # fmt: skip
 LINE_OUTPUTS = (
     "lift", "cam_force", "cam_pressure", "spring_force", "seat_force", "seating_velocity", "contact_loss", "bounce",

@@ -1,0 +1,45 @@
+"""The valve train as a unit of the virtual engine: what it takes and gives.
+
+It steps first and turns the crank's angle on by itself. Combustion and cranktrain go on linearly from its lifts and its
+torque, which therefore are those of the step's start; a cranktrain that holds gets the master's mean.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cranktrain.coupling.connections import MEAN, START, Connection
+from cranktrain.coupling.fmu_unit import FmuUnit
+from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
+from cranktrain.coupling.run import Bond
+
+ANGLE, SPEED, TORQUE = "crank.angle", "crank.speed", "valvetrain.torque"
+LIFTS = {"lift.source": "input"}
+"""Start values of a combustion beside a valve train."""
+READ = ("valvetrain.torque_mean", "contact.loss", "drive.apart", "friction.power")
+"""Outputs that a run keeps beside those that are connected."""
+BOND = Bond("valve_drive", given=[((VALVETRAIN, TORQUE), (VALVETRAIN, SPEED))],
+            taken=[((CRANKTRAIN, TORQUE), (CRANKTRAIN, SPEED))])  # fmt: skip
+
+
+def lifts(unit: FmuUnit, inputs: bool = False) -> list[str]:
+    """Names of the lifts that a unit gives, or takes."""
+    return [
+        name for name in (unit.inputs if inputs else unit.outputs) if name.endswith(("intake_lift", "exhaust_lift"))
+    ]
+
+
+def connections(names: list[str], own: bool) -> list[Connection]:
+    """Angle and speed to the valve train, its torque to the cranktrain, lifts of these names to the combustion."""
+    found = [Connection((CRANKTRAIN, name), (VALVETRAIN, name), START) for name in (ANGLE, SPEED)]
+    found += [Connection((VALVETRAIN, name), (COMBUSTION, name), START) for name in names]
+    return [*found, Connection((VALVETRAIN, TORQUE), (CRANKTRAIN, TORQUE), START if own else MEAN)]
+
+
+def summary(values: dict[str, Any], residual: float) -> dict[str, float]:
+    """Mean torque (N m), largest share of a cycle without contact and RMS of the bond (W), of a run's end."""
+    return {
+        "torque_nm": float(values["valvetrain.torque_mean"]),
+        "contact_loss": float(values["contact.loss"]),
+        "coupling_residual_w": residual,
+    }
