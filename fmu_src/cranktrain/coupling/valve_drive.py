@@ -6,10 +6,12 @@ torque, which therefore are those of the step's start; a cranktrain that holds g
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+from cranktrain.core.errors import InputError
 from cranktrain.coupling.connections import MEAN, START, Connection
-from cranktrain.coupling.fmu_unit import FmuUnit
+from cranktrain.coupling.fmu_unit import FmuUnit, described
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
 from cranktrain.coupling.run import Bond
 
@@ -22,17 +24,25 @@ BOND = Bond("valve_drive", given=[((VALVETRAIN, TORQUE), (VALVETRAIN, SPEED))],
             taken=[((CRANKTRAIN, TORQUE), (CRANKTRAIN, SPEED))])  # fmt: skip
 
 
-def lifts(unit: FmuUnit, inputs: bool = False) -> list[str]:
-    """Names of the lifts that a unit gives, or takes."""
-    return [
-        name for name in (unit.inputs if inputs else unit.outputs) if name.endswith(("intake_lift", "exhaust_lift"))
-    ]
+def takes_lifts(combustion: Path) -> bool:
+    """Whether a combustion's FMU has inputs for lifts; one that has none keeps its own."""
+    return any(v.causality == "input" and _is_lift(v.name) for v in described(combustion).modelVariables)
 
 
-def connections(names: list[str], own: bool) -> list[Connection]:
-    """Angle and speed to the valve train, its torque to the cranktrain, lifts of these names to the combustion."""
+def connections(valvetrain: FmuUnit, cylinders: int, lifted: bool, own: bool) -> list[Connection]:
+    """Angle and speed to the valve train, its torque to the cranktrain and, ``lifted``, its lifts to the combustion.
+
+    ``InputError`` for a valve train of another number of cylinders.
+    """
+    lifts = [name for name in valvetrain.outputs if _is_lift(name)]
+    if len(lifts) != 2 * cylinders:
+        raise InputError(
+            f"{valvetrain.path}: {len(lifts)} lifts for {cylinders} cylinders, which have an intake and an "
+            "exhaust lift each; take FMUs of one engine"
+        )
     found = [Connection((CRANKTRAIN, name), (VALVETRAIN, name), START) for name in (ANGLE, SPEED)]
-    found += [Connection((VALVETRAIN, name), (COMBUSTION, name), START) for name in names]
+    if lifted:
+        found += [Connection((VALVETRAIN, name), (COMBUSTION, name), START) for name in lifts]
     return [*found, Connection((VALVETRAIN, TORQUE), (CRANKTRAIN, TORQUE), START if own else MEAN)]
 
 
@@ -43,3 +53,7 @@ def summary(values: dict[str, Any], residual: float) -> dict[str, float]:
         "contact_loss": float(values["contact.loss"]),
         "coupling_residual_w": residual,
     }
+
+
+def _is_lift(name: str) -> bool:
+    return name.endswith(("intake_lift", "exhaust_lift"))

@@ -84,8 +84,8 @@ def virtual_engine(partners: Partners, speed: float, scheme: str, reconstruction
     given[CRANKTRAIN] = {
         "speed": speed, "gas.source": "input", "input.reconstruction": "polytropic" if own else "hold",
     } | given[CRANKTRAIN]  # fmt: skip
-    lifted = {} if partners.valvetrain is None else valve_drive.LIFTS
-    given[COMBUSTION] = {SPEED: speed} | lifted | given[COMBUSTION]
+    lifted = partners.valvetrain is not None and valve_drive.takes_lifts(partners.combustion)
+    given[COMBUSTION] = {SPEED: speed} | (valve_drive.LIFTS if lifted else {}) | given[COMBUSTION]
     combustion = FmuUnit(partners.combustion, COMBUSTION, given[COMBUSTION])
     cranktrain = FmuUnit(partners.cranktrain, CRANKTRAIN, given[CRANKTRAIN])
     cylinders, taken = (sum(map(_is_pressure, ports)) for ports in (combustion.outputs, cranktrain.inputs))
@@ -99,14 +99,8 @@ def virtual_engine(partners: Partners, speed: float, scheme: str, reconstruction
     if partners.valvetrain is not None:
         given[VALVETRAIN] = {SPEED: speed} | given[VALVETRAIN]
         valvetrain = FmuUnit(partners.valvetrain, VALVETRAIN, given[VALVETRAIN])
-        names, taken_lifts = valve_drive.lifts(valvetrain), valve_drive.lifts(combustion, inputs=True)
-        if not names or len(names) != len(taken_lifts):
-            raise InputError(
-                f"{partners.valvetrain}: {len(names)} lifts, {partners.combustion} takes {len(taken_lifts)}; take FMUs "
-                "of one engine"
-            )
         units = {VALVETRAIN: valvetrain} | units
-        connections += valve_drive.connections(names, own)
+        connections += valve_drive.connections(valvetrain, cylinders, lifted, own)
         bonds = [GAS, valve_drive.BOND]
     outputs = {name: [output for output in READ[name] if output in unit.outputs] for name, unit in units.items()}
     return VirtualEngine(units, connections, exchange, given, outputs, bonds)
