@@ -109,13 +109,13 @@ def test_a_run_elsewhere_is_the_run_here():
     [
         (crash, "step", r"second, step at 0.5 s: died with SIGSEGV"),
         (leave, "step", r"second, step at 0.5 s: ended its process with code 3"),
-        (hang, "step", r"second, step at 0.5 s: has not come back within 1 s"),
-        (hang, "initialize", r"second, initialization at 0 s: has not come back within 1 s"),
+        (hang, "step", r"second, step at 0.5 s: has not come back within 2 s"),
+        (hang, "initialize", r"second, initialization at 0 s: has not come back within 2 s"),
     ],
 )
 def test_a_unit_that_dies_or_hangs_is_named_and_the_run_is_kept(odd, call, said):
     with pytest.raises(UnitError, match=said) as caught:
-        run_supervised(partial(system, odd, call), STOP, Steps(STEP), Limits(1.0, 1.0))
+        run_supervised(partial(system, odd, call), STOP, Steps(STEP), Limits(2.0, 2.0))
     if call == "step":
         found = caught.value.found
         assert found.times == pytest.approx(np.arange(6) * STEP)

@@ -32,6 +32,8 @@ from cranktrain.store.side_by_side import leave_to_parent, process_context
 
 LOOK = 0.1
 """Seconds between two looks at the process."""
+MAKING = 600.0
+"""Seconds that the process may take until it has its units: it starts, imports and reads descriptions."""
 GRACE = 5.0
 """Seconds that a process may take to end by itself."""
 
@@ -135,8 +137,8 @@ class _Watcher:
                 count, since = self._notes.count, now
                 if progress is not None and self._header is not None:
                     progress(min(1.0, self._notes.time / self._stop))
-            starts = self._header is None or self._notes.call == INITIALIZATION
-            limit = self._limits.start if starts else self._limits.step
+            limit = self._limits.start if self._notes.call == INITIALIZATION else self._limits.step
+            limit = MAKING if self._header is None else limit
             if now - since > limit:
                 self._grace = 0.0
                 raise UnitError(
