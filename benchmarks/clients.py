@@ -114,11 +114,13 @@ def difference(client: Client, job: Job) -> float:
 
 
 def checked(fmu: Path) -> list[str]:
-    """What ``fmutool -check`` finds wrong; ``ClientError``."""
-    said = _run([str(environment(TOOLBOX) / "bin" / "fmutool"), "-input", str(fmu), "-check"], {})
-    if "This FMU seems to be compliant" not in said:
-        return [line for line in said.splitlines() if not line.startswith("INFO")] or [said]
-    return [line for line in said.splitlines() if not line.startswith("INFO")]
+    """What ``fmutool -check`` finds wrong, or why it could not."""
+    try:
+        said = _run([str(environment(TOOLBOX) / "bin" / "fmutool"), "-input", str(fmu), "-check"], {})
+    except ClientError as error:
+        return [str(error)]
+    wrong = [line for line in said.splitlines() if not line.startswith("INFO")]
+    return wrong if wrong or "This FMU seems to be compliant" in said else [said]
 
 
 def main(*files: str) -> int:

@@ -6,6 +6,8 @@ import math
 import pytest
 
 from cranktrain.core.errors import InputError
+from cranktrain.fmu.description import expand
+from cranktrain.fmu.engine_fmu import family_counts, full_interface
 from cranktrain.fmu.geometry import geometry, with_geometry
 
 NAMES = {"stroke": "geometry.stroke", "bore": "geometry.bore"}
@@ -29,6 +31,14 @@ def test_a_flexible_block_keeps_its_bore(engine):
     assert with_geometry(engine, {"bore": 0.11, "block": "ground"}, NAMES)[0].cylinders.bore == 0.11
     with pytest.raises(InputError, match=r"'geometry.bore' is 0.11, but the flexible block .* made for 0.105"):
         with_geometry(engine, {"bore": 0.11, "block": "flexible"}, NAMES)
+
+
+def test_a_family_that_is_expanded_again_keeps_its_starts(engine):
+    """As the interface of a scene is, whose variables stand one by one."""
+    counts, starts = family_counts(engine), geometry(engine)
+    once = expand(full_interface().variables, counts, starts)
+    assert expand(once, counts, starts) == once
+    assert [v.start for v in once if v.name.endswith(".firing_angle")] == list(engine.firing_angles)
 
 
 def test_bore_and_compression_ratio_act(engine, fmu, script):
