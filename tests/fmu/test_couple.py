@@ -11,8 +11,10 @@ import pytest
 from fmpy.ssp.ssd import read_ssd
 from small_fmus import small_combustion
 
+from cranktrain.cli.main import main
 from cranktrain.coupling.ssp import write_ssp
 from cranktrain.coupling.virtual_engine import Partners, virtual_engine
+from cranktrain.engine.file import engine_folder
 from cranktrain.fmu.build import build_fmu
 from cranktrain.store.hdf5 import read_result
 
@@ -104,6 +106,15 @@ def test_fmus_of_two_engines_are_refused(couple, tmp_path):
     assert code == 2 and "pressures of 8 cylinders" in stderr and "take FMUs of one engine" in stderr
     code, _, stderr, _ = couple(valvetrain=build_fmu("valvetrain_v8", tmp_path))
     assert code == 2 and "16 lifts for 6 cylinders" in stderr and "take FMUs of one engine" in stderr
+
+
+def test_an_engine_without_a_valve_train_of_its_own(partner, tmp_path, capsys):
+    text = (engine_folder() / "diesel_i6.toml").read_text("utf-8")
+    own = tmp_path / "own_six.toml"
+    own.write_text(text.replace('name = "diesel_i6"', 'name = "own_six"'), "utf-8")
+    assert main(["couple", str(own), "--speed", "2000", "--combustion", str(partner)]) == 2
+    said = capsys.readouterr().err
+    assert "no valvetrain ships for engine 'own_six'" in said and "--no-valvetrain" in said
 
 
 def test_the_system_as_an_ssp(fmu, partner, valvetrain, tmp_path):

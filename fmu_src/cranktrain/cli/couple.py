@@ -96,7 +96,10 @@ def fmus(options: argparse.Namespace, folder: Path) -> tuple[Path, Path, Path | 
         described(Path(given))
     named = {COMBUSTION: options.combustion, VALVETRAIN: options.valvetrain}
     wanted = [name for name in named if name == COMBUSTION or not options.no_valvetrain]
-    own = {name: module_of_engine(name, engine.name) for name in wanted if not named[name]}
+    try:
+        own = {name: module_of_engine(name, engine.name) for name in wanted if not named[name]}
+    except InputError as error:
+        raise InputError(f"{error}; a valve train may be left out, --no-valvetrain") from None
     modules = {name: build_fmu(own[name], folder, say=say) if name in own else Path(named[name]) for name in wanted}
     if options.cranktrain:
         cranktrain = Path(options.cranktrain)
