@@ -1,8 +1,8 @@
 """Run the coupled six from Python: both FMUs under the reference master, pressures, torsion and its orders.
 
 ``python examples/coupled.py [PICTURE.png]`` builds the FMUs of cranktrain and combustion, runs ten cycles at
-2000 rev/min with steps of 1 degree, Gauss-Seidel, and prints the summary of the last one. ``cranktrain couple`` does
-the same from the command line.
+2000 rev/min with steps of 1 degree, Gauss-Seidel, and prints the summary of the last one. ``cranktrain couple
+--no-valvetrain`` does the same from the command line.
 """
 
 from __future__ import annotations
