@@ -82,10 +82,10 @@ def checked(units: Mapping[str, Unit], connections: Sequence[Connection]) -> Non
         other = taken.setdefault(connection.target, connection)
         if other is not connection:
             raise InputError(f"connection {connection.text}: its input takes {other.text} already; leave one out")
-        conversion(ports[0], ports[1], connection.text)
+        conversion(ports[0], ports[1], f"connection {connection.text}")
 
 
-def conversion(source: Port, target: Port, text: str) -> tuple[float, float]:
+def conversion(source: Port, target: Port, where: str) -> tuple[float, float]:
     """Factor and shift by which a value in the source's unit becomes one in the target's.
 
     A variable that has no unit is taken to be in SI units: many FMUs declare none.
@@ -99,8 +99,8 @@ def conversion(source: Port, target: Port, text: str) -> tuple[float, float]:
     same = source.dimensions is not None and source.dimensions == target.dimensions
     if source.unit and target.unit and not (one_unit or same):
         raise InputError(
-            f"connection {text}: from unit '{source.unit}' to '{target.unit}', which cannot be converted; connect "
-            "variables of one dimension, or declare their base units in the model description"
+            f"{where}: from unit '{source.unit}' to '{target.unit}', which cannot be converted; take what has one "
+            "dimension, or declare base units in the model description"
         )
     return source.factor / target.factor, (source.offset - target.offset) / target.factor
 
@@ -112,7 +112,7 @@ def wiring(
     own = [connection for connection in connections if connection.target[0] == unit.name]
     ports = [unit.inputs[connection.target[1]] for connection in own]
     pairs = [
-        conversion(units[connection.source[0]].outputs[connection.source[1]], port, connection.text)
+        conversion(units[connection.source[0]].outputs[connection.source[1]], port, f"connection {connection.text}")
         for connection, port in zip(own, ports, strict=True)
     ]
     places = [MEANINGS.index(connection.meaning) * len(at) + at[connection.source] for connection in own]

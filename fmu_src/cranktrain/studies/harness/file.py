@@ -3,7 +3,7 @@
     engine = "diesel_i6"                 # units cranktrain and combustion, built where no FMU is named below
     speed_rpm = 2000
     cycles = 4                           # or stop_s
-    step_deg = 1                         # or step_s
+    step_deg = 1                         # or step_s; 1 degree where speed_rpm is given
 
     [units.combustion]
     fmu = "my_combustion.fmu"
@@ -278,6 +278,8 @@ def _way(table: Mapping[str, Any], speed: float | None, own: bool, where: str) -
             raise InputError(f"{where}: {given[0]} {table[given[0]]:g} must be above zero")
         return value
 
+    if cycle is not None and not {"step_deg", "step_s"} & table.keys():
+        table = {**table, "step_deg": 1.0}
     stop = one_of("cycles", "stop_s", cycle)
     size = one_of("step_deg", "step_s", None if cycle is None else cycle / 720.0)
     if stop / size > _MOST_STEPS:
