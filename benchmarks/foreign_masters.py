@@ -69,13 +69,11 @@ def main() -> int:
     """Measure and print."""
     step, count = math.radians(1.0) / SPEED, 720 * CYCLES
     with tempfile.TemporaryDirectory() as folder:
-        fmus = (
+        partners = Partners(
             ct.build_fmu("diesel_i6", folder, film_table=False, block=False),
-            ct.build_fmu("combustion_i6", folder),
-        )
-        engines = {
-            scheme: virtual_engine(Partners(*fmus, {}), SPEED, scheme, "own") for scheme in ("gauss-seidel", "jacobi")
-        }
+            ct.build_fmu("combustion_i6", folder), {}, ct.build_fmu("valvetrain_i6", folder),
+        )  # fmt: skip
+        engines = {scheme: virtual_engine(partners, SPEED, scheme, "own") for scheme in ("gauss-seidel", "jacobi")}
         truth = reference(engines["gauss-seidel"], step, count)
         figures: dict[str, object] = {"jacobi": differences(reference(engines["jacobi"], step, count), truth)}
         ssp = export(engines["jacobi"], Path(folder, "VirtualEngineI6.ssp"), count * step)

@@ -1,4 +1,4 @@
-"""Cranktrain and combustion as FMUs under the reference master: ``python benchmarks/virtual_engine.py [RPM]``.
+"""Cranktrain, combustion and valve train as FMUs under the reference master: ``python benchmarks/virtual_engine.py``.
 
 Of the six, by scheme, reconstruction and communication step in degrees of crank angle: RMS of the difference of the
 pulley's torsion from the same physics at FINEST over the RMS of its alternating part there, over the last of CYCLES
@@ -40,10 +40,10 @@ SAMPLES = round(720 / STEPS_DEG[-1])
 """Points of a cycle at which runs are compared: those that all communication steps meet."""
 
 
-def coupled(fmus: tuple[Path, Path], speed: float, way: str, step_deg: float) -> Coupled:
+def coupled(fmus: tuple[Path, Path, Path], speed: float, way: str, step_deg: float) -> Coupled:
     """One run."""
     scheme, reconstruction, values = WAYS[way]
-    engine = virtual_engine(Partners(*fmus, values), speed, scheme, reconstruction)
+    engine = virtual_engine(Partners(*fmus[:2], values, fmus[2]), speed, scheme, reconstruction)
     master = engine.master()
     try:
         master.initialize()
@@ -66,6 +66,7 @@ def main() -> int:
         fmus = (
             ct.build_fmu("diesel_i6", folder, film_table=False, block=False),
             ct.build_fmu("combustion_i6", folder),
+            ct.build_fmu("valvetrain_i6", folder),
         )
         finest = coupled(fmus, speed, "gauss-seidel, own", FINEST)
         torsion, torque = (last_cycle(finest, f"cranktrain.{name}") for name in ("pulley.torsion", "shaft.torque"))

@@ -183,3 +183,11 @@ def test_standstill_and_a_start_from_it():
         simulation.step(k * 1e-4)
     assert np.isfinite(simulation.outputs).all()
     assert simulation.outputs[simulation.output_names.index("crank.speed")] > 1.0
+
+
+def test_inputs_given_as_a_whole_are_copied_into_place():
+    """Kernels are handed one array for good: another in its place, of whole numbers even, would not be seen."""
+    simulation = started()
+    place = simulation.inputs
+    simulation.inputs = np.arange(place.size)
+    assert simulation.inputs is place and place.dtype == float and place[3] == 3.0

@@ -117,6 +117,17 @@ def kernel_address(function: Any, *arguments: Any) -> int:
     return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
 
 
+def typed_kernel(function: Any, *arguments: Any) -> Callable[..., Any]:
+    """The kernel compiled for arguments of these types, to be called with such alone: nothing checks them again.
+
+    Numba looks at the types of all arguments at every call, ten microseconds for a model's arrays.
+    """
+    signature = tuple(typeof(argument) for argument in arguments)
+    function.compile(signature)
+    entry: Callable[..., Any] = function.overloads[signature].entry_point
+    return entry
+
+
 @intrinsic
 def call_kernel(typing_context: Any, address: Any, arguments: Any) -> Any:
     """Call the kernel at ``address`` with a tuple of arguments, of the very types that the address was made for."""

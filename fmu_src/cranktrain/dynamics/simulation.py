@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.kernel import typed_kernel
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid
 from cranktrain.dynamics.cycle_run import Result, balanced, damper_power, run_cycles
 from cranktrain.dynamics.model.arrays import ModelArrays, Parts, build_model, dimensions, supply_temperature
@@ -130,7 +131,7 @@ class Simulation:
         self.outputs = np.zeros(len(self.output_names))
         of_cylinders = (f"cylinder[{i + 1}].pressure" for i in range(engine.n_cylinders))
         self.input_names = ("speed", *of_cylinders, *BEHIND_PRESSURES)
-        self.inputs = np.zeros(engine.n_cylinders + OTHER_INPUTS)
+        self._inputs = np.zeros(engine.n_cylinders + OTHER_INPUTS)
         self.pressures = self.inputs[1 : 1 + engine.n_cylinders]
         self.pressures[:] = AMBIENT
         self._load = engine.n_cylinders + LOAD_INPUT
@@ -204,6 +205,15 @@ class Simulation:
         if self.on_demand:
             self._observed.families[:, WANTED] = 0
             self._watched.clear()
+
+    @property
+    def inputs(self) -> Array:
+        """Values of the inputs, set in place; kernels are handed this very array."""
+        return self._inputs
+
+    @inputs.setter
+    def inputs(self, values: Array) -> None:
+        self._inputs[:] = values
 
     @property
     def load_torque(self) -> float:
@@ -316,7 +326,9 @@ class Simulation:
         """Run one step on a copy, so that compiling never falls into the first real step."""
         state = self.state
         outputs = self._observed._replace(values=np.zeros_like(self.outputs))
-        advance_and_observe(self.model, self.work, state, self.inputs, state[TIME] + 1.0e-6, outputs)
+        arguments = self.model, self.work, state, self.inputs, float(state[TIME]) + 1.0e-6, outputs
+        self._advance = typed_kernel(advance_and_observe, *arguments)
+        self._advance(*arguments)
         self.work.counters[:] = 0.0
         self.work.key[:] = -1.0
 
@@ -385,7 +397,7 @@ class Simulation:
             )
         free = self.settings.boundary == "torque"
         before = state.copy() if free else state
-        status = advance_and_observe(self.model, self.work, state, self.inputs, t_end, self._observed)
+        status = self._advance(self.model, self.work, state, self.inputs, t_end, self._observed)
         if status != OK:
             raise SolverError(self._failure(status, state))
         if free and state[SHAFT_SPEED] < 0.0:

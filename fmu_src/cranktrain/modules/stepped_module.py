@@ -22,7 +22,17 @@ class SteppedModule:
     """
 
     outputs: Array
+    _inputs: Array
     _state: Array | None = None
+
+    @property
+    def inputs(self) -> Array:
+        """Values of the inputs, set in place; kernels are handed this very array."""
+        return self._inputs
+
+    @inputs.setter
+    def inputs(self, values: Array) -> None:
+        self._inputs[:] = values
 
     @property
     def time(self) -> float:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.kernel import typed_kernel
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.advance import N_HEAD, advance, advance_and_observe, fill_all, observe
 from cranktrain.modules.combustion.settings import Array, CycleSettings, build_model, make_work
@@ -40,7 +41,7 @@ class CombustionSimulation(SteppedModule):
         self.input_names = (*at.COMMON_INPUTS, *(head + name for head in of_each for name in at.CYLINDER_INPUTS))
         self.output_names = (*at.OUTPUTS, *(head + name for head in of_each for name in at.CYLINDER_OUTPUTS))
         self.outputs = np.zeros(len(self.output_names))
-        self.inputs = np.zeros(len(self.input_names))
+        self._inputs = np.zeros(len(self.input_names))
         for slot, name in ((at.INTAKE_P, "intake_pressure"), (at.INTAKE_T, "intake_temperature"),
                            (at.EXHAUST_P, "exhaust_pressure"), (at.EXHAUST_T, "exhaust_temperature")):  # fmt: skip
             self.inputs[slot] = getattr(settings, name)
@@ -90,7 +91,9 @@ class CombustionSimulation(SteppedModule):
         state[at.OWN_ANGLE] = state[at.PARTNER_ANGLE] = angle
         self._state = state
         # For what compiles in it, and for the outputs.
-        advance_and_observe(before, self._work, state.copy(), self.inputs, 1.0e-9, self.outputs)
+        arguments = before, self._work, state.copy(), self.inputs, 1.0e-9, self.outputs
+        self._advance = typed_kernel(advance_and_observe, *arguments)
+        self._advance(*arguments)
         observe(self._model, self._work, state, self.outputs)
 
     def step(self, t_end: float) -> None:
@@ -107,7 +110,7 @@ class CombustionSimulation(SteppedModule):
         self._check_inputs()
         interval = checked_interval(state, self.inputs, t_end, self.settings.angle_source, self.settings.inputs_at)
         after = state.copy()
-        if advance_and_observe(self._model, self._work, after, self.inputs, interval, self.outputs):
+        if self._advance(self._model, self._work, after, self.inputs, interval, self.outputs):
             raise self._failure(f"the step from {state[at.TIME]:.9g} s")
         after[at.TIME] = t_end
         self._state = after

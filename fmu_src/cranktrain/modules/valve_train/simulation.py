@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from cranktrain.core.errors import SolverError
+from cranktrain.core.kernel import typed_kernel
 from cranktrain.modules import crank_angle as crank
 from cranktrain.modules.crank_angle import check_inputs, checked_interval
 from cranktrain.modules.stepped_module import SteppedModule
@@ -35,7 +36,7 @@ class ValveTrainSimulation(SteppedModule):
         self.input_names = at.INPUTS
         self.output_names = (*at.OUTPUTS, *(head + name for head in of_each for name in at.LINE_OUTPUTS))
         self.outputs = np.zeros(len(self.output_names))
-        self.inputs = np.zeros(len(self.input_names))
+        self._inputs = np.zeros(len(self.input_names))
 
     @property
     def n_cylinders(self) -> int:
@@ -61,7 +62,9 @@ class ValveTrainSimulation(SteppedModule):
         state[crank.TIME], state[crank.PARTNER_ANGLE] = time, angle
         self._state = state
         # For what compiles in it, and for the outputs.
-        advance_and_observe(before, self._work, state.copy(), self.inputs, 1.0e-9, self.outputs)
+        arguments = before, self._work, state.copy(), self.inputs, 1.0e-9, self.outputs
+        self._advance = typed_kernel(advance_and_observe, *arguments)
+        self._advance(*arguments)
         observe(self._model, self._work, state, self.outputs)
 
     def step(self, t_end: float) -> None:
@@ -78,7 +81,7 @@ class ValveTrainSimulation(SteppedModule):
         check_inputs(self.inputs, self.input_names)
         interval = checked_interval(state, self.inputs, t_end, self.settings.angle_source, self.settings.inputs_at)
         after = state.copy()
-        if advance_and_observe(self._model, self._work, after, self.inputs, interval, self.outputs):
+        if self._advance(self._model, self._work, after, self.inputs, interval, self.outputs):
             raise self._failure(f"the step from {state[crank.TIME]:.9g} s")
         after[crank.TIME] = t_end
         self._state = after
