@@ -12,6 +12,7 @@ import pytest
 from small_fmus import MASS, SPRING, edited, small_fmu
 
 from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError
 from cranktrain.fmu.build import describe_fmu
 from cranktrain.store.hdf5 import read_result
 from cranktrain.studies.harness.file import load_harness
@@ -88,6 +89,40 @@ def test_the_example_is_possible_and_in_the_docs(tmp_path):
     assert EXAMPLE.read_text("utf-8") in (ROOT / "docs" / "how-to" / "harness.md").read_text("utf-8")
 
 
+ENGINE = 'engine = "diesel_i6"\nspeed_rpm = 2000\ncycles = 2\nstep_deg = 1\n{}\n[[scenario]]\nname = "normal"\n'
+
+
+def test_an_engine_has_its_valve_train_or_not(tmp_path):
+    """As ``cranktrain couple``: three units, two without; none for an engine that none ships for."""
+    path = tmp_path / "harness.toml"
+    path.write_text(ENGINE.format(""), "utf-8")
+    builds = {name: unit.build for name, unit in load_harness(path).units.items()}
+    assert builds == {"valvetrain": "valvetrain_i6", "combustion": "combustion_i6", "cranktrain": "diesel_i6"}
+    path.write_text(ENGINE.format("valvetrain = false"), "utf-8")
+    assert set(load_harness(path).units) == {"combustion", "cranktrain"}
+    six = (SOURCES / "cranktrain" / "engine" / "data" / "diesel_i6.toml").read_text("utf-8")
+    (tmp_path / "own.toml").write_text(six.replace('name = "diesel_i6"', 'name = "own"', 1), "utf-8")
+    own = ENGINE.replace("diesel_i6", "own.toml").format('[units.combustion]\nbuild = "combustion_i6"')
+    path.write_text(own, "utf-8")
+    assert set(load_harness(path).units) == {"combustion", "cranktrain"}
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("valvetrain = false\n[units.valvetrain]\nrecord = []", "leave one of them out"),
+        ("valvetrain = 0", "valvetrain: 0 is not true or false"),
+        ('[units.valvetrain]\nbuild = "valvetrain_i7"', "did you mean 'valvetrain_i6'"),
+        ("[units]\ncombustion = 5", "units.combustion"),
+    ],
+)
+def test_a_valve_train_that_cannot_be_is_refused(tmp_path, text, said):
+    path = tmp_path / "harness.toml"
+    path.write_text(ENGINE.format(text), "utf-8")
+    with pytest.raises(InputError, match=said):
+        load_harness(path)
+
+
 def test_what_fails_is_told(harness):
     """Exit code 1, the number that was found, a failure in JUnit's file; an end that nobody expected is an error."""
     text = MASSES.replace("expected = -0.8668", "expected = 0.5") + "\n[[scenario]]\nname = 'unexpected'\n"
@@ -133,6 +168,7 @@ WRONG = [
     ('scheme = "gauss-seidel"', 'scheme = "iterative"', "mass, spring cannot keep and restore its state"),
     ('fmu = "Mass.fmu"', 'fmu = "Mas.fmu"', "units.mass.fmu: Mas.fmu does not exist"),
     ('fmu = "Mass.fmu"', 'build = "diesel_i5"', "units.mass.build: "),
+    ("stop_s = 2.0\nstep_s", "stop_s = 2.0\nvalvetrain = false\nstep_s", "name an engine, or leave it out"),
     ('"mass.place -> spring.place"', '"mas.place -> spring.place"', "no unit 'mas'; did you mean 'mass'"),
     ('"mass.place -> spring.place"', '"mass.plase -> spring.place"', "mass has no output 'plase'; did you"),
     ('"mass.place -> spring.place"', '"mass.place to spring.place"', "is not 'unit.output -> unit.input'"),

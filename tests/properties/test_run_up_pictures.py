@@ -13,7 +13,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.results.orders.measured import read_measured_orders
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
-from cranktrain.results.run_up import figures, shown
+from cranktrain.results.run_up import figures, peak_figures, shown
 from cranktrain.results.run_up.plots import plot_waterfall, spread
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.structure.crank.level import crank_body
@@ -100,6 +100,19 @@ def test_measured_orders_lie_over_the_computed_ones(run_up, tmp_path):
     np.testing.assert_allclose(dots[0].get_ydata(), [0.1, 1.1])
     bars = figures.harmonic_figure(run_up, shown.TORSIONAL, shown.Beside(SIX, None, measured), "six")
     assert any("measured" in text.get_text() for ax in bars.axes if ax.get_legend() for text in ax.get_legend().texts)
+
+
+def test_of_a_speed_measured_twice_all_points_are_drawn_and_the_bar_is_their_mean(run_up, tmp_path):
+    place, _ = peak_figures.peak_speeds(run_up, shown.TORSIONAL)[0]
+    rpm = float(run_up.speeds_rpm[place])
+    path = tmp_path / "measured.csv"
+    path.write_text(f"speed_rpm, order, amplitude, unit\n{rpm!r}, 6, 1.5, deg\n{rpm!r}, 6, 0.5, deg\n")
+    beside = shown.Beside(SIX, None, read_measured_orders(path))
+    dots = [line for line in figures.order_figure(run_up, shown.TORSIONAL, beside, "six").axes[0].lines
+            if line.get_marker() == "o"]  # fmt: skip
+    np.testing.assert_allclose(dots[0].get_ydata(), [0.5, 1.5])
+    bars = peak_figures.harmonic_figure(run_up, shown.TORSIONAL, beside, "six").axes[0].containers[-1]
+    assert np.nanmax([bar.get_height() for bar in bars]) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(

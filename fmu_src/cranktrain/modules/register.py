@@ -81,16 +81,21 @@ def module_files() -> dict[str, Path]:
     return {path.stem: path for row in MODULES.values() for path in sorted((row.folder / "data").glob("*.toml"))}
 
 
-def module_of_engine(module: str, engine: str) -> str:
-    """Name of the module file that ships for an engine; ``InputError`` where there is none."""
-    shipped = {
-        read_toml(path, "module file", "").get("engine"): name
+def shipped_for_engines(module: str) -> dict[str, str]:
+    """Names of a module's files that ship, by engine."""
+    return {
+        str(read_toml(path, "module file", "").get("engine")): name
         for name, path in module_files().items()
         if module_of(path).name == module
     }
+
+
+def module_of_engine(module: str, engine: str) -> str:
+    """Name of the module file that ships for an engine; ``InputError`` where there is none."""
+    shipped = shipped_for_engines(module)
     if engine not in shipped:
         raise InputError(
-            f"no {module} ships for engine '{engine}', only for {', '.join(map(str, shipped))}; build its FMU from a "
+            f"no {module} ships for engine '{engine}', only for {', '.join(shipped)}; build its FMU from a "
             "module file of your own, and name it"
         )
     return shipped[engine]

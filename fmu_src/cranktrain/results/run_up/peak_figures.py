@@ -74,16 +74,19 @@ def peak_speeds(run_up: RunUp, quantity: Quantity) -> list[tuple[int, float]]:
 
 
 def _measured_at(beside: Beside, quantity: Quantity, run_up: RunUp, at: int, orders: Array) -> Array | None:
-    """Measured amplitudes (k,) of orders at a speed, not a number where none was measured within half a step."""
+    """Measured amplitudes (k,) of orders at a speed, not a number where none was measured within half a step.
+
+    Of a speed that was measured several times it is the mean.
+    """
     speeds = run_up.speeds_rpm
     reach = 0.5 * float(np.diff(speeds).mean()) + 1e-6 if speeds.size > 1 else 1.0
     found = np.full(orders.size, math.nan)
     for k, order in enumerate(orders.tolist()):
         measured = beside.measured_of(quantity, order)
         if measured is not None:
-            nearest = int(np.argmin(np.abs(measured[0] - speeds[at])))
-            if abs(measured[0][nearest] - speeds[at]) <= reach:
-                found[k] = measured[1][nearest]
+            nearest = measured[0][np.argmin(np.abs(measured[0] - speeds[at]))]
+            if abs(nearest - speeds[at]) <= reach:
+                found[k] = measured[1][measured[0] == nearest].mean()
     return found if np.any(np.isfinite(found)) else None
 
 

@@ -1,6 +1,6 @@
 """Harness files: units, connections, scenarios and assertions in TOML.
 
-    engine = "diesel_i6"                 # units cranktrain and combustion, built where no FMU is named below
+    engine = "diesel_i6"                 # units cranktrain, combustion, valvetrain, built where no FMU is named below
     speed_rpm = 2000
     cycles = 4                           # or stop_s
     step_deg = 1                         # or step_s; 1 degree where speed_rpm is given
@@ -32,17 +32,16 @@ from typing import Any
 from cranktrain.core.errors import InputError, nearest, shown, within
 from cranktrain.core.user_file import read_toml
 from cranktrain.coupling.master import SCHEMES
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, OWN, RECONSTRUCTIONS
+from cranktrain.coupling.modules import CRANKTRAIN, OWN, RECONSTRUCTIONS
 from cranktrain.coupling.reconstruction import DEGREES
 from cranktrain.coupling.run import Bond, Steps
 from cranktrain.coupling.supervised import Limits
-from cranktrain.engine.file import check_title, load_engine
-from cranktrain.modules.register import module_of_engine, module_path
+from cranktrain.engine.file import check_title
 from cranktrain.studies.harness.assertion_entries import assertion, ending
 from cranktrain.studies.harness.entries import Harness, Scenario, UnitEntry, Way
 from cranktrain.studies.harness.event_entries import changes, dropouts, faults, noises
-from cranktrain.studies.harness.measures import named
 from cranktrain.studies.harness.places import Times, table_of, variable
+from cranktrain.studies.harness.unit_entries import start_values, units_of
 from cranktrain.studies.typed_table import FLAG, NUMBER, TABLE, TABLES, TEXT, TEXTS, check_types
 
 RPM = math.pi / 30.0
@@ -54,14 +53,13 @@ _FILE = _WAY | {
     **dict.fromkeys(("title", "engine", "angle", "abscissa"), TEXT),
     **dict.fromkeys(("speed_rpm", "start_limit_s", "step_limit_s"), NUMBER),
     **dict.fromkeys(("units", "connections", "power"), TABLE),
+    "valvetrain": FLAG,
     "scenario": TABLES,
 }
-_UNIT = {"fmu": TEXT, "build": TEXT, "start": TABLE, "record": TEXTS}
 _CONNECTIONS = {"by_name": FLAG, "map": TEXTS}
 _POWER = {"given": TEXTS, "taken": TEXTS}
 _EVENTS = ("step", "ramp", "signal", "misfire", "noise", "dropout", "fault")
 _SCENARIO = _WAY | {"name": TEXT, "start": TABLE, **dict.fromkeys((*_EVENTS, "assert", "ends"), TABLES)}
-_NAME = re.compile(r"[A-Za-z]\w*")
 _MOST_STEPS = 10_000_000
 
 
@@ -86,7 +84,7 @@ def _harness(path: Path, document: Mapping[str, Any]) -> Harness:
     title = document.get("title", path.stem)
     check_title(title, "title")
     own = "connections" in document
-    units = _units(path, document, own)
+    units = units_of(path, document, own)
     speed = None
     if "speed_rpm" in document:
         within("speed_rpm:", document["speed_rpm"], 10.0, 30000.0, "rev/min")
@@ -124,71 +122,6 @@ def _limits(document: Mapping[str, Any]) -> Limits:
     for name, value in found.items():
         within(f"{name}_limit_s:", value, 0.01, 1e6, "s")
     return Limits(**found)
-
-
-def _units(path: Path, document: Mapping[str, Any], own: bool) -> dict[str, UnitEntry]:
-    """Units of a file, those of its engine among them."""
-    tables = document.get("units", {})
-    defaults: dict[str, str] = {}
-    if "engine" in document:
-        if own:
-            raise InputError("engine and [connections] exclude each other; name every unit with [units.NAME]")
-        engine = _built(path, document["engine"], "engine")
-        defaults = {CRANKTRAIN: engine}
-        if "fmu" not in tables.get(COMBUSTION, {}) and "build" not in tables.get(COMBUSTION, {}):
-            defaults = {COMBUSTION: module_of_engine(COMBUSTION, load_engine(engine).name), CRANKTRAIN: engine}
-    found = {}
-    for name in dict.fromkeys((*defaults, *tables)):
-        table = tables.get(name, {})
-        where = f"units.{name}"
-        if not _NAME.fullmatch(name):
-            raise InputError(f"{where}: a unit's name is a word of letters and digits; rename it")
-        table_of(table, _UNIT, where)
-        if "fmu" in table and "build" in table:
-            raise InputError(f"{where}: fmu and build exclude each other; leave one out")
-        build = table.get("build", None if "fmu" in table else defaults.get(name))
-        if build is None and "fmu" not in table:
-            raise InputError(f'{where}: neither fmu nor build; name a file, fmu = "my.fmu", or what to build')
-        fmu = path.parent / table["fmu"] if "fmu" in table else None
-        if fmu is not None and not fmu.is_file():
-            raise InputError(f"{where}.fmu: {fmu} does not exist; paths start at the harness file's folder")
-        if "build" in table:
-            build = _built(path, table["build"], f"{where}.build")
-        start = _start(table.get("start", {}), f"{where}.start")
-        found[name] = UnitEntry(fmu, build, start, tuple(table.get("record", ())))
-    if not found:
-        raise InputError('no units; name an engine, engine = "diesel_i6", or give [units.NAME]')
-    if not own and not {CRANKTRAIN, COMBUSTION} <= set(found):
-        missing = ", ".join(sorted({CRANKTRAIN, COMBUSTION} - set(found)))
-        raise InputError(f"unit {missing} is missing, which the virtual engine has; give it, or [connections]")
-    return found
-
-
-def _built(path: Path, name: str, where: str) -> str:
-    """Engine or module to build an FMU of, by a name that holds wherever it is read; ``InputError``."""
-    name = str(path.parent / name) if name.endswith(".toml") else name
-    try:
-        if module_path(name) is None:
-            load_engine(name)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
-    return name
-
-
-def _start(table: Mapping[str, Any], where: str) -> dict[str, tuple[Any, str]]:
-    """Start values with their units of measurement."""
-    found: dict[str, tuple[Any, str]] = {}
-    for name, given in table.items():
-        value, unit = given, ""
-        if isinstance(given, dict):
-            table_of(given, {"value": NUMBER, "unit": TEXT}, f"{where}.{name}")
-            if len(given) < 2:
-                raise InputError(f"{where}.{name}: a table holds value and unit, {{ value = 20, unit = 'degC' }}")
-            value, unit = given["value"], named(given["unit"], f"{where}.{name}")
-        if not isinstance(value, int | float | str | bool) or (isinstance(value, float) and not math.isfinite(value)):
-            raise InputError(f"{where}.{name}: {shown(value)} is no number, text, true or false")
-        found[name] = value, unit
-    return found
 
 
 def _links(table: Mapping[str, Any], units: Mapping[str, UnitEntry]) -> tuple[tuple[str, ...], bool]:
@@ -252,7 +185,7 @@ def _scenario(
     return Scenario(
         name=name,
         way=way,
-        start={unit: _start(values, f"{where}: start.{unit}") for unit, values in start.items()},
+        start={unit: start_values(values, f"{where}: start.{unit}") for unit, values in start.items()},
         changes=changes(given, units, times, where),
         noises=noises(given["noise"], units, times),
         dropouts=dropouts(given["dropout"], units, times),
