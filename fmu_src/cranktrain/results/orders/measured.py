@@ -29,7 +29,7 @@ UNITS = {
 """Unit → output, and how much of its own unit it is."""
 REMEDY = "give lines of speed_rpm, order, amplitude, unit under this header"
 Measured = Mapping[str, Mapping[float, tuple[Array, Array]]]
-"""Output → order → speeds (k,) rad/s and amplitudes (k,) zero to peak, SI, by speed; a speed measured twice is there twice."""
+"""Output → order → speeds (k,) rad/s and amplitudes (k,) zero to peak, SI; speeds rise or repeat."""
 
 
 def read_measured_orders(path: str | Path) -> Measured:
