@@ -204,11 +204,14 @@ def test_schemes_beside_the_combustion_converge(small, tmp_path, monkeypatch):
     """Own reconstruction with order two at least, held values with order one; without a combustion there is nothing."""
     monkeypatch.setattr(families, "COUPLED_REFERENCE_DEG", 0.25)
     entries = FAMILIES["schemes"](small, True)
+    entries += [e for e in FAMILIES["schemes"](small, False) if e.label in ("jacobi, linear 1°", "jacobi, linear 2°")]
     points = {point.label: point for point in measured(entries, Kept(tmp_path))}
     ratio = {}
     for way in ("gauss-seidel, own", "jacobi, own", "jacobi, hold"):
         fine, coarse = (points[f"{way} {step}°"].error["pulley_torsion"] for step in (2, 4))
         ratio[way] = coarse / fine
+    fine, coarse = (points[f"jacobi, linear {step}°"].other_errors["shaft_torque"] for step in (1, 2))
+    assert coarse / fine > 3.5 and fine < 5.0e-3  # means that are held: late by no part of a step
     assert ratio["gauss-seidel, own"] > 4.0 and ratio["jacobi, own"] > 4.0
     assert 1.7 < ratio["jacobi, hold"] < 2.3
     for scheme in ("gauss-seidel", "jacobi"):

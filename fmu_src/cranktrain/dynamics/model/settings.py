@@ -22,6 +22,9 @@ MOST_DELAY = 2.0
 CONTROLS = ("fixed", "adaptive")
 BOUNDARIES = {"speed": 1.0, "torque": 0.0}
 """What is given at the dynamometer."""
+FOR_HELD_INPUTS = {"esdirk4": "sdirk4"}
+"""Usual integrators whose first stage is that of the step before, and knows nothing of inputs that jump in between:
+their like of which all stages are implicit."""
 TEMPERATURES = ("engine", "heat-balance")
 """Where films and damper have their temperature from: the engine's table over speed, or their own heat balance."""
 
@@ -79,7 +82,10 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
     if pistons == "auto":
         pistons = "guided" if settings.block == "flexible" else "rigid"
     law = bearing_law(bearings)
-    integrator = law.integrator if settings.integrator == "auto" else settings.integrator
+    integrator = settings.integrator
+    if integrator == "auto":
+        held = settings.reconstruction == "hold"
+        integrator = FOR_HELD_INPUTS.get(law.integrator, law.integrator) if held else law.integrator
     usual = law.tolerance / amplification(integrator)
     chosen: dict[str, Any] = {
         "bearings": bearings,
