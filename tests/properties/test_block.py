@@ -13,6 +13,7 @@ from solids import STEEL, ring
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid, rigid_coordinates
 from cranktrain.engine.checks.block import check_block, check_mounts, mount_stiffness
+from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.block.bore import block_bore_compliance, bore_loads
 from cranktrain.structure.block.mesh import block_interface_names, block_mesh, interface_places, read_block_mesh
@@ -362,7 +363,9 @@ def test_mounts_that_do_not_match():
         ({"x": ()}, "mounts.x: is empty"),
     ):
         with pytest.raises(InputError, match=text):
-            check_mounts(replace(six.mounts, **change))
+            check_mounts(mounts := replace(six.mounts, **change))
+        with pytest.raises(InputError, match=text):  # in an engine whose block carries their pads, too
+            check_engine(replace(six, mounts=mounts))
     for change, text in (
         ({"x": (-0.1, 0.18, -0.18, 0.18)}, "mounts.x: mount 1 at -100 mm lies inside the crankcase"),
         ({"y": (0.05,) * 4}, "mounts.y: the pad of mount 1"),

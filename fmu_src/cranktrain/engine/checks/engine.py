@@ -57,10 +57,10 @@ def check_engine(engine: Engine) -> None:
     if engine.drive_line_chain is not None:
         check_drive_line(engine.drive_line_chain)
     engine.firing_angles  # noqa: B018  raises where the throws cannot fire in the stated order
-    if engine.block is not None:
-        check_block(engine, engine.block)
     if engine.mounts is not None:
         check_mounts(engine.mounts)
+    if engine.block is not None:  # after its mounts, whose pads it carries
+        check_block(engine, engine.block)
 
 
 def check_drive_line(line: DriveLineChain) -> None:
