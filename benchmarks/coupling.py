@@ -71,7 +71,8 @@ class Partner:
 def run(level: str, step_deg: float, rule: str, order: Order | None) -> tuple[Array, Array]:
     """Torsion (rad) and shaft torque (N m) over the last two cycles, each (2, SAMPLES); no order: built-in gas."""
     assembly = ct.assemble(ct.load_engine("diesel_i6"), Settings(crank=level, step=math.radians(INTERNAL_DEG)))
-    settings = replace(assembly.settings, reconstruction=rule, gas_delay=order.delay if order else 0.0)
+    delay = order.delay if order else 0.0
+    settings = replace(assembly.settings, reconstruction=rule, gas_delay=delay, integrator="auto")
     simulation = Simulation(assembly.engine, assembly.body, settings, parts=assembly.parts)
     simulation.inputs[0] = SPEED
     simulation.initialize()
