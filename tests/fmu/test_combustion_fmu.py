@@ -94,7 +94,7 @@ unit = Unit(sys.argv[1])
 for name, value, words in (
     ("intake.temperature", 10.0, "'intake.temperature' is 10.0"),
     ("cylinder[3].fuel_mass", -1.0, "'cylinder[3].fuel_mass' is -1.0"),
-    ("lift.source", "both", "valid: built-in, input"),
+    ("lift.source", "both", "valid: auto, built-in, input"),
 ):
     status, text = unit.refusal(lambda: unit.set_named(name, value))
     assert words in text, text

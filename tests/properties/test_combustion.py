@@ -26,7 +26,7 @@ from cranktrain.modules.combustion.gas import (
     stoichiometric_air,
     temperature_of,
 )
-from cranktrain.modules.combustion.settings import LIFTS, build_model
+from cranktrain.modules.combustion.settings import build_model
 from cranktrain.modules.combustion.simulation import CombustionSimulation
 from cranktrain.modules.combustion.stepping import accept, attempt, first_rates
 from cranktrain.modules.combustion.valve_flow import EVEN, built_in_lift, nozzle_flow, valve_area
@@ -315,10 +315,11 @@ def test_a_sliver_of_a_step_does_not_turn_the_angle_astray():
         assert simulation.outputs[0] == pytest.approx(speed * time, abs=1e-7)
 
 
-def test_given_lifts_drive_the_gas_exchange_as_the_built_in_ones_do():
-    speed, h = 1500.0 * RPM, math.radians(0.5) / (1500.0 * RPM)
-    built = running(single(), speed_rpm=1500.0)
-    given = running(single(lift_source="input", inputs_at="end"), speed_rpm=1500.0)
+@pytest.mark.parametrize("source", ["input", "auto"])
+def test_given_lifts_drive_the_gas_exchange_as_the_built_in_ones_do(source):
+    h = math.radians(0.5) / (1500.0 * RPM)
+    built = running(single(lift_source="built-in"), speed_rpm=1500.0)
+    given = running(single(lift_source=source, inputs_at="end"), speed_rpm=1500.0)
     s = single()
     for k in range(1440):
         angle = 0.5 * (k + 1) * math.pi / 180.0
@@ -332,7 +333,22 @@ def test_given_lifts_drive_the_gas_exchange_as_the_built_in_ones_do():
         given.step((k + 1) * h)
         place = built.output_names.index("cylinder[1].mass")
         assert given.outputs[place] == pytest.approx(built.outputs[place], rel=5e-3)
-    assert speed > 0.0 and "input" in LIFTS
+
+
+def test_lifts_count_from_when_one_is_given():
+    """As by a master whose first step has zeros: no slope is drawn from what was none."""
+    open_valve = {"exhaust_lift": 8e-3}
+    late, told = running(single()), running(single(lift_source="input"), **open_valve)
+    place = at.FIRST_CYLINDER + at.LIFT_OUT
+    for k in range(1, 4):
+        if k == 2:
+            late.inputs[place] = open_valve["exhaust_lift"]
+        late.step(k * 1e-5)
+        told.step(k * 1e-5)
+        state = [run.of_cylinder(at.LAST_LIFT_OUT)[0] for run in (late, told)]
+        assert state == ([0.0, 8e-3] if k == 1 else [8e-3, 8e-3])
+    slopes = [run._work.now[at.SLOPE_OUT] for run in (late, told)]
+    assert slopes == [0.0, 0.0] and late._work.now[at.LIFTS_GIVEN] == 1.0
 
 
 def test_at_rest_gas_and_manifolds_come_to_one_pressure():

@@ -35,6 +35,25 @@ def hold_inputs(model, work, inputs):
 
 
 @kernel
+def take_lifts(model, work, state, inputs):
+    """Note whether lifts are given: always, never, or from when one first differs from 0."""
+    source = model.choices[at.GIVEN_LIFT]
+    if source == at.ONCE_SEEN and state[at.LIFTS_SEEN] == 0.0:
+        for i in range(model.firing.shape[0]):
+            place = at.FIRST_CYLINDER + i * at.OF_CYLINDER
+            if inputs[place + at.LIFT_IN] != 0.0 or inputs[place + at.LIFT_OUT] != 0.0:
+                state[at.LIFTS_SEEN] = 1.0
+        if state[at.LIFTS_SEEN] > 0.0:
+            # They have no slope yet.
+            for i in range(model.firing.shape[0]):
+                place, base = at.FIRST_CYLINDER + i * at.OF_CYLINDER, N_HEAD + i * at.SIZE
+                for k in range(2):
+                    state[base + at.LAST_LIFT_IN + k] = max(inputs[place + at.LIFT_IN + k], 0.0)
+    given = source == at.ALWAYS or (source == at.ONCE_SEEN and state[at.LIFTS_SEEN] > 0.0)
+    work.now[at.LIFTS_GIVEN] = 1.0 if given else 0.0
+
+
+@kernel
 def follow_lifts(model, work, state, base, place, inputs, interval):
     """Lifts at the begin of a communication step and their slopes: on from, or up to, the samples received."""
     now = work.now
@@ -61,6 +80,7 @@ def advance_and_observe(model, work, state, inputs, interval, out):
 def advance(model, work, state, inputs, interval):
     """Advance all cylinders by an interval, s; a status, and the number of the cylinder that failed in STEPS' place."""
     hold_inputs(model, work, inputs)
+    take_lifts(model, work, state, inputs)
     turn = turned(state, inputs, interval, model.choices[at.GIVEN_ANGLE], model.choices[at.ENDS])
     work.now[at.NOW_SPEED] = turn / interval
     for i in range(model.firing.shape[0]):

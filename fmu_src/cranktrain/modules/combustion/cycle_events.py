@@ -56,7 +56,7 @@ def normal(seed, cylinder, cycle, which):
 
 
 @kernel
-def next_angle(model, state, base):
+def next_angle(model, work, state, base):
     """The next crank angle at which a step has to end, rad."""
     phi, phase = state[base + at.PHI], state[base + at.PHASE]
     goal = 2.0 * math.pi
@@ -71,7 +71,7 @@ def next_angle(model, state, base):
             end = state[base + at.IGNITION] + state[base + k]
             if end > phi:
                 goal = min(goal, end)
-    if model.choices[at.GIVEN_LIFT] == 0:
+    if work.now[at.LIFTS_GIVEN] == 0.0:
         n = model.numbers
         for k in (at.INTAKE_OPENS, at.INTAKE_CLOSES, at.EXHAUST_OPENS, at.EXHAUST_CLOSES):
             edge = n[k] - 4.0 * math.pi if n[k] > 2.0 * math.pi else n[k]

@@ -53,7 +53,7 @@ def volume_rate(numbers, phi):
 @inlined_kernel
 def lifts(model, now, phi, time):
     """Lifts of intake and exhaust valve, m, at a crank angle and a time since the communication step began."""
-    if model.choices[at.GIVEN_LIFT] > 0:
+    if now[at.LIFTS_GIVEN] > 0.0:
         return now[at.NOW_LIFT_IN] + now[at.SLOPE_IN] * time, now[at.NOW_LIFT_OUT] + now[at.SLOPE_OUT] * time
     n = model.numbers
     angle = phi if phi <= n[at.EXHAUST_OPENS] else phi - 4.0 * math.pi

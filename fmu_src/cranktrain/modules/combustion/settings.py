@@ -20,7 +20,7 @@ from cranktrain.modules.crank_angle import ANGLES, TIMES
 
 Array = NDArray[np.float64]
 
-LIFTS = ("built-in", "input")
+LIFTS = ("built-in", "input", "auto")
 PORT_SHARE = 0.5
 """Volume of the exhaust port, over the swept volume, that mixes what leaves a cylinder; chosen."""
 
@@ -87,7 +87,7 @@ class CycleSettings:
     tolerance: float = 1.0e-6
     start_cycles: float = 3.0
     start_speed: float = 100.0 * math.pi / 30.0
-    lift_source: str = "built-in"
+    lift_source: str = "auto"
     angle_source: str = "auto"
     inputs_at: str = "begin"
 

@@ -86,7 +86,7 @@ class CombustionSimulation(SteppedModule):
             state[base + at.LAST_LIFT_IN], state[base + at.LAST_LIFT_OUT] = self.inputs[
                 place + at.LIFT_IN : place + at.LIFT_OUT + 1
             ]
-        state[[at.STEPS, at.REJECTED, at.LAST_INTERVAL, at.ANGLE_SEEN]] = 0.0
+        state[[at.STEPS, at.REJECTED, at.LAST_INTERVAL, at.ANGLE_SEEN, at.LIFTS_SEEN]] = 0.0
         state[at.TIME] = time
         state[at.OWN_ANGLE] = state[at.PARTNER_ANGLE] = angle
         self._state = state

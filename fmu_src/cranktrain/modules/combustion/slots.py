@@ -32,8 +32,10 @@ NUMBERS = (
 ) = range(len(NUMBERS))  # fmt: skip
 
 CHOICES = ("given_lift", "given_angle", "ends")
-"""Choices of a model: lifts are inputs; the angle is one, or 2: as soon as it moves; inputs belong to a step's end."""
+"""Choices of a model: lifts are inputs, or 2: as soon as one is not 0; the angle likewise; inputs belong to a step's
+end."""
 GIVEN_LIFT, GIVEN_ANGLE, ENDS = range(len(CHOICES))
+_NEVER, ALWAYS, ONCE_SEEN = range(3)
 
 COMMON_INPUTS = (
     "crank.speed", "crank.angle", "intake.pressure", "intake.temperature", "exhaust.pressure", "exhaust.temperature",
@@ -45,8 +47,10 @@ FUEL_MASS, INJECTION, LIFT_IN, LIFT_OUT = range(len(CYLINDER_INPUTS))
 OF_CYLINDER = len(CYLINDER_INPUTS)
 FIRST_CYLINDER = len(COMMON_INPUTS)
 
-HEAD = (*CRANK_HEAD, "steps", "rejected")
-TIME, OWN_ANGLE, PARTNER_ANGLE, ANGLE_SEEN, LAST_INTERVAL, LAST_ANGLE, LAST_SPEED, STEPS, REJECTED = range(len(HEAD))
+HEAD = (*CRANK_HEAD, "steps", "rejected", "lifts_seen")
+(
+    TIME, OWN_ANGLE, PARTNER_ANGLE, ANGLE_SEEN, LAST_INTERVAL, LAST_ANGLE, LAST_SPEED, STEPS, REJECTED, LIFTS_SEEN,
+) = range(len(HEAD))  # fmt: skip
 
 INTEGRATED = (
     "mass", "products", "energy", "delay", "burnt", "work", "wall", "intake", "exhaust", "intake_enthalpy",
@@ -92,10 +96,10 @@ CYLINDER_OUTPUTS = (
 
 NOW = (
     "speed", "intake_p", "intake_t", "exhaust_p", "exhaust_t", "lift_in", "lift_out", "slope_in", "slope_out",
-    "pressure", "temperature", "stiffness", "intake_h",
+    "pressure", "temperature", "stiffness", "intake_h", "lifts_given",
 )  # fmt: skip
 """Places of the workspace: what holds over a communication step, and what the last evaluation found."""
 (
     NOW_SPEED, NOW_INTAKE_P, NOW_INTAKE_T, NOW_EXHAUST_P, NOW_EXHAUST_T, NOW_LIFT_IN, NOW_LIFT_OUT, SLOPE_IN, SLOPE_OUT,
-    FOUND_P, FOUND_T, STIFFNESS, INTAKE_H,
+    FOUND_P, FOUND_T, STIFFNESS, INTAKE_H, LIFTS_GIVEN,
 ) = range(len(NOW))  # fmt: skip

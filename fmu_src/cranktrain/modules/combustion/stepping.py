@@ -137,7 +137,7 @@ def advance_cylinder(model, work, state, i, base, inputs, interval):
         if work.now[at.STIFFNESS] > 0.0:
             wanted = min(wanted, STABLE / work.now[at.STIFFNESS])
         h = min(wanted, left)
-        goal = next_angle(model, state, base) if speed > 0.0 else 0.0
+        goal = next_angle(model, work, state, base) if speed > 0.0 else 0.0
         lands = speed > 0.0 and state[base + at.PHI] + h * speed >= goal - 1.0e-12
         if lands:
             h = max((goal - state[base + at.PHI]) / speed, 0.0)
