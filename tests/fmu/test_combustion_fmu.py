@@ -40,6 +40,20 @@ def test_equal_inputs_give_equal_bytes(combustion_fmu, tmp_path):
     assert build_fmu("combustion_i6", tmp_path).read_bytes() == combustion_fmu.read_bytes()
 
 
+def test_a_process_that_has_run_an_fmu_builds_one_whole(combustion_fmu, tmp_path):
+    """The FMU brings the wrapping library along, but not the binaries that its builder takes from there."""
+    code = f"""
+import sys
+from fmpy import simulate_fmu
+simulate_fmu({str(combustion_fmu)!r}, stop_time=2e-4, output_interval=1e-4, output=["cylinder[1].pressure"])
+assert "site-packages" not in sys.modules["pythonfmu"].__file__
+from cranktrain.fmu.build import build_fmu
+build_fmu("combustion_i6", {str(tmp_path)!r})
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+    assert (tmp_path / combustion_fmu.name).read_bytes() == combustion_fmu.read_bytes()
+
+
 def test_it_carries_what_it_uses_and_nothing_of_the_cranktrain(combustion_fmu):
     with zipfile.ZipFile(combustion_fmu) as opened:
         names = opened.namelist()

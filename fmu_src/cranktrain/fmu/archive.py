@@ -8,16 +8,18 @@ from __future__ import annotations
 
 import hashlib
 import html
+import importlib
 import importlib.metadata
 import io
 import json
 import sys
 import tempfile
 import zipfile
-from collections.abc import Callable, Mapping
-from contextlib import redirect_stdout
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 from xml.etree import ElementTree
 
@@ -200,11 +202,35 @@ def _digest(files: dict[str, bytes]) -> str:
     return digest.hexdigest()
 
 
+@contextmanager
+def _installed_builder() -> Iterator[Any]:
+    """Builder of the installed pythonfmu. An FMU that ran in this process may have left its own, without binaries.
+
+    Slaves that were imported with it go with it: they are no slaves to the other.
+    """
+    import pythonfmu
+
+    if (Path(pythonfmu.__file__).parent / "resources" / "binaries").is_dir():
+        yield pythonfmu.FmuBuilder
+        return
+
+    def taken_out() -> dict[str, ModuleType]:
+        names = [name for name in sys.modules if name.startswith(("pythonfmu", "cranktrain_slave_"))]
+        return {name: sys.modules.pop(name) for name in names}
+
+    left, path = taken_out(), list(sys.path)
+    sys.path[:] = [entry for entry in path if not Path(entry, "slavemodule.txt").is_file()]
+    try:
+        yield importlib.import_module("pythonfmu").FmuBuilder
+    finally:
+        taken_out()
+        sys.modules.update(left)
+        sys.path[:] = path
+
+
 def _wrapped(contents: Contents) -> dict[str, bytes]:
     """Files of the FMU as the wrapping library builds it, by name in the archive."""
-    from pythonfmu import FmuBuilder
-
-    with tempfile.TemporaryDirectory(prefix="cranktrain_fmu_") as temporary:
+    with tempfile.TemporaryDirectory(prefix="cranktrain_fmu_") as temporary, _installed_builder() as builder:
         source, built = Path(temporary) / "resources", Path(temporary) / "built"
         for name, data in contents.resources.items():
             (source / name).parent.mkdir(parents=True, exist_ok=True)
@@ -212,7 +238,7 @@ def _wrapped(contents: Contents) -> dict[str, bytes]:
         path, modules = list(sys.path), set(sys.modules)
         sys.path.insert(0, str(source))
         try:
-            fmu = FmuBuilder.build_FMU(
+            fmu = builder.build_FMU(
                 source / f"{contents.slave}.py",
                 dest=built,
                 project_files=[p for p in source.iterdir() if p.name != f"{contents.slave}.py" and p.name[0] != "_"],
