@@ -14,8 +14,8 @@ from fmpy.validation import validate_fmu
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.fmu import archive, module_fmu
 from cranktrain.fmu.build import build_fmu
-from cranktrain.modules.combustion.settings import with_chosen
 from cranktrain.modules.combustion.simulation import CombustionSimulation
+from cranktrain.modules.module_settings import with_chosen
 from cranktrain.modules.register import MODULES, module_files, module_path
 
 

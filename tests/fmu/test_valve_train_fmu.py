@@ -16,8 +16,8 @@ from valve_trains import running, six
 from cranktrain.core.errors import CranktrainError
 from cranktrain.fmu import archive, module_fmu
 from cranktrain.fmu.build import build_fmu
+from cranktrain.modules.module_settings import with_chosen
 from cranktrain.modules.register import module_files
-from cranktrain.modules.valve_train.settings import with_chosen
 from cranktrain.modules.valve_train.simulation import ValveTrainSimulation
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.kernel import typed_kernel
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid
+from cranktrain.core.stepped_model import SteppedModel
 from cranktrain.dynamics.cycle_run import Result, balanced, damper_power, run_cycles
 from cranktrain.dynamics.model.arrays import ModelArrays, Parts, build_model, dimensions, supply_temperature
 from cranktrain.dynamics.model.bodies import bends
@@ -84,7 +85,7 @@ BEHIND_PRESSURES = {"shaft.load_torque": "N m", "valvetrain.torque": "N m", "pre
 """Inputs behind the pressures, with their units."""
 
 
-class Simulation:
+class Simulation(SteppedModel):
     """A cranktrain that is stepped from outside: set ``inputs``, call ``step``, read ``outputs``.
 
     Parameters
@@ -140,7 +141,6 @@ class Simulation:
             raise InputError(
                 f"at most {MAX_INPUTS - OTHER_INPUTS} cylinders, engine '{engine.name}' has {engine.n_cylinders}"
             )
-        self._state: Array | None = None
 
     def _fitting(self, body: ReducedBody) -> ReducedBody:
         """The body at the settings' crank level; ``InputError`` for one that bends where the level does not."""
@@ -197,7 +197,7 @@ class Simulation:
         self.model, self.work, self._state = model, work, state
         counts = output_counts(self.engine)
         self._observed, self._families_of = observers(counts, model, work, state, self.outputs), families_of(counts)
-        observe(model, work, state, self._observed)
+        self._observe()
         places = [self.output_names.index(name) for name in ("pulley.torsion", "pulley.axial")]
         state[OUTPUT_MEAN : OUTPUT_MEAN + 2] = self.outputs[places]
         state[OUTPUT_VARIANCE : OUTPUT_VARIANCE + 2] = FIRST_AMPLITUDES**2
@@ -205,15 +205,6 @@ class Simulation:
         if self.on_demand:
             self._observed.families[:, WANTED] = 0
             self._watched.clear()
-
-    @property
-    def inputs(self) -> Array:
-        """Values of the inputs, set in place; kernels are handed this very array."""
-        return self._inputs
-
-    @inputs.setter
-    def inputs(self, values: Array) -> None:
-        self._inputs[:] = values
 
     @property
     def load_torque(self) -> float:
@@ -258,7 +249,7 @@ class Simulation:
             self._temperatures = before
             raise
         self.work = make_work(self.model, state.size)
-        observe(self.model, self.work, state, self._observed)
+        self._observe()
 
     @property
     def damper_temperature(self) -> float:
@@ -276,7 +267,7 @@ class Simulation:
             self.settings = before
             raise
         self.work = make_work(self.model, state.size)
-        observe(self.model, self.work, state, self._observed)
+        self._observe()
 
     def go_on_at(self, speed: float) -> None:
         """Call the present state the start of a run at another speed (rad/s); oil and damper are as warm as there.
@@ -348,33 +339,15 @@ class Simulation:
                     f"cylinder[{k + 1}].pressure must be finite and not negative (absolute, Pa), got {p:g}"
                 )
 
-    @property
-    def time(self) -> float:
-        """Time of the state, s."""
-        return float(self._current()[TIME])
-
-    @property
-    def state(self) -> Array:
-        """The whole state as a copy, (n,); assigning one of the same model and integrator restores it."""
-        return self._current().copy()
-
-    @state.setter
-    def state(self, vector: Array) -> None:
-        state = self._current()
-        if np.shape(vector) != state.shape:
-            raise InputError(f"a state of this model has {state.size} values, got {np.size(vector)}")
-        if vector[METHOD] not in (0.0, state[METHOD]):
+    def _check_state(self, vector: Array) -> None:
+        if vector[METHOD] not in (0.0, self._current()[METHOD]):
             raise InputError(
                 f"this state is not one of integrator '{self.settings.integrator}'; restore it where the integrator is "
                 "that of its run"
             )
-        state[:] = vector
-        observe(self.model, self.work, state, self._observed)
 
-    def _current(self) -> Array:
-        if self._state is None:
-            raise InputError("the model is not initialised yet; call initialize() first")
-        return self._state
+    def _observe(self) -> None:
+        observe(self.model, self.work, self._current(), self._observed)
 
     def step(self, t_end: float) -> None:
         """Advance to ``t_end`` (s). On an error the state stays at the last good time.
@@ -408,13 +381,13 @@ class Simulation:
             )
 
     def read(self, places: Sequence[int]) -> list[float]:
-        """Outputs at the present state by their places; with ``on_demand`` their families are observed from now on."""
+        """As ever; with ``on_demand`` the outputs' families are observed from now on."""
         if self.on_demand and not self._watched.issuperset(places):
             self._watched.update(places)
             for place in places:
                 self._observed.families[list(self._families_of[place]), WANTED] = 1
-            observe(self.model, self.work, self._current(), self._observed)
-        return [self.outputs.item(place) for place in places]
+            self._observe()
+        return super().read(places)
 
     def series(self, step: float, first: int, rows: Array) -> int:
         """Take steps to ``(first + k) step`` (s) in one call and keep their outputs in row k of ``rows``.

@@ -1,65 +1,60 @@
-"""What the simulations of all modules share: a state vector that is kept and set, outputs that are read."""
+"""The simulation of a module beside the cranktrain: a communication step over its kernels."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import abstractmethod
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from cranktrain.core.errors import InputError
-from cranktrain.modules.crank_angle import TIME
-
-Array = NDArray[np.float64]
+from cranktrain.core.errors import SolverError
+from cranktrain.core.kernel import typed_kernel
+from cranktrain.core.stepped_model import Array, SteppedModel
+from cranktrain.modules.crank_angle import TIME, check_inputs, checked_interval
 
 
-class SteppedModule:
-    """A simulation whose state begins with the head of :mod:`cranktrain.modules.crank_angle`.
+class SteppedModule(SteppedModel):
+    """A module whose inputs and state begin as :mod:`cranktrain.modules.crank_angle` says.
 
     Attributes
     ----------
+    settings : with ``angle_source`` and ``inputs_at`` among them
     outputs : valid after ``initialize`` and after each step
     """
 
-    outputs: Array
-    _inputs: Array
-    _state: Array | None = None
+    settings: Any
+    _model: Any
+    _work: Any
 
-    @property
-    def inputs(self) -> Array:
-        """Values of the inputs, set in place; kernels are handed this very array."""
-        return self._inputs
+    def step(self, t_end: float) -> None:
+        """Advance to ``t_end``, s. On an error the state stays at the last good time.
 
-    @inputs.setter
-    def inputs(self, values: Array) -> None:
-        self._inputs[:] = values
+        Raises
+        ------
+        InputError
+            inputs that are not numbers or out of bounds, an angle that jumps, a step that is not positive or absurd
+        SolverError
+            a model without a solution
+        """
+        state = self._current()
+        self._check_inputs()
+        interval = checked_interval(state, self.inputs, t_end, self.settings.angle_source, self.settings.inputs_at)
+        after = state.copy()
+        if self._advance(self._model, self._work, after, self.inputs, interval, self.outputs):
+            raise self._failure(f"the step from {state[TIME]:.9g} s")
+        after[TIME] = t_end
+        self._state = after
 
-    @property
-    def time(self) -> float:
-        """Time of the state, s."""
-        return float(self._current()[TIME])
+    def _stand_at(self, state: Array, kernel: Any, before: Any) -> None:
+        """Begin at a state; ``kernel`` takes steps and observes, and compiles in one of the model ``before``."""
+        self._state = state
+        arguments = before, self._work, state.copy(), self.inputs, 1.0e-9, self.outputs
+        self._advance = typed_kernel(kernel, *arguments)
+        self._advance(*arguments)
+        self._observe()
 
-    @property
-    def state(self) -> Array:
-        """The whole state as a copy, (n,); assigning one of the same engine restores it."""
-        return self._current().copy()
+    def _check_inputs(self) -> None:
+        """Refuse inputs that no engine has; ``InputError``."""
+        check_inputs(self.inputs, self.input_names)
 
-    @state.setter
-    def state(self, vector: Array) -> None:
-        if np.shape(vector) != self._current().shape:
-            raise InputError(f"a state of this model has {self._current().size} values, got {np.size(vector)}")
-        self._state = np.array(vector, dtype=float)
-        self._observe(self._state)
-
-    def read(self, places: Sequence[int]) -> list[float]:
-        """Outputs by their places."""
-        return [self.outputs.item(place) for place in places]
-
-    def _current(self) -> Array:
-        if self._state is None:
-            raise InputError("the model is not initialised yet; call initialize() first")
-        return self._state
-
-    def _observe(self, state: Array) -> None:
-        """Fill the outputs from a state."""
-        raise NotImplementedError
+    @abstractmethod
+    def _failure(self, what: str) -> SolverError:
+        """Why ``what``, the start or a step, has no solution."""

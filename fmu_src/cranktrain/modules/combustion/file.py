@@ -8,15 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any
 
-from cranktrain.core.errors import InputError
-from cranktrain.core.user_file import read_toml
 from cranktrain.engine import quantities as q
-from cranktrain.engine.file import check_name, check_title, load_engine, read_table, same_names
 from cranktrain.engine.model import Engine
-from cranktrain.engine.quantities import Quantity, check_values
-from cranktrain.modules.combustion.settings import CycleSettings, check_settings, to_bytes
+from cranktrain.engine.quantities import Quantity
+from cranktrain.modules.combustion.settings import CycleSettings, check_settings
+from cranktrain.modules.module_file import load_module_file, module_contents
 from cranktrain.modules.register import Contents
 
 LIKE = "modules/combustion/data/combustion_i6.toml"
@@ -126,44 +124,19 @@ class CombustionFile:
     walls: Walls
 
 
-TEXTS = ("module", "name", "title", "engine")
-
-
 def load(path: str | Path) -> CycleSettings:
-    """Read a module file and its engine.
-
-    Raises ``InputError``: one line with file, table and key, for what is unknown, missing or impossible.
-    """
-    path = Path(path)
-    document = read_toml(path, "module file", f"an example is {LIKE}")
-    hints = get_type_hints(CombustionFile)
-    same_names({*TEXTS, *hints}, set(), set(document), path.name, "table", LIKE)
-    for key in TEXTS:
-        if not isinstance(document[key], str):
-            raise InputError(f'{path.name}: {key}: must be plain text, e.g. {key} = "combustion_i6"')
-    check_name(document["name"], f"{path.name}: name")
-    check_title(document["title"], f"{path.name}: title")
-    tables = {name: read_table(kind, document[name], f"{path.name}: {name}", LIKE) for name, kind in hints.items()}
-    named = document["engine"]
-    engine = load_engine(path.parent / named if named.endswith(".toml") else named)
-    try:
-        for name, table in tables.items():
-            check_values(table, name)
-        settings = cycle_settings(CombustionFile(**tables), engine, document["name"], document["title"])
-        check_settings(settings)
-    except InputError as error:
-        raise InputError(f"{path.name}: {error}") from None
-    return settings
+    """Read a module file and its engine; ``InputError`` as of :func:`.module_file.load_module_file`."""
+    return load_module_file(path, CombustionFile, LIKE, cycle_settings)
 
 
 def cycle_settings(tables: CombustionFile, engine: Engine, name: str, title: str) -> CycleSettings:
-    """Settings from a module file's tables and an engine."""
+    """Settings from a module file's tables and an engine; ``InputError`` for what does not go together."""
     values: dict[str, Any] = {}
     for table, prefix in (("ignition", "ignition_"), ("premixed", "premixed_"), ("valves", ""), ("manifolds", "")):
         part = getattr(tables, table)
         values |= {prefix + entry.name: getattr(part, entry.name) for entry in fields(part)}
     burn, cylinders = engine.combustion, engine.cylinders
-    return CycleSettings(
+    settings = CycleSettings(
         name=name,
         title=title,
         bore=cylinders.bore,
@@ -190,12 +163,10 @@ def cycle_settings(tables: CombustionFile, engine: Engine, name: str, title: str
         swirl=tables.walls.swirl,
         **values,
     )
+    check_settings(settings)
+    return settings
 
 
 def contents(path: Path) -> Contents:
     """What the FMU of a module file is made of."""
-    settings = load(path)
-    starts = {entry.name: getattr(settings, entry.name) for entry in fields(settings)}
-    return Contents(
-        settings.name, settings.title, {"cylinders": len(settings.firing_angles)}, starts, to_bytes(settings)
-    )
+    return module_contents(load(path))

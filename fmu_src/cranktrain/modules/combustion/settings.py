@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import asdict, dataclass, fields, replace
-from typing import Any, NamedTuple
+from dataclasses import asdict, dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
-from cranktrain.core.errors import InputError, StoreError, nearest
+from cranktrain.core.errors import InputError, nearest
 from cranktrain.modules.combustion.cylinder import swept_volume
 from cranktrain.modules.combustion.gas import gas_constant, gas_table, internal_energy, stoichiometric_air
 from cranktrain.modules.combustion.slots import CHOICES, N_INTEGRATED, NOW, NUMBERS
@@ -192,29 +191,3 @@ def check_settings(settings: CycleSettings) -> None:
             f"exhaust valve from {turns * s.exhaust_opens:g} to {turns * s.exhaust_closes:g} deg; it opens before it "
             "closes, both between 0 and 720 deg after firing dead centre"
         )
-
-
-def to_bytes(settings: CycleSettings) -> bytes:
-    """The settings as an FMU carries them: JSON with sorted keys."""
-    return json.dumps(asdict(settings), sort_keys=True, indent=1).encode()
-
-
-def from_bytes(data: bytes, name: str = "model") -> CycleSettings:
-    """Inverse of :func:`to_bytes`; ``StoreError`` for what is none."""
-    try:
-        given: dict[str, Any] = json.loads(data)
-        return CycleSettings(**{**given, "firing_angles": tuple(given["firing_angles"])})
-    except (ValueError, TypeError, KeyError) as error:
-        raise StoreError(f"{name}: no combustion model ({error}); build the FMU again with build_fmu.py") from None
-
-
-def with_chosen(settings: CycleSettings, chosen: dict[str, Any]) -> CycleSettings:
-    """Settings with values of their fields replaced; of a list's by ``firing_angles[1]``."""
-    angles = list(settings.firing_angles)
-    plain = {}
-    for name, value in chosen.items():
-        if name.endswith("]"):
-            angles[int(name.partition("[")[2][:-1]) - 1] = float(value)
-        else:
-            plain[name] = value
-    return replace(settings, firing_angles=tuple(angles), **plain)

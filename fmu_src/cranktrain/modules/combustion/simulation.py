@@ -7,11 +7,9 @@ import math
 import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError
-from cranktrain.core.kernel import typed_kernel
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.advance import N_HEAD, advance, advance_and_observe, fill_all, observe
 from cranktrain.modules.combustion.settings import Array, CycleSettings, build_model, make_work
-from cranktrain.modules.crank_angle import check_inputs, checked_interval
 from cranktrain.modules.stepped_module import SteppedModule
 
 _ZEROED = (at.BURNT, at.WORK, at.WALL, at.INTAKE, at.EXHAUST, at.INTAKE_ENTHALPY, at.EXHAUST_ENTHALPY)
@@ -89,41 +87,17 @@ class CombustionSimulation(SteppedModule):
         state[[at.STEPS, at.REJECTED, at.LAST_INTERVAL, at.ANGLE_SEEN, at.LIFTS_SEEN]] = 0.0
         state[at.TIME] = time
         state[at.OWN_ANGLE] = state[at.PARTNER_ANGLE] = angle
-        self._state = state
-        # For what compiles in it, and for the outputs.
-        arguments = before, self._work, state.copy(), self.inputs, 1.0e-9, self.outputs
-        self._advance = typed_kernel(advance_and_observe, *arguments)
-        self._advance(*arguments)
-        observe(self._model, self._work, state, self.outputs)
-
-    def step(self, t_end: float) -> None:
-        """Advance to ``t_end``, s. On an error the state stays at the last good time.
-
-        Raises
-        ------
-        InputError
-            inputs that are not numbers or out of bounds, an angle that jumps, a step that is not positive or absurd
-        SolverError
-            a cylinder whose state has left what gas can be
-        """
-        state = self._current()
-        self._check_inputs()
-        interval = checked_interval(state, self.inputs, t_end, self.settings.angle_source, self.settings.inputs_at)
-        after = state.copy()
-        if self._advance(self._model, self._work, after, self.inputs, interval, self.outputs):
-            raise self._failure(f"the step from {state[at.TIME]:.9g} s")
-        after[at.TIME] = t_end
-        self._state = after
+        self._stand_at(state, advance_and_observe, before)
 
     def of_cylinder(self, slot: int) -> Array:
         """A quantity of all cylinders, (cylinders,), by its slot of :mod:`.slots`."""
         return self._current()[[base + slot for base in self.bases]]
 
-    def _observe(self, state: Array) -> None:
-        observe(self._model, self._work, state, self.outputs)
+    def _observe(self) -> None:
+        observe(self._model, self._work, self._current(), self.outputs)
 
     def _check_inputs(self) -> None:
-        check_inputs(self.inputs, self.input_names)
+        super()._check_inputs()
         if self.inputs[at.INTAKE_P : at.EXHAUST_T + 1].min() > 0.0:
             return
         for slot in (at.INTAKE_P, at.INTAKE_T, at.EXHAUST_P, at.EXHAUST_T):

@@ -8,16 +8,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any
 
-from cranktrain.core.errors import InputError
-from cranktrain.core.user_file import read_toml
 from cranktrain.engine import quantities as q
-from cranktrain.engine.file import check_name, check_title, load_engine, read_table, same_names
 from cranktrain.engine.model import Engine
-from cranktrain.engine.quantities import Quantity, check_values
+from cranktrain.engine.quantities import Quantity
+from cranktrain.modules.module_file import load_module_file, module_contents
 from cranktrain.modules.register import Contents
-from cranktrain.modules.valve_train.settings import TrainSettings, check_settings, to_bytes
+from cranktrain.modules.valve_train.settings import TrainSettings, check_settings
 
 LIKE = "modules/valve_train/data/valvetrain_i6.toml"
 
@@ -123,38 +121,13 @@ class ValveTrainFile:
     camshaft: Camshaft
 
 
-TEXTS = ("module", "name", "title", "engine")
-
-
 def load(path: str | Path) -> TrainSettings:
-    """Read a module file and its engine.
-
-    Raises ``InputError``: one line with file, table and key, for what is unknown, missing or impossible.
-    """
-    path = Path(path)
-    document = read_toml(path, "module file", f"an example is {LIKE}")
-    hints = get_type_hints(ValveTrainFile)
-    same_names({*TEXTS, *hints}, set(), set(document), path.name, "table", LIKE)
-    for key in TEXTS:
-        if not isinstance(document[key], str):
-            raise InputError(f'{path.name}: {key}: must be plain text, e.g. {key} = "valvetrain_i6"')
-    check_name(document["name"], f"{path.name}: name")
-    check_title(document["title"], f"{path.name}: title")
-    tables = {name: read_table(kind, document[name], f"{path.name}: {name}", LIKE) for name, kind in hints.items()}
-    named = document["engine"]
-    engine = load_engine(path.parent / named if named.endswith(".toml") else named)
-    try:
-        for name, table in tables.items():
-            check_values(table, name)
-        settings = train_settings(ValveTrainFile(**tables), engine, document["name"], document["title"])
-        check_settings(settings)
-    except InputError as error:
-        raise InputError(f"{path.name}: {error}") from None
-    return settings
+    """Read a module file and its engine; ``InputError`` as of :func:`.module_file.load_module_file`."""
+    return load_module_file(path, ValveTrainFile, LIKE, train_settings)
 
 
 def train_settings(tables: ValveTrainFile, engine: Engine, name: str, title: str) -> TrainSettings:
-    """Settings from a module file's tables and an engine."""
+    """Settings from a module file's tables and an engine; ``InputError`` for what does not go together."""
     values: dict[str, Any] = {}
     heads = {
         "intake": "intake_", "exhaust": "exhaust_", "spring": "spring_", "seat": "seat_", "drive": "drive_",
@@ -167,7 +140,7 @@ def train_settings(tables: ValveTrainFile, engine: Engine, name: str, title: str
     values["backlash"] = values.pop("drive_backlash")
     values["rated_speed"] = values.pop("camshaft_rated_speed")
     values["spring_preload"] = values["spring_rate"] * values.pop("spring_preset")
-    return TrainSettings(
+    settings = TrainSettings(
         name=name,
         title=title,
         firing_angles=engine.firing_angles,
@@ -175,12 +148,10 @@ def train_settings(tables: ValveTrainFile, engine: Engine, name: str, title: str
         exhaust_opens=engine.combustion.exhaust_opens,
         **values,
     )
+    check_settings(settings)
+    return settings
 
 
 def contents(path: Path) -> Contents:
     """What the FMU of a module file is made of."""
-    settings = load(path)
-    starts = {entry.name: getattr(settings, entry.name) for entry in fields(settings)}
-    return Contents(
-        settings.name, settings.title, {"cylinders": len(settings.firing_angles)}, starts, to_bytes(settings)
-    )
+    return module_contents(load(path))

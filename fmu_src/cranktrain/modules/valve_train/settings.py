@@ -9,16 +9,15 @@ Rothbart (ed.), Cam Design Handbook (2004), chapter 12.
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import asdict, dataclass, fields, replace
-from typing import Any, NamedTuple
+from dataclasses import asdict, dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
-from cranktrain.core.errors import InputError, StoreError, nearest
+from cranktrain.core.errors import InputError, nearest
 from cranktrain.modules.crank_angle import ANGLES, TIMES
 from cranktrain.modules.valve_train.cam import cam_lift, cam_radius, cam_row
 from cranktrain.modules.valve_train.slots import CAM, HALF, MODES, NUMBERS, RAMP, ROW, SHAFT
@@ -188,29 +187,3 @@ def check_settings(settings: TrainSettings) -> None:
                 f"base_radius {1e3 * s.base_radius:g} mm is too small for the {kind} cam, whose flank would have a "
                 f"radius of {1e3 * radius:.2f} mm; enlarge it, open for longer or lift less"
             )
-
-
-def to_bytes(settings: TrainSettings) -> bytes:
-    """The settings as an FMU carries them: JSON with sorted keys."""
-    return json.dumps(asdict(settings), sort_keys=True, indent=1).encode()
-
-
-def from_bytes(data: bytes, name: str = "model") -> TrainSettings:
-    """Inverse of :func:`to_bytes`; ``StoreError`` for what is none."""
-    try:
-        given: dict[str, Any] = json.loads(data)
-        return TrainSettings(**{**given, "firing_angles": tuple(given["firing_angles"])})
-    except (ValueError, TypeError, KeyError) as error:
-        raise StoreError(f"{name}: no valve train ({error}); build the FMU again with build_fmu.py") from None
-
-
-def with_chosen(settings: TrainSettings, chosen: dict[str, Any]) -> TrainSettings:
-    """Settings with values of their fields replaced; of a list's by ``firing_angles[1]``."""
-    angles = list(settings.firing_angles)
-    plain = {}
-    for name, value in chosen.items():
-        if name.endswith("]"):
-            angles[int(name.partition("[")[2][:-1]) - 1] = float(value)
-        else:
-            plain[name] = value
-    return replace(settings, firing_angles=tuple(angles), **plain)

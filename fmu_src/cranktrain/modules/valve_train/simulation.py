@@ -7,13 +7,11 @@ import math
 import numpy as np
 
 from cranktrain.core.errors import SolverError
-from cranktrain.core.kernel import typed_kernel
 from cranktrain.modules import crank_angle as crank
-from cranktrain.modules.crank_angle import check_inputs, checked_interval
 from cranktrain.modules.stepped_module import SteppedModule
 from cranktrain.modules.valve_train import slots as at
 from cranktrain.modules.valve_train.advance import advance, advance_and_observe, energy, observe, stand
-from cranktrain.modules.valve_train.settings import Array, TrainSettings, build_model, make_work
+from cranktrain.modules.valve_train.settings import TrainSettings, build_model, make_work
 
 _ZEROED = (at.STEPS, at.REJECTED, at.WORK, at.FRICTION_WORK, at.DAMPED, crank.LAST_INTERVAL, crank.ANGLE_SEEN)
 
@@ -48,7 +46,7 @@ class ValveTrainSimulation(SteppedModule):
 
         Raises ``InputError`` for inputs that no engine has, ``SolverError`` where the cycles cannot be run.
         """
-        check_inputs(self.inputs, self.input_names)
+        self._check_inputs()
         state = np.zeros(at.N_HEAD + self._model.noses.size * at.N_LINE)
         speed, angle = float(self.inputs[crank.SPEED]), float(self.inputs[crank.ANGLE])
         cycles = round(self.settings.start_cycles)
@@ -60,34 +58,10 @@ class ValveTrainSimulation(SteppedModule):
         state[[*_ZEROED]] = 0.0
         state[at.FIRST_ENERGY] = energy(self._model, self._work, state)
         state[crank.TIME], state[crank.PARTNER_ANGLE] = time, angle
-        self._state = state
-        # For what compiles in it, and for the outputs.
-        arguments = before, self._work, state.copy(), self.inputs, 1.0e-9, self.outputs
-        self._advance = typed_kernel(advance_and_observe, *arguments)
-        self._advance(*arguments)
-        observe(self._model, self._work, state, self.outputs)
+        self._stand_at(state, advance_and_observe, before)
 
-    def step(self, t_end: float) -> None:
-        """Advance to ``t_end``, s. On an error the state stays at the last good time.
-
-        Raises
-        ------
-        InputError
-            inputs that are not numbers, an angle that jumps, a step that is not positive or absurd
-        SolverError
-            a step without a solution
-        """
-        state = self._current()
-        check_inputs(self.inputs, self.input_names)
-        interval = checked_interval(state, self.inputs, t_end, self.settings.angle_source, self.settings.inputs_at)
-        after = state.copy()
-        if self._advance(self._model, self._work, after, self.inputs, interval, self.outputs):
-            raise self._failure(f"the step from {state[crank.TIME]:.9g} s")
-        after[crank.TIME] = t_end
-        self._state = after
-
-    def _observe(self, state: Array) -> None:
-        observe(self._model, self._work, state, self.outputs)
+    def _observe(self) -> None:
+        observe(self._model, self._work, self._current(), self.outputs)
 
     def _failure(self, what: str) -> SolverError:
         return SolverError(

@@ -1,0 +1,76 @@
+"""What all simulations that are stepped from outside share: inputs in place, a state that is kept and set, outputs."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError
+
+Array = NDArray[np.float64]
+
+TIME = 0
+"""Place of the time, s, in every state vector."""
+
+
+class SteppedModel(ABC):
+    """A model with one state vector; set ``inputs``, let it step, ``read`` outputs.
+
+    Attributes
+    ----------
+    input_names, output_names : names as in the FMU
+    outputs : values in that order (SI)
+    """
+
+    input_names: tuple[str, ...]
+    output_names: tuple[str, ...]
+    outputs: Array
+    _inputs: Array
+    _state: Array | None = None
+
+    @property
+    def inputs(self) -> Array:
+        """Values of the inputs (SI), set in place; kernels are handed this very array."""
+        return self._inputs
+
+    @inputs.setter
+    def inputs(self, values: Array) -> None:
+        self._inputs[:] = values
+
+    @property
+    def time(self) -> float:
+        """Time of the state, s."""
+        return float(self._current()[TIME])
+
+    @property
+    def state(self) -> Array:
+        """The whole state as a copy, (n,); assigning one of the same model restores it."""
+        return self._current().copy()
+
+    @state.setter
+    def state(self, vector: Array) -> None:
+        state = self._current()
+        if np.shape(vector) != state.shape:
+            raise InputError(f"a state of this model has {state.size} values, got {np.size(vector)}")
+        self._check_state(vector)
+        state[:] = vector
+        self._observe()
+
+    def read(self, places: Sequence[int]) -> list[float]:
+        """Outputs at the present state by their places."""
+        return [self.outputs.item(place) for place in places]
+
+    def _current(self) -> Array:
+        if self._state is None:
+            raise InputError("the model is not initialised yet; call initialize() first")
+        return self._state
+
+    def _check_state(self, vector: Array) -> None:  # noqa: B027 - most have nothing more to check
+        """Refuse a state of the right size that is not one of this model; ``InputError``."""
+
+    @abstractmethod
+    def _observe(self) -> None:
+        """Fill the outputs from the present state."""

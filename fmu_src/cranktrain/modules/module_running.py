@@ -1,0 +1,46 @@
+"""What the slave of a module's FMU asks of the package."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from cranktrain.core.announcement import announced
+from cranktrain.core.errors import InputError, StoreError
+from cranktrain.modules.module_settings import from_bytes, with_chosen
+from cranktrain.modules.stepped_module import SteppedModule
+
+COMPILATION = "one minute"
+"""What the kernels of a module take at most, from an empty cache."""
+
+
+class ModuleRunning(NamedTuple):
+    """The classes of a module's settings and of its simulation."""
+
+    settings: type[Any]
+    model: type[SteppedModule]
+
+    def read_model(self, path: str | Path) -> Any:
+        """Read the data of an FMU; ``StoreError`` where they are missing or none."""
+        try:
+            data = Path(path).read_bytes()
+        except OSError as error:
+            raise StoreError(
+                f"{path}: cannot be read ({error.strerror}); build the FMU again with build_fmu.py"
+            ) from None
+        return from_bytes(self.settings, data, Path(path).name)
+
+    def simulation(self, model: Any, chosen: Mapping[str, Any], names: Mapping[str, str]) -> Any:
+        """Simulation with values ``chosen`` of settings, which the FMU calls by ``names``; ``InputError``: misfits."""
+        try:
+            return self.model(with_chosen(model, chosen))  # type: ignore[call-arg]
+        except InputError as error:
+            field, _, rest = str(error).partition(" ")
+            raise InputError(f"'{names[field]}' {rest}" if field in names else str(error)) from None
+
+    @staticmethod
+    def announced_compilation(instance: str) -> AbstractContextManager[None]:
+        """Let the user of an instance know what takes so long while kernels compile."""
+        return announced(instance, COMPILATION)
