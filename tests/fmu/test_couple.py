@@ -1,6 +1,7 @@
 """The verb ``couple``: cranktrain, combustion and valve train as FMUs under the reference master."""
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -14,7 +15,7 @@ from small_fmus import small_combustion
 from cranktrain.cli.main import main
 from cranktrain.coupling.ssp import write_ssp
 from cranktrain.coupling.virtual_engine import Partners, virtual_engine
-from cranktrain.engine.file import engine_folder
+from cranktrain.engine.file import engine_folder, load_engine
 from cranktrain.fmu.build import build_fmu
 from cranktrain.store.hdf5 import read_result
 
@@ -57,6 +58,9 @@ def test_schemes_agree_and_the_power_closes(couple):
     assert one["peak_to_peak"] == pytest.approx(other["peak_to_peak"], rel=5e-3)
     for run in found.values():
         assert run["imep_pa"] == pytest.approx(1.56e6, rel=0.02)
+        engine = load_engine("diesel_i6")
+        swept = 6 * 2.0 * engine.crankshaft.throw * math.pi / 4.0 * engine.cylinders.bore**2
+        assert run["indicated_torque_nm"] == pytest.approx(run["imep_pa"] * swept / (4.0 * math.pi), rel=2e-3)
         assert run["coupling_residual_w"] < 0.02 * 209.4 * max(abs(run["indicated_torque_nm"]), 3000.0)
         assert run["steps"] == run["sweeps"] == 1440
         assert (

@@ -126,9 +126,15 @@ def gas_exchange(scheme: str, reconstruction: str) -> Exchange:
 
 def summary(run: Coupled, speed: float) -> dict[str, Any]:
     """What a coupled run at constant speed (rad/s) says in a few numbers, over its last cycle."""
-    angle = speed * run.times
-    last = run.times >= run.times[-1] - 4.0 * math.pi / speed
+    angle, cycle = speed * run.times, 4.0 * math.pi / speed
+    last = run.times >= run.times[-1] - cycle * (1.0 + 1.0e-9)
     residuals = {name: float(np.sqrt(np.mean(values[last[1:]] ** 2))) for name, values in run.residuals.items()}
+
+    def mean(name: str) -> float:
+        """Over the time of the last cycle, whose communication points need not be equally far apart."""
+        times = run.times[last]
+        return float(np.trapezoid(run.of(name)[last], times) / (times[-1] - times[0]))
+
     valves = {}
     if valve_drive.BOND.name in residuals:
         end = {name: run.of(f"{VALVETRAIN}.{name}")[-1] for name in valve_drive.READ}
@@ -139,8 +145,8 @@ def summary(run: Coupled, speed: float) -> dict[str, Any]:
             "axial_um": vibration(angle, run.of(f"{CRANKTRAIN}.pulley.axial"), 1e6),
         },
         "imep_pa": float(run.of(f"{COMBUSTION}.indicated.pressure_mean")[-1]),
-        "indicated_torque_nm": float(run.of(f"{CRANKTRAIN}.torque.indicated")[last].mean()),
-        "shaft_torque_nm": float(run.of(f"{CRANKTRAIN}.shaft.torque")[last].mean()),
+        "indicated_torque_nm": mean(f"{COMBUSTION}.indicated.torque"),
+        "shaft_torque_nm": mean(f"{CRANKTRAIN}.shaft.torque"),
         "coupling_residual_w": residuals[GAS.name],
         "real_time_factor": run.seconds / float(run.times[-1] - run.times[0]),
         "seconds": run.seconds,
