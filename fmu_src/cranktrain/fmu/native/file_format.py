@@ -1,0 +1,280 @@
+r"""Data of a native FMU, ``resources/native.bin``: one flat file of tables that the C side maps and reads in place.
+
+Little-endian; sections lie at multiples of 8 bytes, the last one at a multiple of 64::
+
+    0    8 bytes   magic, b"CRNKNAT\0"
+    8    uint32    version
+    12   uint32    0x01020304, the order of bytes
+    16   uint64    size of the file in bytes, a multiple of 8
+    24   16 bytes  digest (hexadecimal) of the layout of Run, the same as that of the kernels
+    40   40 bytes  GUID with braces, padded with zeros
+    80   uint64    Σ wᵢ over the uint64 words from byte 96 on, modulo 2⁶⁴
+    88   uint64    Σ (i + 1) wᵢ of the same
+    96   uint32    number of sections, uint32 0
+    104            for each section: 8 bytes name, uint64 offset, uint64 bytes, uint64 rows
+                   the sections
+
+The rows of each section are :data:`SECTIONS`. A *text* is an offset in TEXT; :data:`NONE` stands for "none". Rows of
+one table name those of another by their place; leaves, records and slots of a variant are counted from its first.
+Equal tables give equal bytes. The C reader is ``c/file.c``; both are held to each other by tests.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import StoreError
+
+MAGIC = b"CRNKNAT\0"
+VERSION = 1
+BYTE_ORDER = 0x01020304
+NONE = 0xFFFFFFFF
+"""Place of nothing in a uint32."""
+REFUSED = 0x80000000
+"""Bit of a row of LEVL that is no variant but the text of a refusal."""
+LARGEST = float(np.finfo(np.float64).max)
+"""Bound of a variable that has none; the other is its negative."""
+ALIGNMENT = 64
+"""Of arrays in BLOB, bytes: a line of a processor's cache."""
+
+REAL, INTEGER, BOOLEAN, STRING, ENUMERATION = range(5)
+"""Types of a variable."""
+INPUT, OUTPUT, PARAMETER, LOCAL = range(4)
+"""Causalities of a variable."""
+LEVEL, NUMBER = range(2)
+"""Kinds of a choice: it chooses the variant, or it sets one of ``run.numbers``."""
+ZEROS, COPIED, SHARED = range(3)
+"""Kinds of an array: zeros at the start, a copy for each instance, the file's own for all."""
+FUNCTION, RECORD = range(2)
+"""What a fixup is the address of: a function of the kernels, a record of the variant."""
+PLAIN, FUNCTION_LEAF, RECORD_LEAF = range(3)
+"""What a leaf that is no array holds: a number, the address of a function, or of a record."""
+ERROR, DISCARD = range(2)
+"""What a status of the kernels means: refused, or a step that failed."""
+
+_PREFIX = struct.Struct("<8sIIQ16s40sQQ")
+_SUMMED = _PREFIX.size
+_COUNT = struct.Struct("<II")
+_ENTRY = struct.Struct("<8sQQQ")
+_REMEDY = "build the FMU again with build_fmu.py --native"
+
+
+def _row(**columns: str) -> np.dtype[Any]:
+    """Type of a row, its columns without gaps."""
+    return np.dtype([(name, f"<{kind}") for name, kind in columns.items()])
+
+
+_ONE = np.dtype("<u4")
+
+SECTIONS: Mapping[str, np.dtype[Any]] = MappingProxyType(
+    {
+        # UTF-8 texts, each with a zero behind it; "" is at 0
+        "TEXT": np.dtype("u1"),
+        # in the order of value references; index: place in run.inputs or run.outputs, slot of run.numbers, row of CHOI
+        "VARS": np.dtype(
+            [
+                *(("name", "<u4"), ("start_text", "<u4"), ("type", "u1"), ("causality", "u1"), ("pad", "<u2")),
+                *(("index", "<u4"), ("start", "<f8"), ("min", "<f8"), ("max", "<f8")),
+                *(("first_family", "<u4"), ("n_families", "<u4")),
+            ]
+        ),
+        # rows of run.outputs.families that an output needs
+        "FAMS": _ONE,
+        # choices of String and Enumeration parameters; index: slot of run.numbers of a NUMBER
+        "CHOI": _row(name="u4", first_option="u4", n_options="u4", kind="u4", index="u4"),
+        # value: digit of the variant's key (LEVEL); number: what goes into run.numbers (NUMBER)
+        "OPTN": _row(text="u4", value="u4", number="f8"),
+        # variant for each combination of the LEVEL choices, the first one most significant, or REFUSED | text
+        "LEVL": _ONE,
+        "VARI": _row(
+            first_leaf="u4", n_leaves="u4", first_slot="u4", n_slots="u4",
+            first_record="u4", n_records="u4", first_number="u4", n_numbers="u4",
+        ),
+        # numbers that a variant brings, set before the parameters
+        "NUMB": _row(slot="u4", pad="u4", value="f8"),
+        # row of ARRY of each piece of memory of an instance
+        "SLOT": _ONE,
+        # members of the flattened tuple: an array's slot, or NONE and the eight bytes of a number
+        "LEAF": _row(slot="u4", kind="u4", value="u8"),
+        "RECS": _row(first_leaf="u4", n_leaves="u4"),
+        "ARRY": np.dtype(
+            [
+                *(("offset", "<u8"), ("bytes", "<u8"), ("shape", "<u8", (4,)), ("ndim", "<u4"), ("itemsize", "<u4")),
+                *(("kind", "<u4"), ("first_fixup", "<u4"), ("n_fixups", "<u4"), ("pad", "<u4")),
+            ]
+        ),
+        # addresses within an array of kind COPIED
+        "FIXU": _row(byte_offset="u8", kind="u4", index="u4"),
+        # leaves of Run that the C side knows: state, inputs, outputs, numbers, families, input_rates, output_rates
+        "NAME": _row(name="u4", leaf="u4"),
+        "STAT": _row(code="i4", text="u4", kind="u4", pad="u4"),
+        "INFO": _row(name="u4", text="u4"),
+        "BLOB": np.dtype("u1"),
+    }
+)  # fmt: skip
+"""Rows of each section, in the order of the file."""
+
+
+class Texts:
+    """Section TEXT in the making."""
+
+    def __init__(self) -> None:
+        self._bytes = bytearray(b"\0")
+        self._known = {"": 0}
+
+    def at(self, text: str) -> int:
+        """Offset of a text, each of which is kept once."""
+        if "\0" in text:
+            raise StoreError(f"native.bin: the text {text!r} holds a zero; leave it out")
+        if text not in self._known:
+            self._known[text] = len(self._bytes)
+            self._bytes += text.encode() + b"\0"
+        return self._known[text]
+
+    def table(self) -> NDArray[Any]:
+        """The section."""
+        return np.frombuffer(bytes(self._bytes), dtype=SECTIONS["TEXT"])
+
+
+class Blob:
+    """Section BLOB in the making."""
+
+    def __init__(self) -> None:
+        self._parts: list[bytes] = []
+        self._size = 0
+        self._known: dict[bytes, int] = {}
+
+    def put(self, array: NDArray[Any]) -> tuple[int, int]:
+        """Offset and length, bytes, of an array's values in C order; equal values are kept once."""
+        data = np.ascontiguousarray(array).tobytes()
+        if data not in self._known:
+            padded = data + bytes(-len(data) % ALIGNMENT)
+            self._known[data] = self._size
+            self._parts.append(padded)
+            self._size += len(padded)
+        return self._known[data], len(data)
+
+    def table(self) -> NDArray[Any]:
+        """The section."""
+        return np.frombuffer(b"".join(self._parts), dtype=SECTIONS["BLOB"])
+
+
+def table(section: str, rows: Iterable[Any]) -> NDArray[Any]:
+    """Rows of a section from numbers, or from mappings of columns, where those left out are 0.
+
+    Raises ``StoreError`` for a column that the section has not.
+    """
+    dtype = SECTIONS[section]
+    listed = list(rows)
+    made = np.zeros(len(listed), dtype=dtype)
+    for i, row in enumerate(listed):
+        if not isinstance(row, Mapping):
+            made[i] = row
+            continue
+        for column, value in row.items():
+            if column not in (dtype.names or ()):
+                raise StoreError(f"native.bin: section {section} has no column '{column}'; valid: {dtype.names}")
+            made[i][column] = value
+    return made
+
+
+@dataclass(frozen=True)
+class NativeFile:
+    """What a native.bin holds.
+
+    Attributes
+    ----------
+    digest : 16 hexadecimal digits of the kernels' layout
+    guid : of the FMU, with braces
+    tables : rows by the section's name; sections that are left out are empty
+    """
+
+    digest: str
+    guid: str
+    tables: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+
+    def __getitem__(self, section: str) -> NDArray[Any]:
+        return self.tables.get(section, np.zeros(0, dtype=SECTIONS[section]))
+
+    def text(self, offset: int) -> str:
+        """Text at an offset of TEXT."""
+        data = self["TEXT"].tobytes()
+        return data[offset : data.index(b"\0", offset)].decode()
+
+
+def to_bytes(file: NativeFile) -> bytes:
+    """The file in the layout of this module.
+
+    Raises
+    ------
+    StoreError
+        digest, GUID or a table that do not fit into it
+    """
+    digest, guid = file.digest.encode(), file.guid.encode()
+    if len(digest) != 16:
+        raise StoreError(f"native.bin: the digest '{file.digest}' has not 16 digits")
+    if not 0 < len(guid) < 40:
+        raise StoreError(f"native.bin: the GUID '{file.guid}' is not one of at most 39 characters")
+    directory, sections = [_COUNT.pack(len(SECTIONS), 0)], []
+    at = _SUMMED + _COUNT.size + _ENTRY.size * len(SECTIONS)
+    for name, dtype in SECTIONS.items():
+        rows = file[name]
+        if name == "TEXT" and not rows.size:
+            rows = Texts().table()
+        if rows.dtype != dtype or rows.ndim != 1:
+            raise StoreError(f"native.bin: section {name} holds rows of {rows.dtype}, not of {dtype}")
+        data = rows.tobytes()
+        before = -at % (ALIGNMENT if name == "BLOB" else 8)
+        sections.append(bytes(before) + data)
+        at += before
+        directory.append(_ENTRY.pack(name.encode(), at, len(data), len(rows)))
+        at += len(data)
+    body = b"".join([*directory, *sections, bytes(-at % 8)])
+    first, second = _sums(body)
+    prefix = _PREFIX.pack(MAGIC, VERSION, BYTE_ORDER, _SUMMED + len(body), digest, guid, first, second)
+    return prefix + body
+
+
+def from_bytes(data: bytes, name: str = "native.bin") -> NativeFile:
+    """Inverse of :func:`to_bytes`.
+
+    Raises
+    ------
+    StoreError
+        foreign, of another version or order of bytes, truncated or changed since it was written
+    """
+    if len(data) < _SUMMED + _COUNT.size or data[:8] != MAGIC:
+        raise StoreError(f"{name}: not the data of a native FMU of cranktrain; {_REMEDY}")
+    _, version, order, size, digest, guid, first, second = _PREFIX.unpack_from(data)
+    if order != BYTE_ORDER:
+        raise StoreError(f"{name}: of another order of bytes; {_REMEDY}")
+    if version != VERSION:
+        raise StoreError(f"{name}: version {version}, this cranktrain reads version {VERSION}; {_REMEDY}")
+    body = data[_SUMMED:]
+    if size != len(data) or len(body) % 8 or _sums(body) != (first, second):
+        raise StoreError(f"{name}: truncated or changed since it was written (checksum differs); {_REMEDY}")
+    tables = {}
+    for k in range(_COUNT.unpack_from(body)[0]):
+        raw, offset, length, rows = _ENTRY.unpack_from(body, _COUNT.size + k * _ENTRY.size)
+        section = raw.rstrip(b"\0").decode(errors="replace")
+        if section not in SECTIONS:
+            raise StoreError(f"{name}: unknown section '{section}'; {_REMEDY}")
+        dtype = SECTIONS[section]
+        if length != rows * dtype.itemsize or offset + length > len(data):
+            raise StoreError(f"{name}: section {section} does not fit into the file; {_REMEDY}")
+        tables[section] = np.frombuffer(data, dtype=dtype, count=rows, offset=offset)
+    return NativeFile(digest.decode(errors="replace"), guid.rstrip(b"\0").decode(errors="replace"), tables)
+
+
+def _sums(body: bytes) -> tuple[int, int]:
+    """Sum of the words, and of the words times their number from 1 on, modulo 2⁶⁴."""
+    words = np.frombuffer(body, dtype="<u8")
+    counts = np.arange(1, words.size + 1, dtype=np.uint64)
+    return int(words.sum(dtype=np.uint64)), int((words * counts).sum(dtype=np.uint64))
