@@ -28,6 +28,11 @@ HEAD = ("time", "angle", "partner_angle", "angle_seen", "last_interval", "last_a
 """What every module's state begins with."""
 TIME, OWN_ANGLE, PARTNER_ANGLE, ANGLE_SEEN, LAST_INTERVAL, LAST_ANGLE, LAST_SPEED = range(len(HEAD))
 
+OK = 0
+NOT_AHEAD, JUMPS, BACKWARDS = 10, 11, 12
+INPUT_NOT_FINITE, INPUT_NOT_POSITIVE, NUMBER_NOT_FINITE, UNKNOWN_CHOICE = 1000, 2000, 3000, 4000
+"""Statuses of every module, see :mod:`.statuses`; to the last four the place in the array is added."""
+
 LONGEST_STEP = 1.0
 """Longest communication step, s."""
 LARGEST_JUMP = math.radians(90.0)
@@ -82,6 +87,59 @@ def keep_received(state, inputs, interval):
     state[LAST_SPEED] = inputs[SPEED]
     state[TIME] += interval
     state[LAST_INTERVAL] = interval
+
+
+@kernel
+def inputs_status(inputs):
+    """Whether inputs are numbers and the crank does not turn back: a status."""
+    for k in range(inputs.shape[0]):
+        if not math.isfinite(inputs[k]):
+            return INPUT_NOT_FINITE + k
+    return BACKWARDS if inputs[SPEED] < 0.0 else OK
+
+
+@kernel
+def jump(state, inputs, interval, ends):
+    """Angle, rad, by which a received angle is off from where its speed has led: within (−2π, 2π]."""
+    ahead = 0.0 if ends == 0 else interval
+    return cycle_angle(inputs[ANGLE] - state[OWN_ANGLE] - inputs[SPEED] * ahead)
+
+
+@kernel
+def step_status(state, inputs, t_end, source, ends):
+    """Whether a communication step to ``t_end``, s, leads on, and the angle with it: a status.
+
+    ``source`` and ``ends`` are places in ``ANGLES`` and ``TIMES``.
+    """
+    interval = t_end - state[TIME]
+    if not 0.0 < interval <= LONGEST_STEP:
+        return NOT_AHEAD
+    if source == BY_SPEED or (source == AUTO and inputs[ANGLE] == 0.0 and state[ANGLE_SEEN] == 0.0):
+        return OK
+    return JUMPS if abs(jump(state, inputs, interval, ends)) > LARGEST_JUMP else OK
+
+
+@kernel
+def numbers_status(numbers):
+    """Whether all of a run's numbers are finite: a status."""
+    for k in range(numbers.shape[0]):
+        if not math.isfinite(numbers[k]):
+            return NUMBER_NOT_FINITE + k
+    return OK
+
+
+@kernel
+def choice_status(numbers, slot, options):
+    """Whether a number stands for one of so many options, 0, 1, …: a status."""
+    value = numbers[slot]
+    return OK if 0.0 <= value < options and value == math.floor(value) else UNKNOWN_CHOICE + slot
+
+
+@kernel
+def copy_state(source, target):
+    """Copy one state vector into another."""
+    for k in range(source.shape[0]):
+        target[k] = source[k]
 
 
 def check_inputs(inputs: Array, names: tuple[str, ...]) -> None:

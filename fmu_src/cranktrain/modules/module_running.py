@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 from cranktrain.core.announcement import announced
 from cranktrain.core.errors import InputError, StoreError
+from cranktrain.core.stepped_model import SteppedModel
 from cranktrain.modules.module_settings import from_bytes, with_chosen
-from cranktrain.modules.stepped_module import SteppedModule
+from cranktrain.modules.statuses import named
 
 COMPILATION = "one minute"
 """What the kernels of a module take at most, from an empty cache."""
@@ -20,7 +21,7 @@ class ModuleRunning(NamedTuple):
     """The classes of a module's settings and of its simulation."""
 
     settings: type[Any]
-    model: type[SteppedModule]
+    model: type[SteppedModel]
 
     def read_model(self, path: str | Path) -> Any:
         """Read the data of an FMU; ``StoreError`` where they are missing or none."""
@@ -37,8 +38,7 @@ class ModuleRunning(NamedTuple):
         try:
             return self.model(with_chosen(model, chosen))  # type: ignore[call-arg]
         except InputError as error:
-            field, _, rest = str(error).partition(" ")
-            raise InputError(f"'{names[field]}' {rest}" if field in names else str(error)) from None
+            raise InputError(named(str(error), names)) from None
 
     @staticmethod
     def announced_compilation(instance: str) -> AbstractContextManager[None]:

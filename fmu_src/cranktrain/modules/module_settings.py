@@ -1,13 +1,17 @@
-"""Settings of a module, a frozen record with ``firing_angles``: as an FMU carries them, and with parameters chosen."""
+"""Settings of a module, a frozen record with ``firing_angles``: as an FMU carries them, and as a run's numbers."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any, TypeVar
 
-from cranktrain.core.errors import StoreError
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError, StoreError, nearest
 
 Settings = TypeVar("Settings", bound=Any)
 
@@ -36,3 +40,24 @@ def with_chosen(settings: Settings, chosen: Mapping[str, Any]) -> Settings:
         else:
             plain[name] = value
     return replace(settings, firing_angles=tuple(angles), **plain)
+
+
+def check_values(settings: Any, choices: Mapping[str, Sequence[str]]) -> None:
+    """Refuse names that are not among a setting's ``choices``, and numbers that are not finite; ``InputError``."""
+    for name, names in choices.items():
+        value = str(getattr(settings, name))
+        if value not in names:
+            raise InputError(f"{name} '{value}' is not known; {nearest(value, names)}")
+    angles = {f"firing_angles[{i + 1}]": angle for i, angle in enumerate(settings.firing_angles)}
+    for name, value in (asdict(settings) | angles).items():
+        if isinstance(value, float) and not math.isfinite(value):
+            raise InputError(f"{name} is {value}; it must be a finite number")
+
+
+def run_numbers(
+    settings: Any, names: Sequence[str], choices: Mapping[str, Sequence[str]], **derived: float
+) -> NDArray[np.float64]:
+    """Numbers of a run: settings by their names, the place for a choice, and the firing angles behind them."""
+    given = asdict(settings) | derived
+    given |= {name: valid.index(given[name]) for name, valid in choices.items()}
+    return np.array([*(float(given[name]) for name in names), *settings.firing_angles])

@@ -1,14 +1,16 @@
-"""The simulation of a module beside the cranktrain: a communication step over its kernels."""
+"""The simulation of a module beside the cranktrain: its run, and the kernels of the run's record."""
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
-from cranktrain.core.errors import SolverError
+from cranktrain.core.errors import CranktrainError, InputError, SolverError
 from cranktrain.core.kernel import typed_kernel
-from cranktrain.core.stepped_model import Array, SteppedModel
-from cranktrain.modules.crank_angle import TIME, check_inputs, checked_interval
+from cranktrain.core.stepped_model import SteppedModel
+from cranktrain.modules import crank_angle as crank
+from cranktrain.modules.statuses import FAILED, MEND_ANGLE, MEND_STEP, NO_REVERSE, NativeInterface
 
 
 class SteppedModule(SteppedModel):
@@ -16,13 +18,35 @@ class SteppedModule(SteppedModel):
 
     Attributes
     ----------
-    settings : with ``angle_source`` and ``inputs_at`` among them
+    settings : with ``inputs_at`` among them
     outputs : valid after ``initialize`` and after each step
     """
 
     settings: Any
-    _model: Any
-    _work: Any
+    _kernels: ClassVar[Any]
+    """The run's record: a module with kernels ``start``, ``advance_run`` and ``observe_run``."""
+
+    def __init__(self, settings: Any, run: Any, interface: NativeInterface) -> None:
+        self.settings = settings
+        self._run, self._model, self._work = run, run.model, run.work
+        self._inputs, self.outputs = run.inputs, run.outputs
+        self.input_names, self.output_names = interface.inputs, interface.outputs
+        self._statuses = interface.statuses
+
+    def initialize(self, time: float = 0.0) -> None:
+        """Start at a time, s, under the present inputs, as the module's kernel ``start`` says.
+
+        Raises ``InputError`` for inputs that no engine has, ``SolverError`` where the start has no solution. The state
+        is that of before then.
+        """
+        run, kernels = self._run, self._kernels
+        status = typed_kernel(kernels.start, run, 0.0)(run, float(time))
+        if status:
+            raise self._error(status, "the start", time)
+        self._advance = typed_kernel(kernels.advance_run, run, 0.0)
+        self._observe_run = typed_kernel(kernels.observe_run, run)
+        self._state = run.state
+        self._observe()
 
     def step(self, t_end: float) -> None:
         """Advance to ``t_end``, s. On an error the state stays at the last good time.
@@ -35,26 +59,37 @@ class SteppedModule(SteppedModel):
             a model without a solution
         """
         state = self._current()
-        self._check_inputs()
-        interval = checked_interval(state, self.inputs, t_end, self.settings.angle_source, self.settings.inputs_at)
-        after = state.copy()
-        if self._advance(self._model, self._work, after, self.inputs, interval, self.outputs):
-            raise self._failure(f"the step from {state[TIME]:.9g} s")
-        after[TIME] = t_end
-        self._state = after
+        status = self._advance(self._run, float(t_end))
+        if status:
+            raise self._error(status, f"the step from {state[crank.TIME]:.9g} s", t_end)
 
-    def _stand_at(self, state: Array, kernel: Any, before: Any) -> None:
-        """Begin at a state; ``kernel`` takes steps and observes, and compiles in one of the model ``before``."""
-        self._state = state
-        arguments = before, self._work, state.copy(), self.inputs, 1.0e-9, self.outputs
-        self._advance = typed_kernel(kernel, *arguments)
-        self._advance(*arguments)
-        self._observe()
+    def _observe(self) -> None:
+        self._observe_run(self._run)
 
-    def _check_inputs(self) -> None:
-        """Refuse inputs that no engine has; ``InputError``."""
-        check_inputs(self.inputs, self.input_names)
+    def _error(self, status: int, what: str, t_end: float) -> CranktrainError:
+        """What to raise for a status of the start or of a step, which ``what`` calls it, to ``t_end``, s."""
+        if self._statuses[status][0] == FAILED:
+            return SolverError(self._failure(what, status))
+        return InputError(self._refusal(status, t_end))
+
+    def _refusal(self, status: int, t_end: float) -> str:
+        """What a refused input or step is, with its value."""
+        inputs = self.inputs
+        if status == crank.BACKWARDS:
+            return f"crank.speed is {inputs[crank.SPEED]:g} rad/s; {NO_REVERSE}"
+        place = status - crank.INPUT_NOT_FINITE
+        if 0 <= place < inputs.size:
+            return f"{self.input_names[place]} is {inputs[place]}; it must be a finite number"
+        state = self._current()
+        time = float(state[crank.TIME])
+        if status == crank.NOT_AHEAD:
+            return f"a step from {time:.9g} s to {t_end:.9g} s; {MEND_STEP}"
+        off = crank.jump(state, inputs, t_end - time, crank.TIMES.index(self.settings.inputs_at))
+        return (
+            f"crank.angle is {math.degrees(inputs[crank.ANGLE]):.1f} deg at {time:.9g} s, "
+            f"{math.degrees(off):.0f} deg off from where crank.speed has led; {MEND_ANGLE}"
+        )
 
     @abstractmethod
-    def _failure(self, what: str) -> SolverError:
+    def _failure(self, what: str, status: int) -> str:
         """Why ``what``, the start or a step, has no solution."""

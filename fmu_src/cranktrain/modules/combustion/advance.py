@@ -70,15 +70,8 @@ def follow_lifts(model, work, state, base, place, inputs, interval):
 
 
 @kernel
-def advance_and_observe(model, work, state, inputs, interval, out):
-    """Advance by an interval, s, and write the outputs: one call from Python; a status."""
-    status = advance(model, work, state, inputs, interval)
-    return observe(model, work, state, out) if status == OK else status
-
-
-@kernel
 def advance(model, work, state, inputs, interval):
-    """Advance all cylinders by an interval, s; a status, and the number of the cylinder that failed in STEPS' place."""
+    """Advance all cylinders by an interval, s; a status; ``work.counters`` says which cylinder failed."""
     hold_inputs(model, work, inputs)
     take_lifts(model, work, state, inputs)
     turn = turned(state, inputs, interval, model.choices[at.GIVEN_ANGLE], model.choices[at.ENDS])

@@ -1,27 +1,37 @@
-"""What a combustion model is made of: one frozen record in SI, and the arrays that kernels take."""
+"""What a combustion model is made of: one frozen record in SI, and the run that is made of it."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, fields
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
-from cranktrain.core.errors import InputError, nearest
-from cranktrain.modules.combustion.cylinder import swept_volume
-from cranktrain.modules.combustion.gas import gas_constant, gas_table, internal_energy, stoichiometric_air
-from cranktrain.modules.combustion.slots import CHOICES, N_INTEGRATED, NOW, NUMBERS
+from cranktrain.core.errors import InputError
+from cranktrain.modules.combustion import slots as at
+from cranktrain.modules.combustion.advance import N_HEAD, N_OF_CYLINDER, N_OUTPUTS
+from cranktrain.modules.combustion.cylinder import OK
+from cranktrain.modules.combustion.gas import gas_table, stoichiometric_air
+from cranktrain.modules.combustion.preparation import (
+    INTAKE_ANGLES,
+    NO_COMPRESSION,
+    SHORT_ROD,
+    check_numbers,
+    prepare_model,
+)
+from cranktrain.modules.combustion.run_record import Model, Run, Work
 from cranktrain.modules.combustion.stepping import ROWS, STAGES
 from cranktrain.modules.crank_angle import ANGLES, TIMES
+from cranktrain.modules.module_settings import check_values, run_numbers
 
 Array = NDArray[np.float64]
 
-LIFTS = ("built-in", "input", "auto")
-PORT_SHARE = 0.5
-"""Volume of the exhaust port, over the swept volume, that mixes what leaves a cylinder; chosen."""
+CHOICES = {"lift_source": at.LIFTS, "angle_source": ANGLES, "inputs_at": TIMES}
+"""Settings that are one of several names; in a run's numbers the name's place stands for it."""
+MEND_INTAKE = "it opens before it closes, both between -720 and 0 deg after firing dead centre"
+MEND_EXHAUST = "it opens before it closes, both between 0 and 720 deg after firing dead centre"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,58 +101,46 @@ class CycleSettings:
     inputs_at: str = "begin"
 
 
-class Model(NamedTuple):
-    """Constants of a run: numbers by their slots, gas table, firing angles (cylinders,), choices and the method."""
+def make_run(settings: CycleSettings, gas: Array | None = None) -> Run:
+    """A run, prepared: its inputs start as the settings say, its state is yet to be started.
 
-    numbers: Array
-    gas: Array
-    firing: Array
-    choices: NDArray[np.int64]
-    tableau: Array
-    nodes: Array
-    defects: Array
-    mark: NDArray[np.void]
-
-
-class Work(NamedTuple):
-    """Workspace of the kernels: rates of the stages and values, what holds over a step, and a counter."""
-
-    rows: Array
-    now: Array
-    counters: NDArray[np.int64]
-    mark: NDArray[np.void]
+    ``gas`` replaces air and products by another table, see :func:`.gas.constant_gas`. Raises ``InputError`` for values
+    that do not go together.
+    """
+    count = len(settings.firing_angles)
+    model, work = build_model(settings, gas), make_work(count)
+    inputs = np.zeros(at.FIRST_CYLINDER + count * at.OF_CYLINDER)
+    for slot, name in ((at.INTAKE_P, "intake_pressure"), (at.INTAKE_T, "intake_temperature"),
+                       (at.EXHAUST_P, "exhaust_pressure"), (at.EXHAUST_T, "exhaust_temperature")):  # fmt: skip
+        inputs[slot] = getattr(settings, name)
+    inputs[at.FIRST_CYLINDER + at.FUEL_MASS :: at.OF_CYLINDER] = settings.fuel_mass
+    inputs[at.FIRST_CYLINDER + at.INJECTION :: at.OF_CYLINDER] = settings.injection_angle
+    outputs = np.zeros(N_OUTPUTS + count * N_OF_CYLINDER)
+    return Run(model, work, np.zeros(work.trial.size), inputs, outputs, numbers_of(settings))
 
 
 def build_model(settings: CycleSettings, gas: Array | None = None) -> Model:
-    """Arrays of a run; ``gas`` replaces air and products by another table, see :func:`.gas.constant_gas`.
-
-    Raises ``InputError`` for values that do not go together.
-    """
+    """Constants of a run, see :func:`make_run`."""
     check_settings(settings)
     table = gas_table(settings.hydrogen_per_carbon) if gas is None else gas
-    given = asdict(settings)
-    given["air_demand"] = stoichiometric_air(settings.hydrogen_per_carbon)
-    numbers = np.array([float(given.get(name, 0.0)) for name in NUMBERS])
-    share = settings.intake_share
-    swept = float(swept_volume(numbers))
-    density = settings.intake_pressure / (gas_constant(table, share) * settings.intake_temperature)
-    scales = {
-        "mass_scale": density * swept,
-        "energy_scale": density * swept * abs(internal_energy(table, share, 1000.0)),
-        "port_mass": PORT_SHARE * swept * settings.exhaust_pressure
-        / (gas_constant(table, share) * settings.exhaust_temperature),
-    }  # fmt: skip
-    for name, value in scales.items():
-        numbers[NUMBERS.index(name)] = value
-    choices = LIFTS.index(settings.lift_source), ANGLES.index(settings.angle_source), TIMES.index(settings.inputs_at)
-    assert len(choices) == len(CHOICES)
-    firing = np.array(settings.firing_angles, dtype=float)
-    return Model(numbers, table, firing, np.array(choices), *dormand_prince(), build_mark())
+    firing = np.zeros(len(settings.firing_angles))
+    choices = np.zeros(len(at.CHOICES), dtype=np.int64)
+    model = Model(np.zeros(len(at.NUMBERS)), table, firing, choices, *dormand_prince(), build_mark())
+    prepare_model(numbers_of(settings), model)
+    return model
 
 
-def make_work() -> Work:
+def make_work(cylinders: int) -> Work:
     """Workspace of one run."""
-    return Work(np.zeros((ROWS, N_INTEGRATED)), np.zeros(len(NOW)), np.zeros(1, dtype=np.int64), build_mark())
+    trial = np.zeros(N_HEAD + cylinders * at.SIZE)
+    counters = np.zeros(1, dtype=np.int64)
+    return Work(np.zeros((ROWS, at.N_INTEGRATED)), np.zeros(len(at.NOW)), counters, trial, build_mark())
+
+
+def numbers_of(settings: CycleSettings) -> Array:
+    """Numbers of a run, in the order of ``slots.RUN_NUMBERS`` with the firing angles behind."""
+    air = stoichiometric_air(settings.hydrogen_per_carbon)
+    return run_numbers(settings, at.RUN_NUMBERS, CHOICES, air_demand=air)
 
 
 def dormand_prince() -> tuple[Array, Array, Array]:
@@ -165,29 +163,22 @@ def dormand_prince() -> tuple[Array, Array, Array]:
 
 def check_settings(settings: CycleSettings) -> None:
     """Refuse values that no engine has together; ``InputError`` names the one and what it must be."""
-    s = settings
-    for name, names in (("lift_source", LIFTS), ("angle_source", ANGLES), ("inputs_at", TIMES)):
-        if getattr(s, name) not in names:
-            raise InputError(f"{name} '{getattr(s, name)}' is not known; {nearest(str(getattr(s, name)), names)}")
-    for entry in fields(s):
-        value = getattr(s, entry.name)
-        if isinstance(value, float) and not math.isfinite(value):
-            raise InputError(f"{entry.name} is {value}; it must be a finite number")
-    reach = 0.5 * s.stroke + abs(s.pin_offset)
-    if not s.rod_length > reach > 0.0:
-        raise InputError(
-            f"rod_length {1e3 * s.rod_length:g} mm does not exceed crank radius and pin offset, {1e3 * reach:g} mm"
-        )
-    if not s.compression_ratio > 1.0:
-        raise InputError(f"compression_ratio {s.compression_ratio:g} must be above 1; diesels have 14 to 20")
-    turns = 180.0 / math.pi
-    if not -4.0 * math.pi <= s.intake_opens < s.intake_closes < 0.0:
-        raise InputError(
-            f"intake valve from {turns * s.intake_opens:g} to {turns * s.intake_closes:g} deg; it opens before it "
-            "closes, both between -720 and 0 deg after firing dead centre"
-        )
-    if not 0.0 < s.exhaust_opens < s.exhaust_closes <= 4.0 * math.pi:
-        raise InputError(
-            f"exhaust valve from {turns * s.exhaust_opens:g} to {turns * s.exhaust_closes:g} deg; it opens before it "
-            "closes, both between 0 and 720 deg after firing dead centre"
-        )
+    check_values(settings, CHOICES)
+    status = check_numbers(numbers_of(settings))
+    if status != OK:
+        raise InputError(_refusal(settings, status))
+
+
+def _refusal(settings: CycleSettings, status: int) -> str:
+    """What a status of :mod:`.preparation` says of these settings."""
+    s, turns = settings, 180.0 / math.pi
+    if status == SHORT_ROD:
+        reach = 0.5 * s.stroke + abs(s.pin_offset)
+        return f"rod_length {1e3 * s.rod_length:g} mm does not exceed crank radius and pin offset, {1e3 * reach:g} mm"
+    if status == NO_COMPRESSION:
+        return f"compression_ratio {s.compression_ratio:g} must be above 1; diesels have 14 to 20"
+    if status == INTAKE_ANGLES:
+        span = f"from {turns * s.intake_opens:g} to {turns * s.intake_closes:g} deg"
+        return f"intake valve {span}; {MEND_INTAKE}"
+    span = f"from {turns * s.exhaust_opens:g} to {turns * s.exhaust_closes:g} deg"
+    return f"exhaust valve {span}; {MEND_EXHAUST}"

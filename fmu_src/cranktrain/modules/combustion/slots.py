@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from cranktrain.modules.crank_angle import HEAD as CRANK_HEAD
 
-NUMBERS = (
+GIVEN = (
     "bore", "stroke", "rod_length", "pin_offset", "compression_ratio", "crankcase_pressure", "wall_temperature",
     "swirl", "heating_value", "air_demand", "ignition_factor", "ignition_exponent", "ignition_temperature",
     "ignition_by_ratio", "premixed_factor", "premixed_by_ratio", "premixed_by_delay", "premixed_duration",
@@ -15,11 +15,12 @@ NUMBERS = (
     "diffusion_duration", "diffusion_exponent", "reference_ratio", "reference_speed", "intake_share",
     "intake_diameter", "intake_count", "exhaust_diameter", "exhaust_count", "curtain", "port",
     "intake_opens", "intake_closes", "intake_lift", "exhaust_opens", "exhaust_closes", "exhaust_lift",
-    "scatter_fuel", "scatter_timing", "scatter_burn", "seed", "tolerance", "port_mass", "mass_scale", "energy_scale",
-    "wall_factor",
+    "scatter_fuel", "scatter_timing", "scatter_burn", "seed", "tolerance", "wall_factor",
 )  # fmt: skip
-"""Fields of the settings, and scales that follow from them, in the order of a model's numbers."""
-
+"""Fields of the settings that kernels read while they step; ``air_demand`` follows from the fuel."""
+N_GIVEN = len(GIVEN)
+NUMBERS = (*GIVEN, "port_mass", "mass_scale", "energy_scale")
+"""A model's numbers: what is given, and scales that follow from it."""
 (
     BORE, STROKE, ROD_LENGTH, PIN_OFFSET, COMPRESSION_RATIO, CRANKCASE_PRESSURE, WALL_TEMPERATURE, SWIRL,
     HEATING_VALUE, AIR_DEMAND, IGNITION_FACTOR, IGNITION_EXPONENT, IGNITION_TEMPERATURE, IGNITION_BY_RATIO,
@@ -27,13 +28,24 @@ NUMBERS = (
     DIFFUSION_DURATION, DIFFUSION_EXPONENT, REFERENCE_RATIO, REFERENCE_SPEED, INTAKE_SHARE,
     INTAKE_DIAMETER, INTAKE_COUNT, EXHAUST_DIAMETER, EXHAUST_COUNT, CURTAIN, PORT_COEFFICIENT,
     INTAKE_OPENS, INTAKE_CLOSES, INTAKE_LIFT, EXHAUST_OPENS, EXHAUST_CLOSES, EXHAUST_LIFT,
-    SCATTER_FUEL, SCATTER_TIMING, SCATTER_BURN, SEED, TOLERANCE, PORT_MASS, MASS_SCALE, ENERGY_SCALE,
-    WALL_FACTOR,
+    SCATTER_FUEL, SCATTER_TIMING, SCATTER_BURN, SEED, TOLERANCE, WALL_FACTOR, PORT_MASS, MASS_SCALE, ENERGY_SCALE,
 ) = range(len(NUMBERS))  # fmt: skip
 
+RUN_NUMBERS = (
+    *GIVEN, "intake_pressure", "intake_temperature", "exhaust_pressure", "exhaust_temperature", "start_cycles",
+    "start_speed", "lift_source", "angle_source", "inputs_at",
+)  # fmt: skip
+"""A run's numbers: what is given, what only its preparation and its start read, and behind them the firing angles."""
+(
+    CHARGE_PRESSURE, CHARGE_TEMPERATURE, BACK_PRESSURE, BACK_TEMPERATURE, START_CYCLES, START_SPEED, LIFT_SOURCE,
+    ANGLE_SOURCE, INPUTS_AT,
+) = range(N_GIVEN, len(RUN_NUMBERS))  # fmt: skip
+FIRING = len(RUN_NUMBERS)
+
+LIFTS = ("built-in", "input", "auto")
+"""Where lifts come from: the built-in ones, the inputs, or the inputs as soon as one is not 0."""
 CHOICES = ("given_lift", "given_angle", "ends")
-"""Choices of a model: lifts are inputs, or 2: as soon as one is not 0; the angle likewise; inputs belong to a step's
-end."""
+"""Choices of a model: places in ``LIFTS``, and in ``ANGLES`` and ``TIMES`` of :mod:`cranktrain.modules.crank_angle`."""
 GIVEN_LIFT, GIVEN_ANGLE, ENDS = range(len(CHOICES))
 _NEVER, ALWAYS, ONCE_SEEN = range(3)
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from cranktrain.core.errors import SolverError
+from cranktrain.core.kernel import typed_kernel
+from cranktrain.core.stepped_model import Array, SteppedModel
 from cranktrain.modules import crank_angle as crank
-from cranktrain.modules.stepped_module import SteppedModule
+from cranktrain.modules.crank_angle import TIME, check_inputs, checked_interval
 from cranktrain.modules.valve_train import slots as at
 from cranktrain.modules.valve_train.advance import advance, advance_and_observe, energy, observe, stand
 from cranktrain.modules.valve_train.settings import TrainSettings, build_model, make_work
@@ -16,7 +19,7 @@ from cranktrain.modules.valve_train.settings import TrainSettings, build_model, 
 _ZEROED = (at.STEPS, at.REJECTED, at.WORK, at.FRICTION_WORK, at.DAMPED, crank.LAST_INTERVAL, crank.ANGLE_SEEN)
 
 
-class ValveTrainSimulation(SteppedModule):
+class ValveTrainSimulation(SteppedModel):
     """Valve train of one engine, stepped from outside.
 
     Attributes
@@ -59,6 +62,37 @@ class ValveTrainSimulation(SteppedModule):
         state[at.FIRST_ENERGY] = energy(self._model, self._work, state)
         state[crank.TIME], state[crank.PARTNER_ANGLE] = time, angle
         self._stand_at(state, advance_and_observe, before)
+
+    def step(self, t_end: float) -> None:
+        """Advance to ``t_end``, s. On an error the state stays at the last good time.
+
+        Raises
+        ------
+        InputError
+            inputs that are not numbers or out of bounds, an angle that jumps, a step that is not positive or absurd
+        SolverError
+            a model without a solution
+        """
+        state = self._current()
+        self._check_inputs()
+        interval = checked_interval(state, self.inputs, t_end, self.settings.angle_source, self.settings.inputs_at)
+        after = state.copy()
+        if self._advance(self._model, self._work, after, self.inputs, interval, self.outputs):
+            raise self._failure(f"the step from {state[TIME]:.9g} s")
+        after[TIME] = t_end
+        self._state = after
+
+    def _stand_at(self, state: Array, kernel: Any, before: Any) -> None:
+        """Begin at a state; ``kernel`` takes steps and observes, and compiles in one of the model ``before``."""
+        self._state = state
+        arguments = before, self._work, state.copy(), self.inputs, 1.0e-9, self.outputs
+        self._advance = typed_kernel(kernel, *arguments)
+        self._advance(*arguments)
+        self._observe()
+
+    def _check_inputs(self) -> None:
+        """Refuse inputs that no engine has; ``InputError``."""
+        check_inputs(self.inputs, self.input_names)
 
     def _observe(self) -> None:
         observe(self._model, self._work, self._current(), self.outputs)

@@ -1,0 +1,155 @@
+"""All of a run in one record, and the four kernels by which it is run: from Python, and from a library without it.
+
+Each returns a status, 0 or what :mod:`.native` has a text for. Where it is not 0, the model or the state is as before.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.kernel import kernel
+from cranktrain.modules.combustion import slots as at
+from cranktrain.modules.combustion.advance import N_HEAD, advance, fill_all, observe
+from cranktrain.modules.combustion.cylinder import OK
+from cranktrain.modules.combustion.preparation import prepare_model, take_choices
+from cranktrain.modules.crank_angle import INPUT_NOT_POSITIVE, copy_state, inputs_status, step_status
+
+Array = NDArray[np.float64]
+
+CYLINDER_FAILED = 100
+"""Status to which the number of the cylinder is added, 1 for the first."""
+
+
+class Model(NamedTuple):
+    """Constants of a run: numbers by their slots, gas table, firing angles (cylinders,), choices and the method."""
+
+    numbers: Array
+    gas: Array
+    firing: Array
+    choices: NDArray[np.int64]
+    tableau: Array
+    nodes: Array
+    defects: Array
+    mark: NDArray[np.void]
+
+
+class Work(NamedTuple):
+    """Workspace: rates of the stages and values, what holds over a step, a counter, and a state that is tried."""
+
+    rows: Array
+    now: Array
+    counters: NDArray[np.int64]
+    trial: Array
+    mark: NDArray[np.void]
+
+
+class Run(NamedTuple):
+    """A run: its model and workspace, state, inputs and outputs, and the numbers that its parameters set.
+
+    ``numbers`` are in the order of ``slots.RUN_NUMBERS`` with the firing angles, rad, behind; a choice is its place in
+    ``LIFTS``, ``ANGLES`` or ``TIMES``.
+    """
+
+    model: Model
+    work: Work
+    state: Array
+    inputs: Array
+    outputs: Array
+    numbers: Array
+
+
+@kernel
+def prepare(run):
+    """Fill the model from the run's numbers: a status."""
+    return prepare_model(run.numbers, run.model)
+
+
+@kernel
+def start(run, time):
+    """Start at a time, s, under the present inputs, ``start_cycles`` cycles after a filling: a status.
+
+    Fuel and manifolds are those of the inputs, valves the built-in ones. At rest cylinders stay full of what is in the
+    intake.
+    """
+    status = check_inputs(run.inputs)
+    if status != OK:
+        return status
+    model, work, state, inputs = run.model, run.work, run.work.trial, run.inputs
+    for k in range(state.shape[0]):
+        state[k] = 0.0
+    fill_all(model, work, state, inputs)
+    speed, cycles = inputs[at.SPEED], float(round(run.numbers[at.START_CYCLES]))
+    if speed >= run.numbers[at.START_SPEED] and cycles > 0.0:
+        for k in range(model.choices.shape[0]):
+            model.choices[k] = 0
+        status = advance(model, work, state, inputs, 4.0 * math.pi * cycles / speed)
+        take_choices(run.numbers, model)
+        if status != OK:
+            return CYLINDER_FAILED + work.counters[0]
+    for i in range(model.firing.shape[0]):
+        count_from_here(state, i, inputs)
+    for k in (at.STEPS, at.REJECTED, at.LAST_INTERVAL, at.ANGLE_SEEN, at.LIFTS_SEEN):
+        state[k] = 0.0
+    state[at.TIME] = time
+    state[at.OWN_ANGLE] = inputs[at.ANGLE]
+    state[at.PARTNER_ANGLE] = inputs[at.ANGLE]
+    copy_state(state, run.state)
+    return OK
+
+
+@kernel
+def advance_run(run, t_end):
+    """Advance to ``t_end``, s, and write the outputs: a status."""
+    model, state, trial, inputs = run.model, run.state, run.work.trial, run.inputs
+    status = check_inputs(inputs)
+    if status == OK:
+        status = step_status(state, inputs, t_end, model.choices[at.GIVEN_ANGLE], model.choices[at.ENDS])
+    if status != OK:
+        return status
+    copy_state(state, trial)
+    if advance(model, run.work, trial, inputs, t_end - state[at.TIME]) != OK:
+        return CYLINDER_FAILED + run.work.counters[0]
+    observe(model, run.work, trial, run.outputs)
+    # Not the sum of the steps, which rounding would take off the master's time.
+    trial[at.TIME] = t_end
+    copy_state(trial, state)
+    return OK
+
+
+@kernel
+def observe_run(run):
+    """Write the outputs of the present state: a status."""
+    return observe(run.model, run.work, run.state, run.outputs)
+
+
+@kernel
+def check_inputs(inputs):
+    """Whether an engine may have such inputs: a status."""
+    status = inputs_status(inputs)
+    if status != OK:
+        return status
+    for k in range(at.INTAKE_P, at.EXHAUST_T + 1):
+        if not inputs[k] > 0.0:
+            return INPUT_NOT_POSITIVE + k
+    return OK
+
+
+@kernel
+def count_from_here(state, i, inputs):
+    """Let all that a cylinder sums up begin at 0, and its lifts at those of the inputs."""
+    base, place = N_HEAD + i * at.SIZE, at.FIRST_CYLINDER + i * at.OF_CYLINDER
+    state[base + at.WORK_START] -= state[base + at.WORK]
+    state[base + at.WALL_START] -= state[base + at.WALL]
+    state[base + at.BURNT_START] -= state[base + at.BURNT]
+    state[base + at.INJECTED] -= state[base + at.BURNT]
+    state[base + at.SOI_TIME] -= state[base + at.CLOCK]
+    for k in (at.BURNT, at.WORK, at.WALL, at.INTAKE, at.EXHAUST, at.INTAKE_ENTHALPY, at.EXHAUST_ENTHALPY, at.CLOCK):
+        state[base + k] = 0.0
+    state[base + at.FIRST_MASS] = state[base + at.MASS]
+    state[base + at.FIRST_ENERGY] = state[base + at.ENERGY]
+    state[base + at.LAST_LIFT_IN] = inputs[place + at.LIFT_IN]
+    state[base + at.LAST_LIFT_OUT] = inputs[place + at.LIFT_OUT]

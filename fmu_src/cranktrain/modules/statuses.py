@@ -1,0 +1,73 @@
+"""What the statuses of a module's kernels mean, and what a module tells of itself to whom runs it without Python."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from cranktrain.modules import crank_angle as crank
+
+REFUSED, FAILED = "refused", "failed"
+"""Kinds of a status: input that cannot be used, a step or a start without a solution."""
+
+MEND_STEP = f"it must lead on, by {crank.LONGEST_STEP:g} s at most"
+MEND_ANGLE = "connect both to one crank, or set angle.source to speed"
+NO_REVERSE = "reverse running is not modelled"
+_JUMP = math.degrees(crank.LARGEST_JUMP)
+
+Statuses = dict[int, tuple[str, str]]
+"""Kind and text of each status."""
+
+
+class NativeInterface(NamedTuple):
+    """What a module's run is made of, by name.
+
+    Attributes
+    ----------
+    inputs, outputs : names in the order of the run's arrays
+    numbers : what each of the run's numbers is: a field of the settings, ``firing_angles[1]`` of the firing angles
+    choices : options of numbers that stand for texts, and their values
+    constant : arrays of the run that no kernel writes
+    statuses : kind and text of each status but 0
+    """
+
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    numbers: tuple[str, ...]
+    choices: Mapping[str, Mapping[str, float]]
+    constant: tuple[str, ...]
+    statuses: Statuses
+
+
+def options(names: Iterable[str]) -> dict[str, float]:
+    """Values of a choice's options: their places."""
+    return {name: float(k) for k, name in enumerate(names)}
+
+
+def common_statuses(
+    inputs: Iterable[str], numbers: Iterable[str], choices: Mapping[str, Mapping[str, float]]
+) -> Statuses:
+    """Statuses that every module has, of inputs and numbers by these names."""
+    known = {
+        crank.NOT_AHEAD: f"a step that does not lead on, or is too long; {MEND_STEP}",
+        crank.JUMPS: f"crank.angle is over {_JUMP:g} deg off from where crank.speed has led; {MEND_ANGLE}",
+        crank.BACKWARDS: f"crank.speed is below 0; {NO_REVERSE}",
+    }
+    places = list(numbers)
+    known |= {crank.INPUT_NOT_FINITE + k: f"{name} must be a finite number" for k, name in enumerate(inputs)}
+    known |= {crank.NUMBER_NOT_FINITE + k: f"{name} must be a finite number" for k, name in enumerate(places)}
+    for name, values in choices.items():
+        known[crank.UNKNOWN_CHOICE + places.index(name)] = f"{name} is not known; valid: " + ", ".join(values)
+    return {status: (REFUSED, text) for status, text in known.items()}
+
+
+def with_names(statuses: Statuses, names: Mapping[str, str]) -> Statuses:
+    """Statuses whose texts begin with what a user calls a field, rather than with the field."""
+    return {status: (kind, named(text, names)) for status, (kind, text) in statuses.items()}
+
+
+def named(text: str, names: Mapping[str, str]) -> str:
+    """A text that begins with a field, with the field's name instead."""
+    field, _, rest = text.partition(" ")
+    return f"'{names[field]}' {rest}" if field in names else text

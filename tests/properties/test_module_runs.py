@@ -1,0 +1,255 @@
+"""Runs of modules as a library without Python runs them: numbers, ``prepare``, ``start``, ``advance_run``; statuses."""
+
+import math
+import re
+from dataclasses import replace
+from importlib import import_module
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.fmu.description import expand, read_interface
+from cranktrain.fmu.module_fmu import DESCRIPTION
+from cranktrain.modules import crank_angle as crank
+from cranktrain.modules.combustion.simulation import CombustionSimulation
+from cranktrain.modules.module_settings import with_chosen
+from cranktrain.modules.register import MODULES, module_files
+from cranktrain.modules.statuses import FAILED, REFUSED
+
+SIMULATIONS = {"combustion": CombustionSimulation}
+OTHERS = {
+    "combustion": {
+        "bore": 0.1, "stroke": 0.13, "rod_length": 0.25, "pin_offset": 0.002, "compression_ratio": 15.0,
+        "firing_angles[2]": 1.0, "intake_opens": -7.0, "intake_closes": -2.0, "intake_lift": 0.01, "intake_share": 0.1,
+        "exhaust_opens": 2.0, "exhaust_closes": 7.0, "exhaust_lift": 0.009, "ignition_factor": 2e-3,
+        "premixed_factor": 0.7, "premixed_duration": 0.2, "premixed_exponent": 1.8, "diffusion_duration": 1.1,
+        "diffusion_exponent": 0.6, "heating_value": 40e6, "wall_temperature": 400.0, "wall_factor": 0.8,
+        "crankcase_pressure": 1.1e5, "scatter_fuel": 0.02, "scatter_timing": 0.01, "scatter_burn": 0.03, "seed": 4.0,
+        "tolerance": 1e-5, "start_cycles": 1.0, "lift_source": "built-in", "angle_source": "speed",
+        "inputs_at": "end",
+    },
+}  # fmt: skip
+"""A value beside the shipped one for every parameter of a module's FMU."""
+SPEED = 2000.0 * math.pi / 30.0
+CASES = [(module, engine) for module in SIMULATIONS for engine in ("i6", "v8")]
+
+
+def parts_of(module):
+    """Settings, run record and interface of a module."""
+    package = f"cranktrain.modules.{MODULES[module].folder.name}"
+    names = {name: import_module(f"{package}.{name}") for name in ("file", "settings", "run_record", "native")}
+    return SimpleNamespace(**names)
+
+
+def shipped(module, engine):
+    return parts_of(module).file.load(module_files()[f"{module}_{engine}"])
+
+
+def variables(module, settings):
+    interface = read_interface(MODULES[module].folder, DESCRIPTION)
+    return expand(interface.variables, {"cylinders": len(settings.firing_angles)}, vars(settings))
+
+
+def set_parameters(run, interface, chosen):
+    """Write parameters into a run's numbers as an FMU without Python does."""
+    for name, value in chosen.items():
+        number = interface.choices[name][value] if name in interface.choices else value
+        run.numbers[interface.numbers.index(name)] = number
+
+
+def arrays(record, path=""):
+    """Arrays of a nested record by their paths."""
+    if isinstance(record, tuple):
+        return {k: v for name in record._fields for k, v in arrays(getattr(record, name), f"{path}.{name}").items()}
+    return {path[1:]: record}
+
+
+def same(a, b):
+    a, b = arrays(a), arrays(b)
+    return [name for name in a if a[name].dtype.names is None and not np.array_equal(a[name], b[name])]
+
+
+@pytest.mark.parametrize(("module", "engine"), CASES)
+def test_the_interface_is_that_of_the_fmu(module, engine):
+    """Inputs, outputs, parameters and choices of the run are those of interface.toml; all parameters are tried here."""
+    settings = shipped(module, engine)
+    parts, known = parts_of(module), variables(module, settings)
+    interface, run = parts.native.native_interface(settings), parts.settings.make_run(settings)
+    for causality, names, array in (
+        ("input", interface.inputs, run.inputs),
+        ("output", interface.outputs, run.outputs),
+    ):
+        assert sorted(names) == sorted(v.name for v in known if v.causality == causality)
+        assert len(names) == array.size
+    for variable in known:
+        if variable.causality == "parameter":
+            assert variable.setting.startswith("firing_angles[") or variable.setting in OTHERS[module]
+            number = run.numbers[interface.numbers.index(variable.setting)]
+            if variable.choices:
+                values = interface.choices[variable.setting]
+                assert sorted(values) == sorted(variable.choices) and values[variable.start] == number
+            else:
+                assert number == variable.start
+    assert len(interface.numbers) == run.numbers.size
+    assert set(interface.constant) <= set(arrays(run))
+
+
+@pytest.mark.parametrize(("module", "engine"), CASES)
+def test_a_run_prepared_for_other_parameters_is_one_made_for_them(module, engine):
+    """Model and run to the bit; arrays that are called constant stay the very same, and there and back leads home."""
+    settings, parts = shipped(module, engine), parts_of(module)
+    interface, chosen = parts.native.native_interface(settings), OTHERS[module]
+    run, home = (parts.settings.make_run(settings) for _ in range(2))
+    other = parts.settings.make_run(with_chosen(settings, chosen))
+    set_parameters(run, interface, chosen)
+    assert same(run.model, other.model)
+    assert parts.run_record.prepare(run) == 0
+    assert same(run.model, other.model) == [] and np.array_equal(run.numbers, other.numbers)
+    expected = SIMULATIONS[module](with_chosen(settings, chosen))
+    expected.inputs[0] = run.inputs[0] = SPEED
+    expected.initialize(0.5)
+    assert parts.run_record.start(run, 0.5) == 0
+    for k in range(200):
+        expected.step(0.5 + 1e-4 * (k + 1))
+        assert parts.run_record.advance_run(run, 0.5 + 1e-4 * (k + 1)) == 0
+        assert np.array_equal(run.outputs, expected.outputs)
+    assert np.array_equal(run.state, expected.state)
+    run.outputs[:] = 0.0
+    assert parts.run_record.observe_run(run) == 0
+    assert np.array_equal(run.outputs, expected.outputs)
+    run.numbers[:] = home.numbers
+    assert parts.run_record.prepare(run) == 0 and same(run.model, home.model) == []
+    for name in interface.constant:
+        assert np.array_equal(arrays(run)[name], arrays(home)[name])
+
+
+REFUSED_NUMBERS = [
+    ("combustion", {"rod_length": 0.05}, "SHORT_ROD", "rod_length 50 mm does not exceed"),
+    ("combustion", {"compression_ratio": 1.0}, "NO_COMPRESSION", "compression_ratio 1 must be above 1"),
+    ("combustion", {"intake_opens": -1.0}, "INTAKE_ANGLES", "it opens before it closes, both between -720 and 0 deg"),
+    ("combustion", {"exhaust_closes": 13.0}, "EXHAUST_ANGLES", "it opens before it closes, both between 0 and 720 deg"),
+]
+
+
+@pytest.mark.parametrize(("module", "chosen", "status", "words"), REFUSED_NUMBERS)
+def test_numbers_are_refused_alike_by_status_and_by_error(module, chosen, status, words):
+    settings, parts = shipped(module, "i6"), parts_of(module)
+    code = getattr(import_module(f"{parts.settings.__package__}.preparation"), status)
+    interface, run = parts.native.native_interface(settings), parts.settings.make_run(settings)
+    before = {name: array.copy() for name, array in arrays(run.model).items()}
+    set_parameters(run, interface, chosen)
+    assert parts.run_record.prepare(run) == code
+    assert all(np.array_equal(before[name], array) for name, array in arrays(run.model).items() if name != "mark")
+    kind, text = interface.statuses[code]
+    assert kind == REFUSED
+    with pytest.raises(InputError, match=re.escape(words)) as refused:
+        SIMULATIONS[module](with_chosen(settings, chosen))
+    # Native, a text has no values; it says the same beside them.
+    said, told = (re.findall("[a-z]+", line) for line in (text, str(refused.value)))
+    assert said[0] == told[0] and len(set(said) & set(told)) >= 0.6 * len(set(told))
+
+
+@pytest.mark.parametrize("module", SIMULATIONS)
+def test_numbers_that_are_none_and_choices_that_are_not_known(module):
+    settings, parts = shipped(module, "i6"), parts_of(module)
+    names = {"inputs_at": "inputs.at", "tolerance": "solver.tolerance"}
+    interface = parts.native.native_interface(settings, names)
+    run = parts.settings.make_run(settings)
+    for slot, name in enumerate(interface.numbers):
+        kept = run.numbers[slot]
+        run.numbers[slot] = math.nan
+        code = parts.run_record.prepare(run)
+        assert code == crank.NUMBER_NOT_FINITE + slot
+        called = f"'{names[name]}'" if name in names else name
+        assert interface.statuses[code] == (REFUSED, f"{called} must be a finite number")
+        for value in (-1.0, 0.5, 7.0) if name in interface.choices else ():
+            run.numbers[slot] = value
+            code = parts.run_record.prepare(run)
+            assert code == crank.UNKNOWN_CHOICE + slot
+            assert interface.statuses[code][1].endswith("valid: " + ", ".join(interface.choices[name]))
+        run.numbers[slot] = kept
+    for chosen, words in (
+        ({"firing_angles": (0.0, math.nan)}, "firing_angles[2] is nan; it must be a finite number"),
+        ({"tolerance": math.inf}, "tolerance is inf; it must be a finite number"),
+        ({"inputs_at": "middle"}, "inputs_at 'middle' is not known"),
+    ):
+        with pytest.raises(InputError, match=re.escape(words)):
+            SIMULATIONS[module](replace(settings, **chosen))
+
+
+REFUSED_STEPS = [
+    (crank.NOT_AHEAD, {}, 0.0, "a step from 0.0001 s to 0 s; it must lead on, by 1 s at most"),
+    (crank.NOT_AHEAD, {}, 2.0, "a step from 0.0001 s to 2 s; it must lead on"),
+    (crank.JUMPS, {1: 3.0}, 2e-4, "crank.angle is 171.9 deg at 0.0001 s, 169 deg off from where crank.speed has led"),
+    (crank.BACKWARDS, {0: -1.0}, 2e-4, "crank.speed is -1 rad/s; reverse running is not modelled"),
+    (crank.INPUT_NOT_FINITE + 1, {1: math.nan}, 2e-4, "crank.angle is nan; it must be a finite number"),
+]
+REFUSED_PRESSURES = [
+    (crank.INPUT_NOT_POSITIVE + 2, {2: -1e5}, 2e-4, "intake.pressure is -100000; it is absolute and above 0"),
+    (crank.INPUT_NOT_POSITIVE + 5, {5: 0.0}, 2e-4, "exhaust.temperature is 0; it is absolute and above 0"),
+    (crank.INPUT_NOT_FINITE + 6, {6: math.inf}, 2e-4, "cylinder[1].fuel_mass is inf; it must be a finite number"),
+]
+
+
+@pytest.mark.parametrize(
+    ("module", "case"),
+    [*((module, case) for module in SIMULATIONS for case in REFUSED_STEPS),
+     *(("combustion", case) for case in REFUSED_PRESSURES)],
+)  # fmt: skip
+def test_steps_are_refused_alike_by_status_and_by_error(module, case):
+    """State and outputs stay, in the run and in the simulation; a start refuses the same inputs."""
+    code, inputs, t_end, words = case
+    simulation = SIMULATIONS[module](shipped(module, "i6"))
+    simulation.inputs[:2] = SPEED, 0.01
+    simulation.initialize()
+    simulation.inputs[1] += SPEED * 1e-4
+    simulation.step(1e-4)
+    parts, run = parts_of(module), simulation._run
+    before, shown = simulation.state, simulation.outputs.copy()
+    for place, value in inputs.items():
+        simulation.inputs[place] = value
+    assert parts.run_record.advance_run(run, t_end) == code
+    kind, text = parts.native.native_interface(simulation.settings).statuses[code]
+    assert kind == REFUSED and text.partition(" ")[0] == words.partition(" ")[0]
+    with pytest.raises(InputError, match=re.escape(words)):
+        simulation.step(t_end)
+    if code in (crank.BACKWARDS,) or code >= crank.INPUT_NOT_FINITE:
+        assert parts.run_record.start(run, 0.0) == code
+        with pytest.raises(InputError, match=re.escape(words)):
+            simulation.initialize()
+    assert np.array_equal(simulation.state, before) and np.array_equal(simulation.outputs, shown)
+
+
+def test_a_cylinder_that_fails_is_named_and_the_state_stays():
+    simulation = CombustionSimulation(shipped("combustion", "i6"))
+    simulation.inputs[0] = SPEED
+    simulation.initialize()
+    parts, run = parts_of("combustion"), simulation._run
+    state = simulation.state
+    slots = import_module("cranktrain.modules.combustion.slots")
+    state[simulation.bases[3] + slots.ENERGY] = -1e9  # no temperature belongs to it
+    simulation.state = state
+    shown = simulation.outputs.copy()
+    code = parts.run_record.advance_run(run, 1e-4)
+    assert code == parts.run_record.CYLINDER_FAILED + 4
+    kind, text = parts.native.native_interface(simulation.settings).statuses[code]
+    assert kind == FAILED and text.startswith("cylinder 4 fails: its gas has no temperature")
+    with pytest.raises(SolverError, match=r"the step from 0 s fails in cylinder 4 at .*; check pressures"):
+        simulation.step(1e-4)
+    assert np.array_equal(simulation.state, state) and np.array_equal(simulation.outputs, shown)
+
+
+def test_a_start_that_fails_leaves_model_and_state():
+    """Its cycles are run with the built-in lifts; the choices are the run's own again behind them, failed or not."""
+    settings = replace(shipped("combustion", "i6"), lift_source="input", angle_source="input", inputs_at="end")
+    simulation = CombustionSimulation(settings)
+    simulation.inputs[0] = SPEED
+    simulation.initialize()
+    before, choices = simulation.state, simulation._model.choices.copy()
+    assert choices.tolist() == [1, 1, 1]
+    simulation.inputs[2] = 1e300
+    with pytest.raises(SolverError, match="the start fails in cylinder 1"):
+        simulation.initialize()
+    assert np.array_equal(simulation.state, before) and np.array_equal(simulation._model.choices, choices)
