@@ -11,7 +11,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel
 
 Array = NDArray[np.float64]
@@ -140,35 +139,3 @@ def copy_state(source, target):
     """Copy one state vector into another."""
     for k in range(source.shape[0]):
         target[k] = source[k]
-
-
-def check_inputs(inputs: Array, names: tuple[str, ...]) -> None:
-    """Refuse inputs that are not numbers and a crank that turns back; ``InputError``."""
-    values = inputs.tolist()
-    if not all(map(math.isfinite, values)):
-        name, value = next(pair for pair in zip(names, values, strict=True) if not math.isfinite(pair[1]))
-        raise InputError(f"{name} is {value}; it must be a finite number")
-    if values[SPEED] < 0.0:
-        raise InputError(f"crank.speed is {values[SPEED]:g} rad/s; reverse running is not modelled")
-
-
-def checked_interval(state: Array, inputs: Array, t_end: float, source: str, inputs_at: str) -> float:
-    """Length of a communication step to ``t_end``, s.
-
-    Raises ``InputError`` for a step that is not positive or absurd, and for an angle that does not go on.
-    """
-    time = float(state[TIME])
-    interval = t_end - time
-    if not 0.0 < interval <= LONGEST_STEP:
-        raise InputError(f"a step from {time:.9g} s to {t_end:.9g} s; it must lead on, by {LONGEST_STEP:g} s at most")
-    if source == "speed" or (source == "auto" and inputs[ANGLE] == 0.0 and state[ANGLE_SEEN] == 0.0):
-        return interval
-    ahead = 0.0 if inputs_at == "begin" else interval
-    jump = math.remainder(float(inputs[ANGLE] - state[OWN_ANGLE] - inputs[SPEED] * ahead), 4.0 * math.pi)
-    if abs(jump) > LARGEST_JUMP:
-        raise InputError(
-            f"crank.angle is {math.degrees(inputs[ANGLE]):.1f} deg at {time:.9g} s, "
-            f"{math.degrees(jump):.0f} deg off from where crank.speed has led; connect both "
-            "to one crank, or set angle.source to speed"
-        )
-    return interval

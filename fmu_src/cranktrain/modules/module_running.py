@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 from cranktrain.core.announcement import announced
 from cranktrain.core.errors import InputError, StoreError
-from cranktrain.core.stepped_model import SteppedModel
 from cranktrain.modules.module_settings import from_bytes, with_chosen
 from cranktrain.modules.statuses import named
+from cranktrain.modules.stepped_module import SteppedModule
 
 COMPILATION = "one minute"
 """What the kernels of a module take at most, from an empty cache."""
@@ -21,7 +21,7 @@ class ModuleRunning(NamedTuple):
     """The classes of a module's settings and of its simulation."""
 
     settings: type[Any]
-    model: type[SteppedModel]
+    model: type[SteppedModule]
 
     def read_model(self, path: str | Path) -> Any:
         """Read the data of an FMU; ``StoreError`` where they are missing or none."""

@@ -44,16 +44,9 @@ _STILL = 100
 
 
 @kernel
-def advance_and_observe(model, work, state, inputs, interval, out):
-    """Advance by an interval, s, and write the outputs: one call from Python; a status."""
-    status = advance(model, work, state, inputs, interval)
-    return observe(model, work, state, out) if status == OK else status
-
-
-@kernel
 def advance(model, work, state, inputs, interval):
     """Advance by an interval, s; a status."""
-    turn = turned(state, inputs, interval, model.choices[0], model.choices[1])
+    turn = turned(state, inputs, interval, model.choices[at.GIVEN_ANGLE], model.choices[at.ENDS])
     speed = turn / interval
     state[at.CRANK_SPEED] = speed
     friction, impulse, done = state[at.FRICTION_WORK], 0.0, 0.0

@@ -15,40 +15,48 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cranktrain.core.kernel import kernel
 from cranktrain.modules.valve_train import slots as at
 
-Array = NDArray[np.float64]
 STRAIGHT = 0.75
 """Height of a ramp over its slope times its angle."""
-
-
-def cam_row(mass: float, half: float, ramp: float, ramp_height: float, lift: float, power: float) -> Array:
-    """Numbers of a cam, by the slots of ``CAM``.
-
-    Parameters
-    ----------
-    mass : of what the cam drives, at the valve, kg
-    half, ramp : angles of the cam from its nose to a ramp's end, and of the ramp, rad
-    ramp_height, lift : of the follower, m
-    power : p
-    """
-    speed = ramp_height / (STRAIGHT * ramp)
-    exponents = 2.0 + (power - 2.0) * np.arange(4)
-    rows = np.array(
-        [np.ones(4), exponents, exponents * (exponents - 1.0), exponents * (exponents - 1.0) * (exponents - 2.0)]
-    )
-    found = np.linalg.solve(rows, [ramp_height - lift, -speed * half, 0.0, 0.0])
-    return np.array([mass, half, ramp, speed, power - 2.0, lift, *found])
+TERMS = 4
+"""Powers of a cam's polynomial."""
+SAMPLES = 2001
+"""Angles of a cam at which its slope and curvature are looked at."""
 
 
 @kernel
 def wrapped(angle):
     """A cam's angle within (−π, π], rad."""
     return angle - 2.0 * math.pi * math.ceil((angle - math.pi) / (2.0 * math.pi))
+
+
+@kernel
+def set_cam(cam, half, ramp, ramp_height, lift, power):
+    """Fill a cam's numbers, by the slots of ``CAM``, but for the mass.
+
+    Parameters
+    ----------
+    half, ramp : angles of the cam from its nose to a ramp's end, and of the ramp, rad
+    ramp_height, lift : of the follower, m
+    power : p
+    """
+    cam[at.HALF] = half
+    cam[at.RAMP] = ramp
+    cam[at.RAMP_SPEED] = ramp_height / (STRAIGHT * ramp)
+    cam[at.STEP_POWER] = power - 2.0
+    cam[at.LIFT] = lift
+    # With x the exponents, Σ c = a, Σ x c = Σ x² c = Σ x³ c = b: Lagrange's polynomials at 0 and 1.
+    a, b = ramp_height - lift, -cam[at.RAMP_SPEED] * half
+    for i in range(TERMS):
+        at_0, at_1 = 1.0, 1.0
+        for j in range(TERMS):
+            if j != i:
+                other, apart = 2.0 + cam[at.STEP_POWER] * j, cam[at.STEP_POWER] * (i - j)
+                at_0 *= -other / apart
+                at_1 *= (1.0 - other) / apart
+        cam[at.C_1 + i] = at_0 * (a - b) + at_1 * b
 
 
 @kernel
@@ -94,3 +102,27 @@ def line_pressure(force, width, modulus, cam_radius, roller_radius):
     """Largest Hertzian pressure of a line contact, Pa, √(F E*/(π b R)); ``roller_radius`` 0 is a plane."""
     bend = 1.0 / cam_radius + (1.0 / roller_radius if roller_radius > 0.0 else 0.0)
     return math.sqrt(max(force * modulus / (math.pi * width) * bend, 0.0))
+
+
+@kernel
+def steepest(cam):
+    """Largest slope of a cam's lift between its ramps, m/rad, at ``SAMPLES`` angles."""
+    found, step = 0.0, cam[at.HALF] / (SAMPLES - 1)
+    for k in range(SAMPLES):
+        psi = -cam[at.HALF] + k * step if k < SAMPLES - 1 else 0.0
+        found = max(found, abs(cam_lift(cam, psi)[1]))
+    return found
+
+
+@kernel
+def smallest_radius(cam, base_radius, roller_radius):
+    """Smallest convex radius of curvature of a cam, m; 0 or less where the follower would undercut it."""
+    found, span = math.inf, cam[at.HALF] + cam[at.RAMP]
+    for k in range(SAMPLES):
+        psi = -span + k * (span / (SAMPLES - 1)) if k < SAMPLES - 1 else 0.0
+        lift, slope, curve = cam_lift(cam, psi)
+        radius = cam_radius(base_radius, roller_radius, lift, slope, curve)
+        # Under a roller a hollow flank has a radius below −roller_radius.
+        if not (roller_radius > 0.0 and radius < -roller_radius) and radius < found:
+            found = radius
+    return found

@@ -1,30 +1,38 @@
-"""What a valve train is made of: one frozen record in SI, and the arrays that kernels take.
-
-A spring is a uniform bar between the head and the retainer, u(s) = s x + Σ q_n sin nπs: its modes' frequencies with the
-valve at rest are n/2 √(k/m), their masses m/2, and m (−1)ⁿ⁺¹/(nπ) couples them to the valve.
-
-Source: J. P. Den Hartog, Mechanical Vibrations, 4th ed. (1956), section 4.4 (bars); of springs in valve trains: H. A.
-Rothbart (ed.), Cam Design Handbook (2004), chapter 12.
-"""
+"""What a valve train is made of: one frozen record in SI, and the run that is made of it."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, fields
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
-from cranktrain.core.errors import InputError, nearest
-from cranktrain.modules.crank_angle import ANGLES, TIMES
-from cranktrain.modules.valve_train.cam import cam_lift, cam_radius, cam_row
-from cranktrain.modules.valve_train.slots import CAM, HALF, MODES, NUMBERS, RAMP, ROW, SHAFT
+from cranktrain.core.errors import InputError
+from cranktrain.modules.crank_angle import ANGLES, OK, TIMES
+from cranktrain.modules.module_settings import check_values, run_numbers
+from cranktrain.modules.valve_train import cam as cams
+from cranktrain.modules.valve_train import slots as at
+from cranktrain.modules.valve_train.preparation import (
+    NO_SEAT_TIME,
+    SMALL_BASE,
+    check_numbers,
+    make_cam,
+    prepare_model,
+)
+from cranktrain.modules.valve_train.run_record import Model, Run, Work
 
 Array = NDArray[np.float64]
-SAMPLES = 2001
-"""Angles of a cam at which its curvature is looked at."""
+
+CHOICES = {"angle_source": ANGLES, "inputs_at": TIMES}
+"""Settings that are one of several names; in a run's numbers the name's place stands for it."""
+MEND_ANGLES = tuple(
+    f"it opens before it closes, both between {span} deg after firing dead centre"
+    for span in ("-720 and 0", "0 and 720")
+)
+MEND_RAMP = "shorten it, or open for less"
+MEND_BASE = "enlarge it, open for longer or lift less"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,109 +89,72 @@ class TrainSettings:
     inputs_at: str = "begin"
 
 
-class Model(NamedTuple):
-    """Constants of a run: numbers by their slots, a cam of each kind, the lines' noses at the camshaft, choices."""
+def make_run(settings: TrainSettings) -> Run:
+    """A run, prepared: its inputs are 0, its state is yet to be started.
 
-    numbers: Array
-    cams: Array
-    noses: Array
-    choices: NDArray[np.int64]
-    mark: NDArray[np.void]
-
-
-class Work(NamedTuple):
-    """Workspace of the kernels: a row for each line, and the camshaft."""
-
-    rows: Array
-    shaft: Array
-    mark: NDArray[np.void]
+    Raises ``InputError`` for values that do not go together.
+    """
+    model, lines = build_model(settings), len(at.KINDS) * len(settings.firing_angles)
+    work = make_work(lines)
+    outputs = np.zeros(at.N_OUTPUTS + lines * at.N_LINE_OUTPUTS)
+    return Run(model, work, np.zeros(work.trial.size), np.zeros(len(at.INPUTS)), outputs, numbers_of(settings))
 
 
 def build_model(settings: TrainSettings) -> Model:
-    """Arrays of a run; ``InputError`` for values that do not go together."""
+    """Constants of a run, see :func:`make_run`."""
     check_settings(settings)
-    s = settings
-    given = asdict(s)
-    ends = {kind: (given[f"{kind}_opens"], given[f"{kind}_closes"]) for kind in ("intake", "exhaust")}
-    cams = np.array([cam_of(s, kind) for kind in ends])
-    assert cams.shape == (2, len(CAM))
-    slopes = [abs(cam_lift(cam, psi)[1]) for cam in cams for psi in np.linspace(-cam[HALF], 0.0, SAMPLES)]
-    given |= {
-        "half_gap": 0.5 * s.backlash / s.drive_radius,
-        "velocity": 0.5 * s.rated_speed * s.ratio * max(slopes),
-        "contact_modulus": s.modulus,
-        "modal_mass": 0.5 * s.spring_mass,
-        "damping": 1.0 / s.damping_velocity,
-        "seat_damping": 1.0 / s.seat_damping_velocity,
-        "drive_damping": 1.0 / s.drive_damping_speed,
-    }
-    for k in range(MODES):
-        n = k + 1
-        stiffness = 0.5 * s.spring_rate * (n * math.pi) ** 2
-        given[f"coupling_{n}"] = s.spring_mass * (-1.0) ** (n + 1) / (n * math.pi)
-        given[f"modal_stiffness_{n}"] = stiffness
-        given[f"modal_damping_{n}"] = 2.0 * s.spring_damping * math.sqrt(stiffness * 0.5 * s.spring_mass)
-    middles = [0.5 * sum(pair) for pair in ends.values()]
-    noses = np.array([0.5 * (firing + middle) for firing in s.firing_angles for middle in middles])
-    choices = np.array([ANGLES.index(s.angle_source), TIMES.index(s.inputs_at)])
-    return Model(np.array([float(given[name]) for name in NUMBERS]), cams, noses, choices, build_mark())
-
-
-def cam_of(settings: TrainSettings, kind: str) -> Array:
-    """Numbers of a cam, ``intake`` or ``exhaust``: ramps take up lash and what the preload strains.
-
-    A valve that opens slowly thus begins to lift at the ramp's end, and reaches its lift at the nose.
-    """
-    s, given = settings, asdict(settings)
-    held = s.lash + s.spring_preload / s.stiffness
-    lift = given[f"{kind}_lift"]
-    top = held + lift * (1.0 + s.spring_rate / s.stiffness)
-    half = 0.25 * (given[f"{kind}_closes"] - given[f"{kind}_opens"])
-    mass = given[f"{kind}_mass"] + s.train_mass + s.spring_mass / 3.0
-    return cam_row(mass, half, s.ramp, held / s.ratio, top / s.ratio, s.power)
+    lines = len(at.KINDS) * len(settings.firing_angles)
+    choices = np.zeros(len(at.CHOICES), dtype=np.int64)
+    model = Model(np.zeros(len(at.NUMBERS)), _cams(), np.zeros(lines), choices, build_mark())
+    prepare_model(numbers_of(settings), model, _cams())
+    return model
 
 
 def make_work(lines: int) -> Work:
     """Workspace of one run."""
-    return Work(np.zeros((lines, len(ROW))), np.zeros(len(SHAFT)), build_mark())
+    trial = np.zeros(at.N_HEAD + lines * at.N_LINE)
+    return Work(np.zeros((lines, len(at.ROW))), np.zeros(len(at.SHAFT)), _cams(), trial, build_mark())
+
+
+def _cams() -> Array:
+    return np.zeros((len(at.KINDS), len(at.CAM)))
+
+
+def numbers_of(settings: TrainSettings) -> Array:
+    """Numbers of a run, in the order of ``slots.RUN_NUMBERS`` with the firing angles behind."""
+    return run_numbers(settings, at.RUN_NUMBERS, CHOICES)
+
+
+def cam_of(settings: TrainSettings, kind: str) -> Array:
+    """Numbers of a cam, ``intake`` or ``exhaust``, by the slots of ``CAM``."""
+    cam = np.zeros(len(at.CAM))
+    make_cam(numbers_of(settings), at.KINDS.index(kind), cam)
+    return cam
 
 
 def smallest_radius(settings: TrainSettings, kind: str) -> float:
     """Smallest convex radius of curvature of a cam, m; 0 or less where the follower would undercut it."""
-    s, cam = settings, cam_of(settings, kind)
-    found = math.inf
-    for psi in np.linspace(-cam[HALF] - cam[RAMP], 0.0, SAMPLES):
-        lift, slope, curve = cam_lift(cam, psi)
-        radius = cam_radius(s.base_radius, s.roller_radius, lift, slope, curve)
-        # Under a roller a hollow flank has a radius below −roller_radius.
-        if not (s.roller_radius > 0.0 and radius < -s.roller_radius):
-            found = min(found, radius)
-    return found
+    return float(cams.smallest_radius(cam_of(settings, kind), settings.base_radius, settings.roller_radius))
 
 
 def check_settings(settings: TrainSettings) -> None:
     """Refuse values that no valve train has together; ``InputError`` names the one and what it must be."""
-    s = settings
-    for name, names in (("angle_source", ANGLES), ("inputs_at", TIMES)):
-        if getattr(s, name) not in names:
-            raise InputError(f"{name} '{getattr(s, name)}' is not known; {nearest(str(getattr(s, name)), names)}")
-    for entry in fields(s):
-        value = getattr(s, entry.name)
-        if isinstance(value, float) and not math.isfinite(value):
-            raise InputError(f"{entry.name} is {value}; it must be a finite number")
-    degrees = 180.0 / math.pi
-    for kind, low, high in (("intake", -4.0 * math.pi, 0.0), ("exhaust", 0.0, 4.0 * math.pi)):
-        opens, closes = getattr(s, f"{kind}_opens"), getattr(s, f"{kind}_closes")
-        if not low <= opens < closes <= high:
-            raise InputError(
-                f"{kind}_opens {degrees * opens:g} deg, closes {degrees * closes:g} deg; it opens before it closes, "
-                f"both between {degrees * low:g} and {degrees * high:g} deg after firing dead centre"
-            )
-        if closes - opens + 4.0 * s.ramp >= 4.0 * math.pi:
-            raise InputError(f"ramp {degrees * s.ramp:g} deg of the cam leaves the {kind} valve no time on its seat")
-        radius = smallest_radius(s, kind)
-        if not radius > 0.0:
-            raise InputError(
-                f"base_radius {1e3 * s.base_radius:g} mm is too small for the {kind} cam, whose flank would have a "
-                f"radius of {1e3 * radius:.2f} mm; enlarge it, open for longer or lift less"
-            )
+    check_values(settings, CHOICES)
+    status = check_numbers(numbers_of(settings), _cams())
+    if status != OK:
+        raise InputError(_refusal(settings, status))
+
+
+def _refusal(settings: TrainSettings, status: int) -> str:
+    """What a status of :mod:`.preparation` says of these settings."""
+    s, k, degrees = settings, status % 10, 180.0 / math.pi
+    kind = at.KINDS[k]
+    if status == NO_SEAT_TIME + k:
+        return f"ramp {degrees * s.ramp:g} deg of the cam leaves the {kind} valve no time on its seat; {MEND_RAMP}"
+    if status == SMALL_BASE + k:
+        return (
+            f"base_radius {1e3 * s.base_radius:g} mm is too small for the {kind} cam, whose flank would have a "
+            f"radius of {1e3 * smallest_radius(s, kind):.2f} mm; {MEND_BASE}"
+        )
+    opens, closes = (degrees * getattr(s, f"{kind}_{end}") for end in ("opens", "closes"))
+    return f"{kind}_opens {opens:g} deg, closes {closes:g} deg; {MEND_ANGLES[k]}"

@@ -8,21 +8,23 @@ from __future__ import annotations
 
 from cranktrain.modules.crank_angle import HEAD as CRANK_HEAD
 
-NUMBERS = (
-    "ratio", "stiffness", "damping", "lash", "spring_rate", "spring_preload", "seat_stiffness", "seat_damping",
-    "friction", "base_radius", "roller_radius", "cam_width", "drive_stiffness", "drive_damping", "drive_radius",
-    "camshaft_inertia", "camshaft_drag", "tolerance",
-    "half_gap", "velocity", "contact_modulus",
-    "coupling_1", "coupling_2", "modal_mass", "modal_stiffness_1", "modal_stiffness_2", "modal_damping_1",
-    "modal_damping_2",
+GIVEN = (
+    "ratio", "stiffness", "lash", "spring_rate", "spring_preload", "seat_stiffness", "friction", "base_radius",
+    "roller_radius", "cam_width", "modulus", "drive_stiffness", "drive_radius", "camshaft_inertia", "camshaft_drag",
+    "tolerance",
 )  # fmt: skip
-"""Fields of the settings, and what follows from them, in the order of a model's numbers."""
+"""Fields of the settings that kernels read while they step."""
+N_GIVEN = len(GIVEN)
+NUMBERS = (
+    *GIVEN, "damping", "seat_damping", "drive_damping", "half_gap", "velocity", "coupling_1", "coupling_2",
+    "modal_mass", "modal_stiffness_1", "modal_stiffness_2", "modal_damping_1", "modal_damping_2",
+)  # fmt: skip
+"""A model's numbers: what is given, and what follows from it."""
 (
-    RATIO, STIFFNESS, DAMPING, LASH, RATE, PRELOAD, SEAT, SEAT_DAMPING,
-    FRICTION, BASE_RADIUS, ROLLER_RADIUS, CAM_WIDTH, DRIVE, DRIVE_DAMPING, DRIVE_RADIUS,
-    INERTIA, DRAG, TOLERANCE,
-    HALF_GAP, VELOCITY, CONTACT_MODULUS,
-    COUPLING, COUPLING_2, MODAL_MASS, MODAL_STIFFNESS, MODAL_STIFFNESS_2, MODAL_DAMPING, MODAL_DAMPING_2,
+    RATIO, STIFFNESS, LASH, RATE, PRELOAD, SEAT, FRICTION, BASE_RADIUS,
+    ROLLER_RADIUS, CAM_WIDTH, CONTACT_MODULUS, DRIVE, DRIVE_RADIUS, INERTIA, DRAG,
+    TOLERANCE, DAMPING, SEAT_DAMPING, DRIVE_DAMPING, HALF_GAP, VELOCITY, COUPLING, COUPLING_2,
+    MODAL_MASS, MODAL_STIFFNESS, MODAL_STIFFNESS_2, MODAL_DAMPING, MODAL_DAMPING_2,
 ) = range(len(NUMBERS))  # fmt: skip
 MODES = 2
 """Surge modes of a spring; their numbers lie side by side."""
@@ -31,6 +33,27 @@ CAM = ("mass", "half", "ramp", "ramp_speed", "step_power", "lift", "c_1", "c_2",
 """Of a cam and what it drives: mass at the valve; see :mod:`.cam`."""
 MASS, HALF, RAMP, RAMP_SPEED, STEP_POWER, LIFT, C_1, C_2, C_3, C_4 = range(len(CAM))
 INTAKE, EXHAUST = range(2)
+KINDS = ("intake", "exhaust")
+
+OF_KIND = ("opens", "closes", "lift", "mass")
+"""Of each kind's valves, among a run's numbers; see :mod:`.settings`."""
+OPENS, CLOSES, HIGHEST, OWN_MASS = range(len(OF_KIND))
+RUN_NUMBERS = (
+    *GIVEN, *(f"{kind}_{name}" for kind in KINDS for name in OF_KIND), "ramp", "power", "train_mass",
+    "damping_velocity", "spring_mass", "spring_damping", "seat_damping_velocity", "drive_damping_speed", "backlash",
+    "rated_speed", "start_cycles", "start_speed", "angle_source", "inputs_at",
+)  # fmt: skip
+"""A run's numbers: what is given, what only its preparation and its start read, and behind them the firing angles."""
+FIRST_KIND, N_OF_KIND = N_GIVEN, len(OF_KIND)
+(
+    CAM_RAMP, POWER, TRAIN_MASS, DAMPING_VELOCITY, SPRING_MASS, SPRING_DAMPING, SEAT_VELOCITY, DRIVE_SPEED, BACKLASH,
+    RATED_SPEED, START_CYCLES, START_SPEED, ANGLE_SOURCE, INPUTS_AT,
+) = range(FIRST_KIND + len(KINDS) * N_OF_KIND, len(RUN_NUMBERS))  # fmt: skip
+FIRING = len(RUN_NUMBERS)
+
+CHOICES = ("given_angle", "ends")
+"""Choices of a model: places in ``ANGLES`` and ``TIMES`` of :mod:`cranktrain.modules.crank_angle`."""
+GIVEN_ANGLE, ENDS = range(len(CHOICES))
 
 INPUTS = ("crank.speed", "crank.angle")
 

@@ -1,0 +1,109 @@
+"""What follows from a run's numbers: the numbers, cams, noses and choices of its model, checked.
+
+A spring is a uniform bar between the head and the retainer, u(s) = s x + Σ q_n sin nπs: its modes' frequencies with the
+valve at rest are n/2 √(k/m), their masses m/2, and m (−1)ⁿ⁺¹/(nπ) couples them to the valve.
+
+Source: J. P. Den Hartog, Mechanical Vibrations, 4th ed. (1956), section 4.4 (bars); of springs in valve trains: H. A.
+Rothbart (ed.), Cam Design Handbook (2004), chapter 12.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel
+from cranktrain.modules.crank_angle import ANGLES, OK, TIMES, choice_status, numbers_status
+from cranktrain.modules.valve_train import slots as at
+from cranktrain.modules.valve_train.cam import set_cam, smallest_radius, steepest
+
+VALVE_ANGLES, NO_SEAT_TIME, SMALL_BASE = 20, 30, 40
+"""Statuses of numbers that no valve train has together; to each is added 1 for the exhaust."""
+_N_KINDS, _N_ANGLES, _N_TIMES = len(at.KINDS), len(ANGLES), len(TIMES)
+
+
+@kernel
+def check_numbers(numbers, cams):
+    """Whether a valve train may have a run's numbers: a status. The cams that it would have are in ``cams`` then."""
+    status = numbers_status(numbers)
+    if status == OK:
+        status = choice_status(numbers, at.ANGLE_SOURCE, _N_ANGLES)
+    if status == OK:
+        status = choice_status(numbers, at.INPUTS_AT, _N_TIMES)
+    if status != OK:
+        return status
+    for kind in range(_N_KINDS):
+        first = at.FIRST_KIND + kind * at.N_OF_KIND
+        opens, closes = numbers[first + at.OPENS], numbers[first + at.CLOSES]
+        low = 0.0 if kind == at.EXHAUST else -4.0 * math.pi
+        if not low <= opens < closes <= low + 4.0 * math.pi:
+            return VALVE_ANGLES + kind
+        if closes - opens + 4.0 * numbers[at.CAM_RAMP] >= 4.0 * math.pi:
+            return NO_SEAT_TIME + kind
+        make_cam(numbers, kind, cams[kind])
+        if not smallest_radius(cams[kind], numbers[at.BASE_RADIUS], numbers[at.ROLLER_RADIUS]) > 0.0:
+            return SMALL_BASE + kind
+    return OK
+
+
+@kernel
+def make_cam(numbers, kind, cam):
+    """Fill the numbers of a kind's cam: ramps take up lash and what the preload strains.
+
+    A valve that opens slowly thus begins to lift at the ramp's end, and reaches its lift at the nose.
+    """
+    first, ratio = at.FIRST_KIND + kind * at.N_OF_KIND, numbers[at.RATIO]
+    held = numbers[at.LASH] + numbers[at.PRELOAD] / numbers[at.STIFFNESS]
+    top = held + numbers[first + at.HIGHEST] * (1.0 + numbers[at.RATE] / numbers[at.STIFFNESS])
+    half = 0.25 * (numbers[first + at.CLOSES] - numbers[first + at.OPENS])
+    cam[at.MASS] = numbers[first + at.OWN_MASS] + numbers[at.TRAIN_MASS] + numbers[at.SPRING_MASS] / 3.0
+    set_cam(cam, half, numbers[at.CAM_RAMP], held / ratio, top / ratio, numbers[at.POWER])
+
+
+@kernel
+def prepare_model(numbers, model, cams):
+    """Fill a model from a run's numbers, or leave it where these are refused: a status. ``cams`` are tried first."""
+    status = check_numbers(numbers, cams)
+    if status != OK:
+        return status
+    n = model.numbers
+    for k in range(at.N_GIVEN):
+        n[k] = numbers[k]
+    slope = 0.0
+    for kind in range(_N_KINDS):
+        for k in range(cams.shape[1]):
+            model.cams[kind, k] = cams[kind, k]
+        slope = max(slope, steepest(cams[kind]))
+    n[at.DAMPING] = 1.0 / numbers[at.DAMPING_VELOCITY]
+    n[at.SEAT_DAMPING] = 1.0 / numbers[at.SEAT_VELOCITY]
+    n[at.DRIVE_DAMPING] = 1.0 / numbers[at.DRIVE_SPEED]
+    n[at.HALF_GAP] = 0.5 * numbers[at.BACKLASH] / numbers[at.DRIVE_RADIUS]
+    n[at.VELOCITY] = 0.5 * numbers[at.RATED_SPEED] * numbers[at.RATIO] * slope
+    set_modes(numbers, n)
+    for i in range(model.noses.shape[0]):
+        first = at.FIRST_KIND + i % _N_KINDS * at.N_OF_KIND
+        middle = 0.5 * (numbers[first + at.OPENS] + numbers[first + at.CLOSES])
+        model.noses[i] = 0.5 * (numbers[at.FIRING + i // _N_KINDS] + middle)
+    take_choices(numbers, model)
+    return OK
+
+
+@kernel
+def set_modes(numbers, n):
+    """Set the surge modes of a spring among the model's numbers ``n``."""
+    mass = numbers[at.SPRING_MASS]
+    n[at.MODAL_MASS] = 0.5 * mass
+    sign = 1.0
+    for k in range(at.MODES):
+        wave = (k + 1) * math.pi
+        stiffness = 0.5 * numbers[at.RATE] * wave**2
+        n[at.COUPLING + k] = mass * sign / wave
+        n[at.MODAL_STIFFNESS + k] = stiffness
+        n[at.MODAL_DAMPING + k] = 2.0 * numbers[at.SPRING_DAMPING] * math.sqrt(stiffness * 0.5 * mass)
+        sign = -sign
+
+
+@kernel
+def take_choices(numbers, model):
+    """Set the model's choices as the run's numbers say."""
+    model.choices[at.GIVEN_ANGLE] = int(numbers[at.ANGLE_SOURCE])
+    model.choices[at.ENDS] = int(numbers[at.INPUTS_AT])

@@ -1,0 +1,117 @@
+"""All of a run in one record, and the four kernels by which it is run: from Python, and from a library without it.
+
+Each returns a status, 0 or what :mod:`.native` has a text for. Where it is not 0, the model or the state is as before.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.kernel import kernel
+from cranktrain.modules import crank_angle as crank
+from cranktrain.modules.crank_angle import OK, copy_state, inputs_status, step_status
+from cranktrain.modules.valve_train import slots as at
+from cranktrain.modules.valve_train.advance import FAILED, advance, energy, observe, stand
+from cranktrain.modules.valve_train.preparation import prepare_model, take_choices
+
+Array = NDArray[np.float64]
+
+
+class Model(NamedTuple):
+    """Constants of a run: numbers by their slots, a cam of each kind, the lines' noses at the camshaft, choices."""
+
+    numbers: Array
+    cams: Array
+    noses: Array
+    choices: NDArray[np.int64]
+    mark: NDArray[np.void]
+
+
+class Work(NamedTuple):
+    """Workspace of the kernels: a row for each line, the camshaft, and cams and a state that are tried."""
+
+    rows: Array
+    shaft: Array
+    cams: Array
+    trial: Array
+    mark: NDArray[np.void]
+
+
+class Run(NamedTuple):
+    """A run: its model and workspace, state, inputs and outputs, and the numbers that its parameters set.
+
+    ``numbers`` are in the order of ``slots.RUN_NUMBERS`` with the firing angles, rad, behind; a choice is its place in
+    ``ANGLES`` or ``TIMES``.
+    """
+
+    model: Model
+    work: Work
+    state: Array
+    inputs: Array
+    outputs: Array
+    numbers: Array
+
+
+@kernel
+def prepare(run):
+    """Fill the model from the run's numbers: a status."""
+    return prepare_model(run.numbers, run.model, run.work.cams)
+
+
+@kernel
+def start(run, time):
+    """Start at a time, s, and the present inputs: in static balance at rest, else ``start_cycles`` cycles behind it.
+
+    A status.
+    """
+    status = inputs_status(run.inputs)
+    if status != OK:
+        return status
+    model, work, state, inputs = run.model, run.work, run.work.trial, run.inputs
+    for k in range(state.shape[0]):
+        state[k] = 0.0
+    stand(model, work, state, inputs)
+    speed, cycles = inputs[crank.SPEED], float(round(run.numbers[at.START_CYCLES]))
+    if speed >= run.numbers[at.START_SPEED] and cycles > 0.0:
+        for k in range(model.choices.shape[0]):
+            model.choices[k] = 0
+        status = advance(model, work, state, inputs, 4.0 * math.pi * cycles / speed)
+        take_choices(run.numbers, model)
+        if status != OK:
+            return FAILED
+    for k in (at.STEPS, at.REJECTED, at.WORK, at.FRICTION_WORK, at.DAMPED, crank.LAST_INTERVAL, crank.ANGLE_SEEN):
+        state[k] = 0.0
+    state[at.FIRST_ENERGY] = energy(model, work, state)
+    state[crank.TIME] = time
+    state[crank.PARTNER_ANGLE] = inputs[crank.ANGLE]
+    copy_state(state, run.state)
+    return OK
+
+
+@kernel
+def advance_run(run, t_end):
+    """Advance to ``t_end``, s, and write the outputs: a status."""
+    model, state, trial, inputs = run.model, run.state, run.work.trial, run.inputs
+    status = inputs_status(inputs)
+    if status == OK:
+        status = step_status(state, inputs, t_end, model.choices[at.GIVEN_ANGLE], model.choices[at.ENDS])
+    if status != OK:
+        return status
+    copy_state(state, trial)
+    if advance(model, run.work, trial, inputs, t_end - state[crank.TIME]) != OK:
+        return FAILED
+    observe(model, run.work, trial, run.outputs)
+    # Not the sum of the steps, which rounding would take off the master's time.
+    trial[crank.TIME] = t_end
+    copy_state(trial, state)
+    return OK
+
+
+@kernel
+def observe_run(run):
+    """Write the outputs of the present state: a status."""
+    return observe(run.model, run.work, run.state, run.outputs)
