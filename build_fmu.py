@@ -49,6 +49,14 @@ def main(arguments: list[str] | None = None) -> int:
         help="own reduced crankshaft (.h5, .npz, folder of cranktrain reduce --output), or superelement (.toml), for "
         "the crank levels rigid, torsional and solid",
     )  # fmt: skip
+    add(
+        "--native", dest="platforms", action="store_const", const="linux64",
+        help="an FMU of machine code, which needs no Python where it runs",
+    )  # fmt: skip
+    add(
+        "--platform", dest="platforms", metavar="LIST",
+        help="platforms of a native FMU, comma between them: linux64, win64 (default: linux64)",
+    )  # fmt: skip
     add("--reference", action="store_true", help="also simulate the FMU and write its cross-check files beside it")
     chosen = parser.parse_args(arguments)
     try:
@@ -64,6 +72,7 @@ def main(arguments: list[str] | None = None) -> int:
             write_whole(path, model_description(load_engine(chosen.engine)), XML)
         else:
             parts = {"film_table": chosen.film_table, "block": chosen.block, "body": chosen.body}
+            parts["platforms"] = chosen.platforms.split(",") if chosen.platforms else ()
             path = build_fmu(chosen.engine, chosen.output, **parts, say=_say)
             if chosen.reference:
                 interface = full_interface() if module is None else module_interface(module_of(module))

@@ -16,7 +16,6 @@ only where a model uses it.
 
 from __future__ import annotations
 
-import inspect
 import tempfile
 import warnings
 import weakref
@@ -25,13 +24,14 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numba import config, njit, typeof, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from cranktrain.core.cache import NotPrivateError, private_folder
-from cranktrain.core.sources import source_digest
+from cranktrain.core.machine_code import library
+from cranktrain.core.records import record_image
+from cranktrain.core.sources import PACKAGE, source_digest
 
 
 @cache
@@ -53,7 +53,7 @@ def _kernel_folder(file: str) -> str:
     return str(folder)
 
 
-_OPTIONS: dict[str, Any] = {
+OPTIONS: dict[str, Any] = {
     "error_model": "numpy",
     "fastmath": False,
     "boundscheck": False,
@@ -78,7 +78,7 @@ def _compiled(function: Callable[..., Any], file: str, **options: Any) -> Any:
     kept = getattr(config, "CACHE_DIR", "")
     setattr(config, "CACHE_DIR", folder)  # noqa: B010 - numba makes its settings at run time, unknown to a type checker
     try:
-        compiled = njit(cache=bool(folder), **_OPTIONS, **options)(function)
+        compiled = njit(cache=bool(folder), **OPTIONS, **options)(function)
     finally:
         setattr(config, "CACHE_DIR", kept)  # noqa: B010
     if folder:
@@ -103,18 +103,37 @@ def _forget_unknown_classes(compiled: Any) -> None:
     file._load_index = index
 
 
+LAWS_OF = "cranktrain"
+"""Kind of the library that holds the functions which are called at their address."""
 law_kernel = kernel
 """For kernels that are called at their address."""
 
 
 def kernel_address(function: Any, *arguments: Any) -> int:
-    """Address at which :func:`call_kernel` finds ``function`` for arguments of these types; compiles it if need be."""
+    """Address at which :func:`call_kernel` finds ``function`` for arguments of these types.
+
+    It is that of the library of machine code where there is one; else the kernel is compiled.
+    """
+    name, code = kernel_name(function), library(LAWS_OF)
+    if code is not None and name in code.functions:
+        ADDRESSES[code.functions[name]] = name
+        return code.functions[name]
     signature = tuple(typeof(argument) for argument in arguments)
     function.compile(signature)
     compiled = function.overloads[signature]
     if types.unliteral(compiled.signature.return_type) != types.int64:
         raise TypeError(f"{function.py_func.__name__} must return an integer to be called at its address")
-    return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
+    address = int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
+    ADDRESSES[address] = name
+    return address
+
+
+def kernel_name(function: Any) -> str:
+    """Name of a kernel in full, ``package.module:function``, the same in an FMU, whose package has another."""
+    module = function.py_func.__module__
+    if module.partition(".")[0] == PACKAGE:
+        module = "cranktrain" + module.removeprefix(PACKAGE)
+    return f"{module}:{function.py_func.__name__}"
 
 
 def typed_kernel(function: Any, *arguments: Any) -> Callable[..., Any]:
@@ -144,26 +163,12 @@ def call_kernel(typing_context: Any, address: Any, arguments: Any) -> Any:
     return types.int64(address, arguments), generate
 
 
-_RECORDS: dict[type, tuple[Any, Any]] = {}
-"""Type of the records that each class' reader knows, and the kernel that writes them."""
-
-
-@intrinsic
-def _write(typing_context: Any, address: Any, record: Any) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        builder.store(values[1], builder.inttoptr(values[0], context.get_value_type(record).as_pointer()))
-        return context.get_constant(types.int64, 0)
-
-    return types.int64(address, record), generate
-
-
-def _keep(address: int, record: Any) -> Any:
-    return _write(address, record)  # type: ignore[call-arg]
-
-
-def _leaves(record: Any) -> int:
-    """Number of arrays and numbers in a record, those of inner tuples as well."""
-    return sum(map(_leaves, record)) if isinstance(record, tuple) else 1
+ADDRESSES: dict[int, str] = {}
+"""Names of the kernels that were given out as addresses."""
+RECORDS: dict[int, Any] = {}
+"""Records that were given out as addresses and whose owners live."""
+_KINDS: dict[type, Any] = {}
+"""Type of the records that each class' reader knows."""
 
 
 def keep_record(record: Any, owner: NDArray[Any]) -> int:
@@ -171,21 +176,23 @@ def keep_record(record: Any, owner: NDArray[Any]) -> int:
 
     ``TypeError`` where it is not of the type that its class' reader was made for: a law would read what is not there.
     """
-    kind, keep = _RECORDS.get(type(record), (None, None))
-    if typeof(record) != kind:
+    if typeof(record) != _KINDS.get(type(record)):
         raise TypeError(f"{type(record).__name__} of other arrays than its reader knows: {typeof(record)}")
-    # An array is a structure of fewer than sixteen words.
-    space = np.zeros(16 * _leaves(record), dtype=np.int64)
-    keep(space.ctypes.data, record)
-    weakref.finalize(owner, id, (space, record))  # a finalizer's arguments live until then
-    return int(space.ctypes.data)
+    image = record_image(record)
+    address = int(image.ctypes.data)
+    RECORDS[address] = record
+    weakref.finalize(owner, _forget, address, image)  # a finalizer's arguments live until then
+    return address
+
+
+def _forget(address: int, image: Any) -> None:
+    del RECORDS[address]
 
 
 def record_reader(example: Any) -> Any:
     """Function for kernels that reads a record of ``example``'s type from its address, see :func:`keep_record`."""
     kind = typeof(example)
-    # Kept with the record's own file: the index of a common one would name classes that not every process can import.
-    _RECORDS[type(example)] = kind, _compiled(_keep, inspect.getfile(type(example)))
+    _KINDS[type(example)] = kind
 
     @intrinsic
     def read(typing_context: Any, address: Any) -> Any:

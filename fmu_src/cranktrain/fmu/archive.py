@@ -86,9 +86,9 @@ def write_fmu(product: Product, folder: str | Path, say: Callable[[str], None] =
     files = _wrapped(contents)
     root = ElementTree.fromstring(files["modelDescription.xml"])
     complete(root, product.interface, contents.variables, contents.guid)
-    files["modelDescription.xml"] = _xml(root)
+    files["modelDescription.xml"] = xml_bytes(root)
     files.update(accompanying(product))
-    archive = _archive(files)
+    archive = archived(files)
     write_whole(path, archive, FMU)
     say(f"{path.name}: {1e-6 * len(archive):.2f} MB, model data {1e-6 * len(product.data):.2f} MB")
     return path
@@ -115,7 +115,7 @@ def model_description(product: Product) -> bytes:
     contents = _contents(product)
     root = ElementTree.fromstring(_wrapped(contents)["modelDescription.xml"])
     complete(root, product.interface, contents.variables, contents.guid)
-    return _xml(root)
+    return xml_bytes(root)
 
 
 def write_reference(path: Path, interface: Interface, say: Callable[[str], None]) -> None:
@@ -258,8 +258,8 @@ def _wrapped(contents: Contents) -> dict[str, bytes]:
             }
 
 
-def accompanying(product: Product) -> dict[str, bytes]:
-    """Documentation, licences, terminals and icons, by name in the archive."""
+def accompanying(product: Product, native: bool = False) -> dict[str, bytes]:
+    """Documentation, licences, terminals and icons, by name in the archive; a native FMU depends on nothing."""
     frame, page = (
         (folder / "documentation" / name).read_text(encoding="utf-8")
         for folder, name in ((DESCRIPTION, "frame.html"), (product.pages, "index.html"))
@@ -270,10 +270,11 @@ def accompanying(product: Product) -> dict[str, bytes]:
     picture, variables = (product.pages / "model.png").read_bytes(), product.variables
     files = {"documentation/index.html": page.encode(), "model.png": picture}
     files |= icons(variables, picture, DESCRIPTION / FOLDER)
-    files[f"{FOLDER}/{FOLDER}.xml"] = _xml(terminals_and_icons(variables))
-    needed = (DESCRIPTION / "externalDependencies.txt").read_bytes()
-    files["documentation/externalDependencies.txt"] = needed
+    files[f"{FOLDER}/{FOLDER}.xml"] = xml_bytes(terminals_and_icons(variables))
     files["documentation/licenses/license.txt"] = (ROOT / "LICENSE").read_bytes()
+    if native:
+        return files
+    files["documentation/externalDependencies.txt"] = (DESCRIPTION / "externalDependencies.txt").read_bytes()
     for file in importlib.metadata.files("pythonfmu") or ():
         if file.name == "LICENSE":
             files["documentation/licenses/pythonfmu.txt"] = file.read_binary()
@@ -285,7 +286,8 @@ def _is_ours(path: Path) -> bool:
     if not zipfile.is_zipfile(path):
         return False
     with zipfile.ZipFile(path) as archive:
-        return any(name.startswith("resources/cranktrain_slave_") for name in archive.namelist())
+        names = archive.namelist()
+    return "resources/native.bin" in names or any(name.startswith("resources/cranktrain_slave_") for name in names)
 
 
 FMU = Kind("FMU of cranktrain", _is_ours)
@@ -304,7 +306,8 @@ def write_whole(path: Path, data: bytes, kind: Kind) -> None:
         temporary.write_bytes(data)
 
 
-def _xml(root: ElementTree.Element) -> bytes:
+def xml_bytes(root: ElementTree.Element) -> bytes:
+    """A document with line breaks of our own."""
     for element in root.iter():  # the library's line breaks, to be set anew
         element.tail = None
         if element.text is not None and not element.text.strip():
@@ -313,7 +316,8 @@ def _xml(root: ElementTree.Element) -> bytes:
     return ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
 
 
-def _archive(files: dict[str, bytes]) -> bytes:
+def archived(files: Mapping[str, bytes]) -> bytes:
+    """Files by name as one archive, of equal bytes for equal files."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
         for name in sorted(files):

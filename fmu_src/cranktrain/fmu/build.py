@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from cranktrain.fmu.engine_fmu import build, check_target, family_counts, full_i
 from cranktrain.fmu.engine_fmu import model_description as engine_description
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.fmu.module_fmu import build_module, module_product
+from cranktrain.fmu.native.link import checked_platform
 from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.modules.register import module_path
@@ -35,6 +36,7 @@ def build_fmu(
     film_table: bool = True,
     block: bool = True,
     body: str | Path | None = None,
+    platforms: Sequence[str] = (),
     say: Progress = lambda text: None,
 ) -> Path:
     """Build the FMU of an engine, a scene or a module beside the cranktrain; returns its path.
@@ -45,6 +47,7 @@ def build_fmu(
     film_table : with the film tables of bearing and big-end level ``table``
     block : with the block of block level ``flexible``
     body : user's own reduced crankshaft, or its superelement, for the crank levels that are not made from dimensions
+    platforms : of a native FMU, which needs no Python (``linux64``, ``win64``); none: the Python FMU
     say : told each stage of long work
 
     Raises
@@ -53,11 +56,13 @@ def build_fmu(
         what cannot be read or built
     """
     full_interface()
+    for platform in platforms:
+        checked_platform(platform)
     module = module_path(source) if isinstance(source, str | Path) else None
     if module is not None:
         if body is not None or not (film_table and block):
             raise InputError("film table, block and body belong to an engine's FMU, not to a module's")
-        return build_module(module, folder, say)
+        return build_module(module, folder, say, platforms)
     if isinstance(source, str | Path) and is_scene(source):
         source = load_scene(source)
     if isinstance(source, Scene):
@@ -66,11 +71,12 @@ def build_fmu(
         if not (film_table and block):
             raise InputError("film table and block are left out of an engine's FMU, not of a scene's")
         check_target(Path(folder), source.engine)
-        return build_scene(source, folder, say)
+        return build_scene(source, folder, say, platforms)
     engine = source if isinstance(source, Engine) else load_engine(source)
     check_target(Path(folder), engine)
     check_mesh(body, "journal surfaces")
-    return build(whole_model(engine, film_table=film_table, block=block, body=body, say=say), folder, say)
+    model = whole_model(engine, film_table=film_table, block=block, body=body, say=say)
+    return build(model, folder, say, platforms=platforms)
 
 
 def describe_fmu(source: str) -> bytes:
@@ -135,7 +141,9 @@ def is_scene(name: str | Path) -> bool:
         return False
 
 
-def build_scene(scene: Scene, folder: str | Path, say: Progress = lambda text: None) -> Path:
+def build_scene(
+    scene: Scene, folder: str | Path, say: Progress = lambda text: None, platforms: Sequence[str] = ()
+) -> Path:
     """Plan a scene and write its FMU into ``folder``; returns its path. Says what it carries and how large it is."""
     from cranktrain.studies.planning.planning import plan
     from cranktrain.studies.planning.scene_model import SceneModel
@@ -159,4 +167,4 @@ def build_scene(scene: Scene, folder: str | Path, say: Progress = lambda text: N
     )
     interface = scene_interface(full_interface(), made, model, family_counts(engine))
     say(f"{scene.name}: {made.case}, {made.modes} modes; predicted error {made.predicted_error:.2g}")
-    return build(flat, folder, say, interface, fixed_settings(made, model), scene_suffix(made))
+    return build(flat, folder, say, interface, fixed_settings(made, model), scene_suffix(made), platforms)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
 from cranktrain.fmu import archive
 from cranktrain.fmu.archive import DESCRIPTION, Product, fmu_path, need_sources, write_fmu
@@ -22,15 +23,19 @@ def build(
     interface: Interface | None = None,
     fixed: Mapping[str, Any] = MappingProxyType({}),
     suffix: str = "",
+    platforms: Sequence[str] = (),
 ) -> Path:
     """Write the FMU of a model into ``folder``; returns its path and says how large it is.
 
-    ``interface`` defaults to the full one, ``fixed`` are settings that no variable of it changes, ``suffix`` ends the
-    model's name. The file appears whole or not at all. ``InputError`` where the interface or the code cannot go into an
-    FMU.
+    With ``platforms`` it is a native one for these, else the Python FMU. ``interface`` defaults to the full one;
+    ``fixed`` are settings that no variable of it changes, ``suffix`` ends the model's name. The file appears whole or
+    not at all.
+    ``InputError`` where the interface or the code cannot go into an FMU.
     """
-    made = product(model.engine, interface or full_interface(), to_bytes(model), fixed, suffix)
-    return write_fmu(made, folder, say)
+    full = interface or full_interface()
+    if platforms:
+        raise InputError("native FMUs are built of modules so far; leave --native out")
+    return write_fmu(product(model.engine, full, to_bytes(model), fixed, suffix), folder, say)
 
 
 def product(

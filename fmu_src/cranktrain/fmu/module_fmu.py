@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from cranktrain.fmu.archive import DESCRIPTION, Product, fmu_path, need_sources, write_fmu
 from cranktrain.fmu.description import Interface, read_interface
 from cranktrain.fmu.engine_fmu import camel
+from cranktrain.fmu.native.archive import write_native_fmu
+from cranktrain.fmu.native.module_model import module_model
 from cranktrain.modules.register import Module, module_of
 
 
@@ -34,8 +36,18 @@ def module_interface(module: Module) -> Interface:
     return read_interface(module.folder, DESCRIPTION)
 
 
-def build_module(path: str | Path, folder: str | Path, say: Callable[[str], None] = lambda text: None) -> Path:
-    """Write the FMU of a module file into ``folder``; returns its path. The file appears whole or not at all."""
+def build_module(
+    path: str | Path,
+    folder: str | Path,
+    say: Callable[[str], None] = lambda text: None,
+    platforms: Sequence[str] = (),
+) -> Path:
+    """Write the FMU of a module file into ``folder``; returns its path. The file appears whole or not at all.
+
+    With ``platforms`` it is a native one for these, else the Python FMU.
+    """
     product = module_product(path)
     fmu_path(product, folder)
-    return write_fmu(product, folder, say)
+    if not platforms:
+        return write_fmu(product, folder, say)
+    return write_native_fmu(product, module_model(module_of(Path(path)), product), folder, platforms, say)

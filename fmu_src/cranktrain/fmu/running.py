@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
-from typing import Any
+from typing import Any, NamedTuple
 
 from cranktrain.core.announcement import announced
 from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, check_levels, needed_parts, resolved
 from cranktrain.dynamics.simulation import Simulation
+from cranktrain.engine.model import Engine
 from cranktrain.fmu.flat import FlatModel, read_model
 from cranktrain.fmu.geometry import with_geometry
 
@@ -28,7 +30,24 @@ _PARTS = {
 
 
 def simulation(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, str]) -> Simulation:
-    """Simulation at the levels of ``chosen``, the values of settings.
+    """Simulation at the levels of ``chosen``, the values of settings; see :func:`chosen_levels`."""
+    made = Simulation(*chosen_levels(model, chosen, names))
+    made.on_demand = True
+    return made
+
+
+class Chosen(NamedTuple):
+    """What a simulation of chosen levels is made of, in the order of its parameters."""
+
+    engine: Engine
+    body: ReducedBody
+    settings: Settings
+    gas: None
+    parts: Parts
+
+
+def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, str]) -> Chosen:
+    """What a simulation is made of at the levels of ``chosen``, the values of settings.
 
     Parameters
     ----------
@@ -54,9 +73,7 @@ def simulation(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, 
         _refuse(settings, names, "damper", "the crankshaft with the damper's housing")
     if settings.crank not in cranks:
         _refuse(settings, names, "crank", "its crankshaft")
-    made = Simulation(engine, cranks[settings.crank], settings, parts=parts)
-    made.on_demand = True
-    return made
+    return Chosen(engine, cranks[settings.crank], settings, None, parts)
 
 
 def announced_compilation(instance: str) -> AbstractContextManager[None]:

@@ -1,1 +1,1 @@
-"""The native FMU: machine code of the very kernels that Python runs, behind a small C file, with an engine as data."""
+"""The FMU that needs no Python: machine code of the kernels, a C shim over it, and a model's data as one flat file."""

@@ -4,6 +4,7 @@ from cranktrain.modules.combustion.settings import CycleSettings
 from cranktrain.modules.combustion.simulation import CombustionSimulation
 from cranktrain.modules.module_running import ModuleRunning
 
-_RUNNING = ModuleRunning(CycleSettings, CombustionSimulation)
+SETTINGS = CycleSettings
+_RUNNING = ModuleRunning(SETTINGS, CombustionSimulation)
 read_model, simulation = _RUNNING.read_model, _RUNNING.simulation
 announced_compilation = _RUNNING.announced_compilation

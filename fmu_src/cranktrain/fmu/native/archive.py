@@ -1,0 +1,114 @@
+"""The archive of a native FMU: libraries for the platforms, one file of data, model description, documentation."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement
+
+from cranktrain import __version__
+from cranktrain.core.machine_code import code_digest
+from cranktrain.fmu.archive import FMU, Product, accompanying, archived, fmu_path, write_whole, xml_bytes
+from cranktrain.fmu.description import Variable, complete
+from cranktrain.fmu.native.emit import PLATFORMS
+from cranktrain.fmu.native.file_format import NativeFile, Texts, table, to_bytes
+from cranktrain.fmu.native.interface import NativeModel, interface_tables
+from cranktrain.fmu.native.link import library
+
+DATA = "resources/native.bin"
+LOG_CATEGORIES = ("logEvents", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal", "logAll")
+NO_GUID = "{00000000-0000-0000-0000-000000000000}"
+
+
+def write_native_fmu(
+    product: Product,
+    model: NativeModel,
+    folder: str | Path,
+    platforms: Sequence[str] = ("linux64",),
+    say: Callable[[str], None] = lambda text: None,
+) -> Path:
+    """Write the native FMU of a product into ``folder``; returns its path and says how large it is.
+
+    The file appears whole or not at all. ``InputError`` where a platform's library cannot be made.
+    """
+    path = fmu_path(product, folder)
+    files = {}
+    for platform in platforms:
+        row = PLATFORMS[platform]
+        files[f"binaries/{platform}/{product.model}{row.suffix}"] = library(model.kind, platform, say).read_bytes()
+    variables = product.variables
+    data = native_data(product, model, variables)
+    guid = _guid(product, data(NO_GUID))
+    say(f"{product.title}: {product.model} {guid}")
+    files[DATA] = data(guid)
+    files["modelDescription.xml"] = xml_bytes(description(product, guid))
+    files |= accompanying(product, native=True)
+    contents = archived(files)
+    write_whole(path, contents, FMU)
+    say(f"{path.name}: {1e-6 * len(contents):.2f} MB, model data {1e-6 * len(files[DATA]):.2f} MB")
+    return path
+
+
+def native_data(product: Product, model: NativeModel, variables: Sequence[Variable]) -> Callable[[str], bytes]:
+    """The file of data, made for a GUID."""
+    texts = Texts()
+    rows: dict[str, Any] = interface_tables(model, variables, texts)
+    rows |= model.tables()
+    about = {"model": product.model, "version": __version__, "speed": product.interface.speed}
+    rows["INFO"] = [{"name": texts.at(name), "text": texts.at(text)} for name, text in about.items()]
+    tables = {name: table(name, listed) if isinstance(listed, list) else listed for name, listed in rows.items()}
+    tables["TEXT"] = texts.table()
+    digest = code_digest(model.kind)
+    return lambda guid: to_bytes(NativeFile(digest, guid, tables))
+
+
+def _guid(product: Product, data: bytes) -> str:
+    """Digest of data and interface as a GUID: equal models have equal ones."""
+    interface = json.dumps([product.interface.units, [repr(v) for v in product.variables]], sort_keys=True)
+    digest = hashlib.sha256(data + interface.encode()).hexdigest()
+    return "{" + "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32])) + "}"
+
+
+def description(product: Product, guid: str) -> Element:
+    """The model description: that of the Python FMU, but for what the binary can do more."""
+    root = Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": "2.0", "modelName": product.model, "guid": guid, "version": __version__,
+            "author": "Cranktrain contributors", "license": "BSD-3-Clause", "generationTool": "cranktrain",
+            "variableNamingConvention": "structured",
+        },
+    )  # fmt: skip
+    SubElement(root, "CoSimulation", {"modelIdentifier": product.model, **CAPABILITIES})
+    categories = SubElement(root, "LogCategories")
+    for name in LOG_CATEGORIES:
+        SubElement(categories, "Category", {"name": name})
+    listed = SubElement(root, "ModelVariables")
+    for variable in product.variables:
+        entry = SubElement(
+            listed,
+            "ScalarVariable",
+            {
+                "name": variable.name, "valueReference": str(variable.reference), "causality": variable.causality,
+                "variability": variable.variability,
+            },
+        )  # fmt: skip
+        initial = {"parameter": "exact", "output": "calculated"}.get(variable.causality)
+        if initial is not None:
+            entry.set("initial", initial)
+        SubElement(entry, variable.type)
+    complete(root, product.interface, product.variables, guid)
+    return root
+
+
+CAPABILITIES = {
+    "needsExecutionTool": "false",
+    "canHandleVariableCommunicationStepSize": "true",
+    "canBeInstantiatedOnlyOncePerProcess": "false",
+    "canNotUseMemoryManagementFunctions": "false",
+    "canGetAndSetFMUstate": "true",
+    "canSerializeFMUstate": "true",
+}

@@ -1,0 +1,75 @@
+"""What each kind of library exports: the entries of a run, and functions that kernels call at their address."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.kernel import kernel_name
+from cranktrain.core.named import resolve
+from cranktrain.dynamics.outputs.register import FAMILIES as OUTPUT_FAMILIES
+from cranktrain.dynamics.time.integrators import FAMILIES as INTEGRATOR_FAMILIES
+from cranktrain.film.laws.films import NUMBERS, SIZE
+from cranktrain.film.laws.register import LAWS, THRUST
+from cranktrain.modules.module_settings import from_bytes
+from cranktrain.modules.register import MODULES, module_files, module_of
+
+ENTRIES = {"prepare": "prepare", "start": "start", "advance": "advance_run", "observe": "observe_run"}
+"""Entries as the C side calls them, and their kernels beside ``Run``."""
+
+
+class Function(NamedTuple):
+    """A kernel that others call at its address, and what it is called with, a run of its kind given."""
+
+    kernel: Any
+    arguments: Callable[[Any], tuple[Any, ...]]
+
+
+class Exports(NamedTuple):
+    """A run of the types that entries are compiled for, the kernels of the entries, and functions by name."""
+
+    run: Any
+    entries: Mapping[str, Any]
+    functions: Mapping[str, Function]
+
+
+def exports(kind: str) -> Exports:
+    """Everything that the library of a kind exports."""
+    if kind in MODULES:
+        package = MODULES[kind].running.rpartition(".")[0]
+        return Exports(_module_run(kind, package), _entries(f"{package}.run_record"), {})
+    raise InputError(f"the kernels of '{kind}' are not exported yet; take one of {', '.join(MODULES)}")
+
+
+def _entries(module: str) -> dict[str, Any]:
+    return {name: resolve(f"{module}:{kernel}") for name, kernel in ENTRIES.items()}
+
+
+def _module_run(kind: str, package: str) -> Any:
+    """A run of the first file of a module that ships."""
+    path = next(path for path in module_files().values() if module_of(path).name == kind)
+    data = module_of(path).read(path).data
+    return resolve(f"{package}.settings:make_run")(from_bytes(resolve(f"{package}.running:SETTINGS"), data))
+
+
+def functions(kind: str) -> dict[str, Function]:
+    """Functions of a kind's library by name, in their order there."""
+    return {kernel_name(row.kernel): row for row in _functions()} if kind == "cranktrain" else {}
+
+
+def _functions() -> Iterator[Function]:
+    """Force laws, families of outputs, steps of integrators and their differences from an embedded solution."""
+    z = np.zeros
+    of_law = (0, 0, 0, z(4), z(4), z(NUMBERS), z(1), z(SIZE))
+    for form in [*(form for law in LAWS.values() for form in law.forms.values()), *THRUST.values()]:
+        if form.kernel:
+            yield Function(resolve(form.kernel), lambda run: of_law)
+    for family in OUTPUT_FAMILIES.values():
+        yield Function(resolve(family.kernel), lambda run: (run.model, run.work, z(1), 0, z(1)))
+    for steps in INTEGRATOR_FAMILIES.values():
+        yield Function(resolve(steps.step), lambda run: (run.model, run.work, z(1), 0, 0.0))
+        if steps.difference:
+            yield Function(resolve(steps.difference), lambda run: (run.model, run.work, 0.0))

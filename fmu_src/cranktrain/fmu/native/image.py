@@ -1,0 +1,153 @@
+"""Images of runs: what a ``Run`` record is made of, array by array, as a library finds it in a file.
+
+A variant is one choice of levels. Variants share what has equal contents. Three kinds of memory are told apart: zeros
+and copies, which each instance has for itself, and constants, which all instances read from the file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.kernel import ADDRESSES, RECORDS
+from cranktrain.core.records import leaves, number_word
+from cranktrain.fmu.native.file_format import COPIED, FUNCTION, NONE, RECORD, SHARED, ZEROS, Blob
+
+MOST_DIMENSIONS = 4
+
+Row = dict[str, Any]
+
+
+class Images:
+    """Tables of variants in the making, by section.
+
+    Parameters
+    ----------
+    functions : number of each function of the library, by its name
+    constant : whether an array, by its path in the run (``model.gas``) or in a record (``RigidBore.table.force``), is
+        never written by kernels
+    """
+
+    def __init__(self, functions: Mapping[str, int], constant: Callable[[str], bool]) -> None:
+        self.functions, self.constant, self.blob = functions, constant, Blob()
+        self.tables: dict[str, list[Any]] = {
+            name: [] for name in ("VARI", "NUMB", "SLOT", "LEAF", "RECS", "ARRY", "FIXU")
+        }
+        self._rows: dict[tuple[Any, ...], int] = {}
+
+    def add(self, run: Any, numbers: Mapping[int, float]) -> int:
+        """Add a variant: a run before its preparation, and the numbers, by slot, that it brings. Returns its number."""
+        made = _Variant(self, run)
+        first = {name: len(rows) for name, rows in self.tables.items()}
+        self.tables["LEAF"] += made.leaves
+        for rows in made.records:
+            self.tables["RECS"].append({"first_leaf": len(self.tables["LEAF"]), "n_leaves": len(rows)})
+            self.tables["LEAF"] += rows
+        self.tables["SLOT"] += made.slots
+        self.tables["NUMB"] += [{"slot": slot, "value": value} for slot, value in numbers.items()]
+        self.tables["VARI"].append(
+            {
+                "first_leaf": first["LEAF"], "n_leaves": len(made.leaves),
+                "first_slot": first["SLOT"], "n_slots": len(made.slots),
+                "first_record": first["RECS"], "n_records": len(made.records),
+                "first_number": first["NUMB"], "n_numbers": len(numbers),
+            }
+        )  # fmt: skip
+        return first["VARI"]
+
+    def sections(self) -> dict[str, Any]:
+        """The sections of all variants so far."""
+        return {**self.tables, "BLOB": self.blob.table()}
+
+    def row(self, array: NDArray[Any], path: str, fixups: tuple[tuple[int, int, int], ...]) -> int:
+        """Row of ARRY of an array's contents, without the addresses in it: (byte offset, what, number) each."""
+        if not array.flags.c_contiguous or array.ndim > MOST_DIMENSIONS:
+            raise ValueError(f"{path} has strides {array.strides} and shape {array.shape}, which no file holds")
+        kept = array.reshape(-1).view(np.uint8).copy() if array.size else np.zeros(0, dtype=np.uint8)
+        for offset, _, _ in fixups:
+            kept[offset : offset + 8] = 0
+        kind = SHARED if self.constant(path) else COPIED if fixups or kept.any() else ZEROS
+        if kind == ZEROS:
+            kept = kept[:0]
+        key = (kind, array.shape, array.itemsize, hashlib.sha256(kept.tobytes()).digest(), fixups)
+        if key not in self._rows:
+            self._rows[key] = len(self.tables["ARRY"])
+            offset = self.blob.put(kept)[0] if kept.size else 0
+            self.tables["ARRY"].append(
+                {
+                    "offset": offset, "bytes": array.nbytes, "shape": array.shape + (0,) * (4 - array.ndim),
+                    "ndim": array.ndim, "itemsize": array.itemsize, "kind": kind,
+                    "first_fixup": len(self.tables["FIXU"]), "n_fixups": len(fixups),
+                }
+            )  # fmt: skip
+            self.tables["FIXU"] += [{"byte_offset": o, "kind": k, "index": i} for o, k, i in fixups]
+        return self._rows[key]
+
+
+class _Variant:
+    """One variant under way: leaves of its run, its slots, and the records that its arrays name."""
+
+    def __init__(self, images: Images, run: Any) -> None:
+        self.images = images
+        self.slots: list[int] = []
+        self.records: list[list[Row]] = []
+        self._known: dict[tuple[int, tuple[int, ...]], int] = {}
+        self._numbers: dict[int, int] = {}
+        self._taken: list[tuple[int, int, str]] = []
+        self.leaves = [self._leaf(path, leaf) for path, leaf in leaves(run)]
+        self._refuse_overlaps()
+
+    def _leaf(self, path: str, leaf: Any) -> Row:
+        if isinstance(leaf, np.ndarray):
+            return {"slot": self._slot(path, leaf)}
+        return {"slot": NONE, "value": number_word(leaf) % 2**64}
+
+    def _slot(self, path: str, array: NDArray[Any]) -> int:
+        # An array of nothing has no place of its own.
+        key = (array.ctypes.data if array.size else -len(self.slots) - 1, array.shape)
+        if key not in self._known:
+            self._known[key] = own = len(self.slots)
+            self.slots.append(NONE)
+            if array.size:
+                self._taken.append((array.ctypes.data, array.nbytes, path))
+            self.slots[own] = self.images.row(array, path, self._fixups(array))
+        return self._known[key]
+
+    def _fixups(self, array: NDArray[Any]) -> tuple[tuple[int, int, int], ...]:
+        """Addresses of functions and records in an array of integers."""
+        if array.dtype != np.int64:
+            return ()
+        found = []
+        for k, value in enumerate(array.ravel().tolist()):
+            if value in ADDRESSES:
+                found.append((8 * k, FUNCTION, self.images.functions[ADDRESSES[value]]))
+            elif value in RECORDS:
+                found.append((8 * k, RECORD, self._record(value)))
+        return tuple(found)
+
+    def _record(self, address: int) -> int:
+        if address not in self._numbers:
+            record = RECORDS[address]
+            self._numbers[address] = number = len(self.records)
+            self.records.append([])
+            name = type(record).__name__
+            self.records[number] += [self._leaf(f"{name}.{path}", leaf) for path, leaf in leaves(record)]
+        return self._numbers[address]
+
+    def _refuse_overlaps(self) -> None:
+        """``ValueError`` for arrays that share a part of their memory: an instance would have two of it."""
+        taken = sorted(self._taken)
+        for (start, size, path), (after, _, other) in pairwise(taken):
+            if start + size > after:
+                raise ValueError(f"{path} and {other} share memory, which a file cannot tell")
+
+
+def leaf_numbers(run: Any, paths: Mapping[str, str]) -> dict[str, int]:
+    """Numbers of leaves of a run by names for their paths."""
+    numbers = {path: k for k, (path, _) in enumerate(leaves(run))}
+    return {name: numbers[path] for name, path in paths.items()}

@@ -1,0 +1,146 @@
+"""Tables of a native FMU's interface: variables, choices, statuses, as the C side reads them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from math import prod
+from typing import Any
+
+from cranktrain.core.errors import InputError
+from cranktrain.fmu.description import Variable
+from cranktrain.fmu.native.file_format import (
+    ENUMERATION,
+    INPUT,
+    INTEGER,
+    LARGEST,
+    LEVEL,
+    LOCAL,
+    NONE,
+    NUMBER,
+    OUTPUT,
+    PARAMETER,
+    REAL,
+    REFUSED,
+    STRING,
+    Texts,
+)
+
+TYPES = {"Real": REAL, "Integer": INTEGER, "String": STRING, "Enumeration": ENUMERATION}
+CAUSALITIES = {"input": INPUT, "output": OUTPUT, "parameter": PARAMETER, "local": LOCAL}
+
+
+@dataclass(frozen=True, kw_only=True)
+class NativeModel:
+    """What a product of a kind is to its library.
+
+    Attributes
+    ----------
+    kind : of the library, see :data:`cranktrain.core.machine_code.RESTS_ON`
+    inputs, outputs : names in the run's order
+    slots : place in ``run.numbers`` of each setting that a Real parameter fills; those that are not named must stay at
+        their start
+    options : of each setting that a String fills and that is a number to the kernels, the slot and the number of each
+        text
+    levels : of each setting that chooses the variant, its texts
+    variant : row of a combination of levels, ``{setting: text}``; ``InputError`` for one that is refused
+    families : of each output, in order, rows of the families that are observed for it
+    statuses : texts of statuses, and whether a step failed (or something was refused)
+    leaves : gives the numbers of the leaves of a run that the C side knows, by its names for them
+    tables : gives the sections of the variants, once all of them were asked for
+    """
+
+    kind: str
+    inputs: Sequence[str]
+    outputs: Sequence[str]
+    slots: Mapping[str, int]
+    options: Mapping[str, tuple[int, Mapping[str, float]]]
+    levels: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    variant: Callable[[Mapping[str, str]], int]
+    families: Sequence[Sequence[int]] = ()
+    statuses: Mapping[int, tuple[bool, str]]
+    leaves: Callable[[], Mapping[str, int]]
+    tables: Callable[[], Mapping[str, Any]]
+
+
+def interface_tables(model: NativeModel, variables: Sequence[Variable], texts: Texts) -> dict[str, list[Any]]:
+    """Sections VARS, FAMS, CHOI, OPTN, LEVL, STAT and NAME of a model with these variables."""
+    tables: dict[str, list[Any]] = {name: [] for name in ("VARS", "FAMS", "CHOI", "OPTN", "LEVL")}
+    levels: list[tuple[str, Sequence[str]]] = []
+    for variable in sorted(variables, key=lambda v: v.reference):
+        if variable.type == "String":
+            tables["VARS"].append(_choice(model, variable, texts, tables, levels))
+        else:
+            tables["VARS"].append(_number(model, variable, texts, tables["FAMS"]))
+    tables["LEVL"] += [
+        _variant(model, dict(zip([n for n, _ in levels], texts_of, strict=True)), texts)
+        for texts_of in product(*(options for _, options in levels))
+    ]
+    assert len(tables["LEVL"]) == prod(len(options) for _, options in levels)
+    tables["STAT"] = [
+        {"code": code, "kind": int(failed), "text": texts.at(text)} for code, (failed, text) in model.statuses.items()
+    ]
+    tables["NAME"] = [{"name": texts.at(name), "leaf": leaf} for name, leaf in model.leaves().items()]
+    return tables
+
+
+def _number(model: NativeModel, variable: Variable, texts: Texts, families: list[int]) -> dict[str, Any]:
+    """Row of VARS of a Real."""
+    row = _row(variable, texts)
+    if variable.causality == "input":
+        row["index"] = list(model.inputs).index(variable.name)
+    elif variable.causality == "output":
+        row["index"] = place = list(model.outputs).index(variable.name)
+        row["first_family"] = len(families)
+        families += model.families[place] if model.families else ()
+        row["n_families"] = len(families) - row["first_family"]
+    else:
+        row["index"] = model.slots.get(str(variable.setting), NONE)
+    return row
+
+
+def _choice(
+    model: NativeModel, variable: Variable, texts: Texts, tables: dict[str, list[Any]],
+    levels: list[tuple[str, Sequence[str]]],
+) -> dict[str, Any]:  # fmt: skip
+    """Row of VARS of a String parameter, with its rows of CHOI and OPTN."""
+    setting = str(variable.setting)
+    choice = {"name": texts.at(variable.name), "first_option": len(tables["OPTN"])}
+    if setting in model.levels:
+        names = model.levels[setting]
+        levels.append((setting, names))
+        choice |= {"kind": LEVEL}
+        options: list[dict[str, Any]] = [{"text": texts.at(name), "value": k} for k, name in enumerate(names)]
+    else:
+        slot, numbers = model.options[setting]
+        choice |= {"kind": NUMBER, "index": slot}
+        options = [{"text": texts.at(name), "number": number} for name, number in numbers.items()]
+    tables["OPTN"] += options
+    row = _row(variable, texts) | {"index": len(tables["CHOI"])}
+    tables["CHOI"].append(choice | {"n_options": len(options)})
+    return row
+
+
+def _row(variable: Variable, texts: Texts) -> dict[str, Any]:
+    bounds = {
+        "min": -LARGEST if variable.min is None else variable.min,
+        "max": LARGEST if variable.max is None else variable.max,
+    }
+    start = variable.start
+    row = {"start_text": texts.at(start)} if isinstance(start, str) else {"start": 0.0 if start is None else start}
+    return {
+        "name": texts.at(variable.name),
+        "type": TYPES[variable.type],
+        "causality": CAUSALITIES[variable.causality],
+        **row,
+        **bounds,
+    }
+
+
+def _variant(model: NativeModel, chosen: Mapping[str, str], texts: Texts) -> int:
+    """Entry of LEVL for a combination of levels."""
+    try:
+        return model.variant(chosen)
+    except InputError as error:
+        return REFUSED | texts.at(str(error))

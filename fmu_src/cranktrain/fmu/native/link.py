@@ -1,0 +1,130 @@
+"""Shared libraries of machine code: the objects of the kernels and the C shim, compiled once per state of the sources.
+
+A library serves every engine, level and module file of its kind; what differs is data (:mod:`.image`). Libraries are
+kept in the user's cache under a digest of all that they are made from, or come with the package in ``LIBRARIES``.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+from cranktrain.core.cache import private_folder
+from cranktrain.core.errors import InputError
+from cranktrain.core.machine_code import LIBRARIES, OFF, code_digest, library_name
+from cranktrain.fmu.native.emit import PLATFORMS, Platform, Progress
+
+SOURCES = Path(__file__).parent / "c"
+FLAGS = ("-std=c11", "-O2", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
+PROCESSOR = {"NUMBA_CPU_NAME": "x86-64-v2", "NUMBA_CPU_FEATURES": "", "NUMBA_DISABLE_INTEL_SVML": "1", OFF: "1"}
+"""The least processor that kernels are compiled for, so that every machine emits the same."""
+
+
+def library(kind: str, platform: str = "linux64", say: Progress = lambda text: None) -> Path:
+    """Path of the library of a kind for a platform; compiled now where there is none of the present sources.
+
+    Raises
+    ------
+    InputError
+        a platform that is not known or that no compiler here makes
+    """
+    row = checked_platform(platform)
+    name = library_name(kind, row.suffix)
+    digest = code_digest(kind)
+    for folder in (LIBRARIES / row.folder, private_folder("native", digest, row.folder)):
+        made = folder / name
+        if made.is_file() and _is_of(made, digest):
+            return made
+    compiler, target = _compiler(row), private_folder("native", digest, row.folder) / name
+    with _alone(private_folder("native", digest)):
+        if not target.is_file():
+            objects = _objects(kind, digest, say)
+            say(f"{kind}: library for {row.folder}")
+            _link(compiler, kind, digest, row, objects, target)
+    return target
+
+
+def checked_platform(platform: str) -> Platform:
+    """Row of a platform; ``InputError`` for one that is not known."""
+    if platform not in PLATFORMS:
+        raise InputError(f"platform '{platform}' is not known; take one of {', '.join(PLATFORMS)}")
+    return PLATFORMS[platform]
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Let one process after the other work in a folder, where the system can lock files."""
+    with (folder / "lock").open("w") as stream:
+        if fcntl is not None:
+            fcntl.flock(stream, fcntl.LOCK_EX)
+        yield
+
+
+def _is_of(path: Path, digest: str) -> bool:
+    return digest.encode() in path.read_bytes()
+
+
+def _objects(kind: str, digest: str, say: Progress) -> Path:
+    """Folder of a kind's object files, one a platform, and its table of functions; emitted in a process of its own.
+
+    That process compiles for the least processor, whatever this one compiles for.
+    """
+    folder = private_folder("native", digest, "objects")
+    if not (folder / f"{kind}.c").is_file():
+        say(f"{kind}: machine code of the kernels, a few minutes of processor time, once for this state of the sources")
+        run = [sys.executable, "-m", "cranktrain.fmu.native.make", kind, str(folder)]
+        place = str(Path(__file__).parents[3])
+        given = os.environ.get("PYTHONPATH")
+        path = place if not given else os.pathsep.join((place, given))
+        subprocess.run(run, check=True, env={**os.environ, **PROCESSOR, "PYTHONPATH": path})
+    return folder
+
+
+def _compiler(platform: Platform) -> list[str]:
+    """Command of a C compiler for a platform; ``InputError`` where there is none."""
+    if importlib.util.find_spec("ziglang") is not None:
+        return [sys.executable, "-m", "ziglang", "cc", "-target", platform.zig]
+    own = {"linux64": ("cc", "gcc", "clang"), "win64": ("x86_64-w64-mingw32-gcc",)}
+    for name in (*own.get(platform.folder, ()), f"{platform.triple.partition('-')[0]}-linux-gnu-gcc"):
+        found = shutil.which(name)
+        if found is not None:
+            return [found]
+    raise InputError(
+        f"no C compiler for {platform.folder} was found; install one that compiles for all: pip install ziglang"
+    )
+
+
+def _link(compiler: Iterable[str], kind: str, digest: str, platform: Platform, objects: Path, target: Path) -> None:
+    """Compile the shim and link it with the objects; the library appears whole or not at all."""
+    table = objects / f"{kind}.c"
+    sources = [*sorted(SOURCES.glob("*.c")), table, objects / f"{kind}-{platform.folder}.o"]
+    with tempfile.TemporaryDirectory(dir=target.parent) as folder:
+        made = Path(folder) / target.name
+        own = ["-lm", "-Wl,-z,relro,-z,now", "-fPIC"] if platform.suffix == ".so" else []
+        run = [
+            *compiler,
+            *FLAGS,
+            f'-DCT_DIGEST="{digest}"',
+            "-I",
+            str(SOURCES),
+            "-o",
+            str(made),
+            *map(str, sources),
+            *own,
+        ]
+        done = subprocess.run(run, capture_output=True, text=True)
+        if done.returncode:
+            raise InputError(f"the C compiler failed for {platform.folder}: {done.stderr.strip() or run}")
+        os.replace(made, target)
