@@ -1,0 +1,100 @@
+#include "host.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LONGEST_LINE = 2048, SIGNIFICANT = 17 };
+
+static const char *const CATEGORIES[] = {"logEvents",      "logStatusWarning", "logStatusDiscard",
+                                         "logStatusError", "logStatusFatal",   "logAll"};
+enum { ALL = 5, N_CATEGORIES = 6 };
+
+void *ct_allocate(const struct ct_host *host, size_t bytes) {
+    if (host->functions.allocateMemory == NULL || host->functions.freeMemory == NULL) return calloc(1, bytes);
+    void *memory = host->functions.allocateMemory(1, bytes);
+    if (memory != NULL) memset(memory, 0, bytes); /* the standard demands zeros; not every host keeps to it */
+    return memory;
+}
+
+void ct_release(const struct ct_host *host, void *memory) {
+    if (memory == NULL) return;
+    if (host->functions.allocateMemory == NULL || host->functions.freeMemory == NULL) {
+        free(memory);
+    } else {
+        host->functions.freeMemory(memory);
+    }
+}
+
+static bool wanted(const struct ct_host *host, fmi2Status status) {
+    if (status == fmi2OK && !host->logging) return false;
+    return !host->logging || host->categories == 0 || (host->categories & (1u << status | 1u << ALL)) != 0;
+}
+
+static void log_line(const struct ct_host *host, fmi2Status status, const char *format, va_list values) {
+    char line[LONGEST_LINE], escaped[2 * LONGEST_LINE];
+    size_t n = 0;
+    if (!wanted(host, status)) return;
+    const int head = snprintf(line, sizeof line, "%s: ", host->name);
+    if (head > 0 && (size_t)head < sizeof line) vsnprintf(line + head, sizeof line - (size_t)head, format, values);
+    for (const char *c = line; *c != '\0'; ++c) { /* one line; the host takes it for a format of printf */
+        escaped[n++] = (unsigned char)*c < ' ' ? ' ' : *c;
+        if (*c == '%') escaped[n++] = '%';
+    }
+    escaped[n] = '\0';
+    if (host->functions.logger == NULL) {
+        fprintf(stderr, "cranktrain: %s\n", line);
+        return;
+    }
+    host->functions.logger(host->functions.componentEnvironment, host->name, status, CATEGORIES[status], escaped);
+}
+
+void ct_log(const struct ct_host *host, fmi2Status status, const char *format, ...) {
+    va_list values;
+    va_start(values, format);
+    log_line(host, status, format, values);
+    va_end(values);
+}
+
+fmi2Status ct_refuse(const struct ct_host *host, const char *format, ...) {
+    va_list values;
+    va_start(values, format);
+    log_line(host, fmi2Error, format, values);
+    va_end(values);
+    return fmi2Error;
+}
+
+fmi2Status ct_choose_categories(struct ct_host *host, size_t n, const fmi2String categories[]) {
+    uint32_t chosen = 0;
+    if (n > 0 && categories == NULL) return ct_refuse(host, "setDebugLogging without the names of its categories");
+    for (size_t i = 0; i < n; ++i) {
+        uint32_t k = 0;
+        while (k < N_CATEGORIES && (categories[i] == NULL || strcmp(categories[i], CATEGORIES[k]) != 0)) ++k;
+        if (k == N_CATEGORIES) {
+            return ct_refuse(host,
+                             "no log category '%s'; valid: logEvents, logStatusWarning, logStatusDiscard, "
+                             "logStatusError, logStatusFatal, logAll",
+                             categories[i] == NULL ? "" : categories[i]);
+        }
+        chosen |= 1u << k;
+    }
+    host->categories = chosen;
+    return fmi2OK;
+}
+
+const char *ct_number(char text[CT_NUMBER], double value) {
+    const double size = fabs(value);
+    if (isnan(value)) return "nan";
+    if (isinf(value)) return value > 0.0 ? "inf" : "-inf";
+    for (int digits = 1; digits <= SIGNIFICANT; ++digits) {
+        snprintf(text, CT_NUMBER, "%.*g", digits, value);
+        if (strtod(text, NULL) == value) break;
+    }
+    if (strchr(text, 'e') != NULL && size >= 1.0 && size < 1e16) snprintf(text, CT_NUMBER, "%.1f", value);
+    for (char *c = text; *c != '\0'; ++c) {
+        if (*c == ',') *c = '.'; /* the host's locale */
+    }
+    if (strpbrk(text, ".e") == NULL) strcat(text, ".0");
+    return text;
+}

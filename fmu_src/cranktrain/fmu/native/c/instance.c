@@ -1,0 +1,385 @@
+#include "instance.h"
+
+#include <math.h>
+#include <string.h>
+
+static const uint64_t MOST_BYTES = (uint64_t)1 << 46; /* of an instance: more is no memory of any machine */
+static const double CLOSE = 1e-9; /* relative difference that a value may have from being written as text */
+
+static uint64_t padded(uint64_t bytes) { return (bytes + CT_ALIGNMENT - 1) / CT_ALIGNMENT * CT_ALIGNMENT; }
+
+/* ---------------------------------------------------------------- life */
+
+/* Float64 numbers of the longest state vector of any variant. */
+static uint64_t longest_state(const struct ct_file *file) {
+    uint64_t bytes = 0;
+    for (const struct ct_variant *variant = file->variants; variant < file->variants + file->n_variants; ++variant) {
+        const struct ct_array *array = ct_member_array(file, variant, CT_STATE);
+        if (array->bytes > bytes) bytes = array->bytes;
+    }
+    return bytes / sizeof(double);
+}
+
+static uint64_t count_inputs(const struct ct_file *file) {
+    uint64_t n = 0;
+    for (uint64_t k = 0; k < file->n_variables; ++k) n += file->variables[k].causality == CT_INPUT;
+    return n;
+}
+
+/* Memory of the values: false where there is none. */
+static bool take_memory(struct ct_instance *one) {
+    const uint64_t n = one->n_variables, n_state = longest_state(&one->file);
+    const uint64_t snapshot = sizeof(struct ct_snapshot) + (n + 2 * one->n_inputs) * sizeof(double);
+    const uint64_t before = padded(snapshot), capacity = before + n_state * sizeof(double);
+    if (capacity > MOST_BYTES) return false;
+    one->now = ct_allocate(&one->host, capacity);
+    one->places = ct_allocate(&one->host, (n + 1) * sizeof *one->places);
+    one->inputs = ct_allocate(&one->host, (one->n_inputs + 1) * sizeof *one->inputs);
+    one->ready = ct_allocate(&one->host, n + 1);
+    if (one->now == NULL || one->places == NULL || one->inputs == NULL || one->ready == NULL) return false;
+    one->now->capacity = capacity;
+    one->values = (double *)(void *)(one->now + 1);
+    one->rates = one->values + n;
+    one->origin = one->rates + one->n_inputs;
+    one->state = (double *)(void *)((char *)one->now + before);
+    return true;
+}
+
+static void find_variables(struct ct_instance *one) {
+    const char *speed = ct_info_text(&one->file, "speed");
+    uint32_t n = 0;
+    one->speed = CT_NONE;
+    for (uint32_t k = 0; k < one->n_variables; ++k) {
+        const struct ct_variable *variable = one->file.variables + k;
+        if (variable->causality != CT_INPUT) continue;
+        one->inputs[n++] = k;
+        if (speed != NULL && strcmp(ct_text(&one->file, variable->name), speed) == 0) one->speed = k;
+    }
+}
+
+struct ct_instance *ct_new_instance(const struct ct_host *host, const char *guid, const char *location) {
+    struct ct_instance *one = ct_allocate(host, sizeof *one);
+    char *name = ct_allocate(host, strlen(host->name) + 1);
+    if (one == NULL || name == NULL) {
+        ct_refuse(host, "no memory for an instance");
+        ct_release(host, name);
+        ct_release(host, one);
+        return NULL;
+    }
+    strcpy(name, host->name);
+    one->host = *host;
+    one->host.name = name;
+    if (!ct_open_file(&one->host, location, guid, &one->file)) {
+        ct_free_instance(one);
+        return NULL;
+    }
+    one->n_variables = (uint32_t)one->file.n_variables;
+    one->n_inputs = (uint32_t)count_inputs(&one->file);
+    if (!take_memory(one)) {
+        ct_refuse(&one->host, "no memory for an instance");
+        ct_free_instance(one);
+        return NULL;
+    }
+    find_variables(one);
+    ct_reset(one);
+    return one;
+}
+
+void ct_free_instance(struct ct_instance *one) {
+    const struct ct_host host = one->host;
+    ct_release(&host, one->model.block);
+    ct_release(&host, one->now);
+    ct_release(&host, one->places);
+    ct_release(&host, one->inputs);
+    ct_release(&host, one->ready);
+    ct_close_file(&one->file);
+    ct_release(&host, one);
+    ct_release(&host, (void *)(uintptr_t)host.name);
+}
+
+/* Place among its options that a String or Enumeration starts at. */
+static double start_option(const struct ct_file *file, const struct ct_variable *variable) {
+    if (variable->index == CT_NONE) return 0.0;
+    const struct ct_choice *choice = file->choices + variable->index;
+    uint32_t k = 0;
+    while (strcmp(ct_text(file, file->options[choice->first_option + k].text),
+                  ct_text(file, variable->start_text)) != 0) {
+        ++k;
+    }
+    return k;
+}
+
+void ct_reset(struct ct_instance *one) {
+    struct ct_snapshot *now = one->now;
+    const uint64_t capacity = now->capacity;
+    memset(now, 0, sizeof *now);
+    memcpy(now->magic, "CRNKNST", sizeof now->magic);
+    memcpy(now->guid, one->file.guid, sizeof now->guid);
+    now->capacity = capacity;
+    now->version = 1;
+    now->phase = CT_INSTANTIATED;
+    now->bytes = (uint64_t)((char *)one->state - (char *)now);
+    now->stop_time = INFINITY;
+    one->made = one->warned = false;
+    for (uint32_t k = 0; k < one->n_variables; ++k) {
+        const struct ct_variable *variable = one->file.variables + k;
+        const bool textual = variable->type == CT_STRING || variable->type == CT_ENUMERATION;
+        one->values[k] = textual ? start_option(&one->file, variable) : variable->start;
+    }
+    for (uint32_t k = 0; k < one->n_inputs; ++k) {
+        one->rates[k] = NAN;
+        one->origin[k] = 0.0;
+    }
+    ct_forget_outputs(one);
+}
+
+void ct_forget_outputs(struct ct_instance *one) {
+    one->model.observed = false;
+    for (uint32_t k = 0; k < one->n_variables; ++k) {
+        const struct ct_variable *variable = one->file.variables + k;
+        const bool output = variable->causality == CT_OUTPUT && variable->index != CT_NONE;
+        one->ready[k] = !output && variable->type == CT_REAL;
+        one->places[k] = output && one->made ? one->model.outputs + variable->index : one->values + k;
+    }
+}
+
+/* ---------------------------------------------------------------- layout in memory */
+
+static uint64_t words_of(const struct ct_file *file, const struct ct_variant *variant, uint32_t first, uint32_t n) {
+    uint64_t words = 0;
+    for (uint32_t k = first; k < first + n; ++k) {
+        const uint32_t slot = file->leaves[k].slot;
+        words += slot == CT_NONE ? 1 : 5 + 2 * (uint64_t)file->arrays[file->slots[variant->first_slot + slot]].ndim;
+    }
+    return words;
+}
+
+static uint64_t address_of(const void *pointer) { return (uint64_t)(uintptr_t)pointer; }
+
+/* Image of a tuple's leaves as numba lays them out: an array is its meminfo and parent (none), items, bytes of an
+   item, address, shape and strides. */
+static void write_image(const struct ct_file *file, const struct ct_variant *variant, uint32_t first, uint32_t n,
+                        const uint64_t *slots, const uint64_t *records, uint64_t *image) {
+    for (uint32_t k = first; k < first + n; ++k) {
+        const struct ct_leaf *leaf = file->leaves + k;
+        if (leaf->slot == CT_NONE) {
+            *image++ = leaf->kind == CT_FUNCTION_LEAF ? address_of(ct_kernels.functions[leaf->value])
+                       : leaf->kind == CT_RECORD_LEAF ? records[leaf->value]
+                                                      : leaf->value;
+            continue;
+        }
+        const struct ct_array *array = file->arrays + file->slots[variant->first_slot + leaf->slot];
+        uint64_t stride = array->itemsize;
+        image[0] = image[1] = 0;
+        image[2] = array->bytes / array->itemsize;
+        image[3] = array->itemsize;
+        image[4] = slots[leaf->slot];
+        for (uint32_t d = array->ndim; d-- > 0;) {
+            image[5 + d] = array->shape[d];
+            image[5 + array->ndim + d] = stride;
+            stride *= array->shape[d];
+        }
+        image += 5 + 2 * array->ndim;
+    }
+}
+
+static void fill_slot(const struct ct_file *file, const struct ct_array *array, unsigned char *memory,
+                      const uint64_t *records) {
+    if (array->kind == CT_ZEROS) {
+        memset(memory, 0, array->bytes);
+        return;
+    }
+    memcpy(memory, file->blob + array->offset, array->bytes);
+    for (uint32_t k = 0; k < array->n_fixups; ++k) {
+        const struct ct_fixup *fixup = file->fixups + array->first_fixup + k;
+        const uint64_t address =
+            fixup->kind == CT_FUNCTION ? address_of(ct_kernels.functions[fixup->index]) : records[fixup->index];
+        memcpy(memory + fixup->byte_offset, &address, sizeof address);
+    }
+}
+
+static void find_members(struct ct_instance *one, const struct ct_variant *variant, const uint64_t *slots,
+                         struct ct_model *model) {
+    void *members[CT_MEMBERS] = {NULL};
+    for (int m = 0; m < CT_MEMBERS; ++m) {
+        if (one->file.members[m] == CT_NONE) continue;
+        const struct ct_leaf *leaf = one->file.leaves + variant->first_leaf + one->file.members[m];
+        members[m] = (void *)(uintptr_t)slots[leaf->slot];
+    }
+    model->inputs = members[CT_INPUTS];
+    model->outputs = members[CT_OUTPUTS];
+    model->numbers = members[CT_NUMBERS];
+    model->input_rates = members[CT_INPUT_RATES];
+    model->output_rates = members[CT_OUTPUT_RATES];
+    model->families = members[CT_FAMILIES];
+    if (model->families != NULL) model->columns = ct_member_array(&one->file, variant, CT_FAMILIES)->shape[1];
+}
+
+/* Bytes of a variant's block: addresses of slots and records, images, arrays; 0 where there are too many. */
+static uint64_t block_bytes(const struct ct_file *file, const struct ct_variant *variant) {
+    uint64_t bytes = padded(((uint64_t)variant->n_slots + variant->n_records) * sizeof(uint64_t));
+    bytes += padded(words_of(file, variant, variant->first_leaf, variant->n_leaves) * sizeof(uint64_t));
+    for (uint32_t r = 0; r < variant->n_records; ++r) {
+        const struct ct_record *record = file->records + variant->first_record + r;
+        bytes += padded(words_of(file, variant, record->first_leaf, record->n_leaves) * sizeof(uint64_t));
+    }
+    for (uint32_t s = 0; s < variant->n_slots; ++s) {
+        const struct ct_array *array = file->arrays + file->slots[variant->first_slot + s];
+        if (array->kind != CT_SHARED) bytes += padded(array->bytes);
+        if (bytes > MOST_BYTES) return 0;
+    }
+    return bytes + CT_ALIGNMENT;
+}
+
+/* Lay out a variant; its state vector is the instance's. False where there is no memory. */
+static bool lay_out(struct ct_instance *one, const struct ct_variant *variant, struct ct_model *model) {
+    const struct ct_file *file = &one->file;
+    const uint64_t bytes = block_bytes(file, variant);
+    const uint32_t of_state = file->leaves[variant->first_leaf + file->members[CT_STATE]].slot;
+    model->block = bytes == 0 || bytes > SIZE_MAX ? NULL : ct_allocate(&one->host, (size_t)bytes);
+    if (model->block == NULL) return false;
+    unsigned char *at = (unsigned char *)model->block;
+    at += (CT_ALIGNMENT - (uintptr_t)at % CT_ALIGNMENT) % CT_ALIGNMENT;
+    uint64_t *slots = (uint64_t *)(void *)at, *records = slots + variant->n_slots;
+    at += padded(((uint64_t)variant->n_slots + variant->n_records) * sizeof(uint64_t));
+    model->run = at;
+    at += padded(words_of(file, variant, variant->first_leaf, variant->n_leaves) * sizeof(uint64_t));
+    for (uint32_t r = 0; r < variant->n_records; ++r) {
+        const struct ct_record *record = file->records + variant->first_record + r;
+        records[r] = address_of(at);
+        at += padded(words_of(file, variant, record->first_leaf, record->n_leaves) * sizeof(uint64_t));
+    }
+    for (uint32_t s = 0; s < variant->n_slots; ++s) {
+        const struct ct_array *array = file->arrays + file->slots[variant->first_slot + s];
+        if (array->kind == CT_SHARED) {
+            slots[s] = address_of(file->blob + array->offset);
+            continue;
+        }
+        unsigned char *memory = s == of_state ? (unsigned char *)one->state : at;
+        slots[s] = address_of(memory);
+        fill_slot(file, array, memory, records);
+        at += padded(array->bytes);
+    }
+    for (uint32_t r = 0; r < variant->n_records; ++r) {
+        const struct ct_record *record = file->records + variant->first_record + r;
+        write_image(file, variant, record->first_leaf, record->n_leaves, slots, records,
+                    (uint64_t *)(uintptr_t)records[r]);
+    }
+    write_image(file, variant, variant->first_leaf, variant->n_leaves, slots, records, model->run);
+    find_members(one, variant, slots, model);
+    return true;
+}
+
+/* ---------------------------------------------------------------- the model of the values */
+
+/* Reference of the variable that is a choice; CT_NONE where none is, and its first option holds. */
+static uint32_t variable_of(const struct ct_instance *one, uint64_t choice) {
+    for (uint32_t k = 0; k < one->n_variables; ++k) {
+        const struct ct_variable *variable = one->file.variables + k;
+        const bool textual = variable->type == CT_STRING || variable->type == CT_ENUMERATION;
+        if (textual && variable->causality == CT_PARAMETER && variable->index == choice) return k;
+    }
+    return CT_NONE;
+}
+
+static const struct ct_option *chosen(const struct ct_instance *one, uint64_t choice) {
+    const uint32_t k = variable_of(one, choice);
+    return one->file.options + one->file.choices[choice].first_option + (k == CT_NONE ? 0 : (uint32_t)one->values[k]);
+}
+
+uint32_t ct_level(const struct ct_instance *one) {
+    uint64_t row = 0;
+    for (uint64_t c = 0; c < one->file.n_choices; ++c) {
+        const struct ct_choice *choice = one->file.choices + c;
+        if (choice->kind == CT_LEVEL) row = row * choice->n_options + chosen(one, c)->value;
+    }
+    return one->file.levels[row];
+}
+
+/* Refuse values of parameters that the FMU's data were made for and that differ from these. */
+static fmi2Status check_fixed(const struct ct_instance *one) {
+    for (uint32_t k = 0; k < one->n_variables; ++k) {
+        const struct ct_variable *variable = one->file.variables + k;
+        if (variable->causality != CT_PARAMETER || variable->index != CT_NONE || variable->type == CT_STRING) continue;
+        const double value = one->values[k], start = variable->start;
+        if (fabs(value - start) > CLOSE * fmax(1.0, fmax(fabs(value), fabs(start)))) {
+            const char *made = ct_info_text(&one->file, "made");
+            return ct_refuse(&one->host,
+                             "'%s' is %.9g, but %s made for %.9g; leave it there, or build the FMU of an engine file that "
+                             "says so, with build_fmu.py",
+                             ct_text(&one->file, variable->name), value,
+                             made == NULL ? "the data of this FMU were" : made, start);
+        }
+    }
+    return fmi2OK;
+}
+
+/* Numbers of the variant, then those of parameters and choices. */
+static void set_numbers(const struct ct_instance *one, const struct ct_variant *variant, double *numbers) {
+    for (uint32_t k = 0; k < variant->n_numbers; ++k) {
+        const struct ct_slot_number *number = one->file.numbers + variant->first_number + k;
+        numbers[number->slot] = number->value;
+    }
+    for (uint32_t k = 0; k < one->n_variables; ++k) {
+        const struct ct_variable *variable = one->file.variables + k;
+        if (variable->causality != CT_PARAMETER || variable->index == CT_NONE) continue;
+        if (variable->type != CT_STRING && variable->type != CT_ENUMERATION) numbers[variable->index] = one->values[k];
+    }
+    for (uint64_t c = 0; c < one->file.n_choices; ++c) {
+        const struct ct_choice *choice = one->file.choices + c;
+        if (choice->kind == CT_NUMBER_CHOICE) numbers[choice->index] = chosen(one, c)->number;
+    }
+}
+
+const char *ct_status_text(const struct ct_file *file, int64_t code, enum ct_status_kind *kind) {
+    *kind = CT_STATUS_DISCARD;
+    for (uint64_t k = 0; k < file->n_statuses; ++k) {
+        if (file->statuses[k].code != code) continue;
+        *kind = (enum ct_status_kind)file->statuses[k].kind;
+        return ct_text(file, file->statuses[k].text);
+    }
+    return "the model has no solution here";
+}
+
+void ct_keep_origin(struct ct_instance *one) {
+    for (uint32_t k = 0; k < one->n_inputs; ++k) one->origin[k] = one->values[one->inputs[k]];
+}
+
+fmi2Status ct_make(struct ct_instance *one) {
+    const uint32_t level = ct_level(one);
+    const double time = one->now->start_time;
+    enum ct_status_kind kind;
+    if ((level & CT_REFUSED) != 0) return ct_refuse(&one->host, "%s", ct_text(&one->file, level & ~CT_REFUSED));
+    if (check_fixed(one) != fmi2OK) return fmi2Error;
+    const struct ct_variant *variant = one->file.variants + level;
+    struct ct_model model = {.block = NULL};
+    if (!lay_out(one, variant, &model)) return ct_refuse(&one->host, "no memory for the model");
+    set_numbers(one, variant, model.numbers);
+    for (uint32_t k = 0; k < one->n_inputs; ++k) {
+        const uint32_t place = one->file.variables[one->inputs[k]].index;
+        model.inputs[place] = one->origin[k];
+        if (model.input_rates != NULL) model.input_rates[place] = NAN;
+    }
+    int64_t status = ct_kernels.prepare(model.run, time);
+    if (status == 0) status = ct_kernels.start(model.run, time);
+    if (status != 0) {
+        ct_release(&one->host, model.block);
+        return ct_refuse(&one->host, "%s", ct_status_text(&one->file, status, &kind));
+    }
+    ct_release(&one->host, one->model.block);
+    one->model = model;
+    one->made = true;
+    one->now->variant = level;
+    one->now->n_state = (uint32_t)(ct_member_array(&one->file, variant, CT_STATE)->bytes / sizeof(double));
+    ct_forget_outputs(one);
+    ct_log(&one->host, fmi2OK, "initialized at %.9g s", time);
+    return fmi2OK;
+}
+
+void ct_pass_inputs(struct ct_instance *one) {
+    for (uint32_t k = 0; k < one->n_inputs; ++k) {
+        const uint32_t reference = one->inputs[k], place = one->file.variables[reference].index;
+        one->model.inputs[place] = one->values[reference];
+        if (one->model.input_rates != NULL) one->model.input_rates[place] = one->rates[k];
+    }
+}

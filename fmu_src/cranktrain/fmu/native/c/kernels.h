@@ -1,0 +1,23 @@
+/* What the machine code of a product offers. All else that makes an FMU is data, see file.h. */
+#ifndef CT_KERNELS_H
+#define CT_KERNELS_H
+
+#include <stdint.h>
+
+/* A kernel is given the address of the image of its Run; 0 is success, other results are in section STAT. */
+typedef int64_t ct_entry(void *run, double x);
+
+struct ct_kernels {
+    const char *digest;            /* 16 hexadecimal digits: layout of Run and records, must equal the file's */
+    ct_entry *prepare;             /* x unused: apply run.numbers to the model; on a refusal the model is as before */
+    ct_entry *start;               /* x: start time, s: from run.inputs to the state */
+    ct_entry *advance;             /* x: end of the step, s; on failure the state is that of before */
+    ct_entry *observe;             /* x unused: fill the wanted outputs from the state */
+    const void *const *functions;  /* addresses for fixups: force laws, output families, integrators */
+    uint32_t n_functions;
+    const char *const *names;      /* of these functions */
+};
+
+extern const struct ct_kernels ct_kernels;
+
+#endif

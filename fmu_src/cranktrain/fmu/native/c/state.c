@@ -1,0 +1,152 @@
+/* FMU states: copies of what an instance has in ``now``. */
+#include <string.h>
+
+#include "instance.h"
+
+static const char FOREIGN[] = "the FMU state is not one of cranktrain; serialize it from an instance of this FMU";
+static const char OTHER_BUILD[] = "the FMU state comes from another build of the FMU; serialize it from this one";
+static const char DAMAGED[] = "the FMU state is damaged (checksum differs); serialize it again";
+static const char MAGIC[8] = "CRNKNST";
+
+bool ct_is_state(const struct ct_snapshot *state) { return memcmp(state->magic, MAGIC, sizeof MAGIC) == 0; }
+
+static bool is_running(const struct ct_snapshot *state) { return state->phase >= CT_STEPPED; }
+
+/* Bytes of a state before its state vector. */
+static uint64_t head_bytes(const struct ct_instance *one) { return (uint64_t)((char *)one->state - (char *)one->now); }
+
+fmi2Status ct_get_state(struct ct_instance *one, struct ct_snapshot **state) {
+    const bool running = is_running(one->now);
+    const uint64_t bytes = head_bytes(one) + (running ? one->now->n_state * sizeof(double) : 0);
+    if (*state != NULL && !ct_is_state(*state)) return ct_refuse(&one->host, "%s", FOREIGN);
+    if (*state != NULL && (*state)->capacity < bytes) {
+        ct_release(&one->host, *state);
+        *state = NULL;
+    }
+    if (*state == NULL) {
+        *state = ct_allocate(&one->host, (size_t)bytes);
+        if (*state == NULL) return ct_refuse(&one->host, "no memory for an FMU state");
+        (*state)->capacity = bytes;
+    }
+    const uint64_t capacity = (*state)->capacity;
+    memcpy(*state, one->now, (size_t)bytes);
+    (*state)->capacity = capacity;
+    (*state)->bytes = bytes;
+    if (!running) (*state)->n_state = (*state)->variant = 0;
+    return fmi2OK;
+}
+
+/* Whether values of a state are such that an instance could have: a serialized one may have been made by anybody. */
+static bool has_sound_values(const struct ct_instance *one, const double *values) {
+    for (uint32_t k = 0; k < one->n_variables; ++k) {
+        const struct ct_variable *variable = one->file.variables + k;
+        if (variable->type != CT_STRING && variable->type != CT_ENUMERATION) continue;
+        const uint32_t n = variable->index == CT_NONE ? 1 : one->file.choices[variable->index].n_options;
+        if (!(values[k] >= 0.0 && values[k] < n) || values[k] != (uint32_t)values[k]) return false;
+    }
+    return true;
+}
+
+/* Why a state of this length cannot be set, NULL where it can. */
+static const char *check_state(const struct ct_instance *one, const struct ct_snapshot *state, uint64_t bytes) {
+    const uint32_t phase = state->phase;
+    if (!ct_is_state(state)) return FOREIGN;
+    if (state->version != one->now->version || memcmp(state->guid, one->now->guid, sizeof state->guid) != 0) {
+        return OTHER_BUILD;
+    }
+    if (phase == 0 || phase > CT_TERMINATED || (phase & (phase - 1)) != 0) return DAMAGED;
+    if (is_running(state)) {
+        if (state->variant >= one->file.n_variants) return DAMAGED;
+        const struct ct_variant *variant = one->file.variants + state->variant;
+        if (ct_member_array(&one->file, variant, CT_STATE)->bytes != state->n_state * sizeof(double)) return DAMAGED;
+    } else if (state->n_state != 0) {
+        return DAMAGED;
+    }
+    if (state->bytes != bytes || bytes != head_bytes(one) + state->n_state * sizeof(double)) return DAMAGED;
+    return has_sound_values(one, (const double *)(const void *)(state + 1)) ? NULL : DAMAGED;
+}
+
+/* Whether the model of the instance is the one that a state was taken from. */
+static bool same_model(const struct ct_instance *one, const struct ct_snapshot *state) {
+    const double *values = (const double *)(const void *)(state + 1);
+    const double *origin = values + one->n_variables + one->n_inputs;
+    if (!one->made || state->variant != one->now->variant || state->start_time != one->now->start_time) return false;
+    if (memcmp(origin, one->origin, one->n_inputs * sizeof *origin) != 0) return false;
+    for (uint32_t k = 0; k < one->n_variables; ++k) {
+        if (one->file.variables[k].causality == CT_PARAMETER && values[k] != one->values[k]) return false;
+    }
+    return true;
+}
+
+static void take_over(struct ct_instance *one, const struct ct_snapshot *state) {
+    const uint64_t capacity = one->now->capacity;
+    memcpy(one->now, state, (size_t)state->bytes);
+    one->now->capacity = capacity;
+}
+
+fmi2Status ct_set_state(struct ct_instance *one, const struct ct_snapshot *state) {
+    const char *problem = check_state(one, state, state->bytes);
+    if (problem != NULL) return ct_refuse(&one->host, "%s", problem);
+    if (is_running(state) && !same_model(one, state)) {
+        /* Prepare the model of the state's values, whose start then makes way for the state vector. */
+        struct ct_snapshot *before = ct_allocate(&one->host, (size_t)one->now->capacity);
+        if (before == NULL) return ct_refuse(&one->host, "no memory to set an FMU state");
+        memcpy(before, one->now, (size_t)one->now->capacity);
+        take_over(one, state);
+        const fmi2Status status =
+            ct_level(one) == state->variant ? ct_make(one) : ct_refuse(&one->host, "%s", DAMAGED);
+        if (status != fmi2OK) memcpy(one->now, before, (size_t)before->capacity);
+        ct_release(&one->host, before);
+        if (status != fmi2OK) return status;
+    }
+    take_over(one, state);
+    one->made = is_running(state);
+    if (one->made) ct_pass_inputs(one);
+    ct_forget_outputs(one);
+    return fmi2OK;
+}
+
+fmi2Status ct_serialize(struct ct_instance *one, const struct ct_snapshot *state, char *bytes, size_t size) {
+    struct ct_snapshot head;
+    if (!ct_is_state(state)) return ct_refuse(&one->host, "%s", FOREIGN);
+    if (size < state->bytes) {
+        return ct_refuse(&one->host, "a serialized FMU state takes %.0f bytes, not %.0f; ask for its size",
+                         (double)state->bytes, (double)size);
+    }
+    memcpy(bytes, state, (size_t)state->bytes);
+    memcpy(&head, bytes, sizeof head);
+    head.sums[0] = head.sums[1] = head.capacity = 0;
+    memcpy(bytes, &head, sizeof head);
+    ct_sums(bytes, (size_t)state->bytes / sizeof(uint64_t), head.sums);
+    memcpy(bytes, &head, sizeof head);
+    return fmi2OK;
+}
+
+fmi2Status ct_deserialize(struct ct_instance *one, const char *bytes, size_t size, struct ct_snapshot **state) {
+    struct ct_snapshot head;
+    uint64_t sums[2];
+    if (size < sizeof head) return ct_refuse(&one->host, "%s", FOREIGN);
+    memcpy(&head, bytes, sizeof head);
+    if (!ct_is_state(&head)) return ct_refuse(&one->host, "%s", FOREIGN);
+    if (head.bytes > size || head.bytes < sizeof head || head.bytes % sizeof(uint64_t) != 0) {
+        return ct_refuse(&one->host, "%s", DAMAGED);
+    }
+    struct ct_snapshot *copy = ct_allocate(&one->host, (size_t)head.bytes);
+    if (copy == NULL) return ct_refuse(&one->host, "no memory for an FMU state");
+    memcpy(copy, bytes, (size_t)head.bytes);
+    copy->sums[0] = copy->sums[1] = 0;
+    ct_sums(copy, (size_t)head.bytes / sizeof(uint64_t), sums);
+    const char *problem = sums[0] != head.sums[0] || sums[1] != head.sums[1] ? DAMAGED : NULL;
+    /* What comes from another build is told apart first: there the rest may well be different. */
+    if (head.version != one->now->version || memcmp(head.guid, one->now->guid, sizeof head.guid) != 0) {
+        problem = OTHER_BUILD;
+    }
+    if (problem == NULL) problem = check_state(one, copy, head.bytes);
+    if (problem != NULL) {
+        ct_release(&one->host, copy);
+        return ct_refuse(&one->host, "%s", problem);
+    }
+    copy->capacity = head.bytes;
+    *state = copy;
+    return fmi2OK;
+}

@@ -1,0 +1,315 @@
+/* Getting and setting variables: which, when, between which bounds. */
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "instance.h"
+
+enum { REALS = 1 << CT_REAL, INTEGERS = 1 << CT_INTEGER | 1 << CT_ENUMERATION, BOOLEANS = 1 << CT_BOOLEAN,
+       STRINGS = 1 << CT_STRING, LONGEST_LIST = 512 };
+
+static const char *type_name(unsigned types) {
+    return types == REALS ? "Real" : types == INTEGERS ? "Integer" : types == BOOLEANS ? "Boolean" : "String";
+}
+
+static const char *name_of(const struct ct_instance *one, uint32_t reference) {
+    return ct_text(&one->file, one->file.variables[reference].name);
+}
+
+/* Refuse arrays that are not there, counts that cannot be, references of another type. */
+static fmi2Status check_references(const struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
+                                   const void *values) {
+    if (n == 0) return fmi2OK;
+    if (references == NULL || values == NULL) {
+        return ct_refuse(&one->host, "%s values without an array of them, or of their references", type_name(types));
+    }
+    if (n > one->n_variables) {
+        return ct_refuse(&one->host, "%.9g %s values at once; the FMU has %u variables", (double)n, type_name(types),
+                         one->n_variables);
+    }
+    for (size_t i = 0; i < n; ++i) {
+        const uint32_t reference = references[i];
+        if (reference >= one->n_variables) {
+            return ct_refuse(&one->host, "value reference %u is unknown, no %s; see modelDescription.xml", reference,
+                             type_name(types));
+        }
+        if ((types >> one->file.variables[reference].type & 1u) == 0) {
+            return ct_refuse(&one->host, "value reference %u is '%s', no %s; see modelDescription.xml", reference,
+                             name_of(one, reference), type_name(types));
+        }
+    }
+    return fmi2OK;
+}
+
+/* ---------------------------------------------------------------- getting */
+
+static bool is_output(const struct ct_variable *variable) {
+    return variable->causality == CT_OUTPUT && variable->index != CT_NONE;
+}
+
+/* Let the families of these outputs be observed from now on; whether one was not before. */
+static bool want_families(struct ct_instance *one, const uint32_t *references, size_t n) {
+    bool more = false;
+    for (size_t i = 0; i < n; ++i) {
+        const struct ct_variable *variable = one->file.variables + references[i];
+        if (!is_output(variable)) continue;
+        for (uint32_t k = 0; k < variable->n_families; ++k) {
+            const uint32_t family = one->file.families[variable->first_family + k];
+            int64_t *wanted = one->model.families + family * one->model.columns + CT_WANTED;
+            more = more || *wanted == 0;
+            *wanted = 1;
+        }
+    }
+    return more;
+}
+
+/* Make variables readable at their places: outputs are computed by the model, which a start makes first. */
+static fmi2Status make_ready(struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
+                             const void *values) {
+    bool outputs = false;
+    enum ct_status_kind kind;
+    if (check_references(one, types, references, n, values) != fmi2OK) return fmi2Error;
+    for (size_t i = 0; i < n; ++i) outputs = outputs || is_output(one->file.variables + references[i]);
+    if (!outputs) return fmi2OK;
+    if (!one->made) {
+        ct_keep_origin(one);
+        if (ct_make(one) != fmi2OK) return fmi2Error;
+    }
+    if (want_families(one, references, n) || !one->model.observed) {
+        const int64_t status = ct_kernels.observe(one->model.run, 0.0);
+        if (status != 0) return ct_refuse(&one->host, "no outputs: %s", ct_status_text(&one->file, status, &kind));
+        one->model.observed = true;
+    }
+    for (size_t i = 0; i < n; ++i) {
+        if (types == REALS) one->ready[references[i]] = 1;
+    }
+    return fmi2OK;
+}
+
+fmi2Status ct_get_reals(struct ct_instance *one, const uint32_t *references, size_t n, double *values) {
+    bool ready = references != NULL && values != NULL && n <= one->n_variables;
+    for (size_t i = 0; ready && i < n; ++i) {
+        ready = references[i] < one->n_variables && one->ready[references[i]] != 0;
+        if (ready) values[i] = *one->places[references[i]];
+    }
+    if (ready) return fmi2OK;
+    if (make_ready(one, REALS, references, n, values) != fmi2OK) return fmi2Error;
+    for (size_t i = 0; i < n; ++i) values[i] = *one->places[references[i]];
+    return fmi2OK;
+}
+
+fmi2Status ct_get_integers(struct ct_instance *one, const uint32_t *references, size_t n, int *values) {
+    if (make_ready(one, INTEGERS, references, n, values) != fmi2OK) return fmi2Error;
+    for (size_t i = 0; i < n; ++i) {
+        const double value = nearbyint(*one->places[references[i]]);
+        const bool option = one->file.variables[references[i]].type == CT_ENUMERATION;
+        values[i] = fabs(value) <= 2147483647.0 ? (int)value + option : 0;
+    }
+    return fmi2OK;
+}
+
+fmi2Status ct_get_booleans(struct ct_instance *one, const uint32_t *references, size_t n, int *values) {
+    if (make_ready(one, BOOLEANS, references, n, values) != fmi2OK) return fmi2Error;
+    for (size_t i = 0; i < n; ++i) values[i] = *one->places[references[i]] != 0.0;
+    return fmi2OK;
+}
+
+/* Options of a String or Enumeration parameter. */
+static const struct ct_option *options_of(const struct ct_instance *one, uint32_t reference, uint32_t *n) {
+    const struct ct_variable *variable = one->file.variables + reference;
+    *n = 0;
+    if (variable->index == CT_NONE) return NULL;
+    *n = one->file.choices[variable->index].n_options;
+    return one->file.options + one->file.choices[variable->index].first_option;
+}
+
+fmi2Status ct_get_strings(struct ct_instance *one, const uint32_t *references, size_t n, const char **values) {
+    uint32_t n_options;
+    if (make_ready(one, STRINGS, references, n, values) != fmi2OK) return fmi2Error;
+    for (size_t i = 0; i < n; ++i) {
+        const struct ct_option *options = options_of(one, references[i], &n_options);
+        const uint32_t text = options == NULL ? one->file.variables[references[i]].start_text
+                                              : options[(uint32_t)one->values[references[i]]].text;
+        values[i] = ct_text(&one->file, text);
+    }
+    return fmi2OK;
+}
+
+/* ---------------------------------------------------------------- setting */
+
+/* Inputs at any time, parameters before the initialization is complete. */
+static fmi2Status check_settable(const struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
+                                 const void *values) {
+    if (check_references(one, types, references, n, values) != fmi2OK) return fmi2Error;
+    for (size_t i = 0; i < n; ++i) {
+        const uint8_t causality = one->file.variables[references[i]].causality;
+        if (causality == CT_PARAMETER && one->now->phase >= CT_STEPPED) {
+            return ct_refuse(&one->host, "parameter '%s' is fixed after initialization; reset the instance, then set it",
+                             name_of(one, references[i]));
+        }
+        if (causality != CT_PARAMETER && causality != CT_INPUT) {
+            return ct_refuse(&one->host, "'%s' is an output and cannot be set", name_of(one, references[i]));
+        }
+    }
+    return fmi2OK;
+}
+
+static fmi2Status check_number(const struct ct_instance *one, uint32_t reference, double value) {
+    const struct ct_variable *variable = one->file.variables + reference;
+    const bool bounded = variable->max < DBL_MAX, based = variable->min > -DBL_MAX;
+    char text[CT_NUMBER], span[LONGEST_LIST] = "";
+    if (isfinite(value) && variable->min <= value && value <= variable->max) return fmi2OK;
+    if (bounded && based) snprintf(span, sizeof span, ", between %g and %g", variable->min, variable->max);
+    if (based && !bounded) snprintf(span, sizeof span, ", at least %g", variable->min);
+    if (bounded && !based) snprintf(span, sizeof span, ", at most %g", variable->max);
+    return ct_refuse(&one->host, "'%s' is %s at time %.9g s; it must be a finite number%s", name_of(one, reference),
+                     ct_number(text, value), ct_time(one), span);
+}
+
+/* Values were set: in initialization mode the start is to be found anew. */
+static fmi2Status have_set(struct ct_instance *one) {
+    if (one->now->phase == CT_INITIALIZING && one->made) {
+        one->made = false;
+        ct_forget_outputs(one);
+    }
+    return fmi2OK;
+}
+
+fmi2Status ct_set_reals(struct ct_instance *one, const uint32_t *references, size_t n, const double *values) {
+    if (check_settable(one, REALS, references, n, values) != fmi2OK) return fmi2Error;
+    for (size_t i = 0; i < n; ++i) {
+        if (check_number(one, references[i], values[i]) != fmi2OK) return fmi2Error;
+    }
+    for (size_t i = 0; i < n; ++i) one->values[references[i]] = values[i];
+    return have_set(one);
+}
+
+/* Valid values of a String or Enumeration, "a, b, c". */
+static const char *list_options(const struct ct_instance *one, uint32_t reference, char list[LONGEST_LIST]) {
+    uint32_t n;
+    size_t used = 0;
+    const struct ct_option *options = options_of(one, reference, &n);
+    list[0] = '\0';
+    if (options == NULL) return ct_text(&one->file, one->file.variables[reference].start_text);
+    for (uint32_t k = 0; k < n && used < LONGEST_LIST; ++k) {
+        const char *text = ct_text(&one->file, options[k].text);
+        const int more = snprintf(list + used, LONGEST_LIST - used, "%s%s", k == 0 ? "" : ", ", text);
+        used += more > 0 ? (size_t)more : 0;
+    }
+    return list;
+}
+
+fmi2Status ct_set_integers(struct ct_instance *one, const uint32_t *references, size_t n, const int *values) {
+    char list[LONGEST_LIST];
+    uint32_t n_options;
+    if (check_settable(one, INTEGERS, references, n, values) != fmi2OK) return fmi2Error;
+    for (size_t i = 0; i < n; ++i) {
+        if (one->file.variables[references[i]].type == CT_INTEGER) {
+            if (check_number(one, references[i], values[i]) != fmi2OK) return fmi2Error;
+            continue;
+        }
+        options_of(one, references[i], &n_options);
+        if (values[i] < 1 || (uint32_t)values[i] > n_options) {
+            return ct_refuse(&one->host, "'%s' is %d; valid: 1 to %u for %s", name_of(one, references[i]), values[i],
+                             n_options, list_options(one, references[i], list));
+        }
+    }
+    for (size_t i = 0; i < n; ++i) {
+        const bool option = one->file.variables[references[i]].type == CT_ENUMERATION;
+        one->values[references[i]] = option ? values[i] - 1 : values[i];
+    }
+    return have_set(one);
+}
+
+fmi2Status ct_set_booleans(struct ct_instance *one, const uint32_t *references, size_t n, const int *values) {
+    if (check_settable(one, BOOLEANS, references, n, values) != fmi2OK) return fmi2Error;
+    for (size_t i = 0; i < n; ++i) one->values[references[i]] = values[i] != 0;
+    return have_set(one);
+}
+
+/* Place of a text among a String's options; CT_NONE where it is none of them. */
+static uint32_t find_option(const struct ct_instance *one, uint32_t reference, const char *text) {
+    uint32_t n, k = 0;
+    const struct ct_option *options = options_of(one, reference, &n);
+    if (options == NULL) {
+        const char *start = ct_text(&one->file, one->file.variables[reference].start_text);
+        return strcmp(text, start) == 0 ? 0 : CT_NONE;
+    }
+    while (k < n && strcmp(text, ct_text(&one->file, options[k].text)) != 0) ++k;
+    return k < n ? k : CT_NONE;
+}
+
+fmi2Status ct_set_strings(struct ct_instance *one, const uint32_t *references, size_t n, const char *const *values) {
+    char list[LONGEST_LIST];
+    if (check_settable(one, STRINGS, references, n, values) != fmi2OK) return fmi2Error;
+    for (size_t i = 0; i < n; ++i) {
+        if (values[i] == NULL || find_option(one, references[i], values[i]) == CT_NONE) {
+            return ct_refuse(&one->host, "'%s' is '%.100s'; valid: %s", name_of(one, references[i]),
+                             values[i] == NULL ? "" : values[i], list_options(one, references[i], list));
+        }
+    }
+    for (size_t i = 0; i < n; ++i) one->values[references[i]] = find_option(one, references[i], values[i]);
+    return have_set(one);
+}
+
+/* ---------------------------------------------------------------- derivatives */
+
+static fmi2Status check_orders(const struct ct_instance *one, const uint32_t *references, size_t n, const int *orders,
+                               enum ct_causality causality) {
+    if (n > 0 && orders == NULL) return ct_refuse(&one->host, "derivatives without their orders");
+    for (size_t i = 0; i < n; ++i) {
+        if (orders[i] != 1) {
+            return ct_refuse(&one->host, "derivative of order %d of '%s'; the first is the only one", orders[i],
+                             name_of(one, references[i]));
+        }
+        if (one->file.variables[references[i]].causality != causality) {
+            return ct_refuse(&one->host, "'%s' is no %s and has no derivative by time", name_of(one, references[i]),
+                             causality == CT_INPUT ? "input" : "output");
+        }
+    }
+    return fmi2OK;
+}
+
+fmi2Status ct_set_rates(struct ct_instance *one, const uint32_t *references, size_t n, const int *orders,
+                        const double *values) {
+    char text[CT_NUMBER];
+    if (one->file.members[CT_INPUT_RATES] == CT_NONE) {
+        return ct_refuse(&one->host, "this model takes no derivatives of its inputs; hold them over a step");
+    }
+    if (check_references(one, REALS, references, n, values) != fmi2OK) return fmi2Error;
+    if (check_orders(one, references, n, orders, CT_INPUT) != fmi2OK) return fmi2Error;
+    for (size_t i = 0; i < n; ++i) {
+        if (!isfinite(values[i])) {
+            return ct_refuse(&one->host, "the derivative of '%s' is %s; it must be a finite number",
+                             name_of(one, references[i]), ct_number(text, values[i]));
+        }
+    }
+    for (size_t i = 0; i < n; ++i) {
+        uint32_t k = 0;
+        while (one->inputs[k] != references[i]) ++k;
+        one->rates[k] = values[i];
+    }
+    return fmi2OK;
+}
+
+fmi2Status ct_get_rates(struct ct_instance *one, const uint32_t *references, size_t n, const int *orders,
+                        double *values) {
+    if (one->file.members[CT_OUTPUT_RATES] == CT_NONE) {
+        return ct_refuse(&one->host, "this model gives no derivatives of its outputs");
+    }
+    if (make_ready(one, REALS, references, n, values) != fmi2OK) return fmi2Error;
+    if (check_orders(one, references, n, orders, CT_OUTPUT) != fmi2OK) return fmi2Error;
+    for (size_t i = 0; i < n; ++i) {
+        const uint32_t place = one->file.variables[references[i]].index;
+        values[i] = place == CT_NONE ? 0.0 : one->model.output_rates[place];
+    }
+    return fmi2OK;
+}
+
+fmi2Status ct_get_derivatives(struct ct_instance *one, const uint32_t *unknowns, size_t n_unknowns,
+                              const uint32_t *knowns, size_t n_knowns, const double *changes, double *results) {
+    if (check_references(one, REALS, unknowns, n_unknowns, results) != fmi2OK) return fmi2Error;
+    if (check_references(one, REALS, knowns, n_knowns, changes) != fmi2OK) return fmi2Error;
+    return ct_refuse(&one->host, "this model gives no directional derivatives");
+}

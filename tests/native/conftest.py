@@ -1,0 +1,45 @@
+"""The mock's FMU, compiled once, and instances of it."""
+
+import zipfile
+
+import mock_unit
+import pytest
+from raw_unit import Raw
+
+
+@pytest.fixture(scope="session")
+def mock(tmp_path_factory):
+    """The mock's FMU."""
+    if mock_unit.compiler() is None:
+        pytest.skip("needs a C compiler: gcc or clang")
+    folder = tmp_path_factory.mktemp("mock")
+    return mock_unit.pack(folder, mock_unit.library(folder))
+
+
+@pytest.fixture(scope="session")
+def unpacked(mock):
+    """Its folder."""
+    folder = mock.with_suffix("")
+    with zipfile.ZipFile(mock) as archive:
+        archive.extractall(folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def binary(unpacked):
+    return unpacked / "binaries" / "linux64" / f"{mock_unit.MODEL}.so"
+
+
+@pytest.fixture
+def unit(unpacked, binary):
+    """A function that makes instances, which are freed behind the test."""
+    made = []
+
+    def fresh(name="unit", guid=mock_unit.GUID, resources=unpacked / "resources", **options):
+        made.append(Raw(binary, resources, guid, name, **options))
+        return made[-1]
+
+    yield fresh
+    for one in made:
+        if one.component is not None:
+            one.free()

@@ -1,0 +1,138 @@
+"""The library of a native FMU: what it needs, what it may write, and that a host without Python runs it."""
+
+import re
+import shutil
+import subprocess
+import sys
+
+import mock_unit
+import pytest
+from mock_unit import DATA, GUID, REFERENCE, SOURCES, WARNINGS
+
+LIBC = {
+    *("calloc", "free", "memchr", "memcmp", "memcpy", "memmove", "memset", "strcat", "strchr", "strcmp", "strcpy"),
+    *("strlen", "strncmp", "strpbrk", "strstr", "strtod", "snprintf", "vsnprintf", "fprintf", "fwrite", "stderr"),
+    *("open64", "open", "close", "fstat64", "fstat", "__fxstat", "__fxstat64", "mmap64", "mmap", "munmap"),
+    "__errno_location",
+}
+LIBM = {"fmax", "nearbyint", "ceil"}
+CRT = {"_ITM_deregisterTMCloneTable", "_ITM_registerTMCloneTable", "__cxa_finalize", "__gmon_start__"}
+"""What a compiler puts into every library."""
+FIRST, LAST = REFERENCE["position"], REFERENCE["energy"]
+
+
+def tool(name):
+    if shutil.which(name) is None:
+        pytest.skip(f"needs {name}")
+    return name
+
+
+def test_nothing_but_libc_and_libm_is_needed(binary):
+    done = subprocess.run([tool("nm"), "-u", str(binary)], capture_output=True, text=True, check=True)
+    needed = {line.split()[-1].partition("@")[0] for line in done.stdout.splitlines()}
+    assert needed <= LIBC | LIBM | CRT, needed - LIBC - LIBM - CRT
+
+
+def test_nothing_but_the_interface_is_shown(binary):
+    done = subprocess.run([tool("nm"), "-D", "--defined-only", str(binary)], capture_output=True, text=True, check=True)
+    shown = {line.split()[-1] for line in done.stdout.splitlines()} - {"_init", "_fini"}
+    declared = set(re.findall(r"\b(fmi2\w+)\(fmi2|\b(fmi2\w+)\(void\)", (SOURCES / "fmi2.h").read_text()))
+    assert shown == {one or other for one, other in declared} and len(shown) == 34
+
+
+def test_it_has_no_writable_data(binary):
+    """Neither .data nor .bss of ours: tables of addresses are read-only once the library is loaded."""
+    done = subprocess.run([tool("readelf"), "-W", "-s", "-S", str(binary)], capture_output=True, text=True, check=True)
+    rows = re.findall(r"\[ *(\d+)\] (\.\S+)", done.stdout)
+    writable = {number for number, name in rows if name in (".data", ".bss", ".tdata", ".tbss", ".common")}
+    symbols = re.findall(r"^ *\d+: \w+ +\d+ (OBJECT|TLS) +\w+ +\w+ +(\S+) +(\S+)", done.stdout, re.MULTILINE)
+    ours = {name for _, section, name in symbols if section in writable | {"COM"}}
+    assert {"ct_kernels", "CALLS"} <= {name for _, _, name in symbols}
+    assert ours <= {"completed.0", "__dso_handle", "__TMC_END__"}, ours
+
+
+@pytest.mark.parametrize("name", ["gcc", "clang"])
+def test_compilers_have_nothing_to_say(name, tmp_path):
+    command = tool(name), "-Wsign-conversion", "-Wshadow", "-Wvla", "-Wundef", "-Wstrict-prototypes"
+    assert mock_unit.library(tmp_path, command=command).stat().st_size < 200_000
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("target", ["x86_64-linux-gnu.2.17", "x86_64-windows-gnu", "aarch64-linux-gnu"])
+def test_it_compiles_for_other_machines(target, tmp_path):
+    pytest.importorskip("ziglang", reason="needs PyPI's ziglang")
+    command = sys.executable, "-m", "ziglang", "cc", "-target", target
+    mock_unit.library(tmp_path, "-s", command=command)
+
+
+@pytest.fixture(scope="module")
+def host(tmp_path_factory):
+    """The plain host, compiled with further options."""
+    compiler = mock_unit.compiler()
+    if compiler is None:
+        pytest.skip("needs a C compiler: gcc or clang")
+
+    def made(*options):
+        path = tmp_path_factory.mktemp("host") / "host"
+        flags = "-std=gnu11", "-O1", "-g", *WARNINGS, *options, "-I", str(SOURCES)
+        subprocess.run(
+            [compiler, *flags, str(DATA / "host.c"), "-o", str(path), "-ldl", "-lpthread", "-lm"], check=True
+        )
+        return path
+
+    return made
+
+
+def hosted(host, binary, unpacked, *what, texts=(), before=()):
+    """Outputs, as hexadecimal texts, and the log of the host."""
+    variables = len(mock_unit.VARIABLES)
+    given = [str(a) for a in (variables, FIRST, LAST, 1e-4, *what)]
+    command = [*before, str(host), str(binary), GUID, (unpacked / "resources").as_uri(), *given, *texts]
+    done = subprocess.run(command, capture_output=True, text=True, env={}, timeout=600)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return [float.fromhex(line).hex() for line in done.stdout.split()], done.stderr
+
+
+def from_python(unit, steps, levels):
+    one = unit()
+    one.set("String", {REFERENCE[name]: text for name, text in levels.items()})
+    values = one.start().run(steps).get("Real", *range(FIRST, LAST + 1))
+    return [value.hex() for value in values]
+
+
+@pytest.mark.parametrize("levels", [{}, {"spring.level": "stiff"}, {"mount.level": "free"}])
+def test_a_host_without_python_finds_the_same(host, binary, unpacked, unit, levels):
+    """To the bit, in one thread, from restored and reset instances, and in four threads at once."""
+    texts = [f"{REFERENCE[name]}={text}" for name, text in levels.items()]
+    plain = host()
+    found, log = hosted(plain, binary, unpacked, "run", 100, 0, texts=texts)
+    assert found == from_python(unit, 100, levels) and log == ""
+    found, log = hosted(plain, binary, unpacked, "threads", 4, 0, texts=texts)
+    assert found == from_python(unit, 50, levels) and log == ""
+
+
+def test_a_hundred_thousand_calls_at_random_do_no_harm(host, binary, unpacked, unit):
+    found, log = hosted(host(), binary, unpacked, "fuzz", 100_000, 15)
+    assert found == from_python(unit, 10, {})
+    counts = dict(re.findall(r"(\d+) (ok|discarded|refused)", log))
+    assert len(counts) == 3 and min(map(int, counts)) > 1000
+
+
+@pytest.mark.slow
+def test_memcheck_finds_nothing(host, binary, unpacked):
+    checked = tool("valgrind"), "-q", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=all"
+    plain = host()
+    for what in (("run", 100, 0), ("threads", 4, 0), ("fuzz", 100_000, 3)):
+        hosted(plain, binary, unpacked, *what, before=checked)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sanitizer", ["address,undefined", "thread"])
+def test_sanitizers_find_nothing(host, unpacked, tmp_path, sanitizer):
+    options = "-g", f"-fsanitize={sanitizer}", "-fno-sanitize-recover=all"
+    try:
+        checked, library = host(*options), mock_unit.library(tmp_path, *options)
+    except subprocess.CalledProcessError:
+        pytest.skip(f"the compiler has no -fsanitize={sanitizer}")
+    for what in (("run", 100, 0), ("threads", 4, 0), ("fuzz", 1_000_000, 3)):
+        hosted(checked, library, unpacked, *what)
