@@ -116,4 +116,5 @@ static int64_t advance(void *image, double end) {
 static const void *const FUNCTIONS[] = {(const void *)linear, (const void *)cubic, (const void *)motion,
                                         (const void *)rest};
 static const char *const NAMES[] = {"mock:linear", "mock:cubic", "mock:motion", "mock:rest"};
-const struct ct_kernels ct_kernels = {"0123456789abcdef", prepare, start, advance, observe, FUNCTIONS, 4, NAMES};
+const struct ct_kernels ct_kernels = {"0123456789abcdef", prepare, start, advance, observe, FUNCTIONS, 4, NAMES,
+                                      "mock"};
