@@ -40,7 +40,8 @@ class Raw:
         self.component = instantiate(*names, byref(self.callbacks), 0, int(logging))
 
     def _keep(self, environment, name, status, category, text):
-        self.log.append((status, category.decode(), text.decode().replace("%%", "%")))
+        formatted = text.decode().replace("%%", "\0").replace("%", "?").replace("\0", "%")  # as printf would do
+        self.log.append((status, category.decode(), formatted))
 
     def call(self, name, *arguments):
         """Status of a call; floats become doubles, all else is given as it is."""

@@ -96,6 +96,7 @@ WRONG = [
     (other(guid="{0}"), "is not this FMU's, {0}"),
     (other(NAME=ff.table("NAME", [])), "lacks an array that the FMU's variables are in"),
     (other(LEVL=ff.table("LEVL", [0, 1])), "has choices that lead nowhere"),
+    (other(OPTN=ff.table("OPTN", [{"text": 1, "value": 2}] * 9)), "has choices that lead nowhere"),
     (other(FIXU=ff.table("FIXU", [])), "has an array that does not fit into it"),
     (other(LEAF=ff.table("LEAF", [])), "has a variant that does not fit into it"),
     (other(FAMS=ff.table("FAMS", [9] * 6)), "has a variable that leads nowhere"),

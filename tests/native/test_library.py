@@ -7,7 +7,8 @@ import sys
 
 import mock_unit
 import pytest
-from mock_unit import DATA, GUID, REFERENCE, SOURCES, WARNINGS
+from mock_unit import REFERENCE, SOURCES, compiler
+from plain_host import hosted, plain_host
 
 LIBC = {
     *("calloc", "free", "memchr", "memcmp", "memcpy", "memmove", "memset", "strcat", "strchr", "strcmp", "strcpy"),
@@ -68,29 +69,9 @@ def test_it_compiles_for_other_machines(target, tmp_path):
 @pytest.fixture(scope="module")
 def host(tmp_path_factory):
     """The plain host, compiled with further options."""
-    compiler = mock_unit.compiler()
-    if compiler is None:
+    if compiler() is None:
         pytest.skip("needs a C compiler: gcc or clang")
-
-    def made(*options):
-        path = tmp_path_factory.mktemp("host") / "host"
-        flags = "-std=gnu11", "-O1", "-g", *WARNINGS, *options, "-I", str(SOURCES)
-        subprocess.run(
-            [compiler, *flags, str(DATA / "host.c"), "-o", str(path), "-ldl", "-lpthread", "-lm"], check=True
-        )
-        return path
-
-    return made
-
-
-def hosted(host, binary, unpacked, *what, texts=(), before=()):
-    """Outputs, as hexadecimal texts, and the log of the host."""
-    variables = len(mock_unit.VARIABLES)
-    given = [str(a) for a in (variables, FIRST, LAST, 1e-4, *what)]
-    command = [*before, str(host), str(binary), GUID, (unpacked / "resources").as_uri(), *given, *texts]
-    done = subprocess.run(command, capture_output=True, text=True, env={}, timeout=600)
-    assert done.returncode == 0, done.stderr[-3000:]
-    return [float.fromhex(line).hex() for line in done.stdout.split()], done.stderr
+    return lambda *options: plain_host(tmp_path_factory.mktemp("host"), *options)
 
 
 def from_python(unit, steps, levels):
@@ -105,14 +86,14 @@ def test_a_host_without_python_finds_the_same(host, binary, unpacked, unit, leve
     """To the bit, in one thread, from restored and reset instances, and in four threads at once."""
     texts = [f"{REFERENCE[name]}={text}" for name, text in levels.items()]
     plain = host()
-    found, log = hosted(plain, binary, unpacked, "run", 100, 0, texts=texts)
+    found, log = hosted(plain, unpacked, "run", 100, 0, texts=texts)
     assert found == from_python(unit, 100, levels) and log == ""
-    found, log = hosted(plain, binary, unpacked, "threads", 4, 0, texts=texts)
+    found, log = hosted(plain, unpacked, "threads", 4, 0, texts=texts)
     assert found == from_python(unit, 50, levels) and log == ""
 
 
 def test_a_hundred_thousand_calls_at_random_do_no_harm(host, binary, unpacked, unit):
-    found, log = hosted(host(), binary, unpacked, "fuzz", 100_000, 15)
+    found, log = hosted(host(), unpacked, "fuzz", 100_000, 15)
     assert found == from_python(unit, 10, {})
     counts = dict(re.findall(r"(\d+) (ok|discarded|refused)", log))
     assert len(counts) == 3 and min(map(int, counts)) > 1000
@@ -123,7 +104,7 @@ def test_memcheck_finds_nothing(host, binary, unpacked):
     checked = tool("valgrind"), "-q", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=all"
     plain = host()
     for what in (("run", 100, 0), ("threads", 4, 0), ("fuzz", 100_000, 3)):
-        hosted(plain, binary, unpacked, *what, before=checked)
+        hosted(plain, unpacked, *what, before=checked)
 
 
 @pytest.mark.slow
@@ -135,4 +116,4 @@ def test_sanitizers_find_nothing(host, unpacked, tmp_path, sanitizer):
     except subprocess.CalledProcessError:
         pytest.skip(f"the compiler has no -fsanitize={sanitizer}")
     for what in (("run", 100, 0), ("threads", 4, 0), ("fuzz", 1_000_000, 3)):
-        hosted(checked, library, unpacked, *what)
+        hosted(checked, unpacked, *what, binary=library)

@@ -91,6 +91,7 @@ def test_every_variable_reads_as_it_starts(unit):
 def test_outputs_of_all_types(unit):
     one = unit().start()
     assert one.get("Boolean", V["moving"]) == [0]
+    assert one.get("Real", V["energy"]) == [8.0]  # the mass rests; what is left is an entry of the shared table
     one.run(1)
     assert one.get("Boolean", V["moving"]) == [1]
     assert one.get("Integer", V["observed"]) == [2]

@@ -51,8 +51,9 @@ static void motion(const struct run *run, double *values) {
 
 static void rest(const struct run *run, double *values) {
     const double v = run->state.data[V];
+    const char *shared = (const char *)run->shared.data + run->shared.strides[0] + 2 * run->shared.strides[1];
     run->work.data[0] += 1.0;
-    values[ENERGY - ENERGY] = 0.5 * run->numbers.data[MASS] * v * v + run->shared.data[0];
+    values[ENERGY - ENERGY] = 0.5 * run->numbers.data[MASS] * v * v + *(const double *)(const void *)shared;
     values[OBSERVED - ENERGY] = run->work.data[0];
     values[MOVING - ENERGY] = fabs(v) > 0.0;
 }

@@ -322,7 +322,9 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi
         if (status != 0) return failed_step(one, status);
         one->model.observed = true;
     }
-    for (uint32_t k = 0; k < one->n_inputs; ++k) one->rates[k] = NAN; /* they held for this step */
+    if (one->model.input_rates != NULL) { /* they held for this step */
+        for (uint32_t k = 0; k < one->n_inputs; ++k) one->rates[k] = NAN;
+    }
     one->now->phase = CT_STEPPED;
     return fmi2OK;
 }

@@ -52,7 +52,7 @@ static void find_variables(struct ct_instance *one) {
     for (uint32_t k = 0; k < one->n_variables; ++k) {
         const struct ct_variable *variable = one->file.variables + k;
         if (variable->causality != CT_INPUT) continue;
-        one->inputs[n++] = k;
+        one->inputs[n++] = (struct ct_input){k, variable->index};
         if (speed != NULL && strcmp(ct_text(&one->file, variable->name), speed) == 0) one->speed = k;
     }
 }
@@ -342,7 +342,7 @@ const char *ct_status_text(const struct ct_file *file, int64_t code, enum ct_sta
 }
 
 void ct_keep_origin(struct ct_instance *one) {
-    for (uint32_t k = 0; k < one->n_inputs; ++k) one->origin[k] = one->values[one->inputs[k]];
+    for (uint32_t k = 0; k < one->n_inputs; ++k) one->origin[k] = one->values[one->inputs[k].reference];
 }
 
 fmi2Status ct_make(struct ct_instance *one) {
@@ -356,9 +356,8 @@ fmi2Status ct_make(struct ct_instance *one) {
     if (!lay_out(one, variant, &model)) return ct_refuse(&one->host, "no memory for the model");
     set_numbers(one, variant, model.numbers);
     for (uint32_t k = 0; k < one->n_inputs; ++k) {
-        const uint32_t place = one->file.variables[one->inputs[k]].index;
-        model.inputs[place] = one->origin[k];
-        if (model.input_rates != NULL) model.input_rates[place] = NAN;
+        model.inputs[one->inputs[k].place] = one->origin[k];
+        if (model.input_rates != NULL) model.input_rates[one->inputs[k].place] = NAN;
     }
     int64_t status = ct_kernels.prepare(model.run, time);
     if (status == 0) status = ct_kernels.start(model.run, time);
@@ -377,9 +376,11 @@ fmi2Status ct_make(struct ct_instance *one) {
 }
 
 void ct_pass_inputs(struct ct_instance *one) {
+    const struct ct_model *model = &one->model;
     for (uint32_t k = 0; k < one->n_inputs; ++k) {
-        const uint32_t reference = one->inputs[k], place = one->file.variables[reference].index;
-        one->model.inputs[place] = one->values[reference];
-        if (one->model.input_rates != NULL) one->model.input_rates[place] = one->rates[k];
+        model->inputs[one->inputs[k].place] = one->values[one->inputs[k].reference];
+    }
+    for (uint32_t k = 0; k < one->n_inputs && model->input_rates != NULL; ++k) {
+        model->input_rates[one->inputs[k].place] = one->rates[k];
     }
 }

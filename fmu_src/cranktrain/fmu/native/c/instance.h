@@ -33,12 +33,15 @@ struct ct_model {
     bool observed;    /* whether the wanted outputs are those of the state */
 };
 
+/* An input: its reference, and its place in run.inputs. */
+struct ct_input { uint32_t reference, place; };
+
 struct ct_instance {
     struct ct_host host;
     struct ct_file file;
     struct ct_snapshot *now;
     double *values, *rates, *origin, *state; /* in what follows ``now`` */
-    uint32_t *inputs;                        /* references of the inputs, (n_inputs,) */
+    struct ct_input *inputs;                 /* (n_inputs,) */
     uint32_t n_inputs, n_variables;
     uint32_t speed;                          /* reference of the input that is the crank's speed, or CT_NONE */
     struct ct_model model;

@@ -176,9 +176,22 @@ static fmi2Status have_set(struct ct_instance *one) {
     return fmi2OK;
 }
 
+/* Whether these are Real inputs within their bounds: what a master sets before each step. */
+static bool are_sound_inputs(const struct ct_instance *one, const uint32_t *references, size_t n, const double *values) {
+    bool sound = references != NULL && values != NULL && n <= one->n_variables;
+    for (size_t i = 0; sound && i < n; ++i) {
+        if (references[i] >= one->n_variables) return false;
+        const struct ct_variable *variable = one->file.variables + references[i];
+        sound = variable->type == CT_REAL && variable->causality == CT_INPUT && variable->min <= values[i] &&
+                values[i] <= variable->max;
+    }
+    return sound;
+}
+
 fmi2Status ct_set_reals(struct ct_instance *one, const uint32_t *references, size_t n, const double *values) {
-    if (check_settable(one, REALS, references, n, values) != fmi2OK) return fmi2Error;
-    for (size_t i = 0; i < n; ++i) {
+    const bool sound = are_sound_inputs(one, references, n, values);
+    if (!sound && check_settable(one, REALS, references, n, values) != fmi2OK) return fmi2Error;
+    for (size_t i = 0; i < n && !sound; ++i) {
         if (check_number(one, references[i], values[i]) != fmi2OK) return fmi2Error;
     }
     for (size_t i = 0; i < n; ++i) one->values[references[i]] = values[i];
@@ -287,7 +300,7 @@ fmi2Status ct_set_rates(struct ct_instance *one, const uint32_t *references, siz
     }
     for (size_t i = 0; i < n; ++i) {
         uint32_t k = 0;
-        while (one->inputs[k] != references[i]) ++k;
+        while (one->inputs[k].reference != references[i]) ++k;
         one->rates[k] = values[i];
     }
     return fmi2OK;
