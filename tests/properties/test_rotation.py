@@ -15,6 +15,7 @@ from bodies import rigid_crank, six
 from cranktrain.core.reduced_body import truncate
 from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.model.slots import DELTA_J, M_BIG, M_OSC, RIGID_ROTATION, SHAFT_C, SHAFT_K
+from cranktrain.dynamics.model.workspace import make_work
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.engine.file import load_engine
@@ -60,11 +61,17 @@ def set_rotation(simulation, rotation=0.0, rate=0.0, lead=0.0):
 def at_rest_in_the_frame(simulation):
     """Let the body find the place where its unbalance and the bearings agree, by steps that damp all motion."""
     model = simulation.model
+    work = simulation.work
     simulation.model = model._replace(stages=integrator_table("backward-euler"))
-    simulation.work.key[0] = -1.0
+    simulation.work = make_work(simulation.model, simulation.state.size)
     run(simulation, 40)
-    simulation.model = model
+    simulation.model, simulation.work = model, work
     simulation.work.key[0] = -1.0
+    # What the other method keeps beside the acceleration is as large at rest.
+    state, n = simulation.state, model.omega2.size
+    first, own = (layout.offset(block, n) for block in (layout.AUXILIARY, layout.ACCELERATION))
+    state[first : first + n] = state[own : own + n]
+    simulation.state = state
     return simulation
 
 

@@ -33,9 +33,6 @@ from cranktrain.dynamics.model.state import (
     MAX_INPUTS,
     METHOD,
     OMEGA_REFERENCE,
-    OUTPUT_MEAN,
-    OUTPUT_VARIANCE,
-    POSITION,
     SAMPLES,
     SHAFT_ACCELERATION,
     SHAFT_ANGLE,
@@ -43,22 +40,19 @@ from cranktrain.dynamics.model.state import (
     STEP_LAST,
     STEP_REFERENCE,
     TIME,
-    VELOCITY,
-    offset,
     state_size,
 )
 from cranktrain.dynamics.model.workspace import make_work
 from cranktrain.dynamics.outputs.register import families_of, observers, output_counts, output_needs
 from cranktrain.dynamics.outputs.slots import WANTED
 from cranktrain.dynamics.run import advance_and_observe, advance_series, observe
+from cranktrain.dynamics.run_record import LONGEST_STEP
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, TOLERANCE
 from cranktrain.dynamics.settled.samples import Sink
-from cranktrain.dynamics.start.mean_motion import Start, leaning, rigid_start
-from cranktrain.dynamics.start.settling import settle
-from cranktrain.dynamics.time.integrators import method_mark
-from cranktrain.dynamics.time.reconstruction import GIVEN
+from cranktrain.dynamics.start.mean_motion import rigid_start
+from cranktrain.dynamics.start.start import start
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
-from cranktrain.dynamics.time.status import NO_START, OK, REMEDIES, SINGULAR
+from cranktrain.dynamics.time.status import OK, REMEDIES, SINGULAR, STALLED
 from cranktrain.dynamics.time.step_control import MAX_HALVINGS, ports_at_state
 from cranktrain.dynamics.warm_films import (
     check_level,
@@ -70,14 +64,9 @@ from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.damper import power_warning, required_damper, with_damper_housing
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.loads.torsional_line import torsional_line
 
 __all__ = ["Parts", "Settings", "Simulation", "simulate"]
 
-FIRST_AMPLITUDES = np.array([1.0e-4, 1.0e-6])
-"""Alternating torsion (rad) and axial motion (m) that a run expects before it knows its own; they fade over a cycle."""
-LONGEST_STEP = 1.0
-"""Longest communication step, s: beyond it inputs held or extrapolated have no meaning."""
 SLOWEST = 100.0 * math.pi / 30.0
 """Lowest speed of a simulation over cycles, rad/s."""
 _RPM = 30.0 / math.pi
@@ -178,29 +167,14 @@ class Simulation(SteppedModel):
         size = dimensions(model)
         state = np.zeros(state_size(size.modes, size.ports, size.films))
         work = make_work(model, state.size)
-        state[TIME] = time
-        state[METHOD] = method_mark(model.stages)
-        start = self._start(model)
-        for block, values in zip((POSITION, VELOCITY), leaning(model, start), strict=True):
-            state[offset(block, size.modes) : offset(block, size.modes) + size.modes] = values
-        status = settle(model, work, state, self.inputs, start.windup, start.rotation, start.rate)
+        status = start(model, work, state, self.inputs, time)
         if status != OK:
-            cause, remedy = REMEDIES[SINGULAR] if status == SINGULAR else NO_START
+            cause, remedy = REMEDIES[status]
             raise SolverError(f"no static equilibrium at {self.inputs[0] * _RPM:.0f} rev/min: {cause}; {remedy}")
-        work.counters[:] = 0.0
-        if self.settings.boundary == "torque" and start.inertia > 0.0:
-            # The frame sets out with the acceleration that the crank will have on average.
-            line = torsional_line(self.engine, start.inertia)
-            turning = start.inertia + line.inertia_at_crank
-            turning += self.engine.drive_line.dynamometer_inertia * line.end_speed**2
-            state[SHAFT_ACCELERATION] = (start.torque - self.load_torque) / turning
         self.model, self.work, self._state = model, work, state
         counts = output_counts(self.engine)
         self._observed, self._families_of = observers(counts, model, work, state, self.outputs), families_of(counts)
         self._observe()
-        places = [self.output_names.index(name) for name in ("pulley.torsion", "pulley.axial")]
-        state[OUTPUT_MEAN : OUTPUT_MEAN + 2] = self.outputs[places]
-        state[OUTPUT_VARIANCE : OUTPUT_VARIANCE + 2] = FIRST_AMPLITUDES**2
         self._warm()
         if self.on_demand:
             self._observed.families[:, WANTED] = 0
@@ -306,13 +280,6 @@ class Simulation(SteppedModel):
         self._oil_temperature = supply_temperature(self.engine, self.settings, float(self.inputs[0]))
         return rigid_start(self._model(), float(self.inputs[0])).torque
 
-    def _start(self, model: ModelArrays) -> Start:
-        """Start in rotation: with pressures from outside nothing is known of the cycle to come."""
-        given = np.abs(self.pressures - AMBIENT).max() > GIVEN
-        if self.settings.gas_source == "input" or (self.settings.gas_source == "auto" and given):
-            return Start()
-        return rigid_start(model, float(self.inputs[0]))
-
     def _warm(self) -> None:
         """Run one step on a copy, so that compiling never falls into the first real step."""
         state = self.state
@@ -368,17 +335,14 @@ class Simulation(SteppedModel):
             raise InputError(
                 f"communication step of {interval:g} s at t = {state[TIME]:g} s is too long; at most {LONGEST_STEP:g} s"
             )
-        free = self.settings.boundary == "torque"
-        before = state.copy() if free else state
         status = self._advance(self.model, self.work, state, self.inputs, t_end, self._observed)
-        if status != OK:
-            raise SolverError(self._failure(status, state))
-        if free and state[SHAFT_SPEED] < 0.0:
-            self.state = before
+        if status == STALLED:
             raise SolverError(
                 f"the load torque of {self.load_torque:g} N m stalls the engine at t = {t_end:g} s; it does not run "
                 "backwards: lower the torque"
             )
+        if status != OK:
+            raise SolverError(self._failure(status, state))
 
     def read(self, places: Sequence[int]) -> list[float]:
         """As ever; with ``on_demand`` the outputs' families are observed from now on."""

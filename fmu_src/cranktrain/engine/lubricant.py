@@ -33,8 +33,12 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.kernel import kernel
 from cranktrain.engine.parts import Oil
 
+Array = NDArray[np.float64]
 CONSTANT, BARUS, ROELANDS = 0, 1, 2
 PRESSURE_LAWS = {"none": CONSTANT, "barus": BARUS, "roelands": ROELANDS}
+VOGEL, WALTHER = 0, 1
+# Slots of :func:`oil_constants`: which of these laws, and its three constants.
+OIL_LAW, OIL_FIRST, OIL_SECOND, OIL_THIRD, OIL_CONSTANTS = range(5)
 ROELANDS_PRESSURE = 1.962e8
 ROELANDS_LOG = 9.67
 DENSITY_SLOPE, DENSITY_LIMIT = 0.6e-9, 1.7e-9
@@ -77,15 +81,21 @@ def viscosity(oil: Oil, temperature: float) -> float:
     if oil.law == "walther":
         if not 0.0 < temperature < math.inf:
             raise InputError(f"oil temperature {temperature:.4g} K must be positive; 293.15 K are 20 degC")
-        points = list(zip(oil.walther_temperatures, oil.walther_viscosities, strict=False))
-        return float(walther_viscosity(temperature, *walther_through(points), oil.density))
-    if oil.law != "vogel":
-        raise InputError(f"oil law '{oil.law}' does not exist; {nearest(oil.law, ('vogel', 'walther'))}")
-    if not temperature > oil.vogel_c:
+    elif oil.law == "vogel" and not temperature > oil.vogel_c:
         raise InputError(
             f"oil temperature {temperature:.4g} K lies below Vogel's law; give more than {oil.vogel_c:.4g} K"
         )
-    return float(vogel_viscosity(temperature, oil.vogel_a, oil.vogel_b, oil.vogel_c))
+    return float(oil_viscosity(temperature, oil_constants(oil)))
+
+
+def oil_constants(oil: Oil) -> Array:
+    """Constants (OIL_CONSTANTS,) of :func:`oil_viscosity`; ``InputError`` for an unknown law."""
+    if oil.law == "walther":
+        points = list(zip(oil.walther_temperatures, oil.walther_viscosities, strict=False))
+        return np.array([WALTHER, *walther_through(points), oil.density])
+    if oil.law != "vogel":
+        raise InputError(f"oil law '{oil.law}' does not exist; {nearest(oil.law, ('vogel', 'walther'))}")
+    return np.array([VOGEL, oil.vogel_a, oil.vogel_b, oil.vogel_c])
 
 
 def pressure_constants(oil: Oil, viscosity: float) -> tuple[int, float, float]:
@@ -102,11 +112,11 @@ def pressure_constants(oil: Oil, viscosity: float) -> tuple[int, float, float]:
         raise InputError(f"pressure_viscosity {alpha:.4g} 1/Pa must not be negative; mineral oils have 15 to 25 1/GPa")
     if law != ROELANDS:
         return law, alpha, 0.0
-    above = math.log(viscosity) + ROELANDS_LOG if viscosity > 0.0 else -math.inf
+    above, exponent = roelands_constants(viscosity, alpha)
     if not above > 0.0:
         least = math.exp(-ROELANDS_LOG)
         raise InputError(f"Roelands' law needs a viscosity above {least:.3g} Pa s, got {viscosity:.4g}")
-    return law, above, alpha * ROELANDS_PRESSURE / above
+    return law, above, exponent
 
 
 def oil_temperature(oil: Oil, speed: float) -> float:
@@ -114,6 +124,18 @@ def oil_temperature(oil: Oil, speed: float) -> float:
     return float(
         temperature_at(speed, np.array(oil.temperature_speeds, dtype=float), np.array(oil.temperatures, dtype=float))
     )
+
+
+@kernel
+def oil_viscosity(temperature: float, constants: Array) -> float:
+    """Viscosity at ambient pressure, Pa s, by :func:`oil_constants` at a temperature, K; 0 where the law has none."""
+    if constants[OIL_LAW] == WALTHER:
+        if not 0.0 < temperature < math.inf:
+            return 0.0
+        return walther_viscosity(temperature, constants[OIL_FIRST], constants[OIL_SECOND], constants[OIL_THIRD])
+    if not temperature > constants[OIL_THIRD]:
+        return 0.0
+    return vogel_viscosity(temperature, constants[OIL_FIRST], constants[OIL_SECOND], constants[OIL_THIRD])
 
 
 @kernel
@@ -152,6 +174,13 @@ def roelands_factor(pressure: float, above: float, z: float) -> tuple[float, flo
 
 
 @kernel
+def roelands_constants(viscosity: float, slope: float) -> tuple[float, float]:
+    """ln η₀ + 9.67, which must be positive, and Roelands' exponent for a ``slope`` α, 1/Pa."""
+    above = math.log(viscosity) + ROELANDS_LOG if viscosity > 0.0 else -math.inf
+    return above, slope * ROELANDS_PRESSURE / above
+
+
+@kernel
 def pressure_factor(law: int, pressure: float, first: float, second: float) -> tuple[float, float]:
     """η/η₀ at ``pressure`` (Pa, gauge) and its derivative (1/Pa), by the constants of :func:`pressure_constants`."""
     if law == BARUS:
@@ -171,7 +200,7 @@ def density_factor(pressure: float) -> tuple[float, float]:
 
 
 @kernel
-def temperature_at(speed: float, speeds: NDArray[np.float64], temperatures: NDArray[np.float64]) -> float:
+def temperature_at(speed: float, speeds: Array, temperatures: Array) -> float:
     """Temperature (K) at ``speed`` from a table over increasing ``speeds`` (rad/s), constant outside it."""
     n = speeds.shape[0]
     if speed <= speeds[0]:

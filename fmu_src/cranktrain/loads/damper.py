@@ -51,6 +51,13 @@ WEIGHTS, SHEARS = 4, 4 + LAYERS
 PARAMETERS = 4 + 2 * LAYERS
 REFERENCE_TEMPERATURE = 298.15
 _CELSIUS = 273.15
+# Slots of :func:`damper_constants`: kind of damper, range of its temperature (K) and the frequency (rad/s) at which it
+# is linearised; a rubber's stiffness and loss factor; of a fluid the viscosity and its slope, critical stress and flow
+# exponent, the sum of its layers' moments; these moments and the shear ratios.
+KIND, LOWEST, HIGHEST, OMEGA, SPRING, LOSS_FACTOR, FLUID, SLOPE, STRESS, FLOW, MOMENT = range(11)
+MOMENTS, RATIOS, DAMPER_CONSTANTS = 11, 11 + LAYERS, 11 + 2 * LAYERS
+NO_DAMPER, RUBBER, NEWTONIAN, THINNING, COMPLEX = range(5)
+_FLUIDS = {SHEAR_THINNING: THINNING, COMPLEX_MODULUS: COMPLEX}
 
 
 def damper_parameters(damper: Damper, temperature: float, frequency: float | None = None) -> Array:
@@ -64,42 +71,41 @@ def damper_parameters(damper: Damper, temperature: float, frequency: float | Non
         a temperature outside the damper's law, an unknown law, a frequency that is not positive
     """
     check_temperature(damper, temperature)
+    parameters = np.zeros(PARAMETERS)
+    damper_at(damper_constants(damper, frequency), temperature, parameters)
+    return parameters
+
+
+def damper_constants(damper: Damper, frequency: float | None = None) -> Array:
+    """What :func:`damper_at` reads of a damper, (DAMPER_CONSTANTS,); raises as :func:`damper_parameters` does."""
     omega = 2.0 * math.pi * (damper.frequency if frequency is None else frequency)
     if not 0.0 < omega < math.inf:
         raise InputError(f"a damper is linearised at a positive frequency, got {omega / (2.0 * math.pi):g} Hz")
-    parameters = np.zeros(PARAMETERS)
+    constants = np.zeros(DAMPER_CONSTANTS)
+    constants[[LOWEST, HIGHEST, OMEGA]] = damper.lowest_temperature, damper.highest_temperature, omega
     if damper.kind == "rubber":
-        parameters[STIFFNESS] = damper.stiffness
-        parameters[DAMPING] = damper.loss_factor * damper.stiffness / omega
-        return parameters
+        constants[[KIND, SPRING, LOSS_FACTOR]] = RUBBER, damper.stiffness, damper.loss_factor
+        return constants
     if damper.law not in DAMPER_LAWS:
         raise InputError(f"damper.law '{damper.law}' does not exist; {nearest(damper.law, DAMPER_LAWS)}")
-    eta = silicone_viscosity(damper, temperature)
     moments, ratios = shear_layers(damper)
-    if damper.law == SHEAR_THINNING:
-        parameters[EXPONENT] = 0.5 * (damper.flow_exponent - 1.0)
-        parameters[TIME] = eta / damper.critical_stress
-        parameters[WEIGHTS:SHEARS] = eta * moments
-        parameters[SHEARS:] = ratios
-        return parameters
-    modulus = 1j * omega * eta
-    if damper.law == COMPLEX_MODULUS:
-        modulus = complex_modulus(damper, temperature, omega)
-    parameters[STIFFNESS] = moments.sum() * modulus.real
-    parameters[DAMPING] = moments.sum() * modulus.imag / omega
-    return parameters
+    constants[KIND] = _FLUIDS.get(damper.law, NEWTONIAN)
+    constants[[FLUID, SLOPE]] = damper.viscosity, damper.viscosity_slope
+    constants[[STRESS, FLOW]] = damper.critical_stress, damper.flow_exponent
+    constants[MOMENT] = moments.sum()
+    constants[MOMENTS : MOMENTS + LAYERS], constants[RATIOS : RATIOS + LAYERS] = moments, ratios
+    return constants
 
 
 def silicone_viscosity(damper: Damper, temperature: float) -> float:
     """Dynamic viscosity of the fluid without shear, Pa s, at ``temperature``, K."""
-    return damper.viscosity * math.exp(damper.viscosity_slope * (1.0 / temperature - 1.0 / REFERENCE_TEMPERATURE))
+    return float(fluid_viscosity(temperature, damper.viscosity, damper.viscosity_slope))
 
 
 def complex_modulus(damper: Damper, temperature: float, omega: float) -> complex:
     """G' + iG'' of the fluid, Pa, at ``temperature``, K, and angular frequency ``omega``, rad/s."""
     eta = silicone_viscosity(damper, temperature)
-    time = eta / damper.critical_stress
-    return 1j * omega * eta / (1.0 + (1j * omega * time) ** (1.0 - damper.flow_exponent))
+    return complex(*modulus_parts(eta, omega, damper.critical_stress, damper.flow_exponent))
 
 
 def shear_layers(damper: Damper) -> tuple[Array, Array]:
@@ -200,6 +206,57 @@ def required_damper(engine: Engine) -> Damper:
     if engine.damper is None:
         raise InputError(f"engine '{engine.name}' has no [damper]; add that table as in engine/data/diesel_i6.toml")
     return engine.damper
+
+
+@kernel
+def damper_at(constants, temperature, parameters):
+    """Fill ``parameters`` (PARAMETERS,) of :func:`damper_torque` at a ``temperature``, K, from its constants.
+
+    Returns 0, or 1 for a temperature outside its range.
+    """
+    for k in range(PARAMETERS):
+        parameters[k] = 0.0
+    if constants[KIND] == NO_DAMPER:
+        return 0
+    if not (constants[LOWEST] <= temperature <= constants[HIGHEST]):
+        return 1
+    omega = constants[OMEGA]
+    if constants[KIND] == RUBBER:
+        parameters[STIFFNESS] = constants[SPRING]
+        parameters[DAMPING] = constants[LOSS_FACTOR] * constants[SPRING] / omega
+        return 0
+    eta = fluid_viscosity(temperature, constants[FLUID], constants[SLOPE])
+    if constants[KIND] == THINNING:
+        parameters[EXPONENT] = 0.5 * (constants[FLOW] - 1.0)
+        parameters[TIME] = eta / constants[STRESS]
+        for k in range(LAYERS):
+            parameters[WEIGHTS + k] = eta * constants[MOMENTS + k]
+            parameters[SHEARS + k] = constants[RATIOS + k]
+        return 0
+    real, imaginary = 0.0, omega * eta
+    if constants[KIND] == COMPLEX:
+        real, imaginary = modulus_parts(eta, omega, constants[STRESS], constants[FLOW])
+    parameters[STIFFNESS] = constants[MOMENT] * real
+    parameters[DAMPING] = constants[MOMENT] * imaginary / omega
+    return 0
+
+
+@kernel
+def fluid_viscosity(temperature, reference, slope):
+    """Viscosity of a fluid without shear, Pa s, at a temperature, K, from that at 25 °C and its ``slope``, K."""
+    return reference * math.exp(slope * (1.0 / temperature - 1.0 / REFERENCE_TEMPERATURE))
+
+
+@kernel
+def modulus_parts(viscosity, omega, stress, exponent):
+    """G' and G'' (Pa) at the angular frequency ``omega`` (rad/s) of a fluid of ``viscosity`` (Pa s) without shear."""
+    # G* = iωη/(1 + (iωλ)^p), in polar form.
+    power = 1.0 - exponent
+    size = (omega * viscosity / stress) ** power
+    real = 1.0 + size * math.cos(0.5 * math.pi * power)
+    imaginary = size * math.sin(0.5 * math.pi * power)
+    share = omega * viscosity / (real * real + imaginary * imaginary)
+    return share * imaginary, share * real
 
 
 @kernel

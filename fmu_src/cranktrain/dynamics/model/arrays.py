@@ -6,6 +6,7 @@ Where force laws act, and on which components of motion, is laid out in :mod:`cr
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,14 +16,15 @@ from numpy.typing import NDArray
 from cranktrain.core.build_mark import build_mark
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model.basis import Basis, basis
 from cranktrain.dynamics.model.block import BlockArrays, block_arrays
 from cranktrain.dynamics.model.bodies import locked_on_axis, stationary_body, with_big_ends, with_rotor
-from cranktrain.dynamics.model.mains import main_bearings
+from cranktrain.dynamics.model.choices import run_numbers
+from cranktrain.dynamics.model.mains import REFERENCE_VISCOSITY, main_bearings
 from cranktrain.dynamics.model.ports import lay_ports
+from cranktrain.dynamics.model.preparation import prepare_model
 from cranktrain.dynamics.model.settings import (
     BOUNDARIES,
-    GAS_SOURCES,
-    RECONSTRUCTIONS,
     Settings,
     check_levels,
     resolved,
@@ -30,31 +32,19 @@ from cranktrain.dynamics.model.settings import (
 from cranktrain.dynamics.model.slots import (
     BEST_SPEED,
     CHOICES,
-    CRANKCASE,
-    DAMPER_TEMPERATURE,
     DRIVEN,
-    EMBEDDED_ORDER,
     FALLOFF,
-    FILM_CHANGE,
     FILTER,
-    GAS_DELAY,
-    GAS_LOAD,
-    GAS_SOURCE,
-    GRAVITY,
-    NEWTON_TOLERANCE,
-    ORDER,
+    LINE_INERTIA,
     PORTS,
-    RECONSTRUCTION,
     RIGID_ROTATION,
     SCALARS,
     SHAFT_C,
     SHAFT_K,
-    STEP,
-    STEP_TOLERANCE,
     TURNING_MODES,
 )
-from cranktrain.dynamics.time.integrators import integrator, integrator_table
-from cranktrain.engine.lubricant import oil_temperature, viscosity
+from cranktrain.dynamics.time.status import OK, REFUSALS
+from cranktrain.engine.lubricant import oil_temperature, pressure_constants, viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films, thrust_bearing
@@ -63,7 +53,7 @@ from cranktrain.film.laws.parameters import COLUMNS
 from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import BIG_END, Law, bearing_law
 from cranktrain.film.table.database import FilmTable
-from cranktrain.loads.damper import PARAMETERS, damper_parameters, damper_temperature, required_damper
+from cranktrain.loads.damper import PARAMETERS, check_temperature, damper_temperature, required_damper
 from cranktrain.loads.gas_pressure import GasTrace, kinks, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia
 from cranktrain.loads.torsional_line import TorsionalLine, torsional_line
@@ -108,10 +98,11 @@ class ModelArrays(NamedTuple):
     damper: Array  # see loads.damper
     cylinders: Array  # (c, 11)
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
-    scalars: Array  # (12,)
+    scalars: Array  # (SCALARS,)
     kinks: Array  # (k,) angles after firing dead centre at which the built-in trace is least smooth
     choices: Array  # (CHOICES,) see dynamics.model.slots
-    stages: Array  # the integrator's table, see dynamics.time.table
+    stages: Array  # the integrator's table, see dynamics.time.table, filled up with zeros
+    basis: Basis  # what the preparation of a run reads
     build: NDArray[np.void]  # (0,) see core.build_mark
 
 
@@ -180,18 +171,48 @@ def build_model(
     ``InputError`` for a level that does not exist, or that lacks what it needs.
     """
     settings, parts = resolved(settings, engine), parts or Parts()
+    model = structure(engine, body, settings, gas, parts)
+    count = len(engine.crankshaft.main_widths)
+    if temperatures is not None and np.shape(temperatures) != (count,):
+        raise InputError(f"film temperatures of the form {np.shape(temperatures)}; give one for each of {count} mains")
+    given = np.zeros(count) if temperatures is None else np.array(temperatures, dtype=float)
+    _check_temperatures(engine, settings, speed, () if temperatures is None else given.tolist())
+    status = prepare_model(model, run_numbers(settings, engine), given, speed)
+    if status != OK:
+        raise InputError(REFUSALS[status])
+    return model
+
+
+def _check_temperatures(engine: Engine, settings: Settings, speed: float, films: Sequence[float]) -> None:
+    """Refuse temperatures (K) at which oil or damper have no law; ``InputError``."""
+    supplied = viscosity(engine.oil, supply_temperature(engine, settings, speed))
+    if bearing_law(settings.bearings).carries and engine.main_roller is None:
+        etas = [viscosity(engine.oil, own) for own in films] or [supplied]
+        if bearing_law(settings.bearings).oil:
+            for eta in etas:
+                pressure_constants(engine.oil, eta)
+    if settings.damper == "fitted":
+        damper = required_damper(engine)
+        check_temperature(damper, settings.damper_temperature or damper_temperature(damper, speed))
+
+
+# In one piece: one member of the model after another.
+def structure(engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace, parts: Parts) -> ModelArrays:
+    """Arrays of the running model as far as levels, bodies and the engine's constants make them.
+
+    ``settings`` have nothing left open; only their levels count. No parameter, temperature or speed has gone into the
+    arrays: :func:`cranktrain.dynamics.model.preparation.prepare_model` writes what depends on these, before any use.
+    ``InputError`` for a level that does not exist, or that lacks what it needs.
+    """
     check_levels(settings, engine)
     law, big_end_law = bearing_law(settings.bearings), bearing_law(settings.big_ends)
-    eta = viscosity(engine.oil, supply_temperature(engine, settings, speed))
     block = parts.block if settings.block == "flexible" else None
     if settings.block == "flexible" and block is None:
         raise InputError("block level 'flexible' needs the reduced block; make it by structure.block")
     if block is not None:
         engine = _without_block_shares(engine)
-    journals, mains, films = main_bearings(
-        engine, settings.bearings, eta, temperatures, parts.table, parts.bore, parts.cycles
-    )
-    big_ends, floating = _big_ends(engine, big_end_law, eta, parts.big_end_table)
+    journals, mains, films = main_bearings(engine, settings.bearings, parts.table, parts.bore, parts.cycles)
+    big_ends, floating = _big_ends(engine, big_end_law, parts.big_end_table)
     guided, free_big_ends, ring = settings.pistons == "guided", big_end_law.carries, settings.damper == "fitted"
     stationary = stationary_body(engine, block, guided)
     line = torsional_line(engine, float(body.inertia[2, 2]))
@@ -199,13 +220,10 @@ def build_model(
     ports = lay_ports(engine, turning, body.n_modes, journals, free_big_ends, ring, block, guided)
     shapes, contiguous = turning.shapes, np.ascontiguousarray
     flywheel, pulley = shapes[turning.index("flywheel")], shapes[turning.index("pulley")]
-    damper, warmth = np.zeros(PARAMETERS), 0.0
-    if ring:
-        fitted = required_damper(engine)
-        warmth = settings.damper_temperature or damper_temperature(fitted, speed)
-        damper = damper_parameters(fitted, warmth)
     tilted = [turning.index(f"main[{i + 1}]") for i in range(len(mains))]
     pins = [turning.index(f"pin[{pin}]") for pin in engine.cylinders.pins]
+    top, bottom = pin_positions(engine)
+    constants = basis(engine, settings, top - bottom)
     return ModelArrays(
         omega2=contiguous(np.concatenate((turning.omega, stationary.omega)) ** 2),
         damping=np.concatenate((structural_damping(engine, turning), _stationary_damping(engine, stationary))),
@@ -221,25 +239,26 @@ def build_model(
         pairs=ports.pairs,
         axial=ports.axial,
         **_line_arrays(turning, line),
-        block=block_arrays(engine, stationary, block, body.mass, body.centre, settings.gravity),
+        block=block_arrays(engine, stationary, block, body.mass, body.centre),
         ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2]])),
         tilts=contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),
         bearings=mains,
-        thrust=thrust_bearing(engine.thrust, eta, law.clearance, journals.collar),
+        thrust=thrust_bearing(engine.thrust, REFERENCE_VISCOSITY, law.clearance, journals.collar),
         pins=contiguous(turning.positions[pins, :2]),
         big_ends=big_ends,
         floating=floating,
         connections=ports.connections,
         scales=ports.scales,
         layout=ports.layout,
-        damper=damper,
+        damper=np.zeros(PARAMETERS),
         cylinders=cylinder_parameters(engine, free_big_ends),
         gas=contiguous(np.array([spline_coefficients(gas.motored), spline_coefficients(gas.fired - gas.motored)])),
         films=films,
-        scalars=_scalars(engine, settings, gas, line, (float(pulley[5, 5]), warmth)),
+        scalars=_scalars(engine, settings, gas, line, float(pulley[5, 5])),
         kinks=kinks(gas.fired),
-        choices=_choices(settings),
-        stages=integrator_table(settings.integrator),
+        choices=np.zeros(CHOICES),
+        stages=np.zeros(constants.tables.shape[1:]),
+        basis=constants,
         build=build_mark(),
     )
 
@@ -287,11 +306,11 @@ def _line_arrays(turning: ReducedBody, line: TorsionalLine) -> dict[str, Array]:
     }
 
 
-def _big_ends(engine: Engine, law: Law, eta: float, table: FilmTable | None) -> tuple[Array, Films]:
+def _big_ends(engine: Engine, law: Law, table: FilmTable | None) -> tuple[Array, Films]:
     """Parameters (c, COLUMNS) of the big ends' films, zero where there are none, and their law."""
     parameters = np.zeros((engine.n_cylinders, COLUMNS))
     if engine.big_end_bearing is not None:
-        parameters[:] = bearing_parameters(engine.big_end_bearing, eta)
+        parameters[:] = bearing_parameters(engine.big_end_bearing, REFERENCE_VISCOSITY)
     bearings = Bearings(parameters, engine.big_end_bearing, parts={"big_end_table": table})
     return parameters, law_films(law, BIG_END, bearings)
 
@@ -301,39 +320,19 @@ def _stationary_damping(engine: Engine, body: ReducedBody) -> Array:
     return np.asarray(2.0 * (engine.block.damping_ratio if engine.block is not None else 0.0) * body.omega)
 
 
-def _scalars(engine: Engine, settings: Settings, gas: GasTrace, line: TorsionalLine, own: tuple[float, float]) -> Array:
-    """Scalars of the model; ``own``: the crank's rotation per amplitude of its rigid mode, the damper's warmth, K."""
-    rotation, warmth = own
+def _scalars(engine: Engine, settings: Settings, gas: GasTrace, line: TorsionalLine, rotation: float) -> Array:
+    """Scalars of the model that are no numbers of a run; ``rotation``: the crank's per amplitude of its rigid mode."""
     filtered = engine.drive_line.speed_filter_time
     scalars = np.zeros(SCALARS)
-    scalars[GRAVITY] = settings.gravity
-    scalars[CRANKCASE] = settings.crankcase_pressure
-    scalars[GAS_LOAD] = settings.gas_load
     scalars[BEST_SPEED] = gas.best_speed
     scalars[FALLOFF] = gas.falloff
     scalars[SHAFT_K] = line.stiffness
     scalars[SHAFT_C] = line.damping
     scalars[FILTER] = 1.0 / filtered if filtered > 0.0 else 0.0
     scalars[RIGID_ROTATION] = rotation
-    scalars[STEP] = settings.step
     scalars[DRIVEN] = BOUNDARIES[settings.boundary]
-    scalars[DAMPER_TEMPERATURE] = warmth
+    scalars[LINE_INERTIA] = line.inertia_at_crank + engine.drive_line.dynamometer_inertia * line.end_speed**2
     return scalars
-
-
-def _choices(settings: Settings) -> Array:
-    """Numbers of what ``settings``, with nothing left open, choose."""
-    method = integrator(settings.integrator)
-    choices = np.zeros(CHOICES)
-    choices[GAS_SOURCE] = GAS_SOURCES[settings.gas_source]
-    choices[RECONSTRUCTION] = RECONSTRUCTIONS[settings.reconstruction]
-    choices[NEWTON_TOLERANCE] = settings.newton_tolerance
-    choices[FILM_CHANGE] = settings.film_change
-    choices[STEP_TOLERANCE] = settings.tolerance if settings.control == "adaptive" else 0.0
-    choices[EMBEDDED_ORDER] = method.embedded
-    choices[ORDER] = max(2, method.order)
-    choices[GAS_DELAY] = settings.gas_delay
-    return choices
 
 
 def supply_temperature(engine: Engine, settings: Settings, speed: float) -> float:
@@ -341,27 +340,31 @@ def supply_temperature(engine: Engine, settings: Settings, speed: float) -> floa
     return settings.oil_temperature or oil_temperature(engine.oil, speed)
 
 
+def pin_positions(engine: Engine) -> tuple[float, float]:
+    """Highest and lowest position of a piston's pin above the crank axis, m: rod and throw in line."""
+    rod, throw, e = engine.rod.length, engine.crankshaft.throw, engine.cylinders.pin_offset
+    return math.sqrt((rod + throw) ** 2 - e * e), math.sqrt((rod - throw) ** 2 - e * e)
+
+
 def cylinder_parameters(engine: Engine, free_big_ends: bool) -> Array:
-    """Pack rods, pistons and phases, (c, 11); the mass of a free big end is a body of its own."""
+    """Pack rods, pistons and phases, (c, 11), but for piston area and clearance volume.
+
+    The mass of a free big end is a body of its own.
+    """
     cylinders, rod = engine.cylinders, engine.rod
-    area = 0.25 * math.pi * cylinders.bore**2
-    throw, e = engine.crankshaft.throw, cylinders.pin_offset
-    # Highest piston-pin position: rod and throw in line.
-    top = math.sqrt((rod.length + throw) ** 2 - e * e)
-    bottom = math.sqrt((rod.length - throw) ** 2 - e * e)
-    clearance = area * (top - bottom) / (cylinders.compression_ratio - 1.0)
+    top, _ = pin_positions(engine)
     rows = [
         [
             rod.small_end_mass,
             cylinders.bank_angles[k],
             engine.firing_angles[k],
-            area,
+            0.0,
             rod.length,
             0.0 if free_big_ends else rod.big_end_mass,
             rod.small_end_mass + cylinders.piston_mass,
             remainder_inertia(rod),
-            e,
-            clearance,
+            cylinders.pin_offset,
+            0.0,
             top,
         ]
         for k in range(engine.n_cylinders)

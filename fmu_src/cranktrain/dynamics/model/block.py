@@ -17,6 +17,8 @@ from cranktrain.engine.model import Engine
 from cranktrain.loads.piston_guidance import guidance_parameters, piston_mass_matrix, piston_modes
 
 DIRECTIONS = 6
+MOUNT_STIFFNESS, MOUNT_DAMPING, MOUNT_PRELOAD, MOUNT_WEIGHT, MOUNT_LAW = range(5)
+"""Columns of a mount's law; the last is its preload (N) per m/s² of gravity."""
 
 
 class BlockArrays(NamedTuple):
@@ -25,10 +27,11 @@ class BlockArrays(NamedTuple):
     stiffness: Array  # (n_b, n_b) of the mounts
     damping: Array  # (n_b, n_b) of the mounts
     preload: Array  # (n_s,) of the mounts
+    weight: Array  # (n_s,) the same per m/s² of gravity
     heads: Array  # (c, n_s) displacement of each head along its cylinder
     liners: Array  # (c, 2) height of each liner's upper and lower ring along its cylinder from the crank axis, m
     mounts: Array  # (6 j, n_s) displacement and rotation of each mount
-    mount_laws: Array  # (6 j, 3) stiffness, damping, preload along each
+    mount_laws: Array  # (6 j, MOUNT_LAW) along each
     cover: Array  # (n_s,) displacement of the bottom cover's middle, upwards
     motion: Array  # (6, n_s) displacement and rotation of the whole block, at its centre of mass
     guidance: Array  # (10,) see loads.piston_guidance
@@ -37,10 +40,9 @@ class BlockArrays(NamedTuple):
 
 
 def block_arrays(
-    engine: Engine, stationary: ReducedBody, block: ReducedBody | None, crank_mass: float, crank_centre: Array,
-    gravity: float,
-) -> BlockArrays:  # fmt: skip
-    """Gather the block's arrays; ``stationary`` holds its modes, then those of guided pistons.
+    engine: Engine, stationary: ReducedBody, block: ReducedBody | None, crank_mass: float, crank_centre: Array
+) -> BlockArrays:
+    """Gather the block's arrays, without preload; ``stationary`` holds its modes, then those of guided pistons.
 
     Raises
     ------
@@ -60,8 +62,8 @@ def block_arrays(
     if block is None:
         # A piston on rigid ground needs no liner: any two heights serve, their displacement is 0.
         return BlockArrays(
-            z((0, 0)), z((0, 0)), z(n), z((count, n)), liners, z((0, n)), z((0, 3)), z(n), z((DIRECTIONS, n)),
-            guidance, shape, shape @ shape.T,
+            z((0, 0)), z((0, 0)), z(n), z(n), z((count, n)), liners, z((0, n)), z((0, MOUNT_LAW)), z(n),
+            z((DIRECTIONS, n)), guidance, shape, shape @ shape.T,
         )  # fmt: skip
     if engine.mounts is None:
         raise InputError(f"engine '{engine.name}' has no [mounts]; add them, or leave the block ground")
@@ -79,15 +81,16 @@ def block_arrays(
     motion = origin.copy()
     motion[:3] += np.cross(origin[3:].T, block.centre).T
     of_block = mounts[:, : block.n_modes]
-    preload = _preload(engine, block, mounts, stiffness, origin, (crank_mass, crank_centre), gravity)
+    weight = _weight(engine, block, mounts, stiffness, origin, (crank_mass, crank_centre))
     return BlockArrays(
         stiffness=np.ascontiguousarray(of_block.T @ (stiffness[:, None] * of_block)),
         damping=np.ascontiguousarray(of_block.T @ (damping[:, None] * of_block)),
-        preload=np.ascontiguousarray(mounts.T @ preload),
+        preload=z(n),
+        weight=np.ascontiguousarray(mounts.T @ weight),
         heads=heads,
         liners=liners,
         mounts=np.ascontiguousarray(mounts),
-        mount_laws=np.ascontiguousarray(np.stack((stiffness, damping, preload), axis=1)),
+        mount_laws=np.ascontiguousarray(np.stack((stiffness, damping, z(weight.size), weight), axis=1)),
         cover=np.ascontiguousarray(stationary.shapes[stationary.index("cover"), 1]),
         motion=motion,
         guidance=guidance,
@@ -96,20 +99,14 @@ def block_arrays(
     )
 
 
-def _preload(
-    engine: Engine,
-    block: ReducedBody,
-    mounts: Array,
-    stiffness: Array,
-    origin: Array,
-    crank: tuple[float, Array],
-    gravity: float,
+def _weight(
+    engine: Engine, block: ReducedBody, mounts: Array, stiffness: Array, origin: Array, crank: tuple[float, Array]
 ) -> Array:
-    """Force of each mount in each direction (6 j,) that carries the weight of the engine at rest."""
+    """Force of each mount in each direction (6 j,) that carries the engine at rest, per m/s² of gravity."""
     rods = (engine.rod.big_end_mass + engine.rod.small_end_mass + engine.cylinders.piston_mass) * engine.n_cylinders
     mass = block.mass + crank[0] + rods
     moment = block.mass * block.centre + (crank[0] + rods) * crank[1]
-    weight = np.array([0.0, -mass * gravity, 0.0, moment[2] * gravity, 0.0, -moment[0] * gravity])
+    weight = np.array([0.0, -mass, 0.0, moment[2], 0.0, -moment[0]])
     # Motion of each mount per motion of the block's origin as a rigid body.
     rigid = mounts[:, :DIRECTIONS] @ np.linalg.inv(origin[:, :DIRECTIONS])
     supports = rigid.T @ (stiffness[:, None] * rigid)

@@ -9,7 +9,6 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.ports import MainJournals
-from cranktrain.engine.lubricant import viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films
@@ -19,6 +18,9 @@ from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import PLAIN, ROLLER, bearing_law, usual_level
 from cranktrain.film.laws.roller import roller_parameters
 from cranktrain.film.table.database import FilmTable
+
+REFERENCE_VISCOSITY = 0.01
+"""Viscosity (Pa s) of all oil in a model that is not prepared yet: any that every law takes."""
 
 
 class Mains(NamedTuple):
@@ -53,13 +55,11 @@ def check_mains(engine: Engine, level: str) -> None:
 def main_bearings(
     engine: Engine,
     level: str,
-    eta: float,
-    temperatures: Array | None,
     table: FilmTable | None,
     bore: BoreCompliance | None,
     cycles: PastCycles | None = None,
 ) -> Mains:
-    """Main bearings at a level, with films of viscosity ``eta``, or each at that of its own temperature (b,), K.
+    """Main bearings at a level, with films of ``REFERENCE_VISCOSITY``.
 
     Raises
     ------
@@ -68,15 +68,12 @@ def main_bearings(
     """
     check_mains(engine, level)
     count, law, kind = len(engine.crankshaft.main_widths), bearing_law(level), mains_kind(engine)
-    if temperatures is not None and np.shape(temperatures) != (count,):
-        raise InputError(f"film temperatures of the form {np.shape(temperatures)}; give one for each of {count} mains")
     if not law.carries:
         parameters = np.zeros((0, COLUMNS))
     elif engine.main_roller is not None:
         parameters = roller_parameters(engine.main_roller)
     else:
-        etas = [eta] * count if temperatures is None else [viscosity(engine.oil, float(t)) for t in temperatures]
-        parameters = np.array([bearing_parameters(engine.plain_mains, own) for own in etas])
+        parameters = np.tile(bearing_parameters(engine.plain_mains, REFERENCE_VISCOSITY), (count, 1))
     parts = {"table": table, "bore": bore, "cycles": cycles}
     bearings = Bearings(parameters, engine.main_bearing, engine.main_roller, parts, oil=engine.oil)
     films = law_films(law, kind, bearings)

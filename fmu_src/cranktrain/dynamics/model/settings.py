@@ -8,6 +8,7 @@ from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.model.mains import check_mains, mains_kind
+from cranktrain.dynamics.model.numbers import LEAST_TOLERANCE, MOST_DELAY, MOST_TOLERANCE
 from cranktrain.dynamics.model.slots import AMBIENT
 from cranktrain.dynamics.time.integrators import INTEGRATORS, amplification, integrator
 from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
@@ -18,7 +19,6 @@ from cranktrain.loads.damper import required_damper
 # Gas source and input reconstruction.
 GAS_SOURCES = {"auto": 0, "builtin": 1, "input": 2}
 RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2, "polytropic": 3}
-MOST_DELAY = 2.0
 CONTROLS = ("fixed", "adaptive")
 BOUNDARIES = {"speed": 1.0, "torque": 0.0}
 """What is given at the dynamometer."""
@@ -132,7 +132,7 @@ def check_levels(settings: Settings, engine: Engine) -> None:
                 f"integrator '{settings.integrator}' has no error estimate, which adaptive control needs; "
                 f"use one of {', '.join(row.name for row in INTEGRATORS.values() if row.embedded)}"
             )
-        if not 1.0e-10 <= settings.tolerance <= 1.0:
+        if not LEAST_TOLERANCE <= settings.tolerance <= MOST_TOLERANCE:
             raise InputError(f"tolerance of adaptive control must be 1e-10 to 1, got {settings.tolerance:g}")
     if not 0.0 <= settings.gas_delay <= MOST_DELAY:
         raise InputError(

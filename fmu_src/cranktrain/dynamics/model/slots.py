@@ -9,14 +9,15 @@ from __future__ import annotations
 # the rod (kg m²), clearance volume (m³), highest position of the piston pin (m).
 M_SMALL, BANK, PHASE, AREA, ROD, M_BIG, M_OSC, DELTA_J, OFFSET, CLEARANCE_VOLUME, STROKE_TOP = range(11)
 # ``ModelArrays.scalars``; ``DRIVEN`` is 1 where the shaft's speed is given, 0 where a torque loads it; ``SHAFT_K`` and
-# ``SHAFT_C`` are those of the whole drive line at the flywheel, as it winds up slowly.
+# ``SHAFT_C`` are those of the whole drive line at the flywheel, as it winds up slowly; ``LINE_INERTIA`` is that of its
+# rotors and the dynamometer as the crank feels it when all turn as one.
 GRAVITY, CRANKCASE, GAS_LOAD, BEST_SPEED, FALLOFF, SHAFT_K, SHAFT_C, FILTER, RIGID_ROTATION, STEP = range(10)
-DRIVEN, DAMPER_TEMPERATURE, SCALARS = 10, 11, 12
+DRIVEN, DAMPER_TEMPERATURE, LINE_INERTIA, SCALARS = 10, 11, 12, 13
 # ``ModelArrays.choices``: numbers of gas source and reconstruction of the inputs, Newton tolerance, share of itself by
 # which a film may close over a step, tolerance of adaptive control (0: fixed steps), order of the embedded method and
-# of the method itself, communication steps by which given pressures are late.
+# of the method itself, communication steps by which given pressures are late, the method's mark in a state.
 GAS_SOURCE, RECONSTRUCTION, NEWTON_TOLERANCE, FILM_CHANGE, STEP_TOLERANCE, EMBEDDED_ORDER, ORDER = range(7)
-GAS_DELAY, CHOICES = 7, 8
+GAS_DELAY, METHOD_MARK, CHOICES = 7, 8, 9
 # ``ModelArrays.layout``: first port of free rods (0: none), connection of the thrust bearing and of the first
 # rod, modes of the crank, of all that turns; the damper's port (0: none); first stationary port of bores'
 # rotations, liners and pistons (0: none); ports in all; main journals of the engine, which may be locked on their axis;
@@ -51,8 +52,24 @@ N_STEPS, N_STAGES, N_ITERATIONS, N_REJECTED, N_FACTORS, WORST_RESIDUAL, N_MISSED
 KEY_STEP, KEY_SPEED, KEYS = range(3)
 # ``Work.powers``: of the gas on the pistons, of friction in mains, in big ends and at liners.
 GAS_POWER, MAINS_FRICTION, BIG_ENDS_FRICTION, LINERS_FRICTION, POWERS = range(5)
-# ``Work.family``.
+# Columns of ``Work.family``.
 STEP_KERNEL, DIFFERENCE_KERNEL = range(2)
+# Columns of ``Basis.methods``, see :mod:`cranktrain.dynamics.model.basis`: order of the embedded
+# method (0: none), order that tolerances follow, how much larger
+# than a stage's own error its share in the step may be, and the mark that states bear.
+EMBEDDED, METHOD_ORDER, AMPLIFICATION, MARK, METHOD_COLUMNS = range(5)
+# ``Basis.cylinders``: bore (m) and compression ratio that the model was made for, stroke of the pistons (m), and 1
+# where a flexible block was made round the bore.
+BORE, COMPRESSION, PISTON_STROKE, BORE_FITTED, CYLINDER_CONSTANTS = range(5)
+# ``Basis.films``: 1 where mains, and where big ends, have oil.
+MAINS_OIL, BIG_ENDS_OIL, FILM_KINDS = range(3)
+# ``Work.start.mean``, what is known of the motion to come: mean wind-up of the shaft (rad) and torque (N m), the
+# crank's rotation against it (rad) and its rate, inertia of crank and rods (kg m², 0: nothing is known).
+START_WINDUP, START_TORQUE, START_ROTATION, START_ROTATION_RATE, START_INERTIA, START_MEAN = range(6)
+# Rows of ``Work.start.block``: load by a unit torque, the block's place and its rate, pivots.
+START_LOAD, START_PLACE, START_RATE, START_PIVOTS, START_ROWS = range(5)
+START_SAMPLES, START_HARMONICS = 720, 361
+"""Angles of a cycle at which the torque on a rigid crank is taken, and its harmonics."""
 ROTATION = 5
 """Rotation about the crank's axis: component of motion of an interface, and mode of the rigid crank."""
 FACTOR_SLOTS = 7

@@ -23,10 +23,15 @@ from cranktrain.dynamics.model.slots import (
     OTHER_INPUTS,
     PORT_VECTORS,
     POWERS,
+    START_HARMONICS,
+    START_MEAN,
+    START_ROWS,
+    START_SAMPLES,
     STEP_KERNEL,
 )
 from cranktrain.dynamics.model.state import MAX_STAGES
-from cranktrain.dynamics.time.integrators import family
+from cranktrain.dynamics.time.integrators import FAMILIES
+from cranktrain.dynamics.time.table import FAMILY, HEAD
 
 
 class Factors(NamedTuple):
@@ -36,6 +41,20 @@ class Factors(NamedTuple):
     inverse: Array  # (slots, n, n) S⁻¹ transposed
     response: Array  # (slots, m, n) S⁻¹Φᵀ, row per port
     compliance: Array  # (slots, m, m) Φ S⁻¹ Φᵀ, transposed
+
+
+class StartRoom(NamedTuple):
+    """Scratch of a run's start, see dynamics.start.mean_motion; n_b modes of the block."""
+
+    mean: Array  # (START_MEAN,)
+    circle: Array  # (2, START_SAMPLES) cosines and sines
+    torque: Array  # (START_SAMPLES,) on a rigid crank over a cycle, N m
+    spectrum: Array  # (2, START_HARMONICS) of it, real and imaginary parts
+    rod: Array  # (16,) of one rod
+    block: Array  # (START_ROWS, n_b)
+    matrix: Array  # (12, 12) of the block as a rigid body, complex numbers as pairs
+    vectors: Array  # (2, 12)
+    joined: Array  # (·, 6) equations of the crank that goes along with the block
 
 
 class Work(NamedTuple):
@@ -61,13 +80,14 @@ class Work(NamedTuple):
     inputs: Array  # (INPUT_ROWS, c + OTHER_INPUTS) the reconstructed inputs
     powers: Array  # (POWERS,) of gas and friction as last observed, W
     backup: Array  # (2, state) state at the start of a communication step and of a sub-step
-    family: NDArray[np.int64]  # (2,) addresses of the integrator's kernels: its step, the difference from its embedded
-    # solution
+    family: NDArray[np.int64]  # (families, 2) addresses of the integrators' kernels by family: a step, the difference
+    # from its embedded solution; 0 where nobody needs them
+    start: StartRoom
     build: NDArray[np.void]  # (0,) see core.build_mark
 
 
-def make_work(model: ModelArrays, state_size: int) -> Work:
-    """Allocate the workspace of one model; compiles its integrator's kernels."""
+def make_work(model: ModelArrays, state_size: int, integrators: bool = False) -> Work:
+    """Allocate the workspace of one model; compiles its integrator's kernels, or those of all ``integrators``."""
     d = dimensions(model)
     n, m = d.modes, d.ports
     z = np.zeros
@@ -91,14 +111,28 @@ def make_work(model: ModelArrays, state_size: int) -> Work:
         inputs=z((INPUT_ROWS, d.cylinders + OTHER_INPUTS)),
         powers=z(POWERS),
         backup=z((2, state_size)),
-        family=z(2, dtype=np.int64),
+        family=z((len(FAMILIES), 2), dtype=np.int64),
+        start=start_room(model),
         build=build_mark(),
     )
-    kernels = family(model.stages)
-    work.family[STEP_KERNEL] = kernel_address(resolve(kernels.step), model, work, np.zeros(state_size), 0, 0.0)
-    if kernels.difference:
-        work.family[DIFFERENCE_KERNEL] = kernel_address(resolve(kernels.difference), model, work, 0.0)
+    for row, kernels in enumerate(FAMILIES.values()):
+        if not integrators and row != int(model.stages[HEAD, FAMILY]):
+            continue
+        own = work.family[row]
+        own[STEP_KERNEL] = kernel_address(resolve(kernels.step), model, work, np.zeros(state_size), 0, 0.0)
+        if kernels.difference:
+            own[DIFFERENCE_KERNEL] = kernel_address(resolve(kernels.difference), model, work, 0.0)
     return work
+
+
+def start_room(model: ModelArrays) -> StartRoom:
+    """Scratch of the start of one model."""
+    z = np.zeros
+    joined = 2 * len(model.pairs) + len(model.axial)
+    return StartRoom(
+        z(START_MEAN), z((2, START_SAMPLES)), z(START_SAMPLES), z((2, START_HARMONICS)), z(16),
+        z((START_ROWS, model.block_ports.shape[1])), z((12, 12)), z((2, 12)), z((joined + 5, 6)),
+    )  # fmt: skip
 
 
 def _factors(n: int, m: int) -> Factors:

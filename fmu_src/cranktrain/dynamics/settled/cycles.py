@@ -103,8 +103,6 @@ class Recorder:
         self.simulation = simulation
         self.step, self.per_cycle = step, per_cycle
         self.taken, self.seconds, self._at_once = 0, 0.0, 4
-        # A free crank may stall at any step, which only single ones watch for.
-        self._single = simulation.model.scalars[DRIVEN] == 0.0
         self.under_way: Array = np.empty((0, simulation.outputs.size))
         simulation.series(step, 1, self.under_way)  # compiles before the clock starts
 
@@ -116,8 +114,7 @@ class Recorder:
             end = min(done + self._at_once, len(rows))
             before = done
             try:
-                if not self._single:
-                    done += self.simulation.series(self.step, first + done + 1, rows[done:end])
+                done += self.simulation.series(self.step, first + done + 1, rows[done:end])
                 while done < end:
                     self.simulation.step((first + done + 1) * self.step)
                     rows[done] = self.simulation.outputs

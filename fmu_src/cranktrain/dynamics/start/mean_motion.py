@@ -12,7 +12,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
@@ -34,21 +33,35 @@ from cranktrain.dynamics.model.slots import (
     RODS,
     SHAFT_C,
     SHAFT_K,
+    START_HARMONICS,
+    START_INERTIA,
+    START_LOAD,
+    START_PIVOTS,
+    START_PLACE,
+    START_RATE,
+    START_ROTATION,
+    START_ROTATION_RATE,
+    START_TORQUE,
+    START_WINDUP,
     TURNING_MODES,
 )
+from cranktrain.dynamics.model.workspace import start_room
 from cranktrain.dynamics.motion.gas import trace_pressure
+from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
 from cranktrain.loads.slider_crank import rod_force
 
-SAMPLES = 720
 ORDERS = 60
 """Harmonics of half an order whose rocking the start takes in."""
+RIGID = 6
+"""Modes of the block as a rigid body."""
+STRAIGHT = 5
+"""Modes of the crank as a rigid body that does not turn."""
 
 
 class Start(NamedTuple):
     """Mean wind-up of the shaft (rad) and torque (N m), the crank's rotation against it (rad) and its rate (rad/s).
 
-    ``inertia`` (kg m²) is that of crank and rods; 0 where nothing is known of the cycle to come. The torque's
-    alternating part is 2 Re Σ ``spectrum`` exp(iωt) over the angular frequencies ``omega`` (k,).
+    ``inertia`` (kg m²) is that of crank and rods; 0 where nothing is known of the cycle to come.
     """
 
     windup: float = 0.0
@@ -56,79 +69,238 @@ class Start(NamedTuple):
     rotation: float = 0.0
     rate: float = 0.0
     inertia: float = 0.0
-    spectrum: NDArray[np.complex128] = np.zeros(0, dtype=np.complex128)
-    omega: Array = np.zeros(0)
 
 
 def rigid_start(model: ModelArrays, speed: float) -> Start:
     """Start of a rigid crank at θ = 0, on its way through the cycle at ``speed``, rad/s."""
-    torque = np.zeros(SAMPLES)
-    _rigid_torque(model, speed, np.zeros(16), torque)
-    stiffness, damping = model.scalars[SHAFT_K], model.scalars[SHAFT_C]
-    mean = float(torque.mean())
-    if stiffness <= 0.0:
-        return Start(torque=mean)
-    if speed <= 0.0:
-        return Start(mean / stiffness, mean)
-    inertia = 1.0 / model.scalars[RIGID_ROTATION] ** 2
-    for cylinder, pin in zip(model.cylinders, model.pins, strict=True):
-        inertia += (cylinder[M_BIG] + 0.5 * cylinder[M_OSC]) * float((pin**2).sum())
-    spectrum = np.fft.rfft(torque - mean) / SAMPLES
-    omega = np.asarray(0.5 * speed * np.arange(spectrum.size), dtype=np.float64)
-    motion = spectrum / (stiffness - inertia * omega**2 + 1j * damping * omega)
-    rotation, rate = 2.0 * float(motion.sum().real), 2.0 * float((1j * omega * motion).sum().real)
-    return Start(mean / stiffness, mean, rotation, rate, inertia, spectrum[1:], omega[1:])
-
-
-def leaning(model: ModelArrays, start: Start) -> tuple[Array, Array]:
-    """Modal displacement and velocity (n,) of an engine that leans and rocks on its mounts, crank at θ = 0."""
-    if model.layout[BORE_ROTATIONS] == 0.0:
-        return np.zeros(model.omega2.size), np.zeros(model.omega2.size)
-    turning, shapes = int(model.layout[TURNING_MODES]), model.block_ports
-    modes, b = shapes.shape[1], model.bearings.shape[0]
-    rotations = int(model.layout[BORE_ROTATIONS]) - model.ports.shape[0]
-    load = -shapes[rotations : rotations + b].mean(axis=0)
-    supported = np.diag(model.omega2[turning : turning + modes]) + model.block.stiffness
-    place = np.linalg.solve(supported, start.torque * load)
-    rate = np.zeros(modes)
-    stiffness, damping = model.block.stiffness[:6, :6], model.block.damping[:6, :6]
-    for torque, omega in zip(start.spectrum[:ORDERS], start.omega[:ORDERS], strict=True):
-        motion = np.linalg.solve(stiffness + 1j * omega * damping - omega**2 * np.eye(6), 2.0 * torque * load[:6])
-        place[:6] += motion.real
-        rate[:6] += (1j * omega * motion).real
-    return carried(model, place), carried(model, rate)
+    room = start_room(model)
+    rigid_motion(model, room, speed)
+    return Start(*map(float, room.mean))
 
 
 def carried(model: ModelArrays, block: Array) -> Array:
     """Motion of all modes (n,) that go along with the block's (n_b,)."""
     q = np.zeros(model.omega2.size)
-    turning, first = int(model.layout[TURNING_MODES]), model.ports.shape[0]
-    modes, shapes = model.block_ports.shape[1], model.block_ports
-    b = model.bearings.shape[0]
-    q[turning : turning + modes] = block
-    # The crank goes along as a rigid body that does not turn, the rest with what carries it.
-    joined = np.concatenate((model.pairs, model.pairs + 1.0, model.axial)).astype(int)
-    place = shapes[joined[:, 1] - first] @ block
-    q[:5] = np.linalg.lstsq(model.ports[joined[:, 0], :5], place, rcond=None)[0]
-    crank, count = int(model.layout[CRANK_MODES]), len(model.cylinders)
-    if model.layout[RODS] > 0.0:
-        pin, rod = 2 * b + 1, int(model.layout[RODS])
-        at_pins = model.ports[pin : pin + 2 * count, :5] @ q[:5]
-        q[crank : crank + 2 * count] = at_pins / np.diag(model.ports[rod : rod + 2 * count, crank:])
-    for c in range(count):
-        liner = int(model.layout[LINERS]) - first + 3 * c
-        across = 0.5 * (shapes[liner] + shapes[liner + 1]) @ block
-        own = turning + modes + 2 * c
-        q[own : own + 2] = np.linalg.solve(model.block.piston_shape, [across, 0.0])
+    carry(model, start_room(model).joined, np.ascontiguousarray(block, dtype=float), q)
     return q
 
 
 @kernel
-def _rigid_torque(model, speed, out, torque):
+def forget_motion(room):
+    """Know nothing of the cycle to come."""
+    for k in range(room.mean.shape[0]):
+        room.mean[k] = 0.0
+    for k in range(room.spectrum.shape[1]):
+        room.spectrum[0, k] = 0.0
+        room.spectrum[1, k] = 0.0
+
+
+@kernel
+def rigid_motion(model, room, speed):
+    """Fill ``room.mean`` with the start of a rigid crank, and ``room.spectrum`` with its alternating torque.
+
+    The torque is its mean and 2 Re Σ (spectrum[0] + i spectrum[1]) exp(iωt) over harmonics of half the speed.
+    """
+    forget_motion(room)
+    mean = room.mean
+    rigid_torque(model, speed, room.rod, room.torque)
+    samples = room.torque.shape[0]
+    total = 0.0
+    for i in range(samples):
+        total += room.torque[i]
+    mean[START_TORQUE] = total / samples
+    stiffness = model.scalars[SHAFT_K]
+    if stiffness <= 0.0:
+        return
+    mean[START_WINDUP] = mean[START_TORQUE] / stiffness
+    if speed <= 0.0:
+        return
+    inertia = 1.0 / model.scalars[RIGID_ROTATION] ** 2
+    for c in range(model.cylinders.shape[0]):
+        x, y = model.pins[c, 0], model.pins[c, 1]
+        inertia += (model.cylinders[c, M_BIG] + 0.5 * model.cylinders[c, M_OSC]) * (x * x + y * y)
+    mean[START_INERTIA] = inertia
+    alternating_torque(room, mean[START_TORQUE])
+    for k in range(1, START_HARMONICS):
+        omega = 0.5 * speed * k
+        # The motion is T̂/(a + ib).
+        a = stiffness - inertia * omega * omega
+        b = model.scalars[SHAFT_C] * omega
+        size = a * a + b * b
+        real = (room.spectrum[0, k] * a + room.spectrum[1, k] * b) / size
+        imaginary = (room.spectrum[1, k] * a - room.spectrum[0, k] * b) / size
+        mean[START_ROTATION] += 2.0 * real
+        mean[START_ROTATION_RATE] -= 2.0 * omega * imaginary
+
+
+@kernel
+def alternating_torque(room, mean):
+    """Fourier coefficients of the torque but for its ``mean``, N m, by direct sums."""
+    samples = room.torque.shape[0]
+    for i in range(samples):
+        room.circle[0, i] = math.cos(2.0 * math.pi * i / samples)
+        room.circle[1, i] = math.sin(2.0 * math.pi * i / samples)
+    for k in range(1, START_HARMONICS):
+        real = 0.0
+        imaginary = 0.0
+        at = 0
+        for i in range(samples):
+            real += (room.torque[i] - mean) * room.circle[0, at]
+            imaginary -= (room.torque[i] - mean) * room.circle[1, at]
+            at += k
+            if at >= samples:
+                at -= samples
+        room.spectrum[0, k] = real / samples
+        room.spectrum[1, k] = imaginary / samples
+
+
+@kernel
+def lean(model, work, speed, place, rate):
+    """Modal displacement and velocity (n,) of an engine that leans and rocks on its mounts, crank at θ = 0.
+
+    They follow from the torque in ``work.start``. Returns 0, or 1 where the mounts do not hold the engine.
+    """
+    for i in range(model.omega2.shape[0]):
+        place[i] = 0.0
+        rate[i] = 0.0
+    if model.layout[BORE_ROTATIONS] == 0.0:
+        return 0
+    room = work.start
+    turning = int(model.layout[TURNING_MODES])
+    modes = model.block_ports.shape[1]
+    b = model.bearings.shape[0]
+    first = int(model.layout[BORE_ROTATIONS]) - model.ports.shape[0]
+    load = room.block[START_LOAD]
+    own = room.block[START_PLACE]
+    own_rate = room.block[START_RATE]
+    pivots = room.block[START_PIVOTS]
+    supported = work.block.scratch
+    for i in range(modes):
+        load[i] = 0.0
+        for k in range(b):
+            load[i] -= model.block_ports[first + k, i] / b
+        own[i] = room.mean[START_TORQUE] * load[i]
+        own_rate[i] = 0.0
+        for j in range(modes):
+            supported[i, j] = model.block.stiffness[i, j]
+        supported[i, i] += model.omega2[turning + i]
+    if factor_lu(supported, modes, pivots) != 0:
+        return 1
+    solve_lu(supported, modes, pivots, own)
+    for k in range(1, ORDERS + 1):
+        if rock(model, room, 0.5 * speed * k, k) != 0:
+            return 1
+    carry(model, room.joined, own, place)
+    carry(model, room.joined, own_rate, rate)
+    return 0
+
+
+@kernel
+def rock(model, room, omega, harmonic):
+    """Add the block's motion as a rigid body under one harmonic of the torque; 0, or 1 where it is not held."""
+    load = room.block[START_LOAD]
+    own = room.block[START_PLACE]
+    own_rate = room.block[START_RATE]
+    matrix, motion, pivots = room.matrix, room.vectors[0], room.vectors[1]
+    for i in range(RIGID):
+        motion[i] = 2.0 * room.spectrum[0, harmonic] * load[i]
+        motion[RIGID + i] = 2.0 * room.spectrum[1, harmonic] * load[i]
+        for j in range(RIGID):
+            matrix[i, j] = matrix[RIGID + i, RIGID + j] = model.block.stiffness[i, j]
+            matrix[RIGID + i, j] = omega * model.block.damping[i, j]
+            matrix[i, RIGID + j] = -matrix[RIGID + i, j]
+        matrix[i, i] -= omega * omega
+        matrix[RIGID + i, RIGID + i] -= omega * omega
+    if factor_lu(matrix, 2 * RIGID, pivots) != 0:
+        return 1
+    solve_lu(matrix, 2 * RIGID, pivots, motion)
+    for i in range(RIGID):
+        own[i] += motion[i]
+        own_rate[i] -= omega * motion[RIGID + i]
+    return 0
+
+
+@kernel
+def carry(model, joined, block, q):
+    """Motion q (n,) of all modes that go along with the block's (n_b,); ``joined`` (rows, 6) is scratch."""
+    turning, first = int(model.layout[TURNING_MODES]), model.ports.shape[0]
+    modes, shapes = block.shape[0], model.block_ports
+    for i in range(q.shape[0]):
+        q[i] = 0.0
+    for i in range(modes):
+        q[turning + i] = block[i]
+    # The crank goes along as a rigid body that does not turn, the rest with what carries it.
+    row = 0
+    for part in range(3):
+        pairs = model.axial if part == 2 else model.pairs
+        for k in range(pairs.shape[0]):
+            port = int(pairs[k, 0]) + part % 2
+            still = int(pairs[k, 1]) + part % 2 - first
+            for i in range(STRAIGHT):
+                joined[row, i] = model.ports[port, i]
+            joined[row, STRAIGHT] = 0.0
+            for i in range(modes):
+                joined[row, STRAIGHT] += shapes[still, i] * block[i]
+            row += 1
+    least_squares(joined, q)
+    crank, count = int(model.layout[CRANK_MODES]), model.cylinders.shape[0]
+    if model.layout[RODS] > 0.0:
+        pin, rod = 2 * model.bearings.shape[0] + 1, int(model.layout[RODS])
+        for k in range(2 * count):
+            moved = 0.0
+            for i in range(STRAIGHT):
+                moved += model.ports[pin + k, i] * q[i]
+            q[crank + k] = moved / model.ports[rod + k, crank + k]
+    shape = model.block.piston_shape
+    determinant = shape[0, 0] * shape[1, 1] - shape[0, 1] * shape[1, 0]
+    for c in range(count):
+        liner = int(model.layout[LINERS]) - first + 3 * c
+        across = 0.0
+        for i in range(modes):
+            across += 0.5 * (shapes[liner, i] + shapes[liner + 1, i]) * block[i]
+        own = turning + modes + 2 * c
+        q[own] = shape[1, 1] * across / determinant
+        q[own + 1] = -shape[1, 0] * across / determinant
+
+
+@kernel
+def least_squares(rows, x):
+    """Solve the first columns of ``rows`` (destroyed) for its last one, into ``x``: by modified Gram and Schmidt.
+
+    As many of its rows as there are unknowns come last and are scratch, for the triangle that is left.
+    """
+    unknowns = rows.shape[1] - 1
+    count = rows.shape[0] - unknowns
+    for j in range(unknowns):
+        triangle = rows[count + j]
+        size = 0.0
+        for r in range(count):
+            size += rows[r, j] * rows[r, j]
+        size = math.sqrt(size)
+        triangle[j] = size
+        for r in range(count):
+            rows[r, j] /= size
+        for k in range(j + 1, unknowns + 1):
+            along = 0.0
+            for r in range(count):
+                along += rows[r, j] * rows[r, k]
+            triangle[k] = along
+            for r in range(count):
+                rows[r, k] -= along * rows[r, j]
+    for j in range(unknowns - 1, -1, -1):
+        x[j] = rows[count + j, unknowns]
+        for k in range(j + 1, unknowns):
+            x[j] -= rows[count + j, k] * x[k]
+        x[j] /= rows[count + j, j]
+
+
+@kernel
+def rigid_torque(model, speed, out, torque):
     """Torque of all rods about the axis at uniform angles over a cycle, rigid crank at constant speed, N m."""
     count = torque.shape[0]
     for i in range(count):
         theta = 4.0 * math.pi * i / count
+        torque[i] = 0.0
         for c in range(model.cylinders.shape[0]):
             rod = model.cylinders[c]
             cos = math.cos(theta - rod[BANK])

@@ -21,6 +21,7 @@ from cranktrain.dynamics.model.slots import (
 )
 from cranktrain.dynamics.model.state import OUTPUT_MEAN, OUTPUT_VARIANCE, POSITION, SHAFT_SPEED, offset
 from cranktrain.dynamics.motion.gas import trace_angle
+from cranktrain.dynamics.time.table import FAMILY, HEAD
 from cranktrain.film.laws.films import CLOSES, CONTACT
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT
 
@@ -31,7 +32,8 @@ LEAST_TORSION, LEAST_AXIAL = 1.0e-6, 1.0e-8
 @kernel
 def step_error(model, work, state, h):
     """Estimated error of the step just taken, in units of the tolerance of adaptive control."""
-    call_kernel(work.family[DIFFERENCE_KERNEL], (model, work, h))  # type: ignore[call-arg]
+    family = int(model.stages[HEAD, FAMILY])
+    call_kernel(work.family[family, DIFFERENCE_KERNEL], (model, work, h))  # type: ignore[call-arg]
     worst = 0.0
     for j in range(2):
         change = 0.0

@@ -144,7 +144,11 @@ def carried(table: Array) -> tuple[tuple[int, int], ...]:
 
 def amplification(name: str) -> float:
     """How much larger than a stage's own error its share in the step may be: the table's largest coefficient, or 1."""
-    table = integrator_table(name)
+    return largest_coefficient(integrator_table(name))
+
+
+def largest_coefficient(table: Array) -> float:
+    """Largest coefficient of a method's stages, or 1."""
     return max(1.0, float(np.abs(table[FIRST_STAGE : FIRST_STAGE + int(table[HEAD, STAGES]), :NODE]).max()))
 
 

@@ -1,8 +1,18 @@
-"""What became of a step: the integer that kernels return, and what a user can do about it."""
+"""What became of a step, or of a preparation: the integer that kernels return, and what a user can do about it."""
 
 from __future__ import annotations
 
-OK, DIVERGED, SINGULAR, FILM_FAILED = range(4)
+from collections.abc import Sequence
+
+OK, DIVERGED, SINGULAR, FILM_FAILED, STALLED = range(5)
+NOT_EMBEDDED, TOLERANCE_RANGE, STEP_RANGE, DELAY_RANGE, UNKNOWN_METHOD, OIL_RANGE, THIN_OIL = range(16, 23)
+DAMPER_RANGE, BORE_FIXED = 23, 24
+NO_EQUILIBRIUM = 32
+NOT_AHEAD = 10
+INPUT_NOT_FINITE, INPUT_NEGATIVE = 1000, 2000
+"""To these the place among the inputs is added."""
+REFUSED, FAILED = "refused", "failed"
+"""Kinds of statuses: of what is asked for, and of a step that other inputs or a shorter step may mend."""
 REMEDIES = {
     DIVERGED: (
         "the forces at the ports found no balance",
@@ -12,11 +22,40 @@ REMEDIES = {
         "the equations of the structure are singular",
         "check mounts, drive line and dampers for stiffnesses that are zero or far too large",
     ),
+    STALLED: (
+        "the load torque stalls the engine, which does not run backwards",
+        "lower the torque",
+    ),
     FILM_FAILED: (
         "a film found no pressure that fulfils its equations",
         "use a smaller solver.step, or check clearance, oil temperature and the bearing's table or mesh",
     ),
+    NO_EQUILIBRIUM: (
+        "a film cannot carry the load at the start",
+        "lower the pressures or check clearance and viscosity",
+    ),
 }
-"""What each failure of a step means, and what to try."""
-NO_START = ("a film cannot carry the load at the start", "lower the pressures or check clearance and viscosity")
-"""The same where a run finds no start."""
+"""What each failure of a step or a start means, and what to try."""
+REFUSALS = {
+    NOT_EMBEDDED: "the integrator has no error estimate, which adaptive control needs; take another, or fixed steps",
+    TOLERANCE_RANGE: "tolerance of adaptive control must be 1e-10 to 1",
+    STEP_RANGE: "internal step must be a positive angle",
+    DELAY_RANGE: "given pressures may be 0 to 2 communication steps late",
+    UNKNOWN_METHOD: "the integrator does not exist",
+    OIL_RANGE: "the oil's law has no value at its temperature; give a higher one",
+    THIN_OIL: "Roelands' law needs oil of a higher viscosity; give a lower temperature",
+    DAMPER_RANGE: "the damper's temperature lies outside the range of its law",
+    BORE_FIXED: "the flexible block was made for another bore; leave it there",
+}
+"""Why a model cannot be prepared."""
+
+
+def statuses(input_names: Sequence[str]) -> dict[int, tuple[str, str]]:
+    """Kind and text of every status but 0 that the kernels of a run return, by its number."""
+    found = {code: (FAILED, f"{cause}; {remedy}") for code, (cause, remedy) in REMEDIES.items()}
+    found |= {code: (REFUSED, text) for code, text in REFUSALS.items()}
+    found[NOT_AHEAD] = REFUSED, "a communication step must be positive, and at most 1 s"
+    for k, name in enumerate(input_names):
+        found[INPUT_NOT_FINITE + k] = REFUSED, f"{name} must be a finite number"
+        found[INPUT_NEGATIVE + k] = REFUSED, f"{name} must not be negative"
+    return found

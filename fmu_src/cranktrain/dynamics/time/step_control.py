@@ -84,8 +84,8 @@ from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.dynamics.time.error_estimate import event_within, remember_outputs, step_error
 from cranktrain.dynamics.time.reconstruction import given_pressures, is_sliver, reconstruct, take_sample
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, to_ports
-from cranktrain.dynamics.time.status import OK, SINGULAR
-from cranktrain.dynamics.time.table import FIRST_STAGE, HEAD, NODE, STAGES, coefficients
+from cranktrain.dynamics.time.status import OK, SINGULAR, STALLED
+from cranktrain.dynamics.time.table import FAMILY, FIRST_STAGE, HEAD, NODE, STAGES, coefficients
 from cranktrain.film.laws.films import RATE as FILM_RATE
 from cranktrain.film.laws.films import film_call
 from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_motion
@@ -223,7 +223,7 @@ def sub_step(model, work, state, begin, h, halvings):
         work.key[slot, KEY_SPEED] = state[OMEGA_REFERENCE]
     open_step(model, work, state)
     angle, speed, _, acceleration = base_motion(model, work, state, begin, h)
-    status: int = call_kernel(work.family[STEP_KERNEL], (model, work, state, slot, h))  # type: ignore[call-arg]
+    status: int = call_kernel(work.family[int(table[HEAD, FAMILY]), STEP_KERNEL], (model, work, state, slot, h))  # type: ignore[call-arg]
     if status != OK:
         return status
     state[STEP_LAST] = h
@@ -298,7 +298,8 @@ def advance(model, work, state, inputs, t_end):
     """Advance ``state`` to ``t_end`` with the inputs of this point; a stage status.
 
     A sub-step is halved, up to MAX_HALVINGS times, while a film would change by more than its share over it, after a
-    failure, and as adaptive control asks. A sliver of time leaves the state as it is.
+    failure, and as adaptive control asks. A sliver of time leaves the state as it is. An engine that would turn
+    backwards under its load has stalled.
     """
     size = state.shape[0]
     interval = t_end - state[TIME]
@@ -346,6 +347,10 @@ def advance(model, work, state, inputs, t_end):
                 return status
             for i in range(size):
                 state[i] = work.backup[1, i]
+    if model.scalars[DRIVEN] == 0.0 and state[SHAFT_SPEED] < 0.0:
+        for i in range(size):
+            state[i] = work.backup[0, i]
+        return STALLED
     state[TIME] = t_end
     state[SUBSTEPS] = taken
     state[ITERATIONS] = work.counters[N_ITERATIONS] - iterations

@@ -9,7 +9,6 @@ viscosity stays what it is there: these laws are not measured further.
 from __future__ import annotations
 
 import math
-from functools import cache
 
 import numpy as np
 
@@ -39,7 +38,8 @@ HIGHEST = 1.0e9
 INTERVALS = 256
 SMALL_FALL = 0.01
 """Fall of pressure, over that by which the viscosity falls e-fold, that the tangent describes."""
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
+GAUSS = tuple((float(point), float(weight)) for point, weight in zip(*np.polynomial.legendre.leggauss(6), strict=True))
+"""Places and weights by which q is integrated over an interval."""
 
 # Columns of a table.
 Q, SLOPE = 0, 1
@@ -54,22 +54,33 @@ def oil_tables(oil: Oil, viscosities: Array) -> OilTables | None:
     laws = [pressure_constants(oil, float(eta)) for eta in viscosities]
     if laws[0][0] == CONSTANT and not compressible:
         return None
-    return OilTables(HIGHEST / INTERVALS, np.array([_table(*law, compressible) for law in laws]), compressible)
+    values = np.zeros((len(laws), INTERVALS + 1, 2))
+    for table, law in zip(values, laws, strict=True):
+        fill_oil_table(*law, compressible, table)
+    return OilTables(HIGHEST / INTERVALS, values, compressible)
 
 
-@cache
-def _table(law: int, first: float, second: float, compressible: bool) -> Array:
-    """One table, (INTERVALS + 1, 2)."""
+@kernel
+def fill_oil_table(law, first, second, compressible, table):
+    """Fill ``table`` (n, 2) of an oil by the constants of :func:`cranktrain.engine.lubricant.pressure_constants`."""
+    step = HIGHEST / INTERVALS
+    half = 0.5 * step
+    reduced = 0.0
+    for i in range(table.shape[0]):
+        table[i, Q] = reduced
+        table[i, SLOPE] = mobility(law, first, second, compressible, i * step)
+        part = 0.0
+        for k in range(len(GAUSS)):
+            point, weight = GAUSS[k]
+            part += weight * mobility(law, first, second, compressible, i * step + half * (1.0 + point))
+        reduced += half * part
 
-    def mobility(pressures: Array) -> Array:
-        factors = [pressure_factor(law, p, first, second)[0] for p in pressures.ravel()]
-        densities = [density_factor(p)[0] if compressible else 1.0 for p in pressures.ravel()]
-        return (np.array(densities) / factors).reshape(pressures.shape)
 
-    places = np.linspace(0.0, HIGHEST, INTERVALS + 1)
-    half = 0.5 * (places[1] - places[0])
-    parts = half * (mobility(places[:-1, None] + half * (1.0 + _POINTS)) @ _WEIGHTS)
-    return np.column_stack([np.append(0.0, np.cumsum(parts)), mobility(places)])
+@kernel
+def mobility(law, first, second, compressible, pressure):
+    """r/f of an oil at a pressure, Pa."""
+    density = density_factor(pressure)[0] if compressible else 1.0
+    return density / pressure_factor(law, pressure, first, second)[0]
 
 
 @kernel

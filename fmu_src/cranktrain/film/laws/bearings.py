@@ -13,7 +13,7 @@ from cranktrain.core.kernel import keep_record, kernel_address
 from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import JournalBearing, Oil, PlainBearing, ThrustBearing
-from cranktrain.film.laws.films import CLOSES, CONTACT, MEMORY, SIZE, Films, no_films
+from cranktrain.film.laws.films import CLOSES, CONTACT, MEMORY, SIZE, VISCOUS, Films, no_films
 from cranktrain.film.laws.parabolic import film_geometry
 from cranktrain.film.laws.register import BIG_END, ROLLER, THRUST, Law
 
@@ -78,7 +78,7 @@ def law_films(law: Law, kind: str, bearings: Bearings) -> Films:
         if bearings.parts.get(part) is None:
             ratio = bearings.plain.width / bearings.plain.diameter if bearings.plain else 0.0
             raise InputError(f"{what} needs {_MISSING.get(part, part).format(ratio=ratio)}")
-    films.traits[CLOSES], films.traits[CONTACT] = form.closes, form.contact
+    films.traits[[CLOSES, CONTACT, VISCOUS]] = form.closes, form.contact, form.viscous
     record = resolve(form.record)(bearings)
     films.traits[MEMORY] = resolve(form.memory)(record) if form.memory else 0.0
     return enter(films._replace(solved=bearings.solved), resolve(form.kernel), record)
@@ -93,6 +93,7 @@ def thrust_bearing(thrust: ThrustBearing, viscosity: float, clearance: bool, til
     films = no_films(1)
     films.traits[CLOSES] = clearance
     form = THRUST["closed" if not clearance else "tilting" if tilt else "axial"]
+    films.traits[VISCOUS] = form.viscous
     return enter(films, resolve(form.kernel), resolve(form.record)(thrust, viscosity))
 
 

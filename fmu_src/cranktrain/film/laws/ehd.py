@@ -20,6 +20,7 @@ import numpy as np
 
 from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
+from cranktrain.engine.lubricant import PRESSURE_LAWS, ROELANDS, roelands_constants
 from cranktrain.engine.parts import Oil, PlainBearing
 from cranktrain.film.contact.asperity import bearing_contact_constants
 from cranktrain.film.contact.gap import over
@@ -27,6 +28,7 @@ from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.elastic.film import CONVERGED, elastic_film
 from cranktrain.film.elastic.grid import (
     CLEARANCE,
+    COMPRESSIBLE,
     FILM_MIN,
     FILM_MIN_ANGLE,
     FRICTION_TORQUE,
@@ -35,6 +37,7 @@ from cranktrain.film.elastic.grid import (
     N_Z,
     OIL,
     OIL_ROW,
+    OIL_STEP,
     OUT_SIZE,
     PRESSURE_MAX,
     SIDE_FLOW,
@@ -45,7 +48,7 @@ from cranktrain.film.elastic.grid import (
     FilmHistory,
 )
 from cranktrain.film.elastic.grid import FORCE as FORCE_ON_JOURNAL
-from cranktrain.film.elastic.oil import OilTables, oil_tables
+from cranktrain.film.elastic.oil import OilTables, fill_oil_table, oil_tables
 from cranktrain.film.laws.films import (
     ANGLE,
     CLOSE_STAGE,
@@ -69,6 +72,8 @@ from cranktrain.film.laws.films import (
     STAGE,
     STEP,
 )
+from cranktrain.film.laws.films import OIL as NEW_OIL
+from cranktrain.film.laws.films import VISCOSITY as NEW_VISCOSITY
 from cranktrain.film.laws.in_space import closing_rate, force_in_frame, turn_pairs
 from cranktrain.film.laws.parameters import VISCOSITY as VISCOSITIES
 from cranktrain.film.laws.past_cycle import (
@@ -140,6 +145,7 @@ class ElasticBore(NamedTuple):
     memory: ElasticMemory
     contact_height: Array  # (1,) m, the least gap that counts when a film closes
     viscosities: Array  # (b,) Pa s
+    oil_law: Array  # (2,) what pressure does to the oil: law and slope (1/Pa), see engine.lubricant
     past: PastCycle
 
 
@@ -162,8 +168,13 @@ def elastic_bore(
     past = no_past(0, 0) if cycles is None else cycles.room(count, shapes, grid.size)
     return ElasticBore(
         film, grid.work(shapes), elastic_memory(film, count, cycles is not None),
-        np.array([bearing.contact_height]), np.array(viscosities, dtype=float), past,
+        np.array([bearing.contact_height]), np.array(viscosities, dtype=float), _oil_law(oil), past,
     )  # fmt: skip
+
+
+def _oil_law(oil: Oil | None) -> Array:
+    """Law of the viscosity under pressure and its slope, (2,)."""
+    return np.zeros(2) if oil is None else np.array([PRESSURE_LAWS[oil.pressure_law], oil.pressure_viscosity])
 
 
 def elastic_films(bearings: Bearings) -> ElasticBore:
@@ -221,8 +232,10 @@ def elastic_memory(film: ElasticFilm, bearings: int, cyclic: bool = False) -> El
 
 _SMALL = SMALLEST.film(1.0, 1.0, 1.0e-3, 1.0)
 _read = record_reader(
-    ElasticBore(_SMALL, SMALLEST.work(0), elastic_memory(_SMALL, 1), np.zeros(1), np.zeros(1), no_past(0, 0))
-)
+    ElasticBore(
+        _SMALL, SMALLEST.work(0), elastic_memory(_SMALL, 1), np.zeros(1), np.zeros(1), np.zeros(2), no_past(0, 0)
+    )
+)  # fmt: skip
 
 
 @law_kernel
@@ -281,6 +294,8 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
     elif action == CLOSE_STEP:
         end_step(bore.past)
         _keep_memory(own, i, int(numbers[STAGE]), memory)
+    elif action == NEW_OIL:
+        return _take_oil(bore, i, numbers[NEW_VISCOSITY])
     else:
         _move(own, place, velocity, cos, sin)
         if action == RATE:
@@ -298,6 +313,24 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         out[FLOW] = kept[first + SIDE_FLOW]
         out[GAP] = max(kept[first + FILM_MIN], 0.0)
         out[GAP_ANGLE] = kept[first + FILM_MIN_ANGLE]
+    return 0
+
+
+@kernel
+def _take_oil(bore, i, viscosity):
+    """Let film i be of another viscosity, Pa s; 1 where it is too thin for what pressure does to it."""
+    bore.viscosities[i] = viscosity
+    constants = bore.film.constants
+    if constants[OIL_STEP] == 0.0:
+        return 0
+    law = int(bore.oil_law[0])
+    first = bore.oil_law[1]
+    second = 0.0
+    if law == ROELANDS:
+        first, second = roelands_constants(viscosity, bore.oil_law[1])
+        if not first > 0.0:
+            return 1
+    fill_oil_table(law, first, second, constants[COMPRESSIBLE] > 0.0, bore.film.oil[i])
     return 0
 
 

@@ -13,6 +13,9 @@ in a record of its own. It knows these actions:
 and laws whose films remember what happened to them also those of a step, in this order: OPEN_STEP takes the memory from
 the state; OPEN_STAGE the times of a stage; CLOSE_STAGE solves the films at the stage's last place; CLOSE_STEP leaves
 the memory in the state. RATE tells how fast a film closes: ``out[0]``, 1/s. The status is 0, or tells of a failure.
+
+Laws whose record holds more of the oil than the bearings' parameters (trait VISCOUS) are told of another one by OIL:
+film i is of the viscosity in ``numbers`` from then on.
 """
 
 from __future__ import annotations
@@ -39,16 +42,16 @@ P_MAX, FLOW, GAP, GAP_ANGLE, SIZE = 39, 40, 41, 42, 43
 # What a law of the plane writes before :func:`widen`: forces (2), tangents by place and velocity (2 × 2 each).
 PLANE_BY_PLACE, PLANE_BY_VELOCITY, PLANE_ECCENTRICITY = 2, 6, 10
 
-FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE = range(7)
+FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL = range(8)
 # Columns of ``numbers``: the sum of the speeds of journal and bore (rad/s); cosine and sine of the frame's angle; time
 # from the step's start to the stage, step, g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; 1 where
 # tangents are kept: a law may leave those that it found last; the difference of the speeds of journal and bore (rad/s);
-# the frame's angle, whole turns counted (rad).
-SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, NUMBERS = range(11)
+# the frame's angle, whole turns counted (rad); the viscosity at ambient pressure (Pa s), for OIL.
+SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, NUMBERS = range(12)
 
 # Traits of a law: values that one film keeps in the state; 1 where its least gap limits the step; 1 where its force has
-# a kink at the contact height.
-MEMORY, CLOSES, CONTACT, TRAITS = range(4)
+# a kink at the contact height; 1 where it is told of the oil.
+MEMORY, CLOSES, CONTACT, VISCOUS, TRAITS = range(5)
 
 
 class Films(NamedTuple):

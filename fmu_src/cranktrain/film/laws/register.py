@@ -34,6 +34,7 @@ class Form:
     closes : whether the least gap limits the step
     contact : whether its force has a kink at the contact height, which adaptive steps look for
     memory : ``memory(record)``, how many values one film keeps in the state; empty where it keeps none
+    viscous : whether its record holds more of the oil than the bearings' parameters, and is told by action OIL
     """
 
     kernel: Named = ""
@@ -43,6 +44,7 @@ class Form:
     closes: bool = True
     contact: bool = False
     memory: Named = ""
+    viscous: bool = False
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,7 @@ def bearing_law(name: str, what: str = "bearing level") -> Law:
 
 _HERE = "cranktrain.film.laws"
 THRUST = {
-    name: Form(f"{_HERE}.thrust:{name}_thrust", f"{_HERE}.thrust:thrust_pads")
+    name: Form(f"{_HERE}.thrust:{name}_thrust", f"{_HERE}.thrust:thrust_pads", viscous=name != "closed")
     for name in ("closed", "axial", "tilting")
 }
 """Forms of the thrust bearing: without clearance, with films under a collar square to its axis, or one that tilts."""
@@ -182,6 +184,7 @@ for _law in (
                 ("bore",),
                 tilt=True,
                 memory=f"{_HERE}.ehd:film_values",
+                viscous=True,
             )
         },
         film=True,

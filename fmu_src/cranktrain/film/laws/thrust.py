@@ -29,7 +29,7 @@ import numpy as np
 from cranktrain.core.kernel import kernel, law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import ThrustBearing
-from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, RATE, SIN, SPEED
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, OIL, RATE, SIN, SPEED, VISCOSITY
 
 AMBIENT = 101325.0
 FILM_FLOOR = 0.2
@@ -92,7 +92,6 @@ def thrust_parameters(thrust: ThrustBearing, viscosity: float) -> Array:
     """Pack one thrust bearing for the kernels, (ARMS + 2 pads,)."""
     radius, length, width = pad_size(thrust)
     start, step = _film_steps(thrust)
-    films, damping = _damping_by_film(thrust)
     angles = 2.0 * math.pi * (np.arange(thrust.pads) + 0.5) / thrust.pads
     return np.array(
         [
@@ -105,7 +104,7 @@ def thrust_parameters(thrust: ThrustBearing, viscosity: float) -> Array:
             0.5 * thrust.taper * radius / length,
             start,
             step,
-            *_spline(films**2 * viscosity * damping),
+            *(viscosity * _damping_by_film(thrust)),
             *(radius * np.stack([np.sin(angles), -np.cos(angles)], axis=1)).ravel(),
         ]
     )
@@ -118,12 +117,12 @@ def _film_steps(thrust: ThrustBearing) -> tuple[float, float]:
 
 
 @cache
-def _damping_by_film(thrust: ThrustBearing) -> tuple[np.ndarray, np.ndarray]:
-    """Least films (n,), m, and a pad's damping over viscosity at each (n,), m: the same at all temperatures."""
+def _damping_by_film(thrust: ThrustBearing) -> Array:
+    """Spline of h² S over the viscosity, (N_FILMS + 2,) m³: the same at all temperatures."""
     start, step = _film_steps(thrust)
     films = np.exp(start + step * np.arange(N_FILMS))
     _, length, width = pad_size(thrust)
-    return films, pad_damping(films, thrust.taper, length, width)
+    return _spline(films**2 * pad_damping(films, thrust.taper, length, width))
 
 
 class ThrustPads(NamedTuple):
@@ -131,11 +130,12 @@ class ThrustPads(NamedTuple):
 
     parameters: Array  # see above
     tilted: Array  # (21,) result of :func:`thrust_force_tilted`
+    spline: Array  # (N_FILMS + 2,) its part in the parameters, over the viscosity
 
 
 def thrust_pads(thrust: ThrustBearing, viscosity: float) -> ThrustPads:
     """The bearing with oil of ``viscosity``, Pa s."""
-    return ThrustPads(thrust_parameters(thrust, viscosity), np.zeros(21))
+    return ThrustPads(thrust_parameters(thrust, viscosity), np.zeros(21), _damping_by_film(thrust).copy())
 
 
 def _spline(values: np.ndarray) -> np.ndarray:
@@ -284,7 +284,7 @@ def thrust_force_tilted(z, tx, ty, vz, vtx, vty, speed, parameters, out):
 # The bearing as the running model calls it, see :mod:`cranktrain.film.laws.films`: places (z, θ_x, θ_y) of the collar
 # against its middle, in the frame's axes, and (F_z, M_x, M_y) on it.
 
-_read = record_reader(ThrustPads(np.zeros(1), np.zeros(1)))
+_read = record_reader(ThrustPads(np.zeros(1), np.zeros(1), np.zeros(1)))
 
 
 @kernel
@@ -310,9 +310,19 @@ def closed_thrust(record, action, i, place, velocity, numbers, memory, out):
     return 0
 
 
+@kernel
+def _take_oil(bearing, viscosity):
+    """Let the pads be of another viscosity, Pa s; 0."""
+    for k in range(bearing.spline.shape[0]):
+        bearing.parameters[SPLINE + k] = viscosity * bearing.spline[k]
+    return 0
+
+
 @law_kernel
 def axial_thrust(record, action, i, place, velocity, numbers, memory, out):
     """Films and contact under a collar that stays square to its axis."""
+    if action == OIL:
+        return _take_oil(_read(record), numbers[VISCOSITY])
     own = _read(record).parameters
     if action == RATE:
         out[0] = abs(velocity[0]) / max(own[HALF] - abs(place[0]), own[CONTACT_HEIGHT])
@@ -325,7 +335,7 @@ def axial_thrust(record, action, i, place, velocity, numbers, memory, out):
 @law_kernel
 def tilting_thrust(record, action, i, place, velocity, numbers, memory, out):
     """Films and contact under a collar that tilts."""
-    if action == RATE:
+    if action in (RATE, OIL):
         return axial_thrust(record, action, i, place, velocity, numbers, memory, out)
     bearing = _read(record)
     result = bearing.tilted

@@ -62,7 +62,7 @@ class Contact:
         """Contact force over the load, less one, after each of ``count`` steps h (s) from the jolt."""
         simulation: Simulation = self.simulation
         if table is not None:
-            simulation.model.stages[:] = table
+            simulation.model.stages[: len(table)] = table
         simulation.work.key[:] = -1.0
         state = self._start.copy()
         state[self._blocks[0, 1]] += JOLT * self.depth * math.sqrt(simulation.body.mass)

@@ -1,0 +1,77 @@
+"""What the preparation of a model reads: constants behind all that temperatures and parameters decide."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.slots import AMPLIFICATION, EMBEDDED, MARK, METHOD_COLUMNS, METHOD_ORDER
+from cranktrain.dynamics.time.integrators import (
+    INTEGRATORS,
+    integrator,
+    integrator_table,
+    largest_coefficient,
+    method_mark,
+)
+from cranktrain.dynamics.time.table import WIDTH
+from cranktrain.engine.lubricant import oil_constants
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import bearing_law
+from cranktrain.loads.damper import DAMPER_CONSTANTS, damper_constants, required_damper
+
+
+class Basis(NamedTuple):
+    """Constants of one engine at its levels (SI)."""
+
+    oil: Array  # (OIL_CONSTANTS,) see engine.lubricant
+    oil_speeds: Array  # (k,) rad/s
+    oil_temperatures: Array  # (k,) K at these speeds
+    films: Array  # (FILM_KINDS,)
+    damper: Array  # (DAMPER_CONSTANTS,) see loads.damper
+    damper_speeds: Array  # (k,)
+    damper_temperatures: Array  # (k,)
+    cylinders: Array  # (CYLINDER_CONSTANTS,)
+    methods: Array  # (methods, METHOD_COLUMNS) all integrators of the register
+    tables: Array  # (methods, rows, WIDTH) their coefficients, filled up with zeros
+
+
+def basis(engine: Engine, settings: Settings, piston_stroke: float) -> Basis:
+    """Gather the constants; ``settings`` have nothing left open."""
+    fitted = settings.damper == "fitted"
+    damper = required_damper(engine) if fitted else None
+    mains = bearing_law(settings.bearings).carries and engine.main_roller is None
+    cylinders = engine.cylinders
+    methods, tables = _methods(settings.integrator, tuple(INTEGRATORS))
+    return Basis(
+        oil_constants(engine.oil),
+        np.array(engine.oil.temperature_speeds, dtype=float),
+        np.array(engine.oil.temperatures, dtype=float),
+        np.array([mains, engine.big_end_bearing is not None], dtype=float),
+        np.zeros(DAMPER_CONSTANTS) if damper is None else damper_constants(damper),
+        np.zeros(1) if damper is None else np.array(damper.temperature_speeds, dtype=float),
+        np.zeros(1) if damper is None else np.array(damper.temperatures, dtype=float),
+        np.array(
+            [cylinders.bore, cylinders.compression_ratio, piston_stroke, settings.block == "flexible"], dtype=float
+        ),
+        methods.copy(),
+        tables.copy(),
+    )
+
+
+@cache
+def _methods(given: str, names: tuple[str, ...]) -> tuple[Array, Array]:
+    """All integrators: ``methods`` and ``tables`` of :class:`Basis`, one by its ``given`` name and parameter."""
+    chosen = integrator(given).name
+    full = [given if name == chosen else name for name in names]
+    coefficients = [integrator_table(name) for name in full]
+    tables = np.zeros((len(full), max(map(len, coefficients)), WIDTH))
+    methods = np.zeros((len(full), METHOD_COLUMNS))
+    for row, table, own, name in zip(methods, tables, coefficients, full, strict=True):
+        table[: len(own)] = own
+        row[EMBEDDED], row[METHOD_ORDER] = integrator(name).embedded, max(2, integrator(name).order)
+        row[AMPLIFICATION], row[MARK] = largest_coefficient(own), method_mark(own)
+    return methods, tables

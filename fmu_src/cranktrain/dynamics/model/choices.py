@@ -1,0 +1,87 @@
+"""The numbers of a run from its settings; their slots: :mod:`cranktrain.dynamics.model.numbers`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.numbers import (
+    LEVEL_FILM_CHANGE,
+    LEVEL_HELD_METHOD,
+    LEVEL_METHOD,
+    LEVEL_TOLERANCE,
+    NUMBERS,
+    SET_ADAPTIVE,
+    SET_BORE,
+    SET_COMPRESSION,
+    SET_CRANKCASE,
+    SET_DAMPER_TEMPERATURE,
+    SET_FILM_CHANGE,
+    SET_GAS_DELAY,
+    SET_GAS_LOAD,
+    SET_GAS_SOURCE,
+    SET_GRAVITY,
+    SET_METHOD,
+    SET_NEWTON_TOLERANCE,
+    SET_OIL_TEMPERATURE,
+    SET_RECONSTRUCTION,
+    SET_STEP,
+    SET_TOLERANCE,
+)
+from cranktrain.dynamics.model.settings import FOR_HELD_INPUTS, GAS_SOURCES, RECONSTRUCTIONS, Settings, resolved
+from cranktrain.dynamics.time.integrators import INTEGRATORS
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import bearing_law
+
+NUMBER_SLOTS = {
+    "gas_load": SET_GAS_LOAD,
+    "crankcase_pressure": SET_CRANKCASE,
+    "damper_temperature": SET_DAMPER_TEMPERATURE,
+    "oil_temperature": SET_OIL_TEMPERATURE,
+    "gravity": SET_GRAVITY,
+    "step": SET_STEP,
+    "gas_delay": SET_GAS_DELAY,
+    "tolerance": SET_TOLERANCE,
+    "newton_tolerance": SET_NEWTON_TOLERANCE,
+    "film_change": SET_FILM_CHANGE,
+}
+"""Slots of the settings that are numbers."""
+GEOMETRY_SLOTS = {"bore": SET_BORE, "compression_ratio": SET_COMPRESSION}
+"""Slots of the engine's dimensions that a run may change."""
+
+
+def option_slots() -> dict[str, tuple[int, dict[str, float]]]:
+    """Slots of the settings that are words, and the number of each word."""
+    methods = {"auto": -1.0} | {name: float(row) for row, name in enumerate(INTEGRATORS)}
+    return {
+        "control": (SET_ADAPTIVE, {"fixed": 0.0, "adaptive": 1.0}),
+        "gas_source": (SET_GAS_SOURCE, {word: float(number) for word, number in GAS_SOURCES.items()}),
+        "reconstruction": (SET_RECONSTRUCTION, {word: float(number) for word, number in RECONSTRUCTIONS.items()}),
+        "integrator": (SET_METHOD, methods),
+    }
+
+
+def level_numbers(settings: Settings, engine: Engine) -> dict[int, float]:
+    """What the bearing level of ``settings`` brings, by slot."""
+    law, rows = bearing_law(resolved(settings, engine).bearings), list(INTEGRATORS)
+    return {
+        LEVEL_TOLERANCE: law.tolerance,
+        LEVEL_FILM_CHANGE: law.film_change,
+        LEVEL_METHOD: float(rows.index(law.integrator)),
+        LEVEL_HELD_METHOD: float(rows.index(FOR_HELD_INPUTS.get(law.integrator, law.integrator))),
+    }
+
+
+def run_numbers(settings: Settings, engine: Engine) -> Array:
+    """All numbers of a run, (NUMBERS,); ``settings`` of words that exist, with or without what is left open."""
+    numbers = np.zeros(NUMBERS)
+    for name, slot in NUMBER_SLOTS.items():
+        numbers[slot] = getattr(settings, name) or 0.0
+    for name, slot in GEOMETRY_SLOTS.items():
+        numbers[slot] = getattr(engine.cylinders, name)
+    for name, (slot, words) in option_slots().items():
+        # An integrator's name may give its parameter as well.
+        numbers[slot] = words[getattr(settings, name).partition(":")[0]]
+    for slot, number in level_numbers(settings, engine).items():
+        numbers[slot] = number
+    return numbers

@@ -1,0 +1,254 @@
+"""From the structure of a model to one that runs: all that parameters, temperatures and speed decide, as one kernel.
+
+:func:`prepare_model` writes every number of a run into the arrays of a model and reads none that an earlier preparation
+left there: what it leaves depends on its arguments alone.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.dynamics.model.numbers import (
+    LEAST_TOLERANCE,
+    LEVEL_FILM_CHANGE,
+    LEVEL_HELD_METHOD,
+    LEVEL_METHOD,
+    LEVEL_TOLERANCE,
+    MOST_DELAY,
+    MOST_TOLERANCE,
+    SET_ADAPTIVE,
+    SET_BORE,
+    SET_COMPRESSION,
+    SET_CRANKCASE,
+    SET_DAMPER_TEMPERATURE,
+    SET_FILM_CHANGE,
+    SET_GAS_DELAY,
+    SET_GAS_LOAD,
+    SET_GAS_SOURCE,
+    SET_GRAVITY,
+    SET_METHOD,
+    SET_NEWTON_TOLERANCE,
+    SET_OIL_TEMPERATURE,
+    SET_RECONSTRUCTION,
+    SET_STEP,
+    SET_TOLERANCE,
+)
+from cranktrain.dynamics.model.slots import (
+    AMPLIFICATION,
+    AREA,
+    BIG_ENDS_OIL,
+    BORE,
+    BORE_FITTED,
+    CLEARANCE_VOLUME,
+    COMPRESSION,
+    CRANKCASE,
+    DAMPER_TEMPERATURE,
+    EMBEDDED,
+    EMBEDDED_ORDER,
+    FILM_CHANGE,
+    GAS_DELAY,
+    GAS_LOAD,
+    GAS_SOURCE,
+    GRAVITY,
+    MAINS_OIL,
+    MARK,
+    METHOD_MARK,
+    METHOD_ORDER,
+    NEWTON_TOLERANCE,
+    ORDER,
+    PISTON_STROKE,
+    RECONSTRUCTION,
+    STEP,
+    STEP_TOLERANCE,
+)
+from cranktrain.dynamics.time.status import (
+    BORE_FIXED,
+    DAMPER_RANGE,
+    DELAY_RANGE,
+    NOT_EMBEDDED,
+    OIL_RANGE,
+    OK,
+    STEP_RANGE,
+    THIN_OIL,
+    TOLERANCE_RANGE,
+    UNKNOWN_METHOD,
+)
+from cranktrain.engine.lubricant import oil_viscosity, temperature_at
+from cranktrain.film.laws.films import OIL, VISCOSITY, VISCOUS, film_call
+from cranktrain.film.laws.parameters import CLEARANCE, FACTOR, RADIUS, WIDTH
+from cranktrain.film.laws.parameters import VISCOSITY as BEARING_VISCOSITY
+from cranktrain.loads.damper import HIGHEST, KIND, LOWEST, NO_DAMPER, damper_at
+
+HELD = 0.0
+"""Number of the reconstruction that holds inputs."""
+CLOSE = 1.0e-9
+"""Relative difference that a dimension may have from being written as text."""
+MOUNT_PRELOAD, MOUNT_WEIGHT = 2, 3
+"""Columns of ``BlockArrays.mount_laws``."""
+
+
+@kernel
+def prepare_model(model, numbers, temperatures, speed):
+    """Write the numbers of a run into a model; a status. What is refused leaves it as it was.
+
+    Parameters
+    ----------
+    numbers : (NUMBERS,) see :mod:`cranktrain.dynamics.model.numbers`
+    temperatures : (mains,) of the main bearings' films, K; 0: the oil's
+    speed : at which tables over speed are read, rad/s
+    """
+    status = refusal(model, numbers, temperatures, speed)
+    if status != OK:
+        return status
+    scalars = model.scalars
+    scalars[GRAVITY] = numbers[SET_GRAVITY]
+    scalars[CRANKCASE] = numbers[SET_CRANKCASE]
+    scalars[GAS_LOAD] = numbers[SET_GAS_LOAD]
+    scalars[STEP] = numbers[SET_STEP]
+    choose(model, numbers)
+    size_cylinders(model, numbers)
+    for i in range(model.block.weight.shape[0]):
+        model.block.preload[i] = numbers[SET_GRAVITY] * model.block.weight[i]
+    for j in range(model.block.mount_laws.shape[0]):
+        model.block.mount_laws[j, MOUNT_PRELOAD] = numbers[SET_GRAVITY] * model.block.mount_laws[j, MOUNT_WEIGHT]
+    scalars[DAMPER_TEMPERATURE] = damper_warmth(model.basis, numbers, speed)
+    damper_at(model.basis.damper, scalars[DAMPER_TEMPERATURE], model.damper)
+    return warm_films(model, oil_warmth(model.basis, numbers, speed), temperatures)
+
+
+@kernel
+def refusal(model, numbers, temperatures, speed):
+    """Why a model cannot be prepared so; a status. Only oil too thin for Roelands' law is found later."""
+    basis = model.basis
+    if not 0.0 < numbers[SET_STEP] < math.inf:
+        return STEP_RANGE
+    if not 0.0 <= numbers[SET_GAS_DELAY] <= MOST_DELAY:
+        return DELAY_RANGE
+    row = method_row(numbers)
+    if not 0.0 <= row < basis.methods.shape[0]:
+        return UNKNOWN_METHOD
+    if numbers[SET_ADAPTIVE] != 0.0:
+        if basis.methods[int(row), EMBEDDED] == 0.0:
+            return NOT_EMBEDDED
+        if not LEAST_TOLERANCE <= numbers[SET_TOLERANCE] <= MOST_TOLERANCE:
+            return TOLERANCE_RANGE
+    made = basis.cylinders[BORE]
+    if basis.cylinders[BORE_FITTED] > 0.0 and written(numbers[SET_BORE], made) != made:
+        return BORE_FIXED
+    if oil_viscosity(oil_warmth(basis, numbers, speed), basis.oil) == 0.0:
+        return OIL_RANGE
+    if basis.films[MAINS_OIL] > 0.0:
+        for i in range(model.bearings.shape[0]):
+            if temperatures[i] != 0.0 and oil_viscosity(temperatures[i], basis.oil) == 0.0:
+                return OIL_RANGE
+    if basis.damper[KIND] != NO_DAMPER:
+        warmth = damper_warmth(basis, numbers, speed)
+        if not basis.damper[LOWEST] <= warmth <= basis.damper[HIGHEST]:
+            return DAMPER_RANGE
+    return OK
+
+
+@inlined_kernel
+def method_row(numbers):
+    """Row of the integrator in its register: the one that is asked for, or the level's usual one."""
+    if numbers[SET_METHOD] >= 0.0:
+        return numbers[SET_METHOD]
+    return numbers[LEVEL_HELD_METHOD] if numbers[SET_RECONSTRUCTION] == HELD else numbers[LEVEL_METHOD]
+
+
+@inlined_kernel
+def oil_warmth(basis, numbers, speed):
+    """Temperature of the oil that comes to the films, K."""
+    if numbers[SET_OIL_TEMPERATURE] != 0.0:
+        return numbers[SET_OIL_TEMPERATURE]
+    return temperature_at(speed, basis.oil_speeds, basis.oil_temperatures)
+
+
+@inlined_kernel
+def damper_warmth(basis, numbers, speed):
+    """Temperature of the damper, K; 0 where there is none."""
+    if basis.damper[KIND] == NO_DAMPER:
+        return 0.0
+    if numbers[SET_DAMPER_TEMPERATURE] != 0.0:
+        return numbers[SET_DAMPER_TEMPERATURE]
+    return temperature_at(speed, basis.damper_speeds, basis.damper_temperatures)
+
+
+@kernel
+def choose(model, numbers):
+    """The integrator with its tolerances, and what else the settings choose."""
+    choices = model.choices
+    choices[GAS_SOURCE] = numbers[SET_GAS_SOURCE]
+    choices[RECONSTRUCTION] = numbers[SET_RECONSTRUCTION]
+    choices[GAS_DELAY] = numbers[SET_GAS_DELAY]
+    row = int(method_row(numbers))
+    method = model.basis.methods[row]
+    table = model.basis.tables[row]
+    for i in range(table.shape[0]):
+        for j in range(table.shape[1]):
+            model.stages[i, j] = table[i, j]
+    choices[EMBEDDED_ORDER] = method[EMBEDDED]
+    choices[ORDER] = method[METHOD_ORDER]
+    choices[METHOD_MARK] = method[MARK]
+    choices[STEP_TOLERANCE] = numbers[SET_TOLERANCE] if numbers[SET_ADAPTIVE] != 0.0 else 0.0
+    choices[NEWTON_TOLERANCE] = numbers[SET_NEWTON_TOLERANCE]
+    if numbers[SET_NEWTON_TOLERANCE] == 0.0:
+        choices[NEWTON_TOLERANCE] = numbers[LEVEL_TOLERANCE] / method[AMPLIFICATION]
+    choices[FILM_CHANGE] = numbers[SET_FILM_CHANGE]
+    if numbers[SET_FILM_CHANGE] == 0.0:
+        choices[FILM_CHANGE] = numbers[LEVEL_FILM_CHANGE]
+
+
+@kernel
+def size_cylinders(model, numbers):
+    """Piston area and clearance volume."""
+    made = model.basis.cylinders
+    bore = written(numbers[SET_BORE], made[BORE])
+    ratio = written(numbers[SET_COMPRESSION], made[COMPRESSION])
+    area = 0.25 * math.pi * bore**2
+    for k in range(model.cylinders.shape[0]):
+        model.cylinders[k, AREA] = area
+        model.cylinders[k, CLEARANCE_VOLUME] = area * made[PISTON_STROKE] / (ratio - 1.0)
+
+
+@kernel
+def written(value, own):
+    """A dimension as it was meant: ``own`` where it differs from that no more than by being written as text."""
+    return own if abs(value - own) <= CLOSE * max(abs(value), abs(own)) else value
+
+
+@kernel
+def warm_films(model, temperature, temperatures):
+    """Films of mains, big ends and thrust bearing with oil of a temperature, mains of their own; a status."""
+    basis = model.basis
+    eta = oil_viscosity(temperature, basis.oil)
+    if basis.films[MAINS_OIL] > 0.0:
+        for i in range(model.bearings.shape[0]):
+            own = eta if temperatures[i] == 0.0 else oil_viscosity(temperatures[i], basis.oil)
+            fill_bearing(model.bearings[i], own)
+            if tell_films(model.films, i, own) != 0:
+                return THIN_OIL
+    if basis.films[BIG_ENDS_OIL] > 0.0:
+        for k in range(model.big_ends.shape[0]):
+            fill_bearing(model.big_ends[k], eta)
+            if tell_films(model.floating, k, eta) != 0:
+                return THIN_OIL
+    return OK if tell_films(model.thrust, 0, eta) == 0 else THIN_OIL
+
+
+@kernel
+def fill_bearing(bearing, viscosity):
+    """What follows from a viscosity (Pa s) in a plain bearing's parameters, see film.laws.parabolic.film_geometry."""
+    bearing[BEARING_VISCOSITY] = viscosity
+    ratio = bearing[RADIUS] / bearing[CLEARANCE]
+    bearing[FACTOR] = 10.0 * viscosity * bearing[RADIUS] * bearing[WIDTH] * ratio**2
+
+
+@kernel
+def tell_films(films, i, viscosity):
+    """Tell the law of film i of its oil where it wants to know; its status."""
+    if films.traits[VISCOUS] == 0.0:
+        return 0
+    films.numbers[VISCOSITY] = viscosity
+    return film_call(films, OIL, i, films.out, films.out)

@@ -1,0 +1,109 @@
+"""A run as one record, and what a driver does with it: prepare, start, advance, observe.
+
+Drivers that are not Python know nothing but this record and these four kernels; Python's own simulations go through
+what they call.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.kernel import kernel
+from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model.arrays import ModelArrays, Parts, dimensions, structure
+from cranktrain.dynamics.model.choices import run_numbers
+from cranktrain.dynamics.model.preparation import prepare_model
+from cranktrain.dynamics.model.settings import Settings, resolved
+from cranktrain.dynamics.model.slots import AMBIENT, OTHER_INPUTS, STEP_KERNEL
+from cranktrain.dynamics.model.state import TIME, state_size
+from cranktrain.dynamics.model.workspace import Work, make_work
+from cranktrain.dynamics.outputs.register import Outputs, observers, output_counts, output_needs
+from cranktrain.dynamics.run import advance_and_observe, observe
+from cranktrain.dynamics.start.start import start as start_state
+from cranktrain.dynamics.time.status import INPUT_NEGATIVE, INPUT_NOT_FINITE, NOT_AHEAD, OK, UNKNOWN_METHOD
+from cranktrain.dynamics.time.table import FAMILY, HEAD
+from cranktrain.engine.model import Engine
+from cranktrain.loads.gas_pressure import GasTrace
+
+LONGEST_STEP = 1.0
+"""Longest communication step, s: beyond it inputs held or extrapolated have no meaning."""
+
+
+class Run(NamedTuple):
+    """Everything that a run reads and writes."""
+
+    model: ModelArrays
+    work: Work
+    state: Array  # see dynamics.model.state
+    inputs: Array  # speed (rad/s), pressures (Pa), then the others of dynamics.model.slots
+    outputs: Outputs
+    numbers: Array  # (NUMBERS,) see dynamics.model.numbers
+    temperatures: Array  # (mains,) of the films, K; 0: the oil's
+
+
+def make_run(engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace, parts: Parts) -> Run:
+    """A run at the levels of ``settings`` that is not prepared yet; compiles the kernels of all integrators.
+
+    Its numbers are those of the settings. ``InputError`` for levels that do not exist, or lack what they need.
+    """
+    settings = resolved(settings, engine)
+    model = structure(engine, body, settings, gas, parts)
+    size = dimensions(model)
+    state = np.zeros(state_size(size.modes, size.ports, size.films))
+    work = make_work(model, state.size, integrators=True)
+    inputs = np.zeros(engine.n_cylinders + OTHER_INPUTS)
+    inputs[1 : 1 + engine.n_cylinders] = AMBIENT
+    counts = output_counts(engine)
+    outputs = observers(counts, model, work, state, np.zeros(len(output_needs(counts))))
+    temperatures = np.zeros(len(engine.crankshaft.main_widths))
+    return Run(model, work, state, inputs, outputs, run_numbers(settings, engine), temperatures)
+
+
+@kernel
+def inputs_status(inputs):
+    """Whether inputs are numbers, speed and pressures not negative; a status."""
+    for k in range(inputs.shape[0]):
+        if not math.isfinite(inputs[k]):
+            return INPUT_NOT_FINITE + k
+        if inputs[k] < 0.0 and k <= inputs.shape[0] - OTHER_INPUTS:
+            return INPUT_NEGATIVE + k
+    return OK
+
+
+@kernel
+def prepare(run):
+    """Write the numbers into the model, at the temperatures of the speed among the inputs; a status."""
+    status = prepare_model(run.model, run.numbers, run.temperatures, run.inputs[0])
+    if status == OK and run.work.family[int(run.model.stages[HEAD, FAMILY]), STEP_KERNEL] == 0:
+        return UNKNOWN_METHOD
+    return status
+
+
+@kernel
+def start(run, time):
+    """Fill the state from the inputs, at a time (s); a status. On failure the state is that of before."""
+    status = inputs_status(run.inputs)
+    if status != OK:
+        return status
+    return start_state(run.model, run.work, run.state, run.inputs, time)
+
+
+@kernel
+def advance_run(run, t_end):
+    """Advance the state to ``t_end`` (s) and observe it; a status. On failure the state is that of before."""
+    status = inputs_status(run.inputs)
+    if status != OK:
+        return status
+    if not 0.0 < t_end - run.state[TIME] <= LONGEST_STEP:
+        return NOT_AHEAD
+    return advance_and_observe(run.model, run.work, run.state, run.inputs, t_end, run.outputs)
+
+
+@kernel
+def observe_run(run):
+    """Fill the wanted outputs from the state; 0."""
+    observe(run.model, run.work, run.state, run.outputs)
+    return OK

@@ -1,0 +1,106 @@
+"""The start of a run from its inputs alone: one kernel, which Python and every other driver call."""
+
+from __future__ import annotations
+
+from cranktrain.core.kernel import kernel
+from cranktrain.dynamics.model.slots import (
+    AMBIENT,
+    DRIVEN,
+    GAS_SOURCE,
+    KEYS,
+    LINE_INERTIA,
+    LOAD_INPUT,
+    METHOD_MARK,
+    START_INERTIA,
+    START_ROTATION,
+    START_ROTATION_RATE,
+    START_TORQUE,
+    START_WINDUP,
+    TURNING_MODES,
+)
+from cranktrain.dynamics.model.state import (
+    METHOD,
+    OUTPUT_MEAN,
+    OUTPUT_VARIANCE,
+    POSITION,
+    SHAFT_ACCELERATION,
+    TIME,
+    VELOCITY,
+    offset,
+)
+from cranktrain.dynamics.start.mean_motion import forget_motion, lean, rigid_motion
+from cranktrain.dynamics.start.settling import settle
+from cranktrain.dynamics.time.reconstruction import GIVEN
+from cranktrain.dynamics.time.status import NO_EQUILIBRIUM, OK, SINGULAR
+
+FIRST_AMPLITUDES = 1.0e-4, 1.0e-6
+"""Alternating torsion (rad) and axial motion (m) that a run expects before it knows its own; they fade over a cycle."""
+FROM_OUTSIDE, AUTO = 2.0, 0.0
+"""Gas sources whose cycle to come is not known: given pressures, or those that may be."""
+
+
+@kernel
+def start(model, work, state, inputs, time):
+    """Fill the ``state`` with the static equilibrium under the inputs, in rotation, at a time (s); a status.
+
+    Where it finds none the state is as before.
+    """
+    for i in range(state.shape[0]):
+        work.backup[0, i] = state[i]
+        state[i] = 0.0
+    status = find_start(model, work, state, inputs, time)
+    if status != OK:
+        for i in range(state.shape[0]):
+            state[i] = work.backup[0, i]
+    for k in range(work.counters.shape[0]):
+        work.counters[k] = 0.0
+    for slot in range(work.key.shape[0]):
+        for k in range(KEYS):
+            work.key[slot, k] = -1.0
+    return status
+
+
+@kernel
+def find_start(model, work, state, inputs, time):
+    """The same in a state of zeros; a status."""
+    n = model.omega2.shape[0]
+    state[TIME] = time
+    state[METHOD] = model.choices[METHOD_MARK]
+    if knows_the_cycle(model, inputs):
+        rigid_motion(model, work.start, inputs[0])
+    else:
+        forget_motion(work.start)
+    q = state[offset(POSITION, n) : offset(POSITION, n) + n]
+    v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + n]
+    if lean(model, work, inputs[0], q, v) != 0:
+        return SINGULAR
+    mean = work.start.mean
+    status = settle(
+        model, work, state, inputs, mean[START_WINDUP], mean[START_ROTATION], mean[START_ROTATION_RATE]
+    )  # fmt: skip
+    if status != OK:
+        return SINGULAR if status == SINGULAR else NO_EQUILIBRIUM
+    if model.scalars[DRIVEN] == 0.0 and mean[START_INERTIA] > 0.0:
+        # The frame sets out with the acceleration that the crank will have on average.
+        load = inputs[model.cylinders.shape[0] + LOAD_INPUT]
+        turning = mean[START_INERTIA] + model.scalars[LINE_INERTIA]
+        state[SHAFT_ACCELERATION] = (mean[START_TORQUE] - load) / turning
+    for j in range(2):
+        moved = 0.0
+        for i in range(int(model.layout[TURNING_MODES])):
+            moved += model.ends[1 + j, i] * q[i]
+        state[OUTPUT_MEAN + j] = moved
+        state[OUTPUT_VARIANCE + j] = FIRST_AMPLITUDES[j] * FIRST_AMPLITUDES[j]
+    return OK
+
+
+@kernel
+def knows_the_cycle(model, inputs):
+    """Whether the gas is the built-in trace: with pressures from outside nothing is known of the cycle to come."""
+    source = model.choices[GAS_SOURCE]
+    if source != AUTO:
+        return source != FROM_OUTSIDE
+    farthest = 0.0
+    for c in range(model.cylinders.shape[0]):
+        farthest = max(farthest, abs(inputs[1 + c] - AMBIENT))
+    return farthest <= GIVEN

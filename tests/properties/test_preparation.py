@@ -1,0 +1,309 @@
+"""From parameters to the first step: preparation and start as kernels, against models built anew and plain formulas."""
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from bodies import rigid_crank
+from box_block import box_block
+
+from cranktrain.dynamics import run_record
+from cranktrain.dynamics.model.arrays import Parts, build_model, dimensions
+from cranktrain.dynamics.model.choices import run_numbers
+from cranktrain.dynamics.model.numbers import (
+    SET_ADAPTIVE,
+    SET_BORE,
+    SET_DAMPER_TEMPERATURE,
+    SET_GAS_DELAY,
+    SET_METHOD,
+    SET_OIL_TEMPERATURE,
+    SET_STEP,
+    SET_TOLERANCE,
+)
+from cranktrain.dynamics.model.preparation import prepare_model
+from cranktrain.dynamics.model.settings import Settings, resolved
+from cranktrain.dynamics.model.slots import (
+    BORE_ROTATIONS,
+    CRANK_MODES,
+    LINERS,
+    M_BIG,
+    M_OSC,
+    RIGID_ROTATION,
+    RODS,
+    SHAFT_C,
+    SHAFT_K,
+    TURNING_MODES,
+)
+from cranktrain.dynamics.model.state import state_size
+from cranktrain.dynamics.model.workspace import make_work
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.dynamics.start.mean_motion import ORDERS, carried, lean, rigid_motion, rigid_start, rigid_torque
+from cranktrain.dynamics.time import status
+from cranktrain.dynamics.time.integrators import INTEGRATORS
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.lubricant import OIL_FIRST
+from cranktrain.film.elastic.bore_compliance import BoreCompliance
+from cranktrain.film.table.database import bearing_settings
+from cranktrain.loads.damper import with_damper_housing
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.store.film_tables import film_table
+
+RPM = math.pi / 30
+COLD, WARM = 900 * RPM, 2300 * RPM
+FLEXIBLE = {"block": "flexible", "pistons": "guided"}
+LEVELS = [
+    ("diesel_i6", {"bearings": "held"}),
+    ("diesel_i6", {"bearings": "linear"}),
+    ("diesel_i6", {"bearings": "impedance", "big_ends": "impedance", "damper": "fitted", **FLEXIBLE}),
+    ("diesel_i6", {"bearings": "table", "pistons": "guided", "boundary": "torque"}),
+    ("diesel_i6", {"bearings": "reynolds", "damper": "fitted"}),
+    ("diesel_i6", {"bearings": "ehd"}),
+    ("diesel_v8", {"bearings": "linear", "damper": "fitted"}),
+    ("diesel_v8", {"bearings": "roller", "big_ends": "impedance", "boundary": "torque", **FLEXIBLE}),
+]
+"""Every level of bearings, big ends, damper, block, pistons and boundary on an engine that has it."""
+OTHER = {
+    "gas_load": 0.6,
+    "crankcase_pressure": 1.1e5,
+    "gravity": 3.7,
+    "step": math.radians(1.5),
+    "integrator": "esdirk3",
+    "control": "adaptive",
+    "tolerance": 2e-3,
+    "gas_delay": 1.0,
+    "reconstruction": "linear",
+    "oil_temperature": 351.0,
+    "damper_temperature": 341.0,
+}
+
+
+@cache
+def engine_of(name):
+    """An engine whose oil thickens under pressure."""
+    engine = load_engine(name)
+    return replace(engine, oil=replace(engine.oil, pressure_law="roelands", compressibility="dowson-higginson"))
+
+
+@cache
+def parts_of(name):
+    engine = engine_of(name)
+    if engine.main_bearing is None:
+        return Parts(block=box_block(engine))
+    # A bore that gives way in two waves around: enough to have shapes.
+    shares = np.zeros((2, 7, 3))
+    shares[0, 3, 0] = shares[1, 4, 0] = 1.0
+    area = math.pi * engine.main_bearing.diameter * engine.main_bearing.width
+    bore = BoreCompliance(shares, np.array([2e-10, 1e-10]), np.zeros((2, 4)), np.array([0.6, 1.0]), area)
+    table = film_table(bearing_settings(engine.main_bearing, "coarse", tilt=True))[0]
+    return Parts(table=table, bore=bore, block=box_block(engine))
+
+
+@cache
+def trace_of(name):
+    return GasTrace.from_engine(engine_of(name))
+
+
+def body_of(name, levels):
+    engine = engine_of(name)
+    return rigid_crank(with_damper_housing(engine) if levels.get("damper") == "fitted" else engine)
+
+
+def model_of(name, levels, speed, temperatures=None, **chosen):
+    settings = Settings(crank="rigid", **levels, **chosen)
+    return build_model(
+        engine_of(name), body_of(name, levels), settings, speed, trace_of(name), parts_of(name), temperatures
+    )
+
+
+def arrays(record, name=""):
+    """All arrays of a record by name, but for addresses and what a call of a law leaves behind."""
+    for field, value in zip(record._fields, record, strict=True):
+        if isinstance(value, tuple):
+            yield from arrays(value, f"{name}{field}.")
+        elif value.dtype == np.float64 and field not in ("numbers", "out"):
+            yield name + field, value
+
+
+@pytest.mark.parametrize(("name", "levels"), LEVELS)
+def test_a_model_prepared_again_is_the_one_built_for_these_numbers(name, levels):
+    """To the bit, whatever it was prepared for before: nothing of temperature, speed or parameters stays behind."""
+    engine = engine_of(name)
+    films = np.linspace(360.0, 380.0, len(engine.crankshaft.main_widths))
+    cold, own = model_of(name, levels, COLD), model_of(name, levels, WARM, films, **OTHER)
+    changed = [key for (key, a), (_, b) in zip(arrays(cold), arrays(own), strict=True) if not np.array_equal(a, b)]
+    assert {"scalars", "choices", "stages"} <= set(changed)
+    numbers = run_numbers(Settings(crank="rigid", **levels, **OTHER), engine)
+    assert prepare_model(cold, numbers, films, WARM) == status.OK
+    for (key, found), (_, wanted) in zip(arrays(cold), arrays(own), strict=True):
+        assert np.array_equal(found, wanted), key
+
+
+@pytest.mark.parametrize(("name", "levels"), LEVELS)
+def test_what_settings_leave_open_is_resolved_as_settings_resolve_it(name, levels):
+    engine = engine_of(name)
+    for chosen in ({}, {"reconstruction": "hold"}, {"integrator": "generalised-alpha"}):
+        left = Settings(crank="rigid", **levels, **chosen)
+        model = model_of(name, levels, WARM, **chosen)
+        before = [array.copy() for _, array in arrays(model)]
+        assert run_numbers(left, engine)[SET_METHOD] == (-1 if not chosen.get("integrator") else 3)
+        assert prepare_model(model, run_numbers(left, engine), np.zeros(len(engine.crankshaft.main_widths)), WARM) == 0
+        for (key, found), wanted in zip(arrays(model), before, strict=True):
+            assert np.array_equal(found, wanted), key
+        assert resolved(left, engine).integrator in INTEGRATORS
+
+
+@pytest.mark.parametrize(("name", "levels"), LEVELS)
+def test_a_run_by_its_record_is_the_simulation(name, levels):
+    """Prepared and started twice, for other numbers first: outputs are those of a new simulation, bit by bit."""
+    engine, parts = engine_of(name), parts_of(name)
+    body, chosen = body_of(name, levels), {key: OTHER[key] for key in ("gas_load", "gravity", "oil_temperature")}
+    settings = Settings(crank="rigid", **levels, **chosen)
+    run = run_record.make_run(engine, body, Settings(crank="rigid", **levels), trace_of(name), parts)
+    run.inputs[0] = COLD
+    assert run_record.prepare(run) == run_record.start(run, 0.0) == run_record.advance_run(run, 1e-4) == status.OK
+    run.inputs[0] = WARM
+    run.numbers[:] = run_numbers(settings, engine)
+    assert run_record.prepare(run) == run_record.start(run, 2.0) == status.OK
+    assert run_record.observe_run(run) == status.OK
+    simulation = Simulation(engine, body, settings, parts=parts)
+    simulation.inputs[0] = WARM
+    simulation.initialize(2.0)
+    assert np.array_equal(run.outputs.values, simulation.outputs)
+    for k in range(3):
+        assert run_record.advance_run(run, 2.0 + (k + 1) * 1e-4) == status.OK
+        simulation.step(2.0 + (k + 1) * 1e-4)
+        assert np.array_equal(run.outputs.values, simulation.outputs)
+        assert np.array_equal(run.state, simulation.state)
+
+
+def test_what_cannot_be_prepared_is_refused_and_changes_nothing():
+    name, levels = LEVELS[2]
+    engine = engine_of(name)
+    model, good = model_of(name, levels, WARM), run_numbers(Settings(crank="rigid", **levels), engine_of(name))
+    before = [array.copy() for _, array in arrays(model)]
+    bdf2 = float(list(INTEGRATORS).index("bdf2"))
+    films = np.zeros(len(engine.crankshaft.main_widths))
+    for changes, expected in (
+        ({SET_STEP: 0.0}, status.STEP_RANGE),
+        ({SET_STEP: math.inf}, status.STEP_RANGE),
+        ({SET_GAS_DELAY: 2.5}, status.DELAY_RANGE),
+        ({SET_GAS_DELAY: math.nan}, status.DELAY_RANGE),
+        ({SET_METHOD: 99.0}, status.UNKNOWN_METHOD),
+        ({SET_METHOD: bdf2, SET_ADAPTIVE: 1.0}, status.NOT_EMBEDDED),
+        ({SET_TOLERANCE: 2.0, SET_ADAPTIVE: 1.0}, status.TOLERANCE_RANGE),
+        ({SET_BORE: 0.9 * good[SET_BORE]}, status.BORE_FIXED),
+        ({SET_OIL_TEMPERATURE: 100.0}, status.OIL_RANGE),
+        ({SET_DAMPER_TEMPERATURE: 500.0}, status.DAMPER_RANGE),
+    ):
+        numbers = good.copy()
+        for slot, number in changes.items():
+            numbers[slot] = number
+        assert prepare_model(model, numbers, films, WARM) == expected, changes
+        for (key, found), wanted in zip(arrays(model), before, strict=True):
+            assert np.array_equal(found, wanted), key
+    assert prepare_model(model, good, np.full_like(films, 100.0), WARM) == status.OIL_RANGE
+    texts = status.statuses(("speed", "cylinder[1].pressure"))
+    assert all(texts[code][0] == status.REFUSED and texts[code][1] for code in status.REFUSALS)
+    assert texts[status.INPUT_NEGATIVE + 1] == (status.REFUSED, "cylinder[1].pressure must not be negative")
+
+
+def test_oil_too_thin_for_its_law_is_refused():
+    name, levels = "diesel_i6", {"bearings": "ehd"}
+    engine = engine_of(name)
+    model, numbers = model_of(name, levels, WARM), run_numbers(Settings(crank="rigid", **levels), engine_of(name))
+    model.basis.oil[OIL_FIRST] *= 1e-3
+    assert prepare_model(model, numbers, np.zeros(len(engine.crankshaft.main_widths)), WARM) == status.THIN_OIL
+
+
+def test_a_driver_is_told_of_inputs_and_steps_that_no_run_has():
+    name, levels = "diesel_i6", {"bearings": "linear"}
+    run = run_record.make_run(
+        engine_of(name), body_of(name, levels), Settings(crank="rigid", **levels), trace_of(name), Parts()
+    )
+    run.inputs[0] = WARM
+    assert run_record.prepare(run) == run_record.start(run, 0.0) == status.OK
+    before = run.state.copy()
+    for place, value, expected in (
+        (0, -1.0, status.INPUT_NEGATIVE),
+        (0, math.nan, status.INPUT_NOT_FINITE),
+        (6, -1.0, status.INPUT_NEGATIVE + 6),
+        (9, math.inf, status.INPUT_NOT_FINITE + 9),
+    ):
+        kept = run.inputs[place]
+        run.inputs[place] = value
+        assert run_record.advance_run(run, 1e-4) == run_record.start(run, 0.0) == expected
+        run.inputs[place] = kept
+    for t_end in (0.0, -1.0, 1.5, math.nan):
+        assert run_record.advance_run(run, t_end) == status.NOT_AHEAD
+    assert np.array_equal(run.state, before)
+    run.inputs[7:9] = -1.0  # torques have a sign
+    assert run_record.advance_run(run, 1e-4) == status.OK
+
+
+def plain_start(model, speed):
+    """Start of a rigid crank by numpy: wind-up, torque, rotation, rate, inertia; spectrum and frequencies."""
+    torque = np.zeros(720)
+    rigid_torque(model, speed, np.zeros(16), torque)
+    k, c = model.scalars[SHAFT_K], model.scalars[SHAFT_C]
+    inertia = 1.0 / model.scalars[RIGID_ROTATION] ** 2
+    for cylinder, pin in zip(model.cylinders, model.pins, strict=True):
+        inertia += (cylinder[M_BIG] + 0.5 * cylinder[M_OSC]) * float((pin**2).sum())
+    spectrum = np.fft.rfft(torque - torque.mean()) / torque.size
+    omega = 0.5 * speed * np.arange(spectrum.size)
+    motion = spectrum / (k - inertia * omega**2 + 1j * c * omega)
+    rotation, rate = 2.0 * motion.sum().real, 2.0 * (1j * omega * motion).sum().real
+    return (torque.mean() / k, torque.mean(), rotation, rate, inertia), spectrum[1:], omega[1:]
+
+
+def plain_leaning(model, torque, spectrum, omega):
+    """Motion of the block that leans and rocks, (n_b,) each, by numpy."""
+    shapes, t = model.block_ports, int(model.layout[TURNING_MODES])
+    modes, b = shapes.shape[1], len(model.bearings)
+    first = int(model.layout[BORE_ROTATIONS]) - len(model.ports)
+    load = -shapes[first : first + b].mean(axis=0)
+    place = np.linalg.solve(np.diag(model.omega2[t : t + modes]) + model.block.stiffness, torque * load)
+    rate = np.zeros(modes)
+    k, c = model.block.stiffness[:6, :6], model.block.damping[:6, :6]
+    for part, w in zip(spectrum[:ORDERS], omega[:ORDERS], strict=True):
+        motion = np.linalg.solve(k + 1j * w * c - w**2 * np.eye(6), 2.0 * part * load[:6])
+        place[:6] += motion.real
+        rate[:6] += (1j * w * motion).real
+    return place, rate
+
+
+def plain_carried(model, block):
+    """Motion of all modes that go along with the block, by numpy."""
+    q, t, first = np.zeros(model.omega2.size), int(model.layout[TURNING_MODES]), len(model.ports)
+    shapes, modes, count = model.block_ports, block.size, len(model.cylinders)
+    q[t : t + modes] = block
+    joined = np.concatenate((model.pairs, model.pairs + 1.0, model.axial)).astype(int)
+    q[:5] = np.linalg.lstsq(model.ports[joined[:, 0], :5], shapes[joined[:, 1] - first] @ block, rcond=None)[0]
+    if model.layout[RODS] > 0.0:
+        pin, rod, crank = 2 * len(model.bearings) + 1, int(model.layout[RODS]), int(model.layout[CRANK_MODES])
+        moved = model.ports[pin : pin + 2 * count, :5] @ q[:5]
+        q[crank : crank + 2 * count] = moved / np.diag(model.ports[rod : rod + 2 * count, crank:])
+    for c in range(count):
+        liner = int(model.layout[LINERS]) - first + 3 * c
+        across = 0.5 * (shapes[liner] + shapes[liner + 1]) @ block
+        q[t + modes + 2 * c : t + modes + 2 * c + 2] = np.linalg.solve(model.block.piston_shape, [across, 0.0])
+    return q
+
+
+@pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
+def test_the_start_is_that_of_plain_formulas(name):
+    """Direct sums and small systems of the kernels against numpy's transform, solver and least squares."""
+    levels = {"big_ends": "impedance", **FLEXIBLE}
+    model = model_of(name, levels, WARM)
+    expected, spectrum, omega = plain_start(model, WARM)
+    assert np.allclose(rigid_start(model, WARM), expected, rtol=1e-12, atol=0.0)
+    size = dimensions(model)
+    work = make_work(model, state_size(size.modes, size.ports, size.films))
+    place, rate = np.zeros(size.modes), np.zeros(size.modes)
+    rigid_motion(model, work.start, WARM)
+    assert lean(model, work, WARM, place, rate) == 0
+    for found, wanted in zip((place, rate), plain_leaning(model, expected[1], spectrum, omega), strict=True):
+        assert np.abs(found - plain_carried(model, wanted)).max() < 1e-12 * np.abs(found).max()
+    unit = np.eye(model.block_ports.shape[1])[3]
+    assert np.abs(carried(model, unit) - plain_carried(model, unit)).max() < 1e-12
