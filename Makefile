@@ -5,11 +5,13 @@ WORKERS ?= 2
 TESTS ?=
 PARTS ?=
 BIN := $(VENV)/bin
+# Machine code of the kernels as they are now; after an edit kernels are compiled when they are first called.
+NATIVE = $(BIN)/python -m cranktrain.fmu.native --package
 export PYTHONUNBUFFERED := 1
 export OMP_NUM_THREADS ?= 2
 export OPENBLAS_NUM_THREADS ?= 2
 
-.PHONY: demo test test-all mutants lint docs figures bench install
+.PHONY: demo test test-all mutants lint docs figures bench install native
 
 demo: $(VENV)/.installed
 	$(BIN)/python examples/demo.py
@@ -40,13 +42,18 @@ bench: $(VENV)/.installed
 
 install: $(VENV)/.installed
 
+native: $(VENV)/.installed
+	$(NATIVE)
+
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.installed: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --disable-pip-version-check -q -e .
+	$(NATIVE)
 	touch $@
 
 $(VENV)/.installed-%: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --disable-pip-version-check -q -e .[$*]
+	$(NATIVE)
 	touch $@ $(VENV)/.installed

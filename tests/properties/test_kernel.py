@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import cranktrain
+from cranktrain.core.machine_code import OFF
 from cranktrain.core.sources import rests_on
 from cranktrain.studies.stability import oil_whirl
 from cranktrain.studies.tradeoff import measure
@@ -26,7 +27,7 @@ def install(tmp_path):
 
 
 def run(install, cache, text=RUN):
-    environment = {**os.environ, "PYTHONPATH": str(install), "CRANKTRAIN_CACHE": str(cache)}
+    environment = {**os.environ, "PYTHONPATH": str(install), "CRANKTRAIN_CACHE": str(cache), OFF: "1"}
     done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, env=environment, timeout=3600)
     assert done.returncode == 0, done.stderr[-3000:]
     return float(done.stdout)

@@ -4,41 +4,54 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from numba.core import event
+from cranktrain.core.kernel import BEFORE_COMPILING, compiler
+
+_said: list[str] = []
 
 
-class _Announcement(event.Listener):
-    """Says on stderr that kernels are being compiled, when the first one is."""
-
-    said = False
+class _Announcement:
+    """Says on stderr that kernels are being compiled, when the first one is; a listener of numba's events."""
 
     def __init__(self, instance: str, time: str) -> None:
         self.instance, self.time = instance, time
 
-    def on_start(self, event: Any) -> None:
+    def notify(self, event: Any) -> None:
         """Before a kernel compiles: one line, once in a process."""
-        if _Announcement.said:
+        if _said or not event.is_start:
             return
-        _Announcement.said = True
         place = event.data["dispatcher"]._cache.cache_path
         kept = f"kept in {Path(place).parents[1]}" if place else "not kept, because the cache cannot be written"
-        print(
+        _said.append(
             f"cranktrain: {self.instance}: compiling kernels, up to {self.time} of processor time at the first start "
-            f"of this FMU's code and levels on a machine; {kept}",
-            file=sys.stderr,
-            flush=True,
+            f"of this FMU's code and levels on a machine; {kept}"
         )
-
-    def on_end(self, event: Any) -> None:
-        """Nothing: kernels compile within each other."""
+        print(_said[0], file=sys.stderr, flush=True)
 
 
 @contextmanager
 def announced(instance: str, time: str) -> Iterator[None]:
-    """Let the user of an instance know what takes so long, up to ``time`` in words, while kernels compile."""
-    with event.install_listener("numba:compile", _Announcement(instance, time)):
-        yield
+    """Let the user of an instance know what takes so long, up to ``time`` in words, while kernels compile.
+
+    Numba is loaded when something compiles, if anything does.
+    """
+    with ExitStack() as listening:
+
+        def listen() -> None:
+            from numba.core import event
+
+            event.Listener.register(_Announcement)
+            listening.enter_context(event.install_listener("numba:compile", _Announcement(instance, time)))
+
+        if compiler.cache_info().currsize:
+            listen()
+            yield
+            return
+        BEFORE_COMPILING.append(listen)
+        try:
+            yield
+        finally:
+            BEFORE_COMPILING.remove(listen)

@@ -12,6 +12,9 @@ be by others; numba would then put them beside the sources.
 Numba compiles a kernel together with all that it calls, once more at every level above. Large force laws of which a run
 needs one at most are therefore called at their address, by numba's own convention: each is compiled by itself, and
 only where a model uses it.
+
+A library of machine code (:mod:`.machine_code`) holds what a run calls. Numba is loaded when something is compiled, not
+before: with a library a run starts without it.
 """
 
 from __future__ import annotations
@@ -19,25 +22,40 @@ from __future__ import annotations
 import tempfile
 import warnings
 import weakref
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from typing import Any
 
-from numba import config, njit, typeof, types
-from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from cranktrain.core.cache import NotPrivateError, private_folder
-from cranktrain.core.machine_code import library
-from cranktrain.core.records import record_image
-from cranktrain.core.sources import PACKAGE, source_digest
+from cranktrain.core.machine_code import Call, calls_of, function_address
+from cranktrain.core.records import layout, record_image
+from cranktrain.core.sources import PACKAGE, edited_meanwhile, rests_on, source_digest
+
+BEFORE_COMPILING: list[Callable[[], None]] = []
+"""Called once when numba is loaded."""
+
+
+@cache
+def compiler() -> Any:
+    """Numba, loaded at the first call."""
+    import numba
+    from numba import core, extending  # noqa: F401 - the package does not promise to have loaded them
+
+    for notice in BEFORE_COMPILING:
+        notice()
+    return numba
 
 
 @cache
 def _kernel_folder(file: str) -> str:
     """Folder for the compiled kernels of a source file; empty where it cannot be written, or others may do so."""
     source = Path(file)
+    if edited_meanwhile(rests_on(source)):
+        return ""  # what was imported is no longer what the digest would name
     try:
         folder = private_folder("kernels", f"{source.stem}-{source_digest(source)}")
         tempfile.TemporaryFile(dir=folder).close()
@@ -62,28 +80,80 @@ OPTIONS: dict[str, Any] = {
 }
 
 
+class Kernel:
+    """A function in the native-safe subset, for other kernels and for Python.
+
+    A call from Python is one of the library's where that has the kernel for such arguments; else numba compiles it.
+
+    Attributes
+    ----------
+    py_func : the function as it was written
+    """
+
+    def __init__(self, function: Callable[..., Any], **options: Any) -> None:
+        update_wrapper(self, function)
+        self.py_func, self._options = function, options
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        """Call with values and arrays of any types."""
+        if self._calls and not named:
+            call = self._calls.get(layout(arguments))
+            if call is not None:
+                return call(arguments)
+        return self.dispatcher(*arguments, **named)
+
+    @cached_property
+    def _calls(self) -> dict[str, Call]:
+        return calls_of(kernel_name(self))
+
+    @cached_property
+    def dispatcher(self) -> Any:
+        """What numba compiles, one code for each set of types; cached on disk where possible."""
+        numba = compiler()
+        folder = _kernel_folder(self.py_func.__code__.co_filename)
+        config = numba.config
+        kept = getattr(config, "CACHE_DIR", "")
+        config.CACHE_DIR = folder
+        try:
+            made = numba.njit(cache=bool(folder), **OPTIONS, **self._options)(self.py_func)
+        finally:
+            config.CACHE_DIR = kept
+        if folder:
+            _forget_unknown_classes(made)
+        return made
+
+    @property
+    def _numba_type_(self) -> Any:
+        """By this numba knows it where another kernel calls it."""
+        return self.dispatcher._numba_type_
+
+
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile ``function`` in the native-safe subset, cached on disk where possible."""
-    return _compiled(function, function.__code__.co_filename)
+    return Kernel(function)
 
 
 def inlined_kernel(function: Callable[..., Any]) -> Any:
     """Kernel that is compiled into each of its callers: a small piece of one, to which handing the model costs more."""
-    return _compiled(function, function.__code__.co_filename, forceinline=True)
+    return Kernel(function, forceinline=True)
 
 
-def _compiled(function: Callable[..., Any], file: str, **options: Any) -> Any:
-    """Kernel that is cached with those of the source ``file``."""
-    folder = _kernel_folder(file)
-    kept = getattr(config, "CACHE_DIR", "")
-    setattr(config, "CACHE_DIR", folder)  # noqa: B010 - numba makes its settings at run time, unknown to a type checker
+@contextmanager
+def recorded_calls() -> Iterator[dict[tuple[str, str], tuple[Kernel, tuple[Any, ...]]]]:
+    """Kernels that Python calls meanwhile, with their arguments, by name and layout of the arguments."""
+    found: dict[tuple[str, str], tuple[Kernel, tuple[Any, ...]]] = {}
+    plain = Kernel.__call__
+
+    def call(self: Kernel, *arguments: Any, **named: Any) -> Any:
+        if not named:
+            found.setdefault((kernel_name(self), layout(arguments)), (self, arguments))
+        return plain(self, *arguments, **named)
+
+    Kernel.__call__ = call  # type: ignore[method-assign]
     try:
-        compiled = njit(cache=bool(folder), **OPTIONS, **options)(function)
+        yield found
     finally:
-        setattr(config, "CACHE_DIR", kept)  # noqa: B010
-    if folder:
-        _forget_unknown_classes(compiled)
-    return compiled
+        Kernel.__call__ = plain  # type: ignore[method-assign]
 
 
 def _forget_unknown_classes(compiled: Any) -> None:
@@ -103,8 +173,6 @@ def _forget_unknown_classes(compiled: Any) -> None:
     file._load_index = index
 
 
-LAWS_OF = "cranktrain"
-"""Kind of the library that holds the functions which are called at their address."""
 law_kernel = kernel
 """For kernels that are called at their address."""
 
@@ -114,18 +182,22 @@ def kernel_address(function: Any, *arguments: Any) -> int:
 
     It is that of the library of machine code where there is one; else the kernel is compiled.
     """
-    name, code = kernel_name(function), library(LAWS_OF)
-    if code is not None and name in code.functions:
-        ADDRESSES[code.functions[name]] = name
-        return code.functions[name]
-    signature = tuple(typeof(argument) for argument in arguments)
-    function.compile(signature)
-    compiled = function.overloads[signature]
-    if types.unliteral(compiled.signature.return_type) != types.int64:
-        raise TypeError(f"{function.py_func.__name__} must return an integer to be called at its address")
-    address = int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
+    name = kernel_name(function)
+    address = function_address(name, layout(arguments))
+    if address is None:
+        compiled = _overload(function, arguments)
+        if compiler().types.unliteral(compiled.signature.return_type) != compiler().types.int64:
+            raise TypeError(f"{function.py_func.__name__} must return an integer to be called at its address")
+        address = int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
     ADDRESSES[address] = name
     return address
+
+
+def _overload(function: Any, arguments: tuple[Any, ...]) -> Any:
+    """What numba makes of a kernel for arguments of these types."""
+    signature = tuple(compiler().typeof(argument) for argument in arguments)
+    function.dispatcher.compile(signature)
+    return function.dispatcher.overloads[signature]
 
 
 def kernel_name(function: Any) -> str:
@@ -141,43 +213,65 @@ def typed_kernel(function: Any, *arguments: Any) -> Callable[..., Any]:
 
     Numba looks at the types of all arguments at every call, ten microseconds for a model's arrays.
     """
-    signature = tuple(typeof(argument) for argument in arguments)
-    function.compile(signature)
-    entry: Callable[..., Any] = function.overloads[signature].entry_point
+    entry: Callable[..., Any] = _overload(function, arguments).entry_point
     return entry
 
 
-@intrinsic
-def call_kernel(typing_context: Any, address: Any, arguments: Any) -> Any:
-    """Call the kernel at ``address`` with a tuple of arguments, of the very types that the address was made for."""
+class _Intrinsic:
+    """What kernels call and only LLVM can say, made when the first of them is compiled."""
 
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        pointer, packed = values
-        kinds = tuple(arguments.types)
-        function = context.call_conv.get_function_type(types.int64, kinds).as_pointer()
-        unpacked = [builder.extract_value(packed, k) for k in range(len(kinds))]
-        callee = builder.inttoptr(pointer, function)
-        _, result = context.call_conv.call_function(builder, callee, types.int64, kinds, unpacked)
-        return result
+    def __init__(self, make: Callable[[], Any]) -> None:
+        self._make = make
 
-    return types.int64(address, arguments), generate
+    @cached_property
+    def _made(self) -> Any:
+        return compiler().extending.intrinsic(self._make())
 
+    @property
+    def _numba_type_(self) -> Any:
+        from numba.core.registry import cpu_target
+
+        made, context = self._made, cpu_target.typing_context
+        context.refresh()
+        return context.resolve_value_type(made)
+
+
+def _calling() -> Any:
+    numba = compiler()
+
+    def call_kernel(typing_context: Any, address: Any, arguments: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            pointer, packed = values
+            kinds = tuple(arguments.types)
+            function = context.call_conv.get_function_type(numba.types.int64, kinds).as_pointer()
+            unpacked = [builder.extract_value(packed, k) for k in range(len(kinds))]
+            callee = builder.inttoptr(pointer, function)
+            _, result = context.call_conv.call_function(builder, callee, numba.types.int64, kinds, unpacked)
+            return result
+
+        return numba.types.int64(address, arguments), generate
+
+    return call_kernel
+
+
+call_kernel: Any = _Intrinsic(_calling)
+"""Call the kernel at an address with a tuple of arguments, of the very types that the address was made for."""
 
 ADDRESSES: dict[int, str] = {}
 """Names of the kernels that were given out as addresses."""
 RECORDS: dict[int, Any] = {}
 """Records that were given out as addresses and whose owners live."""
-_KINDS: dict[type, Any] = {}
-"""Type of the records that each class' reader knows."""
+_LAYOUTS: dict[type, str] = {}
+"""What the records are made of that each class' reader knows."""
 
 
 def keep_record(record: Any, owner: NDArray[Any]) -> int:
     """Address at which a reader finds ``record``, a named tuple of arrays, for as long as the array ``owner`` lives.
 
-    ``TypeError`` where it is not of the type that its class' reader was made for: a law would read what is not there.
+    ``TypeError`` where it is not of the kind that its class' reader was made for: a law would read what is not there.
     """
-    if typeof(record) != _KINDS.get(type(record)):
-        raise TypeError(f"{type(record).__name__} of other arrays than its reader knows: {typeof(record)}")
+    if layout(record) != _LAYOUTS.get(type(record)):
+        raise TypeError(f"{type(record).__name__} of other arrays than its reader knows: {layout(record)}")
     image = record_image(record)
     address = int(image.ctypes.data)
     RECORDS[address] = record
@@ -191,14 +285,17 @@ def _forget(address: int, image: Any) -> None:
 
 def record_reader(example: Any) -> Any:
     """Function for kernels that reads a record of ``example``'s type from its address, see :func:`keep_record`."""
-    kind = typeof(example)
-    _KINDS[type(example)] = kind
+    _LAYOUTS[type(example)] = layout(example)
 
-    @intrinsic
-    def read(typing_context: Any, address: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            return builder.load(builder.inttoptr(values[0], context.get_value_type(kind).as_pointer()))
+    def reading() -> Any:
+        kind = compiler().typeof(example)
 
-        return kind(address), generate
+        def read(typing_context: Any, address: Any) -> Any:
+            def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+                return builder.load(builder.inttoptr(values[0], context.get_value_type(kind).as_pointer()))
 
-    return read
+            return kind(address), generate
+
+        return read
+
+    return _Intrinsic(reading)

@@ -1,7 +1,7 @@
 """Libraries of machine code of the kernels, as they come with the package or lie in the user's cache.
 
-A library belongs to one state of the sources, which its digest names. Where there is none of the present state, kernels
-are compiled by numba as they are called.
+A library belongs to one state of the sources, which its digest names, and ends in a checksum of itself. Where there is
+none of the present state, kernels are compiled by numba as they are called.
 """
 
 from __future__ import annotations
@@ -11,12 +11,17 @@ import hashlib
 import os
 import platform
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
+from typing import Any
 
-from cranktrain.core.cache import private_folder
-from cranktrain.core.sources import ROOT
+import numpy as np
+
+from cranktrain.core.cache import cache_folder, private_folder
+from cranktrain.core.records import record_image
+from cranktrain.core.sources import ROOT, edited_meanwhile
 
 LIBRARIES = ROOT / "fmu" / "native" / "lib"
 """Folder of the libraries that come with the package, one folder a platform."""
@@ -28,8 +33,12 @@ RESTS_ON = {
     "valvetrain": ("core", "modules"),
 }
 """Kinds of libraries, and the folders of the package that their kernels rest on."""
+_KIND_OF = {"cranktrain.modules.combustion.": "combustion", "cranktrain.modules.valve_train.": "valvetrain"}
+"""Kinds of the libraries that hold kernels of these modules; all others are the cranktrain's."""
 OFF = "CRANKTRAIN_NO_MACHINE_CODE"
 """Environment variable that lets numba compile all kernels, whatever libraries there are."""
+CHECKSUM = b"CRNKSUM1"
+"""What a library's checksum begins with; it stands behind all that a system's loader reads."""
 
 
 class _Table(ctypes.Structure):
@@ -45,6 +54,35 @@ class _Table(ctypes.Structure):
     )
 
 
+_ENTRY = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_double)
+
+
+class Call:
+    """A kernel that Python calls with arrays and numbers.
+
+    Parameters
+    ----------
+    address : of the entry, which reads the image of a record: an array for the results, and the arguments
+    results : kinds of the results, ``i``, ``f`` or ``b`` each; more than one make a tuple, in brackets also one
+    """
+
+    def __init__(self, address: int, results: str) -> None:
+        self._entry = _ENTRY(address)
+        kinds = {"i": int, "f": float, "b": bool}
+        self._results = [kinds[kind] for kind in results.strip("()")]
+        self._single = results in kinds
+
+    def __call__(self, arguments: tuple[Any, ...]) -> Any:
+        """Results as numba gives them."""
+        out = np.zeros(max(1, len(self._results)))
+        image = record_image((out, *arguments))
+        self._entry(int(image.ctypes.data), 0.0)
+        found = tuple(kind(value) for kind, value in zip(self._results, out.tolist(), strict=False))
+        if self._single:
+            return found[0]
+        return found or None
+
+
 class Library:
     """Machine code of a kind.
 
@@ -52,7 +90,8 @@ class Library:
     ----------
     digest : of its sources
     layout : of the runs that it knows, see :func:`cranktrain.core.records.layout`
-    functions : addresses by name, ``package.module:function``
+    functions : addresses by name, ``package.module:function``, and layout of the arguments
+    calls : kernels that Python calls, by name and layout of the arguments
     entries : of a run at an address, by name
     """
 
@@ -62,45 +101,104 @@ class Library:
         table_of.restype = ctypes.POINTER(_Table)
         table = table_of().contents
         self.digest, self.layout = table.digest.decode(), table.layout.decode()
-        self.functions: dict[str, int] = {
-            table.names[k].decode(): int(table.functions[k] or 0) for k in range(table.n_functions)
-        }
-        kind = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_double)
+        self.functions: dict[tuple[str, str], int] = {}
+        self.calls: dict[str, dict[str, Call]] = {}
+        for k in range(table.n_functions):
+            name, arguments, *results = table.names[k].decode().split("|")
+            address = int(table.functions[k] or 0)
+            if results:
+                self.calls.setdefault(name, {})[arguments] = Call(address, results[0])
+            else:
+                self.functions[name, arguments] = address
         self.entries: dict[str, Callable[[int, float], int]] = {
-            name: kind(getattr(table, name)) for name in ("prepare", "start", "advance", "observe")
+            name: _ENTRY(getattr(table, name)) for name in ("prepare", "start", "advance", "observe")
         }
 
 
 @cache
 def library(kind: str) -> Library | None:
-    """The library of a kind for this machine and these sources; ``None`` where there is none."""
-    if os.environ.get(OFF):
+    """The library of a kind for this machine and these sources; ``None`` where there is none.
+
+    Warns of one that is damaged.
+    """
+    if os.environ.get(OFF) or edited_meanwhile(_sources(kind)):
         return None
-    for path in _places(kind):
+    digest = code_digest(kind)
+    for path in _places(kind, digest):
         try:
-            loaded = Library(path)
-        except (OSError, AttributeError):
-            continue
-        if loaded.digest == code_digest(kind):
-            return loaded
+            if is_whole(path, digest):
+                return Library(path)
+        except DamagedError:
+            _warn_of(path, "its checksum differs")
+        except (OSError, AttributeError) as error:
+            _warn_of(path, str(error))
     return None
 
 
-def _places(kind: str) -> Iterator[Path]:
+def _warn_of(path: Path, why: str) -> None:
+    warnings.warn(
+        f"{path}: this library of machine code cannot be used ({why}), so that kernels are compiled when they are "
+        "first called; remove it and make it anew: python -m cranktrain.fmu.native",
+        stacklevel=2,
+    )
+
+
+def function_address(name: str, arguments: str) -> int | None:
+    """Address of a kernel for arguments of a layout in the library of its kind; ``None`` where that has none."""
+    made = library(_kind(name))
+    return None if made is None else made.functions.get((name, arguments))
+
+
+def calls_of(name: str) -> dict[str, Call]:
+    """What the library of its kind has of a kernel that Python calls, by the layout of the arguments."""
+    made = library(_kind(name))
+    return {} if made is None else made.calls.get(name, {})
+
+
+def _kind(name: str) -> str:
+    return next((kind for head, kind in _KIND_OF.items() if name.startswith(head)), "cranktrain")
+
+
+class DamagedError(Exception):
+    """A library that is not what was written."""
+
+
+def is_whole(path: Path, digest: str) -> bool:
+    """Whether a library is there and belongs to the sources of a digest; :class:`DamagedError` where it is damaged."""
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        return False
+    size = len(CHECKSUM) + hashlib.sha256().digest_size
+    if checksum(content[:-size]) != content[-size:]:
+        raise DamagedError(str(path))
+    return digest.encode() in content
+
+
+def checksum(content: bytes) -> bytes:
+    """What stands behind a library."""
+    return CHECKSUM + hashlib.sha256(content).digest()
+
+
+def _places(kind: str, digest: str) -> Iterator[Path]:
     folder = this_platform()
     name = library_name(kind, ".dll" if folder == "win64" else ".so")
     yield LIBRARIES / folder / name
-    try:
-        yield private_folder("native", code_digest(kind), folder) / name
-    except OSError:
-        return
+    if (cache_folder() / "native" / digest / folder / name).is_file():
+        try:
+            yield private_folder("native", digest, folder) / name
+        except OSError:
+            return
 
 
 def this_platform() -> str:
     """Folder of this machine's libraries, as an FMU names it."""
     if sys.platform == "win32":
         return "win64"
-    return "linux64" if platform.machine() in ("x86_64", "AMD64") else f"{platform.machine()}-{sys.platform}"
+    system = "linux" if sys.platform.startswith("linux") else sys.platform
+    if platform.machine() not in ("x86_64", "AMD64"):
+        return f"{platform.machine()}-{system}"
+    return f"{system}64"
 
 
 def library_name(kind: str, suffix: str) -> str:
@@ -113,13 +211,17 @@ def code_digest(kind: str) -> str:
     """Digest (16 hexadecimal digits) of the sources that a library of a kind is made from."""
     seal = LIBRARIES / SEAL
     if seal.is_file():
-        return dict(line.split() for line in seal.read_text(encoding="utf-8").splitlines())[kind]
+        return dict(line.split() for line in seal.read_text(encoding="utf-8").splitlines()).get(kind, "")
+    digest = hashlib.sha256()
+    for path in sorted(_sources(kind)):
+        content = path.read_bytes()
+        digest.update(f"{path.relative_to(ROOT).as_posix()}\0{len(content)}\0".encode() + content)
+    return digest.hexdigest()[:16]
+
+
+def _sources(kind: str) -> list[Path]:
     native = ROOT / "fmu" / "native"
     files = [*native.glob("*.py"), *(native / "c").glob("*.[ch]")]
     for folder in RESTS_ON[kind]:
         files += (ROOT / folder).rglob("*.py")
-    digest = hashlib.sha256()
-    for path in sorted(files):
-        content = path.read_bytes()
-        digest.update(f"{path.relative_to(ROOT).as_posix()}\0{len(content)}\0".encode() + content)
-    return digest.hexdigest()[:16]
+    return files

@@ -40,11 +40,21 @@ def record_image(record: Any) -> NDArray[np.int64]:
 
 
 def layout(record: Any) -> str:
-    """What a record is made of, as text: dimensions and kind of value of each array, kind of each number, in order."""
-    return " ".join(
-        f"{leaf.ndim}{leaf.dtype.kind}{leaf.itemsize}" if isinstance(leaf, np.ndarray) else type(leaf).__name__
-        for _, leaf in leaves(record)
-    )
+    """What a record is made of, as text: dimensions and kind of value of each array, kind of each number, in order.
+
+    Arrays whose values do not follow each other, or that cannot be written, are of kinds of their own.
+    """
+    return " ".join(map(_kind, (leaf for _, leaf in leaves(record))))
+
+
+def _kind(leaf: Any) -> str:
+    if isinstance(leaf, np.ndarray):
+        flags = leaf.flags
+        special = ("" if flags.c_contiguous else "strided") + ("" if flags.writeable else "constant")
+        return f"{leaf.ndim}{leaf.dtype.kind}{leaf.itemsize}{special}"
+    if isinstance(leaf, bool | np.bool_) or not isinstance(leaf, int | float | np.integer):
+        return type(leaf).__name__
+    return "float" if isinstance(leaf, float) else "int"
 
 
 def number_word(number: int | float | np.integer[Any]) -> int:

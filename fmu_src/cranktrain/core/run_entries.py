@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -11,38 +11,60 @@ from cranktrain.core.machine_code import library
 from cranktrain.core.records import layout, record_image
 
 ENTRIES = {"prepare": "prepare", "start": "start", "advance": "advance_run", "observe": "observe_run"}
-"""Entries of a run, and the kernels of the module that defines its record."""
+"""Entries of a run, and their kernels in the module that defines its record."""
 
 
 class RunEntries:
-    """What a run can do; each gives a status.
+    """What a run can do, each at once in one call that gives a status.
+
+    Runs in threads of their own do not wait for each other where they come from the library; one run serves one thread
+    at a time.
 
     Parameters
     ----------
     kind : of the library, see :data:`cranktrain.core.machine_code.RESTS_ON`
-    run : record of the run; its arrays are used in place
-    kernels : by the names of ``ENTRIES``
+    run : record of the run; its arrays are used in place, from now on
+    kernels : module with kernels of the names in ``ENTRIES``
     """
 
-    def __init__(self, kind: str, run: Any, kernels: Mapping[str, Any]) -> None:
-        self.run = run
+    def __init__(self, kind: str, run: Any, kernels: Any) -> None:
+        self._entries: dict[str, Callable[[float], int]]
         code = library(kind)
         if code is not None and code.layout == layout(run):
             self._image = record_image(run)
             address = int(self._image.ctypes.data)
-            calls: dict[str, Callable[..., Any]] = {
-                name: partial(entry, address) for name, entry in code.entries.items()
-            }
-            self.prepare, self.observe = partial(calls["prepare"], 0.0), partial(calls["observe"], 0.0)
-            self.start, self.advance = calls["start"], calls["advance"]
-            return
-        self.prepare, self.observe = (partial(self._compiled, kernels[name]) for name in ("prepare", "observe"))
-        self.start, self.advance = (partial(self._compiled, kernels[name]) for name in ("start", "advance"))
-        self._entries: dict[Any, Callable[..., Any]] = {}
+            self._entries = {name: partial(entry, address) for name, entry in code.entries.items()}
+            self._run = run
+        else:
+            self._entries = {name: _Compiled(run, getattr(kernels, kernel)) for name, kernel in ENTRIES.items()}
 
-    def _compiled(self, kernel: Any, *x: float) -> int:
-        """Call a kernel, compiled at its first call."""
-        entry = self._entries.get(kernel)
-        if entry is None:
-            entry = self._entries[kernel] = typed_kernel(kernel, self.run, *x)
-        return int(entry(self.run, *x))
+    def prepare(self) -> int:
+        """Fill the model from the run's numbers."""
+        return self._entries["prepare"](0.0)
+
+    def start(self, time: float) -> int:
+        """Start at a time, s, under the present inputs."""
+        return self._entries["start"](time)
+
+    def advance(self, t_end: float) -> int:
+        """Advance to ``t_end``, s, and write the outputs."""
+        return self._entries["advance"](t_end)
+
+    def observe(self) -> int:
+        """Write the outputs of the present state."""
+        return self._entries["observe"](0.0)
+
+
+class _Compiled:
+    """A kernel of a run, or of a run and a number, compiled at the first call."""
+
+    def __init__(self, run: Any, kernel: Any) -> None:
+        self._run, self._kernel = run, kernel
+        self._takes_number = kernel.py_func.__code__.co_argcount == 2
+        self._entry: Callable[..., Any] | None = None
+
+    def __call__(self, x: float) -> int:
+        arguments = (self._run, float(x)) if self._takes_number else (self._run,)
+        if self._entry is None:
+            self._entry = typed_kernel(self._kernel, *arguments)
+        return int(self._entry(*arguments))

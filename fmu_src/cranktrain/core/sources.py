@@ -7,6 +7,8 @@ change of any other does not. Imports are followed by name, wherever a file lies
 from __future__ import annotations
 
 import re
+import time
+from collections.abc import Iterable
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -14,6 +16,7 @@ from pathlib import Path
 PACKAGE = __name__.partition(".")[0]
 """Name that the package goes by: its own, or in an FMU one with a digest in it."""
 ROOT = Path(__file__).parents[1]
+_BEGAN = time.time()
 _IMPORT = re.compile(rf"(?m)^([ \t]*)(?:from ({PACKAGE}[\w.]*) import (\([^)]*\)|.*)|import ({PACKAGE}[\w.]*))")
 
 
@@ -31,6 +34,12 @@ def source_digest(file: str | Path, deferred: bool = False) -> str:
         name = path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else path.name
         digest.update(f"{name}\0{len(content)}\0".encode() + content)
     return digest.hexdigest()[:16]
+
+
+def edited_meanwhile(files: Iterable[Path]) -> bool:
+    """Whether a source was edited since this process began to load the package: what runs may be what it was before."""
+    now = time.time()
+    return any(_BEGAN < file.stat().st_mtime <= now for file in files)
 
 
 def rests_on(file: Path, deferred: bool = False) -> set[Path]:

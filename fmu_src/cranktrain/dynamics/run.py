@@ -22,7 +22,7 @@ def observe(model, work, state, outputs):
             continue
         values = outputs.values[families[k, FIRST] : families[k, END]]
         arguments = (model, work, state, families[k, MEMBERS], values)
-        call_kernel(families[k, ADDRESS], arguments)  # type: ignore[call-arg]
+        call_kernel(families[k, ADDRESS], arguments)
 
 
 @kernel

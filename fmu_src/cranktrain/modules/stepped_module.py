@@ -7,7 +7,7 @@ from abc import abstractmethod
 from typing import Any, ClassVar
 
 from cranktrain.core.errors import CranktrainError, InputError, SolverError
-from cranktrain.core.kernel import typed_kernel
+from cranktrain.core.run_entries import RunEntries
 from cranktrain.core.stepped_model import SteppedModel
 from cranktrain.modules import crank_angle as crank
 from cranktrain.modules.statuses import FAILED, MEND_ANGLE, MEND_STEP, NO_REVERSE, NativeInterface
@@ -23,12 +23,15 @@ class SteppedModule(SteppedModel):
     """
 
     settings: Any
+    _kind: ClassVar[str]
+    """Kind of its library of machine code."""
     _kernels: ClassVar[Any]
-    """The run's record: a module with kernels ``start``, ``advance_run`` and ``observe_run``."""
+    """The run's record: a module with kernels ``prepare``, ``start``, ``advance_run`` and ``observe_run``."""
 
     def __init__(self, settings: Any, run: Any, interface: NativeInterface) -> None:
         self.settings = settings
         self._run, self._model, self._work = run, run.model, run.work
+        self._entries = RunEntries(self._kind, run, self._kernels)
         self._inputs, self.outputs = run.inputs, run.outputs
         self.input_names, self.output_names = interface.inputs, interface.outputs
         self._statuses = interface.statuses
@@ -39,13 +42,10 @@ class SteppedModule(SteppedModel):
         Raises ``InputError`` for inputs that no engine has, ``SolverError`` where the start has no solution. The state
         is that of before then.
         """
-        run, kernels = self._run, self._kernels
-        status = typed_kernel(kernels.start, run, 0.0)(run, float(time))
+        status = self._entries.start(time)
         if status:
             raise self._error(status, "the start", time)
-        self._advance = typed_kernel(kernels.advance_run, run, 0.0)
-        self._observe_run = typed_kernel(kernels.observe_run, run)
-        self._state = run.state
+        self._state = self._run.state
         self._observe()
 
     def step(self, t_end: float) -> None:
@@ -59,12 +59,12 @@ class SteppedModule(SteppedModel):
             a model without a solution
         """
         state = self._current()
-        status = self._advance(self._run, float(t_end))
+        status = self._entries.advance(t_end)
         if status:
             raise self._error(status, f"the step from {state[crank.TIME]:.9g} s", t_end)
 
     def _observe(self) -> None:
-        self._observe_run(self._run)
+        self._entries.observe()
 
     def _error(self, status: int, what: str, t_end: float) -> CranktrainError:
         """What to raise for a status of the start or of a step, which ``what`` calls it, to ``t_end``, s."""

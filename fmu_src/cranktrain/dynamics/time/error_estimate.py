@@ -33,7 +33,7 @@ LEAST_TORSION, LEAST_AXIAL = 1.0e-6, 1.0e-8
 def step_error(model, work, state, h):
     """Estimated error of the step just taken, in units of the tolerance of adaptive control."""
     family = int(model.stages[HEAD, FAMILY])
-    call_kernel(work.family[family, DIFFERENCE_KERNEL], (model, work, h))  # type: ignore[call-arg]
+    call_kernel(work.family[family, DIFFERENCE_KERNEL], (model, work, h))
     worst = 0.0
     for j in range(2):
         change = 0.0

@@ -223,7 +223,7 @@ def sub_step(model, work, state, begin, h, halvings):
         work.key[slot, KEY_SPEED] = state[OMEGA_REFERENCE]
     open_step(model, work, state)
     angle, speed, _, acceleration = base_motion(model, work, state, begin, h)
-    status: int = call_kernel(work.family[int(table[HEAD, FAMILY]), STEP_KERNEL], (model, work, state, slot, h))  # type: ignore[call-arg]
+    status: int = call_kernel(work.family[int(table[HEAD, FAMILY]), STEP_KERNEL], (model, work, state, slot, h))
     if status != OK:
         return status
     state[STEP_LAST] = h

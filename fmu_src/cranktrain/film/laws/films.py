@@ -77,7 +77,7 @@ def no_films(bearings: int) -> Films:
 def film_call(films, action, i, memory, out):
     """Let the law act on film i at its ``place``, ``velocity`` and the ``numbers``; 0, or a failure."""
     arguments = (films.entry[1], action, i, films.place[i], films.velocity[i], films.numbers, memory, out)
-    return call_kernel(films.entry[0], arguments)  # type: ignore[call-arg]
+    return call_kernel(films.entry[0], arguments)
 
 
 @inlined_kernel

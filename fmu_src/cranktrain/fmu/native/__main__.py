@@ -1,27 +1,67 @@
 """Make the libraries of machine code of the present sources: ``python -m cranktrain.fmu.native [PLATFORM ...]``.
 
-Done once at an installation. Without a C compiler numba compiles kernels when they are first used, as without this.
+Done once at an installation. Without a C compiler numba compiles kernels when they are first called, as without this.
 """
 
 from __future__ import annotations
 
+import argparse
+import os
 import sys
+from pathlib import Path
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.machine_code import RESTS_ON, this_platform
-from cranktrain.fmu.native.link import library
+from cranktrain.core.machine_code import LIBRARIES, RESTS_ON, this_platform
+from cranktrain.fmu.native.link import checked_platform, compiler, library
 
 
-def main(platforms: list[str]) -> int:
-    """Make every kind's library for each platform, this machine's without any; 2 where one cannot be made."""
+def main(given: list[str]) -> int:
+    """Make every kind's library for each platform, this machine's without any.
+
+    2 where one that was asked for cannot be made, else 0.
+    """
+    parser = argparse.ArgumentParser("python -m cranktrain.fmu.native", description="Make libraries of machine code.")
+    parser.add_argument("platforms", nargs="*", metavar="PLATFORM", help="linux64, win64; this machine's without any")
+    parser.add_argument("--package", action="store_true", help="put them into the package, for a checkout or a wheel")
+    chosen = parser.parse_args(given)
+    lacking = [
+        platform for platform in chosen.platforms or [this_platform()] if not _made_for(platform, chosen.package)
+    ]
+    return 2 if lacking and chosen.platforms else 0
+
+
+def _made_for(platform: str, into_package: bool) -> bool:
+    """Whether every kind's library for a platform is there now."""
     try:
-        for platform in platforms or [this_platform()]:
-            for kind in RESTS_ON:
-                library(kind, platform, lambda text: print(text, file=sys.stderr, flush=True))
+        compiler(checked_platform(platform))
     except InputError as error:
-        print(f"libraries of machine code: {error}", file=sys.stderr)
-        return 2
-    return 0
+        _say(f"no machine code for {platform}, so that kernels are compiled when they are first called: {error}")
+        return False
+    whole = True
+    for kind in RESTS_ON:
+        try:
+            made = library(kind, platform, _say)
+            if into_package:
+                _put(made, LIBRARIES / platform)
+        except (InputError, OSError) as error:
+            _say(f"{kind}: its kernels are compiled when they are first called: {error}")
+            whole = False
+    return whole
+
+
+def _put(made: Path, folder: Path) -> None:
+    """Copy a library into a folder, whole or not at all."""
+    place = folder / made.name
+    if made == place:
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    temporary = place.with_suffix(f".{os.getpid()}")
+    temporary.write_bytes(made.read_bytes())
+    os.replace(temporary, place)
+
+
+def _say(text: str) -> None:
+    print(f"cranktrain: {text}", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -17,9 +17,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import llvmlite.binding as llvm
+import numpy as np
 from numba import njit, typeof, types
 
-from cranktrain.core.kernel import OPTIONS, record_reader
+from cranktrain.core.kernel import OPTIONS, Kernel, record_reader
 
 Progress = Callable[[str], None]
 
@@ -83,13 +84,41 @@ def entry_module(name: str, run: Any, kernel: Any) -> str:
         def entry(address, x):
             return kernel(read(address), x)
 
+    return _with_entry(name, entry)
+
+
+def _with_entry(name: str, function: Callable[..., Any]) -> str:
+    """LLVM's text of a function of an address and a number, with an entry by its C name that calls it."""
     called = f"{name}_kernel"
-    return _module(entry, (types.int64, types.float64), called) + _NEXT + _ENTRY.format(name=name, called=called)
+    return _module(function, (types.int64, types.float64), called) + _NEXT + _ENTRY.format(name=name, called=called)
 
 
 def function_module(name: str, kernel: Any, arguments: Iterable[Any]) -> str:
     """LLVM's text of a kernel that is called by numba's convention, for arguments of the types of ``arguments``."""
     return _module(_of_arity(kernel), tuple(typeof(argument) for argument in arguments), name)
+
+
+def call_module(name: str, kernel: Kernel, arguments: tuple[Any, ...]) -> tuple[str, str]:
+    """LLVM's text of an entry, by its C name, that calls a kernel as Python does; and the kinds of what it gives.
+
+    Its record is an array for the results, one value each, and the arguments; see
+    :class:`cranktrain.core.machine_code.Call`. ``TypeError`` where the kernel gives what is no number.
+    """
+    signature = tuple(typeof(argument) for argument in arguments)
+    kernel.dispatcher.compile(signature)
+    given = types.unliteral(kernel.dispatcher.overloads[signature].signature.return_type)
+    many = isinstance(given, types.BaseTuple)
+    kinds = "".join(_RESULTS[types.unliteral(kind)] for kind in (given if many else (given,)) if kind != types.none)
+    values = [f"result[{k}]" for k in range(len(kinds))] if many else ["result"] * len(kinds)
+    handed = ", ".join(f"record[{k + 1}]" for k in range(len(arguments)))
+    stored = "".join(f"    record[0][{k}] = {value}\n" for k, value in enumerate(values))
+    scope = {"kernel": kernel, "read": record_reader((np.zeros(1), *arguments))}
+    text = f"def entry(address, x):\n    record = read(address)\n    result = kernel({handed})\n{stored}    return 0"
+    exec(text, scope)
+    return _with_entry(name, scope["entry"]), f"({kinds})" if many else kinds
+
+
+_RESULTS = {types.int64: "i", types.float64: "f", types.boolean: "b"}
 
 
 def _of_arity(kernel: Any) -> Callable[..., Any]:

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.kernel import kernel_name
+from cranktrain.core.kernel import Kernel, kernel_name, recorded_calls
 from cranktrain.core.named import resolve
+from cranktrain.core.run_entries import ENTRIES
 from cranktrain.dynamics.outputs.register import FAMILIES as OUTPUT_FAMILIES
 from cranktrain.dynamics.time.integrators import FAMILIES as INTEGRATOR_FAMILIES
 from cranktrain.film.laws.films import NUMBERS, SIZE
 from cranktrain.film.laws.register import LAWS, THRUST
 from cranktrain.modules.module_settings import from_bytes
 from cranktrain.modules.register import MODULES, module_files, module_of
-
-ENTRIES = {"prepare": "prepare", "start": "start", "advance": "advance_run", "observe": "observe_run"}
-"""Entries as the C side calls them, and their kernels beside ``Run``."""
 
 
 class Function(NamedTuple):
@@ -29,18 +27,24 @@ class Function(NamedTuple):
 
 
 class Exports(NamedTuple):
-    """A run of the types that entries are compiled for, the kernels of the entries, and functions by name."""
+    """A run of the types that entries are compiled for, the kernels of the entries, functions by name, and calls.
+
+    ``calls`` are kernels that Python calls where it makes and looks at runs, with arguments of the types that it gives.
+    """
 
     run: Any
     entries: Mapping[str, Any]
     functions: Mapping[str, Function]
+    calls: Sequence[tuple[Kernel, tuple[Any, ...]]]
 
 
 def exports(kind: str) -> Exports:
     """Everything that the library of a kind exports."""
     if kind in MODULES:
         package = MODULES[kind].running.rpartition(".")[0]
-        return Exports(_module_run(kind, package), _entries(f"{package}.run_record"), {})
+        with recorded_calls() as calls:
+            run = _module_run(kind, package)
+        return Exports(run, _entries(f"{package}.run_record"), {}, list(calls.values()))
     raise InputError(f"the kernels of '{kind}' are not exported yet; take one of {', '.join(MODULES)}")
 
 

@@ -23,7 +23,7 @@ except ImportError:  # Windows
 
 from cranktrain.core.cache import private_folder
 from cranktrain.core.errors import InputError
-from cranktrain.core.machine_code import LIBRARIES, OFF, code_digest, library_name
+from cranktrain.core.machine_code import LIBRARIES, OFF, DamagedError, checksum, code_digest, is_whole, library_name
 from cranktrain.fmu.native.emit import PLATFORMS, Platform, Progress
 
 SOURCES = Path(__file__).parent / "c"
@@ -39,20 +39,22 @@ def library(kind: str, platform: str = "linux64", say: Progress = lambda text: N
     ------
     InputError
         a platform that is not known or that no compiler here makes
+    OSError
+        a cache that cannot be written
     """
     row = checked_platform(platform)
     name = library_name(kind, row.suffix)
     digest = code_digest(kind)
     for folder in (LIBRARIES / row.folder, private_folder("native", digest, row.folder)):
         made = folder / name
-        if made.is_file() and _is_of(made, digest):
+        if _is_made(made, digest):
             return made
-    compiler, target = _compiler(row), private_folder("native", digest, row.folder) / name
+    command, target = compiler(row), private_folder("native", digest, row.folder) / name
     with _alone(private_folder("native", digest)):
-        if not target.is_file():
+        if not _is_made(target, digest):
             objects = _objects(kind, digest, say)
             say(f"{kind}: library for {row.folder}")
-            _link(compiler, kind, digest, row, objects, target)
+            _link(command, kind, digest, row, objects, target)
     return target
 
 
@@ -72,8 +74,11 @@ def _alone(folder: Path) -> Iterator[None]:
         yield
 
 
-def _is_of(path: Path, digest: str) -> bool:
-    return digest.encode() in path.read_bytes()
+def _is_made(path: Path, digest: str) -> bool:
+    try:
+        return is_whole(path, digest)
+    except DamagedError:
+        return False
 
 
 def _objects(kind: str, digest: str, say: Progress) -> Path:
@@ -88,11 +93,12 @@ def _objects(kind: str, digest: str, say: Progress) -> Path:
         place = str(Path(__file__).parents[3])
         given = os.environ.get("PYTHONPATH")
         path = place if not given else os.pathsep.join((place, given))
-        subprocess.run(run, check=True, env={**os.environ, **PROCESSOR, "PYTHONPATH": path})
+        if subprocess.run(run, env={**os.environ, **PROCESSOR, "PYTHONPATH": path}).returncode:
+            raise InputError(f"{kind}: no machine code was made of its kernels; the lines above say why")
     return folder
 
 
-def _compiler(platform: Platform) -> list[str]:
+def compiler(platform: Platform) -> list[str]:
     """Command of a C compiler for a platform; ``InputError`` where there is none."""
     if importlib.util.find_spec("ziglang") is not None:
         return [sys.executable, "-m", "ziglang", "cc", "-target", platform.zig]
@@ -106,7 +112,7 @@ def _compiler(platform: Platform) -> list[str]:
     )
 
 
-def _link(compiler: Iterable[str], kind: str, digest: str, platform: Platform, objects: Path, target: Path) -> None:
+def _link(command: Iterable[str], kind: str, digest: str, platform: Platform, objects: Path, target: Path) -> None:
     """Compile the shim and link it with the objects; the library appears whole or not at all."""
     table = objects / f"{kind}.c"
     sources = [*sorted(SOURCES.glob("*.c")), table, objects / f"{kind}-{platform.folder}.o"]
@@ -114,7 +120,7 @@ def _link(compiler: Iterable[str], kind: str, digest: str, platform: Platform, o
         made = Path(folder) / target.name
         own = ["-lm", "-Wl,-z,relro,-z,now", "-fPIC"] if platform.suffix == ".so" else []
         run = [
-            *compiler,
+            *command,
             *FLAGS,
             f'-DCT_DIGEST="{digest}"',
             "-I",
@@ -127,4 +133,6 @@ def _link(compiler: Iterable[str], kind: str, digest: str, platform: Platform, o
         done = subprocess.run(run, capture_output=True, text=True)
         if done.returncode:
             raise InputError(f"the C compiler failed for {platform.folder}: {done.stderr.strip() or run}")
+        with made.open("ab") as stream:
+            stream.write(checksum(made.read_bytes()))
         os.replace(made, target)

@@ -7,15 +7,21 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from rich.console import Console
 from rich.progress import track
 
+from cranktrain.core.errors import InputError
+from cranktrain.core.kernel import kernel_name
 from cranktrain.core.records import layout
-from cranktrain.fmu.native.emit import PLATFORMS, entry_module, function_module, object_code
-from cranktrain.fmu.native.exports import exports
+from cranktrain.fmu.native.emit import PLATFORMS, call_module, entry_module, function_module, object_code
+from cranktrain.fmu.native.exports import Exports, exports
+
+_ENTRY = "ct_"
 
 _TABLE = """/* Made by cranktrain.fmu.native.make: what this library's kernels are. */
 #include "kernels.h"
@@ -49,28 +55,51 @@ const struct ct_kernels *ct_kernels_table(void)
 def make(kind: str, folder: Path) -> None:
     """Write ``kind-PLATFORM.o`` for every platform, and last ``kind.c``, the table of what they export."""
     made = exports(kind)
-    entries = {
-        f"ct_{name}": partial(entry_module, f"ct_{name}", made.run, kernel) for name, kernel in made.entries.items()
-    }
-    functions = {
-        f"ct_function_{k}": partial(function_module, f"ct_function_{k}", row.kernel, row.arguments(made.run))
-        for k, row in enumerate(made.functions.values())
-    }
-    work = [*entries.items(), *functions.items()]
-    shown = track(work, f"{kind}: machine code", console=Console(stderr=True), disable=not sys.stderr.isatty())
-    texts = {symbol: emit() for symbol, emit in shown}
+    console = Console(stderr=True)
+    pieces = list(_pieces(made))
+    shown = track(pieces, f"{kind}: machine code", console=console, disable=not console.is_terminal)
+    emitted = {piece.symbol: (piece.emit(), piece) for piece in shown}
+    texts = {symbol: text for symbol, ((text, _), _) in emitted.items()}
     for platform in PLATFORMS.values():
         _write(folder / f"{kind}-{platform.folder}.o", object_code(texts, platform))
-    declarations = [f"ct_entry {name};" for name in entries] + [f"void {name}(void);" for name in functions]
+    entries = [symbol for symbol in texts if not emitted[symbol][1].name]
+    functions = {symbol: piece.name + kinds for symbol, ((_, kinds), piece) in emitted.items() if piece.name}
+    declared = [f"extern ct_entry {name};" for name in entries] + [f"extern void {name}(void);" for name in functions]
     table = _TABLE.format(
-        declarations="\n".join(f"extern {line}" for line in declarations),
+        declarations="\n".join(declared),
         addresses="".join(f"(const void *){symbol}, " for symbol in functions),
-        names="".join(f'"{name}", ' for name in made.functions),
+        names="".join(f'"{name}", ' for name in functions.values()),
         entries=", ".join(entries),
         count=len(functions),
         layout=layout(made.run),
     )
     _write(folder / f"{kind}.c", table.encode())
+
+
+class _Piece(NamedTuple):
+    """One symbol of the library: what emits its text, with what its name in the table ends in; empty: an entry."""
+
+    symbol: str
+    name: str
+    emit: Callable[[], tuple[str, str]]
+
+
+def _pieces(made: Exports) -> Iterator[_Piece]:
+    """All that a library exports: entries, functions by their numbers, calls."""
+    for name, entry in made.entries.items():
+        symbol = _ENTRY + name
+        yield _Piece(symbol, "", partial(_without_kinds, entry_module, symbol, made.run, entry))
+    for k, (name, row) in enumerate(made.functions.items()):
+        arguments = row.arguments(made.run)
+        emit = partial(_without_kinds, function_module, f"ct_function_{k}", row.kernel, arguments)
+        yield _Piece(f"ct_function_{k}", f"{name}|{layout(arguments)}", emit)
+    for k, (kernel, arguments) in enumerate(made.calls):
+        emit = partial(call_module, f"ct_call_{k}", kernel, arguments)
+        yield _Piece(f"ct_call_{k}", f"{kernel_name(kernel)}|{layout(arguments)}|", emit)
+
+
+def _without_kinds(emit: Callable[..., str], *arguments: Any) -> tuple[str, str]:
+    return emit(*arguments), ""
 
 
 def _write(path: Path, data: bytes) -> None:
@@ -80,4 +109,7 @@ def _write(path: Path, data: bytes) -> None:
 
 
 if __name__ == "__main__":
-    make(sys.argv[1], Path(sys.argv[2]))
+    try:
+        make(sys.argv[1], Path(sys.argv[2]))
+    except InputError as error:
+        sys.exit(str(error))

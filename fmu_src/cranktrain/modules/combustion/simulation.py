@@ -29,6 +29,7 @@ class CombustionSimulation(SteppedModule):
     outputs : valid after ``initialize`` and after each step
     """
 
+    _kind: ClassVar[str] = "combustion"
     _kernels: ClassVar[Any] = run_record
 
     def __init__(self, settings: CycleSettings, gas: Array | None = None) -> None:

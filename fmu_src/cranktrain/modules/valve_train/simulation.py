@@ -20,6 +20,7 @@ class ValveTrainSimulation(SteppedModule):
     outputs : valid after ``initialize`` and after each step
     """
 
+    _kind: ClassVar[str] = "valvetrain"
     _kernels: ClassVar[Any] = run_record
 
     def __init__(self, settings: TrainSettings) -> None:

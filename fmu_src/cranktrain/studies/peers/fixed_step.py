@@ -174,7 +174,7 @@ class FixedStep:
 @kernel
 def evaluate(equations, t, y, out):
     """Slopes at (t, y) into ``out`` (N,)."""
-    return call_kernel(equations.address, equations.data + (t, y, out))  # type: ignore[call-arg]  # noqa: RUF005
+    return call_kernel(equations.address, equations.data + (t, y, out))  # noqa: RUF005
 
 
 @kernel
@@ -238,7 +238,7 @@ def leap(equations, t, h, steps, bound, modes, y, memory):
 @kernel
 def factor_radau(equations, t, h, y, memory):
     """Make the Jacobian at (t, y), factorise γ/h − J and (α + iβ)/h − J; 0, or 1 where one is singular."""
-    call_kernel(equations.jacobian, equations.data + (t, y, memory.jacobian))  # type: ignore[call-arg]  # noqa: RUF005
+    call_kernel(equations.jacobian, equations.data + (t, y, memory.jacobian))  # noqa: RUF005
     memory.numbers[JACOBIANS] += 1.0
     size = memory.real.shape[0]
     values = memory.table[EIGENVALUES]

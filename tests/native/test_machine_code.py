@@ -1,0 +1,218 @@
+"""Libraries of machine code under Python: numba is not loaded, results are its own to the bit; in doubt numba."""
+
+import ctypes
+import os
+import shutil
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cranktrain
+from cranktrain.core import machine_code
+from cranktrain.core.errors import InputError
+from cranktrain.core.kernel import Kernel, kernel
+from cranktrain.core.machine_code import OFF, RESTS_ON, code_digest, is_whole, this_platform
+from cranktrain.core.records import layout
+from cranktrain.core.run_entries import RunEntries
+from cranktrain.fmu.native import __main__ as command
+from cranktrain.fmu.native import link
+from cranktrain.fmu.native.emit import PLATFORMS, call_module, object_code
+from cranktrain.modules.register import MODULES
+from cranktrain.modules.valve_train import run_record
+from cranktrain.modules.valve_train.file import load
+from cranktrain.modules.valve_train.settings import make_run
+
+PACKAGE = Path(cranktrain.__file__).parent
+RUN = """
+import hashlib, sys
+import numpy as np
+from cranktrain.modules.module_settings import with_chosen
+from cranktrain.modules.register import MODULES, module_files
+from cranktrain.core.named import resolve
+digest = hashlib.sha256()
+for name in sorted(module_files()):
+    module = next(m for m in MODULES.values() if name.startswith(m.name))
+    if module.name != sys.argv[1]:
+        continue
+    package = module.running.rpartition(".")[0]
+    settings = resolve(package + ".file:load")(module_files()[name])
+    simulation = resolve(module.running + ":_RUNNING").model(with_chosen(settings, {"angle_source": "speed"}))
+    simulation.inputs[0] = 200.0
+    simulation.initialize(0.1)
+    for k in range(300):
+        simulation.step(0.1 + 2e-4 * (k + 1))
+        digest.update(simulation.outputs.tobytes())
+    digest.update(simulation.state.tobytes())
+print(digest.hexdigest(), "numba" in sys.modules)
+"""
+
+
+def made(kind):
+    """The library of a kind for this machine; skips where none can be made."""
+    try:
+        return link.library(kind, this_platform())
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+def python(text, *arguments, package=PACKAGE, **environment):
+    given = {**os.environ, "PYTHONPATH": str(package.parent), **environment}
+    given = {name: value for name, value in given.items() if value}
+    run = [sys.executable, "-W", "always", "-c", text, *arguments]
+    done = subprocess.run(run, capture_output=True, text=True, env=given, timeout=3600)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return done.stdout, done.stderr
+
+
+@pytest.mark.parametrize("kind", sorted(MODULES))
+def test_a_module_runs_from_its_library_without_numba_and_gives_numba_s_bits(kind):
+    made(kind)
+    digest, numba = python(RUN, kind, **{OFF: ""})[0].split()
+    assert numba == "False"
+    assert python(RUN, kind, **{OFF: "1"})[0].split() == [digest, "True"]
+
+
+@pytest.fixture
+def install(tmp_path):
+    """A copy of the package of its own, with the library of the valve train."""
+    path = made("valvetrain")
+    shutil.copytree(PACKAGE, tmp_path / "cranktrain", ignore=shutil.ignore_patterns("__pycache__", "lib"))
+    place = tmp_path / "cranktrain" / "fmu" / "native" / "lib" / this_platform() / path.name
+    place.parent.mkdir(parents=True)
+    shutil.copyfile(path, place)
+    return place
+
+
+def found(install, tmp_path):
+    """Whether that copy lacks its library, asked twice, and what it says."""
+    text = "from cranktrain.core.machine_code import library as of\nprint(of('valvetrain') is of('valvetrain') is None)"
+    package = install.parents[4]
+    out, said = python(text, package=package, CRANKTRAIN_CACHE=str(tmp_path / "cache"), **{OFF: ""})
+    return out.strip(), said
+
+
+def test_an_edit_of_the_sources_leaves_the_library_alone(install, tmp_path):
+    assert found(install, tmp_path) == ("False", "")
+    with (install.parents[4] / "modules" / "valve_train" / "stage.py").open("a") as stream:
+        stream.write("# another state of the sources\n")
+    assert found(install, tmp_path) == ("True", "")
+
+
+@pytest.mark.parametrize("cut", [True, False], ids=["cut short", "one byte changed"])
+def test_a_damaged_library_is_told_once_and_not_loaded(install, tmp_path, cut):
+    content = bytearray(install.read_bytes())
+    content[len(content) // 2] ^= 1
+    install.write_bytes(content[: len(content) // 2] if cut else content)
+    answer, said = found(install, tmp_path)
+    assert answer == "True"
+    assert said.count("cannot be used (its checksum differs)") == 1 and str(install) in said
+
+
+def test_a_sound_file_that_no_loader_takes_is_told(install, tmp_path):
+    text = f"no library, but {code_digest('valvetrain')}".encode()
+    install.write_bytes(text + machine_code.checksum(text))
+    answer, said = found(install, tmp_path)
+    assert answer == "True" and said.count("this library of machine code cannot be used") == 1
+
+
+def test_a_run_of_other_arrays_than_the_library_knows_is_compiled():
+    made("valvetrain")
+    run = make_run(load(MODULES["valvetrain"].folder / "data" / "valvetrain_i6.toml"))
+    other = run._replace(outputs=np.zeros(2 * run.outputs.size)[::2])
+    assert layout(other) != layout(run)
+    known, compiled = (RunEntries("valvetrain", r, run_record) for r in (run, other))
+    for entries in (known, compiled):
+        assert entries.prepare() == entries.start(0.0) == entries.observe() == 0
+    assert np.array_equal(run.outputs, other.outputs) and run.outputs.any()
+    assert not hasattr(compiled, "_image")
+
+
+def test_threads_that_want_a_library_make_it_once(tmp_path, monkeypatch):
+    """As two processes do: each opens the lock file for itself."""
+    monkeypatch.setenv("CRANKTRAIN_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(link, "LIBRARIES", tmp_path / "none")
+    monkeypatch.setattr(link, "compiler", lambda platform: ["cc"])
+    count, made_at_last = [], []
+
+    def linked(command, kind, digest, platform, objects, target):
+        count.append(kind)
+        target.write_bytes(digest.encode() + machine_code.checksum(digest.encode()))
+
+    monkeypatch.setattr(link, "_objects", lambda kind, digest, say: threading.Event().wait(0.3) or tmp_path)
+    monkeypatch.setattr(link, "_link", linked)
+    threads = [threading.Thread(target=lambda: made_at_last.append(link.library("valvetrain"))) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert count == ["valvetrain"]
+    assert len(set(made_at_last)) == 1 and is_whole(made_at_last[0], code_digest("valvetrain"))
+
+
+def test_without_a_c_compiler_an_installation_goes_on(monkeypatch, capsys):
+    def none(platform):
+        raise InputError("no C compiler was found")
+
+    monkeypatch.setattr(command, "compiler", none)
+    assert command.main([]) == 0
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and "kernels are compiled when they are first called: no C compiler was found" in said
+    assert command.main(["linux64"]) == 2
+    assert command.main(["toaster"]) == 2 and "platform 'toaster' is not known" in capsys.readouterr().err
+
+
+def test_the_package_s_libraries_appear_whole(tmp_path, monkeypatch):
+    made("valvetrain")
+    monkeypatch.setattr(command, "RESTS_ON", {"valvetrain": RESTS_ON["valvetrain"]})
+    monkeypatch.setattr(command, "LIBRARIES", tmp_path)
+    assert command.main(["--package"]) == 0
+    (path,) = tmp_path.rglob("*.*")
+    assert path.parent.name == this_platform() and is_whole(path, code_digest("valvetrain"))
+
+
+@kernel
+def several(values, factor, count):
+    for k in range(values.shape[0]):
+        values[k] *= factor
+    return values[0], count + 1, factor > 1.0
+
+
+@kernel
+def single(values):
+    return values[1]
+
+
+@kernel
+def nothing(values):
+    values[0] = 0.0
+
+
+@pytest.mark.parametrize("called", [several, single, nothing], ids=lambda k: k.__name__)
+def test_a_call_gives_what_numba_gives(called, tmp_path):
+    """Numbers, tuples of them, or nothing; arrays are changed in place."""
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("no C compiler here")
+    arguments = (np.arange(1.0, 4.0), 2.5, 3)[: called.py_func.__code__.co_argcount]
+    text, kinds = call_module("ct_call_0", called, arguments)
+    (tmp_path / "call.o").write_bytes(object_code({"ct_call_0": text}, PLATFORMS["linux64"]))
+    (tmp_path / "at.c").write_text("extern int ct_call_0(); void *at(void); void *at(void) { return ct_call_0; }\n")
+    files = [tmp_path / "call.o", tmp_path / "at.c"]
+    subprocess.run([compiler, "-shared", "-fPIC", "-o", tmp_path / "call.so", *files, "-lm"], check=True)
+    loaded = ctypes.CDLL(str(tmp_path / "call.so"))
+    loaded.at.restype = ctypes.c_void_p
+    call = machine_code.Call(loaded.at(), kinds)
+    mine = tuple(a.copy() if isinstance(a, np.ndarray) else a for a in arguments)
+    theirs = tuple(a.copy() if isinstance(a, np.ndarray) else a for a in arguments)
+    expected = called.dispatcher(*theirs)
+    result = call(mine)
+    assert result == expected and type(result) is type(expected)
+    assert np.array_equal(mine[0], theirs[0])
+
+
+def test_what_a_library_lacks_is_compiled():
+    assert isinstance(single, Kernel) and single(np.arange(3.0)) == 1.0
