@@ -74,6 +74,11 @@ BEHIND_PRESSURES = {"shaft.load_torque": "N m", "valvetrain.torque": "N m", "pre
 """Inputs behind the pressures, with their units."""
 
 
+def input_names(engine: Engine) -> tuple[str, ...]:
+    """Names of the inputs of an engine's runs, in order."""
+    return ("speed", *(f"cylinder[{i + 1}].pressure" for i in range(engine.n_cylinders)), *BEHIND_PRESSURES)
+
+
 class Simulation(SteppedModel):
     """A cranktrain that is stepped from outside: set ``inputs``, call ``step``, read ``outputs``.
 
@@ -119,8 +124,7 @@ class Simulation(SteppedModel):
         self._needs = output_needs(output_counts(engine))
         self.output_names = tuple(self._needs)
         self.outputs = np.zeros(len(self.output_names))
-        of_cylinders = (f"cylinder[{i + 1}].pressure" for i in range(engine.n_cylinders))
-        self.input_names = ("speed", *of_cylinders, *BEHIND_PRESSURES)
+        self.input_names = input_names(engine)
         self._inputs = np.zeros(engine.n_cylinders + OTHER_INPUTS)
         self.pressures = self.inputs[1 : 1 + engine.n_cylinders]
         self.pressures[:] = AMBIENT

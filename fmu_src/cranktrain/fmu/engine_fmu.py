@@ -7,13 +7,14 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
 from cranktrain.fmu import archive
 from cranktrain.fmu.archive import DESCRIPTION, Product, fmu_path, need_sources, write_fmu
 from cranktrain.fmu.description import Interface, read_interface
 from cranktrain.fmu.flat import FlatModel, to_bytes
 from cranktrain.fmu.geometry import geometry
+from cranktrain.fmu.native.archive import write_native_fmu
+from cranktrain.fmu.native.engine_model import engine_model
 
 
 def build(
@@ -29,12 +30,12 @@ def build(
 
     With ``platforms`` it is a native one for these, else the Python FMU. ``interface`` defaults to the full one;
     ``fixed`` are settings that no variable of it changes, ``suffix`` ends the model's name. The file appears whole or
-    not at all.
-    ``InputError`` where the interface or the code cannot go into an FMU.
+    not at all. ``InputError`` where the interface or the code cannot go into an FMU.
     """
     full = interface or full_interface()
     if platforms:
-        raise InputError("native FMUs are built of modules so far; leave --native out")
+        made = product(model.engine, full, b"", fixed, suffix)
+        return write_native_fmu(made, engine_model(model, made, say), folder, platforms, say)
     return write_fmu(product(model.engine, full, to_bytes(model), fixed, suffix), folder, say)
 
 

@@ -15,6 +15,7 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.fmu.flat import FlatModel, read_model
 from cranktrain.fmu.geometry import with_geometry
+from cranktrain.loads.gas_pressure import GasTrace
 
 __all__ = ["announced_compilation", "read_model", "simulation"]
 
@@ -42,7 +43,7 @@ class Chosen(NamedTuple):
     engine: Engine
     body: ReducedBody
     settings: Settings
-    gas: None
+    gas: GasTrace | None
     parts: Parts
 
 

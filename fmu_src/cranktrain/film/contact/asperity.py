@@ -21,6 +21,7 @@ Source: J. A. Greenwood, J. H. Tripp, The Contact of Two Nominally Flat Rough Su
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,6 +80,11 @@ def log_spline(values: Array) -> Array:
 
 def contact_table() -> Array:
     """Spline coefficients (n, 2) of ln F_{5/2} and ln F_2 for :func:`contact_pressure`; the same for every surface."""
+    return _contact_table().copy()
+
+
+@cache
+def _contact_table() -> Array:
     n = round((TABLE_TOP - LOWEST) / GAP_STEP) + 1
     gaps: Array = LOWEST + GAP_STEP * np.arange(n, dtype=np.float64)
     return log_spline(np.stack([greenwood_tripp_integral(2.5, gaps), greenwood_tripp_integral(2.0, gaps)], axis=1))

@@ -19,6 +19,7 @@ acts on the journal as a torque and as a force across the line of centres.
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -90,9 +91,19 @@ class JournalContact(NamedTuple):
 def bearing_contact(bearing: PlainBearing, table: Array | None = None) -> JournalContact:
     """Rough contact of ``bearing``; ``table`` as for :func:`journal_contact_data`."""
     constants = bearing_contact_constants(bearing)
-    return journal_contact_data(
-        0.5 * bearing.diameter, bearing.clearance, bearing.width, constants, table, over(bearing.relief)
-    )
+    dimensions = 0.5 * bearing.diameter, bearing.clearance, bearing.width
+    if table is not None:
+        return journal_contact_data(*dimensions, constants, table, over(bearing.relief))
+    made = _usual_contact(*dimensions, tuple(constants.tolist()), over(bearing.relief))
+    return JournalContact(*(array.copy() for array in made))
+
+
+@cache
+def _usual_contact(
+    radius: float, clearance: float, width: float, constants: tuple[float, ...], profile: tuple[float, float, float]
+) -> JournalContact:
+    """Contact of a bearing on the usual table: an FMU's builder asks for it once a combination of levels."""
+    return journal_contact_data(radius, clearance, width, np.array(constants), None, profile)
 
 
 def journal_contact_data(

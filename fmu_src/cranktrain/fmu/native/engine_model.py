@@ -1,0 +1,98 @@
+"""What an engine is to the library of the cranktrain: a variant for every combination of levels that differs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model.choices import GEOMETRY_SLOTS, NUMBER_SLOTS, option_slots
+from cranktrain.dynamics.outputs.register import families_of, output_counts, output_names
+from cranktrain.dynamics.run_record import make_run
+from cranktrain.dynamics.simulation import Simulation, input_names
+from cranktrain.dynamics.time.status import FAILED, statuses
+from cranktrain.fmu.archive import Product
+from cranktrain.fmu.flat import FlatModel
+from cranktrain.fmu.native.exports import functions
+from cranktrain.fmu.native.image import Images, leaf_numbers
+from cranktrain.fmu.native.interface import NativeModel
+from cranktrain.fmu.running import chosen_levels
+from cranktrain.loads.gas_pressure import GasTrace
+
+KIND = "cranktrain"
+LEVELS = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "boundary")
+"""Settings on which the structure of a run depends."""
+WARMTH = "film_temperature"
+"""Setting that the Python FMU fulfils by runs before the start, and a native one not at all."""
+LEAVES = {
+    "state": "state",
+    "inputs": "inputs",
+    "outputs": "outputs.values",
+    "families": "outputs.families",
+    "numbers": "numbers",
+}
+"""Leaves of a run that the C side knows."""
+
+
+def engine_model(model: FlatModel, product: Product, say: Callable[[str], None] = lambda text: None) -> NativeModel:
+    """A model's runs at all levels that the variables of a product let choose.
+
+    Combinations that do not go together, or whose data the model lacks, are kept as the texts that refuse them.
+    """
+    variants = _Variants(model, product)
+    say(f"{model.engine.name}: levels")
+    counts = output_counts(model.engine)
+    return NativeModel(
+        kind=KIND,
+        inputs=input_names(model.engine),
+        outputs=output_names(counts),
+        slots=NUMBER_SLOTS | GEOMETRY_SLOTS,
+        options=option_slots(),
+        levels={str(v.setting): v.choices for v in product.variables if v.setting in (*LEVELS, WARMTH)},
+        variant=variants.row,
+        families=families_of(counts),
+        statuses={code: (kind == FAILED, text) for code, (kind, text) in statuses(input_names(model.engine)).items()},
+        leaves=variants.leaves,
+        tables=variants.tables,
+    )
+
+
+class _Variants:
+    """Variants in the making: one for each combination of levels that differs once nothing is left open."""
+
+    def __init__(self, model: FlatModel, product: Product) -> None:
+        self.model, self.fixed = model, dict(product.fixed)
+        self.names = {str(v.setting): v.name for v in product.variables if v.setting}
+        self.images = Images({name: k for k, name in enumerate(functions(KIND))}, is_constant)
+        self.gas = GasTrace.from_engine(model.engine)
+        self.known: dict[tuple[str, ...], int] = {}
+        self._leaves: dict[str, int] = {}
+
+    def row(self, chosen: Mapping[str, str]) -> int:
+        """Variant of a combination of levels; ``InputError`` for one that is refused."""
+        if chosen.get(WARMTH, "engine") != "engine":
+            raise InputError(
+                f"'{self.names[WARMTH]}' is '{chosen[WARMTH]}', which takes runs before the start; a native FMU makes "
+                "none: build the Python FMU with build_fmu.py --python, or choose 'engine'"
+            )
+        levels = chosen_levels(self.model, {**self.fixed, **chosen}, self.names)
+        made = Simulation(*levels._replace(gas=self.gas))
+        key = tuple(str(getattr(made.settings, level)) for level in LEVELS)
+        if key not in self.known:
+            run = make_run(made.engine, made.body, made.settings, made.gas, made.parts)
+            self.known[key] = self.images.add(run, dict(enumerate(run.numbers.tolist())))
+            self._leaves = leaf_numbers(run, LEAVES)
+        return self.known[key]
+
+    def leaves(self) -> dict[str, int]:
+        """Leaves that the C side knows, the same in all variants."""
+        return self._leaves
+
+    def tables(self) -> dict[str, Any]:
+        """Sections of the variants made so far."""
+        return self.images.sections()
+
+
+def is_constant(path: str) -> bool:
+    """Whether no kernel writes an array of a run or of a law's record: the tables of films, which are large."""
+    return ".table." in path or path.endswith(".table")
