@@ -4,6 +4,7 @@ import zipfile
 
 import mock_unit
 import pytest
+import real_unit
 from raw_unit import Raw
 
 
@@ -43,3 +44,9 @@ def unit(unpacked, binary):
     for one in made:
         if one.component is not None:
             one.free()
+
+
+@pytest.fixture(scope="session", params=["combustion_i6", "valvetrain_i6"])
+def real(request, tmp_path_factory):
+    """The native FMU of a module, in its folder."""
+    return real_unit.unpacked(request.param, tmp_path_factory.mktemp(request.param))

@@ -62,6 +62,7 @@ VARIABLES = (
     ("solver.scheme", ff.ENUMERATION, ff.PARAMETER, 3, "second", None, ()),
 )
 """Name, type, causality, index, start, bounds, families; in the order of value references."""
+NOMINAL = {"speed": 100.0}
 REFERENCE = {row[0]: i for i, row in enumerate(VARIABLES)}
 CHOICES = (
     ("spring.level", ff.LEVEL, 0, (("soft", 0, 0.0), ("stiff", 1, 0.0))),
@@ -116,7 +117,7 @@ def _variant(arrays: _Arrays, leaves: list, records: list, law: int, free: bool)
     leaves += [{"slot": slot - base} for slot in run]
     leaves.append({"slot": ff.NONE, "value": int(free)})
     leaves.append({"slot": ff.NONE, "kind": ff.FUNCTION_LEAF, "value": MOTION})
-    leaves += [{"slot": arrays.slot(np.zeros(n), ff.ZEROS) - base} for n in (1, 2, 5)]
+    leaves += [{"slot": arrays.slot(np.zeros(n), ff.ZEROS) - base} for n in (1, 2)]
     n_leaves = len(leaves) - first_leaf
     records.append({"first_leaf": len(leaves), "n_leaves": 2})
     leaves.append({"slot": arrays.slot(np.array([100.0, 10.0])) - base})
@@ -139,14 +140,14 @@ def tables() -> dict[str, np.ndarray]:
         if bounds is None:
             row["start_text"] = texts.at(start)
         else:
-            row |= {"start": start, "min": bounds[0], "max": bounds[1]}
+            row |= {"start": start, "min": bounds[0], "max": bounds[1], "nominal": NOMINAL.get(name, 0.0)}
         variables.append(row)
     for name, kind, index, listed in CHOICES:
         first = {"first_option": len(options), "n_options": len(listed)}
         choices.append({"name": texts.at(name), "kind": kind, "index": index, **first})
         options += [{"text": texts.at(text), "value": value, "number": number} for text, value, number in listed]
     refusal = ff.REFUSED | texts.at("a stiff spring needs mount.level ground; choose it")
-    leaf = {"state": 0, "inputs": 1, "families": 2, "outputs": 3, "numbers": 4, "input_rates": 11, "output_rates": 12}
+    leaf = {"state": 0, "inputs": 1, "families": 2, "outputs": 3, "numbers": 4, "input_rates": 11}
     made = {
         "VARS": variables,
         "FAMS": families,
@@ -194,7 +195,8 @@ def description() -> str:
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="{MODEL}" guid="{GUID}">
 <CoSimulation modelIdentifier="{MODEL}" canHandleVariableCommunicationStepSize="true" canInterpolateInputs="true"
- maxOutputDerivativeOrder="1" canGetAndSetFMUstate="true" canSerializeFMUstate="true"/>
+ maxOutputDerivativeOrder="1" providesDirectionalDerivative="true" canGetAndSetFMUstate="true"
+ canSerializeFMUstate="true"/>
 <TypeDefinitions><SimpleType name="Scheme"><Enumeration>{items}</Enumeration></SimpleType></TypeDefinitions>
 <DefaultExperiment startTime="0" stopTime="0.1" stepSize="1e-3"/>
 <ModelVariables>{"".join(lines)}</ModelVariables>

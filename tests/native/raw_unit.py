@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import math
 from ctypes import byref, c_char, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 from pathlib import Path
+
+import numpy as np
 
 OK, WARNING, DISCARD, ERROR = range(4)
 MODEL_EXCHANGE, CO_SIMULATION = range(2)
@@ -14,6 +17,15 @@ C_TYPE = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char
 LOGGER = ctypes.CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
 ALLOCATE = ctypes.CFUNCTYPE(c_void_p, c_size_t, c_size_t)
 RELEASE = ctypes.CFUNCTYPE(None, c_void_p)
+
+
+def summed(words):
+    """Bytes of a serialized state whose checksum fits its words, at the places of ``struct ct_snapshot``."""
+    words = words.copy()
+    words[6:8] = 0
+    counts = np.arange(1, words.size + 1, dtype=np.uint64)
+    words[6:8] = words.sum(dtype=np.uint64), (words * counts).sum(dtype=np.uint64)
+    return words.tobytes()
 
 
 class Callbacks(ctypes.Structure):
@@ -84,6 +96,19 @@ class Raw:
         """Arguments of a call about derivatives."""
         references, n, values = self.values("Real", pairs)
         return references, n, (c_int * len(pairs))(*[order] * len(pairs)), values
+
+    def output_rates(self, *references):
+        """First derivatives of outputs by time."""
+        given = self.rates("Get", dict.fromkeys(references, math.nan))
+        self.must("GetRealOutputDerivatives", *given)
+        return list(given[-1])
+
+    def directional(self, unknowns, changes):
+        """Derivatives of ``unknowns`` in the direction of ``changes``, a mapping from inputs."""
+        outputs, n, results = self.values("Real", dict.fromkeys(unknowns, math.nan))
+        inputs, n_inputs, moves = self.values("Real", changes)
+        self.must("GetDirectionalDerivative", outputs, n, inputs, n_inputs, moves, results)
+        return list(results)
 
     def setup(self, start=0.0, stop=None):
         return self.must("SetupExperiment", 0, 0.0, float(start), int(stop is not None), float(stop or 0.0))

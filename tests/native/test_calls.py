@@ -52,6 +52,7 @@ def calls(one):
         ("SetString", text, PHASES[:2]),
         ("SetRealInputDerivatives", one.rates("Set", {V["force"]: 1.0}), PHASES[:4]),
         ("GetRealOutputDerivatives", one.rates("Get", {V["position"]: 0.0}), running),
+        ("GetDirectionalDerivative", (*real[:2], *force, real[2]), PHASES[1:]),
         ("GetFMUstate", (byref(state),), every),
         ("FreeFMUstate", (byref(state),), every),
         ("DoStep", (2e-4, 1e-4, 1), ("stepped", "failed")),

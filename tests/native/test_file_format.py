@@ -22,7 +22,7 @@ from cranktrain.fmu.native.file_format import (
 
 DIGEST, GUID = "0123456789abcdef", "{8c4e810f-3df3-4a00-8276-176fa3c9f9e0}"
 ROW_BYTES = {
-    "TEXT": 1, "VARS": 48, "FAMS": 4, "CHOI": 20, "OPTN": 16, "LEVL": 4, "VARI": 32, "NUMB": 16, "SLOT": 4, "LEAF": 16,
+    "TEXT": 1, "VARS": 56, "FAMS": 4, "CHOI": 20, "OPTN": 16, "LEVL": 4, "VARI": 32, "NUMB": 16, "SLOT": 4, "LEAF": 16,
     "RECS": 8, "ARRY": 72, "FIXU": 16, "NAME": 8, "STAT": 16, "INFO": 8, "BLOB": 1,
 }  # fmt: skip
 """Sizes of the structures that the C side reads."""

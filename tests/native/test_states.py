@@ -5,7 +5,7 @@ from ctypes import byref, c_size_t, c_void_p
 import numpy as np
 import pytest
 from mock_unit import REFERENCE
-from raw_unit import DISCARD, ERROR, OK
+from raw_unit import DISCARD, ERROR, OK, summed
 
 V = REFERENCE
 LEVELS = ({}, {"spring.level": "stiff"}, {"mount.level": "free"})
@@ -107,33 +107,24 @@ def test_a_state_that_cannot_start_leaves_the_instance_as_it_was(unit):
     words[places] = np.float64(91.0).view(np.uint64)
     other = unit().start().run(5)
     before = bits(other)
-    status, state = other.deserialize(_summed(words))
+    status, state = other.deserialize(summed(words))
     assert status == OK
     assert other.refused("SetFMUstate", state) == "unit: damping is above 90; lower it"
     assert bits(other) == before
     assert bits(other.run(1, first=5)) == bits(unit().start().run(6))
 
 
-def _summed(words):
-    """Bytes of a serialized state whose checksum fits its words, at the places of ``struct ct_snapshot``."""
-    words = words.copy()
-    words[6:8] = 0
-    counts = np.arange(1, words.size + 1, dtype=np.uint64)
-    words[6:8] = words.sum(dtype=np.uint64), (words * counts).sum(dtype=np.uint64)
-    return words.tobytes()
-
-
 def test_foreign_and_damaged_states_are_refused(unit):
     one = unit().start().run(3)
     whole, before = one.serialized(one.state()), bits(one)
-    assert _summed(np.frombuffer(whole, dtype="<u8")) == whole
+    assert summed(np.frombuffer(whole, dtype="<u8")) == whole
     for data, words in (
         (b"", "not one of cranktrain"),
         (b"x" * 500, "not one of cranktrain"),
         (whole[:8] + b"{0" + whole[10:], "comes from another build"),
         (whole[:-8], "damaged"),
         (whole[:-9] + bytes([whole[-9] ^ 1]) + whole[-8:], "damaged"),
-        (whole[:120], "damaged"),
+        (whole[:200], "damaged"),
     ):
         status, state = one.deserialize(data)
         assert status == ERROR and not state and words in one.log[-1][2], (len(data), one.log[-1:])
@@ -146,12 +137,12 @@ def test_states_with_fitting_checksums_and_senseless_values_are_refused_or_harml
     one = unit().start().run(3)
     words = np.frombuffer(one.serialized(one.state()), dtype="<u8")
     odd = [0, 1, 2**32, 2**64 - 1, *np.array([np.nan, np.inf, -1.0, 0.5, 1e300]).view(np.uint64).tolist()]
-    n_state = 3  # what is in the state vector is the kernels' own
-    for place in range(len(words) - n_state):
+    points = 3 * 3 * 8  # what is in the points is the kernels' own: state, inputs and rates, each padded to 64 bytes
+    for place in range(len(words) - points):
         for value in odd:
             changed = words.copy()
             changed[place] = value
-            status, state = one.deserialize(_summed(changed))
+            status, state = one.deserialize(summed(changed))
             if status == OK:
                 one.call("SetFMUstate", state)
                 one.step(3e-4)

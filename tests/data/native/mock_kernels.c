@@ -21,7 +21,7 @@ struct run {
     struct matrix shared;
     int64_t free;     /* whether the mount moves as well */
     int64_t observer; /* address of what observes the first family again, for the moving flag */
-    struct vector work, input_rates, output_rates;
+    struct vector work, input_rates;
 };
 enum { TIME, X, V, MOUNT };                        /* state */
 enum { SPEED, FORCE };                             /* inputs */
@@ -87,8 +87,6 @@ static int64_t observe(void *image, double unused) {
         if (row[WANTED] != 0) ((observer *)(uintptr_t)row[ADDRESS])(run, run->values.data + row[FIRST]);
     }
     if (run->families.data[WANTED] != 0) ((observer *)(uintptr_t)run->observer)(run, run->values.data);
-    for (int64_t k = 0; k < run->output_rates.shape[0]; ++k) run->output_rates.data[k] = 0.0;
-    run->output_rates.data[POSITION] = run->state.data[V];
     return 0;
 }
 

@@ -111,4 +111,6 @@ CAPABILITIES = {
     "canNotUseMemoryManagementFunctions": "false",
     "canGetAndSetFMUstate": "true",
     "canSerializeFMUstate": "true",
+    "maxOutputDerivativeOrder": "1",
+    "providesDirectionalDerivative": "true",
 }

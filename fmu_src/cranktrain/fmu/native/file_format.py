@@ -81,7 +81,7 @@ SECTIONS: Mapping[str, np.dtype[Any]] = MappingProxyType(
         "VARS": np.dtype(
             [
                 *(("name", "<u4"), ("start_text", "<u4"), ("type", "u1"), ("causality", "u1"), ("pad", "<u2")),
-                *(("index", "<u4"), ("start", "<f8"), ("min", "<f8"), ("max", "<f8")),
+                *(("index", "<u4"), ("start", "<f8"), ("min", "<f8"), ("max", "<f8"), ("nominal", "<f8")),
                 *(("first_family", "<u4"), ("n_families", "<u4")),
             ]
         ),
@@ -112,7 +112,7 @@ SECTIONS: Mapping[str, np.dtype[Any]] = MappingProxyType(
         ),
         # addresses within an array of kind COPIED
         "FIXU": _row(byte_offset="u8", kind="u4", index="u4"),
-        # leaves of Run that the C side knows: state, inputs, outputs, numbers, families, input_rates, output_rates
+        # leaves of Run that the C side knows: state, inputs, outputs, numbers, families, input_rates
         "NAME": _row(name="u4", leaf="u4"),
         "STAT": _row(code="i4", text="u4", kind="u4", pad="u4"),
         "INFO": _row(name="u4", text="u4"),

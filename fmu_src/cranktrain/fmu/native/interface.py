@@ -135,6 +135,7 @@ def _row(variable: Variable, texts: Texts) -> dict[str, Any]:
         "causality": CAUSALITIES[variable.causality],
         **row,
         **bounds,
+        "nominal": variable.nominal or 0.0,
     }
 
 

@@ -10,7 +10,6 @@ static const struct {
     [CT_STATE] = {"state", true},          [CT_INPUTS] = {"inputs", true},
     [CT_OUTPUTS] = {"outputs", true},      [CT_NUMBERS] = {"numbers", true},
     [CT_FAMILIES] = {"families", false},   [CT_INPUT_RATES] = {"input_rates", false},
-    [CT_OUTPUT_RATES] = {"output_rates", false},
 };
 static const uint64_t LARGEST = (uint64_t)1 << 40; /* bytes of an array: more is no data of ours */
 
@@ -72,7 +71,6 @@ static const char *check_members(const struct ct_file *file, const struct ct_var
     }
     if (sizes[CT_STATE] == 0) return PROBLEM;
     if (file->members[CT_INPUT_RATES] != CT_NONE && sizes[CT_INPUT_RATES] != sizes[CT_INPUTS]) return PROBLEM;
-    if (file->members[CT_OUTPUT_RATES] != CT_NONE && sizes[CT_OUTPUT_RATES] != sizes[CT_OUTPUTS]) return PROBLEM;
     if (sizes[CT_INPUTS] < least->inputs) least->inputs = sizes[CT_INPUTS];
     if (sizes[CT_OUTPUTS] < least->outputs) least->outputs = sizes[CT_OUTPUTS];
     if (sizes[CT_NUMBERS] < least->numbers) least->numbers = sizes[CT_NUMBERS];

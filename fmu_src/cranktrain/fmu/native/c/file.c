@@ -24,7 +24,7 @@ struct entry {
 static const size_t SUMMED = offsetof(struct header, n_sections);
 
 _Static_assert(sizeof(struct header) == 104 && sizeof(struct entry) == 32, "layout of the file");
-_Static_assert(sizeof(struct ct_variable) == 48 && sizeof(struct ct_choice) == 20, "layout of the file");
+_Static_assert(sizeof(struct ct_variable) == 56 && sizeof(struct ct_choice) == 20, "layout of the file");
 _Static_assert(sizeof(struct ct_option) == 16 && sizeof(struct ct_variant) == 32, "layout of the file");
 _Static_assert(sizeof(struct ct_slot_number) == 16 && sizeof(struct ct_leaf) == 16, "layout of the file");
 _Static_assert(sizeof(struct ct_record) == 8 && sizeof(struct ct_array) == 72, "layout of the file");

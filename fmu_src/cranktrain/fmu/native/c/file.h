@@ -21,7 +21,7 @@ struct ct_variable {
     uint32_t name, start_text;
     uint8_t type, causality, pad[2];
     uint32_t index; /* place in run.inputs or run.outputs, slot of run.numbers, row of the choices */
-    double start, min, max;
+    double start, min, max, nominal; /* nominal: size that values have, 0 where it is not known */
     uint32_t first_family, n_families;
 };
 struct ct_choice { uint32_t name, first_option, n_options, kind, index; };
@@ -42,7 +42,7 @@ struct ct_status { int32_t code; uint32_t text, kind, pad; };
 struct ct_info { uint32_t name, text; };
 
 /* Leaves of Run that this side reads or writes. */
-enum ct_member { CT_STATE, CT_INPUTS, CT_OUTPUTS, CT_NUMBERS, CT_FAMILIES, CT_INPUT_RATES, CT_OUTPUT_RATES, CT_MEMBERS };
+enum ct_member { CT_STATE, CT_INPUTS, CT_OUTPUTS, CT_NUMBERS, CT_FAMILIES, CT_INPUT_RATES, CT_MEMBERS };
 enum { CT_WANTED = 4 }; /* column of families: whether anybody reads them */
 
 struct ct_file {

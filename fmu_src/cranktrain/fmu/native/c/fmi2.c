@@ -316,12 +316,8 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi
     }
     if (!allowed(one, DO_STEP) || check_step(one, time, step) != fmi2OK) return fmi2Error;
     warn_if_coarse(one, step);
-    ct_pass_inputs(one);
-    if (time + step > one->state[0]) { /* else the master's rounding has made nothing of the step */
-        const int64_t status = ct_kernels.advance(one->model.run, time + step);
-        if (status != 0) return failed_step(one, status);
-        one->model.observed = true;
-    }
+    const int64_t code = ct_advance_model(one, time + step);
+    if (code != 0) return failed_step(one, code);
     if (one->model.input_rates != NULL) { /* they held for this step */
         for (uint32_t k = 0; k < one->n_inputs; ++k) one->rates[k] = NAN;
     }

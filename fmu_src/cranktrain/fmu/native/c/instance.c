@@ -10,14 +10,29 @@ static uint64_t padded(uint64_t bytes) { return (bytes + CT_ALIGNMENT - 1) / CT_
 
 /* ---------------------------------------------------------------- life */
 
-/* Float64 numbers of the longest state vector of any variant. */
-static uint64_t longest_state(const struct ct_file *file) {
+/* What a point is made of, in this order, each part from a multiple of 64 bytes on. */
+static const enum ct_member POINT[] = {CT_STATE, CT_INPUTS, CT_INPUT_RATES};
+enum { N_POINT = sizeof POINT / sizeof POINT[0] };
+
+static uint64_t part_bytes(const struct ct_file *file, const struct ct_variant *variant, enum ct_member member) {
+    const struct ct_array *array = ct_member_array(file, variant, member);
+    return array == NULL ? 0 : padded(array->bytes);
+}
+
+uint64_t ct_point(const struct ct_file *file, const struct ct_variant *variant) {
     uint64_t bytes = 0;
-    for (const struct ct_variant *variant = file->variants; variant < file->variants + file->n_variants; ++variant) {
-        const struct ct_array *array = ct_member_array(file, variant, CT_STATE);
-        if (array->bytes > bytes) bytes = array->bytes;
-    }
+    for (int part = 0; part < N_POINT; ++part) bytes += part_bytes(file, variant, POINT[part]);
     return bytes / sizeof(double);
+}
+
+/* Float64 numbers of the longest point of any variant. */
+static uint64_t longest_point(const struct ct_file *file) {
+    uint64_t most = 0;
+    for (const struct ct_variant *variant = file->variants; variant < file->variants + file->n_variants; ++variant) {
+        const uint64_t n = ct_point(file, variant);
+        if (n > most) most = n;
+    }
+    return most;
 }
 
 static uint64_t count_inputs(const struct ct_file *file) {
@@ -28,15 +43,18 @@ static uint64_t count_inputs(const struct ct_file *file) {
 
 /* Memory of the values: false where there is none. */
 static bool take_memory(struct ct_instance *one) {
-    const uint64_t n = one->n_variables, n_state = longest_state(&one->file);
+    const uint64_t n = one->n_variables, n_point = longest_point(&one->file);
     const uint64_t snapshot = sizeof(struct ct_snapshot) + (n + 2 * one->n_inputs) * sizeof(double);
-    const uint64_t before = padded(snapshot), capacity = before + n_state * sizeof(double);
+    const uint64_t before = padded(snapshot), capacity = before + (1 + CT_PAST) * n_point * sizeof(double);
     if (capacity > MOST_BYTES) return false;
     one->now = ct_allocate(&one->host, capacity);
+    one->before = ct_allocate(&one->host, n_point * sizeof *one->before);
     one->places = ct_allocate(&one->host, (n + 1) * sizeof *one->places);
     one->inputs = ct_allocate(&one->host, (one->n_inputs + 1) * sizeof *one->inputs);
     one->ready = ct_allocate(&one->host, n + 1);
-    if (one->now == NULL || one->places == NULL || one->inputs == NULL || one->ready == NULL) return false;
+    if (one->now == NULL || one->before == NULL || one->places == NULL || one->inputs == NULL || one->ready == NULL) {
+        return false;
+    }
     one->now->capacity = capacity;
     one->values = (double *)(void *)(one->now + 1);
     one->rates = one->values + n;
@@ -89,6 +107,7 @@ void ct_free_instance(struct ct_instance *one) {
     const struct ct_host host = one->host;
     ct_release(&host, one->model.block);
     ct_release(&host, one->now);
+    ct_release(&host, one->before);
     ct_release(&host, one->places);
     ct_release(&host, one->inputs);
     ct_release(&host, one->ready);
@@ -210,7 +229,6 @@ static void find_members(struct ct_instance *one, const struct ct_variant *varia
     model->outputs = members[CT_OUTPUTS];
     model->numbers = members[CT_NUMBERS];
     model->input_rates = members[CT_INPUT_RATES];
-    model->output_rates = members[CT_OUTPUT_RATES];
     model->families = members[CT_FAMILIES];
     if (model->families != NULL) model->columns = ct_member_array(&one->file, variant, CT_FAMILIES)->shape[1];
 }
@@ -231,11 +249,21 @@ static uint64_t block_bytes(const struct ct_file *file, const struct ct_variant 
     return bytes + CT_ALIGNMENT;
 }
 
-/* Lay out a variant; its state vector is the instance's. False where there is no memory. */
+/* Where the instance keeps a slot as part of its present point; NULL where it is none. */
+static unsigned char *place_in_point(const struct ct_instance *one, const struct ct_variant *variant, uint32_t slot) {
+    unsigned char *place = (unsigned char *)one->state;
+    for (int part = 0; part < N_POINT; ++part) {
+        const uint32_t leaf = one->file.members[POINT[part]];
+        if (leaf != CT_NONE && one->file.leaves[variant->first_leaf + leaf].slot == slot) return place;
+        place += part_bytes(&one->file, variant, POINT[part]);
+    }
+    return NULL;
+}
+
+/* Lay out a variant; its present point is the instance's. False where there is no memory. */
 static bool lay_out(struct ct_instance *one, const struct ct_variant *variant, struct ct_model *model) {
     const struct ct_file *file = &one->file;
     const uint64_t bytes = block_bytes(file, variant);
-    const uint32_t of_state = file->leaves[variant->first_leaf + file->members[CT_STATE]].slot;
     model->block = bytes == 0 || bytes > SIZE_MAX ? NULL : ct_allocate(&one->host, (size_t)bytes);
     if (model->block == NULL) return false;
     unsigned char *at = (unsigned char *)model->block;
@@ -255,10 +283,13 @@ static bool lay_out(struct ct_instance *one, const struct ct_variant *variant, s
             slots[s] = address_of(file->blob + array->offset);
             continue;
         }
-        unsigned char *memory = s == of_state ? (unsigned char *)one->state : at;
-        slots[s] = address_of(memory);
-        fill_slot(file, array, memory, records);
-        at += padded(array->bytes);
+        unsigned char *place = place_in_point(one, variant, s);
+        if (place == NULL) {
+            place = at;
+            at += padded(array->bytes);
+        }
+        slots[s] = address_of(place);
+        fill_slot(file, array, place, records);
     }
     for (uint32_t r = 0; r < variant->n_records; ++r) {
         const struct ct_record *record = file->records + variant->first_record + r;
@@ -345,6 +376,18 @@ void ct_keep_origin(struct ct_instance *one) {
     for (uint32_t k = 0; k < one->n_inputs; ++k) one->origin[k] = one->values[one->inputs[k].reference];
 }
 
+int64_t ct_start_model(struct ct_instance *one, const struct ct_model *model, const struct ct_variant *variant,
+                 const double *inputs) {
+    const double time = one->now->start_time;
+    fill_slot(&one->file, ct_member_array(&one->file, variant, CT_STATE), (unsigned char *)one->state, NULL);
+    for (uint32_t k = 0; k < one->n_inputs; ++k) {
+        model->inputs[one->inputs[k].place] = inputs[k];
+        if (model->input_rates != NULL) model->input_rates[one->inputs[k].place] = NAN;
+    }
+    const int64_t status = ct_kernels.prepare(model->run, time);
+    return status == 0 ? ct_kernels.start(model->run, time) : status;
+}
+
 fmi2Status ct_make(struct ct_instance *one) {
     const uint32_t level = ct_level(one);
     const double time = one->now->start_time;
@@ -352,15 +395,12 @@ fmi2Status ct_make(struct ct_instance *one) {
     if ((level & CT_REFUSED) != 0) return ct_refuse(&one->host, "%s", ct_text(&one->file, level & ~CT_REFUSED));
     if (check_fixed(one) != fmi2OK) return fmi2Error;
     const struct ct_variant *variant = one->file.variants + level;
+    const uint64_t n_point = ct_point(&one->file, variant);
     struct ct_model model = {.block = NULL};
+    memset(one->state, 0, (size_t)((1 + CT_PAST) * n_point * sizeof(double)));
     if (!lay_out(one, variant, &model)) return ct_refuse(&one->host, "no memory for the model");
     set_numbers(one, variant, model.numbers);
-    for (uint32_t k = 0; k < one->n_inputs; ++k) {
-        model.inputs[one->inputs[k].place] = one->origin[k];
-        if (model.input_rates != NULL) model.input_rates[one->inputs[k].place] = NAN;
-    }
-    int64_t status = ct_kernels.prepare(model.run, time);
-    if (status == 0) status = ct_kernels.start(model.run, time);
+    const int64_t status = ct_start_model(one, &model, variant, one->origin);
     if (status != 0) {
         ct_release(&one->host, model.block);
         return ct_refuse(&one->host, "%s", ct_status_text(&one->file, status, &kind));
@@ -369,13 +409,15 @@ fmi2Status ct_make(struct ct_instance *one) {
     one->model = model;
     one->made = true;
     one->now->variant = level;
-    one->now->n_state = (uint32_t)(ct_member_array(&one->file, variant, CT_STATE)->bytes / sizeof(double));
+    one->now->n_point = (uint32_t)n_point;
+    one->now->n_past = one->now->latest = 0;
+    one->now->end_time = time;
     ct_forget_outputs(one);
     ct_log(&one->host, fmi2OK, "initialized at %.9g s", time);
     return fmi2OK;
 }
 
-void ct_pass_inputs(struct ct_instance *one) {
+static void pass_inputs(struct ct_instance *one) {
     const struct ct_model *model = &one->model;
     for (uint32_t k = 0; k < one->n_inputs; ++k) {
         model->inputs[one->inputs[k].place] = one->values[one->inputs[k].reference];
@@ -383,4 +425,25 @@ void ct_pass_inputs(struct ct_instance *one) {
     for (uint32_t k = 0; k < one->n_inputs && model->input_rates != NULL; ++k) {
         model->input_rates[one->inputs[k].place] = one->rates[k];
     }
+}
+
+int64_t ct_advance_model(struct ct_instance *one, double end) {
+    struct ct_snapshot *now = one->now;
+    const size_t bytes = now->n_point * sizeof(double);
+    if (!(end > one->state[0])) return 0; /* the master's rounding has made nothing of the step */
+    memcpy(one->before, one->state, bytes);
+    pass_inputs(one);
+    const int64_t status = ct_kernels.advance(one->model.run, end);
+    if (status != 0) {
+        memcpy(one->state, one->before, bytes);
+        return status;
+    }
+    one->model.observed = true;
+    if (one->state[0] > one->before[0]) { /* not a sliver of time that is left to the next step */
+        now->latest = (now->latest + 1) % CT_PAST;
+        if (now->n_past < CT_PAST) now->n_past++;
+        memcpy(ct_past(one, 0), one->before, bytes);
+        now->end_time = end;
+    }
+    return 0;
 }

@@ -9,7 +9,10 @@ enum ct_phase { CT_INSTANTIATED = 1, CT_INITIALIZING = 2, CT_STEPPED = 4, CT_FAI
 
 /* An FMU state, and the part of an instance that one is a copy of. Behind it follow float64 numbers: values of the
    variables (options of Strings and Enumerations by their place), rates of the inputs, inputs at the start, and from
-   the initialization on the state vector. */
+   the initialization on three points: now, and the beginnings of the last step and of the one before. A point is the
+   state vector, the inputs that led to it, and their rates. */
+enum { CT_PAST = 2 }; /* points that are kept beside the present one */
+
 struct ct_snapshot {
     char magic[8];
     char guid[40];
@@ -19,15 +22,16 @@ struct ct_snapshot {
     uint32_t version;
     uint32_t phase;
     uint32_t variant;
-    uint32_t n_state; /* 0: without a state vector */
-    double start_time, stop_time;
+    uint32_t n_point;        /* float64 numbers of a point, 0: without points */
+    uint32_t n_past, latest; /* how many past points are known, and which of both is the beginning of the last step */
+    double start_time, stop_time, end_time; /* the last is where the last step was to end */
 };
 
 /* The image of Run and all arrays that it points to, in one block. */
 struct ct_model {
     void *block;
     void *run;
-    double *inputs, *outputs, *numbers, *input_rates, *output_rates; /* the last two NULL where Run has none */
+    double *inputs, *outputs, *numbers, *input_rates; /* the last NULL where Run has none */
     int64_t *families;
     uint64_t columns; /* of families */
     bool observed;    /* whether the wanted outputs are those of the state */
@@ -40,7 +44,8 @@ struct ct_instance {
     struct ct_host host;
     struct ct_file file;
     struct ct_snapshot *now;
-    double *values, *rates, *origin, *state; /* in what follows ``now`` */
+    double *values, *rates, *origin, *state; /* in what follows ``now``; the present point begins with ``state`` */
+    double *before;                          /* (n_point,) the present point while a step is tried */
     struct ct_input *inputs;                 /* (n_inputs,) */
     uint32_t n_inputs, n_variables;
     uint32_t speed;                          /* reference of the input that is the crank's speed, or CT_NONE */
@@ -71,6 +76,18 @@ fmi2Status ct_make(struct ct_instance *instance);
 /* Outputs are no longer known: the state has changed. */
 void ct_forget_outputs(struct ct_instance *instance);
 
+/* Past point, 0 the beginning of the last step, 1 that of the step before. */
+static inline double *ct_past(const struct ct_instance *instance, uint32_t k) {
+    return instance->state + (1 + (instance->now->latest + k) % CT_PAST) * (size_t)instance->now->n_point;
+}
+
+/* Float64 numbers of a point of a variant. */
+uint64_t ct_point(const struct ct_file *file, const struct ct_variant *variant);
+
+/* Prepare and start a model of a variant under inputs, (n_inputs,); status of the kernels. */
+int64_t ct_start_model(struct ct_instance *instance, const struct ct_model *model, const struct ct_variant *variant,
+                 const double *inputs);
+
 /* Text and kind of a status of the kernels. */
 const char *ct_status_text(const struct ct_file *file, int64_t code, enum ct_status_kind *kind);
 
@@ -78,8 +95,9 @@ static inline double ct_time(const struct ct_instance *instance) {
     return instance->made ? instance->state[0] : instance->now->start_time;
 }
 
-/* Inputs of the variables into Run. */
-void ct_pass_inputs(struct ct_instance *instance);
+/* Step to a time under the inputs of the variables; status of the kernels. The point of before is the last past one
+   then; on a failure nothing has changed. */
+int64_t ct_advance_model(struct ct_instance *instance, double end);
 
 /* FMU states: a copy of ``now``, and back. */
 fmi2Status ct_get_state(struct ct_instance *instance, struct ct_snapshot **state);
@@ -98,7 +116,19 @@ fmi2Status ct_set_integers(struct ct_instance *instance, const uint32_t *referen
 fmi2Status ct_set_booleans(struct ct_instance *instance, const uint32_t *references, size_t n, const int *values);
 fmi2Status ct_set_strings(struct ct_instance *instance, const uint32_t *references, size_t n, const char *const *values);
 
-/* First derivatives by time, 1/s: of Real inputs within the next step, of Real outputs now. */
+/* Refuse arrays that are not there, counts that cannot be, references of another type; ``types`` are bits. */
+fmi2Status ct_check_references(const struct ct_instance *instance, unsigned types, const uint32_t *references, size_t n,
+                               const void *values);
+
+/* Have these outputs, checked Reals, observed now. */
+fmi2Status ct_observe_outputs(struct ct_instance *instance, const uint32_t *references, size_t n);
+
+static inline const char *ct_name_of(const struct ct_instance *instance, uint32_t reference) {
+    return ct_text(&instance->file, instance->file.variables[reference].name);
+}
+
+/* First derivatives by time, 1/s: of Real inputs within the next step, of Real outputs now; and of Real outputs now in a
+   direction of the Real inputs that led to them. */
 fmi2Status ct_set_rates(struct ct_instance *instance, const uint32_t *references, size_t n, const int *orders,
                         const double *values);
 fmi2Status ct_get_rates(struct ct_instance *instance, const uint32_t *references, size_t n, const int *orders,

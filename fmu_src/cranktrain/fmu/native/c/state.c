@@ -12,12 +12,16 @@ bool ct_is_state(const struct ct_snapshot *state) { return memcmp(state->magic, 
 
 static bool is_running(const struct ct_snapshot *state) { return state->phase >= CT_STEPPED; }
 
-/* Bytes of a state before its state vector. */
+/* Bytes of a state before its points. */
 static uint64_t head_bytes(const struct ct_instance *one) { return (uint64_t)((char *)one->state - (char *)one->now); }
+
+static uint64_t point_bytes(const struct ct_snapshot *state) {
+    return (1 + CT_PAST) * (uint64_t)state->n_point * sizeof(double);
+}
 
 fmi2Status ct_get_state(struct ct_instance *one, struct ct_snapshot **state) {
     const bool running = is_running(one->now);
-    const uint64_t bytes = head_bytes(one) + (running ? one->now->n_state * sizeof(double) : 0);
+    const uint64_t bytes = head_bytes(one) + (running ? point_bytes(one->now) : 0);
     if (*state != NULL && !ct_is_state(*state)) return ct_refuse(&one->host, "%s", FOREIGN);
     if (*state != NULL && (*state)->capacity < bytes) {
         ct_release(&one->host, *state);
@@ -32,7 +36,7 @@ fmi2Status ct_get_state(struct ct_instance *one, struct ct_snapshot **state) {
     memcpy(*state, one->now, (size_t)bytes);
     (*state)->capacity = capacity;
     (*state)->bytes = bytes;
-    if (!running) (*state)->n_state = (*state)->variant = 0;
+    if (!running) (*state)->n_point = (*state)->n_past = (*state)->latest = (*state)->variant = 0;
     return fmi2OK;
 }
 
@@ -58,11 +62,12 @@ static const char *check_state(const struct ct_instance *one, const struct ct_sn
     if (is_running(state)) {
         if (state->variant >= one->file.n_variants) return DAMAGED;
         const struct ct_variant *variant = one->file.variants + state->variant;
-        if (ct_member_array(&one->file, variant, CT_STATE)->bytes != state->n_state * sizeof(double)) return DAMAGED;
-    } else if (state->n_state != 0) {
+        if (ct_point(&one->file, variant) != state->n_point) return DAMAGED;
+        if (state->n_past > CT_PAST || state->latest >= CT_PAST) return DAMAGED;
+    } else if (state->n_point != 0) {
         return DAMAGED;
     }
-    if (state->bytes != bytes || bytes != head_bytes(one) + state->n_state * sizeof(double)) return DAMAGED;
+    if (state->bytes != bytes || bytes != head_bytes(one) + point_bytes(state)) return DAMAGED;
     return has_sound_values(one, (const double *)(const void *)(state + 1)) ? NULL : DAMAGED;
 }
 
@@ -88,7 +93,7 @@ fmi2Status ct_set_state(struct ct_instance *one, const struct ct_snapshot *state
     const char *problem = check_state(one, state, state->bytes);
     if (problem != NULL) return ct_refuse(&one->host, "%s", problem);
     if (is_running(state) && !same_model(one, state)) {
-        /* Prepare the model of the state's values, whose start then makes way for the state vector. */
+        /* Prepare the model of the state's values, whose start then makes way for the state's points. */
         struct ct_snapshot *before = ct_allocate(&one->host, (size_t)one->now->capacity);
         if (before == NULL) return ct_refuse(&one->host, "no memory to set an FMU state");
         memcpy(before, one->now, (size_t)one->now->capacity);
@@ -101,7 +106,6 @@ fmi2Status ct_set_state(struct ct_instance *one, const struct ct_snapshot *state
     }
     take_over(one, state);
     one->made = is_running(state);
-    if (one->made) ct_pass_inputs(one);
     ct_forget_outputs(one);
     return fmi2OK;
 }

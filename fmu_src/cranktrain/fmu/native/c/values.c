@@ -13,13 +13,8 @@ static const char *type_name(unsigned types) {
     return types == REALS ? "Real" : types == INTEGERS ? "Integer" : types == BOOLEANS ? "Boolean" : "String";
 }
 
-static const char *name_of(const struct ct_instance *one, uint32_t reference) {
-    return ct_text(&one->file, one->file.variables[reference].name);
-}
-
-/* Refuse arrays that are not there, counts that cannot be, references of another type. */
-static fmi2Status check_references(const struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
-                                   const void *values) {
+fmi2Status ct_check_references(const struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
+                               const void *values) {
     if (n == 0) return fmi2OK;
     if (references == NULL || values == NULL) {
         return ct_refuse(&one->host, "%s values without an array of them, or of their references", type_name(types));
@@ -36,7 +31,7 @@ static fmi2Status check_references(const struct ct_instance *one, unsigned types
         }
         if ((types >> one->file.variables[reference].type & 1u) == 0) {
             return ct_refuse(&one->host, "value reference %u is '%s', no %s; see modelDescription.xml", reference,
-                             name_of(one, reference), type_name(types));
+                             ct_name_of(one, reference), type_name(types));
         }
     }
     return fmi2OK;
@@ -64,12 +59,9 @@ static bool want_families(struct ct_instance *one, const uint32_t *references, s
     return more;
 }
 
-/* Make variables readable at their places: outputs are computed by the model, which a start makes first. */
-static fmi2Status make_ready(struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
-                             const void *values) {
+fmi2Status ct_observe_outputs(struct ct_instance *one, const uint32_t *references, size_t n) {
     bool outputs = false;
     enum ct_status_kind kind;
-    if (check_references(one, types, references, n, values) != fmi2OK) return fmi2Error;
     for (size_t i = 0; i < n; ++i) outputs = outputs || is_output(one->file.variables + references[i]);
     if (!outputs) return fmi2OK;
     if (!one->made) {
@@ -81,9 +73,15 @@ static fmi2Status make_ready(struct ct_instance *one, unsigned types, const uint
         if (status != 0) return ct_refuse(&one->host, "no outputs: %s", ct_status_text(&one->file, status, &kind));
         one->model.observed = true;
     }
-    for (size_t i = 0; i < n; ++i) {
-        if (types == REALS) one->ready[references[i]] = 1;
-    }
+    return fmi2OK;
+}
+
+/* Make variables readable at their places: outputs are computed by the model, which a start makes first. */
+static fmi2Status make_ready(struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
+                             const void *values) {
+    if (ct_check_references(one, types, references, n, values) != fmi2OK) return fmi2Error;
+    if (ct_observe_outputs(one, references, n) != fmi2OK) return fmi2Error;
+    for (size_t i = 0; i < n && types == REALS; ++i) one->ready[references[i]] = 1;
     return fmi2OK;
 }
 
@@ -141,15 +139,15 @@ fmi2Status ct_get_strings(struct ct_instance *one, const uint32_t *references, s
 /* Inputs at any time, parameters before the initialization is complete. */
 static fmi2Status check_settable(const struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
                                  const void *values) {
-    if (check_references(one, types, references, n, values) != fmi2OK) return fmi2Error;
+    if (ct_check_references(one, types, references, n, values) != fmi2OK) return fmi2Error;
     for (size_t i = 0; i < n; ++i) {
         const uint8_t causality = one->file.variables[references[i]].causality;
         if (causality == CT_PARAMETER && one->now->phase >= CT_STEPPED) {
             return ct_refuse(&one->host, "parameter '%s' is fixed after initialization; reset the instance, then set it",
-                             name_of(one, references[i]));
+                             ct_name_of(one, references[i]));
         }
         if (causality != CT_PARAMETER && causality != CT_INPUT) {
-            return ct_refuse(&one->host, "'%s' is an output and cannot be set", name_of(one, references[i]));
+            return ct_refuse(&one->host, "'%s' is an output and cannot be set", ct_name_of(one, references[i]));
         }
     }
     return fmi2OK;
@@ -163,7 +161,7 @@ static fmi2Status check_number(const struct ct_instance *one, uint32_t reference
     if (bounded && based) snprintf(span, sizeof span, ", between %g and %g", variable->min, variable->max);
     if (based && !bounded) snprintf(span, sizeof span, ", at least %g", variable->min);
     if (bounded && !based) snprintf(span, sizeof span, ", at most %g", variable->max);
-    return ct_refuse(&one->host, "'%s' is %s at time %.9g s; it must be a finite number%s", name_of(one, reference),
+    return ct_refuse(&one->host, "'%s' is %s at time %.9g s; it must be a finite number%s", ct_name_of(one, reference),
                      ct_number(text, value), ct_time(one), span);
 }
 
@@ -224,7 +222,7 @@ fmi2Status ct_set_integers(struct ct_instance *one, const uint32_t *references, 
         }
         options_of(one, references[i], &n_options);
         if (values[i] < 1 || (uint32_t)values[i] > n_options) {
-            return ct_refuse(&one->host, "'%s' is %d; valid: 1 to %u for %s", name_of(one, references[i]), values[i],
+            return ct_refuse(&one->host, "'%s' is %d; valid: 1 to %u for %s", ct_name_of(one, references[i]), values[i],
                              n_options, list_options(one, references[i], list));
         }
     }
@@ -258,71 +256,10 @@ fmi2Status ct_set_strings(struct ct_instance *one, const uint32_t *references, s
     if (check_settable(one, STRINGS, references, n, values) != fmi2OK) return fmi2Error;
     for (size_t i = 0; i < n; ++i) {
         if (values[i] == NULL || find_option(one, references[i], values[i]) == CT_NONE) {
-            return ct_refuse(&one->host, "'%s' is '%.100s'; valid: %s", name_of(one, references[i]),
+            return ct_refuse(&one->host, "'%s' is '%.100s'; valid: %s", ct_name_of(one, references[i]),
                              values[i] == NULL ? "" : values[i], list_options(one, references[i], list));
         }
     }
     for (size_t i = 0; i < n; ++i) one->values[references[i]] = find_option(one, references[i], values[i]);
     return have_set(one);
-}
-
-/* ---------------------------------------------------------------- derivatives */
-
-static fmi2Status check_orders(const struct ct_instance *one, const uint32_t *references, size_t n, const int *orders,
-                               enum ct_causality causality) {
-    if (n > 0 && orders == NULL) return ct_refuse(&one->host, "derivatives without their orders");
-    for (size_t i = 0; i < n; ++i) {
-        if (orders[i] != 1) {
-            return ct_refuse(&one->host, "derivative of order %d of '%s'; the first is the only one", orders[i],
-                             name_of(one, references[i]));
-        }
-        if (one->file.variables[references[i]].causality != causality) {
-            return ct_refuse(&one->host, "'%s' is no %s and has no derivative by time", name_of(one, references[i]),
-                             causality == CT_INPUT ? "input" : "output");
-        }
-    }
-    return fmi2OK;
-}
-
-fmi2Status ct_set_rates(struct ct_instance *one, const uint32_t *references, size_t n, const int *orders,
-                        const double *values) {
-    char text[CT_NUMBER];
-    if (one->file.members[CT_INPUT_RATES] == CT_NONE) {
-        return ct_refuse(&one->host, "this model takes no derivatives of its inputs; hold them over a step");
-    }
-    if (check_references(one, REALS, references, n, values) != fmi2OK) return fmi2Error;
-    if (check_orders(one, references, n, orders, CT_INPUT) != fmi2OK) return fmi2Error;
-    for (size_t i = 0; i < n; ++i) {
-        if (!isfinite(values[i])) {
-            return ct_refuse(&one->host, "the derivative of '%s' is %s; it must be a finite number",
-                             name_of(one, references[i]), ct_number(text, values[i]));
-        }
-    }
-    for (size_t i = 0; i < n; ++i) {
-        uint32_t k = 0;
-        while (one->inputs[k].reference != references[i]) ++k;
-        one->rates[k] = values[i];
-    }
-    return fmi2OK;
-}
-
-fmi2Status ct_get_rates(struct ct_instance *one, const uint32_t *references, size_t n, const int *orders,
-                        double *values) {
-    if (one->file.members[CT_OUTPUT_RATES] == CT_NONE) {
-        return ct_refuse(&one->host, "this model gives no derivatives of its outputs");
-    }
-    if (make_ready(one, REALS, references, n, values) != fmi2OK) return fmi2Error;
-    if (check_orders(one, references, n, orders, CT_OUTPUT) != fmi2OK) return fmi2Error;
-    for (size_t i = 0; i < n; ++i) {
-        const uint32_t place = one->file.variables[references[i]].index;
-        values[i] = place == CT_NONE ? 0.0 : one->model.output_rates[place];
-    }
-    return fmi2OK;
-}
-
-fmi2Status ct_get_derivatives(struct ct_instance *one, const uint32_t *unknowns, size_t n_unknowns,
-                              const uint32_t *knowns, size_t n_knowns, const double *changes, double *results) {
-    if (check_references(one, REALS, unknowns, n_unknowns, results) != fmi2OK) return fmi2Error;
-    if (check_references(one, REALS, knowns, n_knowns, changes) != fmi2OK) return fmi2Error;
-    return ct_refuse(&one->host, "this model gives no directional derivatives");
 }

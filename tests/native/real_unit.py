@@ -1,0 +1,64 @@
+"""Native FMUs of the modules, built as a user builds them, and instances of them."""
+
+from __future__ import annotations
+
+import math
+import zipfile
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from fmpy import read_model_description
+from raw_unit import Raw
+
+from cranktrain.core.errors import InputError
+from cranktrain.fmu.build import build_fmu
+
+STEP = math.radians(1.0) / (2000.0 * math.pi / 30.0)
+"""s, a degree at 2000 rev/min."""
+TURNING = {"angle.source": "speed"}
+"""A module turns by itself, without a cranktrain that says where the crank is."""
+
+
+class Unit(NamedTuple):
+    """An unpacked FMU, what its description says, and references by name."""
+
+    folder: Path
+    about: object
+    references: dict[str, int]
+
+    def binary(self, platform="linux64", suffix=".so"):
+        return self.folder / "binaries" / platform / f"{self.about.coSimulation.modelIdentifier}{suffix}"
+
+    def texts(self):
+        """Texts that it is run with, by reference, where it has such variables."""
+        return {self.references[name]: text for name, text in TURNING.items() if name in self.references}
+
+    def outputs(self):
+        return [v.valueReference for v in self.about.modelVariables if v.causality == "output"]
+
+    def inputs(self):
+        return [v for v in self.about.modelVariables if v.causality == "input"]
+
+    def fresh(self, start=True, **options):
+        one = Raw(self.binary(), self.folder / "resources", self.about.guid, **options)
+        one.set("String", self.texts())
+        return one.start() if start else one
+
+
+def unpacked(name, folder, platforms=("linux64",)):
+    """The FMU of a module or engine; skips where its library cannot be made."""
+    try:
+        path = build_fmu(name, folder, platforms=platforms)
+    except InputError as error:
+        pytest.skip(str(error))
+    return opened(path)
+
+
+def opened(path):
+    """An FMU, unpacked beside itself."""
+    folder = path.with_suffix("")
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(folder)
+    about = read_model_description(str(folder))
+    return Unit(folder, about, {v.name: v.valueReference for v in about.modelVariables})

@@ -1,0 +1,72 @@
+"""Derivatives of the modules' outputs: their order, a difference by FMU states, and runs that they leave alone."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from real_unit import STEP
+
+MOVE = 1e-4
+"""Of an input's size, as the shim moves it: the same difference then, but by calls that any master can make."""
+
+
+def test_output_derivatives_are_of_second_order(real):
+    """Halving the communication step quarters the change of the estimate, in a phase where the outputs are smooth."""
+    found = []
+    for parts in (1, 2, 4, 8):
+        one = real.fresh().run(40 * parts, step=STEP / parts)
+        found.append(np.array(one.output_rates(*real.outputs())))
+    changes = [np.abs(b - a) for a, b in pairwise(found)]
+    seen = (changes[0] > 1e-4 * np.abs(found[-1])) & (changes[1] > 0.0)
+    orders = np.log2(changes[0][seen] / changes[1][seen])
+    assert seen.sum() > 5
+    assert abs(np.median(orders) - 2.0) < 0.2, orders
+
+
+@pytest.mark.parametrize("steps", [0, 30])
+def test_by_inputs_it_is_what_states_and_other_inputs_show(real, steps):
+    """Of every input, over a step in which cranks turn, valves move and charges burn, or at the start."""
+    outputs = real.outputs()
+    one = real.fresh(start=False)
+    one.setup().must("EnterInitializationMode")
+    if steps:
+        one.must("ExitInitializationMode").run(steps - 1, step=STEP)
+    state = one.state()
+    before = {v.valueReference: one.one("Real", v.valueReference) for v in real.inputs()}
+    if steps:
+        one.run(1, first=steps - 1, step=STEP)
+    done = one.state()
+    moved = 0
+    for variable in real.inputs():
+        place, move = variable.valueReference, MOVE * (float(variable.nominal or 0) or float(variable.start) or 1.0)
+        least, most = (-math.inf if variable.min is None else float(variable.min)), float(variable.max or math.inf)
+        if not least <= before[place] - abs(move) <= before[place] + abs(move) <= most:
+            continue  # there it is a difference on one side
+        found = np.array(one.directional(outputs, {place: 1.0}))
+        sides = []
+        for sign in (-1.0, 1.0):
+            one.must("SetFMUstate", state)
+            one.set("Real", {place: before[place] + sign * abs(move)})
+            if steps:
+                one.run(1, first=steps - 1, step=STEP)
+            sides.append(np.array(one.get("Real", *outputs)))
+        one.must("SetFMUstate", done)
+        expected = (sides[1] - sides[0]) / (2.0 * abs(move))
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12 * np.abs(expected).max())
+        moved += np.any(expected != 0.0)
+    assert moved > 0
+
+
+def test_a_run_with_derivatives_is_a_run_without_to_the_bit(real):
+    outputs, speed = real.outputs(), real.references["crank.speed"]
+    plain, curious = real.fresh(), real.fresh()
+    for k in range(200):
+        for one in (plain, curious):
+            one.set("Real", {speed: 209.0 + 0.01 * k})
+        curious.directional(outputs, {speed: 1.0})
+        curious.output_rates(*outputs)
+        for one in (plain, curious):
+            one.run(1, first=k, step=STEP)
+        assert plain.get("Real", *outputs) == curious.get("Real", *outputs)
+    assert plain.serialized(plain.state()) == curious.serialized(curious.state())
