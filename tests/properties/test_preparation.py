@@ -15,9 +15,11 @@ from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.numbers import (
     SET_ADAPTIVE,
     SET_BORE,
+    SET_COMPRESSION,
     SET_DAMPER_TEMPERATURE,
     SET_GAS_DELAY,
     SET_METHOD,
+    SET_NEWTON_TOLERANCE,
     SET_OIL_TEMPERATURE,
     SET_STEP,
     SET_TOLERANCE,
@@ -79,6 +81,10 @@ OTHER = {
 }
 
 
+SCRATCH = {f"{films}.{name}" for films in ("films", "floating", "thrust") for name in ("numbers", "out")}
+NOT_COMPARED = SCRATCH | {"basis.trace_rows", "basis.cylinders"}
+
+
 @cache
 def engine_of(name):
     """An engine whose oil thickens under pressure."""
@@ -100,9 +106,11 @@ def parts_of(name):
     return Parts(table=table, bore=bore, block=box_block(engine))
 
 
-@cache
-def trace_of(name):
-    return GasTrace.from_engine(engine_of(name))
+def other_engine(name, levels):
+    """The engine with another compression ratio and, where no block was made round it, another bore."""
+    engine = engine_of(name)
+    bore = engine.cylinders.bore * (1.0 if levels.get("block") == "flexible" else 1.03)
+    return replace(engine, cylinders=replace(engine.cylinders, bore=bore, compression_ratio=15.5))
 
 
 def body_of(name, levels):
@@ -110,30 +118,29 @@ def body_of(name, levels):
     return rigid_crank(with_damper_housing(engine) if levels.get("damper") == "fitted" else engine)
 
 
-def model_of(name, levels, speed, temperatures=None, **chosen):
-    settings = Settings(crank="rigid", **levels, **chosen)
-    return build_model(
-        engine_of(name), body_of(name, levels), settings, speed, trace_of(name), parts_of(name), temperatures
-    )
+def model_of(name, levels, speed, temperatures=None, engine=None, gas=None, **chosen):
+    engine = engine or engine_of(name)
+    settings, gas = Settings(crank="rigid", **levels, **chosen), gas or GasTrace.from_engine(engine)
+    return build_model(engine, body_of(name, levels), settings, speed, gas, parts_of(name), temperatures)
 
 
 def arrays(record, name=""):
-    """All arrays of a record by name, but for addresses and what a call of a law leaves behind."""
+    """All arrays of a record by name, but for addresses, scratch, and the dimensions that the structure is of."""
     for field, value in zip(record._fields, record, strict=True):
         if isinstance(value, tuple):
             yield from arrays(value, f"{name}{field}.")
-        elif value.dtype == np.float64 and field not in ("numbers", "out"):
+        elif value.dtype == np.float64 and f"{name}{field}" not in NOT_COMPARED:
             yield name + field, value
 
 
 @pytest.mark.parametrize(("name", "levels"), LEVELS)
 def test_a_model_prepared_again_is_the_one_built_for_these_numbers(name, levels):
     """To the bit, whatever it was prepared for before: nothing of temperature, speed or parameters stays behind."""
-    engine = engine_of(name)
+    engine = other_engine(name, levels)
     films = np.linspace(360.0, 380.0, len(engine.crankshaft.main_widths))
-    cold, own = model_of(name, levels, COLD), model_of(name, levels, WARM, films, **OTHER)
+    cold, own = model_of(name, levels, COLD), model_of(name, levels, WARM, films, engine, **OTHER)
     changed = [key for (key, a), (_, b) in zip(arrays(cold), arrays(own), strict=True) if not np.array_equal(a, b)]
-    assert {"scalars", "choices", "stages"} <= set(changed)
+    assert {"scalars", "choices", "stages", "gas", "cylinders"} <= set(changed)
     numbers = run_numbers(Settings(crank="rigid", **levels, **OTHER), engine)
     assert prepare_model(cold, numbers, films, WARM) == status.OK
     for (key, found), (_, wanted) in zip(arrays(cold), arrays(own), strict=True):
@@ -157,17 +164,18 @@ def test_what_settings_leave_open_is_resolved_as_settings_resolve_it(name, level
 @pytest.mark.parametrize(("name", "levels"), LEVELS)
 def test_a_run_by_its_record_is_the_simulation(name, levels):
     """Prepared and started twice, for other numbers first: outputs are those of a new simulation, bit by bit."""
-    engine, parts = engine_of(name), parts_of(name)
+    engine, other, parts = engine_of(name), other_engine(name, levels), parts_of(name)
     body, chosen = body_of(name, levels), {key: OTHER[key] for key in ("gas_load", "gravity", "oil_temperature")}
     settings = Settings(crank="rigid", **levels, **chosen)
-    run = run_record.make_run(engine, body, Settings(crank="rigid", **levels), trace_of(name), parts)
+    run = run_record.make_run(engine, body, Settings(crank="rigid", **levels), GasTrace.from_engine(engine), parts)
+    assert run.numbers[SET_METHOD] == -1 and run.numbers[SET_NEWTON_TOLERANCE] == 0.0  # left open
     run.inputs[0] = COLD
     assert run_record.prepare(run) == run_record.start(run, 0.0) == run_record.advance_run(run, 1e-4) == status.OK
     run.inputs[0] = WARM
-    run.numbers[:] = run_numbers(settings, engine)
+    run.numbers[:] = run_numbers(settings, other)
     assert run_record.prepare(run) == run_record.start(run, 2.0) == status.OK
     assert run_record.observe_run(run) == status.OK
-    simulation = Simulation(engine, body, settings, parts=parts)
+    simulation = Simulation(other, body, settings, parts=parts)
     simulation.inputs[0] = WARM
     simulation.initialize(2.0)
     assert np.array_equal(run.outputs.values, simulation.outputs)
@@ -209,6 +217,21 @@ def test_what_cannot_be_prepared_is_refused_and_changes_nothing():
     assert texts[status.INPUT_NEGATIVE + 1] == (status.REFUSED, "cylinder[1].pressure must not be negative")
 
 
+def test_a_trace_that_is_given_stays():
+    """It cannot be made anew for another bore; the built-in one can."""
+    name, levels = "diesel_i6", {"bearings": "linear"}
+    given = replace(GasTrace.from_engine(engine_of(name)), source="measured")
+    model, films = model_of(name, levels, WARM, gas=given), np.zeros(7)
+    numbers = run_numbers(Settings(crank="rigid", **levels), engine_of(name))
+    assert prepare_model(model, numbers, films, WARM) == status.OK
+    for slot in (SET_BORE, SET_COMPRESSION):
+        numbers[slot] *= 1.0 + 1e-12  # as a text would write it
+        assert prepare_model(model, numbers, films, WARM) == status.OK
+        numbers[slot] *= 1.01
+        assert prepare_model(model, numbers, films, WARM) == status.TRACE_FIXED
+        numbers[slot] /= 1.01
+
+
 def test_oil_too_thin_for_its_law_is_refused():
     name, levels = "diesel_i6", {"bearings": "ehd"}
     engine = engine_of(name)
@@ -220,7 +243,11 @@ def test_oil_too_thin_for_its_law_is_refused():
 def test_a_driver_is_told_of_inputs_and_steps_that_no_run_has():
     name, levels = "diesel_i6", {"bearings": "linear"}
     run = run_record.make_run(
-        engine_of(name), body_of(name, levels), Settings(crank="rigid", **levels), trace_of(name), Parts()
+        engine_of(name),
+        body_of(name, levels),
+        Settings(crank="rigid", **levels),
+        GasTrace.from_engine(engine_of(name)),
+        Parts(),
     )
     run.inputs[0] = WARM
     assert run_record.prepare(run) == run_record.start(run, 0.0) == status.OK

@@ -47,10 +47,10 @@ class Run(NamedTuple):
 def make_run(engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace, parts: Parts) -> Run:
     """A run at the levels of ``settings`` that is not prepared yet; compiles the kernels of all integrators.
 
-    Its numbers are those of the settings. ``InputError`` for levels that do not exist, or lack what they need.
+    Its numbers are those of the settings; what these leave open stays open, so that one number may be changed without
+    the others. ``InputError`` for levels that do not exist, or lack what they need.
     """
-    settings = resolved(settings, engine)
-    model = structure(engine, body, settings, gas, parts)
+    model = structure(engine, body, resolved(settings, engine), gas, parts)
     size = dimensions(model)
     state = np.zeros(state_size(size.modes, size.ports, size.films))
     work = make_work(model, state.size, integrators=True)

@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -29,15 +28,20 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import four
 from cranktrain.engine.model import Engine
+from cranktrain.loads.built_in_trace import (
+    CYCLE,
+    KINKS,
+    NO_KINK,
+    SAMPLES,
+    fill_kinks,
+    fill_spline,
+    fill_trace,
+)
 
 Array = NDArray[np.float64]
 
-CYCLE = 4.0 * math.pi
-SAMPLES = 720
 GAS_CONSTANT = 287.0
-KINKS, APART = 4, math.radians(5.0)
-"""Most kinks of a trace that are kept, and how far they lie apart at least."""
-_BLEND = math.radians(40.0)  # width of a join: short against the cycle, long against a degree
+BUILT_IN_SOURCE = "built-in Wiebe cycle"
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +80,11 @@ class GasTrace:
         angle = float(self.angles[self.fired.argmax()])
         return angle if angle <= 2.0 * math.pi else angle - CYCLE
 
+    @property
+    def built_in(self) -> bool:
+        """Whether it is the trace of the engine's own combustion table."""
+        return self.source == BUILT_IN_SOURCE
+
     @classmethod
     def from_engine(cls, engine: Engine) -> GasTrace:
         """Built-in trace of the engine's combustion table."""
@@ -86,7 +95,7 @@ class GasTrace:
             imep=mean_effective_pressure(engine, fired),
             best_speed=engine.combustion.best_speed,
             falloff=engine.combustion.falloff,
-            source="built-in Wiebe cycle",
+            source=BUILT_IN_SOURCE,
         )
 
     @classmethod
@@ -157,17 +166,9 @@ def kinks(samples: Array) -> Array:
     A cubic spline has a third derivative that jumps at its knots; the largest jumps, down to a tenth of the largest,
     tell where a burn begins or a valve opens.
     """
-    table = spline_coefficients(samples)
-    jumps = np.abs(table[:, 3] - np.roll(table[:, 3], 1))
-    pitch = CYCLE / samples.size
-    found: list[float] = []
-    for k in np.argsort(-jumps).tolist():
-        if len(found) == KINKS or jumps[k] <= 0.1 * jumps.max():
-            break
-        away = [abs(math.remainder(k * pitch - other, CYCLE)) for other in found]
-        if all(distance > APART for distance in away):
-            found.append(k * pitch)
-    return np.array(sorted(found))
+    table, found = spline_coefficients(samples), np.zeros(KINKS)
+    fill_kinks(np.array([table, np.zeros_like(table)]), found)
+    return found[found != NO_KINK]
 
 
 def spline_coefficients(samples: Array) -> Array:
@@ -185,82 +186,31 @@ def spline_coefficients(samples: Array) -> Array:
     n = values.size
     if values.ndim != 1 or n < 4 or not np.all(np.isfinite(values)):
         raise InputError("a periodic spline takes at least 4 finite samples over one period")
-    following = np.roll(values, -1)
-    rhs = following - 2.0 * values + np.roll(values, 1)
-    symbol = (4.0 + 2.0 * np.cos(2.0 * math.pi * np.arange(n // 2 + 1) / n)) / 6.0
-    second = np.fft.irfft(np.fft.rfft(rhs) / symbol, n)
-    after = np.roll(second, -1)
-    table = np.empty((n, 4))
-    table[:, 0] = values
-    table[:, 1] = following - values - (2.0 * second + after) / 6.0
-    table[:, 2] = 0.5 * second
-    table[:, 3] = (after - second) / 6.0
+    table = np.zeros((n, 4))
+    fill_spline(values, np.zeros(n), table)
     return table
-
-
-def _step(x: Array) -> Array:
-    """Quintic step from 0 to 1 over x ∈ [0, 1] with two vanishing derivatives at both ends."""
-    x = np.clip(x, 0.0, 1.0)
-    return np.asarray(x**3 * (10.0 + x * (6.0 * x - 15.0)))
 
 
 def _trace(engine: Engine, heat: float, intake_pressure: float | None = None) -> Array:
     """Pressure over one cycle, (SAMPLES,) Pa: closed cycle, blow-down, exhaust, intake."""
-    burn = engine.combustion
-    intake = burn.intake_pressure if intake_pressure is None else intake_pressure
-    end = burn.exhaust_opens + 1.5 * _BLEND
-    angle = np.arange(SAMPLES) * (CYCLE / SAMPLES)
-    after = np.where(angle < end, angle, angle - CYCLE)  # from intake to blow-down on one branch
-    order = np.argsort(after)
-    closed = np.full(SAMPLES, intake)
-    inside = order[after[order] >= burn.intake_closes]
-    closed[inside] = _closed_cycle(engine, heat, intake, after[inside])
-    compressed = _step((after - burn.intake_closes) / (0.5 * _BLEND))
-    expelled = _step((after - burn.exhaust_opens) / (1.5 * _BLEND))
-    exchange = _step((after + 2.0 * math.pi + 0.5 * _BLEND) / _BLEND)  # exhaust to intake across gas-exchange TDC
-    pressure = burn.exhaust_pressure + (intake - burn.exhaust_pressure) * exchange
-    pressure = pressure + (closed - intake) * compressed * (1.0 - expelled)
-    # the exchange blend is complete long before the blow-down, where it has to turn back to exhaust pressure
-    return np.asarray(pressure + (burn.exhaust_pressure - intake) * expelled)
+    samples = np.zeros(SAMPLES)
+    intake = engine.combustion.intake_pressure if intake_pressure is None else intake_pressure
+    fill_trace(trace_constants(engine), heat, intake, samples)
+    return samples
 
 
-def _closed_cycle(engine: Engine, heat: float, intake: float, angles: Array) -> Array:
-    """Single-zone pressure at increasing ``angles`` (n,) rad after intake closing, Pa, by the classical Runge–Kutta."""
-    burn, geometry = engine.combustion, engine.cylinders
-    area = 0.25 * math.pi * geometry.bore**2
-    start = float(cylinder_volume(engine, np.array([burn.intake_closes]))[0][0])
-    mass_r = intake * start / burn.intake_temperature  # m R
-    speed = burn.best_speed
-    piston_speed = 2.0 * engine.crankshaft.throw * speed / math.pi
-    a, m = burn.wiebe_a, burn.wiebe_m
-
-    def slope(theta: float, p: float, volume: float, derivative: float) -> float:
-        temperature = p * volume / mass_r
-        gamma = 1.38 - 0.2 * math.exp(-900.0 / temperature)
-        x = (theta - burn.start) / burn.duration
-        burnt = 0.0
-        if 0.0 < x <= 1.0:
-            burnt = heat * a * (m + 1.0) * x**m * math.exp(-a * x ** (m + 1.0)) / burn.duration
-        film = 130.0 * volume**-0.06 * (1e-5 * p) ** 0.8 * temperature**-0.4 * (piston_speed + 1.4) ** 0.8
-        wall = 2.0 * area + 4.0 * volume / geometry.bore
-        lost = film * wall * (temperature - burn.wall_temperature) / speed
-        return ((gamma - 1.0) * (burnt - lost) - gamma * p * derivative) / volume
-
-    steps = 4  # of a quarter degree: the pressure is then converged far below the width of a line
-    nodes = np.concatenate(([burn.intake_closes], angles))
-    grid = np.concatenate([np.linspace(s, e, 2 * steps, endpoint=False) for s, e in pairwise(nodes)] + [nodes[-1:]])
-    volume, derivative = (values.tolist() for values in cylinder_volume(engine, grid))
-    theta = grid.tolist()
-    p, pressures = intake, []
-    for i in range(0, len(theta) - 1, 2):
-        h = theta[i + 2] - theta[i]
-        k1 = slope(theta[i], p, volume[i], derivative[i])
-        k2 = slope(theta[i + 1], p + 0.5 * h * k1, volume[i + 1], derivative[i + 1])
-        k3 = slope(theta[i + 1], p + 0.5 * h * k2, volume[i + 1], derivative[i + 1])
-        k4 = slope(theta[i + 2], p + h * k3, volume[i + 2], derivative[i + 2])
-        p += h * (k1 + 2.0 * (k2 + k3) + k4) / 6.0
-        pressures.append(p)
-    return np.array(pressures[steps - 1 :: steps])
+def trace_constants(engine: Engine, built_in: bool = True) -> Array:
+    """Constants of an engine's cycle, (TRACE_CONSTANTS,), see :mod:`cranktrain.loads.built_in_trace`."""
+    cylinders, burn = engine.cylinders, engine.combustion
+    return np.array(
+        [
+            cylinders.bore, cylinders.compression_ratio, engine.crankshaft.throw, engine.rod.length,
+            cylinders.pin_offset, burn.heat, burn.intake_pressure, burn.intake_temperature, burn.exhaust_pressure,
+            burn.intake_closes, burn.exhaust_opens, burn.start, burn.duration, burn.wiebe_a, burn.wiebe_m,
+            burn.wall_temperature, burn.best_speed, built_in,
+        ],
+        dtype=np.float64,
+    )  # fmt: skip
 
 
 @kernel

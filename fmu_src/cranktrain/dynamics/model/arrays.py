@@ -53,8 +53,9 @@ from cranktrain.film.laws.parameters import COLUMNS
 from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import BIG_END, Law, bearing_law
 from cranktrain.film.table.database import FilmTable
+from cranktrain.loads.built_in_trace import KINKS, fill_kinks
 from cranktrain.loads.damper import PARAMETERS, check_temperature, damper_temperature, required_damper
-from cranktrain.loads.gas_pressure import GasTrace, kinks, spline_coefficients
+from cranktrain.loads.gas_pressure import GasTrace, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia
 from cranktrain.loads.torsional_line import TorsionalLine, torsional_line
 
@@ -99,7 +100,7 @@ class ModelArrays(NamedTuple):
     cylinders: Array  # (c, 11)
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
     scalars: Array  # (SCALARS,)
-    kinks: Array  # (k,) angles after firing dead centre at which the built-in trace is least smooth
+    kinks: Array  # (KINKS,) angles after firing dead centre at which the trace is least smooth, filled up with NO_KINK
     choices: Array  # (CHOICES,) see dynamics.model.slots
     stages: Array  # the integrator's table, see dynamics.time.table, filled up with zeros
     basis: Basis  # what the preparation of a run reads
@@ -223,7 +224,10 @@ def structure(engine: Engine, body: ReducedBody, settings: Settings, gas: GasTra
     tilted = [turning.index(f"main[{i + 1}]") for i in range(len(mains))]
     pins = [turning.index(f"pin[{pin}]") for pin in engine.cylinders.pins]
     top, bottom = pin_positions(engine)
-    constants = basis(engine, settings, top - bottom)
+    constants = basis(engine, settings, gas, top - bottom)
+    trace = np.array([spline_coefficients(gas.motored), spline_coefficients(gas.fired - gas.motored)])
+    least_smooth = np.zeros(KINKS)
+    fill_kinks(trace, least_smooth)
     return ModelArrays(
         omega2=contiguous(np.concatenate((turning.omega, stationary.omega)) ** 2),
         damping=np.concatenate((structural_damping(engine, turning), _stationary_damping(engine, stationary))),
@@ -252,10 +256,10 @@ def structure(engine: Engine, body: ReducedBody, settings: Settings, gas: GasTra
         layout=ports.layout,
         damper=np.zeros(PARAMETERS),
         cylinders=cylinder_parameters(engine, free_big_ends),
-        gas=contiguous(np.array([spline_coefficients(gas.motored), spline_coefficients(gas.fired - gas.motored)])),
+        gas=trace,
         films=films,
         scalars=_scalars(engine, settings, gas, line, float(pulley[5, 5])),
-        kinks=kinks(gas.fired),
+        kinks=least_smooth,
         choices=np.zeros(CHOICES),
         stages=np.zeros(constants.tables.shape[1:]),
         basis=constants,

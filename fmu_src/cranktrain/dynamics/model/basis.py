@@ -21,7 +21,9 @@ from cranktrain.dynamics.time.table import WIDTH
 from cranktrain.engine.lubricant import oil_constants
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
+from cranktrain.loads.built_in_trace import SAMPLES, TRACE_ROWS
 from cranktrain.loads.damper import DAMPER_CONSTANTS, damper_constants, required_damper
+from cranktrain.loads.gas_pressure import GasTrace, trace_constants
 
 
 class Basis(NamedTuple):
@@ -35,11 +37,13 @@ class Basis(NamedTuple):
     damper_speeds: Array  # (k,)
     damper_temperatures: Array  # (k,)
     cylinders: Array  # (CYLINDER_CONSTANTS,)
+    trace: Array  # (TRACE_CONSTANTS,) of the built-in gas trace, see loads.built_in_trace
+    trace_rows: Array  # (TRACE_ROWS, SAMPLES) scratch
     methods: Array  # (methods, METHOD_COLUMNS) all integrators of the register
     tables: Array  # (methods, rows, WIDTH) their coefficients, filled up with zeros
 
 
-def basis(engine: Engine, settings: Settings, piston_stroke: float) -> Basis:
+def basis(engine: Engine, settings: Settings, gas: GasTrace, piston_stroke: float) -> Basis:
     """Gather the constants; ``settings`` have nothing left open."""
     fitted = settings.damper == "fitted"
     damper = required_damper(engine) if fitted else None
@@ -57,6 +61,8 @@ def basis(engine: Engine, settings: Settings, piston_stroke: float) -> Basis:
         np.array(
             [cylinders.bore, cylinders.compression_ratio, piston_stroke, settings.block == "flexible"], dtype=float
         ),
+        trace_constants(engine, gas.built_in),
+        np.zeros((TRACE_ROWS, SAMPLES)),
         methods.copy(),
         tables.copy(),
     )

@@ -72,12 +72,14 @@ from cranktrain.dynamics.time.status import (
     STEP_RANGE,
     THIN_OIL,
     TOLERANCE_RANGE,
+    TRACE_FIXED,
     UNKNOWN_METHOD,
 )
 from cranktrain.engine.lubricant import oil_viscosity, temperature_at
 from cranktrain.film.laws.films import OIL, VISCOSITY, VISCOUS, film_call
 from cranktrain.film.laws.parameters import CLEARANCE, FACTOR, RADIUS, WIDTH
 from cranktrain.film.laws.parameters import VISCOSITY as BEARING_VISCOSITY
+from cranktrain.loads.built_in_trace import BUILT_IN, TRACE_BORE, TRACE_COMPRESSION, renew_trace
 from cranktrain.loads.damper import HIGHEST, KIND, LOWEST, NO_DAMPER, damper_at
 
 HELD = 0.0
@@ -133,9 +135,12 @@ def refusal(model, numbers, temperatures, speed):
             return NOT_EMBEDDED
         if not LEAST_TOLERANCE <= numbers[SET_TOLERANCE] <= MOST_TOLERANCE:
             return TOLERANCE_RANGE
-    made = basis.cylinders[BORE]
-    if basis.cylinders[BORE_FITTED] > 0.0 and written(numbers[SET_BORE], made) != made:
+    other_bore = written(numbers[SET_BORE], basis.cylinders[BORE]) != basis.cylinders[BORE]
+    other_ratio = written(numbers[SET_COMPRESSION], basis.cylinders[COMPRESSION]) != basis.cylinders[COMPRESSION]
+    if other_bore and basis.cylinders[BORE_FITTED] > 0.0:
         return BORE_FIXED
+    if (other_bore or other_ratio) and basis.trace[BUILT_IN] == 0.0:
+        return TRACE_FIXED
     if oil_viscosity(oil_warmth(basis, numbers, speed), basis.oil) == 0.0:
         return OIL_RANGE
     if basis.films[MAINS_OIL] > 0.0:
@@ -202,7 +207,7 @@ def choose(model, numbers):
 
 @kernel
 def size_cylinders(model, numbers):
-    """Piston area and clearance volume."""
+    """Piston area and clearance volume, and the built-in gas trace of such cylinders."""
     made = model.basis.cylinders
     bore = written(numbers[SET_BORE], made[BORE])
     ratio = written(numbers[SET_COMPRESSION], made[COMPRESSION])
@@ -210,6 +215,11 @@ def size_cylinders(model, numbers):
     for k in range(model.cylinders.shape[0]):
         model.cylinders[k, AREA] = area
         model.cylinders[k, CLEARANCE_VOLUME] = area * made[PISTON_STROKE] / (ratio - 1.0)
+    trace = model.basis.trace
+    if trace[TRACE_BORE] != bore or trace[TRACE_COMPRESSION] != ratio:
+        trace[TRACE_BORE] = bore
+        trace[TRACE_COMPRESSION] = ratio
+        renew_trace(trace, model.basis.trace_rows, model.gas, model.kinks)
 
 
 @kernel

@@ -24,6 +24,7 @@ from cranktrain.dynamics.motion.gas import trace_angle
 from cranktrain.dynamics.time.table import FAMILY, HEAD
 from cranktrain.film.laws.films import CLOSES, CONTACT
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT
+from cranktrain.loads.built_in_trace import NO_KINK
 
 LEAST_TORSION, LEAST_AXIAL = 1.0e-6, 1.0e-8
 """Least amplitudes (rad, m) that errors are held against."""
@@ -71,6 +72,8 @@ def event_within(model, work, state, builtin, angle, turn, h):
         for c in range(model.cylinders.shape[0]):
             place = trace_angle(model, c, angle)
             for k in range(model.kinks.shape[0]):
+                if model.kinks[k] == NO_KINK:
+                    break
                 ahead = model.kinks[k] - place
                 ahead -= 4.0 * math.pi * math.floor(ahead / (4.0 * math.pi))
                 if 0.0 < ahead < turn:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 OK, DIVERGED, SINGULAR, FILM_FAILED, STALLED = range(5)
 NOT_EMBEDDED, TOLERANCE_RANGE, STEP_RANGE, DELAY_RANGE, UNKNOWN_METHOD, OIL_RANGE, THIN_OIL = range(16, 23)
-DAMPER_RANGE, BORE_FIXED = 23, 24
+DAMPER_RANGE, BORE_FIXED, TRACE_FIXED = 23, 24, 25
 NO_EQUILIBRIUM = 32
 NOT_AHEAD = 10
 INPUT_NOT_FINITE, INPUT_NEGATIVE = 1000, 2000
@@ -45,6 +45,7 @@ REFUSALS = {
     OIL_RANGE: "the oil's law has no value at its temperature; give a higher one",
     THIN_OIL: "Roelands' law needs oil of a higher viscosity; give a lower temperature",
     DAMPER_RANGE: "the damper's temperature lies outside the range of its law",
+    TRACE_FIXED: "the gas trace is given and belongs to another bore or compression ratio; leave them there",
     BORE_FIXED: "the flexible block was made for another bore; leave it there",
 }
 """Why a model cannot be prepared."""

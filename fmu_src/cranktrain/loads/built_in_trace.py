@@ -1,0 +1,226 @@
+"""The built-in pressure trace as kernels: a single-zone cycle, its periodic spline, and where that is least smooth.
+
+Equations and sources: :mod:`cranktrain.loads.gas_pressure`. The closed cycle is integrated by the classical Runge–Kutta
+method. A periodic cubic spline through uniform values f has second derivatives s with (s₋ + 4 s + s₊)/6 = f₋ − 2 f + f₊
+in units of the pitch; the inverse of the left side is √3 Σ λ^|k|, λ = √3 − 2, a recursion from either side.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import inlined_kernel, kernel
+
+CYCLE = 4.0 * math.pi
+SAMPLES = 720
+# Slots of an engine's constants: bore, compression ratio, throw, length of the rod, offset of the pin; then of its
+# combustion, see engine.parts.Combustion; 1 where a model's trace is the built-in one.
+TRACE_BORE, TRACE_COMPRESSION, TRACE_THROW, TRACE_ROD, TRACE_OFFSET, HEAT, INTAKE_PRESSURE = range(7)
+INTAKE_TEMPERATURE, EXHAUST_PRESSURE, INTAKE_CLOSES, EXHAUST_OPENS, BURN_START, BURN_DURATION = range(7, 13)
+WIEBE_A, WIEBE_M, WALL_TEMPERATURE, TRACE_SPEED, BUILT_IN, TRACE_CONSTANTS = range(13, 19)
+# Columns of a spline's table, and rows of the scratch of :func:`renew_trace`.
+VALUE, LINEAR, SQUARE, CUBE = range(4)
+MOTORED, FIRED, SECOND, TRACE_ROWS = range(4)
+
+KINKS, APART = 4, math.radians(5.0)
+"""Most kinks of a trace that are kept, and how far they lie apart at least."""
+NO_KINK = -1.0
+"""Stands where a trace has fewer."""
+LEAST_KINK = 0.1
+"""Jump of the third derivative, over the largest, from which on it counts."""
+STEPS = 4
+"""Steps of an interval: the pressure is then converged far below the width of a line."""
+BLEND = math.radians(40.0)
+"""Width of a join: short against the cycle, long against a degree."""
+ROOT = math.sqrt(3.0) - 2.0
+"""λ of the spline's recursion."""
+
+
+@kernel
+def renew_trace(constants, rows, gas, kinks):
+    """Fill a model's splines ``gas`` (2, SAMPLES, 4), motored and rise by combustion, and its ``kinks`` (KINKS,).
+
+    ``rows`` (TRACE_ROWS, SAMPLES) is scratch.
+    """
+    intake = constants[INTAKE_PRESSURE]
+    fill_trace(constants, 0.0, intake, rows[MOTORED])
+    fill_trace(constants, constants[HEAT], intake, rows[FIRED])
+    for i in range(SAMPLES):
+        rows[FIRED, i] -= rows[MOTORED, i]
+    fill_spline(rows[MOTORED], rows[SECOND], gas[0])
+    fill_spline(rows[FIRED], rows[SECOND], gas[1])
+    fill_kinks(gas, kinks)
+
+
+# In one piece: closed cycle, blow-down, exhaust and intake are joined sample by sample.
+@kernel
+def fill_trace(constants, heat, intake, samples):
+    """Pressure over one cycle, ``samples`` (SAMPLES,) Pa, for a ``heat`` (J) and an ``intake`` pressure (Pa)."""
+    closes = constants[INTAKE_CLOSES]
+    opens = constants[EXHAUST_OPENS]
+    exhaust = constants[EXHAUST_PRESSURE]
+    pitch = CYCLE / SAMPLES
+    # From intake to blow-down on one branch.
+    end = opens + 1.5 * BLEND
+    first = 0
+    while first * pitch < end:
+        first += 1
+    start, _ = trace_volume(constants, closes)
+    mass_r = intake * start / constants[INTAKE_TEMPERATURE]
+    pressure = intake
+    before = closes
+    for k in range(SAMPLES):
+        i = first + k if first + k < SAMPLES else first + k - SAMPLES
+        after = i * pitch if i * pitch < end else i * pitch - CYCLE
+        closed = intake
+        if after >= closes:
+            pressure = compressed_to(constants, heat, mass_r, before, after, pressure)
+            before = after
+            closed = pressure
+        compressed = quintic((after - closes) / (0.5 * BLEND))
+        expelled = quintic((after - opens) / (1.5 * BLEND))
+        # Exhaust to intake across the dead centre of gas exchange; complete long before the blow-down, where it has to
+        # turn back to exhaust pressure.
+        exchange = quintic((after + 2.0 * math.pi + 0.5 * BLEND) / BLEND)
+        own = exhaust + (intake - exhaust) * exchange
+        own += (closed - intake) * compressed * (1.0 - expelled)
+        samples[i] = own + (exhaust - intake) * expelled
+
+
+@inlined_kernel
+def quintic(x):
+    """Step from 0 to 1 over x ∈ [0, 1] with two vanishing derivatives at both ends."""
+    if x <= 0.0:
+        return 0.0
+    if x >= 1.0:
+        return 1.0
+    return x * x * x * (10.0 + x * (6.0 * x - 15.0))
+
+
+@kernel
+def trace_volume(constants, angle):
+    """Volume above the piston (m³) at a crank angle after dead centre, rad, and its derivative by that."""
+    r = constants[TRACE_THROW]
+    length = constants[TRACE_ROD]
+    offset = constants[TRACE_OFFSET]
+    area = 0.25 * math.pi * constants[TRACE_BORE] ** 2
+    top = math.sqrt((length + r) ** 2 - offset * offset)
+    stroke = top - math.sqrt((length - r) ** 2 - offset * offset)
+    x = -r * math.sin(angle) - offset
+    s = math.sqrt(length * length - x * x)
+    volume = area * stroke / (constants[TRACE_COMPRESSION] - 1.0) + area * (top - r * math.cos(angle) - s)
+    return volume, area * (r * math.sin(angle) - x * r * math.cos(angle) / s)
+
+
+@kernel
+def compressed_to(constants, heat, mass_r, before, after, pressure):
+    """Pressure at the angle ``after`` from that at ``before``; ``mass_r`` is the gas' mass times its constant, J/K."""
+    h = (after - before) / STEPS
+    for k in range(STEPS):
+        begin = before + k * h
+        start = trace_volume(constants, begin)
+        middle = trace_volume(constants, begin + 0.5 * h)
+        end = trace_volume(constants, begin + h)
+        k1 = pressure_slope(constants, heat, mass_r, begin, pressure, start)
+        k2 = pressure_slope(constants, heat, mass_r, begin + 0.5 * h, pressure + 0.5 * h * k1, middle)
+        k3 = pressure_slope(constants, heat, mass_r, begin + 0.5 * h, pressure + 0.5 * h * k2, middle)
+        k4 = pressure_slope(constants, heat, mass_r, begin + h, pressure + h * k3, end)
+        pressure += h * (k1 + 2.0 * (k2 + k3) + k4) / 6.0
+    return pressure
+
+
+@kernel
+def pressure_slope(constants, heat, mass_r, angle, pressure, place):
+    """dp/dθ (Pa/rad) of the single zone; ``place`` holds its volume and the derivative."""
+    volume, derivative = place
+    speed = constants[TRACE_SPEED]
+    temperature = pressure * volume / mass_r
+    gamma = 1.38 - 0.2 * math.exp(-900.0 / temperature)
+    x = (angle - constants[BURN_START]) / constants[BURN_DURATION]
+    burnt = 0.0
+    if 0.0 < x <= 1.0:
+        a = constants[WIEBE_A]
+        m = constants[WIEBE_M]
+        burnt = heat * a * (m + 1.0) * x**m * math.exp(-a * x ** (m + 1.0)) / constants[BURN_DURATION]
+    piston_speed = 2.0 * constants[TRACE_THROW] * speed / math.pi
+    film = 130.0 * volume**-0.06 * (1e-5 * pressure) ** 0.8 * temperature**-0.4 * (piston_speed + 1.4) ** 0.8
+    wall = 0.5 * math.pi * constants[TRACE_BORE] ** 2 + 4.0 * volume / constants[TRACE_BORE]
+    lost = film * wall * (temperature - constants[WALL_TEMPERATURE]) / speed
+    return ((gamma - 1.0) * (burnt - lost) - gamma * pressure * derivative) / volume
+
+
+@kernel
+def fill_spline(samples, second, table):
+    """Periodic cubic spline through uniform ``samples`` (n,): ``table`` (n, 4); ``second`` (n,) is scratch."""
+    n = samples.shape[0]
+    # All images of a period at once: what comes from a full turn before is λⁿ of it.
+    turn = 1.0 / (1.0 - ROOT**n)
+    ahead = 0.0
+    behind = 0.0
+    power = 1.0
+    for k in range(n):
+        ahead += power * bend(samples, k)
+        behind += power * bend(samples, n - 1 - k)
+        power *= ROOT
+    ahead *= turn
+    behind *= turn
+    # ``behind`` sums over what lies before the last value, ``ahead`` over what lies after the first one.
+    for i in range(n):
+        behind = bend(samples, i) + ROOT * behind
+        second[i] = behind
+    for i in range(n - 1, -1, -1):
+        ahead = bend(samples, i) + ROOT * ahead
+        second[i] = math.sqrt(3.0) * (second[i] + ahead - bend(samples, i))
+    for i in range(n):
+        following = i + 1 if i + 1 < n else 0
+        table[i, VALUE] = samples[i]
+        table[i, LINEAR] = samples[following] - samples[i] - (2.0 * second[i] + second[following]) / 6.0
+        table[i, SQUARE] = 0.5 * second[i]
+        table[i, CUBE] = (second[following] - second[i]) / 6.0
+
+
+@inlined_kernel
+def bend(samples, i):
+    """Second difference of the samples at i, periodic."""
+    n = samples.shape[0]
+    before = samples[i - 1] if i > 0 else samples[n - 1]
+    after = samples[i + 1] if i + 1 < n else samples[0]
+    return before - 2.0 * samples[i] + after
+
+
+@kernel
+def fill_kinks(tables, kinks):
+    """Crank angles (rad) at which the sum of two splines is least smooth, rising; NO_KINK fills up ``kinks`` (k,)."""
+    n = tables.shape[1]
+    pitch = CYCLE / n
+    largest = 0.0
+    for k in range(kinks.shape[0]):
+        kinks[k] = NO_KINK
+    for count in range(kinks.shape[0]):
+        best = 0.0
+        place = 0
+        for i in range(n):
+            jump = abs((tables[0, i, CUBE] + tables[1, i, CUBE]) - (tables[0, i - 1, CUBE] + tables[1, i - 1, CUBE]))
+            if jump > best and apart(kinks, count, i * pitch):
+                best = jump
+                place = i
+        largest = max(largest, best)
+        if best <= LEAST_KINK * largest:
+            break
+        # In their order.
+        at = count
+        while at > 0 and kinks[at - 1] > place * pitch:
+            kinks[at] = kinks[at - 1]
+            at -= 1
+        kinks[at] = place * pitch
+
+
+@inlined_kernel
+def apart(kinks, count, angle):
+    """Whether an angle lies far enough from the first ``count`` kinks."""
+    for k in range(count):
+        away = angle - kinks[k]
+        away -= CYCLE * math.floor(away / CYCLE + 0.5)
+        if abs(away) <= APART:
+            return False
+    return True
