@@ -81,7 +81,15 @@ def install(tmp_path):
     """A copy of the package of its own, with the library of the valve train."""
     path = made("valvetrain")
     shutil.copytree(PACKAGE, tmp_path / "cranktrain", ignore=shutil.ignore_patterns("__pycache__", "lib"))
-    place = tmp_path / "cranktrain" / "fmu" / "native" / "lib" / this_platform() / path.name
+    place = (
+        tmp_path
+        / "cranktrain"
+        / "fmu"
+        / "native"
+        / "lib"
+        / this_platform()
+        / machine_code.library_name("valvetrain", path.suffix)
+    )
     place.parent.mkdir(parents=True)
     shutil.copyfile(path, place)
     return place
@@ -140,7 +148,8 @@ def test_threads_that_want_a_library_make_it_once(tmp_path, monkeypatch):
 
     def linked(command, kind, digest, platform, objects, target):
         count.append(kind)
-        target.write_bytes(digest.encode() + machine_code.checksum(digest.encode()))
+        content = digest.encode() + link._shim_digest().encode()
+        target.write_bytes(content + machine_code.checksum(content))
 
     monkeypatch.setattr(link, "_objects", lambda kind, digest, say: threading.Event().wait(0.3) or tmp_path)
     monkeypatch.setattr(link, "_link", linked)

@@ -35,6 +35,8 @@ RESTS_ON = {
 """Kinds of libraries, and the folders of the package that their kernels rest on."""
 _KIND_OF = {"cranktrain.modules.combustion.": "combustion", "cranktrain.modules.valve_train.": "valvetrain"}
 """Kinds of the libraries that hold kernels of these modules; all others are the cranktrain's."""
+EMITTING = ("emit.py", "exports.py", "make.py", "typical_run.py", "c/kernels.h")
+"""Files of cranktrain.fmu.native that machine code depends on."""
 OFF = "CRANKTRAIN_NO_MACHINE_CODE"
 """Environment variable that lets numba compile all kernels, whatever libraries there are."""
 CHECKSUM = b"CRNKSUM1"
@@ -182,13 +184,16 @@ def checksum(content: bytes) -> bytes:
 
 def _places(kind: str, digest: str) -> Iterator[Path]:
     folder = this_platform()
-    name = library_name(kind, ".dll" if folder == "win64" else ".so")
-    yield LIBRARIES / folder / name
-    if (cache_folder() / "native" / digest / folder / name).is_file():
+    suffix = ".dll" if folder == "win64" else ".so"
+    yield LIBRARIES / folder / library_name(kind, suffix)
+    kept = list((cache_folder() / "native" / digest / folder).glob(library_name(kind, suffix, "*")))
+    if kept:
         try:
-            yield private_folder("native", digest, folder) / name
+            place = private_folder("native", digest, folder)
         except OSError:
             return
+        # Of the same kernels with several states of the C side the newest.
+        yield place / max(kept, key=lambda path: path.stat().st_mtime_ns).name
 
 
 def this_platform() -> str:
@@ -201,14 +206,17 @@ def this_platform() -> str:
     return f"{system}64"
 
 
-def library_name(kind: str, suffix: str) -> str:
-    """Name of a library's file."""
-    return f"{kind}{suffix}"
+def library_name(kind: str, suffix: str, shim: str = "") -> str:
+    """Name of a library's file, in the cache with the digest of its C side."""
+    return f"{kind}-{shim}{suffix}" if shim else f"{kind}{suffix}"
 
 
 @cache
 def code_digest(kind: str) -> str:
-    """Digest (16 hexadecimal digits) of the sources that a library of a kind is made from."""
+    """Digest (16 hexadecimal digits) of the sources that the machine code of a kind is made from.
+
+    The C side is not among them but for what both know of each other: it is linked in a second.
+    """
     seal = LIBRARIES / SEAL
     if seal.is_file():
         return dict(line.split() for line in seal.read_text(encoding="utf-8").splitlines()).get(kind, "")
@@ -221,7 +229,7 @@ def code_digest(kind: str) -> str:
 
 def _sources(kind: str) -> list[Path]:
     native = ROOT / "fmu" / "native"
-    files = [*native.glob("*.py"), *(native / "c").glob("*.[ch]")]
+    files = [native / name for name in EMITTING]
     for folder in RESTS_ON[kind]:
         files += (ROOT / folder).rglob("*.py")
     return files

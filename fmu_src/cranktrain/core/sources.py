@@ -16,6 +16,10 @@ from pathlib import Path
 PACKAGE = __name__.partition(".")[0]
 """Name that the package goes by: its own, or in an FMU one with a digest in it."""
 ROOT = Path(__file__).parents[1]
+UNFELT = frozenset(
+    (ROOT / "core" / name).resolve() for name in ("cache.py", "machine_code.py", "records.py", "sources.py")
+)
+"""Sources that say where compiled kernels are and how Python calls them, not what they are: no kernel feels those."""
 _BEGAN = time.time()
 _IMPORT = re.compile(rf"(?m)^([ \t]*)(?:from ({PACKAGE}[\w.]*) import (\([^)]*\)|.*)|import ({PACKAGE}[\w.]*))")
 
@@ -50,6 +54,8 @@ def rests_on(file: Path, deferred: bool = False) -> set[Path]:
         path = waiting.pop()
         found.add(path)
         waiting |= _imported(path, deferred) - found
+        if not deferred:
+            waiting -= UNFELT
     return found
 
 

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.machine_code import LIBRARIES, RESTS_ON, this_platform
+from cranktrain.core.machine_code import LIBRARIES, RESTS_ON, library_name, this_platform
 from cranktrain.fmu.native.link import checked_platform, compiler, library
 
 
@@ -42,19 +42,18 @@ def _made_for(platform: str, into_package: bool) -> bool:
         try:
             made = library(kind, platform, _say)
             if into_package:
-                _put(made, LIBRARIES / platform)
+                _put(made, LIBRARIES / platform / library_name(kind, made.suffix))
         except (InputError, OSError) as error:
             _say(f"{kind}: its kernels are compiled when they are first called: {error}")
             whole = False
     return whole
 
 
-def _put(made: Path, folder: Path) -> None:
-    """Copy a library into a folder, whole or not at all."""
-    place = folder / made.name
+def _put(made: Path, place: Path) -> None:
+    """Copy a library to its place, whole or not at all."""
     if made == place:
         return
-    folder.mkdir(parents=True, exist_ok=True)
+    place.parent.mkdir(parents=True, exist_ok=True)
     temporary = place.with_suffix(f".{os.getpid()}")
     temporary.write_bytes(made.read_bytes())
     os.replace(temporary, place)

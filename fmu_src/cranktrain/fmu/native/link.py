@@ -14,6 +14,8 @@ import sys
 import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from functools import cache
+from hashlib import sha256
 from pathlib import Path
 
 try:
@@ -43,19 +45,24 @@ def library(kind: str, platform: str = "linux64", say: Progress = lambda text: N
         a cache that cannot be written
     """
     row = checked_platform(platform)
-    name = library_name(kind, row.suffix)
     digest = code_digest(kind)
-    for folder in (LIBRARIES / row.folder, private_folder("native", digest, row.folder)):
-        made = folder / name
+    target = private_folder("native", digest, row.folder) / library_name(kind, row.suffix, _shim_digest())
+    for made in (LIBRARIES / row.folder / library_name(kind, row.suffix), target):
         if _is_made(made, digest):
             return made
-    command, target = compiler(row), private_folder("native", digest, row.folder) / name
+    command = compiler(row)
     with _alone(private_folder("native", digest)):
         if not _is_made(target, digest):
             objects = _objects(kind, digest, say)
             say(f"{kind}: library for {row.folder}")
             _link(command, kind, digest, row, objects, target)
     return target
+
+
+@cache
+def _shim_digest() -> str:
+    """Digest of the C side, which a library holds as a text."""
+    return "shim" + sha256(b"".join(path.read_bytes() for path in sorted(SOURCES.glob("*.[ch]")))).hexdigest()[:8]
 
 
 def checked_platform(platform: str) -> Platform:
@@ -76,7 +83,7 @@ def _alone(folder: Path) -> Iterator[None]:
 
 def _is_made(path: Path, digest: str) -> bool:
     try:
-        return is_whole(path, digest)
+        return is_whole(path, digest) and _shim_digest().encode() in path.read_bytes()
     except DamagedError:
         return False
 
@@ -123,6 +130,7 @@ def _link(command: Iterable[str], kind: str, digest: str, platform: Platform, ob
             *command,
             *FLAGS,
             f'-DCT_DIGEST="{digest}"',
+            f'-DCT_SHIM="{_shim_digest()}"',
             "-I",
             str(SOURCES),
             "-o",

@@ -37,6 +37,7 @@ _TABLE = """/* Made by cranktrain.fmu.native.make: what this library's kernels a
 {declarations}
 
 static const void *const functions[] = {{{addresses}NULL}};
+__attribute__((used)) static const char shim[] = CT_SHIM;
 static const char *const names[] = {{{names}NULL}};
 
 const struct ct_kernels ct_kernels = {{
