@@ -21,7 +21,7 @@ class Client:
 
     Attributes
     ----------
-    packages : what pip installs besides numpy and numba, which the FMU needs
+    packages : what pip installs besides numpy and numba, which Python's FMUs need
     body : of its script, which leaves the ``values`` of the outputs
     libraries : whether packages bring libraries that it must be shown
     """

@@ -2,9 +2,9 @@
 
 Each client is installed by pip into an environment of its own in the cache, once, and runs each FMU at its start
 values; what it finds is compared with FMPy. Without files the FMUs of all shipped modules are built, and the six's
-cranktrain without film tables and block. Prints one JSON object: by FMU and client the largest difference of outputs
-from FMPy's, relative to the value or to 1e-9 of its nominal one, or why there is none; and what ``fmutool -check``
-says.
+cranktrain without film tables and block, each as Python's and as a native one, which is run in an environment without
+numba. Prints one JSON object: by FMU and client the largest difference of outputs from FMPy's, relative to the value or
+to 1e-9 of its nominal one, or why there is none; and what ``fmutool -check`` says.
 """
 
 from __future__ import annotations
@@ -40,14 +40,17 @@ class ClientError(Exception):
     """A client that cannot be installed, or does not run to the end; says what it said last."""
 
 
-def environment(client: Client) -> Path:
-    """Folder of a client's virtual environment, made at first use; ``ClientError``."""
-    digest = hashlib.sha256(" ".join((*client.packages, sys.version)).encode()).hexdigest()[:12]
+def environment(client: Client, native: bool = False) -> Path:
+    """Folder of a client's virtual environment, made at first use; ``ClientError``. A native FMU is given no numba."""
+    needed = () if native else ("numpy", _numba())
+    digest = hashlib.sha256(" ".join((*client.packages, sys.version, "" if needed else "native")).encode()).hexdigest()[
+        :12
+    ]
     folder = private_folder("clients") / f"{client.packages[0].partition('=')[0]}-{digest}"
     done = folder / "installed"
     if not done.is_file():
         pip = [str(folder / "bin" / "python"), "-m", "pip", "install", "-q", "--disable-pip-version-check"]
-        for words in ([sys.executable, "-m", "venv", str(folder)], [*pip, "numpy", _numba(), *client.packages]):
+        for words in ([sys.executable, "-m", "venv", str(folder)], [*pip, *needed, *client.packages]):
             _run(words, {})
         done.touch()
     return folder
@@ -75,7 +78,8 @@ class Job:
     """One run of an FMU at its start values, the same for every client."""
 
     def __init__(self, fmu: Path, steps: int = STEPS, step: float = STEP) -> None:
-        variables = read_model_description(str(fmu)).modelVariables
+        about = read_model_description(str(fmu))
+        variables, self.native = about.modelVariables, not about.coSimulation.needsExecutionTool
         outputs = [v for v in variables if v.causality == "output" and not v.name.startswith(ROUNDING)]
         self.nominal = [float(v.nominal or 1.0) for v in outputs]
         self.given = {
@@ -106,7 +110,7 @@ class Job:
 
 def difference(client: Client, job: Job) -> float:
     """Largest difference of a client's outputs from FMPy's, relative; ``ClientError``."""
-    folder = environment(client)
+    folder = environment(client, job.native)
     more = {"LD_LIBRARY_PATH": str(folder / "lib")} if client.libraries else {}
     found = job.values(client.script, str(folder / "bin" / "python"), more)
     pairs = zip(found, job.expected, job.nominal, strict=True)
@@ -130,18 +134,20 @@ def main(*files: str) -> int:
         paths = list(map(Path, files))
         if not paths:
             say = lambda text: print(text, file=sys.stderr, flush=True)  # noqa: E731
-            paths = [build_fmu("diesel_i6", folder, film_table=False, block=False, say=say)]
-            paths += [build_fmu(name, folder, say=say) for name in module_files()]
+            for platforms in ((), ("linux64",)):
+                place = Path(folder, "native" if platforms else "python")
+                paths += [build_fmu("diesel_i6", place, film_table=False, block=False, platforms=platforms, say=say)]
+                paths += [build_fmu(name, place, platforms=platforms, say=say) for name in module_files()]
         for path in paths:
             job = Job(path)
             row: dict[str, object] = {"fmutool": checked(path)}
             for name, client in CLIENTS.items():
-                print(f"clients: {path.name} in {name}", file=sys.stderr, flush=True)
+                print(f"clients: {path.name} of {path.parent.name} in {name}", file=sys.stderr, flush=True)
                 try:
                     row[name] = difference(client, job)
                 except ClientError as error:
                     row[name] = str(error)
-            found[path.name] = row
+            found[f"{path.parent.name}/{path.name}"] = row
     print(json.dumps(found, indent=2))
     return 0
 

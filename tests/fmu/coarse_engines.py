@@ -29,6 +29,6 @@ def coarse(name):
     return FlatModel(engine, cranks, damped, block=box_block(engine))
 
 
-def built(model, folder):
-    """Build the FMU of a ``FlatModel``."""
-    return engine_fmu.build(model, folder, print)
+def built(model, folder, platforms=()):
+    """Build the FMU of a ``FlatModel``, a native one for ``platforms``."""
+    return engine_fmu.build(model, folder, print, platforms=platforms)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from coarse_engines import COARSE, built, coarse
 
+from cranktrain.core.errors import InputError
 from cranktrain.fmu.build import build_fmu
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.modules.register import module_files
@@ -93,9 +94,25 @@ def script(cache):
     return run
 
 
-@pytest.fixture(scope="session", params=["cranktrain", *(name for name in module_files() if name.endswith("_i6"))])
+MODULES = [name for name in module_files() if name.endswith("_i6")]
+
+
+@pytest.fixture(
+    scope="session",
+    params=[
+        *("cranktrain", *MODULES, *(f"{name} native" for name in MODULES)),
+        pytest.param("cranktrain native", marks=pytest.mark.slow),
+    ],
+)
 def shipped(request, tmp_path_factory):
-    """One FMU of each kind that is built here, those of the six: a path."""
+    """One FMU of each kind that is built here, those of the six, Python's and native: a path."""
+    name, _, native = request.param.partition(" ")
     if request.param == "cranktrain":
         return request.getfixturevalue("fmu")
-    return build_fmu(request.param, tmp_path_factory.mktemp(request.param))
+    folder, platforms = tmp_path_factory.mktemp(name + native), ("linux64",) if native else ()
+    try:
+        if name == "cranktrain":
+            return built(request.getfixturevalue("model"), folder, platforms)
+        return build_fmu(name, folder, platforms=platforms)
+    except InputError as error:
+        pytest.skip(str(error))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +13,11 @@ from fmpy import read_model_description
 from raw_unit import Raw
 
 from cranktrain.core.errors import InputError
+from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
+from cranktrain.fmu.engine_fmu import build
+from cranktrain.fmu.flat import FlatModel
+from cranktrain.structure.assembly import running_crank
 
 STEP = math.radians(1.0) / (2000.0 * math.pi / 30.0)
 """s, a degree at 2000 rev/min."""
@@ -62,3 +67,14 @@ def opened(path):
         archive.extractall(folder)
     about = read_model_description(str(folder))
     return Unit(folder, about, {v.name: v.valueReference for v in about.modelVariables})
+
+
+def engine_fmu(folder, platforms=("linux64",)):
+    """The six's native FMU on a coarse mesh, without block, damper and film tables: crank rigid or solid."""
+    engine = load_engine("diesel_i6")
+    engine = replace(engine, crankshaft=replace(engine.crankshaft, mesh_size=0.025))
+    model = FlatModel(engine, {level: running_crank(engine, level) for level in ("rigid", "solid")})
+    try:
+        return build(model, folder, platforms=platforms)
+    except InputError as error:
+        pytest.skip(str(error))

@@ -1,55 +1,29 @@
 """The library of a native FMU: what it needs, what it may write, and that a host without Python runs it."""
 
 import re
-import shutil
 import subprocess
 import sys
 
+import gates
 import mock_unit
 import pytest
-from mock_unit import REFERENCE, SOURCES, compiler
+from gates import tool
+from mock_unit import REFERENCE, compiler
 from plain_host import hosted, plain_host
 
-LIBC = {
-    *("calloc", "free", "memchr", "memcmp", "memcpy", "memmove", "memset", "strcat", "strchr", "strcmp", "strcpy"),
-    *("strlen", "strncmp", "strpbrk", "strstr", "strtod", "snprintf", "vsnprintf", "fprintf", "fwrite", "stderr"),
-    *("open64", "open", "close", "fstat64", "fstat", "__fxstat", "__fxstat64", "mmap64", "mmap", "munmap"),
-    "__errno_location",
-}
-LIBM = {"fmax", "nearbyint", "ceil"}
-CRT = {"_ITM_deregisterTMCloneTable", "_ITM_registerTMCloneTable", "__cxa_finalize", "__gmon_start__"}
-"""What a compiler puts into every library."""
 FIRST, LAST = REFERENCE["position"], REFERENCE["energy"]
 
 
-def tool(name):
-    if shutil.which(name) is None:
-        pytest.skip(f"needs {name}")
-    return name
-
-
-def test_nothing_but_libc_and_libm_is_needed(binary):
-    done = subprocess.run([tool("nm"), "-u", str(binary)], capture_output=True, text=True, check=True)
-    needed = {line.split()[-1].partition("@")[0] for line in done.stdout.splitlines()}
-    assert needed <= LIBC | LIBM | CRT, needed - LIBC - LIBM - CRT
-
-
-def test_nothing_but_the_interface_is_shown(binary):
-    done = subprocess.run([tool("nm"), "-D", "--defined-only", str(binary)], capture_output=True, text=True, check=True)
-    shown = {line.split()[-1] for line in done.stdout.splitlines()} - {"_init", "_fini"}
-    declared = set(re.findall(r"\b(fmi2\w+)\(fmi2|\b(fmi2\w+)\(void\)", (SOURCES / "fmi2.h").read_text()))
-    assert shown == {one or other for one, other in declared} and len(shown) == 34
-
-
-def test_it_has_no_writable_data(binary):
-    """Neither .data nor .bss of ours: tables of addresses are read-only once the library is loaded."""
-    done = subprocess.run([tool("readelf"), "-W", "-s", "-S", str(binary)], capture_output=True, text=True, check=True)
-    rows = re.findall(r"\[ *(\d+)\] (\.\S+)", done.stdout)
-    writable = {number for number, name in rows if name in (".data", ".bss", ".tdata", ".tbss", ".common")}
-    symbols = re.findall(r"^ *\d+: \w+ +\d+ (OBJECT|TLS) +\w+ +\w+ +(\S+) +(\S+)", done.stdout, re.MULTILINE)
-    ours = {name for _, section, name in symbols if section in writable | {"COM"}}
-    assert {"ct_kernels", "CALLS"} <= {name for _, _, name in symbols}
-    assert ours <= {"completed.0", "__dso_handle", "__TMC_END__"}, ours
+@pytest.mark.parametrize(
+    "gate",
+    [
+        gates.nothing_but_libc_and_libm_is_needed,
+        gates.nothing_but_the_interface_is_shown,
+        gates.there_is_no_writable_data,
+    ],
+)
+def test_it_is_what_every_library_is(gate, binary):
+    gate(binary)
 
 
 @pytest.mark.parametrize("name", ["gcc", "clang"])

@@ -5,9 +5,13 @@
    VARIABLES is how many there are, FIRST to LAST are references of Real outputs, STEP is in s. ``run`` takes COUNT steps
    and prints the outputs' bits, after it has saved, restored, serialized, reset and run again to the same bits;
    ``threads`` does so in COUNT threads at once; ``fuzz`` makes COUNT calls, most of them wrong, and then runs. */
+#ifdef _WIN32
+#include <windows.h>
+#else
 #include <dlfcn.h>
-#include <math.h>
 #include <pthread.h>
+#endif
+#include <math.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -25,6 +29,24 @@
     X(fmi2DeSerializeFMUstate) X(fmi2GetDirectionalDerivative) X(fmi2SetRealInputDerivatives)                          \
     X(fmi2GetRealOutputDerivatives) X(fmi2DoStep) X(fmi2CancelStep) X(fmi2GetStatus) X(fmi2GetRealStatus)              \
     X(fmi2GetIntegerStatus) X(fmi2GetBooleanStatus) X(fmi2GetStringStatus)
+#ifdef _WIN32
+#define dlopen(path, flags) ((void *)LoadLibraryA(path))
+#define dlclose(library) FreeLibrary(library)
+#define dlerror() "the library cannot be loaded"
+#define BEGIN DWORD WINAPI
+typedef HANDLE thread;
+static void *dlsym(void *library, const char *name) { return (void *)(uintptr_t)GetProcAddress(library, name); }
+static int begin(thread *made, LPTHREAD_START_ROUTINE work, void *given) {
+    *made = CreateThread(NULL, 0, work, given, 0, NULL);
+    return *made == NULL;
+}
+static void end(thread made) { WaitForSingleObject(made, INFINITE); }
+#else
+#define BEGIN void *
+typedef pthread_t thread;
+static int begin(thread *made, void *(*work)(void *), void *given) { return pthread_create(made, NULL, work, given); }
+static void end(thread made) { pthread_join(made, NULL); }
+#endif
 #define MEMBER(name) __typeof__(&name) name;
 #define LOAD(name) *(void **)&f.name = loaded(library, #name);
 
@@ -134,21 +156,21 @@ static void run(const char *name, long count, double *values) {
     free(again);
 }
 
-struct job { long count; double *values; pthread_t thread; };
+struct job { long count; double *values; thread thread; };
 
-static void *run_job(void *given) {
+static BEGIN run_job(void *given) {
     struct job *job = given;
     run("thread", job->count, job->values);
-    return NULL;
+    return 0;
 }
 
 static void run_threads(long n, long count, double *values) {
     struct job *jobs = calloc((size_t)n, sizeof *jobs);
     for (long k = 0; k < n; ++k) {
         jobs[k] = (struct job){.count = count, .values = malloc(outputs_bytes())};
-        if (pthread_create(&jobs[k].thread, NULL, run_job, jobs + k) != 0) fail("no thread");
+        if (begin(&jobs[k].thread, run_job, jobs + k) != 0) fail("no thread");
     }
-    for (long k = 0; k < n; ++k) pthread_join(jobs[k].thread, NULL);
+    for (long k = 0; k < n; ++k) end(jobs[k].thread);
     memcpy(values, jobs[0].values, outputs_bytes());
     for (long k = 0; k < n; ++k) {
         compare(values, jobs[k].values, "threads differ");

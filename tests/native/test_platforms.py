@@ -1,0 +1,104 @@
+"""Native FMUs for other machines, made on this one: Windows under Wine, ARM by its headers and under QEMU."""
+
+import os
+import shutil
+import sys
+
+import gates
+import numpy as np
+import pytest
+import real_unit
+from mock_unit import compiler
+from plain_host import hosted, plain_host
+from real_unit import STEP
+
+from cranktrain.core.errors import InputError
+from cranktrain.fmu.native.emit import PLATFORMS
+from cranktrain.fmu.native.link import compiler as compiler_for
+
+pytestmark = pytest.mark.slow
+WINE = next((found for name in ("wine64", "/usr/lib/wine/wine64", "wine") if (found := shutil.which(name))), None)
+CLOSE = 1e-8
+"""Of the largest output of a unit: bits differ, since another system has another mathematical library."""
+
+
+def command_for(platform):
+    """A compiler of hosts for a platform; skips where there is none."""
+    try:
+        return tuple(compiler_for(PLATFORMS[platform]))
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="module")
+def hosts(tmp_path_factory):
+    """The plain host for this machine and for Windows, and how the latter is run."""
+    if compiler() is None or WINE is None:
+        pytest.skip("needs a C compiler and Wine")
+    folder = tmp_path_factory.mktemp("hosts")
+    command = command_for("win64")
+    foreign = plain_host(folder, "-D__USE_MINGW_ANSI_STDIO=1", command=command, suffix=".exe")
+    home = {name: str(folder / "home") for name in ("HOME", "WINEPREFIX")}
+    (folder / "home").mkdir()
+    return plain_host(folder), foreign, {**home, "WINEDEBUG": "-all", "PATH": os.environ["PATH"], "DISPLAY": ""}
+
+
+def is_close(unit, ours, theirs):
+    """Outputs within CLOSE of the largest of their unit."""
+    units = [v.unit for v in unit.about.modelVariables if v.causality == "output"]
+    ours, theirs = (np.array([float.fromhex(value) for value in values]) for values in (ours, theirs))
+    largest = np.array([max(abs(x) for x, other in zip(ours, units, strict=True) if other == u) for u in units])
+    np.testing.assert_array_less(np.abs(ours - theirs), CLOSE * largest + 1e-300)
+
+
+def runs_on_windows(unit, hosts):
+    ours, theirs, environment = hosts
+    texts = [f"{reference}={text}" for reference, text in unit.texts().items()]
+    for what in (("run", 200, 0), ("threads", 3, 0)):
+        expected, _ = hosted(ours, unit.folder, *what, texts=texts, step=STEP)
+        binary = unit.binary("win64", ".dll")
+        found, _ = hosted(
+            theirs, unit.folder, *what, texts=texts, step=STEP, before=(WINE,), binary=binary, **environment
+        )
+        is_close(unit, expected, found)
+
+
+@pytest.mark.parametrize("name", ["combustion_i6", "valvetrain_i6"])
+def test_a_module_runs_on_windows(name, hosts, tmp_path):
+    """From restored, reset and serialized states to the same bits there, and in threads."""
+    runs_on_windows(real_unit.unpacked(name, tmp_path, ("linux64", "win64")), hosts)
+
+
+def test_an_engine_runs_on_windows(hosts, tmp_path):
+    unit = real_unit.opened(real_unit.engine_fmu(tmp_path, ("linux64", "win64")))
+    runs_on_windows(unit, hosts)
+
+
+def test_windows_needs_its_own_libraries_alone(tmp_path):
+    unit = real_unit.unpacked("combustion_i6", tmp_path, ("win64",))
+    command_for("win64")
+    listed = gates.said("objdump", "-p", unit.binary("win64", ".dll"))
+    needed = {line.split()[-1].lower() for line in listed.splitlines() if "DLL Name" in line}
+    assert needed <= {"kernel32.dll", "msvcrt.dll"} | {n for n in needed if n.startswith("api-ms-win-crt-")}, needed
+
+
+def test_a_library_for_arm_links_and_runs_where_it_can(tmp_path):
+    platform = "aarch64-linux"
+    command = command_for(platform)
+    unit = real_unit.unpacked("combustion_i6", tmp_path, ("linux64", platform))
+    binary = unit.binary(platform)
+    header = gates.said("readelf", "-h", binary)
+    assert "AArch64" in header and "DYN (Shared object file)" in header
+    needed = {line.split()[-1] for line in gates.said("readelf", "-d", binary).splitlines() if "(NEEDED)" in line}
+    assert needed <= {"[libm.so.6]", "[libc.so.6]", "[ld-linux-aarch64.so.1]"}, needed
+    emulator, system = shutil.which("qemu-aarch64-static") or shutil.which("qemu-aarch64"), "/usr/aarch64-linux-gnu"
+    if emulator is None or not os.path.isdir(system) or sys.platform != "linux":
+        pytest.skip("linked; to run it needs qemu-aarch64 and the C library of ARM (libc6-arm64-cross)")
+    texts = [f"{reference}={text}" for reference, text in unit.texts().items()]
+    (tmp_path / "ours").mkdir()
+    ours, theirs = plain_host(tmp_path / "ours"), plain_host(tmp_path, command=command)
+    expected, _ = hosted(ours, unit.folder, "run", 60, 0, texts=texts, step=STEP)
+    found, _ = hosted(
+        theirs, unit.folder, "run", 60, 0, texts=texts, step=STEP, before=(emulator, "-L", system), binary=binary
+    )
+    is_close(unit, expected, found)

@@ -1,0 +1,184 @@
+"""Libraries of the real kernels: the same gates as the mock's, a host without Python, tools that watch memory."""
+
+import shutil
+import subprocess
+import zipfile
+
+import gates
+import mock_unit
+import pytest
+import real_unit
+from gates import tool
+from mock_unit import compiler
+from plain_host import hosted, plain_host
+from raw_unit import ERROR, Raw
+from real_unit import STEP
+
+from cranktrain.core.cache import private_folder
+from cranktrain.core.machine_code import code_digest
+from cranktrain.fmu.native.link import SOURCES
+
+GATES = (
+    gates.nothing_but_libc_and_libm_is_needed,
+    gates.there_is_no_writable_data,
+    gates.the_stack_holds_no_code,
+)
+
+
+@pytest.fixture(scope="module")
+def engine(tmp_path_factory):
+    return real_unit.opened(real_unit.engine_fmu(tmp_path_factory.mktemp("engine")))
+
+
+@pytest.fixture(scope="module")
+def host(tmp_path_factory):
+    if compiler() is None:
+        pytest.skip("needs a C compiler: gcc or clang")
+    return plain_host(tmp_path_factory.mktemp("host"))
+
+
+def texts(unit):
+    return [f"{reference}={text}" for reference, text in unit.texts().items()]
+
+
+def from_python(unit, steps):
+    return [value.hex() for value in unit.fresh().run(steps, step=STEP).get("Real", *unit.outputs())]
+
+
+def keeps_the_gates(unit):
+    for gate in GATES:
+        gate(unit.binary())
+    gates.nothing_but_the_interface_is_shown(unit.binary(), "ct_kernels_table")
+
+
+def runs_without_python(unit, host):
+    """Restored, reset and serialized on the way, in one thread and in three, where the environment is empty."""
+    expected = from_python(unit, 60)
+    assert hosted(host, unit.folder, "run", 60, 0, texts=texts(unit), step=STEP)[0] == expected
+    expected = from_python(unit, 50)
+    assert hosted(host, unit.folder, "threads", 3, 0, texts=texts(unit), step=STEP)[0] == expected
+
+
+def test_a_library_keeps_the_gates(real):
+    keeps_the_gates(real)
+    assert real.binary().stat().st_size < 1.5e6
+
+
+def test_a_host_without_python_finds_the_same(real, host):
+    runs_without_python(real, host)
+
+
+@pytest.mark.slow
+def test_an_engine_does_so_too(engine, host):
+    keeps_the_gates(engine)
+    assert engine.binary().stat().st_size < 1.5e6
+    runs_without_python(engine, host)
+
+
+# ------------------------------------------------------------------ resources
+
+
+def refusal(unit, resources, guid=None):
+    """What an instance is refused with."""
+    one = Raw(unit.binary(), resources, guid or unit.about.guid)
+    [(status, category, text)] = one.log
+    assert one.component is None and (status, category) == (ERROR, "logStatusError")
+    return text
+
+
+def test_a_folder_may_have_any_name(real, tmp_path):
+    """With spaces, percent signs, letters that are not of ASCII; as a URI or as a plain path."""
+    place = tmp_path / "Kurbel trieb 100% größe 曲轴"
+    shutil.copytree(real.folder / "resources", place / "resources")
+    for location in (place / "resources", str(place / "resources"), f"file://{place}/resources/"):
+        one = Raw(real.binary(), location, real.about.guid)
+        one.set("String", real.texts())
+        assert one.start().run(3, step=STEP).log == []
+        one.free()
+
+
+def damaged(data, place, value):
+    return data[:place] + value + data[place + len(value) :]
+
+
+@pytest.mark.parametrize(
+    ("harm", "words"),
+    [
+        (lambda data: None, "is missing"),
+        (lambda data: b"", "empty"),
+        (lambda data: data[:-8], ""),
+        (lambda data: data[: len(data) // 2], ""),
+        (lambda data: damaged(data, 0, b"PKZIPPED"), ""),
+        (lambda data: damaged(data, 8, b"\2\0\0\0"), "version"),
+        (lambda data: damaged(data, 12, data[12:16][::-1]), "order of bytes"),
+        (lambda data: damaged(data, 24, b"0123456789abcdef"), ""),
+        (lambda data: damaged(data, len(data) - 80, b"\xff\xff"), ""),
+    ],
+)
+def test_data_that_are_not_whole_are_refused(real, harm, words, tmp_path):
+    data = harm((real.folder / "resources" / "native.bin").read_bytes())
+    if data is not None:
+        (tmp_path / "native.bin").write_bytes(data)
+    text = refusal(real, tmp_path)
+    assert "native.bin" in text and words in text, text
+
+
+def test_another_guid_is_refused(real):
+    assert "GUID" in refusal(real, real.folder / "resources", "{00000000-0000-0000-0000-000000000000}")
+
+
+def test_an_fmu_holds_what_it_needs_and_no_code_of_python(real):
+    with zipfile.ZipFile(real.folder.with_suffix(".fmu")) as archive:
+        names = archive.namelist()
+    assert {"modelDescription.xml", "resources/native.bin"} <= set(names)
+    assert not [name for name in names if name.endswith((".py", ".pyc", ".toml"))]
+    assert real.about.coSimulation.needsExecutionTool is not True
+
+
+# ------------------------------------------------------------------ what watches memory
+
+
+@pytest.mark.slow
+def test_a_million_calls_at_random_do_no_harm(real, host):
+    assert hosted(host, real.folder, "fuzz", 1_000_000, 17, texts=texts(real), step=STEP)[0] == from_python(real, 10)
+
+
+@pytest.mark.slow
+def test_calls_at_random_do_an_engine_no_harm(engine, host):
+    assert hosted(host, engine.folder, "fuzz", 20_000, 17, step=STEP)[0] == from_python(engine, 10)
+
+
+@pytest.mark.slow
+def test_memcheck_finds_nothing_in_the_real_kernels(real, host):
+    checked = tool("valgrind"), "-q", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=all"
+    for what in (("run", 60, 0), ("threads", 2, 0), ("fuzz", 5_000, 3)):
+        hosted(host, real.folder, *what, before=checked, texts=texts(real), step=STEP)
+
+
+@pytest.mark.slow
+def test_memcheck_finds_nothing_in_an_engine(engine, host):
+    checked = tool("valgrind"), "-q", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=all"
+    hosted(host, engine.folder, "run", 4, 0, before=checked, step=STEP)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sanitizer", ["address,undefined", "thread"])
+def test_sanitizers_find_nothing_around_the_real_kernels(real, sanitizer, tmp_path):
+    """The shim and the host are watched; the kernels' machine code is what it is, but its memory is the shim's."""
+    kind = {"CombustionI6": "combustion", "ValvetrainI6": "valvetrain"}[real.about.modelName]
+    digest = code_digest(kind)
+    objects = private_folder("native", digest, "objects")
+    options = "-g", f"-fsanitize={sanitizer}", "-fno-sanitize-recover=all"
+    sources = [*SOURCES.glob("*.c"), objects / f"{kind}.c", objects / f"{kind}-linux64.o"]
+    library = tmp_path / "watched.so"
+    command = [
+        *(str(compiler()), *mock_unit.FLAGS, *options, "-shared", "-fPIC", "-I", str(SOURCES)),
+        *(f'-DCT_DIGEST="{digest}"', '-DCT_SHIM="watched"', *map(str, sources), "-o", str(library), "-lm"),
+    ]
+    try:
+        watched = plain_host(tmp_path, *options)
+        subprocess.run(command, check=True)
+    except subprocess.CalledProcessError:
+        pytest.skip(f"the compiler has no -fsanitize={sanitizer}, or the library came without its objects")
+    for what in (("run", 60, 0), ("threads", 3, 0), ("fuzz", 50_000, 3)):
+        hosted(watched, real.folder, *what, binary=library, texts=texts(real), step=STEP)
