@@ -41,7 +41,7 @@ from pythonfmu import Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Re
 COARSE_STEP = 3.0  # degrees of crank angle; pressures change by bars within it
 _STATE = struct.Struct("<8sI64sIdII")
 _STATE_MAGIC = b"CRNKSTA\0"
-_STATE_VERSION = 2
+_STATE_VERSION = 3
 _INSTANTIATED, _INITIALIZING, _STEPPING, _TERMINATED = range(4)
 _PHASES = "only instantiated", "in initialization mode", "initialized", "terminated"
 _READINGS = 64  # sets of outputs remembered that a master reads
@@ -144,7 +144,7 @@ class CranktrainSlave(Fmi2Slave):
         self._places = []
         self._readings = {}
         self._start_time = 0.0
-        self._warned = False
+        self._warned = self._told_limit = False
         while sys.path.count(self.resources) > 1:  # one more is put there at every instantiation
             sys.path.remove(self.resources)
         _release_once(self._resources.parent / "binaries" / "linux64" / f"{self.modelName}.so")
@@ -210,6 +210,8 @@ class CranktrainSlave(Fmi2Slave):
             simulation.inputs[:] = self._real[: self._n_inputs]
             if current_time + step_size > simulation.time:  # else the master's rounding has made nothing of the step
                 simulation.step(current_time + step_size)
+                if simulation.limited and not self._told_limit:
+                    self._tell_limit(current_time)
         except Exception as error:
             raise self._failure(error) from None
         return True
@@ -265,6 +267,15 @@ class CranktrainSlave(Fmi2Slave):
                 file=sys.stderr,
                 flush=True,
             )
+
+    def _tell_limit(self, time):
+        self._told_limit = True
+        print(
+            f"cranktrain: {self.instance_name}: warning: the step from {time:.9g} s took the work that is allowed and "
+            "went on at less accuracy; solver.limited tells of others",
+            file=sys.stderr,
+            flush=True,
+        )
 
     # ------------------------------------------------------------------ values
 

@@ -23,6 +23,7 @@ from cranktrain.dynamics.model.numbers import (
     SET_OIL_TEMPERATURE,
     SET_STEP,
     SET_TOLERANCE,
+    SET_WORK_LIMIT,
 )
 from cranktrain.dynamics.model.preparation import prepare_model
 from cranktrain.dynamics.model.settings import Settings, resolved
@@ -198,6 +199,8 @@ def test_what_cannot_be_prepared_is_refused_and_changes_nothing():
         ({SET_STEP: math.inf}, status.STEP_RANGE),
         ({SET_GAS_DELAY: 2.5}, status.DELAY_RANGE),
         ({SET_GAS_DELAY: math.nan}, status.DELAY_RANGE),
+        ({SET_WORK_LIMIT: -1.0}, status.LIMIT_RANGE),
+        ({SET_WORK_LIMIT: math.nan}, status.LIMIT_RANGE),
         ({SET_METHOD: 99.0}, status.UNKNOWN_METHOD),
         ({SET_METHOD: bdf2, SET_ADAPTIVE: 1.0}, status.NOT_EMBEDDED),
         ({SET_TOLERANCE: 2.0, SET_ADAPTIVE: 1.0}, status.TOLERANCE_RANGE),

@@ -41,6 +41,11 @@ class SteppedModel(ABC):
         self._inputs[:] = values
 
     @property
+    def limited(self) -> bool:
+        """Whether the last step took all the work that it may and was cut short; most models know no such limit."""
+        return False
+
+    @property
     def time(self) -> float:
         """Time of the state, s."""
         return float(self._current()[TIME])

@@ -13,7 +13,7 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import supply_temperature
-from cranktrain.dynamics.model.slots import N_ITERATIONS, N_MISSED, N_REJECTED, N_STEPS
+from cranktrain.dynamics.model.slots import N_ITERATIONS, N_LIMITED, N_MISSED, N_REJECTED, N_STEPS
 from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.outputs.register import Counts, judged_families, output_counts, output_needs
 from cranktrain.dynamics.settled.collar import Learned
@@ -71,13 +71,13 @@ class Result:
     """Time series of one run, SI.
 
     ``time`` and ``angle`` (rad; of the shaft whose speed is given, else of the crank) are (n,), ``outputs`` maps each
-    output's name to (n,); ``counters`` holds steps, newton_iterations, rejected_steps and missed_steps (of adaptive
-    control); ``seconds`` is wall time without compilation and start. Samples are uniform in time, ``per_cycle`` of them
-    to 720°. ``settling`` says how settled they are; where a run went on until its outputs repeated, the last cycle or
-    the last ones that repeat are kept, while ``counters`` and ``seconds`` tell of all. ``film_temperatures`` (b,), K,
-    are those of the main bearings' films and ``passes`` the runs that it took to find them; all else tells of the last.
-    ``complete`` is False where an interrupt cut the run short; ``learned`` is what settled last beside
-    the slow modes, where that was expected.
+    output's name to (n,); ``counters`` holds steps, newton_iterations, rejected_steps, missed_steps (of adaptive
+    control) and limited_steps (communication steps that ``work_limit`` cut short); ``seconds`` is wall time without
+    compilation and start. Samples are uniform in time, ``per_cycle`` of them to 720°. ``settling`` says how settled
+    they are; where a run went on until its outputs repeated, the last cycle or the last ones that repeat are kept,
+    while ``counters`` and ``seconds`` tell of all. ``film_temperatures`` (b,), K, are those of the main bearings' films
+    and ``passes`` the runs that it took to find them; all else tells of the last. ``complete`` is False where an
+    interrupt cut the run short; ``learned`` is what settled last beside the slow modes, where that was expected.
     """
 
     time: Array
@@ -140,6 +140,12 @@ def run_cycles(
             f"{simulation.settings.tolerance:g} at the shortest step; use a shorter solver.step, or a larger tolerance",
             stacklevel=2,
         )
+    if counters[N_LIMITED] > 0.0:
+        warnings.warn(
+            f"{counters[N_LIMITED]:.0f} communication steps took the {simulation.settings.work_limit:g} iterations of "
+            "solver.work_limit and went on at less accuracy; allow more",
+            stacklevel=2,
+        )
     return Result(
         time=times,
         angle=angle,
@@ -149,6 +155,7 @@ def run_cycles(
             "newton_iterations": int(counters[N_ITERATIONS]),
             "rejected_steps": int(counters[N_REJECTED]),
             "missed_steps": int(counters[N_MISSED]),
+            "limited_steps": int(counters[N_LIMITED]),
         },
         seconds=recorder.seconds,
         real_time_factor=recorder.seconds / (recorder.taken * h),

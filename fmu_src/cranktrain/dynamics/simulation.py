@@ -30,6 +30,7 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.model.state import (
     CONTRACTION,
     LAST_INTERVAL,
+    LIMITED,
     MAX_INPUTS,
     METHOD,
     OMEGA_REFERENCE,
@@ -98,6 +99,8 @@ class Simulation(SteppedModel):
         dynamometer, which acts at boundary ``torque`` only, the torque (N m) that the valve train takes from the
         crank's front end, and the crank angle (rad) that the pressures belong to, 0 where nobody tells; set in place
         before each step
+    input_rates : (4 + cylinders,) rates of the inputs, 1/s, over the next communication step: an input goes on from its
+        value at the rate that is given, whatever the reconstruction; not a number, as at first, gives none
     pressures : those among them
     input_names, output_names : as in the FMU
     outputs : values in that order (SI), valid after ``initialize`` and after each step, all of them unless
@@ -126,6 +129,7 @@ class Simulation(SteppedModel):
         self.outputs = np.zeros(len(self.output_names))
         self.input_names = input_names(engine)
         self._inputs = np.zeros(engine.n_cylinders + OTHER_INPUTS)
+        self.input_rates = np.full(self._inputs.size, np.nan)
         self.pressures = self.inputs[1 : 1 + engine.n_cylinders]
         self.pressures[:] = AMBIENT
         self._load = engine.n_cylinders + LOAD_INPUT
@@ -170,7 +174,7 @@ class Simulation(SteppedModel):
         model = self._model()
         size = dimensions(model)
         state = np.zeros(state_size(size.modes, size.ports, size.films))
-        work = make_work(model, state.size)
+        work = make_work(model, state.size, input_rates=self.input_rates)
         status = start(model, work, state, self.inputs, time)
         if status != OK:
             cause, remedy = REMEDIES[status]
@@ -183,6 +187,11 @@ class Simulation(SteppedModel):
         if self.on_demand:
             self._observed.families[:, WANTED] = 0
             self._watched.clear()
+
+    @property
+    def limited(self) -> bool:
+        """Whether the last communication step took more work than ``work_limit`` and was cut short."""
+        return bool(self._current()[LIMITED] > 0.0)
 
     @property
     def load_torque(self) -> float:
@@ -226,7 +235,7 @@ class Simulation(SteppedModel):
         except InputError:
             self._temperatures = before
             raise
-        self.work = make_work(self.model, state.size)
+        self.work = make_work(self.model, state.size, input_rates=self.input_rates)
         self._observe()
 
     @property
@@ -244,7 +253,7 @@ class Simulation(SteppedModel):
         except InputError:
             self.settings = before
             raise
-        self.work = make_work(self.model, state.size)
+        self.work = make_work(self.model, state.size, input_rates=self.input_rates)
         self._observe()
 
     def go_on_at(self, speed: float) -> None:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cranktrain.dynamics.cycle_run import Result
 
 _NAMES = {
-    "1": "eccentricity substeps iterations online_films residual side",
+    "1": "eccentricity substeps iterations online_films limited residual side",
     "N": "force side_force friction",
     "N m": "torque friction_torque moment",
     "Pa": "pressure_max",

@@ -27,6 +27,7 @@ from cranktrain.dynamics.model.numbers import (
     SET_RECONSTRUCTION,
     SET_STEP,
     SET_TOLERANCE,
+    SET_WORK_LIMIT,
 )
 from cranktrain.dynamics.model.settings import FOR_HELD_INPUTS, GAS_SOURCES, RECONSTRUCTIONS, Settings, resolved
 from cranktrain.dynamics.time.integrators import INTEGRATORS
@@ -44,6 +45,7 @@ NUMBER_SLOTS = {
     "tolerance": SET_TOLERANCE,
     "newton_tolerance": SET_NEWTON_TOLERANCE,
     "film_change": SET_FILM_CHANGE,
+    "work_limit": SET_WORK_LIMIT,
 }
 """Slots of the settings that are numbers."""
 GEOMETRY_SLOTS = {"bore": SET_BORE, "compression_ratio": SET_COMPRESSION}

@@ -15,9 +15,11 @@ SET_GRAVITY = 6
 # Newton tolerance (clearances) and share by which a film may close over a step, 0: the level's usual ones.
 SET_STEP, SET_GAS_DELAY, SET_TOLERANCE, SET_ADAPTIVE, SET_GAS_SOURCE, SET_RECONSTRUCTION, SET_METHOD = range(7, 14)
 SET_NEWTON_TOLERANCE, SET_FILM_CHANGE = 14, 15
+# Newton iterations that a communication step may take, 0: any number.
+SET_WORK_LIMIT = 16
 # What the bearing level brings: Newton tolerance and share of its films, rows of its usual integrator and of the one
 # for inputs that are held.
-LEVEL_TOLERANCE, LEVEL_FILM_CHANGE, LEVEL_METHOD, LEVEL_HELD_METHOD, NUMBERS = range(16, 21)
+LEVEL_TOLERANCE, LEVEL_FILM_CHANGE, LEVEL_METHOD, LEVEL_HELD_METHOD, NUMBERS = range(17, 22)
 MOST_DELAY = 2.0
 """Communication steps by which given pressures may be late."""
 LEAST_TOLERANCE, MOST_TOLERANCE = 1.0e-10, 1.0

@@ -33,6 +33,7 @@ from cranktrain.dynamics.model.numbers import (
     SET_RECONSTRUCTION,
     SET_STEP,
     SET_TOLERANCE,
+    SET_WORK_LIMIT,
 )
 from cranktrain.dynamics.model.slots import (
     AMPLIFICATION,
@@ -61,11 +62,13 @@ from cranktrain.dynamics.model.slots import (
     RECONSTRUCTION,
     STEP,
     STEP_TOLERANCE,
+    WORK_LIMIT,
 )
 from cranktrain.dynamics.time.status import (
     BORE_FIXED,
     DAMPER_RANGE,
     DELAY_RANGE,
+    LIMIT_RANGE,
     NOT_EMBEDDED,
     OIL_RANGE,
     OK,
@@ -127,6 +130,8 @@ def refusal(model, numbers, temperatures, speed):
         return STEP_RANGE
     if not 0.0 <= numbers[SET_GAS_DELAY] <= MOST_DELAY:
         return DELAY_RANGE
+    if not 0.0 <= numbers[SET_WORK_LIMIT] < math.inf:
+        return LIMIT_RANGE
     row = method_row(numbers)
     if not 0.0 <= row < basis.methods.shape[0]:
         return UNKNOWN_METHOD
@@ -187,6 +192,7 @@ def choose(model, numbers):
     choices[GAS_SOURCE] = numbers[SET_GAS_SOURCE]
     choices[RECONSTRUCTION] = numbers[SET_RECONSTRUCTION]
     choices[GAS_DELAY] = numbers[SET_GAS_DELAY]
+    choices[WORK_LIMIT] = numbers[SET_WORK_LIMIT]
     row = int(method_row(numbers))
     method = model.basis.methods[row]
     table = model.basis.tables[row]

@@ -38,8 +38,9 @@ class Settings:
     adaptive steps are parts of ``step``, as short as an error per step of ``tolerance`` asks
     (:mod:`cranktrain.dynamics.time.error_estimate`). ``film_temperature`` is one of ``TEMPERATURES``; ``gas_delay`` is
     how many communication steps before its own a given pressure was computed for
-    (:mod:`cranktrain.dynamics.time.reconstruction`). With ``follow_films`` films with a memory follow those of the
-    cycle before in runs that settle (:mod:`cranktrain.film.laws.past_cycle`).
+    (:mod:`cranktrain.dynamics.time.reconstruction`); ``work_limit`` bounds the Newton iterations of a communication
+    step, 0 does not (:mod:`cranktrain.dynamics.time.work_limit`). With ``follow_films`` films with a memory follow
+    those of the cycle before in runs that settle (:mod:`cranktrain.film.laws.past_cycle`).
     """
 
     crank: str = "solid"
@@ -62,6 +63,7 @@ class Settings:
     film_temperature: str = "engine"
     damper_temperature: float = 0.0
     gravity: float = 9.80665
+    work_limit: float = 0.0
     newton_tolerance: float | None = None
     film_change: float | None = None
     follow_films: bool = False
@@ -139,6 +141,8 @@ def check_levels(settings: Settings, engine: Engine) -> None:
             f"given pressures may be 0 to {MOST_DELAY:g} communication steps late, not {settings.gas_delay:g}; 1 is "
             "that of a master whose units step at the same time"
         )
+    if not 0.0 <= settings.work_limit < math.inf:
+        raise InputError(f"the work of a communication step is limited to 0 (not) or more, not {settings.work_limit:g}")
     if settings.block == "flexible" and settings.pistons == "rigid":
         raise InputError(
             "rigid pistons run on an axis at rest and cannot follow a flexible block, which leans on its mounts; "

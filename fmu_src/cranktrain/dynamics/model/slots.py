@@ -15,9 +15,10 @@ GRAVITY, CRANKCASE, GAS_LOAD, BEST_SPEED, FALLOFF, SHAFT_K, SHAFT_C, FILTER, RIG
 DRIVEN, DAMPER_TEMPERATURE, LINE_INERTIA, SCALARS = 10, 11, 12, 13
 # ``ModelArrays.choices``: numbers of gas source and reconstruction of the inputs, Newton tolerance, share of itself by
 # which a film may close over a step, tolerance of adaptive control (0: fixed steps), order of the embedded method and
-# of the method itself, communication steps by which given pressures are late, the method's mark in a state.
+# of the method itself, communication steps by which given pressures are late, the method's mark in a state; Newton
+# iterations that a communication step may take (0: any number).
 GAS_SOURCE, RECONSTRUCTION, NEWTON_TOLERANCE, FILM_CHANGE, STEP_TOLERANCE, EMBEDDED_ORDER, ORDER = range(7)
-GAS_DELAY, METHOD_MARK, CHOICES = 7, 8, 9
+GAS_DELAY, METHOD_MARK, WORK_LIMIT, CHOICES = 7, 8, 9, 10
 # ``ModelArrays.layout``: first port of free rods (0: none), connection of the thrust bearing and of the first
 # rod, modes of the crank, of all that turns; the damper's port (0: none); first stationary port of bores'
 # rotations, liners and pistons (0: none); ports in all; main journals of the engine, which may be locked on their axis;
@@ -46,8 +47,9 @@ VALUE, RATE, BEND, EXPONENT, ANGLES, INPUT_ROWS = range(6)
 # Inputs behind speed and pressures: torque on the dynamometer and of the valve train, N m; the crank angle that the
 # pressures belong to, rad. How many there are beside the pressures.
 LOAD_INPUT, VALVE_INPUT, ANGLE_INPUT, OTHER_INPUTS = 1, 2, 3, 4
-# ``Work.counters``.
-N_STEPS, N_STAGES, N_ITERATIONS, N_REJECTED, N_FACTORS, WORST_RESIDUAL, N_MISSED, COUNTERS = range(8)
+# ``Work.counters``; of the present communication step its work, and 1 where that was cut short; how many steps were.
+N_STEPS, N_STAGES, N_ITERATIONS, N_REJECTED, N_FACTORS, WORST_RESIDUAL, N_MISSED = range(7)
+N_WORK, N_CUT, N_LIMITED, COUNTERS = 7, 8, 9, 10
 # Columns of ``Work.key``: step and speed that factors were made for.
 KEY_STEP, KEY_SPEED, KEYS = range(3)
 # ``Work.powers``: of the gas on the pistons, of friction in mains, in big ends and at liners.

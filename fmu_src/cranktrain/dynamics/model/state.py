@@ -1,9 +1,9 @@
 """The whole state of the running model in one float64 vector.
 
-A header of scalars, the inputs at the last three communication points, then modal position, velocity, acceleration and
-two blocks that integrators remember, what the guess of the ports missed at each stage of the last step, and the elastic
-films: of each its node unknowns, shapes, their rates, and the results at the end of the step. A copy of it is all that
-get, set and serialise need.
+A header of scalars, the inputs at the last three communication points, the rates that were given with the last, then
+modal position, velocity, acceleration and two blocks that integrators remember, what the guess of the ports missed at
+each stage of the last step, and the elastic films: of each its node unknowns, shapes, their rates, and the results at
+the end of the step. A copy of it is all that get, set and serialise need.
 """
 
 from __future__ import annotations
@@ -29,17 +29,22 @@ METHOD = 22
 SAMPLES, LAST_INTERVAL, EARLIER_INTERVAL, POINT_ANGLE, SAMPLE_ANGLES = 9, 23, 24, 25, 26
 ANGLE_SET = 29
 """Whether a partner has said which angle its pressures belong to."""
+LIMITED = 30
+"""1 where the last communication step took more work than it may, else 0."""
 MOST_SAMPLES = 3
-HEADER = 30
+HEADER = 31
 MAX_INPUTS = 34
 """Room for one speed, the pressures of up to 30 cylinders and what comes behind them in each sample."""
 INPUTS_NOW = HEADER
 INPUTS_BEFORE = HEADER + MAX_INPUTS
+INPUT_RATES = HEADER + MOST_SAMPLES * MAX_INPUTS
+RATES_GIVEN = INPUT_RATES + MAX_INPUTS
+"""Rates of the inputs over the communication step that begins at the newest sample, and 1 where one was given."""
 MAX_STAGES = 8
 # Blocks of n modal values: what generalised-α calls ā, or bdf2's position a step before; bdf2's velocity then.
 POSITION, VELOCITY, ACCELERATION, AUXILIARY, HISTORY = 0, 1, 2, 3, 4
 MODAL_BLOCKS = 5
-BODY = HEADER + MOST_SAMPLES * MAX_INPUTS
+BODY = RATES_GIVEN + MAX_INPUTS
 
 
 @kernel

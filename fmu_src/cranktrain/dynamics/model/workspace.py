@@ -78,6 +78,8 @@ class Work(NamedTuple):
     guides: Array  # (c, 3) side forces of a guided piston's layers and its friction, as a stage last found them
     pressures: Array  # (stages, c) cylinder pressures at each stage
     inputs: Array  # (INPUT_ROWS, c + OTHER_INPUTS) the reconstructed inputs
+    input_rates: Array  # (c + OTHER_INPUTS,) rates of the inputs (1/s) that a driver gives for the next communication
+    # step; what is no number is not given
     powers: Array  # (POWERS,) of gas and friction as last observed, W
     backup: Array  # (2, state) state at the start of a communication step and of a sub-step
     family: NDArray[np.int64]  # (families, 2) addresses of the integrators' kernels by family: a step, the difference
@@ -86,8 +88,11 @@ class Work(NamedTuple):
     build: NDArray[np.void]  # (0,) see core.build_mark
 
 
-def make_work(model: ModelArrays, state_size: int, integrators: bool = False) -> Work:
-    """Allocate the workspace of one model; compiles its integrator's kernels, or those of all ``integrators``."""
+def make_work(model: ModelArrays, state_size: int, integrators: bool = False, input_rates: Array | None = None) -> Work:
+    """Allocate the workspace of one model; compiles its integrator's kernels, or those of all ``integrators``.
+
+    ``input_rates`` are those of a driver, which it sets in place.
+    """
     d = dimensions(model)
     n, m = d.modes, d.ports
     z = np.zeros
@@ -109,6 +114,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False) ->
         guides=z((d.cylinders, 3)),
         pressures=z((MAX_STAGES, d.cylinders)),
         inputs=z((INPUT_ROWS, d.cylinders + OTHER_INPUTS)),
+        input_rates=np.full(d.cylinders + OTHER_INPUTS, np.nan) if input_rates is None else input_rates,
         powers=z(POWERS),
         backup=z((2, state_size)),
         family=z((len(FAMILIES), 2), dtype=np.int64),

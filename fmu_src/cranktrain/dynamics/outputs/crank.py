@@ -21,6 +21,7 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.model.state import (
     ITERATIONS,
     LAST_INTERVAL,
+    LIMITED,
     ONLINE_FILMS,
     POSITION,
     RESIDUAL,
@@ -37,8 +38,8 @@ PULLEY_TORSION, PULLEY_AXIAL, FLYWHEEL_TORSION, SHAFT_TORQUE = range(4, 8)
 INDICATED, FRICTION, BRAKE = range(3)
 SLOWEST = 1.0
 """Speed below which a power has no torque, rad/s."""
-LAST = 3
-"""Place of the films that lay outside their table."""
+ONLINE, LAST = 3, 4
+"""Places of the films that lay outside their table, and of whether the step's work was cut short."""
 
 
 @law_kernel
@@ -100,9 +101,10 @@ def observe_torques(model, work, state, members, out):
 
 @law_kernel
 def observe_solver(model, work, state, members, out):
-    """Worst residual, sub-steps, iterations and films outside their table over the last communication step."""
+    """Of the last communication step: worst residual, sub-steps, iterations, films outside their table, 1 where cut."""
     out[0] = state[RESIDUAL]
     out[1] = state[SUBSTEPS]
     out[2] = state[ITERATIONS]
-    out[LAST] = state[ONLINE_FILMS]
+    out[ONLINE] = state[ONLINE_FILMS]
+    out[LAST] = state[LIMITED]
     return 0

@@ -269,8 +269,8 @@ for _family in (
     Family(
         "solver",
         f"{_HERE}.crank:observe_solver",
-        {"residual": {}, "substeps": {}, "iterations": {}, "online_films": {}},
-        unjudged=frozenset({"residual", "substeps", "iterations", "online_films"}),
+        {"residual": {}, "substeps": {}, "iterations": {}, "online_films": {}, "limited": {}},
+        unjudged=frozenset({"residual", "substeps", "iterations", "online_films", "limited"}),
     ),
 ):
     register_family(_family)

@@ -40,7 +40,7 @@ from cranktrain.dynamics.model.state import (
 from cranktrain.dynamics.motion.equations import factor_stage
 from cranktrain.dynamics.motion.film_memory import close_stage, close_step, open_stage, open_step
 from cranktrain.dynamics.motion.linear_algebra import add_product
-from cranktrain.dynamics.time.reconstruction import reconstruct, take_sample
+from cranktrain.dynamics.time.reconstruction import reconstruct, take_rates, take_sample
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, Stage, solve_stage, to_ports
 from cranktrain.dynamics.time.status import FILM_FAILED, OK, SINGULAR
 from cranktrain.dynamics.time.step_control import frame_at, ports_at_state
@@ -88,6 +88,7 @@ def settle(model, work, state, inputs, windup, rotation, rate):
 def pose(model, work, state, inputs):
     """Frame and pressures at the first angle: the frame's motion is known, but it does not turn yet."""
     take_sample(model, state, inputs, 0.0)
+    take_rates(state, work.input_rates, 0.0)
     reconstruct(model, work, state)
     state[CONTRACTION] = FIRST_CONTRACTION
     state[SHAFT_SPEED] = inputs[0]

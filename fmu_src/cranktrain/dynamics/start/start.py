@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model.slots import (
     AMBIENT,
@@ -11,6 +13,7 @@ from cranktrain.dynamics.model.slots import (
     LINE_INERTIA,
     LOAD_INPUT,
     METHOD_MARK,
+    N_WORK,
     START_INERTIA,
     START_ROTATION,
     START_ROTATION_RATE,
@@ -48,6 +51,8 @@ def start(model, work, state, inputs, time):
     for i in range(state.shape[0]):
         work.backup[0, i] = state[i]
         state[i] = 0.0
+    # No limit of a step's work is meant for the start.
+    work.counters[N_WORK] = -math.inf
     status = find_start(model, work, state, inputs, time)
     if status != OK:
         for i in range(state.shape[0]):

@@ -13,6 +13,8 @@ than a share JUMP from one sample to the next, it jumped: no line is drawn acros
 held. A pressure that is the very same twice is held too: nobody drives it. Speed and torques are extrapolated linearly
 beside it.
 
+Where a rate of an input is given with its sample, the input goes on from the sample at that rate, whatever the rule.
+
 Samples that lie much closer than the step to come tell nothing about it: the newer of two replaces the other, and what
 only they could tell is held. A communication step up to :data:`SLIVER` is none at all: the state stays as it is, its
 time too, so that the next step makes up for it.
@@ -41,6 +43,7 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.model.state import (
     ANGLE_SET,
     EARLIER_INTERVAL,
+    INPUT_RATES,
     INPUTS_BEFORE,
     INPUTS_NOW,
     LAST_INTERVAL,
@@ -50,6 +53,7 @@ from cranktrain.dynamics.model.state import (
     POINT_ANGLE,
     POSITION,
     PRESSURES_SET,
+    RATES_GIVEN,
     SAMPLE_ANGLES,
     SAMPLES,
     SHAFT_ANGLE,
@@ -137,6 +141,18 @@ def take_sample(model, state, inputs, interval):
 
 
 @kernel
+def take_rates(state, rates, interval):
+    """Take in the rates (per second) of the inputs over the step of ``interval`` (s) to come.
+
+    One that is no finite number is not given. An interval of 0 is no step: the inputs are held.
+    """
+    for k in range(rates.shape[0]):
+        given = interval > 0.0 and math.isfinite(rates[k])
+        state[INPUT_RATES + k] = rates[k] if given else 0.0
+        state[RATES_GIVEN + k] = 1.0 if given else 0.0
+
+
+@kernel
 def reconstruct(model, work, state):
     """Fill ``work.inputs`` for the communication step that begins at the newest sample."""
     rule = model.choices[RECONSTRUCTION]
@@ -151,7 +167,9 @@ def reconstruct(model, work, state):
         work.inputs[RATE, k] = 0.0
         work.inputs[BEND, k] = 0.0
         work.inputs[EXPONENT, k] = 0.0
-        if rule == 2.0 and interval > 0.0:
+        if state[RATES_GIVEN + k] > 0.0:
+            work.inputs[RATE, k] = state[INPUT_RATES + k]
+        elif rule == 2.0 and interval > 0.0:
             work.inputs[VALUE, k] = before
             work.inputs[RATE, k] = (now - before) / interval
         elif (rule == 1.0 or (rule == 3.0 and not 0 < k <= cylinders)) and samples > 1 and earlier >= SHORT * interval:
@@ -161,7 +179,8 @@ def reconstruct(model, work, state):
         work.inputs[ANGLES, 1] = state[SAMPLE_ANGLES + 1]
         least = max(LEAST_TURN, SHORT * abs(state[SHAFT_SPEED]) * interval)
         for c in range(cylinders):
-            polytropic_series(model, work, state, c, least)
+            if state[RATES_GIVEN + 1 + c] == 0.0:
+                polytropic_series(model, work, state, c, least)
 
 
 @inlined_kernel

@@ -24,6 +24,7 @@ from cranktrain.dynamics.model.slots import (
     LOADS,
     N_ITERATIONS,
     N_STAGES,
+    N_WORK,
     OMEGA_DOT,
     PISTONS,
     PORTS,
@@ -48,6 +49,7 @@ from cranktrain.dynamics.motion.gas import built_in, follow_crank
 from cranktrain.dynamics.motion.linear_algebra import add_product, factor_rows, product, solve_rows
 from cranktrain.dynamics.motion.relative import reactions, relative_compliance, relative_step
 from cranktrain.dynamics.time.status import DIVERGED, FILM_FAILED, OK, SINGULAR
+from cranktrain.dynamics.time.work_limit import LAST_ITERATIONS, LOOSE, cut_short, spent
 from cranktrain.film.laws.films import FROZEN
 from cranktrain.loads.torsional_line import DAMPING
 
@@ -215,8 +217,11 @@ def iterate(model, work, state, stage):
             return DIVERGED
         if follows and iterations > 0:
             follow_crank(model, work, stage)
-        iterations += 1
         keep_matrix = 0.0 <= previous <= NEAR and contraction <= STALE
+        if iterations > 0 and spent(model, work):
+            keep_matrix = True
+        iterations += 1
+        work.counters[N_WORK] += 1.0
         status = newton_step(model, work, stage, keep_matrix)
         if status != OK:
             return status
@@ -232,11 +237,14 @@ def iterate(model, work, state, stage):
                 )
             measured = True
         previous = size if limit == 1.0 else -1.0
+        error = contraction / (1.0 - contraction) * size
         converged = limit == 1.0 and (
-            contraction / (1.0 - contraction) * size <= stage.tolerance
-            or size < ROUNDING
-            or (iterations >= CYCLING and size <= NOISE)
+            error <= stage.tolerance or size < ROUNDING or (iterations >= CYCLING and size <= NOISE)
         )
+        if not converged and cut_short(model, work):
+            converged = limit == 1.0 and error <= LOOSE
+            if not converged and iterations >= LAST_ITERATIONS:
+                return DIVERGED
     if not measured:
         state[CONTRACTION] = min(MOST_CONTRACTION, FADING * state[CONTRACTION])
     work.counters[N_ITERATIONS] += iterations

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-OK, DIVERGED, SINGULAR, FILM_FAILED, STALLED = range(5)
+OK, DIVERGED, SINGULAR, FILM_FAILED, STALLED, WORK_SPENT = range(6)
 NOT_EMBEDDED, TOLERANCE_RANGE, STEP_RANGE, DELAY_RANGE, UNKNOWN_METHOD, OIL_RANGE, THIN_OIL = range(16, 23)
-DAMPER_RANGE, BORE_FIXED, TRACE_FIXED = 23, 24, 25
+DAMPER_RANGE, BORE_FIXED, TRACE_FIXED, LIMIT_RANGE = 23, 24, 25, 26
 NO_EQUILIBRIUM = 32
 NOT_AHEAD = 10
 INPUT_NOT_FINITE, INPUT_NEGATIVE = 1000, 2000
@@ -21,6 +21,10 @@ REMEDIES = {
     SINGULAR: (
         "the equations of the structure are singular",
         "check mounts, drive line and dampers for stiffnesses that are zero or far too large",
+    ),
+    WORK_SPENT: (
+        "the work that solver.work_limit allows a communication step is spent and no result within reach",
+        "allow more, or use a shorter communication step or a larger solver.step",
     ),
     STALLED: (
         "the load torque stalls the engine, which does not run backwards",
@@ -40,6 +44,7 @@ REFUSALS = {
     NOT_EMBEDDED: "the integrator has no error estimate, which adaptive control needs; take another, or fixed steps",
     TOLERANCE_RANGE: "tolerance of adaptive control must be 1e-10 to 1",
     STEP_RANGE: "internal step must be a positive angle",
+    LIMIT_RANGE: "the work of a communication step is limited to 0 (not) or more iterations",
     DELAY_RANGE: "given pressures may be 0 to 2 communication steps late",
     UNKNOWN_METHOD: "the integrator does not exist",
     OIL_RANGE: "the oil's law has no value at its temperature; give a higher one",

@@ -29,10 +29,13 @@ from cranktrain.dynamics.model.slots import (
     LEAD_RATE,
     LOAD,
     LOAD_INPUT,
+    N_CUT,
     N_ITERATIONS,
+    N_LIMITED,
     N_MISSED,
     N_REJECTED,
     N_STEPS,
+    N_WORK,
     OMEGA,
     OMEGA_DOT,
     PORTS,
@@ -60,6 +63,7 @@ from cranktrain.dynamics.model.state import (
     ITERATIONS,
     LEAD_ANGLE,
     LEAD_SPEED,
+    LIMITED,
     MAX_STAGES,
     OMEGA_REFERENCE,
     ONLINE_FILMS,
@@ -82,10 +86,11 @@ from cranktrain.dynamics.motion.film_memory import close_step, fastest_closing, 
 from cranktrain.dynamics.motion.gas import built_in, crank_rotation, trace_pressures
 from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.dynamics.time.error_estimate import event_within, remember_outputs, step_error
-from cranktrain.dynamics.time.reconstruction import given_pressures, is_sliver, reconstruct, take_sample
+from cranktrain.dynamics.time.reconstruction import given_pressures, is_sliver, reconstruct, take_rates, take_sample
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, to_ports
-from cranktrain.dynamics.time.status import OK, SINGULAR, STALLED
+from cranktrain.dynamics.time.status import OK, SINGULAR, STALLED, WORK_SPENT
 from cranktrain.dynamics.time.table import FAMILY, FIRST_STAGE, HEAD, NODE, STAGES, coefficients
+from cranktrain.dynamics.time.work_limit import cut_short, spent
 from cranktrain.film.laws.films import RATE as FILM_RATE
 from cranktrain.film.laws.films import film_call
 from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_motion
@@ -267,7 +272,7 @@ def chosen_halvings(model, work, state, begin, h, least):
             if event_within(model, work, state, built_in(model, state), angle, speed * piece, piece):
                 halvings += 1
                 piece *= 0.5
-    return halvings
+    return least if halvings > least and cut_short(model, work) else halvings
 
 
 @kernel
@@ -279,7 +284,7 @@ def accept(model, work, state, h, halvings):
         growth *= 2.0
     if error > 1.0 and halvings < MAX_HALVINGS:
         state[HALVINGS] = halvings + 1
-        if error > REJECTED:
+        if error > REJECTED and not cut_short(model, work):
             return False
     elif error * growth < MARGIN and halvings > 0:
         state[HALVINGS] = halvings - 1
@@ -310,7 +315,10 @@ def advance(model, work, state, inputs, t_end):
     iterations = work.counters[N_ITERATIONS]
     solved = model.films.solved[0]
     work.counters[WORST_RESIDUAL] = 0.0
+    work.counters[N_WORK] = 0.0
+    work.counters[N_CUT] = 0.0
     take_sample(model, state, inputs, interval)
+    take_rates(state, work.input_rates, interval)
     reconstruct(model, work, state)
     speed = max(abs(state[SHAFT_SPEED]), max(abs(inputs[0]), STEPPING_SPEED))
     count = max(1, math.ceil(speed * interval / model.scalars[STEP] - 1.0e-9))
@@ -341,6 +349,9 @@ def advance(model, work, state, inputs, t_end):
                 continue
             work.counters[N_REJECTED] += 1.0
             failures = halvings + 1
+            if spent(model, work):
+                failures = MAX_HALVINGS + 1
+                status = WORK_SPENT
             if failures > MAX_HALVINGS:
                 for i in range(size):
                     state[i] = work.backup[0, i]
@@ -356,4 +367,6 @@ def advance(model, work, state, inputs, t_end):
     state[ITERATIONS] = work.counters[N_ITERATIONS] - iterations
     state[RESIDUAL] = work.counters[WORST_RESIDUAL]
     state[ONLINE_FILMS] = model.films.solved[0] - solved
+    state[LIMITED] = work.counters[N_CUT]
+    work.counters[N_LIMITED] += work.counters[N_CUT]
     return OK
