@@ -49,6 +49,8 @@ from cranktrain.engine.file import load_engine
 from cranktrain.engine.lubricant import OIL_FIRST
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.table.database import bearing_settings
+from cranktrain.fmu.flat import FlatModel
+from cranktrain.fmu.running import chosen_levels
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.store.film_tables import film_table
@@ -337,3 +339,12 @@ def test_the_start_is_that_of_plain_formulas(name):
         assert np.abs(found - plain_carried(model, wanted)).max() < 1e-12 * np.abs(found).max()
     unit = np.eye(model.block_ports.shape[1])[3]
     assert np.abs(carried(model, unit) - plain_carried(model, unit)).max() < 1e-12
+
+
+def test_levels_of_an_fmu_leave_open_what_its_parameters_may_choose():
+    """Else a Newton tolerance would be that of another integrator than the one that is chosen with the parameters."""
+    engine = engine_of("diesel_i6")
+    model = FlatModel(engine, {"rigid": rigid_crank(engine)}, {})
+    chosen = chosen_levels(model, {"crank": "rigid", "bearings": "impedance"}, {})
+    numbers = run_numbers(chosen.settings, chosen.engine)
+    assert numbers[SET_METHOD] == -1 and numbers[SET_NEWTON_TOLERANCE] == 0.0

@@ -38,7 +38,10 @@ def simulation(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, 
 
 
 class Chosen(NamedTuple):
-    """What a simulation of chosen levels is made of, in the order of its parameters."""
+    """What a simulation of chosen levels is made of, in the order of its parameters.
+
+    ``settings`` leave open what nobody chose: what they amount to depends on what is chosen later.
+    """
 
     engine: Engine
     body: ReducedBody
@@ -61,7 +64,8 @@ def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[st
         the bodies were not made for
     """
     engine, rest = with_geometry(model.engine, chosen, names)
-    settings = resolved(Settings(**rest), engine)
+    given = Settings(**rest)
+    settings = resolved(given, engine)
     check_levels(settings, engine)
     bore = model.block_bore if settings.block == "flexible" else model.bore
     parts = Parts(model.table, bore, model.big_end_table, model.block)
@@ -74,7 +78,7 @@ def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[st
         _refuse(settings, names, "damper", "the crankshaft with the damper's housing")
     if settings.crank not in cranks:
         _refuse(settings, names, "crank", "its crankshaft")
-    return Chosen(engine, cranks[settings.crank], settings, None, parts)
+    return Chosen(engine, cranks[settings.crank], given, None, parts)
 
 
 def announced_compilation(instance: str) -> AbstractContextManager[None]:

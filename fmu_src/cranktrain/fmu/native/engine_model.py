@@ -79,7 +79,8 @@ class _Variants:
         made = Simulation(*levels._replace(gas=self.gas))
         key = tuple(str(getattr(made.settings, level)) for level in LEVELS)
         if key not in self.known:
-            run = make_run(made.engine, made.body, made.settings, made.gas, made.parts)
+            # What the settings leave open follows the integrator that is chosen with the parameters.
+            run = make_run(made.engine, made.body, levels.settings, made.gas, made.parts)
             self.known[key] = self.images.add(run, dict(enumerate(run.numbers.tolist())))
             self._leaves = leaf_numbers(run, LEAVES)
         return self.known[key]
