@@ -3,7 +3,8 @@
 The six at 2000 rev/min, CYCLES cycles, 1 degree. Outputs of the last cycle are compared over the crank's angle, since
 masters that initialize units apart from each other start with another wind-up of the dynamometer's shaft: RMS of the
 difference over that of the output's alternating part; IMEP and mean shaft torque relative. What the reference master's
-own Jacobi scheme differs by stands among the others. Prints one JSON object.
+own Jacobi scheme differs by stands among the others. Native FMUs, which need no Python in a master's environment, are
+run beside Python's. Prints one JSON object.
 """
 
 from __future__ import annotations
@@ -65,24 +66,33 @@ def differences(rows: Array, truth: Array) -> dict[str, float]:
     return {what: float(kind[1 + k]) for k, (what, kind) in enumerate(wanted.items())}
 
 
+def measure(folder: Path, platforms: tuple[str, ...]) -> dict[str, object]:
+    """Differences by master, of Python's FMUs or of native ones."""
+    step, count = math.radians(1.0) / SPEED, 720 * CYCLES
+    partners = Partners(
+        ct.build_fmu("diesel_i6", folder, film_table=False, block=False, platforms=platforms),
+        ct.build_fmu("combustion_i6", folder, platforms=platforms), {},
+        ct.build_fmu("valvetrain_i6", folder, platforms=platforms),
+    )  # fmt: skip
+    engines = {scheme: virtual_engine(partners, SPEED, scheme, "own") for scheme in ("gauss-seidel", "jacobi")}
+    truth = reference(engines["gauss-seidel"], step, count)
+    figures: dict[str, object] = {"jacobi": differences(reference(engines["jacobi"], step, count), truth)}
+    ssp = export(engines["jacobi"], folder / "VirtualEngineI6.ssp", count * step)
+    for name in MASTERS:
+        print(f"foreign masters: {name}", file=sys.stderr, flush=True)
+        try:
+            figures[name] = differences(run(name, ssp, step, count, OUTPUTS, native=bool(platforms)), truth)
+        except NotHere as error:
+            figures[name] = {"failed": str(error)}
+    return figures
+
+
 def main() -> int:
     """Measure and print."""
-    step, count = math.radians(1.0) / SPEED, 720 * CYCLES
     with tempfile.TemporaryDirectory() as folder:
-        partners = Partners(
-            ct.build_fmu("diesel_i6", folder, film_table=False, block=False),
-            ct.build_fmu("combustion_i6", folder), {}, ct.build_fmu("valvetrain_i6", folder),
-        )  # fmt: skip
-        engines = {scheme: virtual_engine(partners, SPEED, scheme, "own") for scheme in ("gauss-seidel", "jacobi")}
-        truth = reference(engines["gauss-seidel"], step, count)
-        figures: dict[str, object] = {"jacobi": differences(reference(engines["jacobi"], step, count), truth)}
-        ssp = export(engines["jacobi"], Path(folder, "VirtualEngineI6.ssp"), count * step)
-        for name in MASTERS:
-            print(f"foreign masters: {name}", file=sys.stderr, flush=True)
-            try:
-                figures[name] = differences(run(name, ssp, step, count, OUTPUTS), truth)
-            except NotHere as error:
-                figures[name] = {"failed": str(error)}
+        figures = measure(Path(folder, "python"), ())
+        native = measure(Path(folder, "native"), ("linux64",))
+    figures |= {f"{name}, native": row for name, row in native.items()}
     print(json.dumps(figures, indent=1))
     return 0
 

@@ -46,6 +46,7 @@ _INSTANTIATED, _INITIALIZING, _STEPPING, _TERMINATED = range(4)
 _PHASES = "only instantiated", "in initialization mode", "initialized", "terminated"
 _READINGS = 64  # sets of outputs remembered that a master reads
 _NEEDED = "numpy", "numba", "llvmlite"  # the last comes with numba
+_LATEST = 1e6  # s, of a start: beyond it a time has no room for the digits of a step
 
 _descriptions: dict = {}
 _models: dict = {}
@@ -160,8 +161,10 @@ class CranktrainSlave(Fmi2Slave):
     def setup_experiment(self, start_time, stop_time, tolerance):
         """Take the start time; steps are controlled by ``solver.step``, not by a tolerance."""
         self._expect("setupExperiment", _INSTANTIATED)
-        if not math.isfinite(start_time):
-            raise self._failure(f"the start time is {start_time}; it must be a finite time in seconds")
+        if not abs(start_time) <= _LATEST:
+            raise self._failure(
+                f"the start time is {start_time}; it must be a finite time in seconds, at most {_LATEST:g}"
+            )
         self._start_time = float(start_time)
 
     def enter_initialization_mode(self):

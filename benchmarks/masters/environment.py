@@ -62,13 +62,15 @@ def environment(master: Master) -> Path:
     return folder
 
 
-def run(name: str, ssp: Path, step: float, count: int, outputs: Sequence[str]) -> Array:
+def run(name: str, ssp: Path, step: float, count: int, outputs: Sequence[str], native: bool = False) -> Array:
     """Run an SSP for ``count`` steps of ``step`` (s); ``outputs`` (``unit.variable``) after each, (count, k).
+
+    Units that are ``native`` are run in the master's own environment, which has no numba and nothing of this one.
 
     Raises :class:`NotHere` for a master that cannot be had, ``RuntimeError`` with what a master says that fails.
     """
     master = MASTERS[name]
-    python, libraries, paths = sys.executable, "", [str(HERE.parents[1])]
+    python, libraries, paths = sys.executable, "", [str(HERE.parents[1]), os.environ.get("PYTHONPATH", "")]
     given = list(master.given)
     if master.packages:
         own = environment(master)
@@ -76,9 +78,9 @@ def run(name: str, ssp: Path, step: float, count: int, outputs: Sequence[str]) -
         given = [str(own / "bin" / "fmucontainer") if word == "TOOL" else word for word in given]
         if not given:
             python = str(own / "bin" / "python")
-            # What the FMUs need is taken from here: a master's interpreter runs them.
-            paths = [sysconfig.get_paths()["purelib"]]
-    variables = os.environ | {"PYTHONPATH": os.pathsep.join([*paths, os.environ.get("PYTHONPATH", "")])}
+            # What Python's FMUs need is taken from here: a master's interpreter runs them.
+            paths = [] if native else [sysconfig.get_paths()["purelib"], os.environ.get("PYTHONPATH", "")]
+    variables = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
     variables |= {"LD_LIBRARY_PATH": libraries} if libraries else {}
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder, "rows.json")

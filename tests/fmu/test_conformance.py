@@ -94,6 +94,7 @@ REFUSED = (
     ("unit.fmu.terminate()", ""),
     ("unit.fmu.enterInitializationMode()", "unit.start()"),
     ("unit.fmu.setupExperiment(startTime=0.0)", "unit.start()"),
+    ("unit.fmu.setupExperiment(startTime=1e300)", ""),
     ("unit.fmu.doStep(1.0, 1e-4)", "unit.start()"),
     ("unit.fmu.doStep(0.0, -1e-4)", "unit.start()"),
     ("unit.fmu.setReal([0], [NAN])", "unit.start()"),

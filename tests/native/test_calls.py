@@ -144,6 +144,8 @@ def test_the_last_step_may_end_at_the_stop_time_but_for_rounding(unit):
     [
         (math.nan, None, "the start time is nan; it must be a finite time in seconds"),
         (math.inf, None, "the start time is inf"),
+        (1e300, None, "the start time is 1e+300; it must be a finite time in seconds, at most 1e+06"),
+        (-1e7, None, "the start time is -10000000.0"),
         (1.0, 0.5, "the stop time is 0.5; it must not lie before the start"),
         (1.0, math.nan, "the stop time is nan"),
     ],
@@ -154,6 +156,12 @@ def test_an_experiment_without_sense_is_refused(unit, start, stop, words):
     assert one.refused("SetupExperiment", *arguments).startswith(f"unit: {words}")
     one.start(2.0)
     assert one.real_status() == (OK, 2.0)
+
+
+def test_no_step_leads_to_where_times_lack_digits(unit):
+    one = unit().start(1e6)
+    assert one.step(1e6, 0.5) == OK
+    assert "a step to 1000001.25 s; times beyond 1e+06 s are too large" in one.refused("DoStep", 1e6 + 0.5, 0.75, 1)
 
 
 def test_slivers_of_time_change_nothing_and_the_next_step_makes_up_for_them(unit):

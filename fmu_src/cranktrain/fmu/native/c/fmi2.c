@@ -10,6 +10,7 @@
 #include "instance.h"
 
 static const double LONGEST_STEP = 1.0; /* s: beyond it inputs held or extrapolated have no meaning */
+static const double LATEST = 1e6;       /* s, eleven days: beyond it a time has no room for the digits of a step */
 static const double COARSE_STEP = 3.0;  /* degrees of crank angle: pressures change by bars within it */
 static const double ROUNDING = 1e-6;    /* relative, of a step that a master calls just so coarse */
 static const double DEGREE = 3.14159265358979323846 / 180.0;
@@ -119,8 +120,9 @@ fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_de
     (void)tolerance_defined; /* the model's own step and integrator decide */
     (void)tolerance;
     if (!allowed(one, SETUP_EXPERIMENT)) return fmi2Error;
-    if (!isfinite(start)) {
-        return ct_refuse(&one->host, "the start time is %s; it must be a finite time in seconds", ct_number(text, start));
+    if (!(fabs(start) <= LATEST)) {
+        return ct_refuse(&one->host, "the start time is %s; it must be a finite time in seconds, at most %g",
+                         ct_number(text, start), LATEST);
     }
     if (stop_defined != 0 && !(stop >= start)) {
         return ct_refuse(&one->host, "the stop time is %s; it must not lie before the start", ct_number(text, stop));
@@ -287,6 +289,10 @@ static fmi2Status check_step(const struct ct_instance *one, double time, double 
     if (time + step - stands > LONGEST_STEP) {
         return ct_refuse(&one->host, "communication step of %g s at t = %g s is too long; at most %g s",
                          time + step - stands, stands, LONGEST_STEP);
+    }
+    if (time + step > LATEST + LONGEST_STEP) {
+        return ct_refuse(&one->host, "a step to %s s; times beyond %g s are too large for steps as short as the model's",
+                         ct_number(first, time + step), LATEST);
     }
     if (time + step > one->now->stop_time + tolerance) {
         return ct_refuse(&one->host, "a step to %s s leads beyond the stop time of %s s, which setupExperiment was given",
