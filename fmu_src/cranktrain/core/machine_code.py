@@ -229,7 +229,8 @@ def code_digest(kind: str) -> str:
 
 def _sources(kind: str) -> list[Path]:
     native = ROOT / "fmu" / "native"
-    files = [native / name for name in EMITTING]
+    # A Python FMU carries none of these, and no library either.
+    files = [path for name in EMITTING if (path := native / name).is_file()]
     for folder in RESTS_ON[kind]:
         files += (ROOT / folder).rglob("*.py")
     return files
