@@ -126,8 +126,8 @@ def _variant(arrays: _Arrays, leaves: list, records: list, law: int, free: bool)
     return {**places, "first_record": len(records) - 1, "n_records": 1, "first_number": 0, "n_numbers": 1}
 
 
-def tables() -> dict[str, np.ndarray]:
-    """All sections."""
+def tables(**about: str) -> dict[str, np.ndarray]:
+    """All sections; ``about``: further entries of INFO."""
     texts, blob = ff.Texts(), ff.Blob()
     arrays, leaves, records = _Arrays(blob), [], []
     forms = ((LINEAR, False), (CUBIC, False), (LINEAR, True))
@@ -148,6 +148,7 @@ def tables() -> dict[str, np.ndarray]:
         options += [{"text": texts.at(text), "value": value, "number": number} for text, value, number in listed]
     refusal = ff.REFUSED | texts.at("a stiff spring needs mount.level ground; choose it")
     leaf = {"state": 0, "inputs": 1, "families": 2, "outputs": 3, "numbers": 4, "input_rates": 11}
+    about = {"model": MODEL, "speed": "speed", **about}
     made = {
         "VARS": variables,
         "FAMS": families,
@@ -163,15 +164,15 @@ def tables() -> dict[str, np.ndarray]:
         "FIXU": arrays.fixups,
         "NAME": [{"name": texts.at(name), "leaf": place} for name, place in leaf.items()],
         "STAT": [{"code": code, "text": texts.at(text), "kind": kind} for code, text, kind in STATUSES],
-        "INFO": [{"name": texts.at(k), "text": texts.at(v)} for k, v in (("model", MODEL), ("speed", "speed"))],
+        "INFO": [{"name": texts.at(k), "text": texts.at(v)} for k, v in about.items()],
     }
     whole = {section: ff.table(section, rows) for section, rows in made.items()}
     return {**whole, "TEXT": texts.table(), "BLOB": blob.table()}
 
 
-def native_bin() -> bytes:
+def native_bin(**about: str) -> bytes:
     """The file."""
-    return ff.to_bytes(ff.NativeFile(DIGEST, GUID, tables()))
+    return ff.to_bytes(ff.NativeFile(DIGEST, GUID, tables(**about)))
 
 
 def description() -> str:

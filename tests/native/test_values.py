@@ -3,6 +3,7 @@
 import math
 from ctypes import byref, c_double, c_int, c_size_t, c_uint
 
+import mock_unit
 import pytest
 from fmpy import simulate_fmu
 from fmpy.validation import validate_fmu
@@ -266,6 +267,19 @@ def test_coarse_steps_are_warned_of_once(unit):
     assert text.startswith("unit: a communication step of 0.0005 s is 5.7 degrees of crank angle")
     assert "fmpy: --output-interval 8.7e-05" in text
     assert unit().start().run(3).log == []
+
+
+@pytest.mark.parametrize(("place", "told"), [("1", 1), ("999", 0)])
+def test_a_step_that_was_cut_short_is_told_once(unit, tmp_path, place, told):
+    """Where the file says at which place of the state that shows; here it is the mass's, which moves in every step."""
+    (tmp_path / "native.bin").write_bytes(mock_unit.native_bin(limited=place))
+    one = unit(resources=tmp_path).start()
+    assert one.log == []
+    one.run(3)
+    assert len(one.log) == told
+    for status, category, text in one.log:
+        assert (status, category) == (WARNING, "logStatusWarning")
+        assert text.startswith("unit: the step from 0 s took the work that is allowed and went on at less accuracy")
 
 
 def test_a_failed_step_is_discarded_and_the_instance_goes_on(unit):

@@ -57,7 +57,7 @@ def native_data(product: Product, model: NativeModel, variables: Sequence[Variab
     texts = Texts()
     rows: dict[str, Any] = interface_tables(model, variables, texts)
     rows |= model.tables()
-    about = {"model": product.model, "version": __version__, "speed": product.interface.speed}
+    about = {"model": product.model, "version": __version__, "speed": product.interface.speed, **model.about}
     rows["INFO"] = [{"name": texts.at(name), "text": texts.at(text)} for name, text in about.items()]
     tables = {name: table(name, listed) if isinstance(listed, list) else listed for name, listed in rows.items()}
     tables["TEXT"] = texts.table()

@@ -47,6 +47,7 @@ class NativeModel:
     variant : row of a combination of levels, ``{setting: text}``; ``InputError`` for one that is refused
     families : of each output, in order, rows of the families that are observed for it
     statuses : texts of statuses, and whether a step failed (or something was refused)
+    about : further entries of INFO
     leaves : gives the numbers of the leaves of a run that the C side knows, by its names for them
     tables : gives the sections of the variants, once all of them were asked for
     """
@@ -60,6 +61,7 @@ class NativeModel:
     variant: Callable[[Mapping[str, str]], int]
     families: Sequence[Sequence[int]] = ()
     statuses: Mapping[int, tuple[bool, str]]
+    about: Mapping[str, str] = field(default_factory=dict)
     leaves: Callable[[], Mapping[str, int]]
     tables: Callable[[], Mapping[str, Any]]
 

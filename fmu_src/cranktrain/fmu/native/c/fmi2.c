@@ -270,6 +270,16 @@ static void warn_if_coarse(struct ct_instance *one, double step) {
            step, degrees, DEGREE / speed, DEGREE / speed);
 }
 
+/* Say once that a step took all the work that it may. */
+static void warn_if_limited(struct ct_instance *one, double time) {
+    if (one->told_limit || one->limited >= one->now->n_point || one->state[one->limited] == 0.0) return;
+    one->told_limit = true;
+    ct_log(&one->host, fmi2Warning,
+           "the step from %.9g s took the work that is allowed and went on at less accuracy; solver.limited tells of "
+           "others",
+           time);
+}
+
 /* Refuse a step that cannot be taken from here. */
 static fmi2Status check_step(const struct ct_instance *one, double time, double step) {
     char first[CT_NUMBER], second[CT_NUMBER];
@@ -328,6 +338,7 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi
         for (uint32_t k = 0; k < one->n_inputs; ++k) one->rates[k] = NAN;
     }
     one->now->phase = CT_STEPPED;
+    warn_if_limited(one, time);
     return fmi2OK;
 }
 

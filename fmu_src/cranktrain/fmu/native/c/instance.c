@@ -1,6 +1,7 @@
 #include "instance.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const uint64_t MOST_BYTES = (uint64_t)1 << 46; /* of an instance: more is no memory of any machine */
@@ -64,9 +65,11 @@ static bool take_memory(struct ct_instance *one) {
 }
 
 static void find_variables(struct ct_instance *one) {
-    const char *speed = ct_info_text(&one->file, "speed");
+    const char *speed = ct_info_text(&one->file, "speed"), *limited = ct_info_text(&one->file, "limited");
     uint32_t n = 0;
     one->speed = CT_NONE;
+    const double place = limited != NULL ? strtod(limited, NULL) : -1.0;
+    one->limited = place >= 0.0 && place < (double)CT_NONE ? (uint32_t)place : CT_NONE;
     for (uint32_t k = 0; k < one->n_variables; ++k) {
         const struct ct_variable *variable = one->file.variables + k;
         if (variable->causality != CT_INPUT) continue;
@@ -139,7 +142,7 @@ void ct_reset(struct ct_instance *one) {
     now->phase = CT_INSTANTIATED;
     now->bytes = (uint64_t)((char *)one->state - (char *)now);
     now->stop_time = INFINITY;
-    one->made = one->warned = false;
+    one->made = one->warned = one->told_limit = false;
     for (uint32_t k = 0; k < one->n_variables; ++k) {
         const struct ct_variable *variable = one->file.variables + k;
         const bool textual = variable->type == CT_STRING || variable->type == CT_ENUMERATION;

@@ -51,7 +51,8 @@ struct ct_instance {
     uint32_t speed;                          /* reference of the input that is the crank's speed, or CT_NONE */
     struct ct_model model;
     bool made;                               /* whether the model is that of the values */
-    bool warned;                             /* of coarse steps */
+    uint32_t limited;                        /* place in the state that is not 0 after a step cut short, or CT_NONE */
+    bool warned, told_limit;                 /* of coarse steps, of one that was cut short */
     double **places;                         /* of each variable's value, (n_variables,) */
     unsigned char *ready;                    /* whether a Real can be read there right now, (n_variables,) */
 };
