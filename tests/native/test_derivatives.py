@@ -259,7 +259,7 @@ def test_a_state_brings_its_derivatives(unit):
 
 
 def test_the_number_of_past_points_in_a_state_is_checked(unit):
-    one = unit().start().run(3)
+    one = unit().start().run(4)
     words = np.frombuffer(one.serialized(one.state()), dtype="<u4").copy()
     past = np.flatnonzero((words[:-1] == 2) & (words[1:] == 1))[0]  # how many, and which was the last
     for place in (past, past + 1):

@@ -137,7 +137,7 @@ def test_states_with_fitting_checksums_and_senseless_values_are_refused_or_harml
     one = unit().start().run(3)
     words = np.frombuffer(one.serialized(one.state()), dtype="<u8")
     odd = [0, 1, 2**32, 2**64 - 1, *np.array([np.nan, np.inf, -1.0, 0.5, 1e300]).view(np.uint64).tolist()]
-    points = 3 * 3 * 8  # what is in the points is the kernels' own: state, inputs and rates, each padded to 64 bytes
+    points = 4 * 3 * 8  # what is in the points is the kernels' own: state, inputs and rates, each padded to 64 bytes
     for place in range(len(words) - points):
         for value in odd:
             changed = words.copy()

@@ -46,7 +46,7 @@ static uint64_t count_inputs(const struct ct_file *file) {
 static bool take_memory(struct ct_instance *one) {
     const uint64_t n = one->n_variables, n_point = longest_point(&one->file);
     const uint64_t snapshot = sizeof(struct ct_snapshot) + (n + 2 * one->n_inputs) * sizeof(double);
-    const uint64_t before = padded(snapshot), capacity = before + (1 + CT_PAST) * n_point * sizeof(double);
+    const uint64_t before = padded(snapshot), capacity = before + (1 + CT_PLACES) * n_point * sizeof(double);
     if (capacity > MOST_BYTES) return false;
     one->now = ct_allocate(&one->host, capacity);
     one->before = ct_allocate(&one->host, n_point * sizeof *one->before);
@@ -400,7 +400,7 @@ fmi2Status ct_make(struct ct_instance *one) {
     const struct ct_variant *variant = one->file.variants + level;
     const uint64_t n_point = ct_point(&one->file, variant);
     struct ct_model model = {.block = NULL};
-    memset(one->state, 0, (size_t)((1 + CT_PAST) * n_point * sizeof(double)));
+    memset(one->state, 0, (size_t)((1 + CT_PLACES) * n_point * sizeof(double)));
     if (!lay_out(one, variant, &model)) return ct_refuse(&one->host, "no memory for the model");
     set_numbers(one, variant, model.numbers);
     const int64_t status = ct_start_model(one, &model, variant, one->origin);
@@ -434,18 +434,20 @@ int64_t ct_advance_model(struct ct_instance *one, double end) {
     struct ct_snapshot *now = one->now;
     const size_t bytes = now->n_point * sizeof(double);
     if (!(end > one->state[0])) return 0; /* the master's rounding has made nothing of the step */
-    memcpy(one->before, one->state, bytes);
+    const uint32_t next = (now->latest + 1) % CT_PLACES;
+    double *before = one->state + (1 + next) * (size_t)now->n_point;
+    memcpy(before, one->state, bytes);
     pass_inputs(one);
     const int64_t status = ct_kernels.advance(one->model.run, end);
     if (status != 0) {
-        memcpy(one->state, one->before, bytes);
+        memcpy(one->state, before, bytes);
+        memset(before, 0, bytes);
         return status;
     }
     one->model.observed = true;
-    if (one->state[0] > one->before[0]) { /* not a sliver of time that is left to the next step */
-        now->latest = (now->latest + 1) % CT_PAST;
+    if (one->state[0] > before[0]) { /* not a sliver of time that is left to the next step */
+        now->latest = next;
         if (now->n_past < CT_PAST) now->n_past++;
-        memcpy(ct_past(one, 0), one->before, bytes);
         now->end_time = end;
     }
     return 0;

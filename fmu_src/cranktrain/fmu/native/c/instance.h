@@ -9,9 +9,10 @@ enum ct_phase { CT_INSTANTIATED = 1, CT_INITIALIZING = 2, CT_STEPPED = 4, CT_FAI
 
 /* An FMU state, and the part of an instance that one is a copy of. Behind it follow float64 numbers: values of the
    variables (options of Strings and Enumerations by their place), rates of the inputs, inputs at the start, and from
-   the initialization on three points: now, and the beginnings of the last step and of the one before. A point is the
-   state vector, the inputs that led to it, and their rates. */
-enum { CT_PAST = 2 }; /* points that are kept beside the present one */
+   the initialization on points: now, and the beginnings of the last steps in a ring. A point is the state vector, the
+   inputs that led to it, and their rates. */
+/* Points that are told of beside the present one, and places of points: one of them is for the step that is tried. */
+enum { CT_PAST = 2, CT_PLACES = CT_PAST + 1 };
 
 struct ct_snapshot {
     char magic[8];
@@ -45,7 +46,7 @@ struct ct_instance {
     struct ct_file file;
     struct ct_snapshot *now;
     double *values, *rates, *origin, *state; /* in what follows ``now``; the present point begins with ``state`` */
-    double *before;                          /* (n_point,) the present point while a step is tried */
+    double *before;                          /* (n_point,) the present point while the model stands elsewhere */
     struct ct_input *inputs;                 /* (n_inputs,) */
     uint32_t n_inputs, n_variables;
     uint32_t speed;                          /* reference of the input that is the crank's speed, or CT_NONE */
@@ -79,7 +80,8 @@ void ct_forget_outputs(struct ct_instance *instance);
 
 /* Past point, 0 the beginning of the last step, 1 that of the step before. */
 static inline double *ct_past(const struct ct_instance *instance, uint32_t k) {
-    return instance->state + (1 + (instance->now->latest + k) % CT_PAST) * (size_t)instance->now->n_point;
+    const uint32_t place = (instance->now->latest + CT_PLACES - k) % CT_PLACES;
+    return instance->state + (1 + place) * (size_t)instance->now->n_point;
 }
 
 /* Float64 numbers of a point of a variant. */

@@ -16,7 +16,7 @@ static bool is_running(const struct ct_snapshot *state) { return state->phase >=
 static uint64_t head_bytes(const struct ct_instance *one) { return (uint64_t)((char *)one->state - (char *)one->now); }
 
 static uint64_t point_bytes(const struct ct_snapshot *state) {
-    return (1 + CT_PAST) * (uint64_t)state->n_point * sizeof(double);
+    return (1 + CT_PLACES) * (uint64_t)state->n_point * sizeof(double);
 }
 
 fmi2Status ct_get_state(struct ct_instance *one, struct ct_snapshot **state) {
@@ -63,7 +63,7 @@ static const char *check_state(const struct ct_instance *one, const struct ct_sn
         if (state->variant >= one->file.n_variants) return DAMAGED;
         const struct ct_variant *variant = one->file.variants + state->variant;
         if (ct_point(&one->file, variant) != state->n_point) return DAMAGED;
-        if (state->n_past > CT_PAST || state->latest >= CT_PAST) return DAMAGED;
+        if (state->n_past > CT_PAST || state->latest >= CT_PLACES) return DAMAGED;
     } else if (state->n_point != 0) {
         return DAMAGED;
     }
