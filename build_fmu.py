@@ -1,6 +1,7 @@
 """Build the FMU of an engine, ``python build_fmu.py diesel_i6 [-o dist]``, of a scene or of a module.
 
-Engine file, reduced bodies (from the cache, or made), interface and running code go into one archive. A scene's FMU
+Engine, reduced bodies (from the cache, or made), interface and machine code go into one archive, which needs no Python
+where it runs; with ``--python`` the sources in place of machine code. A scene's FMU
 carries the levels that its plan chose, their data and the variables that they answer, and no more. Modules beside the
 cranktrain, ``combustion_i6``, have their own interface, data and code. The last line printed is the FMU's path.
 """
@@ -50,12 +51,16 @@ def main(arguments: list[str] | None = None) -> int:
         "the crank levels rigid, torsional and solid",
     )  # fmt: skip
     add(
-        "--native", dest="platforms", action="store_const", const="linux64",
-        help="an FMU of machine code, which needs no Python where it runs",
+        "--native", dest="platforms", action="store_const", const=None,
+        help="an FMU of machine code for this machine's platform, which needs no Python where it runs (default)",
     )  # fmt: skip
     add(
-        "--platform", dest="platforms", metavar="LIST",
-        help="platforms of a native FMU, comma between them: linux64, win64 (default: linux64)",
+        "--platform", dest="platforms", metavar="LIST", type=lambda names: names.split(","),
+        help="platforms of a native FMU, comma between them: linux64, win64, aarch64-linux",
+    )  # fmt: skip
+    add(
+        "--python", dest="platforms", action="store_const", const=(),
+        help="an FMU of Python code, which needs Python with numpy and numba where it runs",
     )  # fmt: skip
     add("--reference", action="store_true", help="also simulate the FMU and write its cross-check files beside it")
     chosen = parser.parse_args(arguments)
@@ -72,8 +77,7 @@ def main(arguments: list[str] | None = None) -> int:
             write_whole(path, model_description(load_engine(chosen.engine)), XML)
         else:
             parts = {"film_table": chosen.film_table, "block": chosen.block, "body": chosen.body}
-            parts["platforms"] = chosen.platforms.split(",") if chosen.platforms else ()
-            path = build_fmu(chosen.engine, chosen.output, **parts, say=_say)
+            path = build_fmu(chosen.engine, chosen.output, **parts, platforms=chosen.platforms, say=_say)
             if chosen.reference:
                 interface = full_interface() if module is None else module_interface(module_of(module))
                 write_reference(path, interface, _say)

@@ -3,6 +3,7 @@
 Crankshafts are coarse, blocks are boxes: these tests are about the FMU, not about its bodies.
 """
 
+import zipfile
 from dataclasses import replace
 from functools import cache
 
@@ -29,6 +30,15 @@ def coarse(name):
     return FlatModel(engine, cranks, damped, block=box_block(engine))
 
 
+NATIVE = ("linux64",)
+"""Platforms of a native FMU that runs here."""
+
+
 def built(model, folder, platforms=()):
     """Build the FMU of a ``FlatModel``, a native one for ``platforms``."""
     return engine_fmu.build(model, folder, print, platforms=platforms)
+
+
+def is_native(fmu):
+    """Whether an FMU needs no Python."""
+    return "resources/native.bin" in zipfile.ZipFile(fmu).namelist()

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from coarse_engines import COARSE, built, coarse
+from coarse_engines import COARSE, NATIVE, built, coarse
 
 from cranktrain.core.errors import InputError
 from cranktrain.fmu.build import build_fmu
@@ -51,6 +51,14 @@ def whole(request):
 @pytest.fixture(scope="session")
 def whole_fmu(whole, tmp_path_factory):
     return built(whole, tmp_path_factory.mktemp(whole.engine.name))
+
+
+@pytest.fixture(scope="session", params=["native", "python"])
+def each_fmu(request, whole, whole_fmu, tmp_path_factory):
+    """Each engine's FMU with block and damper, of either kind."""
+    if request.param == "python":
+        return whole_fmu
+    return built(whole, tmp_path_factory.mktemp(f"{whole.engine.name}_native"), NATIVE)
 
 
 @pytest.fixture(scope="session")

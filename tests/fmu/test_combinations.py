@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from coarse_engines import built, coarse
+from coarse_engines import NATIVE, built, coarse, is_native
 
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation
 from cranktrain.engine.levels import CRANKS
@@ -26,6 +26,8 @@ PARAMETERS = {
     "boundary": "shaft.boundary",
     "gas_source": "gas.source",
     "film_temperature": "film.temperature",
+    "control": "solver.control",
+    "integrator": "solver.integrator",
 }
 BEARINGS = {"diesel_i6": ("impedance", "linear"), "diesel_v8": ("roller", "linear")}
 SURROUNDINGS = (("ground", "rigid"), ("ground", "guided"), ("flexible", "guided"))
@@ -117,10 +119,10 @@ def check_parity(model, fmu, script, combinations):
     return runs
 
 
-def test_every_combination_of_levels_runs_as_natively(whole, whole_fmu, script):
+def test_every_combination_of_levels_runs_as_natively(whole, each_fmu, script):
     rows = product(range(3), range(2), range(2), range(2))
     combinations = [combination(whole.engine.name, row) for row in rows]
-    runs = check_parity(whole, whole_fmu, script, combinations)
+    runs = check_parity(whole, each_fmu, script, combinations)
     for settings, run in zip(combinations, runs, strict=True):
         # What a level adds shows, and what is absent is 0.
         assert (run["mount[1].force.y"] != 0.0) == (settings["block"] == "flexible")
@@ -130,7 +132,7 @@ def test_every_combination_of_levels_runs_as_natively(whole, whole_fmu, script):
     assert len({run["pulley.torsion"] for run in runs}) == len(combinations)
 
 
-def test_every_crank_level_runs_as_simulate_does(whole, whole_fmu, script):
+def test_every_crank_level_runs_as_simulate_does(whole, each_fmu, script):
     """A level is made by the one assembly, so that the FMU's crank is that of the command line, with damper or not."""
     engine = whole.engine
     combinations = [{"crank": level, "damper": damper} for level in CRANKS for damper in DAMPERS]
@@ -140,21 +142,31 @@ def test_every_crank_level_runs_as_simulate_does(whole, whole_fmu, script):
         carried = (whole.damped if settings.get("damper") == "fitted" else whole.cranks)[settings["crank"]]
         for name in ("omega", "shapes", "inertia"):
             assert np.array_equal(getattr(made.body, name), getattr(carried, name)), settings
-    check_parity(whole, whole_fmu, script, combinations)
+    check_parity(whole, each_fmu, script, combinations)
 
 
-def test_further_levels_run_as_natively_in_the_whole_engine(whole, whole_fmu, script):
-    combinations = [RICHEST, {**RICHEST, "gas_source": "input"}, {**RICHEST, "crank": "rigid", "big_ends": "rigid"}]
-    runs = check_parity(whole, whole_fmu, script, combinations)
-    assert [run["big_end[1].eccentricity"] != 0.0 for run in runs] == [True, True, False]
+def test_further_levels_run_as_natively_in_the_whole_engine(whole, each_fmu, script):
+    combinations = [
+        RICHEST,
+        {**RICHEST, "gas_source": "input"},
+        {**RICHEST, "control": "adaptive", "integrator": "esdirk3"},
+        {**RICHEST, "crank": "rigid", "big_ends": "rigid"},
+        {**RICHEST, "integrator": "generalised-alpha"},
+        {**RICHEST, "integrator": "bdf2"},
+    ]
+    runs = check_parity(whole, each_fmu, script, combinations)
+    assert [run["big_end[1].eccentricity"] != 0.0 for run in runs] == [True, True, True, False, True, True]
+    assert len({run["pulley.torsion"] for run in runs}) == len(runs)
 
 
-def test_films_of_their_own_temperatures_run_as_natively(whole, whole_fmu, script):
+def test_films_of_their_own_temperatures_run_as_natively(whole, each_fmu, script):
     """The initialization finds the temperatures that ``simulate`` finds, and so does a restored state's."""
     if whole.engine.main_roller is not None:
         pytest.skip("rollers have no film")
+    if is_native(each_fmu):
+        pytest.skip("a native FMU refuses it, see below")
     warm = {"crank": "rigid", "film_temperature": "heat-balance"}
-    warm_run, plain = check_parity(whole, whole_fmu, script, [warm, {"crank": "rigid"}])
+    warm_run, plain = check_parity(whole, each_fmu, script, [warm, {"crank": "rigid"}])
     assert warm_run["bearing[4].friction_torque"] < 0.95 * plain["bearing[4].friction_torque"]
     script(
         """
@@ -166,11 +178,11 @@ unit.fmu.reset()
 unit.fmu.setFMUstate(state)
 assert unit.run(5, first=5).bits() == later
 """,
-        whole_fmu, json.dumps(as_parameters(warm)),
+        each_fmu, json.dumps(as_parameters(warm)),
     )  # fmt: skip
 
 
-def test_state_of_the_whole_engine_is_restored_to_the_bit(whole_fmu, script, tmp_path):
+def test_state_of_the_whole_engine_is_restored_to_the_bit(each_fmu, script, tmp_path):
     """Back in the same instance, and on in another process; the start's inputs count for temperatures."""
     write = """
 import json
@@ -196,11 +208,11 @@ unit.fmu.setFMUstate(unit.fmu.deSerializeFMUstate(open(sys.argv[2], "rb").read()
 print(unit.run(20, first=20).bits())
 """
     file = tmp_path / "state"
-    written = script(write, whole_fmu, json.dumps(as_parameters(RICHEST)), file)
-    assert written.stdout == script(read, whole_fmu, file).stdout
+    written = script(write, each_fmu, json.dumps(as_parameters(RICHEST)), file)
+    assert written.stdout == script(read, each_fmu, file).stdout
 
 
-def test_levels_of_a_state_hold_over_those_of_the_instance(whole_fmu, script):
+def test_levels_of_a_state_hold_over_those_of_the_instance(each_fmu, script):
     """A state brings its levels along: those that were set meanwhile are those of another run."""
     script(
         """
@@ -214,7 +226,7 @@ unit.fmu.setFMUstate(state)
 assert unit.get("block.level", "damper.level") == [b"flexible", b"fitted"]
 assert unit.run(5, first=5).bits() == later
 """,
-        whole_fmu,
+        each_fmu,
         json.dumps(as_parameters(RICHEST)),
     )
 
@@ -232,6 +244,18 @@ REFUSED = [
     ({"damper.level": "fitted", "damper.oil_temperature": 550.0}, "150 degC"),
     ({"shaft.load_torque": math.inf}, "'shaft.load_torque' is inf"),
 ]
+NATIVE_WORDS = {
+    "150 degC": "the damper's temperature lies outside the range of its law",
+    **dict.fromkeys(
+        (
+            "bearing level 'linear' has no oil",
+            "bearing level 'roller' has no oil",
+            "needs a start at 100 rev/min or more, got 47.7",
+        ),
+        "which takes runs before the start",
+    ),
+}
+"""What a native FMU says in place of these words."""
 REFUSED_BY_MAINS = {
     "diesel_i6": [
         ({"bearing.level": "roller"}, "needs [main_roller], but the mains of engine 'diesel_i6' are plain"),
@@ -248,8 +272,11 @@ REFUSED_BY_MAINS = {
 }
 
 
-def test_what_makes_no_sense_is_refused_with_its_reason(whole, whole_fmu, script):
+def test_what_makes_no_sense_is_refused_with_its_reason(whole, each_fmu, script):
     refused = REFUSED + REFUSED_BY_MAINS[whole.engine.name]
+    native = is_native(each_fmu)
+    if native:
+        refused = [(given, NATIVE_WORDS.get(words, words)) for given, words in refused]
     done = script(
         """
 import json
@@ -258,20 +285,22 @@ for parameters, words in json.loads(sys.argv[2]):
     unit = Unit(sys.argv[1], extracted=folder)
     folder = unit.folder
     status, text = unit.refusal(lambda: unit.start(parameters))
-    assert status > 2 and words in text and len(text.splitlines()) == 2, (parameters, status, text)
+    assert status > 2 and words in text and len(text.splitlines()) <= 2, (parameters, status, text)
     # The instance is not lost.
     unit.fmu.reset()
     unit.start().run(1).close()
 """,
-        whole_fmu,
+        each_fmu,
         json.dumps(refused),
     )
+    if native:
+        return  # it tells the host's log alone
     lines = done.stderr.splitlines()
     assert len(lines) == len(refused)
     assert all(words in line for line, (_, words) in zip(lines, refused, strict=True))
 
 
-def test_a_load_torque_brakes_a_free_dynamometer_only(whole_fmu, script):
+def test_a_load_torque_brakes_a_free_dynamometer_only(each_fmu, script):
     done = script(
         """
 for boundary in ("speed", "torque"):
@@ -279,7 +308,7 @@ for boundary in ("speed", "torque"):
     unit.set_named("shaft.load_torque", 5e3)
     print(unit.run(200, 5e-4).get("crank.speed")[0])
 """,
-        whole_fmu,
+        each_fmu,
     )
     given, free = map(float, done.stdout.split())
     assert given == pytest.approx(150.0, abs=0.1) and free < 140.0  # the frame follows the shaft with its wind-up
@@ -306,5 +335,7 @@ def test_films_with_tilt_run_as_natively(tmp_path, script):
         for bearings, big_ends in (("ehd", "rigid"), ("table", "table"), ("reynolds", "impedance"))
         for block in ("ground", "flexible")
     ]
-    runs = check_parity(model, built(model, tmp_path), script, combinations)
+    for platforms in ((), NATIVE):
+        fmu = built(model, tmp_path / str(len(platforms)), platforms)
+        runs = check_parity(model, fmu, script, combinations)
     assert all(run["bearing[4].tilt"] != 0.0 and run["bearing[4].moment.x"] != 0.0 for run in runs)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.machine_code import this_platform
 from cranktrain.core.user_file import read_toml
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS
@@ -18,6 +19,7 @@ from cranktrain.fmu.engine_fmu import build, check_target, family_counts, full_i
 from cranktrain.fmu.engine_fmu import model_description as engine_description
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.fmu.module_fmu import build_module, module_product
+from cranktrain.fmu.native.emit import PLATFORMS
 from cranktrain.fmu.native.link import checked_platform
 from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
 from cranktrain.loads.damper import with_damper_housing
@@ -36,7 +38,7 @@ def build_fmu(
     film_table: bool = True,
     block: bool = True,
     body: str | Path | None = None,
-    platforms: Sequence[str] = (),
+    platforms: Sequence[str] | None = None,
     say: Progress = lambda text: None,
 ) -> Path:
     """Build the FMU of an engine, a scene or a module beside the cranktrain; returns its path.
@@ -47,7 +49,8 @@ def build_fmu(
     film_table : with the film tables of bearing and big-end level ``table``
     block : with the block of block level ``flexible``
     body : user's own reduced crankshaft, or its superelement, for the crank levels that are not made from dimensions
-    platforms : of a native FMU, which needs no Python (``linux64``, ``win64``); none: the Python FMU
+    platforms : of a native FMU, which needs no Python (``linux64``, ``win64``), without any this machine's; empty: the
+        Python FMU
     say : told each stage of long work
 
     Raises
@@ -56,8 +59,7 @@ def build_fmu(
         what cannot be read or built
     """
     full_interface()
-    for platform in platforms:
-        checked_platform(platform)
+    platforms = usual_platforms(say) if platforms is None else [checked_platform(name).folder for name in platforms]
     module = module_path(source) if isinstance(source, str | Path) else None
     if module is not None:
         if body is not None or not (film_table and block):
@@ -77,6 +79,14 @@ def build_fmu(
     check_mesh(body, "journal surfaces")
     model = whole_model(engine, film_table=film_table, block=block, body=body, say=say)
     return build(model, folder, say, platforms=platforms)
+
+
+def usual_platforms(say: Progress) -> Sequence[str]:
+    """Platform of this machine, for a native FMU; none, and a line that says so, where it is not known."""
+    if this_platform() in PLATFORMS:
+        return (this_platform(),)
+    say(f"no native FMU is made for {this_platform()}: the Python FMU")
+    return ()
 
 
 def describe_fmu(source: str) -> bytes:
@@ -165,6 +175,9 @@ def build_scene(
         bore=None if scene.block == "flexible" else run.parts.bore,
         block_bore=run.parts.bore if scene.block == "flexible" else None,
     )
+    if platforms and scene.film_temperature != "engine":
+        say(f"{scene.name}: films by a heat balance take runs before the start: the Python FMU")
+        platforms = ()
     interface = scene_interface(full_interface(), made, model, family_counts(engine))
     say(f"{scene.name}: {made.case}, {made.modes} modes; predicted error {made.predicted_error:.2g}")
     return build(flat, folder, say, interface, fixed_settings(made, model), scene_suffix(made), platforms)

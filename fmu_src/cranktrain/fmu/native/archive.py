@@ -44,7 +44,7 @@ def write_native_fmu(
     guid = _guid(product, data(NO_GUID))
     say(f"{product.title}: {product.model} {guid}")
     files[DATA] = data(guid)
-    files["modelDescription.xml"] = xml_bytes(description(product, guid))
+    files["modelDescription.xml"] = xml_bytes(description(product, guid, "input_rates" in model.leaves()))
     files |= accompanying(product, native=True)
     contents = archived(files)
     write_whole(path, contents, FMU)
@@ -72,8 +72,11 @@ def _guid(product: Product, data: bytes) -> str:
     return "{" + "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32])) + "}"
 
 
-def description(product: Product, guid: str) -> Element:
-    """The model description: that of the Python FMU, but for what the binary can do more."""
+def description(product: Product, guid: str, takes_rates: bool) -> Element:
+    """The model description: that of the Python FMU, but for what the binary can do more.
+
+    ``takes_rates``: whether inputs may be given with their rates.
+    """
     root = Element(
         "fmiModelDescription",
         {
@@ -82,7 +85,8 @@ def description(product: Product, guid: str) -> Element:
             "variableNamingConvention": "structured",
         },
     )  # fmt: skip
-    SubElement(root, "CoSimulation", {"modelIdentifier": product.model, **CAPABILITIES})
+    rates = {"canInterpolateInputs": "true"} if takes_rates else {}
+    SubElement(root, "CoSimulation", {"modelIdentifier": product.model, **CAPABILITIES, **rates})
     categories = SubElement(root, "LogCategories")
     for name in LOG_CATEGORIES:
         SubElement(categories, "Category", {"name": name})

@@ -31,6 +31,7 @@ LEAVES = {
     "outputs": "outputs.values",
     "families": "outputs.families",
     "numbers": "numbers",
+    "input_rates": "work.input_rates",
 }
 """Leaves of a run that the C side knows."""
 

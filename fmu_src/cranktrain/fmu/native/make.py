@@ -5,10 +5,13 @@ Run in a process of its own, whose kernels are compiled for the least processor 
 
 from __future__ import annotations
 
+import json
 import os
+import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from functools import partial
+from contextlib import contextmanager
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,7 +22,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel_name
 from cranktrain.core.records import layout
 from cranktrain.fmu.native.emit import PLATFORMS, call_module, entry_module, function_module, object_code
-from cranktrain.fmu.native.exports import Exports, exports
+from cranktrain.fmu.native.exports import Exports, exports, functions
 
 _ENTRY = "ct_"
 
@@ -55,11 +58,15 @@ const struct ct_kernels *ct_kernels_table(void)
 
 def make(kind: str, folder: Path) -> None:
     """Write ``kind-PLATFORM.o`` for every platform, and last ``kind.c``, the table of what they export."""
-    made = exports(kind)
-    console = Console(stderr=True)
-    pieces = list(_pieces(made))
-    shown = track(pieces, f"{kind}: machine code", console=console, disable=not console.is_terminal)
-    emitted = {piece.symbol: (piece.emit(), piece) for piece in shown}
+    with _laws_beside(kind, folder) as laws:
+        made = exports(kind)
+        console = Console(stderr=True)
+        pieces = list(_pieces(made))
+        # The laws come last, when the other process is done with them.
+        ordered = sorted(pieces, key=lambda piece: _is_law(piece.name))
+        shown = track(ordered, f"{kind}: machine code", console=console, disable=not console.is_terminal)
+        found = {piece.symbol: laws(piece) or piece.emit() for piece in shown}
+    emitted = {piece.symbol: (found[piece.symbol], piece) for piece in pieces}
     texts = {symbol: text for symbol, ((text, _), _) in emitted.items()}
     for platform in PLATFORMS.values():
         _write(folder / f"{kind}-{platform.folder}.o", object_code(texts, platform))
@@ -75,6 +82,46 @@ def make(kind: str, folder: Path) -> None:
         layout=layout(made.run),
     )
     _write(folder / f"{kind}.c", table.encode())
+
+
+def _is_law(name: str) -> bool:
+    """Whether a function is a force law: half of the work, and nothing of what the other half compiles."""
+    return name.startswith("cranktrain.film.")
+
+
+@contextmanager
+def _laws_beside(kind: str, folder: Path) -> Iterator[Callable[[_Piece], tuple[str, str] | None]]:
+    """Emit the force laws in a process beside this one, where there is a processor for it; gives what it found."""
+    path = folder / f"{kind}-laws.json"
+    beside = None
+    if (os.cpu_count() or 1) > 1 and any(map(_is_law, functions(kind))):
+        beside = subprocess.Popen([sys.executable, "-m", "cranktrain.fmu.native.make", kind, str(folder), "laws"])
+
+    @cache
+    def found() -> dict[str, list[str]]:
+        done = beside is not None and beside.wait() == 0
+        return json.loads(path.read_text(encoding="utf-8")) if done else {}
+
+    def of(piece: _Piece) -> tuple[str, str] | None:
+        made = found().get(piece.symbol) if _is_law(piece.name) else None
+        return (made[0], made[1]) if made else None
+
+    try:
+        yield of
+    finally:
+        if beside is not None:
+            beside.kill()
+        path.unlink(missing_ok=True)
+
+
+def emit_laws(kind: str, folder: Path) -> None:
+    """Write ``kind-laws.json``: the texts of all force laws by their symbols."""
+    found = {}
+    for k, (name, row) in enumerate(functions(kind).items()):
+        if _is_law(name):
+            symbol = f"ct_function_{k}"
+            found[symbol] = function_module(symbol, row.kernel, row.arguments(None)), ""
+    _write(folder / f"{kind}-laws.json", json.dumps(found).encode())
 
 
 class _Piece(NamedTuple):
@@ -111,6 +158,6 @@ def _write(path: Path, data: bytes) -> None:
 
 if __name__ == "__main__":
     try:
-        make(sys.argv[1], Path(sys.argv[2]))
+        (emit_laws if sys.argv[3:] else make)(sys.argv[1], Path(sys.argv[2]))
     except InputError as error:
         sys.exit(str(error))
