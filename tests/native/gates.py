@@ -14,7 +14,22 @@ LIBC = {
     "__errno_location",
 }
 LIBM = {
-    *("fmax", "nearbyint", "ceil", "floor", "exp", "log", "log1p", "expm1", "pow", "sqrt", "cbrt", "hypot", "fmod"),
+    *(
+        "fmax",
+        "nearbyint",
+        "ceil",
+        "floor",
+        "exp",
+        "log",
+        "log10",
+        "log1p",
+        "expm1",
+        "pow",
+        "sqrt",
+        "cbrt",
+        "hypot",
+        "fmod",
+    ),
     *("sin", "cos", "tan", "sincos", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "atanh", "erf", "erfc"),
 }
 CRT = {"_ITM_deregisterTMCloneTable", "_ITM_registerTMCloneTable", "__cxa_finalize", "__gmon_start__"}
