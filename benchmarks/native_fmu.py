@@ -1,11 +1,11 @@
 """What a native FMU costs beside its kernels, how fast it starts, how even its steps are.
 
-``python benchmarks/native_fmu.py``: a C host (``_native_host.c``) runs the FMU of the six at 2000 rev/min, solid crank,
-impedance films, and the combustion's. In one process and in turn: the kernel of a step alone, doStep, and doStep
-between a set of 20 and a get of 40 values; then a get of all outputs; medians. In processes of their own: load,
-instantiate, initialize and first step; two instances in two threads over one, which needs two idle cores; wall time of
-steps over their length. The Python FMU of the same engine is timed beside it. Prints one JSON object; nothing but
-ratios within it means much on a shared machine.
+``python benchmarks/native_fmu.py [FILE.fmu …]``: a C host (``_native_host.c``) runs the FMU of the six at 2000 rev/min,
+solid crank, impedance films, and the combustion's, or native ones that are there already. In one process and in turn:
+the kernel of a step alone, doStep, and doStep between a set of 20 and a get of 40 values; then a get of all outputs;
+medians. In processes of their own: load, instantiate, initialize and first step; two instances in two threads over one,
+which needs two idle cores; wall time of steps over their length. Without files the Python FMU of the same engine is
+timed beside it. Prints one JSON object; nothing but ratios within it means much on a shared machine.
 """
 
 from __future__ import annotations
@@ -61,6 +61,7 @@ class Timed:
             ]
             spans += [min(references), max(references)]
         self._command = [str(host), str(binary), about.guid, (folder / "resources").as_uri(), *map(str, spans)]
+        self.megabytes = 1e-6 * path.stat().st_size
         places = {v.name: v.valueReference for v in about.modelVariables}
         self._texts = [f"{places[name]}={text}" for name, text in TEXTS.items() if name in places]
 
@@ -81,6 +82,7 @@ def figures(timed: Timed) -> dict[str, Any]:
         "set_step_get_beyond_kernel_us": round(1e6 * (calls["set_step_get"] - calls["kernel"]), 3),
         "get_all_us": round(1e6 * calls["get_all"], 3),
         "outputs": calls["outputs"],
+        "megabytes": round(timed.megabytes, 2),
         "first_step_ms": round(1e3 * median(cold), 1),
         "two_threads_over_one": round(2.0 * threads["one"] / threads["two"], 2),
         "step_time_over_length": {
@@ -89,16 +91,19 @@ def figures(timed: Timed) -> dict[str, Any]:
     }
 
 
-def main() -> int:
+def main(*files: str) -> int:
     """Measure and print."""
     result: dict[str, Any] = {"processors": os.cpu_count()}
     with tempfile.TemporaryDirectory() as folder:
         host = compiled(Path(folder))
+        if files:
+            result |= {Path(file).stem: figures(Timed(host, Path(file))) for file in files}
+            print(json.dumps(result, indent=1))
+            return 0
         for name, parts in (("diesel_i6", {"film_table": False, "block": False}), ("combustion_i6", {})):
             print(f"native FMU: {name}", file=sys.stderr, flush=True)
             path = build_fmu(name, Path(folder, "native"), platforms=("linux64",), **parts)
-            result[name] = figures(Timed(host, path))
-            result[name]["megabytes"] = round(1e-6 * path.stat().st_size, 2)
+            result[path.stem] = figures(Timed(host, path))
         python = build_fmu("diesel_i6", Path(folder, "python"), film_table=False, block=False)
         result["python_fmu"] = {**measure(python, {}), "first_step_s": round(seconds_to_first_step(python), 2)}
     print(json.dumps(result, indent=1))
@@ -106,4 +111,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(*sys.argv[1:]))

@@ -504,6 +504,40 @@ def studies() -> None:
         shutil.copyfile(ROOT / "out" / "tradeoff" / name, DOCS / "tradeoff" / name)
 
 
+# Part of docs/native.md -----------------------------------------------------------------------------------------------
+
+
+def native_fmu() -> str:
+    """What a native FMU costs beside its kernels, and the Python FMU beside it."""
+    return native_table(benchmark("native_fmu"))
+
+
+def native_table(found: dict[str, Any]) -> str:
+    """The table of a run of ``benchmarks/native_fmu.py``."""
+    python, rows = found.pop("python_fmu", None), []
+    processors = found.pop("processors")
+    for name, row in found.items():
+        steps = row["step_time_over_length"]["2.5 deg"]
+        rows.append(
+            (
+                f"`{name}`", f"{row['kernel_us']:.1f} µs", f"{100.0 * (row['step_over_kernel'] - 1.0):.1f} %",
+                f"{row['set_step_get_beyond_kernel_us']:.2f} µs", f"{row['get_all_us']:.2f} µs ({row['outputs']:.0f})",
+                f"{row['first_step_ms']:.0f} ms", f"{row['two_threads_over_one']:.2f}",
+                ", ".join(f"{steps[key]:.2g}" for key in ("median", "of_ten_thousand", "largest")),
+            )
+        )  # fmt: skip
+    header = (
+        "FMU", "kernel of a 1° step", "doStep more than it", "set 20, doStep, get 40 more than it",
+        "get of all outputs", "load to first step", f"two threads over one, {processors} processors",
+        "wall time of a 2.5° step over its length: median, 99.99 %, largest",
+    )  # fmt: skip
+    note = "" if python is None else (
+        f"\n\nPython FMU of the six: set, step and get {python['fmu_us']:.0f} µs, of which "
+        f"{python['difference_us']:.0f} µs beyond the simulation; {python['first_step_s']:.1f} s to the first step."
+    )  # fmt: skip
+    return table(header, rows) + note
+
+
 MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "beam_frequencies": ("ladder.md", beam_frequencies),
     "torsional_sources": ("ladder.md", torsional_sources),
@@ -525,6 +559,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "virtual_engine": ("how-to/couple.md", virtual_engine),
     "valve_train": ("valve_train.md", valve_train),
     "valve_train_cost": ("valve_train.md", valve_train_cost),
+    "native_fmu": ("native.md", native_fmu),
     "inherited_damping": ("decisions/0020-inherited-damping.md", inherited_damping),
 }
 """Document and maker of each part that stands between marks."""
