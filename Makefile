@@ -11,7 +11,7 @@ export PYTHONUNBUFFERED := 1
 export OMP_NUM_THREADS ?= 2
 export OPENBLAS_NUM_THREADS ?= 2
 
-.PHONY: demo test test-all mutants lint docs figures bench install native
+.PHONY: demo test test-all mutants lint docs figures bench install native wheel
 
 demo: $(VENV)/.installed
 	$(BIN)/python examples/demo.py
@@ -44,6 +44,13 @@ install: $(VENV)/.installed
 
 native: $(VENV)/.installed
 	$(NATIVE)
+
+# With machine code for both platforms; ziglang, of the extra native, compiles the C side.
+wheel: $(VENV)/.installed-native
+	$(NATIVE) linux64 win64
+	rm -rf build
+	$(BIN)/python -m pip wheel --disable-pip-version-check -q --no-deps -w dist .
+	rm -rf build
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)

@@ -10,7 +10,8 @@ would get wrong, and what is done here about it:
 
 * modules are imported by bare name: slave and package carry digests in their names, so FMUs share nothing by chance;
 * the extraction folder is new each time, and numba's cache goes by the place of the sources: the package is imported
-  from a folder of the user's cache (``cranktrain/core/cache.py`` says where), written once and verified at each start;
+  from a folder of the user's cache (``cranktrain/core/cache.py`` says where), written once and verified at each start,
+  its library of machine code as well;
 * the slave's module is executed at every instantiation, which drops a reference on its globals and keeps each class
   that the code defines: it is a few lines that import this one, ``SLAVE_MODULE`` of cranktrain/fmu/archive.py;
 * an exception costs instance, class and message list a reference each: they are given one more beforehand, so the
@@ -58,7 +59,9 @@ def _cached_copy(source: Path) -> Path:
     private_folder = runpy.run_path(str(source / "core" / "cache.py"))["private_folder"]
     try:
         target = private_folder("fmu", source.name)
-        for file in sorted(source.rglob("*.py")):
+        for file in sorted(source.rglob("*")):
+            if not file.is_file() or file.parent.name == "__pycache__":
+                continue
             content, copy = file.read_bytes(), target / file.relative_to(source)
             if copy.is_file() and copy.read_bytes() == content:
                 continue

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from cranktrain.core.machine_code import OFF
+
 RUN_PLAIN_MASTER = """
 library = ctypes.CDLL(sys.argv[1])
 description, folder = read_model_description(sys.argv[2]), extract(sys.argv[2])
@@ -241,6 +243,7 @@ Unit(sys.argv[1], "mine").start({"crank.level": "rigid", "bearing.level": "linea
         fmu,
         cache=tmp_path,
         announced=True,
+        **{OFF: "1"},
     )
     line = r"cranktrain: mine: compiling kernels, up to \w+ minutes of processor time .*; kept in (.*)"
     found = re.fullmatch(line, done.stderr.strip())

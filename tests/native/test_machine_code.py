@@ -8,6 +8,7 @@ import sys
 import threading
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -225,3 +226,44 @@ def test_a_call_gives_what_numba_gives(called, tmp_path):
 
 def test_what_a_library_lacks_is_compiled():
     assert isinstance(single, Kernel) and single(np.arange(3.0)) == 1.0
+
+
+SIMULATE = """
+import sys
+from cranktrain.cli.main import main
+code = main(["simulate", *sys.argv[2:], "--speed", "2000", "--cycles", "1", "--output", sys.argv[1]])
+print(code, "numba" in sys.modules)
+"""
+LEVELS = {
+    "rigid": "diesel_i6 --crank rigid --bearings linear",
+    "films": "diesel_i6 --crank rigid --bearings impedance --big-ends impedance --integrator sdirk2",
+    "torsional": "diesel_i6 --crank torsional --no-inherit",
+    "free, with a damper": "diesel_i6 --crank torsional --no-inherit --damper --load-torque-nm 500 --tolerance 1e-3",
+    "rollers": "diesel_v8 --crank rigid",
+    "solved online": "diesel_i6 --crank rigid --bearings reynolds --step-deg 10",
+}
+
+
+def simulated(levels, path, **environment):
+    """Outputs of a run from the command line, and whether numba was loaded for it."""
+    code, numba = python(SIMULATE, str(path), *levels.split(), **environment)[0].split()[-2:]
+    assert code == "0"
+    with h5py.File(path) as file:
+        return {name: file["data"][name][()] for name in file["data"]}, numba
+
+
+@pytest.mark.parametrize("levels", LEVELS.values(), ids=list(LEVELS))
+def test_a_simulation_loads_no_numba(levels, tmp_path):
+    made("cranktrain")
+    outputs, numba = simulated(levels, tmp_path / "run.h5", **{OFF: ""})
+    assert outputs and numba == "False"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("levels", LEVELS.values(), ids=list(LEVELS))
+def test_a_simulation_gives_numba_s_bits(levels, tmp_path):
+    made("cranktrain")
+    outputs, _ = simulated(levels, tmp_path / "one.h5", **{OFF: ""})
+    others, numba = simulated(levels, tmp_path / "other.h5", **{OFF: "1"})
+    assert numba == "True" and outputs.keys() == others.keys()
+    assert [name for name in outputs if not np.array_equal(outputs[name], others[name])] == []

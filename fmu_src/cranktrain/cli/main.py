@@ -9,6 +9,7 @@ fails; 2 for input that cannot be used and computations that fail;
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 import math
 import re
@@ -16,50 +17,24 @@ import signal
 import sys
 import warnings
 from collections.abc import Sequence
+from types import ModuleType
 from typing import Any, NoReturn
 
 from cranktrain import __version__
-from cranktrain.cli import (
-    bearing,
-    bearing_loads,
-    calibrate,
-    couple,
-    damper,
-    export,
-    fatigue,
-    film_table,
-    harness,
-    modal,
-    picture,
-    plan,
-    plot_runup,
-    reduce,
-    report,
-    roller,
-    run,
-    run_in,
-    runup,
-    simulate,
-    stability,
-    stress,
-    tradeoff,
-)
 from cranktrain.cli.console import Interrupted, say
 from cranktrain.cli.ending import fault, leave_stdout, one_line, parts, refused, terminable
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.structure.fem.own_mesh import UNITS
 
-ENGINE_VERBS = {
-    "modal": modal, "reduce": reduce, "simulate": simulate, "runup": runup, "stress": stress, "fatigue": fatigue,
-    "bearing-loads": bearing_loads, "picture": picture,
-}  # fmt: skip
-"""Modules of the verbs that ask one thing of one engine: ``DESCRIPTION``, ``add_options`` and ``run``."""
-VERBS = {
-    "bearing": bearing, "film-table": film_table, "damper-optimum": damper, "roller": roller, "stability": stability,
-    "calibrate": calibrate, "run-in": run_in, "tradeoff": tradeoff, "plan": plan, "plot-runup": plot_runup,
-    "run": run, "export": export, "report": report, "couple": couple, "harness": harness,
-}  # fmt: skip
+ENGINE_VERBS = ("modal", "reduce", "simulate", "runup", "stress", "fatigue", "bearing-loads", "picture")
+"""Verbs that ask one thing of one engine; each is a module beside this: ``DESCRIPTION``, ``add_options``, ``run``."""
+VERBS = (
+    "bearing", "film-table", "damper-optimum", "roller", "stability", "calibrate", "run-in", "tradeoff", "plan",
+    "plot-runup", "run", "export", "report", "couple", "harness",
+)  # fmt: skip
 """Likewise of all others."""
+MODULES = {"damper-optimum": "damper"}
+"""Modules that are not called as their verbs are."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -106,7 +81,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str]) -> int:
     """Run the verb, and print what it found where JSON is wanted; an exit code."""
-    options = _parser().parse_args(arguments)
+    options = _parser(*arguments[:1]).parse_args(arguments)
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_: say(f"cranktrain: warning: {one_line(str(message))}")
         result = options.verb(options)
@@ -118,13 +93,18 @@ def _run(arguments: Sequence[str]) -> int:
     return FAILED if result.get("passed") is False else 0
 
 
-def _parser() -> _Parser:
-    """Parser of all verbs."""
+def _parser(asked: str = "") -> _Parser:
+    """Parser of all verbs, or of the verb that was asked for: others, whose modules take time to load, are names."""
+    alone = asked in (*ENGINE_VERBS, *VERBS)
     parser = _Parser(prog="cranktrain", description="Crankshaft dynamics of an engine.")
     parser.add_argument("--version", action="version", version=f"cranktrain {__version__}")
     verbs = parser.add_subparsers(metavar="VERB", required=True, parser_class=_Parser)
 
-    for name, module in ENGINE_VERBS.items():
+    for name in ENGINE_VERBS:
+        if alone and name != asked:
+            verbs.add_parser(name)
+            continue
+        module = _module(name)
         sub = verbs.add_parser(name, help=module.DESCRIPTION.partition("\n")[0], description=module.DESCRIPTION)
         add = sub.add_argument
         add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
@@ -140,7 +120,7 @@ def _parser() -> _Parser:
             dest="mesh",
             metavar="FILE",
             help="no stresses without the finite elements: refused; give their mesh"
-            if module is stress
+            if name == "stress"
             else "own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce --output, or a "
             "superelement of another program (.toml)",
         )
@@ -148,7 +128,11 @@ def _parser() -> _Parser:
         module.add_options(sub)
         add("--json", action="store_true", help="print one JSON object; keys carry their unit (_hz, _um, …)")
         sub.set_defaults(verb=module.run)
-    for name, module in VERBS.items():
+    for name in VERBS:
+        if alone and name != asked:
+            verbs.add_parser(name)
+            continue
+        module = _module(name)
         text = module.DESCRIPTION.partition("\n")[0]
         raw = argparse.RawDescriptionHelpFormatter
         sub = verbs.add_parser(name, help=text, description=module.DESCRIPTION, formatter_class=raw)
@@ -156,6 +140,11 @@ def _parser() -> _Parser:
         sub.add_argument("--json", action="store_true", help="print one JSON object")
         sub.set_defaults(verb=module.run)
     return parser
+
+
+def _module(verb: str) -> ModuleType:
+    """Module of a verb."""
+    return importlib.import_module(f"cranktrain.cli.{MODULES.get(verb, verb.replace('-', '_'))}")
 
 
 def _finite(value: Any) -> Any:

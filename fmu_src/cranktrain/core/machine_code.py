@@ -147,17 +147,18 @@ def _warn_of(path: Path, why: str) -> None:
 
 def function_address(name: str, arguments: str) -> int | None:
     """Address of a kernel for arguments of a layout in the library of its kind; ``None`` where that has none."""
-    made = library(_kind(name))
+    made = library(kind_of(name))
     return None if made is None else made.functions.get((name, arguments))
 
 
 def calls_of(name: str) -> dict[str, Call]:
     """What the library of its kind has of a kernel that Python calls, by the layout of the arguments."""
-    made = library(_kind(name))
+    made = library(kind_of(name))
     return {} if made is None else made.calls.get(name, {})
 
 
-def _kind(name: str) -> str:
+def kind_of(name: str) -> str:
+    """Kind of the library that holds the kernels of a module, by the module's name in full."""
     return next((kind for head, kind in _KIND_OF.items() if name.startswith(head)), "cranktrain")
 
 

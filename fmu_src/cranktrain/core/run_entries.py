@@ -25,12 +25,17 @@ class RunEntries:
     kind : of the library, see :data:`cranktrain.core.machine_code.RESTS_ON`
     run : record of the run; its arrays are used in place, from now on
     kernels : module with kernels of the names in ``ENTRIES``
+
+    Attributes
+    ----------
+    compiles : whether numba compiles them, each when it is first called
     """
 
     def __init__(self, kind: str, run: Any, kernels: Any) -> None:
         self._entries: dict[str, Callable[[float], int]]
         code = library(kind)
-        if code is not None and code.layout == layout(run):
+        self.compiles = code is None or code.layout != layout(run)
+        if code is not None and not self.compiles:
             self._image = record_image(run)
             address = int(self._image.ctypes.data)
             self._entries = {name: partial(entry, address) for name, entry in code.entries.items()}

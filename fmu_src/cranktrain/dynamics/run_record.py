@@ -21,9 +21,10 @@ from cranktrain.dynamics.model.slots import AMBIENT, OTHER_INPUTS, STEP_KERNEL
 from cranktrain.dynamics.model.state import TIME, state_size
 from cranktrain.dynamics.model.workspace import Work, make_work
 from cranktrain.dynamics.outputs.register import Outputs, observers, output_counts, output_needs
-from cranktrain.dynamics.run import advance_and_observe, observe
+from cranktrain.dynamics.run import observe
 from cranktrain.dynamics.start.start import start as start_state
 from cranktrain.dynamics.time.status import INPUT_NEGATIVE, INPUT_NOT_FINITE, NOT_AHEAD, OK, UNKNOWN_METHOD
+from cranktrain.dynamics.time.step_control import advance
 from cranktrain.dynamics.time.table import FAMILY, HEAD
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
@@ -99,7 +100,10 @@ def advance_run(run, t_end):
         return status
     if not 0.0 < t_end - run.state[TIME] <= LONGEST_STEP:
         return NOT_AHEAD
-    return advance_and_observe(run.model, run.work, run.state, run.inputs, t_end, run.outputs)
+    status = advance(run.model, run.work, run.state, run.inputs, t_end)
+    if status == OK:
+        observe(run.model, run.work, run.state, run.outputs)
+    return status
 
 
 @kernel

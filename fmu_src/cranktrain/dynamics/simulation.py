@@ -12,13 +12,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from cranktrain.core.errors import InputError, SolverError
-from cranktrain.core.kernel import typed_kernel
+from cranktrain.core.errors import CranktrainError, InputError, SolverError
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid
+from cranktrain.core.run_entries import RunEntries
 from cranktrain.core.stepped_model import SteppedModel
+from cranktrain.dynamics import run_record
 from cranktrain.dynamics.cycle_run import Result, balanced, damper_power, run_cycles
 from cranktrain.dynamics.model.arrays import ModelArrays, Parts, build_model, dimensions, supply_temperature
 from cranktrain.dynamics.model.bodies import bends
+from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.model.slots import (
     AMBIENT,
@@ -43,15 +45,13 @@ from cranktrain.dynamics.model.state import (
     TIME,
     state_size,
 )
-from cranktrain.dynamics.model.workspace import make_work
-from cranktrain.dynamics.outputs.register import families_of, observers, output_counts, output_needs
+from cranktrain.dynamics.model.workspace import Work, make_work
+from cranktrain.dynamics.outputs.register import Outputs, families_of, observers, output_counts, output_needs
 from cranktrain.dynamics.outputs.slots import WANTED
-from cranktrain.dynamics.run import advance_and_observe, advance_series, observe
-from cranktrain.dynamics.run_record import LONGEST_STEP
+from cranktrain.dynamics.run_record import LONGEST_STEP, Run
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, TOLERANCE
 from cranktrain.dynamics.settled.samples import Sink
 from cranktrain.dynamics.start.mean_motion import rigid_start
-from cranktrain.dynamics.start.start import start
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
 from cranktrain.dynamics.time.status import OK, REMEDIES, SINGULAR, STALLED
 from cranktrain.dynamics.time.step_control import MAX_HALVINGS, ports_at_state
@@ -174,14 +174,15 @@ class Simulation(SteppedModel):
         model = self._model()
         size = dimensions(model)
         state = np.zeros(state_size(size.modes, size.ports, size.films))
-        work = make_work(model, state.size, input_rates=self.input_rates)
-        status = start(model, work, state, self.inputs, time)
+        work, counts = make_work(model, state.size, input_rates=self.input_rates), output_counts(self.engine)
+        observed = observers(counts, model, work, state, self.outputs)
+        entries = self._entries_of(model, work, state, observed)
+        status = entries.start(time)
         if status != OK:
             cause, remedy = REMEDIES[status]
             raise SolverError(f"no static equilibrium at {self.inputs[0] * _RPM:.0f} rev/min: {cause}; {remedy}")
-        self.model, self.work, self._state = model, work, state
-        counts = output_counts(self.engine)
-        self._observed, self._families_of = observers(counts, model, work, state, self.outputs), families_of(counts)
+        self.model, self.work, self._state, self._entries = model, work, state, entries
+        self._observed, self._families_of = observed, families_of(counts)
         self._observe()
         self._warm()
         if self.on_demand:
@@ -231,11 +232,11 @@ class Simulation(SteppedModel):
         state = self._current()
         before, self._temperatures = self._temperatures, temperatures
         try:
-            self.model = self._model()
+            model = self._model()
         except InputError:
             self._temperatures = before
             raise
-        self.work = make_work(self.model, state.size, input_rates=self.input_rates)
+        self._take_up(model, make_work(model, state.size, input_rates=self.input_rates))
         self._observe()
 
     @property
@@ -249,11 +250,11 @@ class Simulation(SteppedModel):
         state = self._current()
         before, self.settings = self.settings, replace(self.settings, damper_temperature=temperature)
         try:
-            self.model = self._model()
+            model = self._model()
         except InputError:
             self.settings = before
             raise
-        self.work = make_work(self.model, state.size, input_rates=self.input_rates)
+        self._take_up(model, make_work(model, state.size, input_rates=self.input_rates))
         self._observe()
 
     def go_on_at(self, speed: float) -> None:
@@ -267,7 +268,7 @@ class Simulation(SteppedModel):
         self.inputs[0] = speed
         self._check_inputs()
         self._oil_temperature = supply_temperature(self.engine, self.settings, speed)
-        self.model = self._model()
+        self._take_up(self._model(), self.work)
         # Factors are those of another speed, input samples those of another run.
         self.work.key[:] = -1.0
         self.work.counters[:] = 0.0
@@ -293,13 +294,26 @@ class Simulation(SteppedModel):
         self._oil_temperature = supply_temperature(self.engine, self.settings, float(self.inputs[0]))
         return rigid_start(self._model(), float(self.inputs[0])).torque
 
+    def _take_up(self, model: ModelArrays, work: Work) -> None:
+        """Go on from the present state with another model, and its workspace."""
+        self.model, self.work = model, work
+        self._entries = self._entries_of(model, work, self._current(), self._observed)
+
+    def _entries_of(self, model: ModelArrays, work: Work, state: Array, observed: Outputs) -> RunEntries:
+        temperatures = np.zeros(len(self.engine.crankshaft.main_widths))
+        if self._temperatures is not None:
+            temperatures[:] = self._temperatures
+        numbers = run_numbers(replace(self.settings, oil_temperature=self._oil_temperature), self.engine)
+        run = Run(model, work, state, self._inputs, observed, numbers, temperatures)
+        return RunEntries("cranktrain", run, run_record)
+
     def _warm(self) -> None:
-        """Run one step on a copy, so that compiling never falls into the first real step."""
-        state = self.state
-        outputs = self._observed._replace(values=np.zeros_like(self.outputs))
-        arguments = self.model, self.work, state, self.inputs, float(state[TIME]) + 1.0e-6, outputs
-        self._advance = typed_kernel(advance_and_observe, *arguments)
-        self._advance(*arguments)
+        """Run one step and take it back, so that compiling never falls into the first real step."""
+        if not self._entries.compiles:
+            return
+        state, outputs = self.state, self.outputs.copy()
+        self._entries.advance(float(state[TIME]) + 1.0e-6)
+        self._current()[:], self.outputs[:] = state, outputs
         self.work.counters[:] = 0.0
         self.work.key[:] = -1.0
 
@@ -327,7 +341,7 @@ class Simulation(SteppedModel):
             )
 
     def _observe(self) -> None:
-        observe(self.model, self.work, self._current(), self._observed)
+        self._entries.observe()
 
     def step(self, t_end: float) -> None:
         """Advance to ``t_end`` (s). On an error the state stays at the last good time.
@@ -340,22 +354,10 @@ class Simulation(SteppedModel):
             a step that fails after the last halving
         """
         state = self._current()
-        self._check_inputs()
-        interval = t_end - state[TIME]
-        if not interval > 0.0:
-            raise InputError(f"communication step must be positive, got {interval:g} s at t = {state[TIME]:g} s")
-        if interval > LONGEST_STEP:
-            raise InputError(
-                f"communication step of {interval:g} s at t = {state[TIME]:g} s is too long; at most {LONGEST_STEP:g} s"
-            )
-        status = self._advance(self.model, self.work, state, self.inputs, t_end, self._observed)
-        if status == STALLED:
-            raise SolverError(
-                f"the load torque of {self.load_torque:g} N m stalls the engine at t = {t_end:g} s; it does not run "
-                "backwards: lower the torque"
-            )
+        status = self._entries.advance(t_end)
         if status != OK:
-            raise SolverError(self._failure(status, state))
+            self._check_inputs()
+            raise self._error(status, t_end, state)
 
     def read(self, places: Sequence[int]) -> list[float]:
         """As ever; with ``on_demand`` the outputs' families are observed from now on."""
@@ -367,13 +369,33 @@ class Simulation(SteppedModel):
         return super().read(places)
 
     def series(self, step: float, first: int, rows: Array) -> int:
-        """Take steps to ``(first + k) step`` (s) in one call and keep their outputs in row k of ``rows``.
+        """Take steps to ``(first + k) step`` (s) and keep their outputs in row k of ``rows``.
 
         Inputs stay as they are. Returns how many were taken; where it stops, :meth:`step` says why.
         """
-        self._check_inputs()
-        state = self._current()
-        return int(advance_series(self.model, self.work, state, self.inputs, step, first, rows, self._observed))
+        self._current()
+        advance, outputs = self._entries.advance, self.outputs
+        for k in range(len(rows)):
+            if advance((first + k) * step) != OK:
+                return k
+            rows[k] = outputs
+        return len(rows)
+
+    def _error(self, status: int, t_end: float, state: Array) -> CranktrainError:
+        """What to raise for a status of a step to ``t_end`` (s) that no input explains."""
+        interval = t_end - state[TIME]
+        if not interval > 0.0:
+            return InputError(f"communication step must be positive, got {interval:g} s at t = {state[TIME]:g} s")
+        if interval > LONGEST_STEP:
+            return InputError(
+                f"communication step of {interval:g} s at t = {state[TIME]:g} s is too long; at most {LONGEST_STEP:g} s"
+            )
+        if status == STALLED:
+            return SolverError(
+                f"the load torque of {self.load_torque:g} N m stalls the engine at t = {t_end:g} s; it does not run "
+                "backwards: lower the torque"
+            )
+        return SolverError(self._failure(status, state))
 
     def _failure(self, status: int, state: Array) -> str:
         cause, remedy = REMEDIES[status]

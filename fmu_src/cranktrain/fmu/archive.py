@@ -12,6 +12,7 @@ import importlib
 import importlib.metadata
 import io
 import json
+import os
 import sys
 import tempfile
 import zipfile
@@ -25,14 +26,18 @@ from xml.etree import ElementTree
 
 from cranktrain import __version__
 from cranktrain.core.errors import InputError
+from cranktrain.core.machine_code import LIBRARIES, OFF, SEAL, code_digest, kind_of, library_name
 from cranktrain.fmu.description import Interface, Variable, complete, expand, plain, variable_table
+from cranktrain.fmu.native.link import library
 from cranktrain.fmu.running_code import RUNNING, SOURCES, renamed, running_code
 from cranktrain.fmu.terminals_and_icons import FOLDER, icons, terminals_and_icons
 from cranktrain.store.whole_file import Kind, check_place, marked, whole_file
 
-ROOT = SOURCES.parent
+CARRIED = Path(__file__).parent / "carried"
+"""What a wheel carries of the repository, see setup.py."""
+ROOT = CARRIED if CARRIED.is_dir() else SOURCES.parent
 DESCRIPTION = ROOT / "modelDescription"
-SLAVE = "cranktrain_slave.py"
+SLAVE = (CARRIED if CARRIED.is_dir() else SOURCES) / "cranktrain_slave.py"
 SLAVE_MODULE = """import ctypes
 
 from {0} import CranktrainSlave
@@ -83,6 +88,7 @@ def write_fmu(product: Product, folder: str | Path, say: Callable[[str], None] =
     contents = _contents(product)
     say(f"{product.title}: {product.model} {contents.guid}")
     path = fmu_path(product, folder)
+    contents.resources.update(_libraries(product, contents.package, say))
     files = _wrapped(contents)
     root = ElementTree.fromstring(files["modelDescription.xml"])
     complete(root, product.interface, contents.variables, contents.guid)
@@ -103,10 +109,10 @@ def fmu_path(product: Product, folder: str | Path) -> Path:
 
 def need_sources() -> None:
     """``InputError`` where the sources of the FMU do not lie beside the package."""
-    if not (DESCRIPTION / "interface.toml").is_file() or not (SOURCES / SLAVE).is_file():
+    if not (DESCRIPTION / "interface.toml").is_file() or not SLAVE.is_file():
         raise InputError(
-            f"an FMU is built from cranktrain's repository; {ROOT} has no modelDescription or {SLAVE}: "
-            "install with pip install -e from a clone"
+            f"an FMU is built from cranktrain's clone or wheel; {ROOT} has no modelDescription or {SLAVE.name}: "
+            "take a wheel that make wheel has made, or pip install -e from a clone"
         )
 
 
@@ -159,6 +165,7 @@ class Contents:
 
     model: str
     guid: str
+    package: str
     slave: str
     variables: tuple[Variable, ...]
     resources: dict[str, bytes]
@@ -169,7 +176,7 @@ def _contents(product: Product) -> Contents:
     package = f"cranktrain_{_digest(code)[:12]}"
     files = {f"{package}/{name}": renamed(text, package) for name, text in code.items()}
     interface, variables = product.interface, product.variables
-    slave = (SOURCES / SLAVE).read_bytes()
+    slave = SLAVE.read_bytes()
     about = {
         "model": product.model,
         "package": package,
@@ -192,7 +199,28 @@ def _contents(product: Product) -> Contents:
     files[f"{name}_class.py"] = slave
     files[f"{name}.py"] = SLAVE_MODULE.format(f"{name}_class").encode()
     guid = "{" + "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32])) + "}"
-    return Contents(product.model, guid, name, variables, files)
+    return Contents(product.model, guid, package, name, variables, files)
+
+
+def _libraries(product: Product, package: str, say: Callable[[str], None]) -> dict[str, bytes]:
+    """Machine code of the product's kernels for the platforms, as an installation made it; by name in resources/.
+
+    It is no part of the GUID: without it the same code runs, compiled at the first start.
+    """
+    if os.environ.get(OFF):
+        return {}
+    kind, files = kind_of(product.running), {}
+    for platform in PLATFORMS:
+        try:
+            made = library(kind, platform, say, emit=False)
+        except (InputError, OSError) as error:
+            say(f"no machine code for {platform}, so that kernels are compiled at the first start there: {error}")
+        else:
+            files[f"{platform}/{library_name(kind, made.suffix)}"] = made.read_bytes()
+    if files:
+        files[SEAL] = f"{kind} {code_digest(kind)}\n".encode()
+    place = LIBRARIES.relative_to(SOURCES / "cranktrain").as_posix()
+    return {f"{package}/{place}/{name}": content for name, content in files.items()}
 
 
 def _digest(files: dict[str, bytes]) -> str:

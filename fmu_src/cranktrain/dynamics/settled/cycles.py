@@ -104,7 +104,6 @@ class Recorder:
         self.step, self.per_cycle = step, per_cycle
         self.taken, self.seconds, self._at_once = 0, 0.0, 4
         self.under_way: Array = np.empty((0, simulation.outputs.size))
-        simulation.series(step, 1, self.under_way)  # compiles before the clock starts
 
     def take(self, rows: Array, first: int = 0) -> None:
         """Take as many steps as there are rows, from ``first`` steps after time 0 on."""

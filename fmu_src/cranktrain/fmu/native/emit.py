@@ -55,6 +55,8 @@ PLATFORMS = {
 }
 """FMI 2.0 names no folder for ARM; the last is FMI 3.0's."""
 
+_KEPT: list[Any] = []
+"""What LLVM made, until the process ends: freed in the order of Python's garbage it sometimes ends in an assertion."""
 _NEXT = "\n;;;\n"
 """Between modules of one text."""
 _ENTRY = """
@@ -134,6 +136,7 @@ def _module(function: Callable[..., Any], signature: tuple[Any, ...], name: str)
     options: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
     compiled: Any = njit(**options)(function)
     compiled.compile(signature)
+    _KEPT.append(compiled)
     overload = compiled.overloads[signature]
     if types.unliteral(overload.signature.return_type) != types.int64:
         raise TypeError(f"{name} must return an integer, not {overload.signature.return_type}")
@@ -148,6 +151,7 @@ def object_code(texts: Mapping[str, str], platform: Platform) -> bytes:
     for text in texts.values():
         for part in text.split(_NEXT):
             module = llvm.parse_assembly(_for(part, platform))
+            _KEPT.append(module)
             if whole is None:
                 whole = module
             else:
@@ -194,3 +198,4 @@ def _keep_only(module: Any, exports: set[str], machine: Any) -> None:
     passes.add_global_dead_code_eliminate_pass()
     passes.add_strip_dead_prototype_pass()
     passes.run(module, builder)
+    _KEPT.append((machine, builder, passes))

@@ -44,10 +44,11 @@ def exports(kind: str) -> Exports:
         with recorded_calls() as calls:
             run = _module_run(kind, package)
         return Exports(run, _entries(f"{package}.run_record"), {}, list(calls.values()))
-    from cranktrain.fmu.native.typical_run import typical_run
+    from cranktrain.fmu.native.typical_run import typical_calls, typical_run
 
     with recorded_calls() as calls:
         run = typical_run()
+        typical_calls(run)
     return Exports(run, _entries("cranktrain.dynamics.run_record"), functions(kind), list(calls.values()))
 
 

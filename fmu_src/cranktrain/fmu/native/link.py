@@ -34,13 +34,15 @@ PROCESSOR = {"NUMBA_CPU_NAME": "x86-64-v2", "NUMBA_CPU_FEATURES": "", "NUMBA_DIS
 """The least processor that kernels are compiled for, so that every machine emits the same."""
 
 
-def library(kind: str, platform: str = "linux64", say: Progress = lambda text: None) -> Path:
-    """Path of the library of a kind for a platform; compiled now where there is none of the present sources.
+def library(kind: str, platform: str = "linux64", say: Progress = lambda text: None, emit: bool = True) -> Path:
+    """Path of the library of a kind for a platform; made now where there is none of the present sources.
+
+    Without ``emit`` it is linked at most: its kernels' machine code takes minutes.
 
     Raises
     ------
     InputError
-        a platform that is not known or that no compiler here makes
+        a platform that is not known or that no compiler here makes, or kernels whose machine code is not there yet
     OSError
         a cache that cannot be written
     """
@@ -53,6 +55,8 @@ def library(kind: str, platform: str = "linux64", say: Progress = lambda text: N
     command = compiler(row)
     with _alone(private_folder("native", digest)):
         if not _is_made(target, digest):
+            if not emit and not (private_folder("native", digest, "objects") / f"{kind}.c").is_file():
+                raise InputError("it was not made yet; make native or python -m cranktrain.fmu.native does")
             objects = _objects(kind, digest, say)
             say(f"{kind}: library for {row.folder}")
             _link(command, kind, digest, row, objects, target)
@@ -100,7 +104,10 @@ def _objects(kind: str, digest: str, say: Progress) -> Path:
         place = str(Path(__file__).parents[3])
         given = os.environ.get("PYTHONPATH")
         path = place if not given else os.pathsep.join((place, given))
-        if subprocess.run(run, env={**os.environ, **PROCESSOR, "PYTHONPATH": path}).returncode:
+        environment = {**os.environ, **PROCESSOR, "PYTHONPATH": path}
+        if subprocess.run(run, env=environment).returncode < 0:  # LLVM ended the process; compiled kernels are kept
+            subprocess.run(run, env=environment)
+        if not (folder / f"{kind}.c").is_file():
             raise InputError(f"{kind}: no machine code was made of its kernels; the lines above say why")
     return folder
 

@@ -161,3 +161,5 @@ if __name__ == "__main__":
         (emit_laws if sys.argv[3:] else make)(sys.argv[1], Path(sys.argv[2]))
     except InputError as error:
         sys.exit(str(error))
+    sys.stderr.flush()
+    os._exit(0)  # what LLVM made is not taken apart

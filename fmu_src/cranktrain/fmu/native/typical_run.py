@@ -8,9 +8,14 @@ from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.run_record import Run, make_run
+from cranktrain.dynamics.settled.motion import motion_of
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.dynamics.start.mean_motion import carried
+from cranktrain.dynamics.time.step_control import ports_at_state
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.film.table.interpolation import stretched
+from cranktrain.loads.gas_pressure import GasTrace, gas_pressure
 
 ENGINE = "diesel_i6"
 
@@ -20,6 +25,21 @@ def typical_run() -> Run:
     engine = load_engine(ENGINE)
     settings = Settings(crank="rigid", bearings="linear")
     return make_run(engine, stand_in(engine), settings, GasTrace.from_engine(engine), Parts())
+
+
+def typical_calls(run: Run) -> None:
+    """Call, with arrays like those of a run, what Python calls by itself where it makes, judges and ends runs."""
+    engine = load_engine(ENGINE)
+    loaded = Settings(crank="rigid", bearings="impedance", big_ends="impedance", damper="fitted", boundary="torque")
+    for settings in (loaded, Settings(crank="rigid", bearings="reynolds")):
+        simulation = Simulation(engine, stand_in(engine), settings)
+        simulation.inputs[0] = 200.0
+        simulation.steady_torque()
+    gas_pressure(0.1, np.zeros((8, 4)))
+    stretched(0.9)
+    carried(run.model, np.zeros(run.model.block_ports.shape[1]))
+    motion_of(run.state, run.model.omega2.size)
+    ports_at_state(run.model, run.work, run.state)
 
 
 def stand_in(engine: Engine) -> ReducedBody:

@@ -15,7 +15,6 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg.blas import dtrsm
@@ -23,6 +22,7 @@ from scipy.linalg.lapack import dpotrf
 from scipy.sparse.linalg import splu
 from threadpoolctl import threadpool_limits
 
+from cranktrain.core.kernel import kernel
 from cranktrain.structure.fem.dissection import nested_dissection
 
 Array = NDArray[np.float64]
@@ -150,8 +150,8 @@ def _nodes_of_equal_pattern(rows: sparse.csr_matrix) -> tuple[sparse.csr_matrix,
     return graph, node_of
 
 
-@njit(cache=True)
-def _add_lower(front: Array, complement: Array, place: Integers) -> None:
+@kernel
+def _add_lower(front, complement, place):
     """Add the lower triangle of a child's complement at ascending places of its parent's front."""
     for i in range(place.size):
         for j in range(i + 1):

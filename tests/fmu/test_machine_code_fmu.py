@@ -1,0 +1,77 @@
+"""The Python FMU carries machine code of its kernels and starts with it: without numba, and to the bit as with it."""
+
+import zipfile
+
+import pytest
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.machine_code import OFF, SEAL, code_digest, is_whole, this_platform
+from cranktrain.fmu import archive
+from cranktrain.fmu.build import build_fmu
+
+RUN = """
+unit = Unit(sys.argv[1], "mine")
+unit.start({"crank.level": "rigid", "bearing.level": "linear"} if "crank.level" in unit.reference else {})
+unit.run(20)
+print("numba" in sys.modules, *unit.bits())
+"""
+PLACE = "/fmu/native/lib/"
+
+
+def carried(fmu):
+    """Libraries and seal of an FMU, by their places behind ``PLACE``."""
+    with zipfile.ZipFile(fmu) as files:
+        return {name.partition(PLACE)[2]: files.read(name) for name in files.namelist() if PLACE in name}
+
+
+@pytest.fixture
+def libraries(shipped):
+    """Those of an FMU; skips where none could be made."""
+    found = carried(shipped)
+    if not any(name.startswith(this_platform()) for name in found):
+        pytest.skip("no C compiler here")
+    return found
+
+
+def test_an_fmu_carries_the_library_of_its_kind_and_the_digest_of_its_sources(libraries, tmp_path):
+    kind, digest = libraries[SEAL].decode().split()
+    assert digest == code_digest(kind)
+    path = tmp_path / "library"
+    path.write_bytes(
+        next(content for name, content in libraries.items() if name.startswith(f"{this_platform()}/{kind}"))
+    )
+    assert is_whole(path, digest)
+
+
+def test_an_fmu_starts_without_numba_and_gives_numba_s_bits(shipped, libraries, script, cache):
+    numba, *bits = script(RUN, shipped).stdout.split()
+    assert numba == "False"
+    assert script(RUN, shipped, **{OFF: "1"}).stdout.split() == ["True", *bits]
+    package = next(path for path in cache.glob("fmu/cranktrain_*") if (path / PLACE[1:]).is_dir())
+    assert {path.name for path in (package / PLACE[1:]).rglob("*.*")} >= {SEAL}
+
+
+def test_a_library_that_was_changed_in_the_cache_is_not_loaded(shipped, libraries, script, tmp_path):
+    """It is taken from the FMU again, as the code is."""
+    expected = script(RUN, shipped).stdout
+    assert script(RUN, shipped, cache=tmp_path).stdout == expected
+    (copy,) = tmp_path.glob(f"fmu/cranktrain_*{PLACE}{this_platform()}/*")
+    content = copy.read_bytes()
+    copy.write_bytes(content[:5000])
+    assert script(RUN, shipped, cache=tmp_path).stdout == expected
+    assert copy.read_bytes() == content
+
+
+def test_without_a_compiler_an_fmu_is_built_that_compiles_at_its_first_start(tmp_path, monkeypatch):
+    def none(kind, platform, say, emit):
+        raise InputError("no C compiler was found")
+
+    monkeypatch.setattr(archive, "library", none)
+    said = []
+    plain = build_fmu("valvetrain_i6", tmp_path, say=said.append)
+    assert carried(plain) == {}
+    assert sum("kernels are compiled at the first start there: no C compiler was found" in line for line in said) == 2
+    monkeypatch.undo()
+    whole = build_fmu("valvetrain_i6", tmp_path / "whole", say=said.append)
+    guids = [zipfile.ZipFile(path).read("modelDescription.xml").partition(b'guid="')[2][:38] for path in (plain, whole)]
+    assert guids[0] == guids[1]

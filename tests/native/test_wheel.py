@@ -1,0 +1,110 @@
+"""The wheel: in an environment of its own it simulates and builds native FMUs, and nothing compiles there."""
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import cranktrain
+from cranktrain.core.errors import InputError
+from cranktrain.core.machine_code import OFF, RESTS_ON, library_name, this_platform
+from cranktrain.fmu.native import link
+
+ROOT = Path(cranktrain.__file__).parents[2]
+PIECES = "fmu_src", "modelDescription", "pyproject.toml", "setup.py", "README.md", "LICENSE"
+SIMULATE = """
+import sys
+from cranktrain.cli.main import main
+code = main("simulate diesel_i6 --speed 2000 --crank rigid --bearings linear --cycles 1 --output run.h5".split())
+print(code, "numba" in sys.modules)
+"""
+BUILD = """
+import cranktrain as ct
+for name in ("valvetrain_i6", "combustion_v8"):
+    print(ct.build_fmu(name, "dist", platforms=[{platform!r}]))
+"""
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """Built as ``make wheel`` does, of this machine's libraries alone, from a copy of the sources."""
+    if not (ROOT / "setup.py").is_file():
+        pytest.skip("not in the repository")
+    copy, ignore = tmp_path_factory.mktemp("sources"), shutil.ignore_patterns("__pycache__", "lib", "*.egg-info")
+    for name in PIECES:
+        if (ROOT / name).is_dir():
+            shutil.copytree(ROOT / name, copy / name, ignore=ignore)
+        else:
+            shutil.copyfile(ROOT / name, copy / name)
+    try:
+        for kind in RESTS_ON:
+            made = link.library(kind, this_platform())
+            place = copy / "fmu_src" / "cranktrain" / "fmu" / "native" / "lib" / this_platform()
+            place.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(made, place / library_name(kind, made.suffix))
+    except InputError as error:
+        pytest.skip(str(error))
+    command = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", str(copy / "dist"), str(copy)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if "No matching distribution" in done.stderr:
+        pytest.skip("no package index within reach")
+    assert done.returncode == 0, done.stderr
+    return next((copy / "dist").glob("*.whl"))
+
+
+@pytest.fixture(scope="module")
+def python(wheel, tmp_path_factory):
+    """Run a text in an environment that has the wheel and what it depends on, but none of the repository."""
+    place = tmp_path_factory.mktemp("environment")
+    subprocess.run([sys.executable, "-m", "venv", str(place / "venv")], check=True)
+    own = place / "venv" / ("Scripts" if os.name == "nt" else "bin") / "python"
+    subprocess.run([own, "-m", "pip", "install", "-q", "--no-deps", str(wheel)], check=True)
+    # Dependencies are this environment's; its own links to the repository, files of the kind .pth, are not followed.
+    site = subprocess.check_output([own, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"], text=True)
+    Path(site.strip(), "dependencies.pth").write_text(sysconfig.get_path("purelib"))
+
+    def run(text):
+        left_out = ("PYTHONPATH", OFF)
+        environment = {name: value for name, value in os.environ.items() if name not in left_out}
+        environment["CRANKTRAIN_CACHE"] = str(place / "cache")
+        done = subprocess.run(
+            [own, "-c", text], cwd=place, capture_output=True, text=True, env=environment, timeout=3600
+        )
+        assert done.returncode == 0, done.stderr[-3000:]
+        return done.stdout.split("\n")
+
+    run.place = place
+    return run
+
+
+@pytest.mark.slow
+def test_the_wheel_carries_libraries_and_what_an_fmu_is_built_from(wheel):
+    names = zipfile.ZipFile(wheel).namelist()
+    libraries = [name for name in names if name.startswith(f"cranktrain/fmu/native/lib/{this_platform()}/")]
+    assert len(libraries) == len(RESTS_ON)
+    for name in ("cranktrain_slave.py", "LICENSE", "modelDescription/interface.toml", "modelDescription/units.toml"):
+        assert f"cranktrain/fmu/carried/{name}" in names
+    assert "cranktrain/fmu/native/c/fmi2.c" in names
+
+
+@pytest.mark.slow
+def test_a_simulation_from_the_wheel_compiles_nothing(python):
+    place = python("import cranktrain; print(cranktrain.__file__)")[0]
+    assert Path(place).is_relative_to(python.place)
+    assert python(SIMULATE)[-2] == "0 False"
+    assert not list((python.place / "cache").rglob("*.nb?"))
+
+
+@pytest.mark.slow
+def test_the_wheel_builds_native_fmus_without_a_compiler(python):
+    paths = [Path(line) for line in python(BUILD.format(platform=this_platform())) if line.endswith(".fmu")]
+    for path in paths:
+        names = zipfile.ZipFile(python.place / path).namelist()
+        assert "resources/native.bin" in names and f"binaries/{this_platform()}/{path.stem}.so" in names
+    assert len(paths) == 2
+    assert not list((python.place / "cache").rglob("objects"))
