@@ -52,8 +52,8 @@ def test_schemes_agree_and_the_power_closes(couple):
     """Jacobi and Gauss-Seidel at 1 degree, the pressures' angle told: within half a percent of each other."""
     found = {}
     for scheme in ("jacobi", "gauss-seidel"):
-        code, found[scheme], _, path = couple("--cycles", 2, "--scheme", scheme)
-        assert code == 0
+        code, found[scheme], stderr, path = couple("--cycles", 2, "--scheme", scheme)
+        assert code == 0, stderr
     one, other = (run["pulley"]["torsion_deg"] for run in found.values())
     assert one["peak_to_peak"] == pytest.approx(other["peak_to_peak"], rel=5e-3)
     for run in found.values():
