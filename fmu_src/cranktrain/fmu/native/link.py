@@ -105,8 +105,9 @@ def _objects(kind: str, digest: str, say: Progress) -> Path:
         given = os.environ.get("PYTHONPATH")
         path = place if not given else os.pathsep.join((place, given))
         environment = {**os.environ, **PROCESSOR, "PYTHONPATH": path}
-        if subprocess.run(run, env=environment).returncode < 0:  # LLVM ended the process; compiled kernels are kept
-            subprocess.run(run, env=environment)
+        # Kernels that other processes compiled make LLVM end this one now and then, its own do not.
+        with tempfile.TemporaryDirectory() as empty:
+            subprocess.run(run, env=environment | {"CRANKTRAIN_CACHE": empty})
         if not (folder / f"{kind}.c").is_file():
             raise InputError(f"{kind}: no machine code was made of its kernels; the lines above say why")
     return folder

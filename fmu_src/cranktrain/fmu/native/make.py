@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 from rich.console import Console
 from rich.progress import track
 
+from cranktrain.core.cache import cache_folder
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel_name
 from cranktrain.core.records import layout
@@ -95,7 +96,8 @@ def _laws_beside(kind: str, folder: Path) -> Iterator[Callable[[_Piece], tuple[s
     path = folder / f"{kind}-laws.json"
     beside = None
     if (os.cpu_count() or 1) > 1 and any(map(_is_law, functions(kind))):
-        beside = subprocess.Popen([sys.executable, "-m", "cranktrain.fmu.native.make", kind, str(folder), "laws"])
+        run = [sys.executable, "-m", "cranktrain.fmu.native.make", kind, str(folder), "laws"]
+        beside = subprocess.Popen(run, env=os.environ | {"CRANKTRAIN_CACHE": os.path.join(cache_folder(), "laws")})
 
     @cache
     def found() -> dict[str, list[str]]:
