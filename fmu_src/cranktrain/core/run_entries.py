@@ -28,10 +28,12 @@ class RunEntries:
 
     Attributes
     ----------
+    run : the record
     compiles : whether numba compiles them, each when it is first called
     """
 
     def __init__(self, kind: str, run: Any, kernels: Any) -> None:
+        self.run = run
         self._entries: dict[str, Callable[[float], int]]
         code = library(kind)
         self.compiles = code is None or code.layout != layout(run)
@@ -39,7 +41,6 @@ class RunEntries:
             self._image = record_image(run)
             address = int(self._image.ctypes.data)
             self._entries = {name: partial(entry, address) for name, entry in code.entries.items()}
-            self._run = run
         else:
             self._entries = {name: _Compiled(run, getattr(kernels, kernel)) for name, kernel in ENTRIES.items()}
 

@@ -341,7 +341,14 @@ class Simulation(SteppedModel):
             )
 
     def _observe(self) -> None:
-        self._entries.observe()
+        self._entered().observe()
+
+    def _entered(self) -> RunEntries:
+        """The entries of the present model and workspace, which may have been replaced from outside."""
+        run = self._entries.run
+        if run.model is not self.model or run.work is not self.work:
+            self._entries = self._entries_of(self.model, self.work, self._current(), self._observed)
+        return self._entries
 
     def step(self, t_end: float) -> None:
         """Advance to ``t_end`` (s). On an error the state stays at the last good time.
@@ -354,7 +361,7 @@ class Simulation(SteppedModel):
             a step that fails after the last halving
         """
         state = self._current()
-        status = self._entries.advance(t_end)
+        status = self._entered().advance(t_end)
         if status != OK:
             self._check_inputs()
             raise self._error(status, t_end, state)
@@ -374,7 +381,7 @@ class Simulation(SteppedModel):
         Inputs stay as they are. Returns how many were taken; where it stops, :meth:`step` says why.
         """
         self._current()
-        advance, outputs = self._entries.advance, self.outputs
+        advance, outputs = self._entered().advance, self.outputs
         for k in range(len(rows)):
             if advance((first + k) * step) != OK:
                 return k
