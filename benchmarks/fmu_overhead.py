@@ -1,4 +1,4 @@
-"""What the FMU costs beside the native step, and how fast it starts: ``python benchmarks/fmu_overhead.py [FILE.fmu]``.
+"""What the Python FMU costs beside the native step, how it starts: ``python benchmarks/fmu_overhead.py [FILE.fmu]``.
 
 Without a file the default engine's FMU is built. It runs on ground, as it starts, and with flexible block, guided
 pistons and damper. The same engine, bodies, inputs and steps, alternately native and through FMPy's low-level calls
@@ -119,10 +119,10 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         path = sys.argv[1] if len(sys.argv) > 1 else ""
         if not path:
-            build = [sys.executable, str(ROOT / "build_fmu.py"), "diesel_i6", "-o", folder]
+            build = [sys.executable, str(ROOT / "build_fmu.py"), "diesel_i6", "--python", "-o", folder]
             path = subprocess.run(build, stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()[-1]
         if not Path(path).is_file():
-            print(f"fmu_overhead: no file '{path}'; python build_fmu.py diesel_i6 makes one", file=sys.stderr)
+            print(f"fmu_overhead: no file '{path}'; python build_fmu.py diesel_i6 --python makes one", file=sys.stderr)
             return 2
         fmu = Path(path).resolve()
         figures: dict[str, object] = {"ground": measure(fmu, {}), "whole": measure(fmu, WHOLE)}

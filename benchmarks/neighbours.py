@@ -1,4 +1,4 @@
-"""Whether FMUs slow each other down in one process: ``python benchmarks/neighbours.py``.
+"""Whether Python FMUs slow each other down in one process: ``python benchmarks/neighbours.py``.
 
 The six's FMU beside the V8's (other data, the same code), beside one built of changed sources, and beside the
 combustion's: processor time of a step before its neighbour is there, and after, stepping in turn. Prints one JSON
@@ -73,11 +73,11 @@ def main() -> int:
     """Measure and print."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        plain = {"film_table": False, "block": False}
+        plain = {"film_table": False, "block": False, "platforms": ()}
         six = ct.build_fmu("diesel_i6", folder / "six", **plain)
         beside = {
             "V8": ct.build_fmu("diesel_v8", folder / "v8", **plain),
-            "combustion": ct.build_fmu("combustion_i6", folder / "combustion"),
+            "combustion": ct.build_fmu("combustion_i6", folder / "combustion", platforms=()),
         }
         running_code.SOURCES = changed_sources(folder)
         beside["other build"] = ct.build_fmu("diesel_i6", folder / "other", **plain)

@@ -43,12 +43,16 @@ CHECKSUM = b"CRNKSUM1"
 """What a library's checksum begins with; it stands behind all that a system's loader reads."""
 
 
+ENTRIES = {"prepare": "prepare", "start": "start", "advance": "advance_run", "observe": "observe_run"}
+"""Entries of a run in the order of ``struct ct_kernels``, and their kernels in the module that defines its record."""
+
+
 class _Table(ctypes.Structure):
     """``struct ct_kernels`` of kernels.h."""
 
     _fields_ = (
         ("digest", ctypes.c_char_p),
-        *((name, ctypes.c_void_p) for name in ("prepare", "start", "advance", "observe")),
+        *((name, ctypes.c_void_p) for name in ENTRIES),
         ("functions", ctypes.POINTER(ctypes.c_void_p)),
         ("n_functions", ctypes.c_uint32),
         ("names", ctypes.POINTER(ctypes.c_char_p)),
@@ -112,9 +116,7 @@ class Library:
                 self.calls.setdefault(name, {})[arguments] = Call(address, results[0])
             else:
                 self.functions[name, arguments] = address
-        self.entries: dict[str, Callable[[int, float], int]] = {
-            name: _ENTRY(getattr(table, name)) for name in ("prepare", "start", "advance", "observe")
-        }
+        self.entries: dict[str, Callable[[int, float], int]] = {name: _ENTRY(getattr(table, name)) for name in ENTRIES}
 
 
 @cache

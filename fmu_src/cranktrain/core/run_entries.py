@@ -7,11 +7,8 @@ from functools import partial
 from typing import Any
 
 from cranktrain.core.kernel import typed_kernel
-from cranktrain.core.machine_code import library
+from cranktrain.core.machine_code import ENTRIES, library
 from cranktrain.core.records import layout, record_image
-
-ENTRIES = {"prepare": "prepare", "start": "start", "advance": "advance_run", "observe": "observe_run"}
-"""Entries of a run, and their kernels in the module that defines its record."""
 
 
 class RunEntries:

@@ -99,9 +99,9 @@ class Simulation(SteppedModel):
         dynamometer, which acts at boundary ``torque`` only, the torque (N m) that the valve train takes from the
         crank's front end, and the crank angle (rad) that the pressures belong to, 0 where nobody tells; set in place
         before each step
+    pressures : the pressures among them
     input_rates : (4 + cylinders,) rates of the inputs, 1/s, over the next communication step: an input goes on from its
         value at the rate that is given, whatever the reconstruction; not a number, as at first, gives none
-    pressures : those among them
     input_names, output_names : as in the FMU
     outputs : values in that order (SI), valid after ``initialize`` and after each step, all of them unless
         ``on_demand`` is set before: then those alone that :meth:`read` has asked for
@@ -236,7 +236,7 @@ class Simulation(SteppedModel):
         except InputError:
             self._temperatures = before
             raise
-        self._take_up(model, make_work(model, state.size, input_rates=self.input_rates))
+        self.model, self.work = model, make_work(model, state.size, input_rates=self.input_rates)
         self._observe()
 
     @property
@@ -254,7 +254,7 @@ class Simulation(SteppedModel):
         except InputError:
             self.settings = before
             raise
-        self._take_up(model, make_work(model, state.size, input_rates=self.input_rates))
+        self.model, self.work = model, make_work(model, state.size, input_rates=self.input_rates)
         self._observe()
 
     def go_on_at(self, speed: float) -> None:
@@ -268,7 +268,7 @@ class Simulation(SteppedModel):
         self.inputs[0] = speed
         self._check_inputs()
         self._oil_temperature = supply_temperature(self.engine, self.settings, speed)
-        self._take_up(self._model(), self.work)
+        self.model = self._model()
         # Factors are those of another speed, input samples those of another run.
         self.work.key[:] = -1.0
         self.work.counters[:] = 0.0
@@ -293,11 +293,6 @@ class Simulation(SteppedModel):
         """Load torque (N m) that holds the speed of ``inputs`` under the built-in gas trace, without friction."""
         self._oil_temperature = supply_temperature(self.engine, self.settings, float(self.inputs[0]))
         return rigid_start(self._model(), float(self.inputs[0])).torque
-
-    def _take_up(self, model: ModelArrays, work: Work) -> None:
-        """Go on from the present state with another model, and its workspace."""
-        self.model, self.work = model, work
-        self._entries = self._entries_of(model, work, self._current(), self._observed)
 
     def _entries_of(self, model: ModelArrays, work: Work, state: Array, observed: Outputs) -> RunEntries:
         temperatures = np.zeros(len(self.engine.crankshaft.main_widths))
@@ -344,7 +339,7 @@ class Simulation(SteppedModel):
         self._entered().observe()
 
     def _entered(self) -> RunEntries:
-        """The entries of the present model and workspace, which may have been replaced from outside."""
+        """The entries of the present model and workspace, one of which may have been replaced."""
         run = self._entries.run
         if run.model is not self.model or run.work is not self.work:
             self._entries = self._entries_of(self.model, self.work, self._current(), self._observed)

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cranktrain.core.kernel import Kernel, kernel_name, recorded_calls
+from cranktrain.core.machine_code import ENTRIES
 from cranktrain.core.named import resolve
-from cranktrain.core.run_entries import ENTRIES
 from cranktrain.dynamics.outputs.register import FAMILIES as OUTPUT_FAMILIES
 from cranktrain.dynamics.time.integrators import FAMILIES as INTEGRATOR_FAMILIES
 from cranktrain.film.laws.films import NUMBERS, SIZE

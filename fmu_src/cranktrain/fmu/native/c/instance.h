@@ -84,8 +84,19 @@ static inline double *ct_past(const struct ct_instance *instance, uint32_t k) {
     return instance->state + (1 + place) * (size_t)instance->now->n_point;
 }
 
+/* Bytes of an instance at most: more is no memory of any machine. */
+#define CT_MOST_BYTES ((uint64_t)1 << 46)
+
+static inline uint64_t ct_padded(uint64_t bytes) { return (bytes + CT_ALIGNMENT - 1) / CT_ALIGNMENT * CT_ALIGNMENT; }
+
 /* Float64 numbers of a point of a variant. */
 uint64_t ct_point(const struct ct_file *file, const struct ct_variant *variant);
+
+/* Fill an array's memory with what it holds at the start; ``records`` are the addresses for its fixups. */
+void ct_fill(const struct ct_file *file, const struct ct_array *array, unsigned char *memory, const uint64_t *records);
+
+/* Lay out a variant in memory; its present point is the instance's. False where there is no memory. */
+bool ct_lay_out(struct ct_instance *instance, const struct ct_variant *variant, struct ct_model *model);
 
 /* Prepare and start a model of a variant under inputs, (n_inputs,); status of the kernels. */
 int64_t ct_start_model(struct ct_instance *instance, const struct ct_model *model, const struct ct_variant *variant,
