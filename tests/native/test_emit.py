@@ -11,7 +11,8 @@ import pytest
 
 from cranktrain.core.kernel import call_kernel, kernel, kernel_address, kernel_name
 from cranktrain.core.records import layout, leaves, record_image
-from cranktrain.fmu.native.emit import PLATFORMS, entry_module, function_module, object_code
+from cranktrain.fmu.native.emit import Emission, object_code
+from cranktrain.fmu.native.platforms import PLATFORMS
 
 HERE = "linux64"
 
@@ -55,12 +56,12 @@ def code(tmp_path_factory):
     compiler = shutil.which("cc")
     if compiler is None:
         pytest.skip("no C compiler here")
-    texts = {
-        "step": entry_module("step", record(), step),
-        "law": function_module("law", law, (np.zeros(1), 0)),
-    }
+    with Emission() as emission:
+        emission.entry("step", record(), step)
+        emission.function("law", law, (np.zeros(1), 0))
+        program = emission.program()
     folder = tmp_path_factory.mktemp("code")
-    (folder / "kernels.o").write_bytes(object_code(texts, PLATFORMS[HERE]))
+    (folder / "kernels.o").write_bytes(object_code(program, PLATFORMS[HERE]))
     (folder / "address.c").write_text(
         "extern int law(); void *address(void); void *address(void) { return law; }\n"
         "long call(void *, double); extern long step(void *, double);\n"
@@ -94,10 +95,12 @@ def test_a_library_needs_the_mathematical_library_and_nothing_else(code):
 
 
 def test_every_platform_has_its_object(code):
-    texts = {"step": entry_module("step", record(), step)}
+    with Emission() as emission:
+        emission.entry("step", record(), step)
+        program = emission.program()
     formats = {"linux64": b"\x7fELF", "aarch64-linux": b"\x7fELF", "win64": b"\x64\x86"}
     for name, platform in PLATFORMS.items():
-        assert object_code(texts, platform).startswith(formats[name])
+        assert object_code(program, platform).startswith(formats[name])
 
 
 def test_a_function_that_gives_no_integer_is_refused():
@@ -105,8 +108,8 @@ def test_a_function_that_gives_no_integer_is_refused():
     def real(x):
         return 2.0 * x
 
-    with pytest.raises(TypeError, match="must return an integer"):
-        function_module("real", real, (1.0,))
+    with Emission() as emission, pytest.raises(TypeError, match="real must return an integer"):
+        emission.function("real", real, (1.0,))
 
 
 def test_an_image_is_what_compiled_code_reads():

@@ -15,13 +15,14 @@ import pytest
 import cranktrain
 from cranktrain.core import machine_code
 from cranktrain.core.errors import InputError
-from cranktrain.core.kernel import Kernel, kernel
+from cranktrain.core.kernel import Kernel, kernel, kernel_name
 from cranktrain.core.machine_code import OFF, RESTS_ON, code_digest, is_whole, this_platform
 from cranktrain.core.records import layout
 from cranktrain.core.run_entries import RunEntries
 from cranktrain.fmu.native import __main__ as command
 from cranktrain.fmu.native import link
-from cranktrain.fmu.native.emit import PLATFORMS, call_module, object_code
+from cranktrain.fmu.native.emit import Emission, object_code
+from cranktrain.fmu.native.platforms import PLATFORMS
 from cranktrain.modules.register import MODULES
 from cranktrain.modules.valve_train import run_record
 from cranktrain.modules.valve_train.file import load
@@ -208,8 +209,12 @@ def test_a_call_gives_what_numba_gives(called, tmp_path):
     if compiler is None:
         pytest.skip("no C compiler here")
     arguments = (np.arange(1.0, 4.0), 2.5, 3)[: called.py_func.__code__.co_argcount]
-    text, kinds = call_module("ct_call_0", called, arguments)
-    (tmp_path / "call.o").write_bytes(object_code({"ct_call_0": text}, PLATFORMS["linux64"]))
+    with Emission() as emission:
+        called(*(a.copy() if isinstance(a, np.ndarray) else a for a in arguments))
+        program = emission.program()
+    name, _, kinds = emission.called["ct_call_0"].split("|")
+    assert name == kernel_name(called)
+    (tmp_path / "call.o").write_bytes(object_code(program, PLATFORMS["linux64"]))
     (tmp_path / "at.c").write_text("extern int ct_call_0(); void *at(void); void *at(void) { return ct_call_0; }\n")
     files = [tmp_path / "call.o", tmp_path / "at.c"]
     subprocess.run([compiler, "-shared", "-fPIC", "-o", tmp_path / "call.so", *files, "-lm"], check=True)
@@ -270,16 +275,27 @@ def test_a_simulation_gives_numba_s_bits(levels, tmp_path):
     assert [name for name in outputs if not np.array_equal(outputs[name], others[name])] == []
 
 
-def test_machine_code_is_emitted_from_an_empty_cache(tmp_path, monkeypatch):
-    """Kernels kept by earlier processes make LLVM end the emitting one now and then."""
-    monkeypatch.setenv("CRANKTRAIN_CACHE", str(tmp_path))
-    caches = []
+BOUNDS = """
+from cranktrain.fmu.native import emit
+from cranktrain.fmu.native.exports import exports
 
-    def emitted(command, env):
-        caches.append(Path(env["CRANKTRAIN_CACHE"]))
-        assert not list(caches[0].iterdir())
-        (Path(command[-1]) / "valvetrain.c").touch()
+class Checked(emit.Call):
+    def __init__(self, address, results):
+        super().__init__(address, results)
+        entry = self._entry
+        self._entry = lambda image, x: statuses.append(entry(image, x))
 
-    monkeypatch.setattr(subprocess, "run", emitted)
-    assert (link._objects("valvetrain", "digest", print) / "valvetrain.c").is_file()
-    assert caches[0] != tmp_path and not caches[0].exists()
+statuses = []
+emit.Call = Checked
+with emit.Emission() as emission:
+    exports("cranktrain")
+print(len(emission.called), statuses.count(0), len(statuses))
+"""
+
+
+def test_an_emission_stays_within_its_arrays():
+    """What Python calls in the emitting process; one write beyond an array made LLVM end it, minutes later, or not."""
+    environment = os.environ | link.EMITTING | {"NUMBA_BOUNDSCHECK": "1"}
+    done = subprocess.run([sys.executable, "-c", BOUNDS], env=environment, check=True, capture_output=True, text=True)
+    kernels, good, calls = map(int, done.stdout.split())
+    assert kernels > 10 and good == calls > 20

@@ -13,8 +13,8 @@ from plain_host import hosted, plain_host
 from real_unit import STEP
 
 from cranktrain.core.errors import InputError
-from cranktrain.fmu.native.emit import PLATFORMS
 from cranktrain.fmu.native.link import compiler as compiler_for
+from cranktrain.fmu.native.platforms import PLATFORMS
 
 pytestmark = pytest.mark.slow
 WINE = next((found for name in ("wine64", "/usr/lib/wine/wine64", "wine") if (found := shutil.which(name))), None)

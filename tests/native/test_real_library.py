@@ -167,9 +167,9 @@ def test_sanitizers_find_nothing_around_the_real_kernels(real, sanitizer, tmp_pa
     """The shim and the host are watched; the kernels' machine code is what it is, but its memory is the shim's."""
     kind = {"CombustionI6": "combustion", "ValvetrainI6": "valvetrain"}[real.about.modelName]
     digest = code_digest(kind)
-    objects = private_folder("native", digest, "objects")
+    programs = private_folder("native", digest, "programs")
     options = "-g", f"-fsanitize={sanitizer}", "-fno-sanitize-recover=all"
-    sources = [*SOURCES.glob("*.c"), objects / f"{kind}.c", objects / f"{kind}-linux64.o"]
+    sources = [*SOURCES.glob("*.c"), programs / f"{kind}.c", *programs.glob(f"{kind}-*-linux64.o")]
     library = tmp_path / "watched.so"
     command = [
         *(str(compiler()), *mock_unit.FLAGS, *options, "-shared", "-fPIC", "-I", str(SOURCES)),

@@ -107,4 +107,4 @@ def test_the_wheel_builds_native_fmus_without_a_compiler(python):
         names = zipfile.ZipFile(python.place / path).namelist()
         assert "resources/native.bin" in names and f"binaries/{this_platform()}/{path.stem}.so" in names
     assert len(paths) == 2
-    assert not list((python.place / "cache").rglob("objects"))
+    assert not list((python.place / "cache").rglob("programs"))

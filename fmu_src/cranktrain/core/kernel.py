@@ -22,7 +22,7 @@ from __future__ import annotations
 import tempfile
 import warnings
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache, cached_property, update_wrapper
 from pathlib import Path
@@ -80,6 +80,43 @@ OPTIONS: dict[str, Any] = {
 }
 
 
+class Compiling:
+    """How kernels that no library has become code that runs: numba compiles each for itself, for this machine.
+
+    Attributes
+    ----------
+    keeps : whether compiled kernels are kept in the user's cache
+    options : of ``numba.njit``
+    """
+
+    keeps = True
+    options: Mapping[str, Any] = OPTIONS
+
+    def call(self, function: Kernel, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+        """Call a kernel from Python."""
+        return function.dispatcher(*arguments, **named)
+
+    def address(self, function: Kernel, arguments: tuple[Any, ...]) -> int:
+        """Address at which :data:`call_kernel` finds a kernel for arguments of these types."""
+        compiled = overload(function, arguments)
+        if compiler().types.unliteral(compiled.signature.return_type) != compiler().types.int64:
+            raise TypeError(f"{function.py_func.__name__} must return an integer to be called at its address")
+        return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
+
+
+_COMPILING = [Compiling()]
+
+
+@contextmanager
+def compiled_by(way: Compiling) -> Iterator[None]:
+    """Compile kernels in another way meanwhile."""
+    _COMPILING.append(way)
+    try:
+        yield
+    finally:
+        _COMPILING.pop()
+
+
 class Kernel:
     """A function in the native-safe subset, for other kernels and for Python.
 
@@ -93,6 +130,7 @@ class Kernel:
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
         update_wrapper(self, function)
         self.py_func, self._options = function, options
+        self._dispatchers: dict[Compiling, Any] = {}
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """Call with values and arrays of any types."""
@@ -100,22 +138,28 @@ class Kernel:
             call = self._calls.get(layout(arguments))
             if call is not None:
                 return call(arguments)
-        return self.dispatcher(*arguments, **named)
+        return _COMPILING[-1].call(self, arguments, named)
 
     @cached_property
     def _calls(self) -> dict[str, Call]:
         return calls_of(kernel_name(self))
 
-    @cached_property
+    @property
     def dispatcher(self) -> Any:
         """What numba compiles, one code for each set of types; cached on disk where possible."""
+        way = _COMPILING[-1]
+        if way not in self._dispatchers:
+            self._dispatchers[way] = self._dispatcher(way)
+        return self._dispatchers[way]
+
+    def _dispatcher(self, way: Compiling) -> Any:
         numba = compiler()
-        folder = _kernel_folder(self.py_func.__code__.co_filename)
+        folder = _kernel_folder(self.py_func.__code__.co_filename) if way.keeps else ""
         config = numba.config
         kept = getattr(config, "CACHE_DIR", "")
         config.CACHE_DIR = folder
         try:
-            made = numba.njit(cache=bool(folder), **OPTIONS, **self._options)(self.py_func)
+            made = numba.njit(cache=bool(folder), **way.options, **self._options)(self.py_func)
         finally:
             config.CACHE_DIR = kept
         if folder:
@@ -136,24 +180,6 @@ def kernel(function: Callable[..., Any]) -> Any:
 def inlined_kernel(function: Callable[..., Any]) -> Any:
     """Kernel that is compiled into each of its callers: a small piece of one, to which handing the model costs more."""
     return Kernel(function, forceinline=True)
-
-
-@contextmanager
-def recorded_calls() -> Iterator[dict[tuple[str, str], tuple[Kernel, tuple[Any, ...]]]]:
-    """Kernels that Python calls meanwhile, with their arguments, by name and layout of the arguments."""
-    found: dict[tuple[str, str], tuple[Kernel, tuple[Any, ...]]] = {}
-    plain = Kernel.__call__
-
-    def call(self: Kernel, *arguments: Any, **named: Any) -> Any:
-        if not named:
-            found.setdefault((kernel_name(self), layout(arguments)), (self, arguments))
-        return plain(self, *arguments, **named)
-
-    Kernel.__call__ = call  # type: ignore[method-assign]
-    try:
-        yield found
-    finally:
-        Kernel.__call__ = plain  # type: ignore[method-assign]
 
 
 def _forget_unknown_classes(compiled: Any) -> None:
@@ -185,15 +211,12 @@ def kernel_address(function: Any, *arguments: Any) -> int:
     name = kernel_name(function)
     address = function_address(name, layout(arguments))
     if address is None:
-        compiled = _overload(function, arguments)
-        if compiler().types.unliteral(compiled.signature.return_type) != compiler().types.int64:
-            raise TypeError(f"{function.py_func.__name__} must return an integer to be called at its address")
-        address = int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
+        address = _COMPILING[-1].address(function, arguments)
     ADDRESSES[address] = name
     return address
 
 
-def _overload(function: Any, arguments: tuple[Any, ...]) -> Any:
+def overload(function: Any, arguments: tuple[Any, ...]) -> Any:
     """What numba makes of a kernel for arguments of these types."""
     signature = tuple(compiler().typeof(argument) for argument in arguments)
     function.dispatcher.compile(signature)
@@ -213,7 +236,7 @@ def typed_kernel(function: Any, *arguments: Any) -> Callable[..., Any]:
 
     Numba looks at the types of all arguments at every call, ten microseconds for a model's arrays.
     """
-    entry: Callable[..., Any] = _overload(function, arguments).entry_point
+    entry: Callable[..., Any] = overload(function, arguments).entry_point
     return entry
 
 

@@ -35,7 +35,7 @@ RESTS_ON = {
 """Kinds of libraries, and the folders of the package that their kernels rest on."""
 _KIND_OF = {"cranktrain.modules.combustion.": "combustion", "cranktrain.modules.valve_train.": "valvetrain"}
 """Kinds of the libraries that hold kernels of these modules; all others are the cranktrain's."""
-EMITTING = ("emit.py", "exports.py", "make.py", "typical_run.py", "c/kernels.h")
+EMITTING = ("emit.py", "exports.py", "make.py", "platforms.py", "typical_run.py", "whole_program.py", "c/kernels.h")
 """Files of cranktrain.fmu.native that machine code depends on."""
 OFF = "CRANKTRAIN_NO_MACHINE_CODE"
 """Environment variable that lets numba compile all kernels, whatever libraries there are."""

@@ -19,8 +19,8 @@ from cranktrain.fmu.engine_fmu import build, check_target, family_counts, full_i
 from cranktrain.fmu.engine_fmu import model_description as engine_description
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.fmu.module_fmu import build_module, module_product
-from cranktrain.fmu.native.emit import PLATFORMS
 from cranktrain.fmu.native.link import checked_platform
+from cranktrain.fmu.native.platforms import PLATFORMS
 from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.modules.register import module_path

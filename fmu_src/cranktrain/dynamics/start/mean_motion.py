@@ -227,6 +227,8 @@ def carry(model, joined, block, q):
     modes, shapes = block.shape[0], model.block_ports
     for i in range(q.shape[0]):
         q[i] = 0.0
+    if modes == 0:
+        return
     for i in range(modes):
         q[turning + i] = block[i]
     # The crank goes along as a rigid body that does not turn, the rest with what carries it.

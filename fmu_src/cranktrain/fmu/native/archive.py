@@ -13,10 +13,10 @@ from cranktrain import __version__
 from cranktrain.core.machine_code import code_digest
 from cranktrain.fmu.archive import FMU, Product, accompanying, archived, fmu_path, write_whole, xml_bytes
 from cranktrain.fmu.description import Variable, complete
-from cranktrain.fmu.native.emit import PLATFORMS
 from cranktrain.fmu.native.file_format import NativeFile, Texts, table, to_bytes
 from cranktrain.fmu.native.interface import NativeModel, interface_tables
 from cranktrain.fmu.native.link import library
+from cranktrain.fmu.native.platforms import PLATFORMS
 
 DATA = "resources/native.bin"
 LOG_CATEGORIES = ("logEvents", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal", "logAll")

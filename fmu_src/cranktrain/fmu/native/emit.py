@@ -1,64 +1,29 @@
 """Machine code of kernels as one object file, with no symbols of Python.
 
-Numba compiles each exported kernel through a wrapper that is made here anew, since kernels that come from its cache
-have no text to link. Their LLVM modules become one; what no export reaches is dropped; LLVM emits the object for any
-platform that it knows. Arithmetic is never reordered, so every platform's code gives the same bits but for its libm.
+Numba gives the text of each exported kernel and of all that it calls, which become one program
+(:mod:`.whole_program`). It is optimised once; LLVM emits its object for any platform that it knows. Arithmetic is never
+reordered, so every platform's code gives the same bits but for its libm.
 
 Entries have C's calling convention, ``int64_t entry(void *run, double x)``, and read a record at the address that they
-are given; functions keep numba's own, as :func:`cranktrain.core.kernel.call_kernel` calls them.
+are given; functions keep numba's own, as :data:`cranktrain.core.kernel.call_kernel` calls them.
 """
 
 from __future__ import annotations
 
-import inspect
-import re
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from contextlib import ExitStack
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import llvmlite.binding as llvm
 import numpy as np
-from numba import njit, typeof, types
+from numba import types
 
-from cranktrain.core.kernel import OPTIONS, Kernel, record_reader
+from cranktrain.core.kernel import OPTIONS, Compiling, Kernel, compiled_by, kernel_name, overload, record_reader
+from cranktrain.core.machine_code import Call, this_platform
+from cranktrain.core.records import layout
+from cranktrain.fmu.native.platforms import PLATFORMS, Platform
+from cranktrain.fmu.native.whole_program import Loaded, linked, module_of, optimise, texts_alone
 
-Progress = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Platform:
-    """Where machine code is to run.
-
-    Attributes
-    ----------
-    folder : of an FMU's binaries, as FMI 2.0 names it
-    suffix : of a shared library
-    triple : as LLVM names the platform
-    cpu : least processor
-    zig : as ``zig cc -target`` names it
-    """
-
-    folder: str
-    suffix: str
-    triple: str
-    cpu: str
-    zig: str
-
-
-PLATFORMS = {
-    row.folder: row
-    for row in (
-        Platform("linux64", ".so", "x86_64-unknown-linux-gnu", "x86-64-v2", "x86_64-linux-gnu.2.17"),
-        Platform("win64", ".dll", "x86_64-w64-windows-gnu", "x86-64-v2", "x86_64-windows-gnu"),
-        Platform("aarch64-linux", ".so", "aarch64-unknown-linux-gnu", "generic", "aarch64-linux-gnu.2.17"),
-    )
-}
-"""FMI 2.0 names no folder for ARM; the last is FMI 3.0's."""
-
-_KEPT: list[Any] = []
-"""What LLVM made, until the process ends: freed in the order of Python's garbage it sometimes ends in an assertion."""
-_NEXT = "\n;;;\n"
-"""Between modules of one text."""
 _ENTRY = """
 define i64 @{name}(ptr %run, double %x) {{
   %result = alloca i64, align 8
@@ -72,130 +37,168 @@ define i64 @{name}(ptr %run, double %x) {{
 }}
 declare i32 @{called}(ptr, ptr, i64, double)
 """
-
-
-def entry_module(name: str, run: Any, kernel: Any) -> str:
-    """LLVM's text of an entry by its C name: a kernel ``kernel(run)`` or ``kernel(run, x)`` on records like ``run``."""
-    read = record_reader(run)
-    if len(inspect.signature(kernel.py_func).parameters) == 1:
-
-        def entry(address, x):
-            return kernel(read(address))
-    else:
-
-        def entry(address, x):
-            return kernel(read(address), x)
-
-    return _with_entry(name, entry)
-
-
-def _with_entry(name: str, function: Callable[..., Any]) -> str:
-    """LLVM's text of a function of an address and a number, with an entry by its C name that calls it."""
-    called = f"{name}_kernel"
-    return _module(function, (types.int64, types.float64), called) + _NEXT + _ENTRY.format(name=name, called=called)
-
-
-def function_module(name: str, kernel: Any, arguments: Iterable[Any]) -> str:
-    """LLVM's text of a kernel that is called by numba's convention, for arguments of the types of ``arguments``."""
-    return _module(_of_arity(kernel), tuple(typeof(argument) for argument in arguments), name)
-
-
-def call_module(name: str, kernel: Kernel, arguments: tuple[Any, ...]) -> tuple[str, str]:
-    """LLVM's text of an entry, by its C name, that calls a kernel as Python does; and the kinds of what it gives.
-
-    Its record is an array for the results, one value each, and the arguments; see
-    :class:`cranktrain.core.machine_code.Call`. ``TypeError`` where the kernel gives what is no number.
-    """
-    signature = tuple(typeof(argument) for argument in arguments)
-    kernel.dispatcher.compile(signature)
-    given = types.unliteral(kernel.dispatcher.overloads[signature].signature.return_type)
-    many = isinstance(given, types.BaseTuple)
-    kinds = "".join(_RESULTS[types.unliteral(kind)] for kind in (given if many else (given,)) if kind != types.none)
-    values = [f"result[{k}]" for k in range(len(kinds))] if many else ["result"] * len(kinds)
-    handed = ", ".join(f"record[{k + 1}]" for k in range(len(arguments)))
-    stored = "".join(f"    record[0][{k}] = {value}\n" for k, value in enumerate(values))
-    scope = {"kernel": kernel, "read": record_reader((np.zeros(1), *arguments))}
-    text = f"def entry(address, x):\n    record = read(address)\n    result = kernel({handed})\n{stored}    return 0"
-    exec(text, scope)
-    return _with_entry(name, scope["entry"]), f"({kinds})" if many else kinds
-
-
 _RESULTS = {types.int64: "i", types.float64: "f", types.boolean: "b"}
 
 
-def _of_arity(kernel: Any) -> Callable[..., Any]:
-    """A plain function with a kernel's parameters that calls it."""
-    names = ", ".join(kernel.py_func.__code__.co_varnames[: kernel.py_func.__code__.co_argcount])
-    scope = {"kernel": kernel}
-    exec(f"def function({names}):\n    return kernel({names})", scope)
-    return scope["function"]
+class _Called(NamedTuple):
+    """A kernel that Python called: its name with layout and kinds of results, how it is called, what keeps its code."""
+
+    name: str
+    call: Call
+    loaded: Loaded
 
 
-def _module(function: Callable[..., Any], signature: tuple[Any, ...], name: str) -> str:
-    """LLVM's text of a function and of all that it calls, its own symbol renamed."""
-    options: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
-    compiled: Any = njit(**options)(function)
-    compiled.compile(signature)
-    _KEPT.append(compiled)
-    overload = compiled.overloads[signature]
-    if types.unliteral(overload.signature.return_type) != types.int64:
-        raise TypeError(f"{name} must return an integer, not {overload.signature.return_type}")
-    text = overload.library.get_llvm_str()
-    return text.replace(overload.fndesc.llvm_func_name, name)
+class Emission(Compiling):
+    """Kernels on their way into one object file, compiled in its context.
+
+    Kernels that Python calls meanwhile run at once. Those that others call at their address are stood in for by one
+    that does nothing.
+
+    Parameters
+    ----------
+    exports_calls : whether kernels that Python calls become exports by themselves, ``ct_call_0`` and so on
+
+    Attributes
+    ----------
+    symbols : all that is exported, by the names that numba gave
+    """
+
+    keeps = False
+    options = MappingProxyType({**OPTIONS, "no_cpython_wrapper": True})
+
+    def __init__(self, exports_calls: bool = True) -> None:
+        self.symbols: dict[str, str] = {}
+        self._exports_calls = exports_calls
+        self._libraries: list[Any] = []
+        self._entries: list[Any] = []
+        self._called: dict[tuple[str, str], _Called] = {}
+        self._stands_in: list[Loaded] = []
+        self._context = ExitStack()
+
+    def __enter__(self) -> Emission:
+        self._context.enter_context(compiled_by(self))
+        self._context.enter_context(texts_alone())
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._context.close()
+
+    @property
+    def called(self) -> dict[str, str]:
+        """Symbols of the kernels that Python called, with their ``name|layout of the arguments|kinds of the results``.
+
+        Kinds are those of :class:`cranktrain.core.machine_code.Call`.
+        """
+        return {f"ct_call_{k}": row.name for k, row in enumerate(self._called.values())}
+
+    def entry(self, symbol: str, run: Any, kernel: Kernel) -> None:
+        """Export a kernel ``kernel(run)`` or ``kernel(run, x)`` on records like ``run`` as an entry."""
+        read = record_reader(run)
+        if kernel.py_func.__code__.co_argcount == 1:
+
+            def entry(address, x):
+                return kernel(read(address))
+        else:
+
+            def entry(address, x):
+                return kernel(read(address), x)
+
+        self._export(*_entry(symbol, entry))
+
+    def function(self, symbol: str, kernel: Kernel, arguments: tuple[Any, ...]) -> None:
+        """Export a kernel that is called by numba's convention with arguments like these.
+
+        ``TypeError`` where it gives no integer.
+        """
+        compiled = _integral(symbol, overload(kernel, arguments))
+        self.symbols[compiled.fndesc.llvm_func_name] = symbol
+        self._libraries.append(compiled.library)
+
+    def call(self, function: Kernel, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+        """Call a kernel, which becomes an export; ``KeyError`` where it gives what is no number."""
+        known = kernel_name(function), layout(arguments)
+        if named:
+            raise TypeError(f"{known[0]}: a kernel that a library is to have is called without named arguments")
+        if known not in self._called:
+            symbol = f"ct_call_{len(self._called)}"
+            kinds, single = _kinds(function, arguments)
+            _, library, entry = _entry(symbol, _calling(function, arguments, len(kinds), single))
+            loaded = Loaded(linked(library, more=[entry], exports=[symbol]))
+            if self._exports_calls:
+                self._export(symbol, library, entry)
+            kinds = kinds if single else f"({kinds})"
+            made = _Called("|".join((*known, kinds)), Call(loaded.address(symbol), kinds), loaded)
+            self._called[known] = made
+        return self._called[known].call(arguments)
+
+    def address(self, function: Kernel, arguments: tuple[Any, ...]) -> int:
+        """Address of a kernel of such arguments that gives 0 and does nothing."""
+        names = ", ".join(function.py_func.__code__.co_varnames[: function.py_func.__code__.co_argcount])
+        scope: dict[str, Any] = {}
+        exec(f"def stands_in({names}): return 0", scope)
+        compiled = overload(Kernel(scope["stands_in"]), arguments)
+        name = compiled.fndesc.llvm_func_name
+        self._stands_in.append(Loaded(linked(compiled.library, exports=[name])))
+        return self._stands_in[-1].address(name)
+
+    def program(self) -> bytes:
+        """LLVM's bitcode of all exports, optimised for the least processor of this machine's kind."""
+        whole = linked(*self._libraries, more=self._entries, exports=self.symbols)
+        for function in list(whole.functions):
+            if function.name in self.symbols:
+                function.name = self.symbols[function.name]
+                function.visibility = "hidden"
+        row = PLATFORMS.get(this_platform())
+        cpu = row.cpu if row else llvm.get_host_cpu_name()
+        target = llvm.Target.from_default_triple()
+        optimise(whole, target.create_target_machine(cpu=cpu, opt=3, reloc="pic", codemodel="default"), 3)
+        return bytes(whole.as_bitcode())
+
+    def _export(self, symbol: str, library: Any, entry: Any) -> None:
+        self.symbols[symbol] = symbol
+        self._libraries.append(library)
+        self._entries.append(entry)
 
 
-def object_code(texts: Mapping[str, str], platform: Platform) -> bytes:
-    """Object file of modules by exported names (:func:`entry_module`, :func:`function_module`), for one platform."""
-    _initialize()
-    whole = None
-    for text in texts.values():
-        for part in text.split(_NEXT):
-            module = llvm.parse_assembly(_for(part, platform))
-            _KEPT.append(module)
-            if whole is None:
-                whole = module
-            else:
-                whole.link_in(module)
-    assert whole is not None
+def _entry(symbol: str, function: Any) -> tuple[str, Any, Any]:
+    """Symbol of an entry, the library of a function of an address and a number, and the module that calls it."""
+    compiled = _integral(symbol, overload(Kernel(function), (0, 0.0)))
+    module = module_of(_ENTRY.format(name=symbol, called=f'"{compiled.fndesc.llvm_func_name}"'))
+    return symbol, compiled.library, module
+
+
+def _integral(symbol: str, compiled: Any) -> Any:
+    if types.unliteral(compiled.signature.return_type) != types.int64:
+        raise TypeError(f"{symbol} must return an integer, not {compiled.signature.return_type}")
+    return compiled
+
+
+def _calling(function: Kernel, arguments: tuple[Any, ...], count: int, single: bool) -> Any:
+    """Function of an address and a number that reads a record of results and arguments there and calls a kernel."""
+    values = ["result"] * count if single else [f"result[{k}]" for k in range(count)]
+    handed = ", ".join(f"record[{k + 1}]" for k in range(len(arguments)))
+    stored = "".join(f"    record[0][{k}] = {value}\n" for k, value in enumerate(values))
+    scope = {"kernel": function, "read": record_reader((np.zeros(1), *arguments))}
+    text = f"def entry(address, x):\n    record = read(address)\n    result = kernel({handed})\n{stored}    return 0"
+    exec(text, scope)
+    return scope["entry"]
+
+
+def _kinds(function: Kernel, arguments: tuple[Any, ...]) -> tuple[str, bool]:
+    """Kinds of what a kernel gives, and whether that is one number by itself."""
+    given = types.unliteral(overload(function, arguments).signature.return_type)
+    many = isinstance(given, types.BaseTuple)
+    kinds = (_RESULTS[types.unliteral(kind)] for kind in (given if many else (given,)) if kind != types.none)
+    return "".join(kinds), not many
+
+
+def object_code(program: bytes, platform: Platform) -> bytes:
+    """Object file of a program (:meth:`Emission.program`) for one platform; all know the same layout of data."""
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
     machine = llvm.Target.from_triple(platform.triple).create_target_machine(
         cpu=platform.cpu, opt=3, reloc="pic", codemodel="default"
     )
-    _keep_only(whole, set(texts), machine)
-    whole.verify()
-    return bytes(machine.emit_object(whole))
-
-
-def _initialize() -> None:
-    llvm.initialize_all_targets()
-    llvm.initialize_all_asmprinters()
-
-
-def _for(text: str, platform: Platform) -> str:
-    """A module's text for a platform: it is made for this machine's, whose data layout both others share."""
-    text = re.sub(r'(?m)^target triple = ".*"$', f'target triple = "{platform.triple}"', text)
-    text = re.sub(r'(?m)^target datalayout = ".*"$', f'target datalayout = "{_layout(platform)}"', text)
-    return text
-
-
-def _layout(platform: Platform) -> str:
-    return str(llvm.Target.from_triple(platform.triple).create_target_machine(cpu=platform.cpu).target_data)
-
-
-def _keep_only(module: Any, exports: set[str], machine: Any) -> None:
-    """Hide all but the exports and drop what they do not reach."""
-    for function in module.functions:
-        if function.is_declaration:
-            continue
-        if function.name in exports:
-            function.visibility = "hidden"
-        else:
-            function.linkage = "internal"
-    for variable in module.global_variables:
-        if not variable.is_declaration and not variable.name.startswith("llvm."):
-            variable.linkage = "internal"
-    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=2))
-    passes = llvm.create_new_module_pass_manager()
-    passes.add_global_dead_code_eliminate_pass()
-    passes.add_strip_dead_prototype_pass()
-    passes.run(module, builder)
-    _KEPT.append((machine, builder, passes))
+    module = llvm.parse_bitcode(program)
+    module.triple, module.data_layout = platform.triple, str(machine.target_data)
+    return bytes(machine.emit_object(module))

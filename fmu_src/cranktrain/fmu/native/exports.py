@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from cranktrain.core.kernel import Kernel, kernel_name, recorded_calls
+from cranktrain.core.kernel import kernel_name
 from cranktrain.core.machine_code import ENTRIES
 from cranktrain.core.named import resolve
 from cranktrain.dynamics.outputs.register import FAMILIES as OUTPUT_FAMILIES
@@ -26,30 +26,23 @@ class Function(NamedTuple):
 
 
 class Exports(NamedTuple):
-    """A run of the types that entries are compiled for, the kernels of the entries, functions by name, and calls.
-
-    ``calls`` are kernels that Python calls where it makes and looks at runs, with arguments of the types that it gives.
-    """
+    """A run of the types that entries are compiled for, the kernels of the entries, and functions by name."""
 
     run: Any
     entries: Mapping[str, Any]
     functions: Mapping[str, Function]
-    calls: Sequence[tuple[Kernel, tuple[Any, ...]]]
 
 
 def exports(kind: str) -> Exports:
-    """Everything that the library of a kind exports."""
+    """What the library of a kind exports, after calls of all kernels that Python calls where it makes and ends runs."""
     if kind in MODULES:
         package = MODULES[kind].running.rpartition(".")[0]
-        with recorded_calls() as calls:
-            run = _module_run(kind, package)
-        return Exports(run, _entries(f"{package}.run_record"), {}, list(calls.values()))
+        return Exports(_module_run(kind, package), _entries(f"{package}.run_record"), {})
     from cranktrain.fmu.native.typical_run import typical_calls, typical_run
 
-    with recorded_calls() as calls:
-        run = typical_run()
-        typical_calls(run)
-    return Exports(run, _entries("cranktrain.dynamics.run_record"), functions(kind), list(calls.values()))
+    run = typical_run()
+    typical_calls(run)
+    return Exports(run, _entries("cranktrain.dynamics.run_record"), functions(kind))
 
 
 def _entries(module: str) -> dict[str, Any]:

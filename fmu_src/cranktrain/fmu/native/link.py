@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from hashlib import sha256
@@ -26,12 +26,21 @@ except ImportError:  # Windows
 from cranktrain.core.cache import private_folder
 from cranktrain.core.errors import InputError
 from cranktrain.core.machine_code import LIBRARIES, OFF, DamagedError, checksum, code_digest, is_whole, library_name
-from cranktrain.fmu.native.emit import PLATFORMS, Platform, Progress
+from cranktrain.fmu.native.platforms import PLATFORMS, Platform
+
+Progress = Callable[[str], None]
 
 SOURCES = Path(__file__).parent / "c"
 FLAGS = ("-std=c11", "-O2", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
-PROCESSOR = {"NUMBA_CPU_NAME": "x86-64-v2", "NUMBA_CPU_FEATURES": "", "NUMBA_DISABLE_INTEL_SVML": "1", OFF: "1"}
-"""The least processor that kernels are compiled for, so that every machine emits the same."""
+EMITTING = {
+    "NUMBA_CPU_NAME": "x86-64-v2",
+    "NUMBA_CPU_FEATURES": "",
+    "NUMBA_DISABLE_INTEL_SVML": "1",
+    "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1",
+    OFF: "1",
+}
+"""The least processor that kernels are compiled for, so that every machine emits the same. Numba tries types by errors,
+whose colours take time."""
 
 
 def library(kind: str, platform: str = "linux64", say: Progress = lambda text: None, emit: bool = True) -> Path:
@@ -55,11 +64,11 @@ def library(kind: str, platform: str = "linux64", say: Progress = lambda text: N
     command = compiler(row)
     with _alone(private_folder("native", digest)):
         if not _is_made(target, digest):
-            if not emit and not (private_folder("native", digest, "objects") / f"{kind}.c").is_file():
+            if not emit and not (private_folder("native", digest, "programs") / f"{kind}.c").is_file():
                 raise InputError("it was not made yet; make native or python -m cranktrain.fmu.native does")
-            objects = _objects(kind, digest, say)
+            programs = _programs(kind, digest, say)
             say(f"{kind}: library for {row.folder}")
-            _link(command, kind, digest, row, objects, target)
+            _link(command, kind, digest, row, programs, target)
     return target
 
 
@@ -92,25 +101,38 @@ def _is_made(path: Path, digest: str) -> bool:
         return False
 
 
-def _objects(kind: str, digest: str, say: Progress) -> Path:
-    """Folder of a kind's object files, one a platform, and its table of functions; emitted in a process of its own.
+def _programs(kind: str, digest: str, say: Progress) -> Path:
+    """Folder of a kind's programs, LLVM's bitcode, and its table of functions; emitted in a process of its own.
 
     That process compiles for the least processor, whatever this one compiles for.
     """
-    folder = private_folder("native", digest, "objects")
+    folder = private_folder("native", digest, "programs")
     if not (folder / f"{kind}.c").is_file():
-        say(f"{kind}: machine code of the kernels, a few minutes of processor time, once for this state of the sources")
+        say(f"{kind}: machine code of the kernels, once for this state of the sources")
         run = [sys.executable, "-m", "cranktrain.fmu.native.make", kind, str(folder)]
         place = str(Path(__file__).parents[3])
         given = os.environ.get("PYTHONPATH")
         path = place if not given else os.pathsep.join((place, given))
-        environment = {**os.environ, **PROCESSOR, "PYTHONPATH": path}
-        # Kernels that other processes compiled make LLVM end this one now and then, its own do not.
-        with tempfile.TemporaryDirectory() as empty:
-            subprocess.run(run, env=environment | {"CRANKTRAIN_CACHE": empty})
+        subprocess.run(run, env={**os.environ, **EMITTING, "PYTHONPATH": path})
         if not (folder / f"{kind}.c").is_file():
             raise InputError(f"{kind}: no machine code was made of its kernels; the lines above say why")
     return folder
+
+
+def _objects(kind: str, programs: Path, platform: Platform) -> list[Path]:
+    """A kind's object files for a platform."""
+    from cranktrain.fmu.native.emit import object_code
+
+    made = []
+    for program in sorted(programs.glob(f"{kind}-*.bc")):
+        path = program.with_name(f"{program.stem}-{platform.folder}.o")
+        if not path.is_file():
+            with tempfile.TemporaryDirectory(dir=programs) as folder:
+                temporary = Path(folder) / path.name
+                temporary.write_bytes(object_code(program.read_bytes(), platform))
+                os.replace(temporary, path)
+        made.append(path)
+    return made
 
 
 def compiler(platform: Platform) -> list[str]:
@@ -127,10 +149,9 @@ def compiler(platform: Platform) -> list[str]:
     )
 
 
-def _link(command: Iterable[str], kind: str, digest: str, platform: Platform, objects: Path, target: Path) -> None:
+def _link(command: Iterable[str], kind: str, digest: str, platform: Platform, programs: Path, target: Path) -> None:
     """Compile the shim and link it with the objects; the library appears whole or not at all."""
-    table = objects / f"{kind}.c"
-    sources = [*sorted(SOURCES.glob("*.c")), table, objects / f"{kind}-{platform.folder}.o"]
+    sources = [*sorted(SOURCES.glob("*.c")), programs / f"{kind}.c", *_objects(kind, programs, platform)]
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         made = Path(folder) / target.name
         own = ["-lm", "-Wl,-z,relro,-z,now", "-fPIC"] if platform.suffix == ".so" else []

@@ -1,29 +1,28 @@
-"""Emit a kind's machine code for all platforms: ``python -m cranktrain.fmu.native.make KIND FOLDER``.
+"""Emit a kind's kernels: ``python -m cranktrain.fmu.native.make KIND FOLDER``.
 
-Run in a process of its own, whose kernels are compiled for the least processor that an FMU is to run on.
+Run in a process of its own, whose kernels are compiled for the least processor that an FMU is to run on. A second one
+beside it takes the force laws, a third of the work, and hardly anything of what the others compile.
 """
 
 from __future__ import annotations
 
-import json
+import faulthandler
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from rich.console import Console
 from rich.progress import track
 
-from cranktrain.core.cache import cache_folder
 from cranktrain.core.errors import InputError
-from cranktrain.core.kernel import kernel_name
 from cranktrain.core.records import layout
-from cranktrain.fmu.native.emit import PLATFORMS, call_module, entry_module, function_module, object_code
-from cranktrain.fmu.native.exports import Exports, exports, functions
+from cranktrain.fmu.native.emit import Emission
+from cranktrain.fmu.native.exports import exports, functions
 
 _ENTRY = "ct_"
 
@@ -58,98 +57,72 @@ const struct ct_kernels *ct_kernels_table(void)
 
 
 def make(kind: str, folder: Path) -> None:
-    """Write ``kind-PLATFORM.o`` for every platform, and last ``kind.c``, the table of what they export."""
-    with _laws_beside(kind, folder) as laws:
+    """Write the programs of a kind, ``kind-*.bc``, and last ``kind.c``, the table of what they export."""
+    with _laws_beside(kind, folder) as wait_for_laws, Emission() as emission:
         made = exports(kind)
+        rows = made.entries.items()
+        steps: list[Callable[[], None]] = [partial(emission.entry, _ENTRY + name, made.run, row) for name, row in rows]
+        steps += _functions(emission, kind, made.run, laws=False)
         console = Console(stderr=True)
-        pieces = list(_pieces(made))
-        # The laws come last, when the other process is done with them.
-        ordered = sorted(pieces, key=lambda piece: _is_law(piece.name))
-        shown = track(ordered, f"{kind}: machine code", console=console, disable=not console.is_terminal)
-        found = {piece.symbol: laws(piece) or piece.emit() for piece in shown}
-    emitted = {piece.symbol: (found[piece.symbol], piece) for piece in pieces}
-    texts = {symbol: text for symbol, ((text, _), _) in emitted.items()}
-    for platform in PLATFORMS.values():
-        _write(folder / f"{kind}-{platform.folder}.o", object_code(texts, platform))
-    entries = [symbol for symbol in texts if not emitted[symbol][1].name]
-    functions = {symbol: piece.name + kinds for symbol, ((_, kinds), piece) in emitted.items() if piece.name}
-    declared = [f"extern ct_entry {name};" for name in entries] + [f"extern void {name}(void);" for name in functions]
+        for step in track(steps, f"{kind}: machine code", console=console, disable=not console.is_terminal):
+            step()
+        _write(folder / f"{kind}-run.bc", emission.program())
+        wait_for_laws()
+    given = {name: layout(row.arguments(made.run)) for name, row in made.functions.items()}
+    names = {_symbol(k): f"{name}|{arguments}" for k, (name, arguments) in enumerate(given.items())}
+    names |= emission.called
+    entries = [_ENTRY + name for name in made.entries]
+    declared = [f"extern ct_entry {name};" for name in entries] + [f"extern void {name}(void);" for name in names]
     table = _TABLE.format(
         declarations="\n".join(declared),
-        addresses="".join(f"(const void *){symbol}, " for symbol in functions),
-        names="".join(f'"{name}", ' for name in functions.values()),
+        addresses="".join(f"(const void *){symbol}, " for symbol in names),
+        names="".join(f'"{name}", ' for name in names.values()),
         entries=", ".join(entries),
-        count=len(functions),
+        count=len(names),
         layout=layout(made.run),
     )
     _write(folder / f"{kind}.c", table.encode())
 
 
+def make_laws(kind: str, folder: Path) -> None:
+    """Write the program of a kind's force laws, ``kind-laws.bc``."""
+    with Emission(exports_calls=False) as emission:
+        for step in _functions(emission, kind, None, laws=True):
+            step()
+        _write(folder / f"{kind}-laws.bc", emission.program())
+
+
+def _functions(emission: Emission, kind: str, run: Any, laws: bool) -> Iterable[Callable[[], None]]:
+    """What exports the force laws of a kind, or all other functions, each step one."""
+    for k, (name, row) in enumerate(functions(kind).items()):
+        if _is_law(name) == laws:
+            yield partial(emission.function, _symbol(k), row.kernel, row.arguments(run))
+
+
+def _symbol(k: int) -> str:
+    return f"ct_function_{k}"
+
+
 def _is_law(name: str) -> bool:
-    """Whether a function is a force law: half of the work, and nothing of what the other half compiles."""
     return name.startswith("cranktrain.film.")
 
 
 @contextmanager
-def _laws_beside(kind: str, folder: Path) -> Iterator[Callable[[_Piece], tuple[str, str] | None]]:
-    """Emit the force laws in a process beside this one, where there is a processor for it; gives what it found."""
-    path = folder / f"{kind}-laws.json"
-    beside = None
-    if (os.cpu_count() or 1) > 1 and any(map(_is_law, functions(kind))):
-        run = [sys.executable, "-m", "cranktrain.fmu.native.make", kind, str(folder), "laws"]
-        beside = subprocess.Popen(run, env=os.environ | {"CRANKTRAIN_CACHE": os.path.join(cache_folder(), "laws")})
+def _laws_beside(kind: str, folder: Path) -> Iterator[Callable[[], None]]:
+    """Emit a kind's force laws, if it has any, in a process beside this one; gives what waits for it."""
+    if not any(map(_is_law, functions(kind))):
+        yield lambda: None
+        return
+    beside = subprocess.Popen([sys.executable, "-m", "cranktrain.fmu.native.make", kind, str(folder), "laws"])
 
-    @cache
-    def found() -> dict[str, list[str]]:
-        done = beside is not None and beside.wait() == 0
-        return json.loads(path.read_text(encoding="utf-8")) if done else {}
-
-    def of(piece: _Piece) -> tuple[str, str] | None:
-        made = found().get(piece.symbol) if _is_law(piece.name) else None
-        return (made[0], made[1]) if made else None
+    def wait() -> None:
+        if beside.wait() != 0:
+            raise InputError(f"{kind}: its force laws were not compiled; the lines above say why")
 
     try:
-        yield of
+        yield wait
     finally:
-        if beside is not None:
-            beside.kill()
-        path.unlink(missing_ok=True)
-
-
-def emit_laws(kind: str, folder: Path) -> None:
-    """Write ``kind-laws.json``: the texts of all force laws by their symbols."""
-    found = {}
-    for k, (name, row) in enumerate(functions(kind).items()):
-        if _is_law(name):
-            symbol = f"ct_function_{k}"
-            found[symbol] = function_module(symbol, row.kernel, row.arguments(None)), ""
-    _write(folder / f"{kind}-laws.json", json.dumps(found).encode())
-
-
-class _Piece(NamedTuple):
-    """One symbol of the library: what emits its text, with what its name in the table ends in; empty: an entry."""
-
-    symbol: str
-    name: str
-    emit: Callable[[], tuple[str, str]]
-
-
-def _pieces(made: Exports) -> Iterator[_Piece]:
-    """All that a library exports: entries, functions by their numbers, calls."""
-    for name, entry in made.entries.items():
-        symbol = _ENTRY + name
-        yield _Piece(symbol, "", partial(_without_kinds, entry_module, symbol, made.run, entry))
-    for k, (name, row) in enumerate(made.functions.items()):
-        arguments = row.arguments(made.run)
-        emit = partial(_without_kinds, function_module, f"ct_function_{k}", row.kernel, arguments)
-        yield _Piece(f"ct_function_{k}", f"{name}|{layout(arguments)}", emit)
-    for k, (kernel, arguments) in enumerate(made.calls):
-        emit = partial(call_module, f"ct_call_{k}", kernel, arguments)
-        yield _Piece(f"ct_call_{k}", f"{kernel_name(kernel)}|{layout(arguments)}|", emit)
-
-
-def _without_kinds(emit: Callable[..., str], *arguments: Any) -> tuple[str, str]:
-    return emit(*arguments), ""
+        beside.kill()
 
 
 def _write(path: Path, data: bytes) -> None:
@@ -159,9 +132,8 @@ def _write(path: Path, data: bytes) -> None:
 
 
 if __name__ == "__main__":
+    faulthandler.enable()
     try:
-        (emit_laws if sys.argv[3:] else make)(sys.argv[1], Path(sys.argv[2]))
+        (make_laws if sys.argv[3:] else make)(sys.argv[1], Path(sys.argv[2]))
     except InputError as error:
         sys.exit(str(error))
-    sys.stderr.flush()
-    os._exit(0)  # what LLVM made is not taken apart

@@ -1,0 +1,127 @@
+"""Kernels as one program in LLVM's text, optimised once, in place of numba's code for each of them.
+
+Numba links into every kernel all that it calls, optimises it and makes machine code of it, again at each level above: a
+program of some hundred kernels costs several times what its text costs. Here a kernel's text is kept as it is; those
+that an export reaches are linked and optimised together, and LLVM drops the arguments that a callee does not use.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import llvmlite.binding as llvm
+from numba.core.codegen import JITCodeLibrary
+from numba.core.registry import cpu_target
+
+
+class Text(JITCodeLibrary):
+    """What numba makes of a kernel, without machine code: its own functions, neither optimised nor linked."""
+
+    def finalize(self) -> None:
+        """Take what numba made as it is."""
+        self._raise_if_finalized()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """None of its functions can be called by itself: 0."""
+        self._ensure_finalized()
+        return 0
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _get_module_for_linking(self) -> Any:
+        """With all that it calls, for a library that numba makes by itself."""
+        return linked(self)
+
+
+@contextmanager
+def texts_alone() -> Iterator[None]:
+    """Let numba stop at the text of what it compiles meanwhile."""
+    codegen = cpu_target.target_context.codegen()
+    kind, setter = codegen._library_class, codegen.set_env
+    codegen._library_class, codegen.set_env = Text, lambda name, env: None
+    try:
+        yield
+    finally:
+        codegen._library_class, codegen.set_env = kind, setter
+
+
+def module_of(text: str) -> Any:
+    """LLVM's module of a text, of this machine's layout of data."""
+    module = llvm.parse_assembly(text)
+    module.data_layout = cpu_target.target_context.codegen()._data_layout
+    return module
+
+
+def linked(*libraries: Any, more: Iterable[Any] = (), exports: Iterable[str] = ()) -> Any:
+    """One module of libraries, of all that they call, and of ``more`` modules; of no export, all can be linked on."""
+    exported = set(exports)
+    whole = module_of("")
+    for module in (*more, *(library._final_module for library in _reached(libraries))):
+        added = module.clone()
+        for value in _defined(added):
+            # Numba's helpers are in several libraries, each time the same.
+            if value.linkage == llvm.Linkage.external and value.name not in exported:
+                value.linkage = "linkonce_odr"
+        whole.link_in(added)
+    if exported:
+        for value in _defined(whole):
+            value.linkage = "external" if value.name in exported else "internal"
+    return whole
+
+
+def _defined(module: Any) -> list[Any]:
+    values = (*module.functions, *module.global_variables)
+    return [value for value in values if not value.is_declaration and not value.name.startswith("llvm.")]
+
+
+def _reached(libraries: Iterable[Any]) -> list[Any]:
+    """Libraries and all that they link, each once; callers first, whose text tells what of a callee is needed."""
+    found: dict[int, Any] = {}
+    pending = list(libraries)[::-1]
+    while pending:
+        library = pending.pop()
+        if id(library) not in found:
+            found[id(library)] = library
+            pending.extend(reversed(library._linking_libraries))
+    return list(found.values())
+
+
+def optimise(module: Any, machine: Any, level: int) -> None:
+    """Drop what no export reaches and optimise, in place, without a change of any result's bits."""
+    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=2))
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_global_dead_code_eliminate_pass()
+    passes.run(module, builder)
+    options = llvm.create_pipeline_tuning_options(speed_level=level)
+    options.loop_vectorization, options.slp_vectorization = level > 1, False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_strip_dead_prototype_pass()
+    passes.run(module, builder)
+    module.verify()
+
+
+class Loaded:
+    """A module's functions in this process, made quickly, run slowly.
+
+    Attributes
+    ----------
+    address : of a function by its name
+    """
+
+    def __init__(self, module: Any) -> None:
+        target = llvm.Target.from_default_triple()
+        cpu = llvm.get_host_cpu_name()
+        machine = target.create_target_machine(cpu=cpu, opt=0, jit=True, codemodel="jitdefault", reloc="default")
+        optimise(module, machine, 0)
+        self._engine = llvm.create_mcjit_compiler(module, machine)
+        self._engine.finalize_object()
+
+    def address(self, name: str) -> int:
+        """Address of a function."""
+        return int(self._engine.get_function_address(name))
