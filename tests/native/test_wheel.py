@@ -61,17 +61,16 @@ def wheel(tmp_path_factory):
 def python(wheel, tmp_path_factory):
     """Run a text in an environment that has the wheel and what it depends on, but none of the repository."""
     place = tmp_path_factory.mktemp("environment")
+    environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", OFF)}
+    environment["CRANKTRAIN_CACHE"] = str(place / "cache")
     subprocess.run([sys.executable, "-m", "venv", str(place / "venv")], check=True)
     own = place / "venv" / ("Scripts" if os.name == "nt" else "bin") / "python"
-    subprocess.run([own, "-m", "pip", "install", "-q", "--no-deps", str(wheel)], check=True)
+    subprocess.run([own, "-m", "pip", "install", "-q", "--no-deps", str(wheel)], check=True, env=environment)
     # Dependencies are this environment's; its own links to the repository, files of the kind .pth, are not followed.
     site = subprocess.check_output([own, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"], text=True)
     Path(site.strip(), "dependencies.pth").write_text(sysconfig.get_path("purelib"))
 
     def run(text):
-        left_out = ("PYTHONPATH", OFF)
-        environment = {name: value for name, value in os.environ.items() if name not in left_out}
-        environment["CRANKTRAIN_CACHE"] = str(place / "cache")
         done = subprocess.run(
             [own, "-c", text], cwd=place, capture_output=True, text=True, env=environment, timeout=3600
         )

@@ -50,17 +50,35 @@ def solve_lu(a, n, pivots, b):
 
 
 @kernel
-def invert(a, n, pivots, column, inverse):
-    """Invert the n × n matrix ``a`` (destroyed) into ``inverse``; 0, or 1 if singular."""
+def invert(a, n, pivots, row, inverse):
+    """Invert the n × n matrix ``a`` (destroyed) into ``inverse``; 0, or 1 if singular. ``row`` (n,) is scratch.
+
+    All columns of the inverse are solved for together, row by row: contiguous, so that the first step after a start or
+    at another length takes no longer than a hard one.
+    """
     if factor_lu(a, n, pivots) != 0:
         return 1
-    for j in range(n):
-        for i in range(n):
-            column[i] = 0.0
-        column[j] = 1.0
-        solve_lu(a, n, pivots, column)
-        for i in range(n):
-            inverse[i, j] = column[i]
+    for i in range(n):
+        for j in range(n):
+            inverse[i, j] = 0.0
+        inverse[i, i] = 1.0
+    for k in range(n):
+        p = int(pivots[k])
+        if p != k:
+            for j in range(n):
+                inverse[k, j], inverse[p, j] = inverse[p, j], inverse[k, j]
+    for i in range(1, n):
+        for k in range(i):
+            row[k] = -a[i, k]
+        add_product(inverse, row, i, n, inverse[i])
+    for i in range(n - 1, -1, -1):
+        behind = n - 1 - i
+        for k in range(behind):
+            row[k] = -a[i, i + 1 + k]
+        add_product(inverse[i + 1 :], row, behind, n, inverse[i])
+        scale = 1.0 / a[i, i]
+        for j in range(n):
+            inverse[i, j] *= scale
     return 0
 
 
