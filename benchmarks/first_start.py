@@ -1,9 +1,9 @@
 """How soon the first step is done on a machine that has run nothing yet: ``python benchmarks/first_start.py [FMU]``.
 
 Of a Python FMU (the six's without block and film tables, where no file is given) from instantiation, and of
-``cranktrain simulate diesel_i6`` at cranks that need no finite elements from the start of the process: each with an
-empty cache of code and kernels, then again with what is kept by then. ``--compiling`` adds the first start without
-machine code, which takes minutes. Prints one JSON object, wall seconds.
+``cranktrain simulate diesel_i6`` from the start of the process, with a rigid crank and a torsional one, whose first
+start reduces the crankshaft: each with an empty cache, then again with what is kept by then. ``--compiling`` adds the
+first start without machine code, which takes minutes. Prints one JSON object, wall seconds.
 """
 
 from __future__ import annotations

@@ -14,7 +14,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from cranktrain.core.errors import InputError
 
@@ -103,4 +102,6 @@ def last_cycle(angle: Array, signal: Array, n: int = 1440) -> Array:
     if start < x[0] - 0.25 * (x[1] - x[0]):
         raise InputError(f"last cycle: the run covers {math.degrees(x[-1] - x[0]):.0f} of 720 deg; simulate longer")
     first = max(int(np.searchsorted(x, start)) - 8, 0)  # a few points before the cycle settle the spline's end
+    from scipy.interpolate import CubicSpline  # a third of a second, which a run's start has no need of
+
     return np.asarray(CubicSpline(x[first:], y[first:])(start + np.arange(n) * (CYCLE / n)))
