@@ -9,7 +9,19 @@ from mock_unit import SOURCES
 
 LIBC = {
     *("calloc", "free", "memchr", "memcmp", "memcpy", "memmove", "memset", "strcat", "strchr", "strcmp", "strcpy"),
-    *("strlen", "strncmp", "strpbrk", "strstr", "strtod", "snprintf", "vsnprintf", "fprintf", "fwrite", "stderr"),
+    *(
+        "bcmp",
+        "strlen",
+        "strncmp",
+        "strpbrk",
+        "strstr",
+        "strtod",
+        "snprintf",
+        "vsnprintf",
+        "fprintf",
+        "fwrite",
+        "stderr",
+    ),
     *("open64", "open", "close", "fstat64", "fstat", "__fxstat", "__fxstat64", "mmap64", "mmap", "munmap"),
     "__errno_location",
 }

@@ -45,9 +45,26 @@ def compiler() -> Any:
     import numba
     from numba import core, extending  # noqa: F401 - the package does not promise to have loaded them
 
+    from cranktrain.core.record_types import at_address
+
+    for cls in _AT_ADDRESS:
+        at_address(cls)
     for notice in BEFORE_COMPILING:
         notice()
     return numba
+
+
+_AT_ADDRESS: list[type] = []
+
+
+def record(cls: type) -> type:
+    """Let kernels take named tuples of a class as one address, also where Python calls them."""
+    _AT_ADDRESS.append(cls)
+    if compiler.cache_info().currsize:
+        from cranktrain.core.record_types import at_address
+
+        at_address(cls)
+    return cls
 
 
 @cache
@@ -311,11 +328,13 @@ def record_reader(example: Any) -> Any:
     _LAYOUTS[type(example)] = layout(example)
 
     def reading() -> Any:
-        kind = compiler().typeof(example)
+        from cranktrain.core.record_types import record_type
+
+        kind = record_type(example)
 
         def read(typing_context: Any, address: Any) -> Any:
             def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-                return builder.load(builder.inttoptr(values[0], context.get_value_type(kind).as_pointer()))
+                return builder.inttoptr(values[0], context.get_value_type(kind))
 
             return kind(address), generate
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import kernel, record
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model.arrays import ModelArrays, Parts, dimensions, structure
 from cranktrain.dynamics.model.choices import run_numbers
@@ -33,6 +33,7 @@ LONGEST_STEP = 1.0
 """Longest communication step, s: beyond it inputs held or extrapolated have no meaning."""
 
 
+@record
 class Run(NamedTuple):
     """Everything that a run reads and writes."""
 

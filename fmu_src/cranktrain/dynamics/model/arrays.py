@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
 from cranktrain.core.errors import InputError
+from cranktrain.core.kernel import record
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model.basis import Basis, basis
 from cranktrain.dynamics.model.block import BlockArrays, block_arrays
@@ -60,6 +61,7 @@ from cranktrain.loads.slider_crank import remainder_inertia
 from cranktrain.loads.torsional_line import TorsionalLine, torsional_line
 
 
+@record
 class ModelArrays(NamedTuple):
     """Contiguous float64 arrays of the running model (SI).
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
-from cranktrain.core.kernel import kernel_address
+from cranktrain.core.kernel import kernel_address, record
 from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
@@ -43,6 +43,7 @@ class Factors(NamedTuple):
     compliance: Array  # (slots, m, m) Φ S⁻¹ Φᵀ, transposed
 
 
+@record
 class StartRoom(NamedTuple):
     """Scratch of a run's start, see dynamics.start.mean_motion; n_b modes of the block."""
 
@@ -57,6 +58,7 @@ class StartRoom(NamedTuple):
     joined: Array  # (·, 6) equations of the crank that goes along with the block
 
 
+@record
 class Work(NamedTuple):
     """Memory that the caller owns: factors, matrices and vectors of a stage. Results never depend on what it holds."""
 

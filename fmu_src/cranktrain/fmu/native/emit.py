@@ -10,6 +10,7 @@ are given; functions keep numba's own, as :data:`cranktrain.core.kernel.call_ker
 
 from __future__ import annotations
 
+from collections import namedtuple
 from contextlib import ExitStack
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -176,9 +177,11 @@ def _integral(symbol: str, compiled: Any) -> Any:
 def _calling(function: Kernel, arguments: tuple[Any, ...], count: int, single: bool) -> Any:
     """Function of an address and a number that reads a record of results and arguments there and calls a kernel."""
     values = ["result"] * count if single else [f"result[{k}]" for k in range(count)]
-    handed = ", ".join(f"record[{k + 1}]" for k in range(len(arguments)))
-    stored = "".join(f"    record[0][{k}] = {value}\n" for k, value in enumerate(values))
-    scope = {"kernel": function, "read": record_reader((np.zeros(1), *arguments))}
+    names = [f"given_{k}" for k in range(len(arguments))]
+    handed = ", ".join(f"record.{name}" for name in names)
+    stored = "".join(f"    record.result[{k}] = {value}\n" for k, value in enumerate(values))
+    example = namedtuple("Arguments", ["result", *names])(np.zeros(1), *arguments)
+    scope = {"kernel": function, "read": record_reader(example)}
     text = f"def entry(address, x):\n    record = read(address)\n    result = kernel({handed})\n{stored}    return 0"
     exec(text, scope)
     return scope["entry"]

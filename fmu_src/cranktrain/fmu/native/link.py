@@ -154,7 +154,7 @@ def _link(command: Iterable[str], kind: str, digest: str, platform: Platform, pr
     sources = [*sorted(SOURCES.glob("*.c")), programs / f"{kind}.c", *_objects(kind, programs, platform)]
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         made = Path(folder) / target.name
-        own = ["-lm", "-Wl,-z,relro,-z,now", "-fPIC"] if platform.suffix == ".so" else []
+        own = ["-lm", "-Wl,-z,relro,-z,now,-z,noexecstack", "-fPIC"] if platform.suffix == ".so" else []
         run = [
             *command,
             *FLAGS,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import kernel, record
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.advance import N_HEAD, advance, fill_all, observe
 from cranktrain.modules.combustion.cylinder import OK
@@ -24,6 +24,7 @@ CYLINDER_FAILED = 100
 """Status to which the number of the cylinder is added, 1 for the first."""
 
 
+@record
 class Model(NamedTuple):
     """Constants of a run: numbers by their slots, gas table, firing angles (cylinders,), choices and the method."""
 
@@ -37,6 +38,7 @@ class Model(NamedTuple):
     mark: NDArray[np.void]
 
 
+@record
 class Work(NamedTuple):
     """Workspace: rates of the stages and values, what holds over a step, a counter, and a state that is tried."""
 
@@ -47,6 +49,7 @@ class Work(NamedTuple):
     mark: NDArray[np.void]
 
 
+@record
 class Run(NamedTuple):
     """A run: its model and workspace, state, inputs and outputs, and the numbers that its parameters set.
 

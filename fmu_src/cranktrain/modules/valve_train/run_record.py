@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import kernel, record
 from cranktrain.modules import crank_angle as crank
 from cranktrain.modules.crank_angle import OK, copy_state, inputs_status, step_status
 from cranktrain.modules.valve_train import slots as at
@@ -21,6 +21,7 @@ from cranktrain.modules.valve_train.preparation import prepare_model, take_choic
 Array = NDArray[np.float64]
 
 
+@record
 class Model(NamedTuple):
     """Constants of a run: numbers by their slots, a cam of each kind, the lines' noses at the camshaft, choices."""
 
@@ -31,6 +32,7 @@ class Model(NamedTuple):
     mark: NDArray[np.void]
 
 
+@record
 class Work(NamedTuple):
     """Workspace of the kernels: a row for each line, the camshaft, and cams and a state that are tried."""
 
@@ -41,6 +43,7 @@ class Work(NamedTuple):
     mark: NDArray[np.void]
 
 
+@record
 class Run(NamedTuple):
     """A run: its model and workspace, state, inputs and outputs, and the numbers that its parameters set.
 
