@@ -75,10 +75,13 @@ def _member(context: Any, builder: Any, kind: RecordType, address: Any, name: st
 def _unbox(kind: RecordType, record: Any, c: Any) -> NativeValue:
     function = c.pyapi.unserialize(c.pyapi.serialize_object(_address))
     number = c.pyapi.call_function_objargs(function, (record,))
-    address = c.pyapi.long_as_voidptr(number)
-    c.pyapi.decref(number)
     c.pyapi.decref(function)
-    return NativeValue(address, is_error=cgutils.is_null(c.builder, address))
+    place = cgutils.alloca_once_value(c.builder, c.context.get_constant_null(kind))
+    failed = cgutils.is_null(c.builder, number)
+    with cgutils.if_likely(c.builder, c.builder.not_(failed)):
+        c.builder.store(c.pyapi.long_as_voidptr(number), place)
+        c.pyapi.decref(number)
+    return NativeValue(c.builder.load(place), is_error=failed)
 
 
 _images: dict[int, tuple[Any, Any]] = {}
