@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
+from cranktrain.core.vectors import add_rows, eliminate_1x1, eliminate_1x4, eliminate_4x4
 
 
 @kernel
@@ -86,32 +87,52 @@ def invert(a, n, pivots, row, inverse):
 def factor_rows(a, n):
     """LU-factorise the leading n × n block in place, row by row without pivoting; 0, or 1 if a pivot vanishes.
 
-    For the stage's I − H J: H and −J have positive definite symmetric parts, so pivots stay away from zero. Four rows
-    are subtracted at once: memory traffic, not arithmetic, is what it costs. The diagonal is kept inverted.
+    For the stage's I − H J: H and −J have positive definite symmetric parts, so pivots stay away from zero. Four pivots
+    are subtracted from four rows at once, each product rounded by itself and in order: the bits are those of the plain
+    loop over pivots. The diagonal is kept inverted.
     """
-    for i in range(n):
+    i = 0
+    while i < n:
+        height = 4 if i + 3 < n else 1
         k = 0
         while k + 3 < i:
-            f0 = a[i, k] * a[k, k]
-            f1 = (a[i, k + 1] - f0 * a[k, k + 1]) * a[k + 1, k + 1]
-            f2 = (a[i, k + 2] - f0 * a[k, k + 2] - f1 * a[k + 1, k + 2]) * a[k + 2, k + 2]
-            f3 = (a[i, k + 3] - f0 * a[k, k + 3] - f1 * a[k + 1, k + 3] - f2 * a[k + 2, k + 3]) * a[k + 3, k + 3]
-            a[i, k] = f0
-            a[i, k + 1] = f1
-            a[i, k + 2] = f2
-            a[i, k + 3] = f3
-            for j in range(k + 4, n):
-                a[i, j] -= f0 * a[k, j] + f1 * a[k + 1, j] + f2 * a[k + 2, j] + f3 * a[k + 3, j]
+            for r in range(i, i + height):
+                f0 = a[r, k] * a[k, k]
+                f1 = (a[r, k + 1] - f0 * a[k, k + 1]) * a[k + 1, k + 1]
+                f2 = (a[r, k + 2] - f0 * a[k, k + 2] - f1 * a[k + 1, k + 2]) * a[k + 2, k + 2]
+                f3 = (a[r, k + 3] - f0 * a[k, k + 3] - f1 * a[k + 1, k + 3] - f2 * a[k + 2, k + 3]) * a[k + 3, k + 3]
+                a[r, k] = f0
+                a[r, k + 1] = f1
+                a[r, k + 2] = f2
+                a[r, k + 3] = f3
+            j = k + 4
+            while j + 3 < n:
+                if height == 4:
+                    eliminate_4x4(a, i, k, j)
+                else:
+                    eliminate_1x4(a, i, k, j)
+                j += 4
+            for r in range(i, i + height):
+                for c in range(j, n):
+                    s = a[r, c]
+                    for p in range(k, k + 4):
+                        s -= a[r, p] * a[p, c]
+                    a[r, c] = s
             k += 4
-        while k < i:
-            f0 = a[i, k] * a[k, k]
-            a[i, k] = f0
-            for j in range(k + 1, n):
-                a[i, j] -= f0 * a[k, j]
-            k += 1
-        if not abs(a[i, i]) > 1.0e-9:
-            return 1
-        a[i, i] = 1.0 / a[i, i]
+        for r in range(i, i + height):
+            for p in range(k, r):
+                f0 = a[r, p] * a[p, p]
+                a[r, p] = f0
+                j = p + 1
+                while j + 3 < n:
+                    eliminate_1x1(a, r, p, j)
+                    j += 4
+                for c in range(j, n):
+                    a[r, c] -= f0 * a[p, c]
+            if not abs(a[r, r]) > 1.0e-9:
+                return 1
+            a[r, r] = 1.0 / a[r, r]
+        i += height
     return 0
 
 
@@ -141,13 +162,19 @@ def add_product(transposed, x, rows, columns, y):
         x1 = x[i + 1]
         x2 = x[i + 2]
         x3 = x[i + 3]
-        for j in range(columns):
-            y[j] += (
-                x0 * transposed[i, j]
+        j = 0
+        while j + 3 < columns:
+            add_rows(y, j, transposed, i, x0, x1, x2, x3)
+            j += 4
+        while j < columns:
+            y[j] = (
+                y[j]
+                + x0 * transposed[i, j]
                 + x1 * transposed[i + 1, j]
                 + x2 * transposed[i + 2, j]
                 + x3 * transposed[i + 3, j]
             )
+            j += 1
         i += 4
     while i < rows:
         x0 = x[i]

@@ -1,0 +1,117 @@
+"""Four doubles at once, for the innermost loops that LLVM does not vectorise by itself.
+
+Each operation takes four neighbouring columns as an LLVM vector. Products and sums are rounded one by one, in the order
+of the rows: nothing is contracted or reordered. So the bits are those of the plain loop, whatever the processor: one
+without 256-bit registers does the same in two halves.
+
+Rows must be contiguous (arrays of layout C). The caller holds the bounds: columns ``j`` to ``j + 3`` must exist.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from cranktrain.core.kernel import _Intrinsic, compiler
+
+LANES = 4
+
+
+def _address(context: Any, builder: Any, kind: Any, array: Any, indices: list[Any]) -> Any:
+    """Address of an entry of a float64 array of layout C."""
+    from numba.np import arrayobj
+
+    made = arrayobj.make_array(kind)(context, builder, array)
+    return arrayobj.cgutils.get_item_pointer(context, builder, kind, made, indices)
+
+
+def _vector(builder: Any, address: Any) -> Any:
+    """Four doubles from an address that is aligned to one."""
+    from llvmlite import ir
+
+    pointer = builder.bitcast(address, ir.VectorType(ir.DoubleType(), LANES).as_pointer())
+    return builder.load(pointer, align=8), pointer
+
+
+def _all_lanes(builder: Any, scalar: Any) -> Any:
+    from llvmlite import ir
+
+    kind = ir.VectorType(ir.DoubleType(), LANES)
+    first = builder.insert_element(ir.Constant(kind, ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0))
+    mask = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
+    return builder.shuffle_vector(first, ir.Constant(kind, ir.Undefined), mask)
+
+
+def _contiguous(*arrays: Any) -> None:
+    numba = compiler()
+    for array in arrays:
+        if array.layout != "C" or array.dtype != numba.types.float64:
+            raise numba.core.errors.TypingError(f"vectors need float64 arrays of layout C, not {array}")
+
+
+def _eliminating(rows: int, pivots: int) -> Callable[[], Any]:
+    def making() -> Any:
+        numba = compiler()
+        integer = numba.types.intp
+
+        def eliminate(typing_context: Any, a: Any, i: Any, k: Any, j: Any) -> Any:
+            _contiguous(a)
+
+            def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+                array, i0, k0, j0 = values
+
+                def entry(row: Any, column: Any) -> Any:
+                    return _address(context, builder, a, array, [row, column])
+
+                def after(index: Any, offset: int) -> Any:
+                    return builder.add(index, context.get_constant(integer, offset))
+
+                known = [_vector(builder, entry(after(k0, p), j0))[0] for p in range(pivots)]
+                for r in range(rows):
+                    row = after(i0, r)
+                    value, target = _vector(builder, entry(row, j0))
+                    for p in range(pivots):
+                        factor = _all_lanes(builder, builder.load(entry(row, after(k0, p))))
+                        value = builder.fsub(value, builder.fmul(factor, known[p]))
+                    builder.store(value, target, align=8)
+                return context.get_dummy_value()
+
+            return numba.types.void(a, integer, integer, integer), generate
+
+        return eliminate
+
+    return making
+
+
+eliminate_4x4: Any = _Intrinsic(_eliminating(4, 4))
+"""``a[i + r, j:j+4] -= a[i + r, k + p] a[k + p, j:j+4]`` for p = 0..3 in turn, for rows r = 0..3; a, i, k, j."""
+eliminate_1x4: Any = _Intrinsic(_eliminating(1, 4))
+"""The same for one row."""
+eliminate_1x1: Any = _Intrinsic(_eliminating(1, 1))
+"""The same for one row and one pivot."""
+
+
+def _adding() -> Any:
+    numba = compiler()
+    integer, double = numba.types.intp, numba.types.float64
+
+    def add_rows(typing_context: Any, y: Any, j: Any, a: Any, k: Any, x0: Any, x1: Any, x2: Any, x3: Any) -> Any:
+        _contiguous(y, a)
+
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            sums, j0, array, k0, *factors = values
+            value, target = _vector(builder, _address(context, builder, y, sums, [j0]))
+            for p, factor in enumerate(factors):
+                row = builder.add(k0, context.get_constant(integer, p))
+                known = _vector(builder, _address(context, builder, a, array, [row, j0]))[0]
+                value = builder.fadd(value, builder.fmul(_all_lanes(builder, factor), known))
+            builder.store(value, target, align=8)
+            return context.get_dummy_value()
+
+        return numba.types.void(y, integer, a, integer, double, double, double, double), generate
+
+    return add_rows
+
+
+add_rows: Any = _Intrinsic(_adding)
+"""``y[j:j+4] += x_p a[k + p, j:j+4]`` for p = 0..3 in turn; y, j, a, k, x0, x1, x2, x3."""
