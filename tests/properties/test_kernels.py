@@ -96,3 +96,20 @@ def test_a_record_of_other_arrays_than_its_law_reads_is_refused():
     assert keep_record(good, owner) > 0
     with pytest.raises(TypeError, match=RigidBore.__name__):
         keep_record(good._replace(parameters=good.parameters[0]), owner)
+
+
+@pytest.mark.parametrize("n", [1, 3, 4, 5, 8, 37, 43, 60, 64])
+def test_lu_on_vectors_has_the_bits_of_the_plain_loop(n: int) -> None:
+    """Elimination in the order of the pivots, each product rounded by itself; what lies outside the block stays."""
+    rng = np.random.default_rng(n)
+    q = rng.normal(size=(n, n))
+    wide = rng.normal(size=(n + 3, n + 5))
+    wide[:n, :n] = q @ q.T / n + np.eye(n) + 0.3 * (q - q.T)
+    plain = wide.copy()
+    for i in range(n):
+        for k in range(i):
+            plain[i, k] *= plain[k, k]
+            plain[i, k + 1 : n] -= plain[i, k] * plain[k, k + 1 : n]
+        plain[i, i] = 1.0 / plain[i, i]
+    assert factor_rows(wide, n) == 0
+    np.testing.assert_array_equal(wide, plain)

@@ -25,10 +25,12 @@ def _address(context: Any, builder: Any, kind: Any, array: Any, indices: list[An
     return arrayobj.cgutils.get_item_pointer(context, builder, kind, made, indices)
 
 
-def _vector(builder: Any, address: Any) -> Any:
-    """Four doubles from an address that is aligned to one."""
+def _vector(builder: Any, address: Any, lanes: int = LANES) -> Any:
+    """Four doubles from an address that is aligned to one, or one; and the address to store them at."""
     from llvmlite import ir
 
+    if lanes == 1:
+        return builder.load(address), address
     pointer = builder.bitcast(address, ir.VectorType(ir.DoubleType(), LANES).as_pointer())
     return builder.load(pointer, align=8), pointer
 
@@ -49,7 +51,7 @@ def _contiguous(*arrays: Any) -> None:
             raise numba.core.errors.TypingError(f"vectors need float64 arrays of layout C, not {array}")
 
 
-def _eliminating(rows: int, pivots: int) -> Callable[[], Any]:
+def _eliminating(rows: int, pivots: int, lanes: int = LANES) -> Callable[[], Any]:
     def making() -> Any:
         numba = compiler()
         integer = numba.types.intp
@@ -66,12 +68,14 @@ def _eliminating(rows: int, pivots: int) -> Callable[[], Any]:
                 def after(index: Any, offset: int) -> Any:
                     return builder.add(index, context.get_constant(integer, offset))
 
-                known = [_vector(builder, entry(after(k0, p), j0))[0] for p in range(pivots)]
+                known = [_vector(builder, entry(after(k0, p), j0), lanes)[0] for p in range(pivots)]
                 for r in range(rows):
                     row = after(i0, r)
-                    value, target = _vector(builder, entry(row, j0))
+                    value, target = _vector(builder, entry(row, j0), lanes)
                     for p in range(pivots):
-                        factor = _all_lanes(builder, builder.load(entry(row, after(k0, p))))
+                        factor = builder.load(entry(row, after(k0, p)))
+                        if lanes > 1:
+                            factor = _all_lanes(builder, factor)
                         value = builder.fsub(value, builder.fmul(factor, known[p]))
                     builder.store(value, target, align=8)
                 return context.get_dummy_value()
@@ -87,6 +91,8 @@ eliminate_4x4: Any = _Intrinsic(_eliminating(4, 4))
 """``a[i + r, j:j+4] -= a[i + r, k + p] a[k + p, j:j+4]`` for p = 0..3 in turn, for rows r = 0..3; a, i, k, j."""
 eliminate_1x4: Any = _Intrinsic(_eliminating(1, 4))
 """The same for one row."""
+eliminate_column: Any = _Intrinsic(_eliminating(4, 4, 1))
+"""Four rows and four pivots in one column alone."""
 eliminate_1x1: Any = _Intrinsic(_eliminating(1, 1))
 """The same for one row and one pivot."""
 

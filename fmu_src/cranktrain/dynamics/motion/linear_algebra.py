@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
-from cranktrain.core.vectors import add_rows, eliminate_1x1, eliminate_1x4, eliminate_4x4
+from cranktrain.core.vectors import add_rows, eliminate_1x1, eliminate_1x4, eliminate_4x4, eliminate_column
 
 
 @kernel
@@ -112,12 +112,17 @@ def factor_rows(a, n):
                 else:
                     eliminate_1x4(a, i, k, j)
                 j += 4
-            for r in range(i, i + height):
-                for c in range(j, n):
-                    s = a[r, c]
-                    for p in range(k, k + 4):
-                        s -= a[r, p] * a[p, c]
-                    a[r, c] = s
+            for c in range(j, n):
+                if height == 4:
+                    eliminate_column(a, i, k, c)
+                else:
+                    a[i, c] = (
+                        a[i, c]
+                        - a[i, k] * a[k, c]
+                        - a[i, k + 1] * a[k + 1, c]
+                        - a[i, k + 2] * a[k + 2, c]
+                        - a[i, k + 3] * a[k + 3, c]
+                    )
             k += 4
         for r in range(i, i + height):
             for p in range(k, r):
