@@ -1,4 +1,4 @@
-"""Vector kernels against the plain loops that they replaced: ratio of time, largest difference.
+"""The LU on vectors against the plain loops that it replaced: ratio of time, largest difference.
 
 ``python benchmarks/vector_kernels.py [n]``; for another processor set ``NUMBA_CPU_NAME`` (such as x86-64-v2).
 """
@@ -44,34 +44,11 @@ def scalar_factor(a, n):
 
 
 @numba.njit(error_model="numpy")
-def scalar_product(b, x, rows, columns, y):
-    """y += Bᵀ x, four rows at once."""
-    i = 0
-    while i + 3 < rows:
-        x0, x1, x2, x3 = x[i], x[i + 1], x[i + 2], x[i + 3]
-        for j in range(columns):
-            y[j] += x0 * b[i, j] + x1 * b[i + 1, j] + x2 * b[i + 2, j] + x3 * b[i + 3, j]
-        i += 4
-    while i < rows:
-        for j in range(columns):
-            y[j] += x[i] * b[i, j]
-        i += 1
-    return 0
-
-
-@numba.njit(error_model="numpy")
 def factor_many(factor, source, a, n, times):
     """Copy and factorise ``times`` times."""
     for _ in range(times):
         a[:, :] = source
         factor(a, n)
-
-
-@numba.njit(error_model="numpy")
-def product_many(add, b, x, n, y, times):
-    """Add the product ``times`` times."""
-    for _ in range(times):
-        add(b, x, n, n, y)
 
 
 def seconds(run: Callable[[], Any]) -> float:
@@ -92,16 +69,15 @@ def compare(name: str, run: Callable[[Any], Any], old: Any, new: Any, times: int
 
 
 def main() -> None:
-    """Compare LU (with its copy) and product."""
+    """Compare LU (with its copy)."""
     n, times = int(sys.argv[1]) if len(sys.argv) > 1 else 43, 500
     rng = np.random.default_rng(1)
     q = rng.normal(size=(n, n))
     matrix = q @ q.T / n + np.eye(n) + 0.3 * (q - q.T)
-    a, b, x, y = np.empty((n, n)), rng.normal(size=(n, n)), rng.normal(size=n), np.zeros(n)
-    factor, add = linear_algebra.factor_rows.dispatcher, linear_algebra.add_product.dispatcher
+    a = np.empty((n, n))
+    factor = linear_algebra.factor_rows.dispatcher
     print(f"n = {n}, processor {numba.config.CPU_NAME or 'host'}")
     compare("LU", lambda f: factor_many(f, matrix, a, n, times), scalar_factor, factor, times)
-    compare("product", lambda f: product_many(f, b, x, n, y, times), scalar_product, add, times)
     one, two = matrix.copy(), matrix.copy()
     scalar_factor(one, n)
     factor(two, n)

@@ -95,29 +95,3 @@ eliminate_column: Any = _Intrinsic(_eliminating(4, 4, 1))
 """Four rows and four pivots in one column alone."""
 eliminate_1x1: Any = _Intrinsic(_eliminating(1, 1))
 """The same for one row and one pivot."""
-
-
-def _adding() -> Any:
-    numba = compiler()
-    integer, double = numba.types.intp, numba.types.float64
-
-    def add_rows(typing_context: Any, y: Any, j: Any, a: Any, k: Any, x0: Any, x1: Any, x2: Any, x3: Any) -> Any:
-        _contiguous(y, a)
-
-        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            sums, j0, array, k0, *factors = values
-            value, target = _vector(builder, _address(context, builder, y, sums, [j0]))
-            for p, factor in enumerate(factors):
-                row = builder.add(k0, context.get_constant(integer, p))
-                known = _vector(builder, _address(context, builder, a, array, [row, j0]))[0]
-                value = builder.fadd(value, builder.fmul(_all_lanes(builder, factor), known))
-            builder.store(value, target, align=8)
-            return context.get_dummy_value()
-
-        return numba.types.void(y, integer, a, integer, double, double, double, double), generate
-
-    return add_rows
-
-
-add_rows: Any = _Intrinsic(_adding)
-"""``y[j:j+4] += x_p a[k + p, j:j+4]`` for p = 0..3 in turn; y, j, a, k, x0, x1, x2, x3."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
-from cranktrain.core.vectors import add_rows, eliminate_1x1, eliminate_1x4, eliminate_4x4, eliminate_column
+from cranktrain.core.vectors import eliminate_1x1, eliminate_1x4, eliminate_4x4, eliminate_column
 
 
 @kernel
@@ -167,19 +167,13 @@ def add_product(transposed, x, rows, columns, y):
         x1 = x[i + 1]
         x2 = x[i + 2]
         x3 = x[i + 3]
-        j = 0
-        while j + 3 < columns:
-            add_rows(y, j, transposed, i, x0, x1, x2, x3)
-            j += 4
-        while j < columns:
-            y[j] = (
-                y[j]
-                + x0 * transposed[i, j]
+        for j in range(columns):
+            y[j] += (
+                x0 * transposed[i, j]
                 + x1 * transposed[i + 1, j]
                 + x2 * transposed[i + 2, j]
                 + x3 * transposed[i + 3, j]
             )
-            j += 1
         i += 4
     while i < rows:
         x0 = x[i]
