@@ -86,7 +86,9 @@ def there_is_no_writable_data(binary):
 
 def the_stack_holds_no_code(binary):
     """And no segment is both written and run; what is relocated is read-only afterwards."""
-    headers = re.findall(r"^ +(\w+) +0x.* ([R ][W ][E ]) +(?:0x)?\w+$", said("readelf", "-W", "-l", binary), re.MULTILINE)
+    headers = re.findall(
+        r"^ +(\w+) +0x.* ([R ][W ][E ]) +(?:0x)?\w+$", said("readelf", "-W", "-l", binary), re.MULTILINE
+    )
     flags = {name: rights for name, rights in headers if name in ("GNU_STACK", "GNU_RELRO")}
     assert flags == {"GNU_STACK": "RW ", "GNU_RELRO": "R  "}, headers
     assert not any("W" in rights and "E" in rights for _, rights in headers)

@@ -10,6 +10,7 @@ from cranktrain.dynamics.motion.linear_algebra import (
     factor_rows,
     invert,
     product,
+    products,
     solve_lu,
     solve_rows,
 )
@@ -57,9 +58,11 @@ def test_what_cannot_be_factored_is_said(bad):
 
 @pytest.mark.parametrize("n", SIZES)
 def test_inverse(n):
-    a = matrix(n) + n * np.eye(n)
-    inverse = np.zeros((n, n))
-    assert invert(a.copy(), n, np.zeros(n), np.zeros(n), inverse) == 0
+    """Of a matrix whose symmetric part is positive, however far from symmetric."""
+    a = matrix(n)
+    a = a @ a.T / n + 3 * (a - a.T) / np.sqrt(n) + np.eye(n)
+    inverse = np.full((n, n), 7.0)
+    assert invert(a.copy(), n, inverse) == 0
     assert inverse @ a == pytest.approx(np.eye(n), abs=1e-13 * n)
 
 
@@ -113,3 +116,17 @@ def test_lu_on_vectors_has_the_bits_of_the_plain_loop(n: int) -> None:
         plain[i, i] = 1.0 / plain[i, i]
     assert factor_rows(wide, n) == 0
     np.testing.assert_array_equal(wide, plain)
+
+
+@pytest.mark.parametrize(
+    "rows, inner, columns", [(0, 5, 5), (1, 1, 1), (3, 4, 5), (4, 4, 4), (5, 3, 2), (45, 43, 45), (8, 6, 7)]
+)
+def test_products_of_matrices(rows, inner, columns):
+    """Also such as are parts of larger ones; what lies beside the product is left alone."""
+    rng = np.random.default_rng(rows)
+    left, right = rng.standard_normal((rows + 1, inner + 2)), rng.standard_normal((inner + 1, columns + 3))
+    out = np.full((rows + 1, columns + 2), 7.0)
+    products(left, right, rows, inner, columns, out)
+    expected = left[:rows, :inner] @ right[:inner, :columns]
+    assert np.allclose(out[:rows, :columns], expected, rtol=0.0, atol=1e-13)
+    assert np.all(out[rows:] == 7.0) and np.all(out[:, columns:] == 7.0)

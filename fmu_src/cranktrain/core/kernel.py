@@ -257,7 +257,7 @@ def typed_kernel(function: Any, *arguments: Any) -> Callable[..., Any]:
     return entry
 
 
-class _Intrinsic:
+class Intrinsic:
     """What kernels call and only LLVM can say, made when the first of them is compiled."""
 
     def __init__(self, make: Callable[[], Any]) -> None:
@@ -294,7 +294,7 @@ def _calling() -> Any:
     return call_kernel
 
 
-call_kernel: Any = _Intrinsic(_calling)
+call_kernel: Any = Intrinsic(_calling)
 """Call the kernel at an address with a tuple of arguments, of the very types that the address was made for."""
 
 ADDRESSES: dict[int, str] = {}
@@ -340,4 +340,4 @@ def record_reader(example: Any) -> Any:
 
         return read
 
-    return _Intrinsic(reading)
+    return Intrinsic(reading)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from cranktrain.core.kernel import _Intrinsic, compiler
+from cranktrain.core.kernel import Intrinsic, compiler
 
 LANES = 4
 
@@ -51,47 +51,49 @@ def _contiguous(*arrays: Any) -> None:
             raise numba.core.errors.TypingError(f"vectors need float64 arrays of layout C, not {array}")
 
 
-def _eliminating(rows: int, pivots: int, lanes: int = LANES) -> Callable[[], Any]:
+def _subtracting(rows: int, pivots: int, lanes: int = LANES) -> Callable[[], Any]:
     def making() -> Any:
         numba = compiler()
         integer = numba.types.intp
 
-        def eliminate(typing_context: Any, a: Any, i: Any, k: Any, j: Any) -> Any:
-            _contiguous(a)
+        def subtract(typing_context: Any, out: Any, left: Any, right: Any, i: Any, k: Any, j: Any) -> Any:
+            _contiguous(out, left, right)
 
             def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-                array, i0, k0, j0 = values
+                i0, k0, j0 = values[3:]
 
-                def entry(row: Any, column: Any) -> Any:
-                    return _address(context, builder, a, array, [row, column])
+                def entry(place: int, row: Any, column: Any) -> Any:
+                    return _address(context, builder, (out, left, right)[place], values[place], [row, column])
 
                 def after(index: Any, offset: int) -> Any:
                     return builder.add(index, context.get_constant(integer, offset))
 
-                known = [_vector(builder, entry(after(k0, p), j0), lanes)[0] for p in range(pivots)]
+                known = [_vector(builder, entry(2, after(k0, p), j0), lanes)[0] for p in range(pivots)]
                 for r in range(rows):
                     row = after(i0, r)
-                    value, target = _vector(builder, entry(row, j0), lanes)
+                    value, target = _vector(builder, entry(0, row, j0), lanes)
                     for p in range(pivots):
-                        factor = builder.load(entry(row, after(k0, p)))
+                        factor = builder.load(entry(1, row, after(k0, p)))
                         if lanes > 1:
                             factor = _all_lanes(builder, factor)
                         value = builder.fsub(value, builder.fmul(factor, known[p]))
                     builder.store(value, target, align=8)
                 return context.get_dummy_value()
 
-            return numba.types.void(a, integer, integer, integer), generate
+            return numba.types.void(out, left, right, integer, integer, integer), generate
 
-        return eliminate
+        return subtract
 
     return making
 
 
-eliminate_4x4: Any = _Intrinsic(_eliminating(4, 4))
-"""``a[i + r, j:j+4] -= a[i + r, k + p] a[k + p, j:j+4]`` for p = 0..3 in turn, for rows r = 0..3; a, i, k, j."""
-eliminate_1x4: Any = _Intrinsic(_eliminating(1, 4))
+subtract_4x4: Any = Intrinsic(_subtracting(4, 4))
+"""``out[i + r, j:j+4] -= left[i + r, k + p] right[k + p, j:j+4]`` for p = 0..3 in turn, for rows r = 0..3.
+
+Called with ``(out, left, right, i, k, j)``."""
+subtract_1x4: Any = Intrinsic(_subtracting(1, 4))
 """The same for one row."""
-eliminate_column: Any = _Intrinsic(_eliminating(4, 4, 1))
+subtract_column: Any = Intrinsic(_subtracting(4, 4, 1))
 """Four rows and four pivots in one column alone."""
-eliminate_1x1: Any = _Intrinsic(_eliminating(1, 1))
+subtract_1x1: Any = Intrinsic(_subtracting(1, 1))
 """The same for one row and one pivot."""

@@ -51,7 +51,7 @@ from cranktrain.dynamics.model.slots import (
     U,
 )
 from cranktrain.dynamics.motion.film_ports import film_block, journal_forces, place_journal
-from cranktrain.dynamics.motion.linear_algebra import invert, product
+from cranktrain.dynamics.motion.linear_algebra import invert, products
 from cranktrain.dynamics.motion.relative import reactions, relative_motion
 from cranktrain.dynamics.motion.rods import rod_forces
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
@@ -86,7 +86,7 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
                 b += model.damping[i]
                 s += 1.0 / c_q + model.omega2[i]
             part.scratch[i, j] = s + ratio * b
-    status = factor_part(part, level, model.ports, model.ports_transposed, work.modal)
+    status = factor_part(part, level, model.ports, model.ports_transposed)
     part = work.block
     n = part.scratch.shape[0]
     for i in range(n):
@@ -99,22 +99,21 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
                 if i < 6:
                     s += block_holding
             part.scratch[i, j] = s + ratio * b
-    status += factor_part(part, level, model.block_ports, model.block_ports_transposed, work.modal)
+    status += factor_part(part, level, model.block_ports, model.block_ports_transposed)
     work.counters[N_FACTORS] += 1.0
     return status
 
 
 @kernel
-def factor_part(part, level, shapes, transposed, scratch):
+def factor_part(part, level, shapes, transposed):
     """Invert the matrix in ``part.scratch`` and find what its ports answer; 0, or 1 if it is singular."""
     n = part.scratch.shape[0]
     m = shapes.shape[0]
     # Inverting the transpose gives the transpose of the inverse.
-    if invert(part.scratch, n, scratch[0], scratch[1], part.inverse[level]) != 0:
+    if invert(part.scratch, n, part.inverse[level]) != 0:
         return 1
-    for k in range(m):
-        product(part.inverse[level], shapes[k], n, n, part.response[level, k])
-        product(transposed, part.response[level, k], n, m, part.compliance[level, k])
+    products(shapes, part.inverse[level], m, n, n, part.response[level])
+    products(part.response[level], transposed, m, n, m, part.compliance[level])
     return 0
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cranktrain.core.kernel import kernel
-from cranktrain.core.vectors import eliminate_1x1, eliminate_1x4, eliminate_4x4, eliminate_column
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.core.vectors import LANES, subtract_1x1, subtract_1x4, subtract_4x4, subtract_column
 
 
 @kernel
@@ -51,39 +51,6 @@ def solve_lu(a, n, pivots, b):
 
 
 @kernel
-def invert(a, n, pivots, row, inverse):
-    """Invert the n × n matrix ``a`` (destroyed) into ``inverse``; 0, or 1 if singular. ``row`` (n,) is scratch.
-
-    All columns of the inverse are solved for together, row by row: contiguous, so that the first step after a start or
-    at another length takes no longer than a hard one.
-    """
-    if factor_lu(a, n, pivots) != 0:
-        return 1
-    for i in range(n):
-        for j in range(n):
-            inverse[i, j] = 0.0
-        inverse[i, i] = 1.0
-    for k in range(n):
-        p = int(pivots[k])
-        if p != k:
-            for j in range(n):
-                inverse[k, j], inverse[p, j] = inverse[p, j], inverse[k, j]
-    for i in range(1, n):
-        for k in range(i):
-            row[k] = -a[i, k]
-        add_product(inverse, row, i, n, inverse[i])
-    for i in range(n - 1, -1, -1):
-        behind = n - 1 - i
-        for k in range(behind):
-            row[k] = -a[i, i + 1 + k]
-        add_product(inverse[i + 1 :], row, behind, n, inverse[i])
-        scale = 1.0 / a[i, i]
-        for j in range(n):
-            inverse[i, j] *= scale
-    return 0
-
-
-@kernel
 def factor_rows(a, n):
     """LU-factorise the leading n × n block in place, row by row without pivoting; 0, or 1 if a pivot vanishes.
 
@@ -108,13 +75,13 @@ def factor_rows(a, n):
             j = k + 4
             while j + 3 < n:
                 if height == 4:
-                    eliminate_4x4(a, i, k, j)
+                    subtract_4x4(a, a, a, i, k, j)
                 else:
-                    eliminate_1x4(a, i, k, j)
+                    subtract_1x4(a, a, a, i, k, j)
                 j += 4
             for c in range(j, n):
                 if height == 4:
-                    eliminate_column(a, i, k, c)
+                    subtract_column(a, a, a, i, k, c)
                 else:
                     a[i, c] = (
                         a[i, c]
@@ -130,7 +97,7 @@ def factor_rows(a, n):
                 a[r, p] = f0
                 j = p + 1
                 while j + 3 < n:
-                    eliminate_1x1(a, r, p, j)
+                    subtract_1x1(a, a, a, r, p, j)
                     j += 4
                 for c in range(j, n):
                     a[r, c] -= f0 * a[p, c]
@@ -188,3 +155,79 @@ def product(transposed, x, rows, columns, y):
     for j in range(columns):
         y[j] = 0.0
     add_product(transposed, x, rows, columns, y)
+
+
+@kernel
+def products(left, right, rows, inner, columns, out):
+    """``out`` (rows, columns) = ``left`` (rows, inner) ``right`` (inner, columns), four rows at once."""
+    fours = rows - rows % LANES
+    for i in range(0, fours, LANES):
+        for r in range(i, i + LANES):
+            for j in range(columns):
+                out[r, j] = 0.0
+        subtract_block(out, left, right, i, 0, inner, columns)
+        for r in range(i, i + LANES):
+            for j in range(columns):
+                out[r, j] = -out[r, j]
+    for i in range(fours, rows):
+        product(right, left[i], inner, columns, out[i])
+
+
+@kernel
+def subtract_block(out, left, right, i, start, end, columns):
+    """Subtract ``left[:, start:end] right[start:end, :columns]`` from ``out`` in the four rows from i on."""
+    wide = columns - columns % LANES
+    k = start
+    while k + 3 < end:
+        for j in range(0, wide, LANES):
+            subtract_4x4(out, left, right, i, k, j)
+        for j in range(wide, columns):
+            subtract_column(out, left, right, i, k, j)
+        k += LANES
+    while k < end:
+        for r in range(i, i + LANES):
+            subtract_row(out[r], left[r, k], right[k], columns)
+        k += 1
+
+
+@inlined_kernel
+def subtract_row(row, factor, other, columns):
+    """``row`` less ``factor`` times another."""
+    for j in range(columns):
+        row[j] -= factor * other[j]
+
+
+@kernel
+def invert(a, n, inverse):
+    """Invert the n × n matrix ``a`` (destroyed), fit for :func:`factor_rows`, into ``inverse``; 0, or 1 if singular.
+
+    All columns are solved for together, four rows at once: the first step after a start, or at another length, takes no
+    longer than a hard one.
+    """
+    if factor_rows(a, n) != 0:
+        return 1
+    for i in range(n):
+        for j in range(n):
+            inverse[i, j] = 0.0
+        inverse[i, i] = 1.0
+    # Forward: row k ends at its diagonal.
+    fours = n - n % LANES
+    for i in range(n):
+        first = 0
+        if i < fours:
+            first = i - i % LANES
+            if i == first:
+                subtract_block(inverse, a, inverse, i, 0, i, i)
+        for k in range(first, i):
+            subtract_row(inverse[i], a[i, k], inverse[k], k + 1)
+    for i in range(n - 1, -1, -1):
+        last = n
+        if i < fours:
+            last = i - i % LANES + LANES
+            if i == last - 1:
+                subtract_block(inverse, a, inverse, last - LANES, last, n, n)
+        for k in range(i + 1, last):
+            subtract_row(inverse[i], a[i, k], inverse[k], n)
+        for j in range(n):
+            inverse[i, j] *= a[i, i]
+    return 0
