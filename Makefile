@@ -13,7 +13,8 @@ export OPENBLAS_NUM_THREADS ?= 2
 
 .PHONY: demo test test-all mutants lint docs figures bench install native wheel
 
-demo: $(VENV)/.installed
+# The demo makes the machine code itself, beside its finite elements.
+demo: $(VENV)/.installed-bare
 	$(BIN)/python examples/demo.py
 
 test: $(VENV)/.installed-test
@@ -55,12 +56,15 @@ wheel: $(VENV)/.installed-native
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.installed: pyproject.toml | $(BIN)/python
+$(VENV)/.installed-bare: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --disable-pip-version-check -q -e .
+	touch $@
+
+$(VENV)/.installed: $(VENV)/.installed-bare
 	$(NATIVE)
 	touch $@
 
 $(VENV)/.installed-%: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --disable-pip-version-check -q -e .[$*]
 	$(NATIVE)
-	touch $@ $(VENV)/.installed
+	touch $@ $(VENV)/.installed-bare $(VENV)/.installed

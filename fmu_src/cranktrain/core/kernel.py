@@ -32,6 +32,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.cache import NotPrivateError, private_folder
 from cranktrain.core.machine_code import Call, calls_of, function_address
+from cranktrain.core.named import resolve
 from cranktrain.core.records import layout, record_image
 from cranktrain.core.sources import PACKAGE, edited_meanwhile, rests_on, source_digest
 
@@ -45,25 +46,22 @@ def compiler() -> Any:
     import numba
     from numba import core, extending  # noqa: F401 - the package does not promise to have loaded them
 
-    from cranktrain.core.record_types import at_address
-
     for cls in _AT_ADDRESS:
-        at_address(cls)
+        resolve(_AT_ADDRESS_BY)(cls)
     for notice in BEFORE_COMPILING:
         notice()
     return numba
 
 
 _AT_ADDRESS: list[type] = []
+_AT_ADDRESS_BY = "cranktrain.core.record_types:at_address"
 
 
 def record(cls: type) -> type:
     """Let kernels take named tuples of a class as one address, also where Python calls them."""
     _AT_ADDRESS.append(cls)
     if compiler.cache_info().currsize:
-        from cranktrain.core.record_types import at_address
-
-        at_address(cls)
+        resolve(_AT_ADDRESS_BY)(cls)
     return cls
 
 
@@ -328,9 +326,7 @@ def record_reader(example: Any) -> Any:
     _LAYOUTS[type(example)] = layout(example)
 
     def reading() -> Any:
-        from cranktrain.core.record_types import record_type
-
-        kind = record_type(example)
+        kind = resolve("cranktrain.core.record_types:record_type")(example)
 
         def read(typing_context: Any, address: Any) -> Any:
             def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
