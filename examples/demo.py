@@ -49,15 +49,18 @@ def main(name: str = "diesel_i6", out: Path = Path("out")) -> dict[str, Any]:
     engine = load_engine(name)
     # What the FMU is to run on is compiled beside the finite elements, the first time.
     compiling = subprocess.Popen([sys.executable, "-m", "cranktrain.fmu.native", "--package"])
-    say("engine file read; reducing its crankshaft (finite elements, about a minute the first time)")
-    bare = reduced_crankshaft(engine, progress=say)
-    say("frequencies and mode shapes")
-    report = modal_report(engine, bare)
-    draw_frequencies(engine, report, out)
-    draw_first_torsional(engine, bare, report, out)
-    if compiling.poll() is None:
-        say("waiting for the kernels' machine code")
-    compiling.wait()
+    try:
+        say("engine file read; reducing its crankshaft (finite elements, about a minute the first time)")
+        bare = reduced_crankshaft(engine, progress=say)
+        say("frequencies and mode shapes")
+        report = modal_report(engine, bare)
+        draw_frequencies(engine, report, out)
+        draw_first_torsional(engine, bare, report, out)
+        if compiling.poll() is None:
+            say("waiting for the kernels' machine code")
+            compiling.wait()
+    finally:
+        compiling.terminate()  # where something failed; else it has ended
     machine_code.library.cache_clear()  # there was none when this process first looked
     say("building the FMU")
     fmu = built_fmu(engine)

@@ -9,19 +9,7 @@ from mock_unit import SOURCES
 
 LIBC = {
     *("calloc", "free", "memchr", "memcmp", "memcpy", "memmove", "memset", "strcat", "strchr", "strcmp", "strcpy"),
-    *(
-        "bcmp",
-        "strlen",
-        "strncmp",
-        "strpbrk",
-        "strstr",
-        "strtod",
-        "snprintf",
-        "vsnprintf",
-        "fprintf",
-        "fwrite",
-        "stderr",
-    ),
+    *("strlen", "strncmp", "strpbrk", "strstr", "strtod", "snprintf", "vsnprintf", "fprintf", "fwrite", "stderr"),
     *("open64", "open", "close", "fstat64", "fstat", "__fxstat", "__fxstat64", "mmap64", "mmap", "munmap"),
     *("__errno_location", "bcmp"),
 }

@@ -54,6 +54,8 @@ def compiler() -> Any:
 
 
 _AT_ADDRESS: list[type] = []
+_RECORD_TYPES = Path(__file__).with_name("record_types.py")
+"""How kernels take records; none of them imports it."""
 _AT_ADDRESS_BY = "cranktrain.core.record_types:at_address"
 
 
@@ -72,7 +74,7 @@ def _kernel_folder(file: str) -> str:
     if edited_meanwhile(rests_on(source)):
         return ""  # what was imported is no longer what the digest would name
     try:
-        folder = private_folder("kernels", f"{source.stem}-{source_digest(source)}")
+        folder = private_folder("kernels", f"{source.stem}-{source_digest(source)}-{source_digest(_RECORD_TYPES)[:6]}")
         tempfile.TemporaryFile(dir=folder).close()
     except NotPrivateError as error:
         warnings.warn(

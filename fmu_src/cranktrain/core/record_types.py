@@ -8,6 +8,7 @@ used. Nothing rewrites a record while kernels run, so that LLVM may keep what it
 from __future__ import annotations
 
 from hashlib import sha256
+from threading import Lock
 from typing import Any
 
 from numba import typeof, types
@@ -19,7 +20,7 @@ from numba.extending import NativeValue, register_model, typeof_impl, unbox
 
 from cranktrain.core.records import record_image
 
-_KEPT = 256
+_KEPT = 16
 
 
 class RecordType(types.Type):
@@ -35,7 +36,7 @@ class RecordType(types.Type):
         self.fields = tuple(plain.fields)
         self.kinds = tuple(RecordType(kind) if isinstance(kind, types.BaseNamedTuple) else kind for kind in plain)
         cls = plain.instance_class
-        inner = ", ".join(kind.name for kind in self.kinds)
+        inner = ", ".join(f"{field}: {kind.name}" for field, kind in zip(self.fields, self.kinds, strict=True))
         super().__init__(f"record({cls.__module__}.{cls.__name__}({inner}))")
         self._short = f"{cls.__name__}{sha256(self.name.encode()).hexdigest()[:8]}"
 
@@ -84,15 +85,17 @@ def _unbox(kind: RecordType, record: Any, c: Any) -> NativeValue:
     return NativeValue(c.builder.load(place), is_error=failed)
 
 
+_alone = Lock()
 _images: dict[int, tuple[Any, Any]] = {}
 """Records that Python handed to kernels, by identity, with their images; the last of them."""
 
 
 def _address(record: Any) -> int:
-    found = _images.pop(id(record), None) or (record, record_image(record))
-    _images[id(record)] = found
-    if len(_images) > _KEPT:
-        del _images[next(iter(_images))]
+    with _alone:
+        found = _images.pop(id(record), None) or (record, record_image(record))
+        _images[id(record)] = found
+        if len(_images) > _KEPT:
+            del _images[next(iter(_images))]
     return int(found[1].ctypes.data)
 
 

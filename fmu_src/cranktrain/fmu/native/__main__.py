@@ -52,8 +52,12 @@ def _made_for(platform: str, into_package: bool) -> bool:
     # The first takes longer than all others one after the other.
     first, *others = RESTS_ON
     with ThreadPoolExecutor(1) as beside:
-        found = beside.submit(lambda: [made(kind) for kind in others])
-        return made(first) and all(found.result())
+        found = [beside.submit(made, kind) for kind in others]
+        try:
+            return all([made(first), *(one.result() for one in found)])
+        except BaseException:
+            beside.shutdown(cancel_futures=True)
+            raise
 
 
 def _put(made: Path, place: Path) -> None:

@@ -46,7 +46,7 @@ whose colours take time."""
 def library(kind: str, platform: str = "linux64", say: Progress = lambda text: None, emit: bool = True) -> Path:
     """Path of the library of a kind for a platform; made now where there is none of the present sources.
 
-    Without ``emit`` it is linked at most: its kernels' machine code takes minutes.
+    Without ``emit`` its kernels are not compiled, which takes a minute or two: what is there is linked.
 
     Raises
     ------
@@ -129,7 +129,11 @@ def _objects(kind: str, programs: Path, platform: Platform) -> list[Path]:
         if not path.is_file():
             with tempfile.TemporaryDirectory(dir=programs) as folder:
                 temporary = Path(folder) / path.name
-                temporary.write_bytes(object_code(program.read_bytes(), platform))
+                try:
+                    temporary.write_bytes(object_code(program.read_bytes(), platform))
+                except RuntimeError as error:  # cut short, or of another LLVM
+                    (programs / f"{kind}.c").unlink(missing_ok=True)
+                    raise InputError(f"{program} cannot be read and is made anew at the next try ({error})") from error
                 os.replace(temporary, path)
         made.append(path)
     return made

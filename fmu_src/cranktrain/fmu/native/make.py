@@ -123,6 +123,7 @@ def _laws_beside(kind: str, folder: Path) -> Iterator[Callable[[], None]]:
         yield wait
     finally:
         beside.kill()
+        beside.wait()
 
 
 def _write(path: Path, data: bytes) -> None:

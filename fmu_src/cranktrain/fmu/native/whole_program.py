@@ -116,8 +116,8 @@ class Loaded:
 
     def __init__(self, module: Any) -> None:
         target = llvm.Target.from_default_triple()
-        cpu = llvm.get_host_cpu_name()
-        machine = target.create_target_machine(cpu=cpu, opt=0, jit=True, codemodel="jitdefault", reloc="default")
+        host = {"cpu": llvm.get_host_cpu_name(), "features": llvm.get_host_cpu_features().flatten()}
+        machine = target.create_target_machine(**host, opt=0, jit=True, codemodel="jitdefault", reloc="default")
         optimise(module, machine, 0)
         self._engine = llvm.create_mcjit_compiler(module, machine)
         self._engine.finalize_object()
