@@ -7,6 +7,8 @@ PARTS ?=
 BIN := $(VENV)/bin
 # Machine code of the kernels as they are now; after an edit kernels are compiled when they are first called.
 NATIVE = $(BIN)/python -m cranktrain.fmu.native --package
+# Modules become byte code when they are first imported; of what is installed few are.
+INSTALL = $(BIN)/python -m pip install --disable-pip-version-check -q --no-compile
 export PYTHONUNBUFFERED := 1
 export OMP_NUM_THREADS ?= 2
 export OPENBLAS_NUM_THREADS ?= 2
@@ -57,7 +59,7 @@ $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.installed-bare: pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --disable-pip-version-check -q -e .
+	$(INSTALL) -e .
 	touch $@
 
 $(VENV)/.installed: $(VENV)/.installed-bare
@@ -65,6 +67,6 @@ $(VENV)/.installed: $(VENV)/.installed-bare
 	touch $@
 
 $(VENV)/.installed-%: pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --disable-pip-version-check -q -e .[$*]
+	$(INSTALL) -e .[$*]
 	$(NATIVE)
 	touch $@ $(VENV)/.installed-bare $(VENV)/.installed

@@ -521,13 +521,13 @@ def native_table(found: dict[str, Any]) -> str:
         rows.append(
             (
                 f"`{name}`", f"{row['kernel_us']:.1f} µs", f"{100.0 * (row['step_over_kernel'] - 1.0):.1f} %",
-                f"{row['set_step_get_beyond_kernel_us']:.2f} µs", f"{row['get_all_us']:.2f} µs ({row['outputs']:.0f})",
+                f"{row['set_get_us']:.2f} µs", f"{row['get_all_us']:.2f} µs ({row['outputs']:.0f})",
                 f"{row['first_step_ms']:.0f} ms", f"{row['two_threads_over_one']:.2f}",
                 ", ".join(f"{steps[key]:.2g}" for key in ("median", "of_ten_thousand", "largest")),
             )
         )  # fmt: skip
     header = (
-        "FMU", "kernel of a 1° step", "doStep more than it", "set 20, doStep, get 40 more than it",
+        "FMU", "kernel of a 1° step", "doStep more than it", "set of 20 and get of 40 values",
         "get of all outputs", "load to first step", f"two threads over one, {processors} processors",
         "wall time of a 2.5° step over its length: median, 99.99 %, largest",
     )  # fmt: skip

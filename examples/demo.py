@@ -11,6 +11,7 @@ import math
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ from cranktrain.results import plots
 from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 from cranktrain.results.tables import frequency_tables
+from cranktrain.structure.assembly import elastic_bore
 from cranktrain.structure.crank.modal import modal_report
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, surface_shape
 
@@ -48,7 +50,7 @@ def main(name: str = "diesel_i6", out: Path = Path("out")) -> dict[str, Any]:
     out.mkdir(exist_ok=True)
     engine = load_engine(name)
     # What the FMU is to run on is compiled beside the finite elements, the first time.
-    compiling = subprocess.Popen([sys.executable, "-m", "cranktrain.fmu.native", "--package"])
+    compiling = subprocess.Popen([sys.executable, "-m", "cranktrain.fmu.native", "--package", "--kind", "cranktrain"])
     try:
         say("engine file read; reducing its crankshaft (finite elements, about a minute the first time)")
         bare = reduced_crankshaft(engine, progress=say)
@@ -56,6 +58,8 @@ def main(name: str = "diesel_i6", out: Path = Path("out")) -> dict[str, Any]:
         report = modal_report(engine, bare)
         draw_frequencies(engine, report, out)
         draw_first_torsional(engine, bare, report, out)
+        # Kept for the FMU, which would make it after the machine code.
+        elastic_bore(replace(engine, block=None), flexible=False, say=say)
         if compiling.poll() is None:
             say("waiting for the kernels' machine code")
             compiling.wait()

@@ -11,7 +11,8 @@ import pytest
 
 from cranktrain.core.kernel import call_kernel, kernel, kernel_address, kernel_name
 from cranktrain.core.records import layout, leaves, record_image
-from cranktrain.fmu.native.emit import Emission, object_code
+from cranktrain.fmu.native.emit import Emission
+from cranktrain.fmu.native.objects import object_code
 from cranktrain.fmu.native.platforms import PLATFORMS
 
 HERE = "linux64"

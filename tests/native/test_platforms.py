@@ -13,6 +13,7 @@ from plain_host import hosted, plain_host
 from real_unit import STEP
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.machine_code import this_platform
 from cranktrain.fmu.native.link import compiler as compiler_for
 from cranktrain.fmu.native.platforms import PLATFORMS
 
@@ -80,6 +81,22 @@ def test_windows_needs_its_own_libraries_alone(tmp_path):
     listed = gates.said("objdump", "-p", unit.binary("win64", ".dll"))
     needed = {line.split()[-1].lower() for line in listed.splitlines() if "DLL Name" in line}
     assert needed <= {"kernel32.dll", "msvcrt.dll"} | {n for n in needed if n.startswith("api-ms-win-crt-")}, needed
+
+
+@pytest.mark.parametrize("processor", ["Nehalem", "Haswell"])
+def test_a_processor_takes_the_code_that_it_can_run(processor, tmp_path):
+    """One without 256-bit vectors, of 2008, and one with them, emulated; libm has another code for the former too."""
+    emulator = shutil.which("qemu-x86_64-static") or shutil.which("qemu-x86_64")
+    if emulator is None or compiler() is None or this_platform() != "linux64":
+        pytest.skip("needs a C compiler and qemu-x86_64")
+    unit = real_unit.unpacked("combustion_i6", tmp_path)
+    texts = [f"{reference}={text}" for reference, text in unit.texts().items()]
+    host = plain_host(tmp_path)
+    expected, _ = hosted(host, unit.folder, "run", 60, 0, texts=texts, step=STEP)
+    before = (emulator, "-cpu", processor)
+    found, _ = hosted(host, unit.folder, "run", 60, 0, texts=texts, step=STEP, before=before)
+    is_close(unit, expected, found)
+    assert found == expected or processor == "Nehalem"
 
 
 def test_a_library_for_arm_links_and_runs_where_it_can(tmp_path):

@@ -13,6 +13,9 @@ Numba compiles a kernel together with all that it calls, once more at every leve
 needs one at most are therefore called at their address, by numba's own convention: each is compiled by itself, and
 only where a model uses it.
 
+A record of many arrays is handed on as one address: its class, a named tuple, has the line ``@record``. Nothing
+rewrites such a record while kernels run.
+
 A library of machine code (:mod:`.machine_code`) holds what a run calls. Numba is loaded when something is compiled, not
 before: with a library a run starts without it.
 """
@@ -195,7 +198,7 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 
 def inlined_kernel(function: Callable[..., Any]) -> Any:
-    """Kernel that is compiled into each of its callers: a small piece of one, to which handing the model costs more."""
+    """Kernel that is compiled into each of its callers: a small piece of one, dearer to call than to run."""
     return Kernel(function, forceinline=True)
 
 

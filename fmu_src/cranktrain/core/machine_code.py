@@ -35,7 +35,16 @@ RESTS_ON = {
 """Kinds of libraries, and the folders of the package that their kernels rest on."""
 _KIND_OF = {"cranktrain.modules.combustion.": "combustion", "cranktrain.modules.valve_train.": "valvetrain"}
 """Kinds of the libraries that hold kernels of these modules; all others are the cranktrain's."""
-EMITTING = ("emit.py", "exports.py", "make.py", "platforms.py", "typical_run.py", "whole_program.py", "c/kernels.h")
+EMITTING = (
+    "emit.py",
+    "exports.py",
+    "make.py",
+    "objects.py",
+    "platforms.py",
+    "typical_run.py",
+    "whole_program.py",
+    "c/kernels.h",
+)
 """Files of cranktrain.fmu.native that machine code depends on."""
 OFF = "CRANKTRAIN_NO_MACHINE_CODE"
 """Environment variable that lets numba compile all kernels, whatever libraries there are."""
@@ -92,6 +101,11 @@ class Call:
 class Library:
     """Machine code of a kind.
 
+    Parameters
+    ----------
+    path : of the library
+    portable : take the code for all processors, though this one runs a faster
+
     Attributes
     ----------
     digest : of its sources
@@ -101,11 +115,11 @@ class Library:
     entries : of a run at an address, by name
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, portable: bool = False) -> None:
         self._loaded = ctypes.CDLL(str(path))
         table_of = self._loaded.ct_kernels_table
         table_of.restype = ctypes.POINTER(_Table)
-        table = table_of().contents
+        table = table_of(int(portable)).contents
         self.digest, self.layout = table.digest.decode(), table.layout.decode()
         self.functions: dict[tuple[str, str], int] = {}
         self.calls: dict[str, dict[str, Call]] = {}

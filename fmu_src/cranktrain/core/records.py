@@ -44,7 +44,17 @@ def layout(record: Any) -> str:
 
     Arrays whose values do not follow each other, or that cannot be written, are of kinds of their own.
     """
-    return " ".join(map(_kind, (leaf for _, leaf in leaves(record))))
+    kinds: list[str] = []
+    _add_kinds(record, kinds)
+    return " ".join(kinds)
+
+
+def _add_kinds(record: Any, kinds: list[str]) -> None:
+    if isinstance(record, tuple):
+        for member in record:
+            _add_kinds(member, kinds)
+    else:
+        kinds.append(_kind(record))
 
 
 def _kind(leaf: Any) -> str:

@@ -152,13 +152,18 @@ def running_crank(
     def make() -> ReducedBody:
         from cranktrain.engine.torsional_chain import is_chain, read_chain
         from cranktrain.structure.crank.chain import chain_body
-        from cranktrain.structure.crank.level import crank_body
+        from cranktrain.structure.crank.level import bare_crank
         from cranktrain.structure.crank.reduction import reduced_crankshaft
 
         if mesh is not None and is_chain(mesh):
             return crank_level(level).make_running(engine, chain_body(engine, read_chain(mesh)))
-        own = None if mesh is None else reduced_crankshaft(engine, mesh, progress=say)
-        return crank_body(engine, level, own, say)
+        if mesh is not None:
+            bare = bare_crank(engine, level, reduced_crankshaft(engine, mesh, progress=say), say)
+        else:
+            # With a damper or without, which the pulley carries, the crankshaft is the same.
+            key = "bare crank", replace(engine, pulley=None), level  # type: ignore[arg-type]
+            bare = _once(key, lambda: bare_crank(engine, level, progress=say))
+        return crank_level(level).make_running(engine, bare)
 
     def complete() -> ReducedBody:
         row, body = crank_level(level), make()

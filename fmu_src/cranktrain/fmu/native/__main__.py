@@ -23,16 +23,17 @@ def main(given: list[str]) -> int:
     """
     parser = argparse.ArgumentParser("python -m cranktrain.fmu.native", description="Make libraries of machine code.")
     parser.add_argument("platforms", nargs="*", metavar="PLATFORM", help="linux64, win64; this machine's without any")
+    parser.add_argument("--kind", choices=list(RESTS_ON), help="the library of this kind alone")
     parser.add_argument("--package", action="store_true", help="put them into the package, for a checkout or a wheel")
     chosen = parser.parse_args(given)
-    lacking = [
-        platform for platform in chosen.platforms or [this_platform()] if not _made_for(platform, chosen.package)
-    ]
+    kinds = [chosen.kind] if chosen.kind else list(RESTS_ON)
+    platforms = chosen.platforms or [this_platform()]
+    lacking = [platform for platform in platforms if not _made_for(platform, kinds, chosen.package)]
     return 2 if lacking and chosen.platforms else 0
 
 
-def _made_for(platform: str, into_package: bool) -> bool:
-    """Whether every kind's library for a platform is there now."""
+def _made_for(platform: str, kinds: list[str], into_package: bool) -> bool:
+    """Whether the libraries of these kinds for a platform are there now."""
     try:
         compiler(checked_platform(platform))
     except InputError as error:
@@ -50,7 +51,7 @@ def _made_for(platform: str, into_package: bool) -> bool:
         return True
 
     # The first takes longer than all others one after the other.
-    first, *others = RESTS_ON
+    first, *others = kinds
     with ThreadPoolExecutor(1) as beside:
         found = [beside.submit(made, kind) for kind in others]
         try:

@@ -22,7 +22,7 @@ from numba import types
 from cranktrain.core.kernel import OPTIONS, Compiling, Kernel, compiled_by, kernel_name, overload, record_reader
 from cranktrain.core.machine_code import Call, this_platform
 from cranktrain.core.records import layout
-from cranktrain.fmu.native.platforms import PLATFORMS, Platform
+from cranktrain.fmu.native.platforms import PLATFORMS
 from cranktrain.fmu.native.whole_program import Loaded, linked, module_of, optimise, texts_alone
 
 _ENTRY = """
@@ -73,7 +73,7 @@ class Emission(Compiling):
         self._libraries: list[Any] = []
         self._entries: list[Any] = []
         self._called: dict[tuple[str, str], _Called] = {}
-        self._stands_in: list[Loaded] = []
+        self._stand_ins: dict[tuple[str, str], tuple[int, Loaded]] = {}
         self._context = ExitStack()
 
     def __enter__(self) -> Emission:
@@ -134,23 +134,27 @@ class Emission(Compiling):
 
     def address(self, function: Kernel, arguments: tuple[Any, ...]) -> int:
         """Address of a kernel of such arguments that gives 0 and does nothing."""
+        known = kernel_name(function), layout(arguments)
+        if known in self._stand_ins:
+            return self._stand_ins[known][0]
         names = ", ".join(function.py_func.__code__.co_varnames[: function.py_func.__code__.co_argcount])
         scope: dict[str, Any] = {}
         exec(f"def stands_in({names}): return 0", scope)
         compiled = overload(Kernel(scope["stands_in"]), arguments)
         name = compiled.fndesc.llvm_func_name
-        self._stands_in.append(Loaded(linked(compiled.library, exports=[name])))
-        return self._stands_in[-1].address(name)
+        loaded = Loaded(linked(compiled.library, exports=[name]))
+        self._stand_ins[known] = loaded.address(name), loaded
+        return self._stand_ins[known][0]
 
     def program(self) -> bytes:
-        """LLVM's bitcode of all exports, optimised for the least processor of this machine's kind."""
+        """LLVM's bitcode of all exports, optimised for the faster processors of this machine's kind."""
         whole = linked(*self._libraries, more=self._entries, exports=self.symbols)
         for function in list(whole.functions):
             if function.name in self.symbols:
                 function.name = self.symbols[function.name]
                 function.visibility = "hidden"
         row = PLATFORMS.get(this_platform())
-        cpu = row.cpu if row else llvm.get_host_cpu_name()
+        cpu = row.fast or row.cpu if row else llvm.get_host_cpu_name()
         target = llvm.Target.from_default_triple()
         optimise(whole, target.create_target_machine(cpu=cpu, opt=3, reloc="pic", codemodel="default"), 3)
         return bytes(whole.as_bitcode())
@@ -190,18 +194,7 @@ def _calling(function: Kernel, arguments: tuple[Any, ...], count: int, single: b
 def _kinds(function: Kernel, arguments: tuple[Any, ...]) -> tuple[str, bool]:
     """Kinds of what a kernel gives, and whether that is one number by itself."""
     given = types.unliteral(overload(function, arguments).signature.return_type)
+    if given == types.none:
+        return "", True
     many = isinstance(given, types.BaseTuple)
-    kinds = (_RESULTS[types.unliteral(kind)] for kind in (given if many else (given,)) if kind != types.none)
-    return "".join(kinds), not many
-
-
-def object_code(program: bytes, platform: Platform) -> bytes:
-    """Object file of a program (:meth:`Emission.program`) for one platform; all know the same layout of data."""
-    llvm.initialize_all_targets()
-    llvm.initialize_all_asmprinters()
-    machine = llvm.Target.from_triple(platform.triple).create_target_machine(
-        cpu=platform.cpu, opt=3, reloc="pic", codemodel="default"
-    )
-    module = llvm.parse_bitcode(program)
-    module.triple, module.data_layout = platform.triple, str(machine.target_data)
-    return bytes(machine.emit_object(module))
+    return "".join(_RESULTS[types.unliteral(kind)] for kind in (given if many else (given,))), not many

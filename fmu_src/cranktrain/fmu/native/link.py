@@ -25,22 +25,28 @@ except ImportError:  # Windows
 
 from cranktrain.core.cache import private_folder
 from cranktrain.core.errors import InputError
-from cranktrain.core.machine_code import LIBRARIES, OFF, DamagedError, checksum, code_digest, is_whole, library_name
+from cranktrain.core.machine_code import (
+    LIBRARIES,
+    OFF,
+    DamagedError,
+    checksum,
+    code_digest,
+    is_whole,
+    library_name,
+    this_platform,
+)
 from cranktrain.fmu.native.platforms import PLATFORMS, Platform
 
 Progress = Callable[[str], None]
 
 SOURCES = Path(__file__).parent / "c"
-FLAGS = ("-std=c11", "-O2", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
-EMITTING = {
-    "NUMBA_CPU_NAME": "x86-64-v2",
-    "NUMBA_CPU_FEATURES": "",
+FLAGS = ("-std=c11", "-O2", "-g0", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
+SETTINGS = {
     "NUMBA_DISABLE_INTEL_SVML": "1",
     "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1",
     OFF: "1",
 }
-"""The least processor that kernels are compiled for, so that every machine emits the same. Numba tries types by errors,
-whose colours take time."""
+"""Of numba where it emits. It tries types by errors, whose colours take time."""
 
 
 def library(kind: str, platform: str = "linux64", say: Progress = lambda text: None, emit: bool = True) -> Path:
@@ -113,30 +119,40 @@ def _programs(kind: str, digest: str, say: Progress) -> Path:
         place = str(Path(__file__).parents[3])
         given = os.environ.get("PYTHONPATH")
         path = place if not given else os.pathsep.join((place, given))
-        subprocess.run(run, env={**os.environ, **EMITTING, "PYTHONPATH": path})
+        with subprocess.Popen(run, stdin=subprocess.PIPE, env={**os.environ, **emitting(), "PYTHONPATH": path}) as made:
+            made.wait()
         if not (folder / f"{kind}.c").is_file():
             raise InputError(f"{kind}: no machine code was made of its kernels; the lines above say why")
     return folder
 
 
-def _objects(kind: str, programs: Path, platform: Platform) -> list[Path]:
-    """A kind's object files for a platform."""
-    from cranktrain.fmu.native.emit import object_code
+def emitting() -> dict[str, str]:
+    """Environment in which kernels are emitted: for the least processor, so that every machine emits the same."""
+    least = PLATFORMS.get(this_platform())
+    return SETTINGS | ({"NUMBA_CPU_NAME": least.cpu, "NUMBA_CPU_FEATURES": ""} if least else {})
 
-    made = []
-    for program in sorted(programs.glob(f"{kind}-*.bc")):
-        path = program.with_name(f"{program.stem}-{platform.folder}.o")
-        if not path.is_file():
-            with tempfile.TemporaryDirectory(dir=programs) as folder:
-                temporary = Path(folder) / path.name
-                try:
-                    temporary.write_bytes(object_code(program.read_bytes(), platform))
-                except RuntimeError as error:  # cut short, or of another LLVM
-                    (programs / f"{kind}.c").unlink(missing_ok=True)
-                    raise InputError(f"{program} cannot be read and is made anew at the next try ({error})") from error
-                os.replace(temporary, path)
-        made.append(path)
-    return made
+
+def _objects(kind: str, programs: Path, platform: Platform) -> list[Path]:
+    """A kind's object files for a platform, and for its faster processors."""
+    variants = (False, True) if platform.fast else (False,)
+    return [_object(path, kind, platform, fast) for path in sorted(programs.glob(f"{kind}-*.bc")) for fast in variants]
+
+
+def _object(program: Path, kind: str, platform: Platform, fast: bool) -> Path:
+    from cranktrain.fmu.native.objects import FAST, object_code
+
+    path = program.with_name(f"{program.stem}-{platform.folder}{FAST if fast else ''}.o")
+    if path.is_file():
+        return path
+    with tempfile.TemporaryDirectory(dir=program.parent) as folder:
+        temporary = Path(folder) / path.name
+        try:
+            temporary.write_bytes(object_code(program.read_bytes(), platform, fast))
+        except RuntimeError as error:  # cut short, or of another LLVM
+            program.with_name(f"{kind}.c").unlink(missing_ok=True)
+            raise InputError(f"{program} cannot be read and is made anew at the next try ({error})") from error
+        os.replace(temporary, path)
+    return path
 
 
 def compiler(platform: Platform) -> list[str]:
@@ -162,6 +178,7 @@ def _link(command: Iterable[str], kind: str, digest: str, platform: Platform, pr
         run = [
             *command,
             *FLAGS,
+            *(["-DCT_FAST"] if platform.fast else []),
             f'-DCT_DIGEST="{digest}"',
             f'-DCT_SHIM="{_shim_digest()}"',
             "-I",

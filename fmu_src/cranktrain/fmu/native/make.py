@@ -1,7 +1,8 @@
 """Emit a kind's kernels: ``python -m cranktrain.fmu.native.make KIND FOLDER``.
 
 Run in a process of its own, whose kernels are compiled for the least processor that an FMU is to run on. A second one
-beside it takes the force laws, a third of the work, and hardly anything of what the others compile.
+beside it takes the force laws, a third of the work, and hardly anything of what the others compile. Each ends when its
+standard input does, with what started it.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import faulthandler
 import os
 import subprocess
 import sys
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -20,9 +22,11 @@ from rich.console import Console
 from rich.progress import track
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.machine_code import RESTS_ON
 from cranktrain.core.records import layout
 from cranktrain.fmu.native.emit import Emission
 from cranktrain.fmu.native.exports import exports, functions
+from cranktrain.fmu.native.objects import FAST
 
 _ENTRY = "ct_"
 
@@ -37,22 +41,26 @@ _TABLE = """/* Made by cranktrain.fmu.native.make: what this library's kernels a
 #define EXPORTED __attribute__((visibility("default")))
 #endif
 
-{declarations}
-
-static const void *const functions[] = {{{addresses}NULL}};
 __attribute__((used)) static const char shim[] = CT_SHIM;
 static const char *const names[] = {{{names}NULL}};
+{tables}
+EXPORTED const struct ct_kernels *ct_kernels_table(int portable);
 
-const struct ct_kernels ct_kernels = {{
-    CT_DIGEST, {entries}, functions, {count}, names, "{layout}",
-}};
-
-EXPORTED const struct ct_kernels *ct_kernels_table(void);
-
-const struct ct_kernels *ct_kernels_table(void)
+/* That of this processor, or the one of all. */
+const struct ct_kernels *ct_kernels_table(int portable)
 {{
-    return &ct_kernels;
+    return portable ? &ct_kernels : ct_choose_kernels();
 }}
+"""
+
+_TABLES = """
+{declarations}
+
+static const void *const {functions}[] = {{{addresses}NULL}};
+
+const struct ct_kernels {table} = {{
+    CT_DIGEST, {entries}, {functions}, {count}, names, "{layout}",
+}};
 """
 
 
@@ -64,7 +72,8 @@ def make(kind: str, folder: Path) -> None:
         steps: list[Callable[[], None]] = [partial(emission.entry, _ENTRY + name, made.run, row) for name, row in rows]
         steps += _functions(emission, kind, made.run, laws=False)
         console = Console(stderr=True)
-        for step in track(steps, f"{kind}: machine code", console=console, disable=not console.is_terminal):
+        shown = console.is_terminal and kind == next(iter(RESTS_ON))  # the others are made beside it
+        for step in track(steps, f"{kind}: machine code", console=console, disable=not shown):
             step()
         _write(folder / f"{kind}-run.bc", emission.program())
         wait_for_laws()
@@ -72,16 +81,26 @@ def make(kind: str, folder: Path) -> None:
     names = {_symbol(k): f"{name}|{arguments}" for k, (name, arguments) in enumerate(given.items())}
     names |= emission.called
     entries = [_ENTRY + name for name in made.entries]
-    declared = [f"extern ct_entry {name};" for name in entries] + [f"extern void {name}(void);" for name in names]
-    table = _TABLE.format(
-        declarations="\n".join(declared),
-        addresses="".join(f"(const void *){symbol}, " for symbol in names),
-        names="".join(f'"{name}", ' for name in names.values()),
-        entries=", ".join(entries),
-        count=len(names),
-        layout=layout(made.run),
-    )
+    tables = _tables("ct_kernels", "functions", entries, list(names), layout(made.run))
+    fast = [f"{name}{FAST}" for name in (*entries, *names)]
+    second = _tables("ct_fast_kernels", "fast_functions", fast[: len(entries)], fast[len(entries) :], layout(made.run))
+    tables += f"\n#ifdef CT_FAST{second}#endif\n"
+    table = _TABLE.format(names="".join(f'"{name}", ' for name in names.values()), tables=tables)
     _write(folder / f"{kind}.c", table.encode())
+
+
+def _tables(table: str, functions: str, entries: list[str], symbols: list[str], of: str) -> str:
+    """C's text of one ``struct ct_kernels`` and of what it names."""
+    declared = [f"extern ct_entry {name};" for name in entries] + [f"extern void {name}(void);" for name in symbols]
+    return _TABLES.format(
+        declarations="\n".join(declared),
+        functions=functions,
+        addresses="".join(f"(const void *){symbol}, " for symbol in symbols),
+        table=table,
+        entries=", ".join(entries),
+        count=len(symbols),
+        layout=of,
+    )
 
 
 def make_laws(kind: str, folder: Path) -> None:
@@ -113,17 +132,14 @@ def _laws_beside(kind: str, folder: Path) -> Iterator[Callable[[], None]]:
     if not any(map(_is_law, functions(kind))):
         yield lambda: None
         return
-    beside = subprocess.Popen([sys.executable, "-m", "cranktrain.fmu.native.make", kind, str(folder), "laws"])
+    command = [sys.executable, "-m", "cranktrain.fmu.native.make", kind, str(folder), "laws"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE) as beside:
 
-    def wait() -> None:
-        if beside.wait() != 0:
-            raise InputError(f"{kind}: its force laws were not compiled; the lines above say why")
+        def wait() -> None:
+            if beside.wait() != 0:
+                raise InputError(f"{kind}: its force laws were not compiled; the lines above say why")
 
-    try:
         yield wait
-    finally:
-        beside.kill()
-        beside.wait()
 
 
 def _write(path: Path, data: bytes) -> None:
@@ -132,8 +148,15 @@ def _write(path: Path, data: bytes) -> None:
     os.replace(temporary, path)
 
 
+def _end_with_input() -> None:
+    while os.read(0, 1):
+        pass
+    os._exit(1)
+
+
 if __name__ == "__main__":
     faulthandler.enable()
+    threading.Thread(target=_end_with_input, daemon=True).start()
     try:
         (make_laws if sys.argv[3:] else make)(sys.argv[1], Path(sys.argv[2]))
     except InputError as error:

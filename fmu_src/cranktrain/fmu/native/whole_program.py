@@ -80,14 +80,19 @@ def _defined(module: Any) -> list[Any]:
 
 def _reached(libraries: Iterable[Any]) -> list[Any]:
     """Libraries and all that they link, each once; callers first, whose text tells what of a callee is needed."""
-    found: dict[int, Any] = {}
-    pending = list(libraries)[::-1]
-    while pending:
-        library = pending.pop()
-        if id(library) not in found:
-            found[id(library)] = library
-            pending.extend(reversed(library._linking_libraries))
-    return list(found.values())
+    seen: set[int] = set()
+    callees_first: list[Any] = []
+
+    def visit(library: Any) -> None:
+        if id(library) not in seen:
+            seen.add(id(library))
+            for inner in reversed(list(library._linking_libraries)):
+                visit(inner)
+            callees_first.append(library)
+
+    for library in reversed(list(libraries)):
+        visit(library)
+    return callees_first[::-1]
 
 
 def optimise(module: Any, machine: Any, level: int) -> None:

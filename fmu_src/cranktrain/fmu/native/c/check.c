@@ -38,7 +38,7 @@ static const char *check_array(const struct ct_file *file, const struct ct_array
     for (uint32_t k = 0; k < array->n_fixups; ++k) {
         const struct ct_fixup *fixup = file->fixups + array->first_fixup + k;
         if (fixup->kind >= CT_FIXUP_KINDS || !within(fixup->byte_offset, sizeof(uint64_t), bytes)) return PROBLEM;
-        if (fixup->kind == CT_FUNCTION && fixup->index >= ct_kernels.n_functions) return PROBLEM;
+        if (fixup->kind == CT_FUNCTION && fixup->index >= file->kernels->n_functions) return PROBLEM;
     }
     return NULL;
 }
@@ -48,7 +48,7 @@ static bool leaves_fit(const struct ct_file *file, const struct ct_variant *vari
     for (const struct ct_leaf *leaf = file->leaves + first; leaf < file->leaves + first + n; ++leaf) {
         if (leaf->slot != CT_NONE) {
             if (leaf->slot >= variant->n_slots) return false;
-        } else if (leaf->kind >= CT_LEAF_KINDS || (leaf->kind == CT_FUNCTION_LEAF && leaf->value >= ct_kernels.n_functions) ||
+        } else if (leaf->kind >= CT_LEAF_KINDS || (leaf->kind == CT_FUNCTION_LEAF && leaf->value >= file->kernels->n_functions) ||
                    (leaf->kind == CT_RECORD_LEAF && leaf->value >= variant->n_records)) {
             return false;
         }

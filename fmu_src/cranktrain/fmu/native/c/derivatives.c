@@ -103,7 +103,7 @@ fmi2Status ct_get_rates(struct ct_instance *one, const uint32_t *references, siz
         for (uint32_t k = 0; status == 0 && k < n_past; ++k) {
             memcpy(one->state, ct_past(one, k), point_bytes(one));
             times[1 + k] = one->state[0];
-            status = ct_kernels.observe(one->model.run, 0.0);
+            status = one->file.kernels->observe(one->model.run, 0.0);
             read_outputs(one, references, n, points + (1 + k) * n);
         }
         if (status == 0) backward_difference(times, 1 + n_past, points, n, values);
@@ -204,12 +204,12 @@ static int64_t redo(struct ct_instance *one, const double *inputs) {
     int64_t status;
     if (one->now->n_past == 0) {
         status = restart(one, inputs);
-        return status == 0 ? ct_kernels.observe(one->model.run, 0.0) : status;
+        return status == 0 ? one->file.kernels->observe(one->model.run, 0.0) : status;
     }
     memcpy(one->state, one->before, point_bytes(one));
     memcpy(one->state, ct_past(one, 0), n_state);
     for (uint32_t k = 0; k < one->n_inputs; ++k) one->model.inputs[one->inputs[k].place] = inputs[k];
-    return ct_kernels.advance(one->model.run, one->now->end_time);
+    return one->file.kernels->advance(one->model.run, one->now->end_time);
 }
 
 /* Memory of a difference: inputs, the present outputs wanted, those at one place, and the sum. */

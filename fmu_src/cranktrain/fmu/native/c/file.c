@@ -100,11 +100,12 @@ static const char *find_sections(struct ct_file *file, const struct header *head
 
 bool ct_open_file(const struct ct_host *host, const char *location, const char *guid, struct ct_file *file) {
     memset(file, 0, sizeof *file);
+    file->kernels = ct_choose_kernels();
     if (!ct_map_resource(host, location, NAME, &file->map)) return false;
     const struct header *header = (const struct header *)(const void *)file->map.bytes;
     const char *problem = check_header(header, file->map.size);
     if (problem == NULL) problem = find_sections(file, header);
-    if (problem == NULL && strncmp(header->digest, ct_kernels.digest, DIGEST_BYTES) != 0) {
+    if (problem == NULL && strncmp(header->digest, file->kernels->digest, DIGEST_BYTES) != 0) {
         problem = "is for other machine code than this binary";
     }
     if (problem == NULL) problem = ct_check_tables(file);

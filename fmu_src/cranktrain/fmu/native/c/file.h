@@ -47,6 +47,7 @@ enum { CT_WANTED = 4 }; /* column of families: whether anybody reads them */
 
 struct ct_file {
     struct ct_map map;
+    const struct ct_kernels *kernels; /* that its addresses stand for */
     const char *guid;
     const char *texts;
     const struct ct_variable *variables;

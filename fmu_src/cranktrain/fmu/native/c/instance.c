@@ -230,8 +230,8 @@ int64_t ct_start_model(struct ct_instance *one, const struct ct_model *model, co
         model->inputs[one->inputs[k].place] = inputs[k];
         if (model->input_rates != NULL) model->input_rates[one->inputs[k].place] = NAN;
     }
-    const int64_t status = ct_kernels.prepare(model->run, time);
-    return status == 0 ? ct_kernels.start(model->run, time) : status;
+    const int64_t status = one->file.kernels->prepare(model->run, time);
+    return status == 0 ? one->file.kernels->start(model->run, time) : status;
 }
 
 fmi2Status ct_make(struct ct_instance *one) {
@@ -281,7 +281,7 @@ int64_t ct_advance_model(struct ct_instance *one, double end) {
     double *before = one->state + (1 + next) * (size_t)now->n_point;
     memcpy(before, one->state, bytes);
     pass_inputs(one);
-    const int64_t status = ct_kernels.advance(one->model.run, end);
+    const int64_t status = one->file.kernels->advance(one->model.run, end);
     if (status != 0) {
         memcpy(one->state, before, bytes);
         memset(before, 0, bytes);

@@ -19,6 +19,11 @@ struct ct_kernels {
     const char *layout;            /* of Run in words, for Python, which loads the library as well */
 };
 
+/* Code for every processor, and where CT_FAST is defined that for one with 256-bit vectors; both give the same bits. */
 extern const struct ct_kernels ct_kernels;
+extern const struct ct_kernels ct_fast_kernels;
+
+/* The fastest that this processor runs. */
+const struct ct_kernels *ct_choose_kernels(void);
 
 #endif

@@ -35,7 +35,7 @@ static void write_image(const struct ct_file *file, const struct ct_variant *var
     for (uint32_t k = first; k < first + n; ++k) {
         const struct ct_leaf *leaf = file->leaves + k;
         if (leaf->slot == CT_NONE) {
-            *image++ = leaf->kind == CT_FUNCTION_LEAF ? address_of(ct_kernels.functions[leaf->value])
+            *image++ = leaf->kind == CT_FUNCTION_LEAF ? address_of(file->kernels->functions[leaf->value])
                        : leaf->kind == CT_RECORD_LEAF ? records[leaf->value]
                                                       : leaf->value;
             continue;
@@ -65,7 +65,7 @@ void ct_fill(const struct ct_file *file, const struct ct_array *array, unsigned 
     for (uint32_t k = 0; k < array->n_fixups; ++k) {
         const struct ct_fixup *fixup = file->fixups + array->first_fixup + k;
         const uint64_t address =
-            fixup->kind == CT_FUNCTION ? address_of(ct_kernels.functions[fixup->index]) : records[fixup->index];
+            fixup->kind == CT_FUNCTION ? address_of(file->kernels->functions[fixup->index]) : records[fixup->index];
         memcpy(memory + fixup->byte_offset, &address, sizeof address);
     }
 }

@@ -69,7 +69,7 @@ fmi2Status ct_observe_outputs(struct ct_instance *one, const uint32_t *reference
         if (ct_make(one) != fmi2OK) return fmi2Error;
     }
     if (want_families(one, references, n) || !one->model.observed) {
-        const int64_t status = ct_kernels.observe(one->model.run, 0.0);
+        const int64_t status = one->file.kernels->observe(one->model.run, 0.0);
         if (status != 0) return ct_refuse(&one->host, "no outputs: %s", ct_status_text(&one->file, status, &kind));
         one->model.observed = true;
     }

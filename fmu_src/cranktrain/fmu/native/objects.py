@@ -1,0 +1,32 @@
+"""Object files of a program of kernels, for any platform that LLVM knows, without numba."""
+
+from __future__ import annotations
+
+import llvmlite.binding as llvm
+
+from cranktrain.fmu.native.platforms import Platform
+
+FAST = "_fast"
+"""What the names of exports end in where they are for a platform's faster processors."""
+
+
+def object_code(program: bytes, platform: Platform, fast: bool = False) -> bytes:
+    """Object file of a program, LLVM's bitcode, for a platform; all platforms know the same layout of data.
+
+    Parameters
+    ----------
+    program : of :meth:`cranktrain.fmu.native.emit.Emission.program`
+    fast : for the platform's faster processors, in place of all
+    """
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    machine = llvm.Target.from_triple(platform.triple).create_target_machine(
+        cpu=platform.fast if fast else platform.cpu, opt=3, reloc="pic", codemodel="default"
+    )
+    module = llvm.parse_bitcode(program)
+    module.triple, module.data_layout = platform.triple, str(machine.target_data)
+    if fast:
+        for function in list(module.functions):
+            if not function.is_declaration and function.linkage == llvm.Linkage.external:
+                function.name += FAST
+    return bytes(machine.emit_object(module))
