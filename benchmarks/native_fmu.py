@@ -3,9 +3,9 @@
 ``python benchmarks/native_fmu.py [FILE.fmu …]``: a C host (``_native_host.c``) runs the FMU of the six at 2000 rev/min,
 solid crank, impedance films, and the combustion's, or native ones that are there already. In one process and in turn:
 the kernel of a step alone, and doStep between a set of 20 and a get of 40 values, each by itself; then a get of all
-outputs; medians. In processes of their own: load, instantiate, initialize and first step; two instances in two threads over one,
-which needs two idle cores; wall time of steps over their length. Without files the Python FMU of the same engine is
-timed beside it. Prints one JSON object; nothing but ratios within it means much on a shared machine.
+outputs; medians. In processes of their own: load, instantiate, initialize and first step; two instances in two threads
+over one, which needs two idle cores; wall time of steps over their length. Without files the Python FMU of the same
+engine is timed beside it. Prints one JSON object; nothing but ratios within it means much on a shared machine.
 """
 
 from __future__ import annotations
