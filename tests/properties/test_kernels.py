@@ -71,13 +71,15 @@ def test_lu_by_rows_solves_where_the_symmetric_part_is_positive(n):
     a = matrix(n)
     a = a @ a.T / n + 3 * (a - a.T) / np.sqrt(n) + np.eye(n)
     b = np.random.default_rng(2).standard_normal(n)
-    wide, x = np.full((n + 1, n + 1), 7.0), np.append(b, 7.0)
+    wide, vectors = np.full((n + 1, n + 1), 7.0), np.full((2, n + 1), 7.0)
+    x = vectors[1]
+    x[:n] = b
     wide[:n, :n] = a.T
     assert factor_rows(wide, n) == 0
-    solve_rows(wide, n, x)
+    solve_rows(wide, n, vectors, 1)
     # Without pivoting elements grow with the skew part; a hundred is more than they do here.
     assert backward_error(a, x[:n], b) < 100 * n
-    assert x[n] == 7.0 and (wide[n] == 7.0).all() and (wide[:, n] == 7.0).all()
+    assert x[n] == 7.0 and (vectors[0] == 7.0).all() and (wide[n] == 7.0).all() and (wide[:, n] == 7.0).all()
 
 
 @pytest.mark.parametrize("rows", range(1, 10))

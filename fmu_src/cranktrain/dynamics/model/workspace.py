@@ -66,7 +66,7 @@ class Work(NamedTuple):
     turning: Factors
     block: Factors
     relative: Array  # (n_newton, n_newton) compliance that the Newton ports feel, transposed
-    jacobian: Array  # (n_newton, n_newton)
+    jacobian: Array  # (n_newton, n_newton) and more, to a multiple of four, for vectors of four
     blocks: Array  # (k, 16) force tangents of each connection, 4 × 4 row-major
     factored: Array  # (k, 16) the tangents that the Newton matrix was made from
     modal: Array  # (MODAL_VECTORS, n)
@@ -96,14 +96,15 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
     ``input_rates`` are those of a driver, which it sets in place.
     """
     d = dimensions(model)
-    n, m = d.modes, d.ports
+    n, fours = d.modes, -4 * (-d.newton // 4)
+    m = max(d.ports, fours)
     z = np.zeros
     work = Work(
         key=z((FACTOR_SLOTS, KEYS)),
         turning=_factors(d.turning_modes, d.turning_ports),
         block=_factors(model.block_ports.shape[1], model.block_ports.shape[0]),
         relative=z((d.newton, d.newton)),
-        jacobian=z((d.newton, d.newton)),
+        jacobian=z((fours, fours)),
         blocks=z((model.connections.shape[0], 16)),
         factored=z((model.connections.shape[0], 16)),
         modal=z((MODAL_VECTORS, n)),

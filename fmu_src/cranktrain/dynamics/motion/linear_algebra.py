@@ -52,17 +52,19 @@ def solve_lu(a, n, pivots, b):
 
 @kernel
 def factor_rows(a, n):
-    """LU-factorise the leading n × n block in place, row by row without pivoting; 0, or 1 if a pivot vanishes.
+    """LU-factorise the leading n × n block in place without pivoting; 0, or 1 if a pivot vanishes.
 
     For the stage's I − H J: H and −J have positive definite symmetric parts, so pivots stay away from zero. Four pivots
-    are subtracted from four rows at once, each product rounded by itself and in order: the bits are those of the plain
-    loop over pivots. The diagonal is kept inverted.
+    are made, then subtracted from all rows below, four at once, which do not wait for each other. Each product is
+    rounded by itself and in order: the bits are those of the plain loop over pivots. The diagonal is kept inverted.
     """
-    i = 0
-    while i < n:
-        height = 4 if i + 3 < n else 1
-        k = 0
-        while k + 3 < i:
+    k = 0
+    while k + 3 < n:
+        if factor_block(a, n, k, k + 4) != 0:
+            return 1
+        i = k + 4
+        while i < n:
+            height = 4 if i + 3 < n else 1
             for r in range(i, i + height):
                 f0 = a[r, k] * a[k, k]
                 f1 = (a[r, k + 1] - f0 * a[k, k + 1]) * a[k + 1, k + 1]
@@ -72,57 +74,89 @@ def factor_rows(a, n):
                 a[r, k + 1] = f1
                 a[r, k + 2] = f2
                 a[r, k + 3] = f3
-            j = k + 4
+            if height == 4:
+                subtract_four(a, n, i, k)
+            else:
+                subtract_one(a, n, i, k)
+            i += height
+        k += 4
+    return factor_block(a, n, k, n)
+
+
+@inlined_kernel
+def factor_block(a, n, start, end):
+    """Make pivots from ``start`` on and subtract them from rows before ``end``; 0, or 1 if one vanishes."""
+    for r in range(start, end):
+        for p in range(start, r):
+            f0 = a[r, p] * a[p, p]
+            a[r, p] = f0
+            j = p + 1
             while j + 3 < n:
-                if height == 4:
-                    subtract_4x4(a, a, a, i, k, j)
-                else:
-                    subtract_1x4(a, a, a, i, k, j)
+                subtract_1x1(a, a, a, r, p, j)
                 j += 4
             for c in range(j, n):
-                if height == 4:
-                    subtract_column(a, a, a, i, k, c)
-                else:
-                    a[i, c] = (
-                        a[i, c]
-                        - a[i, k] * a[k, c]
-                        - a[i, k + 1] * a[k + 1, c]
-                        - a[i, k + 2] * a[k + 2, c]
-                        - a[i, k + 3] * a[k + 3, c]
-                    )
-            k += 4
-        for r in range(i, i + height):
-            for p in range(k, r):
-                f0 = a[r, p] * a[p, p]
-                a[r, p] = f0
-                j = p + 1
-                while j + 3 < n:
-                    subtract_1x1(a, a, a, r, p, j)
-                    j += 4
-                for c in range(j, n):
-                    a[r, c] -= f0 * a[p, c]
-            if not abs(a[r, r]) > 1.0e-9:
-                return 1
-            a[r, r] = 1.0 / a[r, r]
-        i += height
+                a[r, c] -= f0 * a[p, c]
+        if not abs(a[r, r]) > 1.0e-9:
+            return 1
+        a[r, r] = 1.0 / a[r, r]
     return 0
 
 
+@inlined_kernel
+def subtract_four(a, n, i, k):
+    """Subtract four pivots from the columns behind them of four rows."""
+    j = k + 4
+    while j + 3 < n:
+        subtract_4x4(a, a, a, i, k, j)
+        j += 4
+    for c in range(j, n):
+        subtract_column(a, a, a, i, k, c)
+
+
+@inlined_kernel
+def subtract_one(a, n, i, k):
+    """The same of one row."""
+    j = k + 4
+    while j + 3 < n:
+        subtract_1x4(a, a, a, i, k, j)
+        j += 4
+    for c in range(j, n):
+        f0, f1, f2, f3 = a[i, k], a[i, k + 1], a[i, k + 2], a[i, k + 3]
+        a[i, c] = a[i, c] - f0 * a[k, c] - f1 * a[k + 1, c] - f2 * a[k + 2, c] - f3 * a[k + 3, c]
+
+
 @kernel
-def solve_rows(a, n, b):
-    """Solve Aᵀ x = b with the factors of A by :func:`factor_rows`, in place on ``b``.
+def solve_rows(a, n, vectors, v):
+    """Solve Aᵀ x = b with the factors of A by :func:`factor_rows`, in place on the first n numbers of ``vectors[v]``.
 
     The transposed system, because it walks along rows both ways; callers keep their matrix transposed.
     """
-    for j in range(n):
-        s = b[j] * a[j, j]
-        b[j] = s
-        for i in range(j + 1, n):
-            b[i] -= a[j, i] * s
-    for j in range(n - 1, 0, -1):
-        s = b[j]
-        for i in range(j):
-            b[i] -= a[j, i] * s
+    b = vectors[v]
+    fours = n - n % LANES
+    for k in range(0, fours, LANES):
+        for p in range(k, k + LANES):
+            b[p] *= a[p, p]
+            for c in range(p + 1, k + LANES):
+                b[c] -= a[p, c] * b[p]
+        for j in range(k + LANES, fours, LANES):
+            subtract_1x4(vectors, vectors, a, v, k, j)
+        for c in range(fours, n):
+            b[c] = b[c] - b[k] * a[k, c] - b[k + 1] * a[k + 1, c] - b[k + 2] * a[k + 2, c] - b[k + 3] * a[k + 3, c]
+    for p in range(fours, n):
+        b[p] *= a[p, p]
+        for c in range(p + 1, n):
+            b[c] -= a[p, c] * b[p]
+    for p in range(n - 1, fours - 1, -1):
+        for c in range(p):
+            b[c] -= a[p, c] * b[p]
+    k = fours
+    while k > 0:
+        k -= LANES
+        for p in range(k + LANES - 1, k, -1):
+            for c in range(k, p):
+                b[c] -= a[p, c] * b[p]
+        for j in range(0, k, LANES):
+            subtract_1x4(vectors, vectors, a, v, k, j)
 
 
 @kernel

@@ -280,9 +280,9 @@ def newton_step(model, work, stage, keep_matrix):
         if model.pairs.shape[0] > 0:
             compliance = work.relative
         fill_jacobian(compliance, model.connections, work.factored, n_newton, work.jacobian)
-        if factor_rows(work.jacobian, n_newton) != 0:
+        if factor_rows(work.jacobian, work.jacobian.shape[0]) != 0:
             return SINGULAR
-    solve_rows(work.jacobian, n_newton, step)
+    solve_rows(work.jacobian, work.jacobian.shape[0], work.port, U_STEP)
     return OK
 
 
@@ -340,7 +340,7 @@ def follow_load(model, work, stage):
         step[k] = work.port[U_FREE, k] - work.port[U, k]
     answer(model, work, stage.slot, work.port[FORCES], step)
     relative_step(model, frame[COS], frame[SIN], step)
-    solve_rows(work.jacobian, model.scales.shape[0], step)
+    solve_rows(work.jacobian, work.jacobian.shape[0], work.port, U_STEP)
     follow_forces(model, work, stage)
 
 
@@ -405,9 +405,15 @@ def first_piston(model):
 @inlined_kernel
 def port_rates(model, work, stage):
     """u̇ and ü of the ports that belong to their u in a stage."""
+    u = work.port[U]
+    u_q = work.port[U_Q]
+    u_v = work.port[U_V]
+    ud = work.port[UD]
+    udd = work.port[UDD]
     for k in range(int(model.layout[PORTS])):
-        work.port[UDD, k] = (work.port[U, k] - work.port[U_Q, k]) / stage.c_q
-        work.port[UD, k] = work.port[U_V, k] + stage.c_v * work.port[UDD, k]
+        acceleration = (u[k] - u_q[k]) / stage.c_q
+        udd[k] = acceleration
+        ud[k] = u_v[k] + stage.c_v * acceleration
 
 
 @inlined_kernel
@@ -442,11 +448,13 @@ def answer(model, work, slot, f, u):
 def fill_jacobian(compliance, connections, blocks, n, jacobian):
     """Fill (I − H J)ᵀ on the n Newton ports; J is the sum of the connections' blocks.
 
-    ``compliance`` is symmetric only without gyroscopic terms; it is kept transposed: [k, i] = H_ik.
+    ``compliance`` is symmetric only without gyroscopic terms; it is kept transposed: [k, i] = H_ik. What ``jacobian``
+    has beyond n becomes the identity.
     """
-    for i in range(n):
+    size = jacobian.shape[0]
+    for i in range(size):
         row = jacobian[i]
-        for j in range(n):
+        for j in range(size):
             row[j] = 0.0
         row[i] = 1.0
     for k in range(connections.shape[0]):
