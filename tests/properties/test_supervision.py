@@ -165,6 +165,7 @@ def slow():
         os.kill(os.getppid(), signal.SIGINT)
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job is started with it ignored
     try:
         t.run_supervised(partial(t.system, slow), 1e6, t.Steps(t.STEP))
     except KeyboardInterrupt as error:
