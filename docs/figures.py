@@ -159,6 +159,16 @@ def film_levels() -> str:
     return table(header, rows)
 
 
+def level_cost() -> str:
+    """Cost and numerical error of each level."""
+    rows = []
+    for label, found in json.loads(python("-m", "benchmarks.level_cost")).items():
+        level, step = label.rsplit(", ", 1)
+        error, cost, ratio = found["error_of_torsion"], found["of_real_time"], found["over_impedance"]
+        rows.append((level, step.replace(" deg", "°"), f"{error:.1e}", f"{cost:.3f}", f"{ratio:.2f}"))
+    return table(("level", "step", "numerical error of torsion", "of real time", "over impedance, 2.5°"), rows)
+
+
 def film() -> str:
     """What a film costs from the impedance map and solved online."""
     found = benchmark("film")
@@ -238,9 +248,8 @@ def chain() -> str:
     found = benchmark("chain")
     stages = table(("stage", "s"), ((name, f"{seconds:.1f}") for name, seconds in found["stages_s"].items()))
     return f"""{found["whole_s"]:.0f} s with an empty cache, {found["with_crankshaft_in_the_cache_s"]:.1f} s with the
-crankshaft in it. A new FMU compiles its kernels at its first start on a machine
-({found["first_start_compiles_s"]:.0f} s); the second start reaches the end of its first step in
-{found["second_start_s"]:.2f} s.
+crankshaft in it. The FMU reaches the end of its first step in {found["first_start_s"]:.3f} s, the second time
+in {found["second_start_s"]:.3f} s.
 
 {stages}"""
 
@@ -542,6 +551,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "beam_frequencies": ("ladder.md", beam_frequencies),
     "torsional_sources": ("ladder.md", torsional_sources),
     "level_runs": ("ladder.md", level_runs),
+    "level_cost": ("benchmarks.md", level_cost),
     "film_levels": ("benchmarks.md", film_levels),
     "film": ("benchmarks.md", film),
     "film_cost": ("benchmarks.md", film_cost),

@@ -18,6 +18,7 @@ from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import NativeValue, register_model, typeof_impl, unbox
 
+from cranktrain.core import vector_types  # noqa: F401 - kernels compute with vectors as with numbers
 from cranktrain.core.records import record_image
 
 _KEPT = 16

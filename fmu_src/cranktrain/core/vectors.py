@@ -97,3 +97,133 @@ subtract_column: Any = Intrinsic(_subtracting(4, 4, 1))
 """Four rows and four pivots in one column alone."""
 subtract_1x1: Any = Intrinsic(_subtracting(1, 1))
 """The same for one row and one pivot."""
+
+
+# Vectors as values: kernels add, subtract and multiply them by + - *, see :mod:`cranktrain.core.vector_types`.
+
+
+def _types() -> Any:
+    from cranktrain.core import vector_types
+
+    return vector_types
+
+
+def _indices(context: Any, builder: Any, kind: Any, value: Any) -> list[Any]:
+    """An index, or a tuple of them, as LLVM's integers of an address."""
+    integer = compiler().types.intp
+    if isinstance(kind, compiler().types.BaseTuple):
+        parts = [(inner, builder.extract_value(value, k)) for k, inner in enumerate(kind)]
+    else:
+        parts = [(kind, value)]
+    return [context.cast(builder, part, inner, integer) for inner, part in parts]
+
+
+def _loading() -> Any:
+    four = _types().FOUR
+
+    def load(typing_context: Any, array: Any, at: Any) -> Any:
+        _contiguous(array)
+
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            where = _indices(context, builder, signature.args[1], values[1])
+            return _vector(builder, _address(context, builder, array, values[0], where))[0]
+
+        return four(array, at), generate
+
+    return load
+
+
+def _storing() -> Any:
+    four, numba = _types().FOUR, compiler()
+
+    def store(typing_context: Any, array: Any, at: Any, vector: Any) -> Any:
+        _contiguous(array)
+
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            where = _indices(context, builder, signature.args[1], values[1])
+            address = _address(context, builder, array, values[0], where)
+            builder.store(values[2], builder.bitcast(address, values[2].type.as_pointer()), align=8)
+            return context.get_dummy_value()
+
+        return numba.types.void(array, at, four), generate
+
+    return store
+
+
+def _packing() -> Any:
+    from llvmlite import ir
+
+    found, double = _types(), compiler().types.float64
+
+    def pack(typing_context: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            vector = ir.Constant(found.VECTOR, ir.Undefined)
+            for k, value in enumerate(values):
+                vector = builder.insert_element(vector, value, ir.Constant(ir.IntType(32), k))
+            return vector
+
+        return found.FOUR(double, double, double, double), generate
+
+    return pack
+
+
+def _spreading() -> Any:
+    found, double = _types(), compiler().types.float64
+
+    def splat(typing_context: Any, value: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            return found.all_lanes(builder, values[0])
+
+        return found.FOUR(double), generate
+
+    return splat
+
+
+def _unpacking() -> Any:
+    from llvmlite import ir
+
+    found, numba = _types(), compiler()
+    kind = numba.types.UniTuple(numba.types.float64, LANES)
+
+    def unpack(typing_context: Any, vector: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            parts = [builder.extract_element(values[0], ir.Constant(ir.IntType(32), k)) for k in range(LANES)]
+            return context.make_tuple(builder, kind, parts)
+
+        return kind(found.FOUR), generate
+
+    return unpack
+
+
+def _shuffling(*order: int) -> Callable[[], Any]:
+    def making() -> Any:
+        from llvmlite import ir
+
+        four = _types().FOUR
+
+        def shuffle(typing_context: Any, vector: Any) -> Any:
+            def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+                mask = ir.Constant(ir.VectorType(ir.IntType(32), LANES), list(order))
+                return builder.shuffle_vector(values[0], values[0], mask)
+
+            return four(four), generate
+
+        return shuffle
+
+    return making
+
+
+load: Any = Intrinsic(_loading)
+"""Four doubles from an array's entry on, ``(array, index)``; a tuple is the index of an array with several axes."""
+store: Any = Intrinsic(_storing)
+"""Write them, ``(array, index, vector)``."""
+splat: Any = Intrinsic(_spreading)
+"""One number in all lanes."""
+pack: Any = Intrinsic(_packing)
+"""Four numbers as a vector."""
+unpack: Any = Intrinsic(_unpacking)
+"""A vector as four numbers."""
+swap_pairs: Any = Intrinsic(_shuffling(1, 0, 3, 2))
+"""Lanes 1, 0, 3, 2."""
+second_first: Any = Intrinsic(_shuffling(1, 1, 2, 3))
+"""Lanes 1, 1, 2, 3."""

@@ -41,25 +41,28 @@ def rod_force(x, y, vx, vy, ax, ay, gas, length, m_b, m_o, delta_j, offset, grav
     """
     x = x - offset
     s = math.sqrt(length * length - x * x)
-    g = -x / s
-    l2s3 = length * length / (s * s * s)
-    a_p = g * ax + ay - vx * vx * l2s3
+    per_s = 1.0 / s  # the only division
+    per_s2 = per_s * per_s
+    per_s4 = per_s2 * per_s2
+    g = -x * per_s
+    l2s3 = length * length * per_s2 * per_s
+    vx2 = vx * vx
+    a_p = g * ax + ay - vx2 * l2s3
     axial = m_o * (a_p + gravity_y) + gas
-    s2 = s * s
-    remainder = delta_j * (ax / s2 + x * vx * vx / (s2 * s2))
+    remainder = delta_j * (ax * per_s2 + x * vx2 * per_s4)
     out[0] = -m_b * (ax + gravity_x) - g * axial - remainder
     out[1] = -m_b * (ay + gravity_y) - axial
-    slope = -l2s3 * ax + 3.0 * vx * vx * length * length * g / (s2 * s2)
+    slope = -l2s3 * ax + 3.0 * vx2 * length * length * g * per_s4
     out[BY_X] = (
         l2s3 * axial
         - g * m_o * slope
-        - delta_j * (-2.0 * g * ax / (s2 * s) + vx * vx / (s2 * s2) - 4.0 * x * vx * vx * g / (s2 * s2 * s))
+        - delta_j * (-2.0 * g * ax * per_s2 * per_s + vx2 * per_s4 - 4.0 * x * vx2 * g * per_s4 * per_s)
     )
     out[BY_X + 1] = -m_o * slope
     rate = -2.0 * vx * l2s3
-    out[BY_VX] = -g * m_o * rate - delta_j * 2.0 * x * vx / (s2 * s2)
+    out[BY_VX] = -g * m_o * rate - delta_j * 2.0 * x * vx * per_s4
     out[BY_VX + 1] = -m_o * rate
-    put_four(out, BY_ACCELERATION, (-m_b - m_o * g * g - delta_j / s2, -m_o * g, -m_o * g, -m_b - m_o))
+    put_four(out, BY_ACCELERATION, (-m_b - m_o * g * g - delta_j * per_s2, -m_o * g, -m_o * g, -m_b - m_o))
     out[PISTON] = y + s
     out[PISTON_VELOCITY] = vy + g * vx
     out[PISTON_ACCELERATION] = a_p

@@ -353,7 +353,7 @@ def pin_positions(engine: Engine) -> tuple[float, float]:
 
 
 def cylinder_parameters(engine: Engine, free_big_ends: bool) -> Array:
-    """Pack rods, pistons and phases, (c, 11), but for piston area and clearance volume.
+    """Pack rods, pistons and phases, (c, 13), but for piston area and clearance volume.
 
     The mass of a free big end is a body of its own.
     """
@@ -372,6 +372,8 @@ def cylinder_parameters(engine: Engine, free_big_ends: bool) -> Array:
             cylinders.pin_offset,
             0.0,
             top,
+            math.cos(cylinders.bank_angles[k]),
+            math.sin(cylinders.bank_angles[k]),
         ]
         for k in range(engine.n_cylinders)
     ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.vectors import LANES, subtract_1x1, subtract_1x4, subtract_4x4, subtract_column
+from cranktrain.core.vectors import LANES, load, store, subtract_1x1, subtract_1x4, subtract_4x4, subtract_column
 
 
 @kernel
@@ -161,26 +161,67 @@ def solve_rows(a, n, vectors, v):
 
 @kernel
 def add_product(transposed, x, rows, columns, y):
-    """y += Bᵀ x for B (rows, columns): kept transposed, so that the sum runs over contiguous rows, four at once."""
+    """y += Bᵀ x for B (rows, columns): kept transposed, so that the sum runs over contiguous rows, four at once.
+
+    Eight columns at a time stay in registers. The last eight overlap those before: each starts from y as it was.
+    """
+    last = columns - 2 * LANES
+    if last < 0:
+        add_narrow(transposed, x, rows, columns, y)
+        return
+    first_of_last, second_of_last = eight_columns(transposed, x, rows, last, y)
+    for j in range(0, last, 2 * LANES):
+        first, second = eight_columns(transposed, x, rows, j, y)
+        store(y, j, first)
+        store(y, j + LANES, second)
+    store(y, last, first_of_last)
+    store(y, last + LANES, second_of_last)
+
+
+@inlined_kernel
+def eight_columns(transposed, x, rows, j, y):
+    """Columns j to j + 7 of y + Bᵀ x, as two vectors."""
+    first = load(y, j)
+    second = load(y, j + LANES)
     i = 0
     while i + 3 < rows:
-        x0 = x[i]
-        x1 = x[i + 1]
-        x2 = x[i + 2]
-        x3 = x[i + 3]
-        for j in range(columns):
-            y[j] += (
-                x0 * transposed[i, j]
-                + x1 * transposed[i + 1, j]
-                + x2 * transposed[i + 2, j]
-                + x3 * transposed[i + 3, j]
-            )
+        x0, x1, x2, x3 = x[i], x[i + 1], x[i + 2], x[i + 3]
+        first += (
+            x0 * load(transposed, (i, j))
+            + x1 * load(transposed, (i + 1, j))
+            + x2 * load(transposed, (i + 2, j))
+            + x3 * load(transposed, (i + 3, j))
+        )
+        second += (
+            x0 * load(transposed, (i, j + LANES))
+            + x1 * load(transposed, (i + 1, j + LANES))
+            + x2 * load(transposed, (i + 2, j + LANES))
+            + x3 * load(transposed, (i + 3, j + LANES))
+        )
         i += 4
     while i < rows:
-        x0 = x[i]
-        for j in range(columns):
-            y[j] += x0 * transposed[i, j]
+        first += x[i] * load(transposed, (i, j))
+        second += x[i] * load(transposed, (i, j + LANES))
         i += 1
+    return first, second
+
+
+@inlined_kernel
+def add_narrow(transposed, x, rows, columns, y):
+    """The same for fewer than eight columns."""
+    if columns < LANES:
+        for i in range(rows):
+            for j in range(columns):
+                y[j] += x[i] * transposed[i, j]
+        return
+    last = columns - LANES
+    first = load(y, 0)
+    second = load(y, last)
+    for i in range(rows):
+        first += x[i] * load(transposed, (i, 0))
+        second += x[i] * load(transposed, (i, last))
+    store(y, 0, first)
+    store(y, last, second)
 
 
 @kernel

@@ -5,7 +5,18 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.dynamics.model.slots import OFFSET, OMEGA, OMEGA_DOT, PIN_ROTATIONS, ROD, RODS
+from cranktrain.dynamics.model.slots import (
+    COS,
+    COS_BANK,
+    OFFSET,
+    OMEGA,
+    OMEGA_DOT,
+    PIN_ROTATIONS,
+    ROD,
+    RODS,
+    SIN,
+    SIN_BANK,
+)
 
 # Motion of a point in a plane, six values from X on; a pin's is followed by how far it moved, and by the share
 # (R(φ) − I) X of turning alone.
@@ -13,6 +24,8 @@ X, Y, VX, VY, AX, AY, MOVED, ARM = 0, 1, 2, 3, 4, 5, 6, 8
 # Where in the scratch memory a pin's motion, a rod's in axes of its cylinder, and its piston lie, clear of rod_force's
 # results.
 PIN, CROSS, SIDE = 16, 24, 48
+SMALL = 0.1
+"""Rotation (rad) below which the series of :func:`turn` are exact to rounding."""
 
 
 @inlined_kernel
@@ -57,8 +70,7 @@ def pin_motion(model, frame, c, u, ud, udd, out):
     x0 = model.pins[c, 0]
     y0 = model.pins[c, 1]
     phi = u[r]
-    cos = math.cos(phi)
-    sin = math.sin(phi)
+    cos, sin = turn(phi)
     turned_x = cos * x0 - sin * y0
     turned_y = sin * x0 + cos * y0
     arm_x = turned_x - x0
@@ -84,6 +96,24 @@ def pin_motion(model, frame, c, u, ud, udd, out):
     out[MOVED + 1] = y - y0
     out[ARM] = arm_x
     out[ARM + 1] = arm_y
+
+
+@inlined_kernel
+def turn(phi):
+    """Cosine and sine of a pin's own rotation: small, so that a few terms of their series do."""
+    if abs(phi) > SMALL:
+        return math.cos(phi), math.sin(phi)
+    x = phi * phi
+    cos = 1.0 - x * (1.0 / 2.0 - x * (1.0 / 24.0 - x * (1.0 / 720.0 - x * (1.0 / 40320.0 - x * (1.0 / 3628800.0)))))
+    sin = phi - phi * x * (1.0 / 6.0 - x * (1.0 / 120.0 - x * (1.0 / 5040.0 - x * (1.0 / 362880.0))))
+    return cos, sin
+
+
+@inlined_kernel
+def cylinder_axes(rod, frame):
+    """Cosine and sine of the frame's angle against a rod's cylinder."""
+    cos = frame[COS] * rod[COS_BANK] + frame[SIN] * rod[SIN_BANK]
+    return cos, frame[SIN] * rod[COS_BANK] - frame[COS] * rod[SIN_BANK]
 
 
 @inlined_kernel

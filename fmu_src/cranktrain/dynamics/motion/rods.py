@@ -5,13 +5,11 @@ Rod and piston are eliminated onto the pin, or onto the big end where that float
 
 from __future__ import annotations
 
-import math
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
     AREA,
-    BANK,
     COS,
+    COS_BANK,
     CRANKCASE,
     DELTA_J,
     FORCES,
@@ -27,6 +25,7 @@ from cranktrain.dynamics.model.slots import (
     ROD_LAWS,
     RODS,
     SIN,
+    SIN_BANK,
     STATE_U,
     STATE_UD,
     STATE_UDD,
@@ -50,6 +49,7 @@ from cranktrain.dynamics.motion.rod_motion import (
     Y,
     across_cylinder,
     big_end_motion,
+    cylinder_axes,
     pin_motion,
     rod_end,
     rod_swing,
@@ -87,8 +87,7 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
     status = 0
     for c in range(model.cylinders.shape[0]):
         rod = model.cylinders[c]
-        cos = math.cos(frame[THETA] - rod[BANK])
-        sin = math.sin(frame[THETA] - rod[BANK])
+        cos, sin = cylinder_axes(rod, frame)
         pin_motion(model, frame, c, u, ud, udd, out)
         moved_x = out[MOVED]
         moved_y = out[MOVED + 1]
@@ -135,7 +134,7 @@ def rod_load(rod, scalars, c, pressure, torque):
     """What rod and piston of cylinder c are given."""
     g = scalars[GRAVITY]
     gas = (pressure - scalars[CRANKCASE]) * rod[AREA]
-    return RodLoad(c, gas, torque, g * math.sin(rod[BANK]), g * math.cos(rod[BANK]))
+    return RodLoad(c, gas, torque, g * rod[SIN_BANK], g * rod[COS_BANK])
 
 
 @inlined_kernel
@@ -185,7 +184,8 @@ def observe_rod(model, work, c):
     udd = work.port[STATE_UDD]
     load = rod_load(rod, model.scalars, c, work.pressures[0, c], 0.0)
     rod_end(model, frame, c, u, ud, udd, out)
-    across_cylinder(out, math.cos(frame[THETA] - rod[BANK]), math.sin(frame[THETA] - rod[BANK]), cross)
+    cos, sin = cylinder_axes(rod, frame)
+    across_cylinder(out, cos, sin, cross)
     for j in range(LAYER):
         side[UPPER + j] = 0.0
     if model.layout[PISTONS] == 0.0:

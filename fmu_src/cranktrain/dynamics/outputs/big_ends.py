@@ -6,23 +6,21 @@ Vectors in axes at rest: x across the engine, y upwards. A rigid big end has a l
 
 from __future__ import annotations
 
-import math
-
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model.slots import (
-    BANK,
     BIG_ENDS_FRICTION,
     COS,
+    COS_BANK,
     OMEGA,
     PIN_ROTATIONS,
     RODS,
     SIN,
+    SIN_BANK,
     STATE_U,
     STATE_UD,
     STATE_UDD,
-    THETA,
 )
-from cranktrain.dynamics.motion.rod_motion import PIN, X, Y, big_end_motion, pin_motion, rod_swing
+from cranktrain.dynamics.motion.rod_motion import PIN, X, Y, big_end_motion, cylinder_axes, pin_motion, rod_swing
 from cranktrain.dynamics.motion.rods import float_force, observe_rod, place_pin
 from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, OBSERVE, P_MAX
 from cranktrain.film.laws.parameters import CLEARANCE
@@ -43,8 +41,8 @@ def observe_big_ends(model, work, state, members, out):
             observe_floating(model, work, c, row)
         else:
             observe_rod(model, work, c)
-            bank = model.cylinders[c, BANK]
-            to_space(work.scratch, math.cos(bank), math.sin(bank), row[FORCE_X:])
+            rod = model.cylinders[c]
+            to_space(work.scratch, rod[COS_BANK], rod[SIN_BANK], row[FORCE_X:])
     return 0
 
 
@@ -52,7 +50,6 @@ def observe_big_ends(model, work, state, members, out):
 def observe_floating(model, work, c, row):
     """Outputs of the floating big end of cylinder c."""
     frame = work.frames[0]
-    bank = model.cylinders[c, BANK]
     u = work.port[STATE_U]
     ud = work.port[STATE_UD]
     udd = work.port[STATE_UDD]
@@ -61,7 +58,8 @@ def observe_floating(model, work, c, row):
     pin_motion(model, frame, c, u, ud, udd, pin)
     big_end_motion(model, frame, c, u, ud, udd, rod)
     place_pin(model, c, pin, rod)
-    _, rod_speed = rod_swing(model.cylinders[c], rod, math.cos(frame[THETA] - bank), math.sin(frame[THETA] - bank))
+    cos, sin = cylinder_axes(model.cylinders[c], frame)
+    _, rod_speed = rod_swing(model.cylinders[c], rod, cos, sin)
     pin_speed = frame[OMEGA] + ud[int(model.layout[PIN_ROTATIONS]) + c]
     float_force(model, frame, c, OBSERVE, pin_speed, rod_speed)
     film = model.floating.out

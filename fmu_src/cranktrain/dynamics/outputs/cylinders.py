@@ -10,7 +10,6 @@ import math
 from cranktrain.core.kernel import law_kernel
 from cranktrain.dynamics.model.slots import (
     AREA,
-    BANK,
     CLEARANCE_VOLUME,
     CRANKCASE,
     GAS_POWER,
@@ -23,10 +22,9 @@ from cranktrain.dynamics.model.slots import (
     STATE_UD,
     STATE_UDD,
     STROKE_TOP,
-    THETA,
 )
 from cranktrain.dynamics.motion.guided_pistons import FRICTION_ALONG, LOWER, UPPER, upper_share
-from cranktrain.dynamics.motion.rod_motion import SIDE, VX, VY, X, Y, rod_end
+from cranktrain.dynamics.motion.rod_motion import SIDE, VX, VY, X, Y, cylinder_axes, rod_end
 from cranktrain.dynamics.motion.rods import observe_rod
 from cranktrain.loads.slider_crank import PISTON, PISTON_VELOCITY
 
@@ -44,8 +42,7 @@ def observe_cylinders(model, work, state, members, out):
     for c in range(members):
         rod = model.cylinders[c]
         rod_end(model, frame, c, u, work.port[STATE_UD], work.port[STATE_UDD], motion)
-        cos = math.cos(frame[THETA] - rod[BANK])
-        sin = math.sin(frame[THETA] - rod[BANK])
+        cos, sin = cylinder_axes(rod, frame)
         side = cos * motion[X] - sin * motion[Y] - rod[OFFSET]
         side_rate = cos * motion[VX] - sin * motion[VY]
         if model.layout[PISTONS] > 0.0:

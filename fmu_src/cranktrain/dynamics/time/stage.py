@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.vectors import LANES, load, store
 from cranktrain.dynamics.model.slots import (
     BASE,
     BIG_Q,
@@ -464,9 +465,18 @@ def fill_jacobian(compliance, connections, blocks, n, jacobian):
             for b in range(size):
                 share = blocks[k, 4 * b + a]
                 if share != 0.0:
-                    column = compliance[int(connections[k, 1 + b])]
-                    for i in range(n):
-                        row[i] -= share * column[i]
+                    subtract_share(row, share, compliance[int(connections[k, 1 + b])], n)
+
+
+@inlined_kernel
+def subtract_share(row, share, column, n):
+    """``row`` less ``share`` times ``column``, n numbers."""
+    i = 0
+    while i + 3 < n:
+        store(row, i, load(row, i) - share * load(column, i))
+        i += LANES
+    for j in range(i, n):
+        row[j] -= share * column[j]
 
 
 @kernel
