@@ -179,7 +179,7 @@ def test_the_embedded_solution_is_of_lower_order(name):
     assert any(abs(value - expected) > 1e-5 for value, expected in conditions[order])
 
 
-@pytest.mark.parametrize("name", ["esdirk3", "esdirk4", "esdirk5"])
+@pytest.mark.parametrize("name", ["esdirk3", "esdirk4", "esdirk5", "esdirk47", "esdirk57"])
 def test_stages_are_of_second_order_where_the_first_is_explicit(name):
     a = matrix(integrator_table(name))
     c = a.sum(axis=1)

@@ -89,6 +89,8 @@ def carried_on(bearings, integrator, step_deg, span_deg, cutoff_hz=None):
         ("esdirk3", (0.5, 0.25, 0.125), 2.7, 3.3),
         ("esdirk4", (1.0, 0.5, 0.25), 3.3, 5.0),
         ("esdirk5", (2.0, 1.0, 0.5), 4.0, 6.0),
+        ("esdirk47", (2.0, 1.0, 0.5), 3.3, 5.0),
+        ("esdirk57", (4.0, 2.0, 1.0), 4.0, 6.0),
     ],
 )
 def test_order_on_smooth_data_with_a_mass_that_varies(integrator, steps, low, high):

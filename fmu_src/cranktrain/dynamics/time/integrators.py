@@ -171,6 +171,12 @@ def _rows() -> tuple[Integrator, ...]:
         Integrator("esdirk3", "L-stable, first stage explicit, with error estimate", kutta, 3, t.esdirk3, 2),
         Integrator("esdirk4", "L-stable, first stage explicit, with error estimate", kutta, 4, t.esdirk4, 3),
         Integrator("esdirk5", "L-stable, first stage explicit, with error estimate", kutta, 5, t.esdirk5, 4),
+        Integrator(
+            "esdirk47", "order 4, seven stages, the first explicit, with error estimate", kutta, 4, t.esdirk47, 3
+        ),
+        Integrator(
+            "esdirk57", "order 5, seven stages, the first explicit, with error estimate", kutta, 5, t.esdirk57, 4
+        ),
     )
 
 

@@ -7,7 +7,9 @@ Every method here reads, for a stage, q = Q + c_q a and v = V + c_v a with the t
   (2 stages; Alexander 1977), ``sdirk3`` (3 stages; Alexander 1977), ``sdirk4`` (4, 5 stages; Hairer & Wanner II, table
   IV.6.5), and with an explicit first stage and stages of order two, which keep their order where films are stiff,
   ``esdirk3``, ``esdirk4`` and ``esdirk5`` (3, 5 and 7 implicit stages; Kennedy & Carpenter 2003, the implicit halves of
-  their ARK3(2)4L[2]SA, ARK4(3)6L[2]SA and ARK5(4)8L[2]SA);
+  their ARK3(2)4L[2]SA, ARK4(3)6L[2]SA and ARK5(4)8L[2]SA), ``esdirk47`` (order 4, 6 implicit stages of half the γ of
+  ``esdirk4``; the implicit half of ARK4(3)7L[2]SA1, Kennedy & Carpenter, Appl. Numer. Math. 136 (2019) 183) and
+  ``esdirk57`` (order 5, 6 implicit stages; ESDIRK5(4)7L[2]SA2, Kennedy & Carpenter, Appl. Numer. Math. 146 (2019) 221);
 * methods with one implicit stage, of Newmark's form q₁ = q₀ + h v₀ + h² [(½−β) ā₀ + β ā₁], v₁ likewise with γ:
   generalised-α in the form of Arnold & Brüls (2007) with an auxiliary acceleration ā beside the true one,
   (1−α_m) ā₁ + α_m ā₀ = (1−α_f) v̇₁ + α_f v̇₀, so that a mass matrix which varies with the state keeps second order;
@@ -226,6 +228,86 @@ def esdirk5() -> Array:
             4035322873751 / 18575991585200,
         ],
     )
+
+
+def esdirk47() -> Array:
+    """Table of Kennedy and Carpenter's method of order four with six implicit stages."""
+    second, third, fourth, fifth = (
+        624185399699 / 4186980696204,
+        1258591069120 / 10082082980243,
+        -436103496990 / 5971407786587,
+        -2207373168298 / 14430576638973,
+    )
+    return _explicit_first(
+        247 / 2000,
+        [
+            [247 / 2000],
+            [second, second],
+            [third, third, -322722984531 / 8455138723562],
+            [fourth, fourth, -2689175662187 / 11046760208243, 4431412449334 / 12995360898505],
+            [
+                fifth,
+                fifth,
+                242511121179 / 3358618340039,
+                3145666661981 / 7780404714551,
+                5882073923981 / 14490790706663,
+            ],
+            [
+                0.0,
+                0.0,
+                9164257142617 / 17756377923965,
+                -10812980402763 / 74029279521829,
+                1335994250573 / 5691609445217,
+                2273837961795 / 8368240463276,
+            ],
+        ],
+        [
+            0.0,
+            0.0,
+            4469248916618 / 8635866897933,
+            -621260224600 / 4094290005349,
+            696572312987 / 2942599194819,
+            1532940081127 / 5565293938103,
+            2441 / 20000,
+        ],
+    )
+
+
+def esdirk57() -> Array:
+    """Table of Kennedy and Carpenter's method of order five with six implicit stages."""
+    gamma = 23 / 125
+    nodes = [
+        2 * gamma, 7121331996143 / 11335814405378, 49 / 353, 3706679970760 / 5295570149437, 347 / 382, 1.0,
+    ]  # fmt: skip
+    behind_first = [
+        [],
+        [791020047304 / 3561426431547],
+        [-158159076358 / 11257294102345, -85517644447 / 5003708988389],
+        [-1653327111580 / 4048416487981, 1514767744496 / 9099671765375, 14283835447591 / 12247432691556],
+        [
+            -4540011970825 / 8418487046959,
+            -1790937573418 / 7393406387169,
+            10819093665085 / 7266595846747,
+            4109463131231 / 7386972500302,
+        ],
+        [
+            -188593204321 / 4778616380481,
+            2809310203510 / 10304234040467,
+            1021729336898 / 2364210264653,
+            870612361811 / 2470410392208,
+            -1307970675534 / 8059683598661,
+        ],
+    ]
+    embedded = [
+        -582099335757 / 7214068459310,
+        615023338567 / 3362626566945,
+        3192122436311 / 6174152374399,
+        6156034052041 / 14430468657929,
+        -1011318518279 / 9693750372484,
+        1914490192573 / 13754262428401,
+    ]
+    below = [[c - sum(row) - gamma, *row] for c, row in zip(nodes, behind_first, strict=True)]
+    return _explicit_first(gamma, below, [1.0 - sum(embedded), *embedded])
 
 
 def _explicit_first(gamma: float, below: list[list[float]], embedded: list[float]) -> Array:

@@ -21,6 +21,7 @@ SLOW_CYCLES = {DEAR: 2, DEAREST: 2}
 QUICK_STEPS = {
     "esdirk4": (6.0, 4.0, 3.0, 2.5, 2.0, 1.0, 0.5),
     "esdirk5": (6.0, 3.0, 1.0),
+    "esdirk57": (10.0, 5.0, 2.5),
     "sdirk4": (4.0, 2.5, 1.0),
     "generalised-alpha:0.6": (1.0, 0.5),
     "tr-bdf2": (1.0,),
@@ -37,7 +38,7 @@ STEPS = {
     "sdirk4": _FOURTH_ORDER,
     "esdirk3": _THIRD_ORDER,
     "esdirk4": _FOURTH_ORDER,
-    "esdirk5": (10.0, 8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.5),
+    **dict.fromkeys(("esdirk5", "esdirk47", "esdirk57"), (10.0, 8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.5)),
 }
 """Steps in degrees of each integrator that is known here; one that is not takes those of ``sdirk2``."""
 
