@@ -34,8 +34,9 @@ SMOOTH = 5.0e-5
 """σ over the clearance of surfaces that are said to be smooth: altered below 4e-4 clearances only."""
 STRAIGHT = (0.0, 0.5, 2.0)
 """Profile of a straight shell."""
-_SAMPLES, _HALVINGS = 8, 40
-_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+_SAMPLES, _STEPS = 8, 60
+_NARROW = 1.0e-12
+"""ζ to which the place of a least gap on a relief is found."""
 
 
 def over(profile: tuple[float, float, float], unit: float = 1.0) -> tuple[float, float, float]:
@@ -87,7 +88,8 @@ def open_gap(h, sigma):
 def least_gap(place, clearance, profile):
     """Least gap between a journal at ``place`` (x, y, a, b) and the shell, and its ζ; 0 for a journal without tilt.
 
-    Between the reliefs an end is least, because |e + ζ t| is convex; on a relief it is searched for.
+    Between the reliefs an end is least, because |e + ζ t| is convex; a relief is searched where the journal reaches
+    far enough to come nearer there than elsewhere.
     """
     x, y, a, b = place
     depth, share, _ = profile
@@ -99,6 +101,8 @@ def least_gap(place, clearance, profile):
     best = side * (1.0 - share)
     least = _gap(best, place, clearance, profile)
     for end in (side, -side):
+        if clearance - max(_reach(end * (1.0 - share), place), _reach(end, place)) >= least:
+            continue
         nearest = 0
         lowest = _gap(end * (1.0 - share), place, clearance, profile)
         for k in range(1, _SAMPLES + 1):
@@ -108,26 +112,73 @@ def least_gap(place, clearance, profile):
                 nearest = k
         near = 1.0 - share + share * max(nearest - 1, 0) / _SAMPLES
         far = 1.0 - share + share * min(nearest + 1, _SAMPLES) / _SAMPLES
-        for _ in range(_HALVINGS):
-            width = _GOLDEN * (far - near)
-            if _gap(end * (far - width), place, clearance, profile) < _gap(
-                end * (near + width), place, clearance, profile
-            ):
-                far = near + width
-            else:
-                near = far - width
-        for zeta in (end * near, end * far):
-            h = _gap(zeta, place, clearance, profile)
-            if h < least:
-                least = h
-                best = zeta
+        zeta = end * _flattest(near, far, end, place, profile)
+        h = _gap(zeta, place, clearance, profile)
+        if h < least:
+            least = h
+            best = zeta
     return least, best
+
+
+@kernel
+def _flattest(near, far, end, place, profile):
+    """|ζ| between two at which the gap on the relief of one ``end`` neither falls nor rises, or the lower of both.
+
+    Newton's method on the slope, halving where it would leave what encloses the root.
+    """
+    first, bend = _slope(near, end, place, profile)
+    if first >= 0.0:
+        return near
+    last, bend = _slope(far, end, place, profile)
+    if last <= 0.0:
+        return far
+    s = near - first * (far - near) / (last - first)
+    for _ in range(_STEPS):
+        slope, bend = _slope(s, end, place, profile)
+        if slope > 0.0:
+            far = s
+        else:
+            near = s
+        before = s
+        s = 0.5 * (near + far)
+        if bend > 0.0 and near < before - slope / bend < far:
+            s = before - slope / bend
+        if abs(s - before) < _NARROW:
+            break
+    return s
+
+
+@kernel
+def _slope(s, end, place, profile):
+    """First and second derivative of the gap by |ζ| at ``s``."""
+    x, y, a, b = place
+    depth, share, exponent = profile
+    px = x + end * s * a
+    py = y + end * s * b
+    far = math.sqrt(px * px + py * py)
+    slope = 0.0
+    bend = 0.0
+    if far > 0.0:
+        slope = -end * (px * a + py * b) / far
+        bend = -(a * a + b * b - slope * slope) / far
+    on = s - 1.0 + share
+    if on > 0.0:
+        rise = depth * exponent * (on / share) ** (exponent - 1.0) / share
+        slope += rise
+        bend += rise * (exponent - 1.0) / on
+    return slope, bend
+
+
+@kernel
+def _reach(zeta, place):
+    """How far from the bore's axis the journal's is at ζ."""
+    x, y, a, b = place
+    px = x + zeta * a
+    py = y + zeta * b
+    return math.sqrt(px * px + py * py)
 
 
 @kernel
 def _gap(zeta, place, clearance, profile):
     """Least gap of the slice at ζ."""
-    x, y, a, b = place
-    px = x + zeta * a
-    py = y + zeta * b
-    return clearance + relief(zeta, profile) - math.sqrt(px * px + py * py)
+    return clearance + relief(zeta, profile) - _reach(zeta, place)
