@@ -225,3 +225,19 @@ def gas_pressure(theta: float, table: Array) -> float:
     t = s - i
     a, b, c, d = four(table[i], 0)
     return a + t * (b + t * (c + t * d))
+
+
+@kernel
+def gas_pressures(theta, tables):
+    """Both of two tables (2, n, 4) at an angle, as :func:`gas_pressure` gives each."""
+    n = tables.shape[1]
+    x = theta / (4.0 * math.pi)
+    s = (x - math.floor(x)) * n
+    i = int(s)
+    if i >= n:
+        i = n - 1
+    t = s - i
+    a, b, c, d = four(tables[0, i], 0)
+    first = a + t * (b + t * (c + t * d))
+    a, b, c, d = four(tables[1, i], 0)
+    return first, a + t * (b + t * (c + t * d))

@@ -32,7 +32,7 @@ from cranktrain.dynamics.model.slots import (
     STROKE_TOP,
 )
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, PRESSURES_SET, VELOCITY, offset
-from cranktrain.loads.gas_pressure import gas_pressure
+from cranktrain.loads.gas_pressure import gas_pressures
 
 
 @inlined_kernel
@@ -44,13 +44,16 @@ def trace_angle(model, cylinder, theta):
 @inlined_kernel
 def trace_pressure(model, cylinder, theta, speed):
     """Cylinder pressure (Pa, absolute) of the built-in trace: motored, plus the burn's rise scaled with speed."""
-    angle = trace_angle(model, cylinder, theta)
-    motored = gas_pressure(angle, model.gas[0])
+    motored, rise = gas_pressures(trace_angle(model, cylinder, theta), model.gas)
+    return motored + burn_share(model, speed) * rise
+
+
+@inlined_kernel
+def burn_share(model, speed):
+    """Share of the burn's rise at a speed, rad/s."""
     x = speed / model.scalars[BEST_SPEED] - 1.0
     share = model.scalars[GAS_LOAD] * (1.0 - model.scalars[FALLOFF] * x * x)
-    if share < 0.0:
-        share = 0.0
-    return motored + share * gas_pressure(angle, model.gas[1])
+    return max(share, 0.0)
 
 
 @inlined_kernel
@@ -86,8 +89,10 @@ def crank_rotation(model, state):
 @inlined_kernel
 def trace_pressures(model, frame, rotation, pressures):
     """Pressures (c,) of the built-in trace with the crank turned by ``rotation`` (rad) against its frame."""
+    share = burn_share(model, frame[OMEGA] - frame[LEAD_RATE])
     for c in range(model.cylinders.shape[0]):
-        pressures[c] = trace_pressure(model, c, frame[FIRING] + rotation, frame[OMEGA] - frame[LEAD_RATE])
+        motored, rise = gas_pressures(trace_angle(model, c, frame[FIRING] + rotation), model.gas)
+        pressures[c] = motored + share * rise
 
 
 @inlined_kernel
