@@ -95,8 +95,6 @@ subtract_1x4: Any = Intrinsic(_subtracting(1, 4))
 """The same for one row."""
 subtract_column: Any = Intrinsic(_subtracting(4, 4, 1))
 """Four rows and four pivots in one column alone."""
-subtract_1x1: Any = Intrinsic(_subtracting(1, 1))
-"""The same for one row and one pivot."""
 
 
 # Vectors as values: kernels add, subtract and multiply them by + - *, see :mod:`cranktrain.core.vector_types`.

@@ -43,6 +43,7 @@ from cranktrain.dynamics.model.slots import (
     SHAFT_C,
     SHAFT_K,
     TURNING_MODES,
+    WHIRLS,
 )
 from cranktrain.dynamics.time.status import OK, REFUSALS
 from cranktrain.engine.lubricant import oil_temperature, pressure_constants, viscosity
@@ -59,6 +60,9 @@ from cranktrain.loads.damper import PARAMETERS, check_temperature, damper_temper
 from cranktrain.loads.gas_pressure import GasTrace, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia
 from cranktrain.loads.torsional_line import TorsionalLine, torsional_line
+
+LEAST_COUPLING = 1.0e-12
+"""Gyroscopic and centrifugal terms of mass-normalised modes, of order one; below they are rounding."""
 
 
 @record
@@ -97,7 +101,7 @@ class ModelArrays(NamedTuple):
     floating: Films  # of the big ends
     connections: Array  # (k, 5) force laws: number of Newton ports that each couples, then those ports
     scales: Array  # (n_newton,) displacement of a Newton port that counts as much as a clearance
-    layout: Array  # (12,) see dynamics.ports
+    layout: Array  # (LAYOUT,) see dynamics.model.slots
     damper: Array  # see loads.damper
     cylinders: Array  # (c, 11)
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
@@ -226,6 +230,7 @@ def structure(engine: Engine, body: ReducedBody, settings: Settings, gas: GasTra
     tilted = [turning.index(f"main[{i + 1}]") for i in range(len(mains))]
     pins = [turning.index(f"pin[{pin}]") for pin in engine.cylinders.pins]
     top, bottom = pin_positions(engine)
+    ports.layout[WHIRLS] = whirls(turning)
     constants = basis(engine, settings, gas, top - bottom)
     trace = np.array([spline_coefficients(gas.motored), spline_coefficients(gas.fired - gas.motored)])
     least_smooth = np.zeros(KINKS)
@@ -267,6 +272,12 @@ def structure(engine: Engine, body: ReducedBody, settings: Settings, gas: GasTra
         basis=constants,
         build=build_mark(),
     )
+
+
+def whirls(turning: ReducedBody) -> bool:
+    """Whether turning couples the modes of what turns: those of twist alone do not feel it."""
+    stretched = turning.stress_stiffness - turning.centrifugal
+    return bool(max(np.abs(turning.gyroscopic).max(), np.abs(stretched).max()) > LEAST_COUPLING)
 
 
 def _without_block_shares(engine: Engine) -> Engine:

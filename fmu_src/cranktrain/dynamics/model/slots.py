@@ -23,9 +23,9 @@ GAS_DELAY, METHOD_MARK, WORK_LIMIT, CHOICES = 7, 8, 9, 10
 # ``ModelArrays.layout``: first port of free rods (0: none), connection of the thrust bearing and of the first
 # rod, modes of the crank, of all that turns; the damper's port (0: none); first stationary port of bores'
 # rotations, liners and pistons (0: none); ports in all; main journals of the engine, which may be locked on their axis;
-# first rotation of a pin.
+# first rotation of a pin; 1 where turning couples modes, by gyroscopic or centrifugal terms.
 RODS, THRUST_LAW, ROD_LAWS, CRANK_MODES, TURNING_MODES, DAMPER = range(6)
-BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, LAYOUT = range(6, 13)
+BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, WHIRLS, LAYOUT = range(6, 14)
 # Columns of ``ModelArrays.connections``: number of Newton ports that a law couples, and the first of them; the
 # rotation of the journal beside a tilting collar.
 COUPLED, FIRST, TURNED = 0, 1, 4
@@ -36,9 +36,10 @@ THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, BLOCK_RESTRAINT
 VALVE_TORQUE, FRAME_SIZE = 11, 12
 # Rows of ``Work.port``: the ports' u, u̇, ü and forces at a stage, the stage's Q and V at the ports, u without forces,
 # the step of an iteration, what a step differs from its embedded solution, u before an iteration; u, u̇, ü at the state;
-# the series behind a guess, the guess; the relative motion d, ḋ that the last evaluation of forces or the state gave.
+# the series behind a guess, the guess; the relative motion d, ḋ that the last evaluation of forces or the state gave;
+# what an iteration changes of the forces.
 U, UD, UDD, FORCES, U_Q, U_V, U_FREE, U_STEP, U_DIFFERENCE, U_BEFORE = range(10)
-STATE_U, STATE_UD, STATE_UDD, SERIES, GUESS, RELATIVE, RELATIVE_RATE, PORT_VECTORS = range(10, 18)
+STATE_U, STATE_UD, STATE_UDD, SERIES, GUESS, RELATIVE, RELATIVE_RATE, F_STEP, PORT_VECTORS = range(10, 19)
 # Rows of ``Work.modal``: memory of a factorisation, vectors of a stage, its Q and V, what a step of Newmark's form
 # knows beforehand, and the step's difference from its embedded solution.
 PIVOTS, COLUMN, BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MODAL_VECTORS = range(11)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.vectors import LANES, load, store, subtract_1x1, subtract_1x4, subtract_4x4, subtract_column
+from cranktrain.core.vectors import LANES, load, store, subtract_1x4, subtract_4x4, subtract_column
 
 
 @kernel
@@ -90,15 +90,26 @@ def factor_block(a, n, start, end):
         for p in range(start, r):
             f0 = a[r, p] * a[p, p]
             a[r, p] = f0
-            j = p + 1
-            while j + 3 < n:
-                subtract_1x1(a, a, a, r, p, j)
-                j += 4
-            for c in range(j, n):
+            for c in range(p + 1, end):
                 a[r, c] -= f0 * a[p, c]
         if not abs(a[r, r]) > 1.0e-9:
             return 1
         a[r, r] = 1.0 / a[r, r]
+    # Only the last block is smaller, and has no columns behind it.
+    j = end
+    while j + 3 < n:
+        first = load(a, (start, j))
+        second = load(a, (start + 1, j)) - a[start + 1, start] * first
+        third = load(a, (start + 2, j)) - a[start + 2, start] * first - a[start + 2, start + 1] * second
+        fourth = load(a, (start + 3, j)) - a[start + 3, start] * first - a[start + 3, start + 1] * second
+        store(a, (start + 1, j), second)
+        store(a, (start + 2, j), third)
+        store(a, (start + 3, j), fourth - a[start + 3, start + 2] * third)
+        j += LANES
+    for r in range(start + 1, end):
+        for p in range(start, r):
+            for c in range(j, n):
+                a[r, c] -= a[r, p] * a[p, c]
     return 0
 
 
@@ -165,12 +176,23 @@ def add_product(transposed, x, rows, columns, y):
 
     Eight columns at a time stay in registers. The last eight overlap those before: each starts from y as it was.
     """
-    last = columns - 2 * LANES
-    if last < 0:
+    if columns < 2 * LANES:
         add_narrow(transposed, x, rows, columns, y)
         return
+    add_columns(transposed, x, rows, 0, columns, y)
+
+
+@kernel
+def add_columns(transposed, x, rows, start, columns, y):
+    """The same for the columns from ``start`` on; others are neither read nor written."""
+    last = columns - 2 * LANES
+    if last < start:
+        for i in range(rows):
+            for j in range(start, columns):
+                y[j] += x[i] * transposed[i, j]
+        return
     first_of_last, second_of_last = eight_columns(transposed, x, rows, last, y)
-    for j in range(0, last, 2 * LANES):
+    for j in range(start, last, 2 * LANES):
         first, second = eight_columns(transposed, x, rows, j, y)
         store(y, j, first)
         store(y, j + LANES, second)

@@ -5,7 +5,8 @@ Stage s reads V = v₀ + h Σ a_sj a_j and Q = q₀ + h Σ a_sj v_j + hγ V over
 
 from __future__ import annotations
 
-from cranktrain.core.kernel import inlined_kernel, law_kernel
+from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel
+from cranktrain.core.vectors import LANES, load, store
 from cranktrain.dynamics.model.slots import (
     BIG_Q,
     BIG_V,
@@ -83,18 +84,32 @@ def combine_stages(model, work, state, s, h):
     for k in range(m):
         u_v[k] = work.port[STATE_UD, k]
         u_q[k] = work.port[STATE_U, k]
+    weights = work.scratch
     for j in range(s):
-        weight = h * table[FIRST_STAGE + s, j]
-        for i in range(n):
-            big_v[i] += weight * work.stage[j, 2, i]
-            big_q[i] += weight * work.stage[j, 1, i]
-        for k in range(m):
-            u_v[k] += weight * work.known[j, 2, k]
-            u_q[k] += weight * work.known[j, 1, k]
+        weights[j] = h * table[FIRST_STAGE + s, j]
+    add_stages(work.stage, 2, weights, s, n, big_v)
+    add_stages(work.stage, 1, weights, s, n, big_q)
+    add_stages(work.known, 2, weights, s, m, u_v)
+    add_stages(work.known, 1, weights, s, m, u_q)
     for i in range(n):
         big_q[i] += c_v * big_v[i]
     for k in range(m):
         u_q[k] += c_v * u_v[k]
+
+
+@kernel
+def add_stages(found, part, weights, stages, n, out):
+    """``out`` (n,) += Σ_j weights[j] ``found[j, part]`` over the stages before."""
+    i = 0
+    while i + 3 < n:
+        total = load(out, i)
+        for j in range(stages):
+            total += weights[j] * load(found, (j, part, i))
+        store(out, i, total)
+        i += LANES
+    for k in range(i, n):
+        for j in range(stages):
+            out[k] += weights[j] * found[j, part, k]
 
 
 @law_kernel

@@ -19,6 +19,7 @@ from cranktrain.dynamics.model.slots import (
     BIG_V,
     BORE_ROTATIONS,
     COS,
+    F_STEP,
     FORCES,
     GUESS,
     LEVER,
@@ -41,13 +42,14 @@ from cranktrain.dynamics.model.slots import (
     UD,
     UDD,
     WHIRL,
+    WHIRLS,
     WORST_RESIDUAL,
     U,
 )
 from cranktrain.dynamics.model.state import CONTRACTION
 from cranktrain.dynamics.motion.equations import external_force, port_forces
 from cranktrain.dynamics.motion.gas import built_in, follow_crank
-from cranktrain.dynamics.motion.linear_algebra import add_product, factor_rows, product, solve_rows
+from cranktrain.dynamics.motion.linear_algebra import add_columns, add_product, factor_rows, product, solve_rows
 from cranktrain.dynamics.motion.relative import reactions, relative_compliance, relative_step
 from cranktrain.dynamics.time.status import DIVERGED, FILM_FAILED, OK, SINGULAR
 from cranktrain.dynamics.time.work_limit import LAST_ITERATIONS, LOOSE, cut_short, spent
@@ -189,11 +191,12 @@ def move_freely(model, work, stage):
     for i in range(t):
         lever[i] = 2.0 * stage.omega * (ratio * big_q[i] - big_v[i])
         lever[i] -= 2.0 * d_omega * (big_v[i] + c_v * a[i]) + frame[OMEGA_DOT] * (big_q[i] + c_q * a[i])
-    add_product(model.gyroscopic, lever, t, t, rhs)
-    if d_omega2 != 0.0:
-        for i in range(t):
-            lever[i] = -d_omega2 * (big_q[i] + c_q * a[i])
-        add_product(model.spin, lever, t, t, rhs)
+    if model.layout[WHIRLS] > 0.0:
+        add_product(model.gyroscopic, lever, t, t, rhs)
+        if d_omega2 != 0.0:
+            for i in range(t):
+                lever[i] = -d_omega2 * (big_q[i] + c_q * a[i])
+            add_product(model.spin, lever, t, t, rhs)
     product(work.turning.inverse[stage.slot], rhs, t, t, q_free)
     if s > 0:
         product(work.block.inverse[stage.slot], rhs[t:], s, s, q_free[t:])
@@ -319,7 +322,10 @@ def take_step(model, work, stage, limit):
     before = work.port[U_BEFORE]
     for k in range(pistons):
         before[k] = u[k]
-    follow_forces(model, work, stage)
+    if model.block_ports.shape[0] == 0:
+        follow_step(model, work, stage)
+    else:
+        follow_forces(model, work, stage)
     besides = 0.0
     if limit == 1.0:
         for k in range(model.scales.shape[0], turning):
@@ -358,6 +364,29 @@ def follow_forces(model, work, stage):
 
 
 @inlined_kernel
+def follow_step(model, work, stage):
+    """The same on rigid ground: (I − H J) δ = u_free + H f − u says that Newton ports move by δ itself.
+
+    ``work.port[U_STEP]`` holds δ, and behind it u_free + H f − u of the other turning ports.
+    """
+    newton = model.scales.shape[0]
+    turning = model.ports.shape[0]
+    f = work.port[FORCES]
+    u = work.port[U]
+    step = work.port[U_STEP]
+    change = work.port[F_STEP]
+    for k in range(newton):
+        change[k] = 0.0
+    linearise(model.connections, work.factored, step, change)
+    for k in range(newton):
+        f[k] += change[k]
+        u[k] += step[k]
+    add_columns(work.turning.compliance[stage.slot], change, newton, newton, turning, step)
+    for k in range(newton, turning):
+        u[k] += step[k]
+
+
+@inlined_kernel
 def recover(model, work, stage):
     """Modal motion of the stage from the forces at its ports, ``work.stage[number]``.
 
@@ -391,6 +420,8 @@ def recover(model, work, stage):
         largest = max(largest, abs(new))
         a[i] = new
         v[i] = work.modal[BIG_V, i] + stage.c_v * new
+    if model.layout[WHIRLS] == 0.0:
+        return True
     d_omega = abs(frame[WHIRL] - stage.omega)
     d_omega2 = abs(frame[WHIRL] * frame[WHIRL] - stage.omega * stage.omega)
     rest = (2.0 * d_omega * stage.c_v + (d_omega2 + abs(frame[OMEGA_DOT])) * c_q) * moved
@@ -462,21 +493,25 @@ def fill_jacobian(compliance, connections, blocks, n, jacobian):
         size = int(connections[k, 0])
         for a in range(size):
             row = jacobian[int(connections[k, 1 + a])]
-            for b in range(size):
-                share = blocks[k, 4 * b + a]
-                if share != 0.0:
-                    subtract_share(row, share, compliance[int(connections[k, 1 + b])], n)
+            for b in range(0, size - 1, 2):
+                first, second = int(connections[k, 1 + b]), int(connections[k, 2 + b])
+                shares = blocks[k, 4 * b + a], blocks[k, 4 * (b + 1) + a]
+                subtract_shares(row, shares, compliance[first], compliance[second], n)
+            if size % 2 == 1:
+                last = compliance[int(connections[k, size])]
+                subtract_shares(row, (blocks[k, 4 * (size - 1) + a], 0.0), last, last, n)
 
 
 @inlined_kernel
-def subtract_share(row, share, column, n):
-    """``row`` less ``share`` times ``column``, n numbers."""
+def subtract_shares(row, shares, first, second, n):
+    """``row`` less ``shares`` of two columns, n numbers."""
+    of_first, of_second = shares
     i = 0
     while i + 3 < n:
-        store(row, i, load(row, i) - share * load(column, i))
+        store(row, i, load(row, i) - of_first * load(first, i) - of_second * load(second, i))
         i += LANES
     for j in range(i, n):
-        row[j] -= share * column[j]
+        row[j] = row[j] - of_first * first[j] - of_second * second[j]
 
 
 @kernel
