@@ -68,7 +68,7 @@ def films(states: Array, grids: list[JournalGrid]) -> Array:
 def read(states, tabled, outs, status):
     """Law with tilt at all states, on the line of centres, surfaces at rest."""
     for i in range(states.shape[0]):
-        status[i] = table_force(states[i, :4], states[i, 4:], 0.0, 1.0, 1.0, tabled, outs[i])
+        status[i] = table_force(states[i, :4], states[i, 4:], 0.0, 1.0, 1.0, tabled, outs[i], True)
 
 
 @kernel

@@ -35,7 +35,7 @@ def law(table, state, half_speed=0.0, clearance=1.0, factor=1.0, grid=GRID):
     place, velocity = clearance * np.asarray(state, dtype=float).reshape(2, 4)
     film = FILM if grid is GRID else journal_work(grid)
     tabled = Tabled(table.arrays, grid, film, cold_start(grid), MEMORY)
-    status = table_force(place, velocity, half_speed, clearance, factor, tabled, out)
+    status = table_force(place, velocity, half_speed, clearance, factor, tabled, out, True)
     return out, status
 
 

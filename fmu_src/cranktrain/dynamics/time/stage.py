@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
-from cranktrain.core.vectors import LANES, load, store
+from cranktrain.core.vectors import LANES, fused, load, store
 from cranktrain.dynamics.model.slots import (
     BASE,
     BIG_Q,
@@ -268,7 +268,9 @@ def newton_step(model, work, stage, keep_matrix):
     n_newton = model.scales.shape[0]
     port_rates(model, work, stage)
     model.films.numbers[FROZEN] = 1.0 if keep_matrix else 0.0
-    if port_forces(model, work, frame, work.pressures[stage.number], stage.c_q, stage.c_v) != OK:
+    status = port_forces(model, work, frame, work.pressures[stage.number], stage.c_q, stage.c_v)
+    model.films.numbers[FROZEN] = 0.0
+    if status != OK:
         return FILM_FAILED
     for k in range(int(model.layout[PORTS])):
         step[k] = work.port[U_FREE, k] - work.port[U, k]
@@ -508,7 +510,8 @@ def subtract_shares(row, shares, first, second, n):
     of_first, of_second = shares
     i = 0
     while i + 3 < n:
-        store(row, i, load(row, i) - of_first * load(first, i) - of_second * load(second, i))
+        left = fused(-of_first, load(first, i), load(row, i))
+        store(row, i, fused(-of_second, load(second, i), left))
         i += LANES
     for j in range(i, n):
         row[j] = row[j] - of_first * first[j] - of_second * second[j]

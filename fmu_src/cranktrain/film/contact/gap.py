@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.film.contact.asperity import FADING, HIGHEST
 
 CLEAR = HIGHEST
@@ -52,7 +52,20 @@ def relief(zeta, profile):
     s = abs(zeta) - 1.0 + share
     if depth == 0.0 or s <= 0.0:
         return 0.0
-    return depth * (s / share) ** exponent
+    return depth * _power(s / share, exponent)
+
+
+@inlined_kernel
+def _power(s, exponent):
+    """``s`` to a power ≥ 0. A whole one in a loop: a choice of two values would compute both."""
+    value = 1.0
+    whole = int(exponent)
+    if exponent == whole:
+        for _ in range(whole):
+            value *= s
+    else:
+        value = s**exponent
+    return value
 
 
 @kernel
@@ -163,7 +176,7 @@ def _slope(s, end, place, profile):
         bend = -(a * a + b * b - slope * slope) / far
     on = s - 1.0 + share
     if on > 0.0:
-        rise = depth * exponent * (on / share) ** (exponent - 1.0) / share
+        rise = depth * exponent * _power(on / share, exponent - 1.0) / share
         slope += rise
         bend += rise * (exponent - 1.0) / on
     return slope, bend

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -69,7 +70,7 @@ def linear_law(record, action, i, place, velocity, numbers, memory, out):
     out[BY_VELOCITY + 1] = -c_xy
     out[BY_VELOCITY + 4] = -c_xy
     out[BY_VELOCITY + 5] = -c_yy
-    out[ECCENTRICITY] = (x * x + y * y) ** 0.5 / own[CLEARANCE]
+    out[ECCENTRICITY] = math.sqrt(x * x + y * y) / own[CLEARANCE]
     out[FRICTION] = -0.0  # what is shown is the torque that brakes, 0
     out[P_MAX] = 0.0
     out[FLOW] = 0.0

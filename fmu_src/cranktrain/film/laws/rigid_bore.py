@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -37,7 +38,9 @@ from cranktrain.film.laws.films import (
     BY_VELOCITY,
     ECCENTRICITY,
     FLOW,
+    FORCE,
     FRICTION,
+    FROZEN,
     GAP,
     OBSERVE,
     P_MAX,
@@ -199,7 +202,8 @@ def table_law(record, action, i, place, velocity, numbers, memory, out):
     own = bore.parameters[i]
     half = 0.5 * numbers[SPEED]
     tabled = Tabled(bore.table, bore.grid, bore.journal, bore.active[i], bore.tabled)
-    status = table_force(place, velocity, half, own[CLEARANCE], _force_unit(own), tabled, out)
+    tangents = action == FORCE and numbers[FROZEN] == 0.0
+    status = table_force(place, velocity, half, own[CLEARANCE], _force_unit(own), tabled, out, tangents)
     if status != TABLED:
         bore.solved[0] += 1.0
     out[PASSES] = status
@@ -274,7 +278,7 @@ def _rough_force(bore, own, place, speed, out):
     out[FRICTION] = rough[TORQUE] - _film_drag(bore.grid, own, at, speed) - turning
     for k in range(TORQUE):
         out[k] += rough[k]
-    out[ECCENTRICITY] = (x * x + y * y) ** 0.5 / c
+    out[ECCENTRICITY] = math.sqrt(x * x + y * y) / c
 
 
 @kernel

@@ -9,8 +9,8 @@ of what is possible before an end lies at ρ(ε) (:mod:`cranktrain.film.table.re
 box |A|, |B| ≤ tilt range fills the lens of possible tilts without a kink. Two mirrors, z → −z and about the line of
 centres, leave a quarter of it to store; the splines are those of the whole.
 
-Cubic in x and y (C²), quadratic in A and B (C¹). Coefficients of all functions lie side by side, so that each axis is
-contracted for many numbers at once.
+Cubic in x and y (C²), quadratic in A and B (C¹). Coefficients of all functions lie side by side, so that four of
+them are contracted at once.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.lanes import four
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.vectors import LANES, fused, load, splat, store
 from cranktrain.film.spline import bicubic, circulant, cubic, not_a_knot, wrapped
 from cranktrain.film.table.reach import TERMS
 
@@ -48,10 +49,13 @@ RATIO2, TILT_RANGE, ALIGNED_TOP, TILTED_TOP, ALIGNED_RATIO2, FLOW_NORM, REACH = 
 AXES = REACH + TERMS
 # Place on the tilted table's axes: cells, then weights and their derivatives along each axis.
 CELL_E, CELL_A, CELL_B, ALONG_E, ALONG_A, ALONG_B, PLACE = 0, 1, 2, 3, 11, 17, 23
-ROW, BLOCK = 3 * FUNCTIONS, 9 * FUNCTIONS
-"""All functions at three values of B, and at three by three tilts."""
-SCRATCH = 4 * 2 * BLOCK + 3 * BLOCK + 4 * ROW + PLACE
-"""Length of the memory that :func:`interpolate_tilted` works in; its last numbers are the place in ε, A and B."""
+NODE = 4 * FUNCTIONS
+"""All functions at one node of γ, and their derivatives by ε, A and B."""
+KEPT_NODES = 8
+TAGS = KEPT_NODES * NODE
+PLACE_AT = TAGS + KEPT_NODES
+SCRATCH = PLACE_AT + PLACE
+"""Length of the memory that :func:`interpolate_tilted` works in: nodes of γ, which these are, the place in ε, A, B."""
 
 
 class TableArrays(NamedTuple):
@@ -214,11 +218,14 @@ def _share_place(share, tilt_range, cells, place):
 def tilted_place(eps, share_a, share_b, table, scratch):
     """Find ε ≤ TILTED_MAX and 0 ≤ A, B ≤ tilt range on the tilted table's axes, for the interpolations below.
 
-    ``scratch`` keeps it in its last numbers: three cells, weights and their derivatives along ε, A and B.
+    ``scratch`` keeps it in its last numbers: three cells, weights and their derivatives along ε, A and B. What it held
+    of nodes elsewhere is forgotten.
     """
     c = table.tilted
     n = c.shape[0] - 2
-    place = scratch[SCRATCH - PLACE :]
+    place = scratch[PLACE_AT:]
+    for slot in range(TAGS, PLACE_AT):
+        scratch[slot] = -1.0
     x, slope = stretched(eps)
     scale = (n - 1) / table.axes[TILTED_TOP]
     x *= scale
@@ -235,67 +242,117 @@ def tilted_place(eps, share_a, share_b, table, scratch):
 
 
 @kernel
-def interpolate_tilted(cos, sin, table, scratch, functions):
+def interpolate_tilted(cos, sin, table, scratch, functions, slopes):
     """All functions of the tilted table and their derivatives by ε, γ, A, B: ``functions`` (5, 12), rows BY_E to BY_B.
 
-    At the angle γ of (cos, sin) and the rest as :func:`tilted_place` left it. Contracted axis by axis, all functions
-    of three by three tilts at a time.
+    At the angle γ of (cos, sin) and the rest as :func:`tilted_place` left it. Nodes of γ are contracted over ε, A and B
+    and kept in ``scratch``: the family's second point mostly needs the same ones. Without ``slopes`` row 0 alone.
     """
-    c = table.tilted
-    where = scratch[SCRATCH - PLACE :]
+    count = table.tilted.shape[1] - 3
+    tags = scratch[TAGS:PLACE_AT]
+    j, s, turn = _around(cos, sin, count)
+    b0, b1, b2, b3, e0, e1, e2, e3 = cubic(s, turn)
+    rows = 5 if slopes else 1
+    for k in range(rows):
+        for q in range(FUNCTIONS):
+            functions[k, q] = 0.0
+    for g in range(4):
+        b, e = (b0, e0) if g == 0 else ((b1, e1) if g == 1 else ((b2, e2) if g == 2 else (b3, e3)))
+        m = j + g if j + g < count else j + g - count
+        slot = m % KEPT_NODES
+        node = slot * NODE
+        if tags[slot] != m:
+            if slopes:
+                _node(table.tilted, j + g, scratch[PLACE_AT:], node, scratch)
+            else:
+                _node_values(table.tilted, j + g, scratch[PLACE_AT:], node, scratch)
+            tags[slot] = m
+        for q in range(0, FUNCTIONS, LANES):
+            value = load(scratch, node + q)
+            store(functions, (0, q), fused(b, value, load(functions, (0, q))))
+            if slopes:
+                store(functions, (BY_G, q), fused(e, value, load(functions, (BY_G, q))))
+                add = b, scratch, node + q
+                _add_share(add, FUNCTIONS, functions, BY_E, q)
+                _add_share(add, 2 * FUNCTIONS, functions, BY_A, q)
+                _add_share(add, 3 * FUNCTIONS, functions, BY_B, q)
+
+
+@inlined_kernel
+def _add_share(share, behind, functions, row, q):
+    """Add a share of four numbers of a node, ``behind`` its values, to four functions of a row."""
+    b, scratch, at = share
+    store(functions, (row, q), fused(b, load(scratch, at + behind), load(functions, (row, q))))
+
+
+@kernel
+def _node(c, j, where, at, out):
+    """Contract the tilted table ``c`` at its node j of γ over ε, A and B.
+
+    ``out[at:]`` receives all functions, then their derivatives by ε, by A and by B: NODE numbers.
+    """
     i = int(where[CELL_E])
-    ka = int(where[CELL_A])
+    k = int(where[CELL_A])
     first = int(where[CELL_B]) * FUNCTIONS
     a0, a1, a2, a3 = four(where, ALONG_E)
     d0, d1, d2, d3 = four(where, ALONG_E + 4)
-    j, s, turn = _around(cos, sin, c.shape[1] - 3)
-    for g in range(4):
-        for k in range(3):
-            c0 = c[i, j + g, ka + k, first : first + ROW]
-            c1 = c[i + 1, j + g, ka + k, first : first + ROW]
-            c2 = c[i + 2, j + g, ka + k, first : first + ROW]
-            c3 = c[i + 3, j + g, ka + k, first : first + ROW]
-            value = scratch[(6 * g + k) * ROW : (6 * g + k + 1) * ROW]
-            by_x = scratch[(6 * g + k + 3) * ROW : (6 * g + k + 4) * ROW]
-            for q in range(ROW):
-                value[q] = a0 * c0[q] + a1 * c1[q] + a2 * c2[q] + a3 * c3[q]
-                by_x[q] = d0 * c0[q] + d1 * c1[q] + d2 * c2[q] + d3 * c3[q]
-    a0, a1, a2, a3, d0, d1, d2, d3 = cubic(s, turn)
-    v0, x0 = scratch[:BLOCK], scratch[BLOCK : 2 * BLOCK]
-    v1, x1 = scratch[2 * BLOCK : 3 * BLOCK], scratch[3 * BLOCK : 4 * BLOCK]
-    v2, x2 = scratch[4 * BLOCK : 5 * BLOCK], scratch[5 * BLOCK : 6 * BLOCK]
-    v3, x3 = scratch[6 * BLOCK : 7 * BLOCK], scratch[7 * BLOCK : 8 * BLOCK]
-    value, by_x = scratch[8 * BLOCK : 9 * BLOCK], scratch[9 * BLOCK : 10 * BLOCK]
-    by_y = scratch[10 * BLOCK : 11 * BLOCK]
-    for q in range(BLOCK):
-        value[q] = a0 * v0[q] + a1 * v1[q] + a2 * v2[q] + a3 * v3[q]
-        by_y[q] = d0 * v0[q] + d1 * v1[q] + d2 * v2[q] + d3 * v3[q]
-        by_x[q] = a0 * x0[q] + a1 * x1[q] + a2 * x2[q] + a3 * x3[q]
-    u0, u1 = scratch[33 * ROW : 34 * ROW], scratch[34 * ROW : 35 * ROW]
-    u2, u3 = scratch[35 * ROW : 36 * ROW], scratch[36 * ROW : 37 * ROW]
-    a0, a1, a2 = _three(where, ALONG_A)
-    d0, d1, d2 = _three(where, ALONG_A + 3)
-    for q in range(ROW):
-        u0[q] = a0 * value[q] + a1 * value[q + ROW] + a2 * value[q + 2 * ROW]
-        u1[q] = a0 * by_x[q] + a1 * by_x[q + ROW] + a2 * by_x[q + 2 * ROW]
-        u2[q] = a0 * by_y[q] + a1 * by_y[q + ROW] + a2 * by_y[q + 2 * ROW]
-        u3[q] = d0 * value[q] + d1 * value[q + ROW] + d2 * value[q + 2 * ROW]
-    a0, a1, a2 = _three(where, ALONG_B)
-    d0, d1, d2 = _three(where, ALONG_B + 3)
-    by_e, by_g, by_a, by_b = functions[BY_E], functions[BY_G], functions[BY_A], functions[BY_B]
-    for q in range(FUNCTIONS):
-        functions[0, q] = a0 * u0[q] + a1 * u0[q + FUNCTIONS] + a2 * u0[q + 2 * FUNCTIONS]
-        by_e[q] = a0 * u1[q] + a1 * u1[q + FUNCTIONS] + a2 * u1[q + 2 * FUNCTIONS]
-        by_g[q] = a0 * u2[q] + a1 * u2[q + FUNCTIONS] + a2 * u2[q + 2 * FUNCTIONS]
-        by_a[q] = a0 * u3[q] + a1 * u3[q + FUNCTIONS] + a2 * u3[q + 2 * FUNCTIONS]
-        by_b[q] = d0 * u0[q] + d1 * u0[q + FUNCTIONS] + d2 * u0[q + 2 * FUNCTIONS]
+    for q in range(0, FUNCTIONS, LANES):
+        value = splat(0.0)
+        by_e = splat(0.0)
+        by_a = splat(0.0)
+        by_b = splat(0.0)
+        for tilt in range(3):
+            column = first + tilt * FUNCTIONS + q
+            line = splat(0.0)
+            line_e = splat(0.0)
+            line_a = splat(0.0)
+            for r in range(3):
+                c0 = load(c, (i, j, k + r, column))
+                c1 = load(c, (i + 1, j, k + r, column))
+                c2 = load(c, (i + 2, j, k + r, column))
+                c3 = load(c, (i + 3, j, k + r, column))
+                u = fused(a3, c3, fused(a2, c2, fused(a1, c1, a0 * c0)))
+                x = fused(d3, c3, fused(d2, c2, fused(d1, c1, d0 * c0)))
+                line = fused(where[ALONG_A + r], u, line)
+                line_e = fused(where[ALONG_A + r], x, line_e)
+                line_a = fused(where[ALONG_A + 3 + r], u, line_a)
+            value = fused(where[ALONG_B + tilt], line, value)
+            by_e = fused(where[ALONG_B + tilt], line_e, by_e)
+            by_a = fused(where[ALONG_B + tilt], line_a, by_a)
+            by_b = fused(where[ALONG_B + 3 + tilt], line, by_b)
+        store(out, at + q, value)
+        store(out, at + FUNCTIONS + q, by_e)
+        store(out, at + 2 * FUNCTIONS + q, by_a)
+        store(out, at + 3 * FUNCTIONS + q, by_b)
+
+
+@kernel
+def _node_values(c, j, where, at, out):
+    """What :func:`_node` finds, without derivatives."""
+    i = int(where[CELL_E])
+    k = int(where[CELL_A])
+    first = int(where[CELL_B]) * FUNCTIONS
+    a0, a1, a2, a3 = four(where, ALONG_E)
+    for q in range(0, FUNCTIONS, LANES):
+        value = splat(0.0)
+        for tilt in range(3):
+            column = first + tilt * FUNCTIONS + q
+            line = splat(0.0)
+            for r in range(3):
+                c0 = load(c, (i, j, k + r, column))
+                c1 = load(c, (i + 1, j, k + r, column))
+                c2 = load(c, (i + 2, j, k + r, column))
+                c3 = load(c, (i + 3, j, k + r, column))
+                line = fused(where[ALONG_A + r], fused(a3, c3, fused(a2, c2, fused(a1, c1, a0 * c0))), line)
+            value = fused(where[ALONG_B + tilt], line, value)
+        store(out, at + q, value)
 
 
 @kernel
 def interpolate_pressure(cos, sin, table, scratch):
     """Ln p̂ at the angle γ of (cos, sin) and the rest as :func:`tilted_place` left it."""
     c = table.pressure
-    where = scratch[SCRATCH - PLACE :]
+    where = scratch[PLACE_AT:]
     i = int(where[CELL_E])
     ka = int(where[CELL_A])
     kb = int(where[CELL_B])

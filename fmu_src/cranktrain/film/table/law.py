@@ -16,9 +16,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.lanes import four
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.vectors import load, pack, store, swap_pairs, unpack
 from cranktrain.film.journal.film import DAMPING, OUT_SIZE, STIFFNESS, journal_film
 from cranktrain.film.journal.grid import JournalGrid, JournalWork, Motion
 from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY
@@ -115,10 +116,32 @@ def _table_weight(at, axes, slopes):
 
 
 @kernel
-def _turned(row, arm, at):
-    """Derivative by a step across the line of centres, in axes at rest: everything else turns the other way."""
+def _weight_turned(row, arm, at):
+    """Derivative of the weight by a step across the line of centres, in axes at rest: all else turns the other way."""
     _, _, a, b, vr, vt, wr, wt = at
     return (row[TILT_A] * b - row[TILT_B] * a + row[V_R] * vt - row[V_T] * vr + row[W_R] * wt - row[W_T] * wr) / arm
+
+
+@inlined_kernel
+def _centre(local, arm, at, out, centred):
+    """Derivatives on the line of centres of the force ``out[0:4]``: those by ε and tilt turn with it."""
+    _, _, a, b, vr, vt, wr, wt = at
+    by_a = load(local, (TILT_A, 0))
+    by_b = load(local, (TILT_B, 0))
+    by_vr = load(local, (V_R, 0))
+    by_vt = load(local, (V_T, 0))
+    by_wr = load(local, (W_R, 0))
+    by_wt = load(local, (W_T, 0))
+    other = pack(-1.0, 1.0, -1.0, 1.0) * swap_pairs(load(out, 0))
+    turned = by_a * b - by_b * a + by_vr * vt - by_vt * vr + by_wr * wt - by_wt * wr + other
+    store(centred, (0, 0), load(local, (E, 0)))
+    store(centred, (1, 0), turned * (1.0 / arm))
+    store(centred, (2, 0), by_a)
+    store(centred, (3, 0), by_b)
+    store(centred, (4, 0), by_vr)
+    store(centred, (5, 0), by_vt)
+    store(centred, (6, 0), by_wr)
+    store(centred, (7, 0), by_wt)
 
 
 @kernel
@@ -129,17 +152,17 @@ def _solved(at, weight, tabled, out):
         return FAILED
     slopes = tabled.work.weight
     rest = 1.0 - weight
+    centred = tabled.work.centred
     for k in range(4):
-        row = tabled.work.centred[k]
         differs = out[k] - film[k] if weight > 0.0 else 0.0
         for q in range(4):
             solved = rest * film[STIFFNESS + 4 * k + q]
             damped = rest * film[DAMPING + 4 * k + q]
             if weight > 0.0:
-                solved += weight * row[q] + differs * slopes[CENTRED_BY_PLACE + q]
-                damped += weight * row[4 + q] + differs * slopes[CENTRED_BY_VELOCITY + q]
-            row[q] = solved
-            row[4 + q] = damped
+                solved += weight * centred[q, k] + differs * slopes[CENTRED_BY_PLACE + q]
+                damped += weight * centred[4 + q, k] + differs * slopes[CENTRED_BY_VELOCITY + q]
+            centred[q, k] = solved
+            centred[4 + q, k] = damped
         out[k] = weight * out[k] + rest * film[k] if weight > 0.0 else film[k]
     return 0
 
@@ -172,7 +195,7 @@ def on_line_of_centres(place, velocity, half_speed, inverse):
 
 
 @kernel
-def table_force(place, velocity, half_speed, c, factor, tabled, out):
+def table_force(place, velocity, half_speed, c, factor, tabled, out, tangents):
     """Forces on a journal with tilt, in axes at rest with the bore, with tangents.
 
     Parameters
@@ -185,6 +208,7 @@ def table_force(place, velocity, half_speed, c, factor, tabled, out):
     tabled : Tabled, with a tilted table
     out : (≥ FORCE_SIZE,) ``[0:4]`` F and Q, N; from STIFFNESS on their derivatives by place, N/m, and from DAMPING on
         by velocity, N s/m, both (4, 4) row-major; ECCENTRICITY; SOLVED_SHARE
+    tangents : whether they are wanted; else they may be left as they were
 
     Returns
     -------
@@ -196,54 +220,61 @@ def table_force(place, velocity, half_speed, c, factor, tabled, out):
     slopes = work.weight
     weight = _table_weight(at, tabled.table.axes, slopes)
     status = TABLED
-    centred = work.centred
     eps = at.ex
     arm = eps if eps > CENTRED else CENTRED
     if weight > 0.0:
-        tabled_film(at, tabled.table, work, out)
-        for k in range(4):
-            row = work.local[k]
-            other = -out[k + 1] if k % 2 == 0 else out[k - 1]
-            centred[k, 0] = row[E]
-            centred[k, 1] = _turned(row, arm, at) + other / arm
-            for q in range(TILT_A, LEVEL):
-                centred[k, q + 1] = row[q]
+        tangents = tangents or weight < 1.0
+        tabled_film(at, tabled.table, work, out, tangents)
+        if tangents:
+            _centre(work.local, arm, at, out, work.centred)
     if weight < 1.0:
         status = BLENDED if weight > 0.0 else SOLVED
-        slopes[CENTRED_BY_PLACE + 1] = _turned(slopes, arm, at)
+        slopes[CENTRED_BY_PLACE + 1] = _weight_turned(slopes, arm, at)
         slopes[CENTRED_BY_PLACE] = slopes[E]
         for q in range(TILT_A, LEVEL):
             slopes[CENTRED_BY_PLACE + 1 + q] = slopes[q]
         if _solved(at, weight, tabled, out) < 0:
             status = FAILED
-    _in_axes_at_rest(nx, ny, factor, inverse, centred, out)
-    # The velocities of pure squeeze depend on position and tilt through the surface speeds.
-    for k in range(4):
-        for q in range(0, 4, 2):
-            out[STIFFNESS + 4 * k + q] -= half_speed * out[DAMPING + 4 * k + q + 1]
-            out[STIFFNESS + 4 * k + q + 1] += half_speed * out[DAMPING + 4 * k + q]
+    back = pack(-ny, ny, -ny, ny)
+    force = load(out, 0)
+    store(out, 0, factor * (force * nx + swap_pairs(force) * back))
+    if tangents or weight < 1.0:
+        _put_tangents((nx, ny), back, factor * inverse, half_speed, work.centred, out)
     out[ECCENTRICITY] = eps
     out[SOLVED_SHARE] = 1.0 - weight
     return status
 
 
-@kernel
-def _in_axes_at_rest(nx, ny, factor, inverse, centred, out):
-    """Turn force ``out[0:4]`` and tangents from the line of centres into the axes of the bore, and give them units."""
-    stiff = factor * inverse
-    for k in range(0, 4, 2):
-        fr = out[k]
-        ft = out[k + 1]
-        out[k] = factor * (fr * nx - ft * ny)
-        out[k + 1] = factor * (fr * ny + ft * nx)
-        for q in range(0, 8, 2):
-            upper = centred[k, q], centred[k, q + 1]
-            xx, xy, yx, yy = turned_block(upper, (centred[k + 1, q], centred[k + 1, q + 1]), nx, ny)
-            place = (STIFFNESS if q < 4 else DAMPING) + 4 * k + (q if q < 4 else q - 4)
-            out[place] = stiff * xx
-            out[place + 1] = stiff * xy
-            out[place + 4] = stiff * yx
-            out[place + 5] = stiff * yy
+@inlined_kernel
+def _put_tangents(line, back, stiff, half_speed, centred, out):
+    """Write tangents in axes of the bore, from those on the line of centres (``line``).
+
+    The velocities of pure squeeze depend on position and tilt through the surfaces' half speed.
+    """
+    for q in range(0, 4, 2):
+        damped_x, damped_y = _turned_columns(centred, 4 + q, line, back, stiff)
+        x, y = _turned_columns(centred, q, line, back, stiff)
+        _put_column(out, STIFFNESS + q, x - half_speed * damped_y)
+        _put_column(out, STIFFNESS + q + 1, y + half_speed * damped_x)
+        _put_column(out, DAMPING + q, damped_x)
+        _put_column(out, DAMPING + q + 1, damped_y)
+
+
+@inlined_kernel
+def _turned_columns(centred, q, line, back, unit):
+    """Derivatives by two components, given along and across the line of centres, in axes at rest."""
+    nx, ny = line
+    along = load(centred, (q, 0))
+    across = load(centred, (q + 1, 0))
+    x = unit * (along * nx - across * ny)
+    y = unit * (along * ny + across * nx)
+    return x * nx + swap_pairs(x) * back, y * nx + swap_pairs(y) * back
+
+
+@inlined_kernel
+def _put_column(out, at, column):
+    """Write a column of a (4, 4) matrix that is kept row-major from ``out[at]`` on."""
+    out[at], out[at + 4], out[at + 8], out[at + 12] = unpack(column)
 
 
 @kernel

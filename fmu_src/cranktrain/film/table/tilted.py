@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.vectors import LANES, even_lanes, load, odd_lanes, pack, splat, store, unpack
 from cranktrain.film.journal.film import OUT_SIZE
 from cranktrain.film.table.family import FADED, LEVER, spread, turning
 from cranktrain.film.table.interpolation import (
@@ -23,6 +24,7 @@ from cranktrain.film.table.interpolation import (
     FUNCTIONS,
     LN_FORCE,
     MOMENT_R,
+    MOMENT_T,
     REACH,
     REST,
     SCRATCH,
@@ -32,21 +34,24 @@ from cranktrain.film.table.interpolation import (
 )
 from cranktrain.film.table.reach import reach
 
-# Derivatives by ε, a and b (TableWork.local and the first half of .weight), or by (r, t, a, b) on the line of centres
-# (.centred and the second half); then by the velocities. TableWork.slopes has d in place of w, then ζ_c and σ.
+# Rows of TableWork.slopes and .local: derivatives by ε, a, b and the velocities; slopes has d in place of w, then ζ_c
+# and σ. TableWork.centred has (r, t, a, b) on the line of centres in place of the first three.
 E, TILT_A, TILT_B, V_R, V_T, W_R, W_T, LEVEL, APART = range(9)
 CENTRED_BY_PLACE, CENTRED_BY_VELOCITY = 8, 12
 """Second half of TableWork.weight."""
 
 
 class TableWork(NamedTuple):
-    """Memory of :func:`table_force`, one for each thread."""
+    """Memory of :func:`table_force`, one for each thread.
+
+    The four forces lie side by side in rows of derivatives, so that kernels compute them at once.
+    """
 
     scratch: Array
     functions: Array  # (5, 12)
-    slopes: Array  # (4, 9) derivatives of a family's film by ε, a, b, v_r, v_t, d_r, d_t, ζ_c, σ
-    local: Array  # (4, 7) derivatives by ε, a, b, v_r, v_t, w_r, w_t
-    centred: Array  # (4, 8) derivatives on the line of centres
+    slopes: Array  # (9, 4) derivatives of a family's film by ε, a, b, v_r, v_t, d_r, d_t, ζ_c, σ
+    local: Array  # (7, 4) derivatives by ε, a, b, v_r, v_t, w_r, w_t
+    centred: Array  # (8, 4) derivatives on the line of centres
     weight: Array  # (16,) of the table: derivatives by the seven, then by the eight
     film: Array  # (36,)
 
@@ -54,18 +59,37 @@ class TableWork(NamedTuple):
 def table_work() -> TableWork:
     """Memory for :func:`table_force` and ``aligned_force``."""
     return TableWork(
-        np.zeros(SCRATCH), np.zeros((5, FUNCTIONS)), np.zeros((4, 9)), np.zeros((4, 7)), np.zeros((4, 8)),
+        np.zeros(SCRATCH), np.zeros((5, FUNCTIONS)), np.zeros((9, 4)), np.zeros((7, 4)), np.zeros((8, 4)),
         np.zeros(16), np.zeros(OUT_SIZE),
     )  # fmt: skip
 
 
-@kernel
-def _add_family(rates, lever, side, share, table, work, out):
-    """Add ``share`` of the family's film at v + λ d, λ = ζ_c ± σ (``lever``, sign ``side``), and its rest R d.
+@inlined_kernel
+def _by(functions, row, force, across, moments, rates, ways):
+    """One derivative of a family's force and of its rest, over the speed.
 
-    ``rates`` v and d; place and tilt as ``tilted_place`` left them. Adds to ``out[0:4]`` and ``work.slopes``.
+    ``row`` of ``functions``; ``force``, the same across, and what multiplies the moments' own derivatives; ``rates`` d;
+    ``ways`` the rest, size and by how much γ itself turns.
+    """
+    dr, dt = rates
+    rest, size, turns = ways
+    first = load(functions, (row, LN_FORCE))
+    ln, turn, _, _ = unpack(first)
+    fitted = load(functions, (row, REST))
+    other = load(functions, (row, REST + LANES))
+    by = force * ln + across * (turn + turns) + moments * first
+    return by, rest * ln + size * (even_lanes(fitted, other) * dr + odd_lanes(fitted, other) * dt)
+
+
+@kernel
+def _add_family(rates, point, table, work, out, slopes):
+    """Add a share of the family's film at v + λ d and its rest R d.
+
+    ``rates`` v and d; ``point`` λ = ζ_c ± σ, the sign of σ, and the share; place and tilt as ``tilted_place`` left
+    them. Adds to ``out[0:4]``, and with ``slopes`` to ``work.slopes``.
     """
     vr, vt, dr, dt = rates
+    lever, side, share = point
     sr = vr + lever * dr
     st = vt + lever * dt
     speed = math.sqrt(sr * sr + st * st)
@@ -77,7 +101,7 @@ def _add_family(rates, lever, side, share, table, work, out):
         cos = sr * inverse
         sin = st * inverse
     f = work.functions
-    interpolate_tilted(cos, sin, table, work.scratch, f)
+    interpolate_tilted(cos, sin, table, work.scratch, f, slopes)
     # The rest fades where the direction is lost; slopes by sr and st, and by dr and dt.
     faded = FADED * FADED * (dr * dr + dt * dt)
     fade = 1.0
@@ -93,53 +117,47 @@ def _add_family(rates, lever, side, share, table, work, out):
     s = math.sin(f[0, TURN])
     mr = size * (c * cos - s * sin)
     mt = size * (c * sin + s * cos)
-    ln_e = f[BY_E, LN_FORCE]
-    ln_g = f[BY_G, LN_FORCE]
-    ln_a = f[BY_A, LN_FORCE]
-    ln_b = f[BY_B, LN_FORCE]
-    for k in range(4):
-        first = REST + 2 * k
-        r0 = size * f[0, first]
-        r1 = size * f[0, first + 1]
-        rest = r0 * dr + r1 * dt
-        if k < 2:
-            m = mr if k == 0 else mt
-            across = -mt if k == 0 else mr
-            by_e = m * ln_e + across * f[BY_E, TURN]
-            by_g = m * ln_g + across * (f[BY_G, TURN] + 1.0)
-            by_a = m * ln_a + across * f[BY_A, TURN]
-            by_b = m * ln_b + across * f[BY_B, TURN]
-        else:
-            q = MOMENT_R + k - 2
-            m = size * f[0, q]
-            by_e = m * ln_e + size * f[BY_E, q]
-            by_g = m * ln_g + size * f[BY_G, q]
-            by_a = m * ln_a + size * f[BY_A, q]
-            by_b = m * ln_b + size * f[BY_B, q]
-        rest_e = rest * ln_e + size * (f[BY_E, first] * dr + f[BY_E, first + 1] * dt)
-        rest_g = rest * ln_g + size * (f[BY_G, first] * dr + f[BY_G, first + 1] * dt)
-        rest_a = rest * ln_a + size * (f[BY_A, first] * dr + f[BY_A, first + 1] * dt)
-        rest_b = rest * ln_b + size * (f[BY_B, first] * dr + f[BY_B, first + 1] * dt)
-        out[k] -= speed * m + fade * rest
-        turned = by_g + fade * rest_g * inverse
-        to_r = m * cos - turned * sin + rest * by_s * sr
-        to_t = m * sin + turned * cos + rest * by_s * st
-        along = to_r * dr + to_t * dt
-        row = work.slopes[k]
-        row[E] -= speed * by_e + fade * rest_e
-        row[TILT_A] -= speed * by_a + fade * rest_a
-        row[TILT_B] -= speed * by_b + fade * rest_b
-        row[V_R] -= to_r
-        row[V_T] -= to_t
-        row[W_R] -= fade * r0 + lever * to_r + rest * by_d * dr
-        row[W_T] -= fade * r1 + lever * to_t + rest * by_d * dt
-        row[LEVEL] -= along
-        row[APART] -= side * along
+    force = pack(mr, mt, size * f[0, MOMENT_R], size * f[0, MOMENT_T])
+    fitted = load(f, (0, REST))
+    other = load(f, (0, REST + LANES))
+    r0 = size * even_lanes(fitted, other)
+    r1 = size * odd_lanes(fitted, other)
+    rest = r0 * dr + r1 * dt
+    store(out, 0, load(out, 0) - (speed * force + fade * rest))
+    if not slopes:
+        return
+    across = pack(-mt, mr, 0.0, 0.0)
+    moments = pack(0.0, 0.0, size, size)
+    d = (dr, dt)
+    by_e, rest_e = _by(f, BY_E, force, across, moments, d, (rest, size, 0.0))
+    by_g, rest_g = _by(f, BY_G, force, across, moments, d, (rest, size, 1.0))
+    by_a, rest_a = _by(f, BY_A, force, across, moments, d, (rest, size, 0.0))
+    by_b, rest_b = _by(f, BY_B, force, across, moments, d, (rest, size, 0.0))
+    turned = by_g + (fade * inverse) * rest_g
+    to_r = force * cos - turned * sin + rest * (by_s * sr)
+    to_t = force * sin + turned * cos + rest * (by_s * st)
+    along = to_r * dr + to_t * dt
+    sums = work.slopes
+    _subtract(sums, E, speed * by_e + fade * rest_e)
+    _subtract(sums, TILT_A, speed * by_a + fade * rest_a)
+    _subtract(sums, TILT_B, speed * by_b + fade * rest_b)
+    _subtract(sums, V_R, to_r)
+    _subtract(sums, V_T, to_t)
+    _subtract(sums, W_R, fade * r0 + lever * to_r + rest * (by_d * dr))
+    _subtract(sums, W_T, fade * r1 + lever * to_t + rest * (by_d * dt))
+    _subtract(sums, LEVEL, along)
+    _subtract(sums, APART, side * along)
+
+
+@inlined_kernel
+def _subtract(rows, row, what):
+    """Subtract four numbers from a row."""
+    store(rows, (row, 0), load(rows, (row, 0)) - what)
 
 
 @kernel
-def tabled_film(at, table, work, out):
-    """Force and moments on the line of centres from the table, ``out[0:4]``, with ``work.local`` (4, 7)."""
+def tabled_film(at, table, work, out, slopes):
+    """Force and moments on the line of centres from the table, ``out[0:4]``; with ``slopes`` ``work.local`` (7, 4)."""
     # The two mirrors bring every state into the stored quarter.
     eps, _, a, b, vr, vt, wr, wt = at
     ends = 1.0
@@ -164,7 +182,11 @@ def tabled_film(at, table, work, out):
     dr = wr + vt * rate * b
     dt = wt - vt * rate * a
     strength = LEVER * rate * eps
-    widens, q = _family_sum((vr, vt, dr, dt), strength * share, table, work, out)
+    widens, q = _family_sum((vr, vt, dr, dt), strength * share, table, work, out, slopes)
+    signs = pack(1.0, line, ends, ends * line)
+    store(out, 0, signs * load(out, 0))
+    if not slopes:
+        return
     # From shares of the possible tilt to the tilt.
     a_a = 1.0 / gap
     a_e = share * a_a * (1.0 - widened / root)
@@ -172,34 +194,28 @@ def tabled_film(at, table, work, out):
     b_e = b * (eps - widened) / (free * height)
     b_b = 1.0 / height
     lever_e = LEVER * (rate + eps * bend) * share
-    for k in range(4):
-        sums = work.slopes[k]
-        by_share = sums[TILT_A] + strength * sums[LEVEL]
-        to_r = sums[W_R] + sums[APART] * widens * dr
-        to_t = sums[W_T] + sums[APART] * widens * dt
-        narrows = sums[APART] * widens * q
-        row = work.local[k]
-        row[E] = sums[E] + by_share * a_e + sums[TILT_B] * b_e + vt * bend * (to_r * b - to_t * a)
-        row[E] += lever_e * sums[LEVEL]
-        row[TILT_A] = by_share * a_a - to_t * vt * rate
-        row[TILT_B] = by_share * a_b + sums[TILT_B] * b_b + to_r * vt * rate
-        row[V_R] = sums[V_R] - narrows * vr
-        row[V_T] = sums[V_T] - narrows * vt + rate * (to_r * b - to_t * a)
-        row[W_R] = to_r
-        row[W_T] = to_t
-        sign = 1.0 if k == 0 else (line if k == 1 else (ends if k == 2 else ends * line))
-        out[k] *= sign
-        row[E] *= sign
-        row[TILT_A] *= sign * ends
-        row[TILT_B] *= sign * ends * line
-        row[V_R] *= sign
-        row[V_T] *= sign * line
-        row[W_R] *= sign * ends
-        row[W_T] *= sign * ends * line
+    sums = work.slopes
+    level = load(sums, (LEVEL, 0))
+    apart = load(sums, (APART, 0))
+    by_share = load(sums, (TILT_A, 0)) + strength * level
+    by_b = load(sums, (TILT_B, 0))
+    to_r = load(sums, (W_R, 0)) + apart * (widens * dr)
+    to_t = load(sums, (W_T, 0)) + apart * (widens * dt)
+    narrows = apart * (widens * q)
+    turned = to_r * b - to_t * a
+    local = work.local
+    by_e = load(sums, (E, 0)) + by_share * a_e + by_b * b_e + turned * (vt * bend) + level * lever_e
+    store(local, (E, 0), signs * by_e)
+    store(local, (TILT_A, 0), (signs * ends) * (by_share * a_a - to_t * (vt * rate)))
+    store(local, (TILT_B, 0), (signs * (ends * line)) * (by_share * a_b + by_b * b_b + to_r * (vt * rate)))
+    store(local, (V_R, 0), signs * (load(sums, (V_R, 0)) - narrows * vr))
+    store(local, (V_T, 0), (signs * line) * (load(sums, (V_T, 0)) - narrows * vt + rate * turned))
+    store(local, (W_R, 0), (signs * ends) * to_r)
+    store(local, (W_T, 0), (signs * (ends * line)) * to_t)
 
 
 @kernel
-def _family_sum(rates, lever, table, work, out):
+def _family_sum(rates, lever, table, work, out, slopes):
     """The family's film at the two points ζ_c ± σ, ζ_c = ``lever``, into ``out[0:4]`` and ``work.slopes``.
 
     Returns twice ∂σ/∂q over |v|², and q = |d|²/|v|².
@@ -217,13 +233,13 @@ def _family_sum(rates, lever, table, work, out):
             widens *= 2.0 / speed2
         else:
             apart, _ = spread(1.0e300)
-    for k in range(4):
-        out[k] = 0.0
-        for p in range(APART + 1):
-            work.slopes[k, p] = 0.0
+    store(out, 0, splat(0.0))
+    if slopes:
+        for row in range(APART + 1):
+            store(work.slopes, (row, 0), splat(0.0))
     if apart == 0.0:
-        _add_family(rates, lever, 0.0, 1.0, table, work, out)
+        _add_family(rates, (lever, 0.0, 1.0), table, work, out, slopes)
     else:
-        _add_family(rates, lever + apart, 1.0, 0.5, table, work, out)
-        _add_family(rates, lever - apart, -1.0, 0.5, table, work, out)
+        _add_family(rates, (lever + apart, 1.0, 0.5), table, work, out, slopes)
+        _add_family(rates, (lever - apart, -1.0, 0.5), table, work, out, slopes)
     return widens, q
