@@ -69,6 +69,7 @@ for _symbols, _instruction in (
     ((operator.add, operator.iadd), "fadd"),
     ((operator.sub, operator.isub), "fsub"),
     ((operator.mul, operator.imul), "fmul"),
+    ((operator.truediv, operator.itruediv), "fdiv"),
 ):
     for _symbol in _symbols:
         _arithmetic(_symbol, _instruction)

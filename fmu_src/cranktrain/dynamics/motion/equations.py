@@ -53,6 +53,7 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.motion.film_ports import film_block, journal_forces, place_journal
 from cranktrain.dynamics.motion.linear_algebra import invert, products
 from cranktrain.dynamics.motion.relative import reactions, relative_motion
+from cranktrain.dynamics.motion.rod_lanes import go_side_by_side, rods_side_by_side
 from cranktrain.dynamics.motion.rods import rod_forces
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FORCE, RUBBING, SPEED, film_call
@@ -204,7 +205,10 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
         damper_torque(model.damper, u[k], ud[k], work.scratch)
         f[k] = work.scratch[0]
         work.blocks[model.connections.shape[0] - 1, 0] = work.scratch[1] + ratio * work.scratch[2]
-    status |= rod_forces(model, work, frame, pressures, c_q, c_v)
+    if go_side_by_side(model, u):
+        rods_side_by_side(model, work, frame, pressures, c_q, c_v)
+    else:
+        status |= rod_forces(model, work, frame, pressures, c_q, c_v)
     if model.layout[BORE_ROTATIONS] > 0.0:
         reactions(model, frame[COS], frame[SIN], f)
         for i in range(b):
@@ -246,10 +250,12 @@ def collar_force(thrust, connection, frame, u, ud, ratio, f, block):
     whirl = frame[WHIRL]
     status = film_call(thrust, FORCE, 0, out, out)
     f[int(connection[FIRST])] = out[0]
-    if connection[COUPLED] > 1.0:
-        t = int(connection[FIRST + 1])
-        f[t] = out[1]
-        f[t + 1] = out[2]
+    if connection[COUPLED] == 1.0:
+        block[0] = out[BY_PLACE] + ratio * out[BY_VELOCITY]
+        return status
+    t = int(connection[FIRST + 1])
+    f[t] = out[1]
+    f[t + 1] = out[2]
     for r in range(3):
         place = BY_PLACE + 4 * r
         rate = BY_VELOCITY + 4 * r
