@@ -50,17 +50,18 @@ def main(arguments: list[str] | None = None) -> int:
         help="own reduced crankshaft (.h5, .npz, folder of cranktrain reduce --output), or superelement (.toml), for "
         "the crank levels rigid, torsional and solid",
     )  # fmt: skip
-    add(
-        "--native", dest="platforms", action="store_const", const=None,
+    form = parser.add_mutually_exclusive_group().add_argument
+    form(
+        "--native", action="store_true",
         help="an FMU of machine code for this machine's platform, which needs no Python where it runs (default)",
     )  # fmt: skip
-    add(
-        "--platform", dest="platforms", metavar="LIST", type=lambda names: names.split(","),
-        help="platforms of a native FMU, comma between them: linux64, win64, aarch64-linux",
+    form(
+        "--python", action="store_true",
+        help="an FMU of Python code, which needs Python with numpy and numba where it runs",
     )  # fmt: skip
     add(
-        "--python", dest="platforms", action="store_const", const=(),
-        help="an FMU of Python code, which needs Python with numpy and numba where it runs",
+        "--platform", dest="platforms", metavar="LIST", type=_listed,
+        help="platforms of a native FMU, comma between them: linux64, win64, aarch64-linux",
     )  # fmt: skip
     add("--reference", action="store_true", help="also simulate the FMU and write its cross-check files beside it")
     chosen = parser.parse_args(arguments)
@@ -72,12 +73,15 @@ def main(arguments: list[str] | None = None) -> int:
             raise InputError(
                 f"--description, --no-film-table, --no-block and --body belong to an engine, not to a {what}"
             )
+        if chosen.python and chosen.platforms is not None:
+            raise InputError("--platform belongs to a native FMU; leave --python out, or --platform")
         if chosen.description:
             path = DESCRIPTION / "modelDescription.xml"
             write_whole(path, model_description(load_engine(chosen.engine)), XML)
         else:
             parts = {"film_table": chosen.film_table, "block": chosen.block, "body": chosen.body}
-            path = build_fmu(chosen.engine, chosen.output, **parts, platforms=chosen.platforms, say=_say)
+            platforms = () if chosen.python else chosen.platforms
+            path = build_fmu(chosen.engine, chosen.output, **parts, platforms=platforms, say=_say)
             if chosen.reference:
                 interface = full_interface() if module is None else module_interface(module_of(module))
                 write_reference(path, interface, _say)
@@ -92,6 +96,11 @@ def main(arguments: list[str] | None = None) -> int:
         return 70
     print(path)
     return 0
+
+
+def _listed(names: str) -> list[str]:
+    """Names in a list, each once."""
+    return list(dict.fromkeys(name.strip() for name in names.split(",")))
 
 
 def _say(text: str) -> None:

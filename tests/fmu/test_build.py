@@ -7,6 +7,7 @@ import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
+import build_fmu
 import pytest
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
@@ -172,3 +173,32 @@ def test_failed_build_leaves_no_file(model, tmp_path):
     with pytest.raises(StoreError, match="omega"):
         engine_fmu.build(model._replace(cranks={"solid": broken}), tmp_path, print)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "built"),
+    [
+        ("", None),
+        ("--native", None),
+        ("--native --platform linux64,win64", ["linux64", "win64"]),
+        ("--platform win64,linux64 --native", ["win64", "linux64"]),
+        ("--python", ()),
+    ],
+)
+def test_the_command_asks_for_what_its_options_say(monkeypatch, words, built):
+    asked = []
+    monkeypatch.setattr(build_fmu, "build_fmu", lambda *_, platforms, **__: asked.append(platforms))
+    assert build_fmu.main(["diesel_i6", *words.split()]) == 0
+    assert asked == [built]
+
+
+def test_platforms_may_be_listed_with_spaces_and_twice(monkeypatch):
+    asked = []
+    monkeypatch.setattr(build_fmu, "build_fmu", lambda *_, platforms, **__: asked.append(platforms))
+    assert build_fmu.main(["diesel_i6", "--platform", "linux64, win64,linux64"]) == 0
+    assert asked == [["linux64", "win64"]]
+
+
+def test_a_python_fmu_has_no_platforms(capsys):
+    assert build_fmu.main(["diesel_i6", "--python", "--platform", "linux64"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

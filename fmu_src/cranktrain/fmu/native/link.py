@@ -155,12 +155,19 @@ def _object(program: Path, kind: str, platform: Platform, fast: bool) -> Path:
     return path
 
 
+_OWN_COMPILERS = {
+    "linux64": ("cc", "gcc", "clang", "x86_64-linux-gnu-gcc"),
+    "win64": ("x86_64-w64-mingw32-gcc",),
+    "aarch64-linux": ("aarch64-linux-gnu-gcc",),
+}
+"""C compilers of one platform, tried in order where there is none for all."""
+
+
 def compiler(platform: Platform) -> list[str]:
     """Command of a C compiler for a platform; ``InputError`` where there is none."""
     if importlib.util.find_spec("ziglang") is not None:
         return [sys.executable, "-m", "ziglang", "cc", "-target", platform.zig]
-    own = {"linux64": ("cc", "gcc", "clang"), "win64": ("x86_64-w64-mingw32-gcc",)}
-    for name in (*own.get(platform.folder, ()), f"{platform.triple.partition('-')[0]}-linux-gnu-gcc"):
+    for name in _OWN_COMPILERS[platform.folder]:
         found = shutil.which(name)
         if found is not None:
             return [found]
