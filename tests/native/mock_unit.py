@@ -88,7 +88,8 @@ class _Arrays:
     def slot(self, array, kind=ff.COPIED, fixups=()):
         """A piece of memory, whose row in SLOT is the next one; ``fixups`` are (element, kind, index)."""
         array = np.ascontiguousarray(array)
-        offset, size = (0, array.nbytes) if kind == ff.ZEROS else self.blob.put(array)
+        kept = array.T if kind == ff.TRANSPOSED else array
+        offset, size = (0, array.nbytes) if kind == ff.ZEROS else self.blob.put(kept)
         shape = (*array.shape, 0, 0, 0, 0)[:4]
         about = {"ndim": array.ndim, "itemsize": array.itemsize, "kind": kind, "first_fixup": len(self.fixups)}
         self.rows.append({"offset": offset, "bytes": size, "shape": shape, "n_fixups": len(fixups), **about})
@@ -112,7 +113,7 @@ def _variant(arrays: _Arrays, leaves: list, records: list, law: int, free: bool)
         arrays.slot(numbers),
         arrays.slot(np.zeros(2)),
         arrays.slot(np.zeros(2, dtype=np.int64), fixups=address),
-        arrays.slot(np.array([[3.0, 4.0, 5.0], [6.0, 7.0, 8.0]]), ff.SHARED),
+        arrays.slot(np.array([[3.0, 4.0, 5.0], [6.0, 7.0, 8.0]]), ff.TRANSPOSED if law == CUBIC else ff.SHARED),
     )
     leaves += [{"slot": slot - base} for slot in run]
     leaves.append({"slot": ff.NONE, "value": int(free)})

@@ -88,7 +88,7 @@ WRONG = [
     (WHOLE[:-8], "is cut short"),
     (WHOLE[:-3], "is cut short"),
     (WHOLE + bytes(8), "is cut short, or longer than it says"),
-    (WHOLE[:8] + b"\2" + WHOLE[9:], "is of another version"),
+    (WHOLE[:8] + b"\3" + WHOLE[9:], "is of another version"),
     (WHOLE[:12] + WHOLE[15:11:-1] + WHOLE[16:], "is of another order of bytes"),
     (WHOLE[:-20] + bytes([WHOLE[-20] ^ 4]) + WHOLE[-19:], "has changed since it was written"),
     (WHOLE[:40] + b"x" * 40 + WHOLE[80:], "has no GUID"),

@@ -181,6 +181,16 @@ def test_without_a_c_compiler_an_installation_goes_on(monkeypatch, capsys):
     assert command.main(["toaster"]) == 2 and "platform 'toaster' is not known" in capsys.readouterr().err
 
 
+def test_a_compiler_of_another_platform_is_not_taken(monkeypatch):
+    """Debian's gcc for Linux is called x86_64-linux-gnu-gcc as well: it makes nothing for Windows."""
+    monkeypatch.setattr(link.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(link.shutil, "which", lambda name: f"/usr/bin/{name}" if "linux-gnu" in name else None)
+    assert link.compiler(PLATFORMS["linux64"]) == ["/usr/bin/x86_64-linux-gnu-gcc"]
+    assert link.compiler(PLATFORMS["aarch64-linux"]) == ["/usr/bin/aarch64-linux-gnu-gcc"]
+    with pytest.raises(InputError, match=r"no C compiler for win64 was found; .* pip install ziglang"):
+        link.compiler(PLATFORMS["win64"])
+
+
 def test_the_package_s_libraries_appear_whole(tmp_path, monkeypatch):
     made("valvetrain")
     monkeypatch.setattr(command, "RESTS_ON", {"valvetrain": RESTS_ON["valvetrain"]})
@@ -276,6 +286,7 @@ LEVELS = {
     "films": "diesel_i6 --crank rigid --bearings impedance --big-ends impedance --integrator sdirk2",
     "torsional": "diesel_i6 --crank torsional --no-inherit",
     "free, with a damper": "diesel_i6 --crank torsional --no-inherit --damper --load-torque-nm 500 --tolerance 1e-3",
+    "beams": "diesel_i6 --crank beam",
     "rollers": "diesel_v8 --crank rigid",
     "solved online": "diesel_i6 --crank rigid --bearings reynolds --step-deg 10",
 }
@@ -295,6 +306,21 @@ def test_a_simulation_loads_no_numba(levels, tmp_path):
     simulated(levels, tmp_path / "before.h5", **{OFF: ""})  # makes the bodies, which the next run finds in the cache
     outputs, numba = simulated(levels, tmp_path / "run.h5", **{OFF: ""})
     assert outputs and numba == "False"
+
+
+ENDS = """
+import sys
+from cranktrain.film.table.database import TableSettings, table_axes
+print(*table_axes(TableSettings(0.5)).tolist(), "numba" in sys.modules)
+"""
+
+
+def test_what_checks_a_film_table_loads_no_numba():
+    """A table that lies in the cache is read by every FMU build and by each run of level ``table``."""
+    made("cranktrain")
+    *axes, numba = python(ENDS, **{OFF: ""})[0].split()
+    *others, compiled = python(ENDS, **{OFF: "1"})[0].split()
+    assert (numba, compiled) == ("False", "True") and axes == others
 
 
 @pytest.mark.slow

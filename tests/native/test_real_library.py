@@ -109,7 +109,7 @@ def damaged(data, place, value):
         (lambda data: data[:-8], ""),
         (lambda data: data[: len(data) // 2], ""),
         (lambda data: damaged(data, 0, b"PKZIPPED"), ""),
-        (lambda data: damaged(data, 8, b"\2\0\0\0"), "version"),
+        (lambda data: damaged(data, 8, b"\1\0\0\0"), "version"),
         (lambda data: damaged(data, 12, data[12:16][::-1]), "order of bytes"),
         (lambda data: damaged(data, 24, b"0123456789abcdef"), ""),
         (lambda data: damaged(data, len(data) - 80, b"\xff\xff"), ""),

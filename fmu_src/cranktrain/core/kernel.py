@@ -25,7 +25,7 @@ from __future__ import annotations
 import tempfile
 import warnings
 import weakref
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache, cached_property, update_wrapper
 from pathlib import Path
@@ -228,12 +228,20 @@ def kernel_address(function: Any, *arguments: Any) -> int:
 
     It is that of the library of machine code where there is one; else the kernel is compiled.
     """
-    name = kernel_name(function)
-    address = function_address(name, layout(arguments))
-    if address is None:
-        address = _COMPILING[-1].address(function, arguments)
-    ADDRESSES[address] = name
-    return address
+    return kernel_addresses([function], *arguments)[0]
+
+
+def kernel_addresses(functions: Iterable[Any], *arguments: Any) -> list[int]:
+    """Addresses of several functions for the same arguments, see :func:`kernel_address`."""
+    addresses, kinds = [], layout(arguments)
+    for function in functions:
+        name = kernel_name(function)
+        address = function_address(name, kinds)
+        if address is None:
+            address = _COMPILING[-1].address(function, arguments)
+        ADDRESSES[address] = name
+        addresses.append(address)
+    return addresses
 
 
 def overload(function: Any, arguments: tuple[Any, ...]) -> Any:

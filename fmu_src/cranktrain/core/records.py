@@ -7,6 +7,7 @@ at, number of values, bytes of each, address, shape, strides. A number is one wo
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,12 +16,19 @@ from numpy.typing import NDArray
 
 def leaves(record: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     """Arrays and numbers of a record, those of inner ones as well, in order, with their paths (``model.gas``)."""
+    found: list[tuple[str, Any]] = []
+    _add_leaves(record, path, found)
+    return iter(found)
+
+
+def _add_leaves(record: Any, path: str, found: list[tuple[str, Any]]) -> None:
     if not isinstance(record, tuple):
-        yield path, record
+        found.append((path, record))
         return
     names = getattr(record, "_fields", None) or [str(k) for k in range(len(record))]
+    before = f"{path}." if path else ""
     for name, value in zip(names, record, strict=True):
-        yield from leaves(value, f"{path}.{name}" if path else name)
+        _add_leaves(value, before + name, found)
 
 
 def record_image(record: Any) -> NDArray[np.int64]:
@@ -29,14 +37,26 @@ def record_image(record: Any) -> NDArray[np.int64]:
     ``TypeError`` for members that are neither arrays nor numbers of eight bytes.
     """
     words: list[int] = []
-    for path, leaf in leaves(record):
-        if isinstance(leaf, np.ndarray):
-            words += [0, 0, leaf.size, leaf.itemsize, leaf.ctypes.data, *leaf.shape, *leaf.strides]
-        elif isinstance(leaf, int | float | np.integer) and not isinstance(leaf, bool):
-            words.append(number_word(leaf))
-        else:
-            raise TypeError(f"'{path}' of {type(record).__name__} is a {type(leaf).__name__}, which no kernel reads")
+    _add_words(record, words)
     return np.array(words, dtype=np.int64)
+
+
+def _add_words(record: Any, words: list[int]) -> None:
+    for k, member in enumerate(record):
+        if isinstance(member, np.ndarray):
+            words += (0, 0, member.size, member.itemsize, address_of(member), *member.shape, *member.strides)
+        elif isinstance(member, tuple):
+            _add_words(member, words)
+        elif isinstance(member, int | float | np.integer) and not isinstance(member, bool):
+            words.append(number_word(member))
+        else:
+            name = getattr(record, "_fields", range(len(record)))[k]
+            raise TypeError(f"'{name}' of {type(record).__name__} is a {type(member).__name__}, which no kernel reads")
+
+
+def address_of(array: NDArray[Any]) -> int:
+    """Address of an array's first value; quicker than by ``ctypes``."""
+    return int(array.__array_interface__["data"][0])
 
 
 def layout(record: Any) -> str:
@@ -53,15 +73,19 @@ def _add_kinds(record: Any, kinds: list[str]) -> None:
     if isinstance(record, tuple):
         for member in record:
             _add_kinds(member, kinds)
+    elif isinstance(record, np.ndarray):
+        kinds.append(_array_kind(record.ndim, record.dtype, record.flags.c_contiguous, record.flags.writeable))
     else:
         kinds.append(_kind(record))
 
 
+@cache
+def _array_kind(dimensions: int, dtype: np.dtype[Any], contiguous: bool, writeable: bool) -> str:
+    special = ("" if contiguous else "strided") + ("" if writeable else "constant")
+    return f"{dimensions}{dtype.kind}{dtype.itemsize}{special}"
+
+
 def _kind(leaf: Any) -> str:
-    if isinstance(leaf, np.ndarray):
-        flags = leaf.flags
-        special = ("" if flags.c_contiguous else "strided") + ("" if flags.writeable else "constant")
-        return f"{leaf.ndim}{leaf.dtype.kind}{leaf.itemsize}{special}"
     if isinstance(leaf, bool | np.bool_) or not isinstance(leaf, int | float | np.integer):
         return type(leaf).__name__
     return "float" if isinstance(leaf, float) else "int"

@@ -7,7 +7,7 @@ what they call.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -46,13 +46,17 @@ class Run(NamedTuple):
     temperatures: Array  # (mains,) of the films, K; 0: the oil's
 
 
-def make_run(engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace, parts: Parts) -> Run:
+def make_run(
+    engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace, parts: Parts,
+    films_made: dict[Any, Any] | None = None,
+) -> Run:  # fmt: skip
     """A run at the levels of ``settings`` that is not prepared yet; compiles the kernels of all integrators.
 
     Its numbers are those of the settings; what these leave open stays open, so that one number may be changed without
-    the others. ``InputError`` for levels that do not exist, or lack what they need.
+    the others. ``films_made``: see :func:`cranktrain.dynamics.model.arrays.structure`.
+    ``InputError`` for levels that do not exist, or lack what they need.
     """
-    model = structure(engine, body, resolved(settings, engine), gas, parts)
+    model = structure(engine, body, resolved(settings, engine), gas, parts, films_made)
     size = dimensions(model)
     state = np.zeros(state_size(size.modes, size.ports, size.films))
     work = make_work(model, state.size, integrators=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -204,11 +204,16 @@ def _check_temperatures(engine: Engine, settings: Settings, speed: float, films:
 
 
 # In one piece: one member of the model after another.
-def structure(engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace, parts: Parts) -> ModelArrays:
+def structure(
+    engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace, parts: Parts,
+    films_made: dict[Any, Any] | None = None,
+) -> ModelArrays:  # fmt: skip
     """Arrays of the running model as far as levels, bodies and the engine's constants make them.
 
     ``settings`` have nothing left open; only their levels count. No parameter, temperature or speed has gone into the
     arrays: :func:`cranktrain.dynamics.model.preparation.prepare_model` writes what depends on these, before any use.
+    ``films_made`` holds the bearings of models with the same engine and parts that were made before; with it models
+    have them in common, memory of the films included, and may be looked at, but not run.
     ``InputError`` for a level that does not exist, or that lacks what it needs.
     """
     check_levels(settings, engine)
@@ -218,8 +223,15 @@ def structure(engine: Engine, body: ReducedBody, settings: Settings, gas: GasTra
         raise InputError("block level 'flexible' needs the reduced block; make it by structure.block")
     if block is not None:
         engine = _without_block_shares(engine)
-    journals, mains, films = main_bearings(engine, settings.bearings, parts.table, parts.bore, parts.cycles)
-    big_ends, floating = _big_ends(engine, big_end_law, parts.big_end_table)
+    made = {} if films_made is None else films_made
+    key = "mains", settings.bearings, settings.block
+    if key not in made:
+        made[key] = main_bearings(engine, settings.bearings, parts.table, parts.bore, parts.cycles)
+    journals, mains, films = made[key]
+    key = "big ends", settings.big_ends, ""
+    if key not in made:
+        made[key] = _big_ends(engine, big_end_law, parts.big_end_table)
+    big_ends, floating = made[key]
     guided, free_big_ends, ring = settings.pistons == "guided", big_end_law.carries, settings.damper == "fitted"
     stationary = stationary_body(engine, block, guided)
     line = torsional_line(engine, float(body.inertia[2, 2]))

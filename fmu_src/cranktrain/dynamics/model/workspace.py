@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
-from cranktrain.core.kernel import kernel_address, record
+from cranktrain.core.kernel import kernel_addresses, record
 from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
@@ -124,13 +124,12 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         start=start_room(model),
         build=build_mark(),
     )
-    for row, kernels in enumerate(FAMILIES.values()):
-        if not integrators and row != int(model.stages[HEAD, FAMILY]):
-            continue
-        own = work.family[row]
-        own[STEP_KERNEL] = kernel_address(resolve(kernels.step), model, work, np.zeros(state_size), 0, 0.0)
-        if kernels.difference:
-            own[DIFFERENCE_KERNEL] = kernel_address(resolve(kernels.difference), model, work, 0.0)
+    own = int(model.stages[HEAD, FAMILY])
+    rows = {row: kernels for row, kernels in enumerate(FAMILIES.values()) if integrators or row == own}
+    steps = [resolve(kernels.step) for kernels in rows.values()]
+    work.family[list(rows), STEP_KERNEL] = kernel_addresses(steps, model, work, np.zeros(state_size), 0, 0.0)
+    differing = {row: resolve(kernels.difference) for row, kernels in rows.items() if kernels.difference}
+    work.family[list(differing), DIFFERENCE_KERNEL] = kernel_addresses(differing.values(), model, work, 0.0)
     return work
 
 

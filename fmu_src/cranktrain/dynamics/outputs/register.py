@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
-from cranktrain.core.kernel import kernel_address
+from cranktrain.core.kernel import kernel_addresses
 from cranktrain.core.named import Named, resolve
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.model import Engine
@@ -122,10 +122,11 @@ class Outputs(NamedTuple):
 def observers(counts: Counts, model: Any, work: Any, state: Array, values: Array) -> Outputs:
     """What fills the ``values`` of all outputs of a model; compiles the kernels."""
     rows, first = [], 0
-    for family in FAMILIES.values():
+    kernels = [resolve(family.kernel) for family in FAMILIES.values()]
+    addresses = kernel_addresses(kernels, model, work, state, 0, state)
+    for family, address in zip(FAMILIES.values(), addresses, strict=True):
         members = family.members(counts)
         end = first + members * len(family.outputs)
-        address = kernel_address(resolve(family.kernel), model, work, state, members, state)
         rows.append([address, first, end, members, 1])
         first = end
     return Outputs(np.array(rows, dtype=np.int64), values, build_mark())

@@ -11,6 +11,7 @@ solution feels it too), and the mean leaves the next order.
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -205,10 +206,15 @@ def shell_grid(grid: JournalGrid, profile: tuple[float, float, float], roughness
     """
     axial, settings, shear = grid.axial.copy(), grid.settings.copy(), grid.shear.copy()
     for row, of in ((PROFILE, ZETA), (FACE_PROFILE, FACE_ZETA)):
-        axial[row] = [relief(zeta, profile) for zeta in axial[of]]
-    shear[2] = [relief(zeta, profile) for zeta in shear[0]]
+        axial[row] = _reliefs(tuple(axial[of].tolist()), profile)
+    shear[2] = _reliefs(tuple(shear[0].tolist()), profile)
     settings[ROUGHNESS], settings[EDGE] = max(roughness, SMOOTH), profile[0]
     return grid._replace(axial=axial, settings=settings, shear=shear)
+
+
+@cache
+def _reliefs(zetas: tuple[float, ...], profile: tuple[float, float, float]) -> tuple[float, ...]:
+    return tuple(relief(zeta, profile) for zeta in zetas)
 
 
 def axial_nodes(s: Array, ratio: float) -> tuple[Array, Array]:

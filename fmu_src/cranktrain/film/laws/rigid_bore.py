@@ -101,9 +101,10 @@ def rigid_bore(
         a table of another bearing
     """
     arrays = TableArrays(np.zeros((1, 1, 1)), np.zeros((1, 1, 1, 1)), np.zeros(AXES))
-    rough = bearing.roughness / bearing.clearance
-    grid = shell_grid(journal_grid(*size), over(bearing.relief, bearing.clearance), rough)
-    if table is not None:
+    if table is None:
+        rough = bearing.roughness / bearing.clearance
+        grid = shell_grid(journal_grid(*size), over(bearing.relief, bearing.clearance), rough)
+    else:
         made, wanted = table.settings, bearing_settings(bearing)
         fits = replace(wanted, resolution=made.resolution, tilt=made.tilt, tilt_range=made.tilt_range) == made
         if not fits or (tilted and not made.tilt):

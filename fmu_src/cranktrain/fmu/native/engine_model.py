@@ -7,6 +7,7 @@ from typing import Any
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.choices import GEOMETRY_SLOTS, NUMBER_SLOTS, option_slots
+from cranktrain.dynamics.model.settings import resolved
 from cranktrain.dynamics.model.state import LIMITED
 from cranktrain.dynamics.outputs.register import families_of, output_counts, output_names
 from cranktrain.dynamics.run_record import make_run
@@ -69,6 +70,7 @@ class _Variants:
         self.images = Images({name: k for k, name in enumerate(functions(KIND))}, is_constant)
         self.gas = GasTrace.from_engine(model.engine)
         self.known: dict[tuple[str, ...], int] = {}
+        self.films: dict[Any, Any] = {}
         self._leaves: dict[str, int] = {}
 
     def row(self, chosen: Mapping[str, str]) -> int:
@@ -79,13 +81,14 @@ class _Variants:
                 "none: build the Python FMU with build_fmu.py --python, or choose 'engine'"
             )
         levels = chosen_levels(self.model, {**self.fixed, **chosen}, self.names)
-        made = Simulation(*levels._replace(gas=self.gas))
-        key = tuple(str(getattr(made.settings, level)) for level in LEVELS)
+        settings = resolved(levels.settings, levels.engine)
+        key = tuple(str(getattr(settings, level)) for level in LEVELS)
         if key not in self.known:
+            made = Simulation(*levels._replace(gas=self.gas))
             # What the settings leave open follows the integrator that is chosen with the parameters.
-            run = make_run(made.engine, made.body, levels.settings, made.gas, made.parts)
+            run = make_run(made.engine, made.body, levels.settings, made.gas, made.parts, self.films)
             self.known[key] = self.images.add(run, dict(enumerate(run.numbers.tolist())))
-            self._leaves = leaf_numbers(run, LEAVES)
+            self._leaves = self._leaves or leaf_numbers(run, LEAVES)
         return self.known[key]
 
     def leaves(self) -> dict[str, int]:

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import StoreError
 
 MAGIC = b"CRNKNAT\0"
-VERSION = 1
+VERSION = 2
 BYTE_ORDER = 0x01020304
 NONE = 0xFFFFFFFF
 """Place of nothing in a uint32."""
@@ -50,8 +50,9 @@ INPUT, OUTPUT, PARAMETER, LOCAL = range(4)
 """Causalities of a variable."""
 LEVEL, NUMBER = range(2)
 """Kinds of a choice: it chooses the variant, or it sets one of ``run.numbers``."""
-ZEROS, COPIED, SHARED = range(3)
-"""Kinds of an array: zeros at the start, a copy for each instance, the file's own for all."""
+ZEROS, COPIED, SHARED, TRANSPOSED = range(4)
+"""Kinds of an array: zeros at the start, a copy for each instance, the file's own for all, and the copy of a matrix of
+eight-byte numbers that lies there with its rows as columns."""
 FUNCTION, RECORD = range(2)
 """What a fixup is the address of: a function of the kernels, a record of the variant."""
 PLAIN, FUNCTION_LEAF, RECORD_LEAF = range(3)
@@ -161,18 +162,24 @@ class Blob:
             self._size += len(padded)
         return self._known[data], len(data)
 
+    def find(self, array: NDArray[Any]) -> int | None:
+        """Offset of an array's values in C order, where they are kept already."""
+        return self._known.get(np.ascontiguousarray(array).tobytes())
+
     def table(self) -> NDArray[Any]:
         """The section."""
         return np.frombuffer(b"".join(self._parts), dtype=SECTIONS["BLOB"])
 
 
 def table(section: str, rows: Iterable[Any]) -> NDArray[Any]:
-    """Rows of a section from numbers, or from mappings of columns, where those left out are 0.
+    """Rows of a section from numbers, tuples, or from mappings of columns, where those left out are 0.
 
     Raises ``StoreError`` for a column that the section has not.
     """
     dtype = SECTIONS[section]
     listed = list(rows)
+    if not any(isinstance(row, Mapping) for row in listed):
+        return np.array(listed, dtype=dtype)
     made = np.zeros(len(listed), dtype=dtype)
     for i, row in enumerate(listed):
         if not isinstance(row, Mapping):

@@ -15,10 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.kernel import ADDRESSES, RECORDS
-from cranktrain.core.records import leaves, number_word
-from cranktrain.fmu.native.file_format import COPIED, FUNCTION, NONE, RECORD, SHARED, ZEROS, Blob
+from cranktrain.core.records import address_of, leaves, number_word
+from cranktrain.fmu.native.file_format import COPIED, FUNCTION, NONE, PLAIN, RECORD, SHARED, TRANSPOSED, ZEROS, Blob
 
 MOST_DIMENSIONS = 4
+WORD = 8
+"""Bytes of a number of a matrix that may be kept as its transposed."""
 
 Row = dict[str, Any]
 
@@ -39,6 +41,7 @@ class Images:
             name: [] for name in ("VARI", "NUMB", "SLOT", "LEAF", "RECS", "ARRY", "FIXU")
         }
         self._rows: dict[tuple[Any, ...], int] = {}
+        self._lasting: dict[int, tuple[NDArray[Any], int]] = {}
 
     def add(self, run: Any, numbers: Mapping[int, float]) -> int:
         """Add a variant: a run before its preparation, and the numbers, by slot, that it brings. Returns its number."""
@@ -64,23 +67,41 @@ class Images:
         """The sections of all variants so far."""
         return {**self.tables, "BLOB": self.blob.table()}
 
-    def row(self, array: NDArray[Any], path: str, fixups: tuple[tuple[int, int, int], ...]) -> int:
-        """Row of ARRY of an array's contents, without the addresses in it: (byte offset, what, number) each."""
+    def row(self, array: NDArray[Any], path: str, fixups: tuple[tuple[int, int, int], ...], lasts: bool = False) -> int:
+        """Row of ARRY of an array's contents, without the addresses in it: (byte offset, what, number) each.
+
+        ``lasts``: whether the array is the same object, of the same contents, in the variants that have it.
+        """
         if not array.flags.c_contiguous or array.ndim > MOST_DIMENSIONS:
             raise ValueError(f"{path} has strides {array.strides} and shape {array.shape}, which no file holds")
-        kept = array.reshape(-1).view(np.uint8).copy() if array.size else np.zeros(0, dtype=np.uint8)
+        kind = SHARED if self.constant(path) else COPIED
+        if fixups or not (lasts or kind == SHARED):
+            return self._kept_row(array, kind, fixups)
+        # Hundreds of variants have a table of megabytes in common, which is looked at once.
+        if id(array) not in self._lasting:
+            self._lasting[id(array)] = array, self._kept_row(array, kind, fixups)
+        return self._lasting[id(array)][1]
+
+    def _kept_row(self, array: NDArray[Any], kind: int, fixups: tuple[tuple[int, int, int], ...]) -> int:
+        kept = array.reshape(-1).view(np.uint8) if array.size else np.zeros(0, dtype=np.uint8)
+        if fixups:
+            kept = kept.copy()
         for offset, _, _ in fixups:
             kept[offset : offset + 8] = 0
-        kind = SHARED if self.constant(path) else COPIED if fixups or kept.any() else ZEROS
-        if kind == ZEROS:
-            kept = kept[:0]
-        key = (kind, array.shape, array.itemsize, hashlib.sha256(kept.tobytes()).digest(), fixups)
+        if kind == COPIED and not fixups and not np.count_nonzero(kept):
+            kind, kept = ZEROS, kept[:0]
+        key = (kind, array.shape, array.itemsize, hashlib.sha256(kept.data).digest(), fixups)
         if key not in self._rows:
             self._rows[key] = len(self.tables["ARRY"])
-            offset = self.blob.put(kept)[0] if kept.size else 0
+            is_matrix = kind == COPIED and array.ndim == 2 and array.itemsize == WORD and not fixups
+            place = self.blob.find(array.T) if is_matrix else None
+            if place is not None:
+                kind = TRANSPOSED
+            elif kept.size:
+                place = self.blob.put(kept)[0]
             self.tables["ARRY"].append(
                 {
-                    "offset": offset, "bytes": array.nbytes, "shape": array.shape + (0,) * (4 - array.ndim),
+                    "offset": place or 0, "bytes": array.nbytes, "shape": array.shape + (0,) * (4 - array.ndim),
                     "ndim": array.ndim, "itemsize": array.itemsize, "kind": kind,
                     "first_fixup": len(self.tables["FIXU"]), "n_fixups": len(fixups),
                 }
@@ -95,28 +116,30 @@ class _Variant:
     def __init__(self, images: Images, run: Any) -> None:
         self.images = images
         self.slots: list[int] = []
-        self.records: list[list[Row]] = []
+        self.records: list[list[tuple[int, int, int]]] = []
         self._known: dict[tuple[int, tuple[int, ...]], int] = {}
         self._numbers: dict[int, int] = {}
         self._taken: list[tuple[int, int, str]] = []
         self.leaves = [self._leaf(path, leaf) for path, leaf in leaves(run)]
         self._refuse_overlaps()
 
-    def _leaf(self, path: str, leaf: Any) -> Row:
+    def _leaf(self, path: str, leaf: Any, of_record: bool = False) -> tuple[int, int, int]:
+        """Row of LEAF."""
         if isinstance(leaf, np.ndarray):
-            return {"slot": self._slot(path, leaf)}
-        return {"slot": NONE, "value": number_word(leaf) % 2**64}
+            return self._slot(path, leaf, of_record), PLAIN, 0
+        return NONE, PLAIN, number_word(leaf) % 2**64
 
-    def _slot(self, path: str, array: NDArray[Any]) -> int:
+    def _slot(self, path: str, array: NDArray[Any], of_record: bool) -> int:
         # An array of nothing has no place of its own.
-        key = (array.ctypes.data if array.size else -len(self.slots) - 1, array.shape)
-        if key not in self._known:
-            self._known[key] = own = len(self.slots)
+        address = address_of(array) if array.size else -len(self.slots) - 1
+        own = self._known.get((address, array.shape))
+        if own is None:
+            own = self._known[address, array.shape] = len(self.slots)
             self.slots.append(NONE)
             if array.size:
-                self._taken.append((array.ctypes.data, array.nbytes, path))
-            self.slots[own] = self.images.row(array, path, self._fixups(array))
-        return self._known[key]
+                self._taken.append((address, array.nbytes, path))
+            self.slots[own] = self.images.row(array, path, self._fixups(array), of_record)
+        return own
 
     def _fixups(self, array: NDArray[Any]) -> tuple[tuple[int, int, int], ...]:
         """Addresses of functions and records in an array of integers."""
@@ -136,7 +159,7 @@ class _Variant:
             self._numbers[address] = number = len(self.records)
             self.records.append([])
             name = type(record).__name__
-            self.records[number] += [self._leaf(f"{name}.{path}", leaf) for path, leaf in leaves(record)]
+            self.records[number] += [self._leaf(f"{name}.{path}", leaf, True) for path, leaf in leaves(record)]
         return self._numbers[address]
 
     def _refuse_overlaps(self) -> None:

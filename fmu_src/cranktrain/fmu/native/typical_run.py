@@ -14,6 +14,7 @@ from cranktrain.dynamics.start.mean_motion import carried
 from cranktrain.dynamics.time.step_control import ports_at_state
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
+from cranktrain.film.contact.gap import least_gap
 from cranktrain.film.table.interpolation import stretched
 from cranktrain.loads.gas_pressure import GasTrace, gas_pressure
 
@@ -37,6 +38,7 @@ def typical_calls(run: Run) -> None:
         simulation.steady_torque()
     gas_pressure(0.1, np.zeros((8, 4)))
     stretched(0.9)
+    least_gap((0.5, 0.0, 0.1, 0.0), 1.0, (0.0, 1.0, 1.0))
     carried(run.model, np.zeros(run.model.block_ports.shape[1]))
     motion_of(run.state, run.model.omega2.size)
     ports_at_state(run.model, run.work, run.state)

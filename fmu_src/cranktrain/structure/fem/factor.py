@@ -30,6 +30,8 @@ Integers = NDArray[np.intp]
 
 # Nodes (of three unknowns, mostly) of the smallest fronts: fewer cost calls, more cost fill.
 LEAF_NODES = 60
+# Rows of a complement from which on a compiled loop is quicker than an indexed sum.
+_LARGE = 100
 
 
 class Factor(Protocol):
@@ -105,7 +107,7 @@ class Cholesky:
             here = columns >= start
             front[place[columns[here]], row[here]] = values[here]
             for child in children[k]:
-                _add_lower(front, complements.pop(child), place[self._later[child]])
+                _add(front, complements.pop(child), place[self._later[child]])
             diagonal, failed = dpotrf(front[:n, :n], lower=1, clean=1)
             if failed:
                 raise np.linalg.LinAlgError("matrix is not positive definite")
@@ -148,6 +150,14 @@ def _nodes_of_equal_pattern(rows: sparse.csr_matrix) -> tuple[sparse.csr_matrix,
     graph = sparse.csr_matrix(rows[representative][:, representative])
     graph.data = np.ones_like(graph.data)
     return graph, node_of
+
+
+def _add(front: Array, complement: Array, place: Integers) -> None:
+    """Add a child's complement at ascending places of its parent's front, of which the lower triangle counts."""
+    if place.size > _LARGE:
+        _add_lower(front, complement, place)
+    else:  # frames of beams have no more, and need no compiler
+        front[np.ix_(place, place)] += complement
 
 
 @kernel

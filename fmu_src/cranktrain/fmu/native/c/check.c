@@ -33,6 +33,7 @@ static const char *check_array(const struct ct_file *file, const struct ct_array
     if (array->bytes != bytes || array->itemsize > LARGEST) return PROBLEM;
     if (array->kind != CT_ZEROS && !within(array->offset, bytes, file->n_blob)) return PROBLEM;
     if (array->kind == CT_SHARED && ((uintptr_t)(file->blob + array->offset) % CT_ALIGNMENT != 0)) return PROBLEM;
+    if (array->kind == CT_TRANSPOSED && (array->ndim != 2 || array->itemsize != sizeof(uint64_t))) return PROBLEM;
     if (!within(array->first_fixup, array->n_fixups, file->n_fixups)) return PROBLEM;
     if (array->n_fixups > 0 && array->kind != CT_COPIED) return PROBLEM;
     for (uint32_t k = 0; k < array->n_fixups; ++k) {

@@ -7,7 +7,7 @@
 static const char MAGIC[8] = "CRNKNAT";
 static const char NAME[] = "native.bin";
 static const char REMEDY[] = "build the FMU again with build_fmu.py --native, or unpack it again";
-enum { VERSION = 1, BYTE_ORDER_MARK = 0x01020304, OTHER_ORDER = 0x04030201, GUID_BYTES = 40, DIGEST_BYTES = 16 };
+enum { VERSION = 2, BYTE_ORDER_MARK = 0x01020304, OTHER_ORDER = 0x04030201, GUID_BYTES = 40, DIGEST_BYTES = 16 };
 
 struct header {
     char magic[8];

@@ -55,10 +55,25 @@ static void write_image(const struct ct_file *file, const struct ct_variant *var
     }
 }
 
+/* A matrix of words of eight bytes from one that has its rows as columns. */
+static void transpose(const struct ct_array *array, const unsigned char *from, unsigned char *memory) {
+    const uint64_t rows = array->shape[0], columns = array->shape[1];
+    for (uint64_t i = 0; i < rows; ++i) {
+        for (uint64_t j = 0; j < columns; ++j) {
+            memcpy(memory, from + (j * rows + i) * sizeof(uint64_t), sizeof(uint64_t));
+            memory += sizeof(uint64_t);
+        }
+    }
+}
+
 void ct_fill(const struct ct_file *file, const struct ct_array *array, unsigned char *memory,
              const uint64_t *records) {
     if (array->kind == CT_ZEROS) {
         memset(memory, 0, array->bytes);
+        return;
+    }
+    if (array->kind == CT_TRANSPOSED) {
+        transpose(array, file->blob + array->offset, memory);
         return;
     }
     memcpy(memory, file->blob + array->offset, array->bytes);
