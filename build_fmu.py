@@ -18,6 +18,7 @@ if str(SOURCES) not in sys.path:
 
 from cranktrain.cli.ending import fault, one_line  # noqa: E402
 from cranktrain.core.errors import CranktrainError, InputError  # noqa: E402
+from cranktrain.core.machine_code import this_platform  # noqa: E402
 from cranktrain.engine.file import load_engine  # noqa: E402
 from cranktrain.fmu.archive import DESCRIPTION, XML, write_reference, write_whole  # noqa: E402
 from cranktrain.fmu.build import build_fmu, is_scene  # noqa: E402
@@ -75,6 +76,8 @@ def main(arguments: list[str] | None = None) -> int:
             )
         if chosen.python and chosen.platforms is not None:
             raise InputError("--platform belongs to a native FMU; leave --python out, or --platform")
+        if chosen.reference and chosen.platforms and this_platform() not in chosen.platforms:
+            raise InputError(f"--reference runs the FMU here; name {this_platform()} among the platforms")
         if chosen.description:
             path = DESCRIPTION / "modelDescription.xml"
             write_whole(path, model_description(load_engine(chosen.engine)), XML)

@@ -547,6 +547,28 @@ def native_table(found: dict[str, Any]) -> str:
     return table(header, rows) + note
 
 
+def native_build() -> str:
+    """Size of each native FMU, its variables, and how soon it is built once bodies are kept."""
+    return native_build_table(benchmark("native_build"))
+
+
+def native_build_table(found: dict[str, Any]) -> str:
+    """The table of a run of ``benchmarks/native_build.py``."""
+    rows = [
+        (
+            f"`{name}`", *(str(row[f"{cause}s"]) for cause in ("input", "output", "parameter")),
+            f"{row['megabytes']:.1f} MB", f"{row['binary_megabytes']:.2f} MB", f"{row['data_megabytes']:.1f} MB",
+            f"{row['processor_seconds']:.1f} s",
+        )
+        for name, row in found.items()
+    ]  # fmt: skip
+    header = (
+        "`build_fmu.py`", "inputs", "outputs", "parameters", "FMU", "binary, unpacked", "data, unpacked",
+        "processor time of the build",
+    )  # fmt: skip
+    return table(header, rows)
+
+
 MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "beam_frequencies": ("ladder.md", beam_frequencies),
     "torsional_sources": ("ladder.md", torsional_sources),
@@ -570,6 +592,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "valve_train": ("valve_train.md", valve_train),
     "valve_train_cost": ("valve_train.md", valve_train_cost),
     "native_fmu": ("native.md", native_fmu),
+    "native_build": ("fmu.md", native_build),
     "inherited_damping": ("decisions/0020-inherited-damping.md", inherited_damping),
 }
 """Document and maker of each part that stands between marks."""

@@ -199,6 +199,16 @@ def test_platforms_may_be_listed_with_spaces_and_twice(monkeypatch):
     assert asked == [["linux64", "win64"]]
 
 
-def test_a_python_fmu_has_no_platforms(capsys):
-    assert build_fmu.main(["diesel_i6", "--python", "--platform", "linux64"]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("--python --platform linux64", "--platform belongs to a native FMU"),
+        ("--reference --platform aarch64-linux", "name linux64 among the platforms"),
+        ("--platform linux32", "platform 'linux32' is not known"),
+    ],
+)
+def test_options_that_do_not_go_together_are_one_line(monkeypatch, capsys, words, said):
+    monkeypatch.setattr(build_fmu, "this_platform", lambda: "linux64")
+    assert build_fmu.main(["combustion_i6", *words.split()]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line

@@ -69,11 +69,11 @@ def opened(path):
     return Unit(folder, about, {v.name: v.valueReference for v in about.modelVariables})
 
 
-def engine_fmu(folder, platforms=("linux64",)):
+def engine_fmu(folder, platforms=("linux64",), cranks=("rigid", "solid")):
     """The six's native FMU on a coarse mesh, without block, damper and film tables: crank rigid or solid."""
     engine = load_engine("diesel_i6")
     engine = replace(engine, crankshaft=replace(engine.crankshaft, mesh_size=0.025))
-    model = FlatModel(engine, {level: running_crank(engine, level) for level in ("rigid", "solid")})
+    model = FlatModel(engine, {level: running_crank(engine, level) for level in cranks})
     try:
         return build(model, folder, platforms=platforms)
     except InputError as error:

@@ -282,16 +282,14 @@ int64_t ct_advance_model(struct ct_instance *one, double end) {
     memcpy(before, one->state, bytes);
     pass_inputs(one);
     const int64_t status = one->file.kernels->advance(one->model.run, end);
-    if (status != 0) {
+    if (status == 0) one->model.observed = true;
+    if (status != 0 || !(one->state[0] > before[0])) { /* failed, or a sliver of time that is left to the next step */
         memcpy(one->state, before, bytes);
         memset(before, 0, bytes);
         return status;
     }
-    one->model.observed = true;
-    if (one->state[0] > before[0]) { /* not a sliver of time that is left to the next step */
-        now->latest = next;
-        if (now->n_past < CT_PAST) now->n_past++;
-        now->end_time = end;
-    }
+    now->latest = next;
+    if (now->n_past < CT_PAST) now->n_past++;
+    now->end_time = end;
     return 0;
 }
