@@ -19,7 +19,8 @@ What serves a scene, why, and with which error and time.
 A plan picks the lowest levels, number of modes, bearing law, integrator and step. Its figures are measured on the
 scene's own model by short runs, and kept in the cache. The model error is the difference to the next level up, the
 numerical error the difference to half the step; both are relative, up to the scene's highest frequency, and the largest
-over its outputs and speeds counts.
+over its outputs and speeds counts. Where measured total errors ship for the engine (cranktrain tradeoff --total), the
+levels are the cheapest that these put within the accuracy of the best model.
 """
 
 
@@ -63,6 +64,7 @@ def show_plan(made: Plan) -> None:
         ("numerical error", f"{found['predicted_numerical_error']:.2g}", "against half the step"),
         ("settling", f"{found['predicted_settling_error']:.2g}", "what a run leaves of it"),
         ("model error", "–" if model is None else f"{model:.2g}", "against the next level up"),
+        *([] if made.total_error is None else [("total error", f"{made.total_error:.2g}", made.against)]),
         ("predicted error", f"{found['predicted_error']:.2g}", f"{scene.accuracy:g} is wanted"),
         (
             "real-time factor",

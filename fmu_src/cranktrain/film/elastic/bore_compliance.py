@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
+from cranktrain.film.elastic.grid import ElasticGrid
 
 Array = NDArray[np.float64]
 
@@ -45,6 +46,7 @@ class BoreCompliance:
     captured : (k,) share of the strain energy in the first 1 … k shapes under a film pressure of extent ``LOBE``,
         averaged over its direction
     area : of the film, m²
+    grid : nodes of films that run in the bore; None: those of :mod:`cranktrain.film.laws.ehd`
     """
 
     coefficients: Array
@@ -52,6 +54,7 @@ class BoreCompliance:
     load_coupling: Array
     captured: Array
     area: float
+    grid: ElasticGrid | None = None
 
     def shapes(self, angles: Array, zetas: Array) -> Array:
         """Radial shapes s_k on a grid, (k, n_phi, n_zeta): ``angles`` (n_phi,) rad, ``zetas`` (n_zeta,)."""

@@ -180,7 +180,8 @@ def _oil_law(oil: Oil | None) -> Array:
 def elastic_films(bearings: Bearings) -> ElasticBore:
     """Films of main bearings, of their own viscosities."""
     parts, viscosities = bearings.parts, bearings.parameters[:, VISCOSITIES]
-    return elastic_bore(bearings.plain, viscosities, parts["bore"], oil=bearings.oil, cycles=parts.get("cycles"))
+    bore = parts["bore"]
+    return elastic_bore(bearings.plain, viscosities, bore, bore.grid or IN_LOOP, bearings.oil, parts.get("cycles"))
 
 
 def film_values(bore: ElasticBore) -> int:

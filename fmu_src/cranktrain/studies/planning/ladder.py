@@ -45,6 +45,13 @@ def candidates(scene: Scene) -> list[Pair]:
     return [pair for pair in chain if answers(scene, pair)]
 
 
+def admits(scene: Scene, pair: Pair) -> bool:
+    """Whether a plan may choose a pair of levels: as :func:`candidates`, whichever of the ladder's rungs it is on."""
+    fixed = scene.crank in (None, pair[0]) and scene.bearings in (None, pair[1])
+    cheap = not dearest(pair[1]) or scene.budget is not None or scene.bearings is not None
+    return fixed and cheap and answers(scene, pair)
+
+
 def every_pair(scene: Scene, with_ehd: bool) -> list[Pair]:
     """Pairs of the ladder report, the lowest first; those that the scene's outputs do not allow left out."""
     levels = bearing_levels(scene)[1:]

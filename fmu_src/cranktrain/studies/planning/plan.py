@@ -47,6 +47,7 @@ class Plan:
     next_real_time_factor : of the next levels at the plan's step, or None
     reasons : one line for each part
     within_accuracy, within_budget : whether the scene's demands are met
+    total_error, against : error against the best model where measured total errors chose the levels, and which model
     """
 
     scene: Scene
@@ -59,6 +60,8 @@ class Plan:
     reasons: tuple[str, ...]
     within_accuracy: bool
     within_budget: bool
+    total_error: float | None = None
+    against: str = ""
 
     @property
     def predicted_error(self) -> float:
@@ -92,6 +95,8 @@ class Plan:
             "predicted_model_error": None if model is None else largest(model),
             "predicted_errors": by_family(outputs, self.errors.total),
             "predicted_real_time_factor": self.real_time_factor,
+            "predicted_total_error": self.total_error,
+            "total_error_against": self.against or None,
             "within_accuracy": self.within_accuracy,
             "within_budget": self.within_budget,
             "reasons": list(self.reasons),

@@ -7,10 +7,12 @@ far they are from the same model with half the step. Both are relative differenc
 what a run at the next pair with half the step would show: the root of the sum of squares, since neither knows of the
 other.
 
-The plan takes the first pair of the ladder whose model error leaves room for a numerical one, and then the cheapest
-method and step within that. What a run leaves of settling is an error of its own beside them, kept small. Where the
-next pair has no solid crank yet, the one after it must be as near: two coarse cranks may agree with each other. What
-the scene fixes is not judged, only reported.
+Where measured total errors ship for the engine (:mod:`cranktrain.studies.planning.charted`) and one of their choices is
+within the accuracy of the best model, the plan takes the levels of the cheapest such choice, and judges its accuracy by
+that total error. Else it climbs a ladder to the first pair whose model error leaves room for a numerical one, and takes
+the cheapest method and step within that. What a run leaves of settling is an error of its own beside them, kept
+small. Where the next pair has no solid crank yet, the one after it must be as near: two coarse cranks may agree with
+each other. What the scene fixes is not judged, only reported.
 """
 
 from __future__ import annotations
@@ -25,8 +27,9 @@ from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.engine.levels import CRANKS
 from cranktrain.film.laws.register import bearing_law
+from cranktrain.studies.planning.charted import charted
 from cranktrain.studies.planning.difference import longest_step
-from cranktrain.studies.planning.ladder import SOLID, Pair, candidates, dearest, film, next_pair
+from cranktrain.studies.planning.ladder import SOLID, Pair, admits, candidates, dearest, film, next_pair
 from cranktrain.studies.planning.measured import Measured
 from cranktrain.studies.planning.plan import Errors, Plan, largest, pair_name, percent
 from cranktrain.studies.planning.scene_model import Case, SceneModel
@@ -86,12 +89,16 @@ def screened(speeds: tuple[float, ...]) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class _Judged:
-    """A pair of levels, how far it is from the next pair up (None at the top), and whether that is little enough."""
+    """A pair of levels, how far it is from the next pair up (None at the top), and whether that is little enough.
+
+    ``charted``: it is how far the pair is from the best model, by measured total errors.
+    """
 
     pair: Pair
     model: float | None
     serves: bool
     text: str
+    charted: bool = False
 
 
 class _Chooser:
@@ -101,11 +108,12 @@ class _Chooser:
         self.scene, self.measured, self.model = scene, measured, measured.model
         self.speeds = screened(scene.speeds)
         self.too_dear = ""
+        self.known = charted(scene, lambda pair: admits(scene, pair))
 
     def plan(self) -> Plan:
         """Levels first, then method and step, then modes."""
         scene = self.scene
-        judged = self._climb()
+        judged = self._charted_pair() or self._climb()
         chosen = next((one for one in judged if one.serves), judged[-1])
         case = self._method(chosen)
         cost = self.measured.cost(case, self.speeds)
@@ -115,6 +123,15 @@ class _Chooser:
         return self._figures(chosen, case, judged, modes_text)
 
     # ------------------------------------------------------------------ levels
+
+    def _charted_pair(self) -> list[_Judged]:
+        """The pair of the cheapest choice whose measured total error is within the accuracy; empty where none is."""
+        known = self.known
+        if known is None or known.chosen is None:
+            return []
+        one = known.chosen
+        text = f"{one.label} is {percent(one.total)} in all {known.against}, the cheapest within the accuracy"
+        return [_Judged(one.pair, min(one.model, MODEL_SHARE * self.scene.accuracy), True, text, charted=True)]
 
     def usual(self, pair: Pair) -> Case:
         """Case of a pair at the method and step at which levels are judged."""
@@ -296,13 +313,16 @@ class _Chooser:
         numerical = self.measured.worst(case, self.model.refined(case), speeds)
         model = None if above is None else self.measured.worst(case, above, speeds)
         errors = Errors(numerical, model, np.nan_to_num(self.measured.settling(case, speeds)))
-        total = largest(errors.total)
+        total, in_all = largest(errors.total), None
+        if chosen.charted:
+            total = in_all = math.hypot(largest(replace(errors, model=None).total), chosen.model or 0.0)
         modes = self.model.assembly(case).body.n_modes
         result = Plan(
             scene, case, modes, errors, self.measured.cost(case, speeds),
             self.model.refined(above or case), above_cost, (),
             within_accuracy=total <= scene.accuracy,
             within_budget=scene.budget is None or cost <= scene.budget,
+            total_error=in_all, against=self.known.against if self.known is not None and chosen.charted else "",
         )  # fmt: skip
         return replace(result, reasons=self._reasons(result, chosen, judged, modes_text, speeds))
 
@@ -316,6 +336,9 @@ class _Chooser:
             if fixed is not None:
                 lines.append(f"{kind} {level}: fixed by the scene")
                 continue
+            if chosen.charted:
+                lines.append(f"{kind} {level}: {chosen.text}")
+                continue
             lower = [one.text for one in judged if one.pair != chosen.pair and not one.serves]
             reason = chosen.text
             if kind == "crank":
@@ -326,6 +349,7 @@ class _Chooser:
             lines.append(f"{kind} {level}: " + "; ".join(part for part in (*lower, reason) if part))
         moves = "the outputs need one that moves" if scene.block == "flexible" else "no output needs one that moves"
         lines.append(f"block {scene.block}: {moves}")
+        lines += [] if self.known is None else self.known.shortfall(scene.accuracy)
         lines.append(modes_text)
         lines.append(
             f"{case.integrator} at {math.degrees(case.step):g} deg: the cheapest tried whose numerical error leaves "

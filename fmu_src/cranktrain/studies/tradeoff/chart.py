@@ -156,7 +156,7 @@ def _figure(
     figure.legend(list(handles.values()), list(handles), loc="outside right upper", fontsize=fontsize, frameon=False)
     if title:
         figure.suptitle(title, fontsize=11, x=0.01, ha="left")
-    _name_points(figure, labels)
+    name_points(figure, labels)
     return figure
 
 
@@ -209,7 +209,7 @@ def _worst(point: Point) -> float:
     return max(point.worst or 0.0, LEAST)
 
 
-def _name_points(figure: Any, wanted: Sequence[tuple[Any, Labels]]) -> None:
+def name_points(figure: Any, wanted: Sequence[tuple[Any, Labels]], fontsize: float = 6.5) -> None:
     """Write labels beside points once the figure is laid out; each clear of marks and other labels, or left out."""
     from matplotlib.transforms import Bbox
 
@@ -221,7 +221,8 @@ def _name_points(figure: Any, wanted: Sequence[tuple[Any, Labels]]) -> None:
         for x, y, text in sorted(labels):
             for dx, dy in PLACES:
                 note = ax.annotate(
-                    text, (x, y), textcoords="offset points", xytext=(dx, dy), fontsize=6.5, color="#333",
+                    text, (x, y), textcoords="offset points", xytext=(dx, dy), fontsize=fontsize,
+                    color="#333",
                     ha="left" if dx > 0 else "right",
                 )  # fmt: skip
                 box = note.get_window_extent()

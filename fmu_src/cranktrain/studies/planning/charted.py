@@ -1,0 +1,158 @@
+"""What measured total errors say of a scene: the cheapest pair of levels within its accuracy of the best model.
+
+Figures are those that ship with the package (:mod:`cranktrain.studies.tradeoff.total.shipped`). They are of whole
+choices, levels and step, over all frequencies; at each of a scene's speeds the measured ones on either side count, the
+larger error of both. A scene that they do not cover is told nothing: another engine, speeds beyond them, outputs
+without a chart, damper, floating big ends, part load, a measured trace, warm films.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from cranktrain.studies.answers import plain_name
+from cranktrain.studies.planning.ladder import Pair
+from cranktrain.studies.planning.plan import percent
+from cranktrain.studies.scene import Scene
+from cranktrain.studies.tradeoff.total.families import FAMILIES
+from cranktrain.studies.tradeoff.total.point import TotalPoint
+from cranktrain.studies.tradeoff.total.shipped import Shipped, shipped
+
+
+@dataclass(frozen=True)
+class ChartedChoice:
+    """A choice with its figures over a scene's speeds and outputs.
+
+    Attributes
+    ----------
+    total, model : largest total error, and the largest share of it that the model leaves
+    cost : mean processor seconds per simulated second of a settled cycle
+    """
+
+    crank: str
+    bearings: str
+    block: str
+    label: str
+    total: float
+    model: float
+    cost: float
+
+    @property
+    def pair(self) -> Pair:
+        """Crank and bearing level."""
+        return self.crank, self.bearings
+
+    def __str__(self) -> str:
+        """The choice with its figures, for people."""
+        return f"{self.label}, {percent(self.total)} at {self.cost:.2g} processor seconds per second"
+
+
+@dataclass(frozen=True)
+class Charted:
+    """What the figures say of a scene.
+
+    Attributes
+    ----------
+    chosen : the cheapest choice within the accuracy that the scene allows, None where none is
+    closest : of those that the scene allows the one with the least total error
+    elsewhere : the cheapest within the accuracy on another block than the scene's, where ``chosen`` is None
+    best : name of the best model
+    speeds_rpm : measured speeds that count
+    current : whether the sources are still those that measured the figures
+    """
+
+    chosen: ChartedChoice | None
+    closest: ChartedChoice
+    elsewhere: ChartedChoice | None
+    best: str
+    speeds_rpm: tuple[float, ...]
+    current: bool
+
+    @property
+    def against(self) -> str:
+        """Against what, and at which speeds, for people."""
+        speeds = ", ".join(f"{rpm:g}" for rpm in self.speeds_rpm)
+        old = "" if self.current else ", by earlier sources"
+        return f"against {self.best}, measured at {speeds} rev/min{old}"
+
+    def shortfall(self, accuracy: float) -> list[str]:
+        """A line on what there is where no choice serves; none where one does."""
+        if self.chosen is not None:
+            return []
+        line = f"no measured choice serves {percent(accuracy)} {self.against}; closest {self.closest}"
+        return [line if self.elsewhere is None else f"{line}; with block {self.elsewhere.block} {self.elsewhere}"]
+
+
+def charted(scene: Scene, allowed: Callable[[Pair], bool], figures: Shipped | None = None) -> Charted | None:
+    """What shipped figures say of a scene, None where they do not cover it; ``allowed``: pairs that it may run at."""
+    known = figures or shipped(scene.engine)
+    families = _families(scene)
+    if known is None or not families or not _plain(scene):
+        return None
+    speeds = around(scene.speeds_rpm, known.speeds_rpm)
+    choices = [] if speeds is None else _choices(known.points, speeds, families)
+    choices = [one for one in choices if allowed(one.pair)]
+    own = [one for one in choices if one.block == scene.block]
+    if speeds is None or not own:
+        return None
+    chosen = _cheapest(own, scene.accuracy)
+    if chosen is not None and scene.budget is not None and chosen.cost > scene.budget:
+        chosen = None
+    elsewhere = None if chosen is not None else _cheapest(choices, scene.accuracy)
+    best = next(point.scene for point in known.points if point.speed_rpm == speeds[0])
+    closest = min(own, key=lambda one: one.total)
+    return Charted(chosen, closest, elsewhere, known.best[best].name, speeds, known.current)
+
+
+def around(wanted: Sequence[float], measured: Sequence[float]) -> tuple[float, ...] | None:
+    """Measured speeds that lie at, or next to, the wanted ones; None where one is beyond them."""
+    found = set[float]()
+    for speed in wanted:
+        below = [one for one in measured if one <= speed * (1.0 + 1e-6)]
+        above = [one for one in measured if one >= speed * (1.0 - 1e-6)]
+        if not below or not above:
+            return None
+        found |= {max(below), min(above)}
+    return tuple(sorted(found))
+
+
+def _families(scene: Scene) -> list[str]:
+    """Families of the scene's outputs; none where an output has no chart."""
+    found = []
+    for output in map(plain_name, scene.outputs):
+        family = next((name for name, row in FAMILIES.items() if output in row.outputs), None)
+        if family is None:
+            return []
+        found.append(family)
+    return list(dict.fromkeys(found))
+
+
+def _plain(scene: Scene) -> bool:
+    """Whether a scene leaves all as it was measured."""
+    usual = (scene.damper, scene.big_ends, scene.load, scene.film_temperature) == ("none", "rigid", 1.0, "engine")
+    free = scene.integrator is None and scene.step is None and scene.cutoff is None
+    return usual and free and scene.pressure is None and not scene.stress
+
+
+def _choices(points: Sequence[TotalPoint], speeds: Sequence[float], families: Sequence[str]) -> list[ChartedChoice]:
+    """Choices that have all outputs at all speeds."""
+    groups: dict[str, list[TotalPoint]] = {}
+    for point in points:
+        if point.speed_rpm in speeds:
+            groups.setdefault(point.label, []).append(point)
+    found = []
+    for label, own in groups.items():
+        parts = [point.errors[family] for point in own for family in families if point.total(family) is not None]
+        if len(parts) < len(speeds) * len(families):
+            continue
+        totals, shares = [one.total for one in parts if one], [min(one.model, one.total) for one in parts if one]
+        first, cost = own[0], sum(point.cost or 0.0 for point in own) / len(own)
+        found.append(
+            ChartedChoice(first.crank, first.bearings, first.block, label, max(totals), max(shares), cost)
+        )  # fmt: skip
+    return found
+
+
+def _cheapest(choices: Sequence[ChartedChoice], accuracy: float) -> ChartedChoice | None:
+    return min((one for one in choices if one.total <= accuracy), key=lambda one: one.cost, default=None)

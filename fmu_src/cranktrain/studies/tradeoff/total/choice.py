@@ -1,0 +1,117 @@
+"""What to choose for an accuracy: the cheapest measured choice whose total error is within it, family by family."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from cranktrain.studies.tradeoff.total.families import FAMILIES
+from cranktrain.studies.tradeoff.total.point import TotalPoint, at_scene, shown
+from cranktrain.studies.tradeoff.total.study import TotalStudy
+
+ACCURACIES = (0.1, 0.03, 0.01)
+
+
+def cheapest(points: Iterable[TotalPoint], accuracies: dict[str, float]) -> TotalPoint | None:
+    """Cheapest point whose total error is within the accuracy in every family that is named; None where none is."""
+    for point in sorted((p for p in points if p.cost is not None), key=lambda p: p.cost or 0.0):
+        totals = {family: point.total(family) for family in accuracies}
+        if all(found is not None and found <= accuracies[family] for family, found in totals.items()):
+            return point
+    return None
+
+
+def closest(points: Iterable[TotalPoint], family: str) -> TotalPoint | None:
+    """Point with the least total error of a family; None where none has its outputs."""
+    return min(shown(points, family), key=lambda p: p.total(family) or 0.0, default=None)
+
+
+def table_rows(points: Sequence[TotalPoint]) -> list[list[str]]:
+    """A row for each family that was measured: its title, and what to take for each of ``ACCURACIES``."""
+    rows = []
+    for name, family in FAMILIES.items():
+        best = closest(points, name)
+        if best is None:
+            continue
+        row = [family.title]
+        for accuracy in ACCURACIES:
+            found = cheapest(points, {name: accuracy})
+            row.append(said(found, name) if found is not None else f"none; closest {said(best, name)}")
+        rows.append(row)
+    return rows
+
+
+def said(point: TotalPoint, family: str) -> str:
+    """A choice with its cost and total error, for people."""
+    return f"{point.label}: {point.cost:.2g} s/s, {percent(point.total(family))}"
+
+
+def percent(value: float | None) -> str:
+    """An error for people, with two digits."""
+    if value is None:
+        return "–"
+    shown = 100.0 * value
+    return f"{shown:.0f} %" if shown >= 9.95 else f"{shown:.1f} %" if shown >= 0.095 else f"{shown:.1g} %"
+
+
+def default_rows(points: Sequence[TotalPoint]) -> list[list[str]]:
+    """How the default stands in each family: its error, whether it is on the front, and what is as close for less."""
+    rows = []
+    own = next((p for p in points if p.default), None)
+    for name, family in FAMILIES.items():
+        total = None if own is None else own.total(name)
+        if own is None or total is None:
+            continue
+        other = cheapest(points, {name: total})
+        on = name in own.front
+        better = "on the front" if on or other is None else f"{said(other, name)}"
+        rows.append([family.title, percent(total), *(percent(value) for value in _parts(own, name)), better])
+    return rows
+
+
+def _parts(point: TotalPoint, family: str) -> tuple[float | None, ...]:
+    found = point.errors[family]
+    return (None, None, None) if found is None else (found.model, found.numerical, found.settling)
+
+
+HEADER = ("outputs", *(f"for {100 * accuracy:g} %" for accuracy in ACCURACIES))
+DEFAULT_HEADER = ("outputs", "total", "model", "numerical", "settling", "cheaper and at least as close")
+
+
+def choice_text(study: TotalStudy) -> str:
+    """Text for each scene: the best model, what to take for each accuracy, and how the default stands."""
+    lines = [
+        "What to choose for a total error, from the measured points. Errors are RMS of the difference over the last",
+        "cycle over the RMS of the alternating part, against the best model there is; cost is in processor seconds per",
+        "simulated second of a settled cycle.",
+    ]
+    for scene in study.scenes:
+        points, best = at_scene(study.points, scene.name), study.best[scene.name]
+        grid = ", fine grid" if best.fine_grid else ""
+        lines += ["", f"{scene.name}, against {best.name}, {best.integrator} {best.step_deg:g} deg{grid}"]
+        for title, *cells in table_rows(points):
+            lines.append(f"  {title}")
+            lines += [f"    {what}  {cell}" for what, cell in zip(HEADER[1:], cells, strict=True)]
+        own = next((p for p in points if p.default), None)
+        if own is not None:
+            lines.append(f"  the default, {own.label} at {own.cost or 0.0:.2g} s/s")
+            for title, total, model, numerical, settling, better in default_rows(points):
+                parts = f"model {model}, numerical {numerical}, settling {settling}"
+                lines.append(f"    {title}: {total} ({parts}); {better}")
+    return "\n".join(lines) + "\n"
+
+
+def markdown(study: TotalStudy) -> str:
+    """The tables as a document holds them, scene by scene."""
+    parts = []
+    for scene in study.scenes:
+        points = at_scene(study.points, scene.name)
+        parts.append(_table((scene.name, *HEADER[1:]), table_rows(points)))
+        own = next((p for p in points if p.default), None)
+        if own is not None:
+            title = f"default, {own.label}, {own.cost or 0.0:.2g} s/s"
+            parts.append(_table((title, *DEFAULT_HEADER[1:]), default_rows(points)))
+    return "\n\n".join(parts)
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    return "\n".join("| " + " | ".join(row) + " |" for row in (header, ["---"] * len(header), *rows))

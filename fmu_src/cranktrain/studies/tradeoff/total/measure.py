@@ -1,0 +1,146 @@
+"""Settled runs: their last cycle, what one more changes of it, and what such a cycle costs.
+
+A run goes on until its outputs repeat, as ``cranktrain simulate`` does. Then plain cycles follow, with all films solved
+anew: the first tells what settling has left, and the median of their processor times is the cost of a settled cycle.
+What ends is kept at once.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import CranktrainError
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.cycle_run import communication_step, run_cycles
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.settled.judging import TOLERANCE
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.engine.model import Engine
+from cranktrain.film.elastic.grid import ElasticGrid
+from cranktrain.film.laws.ehd import IN_LOOP
+from cranktrain.structure.assembly import assemble
+from cranktrain.studies.kept import Kept, digest
+from cranktrain.studies.tradeoff.total.families import Cycle, wanted
+
+Progress = Callable[[str], None]
+
+FINE_SETTLE = 3.0e-4
+"""What may be left of settling in runs that others are compared with."""
+FINE_GRID = ElasticGrid(2 * IN_LOOP.n_phi, 11, IN_LOOP.edge)
+"""Nodes of elastic films of the reference: least film within 2 % of the next finer grid where no edge touches."""
+TIMED_SECONDS, TIMED_CYCLES, FEWEST_CYCLES = 0.4, 20, 3
+"""Plain cycles are timed for so many processor seconds, at most and at least so many of them; a slow one once."""
+SLOW = 2.0
+"""Processor seconds of a cycle that is not repeated."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One settled run; ``fine_grid``: of the elastic films, where there are any."""
+
+    engine: Engine
+    speed: float
+    settings: Settings
+    settle: float = TOLERANCE
+    fine_grid: bool = False
+    timed: bool = True
+
+
+@dataclass(frozen=True)
+class Settled:
+    """What is kept of a run.
+
+    Attributes
+    ----------
+    last, after : its last cycle and the plain one after that, see :data:`.families.Cycle`
+    cost : processor seconds per simulated second of a settled cycle with all films solved anew
+    seconds : processor seconds of the whole run until its outputs repeated
+    cycles, repeats : cycles of that run, and after how many it repeats, 0 where it does not
+    """
+
+    last: Cycle
+    after: Cycle
+    cost: float
+    seconds: float
+    cycles: int
+    repeats: int
+
+
+def settled(job: Job, store: Kept, say: Progress | None = None) -> Settled:
+    """A run, from the store where it is kept; raises ``CranktrainError`` where it fails, anew only once in a store."""
+    key = digest(__file__, job)
+    failed = store.entry(key)
+    if failed is not None:
+        raise CranktrainError(failed["failed"])
+    kept = store.arrays(key)
+    if kept is None:
+        try:
+            kept = _run(job, say or (lambda stage: None))
+        except CranktrainError as problem:
+            store.keep(key, {"failed": " ".join(str(problem).split())})
+            raise
+        store.keep_arrays(key, kept)
+    names = [str(name) for name in kept["names"]]
+    cost, seconds, cycles, repeats = kept["figures"].tolist()
+    last, after = (dict(zip(names, kept[part], strict=True)) for part in ("last", "after"))
+    return Settled(last, after, cost, seconds, int(cycles), int(repeats))
+
+
+def _run(job: Job, say: Progress) -> dict[str, Array]:
+    """Arrays that are kept of a run."""
+    made = assemble(job.engine, job.settings, say=say)
+    parts = made.parts
+    if job.fine_grid and parts.bore is not None:
+        parts = parts._replace(bore=replace(parts.bore, grid=FINE_GRID))
+    simulation = Simulation(made.engine, made.body, made.settings, None, parts)
+    simulation.inputs[0] = job.speed
+    simulation.keep_cycles()
+    simulation.initialize()
+    begin = time.process_time()
+    result = run_cycles(simulation, None, job.settle, None, None)
+    seconds = time.process_time() - begin
+    shown = set(simulation.shown_outputs)
+    names = [name for name in wanted(job.engine) if name in shown]
+    places = [simulation.output_names.index(name) for name in names]
+    last = np.array([result.outputs[name][-result.per_cycle :] for name in names])
+    simulation.solve_films_anew()
+    h = communication_step(job.speed, job.settings.step)
+    after, cost = _plain_cycles(simulation, result.per_cycle, h, job.timed)
+    figures = [cost, seconds, result.settling.cycles, result.settling.repeats]
+    return {
+        "names": np.array(names), "last": last, "after": np.ascontiguousarray(after[:, places].T),
+        "figures": np.array(figures, dtype=float),
+    }  # fmt: skip
+
+
+def _plain_cycles(simulation: Any, per_cycle: int, h: float, timed: bool) -> tuple[Array, float]:
+    """Outputs (samples, outputs) of the first of some plain cycles, and the cost of one in simulated time."""
+    first, costs = np.empty((0, 0)), list[float]()
+    rows = np.empty((per_cycle, simulation.outputs.size))
+    while not _enough(costs, timed):
+        taken = len(costs) * per_cycle
+        begin = time.process_time()
+        done = simulation.series(h, taken + 1, rows)
+        while done < per_cycle:
+            simulation.step((taken + done + 1) * h)  # says why
+            rows[done] = simulation.outputs
+            done += 1
+        costs.append(time.process_time() - begin)
+        if len(costs) == 1:
+            first = rows.copy()
+    return first, median(costs) / (per_cycle * h)
+
+
+def _enough(costs: list[float], timed: bool) -> bool:
+    """Whether these processor times of cycles tell the cost of one."""
+    if not costs:
+        return False
+    if not timed or costs[0] > SLOW or len(costs) >= TIMED_CYCLES:
+        return True
+    return len(costs) >= FEWEST_CYCLES and sum(costs) >= TIMED_SECONDS

@@ -1,0 +1,135 @@
+"""One measured choice: what a simulated second costs with it, and how its total error is made up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import bearing_law
+from cranktrain.studies.tradeoff.pareto import pareto_front
+from cranktrain.studies.tradeoff.total.families import FAMILIES, Cycle, Family, distance
+
+PARTS = ("model", "numerical", "settling")
+
+
+@dataclass(frozen=True)
+class Split:
+    """Total error of one output family and what it is made of, each a distance between two cycles.
+
+    Attributes
+    ----------
+    total : the run's last cycle against that of the best model
+    model : a fine run of the same model against the best one
+    numerical : the run against that fine run
+    settling : what one more cycle changes of the run
+
+    ``|model − numerical| ≤ total ≤ model + numerical``: a way over the fine run is no shorter. Settling is an error of
+    its own: it says how far all of them may still move.
+    """
+
+    total: float
+    model: float
+    numerical: float
+    settling: float
+
+
+def split(family: Family, engine: Engine, last: Cycle, after: Cycle, fine: Cycle, reference: Cycle) -> Split | None:
+    """Total error of a run and its parts; None where a model lacks the outputs.
+
+    Parameters
+    ----------
+    last, after : the run's last cycle and the one that would follow
+    fine : last cycle of the same model with a fine step
+    reference : that of the best model, likewise
+    """
+    found = [
+        distance(family, engine, one, other, reference)
+        for one, other in ((last, reference), (fine, reference), (last, fine), (after, last))
+    ]
+    total, model, numerical, settling = found
+    if total is None or model is None or numerical is None or settling is None:
+        return None
+    return Split(total, model, numerical, settling)
+
+
+@dataclass(frozen=True)
+class TotalPoint:
+    """A choice of levels and step at one speed, and what was measured of it.
+
+    Attributes
+    ----------
+    cost : processor seconds per simulated second of a settled cycle; None where the run failed
+    errors : by family; None where the model, or the best one, lacks its outputs
+    default : whether it is what a run takes where nothing is chosen
+    status : ok, or "failed: why"
+    front : families in which no other point of its speed is both cheaper and closer
+    seconds, cycles : processor seconds and cycles until the outputs repeated
+    repeats : cycles after which they repeat; 0 where they do not
+    """
+
+    scene: str
+    speed_rpm: float
+    crank: str
+    bearings: str
+    block: str
+    integrator: str
+    step_deg: float
+    cost: float | None
+    errors: Mapping[str, Split | None]
+    default: bool = False
+    status: str = "ok"
+    front: tuple[str, ...] = ()
+    seconds: float | None = None
+    cycles: int | None = None
+    repeats: int | None = None
+
+    @property
+    def levels(self) -> str:
+        """Crank, bearings and block."""
+        return f"{self.crank}/{self.bearings}/{self.block}"
+
+    @property
+    def label(self) -> str:
+        """The choice for people; the integrator where it is not the usual one of the bearings."""
+        method = "" if self.integrator == bearing_law(self.bearings).integrator else f" {self.integrator}"
+        return f"{self.levels}{method} {self.step_deg:g}°"
+
+    def total(self, family: str) -> float | None:
+        """Total error of a family, or None."""
+        found = self.errors.get(family)
+        return None if found is None or self.status != "ok" or self.cost is None else found.total
+
+    def as_dict(self) -> dict[str, Any]:
+        """The point as JSON holds it."""
+        return {"label": self.label, **asdict(self)}
+
+
+def point_of(entry: Mapping[str, Any]) -> TotalPoint:
+    """A point from what :meth:`TotalPoint.as_dict` made of it."""
+    errors = {name: None if parts is None else Split(**parts) for name, parts in entry["errors"].items()}
+    known = {name: value for name, value in entry.items() if name not in ("label", "errors", "front")}
+    return TotalPoint(**known, errors=errors, front=tuple(entry["front"]))
+
+
+def at_scene(points: Iterable[TotalPoint], scene: str) -> list[TotalPoint]:
+    """Points of one scene."""
+    return [point for point in points if point.scene == scene]
+
+
+def shown(points: Iterable[TotalPoint], family: str) -> list[TotalPoint]:
+    """Points that have a family's outputs, the cheapest first."""
+    return sorted((p for p in points if p.total(family) is not None), key=lambda p: p.cost or 0.0)
+
+
+def with_fronts(points: Sequence[TotalPoint]) -> list[TotalPoint]:
+    """The points of one speed with the families in whose Pareto front each is."""
+    fronts = {family: set(map(id, front(points, family))) for family in FAMILIES}
+    return [replace(p, front=tuple(name for name, found in fronts.items() if id(p) in found)) for p in points]
+
+
+def front(points: Iterable[TotalPoint], family: str) -> list[TotalPoint]:
+    """Points of a speed that no other beats in cost and total error of a family, the cheapest first."""
+    own = shown(points, family)
+    return [own[k] for k in pareto_front([p.cost or 0.0 for p in own], [p.total(family) or 0.0 for p in own])]
