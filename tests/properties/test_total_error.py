@@ -1,0 +1,309 @@
+"""Total error: its parts bound it, nobody beats the front, what to choose is the cheapest that is close enough."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from total_error import few
+
+from cranktrain.core.errors import SolverError
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.levels import CRANKS
+from cranktrain.film.laws.register import LAWS, MAINS, PLAIN, Form, Law, bearing_law, register_law
+from cranktrain.studies.kept import Kept
+from cranktrain.studies.planning.charted import around, charted
+from cranktrain.studies.scene import RPM, load_scene
+from cranktrain.studies.tradeoff.families import StudyScene
+from cranktrain.studies.tradeoff.total import measure, shipped
+from cranktrain.studies.tradeoff.total.choice import cheapest, choice_text, table_rows
+from cranktrain.studies.tradeoff.total.choices import best_model, default_model, every_model
+from cranktrain.studies.tradeoff.total.families import FAMILIES, distance, wanted
+from cranktrain.studies.tradeoff.total.files import write_files
+from cranktrain.studies.tradeoff.total.point import Split, TotalPoint, front, split, with_fronts
+from cranktrain.studies.tradeoff.total.study import Best, total_study
+
+__all__ = ["few"]
+SIX = load_engine("diesel_i6")
+TORSION, FORCES = FAMILIES["torsion"], FAMILIES["forces"]
+
+
+def scene_of(engine, rpm=2000.0):
+    return StudyScene(f"{engine.name} {rpm:g}", engine, rpm * RPM, Settings())
+
+
+def cycle(rng, samples=144):
+    return {name: rng.normal(size=samples) for name in wanted(SIX)}
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(1e-6, 1e3), st.floats(1e-6, 1e3))
+def test_the_parts_of_an_error_bound_it(seed, near, far):
+    """A way over the fine run of the same model is no shorter than the straight one, whatever the three cycles are."""
+    rng = np.random.default_rng(seed)
+    reference = cycle(rng)
+    fine = {name: values + far * rng.normal(size=values.size) for name, values in reference.items()}
+    last = {name: values + near * rng.normal(size=values.size) for name, values in fine.items()}
+    after = {name: values + 1e-3 * rng.normal(size=values.size) for name, values in last.items()}
+    for family in FAMILIES.values():
+        parts = split(family, SIX, last, after, fine, reference)
+        assert parts.total <= (parts.model + parts.numerical) * (1.0 + 1e-12)
+        assert parts.total >= abs(parts.model - parts.numerical) * (1.0 - 1e-12)
+        assert 0.0 < parts.settling < 1.0
+
+
+def test_a_distance_is_relative_to_the_alternating_part_of_the_worst_member():
+    angle = 2.0 * math.pi * np.arange(1, 721) / 720
+    still = {name: 5.0 + np.sin(angle) for name in wanted(SIX)}
+    off = {**still, "pulley.torsion": still["pulley.torsion"] + 0.1}
+    assert distance(TORSION, SIX, off, still, still) == pytest.approx(0.1 * math.sqrt(2.0))
+    # Both axes of a bearing's force are one vector, the worst bearing counts.
+    off = {**still, "bearing[3].force.x": still["bearing[3].force.x"] + 0.3}
+    assert distance(FORCES, SIX, off, still, still) == pytest.approx(0.3)
+    # A coarser cycle is compared where both have samples.
+    coarse = {name: values[4::5] for name, values in still.items()}
+    assert distance(TORSION, SIX, coarse, still, still) == pytest.approx(0.0, abs=1e-12)
+    assert distance(TORSION, SIX, {}, still, still) is None
+
+
+def test_a_model_without_an_output_has_no_error_of_it():
+    rng = np.random.default_rng(1)
+    full = cycle(rng)
+    less = {name: values for name, values in full.items() if name != "cover.acceleration"}
+    assert split(FAMILIES["cover"], SIX, less, less, less, full) is None
+    assert split(TORSION, SIX, less, less, less, full).total == 0.0
+
+
+def test_levels_that_do_not_exist_together_are_left_out():
+    found = [(m.settings.crank, m.settings.bearings, m.settings.block) for m in every_model(scene_of(SIX))]
+    assert found[-1] == ("solid", "ehd", "flexible") and len(set(found)) == len(found)
+    for crank, bearings, block in found:
+        law = bearing_law(bearings)
+        assert law.carries or not CRANKS[crank].bends
+        assert CRANKS[crank].bends or not law.tilt
+        assert block == "ground" or (law.carries and CRANKS[crank].elastic)
+    assert {crank for crank, _, _ in found} == set(CRANKS)
+    assert best_model(scene_of(load_engine("diesel_v8"))).settings.bearings == "roller"
+    default = default_model(scene_of(SIX)).settings
+    assert (default.crank, default.bearings, default.block) == ("solid", "impedance", "ground")
+
+
+def test_a_law_that_is_registered_is_a_choice():
+    before = dict(LAWS)
+    try:
+        form = Form(LAWS["linear"].forms[PLAIN].kernel, LAWS["linear"].forms[PLAIN].record)
+        register_law(Law("springs", "springs", {PLAIN: form}, clearance=False))
+        assert best_model(scene_of(SIX)).settings.bearings == "springs"
+    finally:
+        LAWS.clear()
+        LAWS.update(before)
+
+
+def test_outputs_are_those_that_a_model_answers():
+    """By the registers: the cover needs a block that moves, axial motion a crank that bends, a film an oil film."""
+    for model in every_model(scene_of(SIX)):
+        s = model.settings
+        answered = {name for name, family in FAMILIES.items() if family.answered(s, SIX)}
+        assert ("cover" in answered) == (s.block == "flexible")
+        assert ("axial" in answered) == CRANKS[s.crank].bends
+        assert ("film" in answered) == bearing_law(s.bearings).film
+        assert ("torsion" in answered) == CRANKS[s.crank].elastic
+        assert ("forces" in answered) == bearing_law(s.bearings).carries
+
+
+ERROR = st.floats(1e-6, 1e2)
+FIGURES = st.lists(st.tuples(ERROR, ERROR, st.none() | ERROR), min_size=1, max_size=25)
+
+
+def point(cost, torsion, film, **more):
+    errors = {name: None for name in FAMILIES}
+    errors["torsion"] = Split(torsion, torsion, 0.0, 0.0)
+    if film is not None:
+        errors["film"] = Split(film, 0.5 * film, 0.6 * film, 0.0)
+    known = {"scene": "here 2000", "speed_rpm": 2000.0, "crank": "solid", "bearings": "table", "block": "ground"}
+    return TotalPoint(**{**known, "integrator": "esdirk4", "step_deg": 2.5, "cost": cost, "errors": errors, **more})
+
+
+@given(FIGURES)
+def test_nobody_beats_the_front_of_a_family(figures):
+    points = with_fronts([point(*one) for one in figures])
+    for family in ("torsion", "film"):
+        own = [p for p in points if p.total(family) is not None]
+        found = [p for p in points if family in p.front]
+        for p in own:
+            beaten = any(
+                q.cost <= p.cost and q.total(family) <= p.total(family)
+                and (q.cost, q.total(family)) != (p.cost, p.total(family))
+                for q in own
+            )  # fmt: skip
+            assert not (beaten and p in found)
+            assert beaten or (p.cost, p.total(family)) in [(q.cost, q.total(family)) for q in found]
+        assert [p.cost for p in front(points, family)] == sorted(p.cost for p in found)
+
+
+@given(FIGURES, ERROR, ERROR)
+def test_what_to_choose_is_the_cheapest_within_the_accuracy(figures, torsion, film):
+    points = [point(*one) for one in figures]
+    accuracies = {"torsion": torsion, "film": film}
+    within = [p for p in points if all(p.total(f) is not None and p.total(f) <= a for f, a in accuracies.items())]
+    found = cheapest(points, accuracies)
+    assert (found is None) == (not within)
+    if found is not None:
+        assert found in within and found.cost == min(p.cost for p in within)
+    # Of one family it lies on the front.
+    alone = cheapest(points, {"torsion": torsion})
+    if alone is not None:
+        assert (alone.cost, alone.total("torsion")) in [(p.cost, p.total("torsion")) for p in front(points, "torsion")]
+
+
+def test_a_study_splits_what_it_measures(few, tmp_path):
+    found = total_study([few], store=Kept(tmp_path / "kept"))
+    points = {p.label: p for p in found.points}
+    assert set(points) == {f"{crank}/linear/ground {step}°" for crank in ("rigid", "beam") for step in ("2.5", "6")}
+    assert [p.label for p in found.points if p.default] == ["beam/linear/ground 2.5°"]
+    for label, p in points.items():
+        assert p.status == "ok" and p.cost > 0.0 and p.cycles >= 2
+        assert p.errors["film"] is None and p.errors["cover"] is None
+        assert (p.errors["torsion"] is None) == label.startswith("rigid")
+        for parts in filter(None, p.errors.values()):
+            assert abs(parts.model - parts.numerical) <= parts.total <= parts.model + parts.numerical
+            assert parts.settling < 3.0e-3
+    # The best model at its own fine step has no model error; what is left is the step's.
+    best = points["beam/linear/ground 2.5°"].errors["torsion"]
+    assert best.model == 0.0 and best.total == best.numerical
+    assert points["beam/linear/ground 6°"].errors["torsion"].numerical > 5.0 * best.numerical
+    # A rigid crank does not share its load as one that bends: a finer step changes nothing of that.
+    rigid = [points[f"rigid/linear/ground {step}°"].errors["forces"] for step in ("2.5", "6")]
+    assert min(one.model for one in rigid) > 0.1 and rigid[0].total == pytest.approx(rigid[1].total, rel=0.1)
+
+    again = total_study([few], store=Kept(tmp_path / "kept"), say=None)
+    assert again.points == found.points
+    names = {path.name for path in write_files(found, tmp_path / "out")}
+    assert {f"total-{family}-few-2000{end}" for family in ("torsion", "axial", "forces") for end in (".png", ".svg")} | {
+        "total.html", "total.csv", "total.txt", "total.json",
+    } == names  # fmt: skip
+    text = (tmp_path / "out" / "total.html").read_text("utf-8")
+    assert "src=" not in text and "@import" not in text and "href=" not in text and "@DATA@" not in text
+    assert "for 10 %" in choice_text(found) and "on the front" in choice_text(found)
+    digest, read = shipped.read((tmp_path / "out" / "total.json").read_text("utf-8"))
+    assert read.points == found.points and read.best == found.best and read.current
+    assert digest == shipped.engine_digest(few.engine)
+    heavier = replace(few.engine, cylinders=replace(few.engine.cylinders, piston_mass=2.0))
+    assert shipped.engine_digest(heavier) != digest
+
+
+def test_what_has_run_is_kept_and_what_failed_says_why(few, tmp_path, monkeypatch):
+    honest, calls = measure._run, []
+
+    def interrupted(job, say):
+        calls.append(job)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return honest(job, say)
+
+    monkeypatch.setattr(measure, "_run", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        total_study([few], store=Kept(tmp_path))
+    assert len(list(tmp_path.glob("*.npz"))) == 2
+
+    def lost(job, say):
+        calls.append(job)
+        raise SolverError("film of main[3] lost")
+
+    calls.clear()
+    monkeypatch.setattr(measure, "_run", lost)
+    found = total_study([few], store=Kept(tmp_path))
+    assert calls and {p.status for p in found.points} == {"failed: film of main[3] lost"}
+    assert all(p.total("forces") is None for p in found.points)
+    assert table_rows(found.points) == []
+    with monkeypatch.context() as patch:
+        patch.setattr(measure, "_run", lambda job, say: pytest.fail("ran again"))
+        assert total_study([few], store=Kept(tmp_path)).points == found.points
+
+
+# What plans make of it ------------------------------------------------------------------------------------------------
+
+
+def figures_of(points):
+    best = {p.scene: Best("solid/ehd/flexible", "esdirk4", 1.0, True, 300.0) for p in points}
+    return shipped.Shipped(tuple(points), best, "measured by others")
+
+
+def scene_file(path, **keys):
+    entries = {
+        "engine": '"diesel_i6"', "speeds_rpm": "[1500]", "outputs": '["pulley.torsion"]', "frequency_hz": "400",
+        "accuracy": "0.1", **keys,
+    }  # fmt: skip
+    path.write_text("".join(f"{key} = {value}\n" for key, value in entries.items()), "utf-8")
+    return load_scene(path)
+
+
+def both(cost, slow, fast, **more):
+    """A choice at 1000 and at 2000 rev/min."""
+    return [
+        point(cost, slow, None, scene="six 1000", speed_rpm=1000.0, **more),
+        point(cost, fast, None, scene="six 2000", speed_rpm=2000.0, **more),
+    ]
+
+
+FIGURED = figures_of(
+    [
+        *both(0.1, 0.02, 0.3, crank="beam", bearings="impedance"),
+        *both(0.4, 0.05, 0.08, bearings="impedance"),
+        *both(1.5, 0.01, 0.06, bearings="table"),
+        *both(2.5, 0.01, 0.02, bearings="table", block="flexible"),
+    ]
+)
+
+
+def test_a_plan_takes_the_cheapest_choice_within_its_accuracy(tmp_path):
+    path = tmp_path / "scene.toml"
+
+    def chosen(**keys):
+        return charted(scene_file(path, **keys), lambda pair: True, FIGURED)
+
+    assert chosen().chosen.pair == ("solid", "impedance")
+    assert chosen().chosen.total == 0.08  # the larger error of the speeds on either side
+    assert chosen(accuracy="0.07").chosen.pair == ("solid", "table")
+    assert chosen(speeds_rpm="[1000]", accuracy="0.03").chosen.pair == ("beam", "impedance")
+    beyond = chosen(accuracy="0.03")
+    assert beyond.chosen is None and beyond.closest.pair == ("solid", "table")
+    assert beyond.elsewhere.block == "flexible"
+    assert "with block flexible solid/table/flexible" in beyond.shortfall(0.03)[0]
+    assert "by earlier sources" in beyond.against
+    assert chosen(block='"flexible"', accuracy="0.03").chosen.block == "flexible"
+    assert chosen(budget_real_time_factor="1", accuracy="0.07").chosen is None
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"speeds_rpm": "[2300]"},
+        {"outputs": '["pulley.torsion", "shaft.torque"]'},
+        {"load": "0.5"},
+        {"damper": "true"},
+        {"step_deg": "2"},
+        {"engine": '"diesel_v8"'},
+        {"outputs": '["pulley.axial"]'},
+    ],
+)
+def test_figures_say_nothing_of_what_they_do_not_cover(keys, tmp_path, monkeypatch):
+    monkeypatch.setattr(shipped, "_all", lambda: {shipped.engine_digest(SIX): FIGURED})
+    assert charted(scene_file(tmp_path / "scene.toml"), lambda pair: True) is not None
+    assert charted(scene_file(tmp_path / "scene.toml", **keys), lambda pair: True) is None
+
+
+def test_speeds_on_either_side():
+    assert around([1000.0, 1500.0], [1000.0, 2000.0, 3000.0]) == (1000.0, 2000.0)
+    assert around([2000.0], [1000.0, 2000.0]) == (2000.0,)
+    assert around([900.0], [1000.0, 2000.0]) is None
+
+
+def test_every_level_has_a_colour():
+    from cranktrain.studies.tradeoff.total.chart import COLOURS, MARKS
+
+    assert len(MARKS) >= len(CRANKS)
+    assert len(COLOURS) >= len([law for law in LAWS.values() if any(kind in law.forms for kind in MAINS)])
