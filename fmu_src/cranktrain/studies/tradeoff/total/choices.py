@@ -21,7 +21,7 @@ from cranktrain.studies.answers import bearing_ladder
 from cranktrain.studies.tradeoff.families import StudyScene
 from cranktrain.studies.tradeoff.reference import INTEGRATOR
 
-STEPS_DEG = {CHEAP: (6.0, 4.0, 2.5, 1.0), MODERATE: (6.0, 4.0, 2.5, 1.0), DEAR: (4.0, 2.5), DEAREST: (4.0, 2.5)}
+STEPS_DEG = {CHEAP: (6.0, 4.0, 2.5, 1.0), MODERATE: (6.0, 4.0, 2.5, 1.0), DEAR: (4.0, 2.5), DEAREST: (2.5,)}
 """Steps of a model by its bearings' class of cost: all with many samples of a cycle in common."""
 QUICK_DEG = (4.0, 2.5)
 QUICK = (CHEAP, MODERATE)

@@ -42,14 +42,14 @@ SLOW = 2.0
 
 @dataclass(frozen=True)
 class Job:
-    """One settled run; ``fine_grid``: of the elastic films, where there are any."""
+    """One settled run; ``fine_grid``: of the elastic films, where there are any; ``goes_on``: by plain cycles."""
 
     engine: Engine
     speed: float
     settings: Settings
     settle: float = TOLERANCE
     fine_grid: bool = False
-    timed: bool = True
+    goes_on: bool = True
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,10 @@ class Settled:
 
     Attributes
     ----------
-    last, after : its last cycle and the plain one after that, see :data:`.families.Cycle`
-    cost : processor seconds per simulated second of a settled cycle with all films solved anew
+    last, after : its last cycle and the plain one after that, see :data:`.families.Cycle`; of a run that does not go on
+        both are the last
+    cost : processor seconds per simulated second of a settled cycle with all films solved anew; of a run that does not
+        go on the mean of those that it took
     seconds : processor seconds of the whole run until its outputs repeated
     cycles, repeats : cycles of that run, and after how many it repeats, 0 where it does not
     """
@@ -109,21 +111,24 @@ def _run(job: Job, say: Progress) -> dict[str, Array]:
     names = [name for name in wanted(job.engine) if name in shown]
     places = [simulation.output_names.index(name) for name in names]
     last = np.array([result.outputs[name][-result.per_cycle :] for name in names])
-    simulation.solve_films_anew()
     h = communication_step(job.speed, job.settings.step)
-    after, cost = _plain_cycles(simulation, result.per_cycle, h, job.timed)
+    after, cost = last, seconds / (result.settling.cycles * result.per_cycle * h)
+    if job.goes_on:
+        simulation.solve_films_anew()
+        rows, cost = _plain_cycles(simulation, result.per_cycle, h)
+        after = np.ascontiguousarray(rows[:, places].T)
     figures = [cost, seconds, result.settling.cycles, result.settling.repeats]
     return {
-        "names": np.array(names), "last": last, "after": np.ascontiguousarray(after[:, places].T),
+        "names": np.array(names), "last": last, "after": after,
         "figures": np.array(figures, dtype=float),
     }  # fmt: skip
 
 
-def _plain_cycles(simulation: Any, per_cycle: int, h: float, timed: bool) -> tuple[Array, float]:
+def _plain_cycles(simulation: Any, per_cycle: int, h: float) -> tuple[Array, float]:
     """Outputs (samples, outputs) of the first of some plain cycles, and the cost of one in simulated time."""
     first, costs = np.empty((0, 0)), list[float]()
     rows = np.empty((per_cycle, simulation.outputs.size))
-    while not _enough(costs, timed):
+    while not _enough(costs):
         taken = len(costs) * per_cycle
         begin = time.process_time()
         done = simulation.series(h, taken + 1, rows)
@@ -137,10 +142,10 @@ def _plain_cycles(simulation: Any, per_cycle: int, h: float, timed: bool) -> tup
     return first, median(costs) / (per_cycle * h)
 
 
-def _enough(costs: list[float], timed: bool) -> bool:
+def _enough(costs: list[float]) -> bool:
     """Whether these processor times of cycles tell the cost of one."""
     if not costs:
         return False
-    if not timed or costs[0] > SLOW or len(costs) >= TIMED_CYCLES:
+    if costs[0] > SLOW or len(costs) >= TIMED_CYCLES:
         return True
     return len(costs) >= FEWEST_CYCLES and sum(costs) >= TIMED_SECONDS

@@ -12,7 +12,8 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.studies.kept import Kept
 from cranktrain.studies.tradeoff.families import StudyScene
-from cranktrain.studies.tradeoff.total.choices import Method, Model, best_model, default_model, models
+from cranktrain.studies.tradeoff.reference import INTEGRATOR
+from cranktrain.studies.tradeoff.total.choices import USUAL_DEG, Method, Model, best_model, default_model, models
 from cranktrain.studies.tradeoff.total.families import FAMILIES, Cycle
 from cranktrain.studies.tradeoff.total.measure import FINE_SETTLE, Job, Settled, settled
 from cranktrain.studies.tradeoff.total.point import TotalPoint, split, with_fronts
@@ -104,10 +105,10 @@ class _Work:
     def best(self, scene: StudyScene) -> tuple[Cycle, Best]:
         """Last cycle of the best model, on a fine grid with a fine step; in a quick study as its level usually runs."""
         top = best_model(scene)
-        method = top.usual if self.quick else top.fine
+        method = Method(INTEGRATOR, USUAL_DEG) if self.quick else top.fine
         settings = top.at(method)
         self.say(f"{scene.name}: reference {top.name}")
-        job = Job(scene.engine, scene.speed, settings, FINE_SETTLE, fine_grid=not self.quick, timed=False)
+        job = Job(scene.engine, scene.speed, settings, FINE_SETTLE, fine_grid=not self.quick, goes_on=False)
         run = settled(job, self.store, self.say)
         self._advance(BEST_WEIGHT * _weight(top))
         return run.last, Best(top.name, method.integrator, method.step_deg, not self.quick, run.cost)
@@ -155,7 +156,7 @@ class _Work:
         self.say(f"{scene.name}: {what}")
         job = Job(scene.engine, scene.speed, model.at(method))
         if settle is not None:
-            job = Job(scene.engine, scene.speed, model.at(method), settle, timed=False)
+            job = Job(scene.engine, scene.speed, model.at(method), settle, goes_on=False)
         try:
             return settled(job, self.store, self.say)
         except CranktrainError as problem:
