@@ -1,6 +1,5 @@
 """Total error: its parts bound it, nobody beats the front, what to choose is the cheapest that is close enough."""
 
-import json
 import math
 from dataclasses import replace
 
@@ -22,7 +21,8 @@ from cranktrain.studies.tradeoff.families import StudyScene
 from cranktrain.studies.tradeoff.total import measure, shipped
 from cranktrain.studies.tradeoff.total.choice import cheapest, choice_text, table_rows
 from cranktrain.studies.tradeoff.total.choices import best_model, default_model, every_model
-from cranktrain.studies.tradeoff.total.families import FAMILIES, distance, wanted
+from cranktrain.studies.tradeoff.total.distance import distance, resampled
+from cranktrain.studies.tradeoff.total.families import FAMILIES, wanted
 from cranktrain.studies.tradeoff.total.files import write_files
 from cranktrain.studies.tradeoff.total.point import Split, TotalPoint, front, split, with_fronts
 from cranktrain.studies.tradeoff.total.study import Best, total_study
@@ -53,6 +53,11 @@ def test_the_parts_of_an_error_bound_it(seed, near, far):
         assert parts.total <= (parts.model + parts.numerical) * (1.0 + 1e-12)
         assert parts.total >= abs(parts.model - parts.numerical) * (1.0 - 1e-12)
         assert 0.0 < parts.settling < 1.0
+        # Also where steps are of different lengths.
+        coarse = {name: resampled(values, 96) for name, values in last.items()}
+        finer = {name: resampled(values, 288) for name, values in fine.items()}
+        parts = split(family, SIX, coarse, coarse, finer, reference)
+        assert parts.total <= (parts.model + parts.numerical) * (1.0 + 1e-9)
 
 
 def test_a_distance_is_relative_to_the_alternating_part_of_the_worst_member():
@@ -63,10 +68,23 @@ def test_a_distance_is_relative_to_the_alternating_part_of_the_worst_member():
     # Both axes of a bearing's force are one vector, the worst bearing counts.
     off = {**still, "bearing[3].force.x": still["bearing[3].force.x"] + 0.3}
     assert distance(FORCES, SIX, off, still, still) == pytest.approx(0.3)
-    # A coarser cycle is compared where both have samples.
+    # A coarser cycle that holds all harmonics is as good.
     coarse = {name: values[4::5] for name, values in still.items()}
     assert distance(TORSION, SIX, coarse, still, still) == pytest.approx(0.0, abs=1e-12)
     assert distance(TORSION, SIX, {}, still, still) is None
+
+
+def test_a_cycle_at_other_samples_is_the_same_series():
+    def at(count):
+        angle = 2.0 * math.pi * np.arange(1, count + 1) / count
+        return 3.0 + np.sin(angle) + 0.5 * np.cos(12 * angle + 0.3) + 0.1 * np.sin(50 * angle)
+
+    for one, other in ((120, 720), (720, 120), (288, 720), (1440, 180), (180, 288)):
+        assert resampled(at(one), other) == pytest.approx(at(other), abs=1e-12)
+    # What the coarser samples cannot hold is left out, Nyquist's line has half its size on either side.
+    fine = 2.0 * math.pi * np.arange(1, 721) / 720
+    assert resampled(np.cos(80 * fine), 120) == pytest.approx(np.zeros(120), abs=1e-12)
+    assert resampled(resampled(np.cos(60 * fine), 120), 720) == pytest.approx(np.cos(60 * fine), abs=1e-12)
 
 
 def test_a_model_without_an_output_has_no_error_of_it():
@@ -119,7 +137,7 @@ FIGURES = st.lists(st.tuples(ERROR, ERROR, st.none() | ERROR), min_size=1, max_s
 
 
 def point(cost, torsion, film, **more):
-    errors = {name: None for name in FAMILIES}
+    errors = dict.fromkeys(FAMILIES)
     errors["torsion"] = Split(torsion, torsion, 0.0, 0.0)
     if film is not None:
         errors["film"] = Split(film, 0.5 * film, 0.6 * film, 0.0)
@@ -182,9 +200,8 @@ def test_a_study_splits_what_it_measures(few, tmp_path):
     again = total_study([few], store=Kept(tmp_path / "kept"), say=None)
     assert again.points == found.points
     names = {path.name for path in write_files(found, tmp_path / "out")}
-    assert {f"total-{family}-few-2000{end}" for family in ("torsion", "axial", "forces") for end in (".png", ".svg")} | {
-        "total.html", "total.csv", "total.txt", "total.json",
-    } == names  # fmt: skip
+    pictures = {f"total-{name}-few-2000{end}" for name in ("torsion", "axial", "forces") for end in (".png", ".svg")}
+    assert names == {*pictures, "total.html", "total.csv", "total.txt", "total.json"}
     text = (tmp_path / "out" / "total.html").read_text("utf-8")
     assert "src=" not in text and "@import" not in text and "href=" not in text and "@DATA@" not in text
     assert "for 10 %" in choice_text(found) and "on the front" in choice_text(found)

@@ -39,9 +39,7 @@ def total_figure(study: TotalStudy, scene: str, family: Family) -> Any:
     height = max(6.0, 0.36 * len(rows) + 2.6)
     figure = Figure(figsize=(14.2, height), dpi=120)
     left, right = figure.subplots(1, 2, gridspec_kw={"width_ratios": (1.0, 0.62)})
-    figure.subplots_adjust(
-        left=0.062, right=0.985, wspace=0.52, top=1.0 - 0.86 / height, bottom=0.62 / height + 0.62 / height
-    )
+    figure.subplots_adjust(left=0.062, right=0.985, wspace=0.52, top=1.0 - 0.86 / height, bottom=0.98 / height)
     numbers = {id(point): str(k) for k, point in enumerate(listed, 1)}
     plot_points(left, own, family.name, listed)
     plot_parts(right, rows, family.name, numbers)
@@ -79,10 +77,10 @@ def plot_points(ax: Any, points: Sequence[TotalPoint], family: str, listed: Sequ
         if point.default:
             ax.plot(point.cost, _height(point, family), "o", ms=14, mfc="none", mec=INK, mew=1.4, zorder=4)
     ax.set(xscale="log", yscale="log")
-    ax.margins(x=0.06, y=0.07)
-    ax.autoscale_view()
-    low, high = ax.get_ylim()
-    ax.set_ylim(min(low, 0.6 * ACCURACIES[-1]), max(high, 1.2 * ACCURACIES[0]))
+    ax.margins(x=0.06)
+    heights = [_height(p, family) for p in points]
+    low, high = min(*heights, ACCURACIES[-1]), max(*heights, ACCURACIES[0])
+    ax.set_ylim(low / (high / low) ** 0.07, high * (high / low) ** 0.07)
     for accuracy in ACCURACIES:
         ax.axhline(accuracy, color=PALE, lw=0.9, ls=(0, (4, 3)), zorder=1)
     _percents(ax.yaxis)
@@ -107,8 +105,12 @@ def plot_parts(ax: Any, rows: Sequence[TotalPoint], family: str, numbers: dict[i
             percent(parts.total), (1.0, k), xycoords=("axes fraction", "data"), xytext=(-5, 0),
             textcoords="offset points", ha="right", va="center", fontsize=8, color=INK,
         )  # fmt: skip
-    names = [_row_name(point, numbers) for point in rows]
-    ax.set_yticks(range(len(rows)), names, fontsize=8, parse_math=False)
+        for text, place, weight in _row_texts(point, numbers.get(id(point), "–")):
+            ax.annotate(
+                text, (0.0, k), xycoords=("axes fraction", "data"), xytext=(place, 0), textcoords="offset points",
+                ha="right", va="center", fontsize=8, color=INK, weight=weight, parse_math=False,
+            )  # fmt: skip
+    ax.set_yticks(range(len(rows)), [""] * len(rows))
     ax.set_ylim(len(rows) - 0.4, -0.6)
     ax.set_xscale("log")
     low, high = ax.get_xlim()
@@ -124,9 +126,10 @@ def _besides(rows: Sequence[TotalPoint], numbers: dict[int, str]) -> str:
     return ", and the default" if any(id(point) not in numbers for point in rows) else ""
 
 
-def _row_name(point: TotalPoint, numbers: dict[int, str]) -> str:
+def _row_texts(point: TotalPoint, number: str) -> list[tuple[str, int, str]]:
+    """Texts left of a row: each with the place of its right end, in points from the axis, and its weight."""
     default = " (default)" if point.default else ""
-    return f"{point.label}{default}   {point.cost:.2g} s/s   {numbers.get(id(point), '–'):>2}"
+    return [(number, -7, "bold"), (f"{point.cost:.2g} s/s", -24, "normal"), (f"{point.label}{default}", -76, "normal")]
 
 
 def _height(point: TotalPoint, family: str) -> float:

@@ -13,11 +13,12 @@ ACCURACIES = (0.1, 0.03, 0.01)
 
 def cheapest(points: Iterable[TotalPoint], accuracies: dict[str, float]) -> TotalPoint | None:
     """Cheapest point whose total error is within the accuracy in every family that is named; None where none is."""
-    for point in sorted((p for p in points if p.cost is not None), key=lambda p: p.cost or 0.0):
-        totals = {family: point.total(family) for family in accuracies}
-        if all(found is not None and found <= accuracies[family] for family, found in totals.items()):
-            return point
-    return None
+    within = []
+    for point in points:
+        totals = {family: total for family in accuracies if (total := point.total(family)) is not None}
+        if len(totals) == len(accuracies) and all(total <= accuracies[name] for name, total in totals.items()):
+            within.append((point.cost or 0.0, max(totals.values(), default=0.0), point))
+    return min(within, key=lambda entry: entry[:2], default=(0.0, 0.0, None))[2]
 
 
 def closest(points: Iterable[TotalPoint], family: str) -> TotalPoint | None:

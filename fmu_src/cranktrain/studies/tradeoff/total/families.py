@@ -1,20 +1,9 @@
-"""Output families that the chart of total error has a picture for, and how far two runs are apart in each.
-
-Distance of two cycles y and z in a family: of each member m (an output, or the axes of one vector) the RMS of the
-difference over the RMS of the reference's alternating part, and of these the largest,
-
-    |y − z| = max_m  ( Σ_axes mean (y − z)² / Σ_axes var y_ref )^½ .
-
-With the reference's own scale in all of them this is a norm, so that distances add up along any way of runs.
-"""
+"""Output families that the chart of total error has a picture for: which outputs of a run are judged together."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-
-import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
@@ -78,26 +67,3 @@ FAMILIES: dict[str, Family] = {
 def wanted(engine: Engine) -> list[str]:
     """Outputs of an engine's runs that any family judges."""
     return [name for family in FAMILIES.values() for member in family.members(engine) for name in member]
-
-
-def distance(family: Family, engine: Engine, one: Cycle, other: Cycle, reference: Cycle) -> float | None:
-    """How far two cycles are apart in a family, over the reference's alternating part; None where one lacks it.
-
-    Cycles of different numbers of samples are compared where both have one. A member that does not move in the
-    reference says nothing.
-    """
-    largest = None
-    for names in family.members(engine):
-        if any(name not in cycle for cycle in (one, other, reference) for name in names):
-            return None
-        square = sum(float(np.mean((_common(one[n], other[n]) - _common(other[n], one[n])) ** 2)) for n in names)
-        scale = sum(float(np.var(reference[n])) for n in names)
-        if scale > 0.0:
-            largest = max(largest or 0.0, math.sqrt(square / scale))
-    return largest
-
-
-def _common(values: Array, other: Array) -> Array:
-    """Samples where another cycle of the same length has some as well."""
-    every = values.size // math.gcd(values.size, other.size)
-    return values[every - 1 :: every]

@@ -9,7 +9,8 @@ from typing import Any
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.studies.tradeoff.pareto import pareto_front
-from cranktrain.studies.tradeoff.total.families import FAMILIES, Cycle, Family, distance
+from cranktrain.studies.tradeoff.total.distance import distance
+from cranktrain.studies.tradeoff.total.families import FAMILIES, Cycle, Family
 
 PARTS = ("model", "numerical", "settling")
 

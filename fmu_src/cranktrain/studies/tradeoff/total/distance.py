@@ -1,0 +1,53 @@
+"""How far two runs are apart in an output family.
+
+Of each member m (an output, or the axes of one vector) the RMS of the difference over the RMS of the reference's
+alternating part, and of these the largest,
+
+    |y − z| = max_m  ( Σ_axes mean (y − z)² / Σ_axes var y_ref )^½ .
+
+Cycles are taken as Fourier series over 720° at the reference's samples, whatever their own are, so that with the one
+scale in all of them this is a norm: distances add up along any way of runs.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.engine.model import Engine
+from cranktrain.studies.tradeoff.total.families import Cycle, Family
+
+
+def distance(family: Family, engine: Engine, one: Cycle, other: Cycle, reference: Cycle) -> float | None:
+    """How far two cycles are apart in a family, over the reference's alternating part; None where one lacks it.
+
+    A member that does not move in the reference says nothing.
+    """
+    largest = None
+    for names in family.members(engine):
+        if any(name not in cycle for cycle in (one, other, reference) for name in names):
+            return None
+        square, scale = 0.0, 0.0
+        for name in names:
+            count = reference[name].size
+            square += float(np.mean((resampled(one[name], count) - resampled(other[name], count)) ** 2))
+            scale += float(np.var(reference[name]))
+        if scale > 0.0:
+            largest = max(largest or 0.0, math.sqrt(square / scale))
+    return largest
+
+
+def resampled(values: Array, count: int) -> Array:
+    """A periodic cycle of samples at the ends of even intervals, (n,), at so many of them, by its Fourier series."""
+    n = values.size
+    if n == count:
+        return values
+    lines = np.fft.rfft(np.roll(values, 1)) / n  # the end of a cycle is its start
+    kept = np.zeros(count // 2 + 1, dtype=complex)
+    most = min(n, count) // 2
+    kept[: most + 1] = lines[: most + 1]
+    if min(n, count) % 2 == 0 and n != count:
+        kept[most] *= 0.5 if n < count else 2.0  # Nyquist's line is two in the finer series
+    return np.roll(np.fft.irfft(kept * count, count), -1)
