@@ -1,10 +1,12 @@
 """Total error: its parts bound it, nobody beats the front, what to choose is the cheapest that is close enough."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from browser import needs_browser, shown
 from hypothesis import given
 from hypothesis import strategies as st
 from total_error import few
@@ -24,8 +26,9 @@ from cranktrain.studies.tradeoff.total.choices import best_model, default_model,
 from cranktrain.studies.tradeoff.total.distance import distance, resampled
 from cranktrain.studies.tradeoff.total.families import FAMILIES, wanted
 from cranktrain.studies.tradeoff.total.files import write_files
+from cranktrain.studies.tradeoff.total.page import page
 from cranktrain.studies.tradeoff.total.point import Split, TotalPoint, front, split, with_fronts
-from cranktrain.studies.tradeoff.total.study import Best, total_study
+from cranktrain.studies.tradeoff.total.study import Best, TotalStudy, total_study
 
 __all__ = ["few"]
 SIX = load_engine("diesel_i6")
@@ -142,6 +145,7 @@ def point(cost, torsion, film, **more):
     if film is not None:
         errors["film"] = Split(film, 0.5 * film, 0.6 * film, 0.0)
     known = {"scene": "here 2000", "speed_rpm": 2000.0, "crank": "solid", "bearings": "table", "block": "ground"}
+    known |= {"seconds": 0.1, "cycles": 5, "repeats": 1}
     return TotalPoint(**{**known, "integrator": "esdirk4", "step_deg": 2.5, "cost": cost, "errors": errors, **more})
 
 
@@ -324,3 +328,24 @@ def test_every_level_has_a_colour():
 
     assert len(MARKS) >= len(CRANKS)
     assert len(COLOURS) >= len([law for law in LAWS.values() if any(kind in law.forms for kind in MAINS)])
+
+
+@needs_browser
+def test_the_page_draws_itself_in_a_browser(few, tmp_path):
+    """Marks of all choices, the front's numbers clear of each other, a row for each choice of the front."""
+    points = with_fronts([point(0.1 * k, 1.0 / k, None, step_deg=float(k)) for k in range(1, 6)])
+    points.append(point(0.5, 0.5, None, default=True, bearings="impedance"))
+    best = {"here 2000": Best("solid/ehd/flexible", "esdirk4", 1.0, True, 300.0)}
+    study = TotalStudy((replace(few, name="here 2000"),), tuple(points), best)
+    path = tmp_path / "page.html"
+    path.write_text(page(study), "utf-8")
+    document, console, picture = shown(path, 1200, 1100)
+    assert console == [] and picture.startswith(b"\x89PNG")
+    assert document.count("<path") == len(points)
+    rows = re.findall(r"<tr class=\"\">|<tr>", document.partition('id="front"')[2])
+    assert len(rows) == 6  # the front, and the default behind it
+    numbers = re.findall(r'<text class="number" x="([\d.]+)" y="([\d.]+)"', document)
+    assert len(numbers) == 5
+    places = [(float(x), float(y)) for x, y in numbers]
+    for k, (x, y) in enumerate(places):
+        assert all(abs(x - u) >= 8.0 or abs(y - v) >= 11.0 for u, v in places[:k])
