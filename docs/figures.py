@@ -24,6 +24,7 @@ from cranktrain.studies.torsion.level_frequencies import level_frequencies
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
+SHIPPED = ROOT / "fmu_src" / "cranktrain" / "studies" / "tradeoff" / "total" / "data"
 ENGINES = {"I6": "diesel_i6", "V8": "diesel_v8"}
 LISTED = {"bending": 3, "torsional": 2, "axial": 1}
 """How many modes of each kind the tables of the free crankshaft list."""
@@ -513,6 +514,25 @@ def studies() -> None:
         shutil.copyfile(ROOT / "out" / "tradeoff" / name, DOCS / "tradeoff" / name)
 
 
+# Part of docs/tradeoff.md ---------------------------------------------------------------------------------------------
+
+
+def total_error() -> str:
+    """What to take for a total error; ships the figures for plans and copies the pictures of the second speed."""
+    from cranktrain.studies.tradeoff.total.choice import markdown
+    from cranktrain.studies.tradeoff.total.shipped import read
+
+    out = ROOT / "out" / "total"
+    cranktrain(f"tradeoff --total --output {out}")
+    found = out / "total.json"
+    _, figures = read(found.read_text("utf-8"))
+    shutil.copyfile(found, SHIPPED / f"{figures.points[0].scene.split()[0]}.json")
+    last = figures.points[-1].scene.replace(" ", "-")
+    for family in ("torsion", "forces"):
+        shutil.copyfile(out / f"total-{family}-{last}.png", DOCS / "tradeoff" / f"total-{family}.png")
+    return markdown(figures.points)
+
+
 # Part of docs/native.md -----------------------------------------------------------------------------------------------
 
 
@@ -591,6 +611,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "virtual_engine": ("how-to/couple.md", virtual_engine),
     "valve_train": ("valve_train.md", valve_train),
     "valve_train_cost": ("valve_train.md", valve_train_cost),
+    "total_error": ("tradeoff.md", total_error),
     "native_fmu": ("native.md", native_fmu),
     "native_build": ("fmu.md", native_build),
     "inherited_damping": ("decisions/0020-inherited-damping.md", inherited_damping),

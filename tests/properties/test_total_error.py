@@ -21,7 +21,7 @@ from cranktrain.studies.planning.charted import around, charted
 from cranktrain.studies.scene import RPM, load_scene
 from cranktrain.studies.tradeoff.families import StudyScene
 from cranktrain.studies.tradeoff.total import measure, shipped
-from cranktrain.studies.tradeoff.total.choice import cheapest, choice_text, table_rows
+from cranktrain.studies.tradeoff.total.choice import cheapest, choice_text, markdown, table_rows
 from cranktrain.studies.tradeoff.total.choices import best_model, default_model, every_model
 from cranktrain.studies.tradeoff.total.distance import distance, resampled
 from cranktrain.studies.tradeoff.total.families import FAMILIES, wanted
@@ -209,6 +209,7 @@ def test_a_study_splits_what_it_measures(few, tmp_path):
     text = (tmp_path / "out" / "total.html").read_text("utf-8")
     assert "src=" not in text and "@import" not in text and "href=" not in text and "@DATA@" not in text
     assert "for 10 %" in choice_text(found) and "on the front" in choice_text(found)
+    assert markdown(found.points).count("| --- |") == 2
     digest, read = shipped.read((tmp_path / "out" / "total.json").read_text("utf-8"))
     assert read.points == found.points and read.best == found.best and read.current
     assert digest == shipped.engine_digest(few.engine)

@@ -101,16 +101,16 @@ def choice_text(study: TotalStudy) -> str:
     return "\n".join(lines) + "\n"
 
 
-def markdown(study: TotalStudy) -> str:
+def markdown(points: Sequence[TotalPoint]) -> str:
     """The tables as a document holds them, scene by scene."""
     parts = []
-    for scene in study.scenes:
-        points = at_scene(study.points, scene.name)
-        parts.append(_table((scene.name, *HEADER[1:]), table_rows(points)))
-        own = next((p for p in points if p.default), None)
-        if own is not None:
-            title = f"default, {own.label}, {own.cost or 0.0:.2g} s/s"
-            parts.append(_table((title, *DEFAULT_HEADER[1:]), default_rows(points)))
+    for scene in dict.fromkeys(point.scene for point in points):
+        own = at_scene(points, scene)
+        parts.append(_table((scene, *HEADER[1:]), table_rows(own)))
+        default = next((p for p in own if p.default), None)
+        if default is not None:
+            title = f"default: {default.label}, {default.cost or 0.0:.2g} s/s"
+            parts.append(_table((title, *DEFAULT_HEADER[1:]), default_rows(own)))
     return "\n\n".join(parts)
 
 
