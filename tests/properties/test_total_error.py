@@ -246,6 +246,14 @@ def test_what_has_run_is_kept_and_what_failed_says_why(few, tmp_path, monkeypatc
         assert total_study([few], store=Kept(tmp_path)).points == found.points
 
 
+def test_half_a_run_is_not_kept(few, tmp_path, monkeypatch):
+    honest = measure.run_cycles
+    monkeypatch.setattr(measure, "run_cycles", lambda *given: replace(honest(*given), complete=False))
+    with pytest.raises(KeyboardInterrupt):
+        total_study([few], store=Kept(tmp_path))
+    assert not list(tmp_path.iterdir())
+
+
 # What plans make of it ------------------------------------------------------------------------------------------------
 
 

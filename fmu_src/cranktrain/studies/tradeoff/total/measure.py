@@ -107,6 +107,8 @@ def _run(job: Job, say: Progress) -> dict[str, Array]:
     begin = time.process_time()
     result = run_cycles(simulation, None, job.settle, None, None)
     seconds = time.process_time() - begin
+    if not result.complete:
+        raise KeyboardInterrupt  # half a run is none
     shown = set(simulation.shown_outputs)
     names = [name for name in wanted(job.engine) if name in shown]
     places = [simulation.output_names.index(name) for name in names]
