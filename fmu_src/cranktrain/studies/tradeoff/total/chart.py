@@ -6,11 +6,12 @@ line joins the steps of one model. Right: the choices of the front, and the defa
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
 from cranktrain.studies.tradeoff.chart import name_points
-from cranktrain.studies.tradeoff.total.choice import ACCURACIES, percent
+from cranktrain.studies.tradeoff.total.choice import ACCURACIES, percent, rate
 from cranktrain.studies.tradeoff.total.families import Family
 from cranktrain.studies.tradeoff.total.point import PARTS, TotalPoint, at_scene, front, shown
 from cranktrain.studies.tradeoff.total.study import TotalStudy
@@ -25,6 +26,8 @@ FARTHEST = 10.0
 """Errors above it say nothing but that the answer is lost; drawn at the top edge."""
 LEAST = 1.0e-5
 """Parts below it are drawn there."""
+GAIN = 0.98
+"""A choice of the front is named where its error is less than so much of that of the one named before."""
 COST = "processor seconds per simulated second of a settled cycle"
 
 
@@ -34,30 +37,41 @@ def total_figure(study: TotalStudy, scene: str, family: Family) -> Any:
 
     points = at_scene(study.points, scene)
     own, best = shown(points, family.name), study.best[scene]
-    listed = front(points, family.name)
+    best_of = front(points, family.name)
+    listed = worth_naming(best_of, family.name)
     rows = listed + [p for p in own if p.default and p not in listed]
     height = max(6.0, 0.36 * len(rows) + 2.6)
     figure = Figure(figsize=(14.2, height), dpi=120)
     left, right = figure.subplots(1, 2, gridspec_kw={"width_ratios": (1.0, 0.62)})
-    figure.subplots_adjust(left=0.062, right=0.985, wspace=0.52, top=1.0 - 0.86 / height, bottom=0.98 / height)
+    figure.subplots_adjust(left=0.062, right=0.985, wspace=0.68, top=1.0 - 0.86 / height, bottom=0.98 / height)
     numbers = {id(point): str(k) for k, point in enumerate(listed, 1)}
-    plot_points(left, own, family.name, listed)
+    plot_points(left, own, family.name, best_of)
     plot_parts(right, rows, family.name, numbers)
     figure.text(
         0.012, 1.0 - 0.3 / height, f"Total error of the {family.title}: {scene} rev/min", fontsize=13, color=INK,
         weight="bold", parse_math=False,
     )  # fmt: skip
     grid = ", fine grid" if best.fine_grid else ""
+    worst = ", the worst bearing's" if len(family.members(study.scenes[0].engine)) > 1 else ""
     figure.text(
         0.012, 1.0 - 0.55 / height,
         f"against {best.name}, {best.integrator} at {best.step_deg:g}°{grid}, settled; error: RMS of the difference "
-        "over the last cycle over the RMS of the alternating part, the worst bearing's",
+        f"over the last cycle over the RMS of the alternating part{worst}",
         fontsize=8.5, color="#555c66", parse_math=False,
     )  # fmt: skip
     _legend(figure, own)
     labels = [(p.cost or 0.0, _height(p, family.name), numbers[id(p)]) for p in listed]
     name_points(figure, [(left, labels)], fontsize=8.5)
     return figure
+
+
+def worth_naming(points: Sequence[TotalPoint], family: str) -> list[TotalPoint]:
+    """Choices of a front, the cheapest first, less those that come hardly closer than the one named before."""
+    named: list[TotalPoint] = []
+    for point in points:
+        if not named or (point.total(family) or 0.0) < GAIN * (named[-1].total(family) or 0.0):
+            named.append(point)
+    return named
 
 
 def plot_points(ax: Any, points: Sequence[TotalPoint], family: str, listed: Sequence[TotalPoint]) -> None:
@@ -115,7 +129,7 @@ def plot_parts(ax: Any, rows: Sequence[TotalPoint], family: str, numbers: dict[i
     ax.set_xscale("log")
     low, high = ax.get_xlim()
     ax.set_xlim(low, high * (high / low) ** 0.2)  # room for the figures at the right
-    _percents(ax.xaxis)
+    _percents(ax.xaxis, high)
     ax.set_xlabel("error and its parts", fontsize=9)
     ax.set_title("choices on the front" + _besides(rows, numbers), fontsize=9, loc="left", color=INK)
     _quiet(ax)
@@ -129,7 +143,7 @@ def _besides(rows: Sequence[TotalPoint], numbers: dict[int, str]) -> str:
 def _row_texts(point: TotalPoint, number: str) -> list[tuple[str, int, str]]:
     """Texts left of a row: each with the place of its right end, in points from the axis, and its weight."""
     default = " (default)" if point.default else ""
-    return [(number, -7, "bold"), (f"{point.cost:.2g} s/s", -24, "normal"), (f"{point.label}{default}", -76, "normal")]
+    return [(number, -7, "bold"), (rate(point.cost), -24, "normal"), (f"{point.label}{default}", -76, "normal")]
 
 
 def _height(point: TotalPoint, family: str) -> float:
@@ -162,9 +176,10 @@ def _legend(figure: Any, points: Sequence[TotalPoint]) -> None:
     keys = [key(level, marker="o", color=_colours()[level]) for level in bearings]
     keys += [key(level, marker=_marks()[level], mfc="none", mec=INK) for level in cranks]
     keys += [key(f"block {b}", marker="o", mec=INK, mfc="white" if b == "ground" else INK) for b in blocks]
-    keys += [key("default", marker="o", mfc="none", mec=INK, mew=1.4), Line2D([], [], color=INK, lw=3, alpha=0.22)]
-    keys[-2].set_markersize(11)
-    keys[-1].set_label("Pareto front")
+    if any(p.default for p in points):
+        keys.append(key("default", marker="o", mfc="none", mec=INK, mew=1.4))
+        keys[-1].set_markersize(11)
+    keys.append(Line2D([], [], color=INK, lw=3, alpha=0.22, label="Pareto front"))
     height = figure.get_figheight()
     style = {"fontsize": 8, "frameon": False, "handletextpad": 0.3, "borderaxespad": 0.0}
     figure.legend(
@@ -179,12 +194,13 @@ def _legend(figure: Any, points: Sequence[TotalPoint]) -> None:
     )  # fmt: skip
 
 
-def _percents(axis: Any) -> None:
+def _percents(axis: Any, highest: float = math.inf) -> None:
+    """Ticks in per cent, as far as the highest."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     low, high = axis.get_view_interval()
     axis.set_major_locator(LogLocator(10.0, subs=(1.0, 3.0) if high / low < 1.0e3 else (1.0,)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{100.0 * value:g} %"))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{100.0 * value:g} %" if value <= highest else ""))
     axis.set_minor_formatter(NullFormatter())
 
 

@@ -43,7 +43,13 @@ def table_rows(points: Sequence[TotalPoint]) -> list[list[str]]:
 
 def said(point: TotalPoint, family: str) -> str:
     """A choice with its cost and total error, for people."""
-    return f"{point.label}: {point.cost:.2g} s/s, {percent(point.total(family))}"
+    return f"{point.label}: {rate(point.cost)}, {percent(point.total(family))}"
+
+
+def rate(cost: float | None) -> str:
+    """A cost for people, two digits and no exponent."""
+    value = float(f"{cost or 0.0:.2g}")
+    return f"{value:.0f} s/s" if value >= 10.0 else f"{value:g} s/s"
 
 
 def percent(value: float | None) -> str:
@@ -94,7 +100,7 @@ def choice_text(study: TotalStudy) -> str:
             lines += [f"    {what}  {cell}" for what, cell in zip(HEADER[1:], cells, strict=True)]
         own = next((p for p in points if p.default), None)
         if own is not None:
-            lines.append(f"  the default, {own.label} at {own.cost or 0.0:.2g} s/s")
+            lines.append(f"  the default, {own.label} at {rate(own.cost)}")
             for title, total, model, numerical, settling, better in default_rows(points):
                 parts = f"model {model}, numerical {numerical}, settling {settling}"
                 lines.append(f"    {title}: {total} ({parts}); {better}")
@@ -109,7 +115,7 @@ def markdown(points: Sequence[TotalPoint]) -> str:
         parts.append(_table((scene, *HEADER[1:]), table_rows(own)))
         default = next((p for p in own if p.default), None)
         if default is not None:
-            title = f"default: {default.label}, {default.cost or 0.0:.2g} s/s"
+            title = f"default: {default.label}, {rate(default.cost)}"
             parts.append(_table((title, *DEFAULT_HEADER[1:]), default_rows(own)))
     return "\n\n".join(parts)
 
