@@ -1,0 +1,1 @@
+"""Other people's programs beside ours, one at a time: see ``benchmarks/peers.py``."""
