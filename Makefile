@@ -4,6 +4,7 @@ VENV ?= .venv
 WORKERS ?= 2
 TESTS ?=
 PARTS ?=
+PEERS ?=
 BIN := $(VENV)/bin
 # Machine code of the kernels as they are now; after an edit kernels are compiled when they are first called.
 NATIVE = $(BIN)/python -m cranktrain.fmu.native --package
@@ -13,7 +14,7 @@ export PYTHONUNBUFFERED := 1
 export OMP_NUM_THREADS ?= 2
 export OPENBLAS_NUM_THREADS ?= 2
 
-.PHONY: demo test test-all mutants lint docs figures bench install native wheel
+.PHONY: demo test test-all mutants lint docs figures bench bench-peers bench-cost install native wheel
 
 # The demo makes the machine code itself, beside its finite elements.
 demo: $(VENV)/.installed-bare
@@ -42,6 +43,13 @@ figures: $(VENV)/.installed
 
 bench: $(VENV)/.installed
 	$(BIN)/python -m benchmarks
+
+# Each of the other programs gets a virtual environment of its own in the cache; CalculiX is Debian's calculix-ccx.
+bench-peers: $(VENV)/.installed
+	$(BIN)/python -m benchmarks.peers $(PEERS)
+
+bench-cost: $(VENV)/.installed-dask
+	$(BIN)/python -m benchmarks.cost_law out/cost_law.png
 
 install: $(VENV)/.installed
 

@@ -32,9 +32,9 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 import numpy as np  # noqa: E402
-
 from benchmarks._cost_law_chart import draw  # noqa: E402
 from benchmarks._variants import KINDS, SPEED, on_cluster, run_variant, spent  # noqa: E402
+
 from cranktrain.core.kernel import keep_record  # noqa: E402
 from cranktrain.dynamics.cycle_run import communication_step  # noqa: E402
 from cranktrain.dynamics.model.settings import Settings  # noqa: E402
@@ -116,7 +116,8 @@ def in_line(count: int) -> Engine:
     crank, cylinders = six.crankshaft, six.cylinders
     between = 4.0 * math.pi / count
     shaft = replace(
-        crank, throw_angles=tuple(-k * between % (2.0 * math.pi) for k in range(count)), counterweights=(True,) * (2 * count),
+        crank, throw_angles=tuple(-k * between % (2.0 * math.pi) for k in range(count)),
+        counterweights=(True,) * (2 * count),
         main_widths=(crank.main_widths[0], *[crank.main_widths[1]] * (count - 1), crank.main_widths[-1]),
     )  # fmt: skip
     fired = replace(
@@ -175,7 +176,9 @@ def run_up_laws() -> dict[str, Any]:
     counts = [taken(count, 1) for count in SPEED_COUNTS]
     speeds = law(SPEED_COUNTS, [each[0] for each in counts], cycles=[each[2] for each in counts])
     both = [taken(RUN_UP_SPEEDS, workers) for workers in WORKER_COUNTS]
-    workers = law(WORKER_COUNTS, [each[0] for each in both], wall_s=[each[1] for each in both], cycles=[b[2] for b in both])
+    workers = law(
+        WORKER_COUNTS, [each[0] for each in both], wall_s=[each[1] for each in both], cycles=[b[2] for b in both]
+    )
     return {"speeds": speeds, "workers": workers}
 
 
@@ -188,7 +191,9 @@ def new_structure() -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         paths = os.pathsep.join([str(ROOT), str(ROOT / "fmu_src")])
         variables = os.environ | {"CRANKTRAIN_CACHE": folder, "PYTHONPATH": paths}
-        done = subprocess.run([sys.executable, "-c", code], env=variables, stdout=subprocess.PIPE, text=True, check=True)
+        done = subprocess.run(
+            [sys.executable, "-c", code], env=variables, stdout=subprocess.PIPE, text=True, check=True
+        )
     return dict(json.loads(done.stdout.rpartition("FOUND ")[2]))
 
 
@@ -215,7 +220,8 @@ def variants() -> dict[str, Any]:
 def extrapolated(found: Mapping[str, Any]) -> dict[str, dict[str, float | None]]:
     """Hours of 10,000 variants: N t/w on one machine, N t (1 + overhead)/w on a cluster of w workers.
 
-    Overhead is what workers and scheduler need beyond the tasks. New solid structures add their own t.
+    Overhead is what workers and scheduler need beyond the tasks, the same for each variant. New solid structures add
+    their own t.
     """
     rows = {name: (found[name], found[name]["seconds"]) for name in KINDS}
     solid = found["solid, structure reused"]
@@ -226,7 +232,7 @@ def extrapolated(found: Mapping[str, Any]) -> dict[str, dict[str, float | None]]
         overhead = None
         if "absent" not in cluster:
             extra = cluster["workers_s"] + cluster["scheduler_s"] - cluster["tasks_s"]
-            overhead = max(extra, 0.0) / (cluster["tasks_s"] / VARIANTS * VARIANTS) * (row["seconds"] / seconds)
+            overhead = max(extra, 0.0) / (VARIANTS * seconds)
         alone = MANY * seconds / 3600.0
         hours[name] = {
             "seconds_each": seconds,

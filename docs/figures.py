@@ -329,6 +329,57 @@ def torsional_run_up() -> str:
     return table(header, rows)
 
 
+LAWS = {
+    "modes": ("a cycle", "modes of the solid crank, equal ports"),
+    "ports": ("a cycle", "ports of in-line engines with equally many modes, springs as bearings"),
+    "films": ("a cycle", "films solved online, engines likewise"),
+    "grid": ("a cycle", "nodes of the six's films solved online"),
+    "speeds": ("a run-up", "speeds"),
+    "workers": ("a run-up", "workers: processor time of all"),
+}
+"""Of ``cost_law``: what costs, and against what."""
+
+
+def cost_law() -> str:
+    """How cost grows, and what 10,000 engine variants take."""
+    return cost_law_text(json.loads(python("-m", "benchmarks.cost_law", "docs/cost_law.png")))
+
+
+def cost_law_text(found: dict[str, Any]) -> str:
+    """The tables of a run of ``benchmarks/cost_law.py``."""
+    rows = []
+    for name, (what, size) in LAWS.items():
+        law = found[name]
+        unit, scale = ("ms", 1e3) if what == "a cycle" else ("s", 1.0)
+        error = "" if law["standard_error"] is None else f" ± {law['standard_error']:.2f}"
+        left = "" if law["scatter"] is None else f"{100.0 * law['scatter']:.0f} %"
+        sizes = ", ".join(f"{value:.3g}" for value in law["sizes"])
+        costs = ", ".join(f"{scale * value:.3g}" for value in law["seconds"])
+        rows.append((size, sizes, f"{costs} {unit} {what}", f"{law['exponent']:.2f}{error}", left))
+    laws = table(("against", "values", "processor time", "exponent", "left by the line"), rows)
+    measured, hours = (found["variants"][key] for key in ("measured", "extrapolated"))
+    structure = measured["structure"]
+    each = []
+    for name, row in hours.items():
+        overhead, cluster = row["overhead"], row["hours_on_a_cluster_of_two"]
+        each.append(
+            (
+                name, f"{row['seconds_each']:.3g}", "–" if overhead is None else f"{100.0 * overhead:.0f} %",
+                f"{row['processor_hours']:.2g}", f"{row['hours_on_one_machine_of_two']:.2g}",
+                "–" if cluster is None else f"{cluster:.2g}",
+                "–" if cluster is None else f"{row['hours_on_a_cluster_of_a_hundred']:.2g}",
+            )
+        )  # fmt: skip
+    header = ("variant", "s each", "overhead of Dask", "processor h of 10,000", "h, two processes", "h, two workers")
+    variants = table((*header, "h, a hundred workers"), each)
+    counts = {row["variants"] for name, row in measured.items() if name != "structure"}
+    note = (
+        f"Measured on {', '.join(map(str, sorted(counts)))} variants of each kind, a new solid crank "
+        f"({structure['degrees_of_freedom']} degrees of freedom) once: {structure['seconds']:.0f} s."
+    )
+    return f"{laws}\n\n{variants}\n\n{note}"
+
+
 def inherited_damping() -> str:
     """Resonances of torsional cranks beside those of the level above."""
     rows = []
@@ -533,6 +584,52 @@ def total_error() -> str:
     return markdown(figures.points)
 
 
+# Part of docs/peers.md ------------------------------------------------------------------------------------------------
+
+
+def peers() -> str:
+    """Other people's programs beside ours."""
+    return peers_text(json.loads(python("-m", "benchmarks.peers")))
+
+
+def peers_text(found: dict[str, Any]) -> str:
+    """The tables of a run of ``benchmarks/peers.py``."""
+    rows, settings, notes = [], [], []
+    for name, one in found.items():
+        if "absent" in one:
+            rows.append((name, f"absent: {one['absent']}", *[""] * 4))
+            continue
+        cases = one["at_equal_error"] if "at_equal_error" in one else [one | {"error": None}]
+        for k, case in enumerate(cases):
+            program = (f"**{one['program']}**", f"{one['compared']}; {one['cost']}") if k == 0 else ("", "")
+            ratio = "–" if case["ratio"] is None else f"**{case['ratio']:.3g}**"
+            asked = "rounding" if case["error"] is None else f"{case['error']:g}"
+            rows.append((*program, asked, *(_time(case[key]) for key in ("other_s", "own_s")), ratio))
+        for side, label in (("other", one["program"]), ("own", f"ours beside {one['program'].split()[0]}")):
+            points = one.get(side, [])
+            texts = (f"{point['setting']}: {point['error']:.1e}, {_time(point['seconds'])}" for point in points)
+            if points:
+                settings.append((label, "; ".join(texts)))
+        apart = "; ".join(
+            f"{key.replace('_', ' ')} {one[key]:.1e}" for key in one if key.startswith(("difference", "mean_inertia"))
+        )
+        notes.append(f"* **{one['program']}**: {one['not_comparable']}.{f' Measured: {apart}.' if apart else ''}")
+        notes += [f"    * failed: {label}: {why}" for label, why in one.get("failed", {}).items()]
+    header = ("program", "compared; cost", "error", "theirs", "ours", "theirs over ours")
+    points = table(("", "settings: error, cost"), settings)
+    return f"{table(header, rows)}\n\n{points}\n\n" + "\n".join(notes)
+
+
+def _time(seconds: float | None) -> str:
+    """With three digits and a unit; a dash where no setting is as good."""
+    if seconds is None:
+        return "–"
+    for unit, scale in (("s", 1.0), ("ms", 1e3), ("µs", 1e6)):
+        if seconds * scale >= 1.0 or unit == "µs":
+            return f"{seconds * scale:.3g} {unit}"
+    return ""
+
+
 # Part of docs/native.md -----------------------------------------------------------------------------------------------
 
 
@@ -614,6 +711,8 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "total_error": ("tradeoff.md", total_error),
     "native_fmu": ("native.md", native_fmu),
     "native_build": ("fmu.md", native_build),
+    "cost_law": ("benchmarks.md", cost_law),
+    "peers": ("peers.md", peers),
     "inherited_damping": ("decisions/0020-inherited-damping.md", inherited_damping),
 }
 """Document and maker of each part that stands between marks."""

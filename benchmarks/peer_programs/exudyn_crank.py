@@ -18,11 +18,11 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from benchmarks.peer_programs.environment import Program, child
+from benchmarks.peer_programs.equal_error import Point, beside, listed, relative_error
 from scipy.interpolate import CubicSpline
 from scipy.linalg import null_space
 
-from benchmarks.peer_programs.environment import Program, child
-from benchmarks.peer_programs.equal_error import Point, beside, listed, relative_error
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.model.settings import Settings

@@ -16,9 +16,9 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-
 from benchmarks.peer_programs.environment import Program, child
 from benchmarks.peer_programs.equal_error import Point, beside, listed
+
 from cranktrain.core.reduced_body import Array
 from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid
 

@@ -75,7 +75,8 @@ def assembled(job):
     kind = exudyn.OutputVariableType.Coordinates
     sensor = mbs.AddSensor(SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind))
     mbs.Assemble()
-    return system, mbs, sensor
+    KEPT.append(system)
+    return mbs, sensor
 
 
 def run(mbs, sensor, job, request):
@@ -103,7 +104,7 @@ def main():
     warnings.simplefilter("ignore")
     with np.load(sys.argv[1]) as archive:
         job = dict(archive)
-    system, mbs, sensor = assembled(job)
+    mbs, sensor = assembled(job)
     print("TURN", json.dumps({"version": exudyn.__version__}), flush=True)
     for line in sys.stdin:
         print("TURN", json.dumps(run(mbs, sensor, job, json.loads(line))), flush=True)

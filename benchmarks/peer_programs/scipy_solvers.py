@@ -13,16 +13,17 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import scipy
-
 from benchmarks.peer_programs.equal_error import Point, beside, listed
+
 from cranktrain.studies.kept import Kept
 from cranktrain.studies.tradeoff.families import StudyScene
-from cranktrain.studies.tradeoff.measure import Entry, measured as points_of
+from cranktrain.studies.tradeoff.measure import Entry
+from cranktrain.studies.tradeoff.measure import measured as points_of
 from cranktrain.studies.tradeoff.point import NUMERICAL
 from cranktrain.studies.tradeoff.reference import reference_case
 from cranktrain.studies.tradeoff.study import default_scenes
 
-OWN = {"esdirk4": (6.0, 4.0, 2.5, 1.25, 0.625)}
+OWN = {"esdirk4": (6.0, 4.0, 2.5, 1.5, 1.0)}
 OTHER = {
     ("scipy:LSODA", "each"): (1e-3, 3e-4, 1e-4), ("scipy:LSODA", "floored"): (1e-3, 3e-4, 1e-4),
     ("scipy:BDF", "each"): (1e-2, 1e-3), ("scipy:Radau", "each"): (1e-2, 1e-3),
@@ -46,7 +47,9 @@ def entries(scene: StudyScene) -> tuple[list[Entry], list[Entry]]:
         for step in steps
     ]
     other = [
-        entry(f"{method.partition(':')[2]} {tolerance:g}, {scaling}", method=method, tolerance=tolerance, scaling=scaling)
+        entry(
+            f"{method.partition(':')[2]} {tolerance:g}, {scaling}", method=method, tolerance=tolerance, scaling=scaling
+        )
         for (method, scaling), tolerances in OTHER.items()
         for tolerance in tolerances
     ]

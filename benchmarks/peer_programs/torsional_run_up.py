@@ -17,8 +17,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-
 from benchmarks.peer_programs.environment import Program, child
+
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.model.settings import Settings, resolved
@@ -97,8 +97,8 @@ def measured() -> dict[str, Any]:
         np.savez(job, **chain.job)
         with child(PROGRAM, job) as other:
             apart = [
-                float(np.abs(np.array(other.about[name]) - getattr(chain, name)).max() / np.abs(getattr(chain, name)).max())
-                for name in ("mass", "stiffness")
+                np.abs(np.array(other.about[name]) - own).max() / np.abs(own).max()
+                for name, own in (("mass", chain.mass), ("stiffness", chain.stiffness))
             ]
             for _ in range(ROUNDS):
                 for name, rule in (("linear", LINEAR), ("balance", HARMONIC_BALANCE)):
@@ -116,7 +116,7 @@ def measured() -> dict[str, Any]:
         "program": f"openTorsion {version}",
         "compared": "torsional chain of the six, 300 speeds × 48 orders: torsion of the pulley",
         "cost": "processor time of the run-up",
-        "difference_of_matrices": max(apart),
+        "difference_of_matrices": float(max(apart)),
         "difference_of_results": float(np.abs(theirs - linear).max() / largest),
         "own_s": own,
         "other_s": cost,
