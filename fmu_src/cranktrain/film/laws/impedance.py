@@ -25,9 +25,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from cranktrain.core.kernel import kernel, law_kernel, record_reader
+from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel, record_reader
 from cranktrain.core.lanes import put_four
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.vectors import load, pack, unpack
 from cranktrain.film.laws.films import (
     FLOW,
     FRICTION,
@@ -66,7 +67,6 @@ from cranktrain.film.spline import (
     SECOND_BY_ALONG,
     SECOND_BY_AROUND,
     VALUE,
-    bicubic,
     circulant,
     cubic,
     not_a_knot,
@@ -166,12 +166,38 @@ def impedance(eps, gamma, table, first, out):
     j = int(y)
     if j > N_ANGLE - 1:
         j = N_ANGLE - 1
-    bicubic(table, first, i, j, cubic(x - i, 1.0), cubic(y - j, 1.0), out)
+    read_two(table, first, i, j, cubic(x - i, 1.0), cubic(y - j, 1.0), out)
     slope = STRETCH / (1.0 - STRETCH * eps) / _DX
     out[BY_ALONG] *= slope
     out[BY_AROUND] /= _DG
     out[SECOND_BY_ALONG] *= slope
     out[SECOND_BY_AROUND] /= _DG
+
+
+@kernel
+def read_two(table, first, i, j, along, around, out):
+    """As :func:`~cranktrain.film.spline.bicubic` does, but for the order of sums: rows along γ are vectors."""
+    a0, a1, a2, a3, d0, d1, d2, d3 = along
+    b0, b1, b2, b3, e0, e1, e2, e3 = around
+    weights = pack(b0, b1, b2, b3)
+    slopes = pack(e0, e1, e2, e3)
+    for k in range(2):
+        c0 = load(table, (first + k, i, j))
+        c1 = load(table, (first + k, i + 1, j))
+        c2 = load(table, (first + k, i + 2, j))
+        c3 = load(table, (first + k, i + 3, j))
+        line = a0 * c0 + a1 * c1 + (a2 * c2 + a3 * c3)
+        steep = d0 * c0 + d1 * c1 + (d2 * c2 + d3 * c3)
+        out[3 * k] = lane_sum(weights * line)
+        out[3 * k + 1] = lane_sum(weights * steep)
+        out[3 * k + 2] = lane_sum(slopes * line)
+
+
+@inlined_kernel
+def lane_sum(vector):
+    """Sum of the four numbers of a vector."""
+    a, b, c, d = unpack(vector)
+    return a + b + (c + d)
 
 
 @kernel
