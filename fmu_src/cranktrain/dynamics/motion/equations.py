@@ -51,7 +51,7 @@ from cranktrain.dynamics.model.slots import (
     U,
 )
 from cranktrain.dynamics.motion.film_ports import film_block, journal_forces, place_journal
-from cranktrain.dynamics.motion.linear_algebra import invert, products
+from cranktrain.dynamics.motion.linear_algebra import dot, invert, products
 from cranktrain.dynamics.motion.relative import reactions, relative_motion
 from cranktrain.dynamics.motion.rod_lanes import go_side_by_side, rods_side_by_side
 from cranktrain.dynamics.motion.rods import rod_forces
@@ -128,11 +128,9 @@ def external_force(model, frame, pressures, displaced, out):
     omega = frame[OMEGA]
     g_x = -model.scalars[GRAVITY] * frame[SIN]
     g_y = -model.scalars[GRAVITY] * frame[COS]
-    x = 0.0
-    y = 0.0
-    for i in range(int(model.layout[CRANK_MODES])):
-        x += model.gravity[0, i] * displaced[i]
-        y += model.gravity[1, i] * displaced[i]
+    crank = int(model.layout[CRANK_MODES])
+    x = dot(model.gravity[0], displaced, crank)
+    y = dot(model.gravity[1], displaced, crank)
     for i in range(t):
         out[i] = (
             omega * omega * model.centrifugal_load[i]

@@ -30,6 +30,7 @@ from cranktrain.dynamics.model.state import (
     offset,
 )
 from cranktrain.dynamics.motion.gas import crank_rotation
+from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.loads.gas_pressure import CYCLE
 from cranktrain.loads.torsional_line import AT_FLYWHEEL, DAMPING, LEADING, STIFFNESS
 
@@ -50,13 +51,6 @@ def observe_crank(model, work, state, members, out):
     frame = work.frames[0]
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
-    flywheel = 0.0
-    pulley = 0.0
-    axial = 0.0
-    for i in range(t):
-        flywheel += model.ends[0, i] * q[i]
-        pulley += model.ends[1, i] * q[i]
-        axial += model.ends[2, i] * q[i]
     # The crank is where it is, not where the frame that follows it has come to.
     rotation, rate, _ = crank_rotation(model, state)
     angle = frame[THETA] + rotation
@@ -67,17 +61,14 @@ def observe_crank(model, work, state, members, out):
     out[CRANK_SPEED] = frame[OMEGA]
     if model.scalars[DRIVEN] == 0.0:
         out[CRANK_SPEED] += rate
-    out[PULLEY_TORSION] = pulley
-    out[PULLEY_AXIAL] = axial
-    out[FLYWHEEL_TORSION] = flywheel
+    out[FLYWHEEL_TORSION] = dot(model.ends[0], q, t)
+    out[PULLEY_TORSION] = dot(model.ends[1], q, t)
+    out[PULLEY_AXIAL] = dot(model.ends[2], q, t)
     out[SHAFT_TORQUE] = 0.0
     for k in range(model.shafts.shape[0]):
         law = model.shaft_laws[k]
-        twist = model.scalars[DRIVEN] * law[LEADING] * frame[LEAD]
-        twist_rate = model.scalars[DRIVEN] * law[LEADING] * frame[LEAD_RATE]
-        for i in range(t):
-            twist += model.shafts[k, i] * q[i]
-            twist_rate += model.shafts[k, i] * v[i]
+        twist = model.scalars[DRIVEN] * law[LEADING] * frame[LEAD] + dot(model.shafts[k], q, t)
+        twist_rate = model.scalars[DRIVEN] * law[LEADING] * frame[LEAD_RATE] + dot(model.shafts[k], v, t)
         out[SHAFT_TORQUE] += law[AT_FLYWHEEL] * (law[STIFFNESS] * twist + law[DAMPING] * twist_rate)
     return 0
 

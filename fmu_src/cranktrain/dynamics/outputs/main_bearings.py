@@ -27,6 +27,7 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.model.state import POSITION, offset
 from cranktrain.dynamics.motion.equations import frame_numbers, place_collar
 from cranktrain.dynamics.motion.film_memory import memory_offset, place_film
+from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.film.laws.films import (
     ECCENTRICITY,
     END_X,
@@ -88,11 +89,8 @@ def observe_bearings(model, work, state, members, out):
         if films.out[GAP] >= 0.0:
             row[FILM_MIN] = films.out[GAP]
             row[ANGLE_OF_GAP] = math.atan2(math.sin(films.out[GAP_ANGLE]), math.cos(films.out[GAP_ANGLE]))
-        tilt_x = 0.0
-        tilt_y = 0.0
-        for j in range(t):
-            tilt_x += model.tilts[2 * i, j] * q[j]
-            tilt_y += model.tilts[2 * i + 1, j] * q[j]
+        tilt_x = dot(model.tilts[2 * i], q, t)
+        tilt_y = dot(model.tilts[2 * i + 1], q, t)
         row[TILT] = math.sqrt(tilt_x * tilt_x + tilt_y * tilt_y)
     for k in range(BEARING_OUTPUTS * b, BEARING_OUTPUTS * members):
         out[k] = 0.0

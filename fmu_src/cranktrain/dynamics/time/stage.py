@@ -49,7 +49,7 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.model.state import CONTRACTION
 from cranktrain.dynamics.motion.equations import external_force, port_forces
 from cranktrain.dynamics.motion.gas import built_in, follow_crank
-from cranktrain.dynamics.motion.linear_algebra import add_columns, add_product, factor_rows, product, solve_rows
+from cranktrain.dynamics.motion.linear_algebra import add_columns, add_product, dot, factor_rows, product, solve_rows
 from cranktrain.dynamics.motion.relative import reactions, relative_compliance, relative_step
 from cranktrain.dynamics.time.status import DIVERGED, FILM_FAILED, OK, SINGULAR
 from cranktrain.dynamics.time.work_limit import LAST_ITERATIONS, LOOSE, cut_short, spent
@@ -150,10 +150,7 @@ def predict(model, work, stage):
         base[i] += big_q[i] / stage.c_q + model.damping[i] * back[i]
         a[i] = stage.a_guess[i]
     for k in range(model.shafts.shape[0]):
-        twist = 0.0
-        for i in range(t):
-            twist += model.shafts[k, i] * back[i]
-        twist *= model.shaft_laws[k, DAMPING]
+        twist = model.shaft_laws[k, DAMPING] * dot(model.shafts[k], back, t)
         for i in range(t):
             base[i] += twist * model.shafts[k, i]
     if s > 0:
@@ -414,6 +411,11 @@ def recover(model, work, stage):
     for c in range(0, int(model.layout[PORTS]) - pistons, 2):
         q[t + s + c] += c_q * (shape[0, 0] * f[pistons + c] + shape[1, 0] * f[pistons + c + 1])
         q[t + s + c + 1] += c_q * (shape[0, 1] * f[pistons + c] + shape[1, 1] * f[pistons + c + 1])
+    if model.layout[WHIRLS] == 0.0:
+        for i in range(n):
+            a[i] = (q[i] - work.modal[BIG_Q, i]) / c_q
+            v[i] = work.modal[BIG_V, i] + stage.c_v * a[i]
+        return True
     moved = 0.0
     largest = 1.0e-30
     for i in range(n):
@@ -422,8 +424,6 @@ def recover(model, work, stage):
         largest = max(largest, abs(new))
         a[i] = new
         v[i] = work.modal[BIG_V, i] + stage.c_v * new
-    if model.layout[WHIRLS] == 0.0:
-        return True
     d_omega = abs(frame[WHIRL] - stage.omega)
     d_omega2 = abs(frame[WHIRL] * frame[WHIRL] - stage.omega * stage.omega)
     rest = (2.0 * d_omega * stage.c_v + (d_omega2 + abs(frame[OMEGA_DOT])) * c_q) * moved
