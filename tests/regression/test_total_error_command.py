@@ -6,8 +6,12 @@ import pytest
 from total_error import few
 
 from cranktrain.cli.main import main
+from cranktrain.engine.file import load_engine
 from cranktrain.studies import kept as stores
 from cranktrain.studies.tradeoff.total import measure, shipped, study
+from cranktrain.studies.tradeoff.total.families import FAMILIES
+from cranktrain.studies.tradeoff.total.point import Split, TotalPoint
+from cranktrain.studies.tradeoff.total.study import Best
 
 __all__ = ["few"]
 
@@ -67,4 +71,43 @@ def test_an_interrupt_keeps_what_was_measured(scene, capsys, tmp_path, monkeypat
     calls.clear()
     monkeypatch.setattr(measure, "_run", lambda job, say: calls.append(job) or honest(job, say))
     assert main(arguments) == 0
-    assert kept == 2 and len(calls) == 7 - kept  # the best model's fine run is one of its own
+    assert kept == 2 and len(calls) == 6 - kept  # the best model's own fine run is what all are compared with
+
+
+def test_a_plan_takes_its_levels_from_shipped_figures(capsys, tmp_path, monkeypatch):
+    """The cheapest choice within the accuracy of the best model, and by that its accuracy is judged."""
+
+    def figured(crank, bearings, total, cost):
+        errors = {**dict.fromkeys(FAMILIES), "torsion": Split(total, 0.9 * total, 0.2 * total, 0.0)}
+        return TotalPoint("six 2000", 2000.0, crank, bearings, "ground", "esdirk4", 2.5, cost, errors)
+
+    points = (
+        figured("torsional", "held", 0.25, 0.05), figured("beam", "impedance", 0.1, 0.3),
+        figured("solid", "impedance", 0.05, 0.4),
+    )  # fmt: skip
+    known = shipped.Shipped(points, {"six 2000": Best("solid/ehd/flexible", "esdirk4", 1.0, True, 99.0)}, "")
+    digest = shipped.engine_digest(load_engine("diesel_i6"))
+    monkeypatch.setattr(shipped, "_all", lambda: {digest: known})
+    path = tmp_path / "scene.toml"
+
+    def planned(accuracy):
+        path.write_text(
+            'engine = "diesel_i6"\nspeeds_rpm = [2000]\noutputs = ["pulley.torsion"]\nfrequency_hz = 400\n'
+            f"accuracy = {accuracy}\ncycles = 3\n"
+        )
+        assert main(["plan", str(path), "--json"]) == 0
+        return json.loads(capsys.readouterr().out)
+
+    plan = planned(0.3)
+    assert (plan["crank"], plan["bearings"], plan["block"]) == ("torsional", "held", "ground")
+    assert 0.225 <= plan["predicted_total_error"] <= 0.3 and plan["within_accuracy"]
+    assert plan["total_error_against"].startswith("against solid/ehd/flexible, measured at 2000 rev/min")
+    assert any("torsional/held/ground 2.5° is 25 % in all" in reason for reason in plan["reasons"])
+    plan = planned(0.12)
+    assert (plan["crank"], plan["bearings"]) == ("beam", "impedance")
+    # What no measured choice reaches is looked for on the ladder, and said.
+    plan = planned(0.04)
+    assert plan["predicted_total_error"] is None and plan["total_error_against"] is None
+    assert any("no measured choice serves 4 %" in reason for reason in plan["reasons"])
+    assert main(["plan", str(path)]) == 0
+    assert "closest solid/impedance/ground 2.5°, 5 %" in capsys.readouterr().out.replace("\n", " ")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from pathlib import Path
 
 from cranktrain.results.figures import save_figure
@@ -14,7 +13,7 @@ from cranktrain.studies.tradeoff.total.choice import choice_text
 from cranktrain.studies.tradeoff.total.families import FAMILIES
 from cranktrain.studies.tradeoff.total.page import page
 from cranktrain.studies.tradeoff.total.point import PARTS, TotalPoint
-from cranktrain.studies.tradeoff.total.shipped import document
+from cranktrain.studies.tradeoff.total.shipped import document, document_text
 from cranktrain.studies.tradeoff.total.study import TotalStudy
 
 _NAME = "file of cranktrain tradeoff --total"
@@ -35,7 +34,7 @@ def write_files(study: TotalStudy, folder: Path) -> list[Path]:
         written += [save_figure(figure, folder / f"{name}{end}") for end in (".png", ".svg")]
     texts = {
         "total.html": page(study), "total.csv": points_csv(study.points), "total.txt": choice_text(study),
-        "total.json": json.dumps(document(study), indent=1, allow_nan=False) + "\n",
+        "total.json": document_text(document(study)),
     }  # fmt: skip
     for name, text in texts.items():
         with whole_file(folder / name, TEXTS[name]) as path:

@@ -68,6 +68,13 @@ def document(study: TotalStudy) -> dict[str, Any]:
     }
 
 
+def document_text(found: dict[str, Any]) -> str:
+    """A document as text, a point a line."""
+    head = json.dumps({name: value for name, value in found.items() if name != "points"}, indent=1, allow_nan=False)
+    points = ",\n".join(json.dumps(point, allow_nan=False) for point in found["points"])
+    return head[:-2] + ',\n "points": [\n' + points + "\n]}\n"
+
+
 def read(text: str) -> tuple[str, Shipped]:
     """Engine digest and figures of a document."""
     found = json.loads(text)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cranktrain.core.errors import CranktrainError
-from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.settings import Settings, needed_parts
 from cranktrain.engine.file import load_engine
 from cranktrain.studies.kept import Kept
 from cranktrain.studies.tradeoff.families import StudyScene
@@ -107,11 +107,12 @@ class _Work:
         top = best_model(scene)
         method = Method(INTEGRATOR, USUAL_DEG) if self.quick else top.fine
         settings = top.at(method)
+        finer = not self.quick and "bore" in needed_parts(scene.engine, settings)
         self.say(f"{scene.name}: reference {top.name}")
-        job = Job(scene.engine, scene.speed, settings, FINE_SETTLE, fine_grid=not self.quick, goes_on=False)
+        job = Job(scene.engine, scene.speed, settings, FINE_SETTLE, fine_grid=finer, goes_on=False)
         run = settled(job, self.store, self.say)
         self._advance(BEST_WEIGHT * _weight(top))
-        return run.last, Best(top.name, method.integrator, method.step_deg, not self.quick, run.cost)
+        return run.last, Best(top.name, method.integrator, method.step_deg, finer, run.cost)
 
     def points(self, scene: StudyScene, model: Model, reference: Cycle) -> list[TotalPoint]:
         """Points of a model at its steps."""
