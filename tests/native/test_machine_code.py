@@ -222,8 +222,8 @@ OUTPUTS = {}
 @pytest.mark.parametrize(
     "levels", [{"bearings": "impedance"}, {"bearings": "reynolds", "big_ends": "impedance"}], ids=str
 )
-def test_both_codes_give_the_same_bits(levels, of_variant):
-    """For all processors, and for those with 256-bit vectors; where this one has none, both are the first."""
+def test_both_codes_agree_to_rounding(levels, of_variant):
+    """For all processors, and for those with 256-bit vectors and fused products (decision 0043)."""
     engine = load_engine("diesel_i6")
     run = Simulation(engine, running_crank(engine, "rigid"), Settings(crank="rigid", **levels))
     run.inputs[0] = 200.0
@@ -231,7 +231,8 @@ def test_both_codes_give_the_same_bits(levels, of_variant):
     for k in range(12):
         run.step(2e-4 * (k + 1))
     assert np.ptp(run.outputs) > 0.0
-    assert np.array_equal(OUTPUTS.setdefault(str(levels), run.outputs.copy()), run.outputs)
+    first = OUTPUTS.setdefault(str(levels), run.outputs.copy())
+    assert np.allclose(run.outputs, first, rtol=1e-9, atol=1e-9 * np.abs(first).max())
 
 
 @kernel

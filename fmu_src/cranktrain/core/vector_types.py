@@ -1,6 +1,6 @@
 """Numba's type of four doubles that stay in a vector register, and its arithmetic.
 
-Products and sums are rounded one by one: nothing is contracted or reordered, so that a processor without 256-bit
+Products and sums by + - * are rounded one by one: nothing is contracted or reordered, and a processor without 256-bit
 registers gives the same bits in two halves. :mod:`cranktrain.core.vectors` makes, loads and stores such vectors.
 """
 
