@@ -33,7 +33,7 @@ from cranktrain.engine.file import engine_folder, load_engine
 from cranktrain.engine.quantities import OFFSETS, UNITS, kinds
 from cranktrain.engine.torsional_chain import read_chain
 from cranktrain.film.table.database import FilmTable, TableSettings, table_axes
-from cranktrain.film.table.interpolation import TableArrays
+from cranktrain.film.table.interpolation import UNTILTED, TableArrays
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.modules.register import module_files, module_of
 from cranktrain.results.orders.measured import read_measured_orders
@@ -342,7 +342,7 @@ def film_table(rng, folder):
     """A film table whose file was changed: accepted, all that kernels read has its shape and is finite."""
     path = folder / "table.h5"
     path.unlink(missing_ok=True)
-    arrays = TableArrays(np.zeros((4, 51, 99)), np.zeros((1, 1, 1, 1)), table_axes(TABLE))
+    arrays = TableArrays(np.zeros((4, 51, 99)), UNTILTED, table_axes(TABLE))
     save_film_table(path, FilmTable(TABLE, arrays, np.zeros((48, 96)), np.empty((0, 0, 0, 0))))
     if rng.random() < 0.6:
         damaged(rng, path)

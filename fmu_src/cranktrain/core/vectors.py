@@ -141,6 +141,28 @@ def _loading() -> Any:
     return load
 
 
+def _loading_singles() -> Any:
+    from llvmlite import ir
+
+    found = _types()
+
+    def load_singles(typing_context: Any, array: Any, at: Any) -> Any:
+        numba = compiler()
+        if array.layout != "C" or array.dtype != numba.types.float32:
+            raise numba.core.errors.TypingError(f"single vectors need float32 arrays of layout C, not {array}")
+
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            where = _indices(context, builder, signature.args[1], values[1])
+            address = _address(context, builder, array, values[0], where)
+            kind = ir.VectorType(ir.FloatType(), LANES)
+            four = builder.load(builder.bitcast(address, kind.as_pointer()), align=4)
+            return builder.fpext(four, found.VECTOR)
+
+        return found.FOUR(array, at), generate
+
+    return load_singles
+
+
 def _storing() -> Any:
     four, numba = _types().FOUR, compiler()
 
@@ -276,6 +298,8 @@ def _rooting() -> Any:
 
 load: Any = Intrinsic(_loading)
 """Four doubles from an array's entry on, ``(array, index)``; a tuple is the index of an array with several axes."""
+load_singles: Any = Intrinsic(_loading_singles)
+"""The same from an array of single precision: half the memory to read, as four doubles."""
 store: Any = Intrinsic(_storing)
 """Write them, ``(array, index, vector)``."""
 splat: Any = Intrinsic(_spreading)

@@ -175,6 +175,7 @@ def from_bytes(data: bytes, name: str = "model") -> FlatModel:
     for key in _TABLES:
         if header[key] is not None:
             data_of = {field: arrays[f"{key}.{field}"] for field in TableArrays._fields}
+            data_of["tilted"] = data_of["tilted"].astype(np.float32)
             errors = [arrays[f"{key}.{field}"] for field in _ERRORS]
             parts[key] = FilmTable(TableSettings(**header[key]), TableArrays(**data_of), *errors)
     for key in _BORES:

@@ -54,7 +54,7 @@ from cranktrain.film.laws.films import (
 from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
 from cranktrain.film.table.aligned import aligned_force, aligned_observables
 from cranktrain.film.table.database import FilmTable, TableSettings, aligned_grid, bearing_settings, table_grid
-from cranktrain.film.table.interpolation import AXES, TableArrays
+from cranktrain.film.table.interpolation import AXES, UNTILTED, TableArrays
 from cranktrain.film.table.law import TABLED, Tabled, table_force, tilted_pressure
 from cranktrain.film.table.tilted import TableWork, table_work
 
@@ -100,7 +100,7 @@ def rigid_bore(
     InputError
         a table of another bearing
     """
-    arrays = TableArrays(np.zeros((1, 1, 1)), np.zeros((1, 1, 1, 1)), np.zeros(AXES))
+    arrays = TableArrays(np.zeros((1, 1, 1)), UNTILTED, np.zeros(AXES))
     if table is None:
         rough = bearing.roughness / bearing.clearance
         grid = shell_grid(journal_grid(*size), over(bearing.relief, bearing.clearance), rough)
@@ -157,7 +157,7 @@ _SMALL = journal_grid(12, 6)
 _read = record_reader(
     RigidBore(
         np.zeros((1, 1)), _SMALL, JournalContact(np.zeros(1), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1))),
-        TableArrays(np.zeros((1, 1, 1)), np.zeros((1, 1, 1, 1)), np.zeros(AXES)), journal_work(_SMALL),
+        TableArrays(np.zeros((1, 1, 1)), UNTILTED, np.zeros(AXES)), journal_work(_SMALL),
         np.array([cold_start(_SMALL)]), np.zeros(1), np.zeros(1), np.zeros(1), table_work(), np.zeros(1),
     )
 )  # fmt: skip

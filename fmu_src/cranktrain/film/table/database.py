@@ -53,6 +53,7 @@ from cranktrain.film.table.interpolation import (
     STRETCH,
     TILT_STRETCH,
     TILTED_MAX,
+    UNTILTED,
     TableArrays,
     aligned_spline,
     centres,
@@ -64,7 +65,7 @@ from cranktrain.film.table.interpolation import (
 from cranktrain.film.table.reach import DEEPEST, reach_terms
 from cranktrain.film.table.sampling import aligned_errors, sample_aligned, sample_tilted, tilted_errors
 
-SCHEMA = 4
+SCHEMA = 5
 GROOVES = ("none", "circumferential")
 RESOLUTIONS = {"coarse": (20, 28, 4), "default": (40, 56, 7), "fine": (48, 72, 8)}
 """Nodes over ε, γ and (from zero to the tilt range) each of A, B of the tilted table."""
@@ -331,8 +332,9 @@ def what_is_wrong(table: FilmTable) -> str:
         "tilted_error": (table.tilted_error, (n - 1, g, t - 1, t - 1) if tilt else (0, 0, 0, 0)),
     }
     for name, (array, shape) in wanted.items():
-        if array.shape != shape or array.dtype != np.float64:
-            return f"'{name}' is {array.dtype} of shape {array.shape}, not float64 of {shape}"
+        kind = np.dtype(np.float32 if name == "tilted" else np.float64)
+        if array.shape != shape or array.dtype != kind:
+            return f"'{name}' is {array.dtype} of shape {array.shape}, not {kind} of {shape}"
         if not np.isfinite(array).all():
             return f"'{name}' has {np.count_nonzero(~np.isfinite(array))} values that are not finite"
     return "" if np.allclose(table.arrays.axes, axes, rtol=1e-9) else "'axes' are not those of its settings"
@@ -343,10 +345,10 @@ def assemble(settings: TableSettings, slabs: Mapping[str, Array]) -> FilmTable:
     n_eps, n_gamma = N_ALIGNED
     aligned = aligned_spline(np.stack([slabs[f"aligned {i}"] for i in range(n_eps)]))
     axes = table_axes(settings)
-    tilted = pressure = np.zeros((1, 1, 1, 1))
+    tilted, pressure = UNTILTED, np.zeros((1, 1, 1, 1))
     if settings.tilt:
         values = np.stack([slabs[f"tilted {i}"] for i in range(settings.shape[0])])
-        tilted = tilted_spline(values[..., :FUNCTIONS])
+        tilted = tilted_spline(values[..., :FUNCTIONS]).astype(np.float32)
         pressure = tilted_spline(values[..., FUNCTIONS:], (1.0,), (1.0,))
     arrays = TableArrays(aligned, tilted, axes, pressure)
     aligned_error = np.empty((n_eps - 1, n_gamma))

@@ -23,7 +23,7 @@ import numpy as np
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.lanes import four
 from cranktrain.core.reduced_body import Array
-from cranktrain.core.vectors import LANES, fused, load, splat, store
+from cranktrain.core.vectors import LANES, fused, load, load_singles, splat, store
 from cranktrain.film.spline import bicubic, circulant, cubic, not_a_knot, wrapped
 from cranktrain.film.table.reach import TERMS
 
@@ -59,10 +59,10 @@ SCRATCH = PLACE_AT + PLACE
 
 
 class TableArrays(NamedTuple):
-    """What kernels read: contiguous float64.
+    """What kernels read: contiguous, float64 but for ``tilted``, float32: films wait for its memory.
 
     aligned : (4, n_ε + 2, n_γ + 3) spline coefficients
-    tilted : (n_ε + 2, n_γ + 3, n_t + 2, 12 (n_t + 2)) spline coefficients; of length 1 in each where not built
+    tilted : (n_ε + 2, n_γ + 3, n_t + 2, 12 (n_t + 2)) spline coefficients; (1, 1, 1, 1) where not built
     pressure : (n_ε + 2, n_γ + 3, n_t + 2, n_t + 2) the same of ln p̂
     axes : (AXES,) (D/L)² of the film, tilt range, largest x of the aligned and the tilted table, :func:`aligned_norms`,
         and the terms of the reach ρ of ends whose tilt is called possible
@@ -72,6 +72,10 @@ class TableArrays(NamedTuple):
     tilted: Array
     axes: Array
     pressure: Array = np.zeros((1, 1, 1, 1))
+
+
+UNTILTED: Any = np.zeros((1, 1, 1, 1), dtype=np.float32)
+"""In place of a tilted table that was not built."""
 
 
 def eccentricity_nodes(count: int, top: float) -> Array:
@@ -307,10 +311,10 @@ def _node(c, j, where, at, out):
             line_e = splat(0.0)
             line_a = splat(0.0)
             for r in range(3):
-                c0 = load(c, (i, j, k + r, column))
-                c1 = load(c, (i + 1, j, k + r, column))
-                c2 = load(c, (i + 2, j, k + r, column))
-                c3 = load(c, (i + 3, j, k + r, column))
+                c0 = load_singles(c, (i, j, k + r, column))
+                c1 = load_singles(c, (i + 1, j, k + r, column))
+                c2 = load_singles(c, (i + 2, j, k + r, column))
+                c3 = load_singles(c, (i + 3, j, k + r, column))
                 u = fused(a3, c3, fused(a2, c2, fused(a1, c1, a0 * c0)))
                 x = fused(d3, c3, fused(d2, c2, fused(d1, c1, d0 * c0)))
                 line = fused(where[ALONG_A + r], u, line)
@@ -339,10 +343,10 @@ def _node_values(c, j, where, at, out):
             column = first + tilt * FUNCTIONS + q
             line = splat(0.0)
             for r in range(3):
-                c0 = load(c, (i, j, k + r, column))
-                c1 = load(c, (i + 1, j, k + r, column))
-                c2 = load(c, (i + 2, j, k + r, column))
-                c3 = load(c, (i + 3, j, k + r, column))
+                c0 = load_singles(c, (i, j, k + r, column))
+                c1 = load_singles(c, (i + 1, j, k + r, column))
+                c2 = load_singles(c, (i + 2, j, k + r, column))
+                c3 = load_singles(c, (i + 3, j, k + r, column))
                 line = fused(where[ALONG_A + r], fused(a3, c3, fused(a2, c2, fused(a1, c1, a0 * c0))), line)
             value = fused(where[ALONG_B + tilt], line, value)
         store(out, at + q, value)
