@@ -2,7 +2,7 @@
 
 The six at 2000 rev/min. Cost: processor time of a cycle over its length, and over that of the impedance level, medians
 over rounds in which every case takes its turn. Error: RMS of the difference of the pulley's torsion over the last of
-three cycles to the same level at an eighth of the default's step by sdirk4, over the RMS of its alternating part.
+three cycles to the same level at a tenth of the default's step by sdirk4, over the RMS of its alternating part.
 Prints one JSON object; ``ehd`` is run only where it is named.
 """
 
@@ -27,19 +27,21 @@ from cranktrain.structure.assembly import assemble
 SPEED = 2000.0 * math.pi / 30.0
 ROUNDS, CYCLES = 9, 3
 WHOLE = {"block": "flexible", "pistons": "guided", "damper": "fitted"}
-LEVELS = {
-    "torsional": (Settings(crank="torsional"), (2.5, 5.0, 10.0)),
-    "beam": (Settings(crank="beam", bearings="impedance"), (2.5, 5.0, 10.0)),
-    "beam, linear": (Settings(crank="beam", bearings="linear"), (2.5, 5.0, 10.0)),
-    "impedance": (Settings(bearings="impedance"), (2.5, 5.0, 10.0)),
-    "table": (Settings(bearings="table"), (2.5,)),
-    "whole": (Settings(bearings="table", **WHOLE), (2.5, 1.25, 0.625)),
-    "ehd": (Settings(bearings="ehd"), (2.5,)),
+USUAL = ((2.5, "auto"), (5.0, "auto"), (10.0, "auto"))
+LEVELS: dict[str, tuple[Settings, tuple[tuple[float, str], ...]]] = {
+    "torsional": (Settings(crank="torsional"), (*USUAL, (10.0, "esdirk47"), (12.0, "esdirk47"))),
+    "beam": (Settings(crank="beam", bearings="impedance"), (*USUAL, (5.0, "esdirk57"), (9.0, "esdirk47"))),
+    "beam, linear": (Settings(crank="beam", bearings="linear"), (*USUAL, (10.0, "esdirk47"))),
+    "impedance": (Settings(bearings="impedance"), (*USUAL, (5.0, "esdirk57"), (9.0, "esdirk47"))),
+    "table": (Settings(bearings="table"), ((2.5, "auto"), (5.0, "auto"), (5.0, "esdirk47"))),
+    "whole": (Settings(bearings="table", **WHOLE), ((2.5, "auto"), (1.25, "auto"), (5.0, "auto"), (9.0, "esdirk47"))),
+    "ehd": (Settings(bearings="ehd"), ((2.5, "auto"),)),
 }
-"""Settings, and steps in degrees."""
-FINE = 0.3125
+"""Settings; steps in degrees, each with its integrator."""
+FINE = 0.25
+"""Step of the reference: every other step, or ten degrees, is a multiple."""
 SAMPLES = 72
-"""A cycle, of 10 degrees, which every step divides."""
+"""A cycle, of 10 degrees; of a step that does not divide them each is one."""
 
 
 class Case:
@@ -56,47 +58,55 @@ class Case:
         self._place = self.run.output_names.index("pulley.torsion")
         self._done = 0
 
-    def cycle(self) -> tuple[float, np.ndarray]:
-        """Processor seconds of the next one, and its torsion every ten degrees."""
+    @property
+    def samples(self) -> int:
+        """How many of a cycle it has in common with the reference."""
+        return self._count if self._count % SAMPLES else SAMPLES
+
+    def cycle(self, samples: int = 0) -> tuple[float, np.ndarray]:
+        """Processor seconds of the next one, and so many samples of its torsion (its own ones)."""
         rows = np.zeros((self._count, self.run.outputs.size))
         begin = time.process_time()
         self._done += self.run.series(self._step, self._done + 1, rows)
         seconds = time.process_time() - begin
-        every = self._count // SAMPLES
+        every = self._count // (samples or self.samples)
         return seconds, rows[every - 1 :: every, self._place]
 
 
-def torsion(case: Case) -> np.ndarray:
+def torsion(case: Case, samples: int = 0) -> np.ndarray:
     """Of the last cycle, rad."""
     for _ in range(CYCLES - 1):
         case.cycle()
-    return case.cycle()[1]
+    return case.cycle(samples)[1]
 
 
 def main(names: Sequence[str]) -> int:
     """Measure and print."""
     chosen = list(names) or [name for name in LEVELS if name != "ehd"]
-    cases: dict[tuple[str, float], Case] = {}
-    figures: dict[tuple[str, float], dict[str, float]] = {}
+    cases: dict[str, Case] = {}
+    figures: dict[str, dict[str, float]] = {}
     for name in dict.fromkeys(("impedance", *chosen)):
         settings, steps = LEVELS[name]
         print(f"reference of level {name}", file=sys.stderr, flush=True)
-        exact = torsion(Case(settings, FINE, "sdirk4"))
-        for degrees in steps:
-            case = cases[name, degrees] = Case(settings, degrees)
-            difference = torsion(case) - exact
+        fine = round(720.0 / FINE)
+        exact = torsion(Case(settings, FINE, "sdirk4"), fine)
+        for degrees, integrator in steps:
+            key = f"{name}, {degrees:g} deg" + (f", {integrator}" if integrator != "auto" else "")
+            case = cases[key] = Case(settings, degrees, integrator)
+            every = fine // case.samples
+            difference = torsion(case) - exact[every - 1 :: every]
             error = float(np.sqrt(np.mean(difference**2)) / np.std(exact))
-            figures[name, degrees] = {"error_of_torsion": float(f"{error:.2g}")}
+            figures[key] = {"error_of_torsion": float(f"{error:.2g}")}
     length = 4.0 * math.pi / SPEED
-    costs: dict[tuple[str, float], list[float]] = {key: [] for key in cases}
+    costs: dict[str, list[float]] = {key: [] for key in cases}
     for _ in range(ROUNDS):
         for key, case in cases.items():
             costs[key].append(case.cycle()[0] / length)
-    simple = costs["impedance", LEVELS["impedance"][1][0]]
+    simple = costs["impedance, 2.5 deg"]
     for key, own in costs.items():
         figures[key]["of_real_time"] = round(statistics.median(own), 4)
         figures[key]["over_impedance"] = round(statistics.median(np.divide(own, simple)), 3)
-    print(json.dumps({f"{name}, {degrees:g} deg": found for (name, degrees), found in figures.items()}, indent=1))
+    print(json.dumps(figures, indent=1))
     return 0
 
 

@@ -164,10 +164,12 @@ def level_cost() -> str:
     """Cost and numerical error of each level."""
     rows = []
     for label, found in json.loads(python("-m", "benchmarks.level_cost")).items():
-        level, step = label.rsplit(", ", 1)
+        level, step, method = re.fullmatch(r"(.*), ([\d.]+) deg(?:, (.*))?", label).groups()
         error, cost, ratio = found["error_of_torsion"], found["of_real_time"], found["over_impedance"]
-        rows.append((level, step.replace(" deg", "°"), f"{error:.1e}", f"{cost:.3f}", f"{ratio:.2f}"))
-    return table(("level", "step", "numerical error of torsion", "of real time", "over impedance, 2.5°"), rows)
+        rows.append((level, f"{step}°", method or "usual", f"{error:.1e}", f"{cost:.4f}", f"{ratio:.2f}"))
+    return table(
+        ("level", "step", "integrator", "numerical error of torsion", "of real time", "over impedance, 2.5°"), rows
+    )
 
 
 def film() -> str:

@@ -5,7 +5,9 @@ import pytest
 
 from cranktrain.core.kernel import keep_record
 from cranktrain.dynamics.motion.linear_algebra import (
+    add_columns,
     add_product,
+    dot,
     factor_lu,
     factor_rows,
     invert,
@@ -91,6 +93,23 @@ def test_products(rows):
     product(b, x, rows, 5, alone)
     assert added == pytest.approx(y + b.T @ x, abs=1e-14 * 10)
     assert alone == pytest.approx(b.T @ x, abs=1e-14 * 10)
+
+
+@pytest.mark.parametrize(("start", "columns"), [(0, 8), (0, 19), (27, 40), (7, 7), (7, 10), (12, 20)])
+def test_columns_from_one_on_leave_those_before(start, columns):
+    rng = np.random.default_rng(columns)
+    b, x, y = rng.standard_normal((11, columns + 2)), rng.standard_normal(11), rng.standard_normal(columns + 2)
+    added = y.copy()
+    add_columns(b, x, 11, start, columns, added)
+    wanted = y + b.T @ x
+    assert added[start:columns] == pytest.approx(wanted[start:columns], abs=1e-13)
+    assert np.array_equal(added[:start], y[:start]) and np.array_equal(added[columns:], y[columns:])
+
+
+@pytest.mark.parametrize("n", [0, 1, 7, 8, 9, 15, 16, 58])
+def test_a_sum_of_products_takes_so_many_numbers(n):
+    x, y = np.random.default_rng(n).standard_normal((2, n + 9))
+    assert dot(x, y, n) == pytest.approx(x[:n] @ y[:n], abs=1e-13)
 
 
 def test_a_record_of_other_arrays_than_its_law_reads_is_refused():
