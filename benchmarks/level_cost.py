@@ -2,7 +2,7 @@
 
 The six at 2000 rev/min. Cost: processor time of a cycle over its length, and over that of the impedance level, medians
 over rounds in which every case takes its turn. Error: RMS of the difference of the pulley's torsion over the last of
-three cycles to the same level at a tenth of the default's step by sdirk4, over the RMS of its alternating part.
+three cycles to the same level at a third of a degree by sdirk4, over the RMS of its alternating part.
 Prints one JSON object; ``ehd`` is run only where it is named.
 """
 
@@ -29,7 +29,7 @@ ROUNDS, CYCLES = 9, 3
 WHOLE = {"block": "flexible", "pistons": "guided", "damper": "fitted"}
 USUAL = ((2.5, "auto"), (5.0, "auto"), (10.0, "auto"))
 LEVELS: dict[str, tuple[Settings, tuple[tuple[float, str], ...]]] = {
-    "torsional": (Settings(crank="torsional"), (*USUAL, (10.0, "esdirk47"), (12.0, "esdirk47"))),
+    "torsional": (Settings(crank="torsional"), (*USUAL, (10.0, "esdirk47"), (40.0 / 3.0, "esdirk47"))),
     "beam": (Settings(crank="beam", bearings="impedance"), (*USUAL, (5.0, "esdirk57"), (9.0, "esdirk47"))),
     "beam, linear": (Settings(crank="beam", bearings="linear"), (*USUAL, (10.0, "esdirk47"))),
     "impedance": (Settings(bearings="impedance"), (*USUAL, (5.0, "esdirk57"), (9.0, "esdirk47"))),
@@ -38,7 +38,7 @@ LEVELS: dict[str, tuple[Settings, tuple[tuple[float, str], ...]]] = {
     "ehd": (Settings(bearings="ehd"), ((2.5, "auto"),)),
 }
 """Settings; steps in degrees, each with its integrator."""
-FINE = 0.25
+FINE = 1.0 / 3.0
 """Step of the reference: every other step, or ten degrees, is a multiple."""
 SAMPLES = 72
 """A cycle, of 10 degrees; of a step that does not divide them each is one."""
