@@ -11,7 +11,7 @@ entries, see :func:`band_columns`.
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
-from cranktrain.core.lanes import add_eight, eight, four, minus, put_eight, put_four, scale_eight, scaled
+from cranktrain.core.vectors import LANES, load, store
 
 BLOCK = 8
 """Right-hand sides side by side."""
@@ -27,47 +27,65 @@ def factor_blocks(a, n, width):
     """Factor A = L U in place without pivoting; returns 0, or 1 at a pivot that is not positive."""
     padded = a.shape[1] - width - 1
     for j in range(n):
-        upper = a[j]
-        pivot = upper[width]
+        pivot = a[j, width]
         if not pivot > 0.0:
             return 1
         inverse = 1.0 / pivot
-        upper[width] = inverse
+        a[j, width] = inverse
         reach = 0.0
         for k in range(width + 1, width + 1 + padded):
-            reach += abs(upper[k])
+            reach += abs(a[j, k])
         last = width if j + width < n else n - 1 - j
-        for i in range(1, last + 1):
-            row = a[j + i]
-            share = row[width - i]
-            if share == 0.0:
-                continue
-            share *= inverse
-            row[width - i] = share
-            if reach == 0.0:
-                continue
-            for k in range(0, padded, 4):
-                to = width - i + 1 + k
-                put_four(row, to, minus(four(row, to), scaled(share, four(upper, width + 1 + k))))
+        if reach == 0.0:
+            for i in range(1, last + 1):
+                a[j + i, width - i] *= inverse
+        elif padded == 2 * LANES:
+            # The row of the pivot stays in registers.
+            near = load(a, (j, width + 1))
+            far = load(a, (j, width + 1 + LANES))
+            for i in range(1, last + 1):
+                share = a[j + i, width - i]
+                if share != 0.0:
+                    share *= inverse
+                    a[j + i, width - i] = share
+                    to = width - i + 1
+                    store(a, (j + i, to), load(a, (j + i, to)) - share * near)
+                    store(a, (j + i, to + LANES), load(a, (j + i, to + LANES)) - share * far)
+        else:
+            for i in range(1, last + 1):
+                share = a[j + i, width - i]
+                if share != 0.0:
+                    share *= inverse
+                    a[j + i, width - i] = share
+                    for k in range(0, padded, LANES):
+                        to = width - i + 1 + k
+                        store(a, (j + i, to), load(a, (j + i, to)) - share * load(a, (j, width + 1 + k)))
     return 0
 
 
 @kernel
 def solve_blocks(a, n, width, b):
-    """Solve with the factors of :func:`factor_blocks` for eight right-hand sides ``b`` (n, 8), in place."""
+    """Solve with the factors of :func:`factor_blocks` for eight right-hand sides ``b`` (n, 8), in place.
+
+    The nearest rows come last: only they wait for the row before.
+    """
     for j in range(n):
-        first = width if j >= width else j
-        total = eight(b[j], 0)
-        for i in range(1, first + 1):
-            share = a[j, width - i]
+        low = load(b, (j, 0))
+        high = load(b, (j, LANES))
+        for k in range(width - min(j, width), width):
+            share = a[j, k]
             if share != 0.0:
-                total = add_eight(total, -share, eight(b[j - i], 0))
-        put_eight(b[j], 0, total)
+                low = low - share * load(b, (j - width + k, 0))
+                high = high - share * load(b, (j - width + k, LANES))
+        store(b, (j, 0), low)
+        store(b, (j, LANES), high)
     for j in range(n - 1, -1, -1):
-        last = width if j + width < n else n - 1 - j
-        total = eight(b[j], 0)
-        for i in range(1, last + 1):
+        low = load(b, (j, 0))
+        high = load(b, (j, LANES))
+        for i in range(min(width, n - 1 - j), 0, -1):
             share = a[j, width + i]
             if share != 0.0:
-                total = add_eight(total, -share, eight(b[j + i], 0))
-        put_eight(b[j], 0, scale_eight(a[j, width], total))
+                low = low - share * load(b, (j + i, 0))
+                high = high - share * load(b, (j + i, LANES))
+        store(b, (j, 0), a[j, width] * low)
+        store(b, (j, LANES), a[j, width] * high)

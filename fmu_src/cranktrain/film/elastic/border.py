@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
-from cranktrain.core.lanes import add_eight, eight, put_eight
+from cranktrain.core.vectors import LANES, load, splat, store
 from cranktrain.film.elastic.band_blocks import solve_blocks
 from cranktrain.film.elastic.grid import (
     BEND,
@@ -64,38 +64,83 @@ def shape_value(film, q, i, line, m):
 @kernel
 def solution_loads(film, first, chain, begin, end, work):
     """Generalised forces ∫ S p dA / (p₀ A₀) of the solutions in blocks ``begin`` … ``end`` − 1, into ``loads``."""
+    for block in range(begin, end):
+        for half in range(0, 2 * LANES, LANES):
+            _motion_loads(film, first, chain, block, half, work)
+            for group in range(0, 1 + int(film.constants[N_SHAPES]), LANES):
+                _shape_loads(film, first, chain, (block, half, group), work)
+
+
+@kernel
+def _motion_loads(film, first, chain, block, half, work):
+    """Those of x, y, a, b, of the four solutions from column ``half`` of a block on."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
-    n_shapes = int(film.constants[N_SHAPES])
-    lines = n_z + 2
-    loads = work.loads
-    for block in range(begin, end):
-        at = 8 * block
-        for m in range(4 + n_shapes):
-            for r in range(8):
-                loads[m, at + r] = 0.0
-        for position in range(chain // n_z):
-            i = first + position
-            if i >= n_phi:
-                i -= n_phi
-            cos = film.trig[i, COS]
-            sin = film.trig[i, SIN]
-            for j in range(n_z):
-                q = i * lines + j + 1
-                if work.nodes[FULL, q] == 0.0:
-                    continue
-                row = work.columns[block, position * n_z + j]
+    columns = work.columns[block]
+    by_x = splat(0.0)
+    by_y = splat(0.0)
+    by_a = splat(0.0)
+    by_b = splat(0.0)
+    for position in range(chain // n_z):
+        i = first + position
+        if i >= n_phi:
+            i -= n_phi
+        middle = splat(0.0)
+        tilted = splat(0.0)
+        for j in range(n_z):
+            q = i * (n_z + 2) + j + 1
+            if work.nodes[FULL, q] > 0.0:
                 weight = film.lines[j + 1, FILM_WEIGHT] * work.nodes[SLOPE, q]
-                solution = eight(row, 0)
-                for m in range(4 + n_shapes):
-                    if m >= 4:
-                        s = weight * film.shapes[q, m - 3]
-                    else:
-                        s = -weight * (cos if m % 2 == 0 else sin)
-                        if m >= 2:
-                            s *= film.lines[j + 1, ZETA]
-                    sums = loads[m]
-                    put_eight(sums, at, add_eight(eight(sums, at), s, solution))
+                pressing = weight * load(columns, (position * n_z + j, half))
+                middle = middle + pressing
+                tilted = tilted + film.lines[j + 1, ZETA] * pressing
+        by_x = by_x - film.trig[i, COS] * middle
+        by_y = by_y - film.trig[i, SIN] * middle
+        by_a = by_a - film.trig[i, COS] * tilted
+        by_b = by_b - film.trig[i, SIN] * tilted
+    at = 2 * LANES * block + half
+    store(work.loads, (0, at), by_x)
+    store(work.loads, (1, at), by_y)
+    store(work.loads, (2, at), by_a)
+    store(work.loads, (3, at), by_b)
+
+
+@kernel
+def _shape_loads(film, first, chain, part, work):
+    """Those of four columns of shapes, ``part`` being block, first solution and first column; column 0 is no shape."""
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    block, half, group = part
+    columns = work.columns[block]
+    shapes = film.shapes
+    s0 = splat(0.0)
+    s1 = splat(0.0)
+    s2 = splat(0.0)
+    s3 = splat(0.0)
+    for position in range(chain // n_z):
+        i = first + position
+        if i >= n_phi:
+            i -= n_phi
+        for j in range(n_z):
+            q = i * (n_z + 2) + j + 1
+            if work.nodes[FULL, q] > 0.0:
+                weight = film.lines[j + 1, FILM_WEIGHT] * work.nodes[SLOPE, q]
+                pressing = weight * load(columns, (position * n_z + j, half))
+                s0 = s0 + shapes[q, group] * pressing
+                s1 = s1 + shapes[q, group + 1] * pressing
+                s2 = s2 + shapes[q, group + 2] * pressing
+                s3 = s3 + shapes[q, group + 3] * pressing
+    at = 2 * LANES * block + half
+    row = 3 + group
+    last = work.loads.shape[0]
+    if group > 0:
+        store(work.loads, (row, at), s0)
+    if row + 1 < last:
+        store(work.loads, (row + 1, at), s1)
+    if row + 2 < last:
+        store(work.loads, (row + 2, at), s2)
+    if row + 3 < last:
+        store(work.loads, (row + 3, at), s3)
 
 
 @kernel
@@ -113,15 +158,19 @@ def present_loads(film, work):
         for k in range(count + 2):
             touching[m, k] = 0.0
     for i in range(n_phi):
+        middle = 0.0
+        tilted = 0.0
         for line in range(lines):
             q = i * lines + line
             p = pressure[q] * film.lines[line, FILM_WEIGHT]
+            contact = work.nodes[CONTACT, q]
             slope = p * work.nodes[BEND, q]
             if p > 0.0:
                 p *= work.nodes[SLOPE, q]
-                for m in range(count):
-                    touching[m, count + 1] += p * shape_value(film, q, i, line, m)
-            contact = work.nodes[CONTACT, q]
+                middle += p
+                tilted += p * film.lines[line, ZETA]
+                for m in range(4, count):
+                    touching[m, count + 1] += p * film.shapes[q, m - 3]
             if contact > 0.0:
                 weight = film.lines[line, CONTACT_WEIGHT]
                 slope += weight * work.nodes[CONTACT_SLOPE, q]
@@ -129,9 +178,16 @@ def present_loads(film, work):
                     touching[m, count] += weight * contact * shape_value(film, q, i, line, m)
             if slope != 0.0:
                 for m in range(count):
-                    s = shape_value(film, q, i, line, m)
-                    for k in range(count):
-                        touching[m, k] += slope * s * shape_value(film, q, i, line, k)
+                    s = slope * shape_value(film, q, i, line, m)
+                    for k in range(m, count):
+                        touching[m, k] += s * shape_value(film, q, i, line, k)
+        touching[0, count + 1] -= film.trig[i, COS] * middle
+        touching[1, count + 1] -= film.trig[i, SIN] * middle
+        touching[2, count + 1] -= film.trig[i, COS] * tilted
+        touching[3, count + 1] -= film.trig[i, SIN] * tilted
+    for m in range(count):
+        for k in range(m):
+            touching[m, k] = touching[k, m]
 
 
 @kernel

@@ -347,8 +347,7 @@ def _reach(film, step, nodes):
     share = 1.0
     largest = 0.0
     for q in range(nodes.shape[1]):
-        row = film.shapes[q]
-        change = combined(row, step, columns)
+        change = combined(film.shapes, q, step, columns)
         nodes[CHANGE, q] = change
         h = nodes[OPEN, q]
         if h < LEAST:
@@ -373,6 +372,11 @@ def _advance(film, first, ring, step, unknowns, work):
     columns = work.columns
     answer = work.border
     right = n_shapes + n_z
+    # The residual's solution counts once, the others by the border's answer.
+    step[0] = 1.0
+    for k in range(1 + n_shapes, step.shape[0]):
+        step[k] = answer[k - 1, right] if ring and k <= right else 0.0
+    blocks = (1 + n_shapes + (n_z if ring else 0) + 7) // 8
     highest = 0.0
     for f in range(unknowns.shape[0]):
         if unknowns[f] > highest:
@@ -394,14 +398,9 @@ def _advance(film, first, ring, step, unknowns, work):
             if ring and position == n_phi - 1:
                 change = answer[n_shapes + j, right]
             else:
-                change = columns[0, at, 0]
-                for k in range(n_shapes):
-                    slot = k + 1
-                    change += columns[slot // 8, at, slot % 8] * step[slot]
-                if ring:
-                    for k in range(n_z):
-                        slot = 1 + n_shapes + k
-                        change += columns[slot // 8, at, slot % 8] * answer[n_shapes + k, right]
+                change = combined(columns[0], at, step, 8)
+                for block in range(1, blocks):
+                    change += combined(columns[block], at, step[8 * block :], 8)
             if work.nodes[FULL, q] > 0.0:
                 change = pressure_change(change, work.nodes[THICKENING, q])
                 u = work.nodes[PRESSURE, q] + change
@@ -424,6 +423,8 @@ def _advance(film, first, ring, step, unknowns, work):
             work.nodes[FULL, q] = 1.0 if is_full else 0.0
             work.nodes[PRESSURE, q] = u if is_full else 0.0
             work.nodes[VOID, q] = 0.0 if is_full else u
+    for k in range(1 + n_shapes, step.shape[0]):
+        step[k] = 0.0
     if highest > 0.0:
         moved /= highest
     return changed, max(moved, emptied)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
-from cranktrain.core.lanes import eight, four
+from cranktrain.core.lanes import four
+from cranktrain.core.vectors import LANES, load, unpack
 from cranktrain.film.contact.asperity import HIGHEST, SIGMA, contact_pressure
 from cranktrain.film.contact.gap import open_gap
 from cranktrain.film.elastic.grid import (
@@ -36,18 +37,13 @@ def pressure_unit(constants):
 
 
 @kernel
-def combined(row, shares, columns):
-    """Σ row·shares over a multiple of eight columns, summed in pairs: shorter chains than one by one."""
-    total = 0.0
-    for r in range(0, columns, 8):
-        a0, a1, a2, a3, a4, a5, a6, a7 = eight(row, r)
-        b0, b1, b2, b3, b4, b5, b6, b7 = eight(shares, r)
-        a = a0 * b0 + a1 * b1
-        b = a2 * b2 + a3 * b3
-        c = a4 * b4 + a5 * b5
-        d = a6 * b6 + a7 * b7
-        total += (a + b) + (c + d)
-    return total
+def combined(table, at, shares, columns):
+    """Σ of row ``at`` of a table times ``shares`` over a multiple of eight columns: four sums, then theirs."""
+    total = load(table, (at, 0)) * load(shares, 0) + load(table, (at, LANES)) * load(shares, LANES)
+    for r in range(2 * LANES, columns, LANES):
+        total = total + load(table, (at, r)) * load(shares, r)
+    a, b, c, d = unpack(total)
+    return (a + b) + (c + d)
 
 
 @kernel
@@ -67,10 +63,8 @@ def node_films(film, place, shift, out):
         middle = 1.0 - x * cos - y * sin
         tilt = a * cos + b * sin
         for j in range(lines):
-            row = film.shapes[i * lines + j]
             total = middle - tilt * film.lines[j, ZETA] + film.lines[j, PROFILE]
-            total += combined(row, shift, columns)
-            out[i * lines + j] = total
+            out[i * lines + j] = total + combined(film.shapes, i * lines + j, shift, columns)
 
 
 @kernel
@@ -87,10 +81,8 @@ def face_films(film, place, shift, out):
         middle = 1.0 - x * cos - y * sin
         tilt = a * cos + b * sin
         for j in range(n_z):
-            row = film.shapes[first + i * n_z + j]
             total = middle - tilt * film.lines[j + 1, ZETA] + film.lines[j + 1, PROFILE]
-            total += combined(row, shift, columns)
-            out[i * n_z + j] = total
+            out[i * n_z + j] = total + combined(film.shapes, first + i * n_z + j, shift, columns)
 
 
 @kernel

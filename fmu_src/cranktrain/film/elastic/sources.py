@@ -6,6 +6,7 @@ They follow from the factors of ∂R/∂H that :func:`cranktrain.film.elastic.ba
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
+from cranktrain.core.vectors import LANES, load, store
 from cranktrain.film.elastic.grid import (
     AFTER,
     BEFORE,
@@ -49,34 +50,22 @@ def shape_sources(film, per_gain, nodes, faces, first, block, columns):
         up = i - 1 if i > 0 else n_phi - 1
         for j in range(n_z):
             q = i * lines + j + 1
-            target = columns[position * n_z + j]
             if film.supply[i * n_z + j] > 0.0:
                 for r in range(8):
-                    target[r] = 0.0
+                    columns[position * n_z + j, r] = 0.0
                 continue
             own = nodes[OWN, q] + per_gain * nodes[SQUEEZE, q]
             after = nodes[AFTER, q]
             before = nodes[BEFORE, q]
             out = flux[i * n_z + j]
             into = flux[up * n_z + j]
-            here = film.shapes[q]
-            right = film.shapes[q + 1]
-            left = film.shapes[q - 1]
-            face = film.shapes[start + i * n_z + j]
-            face_up = film.shapes[start + up * n_z + j]
-            for half in range(0, 8, 4):
+            face = start + i * n_z + j
+            face_up = start + up * n_z + j
+            for half in range(0, 2 * LANES, LANES):
                 k = at + half
-                c0 = into * face_up[k] - out * face[k] - own * here[k] - after * right[k] - before * left[k]
-                k += 1
-                c1 = into * face_up[k] - out * face[k] - own * here[k] - after * right[k] - before * left[k]
-                k += 1
-                c2 = into * face_up[k] - out * face[k] - own * here[k] - after * right[k] - before * left[k]
-                k += 1
-                c3 = into * face_up[k] - out * face[k] - own * here[k] - after * right[k] - before * left[k]
-                target[half] = c0
-                target[half + 1] = c1
-                target[half + 2] = c2
-                target[half + 3] = c3
+                change = into * load(film.shapes, (face_up, k)) - out * load(film.shapes, (face, k))
+                change = change - own * load(film.shapes, (q, k)) - after * load(film.shapes, (q + 1, k))
+                store(columns, (position * n_z + j, half), change - before * load(film.shapes, (q - 1, k)))
 
 
 @kernel
@@ -138,5 +127,5 @@ def past_sources(film, per_gain, nodes, first, block, columns):
             q = i * (n_z + 2) + j + 1
             # Supply nodes have no squeeze.
             squeeze = per_gain * nodes[SQUEEZE, q]
-            for r in range(8):
-                columns[position * n_z + j, r] = squeeze * film.shapes[q, 8 * block + r]
+            for half in range(0, 2 * LANES, LANES):
+                store(columns, (position * n_z + j, half), squeeze * load(film.shapes, (q, 8 * block + half)))

@@ -32,6 +32,7 @@ from cranktrain.film.elastic.grid import (
     FILM_MIN,
     FILM_MIN_ANGLE,
     FRICTION_TORQUE,
+    ITERATIONS,
     N_PHI,
     N_SHAPES,
     N_Z,
@@ -114,9 +115,10 @@ KEPT = 4 + OIL + 1 - PRESSURE_MAX
 """What the state keeps of a film's result: the force, and what follows the tangents."""
 
 
-SOLVED, CARRIED, LAST, CALLS = range(4)
+SOLVED, CARRIED, LAST, EVALUATIONS, TANGENTS, PASSES, CALLS = range(7)
 """Columns of ``ElasticMemory.calls``: of the present stage, how often the film was solved so far, and whether its force
-was carried on from the last cycle; the stage of that cycle which is the one before, or what is never one."""
+was carried on from the last cycle; the stage of that cycle which is the one before, or what is never one. Of the whole
+run so far: solutions, those with tangents, and Newton iterations of all of them."""
 
 
 class ElasticMemory(NamedTuple):
@@ -387,6 +389,9 @@ def _solve(bore, i, numbers, tangents):
     clock = numbers[SPEED], numbers[ELAPSED], numbers[GAIN]
     status = elastic_film(bore.film, own.motion, clock, history, bore.scratch, own.out[i], tangents)
     own.calls[i, SOLVED] += 1.0
+    own.calls[i, EVALUATIONS] += 1.0
+    own.calls[i, TANGENTS] += 1.0 if tangents else 0.0
+    own.calls[i, PASSES] += own.out[i, ITERATIONS]
     if status != CONVERGED:
         # The next attempt, of a shorter step, begins with what is sure.
         for k in range(own.start.shape[1]):
