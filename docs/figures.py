@@ -172,6 +172,30 @@ def level_cost() -> str:
     )
 
 
+def elastic_cost() -> str:
+    """What elastic films on all mains cost, their errors, and the parts of one film."""
+    found = json.loads(python("-m", "benchmarks.elastic_cost"))
+    rows = [
+        (
+            name,
+            f"{row['of_real_time']:.1f}",
+            str(row["steps"]),
+            str(row["solutions"]),
+            str(row["iterations"]),
+            f"{row['us_per_solution']:.0f}",
+            f"{100.0 * abs(row['error_of_least_gap']):.2f} / {100.0 * row['largest_error_of_least_gaps']:.2f} %",
+            f"{100.0 * row['error_of_torsion']:.2f} %",
+        )
+        for name, row in {**found["cases"], **found["grids"]}.items()
+    ]
+    costs = ("of real time", "steps", "solutions", "Newton iterations", "µs a solution")
+    errors = ("error of the least gap / of any main's", "error of torsion")
+    fine, finest = found["reference"]["of_real_time"], found["finest grid"]["of_real_time"]
+    note = f"The reference in time takes {fine:.0f} times, the finest grid {finest:.0f} times real time.\n\n"
+    parts = table(("part of one film", "µs"), [(name, f"{us:.1f}") for name, us in found["parts"].items()])
+    return table(("case", *costs, *errors), rows) + "\n\n" + note + parts
+
+
 def film() -> str:
     """What a film costs from the impedance map and solved online."""
     found = benchmark("film")
@@ -693,6 +717,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "torsional_sources": ("ladder.md", torsional_sources),
     "level_runs": ("ladder.md", level_runs),
     "level_cost": ("benchmarks.md", level_cost),
+    "elastic_cost": ("benchmarks.md", elastic_cost),
     "film_levels": ("benchmarks.md", film_levels),
     "film": ("benchmarks.md", film),
     "film_cost": ("benchmarks.md", film_cost),

@@ -28,6 +28,7 @@ import math
 from typing import NamedTuple
 
 from cranktrain.core.kernel import kernel
+from cranktrain.core.vectors import LANES, splat, store
 from cranktrain.film.contact.gap import open_gap
 from cranktrain.film.elastic.grid import (
     AFTER,
@@ -229,7 +230,9 @@ def oil_balance(film, rates, nodes, faces, first, band, residual):
         for j in range(n_z):
             at = Node(i * n_z + j, up * n_z + j, i * lines + j + 1, up * lines + j + 1, down * lines + j + 1, j)
             row = band[position * n_z + j]
-            row[:] = 0.0
+            for k in range(0, band.shape[1] - LANES, LANES):
+                store(row, k, splat(0.0))
+            store(row, band.shape[1] - LANES, splat(0.0))
             faces[FACE_FLUX, at.f] = _face_change(film, flow, at, nodes, faces)
             if film.supply[at.f] > 0.0:
                 row[n_z] = 1.0

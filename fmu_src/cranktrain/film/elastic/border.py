@@ -33,6 +33,7 @@ from cranktrain.film.elastic.grid import (
     SIN,
     SLOPE,
     STIFFNESS,
+    SUMS,
     WIDTH,
     ZETA,
 )
@@ -65,58 +66,61 @@ def shape_value(film, q, i, line, m):
 def solution_loads(film, first, chain, begin, end, work):
     """Generalised forces ∫ S p dA / (p₀ A₀) of the solutions in blocks ``begin`` … ``end`` − 1, into ``loads``."""
     for block in range(begin, end):
-        for half in range(0, 2 * LANES, LANES):
-            _motion_loads(film, first, chain, block, half, work)
-            for group in range(0, 1 + int(film.constants[N_SHAPES]), LANES):
-                _shape_loads(film, first, chain, (block, half, group), work)
+        _motion_loads(film, first, chain, block, work)
+        for group in range(0, 1 + int(film.constants[N_SHAPES]), LANES):
+            _shape_loads(film, first, chain, block, group, work)
 
 
 @kernel
-def _motion_loads(film, first, chain, block, half, work):
-    """Those of x, y, a, b, of the four solutions from column ``half`` of a block on."""
+def _motion_loads(film, first, chain, block, work):
+    """Those of x, y, a, b."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     columns = work.columns[block]
-    by_x = splat(0.0)
-    by_y = splat(0.0)
-    by_a = splat(0.0)
-    by_b = splat(0.0)
-    for position in range(chain // n_z):
-        i = first + position
-        if i >= n_phi:
-            i -= n_phi
-        middle = splat(0.0)
-        tilted = splat(0.0)
-        for j in range(n_z):
-            q = i * (n_z + 2) + j + 1
-            if work.nodes[FULL, q] > 0.0:
-                weight = film.lines[j + 1, FILM_WEIGHT] * work.nodes[SLOPE, q]
-                pressing = weight * load(columns, (position * n_z + j, half))
-                middle = middle + pressing
-                tilted = tilted + film.lines[j + 1, ZETA] * pressing
-        by_x = by_x - film.trig[i, COS] * middle
-        by_y = by_y - film.trig[i, SIN] * middle
-        by_a = by_a - film.trig[i, COS] * tilted
-        by_b = by_b - film.trig[i, SIN] * tilted
-    at = 2 * LANES * block + half
-    store(work.loads, (0, at), by_x)
-    store(work.loads, (1, at), by_y)
-    store(work.loads, (2, at), by_a)
-    store(work.loads, (3, at), by_b)
+    for half in range(0, 2 * LANES, LANES):
+        by_x = splat(0.0)
+        by_y = splat(0.0)
+        by_a = splat(0.0)
+        by_b = splat(0.0)
+        for position in range(chain // n_z):
+            i = first + position
+            if i >= n_phi:
+                i -= n_phi
+            middle = splat(0.0)
+            tilted = splat(0.0)
+            for j in range(n_z):
+                q = i * (n_z + 2) + j + 1
+                if work.nodes[FULL, q] > 0.0:
+                    weight = film.lines[j + 1, FILM_WEIGHT] * work.nodes[SLOPE, q]
+                    pressing = weight * load(columns, (position * n_z + j, half))
+                    middle = middle + pressing
+                    tilted = tilted + film.lines[j + 1, ZETA] * pressing
+            by_x = by_x - film.trig[i, COS] * middle
+            by_y = by_y - film.trig[i, SIN] * middle
+            by_a = by_a - film.trig[i, COS] * tilted
+            by_b = by_b - film.trig[i, SIN] * tilted
+        at = 2 * LANES * block + half
+        store(work.loads, (0, at), by_x)
+        store(work.loads, (1, at), by_y)
+        store(work.loads, (2, at), by_a)
+        store(work.loads, (3, at), by_b)
 
 
 @kernel
-def _shape_loads(film, first, chain, part, work):
-    """Those of four columns of shapes, ``part`` being block, first solution and first column; column 0 is no shape."""
+def _shape_loads(film, first, chain, block, group, work):
+    """Those of four columns of shapes from column ``group`` on; column 0 is no shape."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
-    block, half, group = part
     columns = work.columns[block]
     shapes = film.shapes
-    s0 = splat(0.0)
-    s1 = splat(0.0)
-    s2 = splat(0.0)
-    s3 = splat(0.0)
+    low_0 = splat(0.0)
+    low_1 = splat(0.0)
+    low_2 = splat(0.0)
+    low_3 = splat(0.0)
+    high_0 = splat(0.0)
+    high_1 = splat(0.0)
+    high_2 = splat(0.0)
+    high_3 = splat(0.0)
     for position in range(chain // n_z):
         i = first + position
         if i >= n_phi:
@@ -125,22 +129,29 @@ def _shape_loads(film, first, chain, part, work):
             q = i * (n_z + 2) + j + 1
             if work.nodes[FULL, q] > 0.0:
                 weight = film.lines[j + 1, FILM_WEIGHT] * work.nodes[SLOPE, q]
-                pressing = weight * load(columns, (position * n_z + j, half))
-                s0 = s0 + shapes[q, group] * pressing
-                s1 = s1 + shapes[q, group + 1] * pressing
-                s2 = s2 + shapes[q, group + 2] * pressing
-                s3 = s3 + shapes[q, group + 3] * pressing
-    at = 2 * LANES * block + half
-    row = 3 + group
-    last = work.loads.shape[0]
+                low = weight * load(columns, (position * n_z + j, 0))
+                high = weight * load(columns, (position * n_z + j, LANES))
+                low_0 = low_0 + shapes[q, group] * low
+                high_0 = high_0 + shapes[q, group] * high
+                low_1 = low_1 + shapes[q, group + 1] * low
+                high_1 = high_1 + shapes[q, group + 1] * high
+                low_2 = low_2 + shapes[q, group + 2] * low
+                high_2 = high_2 + shapes[q, group + 2] * high
+                low_3 = low_3 + shapes[q, group + 3] * low
+                high_3 = high_3 + shapes[q, group + 3] * high
     if group > 0:
-        store(work.loads, (row, at), s0)
-    if row + 1 < last:
-        store(work.loads, (row + 1, at), s1)
-    if row + 2 < last:
-        store(work.loads, (row + 2, at), s2)
-    if row + 3 < last:
-        store(work.loads, (row + 3, at), s3)
+        _put_loads(work.loads, 3 + group, block, low_0, high_0)
+    _put_loads(work.loads, 4 + group, block, low_1, high_1)
+    _put_loads(work.loads, 5 + group, block, low_2, high_2)
+    _put_loads(work.loads, 6 + group, block, low_3, high_3)
+
+
+@kernel
+def _put_loads(loads, row, block, low, high):
+    """Write a shape's loads of a block; beyond the last shape there are none."""
+    if row < loads.shape[0]:
+        store(loads, (row, 2 * LANES * block), low)
+        store(loads, (row, 2 * LANES * block + LANES), high)
 
 
 @kernel
@@ -157,6 +168,10 @@ def present_loads(film, work):
     for m in range(count):
         for k in range(count + 2):
             touching[m, k] = 0.0
+    columns = film.shapes.shape[1]
+    sums = work.vectors[SUMS]
+    for r in range(columns):
+        sums[r] = 0.0
     for i in range(n_phi):
         middle = 0.0
         tilted = 0.0
@@ -169,8 +184,8 @@ def present_loads(film, work):
                 p *= work.nodes[SLOPE, q]
                 middle += p
                 tilted += p * film.lines[line, ZETA]
-                for m in range(4, count):
-                    touching[m, count + 1] += p * film.shapes[q, m - 3]
+                for r in range(0, columns, LANES):
+                    store(sums, r, load(sums, r) + p * load(film.shapes, (q, r)))
             if contact > 0.0:
                 weight = film.lines[line, CONTACT_WEIGHT]
                 slope += weight * work.nodes[CONTACT_SLOPE, q]
@@ -188,6 +203,8 @@ def present_loads(film, work):
     for m in range(count):
         for k in range(m):
             touching[m, k] = touching[k, m]
+    for m in range(4, count):
+        touching[m, count + 1] = sums[m - 3]
 
 
 @kernel

@@ -13,8 +13,9 @@ Solution: semi-smooth Newton on node unknowns and shapes at once. The balance is
 node changes sides when its unknown changes sign; with a fixed film that active set ends from any start, because the
 matrix is an M-matrix. The ring of columns is cut inside a ruptured region whose transport within Δt does not reach
 around; where there is none, one column of nodes joins the border. A Newton step may not close the film by more than a
-share of itself. The converged set is solved afresh, so the result does not depend on the warm start beyond the
-tolerance; tangents are those of the converged set (implicit function), the shapes' answer included.
+share of itself. The converged set is solved afresh, so the result does not depend on the warm start beyond the limits
+of the film (STEP_LIMIT and those after it); tangents are those of the converged set (implicit function), the shapes'
+answer included.
 
 Viscosity and density by pressure: :mod:`cranktrain.film.elastic.oil`. Bore at rest, p = 0 (gauge) at both ends, supply
 nodes at their pressure. Inertial axes.
@@ -36,6 +37,7 @@ from cranktrain.film.elastic.border import (
     solution_loads,
 )
 from cranktrain.film.elastic.grid import (
+    AROUND_LIMIT,
     CHANGE,
     CLEARANCE,
     CLIPPED,
@@ -44,6 +46,7 @@ from cranktrain.film.elastic.grid import (
     FULL,
     ITERATIONS,
     KNOWN,
+    MOVE_LIMIT,
     N_PHI,
     N_SHAPES,
     N_Z,
@@ -53,9 +56,11 @@ from cranktrain.film.elastic.grid import (
     PRESSURE,
     ROUGHNESS,
     SHIFT,
+    SIDE_LIMIT,
     START_PLACE,
     START_SHIFT,
     STEP,
+    STEP_LIMIT,
     SUPPLY_PRESSURE,
     THICKENING,
     VECTORS,
@@ -73,15 +78,8 @@ ROUGHEST, LOWERING, EASING, LAST = 0.3, 0.4, 20, 60
 """Where plain Newton fails: first roughness over the clearance, its decrease from solution to solution, iterations."""
 LEAST = 2.0e-3
 """Film over the clearance below which a Newton step is measured by this."""
-STEP_TOLERANCE = 1.0e-4
-"""Largest change of the film over itself in the last Newton step; what is left is its square."""
-MOVE_TOLERANCE = 1.0e-3
-"""Largest change of pressure over the highest, or of a void share, in that step: what the tangents may be wrong by."""
 CLOSING = 0.7
 """Share of itself by which a Newton step may close the film."""
-REACH = 1.0e-9
-"""A ring is cut where transport around it, within the step, carries less than this."""
-
 TINY = 1.0e-30
 """Void share by which a node that has just ruptured is known."""
 SWITCH = 1.0e-11
@@ -217,7 +215,7 @@ def _cut(film, rates, nodes):
     begin = best - length + 2
     if begin < 0:
         begin += n_phi
-    return begin, weakened > math.log(REACH)
+    return begin, weakened > math.log(film.constants[AROUND_LIMIT])
 
 
 @kernel
@@ -301,7 +299,7 @@ def _newton(film, sigma, rates, most, unknowns, work):
                 if eliminate(work.border, n_shapes, n_z, ring, 1) != 0:
                     return SINGULAR, passes, first, ring
         changed, moved = _advance(film, first, ring, step, unknowns, work)
-        if changed == 0 and share == 1.0 and largest < STEP_TOLERANCE and moved < MOVE_TOLERANCE:
+        if changed == 0 and share == 1.0 and largest < constants[STEP_LIMIT] and moved < constants[MOVE_LIMIT]:
             return CONVERGED, passes, first, ring
     return NOT_CONVERGED, most, first, ring
 
@@ -382,6 +380,7 @@ def _advance(film, first, ring, step, unknowns, work):
         if unknowns[f] > highest:
             highest = unknowns[f]
     slack = SWITCH * highest
+    beyond = film.constants[SIDE_LIMIT]
     changed = 0
     moved = 0.0
     emptied = 0.0
@@ -406,16 +405,18 @@ def _advance(film, first, ring, step, unknowns, work):
                 u = work.nodes[PRESSURE, q] + change
                 moved = max(moved, abs(change))
                 if u < -slack:
+                    if u < -beyond * highest:
+                        changed += 1
                     u = -TINY
-                    changed += 1
                 elif u < 0.0:
                     u = 0.0
             else:
                 u = work.nodes[VOID, q] + change
                 emptied = max(emptied, abs(change))
                 if u > SWITCH:
+                    if u > beyond:
+                        changed += 1
                     u = 0.0
-                    changed += 1
                 elif u > -TINY:
                     u = -TINY
             unknowns[f] = u

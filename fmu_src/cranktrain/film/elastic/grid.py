@@ -27,7 +27,11 @@ Array = NDArray[np.float64]
 N_PHI, N_Z, N_SHAPES, RADIUS, WIDTH, CLEARANCE, VISCOSITY, SUPPLY_PRESSURE, ROUGHNESS = range(9)
 # Step of the oil's table (Pa; 0: a constant oil), its row, whether the oil is compressible.
 OIL_STEP, OIL_ROW, COMPRESSIBLE = 9, 10, 11
-CONSTANTS = 12
+# How far a solution goes: largest change of the film over itself in the last Newton step (what is left is its square);
+# of pressure over the highest, or of a void share; what a node may have gone beyond its side then; the share of
+# transport around the ring that the matrix may miss.
+STEP_LIMIT, MOVE_LIMIT, SIDE_LIMIT, AROUND_LIMIT = 12, 13, 14, 15
+CONSTANTS = 16
 
 # What elastic_film writes, ``out[:OUT_SIZE]``.
 FORCE, STIFFNESS, DAMPING, PRESSURE_MAX, FILM_MIN, FILM_MIN_ANGLE, FILM_MIN_ZETA = 0, 4, 20, 36, 37, 38, 39
@@ -35,13 +39,15 @@ SIDE_FLOW, SUPPLY_FLOW, FRICTION_TORQUE, CONTACT_LOAD, CONTACT_SHARE, FILL_MEAN,
 ITERATIONS, CLIPPED = 47, 48
 OUT_SIZE = 49
 
+LIMITS = (1.0e-4, 1.0e-3, 1.0e-11, 1.0e-9)
+"""STEP_LIMIT to AROUND_LIMIT of a film that is solved as far as makes sense."""
 SMOOTH = 5.0e-4
 """Roughness over the clearance that a film between smooth surfaces is given: overlapping ones leave oil a gap."""
 
 # Rows of ElasticWork.vectors, all over the clearance: journal, its velocity, shapes now, the same at the step's start,
-# Δ of the stage's rule, and the last Newton step of the shapes.
-PLACE, PACE, SHIFT, START_PLACE, START_SHIFT, KNOWN, STEP = 0, 1, 2, 3, 4, 5, 6
-VECTORS = 7
+# Δ of the stage's rule, and the last Newton step of the shapes; sums over the film, one a shape.
+PLACE, PACE, SHIFT, START_PLACE, START_SHIFT, KNOWN, STEP, SUMS = 0, 1, 2, 3, 4, 5, 6, 7
+VECTORS = 8
 
 # Rows of ElasticWork.nodes (both ends included) and ElasticWork.faces (circumferential).
 FILM, OPEN, SLOPE, BEND, PRESSURE, VOID, FULL, START_MASS, WAS_VOID = 0, 1, 2, 3, 4, 5, 6, 7, 8
@@ -255,7 +261,7 @@ class ElasticGrid:
         rough_share = rough[0] / clearance if rough[0] > 0.0 else SMOOTH
         constants = [self.n_phi, self.n_z, k, 0.5 * diameter, width, clearance, viscosity, supply_pressure, rough_share]
         step, values, compressible = (0.0, np.zeros((1, 2, 2)), False) if oil is None else oil
-        constants += [step, 0.0, float(compressible)]
+        constants += [step, 0.0, float(compressible), *LIMITS]
         lines = _lines(self.zetas, 1.0 - self.edge + 0.5 * math.pi * self.edge * np.cos(0.5 * math.pi * self._uniform))
         g = np.array([relief(zeta, profile) for zeta in self.zetas]) / clearance
         return ElasticFilm(

@@ -116,16 +116,18 @@ def _contents(film, nodes):
     oil = 0.0
     room = 0.0
     shear = 0.0
-    for q in range(nodes.shape[1]):
-        line = q % lines
-        # At the ends the oil is that of the nodes beside them.
-        inner = q + 1 if line == 0 else (q - 1 if line == lines - 1 else q)
-        fill = 1.0 + nodes[VOID, inner]
-        held = 1.0 + nodes[COMPRESSED, q]
-        shear += film.lines[line, CONTACT_WEIGHT] * fill * nodes[SLOPE, q] / nodes[OPEN, q] * held / nodes[MOBILITY, q]
-        if 0 < line < lines - 1:
-            oil += film.lines[line, LINE_WIDTH] * (held + nodes[VOID, q]) * nodes[OPEN, q]
-            room += film.lines[line, LINE_WIDTH] * nodes[OPEN, q]
+    for i in range(int(film.constants[N_PHI])):
+        for line in range(lines):
+            q = i * lines + line
+            # At the ends the oil is that of the nodes beside them.
+            fill = 1.0 + nodes[VOID, i * lines + min(max(line, 1), lines - 2)]
+            held = 1.0 + nodes[COMPRESSED, q]
+            h = nodes[OPEN, q]
+            sheared = film.lines[line, CONTACT_WEIGHT] * fill * nodes[SLOPE, q] * held
+            shear += sheared / (h * nodes[MOBILITY, q])
+            if 0 < line < lines - 1:
+                oil += film.lines[line, LINE_WIDTH] * (held + nodes[VOID, q]) * h
+                room += film.lines[line, LINE_WIDTH] * h
     return oil, room, shear
 
 

@@ -192,7 +192,8 @@ for _law in (
         cost=DEAREST,
         integrator="sdirk2",
         film_change=0.15,
-        tolerance=1.0e-5,
+        # Least films keep to 5e-4 of what they are with a tenth of it; steps are off by 1e-2.
+        tolerance=1.0e-4,
     ),
     Law(
         "roller",
