@@ -34,6 +34,7 @@ from cranktrain.film.elastic.grid import (
     FILM_MIN_ANGLE,
     FRICTION_TORQUE,
     ITERATIONS,
+    LIMITS,
     N_PHI,
     N_SHAPES,
     N_Z,
@@ -110,10 +111,6 @@ SHAPES = 7
 IN_LOOP = ElasticGrid(48, 7, 0.45)
 """Least film of the six at 2000 rev/min within 2 % of 96 x 11 at every main that does not touch; the gathering at the
 edges is chosen for that."""
-LIMITS = (1.0e-2, 3.0e-2, 1.0e-3, 1.0e-3)
-"""How far a running film is solved, see :data:`cranktrain.film.elastic.grid.STEP_LIMIT`: Newton leaves the square of
-its last step, and the journals' own iteration goes on from there. Least films of the six stay to 1e-4 what they are
-with the limits of a single film, where its usual step is off by 1e-2: ``python -m benchmarks.elastic_cost``."""
 SMALLEST = ElasticGrid(12, 5)
 """Grid of levels that do not read it."""
 
@@ -165,13 +162,14 @@ def elastic_bore(
     grid: ElasticGrid = IN_LOOP,
     oil: Oil | None = None,
     cycles: PastCycles | None = None,
+    tolerance: float = 0.0,
 ) -> ElasticBore:
     """Elastic films of as many journals as there are ``viscosities`` (b,), Pa s; ``oil`` says what pressure does.
 
-    With ``cycles`` each cycle of a run is kept for the next one.
+    With ``cycles`` each cycle of a run is kept for the next one. ``tolerance``: :func:`film_limits`.
     """
     tables = None if oil is None else oil_tables(oil, viscosities)
-    film = elastic_arrays(bearing, float(viscosities[0]), bore, grid, tables)
+    film = elastic_arrays(bearing, float(viscosities[0]), bore, grid, tables, tolerance)
     count, shapes = len(viscosities), len(bore.compliance)
     past = no_past(0, 0) if cycles is None else cycles.room(count, shapes, grid.size)
     return ElasticBore(
@@ -189,7 +187,9 @@ def elastic_films(bearings: Bearings) -> ElasticBore:
     """Films of main bearings, of their own viscosities."""
     parts, viscosities = bearings.parts, bearings.parameters[:, VISCOSITIES]
     bore = parts["bore"]
-    return elastic_bore(bearings.plain, viscosities, bore, bore.grid or IN_LOOP, bearings.oil, parts.get("cycles"))
+    size = bore.grid or IN_LOOP
+    tolerance, cycles = parts.get("tolerance", 0.0), parts.get("cycles")
+    return elastic_bore(bearings.plain, viscosities, bore, size, oil=bearings.oil, cycles=cycles, tolerance=tolerance)
 
 
 def film_values(bore: ElasticBore) -> int:
@@ -198,9 +198,17 @@ def film_values(bore: ElasticBore) -> int:
 
 
 def elastic_arrays(
-    bearing: PlainBearing, viscosity: float, bore: BoreCompliance, grid: ElasticGrid, oil: OilTables | None = None
+    bearing: PlainBearing,
+    viscosity: float,
+    bore: BoreCompliance,
+    grid: ElasticGrid,
+    oil: OilTables | None = None,
+    tolerance: float = 0.0,
 ) -> ElasticFilm:
-    """Data of one elastic film of a main bearing at ``viscosity`` (Pa s); the mains differ in that alone."""
+    """Data of one elastic film of a main bearing at ``viscosity`` (Pa s); the mains differ in that alone.
+
+    ``tolerance`` of the journals' iteration: see :func:`film_limits`.
+    """
     zetas = grid.zetas
     angles = grid.angles
     if bearing.groove == "circumferential":
@@ -218,8 +226,20 @@ def elastic_arrays(
         load_coupling=bore.load_coupling, supply=supply, supply_pressure=bearing.supply_pressure,
         contact=bearing_contact_constants(bearing), oil=oil, profile=over(bearing.relief),
     )  # fmt: skip
-    film.constants[STEP_LIMIT : AROUND_LIMIT + 1] = LIMITS
+    film.constants[STEP_LIMIT : AROUND_LIMIT + 1] = film_limits(tolerance)
     return film
+
+
+def film_limits(tolerance: float) -> tuple[float, ...]:
+    """How far films are solved within an iteration of their journals to a ``tolerance``, in clearances.
+
+    Newton leaves about the square of its last step, and the journals' next iteration goes on from there: no film is
+    solved much further than they are. STEP_LIMIT to AROUND_LIMIT of :mod:`cranktrain.film.elastic.grid`; never closer
+    than those of a single film. The factors are chosen: ``python -m benchmarks.elastic_cost``.
+    """
+    root = math.sqrt(tolerance)
+    wanted = (root, 3.0 * root, 10.0 * tolerance, 10.0 * tolerance)
+    return tuple(max(pair) for pair in zip(LIMITS, wanted, strict=True))
 
 
 def film_size(film: ElasticFilm) -> int:

@@ -1,0 +1,277 @@
+"""What elastic films on all mains cost and what limits it: ``python -m benchmarks.elastic_cost``.
+
+The six at 2000 rev/min, every case from the static equilibrium, its third cycle. Cost: processor time over the
+cycle's length, median of the cycles behind the first; steps, stages, and per cycle of all films together solutions,
+those with tangents, and Newton iterations. Error: least gap of each main over the cycle, at equal places of the crank,
+and RMS of the pulley's torsion over that of its alternating part, against sdirk4 at half a degree on the same grid, for
+grids against 64 x 15 at the same step. Cases: how steps follow closing films, half the step, films solved as far as
+a single one is, other grids. The parts of one film are timed one by one at its last state, least of
+several repeats. Prints one JSON object.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from statistics import median
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from cranktrain.core.kernel import RECORDS
+from cranktrain.dynamics.cycle_run import communication_step
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.slots import N_STAGES, N_STEPS
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.engine.file import load_engine
+from cranktrain.film.elastic.balance import Rates, film_rates, film_start, oil_balance
+from cranktrain.film.elastic.band_blocks import factor_blocks, solve_blocks
+from cranktrain.film.elastic.border import border_equations, film_tangents, present_loads, solution_loads
+from cranktrain.film.elastic.grid import (
+    FACE_OPEN,
+    FILM,
+    KNOWN,
+    OUT_SIZE,
+    PACE,
+    PLACE,
+    SHIFT,
+    START_PLACE,
+    START_SHIFT,
+    ElasticGrid,
+)
+from cranktrain.film.elastic.height import face_films, node_films, open_films
+from cranktrain.film.elastic.result import film_result
+from cranktrain.film.elastic.sources import shape_sources
+from cranktrain.film.laws import ehd
+from cranktrain.film.laws.ehd import EVALUATIONS, IN_LOOP, PASSES, TANGENTS, ElasticBore, elastic_bore
+from cranktrain.structure.assembly import assemble
+
+Array = NDArray[np.float64]
+compiled: Any = njit(error_model="numpy")
+
+SPEED = 2000.0 * math.pi / 30.0
+CYCLES = 3
+COMMON = math.radians(2.5)
+"""Places of the crank at which cases are compared."""
+FINE: dict[str, Any] = {
+    "integrator": "sdirk4", "step": math.radians(0.5), "newton_tolerance": 3.0e-7, "film_change": 0.1,
+}  # fmt: skip
+FINE_GRID = ElasticGrid(64, 15, IN_LOOP.edge)
+GRIDS = ((96, 11, 0.45), (48, 11, 0.45), (36, 11, 0.6), (48, 7, 0.7), (48, 7, 0.45), (36, 7, 0.7))
+"""Nodes around and across, and their gathering at the ends."""
+REPEATS, CALLS = 7, 200
+
+
+@dataclass(frozen=True)
+class Found:
+    """One case: its figures, its last cycle, and the films it ended with."""
+
+    figures: dict[str, Any]
+    gaps: Array
+    """(samples, mains) m"""
+    torsion: Array
+    """(samples,) rad"""
+    bore: ElasticBore
+    run: Simulation
+
+
+def measured(grid: ElasticGrid = IN_LOOP, **choices: Any) -> Found:
+    """Run a case."""
+    ehd.elastic_bore = partial(elastic_bore, grid=grid)
+    print(f"elastic_cost: {grid.n_phi} x {grid.n_z}, {choices}", file=sys.stderr, flush=True)
+    made = assemble(load_engine("diesel_i6"), Settings(bearings="ehd", **choices))
+    run = Simulation(made.engine, made.body, made.settings, None, made.parts)
+    run.inputs[0] = SPEED
+    run.initialize()
+    bore: ElasticBore = RECORDS[int(run.model.films.entry[1])]
+    length = 4.0 * math.pi / SPEED
+    step = communication_step(SPEED, min(COMMON, made.settings.step))
+    count = round(length / step)
+    rows = np.zeros((count, run.outputs.size))
+    done, costs = 0, []
+    for _ in range(CYCLES):
+        counters, calls = run.work.counters.copy(), bore.memory.calls.copy()
+        begin = time.process_time()
+        done += run.series(step, done + 1, rows)
+        costs.append((time.process_time() - begin) / length)
+    counters, calls = run.work.counters - counters, (bore.memory.calls - calls).sum(axis=0)
+    every = round(count * COMMON / (4.0 * math.pi))
+    names = list(run.output_names)
+    mains = [names.index(f"bearing[{i + 1}].film_thickness_min") for i in range(len(bore.viscosities))]
+    kept = rows[every - 1 :: every]
+    figures = {
+        "of_real_time": round(median(costs[1:]), 2),
+        "steps": int(counters[N_STEPS]),
+        "stages": int(counters[N_STAGES]),
+        "solutions": int(calls[EVALUATIONS]),
+        "with_tangents": int(calls[TANGENTS]),
+        "iterations": int(calls[PASSES]),
+        "us_per_solution": round(1e6 * length * costs[-1] / calls[EVALUATIONS], 1),
+        "us_per_iteration": round(1e6 * length * costs[-1] / calls[PASSES], 1),
+    }
+    return Found(figures, kept[:, mains], kept[:, names.index("pulley.torsion")], bore, run)
+
+
+def against(case: Found, exact: Found) -> dict[str, Any]:
+    """Figures of a case with its errors."""
+    least, best = case.gaps.min(axis=0), exact.gaps.min(axis=0)
+    worst = int(best.argmin())
+    torsion = float(np.sqrt(np.mean((case.torsion - exact.torsion) ** 2)) / np.std(exact.torsion))
+    return {
+        **case.figures,
+        "least_gap_um": [round(1e6 * float(h), 3) for h in least],
+        "error_of_least_gaps": [round(float(e), 5) for e in least / best - 1.0],
+        "main_of_least_gap": worst + 1,
+        "error_of_least_gap": round(float(least[worst] / best[worst] - 1.0), 5),
+        "largest_error_of_least_gaps": round(float(np.abs(least / best - 1.0).max()), 5),
+        "error_of_torsion": float(f"{torsion:.2g}"),
+    }
+
+
+def _microseconds(call: Callable[..., Any], *arguments: Any) -> float:
+    """Of one call among many, the least of several repeats."""
+    call(1, *arguments)
+    best = math.inf
+    for _ in range(REPEATS):
+        begin = time.process_time()
+        call(CALLS, *arguments)
+        best = min(best, time.process_time() - begin)
+    return 1e6 * best / CALLS
+
+
+@compiled
+def _start(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+    for _ in range(calls):
+        film_start(film, work.vectors[START_PLACE], work.vectors[START_SHIFT], start, rates, work.nodes, work.faces)
+        film_rates(film, work.vectors[PLACE], work.vectors[PACE], work.vectors[KNOWN], rates.per_gain, work.nodes)
+
+
+@compiled
+def _heights(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+    for _ in range(calls):
+        node_films(film, work.vectors[PLACE], work.vectors[SHIFT], work.nodes[FILM])
+        face_films(film, work.vectors[PLACE], work.vectors[SHIFT], work.faces[FACE_OPEN])
+        open_films(film, film.constants[8], work.nodes, work.faces)
+
+
+@compiled
+def _balance(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+    for _ in range(calls):
+        oil_balance(film, rates, work.nodes, work.faces, 0, work.band, work.residual)
+
+
+@compiled
+def _sources(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+    for _ in range(calls):
+        shape_sources(film, rates.per_gain, work.nodes, work.faces, 0, 0, work.columns[0])
+
+
+@compiled
+def _copies(calls: int, band: Array, columns: Array, work: Any, n_z: int) -> None:
+    for _ in range(calls):
+        work.band[:, :] = band
+
+
+@compiled
+def _factors(calls: int, band: Array, columns: Array, work: Any, n_z: int) -> None:
+    for _ in range(calls):
+        work.band[:, :] = band
+        factor_blocks(work.band, work.band.shape[0], n_z)
+
+
+@compiled
+def _solves(calls: int, band: Array, columns: Array, work: Any, n_z: int) -> None:
+    for _ in range(calls):
+        work.columns[0, :, :] = columns
+        solve_blocks(work.band, work.band.shape[0], n_z, work.columns[0])
+
+
+@compiled
+def _loads(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+    for _ in range(calls):
+        solution_loads(film, 0, work.band.shape[0], 0, 1, work)
+
+
+@compiled
+def _present(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+    for _ in range(calls):
+        present_loads(film, work)
+
+
+@compiled
+def _border(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+    for _ in range(calls):
+        border_equations(film, 0, False, work.band.shape[0], 1, 0, work)
+
+
+@compiled
+def _tangents(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+    out = np.zeros(OUT_SIZE)
+    for _ in range(calls):
+        film_tangents(film, 0, False, work, out)
+
+
+@compiled
+def _result(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+    out = np.zeros(OUT_SIZE)
+    for _ in range(calls):
+        film_result(film, 2.0 * rates.half_speed, rates.per_gain, work, out)
+
+
+def parts(bore: ElasticBore, run: Simulation) -> dict[str, float]:
+    """Microseconds of a film's parts at the last state of its run: once a solution, once an iteration, and tangents."""
+    work = bore.scratch
+    per_step = SPEED / run.settings.step
+    rates = Rates(0.5 * SPEED, per_step, per_step / 0.2929)
+    given = (bore.film, rates, work, bore.memory.start[-1])
+    found = {"start of a solution": _microseconds(_start, *given)}
+    found["heights"] = _microseconds(_heights, *given)
+    found["balance of oil with its matrix"] = _microseconds(_balance, *given)
+    found["sources of eight shapes"] = _microseconds(_sources, *given)
+    band, columns = work.band.copy(), work.columns[0].copy()
+    solving = (band, columns, work, IN_LOOP.n_z)
+    copy = _microseconds(_copies, *solving)
+    found["factors"] = _microseconds(_factors, *solving) - copy
+    found["solution of eight right-hand sides"] = _microseconds(_solves, *solving) - copy
+    found["loads of eight solutions"] = _microseconds(_loads, *given)
+    found["loads of the present pressure"] = _microseconds(_present, *given)
+    found["border"] = _microseconds(_border, *given)
+    found["tangents"] = _microseconds(_tangents, *given)
+    found["result of a solution"] = _microseconds(_result, *given)
+    return {name: round(value, 2) for name, value in found.items()}
+
+
+def main() -> int:
+    """Measure and print."""
+    exact, usual = measured(**FINE), measured()
+    cases = {
+        "usual": usual,
+        "tolerance 1e-9, films as far as a single one": measured(newton_tolerance=1.0e-9),
+        "steps that do not follow closing films": measured(film_change=1.0e9),
+        "half the step": measured(step=math.radians(1.25), film_change=1.0e9),
+        "sdirk4, steps that do not follow closing films": measured(integrator="sdirk4", film_change=1.0e9),
+    }
+    fine = measured(FINE_GRID)
+    grids = {
+        f"{n_phi} x {n_z}, gathered by {edge:g}": measured(ElasticGrid(n_phi, n_z, edge)) for n_phi, n_z, edge in GRIDS
+    }
+    said = {
+        "cases": {name: against(case, exact) for name, case in cases.items()},
+        "reference": exact.figures,
+        "grids": {name: against(case, fine) for name, case in grids.items()},
+        "finest grid": fine.figures,
+        "parts": parts(usual.bore, usual.run),
+    }
+    print(json.dumps(said, indent=1))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
