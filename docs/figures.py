@@ -595,17 +595,23 @@ def studies() -> None:
 
 
 def total_error() -> str:
-    """What to take for a total error; ships the figures for plans and copies the pictures of the second speed."""
+    """What to take for a total error; ships the figures for plans and copies pictures of the last speed."""
+    out = ROOT / "out" / "total"
+    cranktrain(f"tradeoff --total --output {out}")
+    return shipped_total_error(out)
+
+
+def shipped_total_error(out: Path) -> str:
+    """The tables of the study in a folder, whose figures and pictures go to their places."""
     from cranktrain.studies.tradeoff.total.choice import markdown
     from cranktrain.studies.tradeoff.total.shipped import read
 
-    out = ROOT / "out" / "total"
-    cranktrain(f"tradeoff --total --output {out}")
-    found = out / "total.json"
-    _, figures = read(found.read_text("utf-8"))
-    shutil.copyfile(found, SHIPPED / f"{figures.points[0].scene.split()[0]}.json")
+    text = (out / "total.json").read_text("utf-8")
+    _, figures = read(text)
+    SHIPPED.mkdir(exist_ok=True)
+    (SHIPPED / f"{json.loads(text)['engine']}.json").write_text(text, "utf-8")
     last = figures.points[-1].scene.replace(" ", "-")
-    for family in ("torsion", "forces"):
+    for family in ("torsion", "forces", "film"):
         shutil.copyfile(out / f"total-{family}-{last}.png", DOCS / "tradeoff" / f"total-{family}.png")
     return markdown(figures.points)
 

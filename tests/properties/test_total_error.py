@@ -15,14 +15,14 @@ from cranktrain.core.errors import SolverError
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS
-from cranktrain.film.laws.register import LAWS, MAINS, PLAIN, Form, Law, bearing_law, register_law
+from cranktrain.film.laws.register import CHEAP, LAWS, MAINS, MODERATE, PLAIN, Form, Law, bearing_law, register_law
 from cranktrain.studies.kept import Kept
 from cranktrain.studies.planning.charted import around, charted
 from cranktrain.studies.scene import RPM, load_scene
 from cranktrain.studies.tradeoff.families import StudyScene
 from cranktrain.studies.tradeoff.total import measure, shipped
 from cranktrain.studies.tradeoff.total.choice import cheapest, choice_text, markdown, table_rows
-from cranktrain.studies.tradeoff.total.choices import best_model, default_model, every_model
+from cranktrain.studies.tradeoff.total.choices import best_model, default_model, every_model, models
 from cranktrain.studies.tradeoff.total.distance import distance, resampled
 from cranktrain.studies.tradeoff.total.families import FAMILIES, wanted
 from cranktrain.studies.tradeoff.total.files import write_files
@@ -110,6 +110,13 @@ def test_levels_that_do_not_exist_together_are_left_out():
     assert best_model(scene_of(load_engine("diesel_v8"))).settings.bearings == "roller"
     default = default_model(scene_of(SIX)).settings
     assert (default.crank, default.bearings, default.block) == ("solid", "impedance", "ground")
+
+
+def test_models_without_any_output_are_no_points():
+    names = [model.name for model in models(scene_of(SIX), False)]
+    assert "rigid/held/ground" not in names and "torsional/held/ground" in names
+    quick = models(scene_of(SIX), True)
+    assert {bearing_law(model.settings.bearings).cost for model in quick} == {CHEAP, MODERATE}
 
 
 def test_a_law_that_is_registered_is_a_choice():

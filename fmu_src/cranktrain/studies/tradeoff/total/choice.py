@@ -57,7 +57,7 @@ def percent(value: float | None) -> str:
     if value is None:
         return "–"
     shown = 100.0 * value
-    return f"{shown:.0f} %" if shown >= 9.95 else f"{shown:.1f} %" if shown >= 0.095 else f"{shown:.1g} %"
+    return f"{shown:.0f} %" if shown >= 9.95 else f"{shown:.1f} %" if shown >= 0.995 else f"{shown:.2g} %"
 
 
 def default_rows(points: Sequence[TotalPoint]) -> list[list[str]]:

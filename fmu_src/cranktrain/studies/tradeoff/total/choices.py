@@ -20,6 +20,7 @@ from cranktrain.film.laws.register import CHEAP, DEAR, DEAREST, MODERATE, bearin
 from cranktrain.studies.answers import bearing_ladder
 from cranktrain.studies.tradeoff.families import StudyScene
 from cranktrain.studies.tradeoff.reference import INTEGRATOR
+from cranktrain.studies.tradeoff.total.families import FAMILIES
 
 STEPS_DEG = {CHEAP: (6.0, 4.0, 2.5, 1.0), MODERATE: (6.0, 4.0, 2.5, 1.0), DEAR: (4.0, 2.5), DEAREST: (2.5,)}
 """Steps of a model by its bearings' class of cost: all with many samples of a cycle in common."""
@@ -100,8 +101,9 @@ def every_model(scene: StudyScene) -> Iterator[Model]:
 
 
 def models(scene: StudyScene, quick: bool) -> list[Model]:
-    """Models that are points of the chart; a quick study leaves films that are solved online out."""
-    return [one for one in every_model(scene) if not quick or one.cost in QUICK]
+    """Models that are points of a chart; a quick study leaves films that are solved online out."""
+    found = [one for one in every_model(scene) if not quick or one.cost in QUICK]
+    return [one for one in found if any(family.answered(one.settings, one.engine) for family in FAMILIES.values())]
 
 
 def best_model(scene: StudyScene) -> Model:
