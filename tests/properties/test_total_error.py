@@ -15,6 +15,9 @@ from cranktrain.core.errors import SolverError
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS
+from cranktrain.film.elastic.bore_compliance import BoreCompliance
+from cranktrain.film.laws.bearings import Bearings, bearing_parameters
+from cranktrain.film.laws.ehd import IN_LOOP, elastic_films, film_values
 from cranktrain.film.laws.register import CHEAP, LAWS, MAINS, MODERATE, PLAIN, Form, Law, bearing_law, register_law
 from cranktrain.studies.kept import Kept
 from cranktrain.studies.planning.charted import around, charted
@@ -110,6 +113,18 @@ def test_levels_that_do_not_exist_together_are_left_out():
     assert best_model(scene_of(load_engine("diesel_v8"))).settings.bearings == "roller"
     default = default_model(scene_of(SIX)).settings
     assert (default.crank, default.bearings, default.block) == ("solid", "impedance", "ground")
+
+
+def test_a_bore_may_bring_the_grid_of_its_films():
+    """The reference's elastic films run on the grid that their bore names, all others on the usual one."""
+    bore = BoreCompliance(np.zeros((1, 5, 3)), np.array([1e-11]), np.zeros((1, 4)), np.ones(1), 1e-3)
+    rows = np.tile(bearing_parameters(SIX.plain_mains, 0.01), (2, 1))
+
+    def nodes(own):
+        return film_values(elastic_films(Bearings(rows, SIX.main_bearing, parts={"bore": own}, oil=SIX.oil)))
+
+    fine = nodes(replace(bore, grid=measure.FINE_GRID))
+    assert fine - nodes(bore) == measure.FINE_GRID.size - IN_LOOP.size > 0
 
 
 def test_models_without_any_output_are_no_points():
