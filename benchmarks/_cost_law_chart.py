@@ -60,14 +60,12 @@ def plot_variants(ax: Any, hours: dict[str, dict[str, float]]) -> None:
     counts = np.array([1.0, 20.0, 10_000.0])
     for (name, row), colour in zip(hours.items(), COLOURS, strict=True):
         cost = counts * row["seconds_each"] / 3600.0
-        ax.loglog(counts[:2], cost[:2], "-", color=colour, lw=2.0, label=name)
+        ax.loglog(counts[:2], cost[:2], "-", color=colour, lw=2.0, label=f"{name}: {hours_of(cost[-1])}")
         ax.loglog(counts[1:], cost[1:], ":", color=colour, lw=2.0)
         ax.plot(counts[-1], cost[-1], "s", color=colour, ms=5)
-        ax.annotate(
-            f"{cost[-1]:.2g} h" if cost[-1] < 100 else f"{cost[-1]:.0f} h", (counts[-1], cost[-1]),
-            textcoords="offset points", xytext=(-6, 6), ha="right", fontsize=8, color=colour,
-        )  # fmt: skip
-    ax.set(title="Variants: measured (line), extrapolated (dots)", xlabel="variants", ylabel="processor hours")
+    ax.set(
+        title="10,000 variants: 20 measured (line), extrapolated (dots)", xlabel="variants", ylabel="processor hours"
+    )
     ax.legend(loc="upper left", fontsize=8, frameon=False)
     low, high = ax.get_ylim()
     ax.set_ylim(low, 30.0 * high)
@@ -76,9 +74,15 @@ def plot_variants(ax: Any, hours: dict[str, dict[str, float]]) -> None:
     ax.xaxis.set_minor_formatter(NullFormatter())
 
 
+def hours_of(hours: float) -> str:
+    """Two digits, or whole hours."""
+    return f"{hours:.2g} h" if hours < 10.0 else f"{hours:.0f} h"
+
+
 def nice(low: float, high: float) -> list[float]:
-    """1, 2 and 5 times powers of ten between two values."""
-    values = [digit * 10.0**power for power in range(-4, 6) for digit in (1, 2, 5)]
+    """Round numbers between two values, more of them where these are close."""
+    digits = (1, 2, 5) if high > 20.0 * low else (1, 1.5, 2, 3, 4, 5, 7)
+    values = [digit * 10.0**power for power in range(-4, 6) for digit in digits]
     return [value for value in values if low <= value <= high]
 
 

@@ -22,7 +22,7 @@ ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", 
 
 
 class Absent(Exception):
-    """A program that cannot be had on this machine, and why."""
+    """A program that cannot be had on this machine, or breaks down, and why."""
 
 
 class Program(NamedTuple):
@@ -76,7 +76,7 @@ class Child:
         self.about = self._answer()
 
     def turn(self, **request: Any) -> dict[str, Any]:
-        """Answer to a request; ``RuntimeError`` where the program ends instead."""
+        """Answer to a request; :class:`Absent` where the program ends instead."""
         assert self._process.stdin is not None
         self._process.stdin.write(json.dumps(request) + "\n")
         self._process.stdin.flush()
@@ -87,7 +87,7 @@ class Child:
         for line in self._process.stdout:
             if line.startswith(MARK):
                 return dict(json.loads(line[len(MARK) :]))
-        raise RuntimeError(f"{self._name} ended with {self._process.wait()}")
+        raise Absent(f"{self._name} ended with {self._process.wait()} in the midst of its work")
 
 
 @contextmanager

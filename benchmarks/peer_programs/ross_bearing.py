@@ -30,7 +30,7 @@ OWN_GRIDS, OWN_FINEST = ((24, 6), (32, 6), (48, 8), (96, 16), (192, 16)), (576, 
 GRIDS, FINEST = ((20, 8, 10), (40, 10, 10), (40, 20, 30), (80, 20, 30)), (120, 30, 30)
 """Elements around a pad, over the width and through the film; (40, 20, 30) is its default."""
 ROUNDS, OTHER_ROUNDS = 9, 3
-ERRORS = (0.1, 0.05, 0.03)
+ERRORS = (0.05, 0.03, 0.012)
 
 Found = tuple[Array, Array, Array]
 """Eccentricities (s,) over the clearance, stiffness and damping, (s, 2, 2)."""

@@ -30,7 +30,7 @@ OTHER = {
 }  # fmt: skip
 """Tolerances by solver and how they are scaled."""
 CYCLES, ROUNDS = 3, 3
-ERRORS = (1e-2, 3e-3, 1e-3)
+ERRORS = (1e-2, 1e-3, 1e-4, 1e-5)
 
 
 def entries(scene: StudyScene) -> tuple[list[Entry], list[Entry]]:
