@@ -643,7 +643,9 @@ def peers_text(found: dict[str, Any]) -> str:
             if points:
                 settings.append((label, "; ".join(texts)))
         apart = "; ".join(
-            f"{key.replace('_', ' ')} {one[key]:.1e}" for key in one if key.startswith(("difference", "mean_inertia"))
+            f"{key.replace('_', ' ')} {one[key]:.1e}"
+            for key in one
+            if key.startswith(("difference", "mean_inertia", "torsion_under"))
         )
         notes.append(f"* **{one['program']}**: {one['not_comparable']}.{f' Measured: {apart}.' if apart else ''}")
         notes += [f"    * failed: {label}: {why}" for label, why in one.get("failed", {}).items()]
@@ -756,8 +758,8 @@ WHOLE: dict[str, Callable[[], None]] = {"pages": pages, "pictures": pictures, "s
 def put(document: Path, part: str, text: str) -> None:
     """Replace a part of a document; ``ValueError`` where its marks are missing."""
     before = document.read_text("utf-8")
-    marks = re.compile(rf"(<!-- figures: {part} -->\n).*?(\n<!-- end -->)", re.DOTALL)
-    after, count = marks.subn(lambda found: f"{found[1]}\n{text.strip()}\n{found[2]}", before)
+    marks = re.compile(rf"(<!-- figures: {part} -->\n).*?(<!-- end -->)", re.DOTALL)
+    after, count = marks.subn(lambda found: f"{found[1]}\n{text.strip()}\n\n{found[2]}", before)
     if count != 1:
         raise ValueError(f"{document.name} has {count} places marked '<!-- figures: {part} -->' to '<!-- end -->'")
     document.write_text(after, "utf-8")
