@@ -26,8 +26,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-for threads in ("OMP", "OPENBLAS", "MKL"):
-    os.environ[f"{threads}_NUM_THREADS"] = "1"
+if __name__ == "__main__":
+    os.environ.update({f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")})
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 

@@ -16,8 +16,8 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-for threads in ("OMP", "OPENBLAS", "MKL"):
-    os.environ[f"{threads}_NUM_THREADS"] = "1"
+if __name__ == "__main__":
+    os.environ.update({f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")})
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.peer_programs.environment import Absent  # noqa: E402

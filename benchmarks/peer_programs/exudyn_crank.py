@@ -177,7 +177,7 @@ def measured() -> dict[str, Any]:
         "own": listed(ours),
         "other": listed(others),
         "at_equal_error": beside(ours, others, ERRORS),
-        "not_comparable": "films, rods' mass and weight are left out on both sides; our run finds the gas forces at the "
-        "crank's own angle and place, theirs are given with the mean of their tangents, so that the references are "
+        "not_comparable": "films, rods' mass and weight are left out on both sides; our run finds the gas forces at "
+        "the crank's own angle and place, theirs are given with the mean of their tangents, so that the references are "
         "the farther apart the higher the load",
     }
