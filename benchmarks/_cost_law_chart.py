@@ -57,15 +57,20 @@ def plot_law(ax: Any, law: dict[str, Any], scale: float) -> None:
 
 def plot_variants(ax: Any, hours: dict[str, dict[str, float]]) -> None:
     """Processor time against the number of variants; measured where 20 are, a line beyond."""
-    counts = np.array([1.0, 20.0, 10_000.0])
     for (name, row), colour in zip(hours.items(), COLOURS, strict=True):
+        counts = np.array([1.0, row["measured"], 10_000.0])
         cost = counts * row["seconds_each"] / 3600.0
-        ax.loglog(counts[:2], cost[:2], "-", color=colour, lw=2.0, label=f"{name}: {hours_of(cost[-1])}")
+        ax.loglog(
+            counts[:2],
+            cost[:2],
+            "-" if row["measured"] > 1 else "o",
+            color=colour,
+            lw=2.0,
+            label=f"{name}: {hours_of(cost[-1])}",
+        )
         ax.loglog(counts[1:], cost[1:], ":", color=colour, lw=2.0)
         ax.plot(counts[-1], cost[-1], "s", color=colour, ms=5)
-    ax.set(
-        title="10,000 variants: 20 measured (line), extrapolated (dots)", xlabel="variants", ylabel="processor hours"
-    )
+    ax.set(title="Variants: measured (lines), extrapolated (dots)", xlabel="variants", ylabel="processor hours")
     ax.legend(loc="upper left", fontsize=8, frameon=False)
     low, high = ax.get_ylim()
     ax.set_ylim(low, 30.0 * high)

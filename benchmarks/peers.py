@@ -20,7 +20,7 @@ if __name__ == "__main__":
     os.environ.update({f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")})
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.peer_programs.environment import Absent  # noqa: E402
+from benchmarks.peer_programs.environment import Absent
 
 PEERS = {
     "scipy": "scipy_solvers",

@@ -379,8 +379,8 @@ def cost_law_text(found: dict[str, Any]) -> str:
         unit, scale = ("ms", 1e3) if what == "a cycle" else ("s", 1.0)
         error = "" if law["standard_error"] is None else f" ± {law['standard_error']:.2f}"
         left = "" if law["scatter"] is None else f"{100.0 * law['scatter']:.0f} %"
-        sizes = ", ".join(f"{value:.3g}" for value in law["sizes"])
-        costs = ", ".join(f"{scale * value:.3g}" for value in law["seconds"])
+        sizes = ", ".join(f"{value:g}" for value in law["sizes"])
+        costs = ", ".join(_digits(scale * value, 3) for value in law["seconds"])
         rows.append((size, sizes, f"{costs} {unit} {what}", f"{law['exponent']:.2f}{error}", left))
     laws = table(("against", "values", "processor time", "exponent", "left by the line"), rows)
     measured, hours = (found["variants"][key] for key in ("measured", "extrapolated"))
@@ -390,10 +390,10 @@ def cost_law_text(found: dict[str, Any]) -> str:
         overhead, cluster = row["overhead"], row["hours_on_a_cluster_of_two"]
         each.append(
             (
-                name, f"{row['seconds_each']:.3g}", "–" if overhead is None else f"{100.0 * overhead:.0f} %",
-                f"{row['processor_hours']:.2g}", f"{row['hours_on_one_machine_of_two']:.2g}",
-                "–" if cluster is None else f"{cluster:.2g}",
-                "–" if cluster is None else f"{row['hours_on_a_cluster_of_a_hundred']:.2g}",
+                name, _digits(row["seconds_each"]), "–" if overhead is None else f"{100.0 * overhead:.0f} %",
+                _digits(row["processor_hours"]), _digits(row["hours_on_one_machine_of_two"]),
+                "–" if cluster is None else _digits(cluster),
+                "–" if cluster is None else _digits(row["hours_on_a_cluster_of_a_hundred"]),
             )
         )  # fmt: skip
     header = ("variant", "s each", "overhead of Dask", "processor h of 10,000", "h, two processes", "h, two workers")
@@ -404,6 +404,11 @@ def cost_law_text(found: dict[str, Any]) -> str:
         f"({structure['degrees_of_freedom']} degrees of freedom) once: {structure['seconds']:.0f} s."
     )
     return f"{laws}\n\n{variants}\n\n{note}"
+
+
+def _digits(value: float, count: int = 2) -> str:
+    """So many digits, or a whole number."""
+    return f"{value:.{count}g}" if value < 10.0 ** (count - 1) else f"{value:.0f}"
 
 
 def inherited_damping() -> str:
@@ -634,7 +639,7 @@ def peers_text(found: dict[str, Any]) -> str:
         cases = one["at_equal_error"] if "at_equal_error" in one else [one | {"error": None}]
         for k, case in enumerate(cases):
             program = (f"**{one['program']}**", f"{one['compared']}; {one['cost']}") if k == 0 else ("", "")
-            ratio = "–" if case["ratio"] is None else f"**{case['ratio']:.3g}**"
+            ratio = "–" if case["ratio"] is None else f"**{_digits(case['ratio'])}**"
             asked = "rounding" if case["error"] is None else f"{case['error']:g}"
             rows.append((*program, asked, *(_time(case[key]) for key in ("other_s", "own_s")), ratio))
         for side, label in (("other", one["program"]), ("own", f"ours beside {one['program'].split()[0]}")):
