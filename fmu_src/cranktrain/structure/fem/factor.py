@@ -22,7 +22,6 @@ from scipy.linalg.lapack import dpotrf
 from scipy.sparse.linalg import splu
 from threadpoolctl import threadpool_limits
 
-from cranktrain.core.kernel import kernel
 from cranktrain.structure.fem.dissection import nested_dissection
 
 Array = NDArray[np.float64]
@@ -30,8 +29,6 @@ Integers = NDArray[np.intp]
 
 # Nodes (of three unknowns, mostly) of the smallest fronts: fewer cost calls, more cost fill.
 LEAF_NODES = 60
-# Rows of a complement from which on a compiled loop is quicker than an indexed sum.
-_LARGE = 100
 
 
 class Factor(Protocol):
@@ -107,7 +104,8 @@ class Cholesky:
             here = columns >= start
             front[place[columns[here]], row[here]] = values[here]
             for child in children[k]:
-                _add(front, complements.pop(child), place[self._later[child]])
+                there = place[self._later[child]]
+                front[np.ix_(there, there)] += complements.pop(child)  # of which the lower triangle counts
             diagonal, failed = dpotrf(front[:n, :n], lower=1, clean=1)
             if failed:
                 raise np.linalg.LinAlgError("matrix is not positive definite")
@@ -150,19 +148,3 @@ def _nodes_of_equal_pattern(rows: sparse.csr_matrix) -> tuple[sparse.csr_matrix,
     graph = sparse.csr_matrix(rows[representative][:, representative])
     graph.data = np.ones_like(graph.data)
     return graph, node_of
-
-
-def _add(front: Array, complement: Array, place: Integers) -> None:
-    """Add a child's complement at ascending places of its parent's front, of which the lower triangle counts."""
-    if place.size > _LARGE:
-        _add_lower(front, complement, place)
-    else:  # frames of beams have no more, and need no compiler
-        front[np.ix_(place, place)] += complement
-
-
-@kernel
-def _add_lower(front, complement, place):
-    """Add the lower triangle of a child's complement at ascending places of its parent's front."""
-    for i in range(place.size):
-        for j in range(i + 1):
-            front[place[i], place[j]] += complement[i, j]
