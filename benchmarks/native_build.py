@@ -2,8 +2,8 @@
 
 Each is built twice by ``build_fmu.py`` in a process of its own, for this machine's platform: the first build makes
 bodies and tables that the cache has not yet, the second is measured. Engines are also built without film tables. Prints
-one JSON object by FMU: numbers of variables, megabytes of FMU, binary and data, seconds of the second build, wall and
-processor.
+one JSON object by FMU: its file, numbers of variables, megabytes of FMU, binary and data, seconds of the second build,
+wall and processor.
 """
 
 from __future__ import annotations
@@ -40,6 +40,7 @@ def built(name: str, folder: Path, *options: str) -> dict[str, Any]:
         variables = ElementTree.fromstring(archive.read("modelDescription.xml")).iter("ScalarVariable")
     causalities = Counter(variable.get("causality") for variable in variables)
     return {
+        "file": path.name,
         **{f"{cause}s": causalities[cause] for cause in ("input", "output", "parameter")},
         "megabytes": round(1e-6 * path.stat().st_size, 2),
         "binary_megabytes": round(max(size for file, size in sizes.items() if file.startswith("binaries/")), 2),

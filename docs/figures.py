@@ -712,14 +712,14 @@ def native_build_table(found: dict[str, Any]) -> str:
     """The table of a run of ``benchmarks/native_build.py``."""
     rows = [
         (
-            f"`{name}`", *(str(row[f"{cause}s"]) for cause in ("input", "output", "parameter")),
-            f"{row['megabytes']:.1f} MB", f"{row['binary_megabytes']:.2f} MB", f"{row['data_megabytes']:.1f} MB",
-            f"{row['processor_seconds']:.1f} s",
+            " ".join([f"`{row['file']}`", *(f"`{option}`" for option in name.split()[1:])]),
+            f"{row['megabytes']:.1f} MB", *(str(row[f"{cause}s"]) for cause in ("input", "output", "parameter")),
+            f"{row['binary_megabytes']:.2f} MB", f"{row['data_megabytes']:.2f} MB", f"{row['processor_seconds']:.1f} s",
         )
         for name, row in found.items()
     ]  # fmt: skip
     header = (
-        "`build_fmu.py`", "inputs", "outputs", "parameters", "FMU", "binary, unpacked", "data, unpacked",
+        "FMU", "size", "inputs", "outputs", "parameters", "binary, unpacked", "data, unpacked",
         "processor time of the build",
     )  # fmt: skip
     return table(header, rows)
