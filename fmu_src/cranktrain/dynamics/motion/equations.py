@@ -164,7 +164,7 @@ def external_force(model, frame, pressures, displaced, out):
                 out[i] += gas * model.block.heads[c, i - t]
 
 
-@inlined_kernel
+@kernel
 def port_forces(model, work, frame, pressures, c_q, c_v):
     """Forces at all ports and the tangent blocks ∂f/∂u of a stage at displacement u, velocity u̇, acceleration ü.
 

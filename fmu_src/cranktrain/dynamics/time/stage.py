@@ -122,7 +122,7 @@ def solve_stage(model, work, state, stage):
     return OK
 
 
-@inlined_kernel
+@kernel
 def predict(model, work, stage):
     """What iterations and sweeps of a stage have in common: its load apart from forces at ports, and the first guess.
 
@@ -162,7 +162,7 @@ def predict(model, work, stage):
             work.guides[c, j] = 0.0
 
 
-@inlined_kernel
+@kernel
 def move_freely(model, work, stage):
     """Motion without forces at the ports, from a as it is known: ``work.modal[Q_FREE]`` and ``work.port[U_FREE]``.
 
@@ -350,7 +350,7 @@ def follow_load(model, work, stage):
     follow_forces(model, work, stage)
 
 
-@inlined_kernel
+@kernel
 def follow_forces(model, work, stage):
     """f += J δ of a Newton step, and u = u_free + H f of all ports but those of guided pistons."""
     frame = work.frames[stage.number]
@@ -385,7 +385,7 @@ def follow_step(model, work, stage):
         u[k] += step[k]
 
 
-@inlined_kernel
+@kernel
 def recover(model, work, stage):
     """Modal motion of the stage from the forces at its ports, ``work.stage[number]``.
 
@@ -450,7 +450,7 @@ def port_rates(model, work, stage):
         ud[k] = u_v[k] + stage.c_v * acceleration
 
 
-@inlined_kernel
+@kernel
 def to_ports(model, q, u):
     """Motion (m,) of all ports in the modal motion q (n,)."""
     t = int(model.layout[TURNING_MODES])
@@ -468,7 +468,7 @@ def to_ports(model, q, u):
         u[first + c + 1] = shape[1, 0] * x + shape[1, 1] * y
 
 
-@inlined_kernel
+@kernel
 def answer(model, work, slot, f, u):
     """Add what crank and block answer to forces f (m,) at their ports to u (m,): u += H f. Pistons stay."""
     turning = model.ports.shape[0]

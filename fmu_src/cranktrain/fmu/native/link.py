@@ -40,7 +40,7 @@ from cranktrain.fmu.native.platforms import PLATFORMS, Platform
 Progress = Callable[[str], None]
 
 SOURCES = Path(__file__).parent / "c"
-FLAGS = ("-std=c11", "-O2", "-g0", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
+FLAGS = ("-std=c11", "-Os", "-g0", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
 SETTINGS = {
     "NUMBA_DISABLE_INTEL_SVML": "1",
     "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1",
