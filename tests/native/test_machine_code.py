@@ -223,7 +223,7 @@ OUTPUTS = {}
     "levels", [{"bearings": "impedance"}, {"bearings": "reynolds", "big_ends": "impedance"}], ids=str
 )
 def test_both_codes_agree(levels, of_variant):
-    """For all processors, and for those with vectors of 256 bits and fused products (decision 0043), as platforms do."""
+    """For all processors, and for those that fuse products in 256-bit vectors (decision 0043): as two platforms do."""
     engine = load_engine("diesel_i6")
     run = Simulation(engine, running_crank(engine, "rigid"), Settings(crank="rigid", **levels))
     run.inputs[0] = 200.0
