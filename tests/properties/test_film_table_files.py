@@ -44,7 +44,7 @@ def test_a_kept_table_is_read_and_solved_no_more(kept):
         (lambda data: data["axes"].__setitem__(0, 7.0), "'axes' are not those of its settings"),
         (lambda data: reshaped(data, "aligned", lambda x: x[:, :-1]), r"'aligned' is float64 of shape \(4, 50, 99\)"),
         (lambda data: reshaped(data, "aligned", lambda x: x.astype(np.float32)), "'aligned' is float32"),
-        (lambda data: reshaped(data, "tilted", np.ravel), r"'tilted' is float64 of shape \(1,\), not"),
+        (lambda data: reshaped(data, "tilted", np.ravel), r"'tilted' is float32 of shape \(1,\), not"),
         (lambda data: data.__delitem__("pressure"), "'pressure' is missing"),
     ],
 )

@@ -196,10 +196,10 @@ def present_loads(film, work):
                     s = slope * shape_value(film, q, i, line, m)
                     for k in range(m, count):
                         touching[m, k] += s * shape_value(film, q, i, line, k)
-        touching[0, count + 1] -= film.trig[i, COS] * middle
-        touching[1, count + 1] -= film.trig[i, SIN] * middle
-        touching[2, count + 1] -= film.trig[i, COS] * tilted
-        touching[3, count + 1] -= film.trig[i, SIN] * tilted
+        for axis in range(2):
+            along = film.trig[i, COS if axis == 0 else SIN]
+            touching[axis, count + 1] -= along * middle
+            touching[2 + axis, count + 1] -= along * tilted
     for m in range(count):
         for k in range(m):
             touching[m, k] = touching[k, m]
