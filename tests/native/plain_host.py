@@ -23,9 +23,9 @@ def plain_host(folder: Path, *options: str, command: tuple[str, ...] = (), suffi
 def hosted(host, unpacked, *what, texts=(), before=(), binary=None, step=1e-4, **variables):
     """Values of all Real outputs as hexadecimal texts, and the host's log.
 
-    ``unpacked`` is the FMU's folder, ``what`` is run, threads or fuzz, with count and seed; ``texts`` are
-    parameters, "REFERENCE=TEXT" of a String, "REFERENCE#NUMBER" of a Real; ``before`` a command that runs the host,
-    such as valgrind; ``variables`` are those of its environment, which is empty otherwise.
+    ``unpacked`` is the FMU's folder, ``what`` is run, threads or fuzz, with count and seed; ``texts`` are String
+    parameters, "REFERENCE=TEXT"; ``before`` a command that runs the host, such as valgrind; ``variables`` are
+    those of its environment, which is empty otherwise.
     """
     about = read_model_description(str(unpacked))
     outputs = [v.valueReference for v in about.modelVariables if v.causality == "output" and v.type == "Real"]

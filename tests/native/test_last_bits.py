@@ -1,4 +1,4 @@
-"""What a last bit of a parameter does to the combustion, whose error control compares numbers.
+"""What a last bit of a parameter does to the combustion: no comparison within a step may hang on it.
 
 Another system has another mathematical library, which differs in last bits: the same happens between Linux and Windows.
 """
@@ -23,28 +23,28 @@ def combustion(tmp_path_factory):
     return real_unit.unpacked("combustion_i6", tmp_path_factory.mktemp("combustion"))
 
 
-def ended(unit, changed, tolerance):
-    """Outputs after a run with other Real parameters, but for what counts the steps."""
+def ended(unit, changed):
+    """Outputs after a run with other Real parameters; not the counts of steps, nor balances, which are rounding."""
     one = unit.fresh(start=False)
-    one.set("Real", {unit.references["solver.tolerance"]: tolerance} | changed)
+    one.set("Real", changed)
     one.start().run(40, step=STEP)
-    names = [v.name for v in unit.about.modelVariables if v.causality == "output"]
-    values = one.get("Real", *(unit.references[name] for name in names if not name.startswith("solver.")))
+    values = one.get("Real", *(unit.references[v.name] for v in outputs(unit)))
     one.free()
     return np.array(values)
 
 
-@pytest.mark.parametrize(("tolerance", "least", "most"), [(1e-6, 1e-7, 1e-4), (1e-10, 0.0, 1e-8)])
-def test_last_bits_move_outputs_by_what_the_tolerance_lets_them(combustion, tolerance, least, most):
-    """At the usual tolerance some step is decided otherwise, at the finest that hardly counts."""
-    about = {v.name: v for v in combustion.about.modelVariables}
-    usual = ended(combustion, {}, tolerance)
-    units = np.array([str(v.unit) for v in about.values() if v.causality == "output" and v.name[:7] != "solver."])
+def outputs(unit):
+    made = (v for v in unit.about.modelVariables if v.causality == "output")
+    return [v for v in made if not v.name.startswith(("solver.", "balance."))]
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_last_bits_move_outputs_by_rounding(combustion, name):
+    """A burn drops to 0 where a step ends: which side of it the step's last stage sees was up to rounding once."""
+    start = next(float(v.start) for v in combustion.about.modelVariables if v.name == name)
+    usual = ended(combustion, {})
+    units = np.array([str(v.unit) for v in outputs(combustion)])
     largest = np.array([np.abs(usual[units == unit]).max() for unit in units])
-    moved = []
-    for name in PARAMETERS:
-        for bits in (4, 18):
-            value = float(about[name].start) * (1.0 + bits * np.finfo(float).eps)
-            found = ended(combustion, {combustion.references[name]: value}, tolerance)
-            moved.append(np.max(np.abs(found - usual) / largest))
-    assert least <= max(moved) < most, moved
+    for bits in (4, 18):
+        found = ended(combustion, {combustion.references[name]: start * (1.0 + bits * np.finfo(float).eps)})
+        assert np.max(np.abs(found - usual) / largest) < 1e-9, bits

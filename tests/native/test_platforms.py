@@ -52,21 +52,9 @@ def is_close(unit, ours, theirs):
     np.testing.assert_array_less(np.abs(ours - theirs), CLOSE * largest + 1e-300)
 
 
-FINE = {"CombustionI6": {"solver.tolerance": 1e-10}}
-"""At the usual tolerance, 1e-6, a last bit of the mathematical library may decide whether a step of the combustion is
-taken or halved, which moves outputs by as much as the tolerance lets them."""
-
-
-def given(unit):
-    """Parameters of a unit as the host takes them."""
-    texts = [f"{reference}={text}" for reference, text in unit.texts().items()]
-    fine = FINE.get(unit.about.modelName, {})
-    return texts + [f"{unit.references[name]}#{value}" for name, value in fine.items()]
-
-
 def runs_on_windows(unit, hosts):
     ours, theirs, environment = hosts
-    texts = given(unit)
+    texts = [f"{reference}={text}" for reference, text in unit.texts().items()]
     for what in (("run", 200, 0), ("threads", 3, 0)):
         expected, _ = hosted(ours, unit.folder, *what, texts=texts, step=STEP)
         binary = unit.binary("win64", ".dll")
@@ -103,7 +91,7 @@ def test_a_processor_takes_the_code_that_it_can_run(processor, tmp_path):
     if emulator is None or compiler() is None or this_platform() != "linux64":
         pytest.skip("needs a C compiler and qemu-x86_64")
     unit = real_unit.unpacked("combustion_i6", tmp_path)
-    texts = given(unit)
+    texts = [f"{reference}={text}" for reference, text in unit.texts().items()]
     host = plain_host(tmp_path)
     expected, _ = hosted(host, unit.folder, "run", 60, 0, texts=texts, step=STEP)
     before = (emulator, "-cpu", processor)
@@ -124,7 +112,7 @@ def test_a_library_for_arm_links_and_runs_where_it_can(tmp_path):
     emulator, system = shutil.which("qemu-aarch64-static") or shutil.which("qemu-aarch64"), "/usr/aarch64-linux-gnu"
     if emulator is None or not os.path.isdir(system) or sys.platform != "linux":
         pytest.skip("linked; to run it needs qemu-aarch64 and the C library of ARM (libc6-arm64-cross)")
-    texts = given(unit)
+    texts = [f"{reference}={text}" for reference, text in unit.texts().items()]
     (tmp_path / "ours").mkdir()
     ours, theirs = plain_host(tmp_path / "ours"), plain_host(tmp_path, command=command)
     expected, _ = hosted(ours, unit.folder, "run", 60, 0, texts=texts, step=STEP)

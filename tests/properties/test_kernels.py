@@ -123,8 +123,8 @@ def test_a_record_of_other_arrays_than_its_law_reads_is_refused():
 
 
 @pytest.mark.parametrize("n", [1, 3, 4, 5, 8, 37, 43, 60, 64])
-def test_lu_on_vectors_is_that_of_the_plain_loop(n: int) -> None:
-    """Elimination in the order of the pivots, to the rounding of fused products; what lies outside the block stays."""
+def test_lu_on_vectors_has_the_bits_of_the_plain_loop(n: int) -> None:
+    """Elimination in the order of the pivots, each product rounded by itself; what lies outside the block stays."""
     rng = np.random.default_rng(n)
     q = rng.normal(size=(n, n))
     wide = rng.normal(size=(n + 3, n + 5))
@@ -136,8 +136,6 @@ def test_lu_on_vectors_is_that_of_the_plain_loop(n: int) -> None:
             plain[i, k + 1 : n] -= plain[i, k] * plain[k, k + 1 : n]
         plain[i, i] = 1.0 / plain[i, i]
     assert factor_rows(wide, n) == 0
-    np.testing.assert_allclose(wide[:n, :n], plain[:n, :n], rtol=1e-12, atol=1e-14)
-    wide[:n, :n] = plain[:n, :n]
     np.testing.assert_array_equal(wide, plain)
 
 

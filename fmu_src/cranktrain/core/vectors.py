@@ -1,8 +1,8 @@
 """Four doubles at once, for the innermost loops that LLVM does not vectorise by itself.
 
-Each operation takes four neighbouring columns as an LLVM vector, in the order of the rows: nothing is reordered. A
-product and the sum it goes into are rounded once where the processor can do that (:data:`fused` and what subtracts
-pivots), twice elsewhere: alike on every way to the code of one machine. One without 256-bit registers works in halves.
+Each operation takes four neighbouring columns as an LLVM vector. Products and sums are rounded one by one, in the order
+of the rows: nothing is contracted or reordered. So the bits are those of the plain loop, whatever the processor: one
+without 256-bit registers does the same in two halves.
 
 Rows must be contiguous (arrays of layout C). The caller holds the bounds: columns ``j`` to ``j + 3`` must exist.
 """
@@ -44,16 +44,6 @@ def _all_lanes(builder: Any, scalar: Any) -> Any:
     return builder.shuffle_vector(first, ir.Constant(kind, ir.Undefined), mask)
 
 
-def _multiplied(builder: Any, a: Any, b: Any, c: Any) -> Any:
-    """``a b + c``, of vectors or numbers."""
-    from llvmlite import ir
-    from numba.core import cgutils
-
-    suffix = f"v{LANES}f64" if isinstance(c.type, ir.VectorType) else "f64"
-    kind = ir.FunctionType(c.type, [c.type] * 3)
-    return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.fmuladd.{suffix}"), [a, b, c])
-
-
 def _contiguous(*arrays: Any) -> None:
     numba = compiler()
     for array in arrays:
@@ -83,10 +73,10 @@ def _subtracting(rows: int, pivots: int, lanes: int = LANES) -> Callable[[], Any
                     row = after(i0, r)
                     value, target = _vector(builder, entry(0, row, j0), lanes)
                     for p in range(pivots):
-                        factor = builder.fneg(builder.load(entry(1, row, after(k0, p))))
+                        factor = builder.load(entry(1, row, after(k0, p)))
                         if lanes > 1:
                             factor = _all_lanes(builder, factor)
-                        value = _multiplied(builder, factor, known[p], value)
+                        value = builder.fsub(value, builder.fmul(factor, known[p]))
                     builder.store(value, target, align=8)
                 return context.get_dummy_value()
 
@@ -209,22 +199,6 @@ def _spreading() -> Any:
     return splat
 
 
-def _fusing() -> Any:
-    found, numba = _types(), compiler()
-    four, number = found.FOUR, numba.types.float64
-
-    def fused(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
-        a = four if a == four else number
-
-        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            first = values[0] if a == four else found.all_lanes(builder, values[0])
-            return _multiplied(builder, first, *values[1:])
-
-        return four(a, four, four), generate
-
-    return fused
-
-
 def _unpacking() -> Any:
     from llvmlite import ir
 
@@ -316,5 +290,3 @@ even_lanes: Any = Intrinsic(_choosing(0, 2, 4, 6))
 """Lanes 0 and 2 of one vector, then those of another."""
 odd_lanes: Any = Intrinsic(_choosing(1, 3, 5, 7))
 """Lanes 1 and 3 of one vector, then those of another."""
-fused: Any = Intrinsic(_fusing)
-"""``a b + c`` of vectors, a number as a: rounded once where the processor can do that, else twice."""

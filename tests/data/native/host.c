@@ -1,6 +1,6 @@
 /* A plain host of a native FMU: no Python anywhere. It runs one, runs many in threads, or calls it at random.
 
-   host LIBRARY GUID RESOURCES VARIABLES FIRST LAST STEP run|threads|fuzz COUNT SEED [REFERENCE=TEXT|REFERENCE#NUMBER ...]
+   host LIBRARY GUID RESOURCES VARIABLES FIRST LAST STEP run|threads|fuzz COUNT SEED [REFERENCE=TEXT ...]
 
    VARIABLES is how many there are, FIRST to LAST are references of Real outputs, STEP is in s. ``run`` takes COUNT steps
    and prints the outputs' bits, after it has saved, restored, serialized, reset and run again to the same bits;
@@ -56,9 +56,9 @@ static struct {
     size_t variables;
     unsigned first, last;
     double step;
-    int n_given;
+    int n_texts;
     unsigned references[16];
-    const char *texts[16]; /* "=TEXT" of a String, "#NUMBER" of a Real */
+    const char *texts[16];
 } unit;
 
 static void fail(const char *what) {
@@ -96,12 +96,7 @@ static fmi2Component fresh(const char *name, const fmi2CallbackFunctions *callba
 }
 
 static void start(fmi2Component one) {
-    for (int k = 0; k < unit.n_given; ++k) {
-        const char *text = unit.texts[k] + 1;
-        const double number = strtod(text, NULL);
-        if (unit.texts[k][0] == '=') demand(f.fmi2SetString(one, unit.references + k, 1, &text), "a text");
-        if (unit.texts[k][0] == '#') demand(f.fmi2SetReal(one, unit.references + k, 1, &number), "a number");
-    }
+    for (int k = 0; k < unit.n_texts; ++k) demand(f.fmi2SetString(one, unit.references + k, 1, unit.texts + k), "a text");
     demand(f.fmi2SetupExperiment(one, 0, 0.0, 0.0, 0, 0.0), "setupExperiment");
     demand(f.fmi2EnterInitializationMode(one), "enterInitializationMode");
     demand(f.fmi2ExitInitializationMode(one), "exitInitializationMode");
@@ -352,7 +347,7 @@ static void fuzz(long count, uint64_t seed, double *values) {
 }
 
 int main(int n, char **arguments) {
-    if (n < 11) fail("host LIBRARY GUID RESOURCES VARIABLES FIRST LAST STEP run|threads|fuzz COUNT SEED [REFERENCE=TEXT|REFERENCE#NUMBER]");
+    if (n < 11) fail("host LIBRARY GUID RESOURCES VARIABLES FIRST LAST STEP run|threads|fuzz COUNT SEED [REFERENCE=TEXT]");
     void *library = dlopen(arguments[1], RTLD_NOW | RTLD_LOCAL);
     if (library == NULL) fail(dlerror());
     FUNCTIONS(LOAD)
@@ -362,10 +357,9 @@ int main(int n, char **arguments) {
     unit.first = (unsigned)strtoul(arguments[5], NULL, 10);
     unit.last = (unsigned)strtoul(arguments[6], NULL, 10);
     unit.step = strtod(arguments[7], NULL);
-    for (int k = 11; k < n && unit.n_given < 16; ++k, ++unit.n_given) {
-        char *end;
-        unit.references[unit.n_given] = (unsigned)strtoul(arguments[k], &end, 10);
-        unit.texts[unit.n_given] = end;
+    for (int k = 11; k < n && unit.n_texts < 16; ++k, ++unit.n_texts) {
+        unit.references[unit.n_texts] = (unsigned)strtoul(arguments[k], NULL, 10);
+        unit.texts[unit.n_texts] = strchr(arguments[k], '=') + 1;
     }
     const long count = strtol(arguments[9], NULL, 10);
     const uint64_t seed = strtoull(arguments[10], NULL, 10) + 88172645463325252u;

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.vectors import LANES, fused, load, store, subtract_1x4, subtract_4x4, subtract_column, unpack
+from cranktrain.core.vectors import LANES, load, store, subtract_1x4, subtract_4x4, subtract_column, unpack
 
 
 @kernel
@@ -55,8 +55,8 @@ def factor_rows(a, n):
     """LU-factorise the leading n × n block in place without pivoting; 0, or 1 if a pivot vanishes.
 
     For the stage's I − H J: H and −J have positive definite symmetric parts, so pivots stay away from zero. Four pivots
-    are made, then subtracted from all rows below, four at once, which do not wait for each other, in the order of the
-    plain loop over pivots. The diagonal is kept inverted.
+    are made, then subtracted from all rows below, four at once, which do not wait for each other. Each product is
+    rounded by itself and in order: the bits are those of the plain loop over pivots. The diagonal is kept inverted.
     """
     k = 0
     while k + 3 < n:
@@ -99,14 +99,12 @@ def factor_block(a, n, start, end):
     j = end
     while j + 3 < n:
         first = load(a, (start, j))
-        second = fused(-a[start + 1, start], first, load(a, (start + 1, j)))
-        third = fused(-a[start + 2, start], first, load(a, (start + 2, j)))
-        third = fused(-a[start + 2, start + 1], second, third)
-        fourth = fused(-a[start + 3, start], first, load(a, (start + 3, j)))
-        fourth = fused(-a[start + 3, start + 1], second, fourth)
+        second = load(a, (start + 1, j)) - a[start + 1, start] * first
+        third = load(a, (start + 2, j)) - a[start + 2, start] * first - a[start + 2, start + 1] * second
+        fourth = load(a, (start + 3, j)) - a[start + 3, start] * first - a[start + 3, start + 1] * second
         store(a, (start + 1, j), second)
         store(a, (start + 2, j), third)
-        store(a, (start + 3, j), fused(-a[start + 3, start + 2], third, fourth))
+        store(a, (start + 3, j), fourth - a[start + 3, start + 2] * third)
         j += LANES
     for r in range(start + 1, end):
         for p in range(start, r):
@@ -210,11 +208,17 @@ def eight_columns(transposed, x, rows, j, y):
     i = 0
     while i + 3 < rows:
         x0, x1, x2, x3 = x[i], x[i + 1], x[i + 2], x[i + 3]
-        first = fused(x1, load(transposed, (i + 1, j)), fused(x0, load(transposed, (i, j)), first))
-        first = fused(x3, load(transposed, (i + 3, j)), fused(x2, load(transposed, (i + 2, j)), first))
-        second = fused(x1, load(transposed, (i + 1, j + LANES)), fused(x0, load(transposed, (i, j + LANES)), second))
-        second = fused(
-            x3, load(transposed, (i + 3, j + LANES)), fused(x2, load(transposed, (i + 2, j + LANES)), second)
+        first += (
+            x0 * load(transposed, (i, j))
+            + x1 * load(transposed, (i + 1, j))
+            + x2 * load(transposed, (i + 2, j))
+            + x3 * load(transposed, (i + 3, j))
+        )
+        second += (
+            x0 * load(transposed, (i, j + LANES))
+            + x1 * load(transposed, (i + 1, j + LANES))
+            + x2 * load(transposed, (i + 2, j + LANES))
+            + x3 * load(transposed, (i + 3, j + LANES))
         )
         i += 4
     while i < rows:

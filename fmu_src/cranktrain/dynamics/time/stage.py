@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
-from cranktrain.core.vectors import LANES, fused, load, store
+from cranktrain.core.vectors import LANES, load, store
 from cranktrain.dynamics.model.slots import (
     BASE,
     BIG_Q,
@@ -510,8 +510,7 @@ def subtract_shares(row, shares, first, second, n):
     of_first, of_second = shares
     i = 0
     while i + 3 < n:
-        left = fused(-of_first, load(first, i), load(row, i))
-        store(row, i, fused(-of_second, load(second, i), left))
+        store(row, i, load(row, i) - of_first * load(first, i) - of_second * load(second, i))
         i += LANES
     for j in range(i, n):
         row[j] = row[j] - of_first * first[j] - of_second * second[j]

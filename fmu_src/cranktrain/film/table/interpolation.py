@@ -23,7 +23,7 @@ import numpy as np
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.lanes import four
 from cranktrain.core.reduced_body import Array
-from cranktrain.core.vectors import LANES, fused, load, load_singles, splat, store
+from cranktrain.core.vectors import LANES, load, load_singles, splat, store
 from cranktrain.film.spline import bicubic, circulant, cubic, not_a_knot, wrapped
 from cranktrain.film.table.reach import TERMS
 
@@ -273,9 +273,9 @@ def interpolate_tilted(cos, sin, table, scratch, functions, slopes):
             tags[slot] = m
         for q in range(0, FUNCTIONS, LANES):
             value = load(scratch, node + q)
-            store(functions, (0, q), fused(b, value, load(functions, (0, q))))
+            store(functions, (0, q), load(functions, (0, q)) + b * value)
             if slopes:
-                store(functions, (BY_G, q), fused(e, value, load(functions, (BY_G, q))))
+                store(functions, (BY_G, q), load(functions, (BY_G, q)) + e * value)
                 add = b, scratch, node + q
                 _add_share(add, FUNCTIONS, functions, BY_E, q)
                 _add_share(add, 2 * FUNCTIONS, functions, BY_A, q)
@@ -286,7 +286,7 @@ def interpolate_tilted(cos, sin, table, scratch, functions, slopes):
 def _add_share(share, behind, functions, row, q):
     """Add a share of four numbers of a node, ``behind`` its values, to four functions of a row."""
     b, scratch, at = share
-    store(functions, (row, q), fused(b, load(scratch, at + behind), load(functions, (row, q))))
+    store(functions, (row, q), load(functions, (row, q)) + b * load(scratch, at + behind))
 
 
 @kernel
@@ -315,15 +315,15 @@ def _node(c, j, where, at, out):
                 c1 = load_singles(c, (i + 1, j, k + r, column))
                 c2 = load_singles(c, (i + 2, j, k + r, column))
                 c3 = load_singles(c, (i + 3, j, k + r, column))
-                u = fused(a3, c3, fused(a2, c2, fused(a1, c1, a0 * c0)))
-                x = fused(d3, c3, fused(d2, c2, fused(d1, c1, d0 * c0)))
-                line = fused(where[ALONG_A + r], u, line)
-                line_e = fused(where[ALONG_A + r], x, line_e)
-                line_a = fused(where[ALONG_A + 3 + r], u, line_a)
-            value = fused(where[ALONG_B + tilt], line, value)
-            by_e = fused(where[ALONG_B + tilt], line_e, by_e)
-            by_a = fused(where[ALONG_B + tilt], line_a, by_a)
-            by_b = fused(where[ALONG_B + 3 + tilt], line, by_b)
+                u = a0 * c0 + a1 * c1 + a2 * c2 + a3 * c3
+                x = d0 * c0 + d1 * c1 + d2 * c2 + d3 * c3
+                line += where[ALONG_A + r] * u
+                line_e += where[ALONG_A + r] * x
+                line_a += where[ALONG_A + 3 + r] * u
+            value += where[ALONG_B + tilt] * line
+            by_e += where[ALONG_B + tilt] * line_e
+            by_a += where[ALONG_B + tilt] * line_a
+            by_b += where[ALONG_B + 3 + tilt] * line
         store(out, at + q, value)
         store(out, at + FUNCTIONS + q, by_e)
         store(out, at + 2 * FUNCTIONS + q, by_a)
@@ -347,8 +347,8 @@ def _node_values(c, j, where, at, out):
                 c1 = load_singles(c, (i + 1, j, k + r, column))
                 c2 = load_singles(c, (i + 2, j, k + r, column))
                 c3 = load_singles(c, (i + 3, j, k + r, column))
-                line = fused(where[ALONG_A + r], fused(a3, c3, fused(a2, c2, fused(a1, c1, a0 * c0))), line)
-            value = fused(where[ALONG_B + tilt], line, value)
+                line += where[ALONG_A + r] * (a0 * c0 + a1 * c1 + a2 * c2 + a3 * c3)
+            value += where[ALONG_B + tilt] * line
         store(out, at + q, value)
 
 

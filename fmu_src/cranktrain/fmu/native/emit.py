@@ -2,8 +2,7 @@
 
 Numba gives the text of each exported kernel and of all that it calls, which become one program
 (:mod:`.whole_program`). It is optimised once; LLVM emits its object for any platform that it knows. Arithmetic is never
-reordered, so every platform's code gives the same bits but for its libm, and for products fused
-with their sums where the processor does that.
+reordered, so every platform's code gives the same bits but for its libm.
 
 Entries have C's calling convention, ``int64_t entry(void *run, double x)``, and read a record at the address that they
 are given; functions keep numba's own, as :data:`cranktrain.core.kernel.call_kernel` calls them.

@@ -47,9 +47,9 @@ def premixed_share(ratio, delay, factor, by_ratio, by_delay):
 
 @inlined_kernel
 def wiebe_rate(angle, duration, exponent):
-    """dw/dθ, 1/rad, at an angle (rad) after ignition."""
+    """dw/dθ, 1/rad, at an angle (rad) after ignition, the burn's last included."""
     x = angle / duration
-    if x <= 0.0 or x >= 1.0:
+    if x <= 0.0 or x > 1.0:
         return 0.0
     power = x**exponent
     return WIEBE * (exponent + 1.0) * power * math.exp(-WIEBE * power * x) / (duration * -math.expm1(-WIEBE))

@@ -64,12 +64,23 @@ def lifts(model, now, phi, time):
 
 @inlined_kernel
 def burn_rate(model, state, base, phi):
-    """Fuel that burns, kg/rad, at a crank angle after firing dead centre."""
-    after = phi - state[base + at.IGNITION]
+    """Fuel that burns, kg/rad, at a crank angle after firing dead centre within a step from the state."""
     n = model.numbers
-    premixed = wiebe_rate(after, state[base + at.PREMIXED_FOR], n[at.PREMIXED_EXPONENT])
-    diffusion = wiebe_rate(after, state[base + at.DIFFUSION_FOR], n[at.DIFFUSION_EXPONENT])
+    premixed = _burning(state, base, at.PREMIXED_FOR, phi, n[at.PREMIXED_EXPONENT])
+    diffusion = _burning(state, base, at.DIFFUSION_FOR, phi, n[at.DIFFUSION_EXPONENT])
     return state[base + at.PREMIXED_FUEL] * premixed + state[base + at.DIFFUSION_FUEL] * diffusion
+
+
+@inlined_kernel
+def _burning(state, base, lasts, phi, exponent):
+    """Rate of one burn, 1/rad. Steps end at its end, where it drops to 0: it is on for a step that begins before that.
+
+    The angle of such a step's last stage lies there but for rounding, which must not decide.
+    """
+    start, duration = state[base + at.IGNITION], state[base + lasts]
+    if state[base + at.PHI] >= start + duration:
+        return 0.0
+    return wiebe_rate(min(phi - start, duration), duration, exponent)
 
 
 @inlined_kernel
