@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.lanes import four
 from cranktrain.engine.model import Engine
 from cranktrain.loads.built_in_trace import (
@@ -213,16 +213,21 @@ def trace_constants(engine: Engine, built_in: bool = True) -> Array:
     )  # fmt: skip
 
 
-@kernel
-def gas_pressure(theta: float, table: Array) -> float:
-    """Pressure (Pa) at crank angle ``theta`` (any real, rad after firing dead centre) from a spline table (n, 4)."""
-    n = table.shape[0]
+@inlined_kernel
+def _cell(theta, n):
+    """Cell of an angle (any real, rad) in a cycle of n cells, and the place in it."""
     x = theta / (4.0 * math.pi)
     s = (x - math.floor(x)) * n
     i = int(s)
     if i >= n:
         i = n - 1
-    t = s - i
+    return i, s - i
+
+
+@kernel
+def gas_pressure(theta: float, table: Array) -> float:
+    """Pressure (Pa) at crank angle ``theta`` (any real, rad after firing dead centre) from a spline table (n, 4)."""
+    i, t = _cell(theta, table.shape[0])
     a, b, c, d = four(table[i], 0)
     return a + t * (b + t * (c + t * d))
 
@@ -230,13 +235,7 @@ def gas_pressure(theta: float, table: Array) -> float:
 @kernel
 def gas_pressures(theta, tables):
     """Both of two tables (2, n, 4) at an angle, as :func:`gas_pressure` gives each."""
-    n = tables.shape[1]
-    x = theta / (4.0 * math.pi)
-    s = (x - math.floor(x)) * n
-    i = int(s)
-    if i >= n:
-        i = n - 1
-    t = s - i
+    i, t = _cell(theta, tables.shape[1])
     a, b, c, d = four(tables[0, i], 0)
     first = a + t * (b + t * (c + t * d))
     a, b, c, d = four(tables[1, i], 0)

@@ -25,6 +25,7 @@ def plot_cycle(ax: Any, values: Array, quantity: str, unit: str, colour: str = B
     ax.set_ylabel(f"{quantity} / {unit}")
     ax.set_title(f"{quantity}: {np.ptp(values):.3g} {unit} peak to peak", fontsize=10, loc="left")
     ax.grid(alpha=0.25)
+    ax.margins(y=0.16)  # room for the legend above the highest peak
     ax.legend(frameon=False, fontsize=8, loc="upper right")
 
 

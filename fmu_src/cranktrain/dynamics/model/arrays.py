@@ -224,10 +224,9 @@ def structure(
     if block is not None:
         engine = _without_block_shares(engine)
     made = {} if films_made is None else films_made
-    tolerance = settings.newton_tolerance or 0.0
-    key: tuple[Any, ...] = "mains", settings.bearings, settings.block, tolerance
+    key = "mains", settings.bearings, settings.block
     if key not in made:
-        made[key] = main_bearings(engine, settings.bearings, parts.table, parts.bore, parts.cycles, tolerance)
+        made[key] = main_bearings(engine, settings.bearings, parts.table, parts.bore, parts.cycles)
     journals, mains, films = made[key]
     key = "big ends", settings.big_ends, ""
     if key not in made:

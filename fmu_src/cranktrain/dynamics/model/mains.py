@@ -58,9 +58,8 @@ def main_bearings(
     table: FilmTable | None,
     bore: BoreCompliance | None,
     cycles: PastCycles | None = None,
-    tolerance: float = 0.0,
 ) -> Mains:
-    """Main bearings at a level, with films of ``REFERENCE_VISCOSITY``; ``tolerance`` of the ports, in clearances.
+    """Main bearings at a level, with films of ``REFERENCE_VISCOSITY``.
 
     Raises
     ------
@@ -75,7 +74,7 @@ def main_bearings(
         parameters = roller_parameters(engine.main_roller)
     else:
         parameters = np.tile(bearing_parameters(engine.plain_mains, REFERENCE_VISCOSITY), (count, 1))
-    parts = {"table": table, "bore": bore, "cycles": cycles, "tolerance": tolerance}
+    parts = {"table": table, "bore": bore, "cycles": cycles}
     bearings = Bearings(parameters, engine.main_bearing, engine.main_roller, parts, oil=engine.oil)
     films = law_films(law, kind, bearings)
     collar = law.clearance and not law.square_collar

@@ -79,7 +79,7 @@ from cranktrain.dynamics.time.status import (
     UNKNOWN_METHOD,
 )
 from cranktrain.engine.lubricant import oil_viscosity, temperature_at
-from cranktrain.film.laws.films import OIL, VISCOSITY, VISCOUS, film_call
+from cranktrain.film.laws.films import OIL, TOLERANCE, VISCOSITY, VISCOUS, film_call
 from cranktrain.film.laws.parameters import CLEARANCE, FACTOR, RADIUS, WIDTH
 from cranktrain.film.laws.parameters import VISCOSITY as BEARING_VISCOSITY
 from cranktrain.loads.built_in_trace import BUILT_IN, TRACE_BORE, TRACE_COMPRESSION, renew_trace
@@ -206,6 +206,7 @@ def choose(model, numbers):
     choices[NEWTON_TOLERANCE] = numbers[SET_NEWTON_TOLERANCE]
     if numbers[SET_NEWTON_TOLERANCE] == 0.0:
         choices[NEWTON_TOLERANCE] = numbers[LEVEL_TOLERANCE] / method[AMPLIFICATION]
+    model.films.numbers[TOLERANCE] = choices[NEWTON_TOLERANCE]
     choices[FILM_CHANGE] = numbers[SET_FILM_CHANGE]
     if numbers[SET_FILM_CHANGE] == 0.0:
         choices[FILM_CHANGE] = numbers[LEVEL_FILM_CHANGE]

@@ -35,6 +35,7 @@ from cranktrain.film.elastic.grid import (
     FRICTION_TORQUE,
     ITERATIONS,
     LIMITS,
+    MOVE_LIMIT,
     N_PHI,
     N_SHAPES,
     N_Z,
@@ -44,6 +45,7 @@ from cranktrain.film.elastic.grid import (
     OUT_SIZE,
     PRESSURE_MAX,
     SIDE_FLOW,
+    SIDE_LIMIT,
     STEP_LIMIT,
     VISCOSITY,
     ElasticFilm,
@@ -75,6 +77,7 @@ from cranktrain.film.laws.films import (
     SPEED,
     STAGE,
     STEP,
+    TOLERANCE,
 )
 from cranktrain.film.laws.films import OIL as NEW_OIL
 from cranktrain.film.laws.films import VISCOSITY as NEW_VISCOSITY
@@ -109,8 +112,8 @@ if TYPE_CHECKING:
 SHAPES = 7
 """Bore shapes that a running film carries; with the load they fill one block of right-hand sides."""
 IN_LOOP = ElasticGrid(48, 7, 0.45)
-"""Forces of the six at 2000 rev/min within 1 % of 96 x 11; least films of rough surfaces that nearly touch are 5 to
-14 % below those of 64 x 15, with eleven nodes across 1 to 4 %: ``python -m benchmarks.elastic_cost``."""
+"""Least films of rough surfaces that nearly touch are 8 to 14 % off those of 64 x 15, the six at 2000 rev/min; with
+eleven nodes across 3 to 5 %: ``python -m benchmarks.elastic_cost``."""
 SMALLEST = ElasticGrid(12, 5)
 """Grid of levels that do not read it."""
 
@@ -162,14 +165,13 @@ def elastic_bore(
     grid: ElasticGrid = IN_LOOP,
     oil: Oil | None = None,
     cycles: PastCycles | None = None,
-    tolerance: float = 0.0,
 ) -> ElasticBore:
     """Elastic films of as many journals as there are ``viscosities`` (b,), Pa s; ``oil`` says what pressure does.
 
-    With ``cycles`` each cycle of a run is kept for the next one. ``tolerance``: :func:`film_limits`.
+    With ``cycles`` each cycle of a run is kept for the next one.
     """
     tables = None if oil is None else oil_tables(oil, viscosities)
-    film = elastic_arrays(bearing, float(viscosities[0]), bore, grid, tables, tolerance)
+    film = elastic_arrays(bearing, float(viscosities[0]), bore, grid, tables)
     count, shapes = len(viscosities), len(bore.compliance)
     past = no_past(0, 0) if cycles is None else cycles.room(count, shapes, grid.size)
     return ElasticBore(
@@ -188,8 +190,7 @@ def elastic_films(bearings: Bearings) -> ElasticBore:
     parts, viscosities = bearings.parts, bearings.parameters[:, VISCOSITIES]
     bore = parts["bore"]
     size = bore.grid or IN_LOOP
-    tolerance, cycles = parts.get("tolerance", 0.0), parts.get("cycles")
-    return elastic_bore(bearings.plain, viscosities, bore, size, oil=bearings.oil, cycles=cycles, tolerance=tolerance)
+    return elastic_bore(bearings.plain, viscosities, bore, size, oil=bearings.oil, cycles=parts.get("cycles"))
 
 
 def film_values(bore: ElasticBore) -> int:
@@ -203,12 +204,8 @@ def elastic_arrays(
     bore: BoreCompliance,
     grid: ElasticGrid,
     oil: OilTables | None = None,
-    tolerance: float = 0.0,
 ) -> ElasticFilm:
-    """Data of one elastic film of a main bearing at ``viscosity`` (Pa s); the mains differ in that alone.
-
-    ``tolerance`` of the journals' iteration: see :func:`film_limits`.
-    """
+    """Data of one elastic film of a main bearing at ``viscosity`` (Pa s); the mains differ in that alone."""
     zetas = grid.zetas
     angles = grid.angles
     if bearing.groove == "circumferential":
@@ -221,25 +218,11 @@ def elastic_arrays(
         across = np.abs(zetas[1:-1]) <= max(bearing.supply_width / bearing.width, 1.0e-12)
         supply = np.outer(near, across).astype(float)
     shapes = bore.shapes(angles, zetas)
-    film = grid.film(
+    return grid.film(
         bearing.diameter, bearing.width, bearing.clearance, viscosity, shapes=shapes, compliance=bore.compliance,
         load_coupling=bore.load_coupling, supply=supply, supply_pressure=bearing.supply_pressure,
         contact=bearing_contact_constants(bearing), oil=oil, profile=over(bearing.relief),
     )  # fmt: skip
-    film.constants[STEP_LIMIT : AROUND_LIMIT + 1] = film_limits(tolerance)
-    return film
-
-
-def film_limits(tolerance: float) -> tuple[float, ...]:
-    """How far films are solved within an iteration of their journals to a ``tolerance``, in clearances.
-
-    Newton leaves about the square of its last step, and the journals' next iteration goes on from there: no film is
-    solved much further than they are. STEP_LIMIT to AROUND_LIMIT of :mod:`cranktrain.film.elastic.grid`; never closer
-    than those of a single film. The factors are chosen: ``python -m benchmarks.elastic_cost``.
-    """
-    root = math.sqrt(tolerance)
-    wanted = (root, 3.0 * root, 10.0 * tolerance, 10.0 * tolerance)
-    return tuple(max(pair) for pair in zip(LIMITS, wanted, strict=True))
 
 
 def film_size(film: ElasticFilm) -> int:
@@ -326,6 +309,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         end_step(bore.past)
         _keep_memory(own, i, int(numbers[STAGE]), memory)
     elif action == NEW_OIL:
+        _take_limits(bore.film.constants, numbers[TOLERANCE])
         return _take_oil(bore, i, numbers[NEW_VISCOSITY])
     else:
         _move(own, place, velocity, cos, sin)
@@ -345,6 +329,21 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         out[GAP] = max(kept[first + FILM_MIN], 0.0)
         out[GAP_ANGLE] = kept[first + FILM_MIN_ANGLE]
     return 0
+
+
+@kernel
+def _take_limits(constants, tolerance):
+    """How far films are solved within an iteration of their journals to a tolerance, in clearances.
+
+    Newton leaves about the square of its last step, and the journals' next iteration goes on from there: no film is
+    solved much further than they are, and never closer than a single film (LIMITS). The factors are chosen:
+    ``python -m benchmarks.elastic_cost``.
+    """
+    root = math.sqrt(tolerance)
+    constants[STEP_LIMIT] = max(LIMITS[0], root)
+    constants[MOVE_LIMIT] = max(LIMITS[1], 3.0 * root)
+    constants[SIDE_LIMIT] = max(LIMITS[2], 10.0 * tolerance)
+    constants[AROUND_LIMIT] = max(LIMITS[3], 10.0 * tolerance)
 
 
 @kernel

@@ -46,8 +46,9 @@ FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL = rang
 # Columns of ``numbers``: the sum of the speeds of journal and bore (rad/s); cosine and sine of the frame's angle; time
 # from the step's start to the stage, step, g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; 1 where
 # tangents are kept: a law may leave those that it found last; the difference of the speeds of journal and bore (rad/s);
-# the frame's angle, whole turns counted (rad); the viscosity at ambient pressure (Pa s), for OIL.
-SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, NUMBERS = range(12)
+# the frame's angle, whole turns counted (rad); the viscosity at ambient pressure (Pa s), for OIL;
+# to what the ports are iterated (clearances), for OIL as well.
+SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, TOLERANCE, NUMBERS = range(13)
 
 # Traits of a law: values that one film keeps in the state; 1 where its least gap limits the step; 1 where its force has
 # a kink at the contact height; 1 where it is told of the oil.
