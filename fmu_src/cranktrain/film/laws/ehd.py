@@ -340,10 +340,11 @@ def _take_limits(constants, tolerance):
     ``python -m benchmarks.elastic_cost``.
     """
     root = math.sqrt(tolerance)
-    constants[STEP_LIMIT] = max(LIMITS[0], root)
-    constants[MOVE_LIMIT] = max(LIMITS[1], 3.0 * root)
-    constants[SIDE_LIMIT] = max(LIMITS[2], 10.0 * tolerance)
-    constants[AROUND_LIMIT] = max(LIMITS[3], 10.0 * tolerance)
+    step, move, side, around = LIMITS
+    constants[STEP_LIMIT] = max(step, root)
+    constants[MOVE_LIMIT] = max(move, 3.0 * root)
+    constants[SIDE_LIMIT] = max(side, 10.0 * tolerance)
+    constants[AROUND_LIMIT] = max(around, 10.0 * tolerance)
 
 
 @kernel
