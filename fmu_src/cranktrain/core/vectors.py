@@ -251,25 +251,6 @@ def _shuffling(*order: int) -> Callable[[], Any]:
     return making
 
 
-def _rooting() -> Any:
-    from llvmlite import ir
-    from numba.core import cgutils
-
-    four = _types().FOUR
-
-    def square_root(typing_context: Any, vector: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            kind = values[0].type
-            declared = cgutils.get_or_insert_function(
-                builder.module, ir.FunctionType(kind, [kind]), f"llvm.sqrt.v{LANES}f64"
-            )
-            return builder.call(declared, [values[0]])
-
-        return four(vector), generate
-
-    return square_root
-
-
 load: Any = Intrinsic(_loading)
 """Four doubles from an array's entry on, ``(array, index)``; a tuple is the index of an array with several axes."""
 load_singles: Any = Intrinsic(_loading_singles)
@@ -282,8 +263,6 @@ pack: Any = Intrinsic(_packing)
 """Four numbers as a vector."""
 unpack: Any = Intrinsic(_unpacking)
 """A vector as four numbers."""
-square_root: Any = Intrinsic(_rooting)
-"""Square roots of four numbers, rounded as one is."""
 swap_pairs: Any = Intrinsic(_shuffling(1, 0, 3, 2))
 """Lanes 1, 0, 3, 2."""
 even_lanes: Any = Intrinsic(_choosing(0, 2, 4, 6))

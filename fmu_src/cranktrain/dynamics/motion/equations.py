@@ -53,7 +53,6 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.motion.film_ports import film_block, journal_forces, place_journal
 from cranktrain.dynamics.motion.linear_algebra import dot, invert, products
 from cranktrain.dynamics.motion.relative import reactions, relative_motion
-from cranktrain.dynamics.motion.rod_lanes import go_side_by_side, rods_side_by_side
 from cranktrain.dynamics.motion.rods import rod_forces
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FORCE, RUBBING, SPEED, film_call
@@ -203,10 +202,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
         damper_torque(model.damper, u[k], ud[k], work.scratch)
         f[k] = work.scratch[0]
         work.blocks[model.connections.shape[0] - 1, 0] = work.scratch[1] + ratio * work.scratch[2]
-    if go_side_by_side(model, u):
-        rods_side_by_side(model, work, frame, pressures, c_q, c_v)
-    else:
-        status |= rod_forces(model, work, frame, pressures, c_q, c_v)
+    status |= rod_forces(model, work, frame, pressures, c_q, c_v)
     if model.layout[BORE_ROTATIONS] > 0.0:
         reactions(model, frame[COS], frame[SIN], f)
         for i in range(b):

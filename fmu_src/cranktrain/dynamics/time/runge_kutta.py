@@ -11,6 +11,7 @@ from cranktrain.dynamics.model.slots import (
     BIG_Q,
     BIG_V,
     DIFFERENCE,
+    HOLDS,
     PORTS,
     STATE_U,
     STATE_UD,
@@ -23,7 +24,7 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.model.state import ACCELERATION, OMEGA_REFERENCE, POSITION, VELOCITY, offset
 from cranktrain.dynamics.time.stage import Stage
 from cranktrain.dynamics.time.status import OK
-from cranktrain.dynamics.time.step import keep_motion, port_tolerance, solve_and_keep
+from cranktrain.dynamics.time.step import REFERENCE_TURN, keep_motion, port_tolerance, solve_and_keep, step_turn
 from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FIRST_STAGE, HEAD, STAGES, coefficients
 
 
@@ -36,6 +37,7 @@ def runge_kutta_step(model, work, state, slot, h):
     c_q, c_v = coefficients(table, h)
     omega = state[OMEGA_REFERENCE]
     tolerance = port_tolerance(model, work, h)
+    holds = model.layout[HOLDS] > 0.0 and step_turn(work, h) <= REFERENCE_TURN
     first = 0
     if table[HEAD, EXPLICIT_FIRST] > 0.0:
         explicit_stage(model, work, state)
@@ -44,7 +46,7 @@ def runge_kutta_step(model, work, state, slot, h):
         combine_stages(model, work, state, s, h)
         o = offset(ACCELERATION, n)
         a_guess = state[o : o + n] if s == 0 else work.stage[s - 1, 2]
-        stage = Stage(s, slot, c_q, c_v, omega, tolerance, a_guess)
+        stage = Stage(s, slot, c_q, c_v, omega, tolerance, a_guess, holds and s > first)
         status = solve_and_keep(model, work, state, stage, h, c_v)
         if status != OK:
             return status

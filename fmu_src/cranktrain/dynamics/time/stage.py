@@ -66,6 +66,9 @@ FADING = 1.1
 STALE = 0.1
 NEAR = 0.1
 """A Newton matrix is kept when the last step was shorter than NEAR and the iteration contracts better than STALE."""
+HOLDING = 0.05
+"""Measured contraction below which a stage may begin with the matrix of the one before: a few more iterations, for most
+of the tangents and factors."""
 ROUNDING = 1.0e-13
 """Steps below this are rounding, whatever the tolerance."""
 CYCLING, NOISE = 12, 1.0e-5
@@ -95,6 +98,7 @@ class Stage(NamedTuple):
     omega: float  # Ω₀, rad/s
     tolerance: float  # of the estimated error of the ports, in units of clearance, 0.1 mm and 0.01 rad
     a_guess: Array  # (n,) first guess of a, used where the frame's speed differs from Ω₀
+    holds: bool  # whether the Newton matrix of the step's stage before may serve
 
 
 @kernel
@@ -219,6 +223,8 @@ def iterate(model, work, state, stage):
         if follows and iterations > 0:
             follow_crank(model, work, stage)
         keep_matrix = 0.0 <= previous <= NEAR and contraction <= STALE
+        if iterations == 0:
+            keep_matrix = stage.holds and state[CONTRACTION] <= HOLDING
         if iterations > 0 and spent(model, work):
             keep_matrix = True
         iterations += 1
