@@ -5,6 +5,8 @@ Stage s reads V = v₀ + h Σ a_sj a_j and Q = q₀ + h Σ a_sj v_j + hγ V over
 
 from __future__ import annotations
 
+import math
+
 from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel
 from cranktrain.core.vectors import LANES, load, store
 from cranktrain.dynamics.model.slots import (
@@ -24,8 +26,11 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.model.state import ACCELERATION, OMEGA_REFERENCE, POSITION, VELOCITY, offset
 from cranktrain.dynamics.time.stage import Stage
 from cranktrain.dynamics.time.status import OK
-from cranktrain.dynamics.time.step import REFERENCE_TURN, keep_motion, port_tolerance, solve_and_keep, step_turn
+from cranktrain.dynamics.time.step import keep_motion, port_tolerance, solve_and_keep, step_turn
 from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FIRST_STAGE, HEAD, STAGES, coefficients
+
+HELD_TURN = math.radians(4.5)
+"""Longest step, as crank angle, over whose stages Newton matrices are held."""
 
 
 @law_kernel
@@ -37,7 +42,7 @@ def runge_kutta_step(model, work, state, slot, h):
     c_q, c_v = coefficients(table, h)
     omega = state[OMEGA_REFERENCE]
     tolerance = port_tolerance(model, work, h)
-    holds = model.layout[HOLDS] > 0.0 and step_turn(work, h) <= REFERENCE_TURN
+    holds = model.layout[HOLDS] > 0.0 and step_turn(work, h) <= HELD_TURN
     first = 0
     if table[HEAD, EXPLICIT_FIRST] > 0.0:
         explicit_stage(model, work, state)

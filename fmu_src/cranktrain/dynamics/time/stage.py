@@ -22,6 +22,7 @@ from cranktrain.dynamics.model.slots import (
     F_STEP,
     FORCES,
     GUESS,
+    HOLDS,
     LEVER,
     LOADS,
     N_ITERATIONS,
@@ -66,9 +67,9 @@ FADING = 1.1
 STALE = 0.1
 NEAR = 0.1
 """A Newton matrix is kept when the last step was shorter than NEAR and the iteration contracts better than STALE."""
-HOLDING = 0.05
-"""Measured contraction below which a stage may begin with the matrix of the one before: a few more iterations, for most
-of the tangents and factors."""
+STALE_AND_CHEAP = 0.45
+"""The same where films cost little, and the measured contraction up to which a stage begins with the matrix of the one
+before: more iterations, for most of the tangents and factors."""
 ROUNDING = 1.0e-13
 """Steps below this are rounding, whatever the tolerance."""
 CYCLING, NOISE = 12, 1.0e-5
@@ -210,6 +211,7 @@ def move_freely(model, work, stage):
 def iterate(model, work, state, stage):
     """Newton iteration on the ports; leaves u and forces in ``work.port``. Returns a status."""
     contraction = min(MOST_CONTRACTION, 2.0 * state[CONTRACTION])
+    stale = STALE_AND_CHEAP if model.layout[HOLDS] > 0.0 else STALE
     measured = False
     previous = -1.0
     iterations = 0
@@ -222,9 +224,9 @@ def iterate(model, work, state, stage):
             return DIVERGED
         if follows and iterations > 0:
             follow_crank(model, work, stage)
-        keep_matrix = 0.0 <= previous <= NEAR and contraction <= STALE
+        keep_matrix = 0.0 <= previous <= NEAR and contraction <= stale
         if iterations == 0:
-            keep_matrix = stage.holds and state[CONTRACTION] <= HOLDING
+            keep_matrix = stage.holds and state[CONTRACTION] <= stale
         if iterations > 0 and spent(model, work):
             keep_matrix = True
         iterations += 1
