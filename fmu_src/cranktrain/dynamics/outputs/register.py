@@ -13,6 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -77,6 +78,7 @@ FAMILIES: dict[str, Family] = {}
 def register_family(family: Family) -> None:
     """Add a row behind all others."""
     FAMILIES[family.name or "crank"] = family
+    output_needs.cache_clear()
 
 
 def output_counts(engine: Engine) -> Counts:
@@ -85,7 +87,8 @@ def output_counts(engine: Engine) -> Counts:
     return Counts(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts)
 
 
-def output_needs(counts: Counts) -> dict[str, Need]:
+@cache
+def output_needs(counts: Counts) -> Mapping[str, Need]:
     """Names of all outputs, in order, and what each needs."""
     return dict(pair for family in FAMILIES.values() for pair in family.names(counts))
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from zlib import crc32
 
 import numpy as np
@@ -142,6 +143,7 @@ def carried(table: Array) -> tuple[tuple[int, int], ...]:
     return (*blocks, (ACCELERATION, 2)) if table[HEAD, EXPLICIT_FIRST] else blocks
 
 
+@cache
 def amplification(name: str) -> float:
     """How much larger than a stage's own error its share in the step may be: the table's largest coefficient, or 1."""
     return largest_coefficient(integrator_table(name))

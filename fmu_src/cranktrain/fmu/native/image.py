@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
@@ -36,7 +37,7 @@ class Images:
     """
 
     def __init__(self, functions: Mapping[str, int], constant: Callable[[str], bool]) -> None:
-        self.functions, self.constant, self.blob = functions, constant, Blob()
+        self.functions, self.constant, self.blob = functions, cache(constant), Blob()
         self.tables: dict[str, list[Any]] = {
             name: [] for name in ("VARI", "NUMB", "SLOT", "LEAF", "RECS", "ARRY", "FIXU")
         }
@@ -88,9 +89,10 @@ class Images:
             kept = kept.copy()
         for offset, _, _ in fixups:
             kept[offset : offset + 8] = 0
-        if kind == COPIED and not fixups and not np.count_nonzero(kept):
+        if kind == COPIED and not fixups and not kept.any():
             kind, kept = ZEROS, kept[:0]
-        key = (kind, array.shape, array.itemsize, hashlib.sha256(kept.data).digest(), fixups)
+        contents = hashlib.sha256(kept.data).digest() if kept.size else b""
+        key = (kind, array.shape, array.itemsize, contents, fixups)
         if key not in self._rows:
             self._rows[key] = len(self.tables["ARRY"])
             is_matrix = kind == COPIED and array.ndim == 2 and array.itemsize == WORD and not fixups
