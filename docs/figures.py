@@ -184,12 +184,13 @@ def elastic_cost() -> str:
             str(row["iterations"]),
             f"{row['us_per_solution']:.0f}",
             f"{100.0 * abs(row['error_of_least_gap']):.2f} / {100.0 * row['largest_error_of_least_gaps']:.2f} %",
+            f"{100.0 * row['largest_error_of_pressures']:.1f} %",
             f"{100.0 * row['error_of_torsion']:.2f} %",
         )
         for name, row in {**found["cases"], **found["grids"]}.items()
     ]
     costs = ("of real time", "steps", "solutions", "Newton iterations", "µs a solution")
-    errors = ("error of the least gap / of any main's", "error of torsion")
+    errors = ("error of the least gap / of any main's", "of any main's largest pressure", "of torsion")
     fine, finest = found["reference"]["of_real_time"], found["finest grid"]["of_real_time"]
     note = f"The reference in time takes {fine:.0f} times, the finest grid {finest:.0f} times real time.\n\n"
     parts = table(("part of one film", "µs"), [(name, f"{us:.1f}") for name, us in found["parts"].items()])

@@ -24,7 +24,7 @@ from cranktrain.studies.planning.charted import around, charted
 from cranktrain.studies.scene import RPM, load_scene
 from cranktrain.studies.tradeoff.families import StudyScene
 from cranktrain.studies.tradeoff.total import measure, shipped
-from cranktrain.studies.tradeoff.total.choice import cheapest, choice_text, markdown, table_rows
+from cranktrain.studies.tradeoff.total.choice import cheapest, choice_text, default_rows, markdown, table_rows
 from cranktrain.studies.tradeoff.total.choices import best_model, default_model, every_model, models
 from cranktrain.studies.tradeoff.total.distance import distance, resampled
 from cranktrain.studies.tradeoff.total.families import FAMILIES, wanted
@@ -201,6 +201,23 @@ def test_what_to_choose_is_the_cheapest_within_the_accuracy(figures, torsion, fi
     alone = cheapest(points, {"torsion": torsion})
     if alone is not None:
         assert (alone.cost, alone.total("torsion")) in [(p.cost, p.total("torsion")) for p in front(points, "torsion")]
+
+
+@pytest.mark.parametrize(
+    ("others", "said"),
+    [
+        ([(0.5, 0.5, 0.05), (0.4, 0.3, 0.3)], "on the front"),  # each closer in one family for less, none in both
+        ([(0.5, 0.2, 0.09)], "closer: 0.5 s/s"),
+    ],
+)
+def test_the_default_stands_against_all_families_together(others, said):
+    own = point(1.0, 0.4, 0.1, default=True)
+    points = with_fronts([own, *(point(*one, crank="beam") for one in others)])
+    rows = default_rows(points)
+    assert [row[0] for row in rows[:-1]] == [FAMILIES["torsion"].title, FAMILIES["film"].title]
+    assert rows[-1][1:5] == ["–"] * 4
+    assert rows[-1][5] == said.replace("closer", points[1].label)
+    assert "on the front" not in [row[5] for row in rows[:-1]]
 
 
 def test_a_study_splits_what_it_measures(few, tmp_path):

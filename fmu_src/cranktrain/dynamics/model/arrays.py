@@ -36,6 +36,7 @@ from cranktrain.dynamics.model.slots import (
     DRIVEN,
     FALLOFF,
     FILTER,
+    HOLDS,
     LINE_INERTIA,
     PORTS,
     RIGID_ROTATION,
@@ -43,7 +44,6 @@ from cranktrain.dynamics.model.slots import (
     SHAFT_C,
     SHAFT_K,
     TURNING_MODES,
-    HOLDS,
     WHIRLS,
 )
 from cranktrain.dynamics.time.status import OK, REFUSALS

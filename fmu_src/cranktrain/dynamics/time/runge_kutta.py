@@ -29,8 +29,9 @@ from cranktrain.dynamics.time.status import OK
 from cranktrain.dynamics.time.step import keep_motion, port_tolerance, solve_and_keep, step_turn
 from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FIRST_STAGE, HEAD, STAGES, coefficients
 
-HELD_TURN = math.radians(4.5)
-"""Longest step, as crank angle, over whose stages Newton matrices are held."""
+HELD_TURNS = math.radians(1.5), math.radians(4.5)
+"""Steps, as crank angle, over whose stages Newton matrices are held. Shorter ones are for accuracy: a new matrix leaves
+the square of what it finds, a held one a share."""
 
 
 @law_kernel
@@ -42,7 +43,8 @@ def runge_kutta_step(model, work, state, slot, h):
     c_q, c_v = coefficients(table, h)
     omega = state[OMEGA_REFERENCE]
     tolerance = port_tolerance(model, work, h)
-    holds = model.layout[HOLDS] > 0.0 and step_turn(work, h) <= HELD_TURN
+    shortest, longest = HELD_TURNS
+    holds = model.layout[HOLDS] > 0.0 and shortest <= step_turn(work, h) <= longest
     first = 0
     if table[HEAD, EXPLICIT_FIRST] > 0.0:
         explicit_stage(model, work, state)

@@ -9,6 +9,7 @@ from cranktrain.studies.tradeoff.total.point import TotalPoint, at_scene, shown
 from cranktrain.studies.tradeoff.total.study import TotalStudy
 
 ACCURACIES = (0.1, 0.03, 0.01)
+NONE = "–"
 
 
 def cheapest(points: Iterable[TotalPoint], accuracies: dict[str, float]) -> TotalPoint | None:
@@ -55,23 +56,32 @@ def rate(cost: float | None) -> str:
 def percent(value: float | None) -> str:
     """An error for people, with two digits."""
     if value is None:
-        return "–"
+        return NONE
     shown = 100.0 * value
     return f"{shown:.0f} %" if shown >= 9.95 else f"{shown:.1f} %" if shown >= 0.995 else f"{shown:.2g} %"
 
 
 def default_rows(points: Sequence[TotalPoint]) -> list[list[str]]:
-    """How the default stands in each family: its error, whether it is on the front, and what is as close for less."""
+    """How the default stands in each family: its error, whether it is on the front, and what is as close for less.
+
+    The last row is of all families together: what is as close in each of them for less.
+    """
     rows = []
     own = next((p for p in points if p.default), None)
+    totals: dict[str, float] = {}
     for name, family in FAMILIES.items():
         total = None if own is None else own.total(name)
         if own is None or total is None:
             continue
+        totals[name] = total
         other = cheapest(points, {name: total})
         on = name in own.front
         better = "on the front" if on or other is None else f"{said(other, name)}"
         rows.append([family.title, percent(total), *(percent(value) for value in _parts(own, name)), better])
+    other = cheapest(points, totals)
+    if own is not None and other is not None:
+        better = "on the front" if other == own else f"{other.label}: {rate(other.cost)}"
+        rows.append(["all of these together", *[NONE] * 4, better])
     return rows
 
 
@@ -102,8 +112,8 @@ def choice_text(study: TotalStudy) -> str:
         if own is not None:
             lines.append(f"  the default, {own.label} at {rate(own.cost)}")
             for title, total, model, numerical, settling, better in default_rows(points):
-                parts = f"model {model}, numerical {numerical}, settling {settling}"
-                lines.append(f"    {title}: {total} ({parts}); {better}")
+                parts = f"{total} (model {model}, numerical {numerical}, settling {settling}); "
+                lines.append(f"    {title}: {parts if total != NONE else ''}{better}")
     return "\n".join(lines) + "\n"
 
 
