@@ -67,8 +67,8 @@ FADING = 1.1
 STALE = 0.1
 NEAR = 0.1
 """A Newton matrix is kept when the last step was shorter than NEAR and the iteration contracts better than STALE."""
-STALE_AND_CHEAP = 0.45
-"""The same where films cost little, and the measured contraction up to which a stage begins with the matrix of the one
+HELD_STALE = 0.45
+"""The same where matrices are held, and the measured contraction up to which a stage begins with the matrix of the one
 before: more iterations, for most of the tangents and factors."""
 ROUNDING = 1.0e-13
 """Steps below this are rounding, whatever the tolerance."""
@@ -211,7 +211,7 @@ def move_freely(model, work, stage):
 def iterate(model, work, state, stage):
     """Newton iteration on the ports; leaves u and forces in ``work.port``. Returns a status."""
     contraction = min(MOST_CONTRACTION, 2.0 * state[CONTRACTION])
-    stale = STALE_AND_CHEAP if model.layout[HOLDS] > 0.0 else STALE
+    stale = HELD_STALE if model.layout[HOLDS] > 0.0 else STALE
     measured = False
     previous = -1.0
     iterations = 0
