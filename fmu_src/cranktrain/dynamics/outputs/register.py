@@ -13,7 +13,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -78,7 +77,6 @@ FAMILIES: dict[str, Family] = {}
 def register_family(family: Family) -> None:
     """Add a row behind all others."""
     FAMILIES[family.name or "crank"] = family
-    output_needs.cache_clear()
 
 
 def output_counts(engine: Engine) -> Counts:
@@ -87,8 +85,7 @@ def output_counts(engine: Engine) -> Counts:
     return Counts(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts)
 
 
-@cache
-def output_needs(counts: Counts) -> Mapping[str, Need]:
+def output_needs(counts: Counts) -> dict[str, Need]:
     """Names of all outputs, in order, and what each needs."""
     return dict(pair for family in FAMILIES.values() for pair in family.names(counts))
 
