@@ -244,7 +244,7 @@ def structure(
     pins = [turning.index(f"pin[{pin}]") for pin in engine.cylinders.pins]
     top, bottom = pin_positions(engine)
     ports.layout[WHIRLS] = whirls(turning)
-    ports.layout[HOLDS] = law.cost == MODERATE
+    ports.layout[HOLDS] = law.cost == MODERATE and settings.block == "ground"
     constants = basis(engine, settings, gas, top - bottom)
     trace = np.array([spline_coefficients(gas.motored), spline_coefficients(gas.fired - gas.motored)])
     least_smooth = np.zeros(KINKS)
