@@ -33,7 +33,7 @@ LEVELS: dict[str, tuple[Settings, tuple[tuple[float, str], ...]]] = {
     "beam": (Settings(crank="beam", bearings="impedance"), (*USUAL, (5.0, "esdirk57"), (9.0, "esdirk47"))),
     "beam, linear": (Settings(crank="beam", bearings="linear"), (*USUAL, (10.0, "esdirk47"))),
     "impedance": (Settings(bearings="impedance"), (*USUAL, (5.0, "esdirk57"), (9.0, "esdirk47"))),
-    "table": (Settings(bearings="table"), ((2.5, "auto"), (3.0, "auto"), (5.0, "auto"), (5.0, "esdirk47"))),
+    "table": (Settings(bearings="table"), ((2.5, "auto"), (5.0, "auto"), (5.0, "esdirk47"))),
     "whole": (Settings(bearings="table", **WHOLE), ((2.5, "auto"), (1.25, "auto"), (5.0, "auto"), (9.0, "esdirk47"))),
     "ehd": (Settings(bearings="ehd"), ((2.5, "auto"),)),
 }

@@ -36,7 +36,6 @@ from cranktrain.dynamics.model.slots import (
     DRIVEN,
     FALLOFF,
     FILTER,
-    HOLDS,
     LINE_INERTIA,
     PORTS,
     RIGID_ROTATION,
@@ -54,7 +53,7 @@ from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_film
 from cranktrain.film.laws.films import MEMORY, Films
 from cranktrain.film.laws.parameters import COLUMNS
 from cranktrain.film.laws.past_cycle import PastCycles
-from cranktrain.film.laws.register import BIG_END, MODERATE, Law, bearing_law
+from cranktrain.film.laws.register import BIG_END, Law, bearing_law
 from cranktrain.film.table.database import FilmTable
 from cranktrain.loads.built_in_trace import KINKS, fill_kinks
 from cranktrain.loads.damper import PARAMETERS, check_temperature, damper_temperature, required_damper
@@ -244,7 +243,6 @@ def structure(
     pins = [turning.index(f"pin[{pin}]") for pin in engine.cylinders.pins]
     top, bottom = pin_positions(engine)
     ports.layout[WHIRLS] = whirls(turning)
-    ports.layout[HOLDS] = law.cost == MODERATE and settings.block == "ground"
     constants = basis(engine, settings, gas, top - bottom)
     trace = np.array([spline_coefficients(gas.motored), spline_coefficients(gas.fired - gas.motored)])
     least_smooth = np.zeros(KINKS)

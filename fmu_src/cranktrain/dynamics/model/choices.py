@@ -65,10 +65,9 @@ def option_slots() -> dict[str, tuple[int, dict[str, float]]]:
 
 def level_numbers(settings: Settings, engine: Engine) -> dict[int, float]:
     """What the bearing level of ``settings`` brings, by slot."""
-    chosen = resolved(settings, engine)
-    law, rows = bearing_law(chosen.bearings), list(INTEGRATORS)
+    law, rows = bearing_law(resolved(settings, engine).bearings), list(INTEGRATORS)
     return {
-        LEVEL_TOLERANCE: law.usual_tolerance(chosen.block),
+        LEVEL_TOLERANCE: law.tolerance,
         LEVEL_FILM_CHANGE: law.film_change,
         LEVEL_METHOD: float(rows.index(law.integrator)),
         LEVEL_HELD_METHOD: float(rows.index(FOR_HELD_INPUTS.get(law.integrator, law.integrator))),

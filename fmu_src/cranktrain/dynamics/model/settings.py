@@ -88,7 +88,7 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
     if integrator == "auto":
         held = settings.reconstruction == "hold"
         integrator = FOR_HELD_INPUTS.get(law.integrator, law.integrator) if held else law.integrator
-    usual = law.usual_tolerance(settings.block) / amplification(integrator)
+    usual = law.tolerance / amplification(integrator)
     chosen: dict[str, Any] = {
         "bearings": bearings,
         "pistons": pistons,

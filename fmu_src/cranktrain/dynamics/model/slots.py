@@ -23,10 +23,9 @@ GAS_DELAY, METHOD_MARK, WORK_LIMIT, CHOICES = 7, 8, 9, 10
 # ``ModelArrays.layout``: first port of free rods (0: none), connection of the thrust bearing and of the first
 # rod, modes of the crank, of all that turns; the damper's port (0: none); first stationary port of bores'
 # rotations, liners and pistons (0: none); ports in all; main journals of the engine, which may be locked on their axis;
-# first rotation of a pin; 1 where turning couples modes, by gyroscopic or centrifugal terms; 1 where films are dear
-# with tangents and cheap without, so that Newton matrices are held.
+# first rotation of a pin; 1 where turning couples modes, by gyroscopic or centrifugal terms.
 RODS, THRUST_LAW, ROD_LAWS, CRANK_MODES, TURNING_MODES, DAMPER = range(6)
-BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, WHIRLS, HOLDS, LAYOUT = range(6, 15)
+BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, WHIRLS, LAYOUT = range(6, 14)
 # Columns of ``ModelArrays.connections``: number of Newton ports that a law couples, and the first of them; the
 # rotation of the journal beside a tilting collar.
 COUPLED, FIRST, TURNED = 0, 1, 4

@@ -162,7 +162,7 @@ def euler_step(model, work, state, h, omega, tolerance):
     to_ports(model, work.modal[BIG_V], work.port[U_V])
     open_step(model, work, state)
     open_stage(model, work, 0, h, h, h)
-    status = solve_stage(model, work, state, Stage(0, 0, h * h, h, omega, tolerance, a_guess, False))
+    status = solve_stage(model, work, state, Stage(0, 0, h * h, h, omega, tolerance, a_guess))
     if status != OK:
         return status
     return FILM_FAILED if close_stage(model, work, work.frames[0]) != OK else OK

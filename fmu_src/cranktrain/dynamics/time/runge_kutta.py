@@ -5,15 +5,12 @@ Stage s reads V = v₀ + h Σ a_sj a_j and Q = q₀ + h Σ a_sj v_j + hγ V over
 
 from __future__ import annotations
 
-import math
-
 from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel
 from cranktrain.core.vectors import LANES, load, store
 from cranktrain.dynamics.model.slots import (
     BIG_Q,
     BIG_V,
     DIFFERENCE,
-    HOLDS,
     PORTS,
     STATE_U,
     STATE_UD,
@@ -26,12 +23,8 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.model.state import ACCELERATION, OMEGA_REFERENCE, POSITION, VELOCITY, offset
 from cranktrain.dynamics.time.stage import Stage
 from cranktrain.dynamics.time.status import OK
-from cranktrain.dynamics.time.step import keep_motion, port_tolerance, solve_and_keep, step_turn
+from cranktrain.dynamics.time.step import keep_motion, port_tolerance, solve_and_keep
 from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FIRST_STAGE, HEAD, STAGES, coefficients
-
-HELD_TURNS = math.radians(1.5), math.radians(4.5)
-"""Steps, as crank angle, over whose stages Newton matrices are held. Shorter ones are for accuracy: a new matrix leaves
-the square of what it finds, a held one a share."""
 
 
 @law_kernel
@@ -43,8 +36,6 @@ def runge_kutta_step(model, work, state, slot, h):
     c_q, c_v = coefficients(table, h)
     omega = state[OMEGA_REFERENCE]
     tolerance = port_tolerance(model, work, h)
-    shortest, longest = HELD_TURNS
-    holds = model.layout[HOLDS] > 0.0 and shortest <= step_turn(work, h) <= longest
     first = 0
     if table[HEAD, EXPLICIT_FIRST] > 0.0:
         explicit_stage(model, work, state)
@@ -53,7 +44,7 @@ def runge_kutta_step(model, work, state, slot, h):
         combine_stages(model, work, state, s, h)
         o = offset(ACCELERATION, n)
         a_guess = state[o : o + n] if s == 0 else work.stage[s - 1, 2]
-        stage = Stage(s, slot, c_q, c_v, omega, tolerance, a_guess, holds and s > first)
+        stage = Stage(s, slot, c_q, c_v, omega, tolerance, a_guess)
         status = solve_and_keep(model, work, state, stage, h, c_v)
         if status != OK:
             return status

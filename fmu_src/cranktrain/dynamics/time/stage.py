@@ -22,7 +22,6 @@ from cranktrain.dynamics.model.slots import (
     F_STEP,
     FORCES,
     GUESS,
-    HOLDS,
     LEVER,
     LOADS,
     N_ITERATIONS,
@@ -67,9 +66,6 @@ FADING = 1.1
 STALE = 0.1
 NEAR = 0.1
 """A Newton matrix is kept when the last step was shorter than NEAR and the iteration contracts better than STALE."""
-HELD_STALE = 0.45
-"""The same where matrices are held, and the measured contraction up to which a stage begins with the matrix of the one
-before: more iterations, for most of the tangents and factors."""
 ROUNDING = 1.0e-13
 """Steps below this are rounding, whatever the tolerance."""
 CYCLING, NOISE = 12, 1.0e-5
@@ -99,7 +95,6 @@ class Stage(NamedTuple):
     omega: float  # Ω₀, rad/s
     tolerance: float  # of the estimated error of the ports, in units of clearance, 0.1 mm and 0.01 rad
     a_guess: Array  # (n,) first guess of a, used where the frame's speed differs from Ω₀
-    holds: bool  # whether the Newton matrix of the step's stage before may serve
 
 
 @kernel
@@ -211,7 +206,6 @@ def move_freely(model, work, stage):
 def iterate(model, work, state, stage):
     """Newton iteration on the ports; leaves u and forces in ``work.port``. Returns a status."""
     contraction = min(MOST_CONTRACTION, 2.0 * state[CONTRACTION])
-    stale = HELD_STALE if model.layout[HOLDS] > 0.0 else STALE
     measured = False
     previous = -1.0
     iterations = 0
@@ -224,9 +218,7 @@ def iterate(model, work, state, stage):
             return DIVERGED
         if follows and iterations > 0:
             follow_crank(model, work, stage)
-        keep_matrix = 0.0 <= previous <= NEAR and contraction <= stale
-        if iterations == 0:
-            keep_matrix = stage.holds and state[CONTRACTION] <= stale
+        keep_matrix = 0.0 <= previous <= NEAR and contraction <= STALE
         if iterations > 0 and spent(model, work):
             keep_matrix = True
         iterations += 1

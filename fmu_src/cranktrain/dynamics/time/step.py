@@ -41,15 +41,9 @@ SLOW = 60.0
 
 
 @inlined_kernel
-def step_turn(work, h):
-    """Angle of a step h, rad."""
-    return h * max(work.frames[0, OMEGA], SLOW)
-
-
-@inlined_kernel
 def port_tolerance(model, work, h):
     """Newton tolerance of a step: ports are found as much more exactly at shorter steps as the method's error falls."""
-    turn = min(1.0, step_turn(work, h) / REFERENCE_TURN)
+    turn = min(1.0, h * max(work.frames[0, OMEGA], SLOW) / REFERENCE_TURN)
     tolerance = model.choices[NEWTON_TOLERANCE]
     for _ in range(int(model.choices[ORDER])):
         tolerance *= turn
@@ -123,7 +117,7 @@ def solve_only_stage(model, work, state, slot, h):
     c_q, c_v = coefficients(model.stages, h)
     o = offset(ACCELERATION, n)
     omega = state[OMEGA_REFERENCE]
-    stage = Stage(0, slot, c_q, c_v, omega, port_tolerance(model, work, h), state[o : o + n], False)
+    stage = Stage(0, slot, c_q, c_v, omega, port_tolerance(model, work, h), state[o : o + n])
     return solve_and_keep(model, work, state, stage, h, h)
 
 

@@ -64,7 +64,6 @@ class Law:
     cost : class of cost
     integrator, film_change, tolerance : usual integrator of its runs, share of itself by which a film may close over a
         step, and Newton tolerance of the ports in clearances
-    tolerance_in_block : that tolerance where the block is flexible; 0: the same
     """
 
     name: str
@@ -79,16 +78,11 @@ class Law:
     integrator: str = "esdirk4"
     film_change: float = 1.0
     tolerance: float = 3.0e-5
-    tolerance_in_block: float = 0.0
 
     @property
     def carries(self) -> bool:
         """Whether there are bearings at all; else journals are locked on their axis, or pins in their rods."""
         return any(form.kernel for form in self.forms.values())
-
-    def usual_tolerance(self, block: str) -> float:
-        """Newton tolerance of the ports of its runs on a ``block``, in clearances."""
-        return self.tolerance_in_block if block == "flexible" and self.tolerance_in_block else self.tolerance
 
     @property
     def tilt(self) -> bool:
@@ -170,10 +164,7 @@ for _law in (
         },
         film=True,
         cost=MODERATE,
-        # Torsion, axial motion, forces and least films keep to what a tenth of it gives, at the usual step; in a block
-        # that gives way forces do not.
-        tolerance=1.0e-4,
-        tolerance_in_block=1.0e-5,
+        tolerance=1.0e-5,
     ),
     Law(
         "reynolds",
