@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
 from cranktrain.core.kernel import kernel_addresses, record
+from cranktrain.core.memory import zeros
 from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
@@ -19,6 +20,7 @@ from cranktrain.dynamics.model.slots import (
     FRAME_SIZE,
     INPUT_ROWS,
     KEYS,
+    KNOWN_ROWS,
     MODAL_VECTORS,
     OTHER_INPUTS,
     PORT_VECTORS,
@@ -72,7 +74,7 @@ class Work(NamedTuple):
     modal: Array  # (MODAL_VECTORS, n)
     port: Array  # (PORT_VECTORS, m)
     stage: Array  # (stages, 3, n) q, v, a of each stage
-    known: Array  # (stages, 3, m) the ports' u, u̇, ü at each stage
+    known: Array  # (stages, KNOWN_ROWS, m) the ports' u, u̇, ü at each stage, and MORE_MISSED
     scratch: Array  # (64,)
     counters: Array  # (COUNTERS,) steps, stages, Newton iterations, rejected steps, factorisations, worst residual,
     # steps that missed the tolerance
@@ -98,7 +100,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
     d = dimensions(model)
     n, fours = d.modes, -4 * (-d.newton // 4)
     m = max(d.ports, fours)
-    z = np.zeros
+    z = zeros
     work = Work(
         key=z((FACTOR_SLOTS, KEYS)),
         turning=_factors(d.turning_modes, d.turning_ports),
@@ -110,7 +112,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         modal=z((MODAL_VECTORS, n)),
         port=z((PORT_VECTORS, m)),
         stage=z((MAX_STAGES, 3, n)),
-        known=z((MAX_STAGES, 3, m)),
+        known=z((MAX_STAGES, KNOWN_ROWS, m)),
         scratch=z(64),
         counters=z(COUNTERS),
         frames=z((MAX_STAGES, FRAME_SIZE)),
@@ -120,7 +122,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         input_rates=np.full(d.cylinders + OTHER_INPUTS, np.nan) if input_rates is None else input_rates,
         powers=z(POWERS),
         backup=z((2, state_size)),
-        family=z((len(FAMILIES), 2), dtype=np.int64),
+        family=np.zeros((len(FAMILIES), 2), dtype=np.int64),
         start=start_room(model),
         build=build_mark(),
     )
@@ -144,5 +146,5 @@ def start_room(model: ModelArrays) -> StartRoom:
 
 
 def _factors(n: int, m: int) -> Factors:
-    z = np.zeros
+    z = zeros
     return Factors(z((n, n)), z((FACTOR_SLOTS, n, n)), z((FACTOR_SLOTS, m, n)), z((FACTOR_SLOTS, m, m)))

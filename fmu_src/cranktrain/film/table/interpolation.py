@@ -246,15 +246,22 @@ def tilted_place(eps, share_a, share_b, table, scratch):
 
 
 @kernel
-def interpolate_tilted(cos, sin, table, scratch, functions, slopes):
+def towards(cos, sin, table):
+    """Place of the angle γ of (cos, sin) on the tilted table's axis: cell, place in it, and its slope."""
+    return _around(cos, sin, table.tilted.shape[1] - 3)
+
+
+@kernel
+def interpolate_tilted(direction, table, scratch, functions, slopes):
     """All functions of the tilted table and their derivatives by ε, γ, A, B: ``functions`` (5, 12), rows BY_E to BY_B.
 
-    At the angle γ of (cos, sin) and the rest as :func:`tilted_place` left it. Nodes of γ are contracted over ε, A and B
-    and kept in ``scratch``: the family's second point mostly needs the same ones. Without ``slopes`` row 0 alone.
+    At the angle γ that :func:`towards` placed and the rest as :func:`tilted_place` left it. Nodes of γ are contracted
+    over ε, A and B and kept in ``scratch``: the family's second point mostly needs the same ones. Without ``slopes``
+    row 0 alone.
     """
     count = table.tilted.shape[1] - 3
     tags = scratch[TAGS:PLACE_AT]
-    j, s, turn = _around(cos, sin, count)
+    j, s, turn = direction
     b0, b1, b2, b3, e0, e1, e2, e3 = cubic(s, turn)
     rows = 5 if slopes else 1
     for k in range(rows):

@@ -26,6 +26,7 @@ from cranktrain.film.table.interpolation import (
     interpolate_aligned,
     interpolate_tilted,
     tilted_place,
+    towards,
 )
 from cranktrain.film.table.reach import reach
 
@@ -129,7 +130,8 @@ def tilted_errors(solved, eps, gamma, share, table, scratch, functions, errors):
         for m in range(n):
             tilted_place(eps, share[k], share[m], table, scratch)
             for j in range(gamma.shape[0]):
-                interpolate_tilted(math.cos(gamma[j]), math.sin(gamma[j]), table, scratch, functions, False)
+                direction = towards(math.cos(gamma[j]), math.sin(gamma[j]), table)
+                interpolate_tilted(direction, table, scratch, functions, False)
                 value = functions[0]
                 true = solved[j, k, m]
                 size = math.exp(value[LN_FORCE] - true[LN_FORCE])

@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.core.memory import zeros
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.vectors import LANES, even_lanes, load, odd_lanes, pack, splat, store, unpack
 from cranktrain.film.journal.film import OUT_SIZE
@@ -31,6 +30,7 @@ from cranktrain.film.table.interpolation import (
     TURN,
     interpolate_tilted,
     tilted_place,
+    towards,
 )
 from cranktrain.film.table.reach import reach
 
@@ -48,7 +48,7 @@ class TableWork(NamedTuple):
     """
 
     scratch: Array
-    functions: Array  # (5, 12)
+    functions: Array  # (2, 5, 12) of both points
     slopes: Array  # (9, 4) derivatives of a family's film by ε, a, b, v_r, v_t, d_r, d_t, ζ_c, σ
     local: Array  # (7, 4) derivatives by ε, a, b, v_r, v_t, w_r, w_t
     centred: Array  # (8, 4) derivatives on the line of centres
@@ -59,8 +59,8 @@ class TableWork(NamedTuple):
 def table_work() -> TableWork:
     """Memory for :func:`table_force` and ``aligned_force``."""
     return TableWork(
-        np.zeros(SCRATCH), np.zeros((5, FUNCTIONS)), np.zeros((9, 4)), np.zeros((7, 4)), np.zeros((8, 4)),
-        np.zeros(16), np.zeros(OUT_SIZE),
+        zeros(SCRATCH), zeros((2, 5, FUNCTIONS)), zeros((9, 4)), zeros((7, 4)), zeros((8, 4)), zeros(16),
+        zeros(OUT_SIZE),
     )  # fmt: skip
 
 
@@ -81,15 +81,10 @@ def _by(functions, row, force, across, moments, rates, ways):
     return by, rest * ln + size * (even_lanes(fitted, other) * dr + odd_lanes(fitted, other) * dt)
 
 
-@kernel
-def _add_family(rates, point, table, work, out, slopes):
-    """Add a share of the family's film at v + λ d and its rest R d.
-
-    ``rates`` v and d; ``point`` λ = ζ_c ± σ, the sign of σ, and the share; place and tilt as ``tilted_place`` left
-    them. Adds to ``out[0:4]``, and with ``slopes`` to ``work.slopes``.
-    """
+@inlined_kernel
+def _point(rates, lever, table):
+    """The rates v + λ d at a point of the family: components, size, its inverse, direction, and the place of that."""
     vr, vt, dr, dt = rates
-    lever, side, share = point
     sr = vr + lever * dr
     st = vt + lever * dt
     speed = math.sqrt(sr * sr + st * st)
@@ -100,8 +95,19 @@ def _add_family(rates, point, table, work, out, slopes):
         inverse = 1.0 / speed
         cos = sr * inverse
         sin = st * inverse
-    f = work.functions
-    interpolate_tilted(cos, sin, table, work.scratch, f, slopes)
+    return (sr, st, speed, inverse, cos, sin), towards(cos, sin, table)
+
+
+@kernel
+def _add_family(rates, point, squeeze, f, work, out, slopes):
+    """Add a share of the family's film at v + λ d and its rest R d.
+
+    ``rates`` v and d; ``point`` λ = ζ_c ± σ, the sign of σ, and the share; ``squeeze`` as :func:`_point` found it, and
+    ``f`` (5, 12) its functions. Adds to ``out[0:4]``, and with ``slopes`` to ``work.slopes``.
+    """
+    _, _, dr, dt = rates
+    lever, side, share = point
+    sr, st, speed, inverse, cos, sin = squeeze
     # The rest fades where the direction is lost; slopes by sr and st, and by dr and dt.
     faded = FADED * FADED * (dr * dr + dt * dt)
     fade = 1.0
@@ -237,9 +243,18 @@ def _family_sum(rates, lever, table, work, out, slopes):
     if slopes:
         for row in range(APART + 1):
             store(work.slopes, (row, 0), splat(0.0))
+    # Both points are read, then both added: neither waits for the other.
+    first = work.functions[0]
+    second = work.functions[1]
     if apart == 0.0:
-        _add_family(rates, (lever, 0.0, 1.0), table, work, out, slopes)
+        squeeze, direction = _point(rates, lever, table)
+        interpolate_tilted(direction, table, work.scratch, first, slopes)
+        _add_family(rates, (lever, 0.0, 1.0), squeeze, first, work, out, slopes)
     else:
-        _add_family(rates, (lever + apart, 1.0, 0.5), table, work, out, slopes)
-        _add_family(rates, (lever - apart, -1.0, 0.5), table, work, out, slopes)
+        ahead, direction = _point(rates, lever + apart, table)
+        behind, other = _point(rates, lever - apart, table)
+        interpolate_tilted(direction, table, work.scratch, first, slopes)
+        interpolate_tilted(other, table, work.scratch, second, slopes)
+        _add_family(rates, (lever + apart, 1.0, 0.5), ahead, first, work, out, slopes)
+        _add_family(rates, (lever - apart, -1.0, 0.5), behind, second, work, out, slopes)
     return widens, q
