@@ -25,6 +25,8 @@ from cranktrain.studies.torsion.level_frequencies import level_frequencies
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
 SHIPPED = ROOT / "fmu_src" / "cranktrain" / "studies" / "tradeoff" / "total" / "data"
+TOTAL_PICTURES = {"diesel_i6": ("torsion", "forces", "film"), "diesel_v8": ("torsion", "axial")}
+"""Families of outputs whose pictures the page of total errors shows."""
 ENGINES = {"I6": "diesel_i6", "V8": "diesel_v8"}
 LISTED = {"bending": 3, "torsional": 2, "axial": 1}
 """How many modes of each kind the tables of the free crankshaft list."""
@@ -602,24 +604,28 @@ def studies() -> None:
 
 def total_error() -> str:
     """What to take for a total error; ships the figures for plans and copies pictures of the last speed."""
-    out = ROOT / "out" / "total"
-    cranktrain(f"tradeoff --total --output {out}")
-    return shipped_total_error(out)
+    six, eight = ROOT / "out" / "total", ROOT / "out" / "total-v8"
+    cranktrain(f"tradeoff --total --output {six}")
+    cranktrain(f"tradeoff examples/v8.toml --total --output {eight}")
+    return shipped_total_error(six, eight)
 
 
-def shipped_total_error(out: Path) -> str:
-    """The tables of the study in a folder, whose figures and pictures go to their places."""
+def shipped_total_error(*folders: Path) -> str:
+    """The tables of the studies in folders, whose figures and pictures go to their places."""
     from cranktrain.studies.tradeoff.total.choice import markdown
     from cranktrain.studies.tradeoff.total.shipped import read
 
-    text = (out / "total.json").read_text("utf-8")
-    _, figures = read(text)
     SHIPPED.mkdir(exist_ok=True)
-    (SHIPPED / f"{json.loads(text)['engine']}.json").write_text(text, "utf-8")
-    last = figures.points[-1].scene.replace(" ", "-")
-    for family in ("torsion", "forces", "film"):
-        shutil.copyfile(out / f"total-{family}-{last}.png", DOCS / "tradeoff" / f"total-{family}.png")
-    return markdown(figures.points)
+    tables = []
+    for folder in folders:
+        text = (folder / "total.json").read_text("utf-8")
+        engine, (_, figures) = json.loads(text)["engine"], read(text)
+        (SHIPPED / f"{engine}.json").write_text(text, "utf-8")
+        last = figures.points[-1].scene.replace(" ", "-")
+        for family in TOTAL_PICTURES[engine]:
+            shutil.copyfile(folder / f"total-{family}-{last}.png", DOCS / "tradeoff" / f"total-{family}-{engine}.png")
+        tables.append(markdown(figures.points))
+    return "\n\n".join(tables)
 
 
 # Part of docs/peers.md ------------------------------------------------------------------------------------------------

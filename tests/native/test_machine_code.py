@@ -169,6 +169,14 @@ def test_threads_that_want_a_library_make_it_once(tmp_path, monkeypatch):
     assert len(set(made_at_last)) == 1 and is_whole(made_at_last[0], code_digest("valvetrain"))
 
 
+def test_a_library_that_is_there_is_taken_and_not_linked_again(monkeypatch, tmp_path):
+    """Whatever the linker leaves out of it: one that goes without a text that nothing reads was taken for another."""
+    monkeypatch.setattr(link, "LIBRARIES", tmp_path / "none")
+    first = made("valvetrain")
+    monkeypatch.setattr(link, "_link", lambda *given: pytest.fail("linked again"))
+    assert made("valvetrain") == first
+
+
 def test_without_a_c_compiler_an_installation_goes_on(monkeypatch, capsys):
     def none(platform):
         raise InputError("no C compiler was found")

@@ -80,7 +80,7 @@ def library(kind: str, platform: str = "linux64", say: Progress = lambda text: N
 
 @cache
 def _shim_digest() -> str:
-    """Digest of the C side and of how it is linked, which a library holds as a text."""
+    """Digest of the C side and of how it is linked, which stands behind a library's code."""
     files = [*sorted(SOURCES.glob("*.[ch]")), Path(__file__)]
     return "shim" + sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:8]
 
@@ -189,7 +189,6 @@ def _link(command: Iterable[str], kind: str, digest: str, platform: Platform, pr
             *FLAGS,
             *(["-DCT_FAST"] if platform.fast else []),
             f'-DCT_DIGEST="{digest}"',
-            f'-DCT_SHIM="{_shim_digest()}"',
             "-I",
             str(SOURCES),
             "-o",
@@ -200,6 +199,7 @@ def _link(command: Iterable[str], kind: str, digest: str, platform: Platform, pr
         done = subprocess.run(run, capture_output=True, text=True)
         if done.returncode:
             raise InputError(f"the C compiler failed for {platform.folder}: {done.stderr.strip() or run}")
-        with made.open("ab") as stream:
-            stream.write(checksum(made.read_bytes()))
+        # Behind the code, where no linker leaves it out: which C side this is.
+        content = made.read_bytes() + _shim_digest().encode()
+        made.write_bytes(content + checksum(content))
         os.replace(made, target)

@@ -41,7 +41,6 @@ _TABLE = """/* Made by cranktrain.fmu.native.make: what this library's kernels a
 #define EXPORTED __attribute__((visibility("default")))
 #endif
 
-__attribute__((used)) static const char shim[] = CT_SHIM;
 static const char *const names[] = {{{names}NULL}};
 {tables}
 EXPORTED const struct ct_kernels *ct_kernels_table(int portable);
