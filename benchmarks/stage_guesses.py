@@ -1,21 +1,23 @@
 """Weights of the stages' first guesses, and what they leave: ``python -m benchmarks.stage_guesses [INTEGRATOR ...]``.
 
-With ``cost`` in place of integrators: iterations a stage and processor time of a cycle with weights and without. Else
-it prints for each method the rows of :mod:`cranktrain.dynamics.time.stage_guesses`, by least squares over the runs
-below; then for each run how far a guess is off at each stage, in units of the ports' scales: the median over steps of
-the largest over the Newton ports, without weights, with weights of the run's own, and with those of all runs.
+Prints one JSON object: for each method the rows of :mod:`cranktrain.dynamics.time.stage_guesses`, by least squares over
+the runs below, and for each run how far a guess is off at each stage, in units of the ports' scales: the median over
+steps of the largest over the Newton ports, without weights, with weights of the run's own, and with those of all runs.
+Last, unless methods are named: iterations a stage with weights and without, and the cost with them over that without.
 """
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from statistics import median
+from typing import Any
 
 import numpy as np
-from benchmarks.level_cost import LEVELS, ROUNDS, Case, torsion
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import communication_step
@@ -24,6 +26,9 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.time.table import FIRST_STAGE, GUESSED, HEAD, STAGES
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.assembly import assemble
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from benchmarks.level_cost import LEVELS, ROUNDS, Case, torsion
 
 RUNS = (
     ("impedance", 2000.0, 1.25), ("impedance", 2000.0, 2.5), ("impedance", 2000.0, 5.0), ("impedance", 1000.0, 2.5),
@@ -87,39 +92,46 @@ def fitted(runs: Sequence[Array]) -> Array:
 def missed(run: Array, weights: Array) -> list[float]:
     """Median over steps of the largest guess error, for each stage."""
     left = run - np.einsum("sp,tpk->tsk", weights, run)
-    return [float(np.median(np.abs(left[:, s]).max(axis=1))) for s in range(run.shape[1])]
+    return [float(f"{np.median(np.abs(left[:, s]).max(axis=1)):.1e}") for s in range(run.shape[1])]
 
 
-def cost() -> None:
-    """Print iterations a stage with and without weights, and the cost with them over that without."""
-    for level, degrees, method in COSTS:
-        cases = [Case(LEVELS[level][0], degrees, method) for _ in range(2)]
-        cases[1].run.model.stages[FIRST_STAGE:, GUESSED:] = 0.0
-        for case in cases:
-            torsion(case)
-            case.run.work.counters[:] = 0.0
-        pairs = [[case.cycle()[0] for case in cases] for _ in range(ROUNDS)]
-        ratio = median(own / other for own, other in pairs)
-        taken, before = (case.run.work.counters[N_ITERATIONS] / case.run.work.counters[N_STAGES] for case in cases)
-        print(f"{level:>9} {degrees:4.1f} deg {method:>8}: {taken:.2f} for {before:.2f}, cost {ratio:.3f}", flush=True)
+def cost(level: str, degrees: float, method: str) -> dict[str, float]:
+    """Iterations a stage with and without weights, and the cost with them over that without."""
+    cases = [Case(LEVELS[level][0], degrees, method) for _ in range(2)]
+    cases[1].run.model.stages[FIRST_STAGE:, GUESSED:] = 0.0
+    for case in cases:
+        torsion(case)
+        case.run.work.counters[:] = 0.0
+    pairs = [[case.cycle()[0] for case in cases] for _ in range(ROUNDS)]
+    taken, before = (case.run.work.counters[N_ITERATIONS] / case.run.work.counters[N_STAGES] for case in cases)
+    ratio = median(own / other for own, other in pairs)
+    return {"iterations": round(taken, 3), "without": round(before, 3), "cost_over_without": round(ratio, 3)}
+
+
+def of_method(name: str) -> dict[str, Any]:
+    """Weights of a method, and what guesses miss."""
+    runs = {row: changes(*row, name) for row in RUNS}
+    weights = fitted(list(runs.values()))
+    left = {
+        f"{level} at {speed:g} rev/min, {degrees:g} deg": {
+            "none": missed(run, 0.0 * weights), "own": missed(run, fitted([run])), "all": missed(run, weights),
+        }
+        for (level, speed, degrees), run in runs.items()
+    }  # fmt: skip
+    return {"weights": [np.round(row[:s], 2).tolist() for s, row in enumerate(weights)], "missed": left}
 
 
 def main(names: Sequence[str]) -> int:
-    """Fit and print, or measure the cost."""
-    if list(names) == ["cost"]:
-        cost()
-        return 0
+    """Fit, measure and print."""
+    found: dict[str, Any] = {}
     for name in names or METHODS:
-        runs = {row: changes(*row, name) for row in RUNS}
-        weights = fitted(list(runs.values()))
-        print(f'    "{name}": (')
-        for s, row in enumerate(weights):
-            print(f"        ({', '.join(f'{value:.2f}' for value in row[:s])}{',' if s == 1 else ''}),")
-        print("    ),")
-        for (level, speed, degrees), run in runs.items():
-            for title, used in (("none", 0.0 * weights), ("own", fitted([run])), ("all", weights)):
-                text = " ".join(f"{value:.0e}" for value in missed(run, used))
-                print(f"# {level:>9} {speed:4.0f} rev/min {degrees:5.2f} deg, weights {title:>4}: {text}", flush=True)
+        print(name, file=sys.stderr, flush=True)
+        found[name] = of_method(name)
+    if not names:
+        found["cost"] = {
+            f"{level}, {degrees:g} deg, {method}": cost(level, degrees, method) for level, degrees, method in COSTS
+        }
+    print(json.dumps(found, indent=1))
     return 0
 
 
