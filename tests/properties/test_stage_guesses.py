@@ -73,3 +73,18 @@ def test_weights_look_at_stages_before_alone():
         assert name in WEIGHTS or not weights.any()
         if table[HEAD, EXPLICIT_FIRST]:
             assert not weights[:, 0].any()
+
+
+def test_guesses_do_not_look_at_what_the_workspace_held_before():
+    """Rows of no stage before are NaN: a weight of zero does not undo them."""
+    settings = Settings(crank="beam", bearings="impedance")
+    made = assemble(load_engine("diesel_i6"), settings)
+    motions = []
+    for held in (0.0, math.nan):
+        run = Simulation(made.engine, made.body, made.settings, None, made.parts)
+        run.inputs[0] = 200.0
+        run.initialize()
+        run.work.known[:] = held
+        run.step(1e-3)
+        motions.append(run.outputs.copy())
+    assert np.isfinite(motions[0]).all() and np.array_equal(*motions)

@@ -10,6 +10,7 @@ from cranktrain.dynamics.model.slots import (
     BIG_Q,
     BIG_V,
     DIFFERENCE,
+    MORE_MISSED,
     PORTS,
     STATE_U,
     STATE_UD,
@@ -63,6 +64,7 @@ def explicit_stage(model, work, state):
         work.known[0, 0, k] = work.port[STATE_U, k]
         work.known[0, 1, k] = work.port[STATE_UD, k]
         work.known[0, 2, k] = work.port[STATE_UDD, k]
+        work.known[0, MORE_MISSED, k] = 0.0
 
 
 @inlined_kernel
