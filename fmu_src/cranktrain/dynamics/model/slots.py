@@ -40,8 +40,6 @@ VALVE_TORQUE, FRAME_SIZE = 11, 12
 # what an iteration changes of the forces.
 U, UD, UDD, FORCES, U_Q, U_V, U_FREE, U_STEP, U_DIFFERENCE, U_BEFORE = range(10)
 STATE_U, STATE_UD, STATE_UDD, SERIES, GUESS, RELATIVE, RELATIVE_RATE, F_STEP, PORT_VECTORS = range(10, 19)
-# ``Work.known`` has the first three, and behind them how much more the series missed than at that stage a step before.
-MORE_MISSED, KNOWN_ROWS = 3, 4
 # Rows of ``Work.modal``: memory of a factorisation, vectors of a stage, its Q and V, what a step of Newmark's form
 # knows beforehand, and the step's difference from its embedded solution.
 PIVOTS, COLUMN, BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MODAL_VECTORS = range(11)

@@ -20,7 +20,6 @@ from cranktrain.dynamics.model.slots import (
     FRAME_SIZE,
     INPUT_ROWS,
     KEYS,
-    KNOWN_ROWS,
     MODAL_VECTORS,
     OTHER_INPUTS,
     PORT_VECTORS,
@@ -74,7 +73,7 @@ class Work(NamedTuple):
     modal: Array  # (MODAL_VECTORS, n)
     port: Array  # (PORT_VECTORS, m)
     stage: Array  # (stages, 3, n) q, v, a of each stage
-    known: Array  # (stages, KNOWN_ROWS, m) the ports' u, u̇, ü at each stage, and MORE_MISSED
+    known: Array  # (stages, 3, m) the ports' u, u̇, ü at each stage
     scratch: Array  # (64,)
     counters: Array  # (COUNTERS,) steps, stages, Newton iterations, rejected steps, factorisations, worst residual,
     # steps that missed the tolerance
@@ -112,7 +111,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         modal=z((MODAL_VECTORS, n)),
         port=z((PORT_VECTORS, m)),
         stage=z((MAX_STAGES, 3, n)),
-        known=z((MAX_STAGES, KNOWN_ROWS, m)),
+        known=z((MAX_STAGES, 3, m)),
         scratch=z(64),
         counters=z(COUNTERS),
         frames=z((MAX_STAGES, FRAME_SIZE)),

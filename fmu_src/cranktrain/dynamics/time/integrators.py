@@ -18,8 +18,7 @@ from cranktrain.core.named import Named
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.state import ACCELERATION, AUXILIARY, HISTORY, POSITION, VELOCITY
 from cranktrain.dynamics.time import tableaux
-from cranktrain.dynamics.time.stage_guesses import WEIGHTS
-from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FAMILY, FIRST_STAGE, GUESSED, HEAD, NODE, STAGES
+from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FAMILY, FIRST_STAGE, HEAD, NODE, STAGES
 
 
 @dataclass(frozen=True)
@@ -107,8 +106,6 @@ def integrator_table(name: str) -> Array:
     row, given = integrator(name), name.partition(":")[2]
     table = row.coefficients() if row.parameter is None else row.coefficients(_value(row, row.parameter, given))
     table[HEAD, FAMILY] = list(FAMILIES).index(row.family)
-    for stage, weights in enumerate(WEIGHTS.get(row.name, ())):
-        table[FIRST_STAGE + stage, GUESSED : GUESSED + len(weights)] = weights
     return table
 
 

@@ -5,12 +5,12 @@ Stage s reads V = v₀ + h Σ a_sj a_j and Q = q₀ + h Σ a_sj v_j + hγ V over
 
 from __future__ import annotations
 
-from cranktrain.core.kernel import inlined_kernel, law_kernel
+from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel
+from cranktrain.core.vectors import LANES, load, store
 from cranktrain.dynamics.model.slots import (
     BIG_Q,
     BIG_V,
     DIFFERENCE,
-    MORE_MISSED,
     PORTS,
     STATE_U,
     STATE_UD,
@@ -23,7 +23,7 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.model.state import ACCELERATION, OMEGA_REFERENCE, POSITION, VELOCITY, offset
 from cranktrain.dynamics.time.stage import Stage
 from cranktrain.dynamics.time.status import OK
-from cranktrain.dynamics.time.step import add_stages, keep_motion, port_tolerance, solve_and_keep
+from cranktrain.dynamics.time.step import keep_motion, port_tolerance, solve_and_keep
 from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FIRST_STAGE, HEAD, STAGES, coefficients
 
 
@@ -64,7 +64,6 @@ def explicit_stage(model, work, state):
         work.known[0, 0, k] = work.port[STATE_U, k]
         work.known[0, 1, k] = work.port[STATE_UD, k]
         work.known[0, 2, k] = work.port[STATE_UDD, k]
-        work.known[0, MORE_MISSED, k] = 0.0
 
 
 @inlined_kernel
@@ -96,6 +95,21 @@ def combine_stages(model, work, state, s, h):
         big_q[i] += c_v * big_v[i]
     for k in range(m):
         u_q[k] += c_v * u_v[k]
+
+
+@kernel
+def add_stages(found, part, weights, stages, n, out):
+    """``out`` (n,) += Σ_j weights[j] ``found[j, part]`` over the stages before."""
+    i = 0
+    while i + 3 < n:
+        total = load(out, i)
+        for j in range(stages):
+            total += weights[j] * load(found, (j, part, i))
+        store(out, i, total)
+        i += LANES
+    for k in range(i, n):
+        for j in range(stages):
+            out[k] += weights[j] * found[j, part, k]
 
 
 @law_kernel

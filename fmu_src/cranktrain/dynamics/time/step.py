@@ -10,13 +10,11 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.vectors import LANES, load, store
+from cranktrain.core.kernel import inlined_kernel
 from cranktrain.dynamics.model.slots import (
     BIG_Q,
     BIG_V,
     GUESS,
-    MORE_MISSED,
     NEWTON_TOLERANCE,
     OMEGA,
     ORDER,
@@ -35,7 +33,7 @@ from cranktrain.dynamics.model.state import ACCELERATION, OMEGA_REFERENCE, POSIT
 from cranktrain.dynamics.motion.film_memory import close_stage, open_stage
 from cranktrain.dynamics.time.stage import Stage, solve_stage, to_ports
 from cranktrain.dynamics.time.status import FILM_FAILED, OK
-from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FIRST_STAGE, GUESSED, HEAD, NODE, coefficients
+from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FIRST_STAGE, HEAD, NODE, coefficients
 
 REFERENCE_TURN = math.radians(3.0)
 """Step of crank angle at which the Newton tolerance is meant."""
@@ -56,8 +54,7 @@ def port_tolerance(model, work, h):
 def guess_ports(model, work, state, stage, h):
     """Guess the ports at a stage: Taylor's series from the nearest time that is known, the step's start or a stage.
 
-    What the series missed at the same stage of the last step is added, and what follows from how much it missed more at
-    the stages before (:mod:`cranktrain.dynamics.time.stage_guesses`). Fills ``work.port[GUESS]``.
+    What the series missed at the same stage of the last step is added. Fills ``work.port[GUESS]``.
     """
     table = model.stages
     time = table[FIRST_STAGE + stage, NODE]
@@ -80,22 +77,6 @@ def guess_ports(model, work, state, stage, h):
             )
         work.port[SERIES, k] = series
         work.port[GUESS, k] = series + state[o + k]
-    add_stages(work.known, MORE_MISSED, table[FIRST_STAGE + stage, GUESSED:], stage, m, work.port[GUESS])
-
-
-@kernel
-def add_stages(found, part, weights, stages, n, out):
-    """``out`` (n,) += Σ_j weights[j] ``found[j, part]`` over the stages before."""
-    i = 0
-    while i + 3 < n:
-        total = load(out, i)
-        for j in range(stages):
-            total += weights[j] * load(found, (j, part, i))
-        store(out, i, total)
-        i += LANES
-    for k in range(i, n):
-        for j in range(stages):
-            out[k] += weights[j] * found[j, part, k]
 
 
 @inlined_kernel
@@ -107,9 +88,7 @@ def keep_ports(model, work, state, stage):
         work.known[stage, 0, k] = work.port[U, k]
         work.known[stage, 1, k] = work.port[UD, k]
         work.known[stage, 2, k] = work.port[UDD, k]
-        missed = work.port[U, k] - work.port[SERIES, k]
-        work.known[stage, MORE_MISSED, k] = missed - state[o + k]
-        state[o + k] = missed
+        state[o + k] = work.port[U, k] - work.port[SERIES, k]
 
 
 @inlined_kernel

@@ -2,20 +2,18 @@
 
 Row ``HEAD`` holds what all families share: the family's number in the register, the number of stages, c_q/h² and c_v/h
 of the implicit stages, whether the first stage is explicit; then what a family of Newmark's form reads. A row for each
-stage follows, a_ij (strictly lower part used), c_i, and the weights of the stage's first guess
-(:mod:`cranktrain.dynamics.time.stage_guesses`), and where the method has an embedded one, a last row of the differences
-of the weights, b − b̂.
+stage follows, a_ij (strictly lower part used) with c_i in the last column, and where the method has an embedded one, a
+last row of the differences of the weights, b − b̂.
 """
 
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.state import MAX_STAGES
 
 HEAD, FIRST_STAGE = 0, 1
-FAMILY, STAGES, C_Q, C_V, EXPLICIT_FIRST, ALPHA_M, ALPHA_F, BETA, GAMMA, NODE, GUESSED = range(11)
-"""``NODE`` is the column of c_i, the time of a stage in steps; from ``GUESSED`` on stand the weights of its guess."""
-WIDTH = GUESSED + MAX_STAGES
+FAMILY, STAGES, C_Q, C_V, EXPLICIT_FIRST, ALPHA_M, ALPHA_F, BETA, GAMMA, WIDTH = range(10)
+NODE = WIDTH - 1
+"""Column of c_i, the time of a stage in steps."""
 
 
 @kernel
