@@ -129,9 +129,9 @@ def carry(bearing, load, step, steps, speed=SPEED, record=(), position=(0.1, -0.
 
 
 def grooved(grid=GRID, count=0, **options):
-    """A groove along the middle of the upper half, fed with 4 bar."""
+    """A groove along the middle of the upper half, as wide as the grid says, fed with 4 bar."""
     around = (grid.angles >= np.radians(30)) & (grid.angles <= np.radians(150) * (1.0 + 1e-12))
-    mask = np.outer(around, np.abs(grid.zetas[1:-1]) <= 1.1e-6).astype(float)
+    mask = np.outer(around, np.abs(grid.zetas[1:-1]) <= grid.groove + 1.1e-6).astype(float)
     return Bearing(grid, count, supply=mask, supply_pressure=4e5, **options)
 
 

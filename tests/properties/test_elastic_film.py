@@ -61,10 +61,11 @@ def test_a_bore_without_compliance_is_the_rigid_film():
 def test_elastic_shapes_are_in_equilibrium_with_the_pressure(count):
     bearing = grooved(count=count)
     shapes = bore_shapes(GRID, count)[:, :, 1:-1]
-    weights = bearing.film.lines[1:-1, 1] * 0.5 * WIDTH * 2 * np.pi / GRID.n_phi * bearing.film.constants[3]
+    weights = bearing.film.weights.reshape(GRID.n_phi, -1)[:, 1:-1]
+    weights = weights * 0.5 * WIDTH * 2 * np.pi / GRID.n_phi * bearing.film.constants[3]
 
     def check(*_):
-        loads = np.einsum("kij,ij,j->k", shapes, bearing.pressure, weights)
+        loads = np.einsum("kij,ij,ij->k", shapes, bearing.pressure, weights)
         expected = bearing.film.compliance[:, 4:] @ loads
         assert bearing.delta == pytest.approx(expected, rel=1e-8, abs=1e-8 * abs(expected).max())
 
@@ -117,10 +118,13 @@ def test_the_result_does_not_depend_on_the_warm_start():
 
 @pytest.mark.parametrize("steady", [True, False])
 def test_forces_converge_with_the_grid(steady):
-    """Second order in smooth films; the rupture front costs some of it. Moving: all forces of a piece of orbit."""
+    """Second order in smooth films; the rupture front costs some of it. Moving: all forces of a piece of orbit.
+
+    The groove has a width: the end of one without is a point of which no grid sees enough.
+    """
     forces = []
     for n_phi, n_z in ((24, 5), (48, 11), (96, 23)):
-        bearing, history = grooved(ElasticGrid(n_phi, n_z), 7), []
+        bearing, history = grooved(ElasticGrid(n_phi, n_z, groove=1 / 3), 7), []
         if steady:
             history.append(bearing.settle(CLEARANCE * np.array([0.2, -0.75, 0.03, 0.05])))
         else:

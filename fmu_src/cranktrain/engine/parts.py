@@ -134,8 +134,8 @@ class PlainBearing:
     ``contact_modulus`` E', boundary friction (coefficient on the contact pressure, stress on the real contact), and the
     lining's ``hardness``, which no contact pressure exceeds.
     ``groove`` is ``none`` or ``circumferential``. Level ``ehd`` follows the oil from a supply at ``supply_pressure``:
-    the groove, or one in mid-bore that is ``supply_arc`` long and ``supply_width`` wide about ``supply_angle`` (from
-    the x axis in the sense of rotation); as it comes, the upper half.
+    a groove in mid-bore, ``supply_width`` wide, all around or ``supply_arc`` long about ``supply_angle`` (from the x
+    axis in the sense of rotation); as it comes, the upper half. To the levels below it a groove all around is a line.
     """
 
     diameter: q.Size

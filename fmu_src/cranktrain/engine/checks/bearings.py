@@ -55,3 +55,5 @@ def _check_film(table: str, film: PlainBearing, journal: str, diameter: float, n
     of("roughness", 6.0 * film.roughness < clearance, text)
     text = f"{1e6 * film.relief.depth:.4g} um is more than the clearance, {1e6 * clearance:.4g} um; give a few um"
     of("relief_depth", film.relief.depth <= clearance, text)
+    text = f"{mm(film.supply_width)} leaves no land of the bearing's width, {mm(film.width)}; give less than that"
+    of("supply_width", film.supply_width < film.width, text)

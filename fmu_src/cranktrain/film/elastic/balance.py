@@ -27,19 +27,23 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from cranktrain.core.kernel import kernel
-from cranktrain.core.vectors import LANES, splat, store
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.core.vectors import LANES, load, splat, store, unpack
 from cranktrain.film.contact.gap import open_gap
 from cranktrain.film.elastic.grid import (
     AFTER,
+    AFTER_SIDE,
     BEFORE,
+    BEFORE_SIDE,
     BEND,
     COMPRESSED,
     COMPRESSIBLE,
     COS,
     DENSE,
     DRIVEN,
+    FACE_AHEAD,
     FACE_EXTRA,
+    FACE_FLOW,
     FACE_FLUX,
     FACE_OPEN,
     FACE_SLOPE,
@@ -50,8 +54,6 @@ from cranktrain.film.elastic.grid import (
     N_Z,
     OPEN,
     OWN,
-    PER_AFTER,
-    PER_BEFORE,
     RADIUS,
     REDUCED,
     ROUGHNESS,
@@ -87,17 +89,6 @@ class Flow(NamedTuple):
     across: float
     forward: float
     backward: float
-
-
-class Node(NamedTuple):
-    """Numbers of a node, of the face behind it and of its neighbours around."""
-
-    f: int
-    f_up: int
-    q: int
-    q_up: int
-    q_down: int
-    line: int
 
 
 @kernel
@@ -219,109 +210,160 @@ def oil_balance(film, rates, nodes, faces, first, band, residual):
     """
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
-    lines = n_z + 2
     flow = flow_factors(film.constants, rates.half_speed)
+    for i in range(n_phi):
+        down = i + 1 if i + 1 < n_phi else 0
+        if film.constants[COMPRESSIBLE] > 0.0:
+            for j in range(n_z):
+                h = faces[FACE_OPEN, i * n_z + j]
+                q = i * (n_z + 2) + j + 1
+                ahead = compression_ahead(film, flow, nodes, h, q, down * (n_z + 2) + j + 1)
+                faces[FACE_AHEAD, i * n_z + j] = ahead
+        _face_flows(film, flow, i, down, nodes, faces)
     for position in range(n_phi):
         i = first + position
         if i >= n_phi:
             i -= n_phi
-        up = i - 1 if i > 0 else n_phi - 1
-        down = i + 1 if i + 1 < n_phi else 0
-        for j in range(n_z):
-            at = Node(i * n_z + j, up * n_z + j, i * lines + j + 1, up * lines + j + 1, down * lines + j + 1, j)
-            row = band[position * n_z + j]
-            for k in range(0, band.shape[1] - LANES, LANES):
-                store(row, k, splat(0.0))
-            store(row, band.shape[1] - LANES, splat(0.0))
-            faces[FACE_FLUX, at.f] = _face_change(film, flow, at, nodes, faces)
-            if film.supply[at.f] > 0.0:
-                row[n_z] = 1.0
-                residual[at.f] = 0.0
-                nodes[OWN, at.q] = 0.0
-                nodes[AFTER, at.q] = 0.0
-                nodes[BEFORE, at.q] = 0.0
-                nodes[SQUEEZE, at.q] = 0.0
-            else:
-                residual[at.f] = _node_balance(film, rates, flow, at, nodes, faces, row)
+        # The last four lines may overlap those before them: they are found twice.
+        for line in range(0, n_z, LANES):
+            _four_balances(film, rates, flow, i, min(line, n_z - LANES), position, nodes, faces, band, residual)
 
 
-@kernel
-def _node_balance(film, rates, flow, at, nodes, faces, row):
-    """Residual of one node's balance; its factors of ∂R/∂H into ``nodes``, and its ``row`` of the band."""
-    q = at.q
-    j = at.line
+@inlined_kernel
+def _face_flows(film, flow, i, down, nodes, faces):
+    """Flow (1/s) from column ``i`` to the next one, and its derivative by the distance of the surfaces at the faces."""
     n_z = int(film.constants[N_Z])
-    is_open = nodes[OPEN]
-    slope = nodes[SLOPE]
-    reduced = nodes[REDUCED]
-    mobility = nodes[MOBILITY]
-    void = nodes[VOID]
-    full = nodes[FULL]
-    forward = flow.forward
-    backward = flow.backward
-    h = faces[FACE_OPEN, at.f]
-    h_up = faces[FACE_OPEN, at.f_up]
-    g = flow.around * h * h * h
-    g_up = flow.around * h_up * h_up * h_up
-    mean = 0.5 * (is_open[q] + is_open[q + 1])
-    mean_before = 0.5 * (is_open[q] + is_open[q - 1])
-    by_after = flow.across * film.lines[j + 1, PER_AFTER] * mean * mean
-    by_before = flow.across * film.lines[j + 1, PER_BEFORE] * mean_before * mean_before
-    side = by_after * mean
-    side_before = by_before * mean_before
-    p = reduced[q]
-    u = void[q]
-    dense = nodes[DENSE]
-    held = 1.0 + nodes[COMPRESSED, q]
-    ahead = compression_ahead(film, flow, nodes, h, q, at.q_down)
-    ahead_up = compression_ahead(film, flow, nodes, h_up, at.q_up, q)
-    after = p - reduced[q + 1]
-    before = p - reduced[q - 1]
-    total = (
-        g * (p - reduced[at.q_down]) + h * carried(flow, nodes, ahead, q, at.q_down)
-        + g_up * (p - reduced[at.q_up]) - h_up * carried(flow, nodes, ahead_up, at.q_up, q)
-        + side * after + side_before * before + faces[FACE_EXTRA, at.f] - faces[FACE_EXTRA, at.f_up]
-    )  # fmt: skip
-    by_after *= 1.5 * after
-    by_before *= 1.5 * before
-    own = slope[q] * (by_after + by_before)
-    storing = is_open[q] * rates.per_step
-    swelling = 0.0
-    if nodes[WAS_VOID, q] > 0.0:
-        total += ((held + u) * is_open[q] - nodes[START_MASS, q]) * rates.per_step
-        own += (held + u) * slope[q] * rates.per_step
-        nodes[SQUEEZE, q] = 0.0
-    else:
-        growth = nodes[DRIVEN, q] + rates.per_gain * nodes[FILM, q]
-        gained = u + nodes[COMPRESSED, q] - nodes[START_COMPRESSED, q]
-        total += slope[q] * held * growth + gained * storing
-        own += nodes[BEND, q] * held * growth + gained * slope[q] * rates.per_step
-        nodes[SQUEEZE, q] = slope[q] * held
-        swelling = slope[q] * growth * dense[q]
-    nodes[OWN, q] = own
-    nodes[AFTER, q] = by_after * slope[q + 1]
-    nodes[BEFORE, q] = by_before * slope[q - 1]
-    if full[q] > 0.0:
-        out = h * (forward * (1.0 - ahead) - backward * ahead)
-        into = h_up * (forward * ahead_up - backward * (1.0 - ahead_up))
-        answer = (g + g_up + side + side_before) * mobility[q] + (out - into + storing) * dense[q]
+    q = i * (n_z + 2) + 1
+    q_down = down * (n_z + 2) + 1
+    up = q if flow.forward > 0.0 else q_down
+    beyond = q_down if flow.forward > 0.0 else q
+    drive = flow.forward - flow.backward
+    for line in range(0, n_z, LANES):
+        j = min(line, n_z - LANES)
+        f = i * n_z + j
+        h = load(faces, (FACE_OPEN, f))
+        area = flow.around * (h * h)
+        drop = load(nodes, (REDUCED, q + j)) - load(nodes, (REDUCED, q_down + j))
+        held = load(nodes, (COMPRESSED, up + j))
+        ahead = load(faces, (FACE_AHEAD, f)) * (load(nodes, (COMPRESSED, beyond + j)) - held)
+        content = drive * (splat(1.0) + load(nodes, (VOID, up + j)) + held + ahead)
+        pressed = area * drop
+        store(faces, (FACE_FLOW, f), h * (pressed + content) + load(faces, (FACE_EXTRA, f)))
+        store(faces, (FACE_FLUX, f), load(faces, (FACE_SLOPE, f)) * (3.0 * pressed + content))
+
+
+@inlined_kernel
+def _four_balances(film, rates, flow, i, j, position, nodes, faces, band, residual):
+    """Residual, factors of ∂R/∂H and rows of the band of four neighbours across the bore, from column i, line j on.
+
+    Masks of 0 and 1 take the place of choices: a node that was void, is full, or is at supply pressure.
+    """
+    n_phi = int(film.constants[N_PHI])
+    n_z = int(film.constants[N_Z])
+    i_up = i - 1 if i > 0 else n_phi - 1
+    i_down = i + 1 if i + 1 < n_phi else 0
+    f = i * n_z + j
+    f_up = i_up * n_z + j
+    q = i * (n_z + 2) + j + 1
+    q_up = i_up * (n_z + 2) + j + 1
+    q_down = i_down * (n_z + 2) + j + 1
+    one = splat(1.0)
+    free = one - load(film.supply, f)
+    # Flow across the bore, and what the distance of the surfaces changes of it.
+    is_open = load(nodes, (OPEN, q))
+    p = load(nodes, (REDUCED, q))
+    per_after = flow.across * load(film.sides, (AFTER_SIDE, j + 1))
+    per_before = flow.across * load(film.sides, (BEFORE_SIDE, j + 1))
+    after, by_own, by_after = side_conductance(is_open, load(nodes, (OPEN, q + 1)))
+    before, by_own_too, by_before = side_conductance(is_open, load(nodes, (OPEN, q - 1)))
+    after = per_after * after
+    before = per_before * before
+    to_after = p - load(nodes, (REDUCED, q + 1))
+    to_before = p - load(nodes, (REDUCED, q - 1))
+    total = load(faces, (FACE_FLOW, f)) - load(faces, (FACE_FLOW, f_up)) + (after * to_after + before * to_before)
+    to_after = per_after * to_after
+    to_before = per_before * to_before
+    slope = load(nodes, (SLOPE, q))
+    own = slope * (to_after * by_own + to_before * by_own_too)
+    store(nodes, (AFTER, q), free * (to_after * by_after * load(nodes, (SLOPE, q + 1))))
+    store(nodes, (BEFORE, q), free * (to_before * by_before * load(nodes, (SLOPE, q - 1))))
+    # What a node stores, after what it was at the step's start.
+    void = load(nodes, (VOID, q))
+    dense = load(nodes, (DENSE, q))
+    held = one + load(nodes, (COMPRESSED, q))
+    was_void = load(nodes, (WAS_VOID, q))
+    was_full = one - was_void
+    storing = rates.per_step * is_open
+    growth = was_full * (load(nodes, (DRIVEN, q)) + rates.per_gain * load(nodes, (FILM, q)))
+    gained = void + load(nodes, (COMPRESSED, q)) - load(nodes, (START_COMPRESSED, q))
+    kept = was_void * (held + void) + was_full * gained
+    total = total + (
+        slope * held * growth + kept * storing - rates.per_step * (was_void * load(nodes, (START_MASS, q)))
+    )
+    own = own + (load(nodes, (BEND, q)) * held * growth + rates.per_step * (kept * slope))
+    store(nodes, (OWN, q), free * own)
+    store(nodes, (SQUEEZE, q), free * (was_full * (slope * held)))
+    store(residual, f, free * total)
+    # Derivatives by the node's own unknown and those of its neighbours.
+    h = load(faces, (FACE_OPEN, f))
+    h_up = load(faces, (FACE_OPEN, f_up))
+    ahead = load(faces, (FACE_AHEAD, f))
+    ahead_up = load(faces, (FACE_AHEAD, f_up))
+    g = flow.around * (h * h * h)
+    g_up = flow.around * (h_up * h_up * h_up)
+    full = load(nodes, (FULL, q))
+    mobility = load(nodes, (MOBILITY, q))
+    out = h * (flow.forward * (one - ahead) - flow.backward * ahead)
+    into = h_up * (flow.forward * ahead_up - flow.backward * (one - ahead_up))
+    answer = (g + g_up + (after + before)) * mobility + (out - into + storing) * dense
+    swelling = free * full * (slope * growth * dense)
+    answer = full * answer + (one - full) * (storing + flow.forward * h + flow.backward * h_up)
+    answer = free * answer + (one - free)
+    full = load(nodes, (FULL, q_up))
+    into = flow.forward * (one - ahead_up) - flow.backward * ahead_up
+    into = g_up * load(nodes, (MOBILITY, q_up)) + h_up * into * load(nodes, (DENSE, q_up))
+    by_up = free * (full * into + (one - full) * (flow.forward * h_up))
+    full = load(nodes, (FULL, q_down))
+    out = flow.forward * ahead - flow.backward * (one - ahead)
+    out = g * load(nodes, (MOBILITY, q_down)) - h * out * load(nodes, (DENSE, q_down))
+    by_down = free * (full * out + (one - full) * (flow.backward * h))
+    before = free * (before * load(nodes, (MOBILITY, q - 1)) * load(nodes, (FULL, q - 1)))
+    after = free * (after * load(nodes, (MOBILITY, q + 1)) * load(nodes, (FULL, q + 1)))
+    rows = (unpack(answer), unpack(swelling), unpack(by_up), unpack(before), unpack(after), unpack(by_down))
+    _put_rows(band, position * n_z + j, j, n_z, rows)
+
+
+@inlined_kernel
+def _put_rows(band, row, j, n_z, entries):
+    """Write four rows of the band: own answers, what swelling adds, and minus those by the neighbours."""
+    answer, swelling, by_up, before, after, by_down = entries
+    for k in range(LANES):
+        at = band[row + k]
+        for column in range(0, at.shape[0] - LANES, LANES):
+            store(at, column, splat(0.0))
+        store(at, at.shape[0] - LANES, splat(0.0))
         # Denser oil in a closing film weakens the answer; far from the solution it must not turn it.
-        row[n_z] = answer + max(swelling, -0.5 * answer)
-    else:
-        row[n_z] = storing + forward * h + backward * h_up
-    if j > 0 and full[q - 1] > 0.0:
-        row[n_z - 1] = -side_before * mobility[q - 1]
-    if j < n_z - 1 and full[q + 1] > 0.0:
-        row[n_z + 1] = -side * mobility[q + 1]
-    row[0] = -forward * h_up
-    if full[at.q_up] > 0.0:
-        into = forward * (1.0 - ahead_up) - backward * ahead_up
-        row[0] = -g_up * mobility[at.q_up] - h_up * into * dense[at.q_up]
-    row[2 * n_z] = -backward * h
-    if full[at.q_down] > 0.0:
-        out = forward * ahead - backward * (1.0 - ahead)
-        row[2 * n_z] = -g * mobility[at.q_down] + h * out * dense[at.q_down]
-    return total
+        at[n_z] = answer[k] + max(swelling[k], -0.5 * answer[k])
+        at[0] = -by_up[k]
+        at[2 * n_z] = -by_down[k]
+        if j + k > 0:
+            at[n_z - 1] = -before[k]
+        if j + k < n_z - 1:
+            at[n_z + 1] = -after[k]
+
+
+@inlined_kernel
+def side_conductance(h, beside):
+    """Conductance H³ between two axial neighbours, with derivatives by both: exact where H is linear between them.
+
+    Relieved edges open by several least gaps from line to line; the cube of the mean is half as much again there.
+    """
+    product = h * beside
+    per_sum = 1.0 / (h + beside)
+    twice = 4.0 * product * per_sum
+    value = 0.5 * twice * product
+    common = value * per_sum
+    return value, twice * beside - common, twice * h - common
 
 
 @kernel
@@ -351,13 +393,3 @@ def compression_ahead(film, flow, nodes, h, q, q_down):
     pressed = flow.around * h * h * nodes[MOBILITY, k]
     compressed = (flow.forward + flow.backward) * nodes[DENSE, k]
     return pressed / compressed if 0.5 * compressed > pressed else 0.5
-
-
-@kernel
-def _face_change(film, flow, at, nodes, faces):
-    """Derivative of the flux through the face behind a node by the distance of the surfaces there."""
-    h = faces[FACE_OPEN, at.f]
-    ahead = compression_ahead(film, flow, nodes, h, at.q, at.q_down)
-    driven = carried(flow, nodes, ahead, at.q, at.q_down)
-    pressed = 3.0 * flow.around * h * h * (nodes[REDUCED, at.q] - nodes[REDUCED, at.q_down])
-    return faces[FACE_SLOPE, at.f] * (pressed + driven)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -55,14 +56,17 @@ OWN, AFTER, BEFORE, SQUEEZE, DRIVEN, CONTACT, CONTACT_SLOPE, CHANGE = 9, 10, 11,
 # Of the oil: reduced pressure, its slope by pressure, ρ/ρ₀ − 1 with its slope, how fast the oil thickens with pressure,
 # and ρ/ρ₀ − 1 at the step's start; over p₀.
 REDUCED, MOBILITY, COMPRESSED, DENSE, THICKENING, START_COMPRESSED = 17, 18, 19, 20, 21, 22
-FACE_OPEN, FACE_SLOPE, FACE_FLUX, FACE_EXTRA = 0, 1, 2, 3
+# Flow through a face and its derivative by the surfaces' distance; share of the compression downstream in it.
+FACE_OPEN, FACE_SLOPE, FACE_FLUX, FACE_EXTRA, FACE_FLOW, FACE_AHEAD = range(6)
 # Columns of ElasticFilm.trig and ElasticFilm.lines.
 COS, SIN, FACE_COS, FACE_SIN = range(4)
-ZETA, FILM_WEIGHT, CONTACT_WEIGHT, PER_AFTER, PER_BEFORE, LINE_WIDTH, PROFILE = range(7)
+ZETA, LINE_WIDTH, PROFILE = range(3)
+# Rows of ElasticFilm.sides.
+AFTER_SIDE, BEFORE_SIDE = 0, 1
 # A journal's place and velocity; the sources of its motion.
 X, Y, A, B, V_X, V_Y, V_A, V_B = range(8)
 NODE_FIELDS = 23
-FACE_FIELDS = 4
+FACE_FIELDS = 6
 
 
 class ElasticFilm(NamedTuple):
@@ -73,8 +77,12 @@ class ElasticFilm(NamedTuple):
     trig: Array
     """(n_phi, 4) cosine and sine of nodes, cosine and sine of the faces behind them: columns COS to FACE_SIN."""
     lines: Array
-    """(n_z + 2, 7) ζ, weights of film and of contact pressure, 1/(Δζ w) towards the next and the last line, width w,
-    relief of the shell over the clearance: columns ZETA to PROFILE."""
+    """(n_z + 2, 3) ζ, width w (of contact pressure too), relief of the shell over the clearance: columns ZETA to
+    PROFILE."""
+    sides: Array
+    """(2, n_z + 2) 1/(Δζ w) towards the next and the last line: rows AFTER_SIDE, BEFORE_SIDE."""
+    weights: Array
+    """(n_phi (n_z + 2),) weights of film pressure in ζ at nodes."""
     shapes: Array
     """(n_phi (n_z + 2) + n_phi n_z, 8 m) shapes at nodes, then at circumferential faces; column 0 is zero."""
     supply: Array
@@ -139,9 +147,11 @@ class ElasticGrid:
     n_phi : int
         nodes around, at least 12
     n_z : int
-        nodes between the ends, at least 5; 7 and 11 use the kernels' vectors best
+        nodes between the ends, at least 5; multiples of four use the kernels' vectors best
     edge : float
-        gathering of the axial nodes at the ends, ζ = (1 − edge) s + edge sin(π s/2): 0 uniform, to 0.9
+        gathering of the axial nodes at the ends, ζ = (1 − edge) s + edge sin(π s/2) of even s: 0 uniform, to 0.9
+    groove : float
+        half width of a groove in mid-bore over that of the bore, or 0; its edges are lines
 
     Raises
     ------
@@ -152,12 +162,15 @@ class ElasticGrid:
     n_phi: int = 72
     n_z: int = 7
     edge: float = 0.3
+    groove: float = 0.0
 
     def __post_init__(self) -> None:
         if self.n_phi < 12 or self.n_z < 5:
             raise InputError(f"elastic film: grid {self.n_phi} x {self.n_z} is too coarse; give at least 12 x 5")
         if not 0.0 <= self.edge <= 0.9:
             raise InputError(f"elastic film: gathering of nodes at the ends is {self.edge:g}; give 0 to 0.9")
+        if not 0.0 <= self.groove < 1.0:
+            raise InputError(f"elastic film: a groove of {self.groove:g} of the bore's width; give 0 to 1, without 1")
 
     @property
     def size(self) -> int:
@@ -172,12 +185,19 @@ class ElasticGrid:
     @property
     def zetas(self) -> Array:
         """Axial lines including both ends, (n_z + 2,)."""
-        return (1.0 - self.edge) * self._uniform + self.edge * np.sin(0.5 * math.pi * self._uniform)
+        if self.groove == 0.0:
+            return self._gathered(np.linspace(-1.0, 1.0, self.n_z + 2))
+        # As many spacings in the groove as on even lines, one or two at least, and two of each land.
+        spacings = self.n_z + 1
+        even = 1 - self.n_z % 2
+        inside = 2 * max(round(0.5 * (self.groove * spacings - even)), 1 - even) + even
+        inside = min(inside, spacings - 4)
+        land = self.groove + (1.0 - self.groove) * self._gathered(np.linspace(0.0, 1.0, (spacings - inside) // 2 + 1))
+        return np.concatenate([-land[::-1], np.linspace(-self.groove, self.groove, inside + 1)[1:-1], land])
 
-    @property
-    def _uniform(self) -> Array:
-        """Even s over the width, (n_z + 2,)."""
-        return np.linspace(-1.0, 1.0, self.n_z + 2)
+    def _gathered(self, s: Array) -> Array:
+        """ζ of lines at even places s from the middle, 0, to the end, 1."""
+        return (1.0 - self.edge) * s + self.edge * np.sin(0.5 * math.pi * s)
 
     def work(self, shapes: int) -> ElasticWork:
         """Scratch memory for films of this grid with as many bore shapes."""
@@ -262,12 +282,16 @@ class ElasticGrid:
         constants = [self.n_phi, self.n_z, k, 0.5 * diameter, width, clearance, viscosity, supply_pressure, rough_share]
         step, values, compressible = (0.0, np.zeros((1, 2, 2)), False) if oil is None else oil
         constants += [step, 0.0, float(compressible), *LIMITS]
-        lines = _lines(self.zetas, 1.0 - self.edge + 0.5 * math.pi * self.edge * np.cos(0.5 * math.pi * self._uniform))
+        gaps = np.diff(self.zetas)
+        # Contact need not vanish at an end: it has the weights of the plain trapezoid.
+        widths = 0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps))
         g = np.array([relief(zeta, profile) for zeta in self.zetas]) / clearance
         return ElasticFilm(
             np.array(constants, dtype=float),
             np.ascontiguousarray(trig.T),
-            np.ascontiguousarray(np.column_stack([lines, g])),
+            np.ascontiguousarray(np.column_stack([self.zetas, widths, g])),
+            _per_side(self.zetas, widths),
+            _film_weights(self.zetas, mask).ravel(),
             _shape_table(forms),
             np.ascontiguousarray(mask.ravel()),
             # A film pressure presses the journal along −(cos φ, sin φ).
@@ -312,20 +336,43 @@ def _square(compliance: Array, k: int) -> Array:
     return c
 
 
-def _lines(zetas: Array, stretch: Array) -> Array:
-    """Axial lines as in :class:`ElasticFilm` but for the relief, (n_z + 2, 6); ``stretch`` is dζ/ds of the uniform s.
+def _film_weights(zetas: Array, supply: Array) -> Array:
+    """Weights of film pressure in ζ at all nodes, (n_phi, n_z + 2), for a mask of supply (n_phi, n_z).
 
-    Film pressure vanishes at the ends: the trapezoid in s with its first end correction, the slope there taken from two
-    nodes, is of fourth order. Contact need not vanish at an edge and stays with the plain trapezoid.
+    The integrals of cubics through the four lines nearest to each spacing, on one side of a groove's edge, where the
+    slope of pressure jumps.
     """
-    film = np.ones(zetas.size)
-    film[[0, -1]] = 0.0
-    film[[1, -2]] += 1.0 / 6.0
-    film[[2, -3]] -= 1.0 / 24.0
+    weights = np.zeros((len(supply), zetas.size))
+    patterns, of_column = np.unique(supply > 0.0, axis=0, return_inverse=True)
+    for number, pattern in enumerate(patterns):
+        fed = np.concatenate([[False], pattern, [False]])
+        edges = np.flatnonzero(fed & ~(np.roll(fed, 1) & np.roll(fed, -1)))
+        bounds = [0, *edges, zetas.size - 1]
+        row = sum(_cubic_weights(zetas, first, last) for first, last in pairwise(bounds) if last > first)
+        weights[np.ravel(of_column) == number] = row
+    return weights
+
+
+def _cubic_weights(zetas: Array, first: int, last: int) -> Array:
+    """Weights over the lines of a smooth stretch from line ``first`` to ``last``, (n,); zero elsewhere."""
+    weights = np.zeros(zetas.size)
+    count = min(4, last - first + 1)
+    for k in range(first, last):
+        near = np.arange(count) + min(max(k - 1, first), last - count + 1)
+        middle, half = 0.5 * (zetas[k] + zetas[k + 1]), 0.5 * (zetas[k + 1] - zetas[k])
+        moments = [half * ((half / 3.0**0.5) ** p * (1.0 + (-1.0) ** p)) for p in range(count)]
+        weights[near] += np.linalg.solve(np.vander(zetas[near] - middle, increasing=True).T, moments)
+    if weights.min() < 0.0:
+        # Spacings that differ by far: no pressure may count against the load.
+        gaps = np.diff(zetas[first : last + 1])
+        weights[first : last + 1] = 0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps))
+    return weights
+
+
+def _per_side(zetas: Array, width: Array) -> Array:
+    """1/(Δζ w) of lines of a width towards the next one and the last one, (2, n_z + 2); 0 beyond the ends."""
+    per_side = np.zeros((2, zetas.size))
     gaps = np.diff(zetas)
-    width = 0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps))
-    after, before = np.zeros(zetas.size), np.zeros(zetas.size)
-    after[:-1] = 1.0 / (gaps * width[:-1])
-    before[1:] = 1.0 / (gaps * width[1:])
-    step = 2.0 / (zetas.size - 1)
-    return np.column_stack([zetas, film * stretch * step, width, after, before, width])
+    per_side[AFTER_SIDE, :-1] = 1.0 / (gaps * width[:-1])
+    per_side[BEFORE_SIDE, 1:] = 1.0 / (gaps * width[1:])
+    return per_side

@@ -6,9 +6,11 @@ import math
 
 from cranktrain.core.kernel import kernel
 from cranktrain.film.contact.asperity import FRICTION, SHEAR, SMOOTH_SPEED, contact_pressure
-from cranktrain.film.elastic.balance import carried, compression_ahead, flow_factors, grid_factors
+from cranktrain.film.elastic.balance import carried, compression_ahead, flow_factors, grid_factors, side_conductance
 from cranktrain.film.elastic.border import film_area, load_unit, present_loads
 from cranktrain.film.elastic.grid import (
+    AFTER_SIDE,
+    BEFORE_SIDE,
     BEND,
     CHANGE,
     CLEARANCE,
@@ -17,7 +19,6 @@ from cranktrain.film.elastic.grid import (
     CONTACT_LOAD,
     CONTACT_SHARE,
     CONTACT_SLOPE,
-    CONTACT_WEIGHT,
     DRIVEN,
     FACE_EXTRA,
     FACE_OPEN,
@@ -26,7 +27,6 @@ from cranktrain.film.elastic.grid import (
     FILM_MIN,
     FILM_MIN_ANGLE,
     FILM_MIN_ZETA,
-    FILM_WEIGHT,
     FORCE,
     FRICTION_TORQUE,
     LINE_WIDTH,
@@ -36,8 +36,6 @@ from cranktrain.film.elastic.grid import (
     N_Z,
     OIL,
     OPEN,
-    PER_AFTER,
-    PER_BEFORE,
     PRESSURE,
     PRESSURE_MAX,
     RADIUS,
@@ -123,7 +121,7 @@ def _contents(film, nodes):
             fill = 1.0 + nodes[VOID, i * lines + min(max(line, 1), lines - 2)]
             held = 1.0 + nodes[COMPRESSED, q]
             h = nodes[OPEN, q]
-            sheared = film.lines[line, CONTACT_WEIGHT] * fill * nodes[SLOPE, q] * held
+            sheared = film.lines[line, LINE_WIDTH] * fill * nodes[SLOPE, q] * held
             shear += sheared / (h * nodes[MOBILITY, q])
             if 0 < line < lines - 1:
                 oil += film.lines[line, LINE_WIDTH] * (held + nodes[VOID, q]) * h
@@ -144,7 +142,7 @@ def _film_load(film, nodes):
         for line in range(1, lines - 1):
             p = nodes[PRESSURE, i * lines + line]
             if p > 0.0:
-                weight = film.lines[line, FILM_WEIGHT] * nodes[SLOPE, i * lines + line]
+                weight = film.weights[i * lines + line] * nodes[SLOPE, i * lines + line]
                 load += p * weight
                 wedge += p * weight * (nodes[FILM, down + line] - nodes[FILM, up + line])
     return load, wedge
@@ -158,7 +156,7 @@ def _contact(film, nodes):
     rubbing = 0.0
     for q in range(nodes.shape[1]):
         if nodes[CONTACT, q] > 0.0:
-            weight = film.lines[q % lines, CONTACT_WEIGHT]
+            weight = film.lines[q % lines, LINE_WIDTH]
             load += weight * nodes[CONTACT, q]
             p, _, area = contact_pressure(nodes[FILM, q] * film.constants[CLEARANCE], film.contact, film.contact_table)
             rubbing += weight * (film.contact[FRICTION] * p + film.contact[SHEAR] * area)
@@ -183,11 +181,13 @@ def _flows(film, speed, per_gain, work):
             p = work.nodes[REDUCED, q]
             width = film.lines[line, LINE_WIDTH]
             if p > 0.0 and line == 1:
-                mean = 0.5 * (is_open[q] + is_open[q - 1])
-                side += width * film.lines[line, PER_BEFORE] * across * mean * mean * mean * p
+                side += (
+                    width * film.sides[BEFORE_SIDE, line] * across * side_conductance(is_open[q], is_open[q - 1])[0] * p
+                )
             if p > 0.0 and line == n_z:
-                mean = 0.5 * (is_open[q] + is_open[q + 1])
-                side += width * film.lines[line, PER_AFTER] * across * mean * mean * mean * p
+                side += (
+                    width * film.sides[AFTER_SIDE, line] * across * side_conductance(is_open[q], is_open[q + 1])[0] * p
+                )
             if film.supply[i * n_z + line - 1] > 0.0:
                 fed += width * _node_outflow(film, 0.5 * speed, per_gain, i, line, work)
     return side, fed
@@ -212,14 +212,14 @@ def _node_outflow(film, half_speed, per_gain, i, line, work):
     ahead = compression_ahead(film, flow, nodes, h, q, q_down)
     ahead_up = compression_ahead(film, flow, nodes, h_up, q_up, q)
     held = 1.0 + nodes[COMPRESSED, q]
-    mean = 0.5 * (nodes[OPEN, q] + nodes[OPEN, q + 1])
-    mean_before = 0.5 * (nodes[OPEN, q] + nodes[OPEN, q - 1])
+    after, _, _ = side_conductance(nodes[OPEN, q], nodes[OPEN, q + 1])
+    before, _, _ = side_conductance(nodes[OPEN, q], nodes[OPEN, q - 1])
     return (
         flow.around * (h * h * h * (p[q] - p[q_down]) + h_up * h_up * h_up * (p[q] - p[q_up]))
         + h * carried(flow, nodes, ahead, q, q_down)
         - h_up * carried(flow, nodes, ahead_up, q_up, q)
-        + flow.across * film.lines[line, PER_AFTER] * mean * mean * mean * (p[q] - p[q + 1])
-        + flow.across * film.lines[line, PER_BEFORE] * mean_before * mean_before * mean_before * (p[q] - p[q - 1])
+        + flow.across * film.sides[AFTER_SIDE, line] * after * (p[q] - p[q + 1])
+        + flow.across * film.sides[BEFORE_SIDE, line] * before * (p[q] - p[q - 1])
         + nodes[SLOPE, q] * held * (nodes[DRIVEN, q] + per_gain * nodes[FILM, q])
         + work.faces[FACE_EXTRA, i * n_z + line - 1]
         - work.faces[FACE_EXTRA, up * n_z + line - 1]

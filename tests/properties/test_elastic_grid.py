@@ -1,0 +1,109 @@
+"""Axial lines of an elastic film: grooves end at lines, sums over pressure are exact, flows are those of wedges."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from elastic_bearing import follow, grooved
+
+from cranktrain.core.errors import InputError
+from cranktrain.engine.checks.bearings import check_bearings
+from cranktrain.engine.file import load_engine
+from cranktrain.film.elastic.balance import side_conductance
+from cranktrain.film.elastic.grid import ElasticGrid
+from cranktrain.film.laws.ehd import IN_LOOP, elastic_arrays
+from cranktrain.structure.block.saddle import bore_compliance
+
+GRIDS = list(itertools.product(range(5, 17), (0.0, 0.5, 0.9), (0.0, 0.05, 0.133, 0.3, 0.5, 0.9)))
+
+
+@pytest.mark.parametrize(("n_z", "edge", "groove"), GRIDS)
+def test_lines_are_symmetric_increasing_and_mark_the_groove(n_z, edge, groove):
+    zetas = ElasticGrid(48, n_z, edge, groove).zetas
+    assert zetas.size == n_z + 2
+    assert zetas[0] == -1.0 and zetas[-1] == 1.0
+    assert np.diff(zetas).min() > 0.0
+    assert zetas == pytest.approx(-zetas[::-1], abs=1e-15)
+    if groove:
+        assert np.abs(np.abs(zetas) - groove).min() < 1e-14
+        # Two spacings of each land at least: one node between the groove and the end.
+        assert (zetas > groove + 1e-12).sum() >= 2
+
+
+def weights(n_z, edge, groove, fed):
+    """Weights of all lines, of the nodes at which there is supply or not."""
+    grid = ElasticGrid(48, n_z, edge, groove)
+    across = np.abs(grid.zetas[1:-1]) <= groove + 1e-9
+    film = grid.film(0.085, 0.03, 4e-5, 0.01, supply=np.outer(np.arange(48) < 24, across).astype(float))
+    return grid.zetas, film.weights.reshape(48, -1)[0 if fed else 30]
+
+
+@pytest.mark.parametrize(("n_z", "edge", "groove"), GRIDS)
+def test_no_pressure_counts_against_the_load(n_z, edge, groove):
+    for fed in (True, False):
+        zetas, own = weights(n_z, edge, groove, fed)
+        assert own.min() >= 0.0
+        assert own.sum() == pytest.approx(2.0, rel=1e-12)
+        assert own @ zetas == pytest.approx(0.0, abs=1e-12)
+        assert own == pytest.approx(own[::-1], abs=1e-14)
+
+
+@pytest.mark.parametrize("n_z", [7, 8, 11, 12, 16])
+def test_sums_over_the_width_are_exact_for_cubics_on_each_side_of_a_groove(n_z):
+    groove = 0.133
+    zetas, own = weights(n_z, 0.5, groove, fed=True)
+    land = (1.0 - groove) ** 4 / 4.0 + 3.0 * (1.0 - groove) ** 2 / 2.0
+    # One in the groove, on the lands a cubic of the way from the end that is one at the groove.
+    size = (1.0 - groove) ** 3 + 3.0 * (1.0 - groove)
+    way = 1.0 - np.abs(zetas)
+    pressure = np.where(np.abs(zetas) <= groove + 1e-12, 1.0, (way**3 + 3.0 * way) / size)
+    assert own @ pressure == pytest.approx(2.0 * groove + 2.0 * land / size, rel=1e-12)
+    zetas, own = weights(n_z, 0.5, groove, fed=False)
+    assert own @ zetas**2 == pytest.approx(2.0 / 3.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("opening", [1.0, 1.001, 3.0, 50.0])
+def test_conductance_between_lines_is_that_of_a_wedge(opening):
+    """Flow through a film of height H(z) from p to 0: (∫ dz/H³)⁻¹ p; with H linear, 2 H² H'²/(H + H')."""
+    h, beside = 0.7, 0.7 * opening
+    z, w = np.polynomial.legendre.leggauss(60)
+    across = 1.0 / np.sum(0.5 * w / (0.5 * (h + beside) + 0.5 * (beside - h) * z) ** 3)
+    value, by_own, by_beside = side_conductance(h, beside)
+    assert value == pytest.approx(across, rel=1e-9)
+    for at, slope in ((0, by_own), (1, by_beside)):
+        step = 1e-6 * np.eye(2)[at] * (h, beside)[at]
+        there, back = (
+            side_conductance(*(np.array([h, beside]) + step)),
+            side_conductance(*(np.array([h, beside]) - step)),
+        )
+        assert slope == pytest.approx((there[0] - back[0]) / (2.0 * step[at]), rel=1e-7)
+
+
+def test_load_of_a_grooved_film_does_not_jump_from_one_count_of_lines_to_the_next():
+    """They did where a groove was as wide as lines lie. No line is left out of those balanced four at a time."""
+
+    def forces(n_z):
+        bearing, kept = grooved(ElasticGrid(48, n_z, 0.5, 0.133), 7), []
+        follow(bearing, 60, 0.93, visit=lambda *_: kept.append(bearing.forces))
+        return np.array(kept)
+
+    fine = forces(24)
+    size = np.linalg.norm(fine[:, :2], axis=1).max()
+    worst = {n_z: np.abs(forces(n_z) - fine).max() / size for n_z in range(7, 14)}
+    assert max(worst.values()) < 0.02
+    assert worst[13] < 0.5 * worst[7]
+
+
+def test_the_groove_of_an_engine_is_as_wide_as_its_file_says():
+    engine = load_engine("diesel_i6")
+    bore = bore_compliance(engine, 7)
+    for width in (2e-3, 4e-3, 8e-3):
+        bearing = replace(engine.plain_mains, supply_width=width)
+        film = elastic_arrays(bearing, 0.01, bore, IN_LOOP)
+        zetas = film.lines[:, 0]
+        fed = zetas[1:-1][film.supply.reshape(IN_LOOP.n_phi, -1).any(axis=0)]
+        assert 0.5 * bearing.width * np.ptp(fed) == pytest.approx(width, rel=1e-12)
+    too_wide = replace(bearing, supply_width=bearing.width)
+    with pytest.raises(InputError, match=r"main_bearing\.supply_width: 30 mm leaves no land"):
+        check_bearings(replace(engine, main_bearing=too_wide))
