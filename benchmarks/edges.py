@@ -44,7 +44,7 @@ from cranktrain.structure.crank.reduction import running_body
 Array = NDArray[np.float64]
 PER_CYCLE = 720
 FINE = (2 * IN_LOOP[0], 2 * IN_LOOP[1])
-FINE_ELASTIC = ElasticGrid(2 * ehd.IN_LOOP.n_phi, 2 * ehd.IN_LOOP.n_z + 1, ehd.IN_LOOP.edge)
+FINE_ELASTIC = ElasticGrid(2 * ehd.IN_LOOP.n_phi, 2 * ehd.IN_LOOP.n_z, ehd.IN_LOOP.edge)
 
 
 def parts_of(engine: Engine, level: str) -> Parts:

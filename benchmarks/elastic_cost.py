@@ -4,7 +4,7 @@ The six at 2000 rev/min, every case from the static equilibrium, its third cycle
 cycle's length, median of the cycles behind the first; steps, stages, and per cycle of all films together solutions,
 those with tangents, and Newton iterations. Error: least gap and largest pressure of each main over the cycle, at equal
 places of the crank, and RMS of the pulley's torsion over that of its alternating part, against sdirk4 at half a degree
-on the same grid, for grids against 64 x 15 at the same step. Cases: how steps follow closing films, half the step,
+on the same grid, for grids against 96 x 24 at the same step. Cases: how steps follow closing films, half the step,
 films solved as far as a single one is, other grids. The parts of one film are timed one by one at its last state, least
 of several repeats. Prints one JSON object.
 """
@@ -61,8 +61,17 @@ COMMON = math.radians(2.5)
 FINE: dict[str, Any] = {
     "integrator": "sdirk4", "step": math.radians(0.5), "newton_tolerance": 3.0e-7, "film_change": 0.1,
 }  # fmt: skip
-FINE_GRID = ElasticGrid(64, 15, IN_LOOP.edge)
-GRIDS = ((96, 11, 0.45), (48, 11, 0.45), (36, 11, 0.7), (48, 7, 0.7), (48, 7, 0.45), (36, 7, 0.7))
+FINE_GRID = ElasticGrid(96, 24, 0.3)
+GRIDS = (
+    (96, 16, 0.3),
+    (48, 16, 0.3),
+    (48, 12, 0.3),
+    (64, 8, 0.5),
+    (48, 8, 0.5),
+    (48, 8, 0.3),
+    (36, 8, 0.5),
+    (48, 6, 0.5),
+)
 """Nodes around and across, and their gathering at the ends."""
 REPEATS, CALLS = 7, 200
 

@@ -31,7 +31,7 @@ CYCLES, PER_CYCLE = 2, 288
 FINE: dict[str, Any] = {
     "integrator": "sdirk4", "step": math.radians(0.5), "newton_tolerance": 3.0e-7, "film_change": 0.1,
 }  # fmt: skip
-FINE_GRID = ElasticGrid(96, 11, IN_LOOP.edge)
+FINE_GRID = ElasticGrid(96, 16, 0.3)
 
 
 def main() -> int:

@@ -158,7 +158,7 @@ def tilted_part(table: FilmTable) -> dict[str, Any]:
     settings = table.settings
     states = family(TILTED_STATES, settings.tilt_range * (1.0 - SHARE_MARGIN), 2)
     found = law(table, states)[0]
-    same, finer = TILT_GRIDS[settings.groove], ((2 * TILT_GRIDS[settings.groove][0][0], n) for n in (12, 24))
+    same, finer = TILT_GRIDS, ((2 * TILT_GRIDS[0][0], n) for n in (16, 32))
     return {
         "same_film": spread_of(errors(found[:, :4], films(states, [table_grid(settings, *n) for n in same]))),
         "finer_film": spread_of(errors(found[:, :4], films(states, [table_grid(settings, *n) for n in finer]))),
@@ -173,7 +173,7 @@ def rates_part(table: FilmTable) -> dict[str, Any]:
     """
     settings, result = table.settings, {}
     rng = np.random.default_rng(6)
-    grids = [table_grid(settings, *n) for n in TILT_GRIDS[settings.groove]]
+    grids = [table_grid(settings, *n) for n in TILT_GRIDS]
     for name, limit in (("all_tilts", settings.tilt_range * (1.0 - SHARE_MARGIN)), ("half_the_tilt", 0.5)):
         for low, high in pairwise(RATE_BINS[:-1]):
             states = family(RATE_STATES, limit, 7)
@@ -255,7 +255,7 @@ def engine_part(table: FilmTable, speed: float) -> dict[str, Any]:
     within = share < settings.tilt_range * (1.0 - SHARE_MARGIN)
     shares = {"not_from_table": float(np.mean(status != TABLED)), "largest_tilt": float(share.max())}
     states, bearing, ratio = states[within], bearing[within], ratio[within]
-    true = films(states, [table_grid(settings, *size) for size in TILT_GRIDS[settings.groove]])
+    true = films(states, [table_grid(settings, *size) for size in TILT_GRIDS])
     size = np.hypot(true[:, 0], true[:, 1])
     largest = np.array([size[bearing == k].max() for k in range(bearing.max() + 1)])[bearing]
     found = law(table, states)[0]

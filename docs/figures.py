@@ -322,7 +322,7 @@ def elastic_grid_table(found: dict[str, Any]) -> str:
         unit = "kN" if name == "force_kn" else "N m"
         texts = [", ".join(f"{value:.3g}" for value in found[grid][name]) for grid in ("loop", "fine")]
         rows.append((f"{label} of each main / {unit}", *texts))
-    return table(("second cycle, 2000 rev/min", "48 × 7", "96 × 15"), rows)
+    return table(("second cycle, 2000 rev/min", "48 × 8", "96 × 16"), rows)
 
 
 def damper() -> str:

@@ -68,7 +68,7 @@ def random_errors(table, count, grids, seed):
 
 
 def test_the_stated_error_holds_at_random_states(table):
-    grids = [table_grid(SETTINGS, *size) for size in database.TILT_GRIDS[SETTINGS.groove]]
+    grids = [table_grid(SETTINGS, *size) for size in database.TILT_GRIDS]
     errors = random_errors(table, 400, grids, seed=1).max(axis=1)
     stated = table.worst(0.95)
     assert np.quantile(errors, 0.95) < 1.2 * stated["tilted_p95"]
@@ -80,11 +80,11 @@ def test_the_stated_error_holds_at_random_states(table):
 def test_the_default_table_at_random_states_against_a_finer_film(tmp_path):
     settings = replace(SETTINGS, resolution="default")
     table, path, _ = film_table(settings, tmp_path / "default.h5")
-    errors = random_errors(table, 500, [table_grid(settings, 128, n) for n in (12, 24)], seed=2)
+    errors = random_errors(table, 500, [table_grid(settings, 128, n) for n in (16, 32)], seed=2)
     worst = errors.max(axis=1)
     assert np.quantile(worst, 0.95) < 0.005
     assert worst.max() < 0.02
-    assert table.worst(0.95)["tilted_max"] < 0.02
+    assert table.worst(0.95, 1.0 - SHARE_MARGIN)["tilted_max"] < 0.02
     assert table.worst(0.95)["tilted_p95"] < 0.005
     assert path.stat().st_size < 20e6
 
@@ -293,7 +293,7 @@ def test_blended_tangents_carry_the_slope_of_the_weight(table):
 
 
 def test_a_tilted_journal_at_rest_between_turning_surfaces(table):
-    grids = [table_grid(SETTINGS, *size) for size in database.TILT_GRIDS[SETTINGS.groove]]
+    grids = [table_grid(SETTINGS, *size) for size in database.TILT_GRIDS]
     rng = np.random.default_rng(9)
     stated = table.worst(0.95)["tilted_max"]
     for eps in (0.3, 0.5, 0.7, 0.9, 0.94):

@@ -22,7 +22,7 @@ from cranktrain.film.table.database import table_grid
 from cranktrain.film.table.family import LEVER, ONE_POINT, SPREAD, turning
 from cranktrain.film.table.law import TABLED
 
-GRIDS = [table_grid(SETTINGS, *size) for size in database.TILT_GRIDS[SETTINGS.groove]]
+GRIDS = [table_grid(SETTINGS, *size) for size in database.TILT_GRIDS]
 
 
 @pytest.fixture(scope="module")

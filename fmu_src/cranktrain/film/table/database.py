@@ -67,11 +67,11 @@ from cranktrain.film.table.sampling import aligned_errors, sample_aligned, sampl
 
 SCHEMA = 5
 GROOVES = ("none", "circumferential")
-RESOLUTIONS = {"coarse": (20, 28, 4), "default": (40, 56, 7), "fine": (48, 72, 8)}
+RESOLUTIONS = {"coarse": (20, 28, 4), "default": (40, 54, 9), "fine": (48, 72, 11)}
 """Nodes over ε, γ and (from zero to the tilt range) each of A, B of the tilted table."""
 N_ALIGNED = (49, 96)
 ALIGNED_GRID = (144, 24)
-TILT_GRIDS = {"none": ((64, 8), (64, 16)), "circumferential": ((64, 12), (64, 24))}
+TILT_GRIDS = ((64, 12), (64, 24))
 """Intervals around and over the whole width of the two films that are extrapolated."""
 ONLINE_GRID = (48, 12)
 AXIAL_SINE = 0.98
@@ -173,8 +173,11 @@ class FilmTable:
         """Cells of both tables, counting the stored quarter only."""
         return int(self.aligned_error.size + self.tilted_error.size)
 
-    def worst(self, eccentricity: float = 1.0) -> dict[str, float]:
-        """Maximum and 95th percentile of the interpolation error of cells with centres up to ``eccentricity``."""
+    def worst(self, eccentricity: float = 1.0, tilt: float = 1.0) -> dict[str, float]:
+        """Maximum and 95th percentile of the interpolation error of cells with centres up to ``eccentricity``.
+
+        With tilt of those up to a share ``tilt`` of its range; beyond 1 − ``law.SHARE_MARGIN`` films are solved too.
+        """
         result = {}
         for name, error, top in (
             ("aligned", self.aligned_error, ALIGNED_MAX),
@@ -182,6 +185,9 @@ class FilmTable:
         ):
             if error.size:
                 chosen = error[centres(eccentricity_nodes(error.shape[0] + 1, top)) <= eccentricity]
+                if name == "tilted":
+                    within = tilt_shares(self.settings, middle=True) <= tilt * self.settings.tilt_range
+                    chosen = chosen[:, :, within][..., within]
                 result[f"{name}_max"] = float(chosen.max())
                 result[f"{name}_p95"] = float(np.quantile(chosen, 0.95))
         return result
@@ -280,7 +286,7 @@ def sample_slab(settings: TableSettings, name: str) -> Array:
         status = sample_aligned(eps[int(index)], gamma, aligned_norms(settings)[0], solved_film(grid), out, values)
     else:
         share = tilt_shares(settings, bool(middle))
-        coarse, fine = (solved_film(table_grid(settings, *size)) for size in TILT_GRIDS[settings.groove])
+        coarse, fine = (solved_film(table_grid(settings, *size)) for size in TILT_GRIDS)
         values = np.empty((n_gamma, len(share), len(share), FUNCTIONS + 1))
         ratio2 = 1.0 / settings.length_ratio**2
         status = sample_tilted((eps[int(index)], settings.ends()), gamma, share, ratio2, coarse, fine, out, values)

@@ -1,6 +1,6 @@
 """Splines of the film table: their axes, their fit and their evaluation with exact derivatives.
 
-Axes: x = −ln(1 − 0.97 ε) + 0.6 ln(1 + ε/0.1) and y = γ − 0.4 sin γ − 0.15 sin 2γ, uniform, y periodic (nodes gather
+Axes: x = −ln(1 − 0.97 ε) + 0.6 ln(1 + ε/0.1) and y = γ − 0.2 sin γ − 0.1 sin 2γ, uniform, y periodic (nodes gather
 where a thin film passes from squeeze to wedge, about γ = ±95°, and where the surfaces part); the tilt as shares
 
     A = a/(√(ρ² − b²) − ε),  B = b/√(ρ² − ε²)
@@ -28,8 +28,8 @@ from cranktrain.film.spline import bicubic, circulant, cubic, not_a_knot, wrappe
 from cranktrain.film.table.reach import TERMS
 
 STRETCH, LOW_SHARE, LOW_WIDTH = 0.97, 0.6, 0.1
-GATHERED = (0.4, 0.15)
-TILT_STRETCH = 0.95
+GATHERED = (0.2, 0.1)
+TILT_STRETCH = 0.98
 ALIGNED_MAX = 0.995
 TILTED_MAX = 0.98
 """Largest eccentricities of the two tables."""
