@@ -6,9 +6,9 @@ complementarity). With H = h/c and ω the journal's speed, the bore at rest, eac
 
     ∂(θH)/∂t + ∂φ(½ω θH − H³ ∂φΠ) − (D/L)² ∂ζ(H³ ∂ζΠ) = 0        (1/s)
 
-on node-centred finite volumes: H³ at the middle of faces, θ from the node upstream with a limited correction to second
-order from the step's start, no pressure flow into ruptured nodes but what their full neighbours press there. The rate
-has two forms, after what the node was at the step's start:
+on node-centred finite volumes: H³ at the middle of faces around and of a wedge between axial neighbours, θ from the
+node upstream with a limited correction to second order from the step's start, no pressure flow into ruptured nodes but
+what their full neighbours press there. The rate has two forms, after what the node was at the step's start:
 
 * full: ∂H/∂t from the velocities of the stage, minus the void share's growth, − |u| H/Δt. A full film thus keeps the
   order of the stage's own rule;

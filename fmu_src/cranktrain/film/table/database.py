@@ -19,9 +19,9 @@ interpolation (:mod:`cranktrain.film.table.interpolation`) is measured against t
 What a table of L/D 0.353 is worth (``python -m benchmarks film_table``; errors of the larger of force over |F| and
 moment over |F| L/2, against films of twice as many nodes):
 
-* without tilt, 2000 random states: at most 0.07 % to ε 0.95, 0.2 % to 0.99;
-* on the family, 600 random states to ε 0.95 and the tilt range, touching edges included: 1.2 % at the 95th percentile,
-  0.07 % in the median, at most 4.3 %;
+* without tilt, 2000 random states: at most 0.08 % to ε 0.95, 0.16 % to 0.99, of the films it was made of;
+* on the family, 600 random states to ε 0.95 and the tilt range, touching edges included: 0.4 % at the 95th percentile,
+  0.03 % in the median, at most 5.3 % (against the films it was made of 0.3, 0.03 and 1.2 %);
 * at places and velocities of a running six the two points leave 2 % of the bearing's largest force at the 95th
   percentile, 0.02 % in the median, at most 18 % (500 states at each of 1000 to 2600 rev/min, films themselves in place
   of the table). Pure tilt rate is 15 % too stiff.
