@@ -37,6 +37,8 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 """First bytes of an HDF5 file."""
 SUPERBLOCK = 48
 """Bytes that tell how long a file is to be."""
+LARGE_ROW = 65536
+"""Bytes from which on a row of an array is a chunk of its own."""
 CUT_SHORT = "damaged, an HDF5 file cut short of which nothing can be read; copy it again from where it is whole"
 PART_FORMAT = "cranktrain film table, unfinished"
 
@@ -265,7 +267,8 @@ def put(file: h5py.File, name: str, array: Any, unit: str) -> None:
     array = np.asarray(array)
     # HDF5 notices by itself that a file is cut short; values that have changed it notices by a checksum only.
     # Chunks that h5py guesses reach beyond an array's ends: a sixth of a film table's file.
-    chunks = (1, *array.shape[1:]) if array.ndim > 2 and array[0].nbytes >= 65536 else None
+    in_rows = array.ndim > 2 and array.nbytes >= LARGE_ROW * max(1, len(array))
+    chunks = (1, *array.shape[1:]) if in_rows else None
     checked = array.size > 1 or None
     dataset = file.create_dataset(name, data=array, chunks=chunks, track_times=False, fletcher32=checked)
     put_unit(dataset, unit)

@@ -226,7 +226,8 @@ def oil_balance(film, rates, nodes, faces, first, band, residual):
             i -= n_phi
         # The last four lines may overlap those before them: they are found twice.
         for line in range(0, n_z, LANES):
-            _four_balances(film, rates, flow, i, min(line, n_z - LANES), position, nodes, faces, band, residual)
+            at = (i, min(line, n_z - LANES), position)
+            _four_balances(film, rates, flow, at, nodes, faces, band, residual)
 
 
 @inlined_kernel
@@ -253,11 +254,13 @@ def _face_flows(film, flow, i, down, nodes, faces):
 
 
 @inlined_kernel
-def _four_balances(film, rates, flow, i, j, position, nodes, faces, band, residual):
-    """Residual, factors of ∂R/∂H and rows of the band of four neighbours across the bore, from column i, line j on.
+def _four_balances(film, rates, flow, at, nodes, faces, band, residual):
+    """Residual, factors of ∂R/∂H and rows of the band of four neighbours across the bore.
 
-    Masks of 0 and 1 take the place of choices: a node that was void, is full, or is at supply pressure.
+    ``at`` is the column, the first line, and the column's place in the band. Masks of 0 and 1 take the place of
+    choices: a node that was void, is full, or is at supply pressure.
     """
+    i, j, position = at
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     i_up = i - 1 if i > 0 else n_phi - 1
