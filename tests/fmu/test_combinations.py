@@ -236,7 +236,7 @@ REFUSED = [
     ({"bearing.level": "held"}, "locks the axis of a crank that cannot bend, not of crank level 'solid'"),
     ({"crank.level": "torsional", "block.level": "flexible"}, "'held' does not meet a flexible block"),
     ({"block.level": "flexible", "piston.level": "rigid"}, "cannot follow a flexible block"),
-    ({"block.level": "flexibel"}, "'block.level' is 'flexibel'; valid: ground, flexible"),
+    ({"block.level": "flexibel"}, "'block.level' is 'flexibel'; valid: auto, ground, flexible"),
     ({"piston.level": "loose"}, "'piston.level' is 'loose'; valid: auto, rigid, guided"),
     ({"damper.level": "yes"}, "'damper.level' is 'yes'; valid: none, fitted"),
     ({"shaft.boundary": "free"}, "'shaft.boundary' is 'free'; valid: speed, torque"),

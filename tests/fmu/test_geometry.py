@@ -6,6 +6,7 @@ import math
 import pytest
 
 from cranktrain.core.errors import InputError
+from cranktrain.engine.file import load_engine
 from cranktrain.fmu.description import expand
 from cranktrain.fmu.engine_fmu import family_counts, full_interface
 from cranktrain.fmu.geometry import geometry, with_geometry
@@ -31,6 +32,9 @@ def test_a_flexible_block_keeps_its_bore(engine):
     assert with_geometry(engine, {"bore": 0.11, "block": "ground"}, NAMES)[0].cylinders.bore == 0.11
     with pytest.raises(InputError, match=r"'geometry.bore' is 0.11, but the flexible block .* made for 0.105"):
         with_geometry(engine, {"bore": 0.11, "block": "flexible"}, NAMES)
+    assert with_geometry(engine, {"bore": 0.11}, NAMES)[0].cylinders.bore == 0.11
+    with pytest.raises(InputError, match=r"'geometry.bore' is 0.11, but the flexible block .* made for 0.12[;,]"):
+        with_geometry(load_engine("diesel_v8"), {"bore": 0.11, "block": "auto"}, NAMES)
 
 
 def test_a_family_that_is_expanded_again_keeps_its_starts(engine):

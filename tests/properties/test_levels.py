@@ -64,6 +64,29 @@ def test_refused_with_the_reason(engine, choices, says):
     assert re.search(says, text), text
 
 
+@pytest.mark.parametrize(
+    ("engine", "choices", "block", "pistons"),
+    [
+        (SIX, {}, "ground", "rigid"),
+        (EIGHT, {}, "flexible", "guided"),
+        (EIGHT, {"crank": "beam", "pistons": "guided"}, "flexible", "guided"),
+        (EIGHT, {"bearings": "linear"}, "ground", "rigid"),
+        (EIGHT, {"crank": "rigid"}, "ground", "rigid"),
+        (EIGHT, {"crank": "torsional"}, "ground", "rigid"),
+        (EIGHT, {"pistons": "rigid"}, "ground", "rigid"),
+        (EIGHT, {"block": "ground"}, "ground", "rigid"),
+        (replace(EIGHT, block=None), {}, "ground", "rigid"),
+        (replace(EIGHT, mounts=None), {}, "ground", "rigid"),
+        (replace(EIGHT, piston_guidance=None), {}, "ground", "rigid"),
+    ],
+)
+def test_rollers_run_in_a_flexible_block_where_nothing_else_is_chosen(engine, choices, block, pistons):
+    """And no choice that makes sense on ground is refused for a block that nobody chose."""
+    found = resolved(Settings(**choices), engine)
+    check_levels(found, engine)
+    assert (found.block, found.pistons) == (block, pistons)
+
+
 def test_every_other_combination_of_the_six_is_taken():
     refused = 0
     axes = (

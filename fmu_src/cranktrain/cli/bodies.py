@@ -16,11 +16,13 @@ if TYPE_CHECKING:
     from cranktrain.core.reduced_body import ReducedBody
 
 
-def add_block_options(parser: argparse.ArgumentParser) -> None:
-    """Options that say what the crank runs in."""
+def add_block_options(parser: argparse.ArgumentParser, running: bool = True) -> None:
+    """Options that say what the crank runs in; ``running``: the block of a run follows the engine's mains."""
+    usual = "ground, flexible where the mains are rollers" if running else "ground"
     parser.add_argument(
-        "--block", default="ground", metavar="LEVEL", help=f"{described(BLOCKS.values())}; default ground"
-    )
+        "--block", default="auto" if running else "ground", metavar="LEVEL",
+        help=f"{described(BLOCKS.values())}; default {usual}",
+    )  # fmt: skip
     own = parser.add_mutually_exclusive_group()
     own.add_argument(
         "--block-mesh", metavar="FILE", help="own block (.msh, .inp, .bdf) with named surfaces; needs --block flexible"

@@ -26,7 +26,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--crank", default="solid", metavar="LEVEL",
         help=f"{described(CRANKS.values())}; default solid, of the others the frequencies stand beside the solid's",
     )  # fmt: skip
-    add_block_options(parser)
+    add_block_options(parser, running=False)
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

@@ -21,7 +21,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--output", metavar="FILE", help="also write the crankshaft: .h5, .npz, or a folder of Matrix Market files"
     )
     parser.add_argument("--block-output", metavar="FILE", help="likewise the block; needs --block flexible")
-    add_block_options(parser)
+    add_block_options(parser, running=False)
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.engine.model import Engine
 
 SETTABLE = ("bore", "compression_ratio")
@@ -54,7 +55,7 @@ def with_geometry(engine: Engine, chosen: Mapping[str, Any], names: Mapping[str,
     for key, value in new.items():
         if key not in SETTABLE:
             _refuse(names.get(key, key), value, own[key], "crank and rods of this FMU were")
-        if key == "bore" and rest.get("block") == "flexible":
+        if key == "bore" and resolved(Settings(**rest), engine).block == "flexible":
             _refuse(names.get(key, key), value, own[key], "the flexible block of this FMU was")
     return (replace(engine, cylinders=replace(engine.cylinders, **new)) if new else engine), rest
 

@@ -43,7 +43,7 @@ _LEVELS: dict[str, Callable[[], tuple[str, ...]]] = {
     "crank": lambda: tuple(CRANKS),
     "bearings": lambda: ("auto", *bearing_levels(*MAINS)),
     "big_ends": lambda: bearing_levels(BIG_END),
-    "block": lambda: tuple(BLOCKS),
+    "block": lambda: ("auto", *BLOCKS),
     "pistons": lambda: ("auto", *PISTONS),
     "film_temperature": lambda: TEMPERATURES,
     "damper_temperature": lambda: TEMPERATURES,
@@ -81,7 +81,7 @@ class Request:
     crank: str = "solid"
     bearings: str = "auto"
     big_ends: str = "rigid"
-    block: str = "ground"
+    block: str = "auto"
     pistons: str = "auto"
     damper: bool = False
     film_temperature: str = "engine"
@@ -141,7 +141,7 @@ class Request:
             level = getattr(self, name)
             if level not in valid():
                 raise InputError(f"{label(name)} '{level}' does not exist; {nearest(level, valid())}")
-        if self.block_mesh is not None and self.block == "ground":
+        if self.block_mesh is not None and self.block != "flexible":
             raise InputError(f"{label('block_mesh')} needs {label('block')} flexible; on ground there is no block")
         if self.integrator is not None:
             integrator_table(self.integrator)

@@ -13,7 +13,7 @@ from cranktrain.dynamics.model.slots import AMBIENT
 from cranktrain.dynamics.time.integrators import INTEGRATORS, amplification, integrator
 from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
 from cranktrain.engine.model import Engine
-from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_levels, usual_level
+from cranktrain.film.laws.register import BIG_END, MAINS, Law, bearing_law, bearing_levels, usual_level
 from cranktrain.loads.damper import required_damper
 
 # Gas source and input reconstruction.
@@ -46,7 +46,7 @@ class Settings:
     crank: str = "solid"
     bearings: str = "auto"
     big_ends: str = "rigid"
-    block: str = "ground"
+    block: str = "auto"
     pistons: str = "auto"
     damper: str = "none"
     boundary: str = "speed"
@@ -73,17 +73,19 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
     """The settings with nothing left open for this engine.
 
     Journals of a crank that only twists are locked on their axis; else mains are rollers where the engine has them,
-    else films without tilt. Elastic films: what they do as they close, and their voids, leave no use for an order above
-    two; their least gap asks for shorter steps. Films that feel tilt cost more than what a tighter tolerance would
-    gain. Pistons are guided by a flexible block's liners.
+    else films without tilt. Rollers run in a flexible block where engine and crank allow it, for the ground leaves the
+    largest error beside them; films, which leave as much themselves, run on ground. Elastic films: what they do as they
+    close, and their voids, leave no use for an order above two; their least gap asks for shorter steps. Films that feel
+    tilt cost more than what a tighter tolerance would gain. Pistons are guided by a flexible block's liners.
     """
     bearings = settings.bearings
     if bearings == "auto":
         bearings = usual_level(settings.crank, mains_kind(engine))
+    law = bearing_law(bearings)
+    block = _usual_block(settings, engine, law) if settings.block == "auto" else settings.block
     pistons = settings.pistons
     if pistons == "auto":
-        pistons = "guided" if settings.block == "flexible" else "rigid"
-    law = bearing_law(bearings)
+        pistons = "guided" if block == "flexible" else "rigid"
     integrator = settings.integrator
     if integrator == "auto":
         held = settings.reconstruction == "hold"
@@ -91,12 +93,20 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
     usual = law.tolerance / amplification(integrator)
     chosen: dict[str, Any] = {
         "bearings": bearings,
+        "block": block,
         "pistons": pistons,
         "integrator": integrator,
         "newton_tolerance": settings.newton_tolerance or usual,
         "film_change": settings.film_change or law.film_change,
     }
     return replace(settings, **chosen)
+
+
+def _usual_block(settings: Settings, engine: Engine, law: Law) -> str:
+    """Block level of a run that chooses none; ``law`` is that of its mains."""
+    described = None not in (engine.block, engine.mounts, engine.piston_guidance)
+    deforms = settings.crank in CRANKS and CRANKS[settings.crank].elastic
+    return law.block if described and deforms and settings.pistons != "rigid" else "ground"
 
 
 def needed_parts(engine: Engine, settings: Settings) -> tuple[str, ...]:

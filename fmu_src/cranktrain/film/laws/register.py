@@ -62,6 +62,7 @@ class Law:
     square_collar : whether the thrust bearing's collar is taken as square to its axis; else it feels its tilt
     usual_for : kinds of bearing, or crank levels, whose level it is where none is chosen
     cost : class of cost
+    block : block level that its runs take where none is chosen, if engine and crank allow it
     integrator, film_change, tolerance : usual integrator of its runs, share of itself by which a film may close over a
         step, and Newton tolerance of the ports in clearances
     """
@@ -75,6 +76,7 @@ class Law:
     square_collar: bool = False
     usual_for: tuple[str, ...] = ()
     cost: str = CHEAP
+    block: str = "ground"
     integrator: str = "esdirk4"
     film_change: float = 1.0
     tolerance: float = 3.0e-5
@@ -200,6 +202,7 @@ for _law in (
         "cylindrical rollers",
         {ROLLER: Form(f"{_HERE}.roller:roller_law", f"{_HERE}.roller:roller_seats", tilt=True)},
         usual_for=(ROLLER,),
+        block="flexible",
         tolerance=1.0e-5,
     ),
 ):

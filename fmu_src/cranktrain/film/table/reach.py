@@ -8,6 +8,8 @@ relieved one has room for more at a small eccentricity. With any tilt (a, b) the
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from cranktrain.core.kernel import kernel
@@ -20,6 +22,7 @@ DEEPEST = 1.0
 _SAMPLES, _HALVINGS = 60, 50
 
 
+@cache
 def reach_terms(profile: tuple[float, float, float], roughness: float, top: float) -> tuple[float, ...]:
     """Coefficients of ρ(ε), from ε⁰ on, for eccentricities up to ``top``; profile and roughness over the clearance."""
     eccentricities = np.linspace(0.0, top, _SAMPLES)
