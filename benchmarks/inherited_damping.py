@@ -46,7 +46,7 @@ def resonances(name: str) -> dict[str, Any]:
         "damping": torsional.body.records["inherited_damping"][:, 1].tolist(),
     }
     cases = {
-        "beam": ct.assemble(engine, ct.Settings(crank="beam")),
+        "beam": ct.assemble(engine, ct.Settings(crank="beam", block="ground")),
         "torsional": torsional,
         "without": ct.assemble(engine, ct.Settings(crank="torsional"), inherit=False),
     }

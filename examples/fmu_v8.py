@@ -65,7 +65,7 @@ def simulated(fmu: Path, damper: str) -> Any:
     begin = time.perf_counter()
     result = fmpy.simulate_fmu(
         str(fmu),
-        start_values={"speed": SPEED_RPM * math.pi / 30.0, "damper.level": damper},
+        start_values={"speed": SPEED_RPM * math.pi / 30.0, "block.level": "ground", "damper.level": damper},
         output=["crank.angle", "pulley.torsion", "damper.heat", "damper.temperature"],
         output_interval=STEP,
         stop_time=CYCLES * 120.0 / SPEED_RPM,
