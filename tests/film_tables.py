@@ -15,11 +15,18 @@ from cranktrain.film.table.law import Tabled, table_force
 from cranktrain.film.table.reach import reach
 from cranktrain.film.table.tilted import table_work
 from cranktrain.store.film_tables import film_table
+from cranktrain.structure import assembly
 
 RATIO = 0.35
 SETTINGS = TableSettings(RATIO, resolution="coarse", relief_depth=0.15, roughness=0.01)
 GRID = table_grid(SETTINGS)
 FILM, MEMORY = journal_work(GRID), table_work()
+
+
+def coarse_mains(patch):
+    """Let main bearings have coarse tables, which are made in seconds; ``patch`` is a ``pytest.MonkeyPatch``."""
+    table = assembly.main_table
+    patch.setattr(assembly, "main_table", lambda engine, say, resolution: table(engine, say, "coarse"))
 
 
 @cache

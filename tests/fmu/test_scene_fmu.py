@@ -7,6 +7,7 @@ import zipfile
 import build_fmu
 import pytest
 from coarse_engines import COARSE, coarse
+from film_tables import coarse_mains
 from fmpy import read_model_description
 
 from cranktrain.dynamics.cycle_run import communication_step
@@ -28,6 +29,14 @@ SCENES = {
         'outputs = ["pulley.torsion", "damper.torque"]\ncrank = "solid"\nbearings = "roller"\ndamper = true\n',
     ),
 }
+
+
+@pytest.fixture(scope="module", autouse=True)
+def coarse_tables():
+    """Plans look at levels above the chosen one."""
+    with pytest.MonkeyPatch.context() as patch:
+        coarse_mains(patch)
+        yield
 
 
 @pytest.fixture(scope="module", params=list(SCENES))

@@ -3,11 +3,11 @@
 import json
 
 import pytest
+from film_tables import coarse_mains
 from total_error import few
 
 from cranktrain.cli.main import main
 from cranktrain.engine.file import load_engine
-from cranktrain.structure import assembly
 from cranktrain.studies import kept as stores
 from cranktrain.studies.tradeoff.total import measure, shipped, study
 from cranktrain.studies.tradeoff.total.families import FAMILIES
@@ -89,9 +89,7 @@ def test_a_plan_takes_its_levels_from_shipped_figures(capsys, tmp_path, monkeypa
     known = shipped.Shipped(points, {"six 2000": Best("solid/ehd/flexible", "esdirk4", 1.0, True, 99.0)}, "")
     digest = shipped.engine_digest(load_engine("diesel_i6"))
     monkeypatch.setattr(shipped, "_all", lambda: {digest: known})
-    # Levels are what is looked at: a coarse table serves as the next one up, and is made in seconds.
-    table = assembly.main_table
-    monkeypatch.setattr(assembly, "main_table", lambda engine, say, resolution: table(engine, say, "coarse"))
+    coarse_mains(monkeypatch)
     path = tmp_path / "scene.toml"
 
     def planned(accuracy):
