@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from total_error import few
 
 from cranktrain.core.errors import SolverError
-from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
@@ -30,7 +30,7 @@ from cranktrain.studies.tradeoff.total.distance import distance, resampled
 from cranktrain.studies.tradeoff.total.families import FAMILIES, wanted
 from cranktrain.studies.tradeoff.total.files import write_files
 from cranktrain.studies.tradeoff.total.page import page
-from cranktrain.studies.tradeoff.total.point import Split, TotalPoint, front, split, with_fronts
+from cranktrain.studies.tradeoff.total.point import Split, TotalPoint, at_scene, front, split, with_fronts
 from cranktrain.studies.tradeoff.total.study import Best, TotalStudy, total_study
 
 __all__ = ["few"]
@@ -397,3 +397,16 @@ def test_the_page_draws_itself_in_a_browser(few, tmp_path):
     places = [(float(x), float(y)) for x, y in numbers]
     for k, (x, y) in enumerate(places):
         assert all(abs(x - u) >= 8.0 or abs(y - v) >= 11.0 for u, v in places[:k])
+
+
+@pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
+def test_no_measured_choice_is_cheaper_than_a_shipped_default_and_as_close(name):
+    """In all families together, at every speed; the default is what a run takes of which nothing is chosen."""
+    engine = load_engine(name)
+    known = shipped.shipped(engine)
+    for scene in known.best:
+        points = at_scene(known.points, scene)
+        usual = resolved(Settings(), engine)
+        (own,) = (point for point in points if point.default)
+        assert (own.crank, own.bearings, own.block) == (usual.crank, usual.bearings, usual.block)
+        assert default_rows(points)[-1][-1] == "on the front"
