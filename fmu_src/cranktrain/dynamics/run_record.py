@@ -16,8 +16,8 @@ from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model.arrays import ModelArrays, Parts, dimensions, structure
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.preparation import prepare_model
-from cranktrain.dynamics.model.settings import Settings, resolved
-from cranktrain.dynamics.model.slots import AMBIENT, OTHER_INPUTS, STEP_KERNEL
+from cranktrain.dynamics.model.settings import Settings, axial_force, resolved
+from cranktrain.dynamics.model.slots import AMBIENT, AXIAL_INPUT, OTHER_INPUTS, STEP_KERNEL
 from cranktrain.dynamics.model.state import TIME, state_size
 from cranktrain.dynamics.model.workspace import Work, make_work
 from cranktrain.dynamics.outputs.register import Outputs, observers, output_counts, output_needs
@@ -62,6 +62,7 @@ def make_run(
     work = make_work(model, state.size, integrators=True)
     inputs = np.zeros(engine.n_cylinders + OTHER_INPUTS)
     inputs[1 : 1 + engine.n_cylinders] = AMBIENT
+    inputs[engine.n_cylinders + AXIAL_INPUT] = axial_force(settings, engine)
     counts = output_counts(engine)
     outputs = observers(counts, model, work, state, np.zeros(len(output_needs(counts))))
     temperatures = np.zeros(len(engine.crankshaft.main_widths))

@@ -21,9 +21,10 @@ from cranktrain.dynamics.cycle_run import Result, balanced, damper_power, run_cy
 from cranktrain.dynamics.model.arrays import ModelArrays, Parts, build_model, dimensions, supply_temperature
 from cranktrain.dynamics.model.bodies import bends
 from cranktrain.dynamics.model.choices import run_numbers
-from cranktrain.dynamics.model.settings import Settings, resolved
+from cranktrain.dynamics.model.settings import Settings, axial_force, resolved
 from cranktrain.dynamics.model.slots import (
     AMBIENT,
+    AXIAL_INPUT,
     DAMPER_TEMPERATURE,
     LOAD_INPUT,
     OTHER_INPUTS,
@@ -71,7 +72,7 @@ __all__ = ["Parts", "Settings", "Simulation", "simulate"]
 SLOWEST = 100.0 * math.pi / 30.0
 """Lowest speed of a simulation over cycles, rad/s."""
 _RPM = 30.0 / math.pi
-BEHIND_PRESSURES = {"shaft.load_torque": "N m", "valvetrain.torque": "N m", "pressure.angle": "rad"}
+BEHIND_PRESSURES = {"shaft.load_torque": "N m", "valvetrain.torque": "N m", "flywheel.axial_force": "N", "pressure.angle": "rad"}
 """Inputs behind the pressures, with their units."""
 
 
@@ -95,12 +96,12 @@ class Simulation(SteppedModel):
 
     Attributes
     ----------
-    inputs : (4 + cylinders,) speed (rad/s), absolute cylinder pressures (Pa), the load torque (N m) on the
+    inputs : (5 + cylinders,) speed (rad/s), absolute cylinder pressures (Pa), the load torque (N m) on the
         dynamometer, which acts at boundary ``torque`` only, the torque (N m) that the valve train takes from the
-        crank's front end, and the crank angle (rad) that the pressures belong to, 0 where nobody tells; set in place
+        crank's front end, the axial force (N) on the flywheel, positive away from the pulley, and the crank angle (rad) that the pressures belong to, 0 where nobody tells; set in place
         before each step
     pressures : the pressures among them
-    input_rates : (4 + cylinders,) rates of the inputs, 1/s, over the next communication step: an input goes on from its
+    input_rates : (5 + cylinders,) rates of the inputs, 1/s, over the next communication step: an input goes on from its
         value at the rate that is given, whatever the reconstruction; not a number, as at first, gives none
     input_names, output_names : as in the FMU
     outputs : values in that order (SI), valid after ``initialize`` and after each step, all of them unless
@@ -132,6 +133,7 @@ class Simulation(SteppedModel):
         self.input_rates = np.full(self._inputs.size, np.nan)
         self.pressures = self.inputs[1 : 1 + engine.n_cylinders]
         self.pressures[:] = AMBIENT
+        self.inputs[engine.n_cylinders + AXIAL_INPUT] = axial_force(self.settings, engine)
         self._load = engine.n_cylinders + LOAD_INPUT
         self.on_demand, self._watched = False, set[int]()
         if self.inputs.size > MAX_INPUTS:

@@ -50,6 +50,7 @@ class Engine:
     clutch: parts.LumpedInertia | None = None
     balance_weights: parts.BalanceWeights | None = None
     drive_line_chain: DriveLineChain | None = None
+    axial_path: parts.AxialPath | None = None
     damper: parts.Damper | None = None
     piston_guidance: parts.PistonGuidance | None = None
     block: parts.Block | None = None

@@ -308,6 +308,28 @@ class DriveLine:
 
 
 @dataclass(frozen=True, kw_only=True)
+class AxialPath:
+    """How the drive line holds the crank along its axis (SI).
+
+    A ``mass`` of the connecting shaft moves along the axis, held at the dynamometer by ``stiffness`` and ``damping``.
+    The ``joint`` between flywheel and shaft gives by ``joint_stiffness`` and ``joint_damping``. A ``bolted`` joint does
+    no more; a ``spline`` slides where the force exceeds ``friction`` × torque / ``spline_radius``, see
+    :mod:`cranktrain.film.laws.axial_joint`. ``force`` is a steady axial force on the flywheel, positive away from the
+    pulley.
+    """
+
+    joint: q.AxialJoint
+    mass: q.Mass
+    stiffness: q.SupportStiffness
+    damping: q.Damping
+    joint_stiffness: q.Stiffness
+    joint_damping: q.Damping = 0.0
+    spline_radius: q.Length = 0.0
+    friction: q.Friction = 0.0
+    force: q.AxialForce = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Damper:
     """Torsional damper on the pulley: a ring that a fluid or rubber couples to its housing (SI).
 

@@ -25,6 +25,7 @@ UNITS: dict[str, dict[str, float]] = {
     "inertia": {"kg m^2": 1.0},
     "density": {"kg/m^3": 1.0},
     "pressure": {"Pa": 1.0, "kPa": 1e3, "bar": 1e5, "MPa": 1e6, "GPa": 1e9},
+    "force": {"N": 1.0, "kN": 1e3},
     "stiffness": {"N/m": 1.0, "N/mm": 1e3},
     "damping": {"N s/m": 1.0},
     "torsional stiffness": {"N m/rad": 1.0},
@@ -169,10 +170,14 @@ Time = Annotated[float, Quantity("time", 0.0, 100.0)]
 Energy = Annotated[float, Quantity("energy", 1e-4, 1e4, "kJ")]
 Area = Annotated[float, Quantity("area", 1e-4, 100.0)]
 
+AxialForce = Annotated[float, Quantity("force", -1e3, 1e3, "kN", "positive away from the pulley")]
+
 NEWTONIAN, SHEAR_THINNING, COMPLEX_MODULUS = DAMPER_LAWS = ("newtonian", "shear-thinning", "complex-modulus")
 TORSIONAL_SOURCES = ("solid", "solid-on-bearings", "ker-wilson", "carter")
+AXIAL_JOINTS = ("spline", "bolted")
 ROLLER_CONTACTS = ("palmgren", "iso16281")
 
+AxialJoint = Annotated[str, OneOf("joint", AXIAL_JOINTS)]
 Groove = Annotated[str, OneOf("groove", ("none", "circumferential"))]
 OilLaw = Annotated[str, OneOf("law", ("vogel", "walther"))]
 Compressibility = Annotated[str, OneOf("law", ("none", "dowson-higginson"))]

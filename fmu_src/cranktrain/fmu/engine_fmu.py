@@ -54,7 +54,7 @@ def product(
         counts=family_counts(engine),
         pages=DESCRIPTION,
         data=data,
-        starts=geometry(engine),
+        starts=starts(engine),
         fixed=fixed,
     )
 

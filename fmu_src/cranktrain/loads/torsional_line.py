@@ -65,6 +65,18 @@ def torsional_line(engine: Engine, crank_inertia: float) -> TorsionalLine:
     return _line(Chain((), (shaft,)), crank_inertia)
 
 
+def windup_stiffness(line: TorsionalLine) -> float:
+    """Sum of the stiffnesses of the shafts that the flywheel turns, as it feels them, N m/rad."""
+    return float((line.laws[:, STIFFNESS] * line.laws[:, AT_FLYWHEEL] ** 2).sum())
+
+
+def windup_shares(line: TorsionalLine) -> Array:
+    """Shares (s,) of the shafts' twists in the wind-up whose product with ``windup_stiffness`` is the springs' torque."""
+    stiffness = windup_stiffness(line)
+    torques = line.laws[:, STIFFNESS] * line.laws[:, AT_FLYWHEEL]
+    return torques / stiffness if stiffness > 0.0 else np.zeros_like(torques)
+
+
 def _line(chain: Chain, crank_inertia: float) -> TorsionalLine:
     turns, speeds = coordinates(chain), gear_speeds(chain)
     # Rotations of flywheel, discs and dynamometer by those of flywheel, rotors and dynamometer.

@@ -19,7 +19,13 @@ from cranktrain.core.kernel import record
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model.basis import Basis, basis
 from cranktrain.dynamics.model.block import BlockArrays, block_arrays
-from cranktrain.dynamics.model.bodies import locked_on_axis, stationary_body, with_big_ends, with_rotor
+from cranktrain.dynamics.model.bodies import (
+    locked_on_axis,
+    stationary_body,
+    with_axial_mass,
+    with_big_ends,
+    with_rotor,
+)
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.mains import REFERENCE_VISCOSITY, main_bearings
 from cranktrain.dynamics.model.ports import lay_ports
@@ -44,12 +50,15 @@ from cranktrain.dynamics.model.slots import (
     SHAFT_K,
     TURNING_MODES,
     WHIRLS,
+    WINDUP_K,
+    WINDUP_LEAD,
 )
 from cranktrain.dynamics.time.status import OK, REFUSALS
 from cranktrain.engine.lubricant import oil_temperature, pressure_constants, viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
-from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films, thrust_bearing
+from cranktrain.engine.parts import AxialPath
+from cranktrain.film.laws.bearings import Bearings, axial_joint_film, bearing_parameters, law_films, thrust_bearing
 from cranktrain.film.laws.films import MEMORY, Films
 from cranktrain.film.laws.parameters import COLUMNS
 from cranktrain.film.laws.past_cycle import PastCycles
@@ -59,7 +68,13 @@ from cranktrain.loads.built_in_trace import KINKS, fill_kinks
 from cranktrain.loads.damper import PARAMETERS, check_temperature, damper_temperature, required_damper
 from cranktrain.loads.gas_pressure import GasTrace, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia
-from cranktrain.loads.torsional_line import TorsionalLine, torsional_line
+from cranktrain.loads.torsional_line import (
+    LEADING,
+    TorsionalLine,
+    torsional_line,
+    windup_shares,
+    windup_stiffness,
+)
 
 LEAST_COUPLING = 1.0e-12
 """Gyroscopic and centrifugal terms of mass-normalised modes, of order one; below they are rounding."""
@@ -91,12 +106,13 @@ class ModelArrays(NamedTuple):
     lag: Array  # (n_t,) how far the drive line's rotors lag a crank that turns slowly by 1 rad, else 0
     rotor: Array  # (n_t,) the free dynamometer's rotation, else 0
     block: BlockArrays
-    ends: Array  # (3, n_t): flywheel z-rotation, pulley z-rotation, pulley z
+    ends: Array  # (4, n_t): see dynamics.model.slots
     tilts: Array  # (2b, n_t): rotation about x and y of each main journal
     bearings: Array  # (b, COLUMNS) see film.laws.parameters
     films: Films  # of the main bearings, with their memory of a step
     thrust: Films  # the thrust bearing, see film.laws.thrust
     pins: Array  # (c, 2) undeformed x, y of each rod's pin
+    axial_joint: Films  # between flywheel and connecting shaft, see film.laws.axial_joint
     big_ends: Array  # (c, COLUMNS) like ``bearings``: the film between pin and rod, where the big end is not rigid
     floating: Films  # of the big ends
     connections: Array  # (k, 5) force laws: number of Newton ports that each couples, then those ports
@@ -123,13 +139,13 @@ class Dimensions(NamedTuple):
     newton: int
     ports: int
     turning_ports: int
-    films: int  # values of elastic films in the state
+    films: int  # values in the state that elastic films and the axial joint remember
 
 
 def dimensions(model: ModelArrays) -> Dimensions:
     """Sizes of a model."""
     b = model.bearings.shape[0]
-    films = b * int(model.films.traits[MEMORY])
+    films = b * int(model.films.traits[MEMORY]) + int(model.axial_joint.traits[MEMORY])
     turning = int(model.layout[TURNING_MODES])
     return Dimensions(
         model.omega2.size, turning, b, model.cylinders.shape[0], model.scales.size, int(model.layout[PORTS]),
@@ -232,11 +248,13 @@ def structure(
     if key not in made:
         made[key] = _big_ends(engine, big_end_law, parts.big_end_table)
     big_ends, floating = made[key]
-    guided, free_big_ends, ring = settings.pistons == "guided", big_end_law.carries, settings.damper == "fitted"
+    guided, free_big_ends = settings.pistons == "guided", big_end_law.carries
     stationary = stationary_body(engine, block, guided)
     line = torsional_line(engine, float(body.inertia[2, 2]))
     turning = _turning_body(engine, body, settings, line)
-    ports = lay_ports(engine, turning, body.n_modes, journals, free_big_ends, ring, block, guided)
+    path = engine.axial_path if "shaft" in turning.interfaces else None
+    drive_line, windup = _line_arrays(turning, line, path)
+    ports = lay_ports(engine, turning, body.n_modes, journals, windup, block, guided)
     shapes, contiguous = turning.shapes, np.ascontiguousarray
     flywheel, pulley = shapes[turning.index("flywheel")], shapes[turning.index("pulley")]
     tilted = [turning.index(f"main[{i + 1}]") for i in range(len(mains))]
@@ -261,12 +279,13 @@ def structure(
         block_ports_transposed=contiguous(ports.block.T),
         pairs=ports.pairs,
         axial=ports.axial,
-        **_line_arrays(turning, line),
+        **drive_line,
         block=block_arrays(engine, stationary, block, body.mass, body.centre),
-        ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2]])),
+        ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2], flywheel[2]])),
         tilts=contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),
         bearings=mains,
         thrust=thrust_bearing(engine.thrust, REFERENCE_VISCOSITY, law.clearance, journals.collar),
+        axial_joint=axial_joint_film(path),
         pins=contiguous(turning.positions[pins, :2]),
         big_ends=big_ends,
         floating=floating,
@@ -308,13 +327,21 @@ def _turning_body(engine: Engine, body: ReducedBody, settings: Settings, line: T
         body = with_rotor(body, "ring", "pulley", required_damper(engine).ring_inertia)
     for k, (inertia, speed) in enumerate(zip(line.inertia.tolist(), line.speeds.tolist(), strict=True)):
         body = with_rotor(body, f"line[{k + 1}]", "flywheel", inertia, speed)
+    if engine.axial_path is not None and body.shapes[body.index("flywheel"), 2].any():
+        body = with_axial_mass(body, "shaft", "flywheel", engine.axial_path.mass)
     if not BOUNDARIES[settings.boundary]:
         body = with_rotor(body, "rotor", "flywheel", engine.drive_line.dynamometer_inertia, line.end_speed)
     return body
 
 
-def _line_arrays(turning: ReducedBody, line: TorsionalLine) -> dict[str, Array]:
-    """The drive line in the modes of what turns: ``shafts``, ``shaft_laws``, ``lag`` and ``rotor``."""
+def _line_arrays(
+    turning: ReducedBody, line: TorsionalLine, path: AxialPath | None
+) -> tuple[dict[str, Array], Array]:
+    """The drive line in the modes of what turns: ``shafts``, ``shaft_laws``, ``lag``, ``rotor``; and its wind-up.
+
+    The axial support of the connecting shaft is one row more of ``shafts``. The wind-up (n,) at the flywheel, rad, is
+    that of one shaft with the stiffness of all that the flywheel drives.
+    """
 
     def turned(name: str) -> Array:
         return turning.shapes[turning.index(name), 5] if name in turning.interfaces else np.zeros(turning.n_modes)
@@ -327,12 +354,18 @@ def _line_arrays(turning: ReducedBody, line: TorsionalLine) -> dict[str, Array]:
     for name, fallen in still.items():
         shape = turned(name)
         lag[shape != 0.0] = fallen / shape[shape != 0.0]
-    return {
-        "shafts": np.ascontiguousarray(line.twists @ rows),
-        "shaft_laws": line.laws,
+    shafts, laws = line.twists @ rows, line.laws
+    windup = windup_shares(line) @ shafts
+    if path is not None:
+        shafts = np.vstack((shafts, turning.shapes[turning.index("shaft"), 2]))
+        laws = np.vstack((laws, [path.stiffness, path.damping, 0.0, 0.0]))
+    arrays = {
+        "shafts": np.ascontiguousarray(shafts),
+        "shaft_laws": laws,
         "lag": lag,
         "rotor": np.ascontiguousarray(rows[-1]),
     }
+    return arrays, windup
 
 
 def _big_ends(engine: Engine, law: Law, table: FilmTable | None) -> tuple[Array, Films]:
@@ -360,6 +393,8 @@ def _scalars(engine: Engine, settings: Settings, gas: GasTrace, line: TorsionalL
     scalars[FILTER] = 1.0 / filtered if filtered > 0.0 else 0.0
     scalars[RIGID_ROTATION] = rotation
     scalars[DRIVEN] = BOUNDARIES[settings.boundary]
+    scalars[WINDUP_K] = windup_stiffness(line)
+    scalars[WINDUP_LEAD] = scalars[DRIVEN] * float(windup_shares(line) @ line.laws[:, LEADING])
     scalars[LINE_INERTIA] = line.inertia_at_crank + engine.drive_line.dynamometer_inertia * line.end_speed**2
     return scalars
 

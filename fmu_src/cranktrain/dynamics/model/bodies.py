@@ -94,6 +94,15 @@ def with_rotor(body: ReducedBody, name: str, at: str, inertia: float, speed: flo
     return _appended(body, (name,), place, shapes, euler_load=np.array([speed * math.sqrt(inertia)]))
 
 
+def with_axial_mass(body: ReducedBody, name: str, at: str, mass: float) -> ReducedBody:
+    """Append a mass that moves freely along the crank's axis, with an interface ``name`` at the place of ``at``."""
+    shapes = np.zeros((1, 6, 1))
+    shapes[0, 2, 0] = 1.0 / math.sqrt(mass)
+    translation = np.zeros((3, 1))
+    translation[2] = math.sqrt(mass)
+    return _appended(body, (name,), body.positions[body.index(at)][None], shapes, translation=translation)
+
+
 def stationary_body(engine: Engine, block: ReducedBody | None, guided: bool) -> ReducedBody:
     """Block, pistons, both or nothing; ``InputError`` where the engine does not say how pistons run."""
     if not guided:

@@ -9,10 +9,12 @@ dynamometer) and stationary ones (block, pistons). Turning ports, in axes of the
 4. x and y of each rod's big end, where films carry it,
 5. where journals feel tilt: their ends against their middle, x and y (slope times half the width, m); where the
    collar does: its rotations about x and y (rad),
-6. the pulley's rotation against the damper ring's, where there is one,
-7. z-rotation of each pin under its rod, z-rotation of each main journal.
+6. z of the flywheel against the connecting shaft, where the drive line has an axial path,
+7. the pulley's rotation against the damper ring's, where there is one,
+8. the drive line's wind-up at the flywheel, where it has an axial path,
+9. z-rotation of each pin under its rod, z-rotation of each main journal.
 
-All but the last group are unknowns of a stage's Newton iteration. Where journals are locked on their axis a pin can but
+All but the last two groups are unknowns of a stage's Newton iteration. Where journals are locked on their axis a pin can but
 turn about it: its rotation takes the place of its x and y. Stationary ports follow, in axes at rest:
 
 1. with a flexible block: x and y of each main bore, z of the thrust faces, the bores' ends and the thrust faces'
@@ -21,7 +23,7 @@ turn about it: its rotation takes the place of its x and y. Stationary ports fol
 2. with guided pistons: displacement across the cylinder and rotation of each piston at the height of its pin.
 
 A *connection* is one force law with the Newton ports it couples; connections come as main journals, crank pins (or the
-films of the big ends), thrust bearing, rods of free big ends, damper. Laws between a turning and a stationary body act
+films of the big ends), thrust bearing, rods of free big ends, axial joint, damper. Laws between a turning and a stationary body act
 on the *relative* motion of their ports, see :mod:`cranktrain.dynamics.motion.relative`.
 """
 
@@ -34,6 +36,7 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model.slots import (
+    AXIAL_JOINT,
     BORE_ROTATIONS,
     COUPLED,
     DAMPER,
@@ -45,6 +48,7 @@ from cranktrain.dynamics.model.slots import (
     PISTONS,
     PORTS,
     TURNED,
+    WINDUP,
 )
 from cranktrain.engine.model import Engine
 
@@ -86,8 +90,7 @@ def lay_ports(
     body: ReducedBody,
     crank_modes: int,
     journals: MainJournals,
-    free_big_ends: bool,
-    ring: bool,
+    windup: Array,
     block: ReducedBody | None,
     pistons: bool,
 ) -> Ports:
@@ -97,12 +100,13 @@ def lay_ports(
     ----------
     body : what turns; holds ``rod[i]`` too where big ends are free, ``ring`` where there is a damper
     crank_modes : its first modes, which are the crankshaft's
+    windup : (n,) wind-up of the drive line at the flywheel, rad, where the body holds a ``shaft`` of an axial path
     block : the flexible block, or nothing
     pistons : whether they are guided
     """
     index, shapes = body.index, body.shapes
     mains = [index(f"main[{i + 1}]") for i in range(journals.clearances.size)]
-    rods = [index(f"rod[{i + 1}]") for i in range(engine.n_cylinders)] if free_big_ends else []
+    rods = [index(f"rod[{i + 1}]") for i in range(engine.n_cylinders)] if "rod[1]" in body.interfaces else []
     collar = index("thrust")
     b, c = len(mains), engine.n_cylinders
     pins = [pin_shapes(engine, body, cylinder) for cylinder in range(c)]
@@ -134,11 +138,18 @@ def lay_ports(
         radius = 0.25 * (engine.thrust.inner_diameter + engine.thrust.outer_diameter)
         laws[thrust_law] += [len(scales), len(scales) + 1]
         scales += [0.5 * engine.thrust.clearance / radius] * 2
-    damper = len(scales)
+    axial_joint = len(laws) if "shaft" in body.interfaces else 0
+    if axial_joint:
+        rows += [shapes[index("flywheel"), 2:3] - shapes[index("shaft"), 2:3]]
+        laws.append([len(scales)])
+        scales += [0.5 * engine.thrust.clearance]
+    damper, ring = len(scales), "ring" in body.interfaces
     if ring:
         rows += [shapes[index("pulley"), 5:6] - shapes[index("ring"), 5:6]]
         scales += [TWIST_SCALE]
         laws.append([damper])
+    if axial_joint:
+        rows += [windup[None]]
     if not turns:
         rows += [pin[2:] for pin in pins] + [shapes[k, 5:6] for k in mains]
     turning = np.ascontiguousarray(np.concatenate(rows))
@@ -155,7 +166,8 @@ def lay_ports(
     still, pairs, axial = _block_ports(engine, block, journals, len(turning), tilts, layout)
     layout[PORTS] = len(turning) + len(still)
     layout[MAINS] = len(engine.crankshaft.main_widths)
-    layout[PIN_ROTATIONS] = first_pin if turns else len(scales)
+    layout[PIN_ROTATIONS] = first_pin if turns else len(scales) + (axial_joint > 0)
+    layout[AXIAL_JOINT], layout[WINDUP] = axial_joint, len(scales)
     if pistons:
         layout[PISTONS] = layout[PORTS]
         layout[PORTS] += 2 * c

@@ -40,7 +40,8 @@ class Settings:
     how many communication steps before its own a given pressure was computed for
     (:mod:`cranktrain.dynamics.time.reconstruction`); ``work_limit`` bounds the Newton iterations of a communication
     step, 0 does not (:mod:`cranktrain.dynamics.time.work_limit`). With ``follow_films`` films with a memory follow
-    those of the cycle before in runs that settle (:mod:`cranktrain.film.laws.past_cycle`).
+    those of the cycle before in runs that settle (:mod:`cranktrain.film.laws.past_cycle`). ``axial_force`` (N) on the
+    flywheel is what the input begins with; None takes that of the engine's axial path.
     """
 
     crank: str = "solid"
@@ -67,6 +68,14 @@ class Settings:
     newton_tolerance: float | None = None
     film_change: float | None = None
     follow_films: bool = False
+    axial_force: float | None = None
+
+
+def axial_force(settings: Settings, engine: Engine) -> float:
+    """Axial force on the flywheel, N, at which a run's input begins: the settings', else the engine file's."""
+    if settings.axial_force is not None:
+        return settings.axial_force
+    return engine.axial_path.force if engine.axial_path is not None else 0.0
 
 
 def resolved(settings: Settings, engine: Engine) -> Settings:

@@ -13,7 +13,9 @@ COS_BANK, SIN_BANK = 11, 12
 # ``SHAFT_C`` are those of the whole drive line at the flywheel, as it winds up slowly; ``LINE_INERTIA`` is that of its
 # rotors and the dynamometer as the crank feels it when all turn as one.
 GRAVITY, CRANKCASE, GAS_LOAD, BEST_SPEED, FALLOFF, SHAFT_K, SHAFT_C, FILTER, RIGID_ROTATION, STEP = range(10)
-DRIVEN, DAMPER_TEMPERATURE, LINE_INERTIA, SCALARS = 10, 11, 12, 13
+# ``WINDUP_K`` is the torque of the drive line's springs on the flywheel by its wind-up, ``WINDUP_LEAD`` the wind-up by
+# the frame's lead.
+DRIVEN, DAMPER_TEMPERATURE, LINE_INERTIA, WINDUP_K, WINDUP_LEAD, SCALARS = range(10, 16)
 # ``ModelArrays.choices``: numbers of gas source and reconstruction of the inputs, Newton tolerance, share of itself by
 # which a film may close over a step, tolerance of adaptive control (0: fixed steps), order of the embedded method and
 # of the method itself, communication steps by which given pressures are late, the method's mark in a state; Newton
@@ -23,17 +25,20 @@ GAS_DELAY, METHOD_MARK, WORK_LIMIT, CHOICES = 7, 8, 9, 10
 # ``ModelArrays.layout``: first port of free rods (0: none), connection of the thrust bearing and of the first
 # rod, modes of the crank, of all that turns; the damper's port (0: none); first stationary port of bores'
 # rotations, liners and pistons (0: none); ports in all; main journals of the engine, which may be locked on their axis;
-# first rotation of a pin; 1 where turning couples modes, by gyroscopic or centrifugal terms.
+# first rotation of a pin; 1 where turning couples modes, by gyroscopic or centrifugal terms; connection of the drive
+# line's axial joint (0: none) and the port of the drive line's wind-up.
 RODS, THRUST_LAW, ROD_LAWS, CRANK_MODES, TURNING_MODES, DAMPER = range(6)
-BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, WHIRLS, LAYOUT = range(6, 14)
+BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, WHIRLS, AXIAL_JOINT, WINDUP, LAYOUT = range(6, 16)
+# Rows of ``ModelArrays.ends``: rotations of flywheel and pulley about the axis, displacements of both along it.
+FLYWHEEL_ROTATION, PULLEY_ROTATION, PULLEY_AXIAL, FLYWHEEL_AXIAL = range(4)
 # Columns of ``ModelArrays.connections``: number of Newton ports that a law couples, and the first of them; the
 # rotation of the journal beside a tilting collar.
 COUPLED, FIRST, TURNED = 0, 1, 4
 # What a stage knows of the frame's motion, ``Work.frames``; the load torque on the rotor (N m), the restraint of the
 # block as a whole, (rad/s)², while a run's start is sought, the frame's angle against cylinders that lean, rad, and the
-# torque that the valve train takes, N m.
+# torque that the valve train takes, N m; axial force on the flywheel, N.
 THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, BLOCK_RESTRAINT, FIRING = range(11)
-VALVE_TORQUE, FRAME_SIZE = 11, 12
+VALVE_TORQUE, AXIAL_FORCE, FRAME_SIZE = 11, 12, 13
 # Rows of ``Work.port``: the ports' u, u̇, ü and forces at a stage, the stage's Q and V at the ports, u without forces,
 # the step of an iteration, what a step differs from its embedded solution, u before an iteration; u, u̇, ü at the state;
 # the series behind a guess, the guess; the relative motion d, ḋ that the last evaluation of forces or the state gave;
@@ -46,9 +51,9 @@ PIVOTS, COLUMN, BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MOD
 # Rows of ``Work.inputs``: value and rate of each input over the communication step; where ``EXPONENT`` is not 0, those
 # of a cylinder's p Vⁿ by the crank's angle, with what it bends; the angles of the two newest samples.
 VALUE, RATE, BEND, EXPONENT, ANGLES, INPUT_ROWS = range(6)
-# Inputs behind speed and pressures: torque on the dynamometer and of the valve train, N m; the crank angle that the
-# pressures belong to, rad. How many there are beside the pressures.
-LOAD_INPUT, VALVE_INPUT, ANGLE_INPUT, OTHER_INPUTS = 1, 2, 3, 4
+# Inputs behind speed and pressures: torque on the dynamometer and of the valve train, N m; axial force on the
+# flywheel, N; the crank angle that the pressures belong to, rad. How many there are beside the pressures.
+LOAD_INPUT, VALVE_INPUT, AXIAL_INPUT, ANGLE_INPUT, OTHER_INPUTS = 1, 2, 3, 4, 5
 # ``Work.counters``; of the present communication step its work, and 1 where that was cut short; how many steps were.
 N_STEPS, N_STAGES, N_ITERATIONS, N_REJECTED, N_FACTORS, WORST_RESIDUAL, N_MISSED = range(7)
 N_WORK, N_CUT, N_LIMITED, COUNTERS = 7, 8, 9, 10

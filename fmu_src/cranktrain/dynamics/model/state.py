@@ -33,7 +33,7 @@ LIMITED = 30
 """1 where the last communication step took more work than it may, else 0."""
 MOST_SAMPLES = 3
 HEADER = 31
-MAX_INPUTS = 34
+MAX_INPUTS = 35
 """Room for one speed, the pressures of up to 30 cylinders and what comes behind them in each sample."""
 INPUTS_NOW = HEADER
 INPUTS_BEFORE = HEADER + MAX_INPUTS

@@ -20,6 +20,8 @@ from __future__ import annotations
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
     AREA,
+    AXIAL_FORCE,
+    AXIAL_JOINT,
     BLOCK_RESTRAINT,
     BORE_ROTATIONS,
     COS,
@@ -29,6 +31,7 @@ from cranktrain.dynamics.model.slots import (
     DAMPER,
     DRIVEN,
     FIRST,
+    FLYWHEEL_AXIAL,
     FORCES,
     GRAVITY,
     LEAD,
@@ -50,7 +53,7 @@ from cranktrain.dynamics.model.slots import (
     WHIRL,
     U,
 )
-from cranktrain.dynamics.motion.film_ports import film_block, journal_forces, place_journal
+from cranktrain.dynamics.motion.film_ports import film_block, journal_forces, place_joint, place_journal
 from cranktrain.dynamics.motion.linear_algebra import dot, invert, products
 from cranktrain.dynamics.motion.relative import reactions, relative_motion
 from cranktrain.dynamics.motion.rods import rod_forces
@@ -148,6 +151,9 @@ def external_force(model, frame, pressures, displaced, out):
     if frame[VALVE_TORQUE] != 0.0:
         for i in range(t):
             out[i] -= frame[VALVE_TORQUE] * model.ends[1, i]
+    if frame[AXIAL_FORCE] != 0.0:
+        for i in range(t):
+            out[i] += frame[AXIAL_FORCE] * model.ends[FLYWHEEL_AXIAL, i]
     # By each rigid mode's own rotation: those of an unbalanced crank that move it across turn it a little as well.
     for i in range(6):
         out[i] += model.ends[1, i] * (x * g_y - y * g_x)
@@ -197,6 +203,8 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
     k = int(model.layout[THRUST_LAW])
     status |= collar_force(model.thrust, model.connections[k], frame, d, dd, ratio, f, work.blocks[k])
     collar_torque(model.connections[k], u, f)
+    if model.layout[AXIAL_JOINT] > 0.0:
+        status |= axial_joint_force(model, work, frame, u, ud, ratio)
     if model.layout[DAMPER] > 0.0:
         k = int(model.layout[DAMPER])
         damper_torque(model.damper, u[k], ud[k], work.scratch)
@@ -207,6 +215,18 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
         reactions(model, frame[COS], frame[SIN], f)
         for i in range(b):
             f[int(model.layout[BORE_ROTATIONS]) + i] = -f[journal + i]
+    return status
+
+
+@inlined_kernel
+def axial_joint_force(model, work, frame, u, ud, ratio):
+    """Force of the joint between flywheel and connecting shaft at its port, with its tangent; 0."""
+    k = int(model.layout[AXIAL_JOINT])
+    joint = model.axial_joint
+    place_joint(model, frame, u, ud)
+    status = film_call(joint, FORCE, 0, joint.out, joint.out)
+    work.port[FORCES, int(model.connections[k, FIRST])] = joint.out[0]
+    work.blocks[k, 0] = ratio * joint.out[BY_VELOCITY]
     return status
 
 

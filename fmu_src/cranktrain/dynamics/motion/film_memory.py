@@ -1,4 +1,4 @@
-"""What films are told by a step, and what they remember; see :mod:`cranktrain.film.laws.films`.
+"""What films and the axial joint are told by a step, and what they remember; see :mod:`cranktrain.film.laws.films`.
 
 The order of calls in a step is ``open_step``, then for each stage ``open_stage``, the stage's iteration and
 ``close_stage``, and ``close_step`` at the end. Where films have no memory they do nothing.
@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.dynamics.model.slots import COS, OMEGA, PORTS, RELATIVE, RELATIVE_RATE, SIN, THETA, UD, WHIRL, U
+from cranktrain.dynamics.model.slots import AXIAL_JOINT, COS, OMEGA, PORTS, RELATIVE, RELATIVE_RATE, SIN, THETA, UD, WHIRL, U
 from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE, film_offset
-from cranktrain.dynamics.motion.film_ports import place_journal
+from cranktrain.dynamics.motion.film_ports import place_joint, place_journal
 from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
 from cranktrain.film.laws.films import (
@@ -49,9 +49,17 @@ def place_film(model, d, dd, whirl, i):
     place_journal(model.connections[i], d, dd, whirl, model.films.place[i], model.films.velocity[i])
 
 
+@inlined_kernel
+def joint_offset(model):
+    """First index in the state of what the axial joint remembers, behind the films' memory."""
+    return memory_offset(model, model.bearings.shape[0])
+
+
 @kernel
 def open_step(model, work, state):
-    """Hand the films' memory at the step's start, with the relative motion of the ports then, to the stages."""
+    """Hand the memory of films and axial joint at the step's start, with the ports' motion then, to the stages."""
+    if model.layout[AXIAL_JOINT] > 0.0:
+        film_call(model.axial_joint, OPEN_STEP, 0, state[joint_offset(model) :], work.scratch)
     if model.films.traits[MEMORY] == 0.0:
         return
     numbers = model.films.numbers
@@ -65,22 +73,30 @@ def open_step(model, work, state):
 
 
 @inlined_kernel
+def tell_stage(films, count, row, work, clock):
+    """Tell ``count`` films the times of a stage: elapsed since the step's start, step, g of its rule (s), number."""
+    numbers = films.numbers
+    numbers[ELAPSED], numbers[STEP], numbers[GAIN], numbers[STAGE] = clock
+    for i in range(count):
+        film_call(films, OPEN_STAGE, i, row, work.scratch)
+
+
+@inlined_kernel
 def open_stage(model, work, stage, elapsed, h, gain):
-    """Tell the films the times of a stage: ``elapsed`` since the step's start, and g of the stage's rule, s."""
-    if model.films.traits[MEMORY] == 0.0:
-        return
-    numbers = model.films.numbers
-    numbers[ELAPSED] = elapsed
-    numbers[STEP] = h
-    numbers[GAIN] = gain
-    numbers[STAGE] = stage
-    for i in range(model.bearings.shape[0]):
-        film_call(model.films, OPEN_STAGE, i, model.stages[1 + stage], work.scratch)
+    """Tell films and axial joint the times of a stage: ``elapsed`` since the step's start, g of the stage's rule, s."""
+    clock = elapsed, h, gain, float(stage)
+    if model.layout[AXIAL_JOINT] > 0.0:
+        tell_stage(model.axial_joint, 1, model.stages[1 + stage], work, clock)
+    if model.films.traits[MEMORY] > 0.0:
+        tell_stage(model.films, model.bearings.shape[0], model.stages[1 + stage], work, clock)
 
 
 @inlined_kernel
 def close_stage(model, work, frame):
-    """Solve the films at the stage's ports, where the last Newton step only foresaw them; 0, or what failed."""
+    """Solve films and axial joint at the stage's ports, where the last Newton step only foresaw them; 0, or a failure."""
+    if model.layout[AXIAL_JOINT] > 0.0:
+        place_joint(model, frame, work.port[U], work.port[UD])
+        film_call(model.axial_joint, CLOSE_STAGE, 0, work.scratch, work.scratch)
     if model.films.traits[MEMORY] == 0.0:
         return 0
     numbers = model.films.numbers
@@ -109,7 +125,9 @@ def close_stage(model, work, frame):
 
 @kernel
 def close_step(model, work, state):
-    """Keep what the films of the last stage became."""
+    """Keep what films and axial joint of the last stage became."""
+    if model.layout[AXIAL_JOINT] > 0.0:
+        film_call(model.axial_joint, CLOSE_STEP, 0, state[joint_offset(model) :], work.scratch)
     if model.films.traits[MEMORY] == 0.0:
         return
     for i in range(model.bearings.shape[0]):

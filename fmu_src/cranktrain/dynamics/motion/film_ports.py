@@ -8,7 +8,8 @@ u̇ + Ω e_z×u, a film's tangents by place and by velocity make one block.
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel
-from cranktrain.dynamics.model.slots import COUPLED, FIRST
+from cranktrain.dynamics.model.slots import AXIAL_JOINT, COUPLED, FIRST, LEAD, WINDUP, WINDUP_K, WINDUP_LEAD
+from cranktrain.film.laws.axial_joint import SLIP, WINDUP_TORQUE
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, END_X, END_Y, FRICTION, X, Y
 
 
@@ -59,3 +60,14 @@ def journal_forces(connection, out, u, f):
         f[k + 1] = out[END_Y]
         torque = torque + u[k] * out[END_Y] - u[k + 1] * out[END_X]
     return torque + out[FRICTION]
+
+
+@inlined_kernel
+def place_joint(model, frame, u, ud):
+    """Slip of the axial joint, its velocity, and the torque of the drive line's springs at the ports' motion."""
+    joint = model.axial_joint
+    k = int(model.connections[int(model.layout[AXIAL_JOINT]), FIRST])
+    windup = u[int(model.layout[WINDUP])] + model.scalars[WINDUP_LEAD] * frame[LEAD]
+    joint.place[0, SLIP] = u[k]
+    joint.place[0, WINDUP_TORQUE] = model.scalars[WINDUP_K] * windup
+    joint.velocity[0, SLIP] = ud[k]

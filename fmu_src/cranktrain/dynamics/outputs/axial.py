@@ -7,12 +7,13 @@ between collar and pulley, stretched by axial forces and, its throws being what 
 from __future__ import annotations
 
 from cranktrain.core.kernel import law_kernel
-from cranktrain.dynamics.model.slots import FIRST, RELATIVE, THRUST_LAW, TURNING_MODES
+from cranktrain.dynamics.model.slots import AXIAL_JOINT, FIRST, PULLEY_AXIAL, RELATIVE, STATE_U, THRUST_LAW, TURNING_MODES
 from cranktrain.dynamics.model.state import POSITION, offset
+from cranktrain.dynamics.motion.film_memory import joint_offset
+from cranktrain.film.laws.films import OBSERVE, film_call
 
 OF_ENGINE, OF_BEARING, OF_CRANK = range(3)
-PULLEY = 2
-"""Row of ``ModelArrays.ends``."""
+FORCE, SLIP = range(2)
 
 
 @law_kernel
@@ -30,5 +31,18 @@ def observe_axial(model, work, state, members, out):
     out[OF_BEARING] = work.port[RELATIVE, collar]
     out[OF_CRANK] = 0.0
     for i in range(t):
-        out[OF_CRANK] += (model.ends[PULLEY, i] - model.ports[collar, i]) * q[i]
+        out[OF_CRANK] += (model.ends[PULLEY_AXIAL, i] - model.ports[collar, i]) * q[i]
+    return 0
+
+
+@law_kernel
+def observe_axial_path(model, work, state, members, out):
+    """Force of the drive line on the flywheel along the axis, and displacement of the flywheel against the shaft."""
+    out[FORCE] = 0.0
+    out[SLIP] = 0.0
+    if model.layout[AXIAL_JOINT] > 0.0:
+        joint = model.axial_joint
+        film_call(joint, OBSERVE, 0, state[joint_offset(model) :], joint.out)
+        out[FORCE] = joint.out[0]
+        out[SLIP] = work.port[STATE_U, int(model.connections[int(model.layout[AXIAL_JOINT]), FIRST])]
     return 0

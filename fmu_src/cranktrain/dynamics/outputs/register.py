@@ -208,6 +208,13 @@ for _family in (
         unjudged=frozenset({"engine", "bearing", "crank"}),  # parts of what is judged
     ),
     Family(
+        "axial_path",
+        f"{_HERE}.axial:observe_axial_path",
+        {"force": _BENDS, "slip": _BENDS},
+        units={"axial_path.slip": "m"},
+        unjudged=frozenset({"slip"}),  # a spline may creep from cycle to cycle
+    ),
+    Family(
         "cylinder",
         f"{_HERE}.cylinders:observe_cylinders",
         {"volume": {}, "volume_rate": {}, "piston_position": {}},

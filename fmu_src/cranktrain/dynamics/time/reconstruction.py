@@ -28,6 +28,7 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
     AMBIENT,
     ANGLE_INPUT,
+    AXIAL_INPUT,
     ANGLES,
     BEND,
     BORE_ROTATIONS,
@@ -38,7 +39,6 @@ from cranktrain.dynamics.model.slots import (
     ROTATION,
     TURNING_MODES,
     VALUE,
-    VALVE_INPUT,
 )
 from cranktrain.dynamics.model.state import (
     ANGLE_SET,
@@ -160,7 +160,7 @@ def reconstruct(model, work, state):
     earlier = state[EARLIER_INTERVAL]
     interval = state[LAST_INTERVAL]
     cylinders = model.cylinders.shape[0]
-    for k in range(cylinders + VALVE_INPUT + 1):
+    for k in range(cylinders + AXIAL_INPUT + 1):
         now = state[INPUTS_NOW + k]
         before = state[INPUTS_BEFORE + k] if samples > 1 else now
         work.inputs[VALUE, k] = now

@@ -15,6 +15,8 @@ import math
 
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
+    AXIAL_FORCE,
+    AXIAL_INPUT,
     BORE_ROTATIONS,
     COS,
     DRIVEN,
@@ -155,6 +157,8 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
     frame[LOAD] = work.inputs[VALUE, load] + work.inputs[RATE, load] * (begin + tau)
     valves = model.cylinders.shape[0] + VALVE_INPUT
     frame[VALVE_TORQUE] = work.inputs[VALUE, valves] + work.inputs[RATE, valves] * (begin + tau)
+    axial = model.cylinders.shape[0] + AXIAL_INPUT
+    frame[AXIAL_FORCE] = work.inputs[VALUE, axial] + work.inputs[RATE, axial] * (begin + tau)
     frame[FIRING] = frame[THETA]
     if model.layout[BORE_ROTATIONS] > 0.0:
         # Dead centre is where the cylinders point: the trace turns with the block that leans on its mounts.

@@ -13,7 +13,7 @@ from cranktrain.engine.checks.cylinder import check_cylinders
 from cranktrain.engine.checks.damper import check_damper
 from cranktrain.engine.checks.masses import warn_of_masses
 from cranktrain.engine.model import Engine
-from cranktrain.engine.parts import Combustion, Oil
+from cranktrain.engine.parts import AxialPath, Combustion, Oil
 from cranktrain.engine.quantities import ZERO_CELSIUS, check_values, need, need_equal_lengths, need_table
 from cranktrain.engine.roller_bearing import check_rollers
 from cranktrain.engine.torsional_chain import LINE_ENDS, DriveLineChain, check_chain, gear_speeds
@@ -56,6 +56,8 @@ def check_engine(engine: Engine) -> None:
         check_rollers(engine.main_roller, engine.crankshaft)
     if engine.drive_line_chain is not None:
         check_drive_line(engine.drive_line_chain)
+    if engine.axial_path is not None:
+        _check_axial_path(engine.axial_path)
     engine.firing_angles  # noqa: B018  raises where the throws cannot fire in the stated order
     if engine.mounts is not None:
         check_mounts(engine.mounts)
@@ -74,6 +76,15 @@ def check_drive_line(line: DriveLineChain) -> None:
     need(table, f"ratios[{zero}]", not zero, "turns nothing; give the speed of the second end over that of the first")
     check_chain(table, chain, LINE_ENDS)
     gear_speeds(chain, table)
+
+
+def _check_axial_path(path: AxialPath) -> None:
+    """Refuse a spline without the data of its friction; ``InputError``."""
+    of = partial(need, "axial_path")
+    if path.joint == "spline":
+        text = "is missing; a spline slides by friction x torque / spline_radius"
+        for key in ("spline_radius", "friction"):
+            of(key, getattr(path, key) > 0.0, f"{text}; give it, or take joint bolted")
 
 
 def _check_oil(oil: Oil) -> None:

@@ -12,7 +12,8 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import keep_record, kernel_address
 from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
-from cranktrain.engine.parts import JournalBearing, Oil, PlainBearing, ThrustBearing
+from cranktrain.engine.parts import AxialPath, JournalBearing, Oil, PlainBearing, ThrustBearing
+from cranktrain.film.laws.axial_joint import REMEMBERED, axial_joint, axial_joint_law
 from cranktrain.film.laws.films import CLOSES, CONTACT, MEMORY, SIZE, VISCOUS, Films, no_films
 from cranktrain.film.laws.parabolic import film_geometry
 from cranktrain.film.laws.register import BIG_END, ROLLER, THRUST, Law
@@ -95,6 +96,15 @@ def thrust_bearing(thrust: ThrustBearing, viscosity: float, clearance: bool, til
     form = THRUST["closed" if not clearance else "tilting" if tilt else "axial"]
     films.traits[VISCOUS] = form.viscous
     return enter(films, resolve(form.kernel), resolve(form.record)(thrust, viscosity))
+
+
+def axial_joint_film(path: AxialPath | None) -> Films:
+    """The drive line's axial joint behind one address; without an axial path nothing."""
+    if path is None:
+        return no_films(0)
+    films = no_films(1)
+    films.traits[MEMORY] = REMEMBERED
+    return enter(films, axial_joint_law, axial_joint(path))
 
 
 def enter(films: Films, law: Any, record: Any) -> Films:

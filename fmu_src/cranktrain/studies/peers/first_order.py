@@ -28,6 +28,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
 from cranktrain.dynamics.model.slots import (
     AREA,
+    AXIAL_JOINT,
     BANK,
     COS,
     CRANKCASE,
@@ -41,6 +42,8 @@ from cranktrain.dynamics.model.slots import (
     OFFSET,
     OMEGA,
     OMEGA_DOT,
+    PULLEY_AXIAL,
+    PULLEY_ROTATION,
     RIGID_ROTATION,
     ROD,
     SHAFT_C,
@@ -165,7 +168,7 @@ class FirstOrder:
         b = self.clearances.size
         across = (model.ports[: 2 * b] @ q).reshape(b, 2, -1)
         films = np.maximum(self.clearances[:, None] - np.hypot(across[:, 0], across[:, 1]), 0.0)
-        return np.concatenate((model.ends[1:] @ q, films))
+        return np.concatenate((model.ends[PULLEY_ROTATION : PULLEY_AXIAL + 1] @ q, films))
 
 
 def refuse_other_models(simulation: Simulation) -> None:
@@ -178,6 +181,8 @@ def refuse_other_models(simulation: Simulation) -> None:
     ):  # fmt: skip
         if value != known:
             raise InputError(f"first-order equations know '{known}' only, not '{value}'; use the stage solver")
+    if simulation.model.layout[AXIAL_JOINT] > 0.0:
+        raise InputError("first-order equations know no [axial_path]; leave the table out, or use the stage solver")
     law = bearing_law(chosen.bearings)
     if law.tilt or not law.carries:
         raise InputError(
