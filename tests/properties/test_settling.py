@@ -13,7 +13,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.dynamics.cycle_run import output_judge
 from cranktrain.dynamics.model.slots import DRIVEN, LAYOUT, SCALARS
 from cranktrain.dynamics.model.state import POSITION, offset, state_size
-from cranktrain.dynamics.settled.collar import NOTHING_LEFT, Collar, Learned
+from cranktrain.dynamics.settled.collar import Collar, Learned
 from cranktrain.dynamics.settled.cycles import Recorder, settled_cycles
 from cranktrain.dynamics.settled.free_mode import FreeMode
 from cranktrain.dynamics.settled.judging import Judge
@@ -256,7 +256,7 @@ def collar_of_the_six(over_cycle):
 def test_the_collar_learns_from_two_changes_what_a_cycle_makes_of_it_and_takes_it_off():
     """In two directions at right angles, one after the other; the motion that is left repeats at once."""
     truth = np.array([[0.1, 0.02], [-0.3, -0.25]])
-    collar, simulation = collar_of_the_six(NOTHING_LEFT)
+    collar, simulation = collar_of_the_six(np.zeros((2, 2)))
     for y in (np.array([2.0, 1.0]), np.array([-1.0, 2.0])):
         collar.learn(collar.lift(y), collar.lift(truth @ y))
     assert collar.over_cycle == pytest.approx(truth)

@@ -24,6 +24,7 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.slots import (
+    AXIAL_JOINT,
     BANK,
     BORE_ROTATIONS,
     DRIVEN,
@@ -35,7 +36,7 @@ from cranktrain.dynamics.model.slots import (
     SHAFT_K,
     TURNING_MODES,
 )
-from cranktrain.dynamics.settled.collar import NOTHING_LEFT, RATE, Collar, Learned
+from cranktrain.dynamics.settled.collar import ALONG, RATE, Collar, Learned
 from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.start.mean_motion import carried
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
@@ -103,13 +104,18 @@ class DriveLine:
 
 
 class BlockOnMounts:
-    """The block and what it carries, y = (η, η̇) of its six rigid modes."""
+    """The block and what it carries, y = (η, η̇) of its six rigid modes.
+
+    Where the drive line holds the crank along its axis, the thrust films damp the block's motion along it: that mode
+    dies away within some cycles and is left out.
+    """
 
     def __init__(self, model: ModelArrays, speed: float) -> None:
         n, t = model.omega2.size, int(model.layout[TURNING_MODES])
         self._turning, self._speed = t, speed
         self._gyroscopic = model.gyroscopic.T
-        units = np.eye(model.block_ports.shape[1])[:6]
+        free = [k for k in range(6) if k != ALONG or model.layout[AXIAL_JOINT] == 0.0]
+        units = np.eye(model.block_ports.shape[1])[free]
         self._carried = np.column_stack([carried(model, unit) for unit in units])
         # Rods and pistons lie in no mode; those of guided pistons hold their motion across alone.
         weight = self._carried.copy()
@@ -124,14 +130,16 @@ class BlockOnMounts:
                 weight += mass * np.outer(row, row @ self._carried)
         self.mass = weight.T @ self._carried
         self._split = np.linalg.solve(self.mass, weight.T)
-        self.stiffness = model.block.stiffness[:6, :6]
-        tilt_x, tilt_y = model.block.motion[3:5, :6]
+        rigid = np.ix_(free, free)
+        self.stiffness = model.block.stiffness[rigid]
+        tilt_x, tilt_y = model.block.motion[3:5, free]
         spin = speed * float(model.euler_load @ model.euler_load)
-        damping = model.block.damping[:6, :6] + spin * (np.outer(tilt_x, tilt_y) - np.outer(tilt_y, tilt_x))
-        self.matrix = np.zeros((12, 12))
-        self.matrix[:6, 6:] = np.eye(6)
-        self.matrix[6:, :6] = -np.linalg.solve(self.mass, self.stiffness)
-        self.matrix[6:, 6:] = -np.linalg.solve(self.mass, damping)
+        damping = model.block.damping[rigid] + spin * (np.outer(tilt_x, tilt_y) - np.outer(tilt_y, tilt_x))
+        self._count = count = len(free)
+        self.matrix = np.zeros((2 * count, 2 * count))
+        self.matrix[:count, count:] = np.eye(count)
+        self.matrix[count:, :count] = -np.linalg.solve(self.mass, self.stiffness)
+        self.matrix[count:, count:] = -np.linalg.solve(self.mass, damping)
 
     def _swept(self, place: Array) -> Array:
         """Velocity in space of what stands at ``place`` in the turning frame, whose axes are those of space now."""
@@ -146,14 +154,14 @@ class BlockOnMounts:
     def lift(self, y: Array) -> Motion:
         """Crank, rods and pistons go along; the crank does not turn."""
         change = self.matrix @ y
-        place = self._carried @ y[:6]
-        velocity = self._carried @ y[6:] - self._swept(place)
-        acceleration = self._carried @ change[6:] - 2.0 * self._swept(velocity) - self._swept(self._swept(place))
+        place = self._carried @ y[: self._count]
+        velocity = self._carried @ y[self._count :] - self._swept(place)
+        acceleration = self._carried @ change[self._count :] - 2.0 * self._swept(velocity) - self._swept(self._swept(place))
         return Motion(place, velocity, acceleration, 0.0, 0.0)
 
     def coordinates(self, y: Array) -> Array:
         """Motion by its kinetic and elastic energy."""
-        return np.concatenate((_root(self.stiffness) @ y[:6], _root(self.mass) @ y[6:]))
+        return np.concatenate((_root(self.stiffness) @ y[: self._count], _root(self.mass) @ y[self._count :]))
 
 
 class SlowModes:
@@ -167,7 +175,7 @@ class SlowModes:
 
     def __init__(self, model: ModelArrays, speed: float, learned: Learned | None = None) -> None:
         self.free = None if learned is None else learned.free
-        self.collar = Collar(model, NOTHING_LEFT if learned is None else learned.collar)
+        self.collar = Collar(model, None if learned is None else learned.collar)
         self._period = 4.0 * math.pi / speed
         self._model = model
         driven = model.scalars[DRIVEN] > 0.0
@@ -186,9 +194,10 @@ class SlowModes:
         for part in self._parts:
             m = exponential(part.matrix * (cycles * self._period))
             total = total.plus(part.lift(m @ np.linalg.solve(np.eye(len(m)) - m, part.split(change))))
+        if self.free is not None or self.collar.block:
+            total = total.plus(self.collar.correction(self._fast(change), cycles))
         if self.free is None:
             return total
-        total = total.plus(self.collar.correction(self._fast(change), cycles))
         return total.plus(self.free.correction(self.rest(change), cycles * self._period))
 
     @property
@@ -203,6 +212,8 @@ class SlowModes:
         it has been taken off, the collar shows.
         """
         if self.free is None:
+            if self.collar.block and not first:
+                self.collar.learn(self._fast(before), self._fast(after))
             return
         if first:
             self.free = self.free.learned(self.rest(before), self.rest(after), self._period)

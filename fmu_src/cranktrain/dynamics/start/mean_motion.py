@@ -18,6 +18,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.slots import (
     AREA,
+    AXIAL_JOINT,
     BANK,
     BORE_ROTATIONS,
     CRANK_MODES,
@@ -231,7 +232,8 @@ def carry(model, joined, block, q):
         return
     for i in range(modes):
         q[turning + i] = block[i]
-    # The crank goes along as a rigid body that does not turn, the rest with what carries it.
+    # The crank goes along as a rigid body that does not turn, the rest with what carries it. Along its axis the drive
+    # line holds it, where it has an axial path.
     row = 0
     for part in range(3):
         pairs = model.axial if part == 2 else model.pairs
@@ -241,8 +243,9 @@ def carry(model, joined, block, q):
             for i in range(STRAIGHT):
                 joined[row, i] = model.ports[port, i]
             joined[row, STRAIGHT] = 0.0
-            for i in range(modes):
-                joined[row, STRAIGHT] += shapes[still, i] * block[i]
+            if part < 2 or model.layout[AXIAL_JOINT] == 0.0:
+                for i in range(modes):
+                    joined[row, STRAIGHT] += shapes[still, i] * block[i]
             row += 1
     least_squares(joined, q)
     crank, count = int(model.layout[CRANK_MODES]), model.cylinders.shape[0]
