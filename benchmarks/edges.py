@@ -22,7 +22,6 @@ import json
 import math
 import sys
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -106,7 +105,7 @@ def compared(engine: Engine, level: str, speed: float, count: int, horizon: int)
     """One speed on both grids."""
     body, parts = running_body(engine), parts_of(engine, level)
 
-    def started(bearings: str) -> Simulation:
+    def started(bearings: str, parts: Parts = parts) -> Simulation:
         simulation = Simulation(engine, body, Settings(bearings=bearings), parts=parts)
         simulation.inputs[0] = speed * math.pi / 30.0
         simulation.initialize()
@@ -115,8 +114,7 @@ def compared(engine: Engine, level: str, speed: float, count: int, horizon: int)
     usual = started(level)
     cycles(usual, count, f"{speed:g} rev/min, {level}")
     if level == "ehd":
-        ehd.elastic_bore = partial(ehd.elastic_bore, grid=FINE_ELASTIC)
-        fine = started(level)
+        fine = started(level, parts._replace(bore=replace(parts.bore, grid=FINE_ELASTIC)))
         cycles(fine, count, f"{speed:g} rev/min, {level}, fine")
     else:
         fine = started("reynolds")

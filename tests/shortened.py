@@ -1,0 +1,48 @@
+"""Start a script as ``python SCRIPT ARGUMENTS`` does, with other values of its constants.
+
+    python tests/shortened.py SCRIPT CONSTANTS [ARGUMENTS …]
+
+CONSTANTS is a JSON object of module constants by name. They are set after the definitions of the script and before its
+last block, ``if __name__ == "__main__"``. A name that the script does not define is refused, so that a constant that is
+renamed is noticed. Lists become tuples, or arrays where the constant was one.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+
+
+def main(script: str, constants: str, *arguments: str) -> None:
+    """Run the script in this process as its main program."""
+    path = Path(script).resolve()
+    tree = ast.parse(path.read_text("utf-8"), str(path))
+    block = tree.body.pop()
+    if not (isinstance(block, ast.If) and "__main__" in ast.unparse(block.test)):
+        sys.exit(f"{path.name}: the last block is not if __name__ == '__main__'")
+    sys.argv = [str(path), *arguments]
+    sys.path[0] = str(path.parent)
+    names = sys.modules["__main__"].__dict__
+    names["__file__"] = str(path)
+    names["__doc__"] = ast.get_docstring(tree, clean=False)
+    exec(compile(tree, str(path), "exec"), names)
+    for name, value in json.loads(constants).items():
+        if name not in names:
+            sys.exit(f"{path.name} has no constant '{name}'")
+        names[name] = _like(names[name], value)
+    exec(compile(ast.Module([block], []), str(path), "exec"), names)
+
+
+def _like(former: object, value: object) -> object:
+    """The value as an array where the former one was, and lists as tuples."""
+    if isinstance(former, np.ndarray):
+        return np.asarray(value)
+    return tuple(_like(None, each) for each in value) if isinstance(value, list) else value
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
