@@ -1,7 +1,7 @@
 """Run the combustion module of the six by itself: cylinder pressures at three speeds, and the torque with a misfire.
 
-``python examples/combustion.py [PICTURE.png]`` prints the tables of docs/combustion.md and draws its picture. The second
-table is the full load of both shipped engines.
+``python examples/combustion.py [PICTURE.png]`` prints the tables of docs/combustion.md and draws its picture. The
+second table is the full load of both shipped engines.
 """
 
 from __future__ import annotations

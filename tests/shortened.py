@@ -4,7 +4,8 @@
 
 CONSTANTS is a JSON object of module constants by name. They are set after the definitions of the script and before its
 last block, ``if __name__ == "__main__"``. A name that the script does not define is refused, so that a constant that is
-renamed is noticed. Lists become tuples, or arrays where the constant was one.
+renamed is noticed. Lists become tuples, or arrays where the constant was one; of a table a
+list names the entries to keep.
 """
 
 from __future__ import annotations
@@ -38,9 +39,11 @@ def main(script: str, constants: str, *arguments: str) -> None:
 
 
 def _like(former: object, value: object) -> object:
-    """The value as an array where the former one was, and lists as tuples."""
+    """The value as an array where the former one was; of a table the entries named; lists as tuples."""
     if isinstance(former, np.ndarray):
         return np.asarray(value)
+    if isinstance(former, dict) and isinstance(value, list):
+        return {name: former[name] for name in value}
     return tuple(_like(None, each) for each in value) if isinstance(value, list) else value
 
 

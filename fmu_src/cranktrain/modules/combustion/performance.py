@@ -3,14 +3,15 @@
     λ = m_air/(m_fuel L),   ratio = p_max/p_motored,   b_e = m_fuel/(p_me V_h),   p_me = p_mi − p_mf
 
 m_air is the fresh air that is trapped, p_motored the peak of the same cylinder without fuel, p_mi includes the gas
-exchange. The module itself has no friction, and the cranktrain counts that of its bearings and pistons' skirts. All of it
-with rings, valve train, pumps and injection is estimated by the form of Chen and Flynn,
+exchange. The module itself has no friction, and the cranktrain counts that of its bearings and pistons' skirts. All of
+it with rings, valve train, pumps and injection is estimated by the form of Chen and Flynn,
 
     p_mf = 0.4 bar + 0.005 p_max + 0.09 bar s/m c_m + 0.0009 bar s²/m² c_m²
 
 with the values that are usual for engine cycle simulation today; c_m is the mean piston speed.
 
-Source: S. K. Chen, P. F. Flynn, Development of a Single Cylinder Compression Ignition Research Engine, SAE 650733 (1965).
+Source: S. K. Chen, P. F. Flynn, Development of a Single Cylinder Compression Ignition Research Engine, SAE 650733
+(1965).
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class Performance:
 
     speed, rad/s; trapped fresh air over what the fuel needs; peak pressure, Pa, and its angle after firing dead centre,
     rad; peak pressure without fuel, Pa; indicated (with gas exchange) and friction mean effective pressure, Pa; torque
-    of all cylinders less friction, N m; fuel over the work on the crank less friction, kg/J; fraction of the fuel's heat
+    of all cylinders less friction, N m; fuel over brake work, kg/J; fraction of the fuel's heat
     that goes to the walls.
     """
 
