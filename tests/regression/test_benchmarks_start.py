@@ -107,7 +107,7 @@ STARTS = {
     ),
     "ground_springs": Start("diesel_i6"),
     "inherited_damping": Start("diesel_i6", {"SPEEDS": [1.0]}),
-    "level_cost": Start("torsional", {"ROUNDS": 1, "CYCLES": 2, "FINE": 10.0 / 3.0}),
+    "level_cost": Start("torsional", {"ROUNDS": 1, "CYCLES": 2}),
     "long_run": Start("--speeds 1000 --tolerances 0.01 --cycles 2"),
     "misfire": Start("2000", {"CYCLES": 2}),
     "native_build": Start("combustion_i6"),
@@ -152,6 +152,8 @@ def pages():
 
 def check_start(name, folder):
     start, before = STARTS[name], pages()
+    if name == "code_variants" and not any(ROOT.glob("fmu_src/cranktrain/fmu/native/lib/*/cranktrain.*")):
+        pytest.skip("compares machine code of the installation, which `make native` makes")
     done = started(name, folder, start.constants, start.words.split())
     assert done.returncode == start.code, done.stderr[-2000:]
     if name not in NO_JSON:
