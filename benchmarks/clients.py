@@ -9,6 +9,7 @@ to 1e-9 of its nominal one, or why there is none; and what ``fmutool -check`` sa
 
 from __future__ import annotations
 
+import argparse
 import hashlib
 import json
 import os
@@ -127,11 +128,13 @@ def checked(fmu: Path) -> list[str]:
     return wrong if wrong or "This FMU seems to be compliant" in said else [said]
 
 
-def main(*files: str) -> int:
+def main(*words: str) -> int:
     """Print what came of it."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="*", type=Path, metavar="FILE.fmu", help="FMUs (default: all shipped modules)")
+    paths: list[Path] = parser.parse_args(words).files
     found: dict[str, dict[str, object]] = {}
     with tempfile.TemporaryDirectory() as folder:
-        paths = list(map(Path, files))
         if not paths:
             say = lambda text: print(text, file=sys.stderr, flush=True)  # noqa: E731
             for platforms in ((), ("linux64",)):

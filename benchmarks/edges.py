@@ -22,7 +22,6 @@ import json
 import math
 import sys
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -54,14 +53,14 @@ def parts_of(engine: Engine, level: str) -> Parts:
     return Parts(table=table, bore=bore)
 
 
-def cycles(simulation: Simulation, count: int, say: str) -> tuple[Array, Array]:
+def cycles(simulation: Simulation, count: float, say: str) -> tuple[Array, Array]:
     """Outputs and places of journals (over time) in the last of so many cycles; places in space, m."""
     begin, h = simulation.time, 4.0 * math.pi / simulation.inputs[0] / PER_CYCLE
     shown, places = [], []
-    for k in range(count * PER_CYCLE):
+    for k in range(round(count * PER_CYCLE)):
         simulation.step(begin + (k + 1) * h)
         if (k + 1) % PER_CYCLE == 0:
-            print(f"edges: {say}, cycle {(k + 1) // PER_CYCLE} of {count}", file=sys.stderr, flush=True)
+            print(f"edges: {say}, cycle {(k + 1) // PER_CYCLE} of {count:g}", file=sys.stderr, flush=True)
         if k >= (count - 1) * PER_CYCLE:
             films = simulation.model.films
             cos, sin = films.numbers[COS], films.numbers[SIN]
@@ -102,11 +101,11 @@ def figures(simulation: Simulation, shown: Array, places: Array) -> dict[str, An
     }
 
 
-def compared(engine: Engine, level: str, speed: float, count: int, horizon: int) -> dict[str, Any]:
+def compared(engine: Engine, level: str, speed: float, count: float, horizon: float) -> dict[str, Any]:
     """One speed on both grids."""
     body, parts = running_body(engine), parts_of(engine, level)
 
-    def started(bearings: str) -> Simulation:
+    def started(bearings: str, parts: Parts = parts) -> Simulation:
         simulation = Simulation(engine, body, Settings(bearings=bearings), parts=parts)
         simulation.inputs[0] = speed * math.pi / 30.0
         simulation.initialize()
@@ -115,8 +114,7 @@ def compared(engine: Engine, level: str, speed: float, count: int, horizon: int)
     usual = started(level)
     cycles(usual, count, f"{speed:g} rev/min, {level}")
     if level == "ehd":
-        ehd.elastic_bore = partial(ehd.elastic_bore, grid=FINE_ELASTIC)
-        fine = started(level)
+        fine = started(level, parts._replace(bore=replace(parts.bore, grid=FINE_ELASTIC)))
         cycles(fine, count, f"{speed:g} rev/min, {level}, fine")
     else:
         fine = started("reynolds")
@@ -145,8 +143,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="benchmarks.edges", description=__doc__)
     parser.add_argument("--speeds", type=float, nargs="+", default=[1000.0, 1600.0, 2000.0, 2380.0], metavar="N")
     parser.add_argument("--bearings", choices=("table", "reynolds", "ehd"), default="reynolds")
-    parser.add_argument("--cycles", type=int, default=4, help="run before")
-    parser.add_argument("--horizon", type=int, default=1, metavar="CYCLES", help="on both grids; the last is compared")
+    parser.add_argument("--cycles", type=float, default=4.0, help="run before")
+    parser.add_argument("--horizon", type=float, default=1.0, metavar="CYCLES", help="on both grids, last is compared")
     parser.add_argument("--straight", action="store_true", help="shells without relief")
     chosen = parser.parse_args()
     engine = load_engine("diesel_i6")

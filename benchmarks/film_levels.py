@@ -13,7 +13,7 @@ import json
 import math
 import sys
 import time
-from functools import partial
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,13 +21,12 @@ from _engine_run import SPEED, engine_and_body
 
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation
 from cranktrain.film.elastic.grid import ElasticGrid
-from cranktrain.film.laws import ehd
-from cranktrain.film.laws.ehd import IN_LOOP, SHAPES, elastic_bore
+from cranktrain.film.laws.ehd import IN_LOOP, SHAPES
 from cranktrain.film.table.database import bearing_settings
 from cranktrain.store.film_tables import film_table
 from cranktrain.structure.block.saddle import bore_compliance
 
-CYCLES, PER_CYCLE = 2, 288
+CYCLES, PER_CYCLE = 2.0, 288
 FINE: dict[str, Any] = {
     "integrator": "sdirk4", "step": math.radians(0.5), "newton_tolerance": 3.0e-7, "film_change": 0.1,
 }  # fmt: skip
@@ -41,12 +40,12 @@ def main() -> int:
     bore = bore_compliance(engine, SHAPES, with_motion=True)
 
     def run(level: str, grid: ElasticGrid = IN_LOOP, **choices: Any) -> dict[str, Any]:
-        ehd.elastic_bore = partial(elastic_bore, grid=grid)
         print(f"film_levels: {level} {choices}", file=sys.stderr, flush=True)
-        simulation = Simulation(engine, body, Settings(bearings=level, **choices), parts=Parts(table=table, bore=bore))
+        parts = Parts(table=table, bore=replace(bore, grid=grid))
+        simulation = Simulation(engine, body, Settings(bearings=level, **choices), parts=parts)
         simulation.inputs[0] = SPEED
         simulation.initialize()
-        count, h = CYCLES * PER_CYCLE, 4.0 * math.pi / SPEED / PER_CYCLE
+        count, h = round(CYCLES * PER_CYCLE), 4.0 * math.pi / SPEED / PER_CYCLE
         series = np.empty((count, simulation.outputs.size))
         start = time.process_time()
         for k in range(count):

@@ -82,7 +82,7 @@ def cycle_of(simulation: Simulation, speed: float) -> tuple[dict[str, Array], Ar
 def measured(made: Assembly, runs: SteadyRuns, rpm: float) -> dict[str, Any]:
     """Figures at one speed."""
     speed = rpm * RPM
-    free = runs.at(speed).start.free
+    learned = runs.at(speed).start.learned
     place, velocity, over = mean_films(runs.simulation, speed)
     crank = PeriodicCrank(made.engine, made.body, speed, GasTrace.from_engine(made.engine), 1.0, 4.0, "linear")
     springs = main_forces(made.engine, made.body, speed, crank.angle)
@@ -108,8 +108,8 @@ def measured(made: Assembly, runs: SteadyRuns, rpm: float) -> dict[str, Any]:
                 for hz, share in zip(modes.hz[shown], torsion, strict=True)
                 if share > SHARE
             ]
-    if free is not None:
-        found["mode_in_motion_hz"] = free.decay.imag / (2.0 * math.pi)
+    if learned is not None:
+        found["mode_in_motion_hz"] = learned.free.decay.imag / (2.0 * math.pi)
     return found
 
 

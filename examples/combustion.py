@@ -1,6 +1,7 @@
 """Run the combustion module of the six by itself: cylinder pressures at three speeds, and the torque with a misfire.
 
-``python examples/combustion.py [PICTURE.png]`` prints the table of docs/combustion.md and draws its picture.
+``python examples/combustion.py [PICTURE.png]`` prints the tables of docs/combustion.md and draws its picture. The
+second table is the full load of both shipped engines.
 """
 
 from __future__ import annotations
@@ -17,11 +18,13 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 from cranktrain.modules.combustion.file import load
+from cranktrain.modules.combustion.performance import performance
 from cranktrain.modules.combustion.simulation import CombustionSimulation
 from cranktrain.modules.register import module_files
 from cranktrain.results.figures import save_figure
 
 SPEEDS_RPM = (1000.0, 1500.0, 2000.0)
+ENGINES = ("diesel_i6", "diesel_v8")
 MISSING = 3
 """Cylinder without fuel in the run with a misfire."""
 STEP = math.radians(0.5)
@@ -67,8 +70,26 @@ def draw(
     save_figure(figure, path)
 
 
+def full_load() -> None:
+    """Print air, pressures and consumption of both engines at their fuel."""
+    print(
+        "\n| engine | speed / (rev/min) | air ratio | peak / compression pressure | BMEP / MPa | FMEP / MPa "
+        "| torque / N m | BSFC / (g/kWh) |"
+    )
+    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    for engine in ENGINES:
+        settings = load(module_files()[engine.replace("diesel", "combustion")])
+        for speed in SPEEDS_RPM:
+            point = performance(settings, speed * math.pi / 30.0)
+            print(
+                f"| {engine} | {speed:.0f} | {point.air_ratio:.2f} | {point.peak_ratio:.2f} "
+                f"| {1e-6 * point.brake_pressure:.2f} | {1e-6 * point.friction_pressure:.3f} "
+                f"| {point.torque:.0f} | {3.6e9 * point.fuel_consumption:.0f} |"
+            )
+
+
 def main(picture: str = "") -> float:
-    """Print the table, draw the picture; returns the peak pressure at the last speed, Pa."""
+    """Print the tables, draw the picture; returns the peak pressure at the last speed, Pa."""
     runs = {speed: cycle(speed) for speed in SPEEDS_RPM}
     print(
         "| speed / (rev/min) | peak / MPa | at / deg | IMEP / MPa | torque / N m | delay / ms | heat to the walls / % |"
@@ -82,6 +103,7 @@ def main(picture: str = "") -> float:
             f"| {of['indicated.torque_mean']:.0f} | {1e3 * of['cylinder[1].ignition_delay']:.3f} "
             f"| {100.0 * of['cylinder[1].wall_heat'] / of['cylinder[1].heat_released']:.1f} |"
         )
+    full_load()
     if picture:
         draw(picture, runs, cycle(SPEEDS_RPM[-1], MISSING))
     return float(runs[SPEEDS_RPM[-1]]["cylinder[1].pressure_peak"][-1])

@@ -133,6 +133,25 @@ def test_equilibrium_of_a_film_that_conserves_oil(capsys, load):
     assert starved["eccentricity"] == pytest.approx(grooved["eccentricity"], rel=5e-3)
 
 
+def test_several_speeds_give_a_stribeck_curve(capsys):
+    """Friction falls from that of the boundary to a least value and rises again; each entry is that of its speed."""
+    rough = (
+        "--roughness-um", "0.8", "--asperity-density", "3000", "--asperity-radius-um", "20", "--contact-modulus-gpa",
+        "60", "--hardness-mpa", "200", "--boundary-friction", "0.12", "--grid", "96", "12",
+    )  # fmt: skip
+    given = ("bearing", *MACHINE[:8], "--load", "20000", *rough, "--speed")
+    curve = run(capsys, *given, "0.1", "50", "300", "3000")["curve"]
+    assert [found["speed_rpm"] for found in curve] == [0.1, 50.0, 300.0, 3000.0]
+    friction = [found["friction_coefficient"] for found in curve]
+    assert friction[0] > friction[1] > friction[2] < friction[3]
+    alone = run(capsys, *given, "50")
+    assert {key: curve[1][key] for key in alone if key != "seconds"} == {
+        key: value for key, value in alone.items() if key != "seconds"
+    }
+    for key in ("contact_load", "contact_friction_torque", "contact_pressure_max_mpa", "contact_area_mm2"):
+        assert curve[0][key] > curve[1][key] > curve[2][key] >= 0.0, key
+
+
 def test_heat_balance(capsys):
     warm = run(capsys, *WARM)
     power = warm["friction_torque"] * 2000.0 * math.pi / 30.0
@@ -251,6 +270,9 @@ def test_help_states_the_norms(capsys):
         ((*LOADED, "--moment-nm", "0", "2000"), "no film carries 5000 N and moment"),
         ((*LOADED, "--cavitation", "mass-conserving", "--supply", "none"), "runs dry"),
         ((*LOADED, "--boundary-friction", "0.1"), "needs --roughness-um"),
+        ((*LOADED, "--hardness-mpa", "200"), "--hardness-mpa needs --roughness-um"),
+        ((*LOADED, "--roughness-um", "1", "--asperity-factor", "0.05", "--asperity-density", "9"), "give one"),
+        ((*GIVEN, "--asperity-ratio", "0.01"), "--asperity-ratio does not go with --eccentricity"),
         ((*LOADED, "--roughness-um", "0"), "--roughness-um 0 must be above zero"),
         ((*LOADED, "--pressure-law", "barus"), "--pressure-law and --pressure-viscosity go together"),
         ((*LOADED, "--pressure-law", "barrus", "--pressure-viscosity", "20"), "did you mean 'barus'"),

@@ -13,11 +13,15 @@ from cranktrain.cli.console import number, positive, show_rows
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 
+SURFACES = (
+    "roughness_um", "roughness_pattern", "asperity_factor", "asperity_density", "asperity_ratio", "asperity_radius_um",
+    "contact_modulus_gpa", "hardness_mpa", "boundary_friction", "boundary_shear_mpa",
+)  # fmt: skip
 GIVEN = ("length_ratio", "eccentricity", "squeeze", "squeeze_only", "tilt")
 HEAT = ("inlet_temperature_c", "oil_viscosity_40", "oil_viscosity_100", "oil_density", "heat_share")
 LOADED = (
     "diameter_mm", "width_mm", "clearance_um", "viscosity", "speed", "load", "moment_nm", "grooves", "groove_deg",
-    *HEAT, "roughness_um", "boundary_friction", "pressure_law", "pressure_viscosity", "compressibility", "bore",
+    *HEAT, *SURFACES, "pressure_law", "pressure_viscosity", "compressibility", "bore",
 )  # fmt: skip
 UNITS = (*LOADED[:5], *HEAT)
 NEEDED = {"eccentricity": ("length_ratio",), "load": LOADED[:5], "place": LOADED[:5]}
@@ -56,9 +60,14 @@ With --inlet-temperature-c instead of --viscosity the oil is Walther's (ASTM D34
 as its heat balance makes it: --heat-share of the friction power warms the oil that leaves at the ends
 (2000 J/(kg K)) from inlet to outlet, and the viscosity is that of the mean. The result has effective_temperature_c,
 outlet_temperature_c and viscosity (Pa s) too.
---roughness-um (standard deviation of both surfaces together) adds flow factors of isotropic roughness (Patir and Cheng)
-and asperities that carry (Greenwood and Tripp, shape as in the engine files) and rub with --boundary-friction:
-contact_load (N) and contact_friction_torque (N m) are their parts. --pressure-law barus or roelands with
+--roughness-um (standard deviation sigma of both surfaces together) adds flow factors (Patir and Cheng; isotropic, or
+stretched by --roughness-pattern along the motion) and asperities that carry (Greenwood and Tripp) and rub. They are
+given by --asperity-factor (eta beta sigma) or --asperity-density (eta), --asperity-ratio (sigma/beta) or
+--asperity-radius-um (beta), --contact-modulus-gpa, --hardness-mpa of the softer surface, --boundary-friction and
+--boundary-shear-mpa (on the area that truly touches); the defaults are those of the engine files. contact_load (N) and
+contact_friction_torque (N m) are the parts of the asperities; friction_coefficient is torque over load and radius, and
+contact_pressure_max_mpa and contact_area_mm2 (true area) are of the asperities too. Several values of --speed give a
+Stribeck curve: "curve" has one result for each, with speed_rpm. --pressure-law barus or roelands with
 --pressure-viscosity (1/GPa) and --compressibility dowson-higginson are the oil's. --bore ENGINE is the elastic main
 bearing of an engine file of the same diameter and width, loaded onto its cap: bore_displacement_um is its largest
 displacement. All of it works together, with any cavitation, grooves and heat balance; the bore is rigid otherwise. A
@@ -90,7 +99,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--width-mm", type=positive, metavar="MM")
     add("--clearance-um", type=positive, metavar="UM", help="radial")
     add("--viscosity", type=positive, metavar="PAS", help="Pa s")
-    add("--speed", type=positive, metavar="RPM", help="rev/min")
+    add("--speed", type=positive, nargs="+", metavar="RPM", help="rev/min; several give a Stribeck curve")
     add("--load", type=float, metavar="N")
     add("--moment-nm", type=float, nargs=2, metavar=("MX", "MY"), help="of the load, about x, y")
     add("--grooves", metavar="KIND", help="two-axial")
@@ -104,7 +113,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add = parser.add_argument_group("in units: surfaces, oil under pressure, bore").add_argument
     add("--roughness-um", type=positive, metavar="UM", help="of both surfaces together (default: smooth)")
+    add("--roughness-pattern", type=positive, metavar="GAMMA", help="stretched along the motion (default 1)")
+    add("--asperity-factor", type=positive, metavar="X", help="eta beta sigma (default 0.05)")
+    add("--asperity-density", type=positive, metavar="ETA", help="1/mm^2, instead of --asperity-factor")
+    add("--asperity-ratio", type=positive, metavar="X", help="sigma/beta (default 0.01)")
+    add("--asperity-radius-um", type=positive, metavar="UM", help="beta, instead of --asperity-ratio")
+    add("--contact-modulus-gpa", type=positive, metavar="E", help="of both surfaces together (default 58.6)")
+    add("--hardness-mpa", type=positive, metavar="MPA", help="of the softer surface (default 300)")
     add("--boundary-friction", type=number(0.0, 1.0, "of the contact pressure"), metavar="MU", help="default 0.1")
+    shear = number(0.0, 1e4, "MPa")
+    add("--boundary-shear-mpa", type=shear, metavar="TAU", help="on the area that truly touches (default 0)")
     add("--pressure-law", metavar="LAW", help="none (default), barus or roelands")
     add("--pressure-viscosity", type=positive, metavar="ALPHA", help="1/GPa")
     add("--compressibility", metavar="LAW", help="none (default) or dowson-higginson")
@@ -137,7 +155,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if missing:
         what = "load" if form == "load" else "eccentricity"
         raise InputError(f"bearing with --{what} also needs {', '.join(missing)}")
-    result = _given(options) if form == "eccentricity" else _loaded(options)
+    if options.speed is not None and len(options.speed) > 1:
+        return _curve(options)
+    result = _given(options) if form == "eccentricity" else _loaded(options, options.speed[0])
     if not options.json:
         norm = "eccentricity" if form == "eccentricity" else "load"
         rows = [(key, _text(value), _UNITS.get((norm, key), "")) for key, value in result.items()]
@@ -189,12 +209,22 @@ def _given(options: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def _loaded(options: argparse.Namespace) -> dict[str, Any]:
+def _curve(options: argparse.Namespace) -> dict[str, Any]:
+    """Results over the speed: a Stribeck curve."""
+    curve = [{"speed_rpm": speed, **_loaded(options, speed)} for speed in options.speed]
+    if not options.json:
+        keys = [key for key in _OF_CURVE if key in curve[0]]
+        rows = [tuple(f"{found[key]:.5g}" for key in keys) for found in curve]
+        show_rows("Plain bearing over speed", tuple(_OF_CURVE[key] for key in keys), rows)
+    return {"curve": curve}
+
+
+def _loaded(options: argparse.Namespace, speed_rpm: float) -> dict[str, Any]:
     """Results of a bearing under a load, or at a place in units."""
     from cranktrain.film.steady.plain_bearing import FIELDS, Bearing
 
     given = {name: getattr(options, name, None) for name in FIELDS}
-    given |= {"speed_rpm": options.speed, "viscosity_pas": options.viscosity}
+    given |= {"speed_rpm": speed_rpm, "viscosity_pas": options.viscosity}
     if options.bore is not None:
         from cranktrain.structure.assembly import elastic_bore
 
@@ -216,6 +246,15 @@ def _text(value: Any) -> str:
     return f"{value:.5g}"
 
 
+_OF_CURVE = {
+    "speed_rpm": "rev/min",
+    "eccentricity": "eccentricity",
+    "min_film_um": "least film / um",
+    "friction_coefficient": "friction coefficient",
+    "friction_torque": "friction torque / N m",
+    "contact_load": "contact load / N",
+    "load": "load / N",
+}
 _UNITS = {
     ("eccentricity", "sommerfeld"): "F psi²/(B D eta omega)",
     ("eccentricity", "side_flow"): "Q/(R³ psi omega)",
@@ -231,6 +270,7 @@ _UNITS = {
     ("load", "load"): "N",
     ("load", "contact_load"): "N, part of the load",
     ("load", "contact_friction_torque"): "N m, part of friction_torque",
+    ("load", "friction_coefficient"): "torque over load and radius",
     ("load", "flow"): "m³/s",
     ("load", "friction_torque"): "N m",
     ("load", "p_max"): "Pa",

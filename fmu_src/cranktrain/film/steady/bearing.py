@@ -91,7 +91,8 @@ class SteadyState:
     tilt, (4, 4) for (x, y, slopes dx/dz, dy/dz) against (F_x, F_y, ∫z dF_x, ∫z dF_y); whirl threshold ω_s √(c m/W),
     infinite where the journal is stable at all speeds, 0 where at none; iterations of Newton's method. Of
     :mod:`cranktrain.film.steady.mixed_bearing` besides: the load and the part of it that asperities carry, N, the part
-    of the friction torque that they make, N m, and the largest displacement of the bore, m.
+    of the friction torque that they make, N m, their largest pressure, Pa, the area that truly touches, m², and the
+    largest displacement of the bore, m.
     """
 
     eccentricity: Array
@@ -110,6 +111,8 @@ class SteadyState:
     load: float = math.nan
     contact_load: float = 0.0
     contact_torque: float = 0.0
+    contact_pressure: float = 0.0
+    contact_area: float = 0.0
     bore_opening: float = 0.0
 
 

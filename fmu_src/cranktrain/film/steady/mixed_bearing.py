@@ -110,6 +110,8 @@ class _Loads:
     film: FilmSolution
     gap: Array
     rubbing: float  # torque of the asperities, N m
+    pressing: float  # largest pressure of the asperities, Pa
+    area: float  # that truly touches, m²
 
 
 class MixedBearing:
@@ -229,19 +231,20 @@ class _Running:
         )  # fmt: skip
         self.last = film
         pressed = film.pressure * (0.5 * film.areas.sum(axis=1)[:, None] * nodes.weight)
-        touched, rubbed = np.zeros_like(pressed), 0.0
+        touched, rubbed, pressing, area = np.zeros_like(pressed), 0.0, 0.0, 0.0
         if around.contact is not None:
             out = np.empty((2, gap.size))
             _touch(gap.ravel(), around.contact, self.bearing.table, out)
             touched = out[0].reshape(gap.shape) * film.areas
             rubbed = around.contact[FRICTION] * touched.sum()
-            rubbed += around.contact[SHEAR] * (out[1].reshape(gap.shape) * film.areas).sum()
+            pressing, area = float(out[0].max()), float((out[1].reshape(gap.shape) * film.areas).sum())
+            rubbed += around.contact[SHEAR] * area
         parts = [
             -np.concatenate((self.normal @ part.sum(axis=1), self.normal @ (part @ nodes.zeta)))
             for part in (pressed, touched)
         ]
         shapes = np.tensordot(self.weights, pressed + touched, 2)
-        return _Loads(parts[0] + parts[1], parts[1], shapes, film, gap, float(rubbed) * radius)
+        return _Loads(parts[0] + parts[1], parts[1], shapes, film, gap, float(rubbed) * radius, pressing, area)
 
     def residual(self, y: Array, loads: _Loads) -> Array:
         """What is missing: forces over the largest wanted, shapes over the clearance; (free,)."""
@@ -281,10 +284,16 @@ class _Running:
         raise SolverError(f"no film at eccentricity {np.hypot(*place):.4g}; one was found at {reached:.3g} of it")
 
     def jacobian(self, y: Array, at: Array) -> Array:
-        """Its derivatives by the free unknowns, by differences that open the film."""
-        columns = []
+        """Its derivatives by the free unknowns, by differences that open the film.
+
+        Rough surfaces may be pressed together until their mean planes meet; their gap counts from OPEN on.
+        """
+        columns, rough = [], self.bearing.around.roughness
+        least = float(self.gap(y).min())
+        if rough is not None:
+            least = max(abs(least), OPEN * rough.height / self.journal.clearance)
         for k in self.free:
-            step = 0.02 * float(self.gap(y).min()) if k < 4 else 0.02 * max(float(self.gap(y).min()), 0.01)
+            step = 0.02 * least if k < 4 else 0.02 * max(least, 0.01)
             moved = y.copy()
             moved[k] += -math.copysign(abs(step), y[k]) if k < 4 else step
             columns.append((self.residual(moved, self.loads(moved)) - at) / (moved[k] - y[k]))
@@ -412,6 +421,8 @@ class _Running:
             load=load,
             contact_load=float(np.hypot(*here.touching[:2])),
             contact_torque=here.rubbing,
+            contact_pressure=here.pressing,
+            contact_area=here.area,
             bore_opening=float(c * np.abs(np.tensordot(y[4:], self.forms, 1)).max()) if y.size > 4 else 0.0,
         )
 

@@ -14,14 +14,13 @@ from typing import Any
 
 from cranktrain.core.errors import InputError, nearest, within
 from cranktrain.engine.lubricant import pressure_constants
-from cranktrain.engine.parts import Oil, PlainBearing
-from cranktrain.film.contact.asperity import contact_constants
+from cranktrain.engine.parts import Oil
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
-from cranktrain.film.reynolds.rough_gap import Roughness
 from cranktrain.film.steady.bearing import Journal, SteadyBearing, SteadyState, bearing_grid
 from cranktrain.film.steady.conserving_bearing import DEFAULT_GRID
 from cranktrain.film.steady.mixed_bearing import MixedBearing, Surroundings
 from cranktrain.film.steady.sommerfeld import CAVITATION
+from cranktrain.film.steady.surfaces import Surfaces
 from cranktrain.film.steady.warm_bearing import warm_bearing
 
 RPM = math.pi / 30.0
@@ -43,8 +42,6 @@ _BOUNDS = {
     "oil_viscosity_100": (0.5, 1e6, "mm^2/s"),
     "oil_density": (300.0, 3000.0, "kg/m^3"),
     "heat_share": (0.0, 1.0, "of the friction"),
-    "roughness_um": (1e-3, 1e3, "um"),
-    "boundary_friction": (0.0, 1.0, "of the contact pressure"),
     "pressure_viscosity": (1e-3, 1e3, "1/GPa"),
 }
 
@@ -52,7 +49,7 @@ Moment = tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bearing:
+class Bearing(Surfaces):
     """A plain bearing whose oil is given by its viscosity, or by its inlet temperature and Walther's law (ASTM D341).
 
     Attributes
@@ -69,8 +66,7 @@ class Bearing:
     supply : widest-gap or none; None as the cavitation suggests
     grooves : two-axial, at ±90° to the load, each of ``groove_deg``
     grid : intervals around and over the width
-    roughness_um : σ of both surfaces together: flow factors, and asperities that carry and rub
-    boundary_friction : their coefficient of friction (0.1 by default)
+    roughness_um and the surfaces' other values : see :class:`cranktrain.film.steady.surfaces.Surfaces`
     pressure_law : none, barus or roelands, with ``pressure_viscosity``, 1/GPa
     compressibility : none or dowson-higginson
     bore : elastic, see :func:`cranktrain.structure.block.saddle.bore_compliance`; rigid by default
@@ -92,8 +88,6 @@ class Bearing:
     grooves: str | None = None
     groove_deg: float | None = None
     grid: tuple[int, int] | None = None
-    roughness_um: float | None = None
-    boundary_friction: float | None = None
     pressure_law: str = "none"
     pressure_viscosity: float | None = None
     compressibility: str = "none"
@@ -112,8 +106,9 @@ class Bearing:
         ``eccentricity``, ``attitude_deg``, ``min_film_um``, ``stiffness`` (N/m) and ``damping`` (N s/m) as rows of
         −∂F/∂x and −∂F/∂x', ``whirl_threshold`` ω_s √(c m/W), ``flow`` (m³/s), ``friction_torque`` (N m), ``p_max``
         (Pa); with a heat balance ``effective_temperature_c``, ``outlet_temperature_c`` and ``viscosity`` (Pa s);
-        between rough surfaces ``contact_load`` (N) and ``contact_friction_torque`` (N m), their parts; in an elastic
-        bore ``bore_displacement_um``, the largest
+        between rough surfaces ``contact_load`` (N) and ``contact_friction_torque`` (N m), their parts,
+        ``friction_coefficient`` (torque over load and radius), ``contact_pressure_max_mpa`` and ``contact_area_mm2``,
+        the area that truly touches; in an elastic bore ``bore_displacement_um``, the largest
 
         Raises
         ------
@@ -199,10 +194,7 @@ class Bearing:
 
     def _check_surroundings(self, label: Callable[[str], str]) -> None:
         """Refuse surfaces, laws or a bore that do not go together with ``InputError``."""
-        if self.boundary_friction is not None and self.roughness_um is None:
-            raise InputError(
-                f"{label('boundary_friction')} needs {label('roughness_um')}: smooth surfaces do not touch"
-            )
+        self.check_surfaces(label)
         if (self.pressure_law != "none") != (self.pressure_viscosity is not None):
             raise InputError(
                 f"{label('pressure_law')} and {label('pressure_viscosity')} go together; oils have 15 to 25 1/GPa"
@@ -219,13 +211,7 @@ class Bearing:
 
     def _surroundings(self) -> Surroundings:
         """What acts beside the journal's motion."""
-        roughness = contact = None
-        if self.roughness_um is not None:
-            usual: dict[str, Any] = {field.name: field.default for field in fields(PlainBearing)}
-            factor, ratio, modulus = (usual[name] for name in ("asperity_factor", "asperity_ratio", "contact_modulus"))
-            friction = usual["boundary_friction"] if self.boundary_friction is None else self.boundary_friction
-            contact = contact_constants(1e-6 * self.roughness_um, factor, ratio, modulus, friction)
-            roughness = Roughness(1e-6 * self.roughness_um)
+        roughness, contact = self.rough()
         oil = None
         if self.pressure_law != "none" or self.compressibility != "none":
             slope = 1e-9 * (self.pressure_viscosity or 0.0)
@@ -269,7 +255,13 @@ class Bearing:
         if placed:
             found["load"] = state.load
         if self.roughness_um is not None:
-            found |= {"contact_load": state.contact_load, "contact_friction_torque": state.contact_torque}
+            found |= {
+                "contact_load": state.contact_load,
+                "contact_friction_torque": state.contact_torque,
+                "friction_coefficient": state.friction_torque / (state.load * 0.5e-3 * self.diameter_mm),
+                "contact_pressure_max_mpa": 1e-6 * state.contact_pressure,
+                "contact_area_mm2": 1e6 * state.contact_area,
+            }
         if self.bore is not None:
             found["bore_displacement_um"] = 1e6 * state.bore_opening
         return found

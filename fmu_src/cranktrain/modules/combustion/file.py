@@ -1,7 +1,8 @@
 """Module files of combustion: tables of values with units and origins, geometry from the engine's own file.
 
 Bore, stroke, rod, compression ratio and firing angles are those of the engine file, its table ``[combustion]`` gives
-manifold pressures, intake and wall temperature and the angles at which the intake closes and the exhaust opens.
+intake and wall temperature, the angles at which the intake closes and the exhaust opens, and the manifold pressures
+where the module file has none.
 """
 
 from __future__ import annotations
@@ -96,10 +97,12 @@ class ValveGear:
 
 @dataclass(frozen=True)
 class Manifolds:
-    """What the engine file does not say: exhaust temperature, K, and share of products in the intake."""
+    """Exhaust temperature, K, fraction of products in the intake, and pressures, Pa; 0 is that of the engine file."""
 
     exhaust_temperature: q.Temperature
     intake_share: Part
+    intake_pressure: q.GasPressure = 0.0
+    exhaust_pressure: q.GasPressure = 0.0
 
 
 @dataclass(frozen=True)
@@ -135,6 +138,8 @@ def cycle_settings(tables: CombustionFile, engine: Engine, name: str, title: str
     for table, prefix in (("ignition", "ignition_"), ("premixed", "premixed_"), ("valves", ""), ("manifolds", "")):
         part = getattr(tables, table)
         values |= {prefix + entry.name: getattr(part, entry.name) for entry in fields(part)}
+    for name_of in ("intake_pressure", "exhaust_pressure"):
+        values[name_of] = values[name_of] or getattr(engine.combustion, name_of)
     burn, cylinders = engine.combustion, engine.cylinders
     settings = CycleSettings(
         name=name,
@@ -145,9 +150,7 @@ def cycle_settings(tables: CombustionFile, engine: Engine, name: str, title: str
         pin_offset=cylinders.pin_offset,
         compression_ratio=cylinders.compression_ratio,
         firing_angles=engine.firing_angles,
-        intake_pressure=burn.intake_pressure,
         intake_temperature=burn.intake_temperature,
-        exhaust_pressure=burn.exhaust_pressure,
         wall_temperature=burn.wall_temperature,
         intake_closes=burn.intake_closes,
         exhaust_opens=burn.exhaust_opens,

@@ -1,0 +1,205 @@
+"""Every script of ``benchmarks`` starts, at the shortest setting that it has.
+
+``STARTS`` names arguments and constants for each; ``tests/shortened.py`` sets the constants. A script that is not in
+the table fails the test. Figures of such short runs mean nothing and are not looked at.
+"""
+
+import ast
+import importlib
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "benchmarks"
+SCRIPTS = sorted(path.stem for path in FOLDER.glob("[!_]*.py"))
+
+
+class Start(NamedTuple):
+    """How a script is started.
+
+    Attributes
+    ----------
+    words : its arguments
+    constants : its module constants that make it short
+    quick : whether it runs in ``make test``
+    code : its exit code
+    why : why it is not started whole
+    """
+
+    words: str = ""
+    constants: Mapping[str, object] = MappingProxyType({})
+    quick: bool = False
+    code: int = 0
+    why: str = ""
+
+
+SIX_AT_1000 = "--engines diesel_i6 --blocks ground --speeds 1000"
+STARTS = {
+    "balance": Start(),
+    "bearing_stiffness": Start(constants={"FACTORS": [1.0]}, quick=True),
+    "block_bores": Start(constants={"SHAPES": 7, "AROUND": 36, "ACROSS": 3, "DIRECTIONS": 2}),
+    "chain": Start(),
+    "clients": Start("--help", quick=True, why="installs each client by pip into an environment of its own"),
+    "code_variants": Start("linear", {"CYCLES": 2}),
+    "collar": Start("--speeds 1000", {"BEFORE": 1, "AFTER": 1}, quick=True),
+    "combustion_coupling": Start("torsional", {"STEPS_DEG": [4.0], "FINE_DEG": 2.0, "CYCLES": 2}, quick=True),
+    "cost_law": Start(
+        constants={
+            "ROUNDS": 1,
+            "DEAR_ROUNDS": 1,
+            "CUTOFFS_HZ": [500.0, 1000.0],
+            "CYLINDERS": [2, 3],
+            "FILM_CYLINDERS": [2, 3],
+            "GRIDS": [[24, 6], [32, 8]],
+            "SPEED_COUNTS": [3, 5],
+            "WORKER_COUNTS": [1, 2],
+            "RUN_UP_SPEEDS": 3,
+            "VARIANTS": 2,
+        }
+    ),
+    "coupling": Start("torsional", {"STEPS_DEG": [6.0], "CYCLES": 2}, quick=True),
+    "damper": Start("diesel_i6 6", {"CYCLES": 2}),
+    "digests": Start("digests.json --quick --only rigid", quick=True),
+    "edges": Start("--speeds 1000 --cycles 0.005 --horizon 0.005 --bearings ehd"),
+    "elastic_cost": Start(constants={"CYCLES": 2, "GRIDS": [[48, 8, 0.5]], "REPEATS": 1, "CALLS": 2}),
+    "elastic_run_up": Start("--speeds 1000 1020"),
+    "fillet_stress": Start("8"),
+    "film": Start(constants={"COUNT": 100, "REPEATS": 1}, quick=True),
+    "film_cost": Start(
+        "chart.png",
+        {
+            "SHAPE_COUNTS": [0, 1],
+            "CUTOFFS_HZ": [500.0, 1000.0],
+            "RIGID_GRIDS": [[24, 6]],
+            "RIGID_FINEST": [32, 8],
+            "ELASTIC_GRIDS": [[36, 6]],
+            "ELASTIC_FINEST": [48, 8],
+            "MOST_BEARINGS": 2,
+            "REPEATS": 1,
+            "ENGINE_REPEATS": 1,
+        },
+    ),
+    "film_levels": Start(constants={"CYCLES": 0.01}),
+    "film_modes": Start("1660"),
+    "film_table": Start(
+        constants={
+            "ALIGNED_STATES": 20,
+            "FINER_STATES": 2,
+            "TILTED_STATES": 20,
+            "ENGINE_STATES": 20,
+            "COST_STATES": 20,
+            "REPEATS": 3,
+            "RATE_STATES": 3,
+        }
+    ),
+    "first_start": Start(constants={"CRANKS": ["rigid"]}),
+    "fmu_overhead": Start(constants={"BLOCKS": 2, "STEPS": 2}),
+    "foreign_masters": Start(
+        constants={"CYCLES": 2, "MASTERS": ["fmpy"]}, why="other masters are installed by pip into environments"
+    ),
+    "ground_springs": Start("diesel_i6"),
+    "inherited_damping": Start("diesel_i6", {"SPEEDS": [1.0]}),
+    "level_cost": Start("torsional", {"ROUNDS": 1, "CYCLES": 2}),
+    "long_run": Start("--speeds 1000 --tolerances 0.01 --cycles 2"),
+    "misfire": Start("2000", {"CYCLES": 2}),
+    "native_build": Start("combustion_i6"),
+    "native_fmu": Start(constants={"STEPS": 100, "STARTS": 1}),
+    "neighbours": Start(),
+    "peers": Start(
+        "nobody", quick=True, code=2, why="needs other people's programs, each in an environment of its own"
+    ),
+    "poincare": Start("--speeds 1000", {"BEFORE": 1, "CYCLES": 4, "LONGEST": 2}, quick=True),
+    "ratio": Start("--laps 1 --bearings linear"),
+    "run_up": Start("--from 1000 --to 1020 --workers 1 --repeats 1", {"SPEEDS": 2}, quick=True),
+    "settling": Start(SIX_AT_1000, {"TOLERANCES": [0.3, 0.1], "EXACT": 0.01, "PLAIN": 6}),
+    "step_work": Start("--levels linear --runs 1", {"CYCLES": 2}, quick=True),
+    "torsional_run_up": Start("diesel_i6", quick=True),
+    "tradeoff": Start(),
+    "valve_train": Start(constants={"BLOCKS": 2, "STEPS": 4, "CYCLES": 2, "FINE_DEG": 1.0, "STEPS_DEG": [2.0]}),
+    "vector_kernels": Start("13", quick=True),
+    "virtual_engine": Start("2000", {"CYCLES": 2, "FINEST": 1.0, "STEPS_DEG": [3.0]}),
+    "whole_engine": Start(constants={"ROUNDS": 1, "CYCLES": 2, "STEPS": [["generalised-alpha", 2.5]]}),
+}
+NO_JSON = {"digests", "ground_springs", "vector_kernels", "whole_engine", "clients", "peers"}
+"""Scripts that print lines or tables, or are not started whole."""
+
+
+def started(name, folder, constants, words):
+    """A script in a process of its own that works in ``folder``."""
+    command = [
+        sys.executable,
+        ROOT / "tests" / "shortened.py",
+        FOLDER / f"{name}.py",
+        json.dumps(dict(constants)),
+        *words,
+    ]
+    paths = os.pathsep.join([str(ROOT / "fmu_src"), str(ROOT)])
+    return subprocess.run(command, cwd=folder, env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True)
+
+
+def check_start(name, folder):
+    start = STARTS[name]
+    if name == "code_variants" and not any(ROOT.glob("fmu_src/cranktrain/fmu/native/lib/*/cranktrain.*")):
+        pytest.skip("compares machine code of the installation, which `make native` makes")
+    done = started(name, folder, start.constants, start.words.split())
+    assert done.returncode == start.code, done.stderr[-2000:]
+    if name not in NO_JSON:
+        assert json.loads(done.stdout)
+
+
+def test_the_table_holds_every_script():
+    assert list(STARTS) == SCRIPTS
+    assert all(start.why for start in STARTS.values() if "--help" in start.words or start.code)
+
+
+def syntax(name):
+    return ast.parse((FOLDER / f"{name}.py").read_text("utf-8"))
+
+
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_a_script_is_imported_and_reads_its_arguments(name, monkeypatch, capsys):
+    """Importing starts nothing. Where a parser reads the arguments it tells of itself, and takes those of the table."""
+    monkeypatch.syspath_prepend(str(FOLDER))
+    module = importlib.import_module(f"benchmarks.{name}")
+    assert module.__doc__ and capsys.readouterr().out == ""
+    for constant in STARTS[name].constants:
+        assert hasattr(module, constant), f"{name} has no {constant}"
+    if "argparse" not in {alias.name for node in ast.walk(syntax(name)) if isinstance(node, ast.Import)
+                          for alias in node.names}:  # fmt: skip
+        return
+    monkeypatch.setattr(sys, "argv", [name, "--help"])
+    with pytest.raises(SystemExit) as ended:
+        module.main(*(["--help"] if name == "clients" else []))
+    assert ended.value.code == 0 and "usage" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", [name for name, start in STARTS.items() if start.quick])
+def test_a_short_script_starts(name, tmp_path):
+    check_start(name, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name, start in STARTS.items() if not start.quick])
+def test_a_long_script_starts(name, tmp_path):
+    check_start(name, tmp_path)
+
+
+def test_a_constant_that_is_not_there_is_refused(tmp_path):
+    done = started("vector_kernels", tmp_path, {"NOBODY": 1}, ["13"])
+    assert done.returncode == 1 and "vector_kernels.py has no constant 'NOBODY'" in done.stderr
+
+
+def test_a_script_that_writes_into_the_documentation_is_stopped(tmp_path):
+    script, page = tmp_path / "script.py", ROOT / "docs" / "nobody.json"
+    script.write_text(f"PAGE = {str(page)!r}\n\nif __name__ == '__main__':\n    open(PAGE, 'w').write('x')\n")
+    command = [sys.executable, ROOT / "tests" / "shortened.py", script, "{}"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 1 and "nobody.json is part of the sources" in done.stderr and not page.exists()
