@@ -127,7 +127,11 @@ def _running(options: argparse.Namespace) -> dict[str, Any]:
     if not report["periodic"]:
         warnings.warn("the motion does not repeat at this speed; means are those of one of its cycles", stacklevel=2)
     if not options.json:
-        _print(f"{report['engine']}: main roller bearings at {options.speed:g} rev/min, full load", report["mains"], _RUNNING)
+        _print(
+            f"{report['engine']}: main roller bearings at {options.speed:g} rev/min, full load",
+            report["mains"],
+            _RUNNING,
+        )
         if new is not None:
             say(f"{new} written")
     return report
