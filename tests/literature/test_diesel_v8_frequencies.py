@@ -6,14 +6,20 @@ import numpy as np
 import pytest
 from published import beside_published
 
+from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import LumpedInertia
+from cranktrain.results.orders.resonances import peaks
+from cranktrain.structure.assembly import assemble
 from cranktrain.structure.block.modal import block_report
 from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.crank.modal import cranktrain_modes, modal_report
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body, running_loads
 from cranktrain.structure.crank.shape import pin_centre, stations
 from cranktrain.structure.fem.mesh import interface_names
+from cranktrain.studies.roller_stand_ins import running_rollers
+from cranktrain.studies.run_up.run_up import Means, run_up
+from cranktrain.studies.run_up.steady import Job
 
 pytestmark = pytest.mark.slow
 
@@ -147,3 +153,33 @@ def test_running_body_keeps_low_modes_and_the_statics_of_its_loads(engine, body)
     exact, kept = compliance(complete), compliance(running)
     size = np.sqrt(np.diag(exact))
     np.testing.assert_allclose(kept / np.outer(size, size), exact / np.outer(size, size), atol=1e-7)
+
+
+@pytest.fixture(scope="module")
+def at_2220(engine):
+    return running_rollers(engine, 2220.0)
+
+
+def test_stand_ins_are_those_of_the_rollers_as_they_run(engine, at_2220):
+    assert at_2220["periodic"] and at_2220["block"] == "flexible"
+    for entry in at_2220["mains"]:
+        for key, value in entry["stand_in"].items():
+            assert entry["engine_file"][key] == pytest.approx(value, rel=0.02)
+
+
+@pytest.mark.parametrize(("order", "rpm"), [(8, 2220.0), (12, 1480.0)])
+def test_orders_peak_at_the_published_speeds_in_a_run_in_the_block(engine, tmp_path, order, rpm):
+    published = dict(zip(engine.published.critical_orders, engine.published.critical_speeds, strict=True))
+    assert published[order] == pytest.approx(rpm * np.pi / 30)
+    made = assemble(engine, Settings())
+    assert made.settings.block == "flexible" and made.settings.bearings == "roller"
+    speeds = np.arange(rpm - 60.0, rpm + 61.0, 20.0) * np.pi / 30
+    found = run_up(Job(made, None, 1e-4, 24.0, ("pulley.torsion",)), speeds, tmp_path / "run_up.h5", Means(1), {})
+    assert np.all(found.run_up.repeats >= 1)
+    peak = next(peak for peak in peaks(found.run_up) if peak.order == order)
+    assert peak.speed == pytest.approx(published[order], rel=0.01)
+
+
+def test_torsion_of_the_list_is_within_one_per_cent(engine, body):
+    report = block_report(engine, body, reduced_block(engine))
+    assert report["first_torsional_hz"] == pytest.approx(296.0, rel=0.01)

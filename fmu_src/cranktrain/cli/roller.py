@@ -6,6 +6,9 @@ import argparse
 import math
 import warnings
 from dataclasses import replace
+from functools import reduce
+from operator import getitem
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import finite, number, say, show_rows, word
@@ -58,6 +61,11 @@ Results:
 --ring adds "ring": radial and tilting stiffness of the bearing without contacts, its rollers as springs of their
 tangents at the load, outer ring and housing in finite elements. With --engine the bearings are those of the engine's
 [main_roller], each under the same load, with their rings; "mains" has one entry for each.
+
+--engine with --speed in place of --load: the rollers as they run, at full load in the engine's default block. Means of
+their tangents over a settled cycle, along and across the load, in axes turning with the crank and at rest; and the
+linear stand-ins of level linear, of 'modal' and of 'calibrate': springs that yield on average as the rollers do, in
+series with the elastic stiffness of the free crankshaft at the journal. --out writes an engine file with them.
 """
 
 
@@ -70,7 +78,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--pitch-mm", type=finite, metavar="MM", help="diameter of the circle of the rollers' middles")
     add("--clearance-um", type=finite, metavar="UM", help="diametral radial clearance (default 0)")
     add("--engine", metavar="ENGINE", help="bearings of its [main_roller], in place of all above")
-    add("--load", type=load, required=True, metavar="N", help="radial load, N")
+    add("--load", type=load, metavar="N", help="radial load, N")
+    rpm = number(100.0, 20000.0, "rev/min")
+    add("--speed", type=rpm, metavar="RPM", help="with --engine, in place of --load: the rollers as they run, rev/min")
+    add("--out", metavar="FILE", help="with --speed: engine file to write, with the stand-ins; nothing is overwritten")
     add("--moment-nm", type=finite, default=0.0, metavar="NM", help="in the plane of the load (default 0)")
     laws = f"{' or '.join(CONTACT_LAWS)} (default palmgren, or the engine's)"
     add("--law", type=word(CONTACT_LAWS), metavar="LAW", help=laws)
@@ -84,6 +95,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Solve one bearing, or those of an engine; ``InputError`` for what is none."""
+    if options.speed is not None:
+        return _running(options)
+    if options.out is not None:
+        raise InputError("--out goes with --speed, which derives the values that it writes; leave it out")
+    if options.load is None:
+        raise InputError("--load is missing; give the radial load in N, or --speed with --engine")
     if options.engine is not None:
         return _mains(options)
     bearing = _given(options)
@@ -91,6 +108,33 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         _print(f"Roller bearing, {bearing.rollers} rollers, contacts by {bearing.law}, {options.load:g} N", [result])
     return result
+
+
+def _running(options: argparse.Namespace) -> dict[str, Any]:
+    """Rollers of an engine as they run, and the stand-ins that follow."""
+    from cranktrain.engine.file import load_engine
+    from cranktrain.studies.calibration.engine_text import new_path
+    from cranktrain.studies.roller_stand_ins import running_rollers, with_stand_ins
+
+    if options.engine is None:
+        raise InputError("--speed is that of a running engine; name it by --engine, or give --load")
+    for name in (*OF_ENGINE, "load", "law", "profile"):
+        if getattr(options, name) is not None:
+            raise InputError(f"--{name.replace('_', '-')}: the running engine gives it; leave it out, or --speed")
+    new = None if options.out is None else new_path(Path(options.out))
+    report = running_rollers(load_engine(options.engine), options.speed, say=lambda stage: say(f"cranktrain: {stage}"))
+    report["file"] = None if new is None else str(with_stand_ins(options.engine, new, report))
+    if not report["periodic"]:
+        warnings.warn("the motion does not repeat at this speed; means are those of one of its cycles", stacklevel=2)
+    if not options.json:
+        _print(
+            f"{report['engine']}: main roller bearings at {options.speed:g} rev/min, full load",
+            report["mains"],
+            _RUNNING,
+        )
+        if new is not None:
+            say(f"{new} written")
+    return report
 
 
 def _given(options: argparse.Namespace) -> RollerBearing:
@@ -231,19 +275,20 @@ def _ring(bearing: RollerBearing, loaded: LoadedBearing, first: float, options: 
     }
 
 
-def _print(title: str, results: list[dict[str, Any]]) -> None:
+def _print(title: str, results: list[dict[str, Any]], shown: Rows | None = None) -> None:
     """Print the results of several bearings side by side; those that the first one has."""
     rows = []
-    for name, (key, *part), form in _ROWS:
+    for name, (key, *parts), form in shown or _ROWS:
         if key in results[0] and (key != "tilt_mrad" or any(result[key] for result in results)):
-            values = [result[key][part[0]] if part else result[key] for result in results]
+            values = [reduce(getitem, parts, result[key]) for result in results]
             rows.append((name, *("-" if value is None else format(value, form) for value in values)))
     heads = tuple(f"main {result['main']}" if "main" in result else "result" for result in results)
     show_rows(title, ("value", *heads), rows)
 
 
+Rows = tuple[tuple[str, tuple[str, ...], str], ...]
 _RADIAL, _TILTING = "stiffness_n_per_mm", "tilt_stiffness_nm_per_rad"
-_ROWS = (
+_ROWS: Rows = (
     ("deflection / um", ("deflection_um",), ".4g"),
     ("  many straight rollers / um", ("many_rollers", "deflection_um"), ".4g"),
     ("displacement / um", ("displacement_um",), ".4g"),
@@ -261,3 +306,24 @@ _ROWS = (
     ("tilting, engine file / (N m/rad)", ("engine_file", _TILTING), ".6g"),
 )
 """Rows of the table: name, place among the results, form."""
+_TANGENT = "tangent_n_per_mm"
+_RUNNING: Rows = (
+    ("load / N: mean", ("load_n", "mean"), ".4g"),
+    ("  largest", ("load_n", "largest"), ".4g"),
+    ("fraction of the cycle under load", ("loaded_fraction",), ".3f"),
+    ("radial tangent / (N/mm): mean", (_TANGENT, "mean"), ".6g"),
+    ("  median", (_TANGENT, "median"), ".6g"),
+    ("  along the load", (_TANGENT, "along_load"), ".6g"),
+    ("  across the load", (_TANGENT, "across_load"), ".6g"),
+    ("  turning with the crank, x", (_TANGENT, "turning", "x"), ".6g"),
+    ("  turning with the crank, y", (_TANGENT, "turning", "y"), ".6g"),
+    ("  at rest, x", (_TANGENT, "at_rest", "x"), ".6g"),
+    ("  at rest, y", (_TANGENT, "at_rest", "y"), ".6g"),
+    ("crankshaft there / (N/mm)", ("crank_n_per_mm",), ".6g"),
+    ("stand-in, radial / (N/mm)", ("stand_in", _RADIAL), ".6g"),
+    ("  engine file", ("engine_file", _RADIAL), ".6g"),
+    ("tilting tangent / (N m/rad): mean", ("tilt_tangent_nm_per_rad", "mean"), ".6g"),
+    ("stand-in, tilting / (N m/rad)", ("stand_in", _TILTING), ".6g"),
+    ("  engine file", ("engine_file", _TILTING), ".6g"),
+)
+"""Rows of the table of rollers as they run."""
