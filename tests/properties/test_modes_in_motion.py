@@ -15,7 +15,7 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.level import crank_body
-from cranktrain.studies.in_motion.cycle_means import cycle_means, main_tangents, mean_in_series, tangents_over_cycle
+from cranktrain.studies.in_motion.cycle_means import main_tangents, mean_law, plain_means, tangents_over_cycle
 from cranktrain.studies.in_motion.eigenproblem import SAMPLES, equations_in_motion, modes_in_motion
 from cranktrain.studies.run_up.free_decay import torsional_mode
 from cranktrain.studies.torsion.damped_modes import damped_modes
@@ -51,7 +51,7 @@ def test_on_linear_bearings_the_matrices_are_those_of_the_linear_model():
     """A short crank: one cylinder, a beam."""
     engine, body = short()
     simulation = settled(engine, body, 2000.0, crank="beam", bearings="linear", block="ground")
-    means = cycle_means(simulation.model, tangents_over_cycle(simulation), 300.0)
+    means = plain_means(tangents_over_cycle(simulation), 300.0)
     # The bearings' loads move their displaced points, which a linear model about the undeformed crank leaves out.
     means = means._replace(forces=0.0 * means.forces, displaced=0.0 * means.displaced)
     found = equations_in_motion(simulation, means)
@@ -97,14 +97,13 @@ def test_torsion_on_films_decays_as_the_mode_in_motion_does(rpm):
     assert found.damping_ratios[found.torsional] == pytest.approx(ratio, rel=0.25)
 
 
-def test_films_have_the_mean_of_their_compliance():
+def test_the_mean_law_of_films_lies_between_the_means_of_stiffness_and_of_compliance():
     rng = np.random.default_rng(1)
-    stiffness, damping = rng.normal(size=(2, 5, 2, 2)) + 4.0 * np.eye(2)
-    same = mean_in_series(stiffness[:1], damping[:1], 3.0)
-    assert np.allclose(same[0], stiffness[0]) and np.allclose(same[1], damping[0])
-    k, c = mean_in_series(stiffness, damping, 3.0)
-    compliance = np.linalg.inv(stiffness + 3j * damping).mean(axis=0)
-    assert np.allclose(np.linalg.inv(k + 3j * c), compliance)
+    laws = 0.3 * rng.normal(size=(5, 2, 2)) + (4.0 + 1.0j) * np.eye(2)
+    structure = rng.normal(size=(2, 2)) + 3.0 * np.eye(2) + 0.0j
+    assert np.allclose(mean_law(laws[:1], structure), laws[0])
+    assert np.allclose(mean_law(laws, 1e-9 * structure), laws.mean(axis=0))
+    assert np.allclose(mean_law(laws, 1e9 * structure), np.linalg.inv(np.linalg.inv(laws).mean(axis=0)))
 
 
 def test_tangents_in_axes_at_rest_are_the_springs_of_linear_bearings():

@@ -1,14 +1,15 @@
 """Cycle means of all force laws of a run, linearised at its states: the stiffness and damping that a crank feels.
 
-Along the settled cycle the tangents K = −∂f/∂u and C = −∂f/∂u̇ of a film change by orders of magnitude. A film is in
-series with the crank that it carries, and stiffer than that: what counts at a frequency ω is how far it gives way,
-so its mean is that of its compliance,
+Along the settled cycle the stiffness K = −∂f/∂d and damping C = −∂f/∂ḋ of a film change by orders of magnitude. Where
+crank and block would move by d₀ against each other without it, and give way to its force by their compliance H, its
+force is f = −(Z⁻¹ + H)⁻¹ d₀ with Z = K + iωC. The mean law Z̄ is that of the same mean force,
 
-    K̄ + iωC̄ = [mean over the cycle of (K + iωC)⁻¹]⁻¹,
+    (Z̄⁻¹ + H)⁻¹ = mean over the cycle of (Z⁻¹ + H)⁻¹,
 
-in the axes of the turning frame. All else that acts between crank and block, the floating collar first of all, is
-softer than the crank and has the means of K and C themselves. Of a law whose K and C do not change both means are K and
-C, whatever ω.
+in the axes of the turning frame: of a law far softer than the crank the mean of Z, of one far stiffer that of its
+compliance. What varies about the mean moves crank and block at ω ± kΩ/2, so H is the mean over such frequencies, with
+all other films at their mean laws. All else, the floating collar first of all, has the means of K and C. Of a law
+whose K and C do not change all these are K and C themselves.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import communication_step
@@ -26,6 +28,8 @@ from cranktrain.dynamics.model.slots import COS, COUPLED, FIRST, RODS, SIN, WHIR
 from cranktrain.dynamics.model.state import TIME
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.tangents import Tangents, tangents_at_state
+
+ComplexArray = NDArray[np.complex128]
 
 ACROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
 """e_z × in the plane."""
@@ -88,20 +92,36 @@ def tangents_over_cycle(simulation: Simulation) -> CycleTangents:
     return CycleTangents(speed, place, velocity, acceleration, forces, displaced, np.array(frame))
 
 
-def cycle_means(model: ModelArrays, tangents: CycleTangents, hz: float) -> CycleMeans:
-    """Means of a model's tangents over a cycle, for vibration at ``hz``."""
+def plain_means(tangents: CycleTangents, hz: float) -> CycleMeans:
+    """Means of all tangents over a cycle, for vibration at ``hz``."""
     place, velocity, acceleration, forces, displaced = (part.mean(axis=0) for part in tangents[1:6])
+    return CycleMeans(tangents.speed, hz, place, velocity, acceleration, forces, displaced)
+
+
+def with_film_means(
+    model: ModelArrays, tangents: CycleTangents, means: CycleMeans, compliances: Sequence[ComplexArray], hz: float
+) -> CycleMeans:
+    """Means for vibration at ``hz`` with films that feel ``compliances`` (p, p), m/N, in the order of :func:`films`."""
     omega = 2.0 * math.pi * hz
-    for k, parts in films(model):
+    place, velocity = means.place.copy(), means.velocity.copy()
+    for (k, parts), compliance in zip(films(model), compliances, strict=True):
         at = np.ix_(range(len(tangents.place)), [k], parts, parts)
-        mean = mean_in_series(-tangents.place[at][:, 0], -tangents.velocity[at][:, 0], omega)
+        law = -tangents.place[at][:, 0] - 1j * omega * tangents.velocity[at][:, 0]
+        mean = mean_law(law, compliance)
         signs = np.ones((1, 1))
         if len(parts) < model.connections[k, COUPLED]:  # between a pin and its big end
             signs = np.array([[1.0, -1.0], [-1.0, 1.0]])
         size = signs.shape[0] * len(parts)
-        place[k, :size, :size] = -np.kron(signs, mean[0])
-        velocity[k, :size, :size] = -np.kron(signs, mean[1])
-    return CycleMeans(tangents.speed, hz, place, velocity, acceleration, forces, displaced)
+        place[k, :size, :size] = -np.kron(signs, mean.real)
+        velocity[k, :size, :size] = -np.kron(signs, mean.imag / omega)
+    return means._replace(hz=hz, place=place, velocity=velocity)
+
+
+def mean_law(laws: ComplexArray, compliance: ComplexArray) -> ComplexArray:
+    """Dynamic stiffness (p, p) whose mean force is that of ``laws`` (N, p, p), N/m, in series with a compliance."""
+    unit = np.eye(compliance.shape[0])
+    forces = np.linalg.solve(unit + laws @ compliance, laws).mean(axis=0)
+    return np.asarray(np.linalg.solve(unit - forces @ compliance, forces))
 
 
 def films(model: ModelArrays) -> list[tuple[int, Sequence[int]]]:
@@ -109,12 +129,6 @@ def films(model: ModelArrays) -> list[tuple[int, Sequence[int]]]:
     mains, cylinders = model.bearings.shape[0], model.cylinders.shape[0]
     found: list[tuple[int, Sequence[int]]] = [(k, range(int(model.connections[k, COUPLED]))) for k in range(mains)]
     return found + [(mains + c, range(2)) for c in range(cylinders if model.layout[RODS] > 0.0 else 0)]
-
-
-def mean_in_series(stiffness: Array, damping: Array, omega: float) -> tuple[Array, Array]:
-    """Stiffness and damping (p, p) whose compliance at ``omega`` (rad/s) is the mean of those of (N, p, p)."""
-    mean = np.linalg.inv(np.linalg.inv(stiffness + 1j * omega * damping).mean(axis=0))
-    return np.asarray(mean.real), np.asarray(mean.imag / omega)
 
 
 def main_tangents(model: ModelArrays, tangents: CycleTangents) -> tuple[Array, Array]:

@@ -47,9 +47,11 @@ from cranktrain.studies.in_motion.cycle_means import (
     ACROSS,
     CycleMeans,
     CycleTangents,
-    cycle_means,
+    films,
+    plain_means,
     ports_of,
     tangents_over_cycle,
+    with_film_means,
 )
 from cranktrain.studies.torsion.housed_crank import at_largest
 from cranktrain.studies.torsion.periodic_crank import rod_forces
@@ -60,8 +62,10 @@ SLOWEST_HZ = 60.0
 """Below are rotation on the connecting shaft, and the crank and its block as a whole."""
 OVERDAMPED = 0.5
 """Damping ratio from which a motion does not vibrate."""
-FIRST_HZ, SETTLED, ROUNDS = 250.0, 1.0e-4, 6
+FIRST_HZ, SETTLED, ROUNDS = 250.0, 1.0e-4, 10
 """Frequency (Hz) at which films have their first means, change of it at which iteration ends, and rounds at most."""
+SIDES = 4
+"""Side frequencies ω ± kΩ/2, k up to this, over which crank and block answer what varies over a cycle."""
 LEAST_TWIST = 0.2
 """Share of torsion below which a mode is not called torsional."""
 SAMPLES = 360
@@ -128,13 +132,39 @@ def modes_in_motion(simulation: Simulation, tangents: CycleTangents | None = Non
     tangents.
     """
     found = tangents_over_cycle(simulation) if tangents is None else tangents
-    hz = FIRST_HZ
+    means = plain_means(found, FIRST_HZ)
+    modes = modes_in_means(simulation, means)
     for _ in range(ROUNDS):
-        modes = modes_in_means(simulation, cycle_means(simulation.model, found, hz))
-        before, hz = hz, modes.torsional_hz
-        if not math.isfinite(hz) or abs(hz - before) <= SETTLED * before:
+        before = modes.torsional_hz
+        means = consistent_means(simulation, found, means, before if math.isfinite(before) else FIRST_HZ)
+        modes = modes_in_means(simulation, means)
+        if abs(modes.torsional_hz - before) <= SETTLED * before:
             break
     return modes
+
+
+def consistent_means(simulation: Simulation, tangents: CycleTangents, means: CycleMeans, hz: float) -> CycleMeans:
+    """Means for vibration at ``hz`` with films in series with crank and block, all other films as in ``means``."""
+    model, equations = simulation.model, equations_in_motion(simulation, means)
+    motion, omega = _relative_motion(model), 2.0 * math.pi * hz
+    found = films(model)
+    if not found:
+        return means
+    felt = [np.zeros((len(parts), len(parts)), dtype=complex) for _, parts in found]
+    for side in (*range(-SIDES, 0), *range(1, SIDES + 1)):
+        s = 1j * (omega + 0.5 * side * means.speed)
+        dynamic = s**2 * equations.mass + s * equations.damping + equations.stiffness
+        compliance = motion @ np.linalg.solve(dynamic, motion.conj().T)
+        for (k, parts), sum_of_sides in zip(found, felt, strict=True):
+            size, ports = len(parts), ports_of(model, k)
+            apart = np.eye(ports.size)[:size]
+            if size < ports.size:  # a pin against its big end
+                apart = np.hstack((np.eye(size), -np.eye(size)))
+            own = apart @ compliance[np.ix_(ports, ports)] @ apart.T
+            law = -means.place[k, :size, :size] - s * means.velocity[k, :size, :size]
+            # Without the film itself: (G⁻¹ − Z̄)⁻¹.
+            sum_of_sides += np.linalg.solve(np.eye(size) - own @ law, own) / (2.0 * SIDES)
+    return with_film_means(model, tangents, means, felt, hz)
 
 
 def modes_in_means(simulation: Simulation, means: CycleMeans) -> ModesInMotion:
