@@ -131,16 +131,22 @@ def modes_in_motion(simulation: Simulation, tangents: CycleTangents | None = Non
     first torsional frequency, found by iteration. Raises ``SolverError`` for a step that fails, or a law without
     tangents.
     """
+    means, _ = settled_means(simulation, tangents)
+    return modes_in_means(simulation, means)
+
+
+def settled_means(simulation: Simulation, tangents: CycleTangents | None = None) -> tuple[CycleMeans, float]:
+    """Means of the force laws at the first torsional frequency, Hz, and that; arguments and errors as for the modes."""
     found = tangents_over_cycle(simulation) if tangents is None else tangents
     means = plain_means(found, FIRST_HZ)
-    modes = modes_in_means(simulation, means)
+    hz = modes_in_means(simulation, means).torsional_hz
     for _ in range(ROUNDS):
-        before = modes.torsional_hz
+        before = hz
         means = consistent_means(simulation, found, means, before if math.isfinite(before) else FIRST_HZ)
-        modes = modes_in_means(simulation, means)
-        if abs(modes.torsional_hz - before) <= SETTLED * before:
+        hz = modes_in_means(simulation, means).torsional_hz
+        if abs(hz - before) <= SETTLED * before:
             break
-    return modes
+    return means, hz
 
 
 def consistent_means(simulation: Simulation, tangents: CycleTangents, means: CycleMeans, hz: float) -> CycleMeans:

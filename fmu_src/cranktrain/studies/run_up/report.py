@@ -138,8 +138,8 @@ def run_up_tables(said: Mapping[str, Any]) -> list[Table]:
         for peak in said["peaks"][:SHOWN]
     ]  # fmt: skip
     header = (
-        "order", "rev/min", "deg", "Hz", "damping", "mode / Hz", "critical / rev/min", "off",
-        "mode in motion / Hz", "off", "measured / rev/min", "off", "",
+        "order", "rev/min", "deg", "Hz", "damping", "at rest / Hz", "critical / rev/min", "off",
+        "in motion / Hz", "off", "measured / rev/min", "off", "",
     )  # fmt: skip
     return [Table("Resonances of the pulley's torsion (amplitudes zero to peak)", header, tuple(rows))]
 
