@@ -1,12 +1,15 @@
 """Peaks of orders over speed: found where a closed form has them."""
 
 import math
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from cranktrain.results.orders.resonances import labelled, peaks
 from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.studies.run_up.report import report
 
 MODE_HZ, DAMPING = 238.0, 0.015
 
@@ -55,3 +58,23 @@ def test_slopes_ends_and_ripples_are_no_peaks():
     ripple = 1.0 + 0.04 * np.cos(np.arange(made.speeds.size))[:, None]
     rippled = RunUp(**{**vars(made), "amplitudes": {"pulley.torsion": made.torsion * ripple}})
     assert len(peaks(rippled)) == 1
+
+
+def test_a_measured_critical_speed_stands_beside_the_nearest_peak_of_its_order():
+    made = run_up(np.arange(1000.0, 2601.0, 20.0), {6.0: 1.0, 9.0: 0.5})
+    rpm = np.array([2370.0, 0.0]) * math.pi / 30.0
+    published = SimpleNamespace(critical_orders=(6.0, 9.0), measured_critical_speeds=tuple(rpm.tolist()))
+    found = peaks(made)
+    far = replace(found[0], speed=0.6 * found[0].speed)
+    six, other, nine = report(made, [found[0], far, found[1]], published)["peaks"]
+    assert six["measured_rpm"] == pytest.approx(2370.0)
+    assert six["off_measured_percent"] == pytest.approx(100.0 * (six["rpm"] / 2370.0 - 1.0))
+    assert other["measured_rpm"] is None and nine["off_measured_percent"] is None
+
+
+def test_speeds_without_a_period_are_counted():
+    made = run_up(np.arange(1000.0, 2601.0, 200.0), {6.0: 1.0})
+    made = RunUp(**{**vars(made), "repeats": np.array([1, 0, 1, 1, 0, 2, 1, 1, 1])})
+    assert report(made, [])["speeds_without_period"] == 2
+    not_run = RunUp(**{**vars(made), "cycles": np.zeros(made.speeds.size, dtype=int)})
+    assert report(not_run, [])["speeds_without_period"] == 0

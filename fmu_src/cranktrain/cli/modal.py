@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import argparse
+import math
 from typing import Any
 
 from cranktrain.cli.bodies import add_block_options, wants_flexible_block
-from cranktrain.cli.console import one_of, show, stages
+from cranktrain.cli.console import number, one_of, show, stages
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.engine.levels import CRANKS, described
 
+RPM = math.pi / 30.0
+
 DESCRIPTION = """\
 Free crankshaft and cranktrain frequencies beside the reference's, and critical speeds.
+
+Two states of the cranktrain are shown. At rest it stands on stand-in springs, with its thrust bearing closed. In
+motion it vibrates about the settled cycle of a run, whose films lock its journals: these are the modes that a run-up's
+peaks belong to.
 
 ENGINE may also be a table of discs and shafts (TOML or CSV, see cranktrain.engine.torsional_chain):
 its natural frequencies, damping ratios, and rotations of the discs over the largest.
@@ -27,6 +34,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help=f"{described(CRANKS.values())}; default solid, of the others the frequencies stand beside the solid's",
     )  # fmt: skip
     add_block_options(parser, running=False)
+    add(
+        "--bearings", default="auto", metavar="LEVEL", help="of the mains, for modes in motion (default: the usual one)"
+    )
+    add("--speed", type=number(100.0, 20000.0, "rev/min"), metavar="RPM",
+        help="of the cycle whose modes in motion are shown (default: combustion.best_speed)")  # fmt: skip
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -34,6 +46,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.engine.torsional_chain import is_chain, read_chain
     from cranktrain.results.tables import Table, block_tables, frequency_tables
     from cranktrain.studies import modal as study
+    from cranktrain.studies.in_motion.report import motion_table, springs_text
     from cranktrain.studies.torsion.chain_modes import chain_report, chain_table
     from cranktrain.studies.torsion.damped_modes import damper_table
     from cranktrain.studies.torsion.level_frequencies import level_tables
@@ -49,7 +62,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     with stages(engine.name) as tell:
         report = study.modal(
             engine, options.crank, options.block, options.damper,
-            mesh=options.mesh, block_mesh=options.block_mesh, mesh_unit=options.mesh_unit, say=tell,
+            mesh=options.mesh, block_mesh=options.block_mesh, mesh_unit=options.mesh_unit,
+            bearings=options.bearings, speed=None if options.speed is None else options.speed * RPM, say=tell,
         )  # fmt: skip
     if options.json:
         return report
@@ -57,9 +71,14 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         for table in level_tables(engine, report):
             show(table)
         return report
-    block = report.get("block")
+    motion, block = report["in_motion"], report.get("block")
     for table in [*frequency_tables(engine, report), *(block_tables(block) if block is not None else ())]:
         show(table)
+    show(motion_table(motion))
+    if "failed" in motion:
+        print(f"No modes in motion: {motion['failed']}")
+    if "stand_in_springs" in report:
+        print(springs_text(report["stand_in_springs"]))
     if options.damper:
         show(damper_table(report["damper"]))
     _say_quality("Reduction", report["reduction"])

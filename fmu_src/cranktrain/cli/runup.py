@@ -87,7 +87,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     peaks = torsional_peaks(found, made)
     if job is not None and options.ramp is None and peaks:
         peaks = in_motion(peaks, runs_here(job), outcome.starts)
-    said = report(found, peaks)
+    said = report(found, peaks, engine.published)
     said |= {
         "failed": [{"rpm": failed.speed * PER_RPM, "reason": failed.reason} for failed in outcome.failed],
         "seconds": outcome.seconds, "workers": outcome.workers, "resumed": outcome.resumed, "result": str(path),

@@ -8,17 +8,19 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import BLOCKS, CRANKS, crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import required_damper
-from cranktrain.structure.assembly import check_mesh
+from cranktrain.structure.assembly import assemble, check_mesh, checked
 from cranktrain.structure.block.modal import block_report
 from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.block.shape import block_plan
 from cranktrain.structure.crank.modal import modal_report
 from cranktrain.structure.crank.reduction import reduced_crankshaft
 from cranktrain.structure.fem.own_mesh import MeshFile
+from cranktrain.studies.in_motion.report import SPRING_LEVELS, motion_report, springs_report
 from cranktrain.studies.torsion.damped_modes import damper_report
 from cranktrain.studies.torsion.level_frequencies import level_frequencies
 
@@ -32,9 +34,11 @@ def modal(
     mesh: str | Path | None = None,
     block_mesh: str | Path | None = None,
     mesh_unit: str = "m",
+    bearings: str = "auto",
+    speed: float | None = None,
     say: Callable[[str], None] = lambda stage: None,
 ) -> dict[str, Any]:
-    """Frequencies of the free crankshaft and the cranktrain, critical speeds, quality of the reduction.
+    """Frequencies of the free crankshaft and the cranktrain, at rest and in motion, critical speeds, quality.
 
     Parameters
     ----------
@@ -44,6 +48,8 @@ def modal(
     damper : also the cranktrain with the engine's torsional damper, as it damps
     mesh, block_mesh : the user's own meshes
     mesh_unit : of their coordinates: m, mm or in
+    bearings, speed : level of the mains and speed (rad/s) of the modes in motion; the usual level and the speed of the
+        largest heat per cycle where none is given
     say : told each stage of long work
 
     Raises
@@ -66,6 +72,8 @@ def modal(
     check_mesh(mesh, "journal surfaces")
     check_mesh(block_mesh, "surfaces of the block")
     start = time.perf_counter()
+    levels = Settings(bearings=bearings, block=block, damper="fitted" if damper else "none")
+    settings = checked(found, levels, mesh, block_mesh if flexible else None) if solid else None
     body = reduced_crankshaft(found, mesh, progress=say)
     made = time.perf_counter()
     if not solid:
@@ -76,5 +84,12 @@ def modal(
             report["damper"] = damper_report(found, body)
         if flexible:
             report["block"] = block_report(found, body, reduced_block(found, block_mesh, progress=say))
+        if settings is not None:
+            say("a cycle in motion")
+            own_block = block_mesh if flexible else None
+            running = assemble(found, settings, say=say, crank_mesh=mesh, block_mesh=own_block)
+            report["in_motion"] = motion_report(running, speed)
+            if found.main_bearing is not None:
+                report["stand_in_springs"] = springs_report(assemble(found, SPRING_LEVELS, say=say, crank_mesh=mesh))
     seconds = {"reduction": made - start, "modal": time.perf_counter() - made}
     return {**report, "seconds": {**report.get("seconds", {}), **seconds}}

@@ -9,6 +9,7 @@ rounded as they are written, and the report is about what the new file gives in 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,12 @@ from scipy.optimize import least_squares
 
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.slots import THRUST_LAW
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.store.whole_file import whole_file
+from cranktrain.structure.assembly import assemble
 from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.crank.modal import KINDS
 from cranktrain.structure.crank.reduction import reduced_crankshaft
@@ -32,7 +35,9 @@ from cranktrain.studies.calibration.problem import Match, Problem, at_bounds, en
 from cranktrain.studies.calibration.search import Found, search
 from cranktrain.studies.calibration.stand_ins import stand_ins
 from cranktrain.studies.calibration.targets import Task, load_targets
-from cranktrain.studies.calibration.train import Train
+from cranktrain.studies.calibration.train import FilmMeans, Train
+from cranktrain.studies.in_motion.eigenproblem import settled_means
+from cranktrain.studies.in_motion.report import SPRING_LEVELS, film_springs, reference_speed, settled_simulation
 
 RESTS_ON = 0.05
 """A target rests on the values whose sensitivity is at least this."""
@@ -111,8 +116,12 @@ def _fitted(base: Engine, task: Task, seed: int, evaluations: int, say: Say, fol
         crank = reduced_crankshaft(engine, progress=say)
         block = reduced_block(engine, progress=say) if task.flexible else None
         shares = stand_ins(engine, block, axial_hz(task)) if block is not None else {}
+        if task.film_springs:
+            say("stand-in springs of the films")
+            shares |= film_springs(assemble(engine, SPRING_LEVELS, say=say))
+        films = film_means(engine, task.flexible, say) if task.moves else None
         own = {key: given[key] for key in dimensions}
-        return Problem(engine, Train(engine, crank, block, dimensions), task, own, shares)
+        return Problem(engine, Train(engine, crank, block, dimensions, films), task, own, shares)
 
     first, own = problem(start), np.array(list(start.values()))
     within = np.allclose(own, np.clip(own, first.low, first.high), rtol=1e-3, atol=0.0)
@@ -135,6 +144,20 @@ def _fitted(base: Engine, task: Task, seed: int, evaluations: int, say: Say, fol
         given = rest.given(again.free)
         result = again._replace(evaluations=result.evaluations + again.evaluations)
     return second, result._replace(free=np.array([given[p.key] for p in task.parameters]))
+
+
+def film_means(engine: Engine, flexible: bool, say: Say) -> FilmMeans:
+    """Mean laws of the films of an engine, of films without tilt and on the targets' block level, at full load.
+
+    The speed is that of the largest heat per cycle. Raises ``SolverError`` where the run fails.
+    """
+    say("a cycle in motion")
+    settings = replace(SPRING_LEVELS, block="flexible" if flexible else "ground")
+    simulation = settled_simulation(assemble(engine, settings, say=say), reference_speed(engine))
+    means, hz = settled_means(simulation)
+    mains, collar = simulation.model.bearings.shape[0], int(simulation.model.layout[THRUST_LAW])
+    axial = float(-means.place[collar, 0, 0]), float(-means.velocity[collar, 0, 0])
+    return FilmMeans(-means.place[:mains, :2, :2], -means.velocity[:mains, :2, :2], axial, hz)
 
 
 def start_values(engine: Engine, task: Task) -> dict[str, float]:
@@ -177,10 +200,13 @@ def report_of(problem: Problem, free: Array) -> dict[str, Any]:
         order = np.argsort(-np.abs(slopes[k]))
         rows.append(
             {
-                "name": target.name, "of": target.of, "shape": target.shape, "target_hz": target.hz,
+                "name": target.name, "of": target.of, "basis": target.basis, "shape": target.shape,
+                "target_hz": target.hz,
                 "hz": float(found.hz[k]), "deviation_percent": 100.0 * deviation,
                 "met": abs(deviation) <= target.tolerance,
                 "tolerance_percent": 100.0 * target.tolerance, "source": target.source,
+                "order": target.order or None,
+                "rpm": 60.0 * float(found.hz[k]) / target.order if target.order else None,
                 "shares": dict(zip((*KINDS, "block"), modes[target.of].shares[found.places[k]].tolist(), strict=True)),
                 "sensitivities": dict(zip(keys, slopes[k].tolist(), strict=True)),
                 "rests_on": [keys[j] for j in order if abs(slopes[k, j]) >= RESTS_ON],

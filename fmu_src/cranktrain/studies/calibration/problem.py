@@ -9,6 +9,7 @@ their mean around the target, weighted by the squared shares of torsion.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -23,7 +24,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.engine.model import Engine
 from cranktrain.structure.crank.modal import KINDS, torsional_frequencies
 from cranktrain.studies.calibration import values
-from cranktrain.studies.calibration.targets import STAND_INS, Parameter, Target, Task
+from cranktrain.studies.calibration.targets import MOTION, STAND_INS, Parameter, Target, Task
 from cranktrain.studies.calibration.train import Matrices, Modes, Train
 
 NAME_MARGIN = 0.08
@@ -99,12 +100,18 @@ class Problem:
         found = {"cranktrain": self.train.cranktrain(engine, differences)}
         if any(target.of == "crankshaft" for target in self.task.targets):
             found["crankshaft"] = self.train.crankshaft(engine, differences)
+        if self.task.moves:
+            found[MOTION] = self.train.in_motion(engine, differences)
         return engine, found
 
     def modes(self, free: Array) -> dict[str, Modes]:
         """Modes of those bodies."""
         engine, found = self.matrices(free)
-        of = {"cranktrain": self.train.cranktrain_modes, "crankshaft": self.train.crankshaft_modes}
+        of = {
+            "cranktrain": self.train.cranktrain_modes,
+            "crankshaft": self.train.crankshaft_modes,
+            MOTION: self.train.motion_modes,
+        }
         return {name: of[name](engine, matrices) for name, matrices in found.items()}
 
     def residuals(self, free: Array) -> Array:
@@ -124,7 +131,7 @@ def engine_with(engine: Engine, task: Task, given: Mapping[str, float], stand_in
             engine = values.with_value(engine, key, number)
     names = {key: number for key, number in given.items() if "." not in key} | dict(stand_ins)
     for entry in task.derived:
-        if stand_ins or not any(name in entry.formula for name in STAND_INS):
+        if all(name in names for name in STAND_INS if name in entry.formula):
             number = values.formula_value(entry.formula, engine, names, f"derived.{entry.key}")
             # A value that differs by rounding alone would ask for bodies of its own.
             if not values.holds(engine, entry.key, number):
@@ -157,6 +164,10 @@ def match(targets: tuple[Target, ...], modes: Mapping[str, Modes]) -> Match:
     for k, target in enumerate(targets):
         if target.number:
             found = modes[target.of]
+            if target.of == MOTION:
+                hz[k] = found.hz[0]
+                deviations[k] = (hz[k] / target.hz - 1.0) / target.tolerance
+                continue
             hz[k] = torsional_frequencies(found.hz, found.shares)[target.number - 1]
             places[k] = int(np.argmin(np.abs(found.hz - hz[k])))
             seen = hz[k] if target.number == 1 else _mean_torsion(found, target.hz)
@@ -188,8 +199,12 @@ def sensitivities(problem: Problem, free: Array, modes: Mapping[str, Modes], pla
         move[j] = step
         above, below = (problem.matrices(free + side * move)[1] for side in (1.0, -1.0))
         for k, target in enumerate(targets):
+            if target.of == MOTION:
+                pair = [problem.train.motion_modes(problem.engine, side[MOTION]).hz[0] for side in (above, below)]
+                result[k, j] = math.log(pair[0] / pair[1]) / (2.0 * step) * free[j]
+                continue
             x, hz = modes[target.of].modes[:, places[k]], modes[target.of].hz[places[k]]
-            stiffness, mass = (a - b for a, b in zip(above[target.of], below[target.of], strict=True))
+            stiffness, mass = (a - b for a, b in zip(above[target.of][:2], below[target.of][:2], strict=True))
             omega2 = (2.0 * np.pi * hz) ** 2
             result[k, j] = x @ (stiffness - omega2 * mass) @ x / (2.0 * step) * free[j] / (2.0 * omega2)
     return result

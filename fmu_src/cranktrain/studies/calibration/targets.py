@@ -35,8 +35,12 @@ from cranktrain.engine.model import Engine
 from cranktrain.structure.crank.modal import KINDS
 from cranktrain.studies.calibration import values
 
-BODIES = ("cranktrain", "crankshaft")
-STAND_INS = ("bore_stiffness_x", "bore_stiffness_y", "thrust_face_stiffness")
+MOTION = "motion"
+BODIES = ("cranktrain", "crankshaft", MOTION)
+BASES = ("computed", "measured")
+BLOCK_STAND_INS = ("bore_stiffness_x", "bore_stiffness_y", "thrust_face_stiffness")
+FILM_STAND_INS = ("film_stiffness_x", "film_stiffness_y")
+STAND_INS = (*BLOCK_STAND_INS, *FILM_STAND_INS)
 SUFFIX = ".targets.toml"
 GROUND = next(iter(BLOCKS))
 LARGEST = 1e15
@@ -45,7 +49,12 @@ LARGEST = 1e15
 
 @dataclass(frozen=True)
 class Target:
-    """A frequency to be met: Hz, relative ``tolerance``; ``number`` 0: matched by shape, 1 or 2: that torsion."""
+    """A frequency to be met: Hz, relative ``tolerance``; ``number`` 0: matched by shape, 1 or 2: that torsion.
+
+    ``of`` motion it is the first torsional frequency about the settled cycle of a run. ``order`` is that whose critical
+    speed the target is given by, 0 where it is given by its frequency. ``basis`` says whether the number was measured
+    or computed by its source.
+    """
 
     name: str
     of: str
@@ -54,6 +63,8 @@ class Target:
     tolerance: float
     source: str
     number: int = 0
+    order: float = 0.0
+    basis: str = BASES[0]
 
 
 @dataclass(frozen=True)
@@ -90,6 +101,16 @@ class Task:
     targets: tuple[Target, ...]
     parameters: tuple[Parameter, ...]
     derived: tuple[Derived, ...]
+
+    @property
+    def moves(self) -> bool:
+        """Whether a target is one of a running engine."""
+        return any(target.of == MOTION for target in self.targets)
+
+    @property
+    def film_springs(self) -> bool:
+        """Whether anything is derived from the films' stand-in springs."""
+        return any(name in entry.formula for entry in self.derived for name in FILM_STAND_INS)
 
 
 def targets_path(name_or_path: str | Path) -> Path:
@@ -132,7 +153,8 @@ def _task(document: dict[str, Any], engine: Engine) -> Task:
     free = {p.key for p in parameters}
     if twice := [d.key for d in derived if d.key in free]:
         raise InputError(f"derived.{twice[0]}: is free as well; leave it out of [parameters] or of [derived]")
-    names = {p.key: p.high for p in parameters if not p.is_key} | (dict.fromkeys(STAND_INS, 1.0) if flexible else {})
+    names = {p.key: p.high for p in parameters if not p.is_key} | dict.fromkeys(FILM_STAND_INS, 1.0)
+    names |= dict.fromkeys(BLOCK_STAND_INS, 1.0) if flexible else {}
     for entry in derived:
         values.formula_value(entry.formula, engine, names, f"derived.{entry.key}")
     return Task(flexible, targets, parameters, derived)
@@ -140,19 +162,32 @@ def _task(document: dict[str, Any], engine: Engine) -> Task:
 
 def _target(name: str, entry: dict[str, Any]) -> Target:
     where = f"targets.{name}"
-    _known(entry, ("of", "shape", "hz", "tolerance", "source", "number"), where)
+    _known(entry, ("of", "shape", "hz", "order", "rpm", "tolerance", "source", "number", "basis"), where)
     of, shape, number = entry.get("of", BODIES[0]), entry.get("shape"), entry.get("number", 0)
-    for key, word, valid in (("of", of, BODIES), ("shape", shape, KINDS)):
+    basis = entry.get("basis", BASES[0])
+    for key, word, valid in (("of", of, BODIES), ("shape", shape, KINDS), ("basis", basis, BASES)):
         if word not in valid:
             raise InputError(f"{where}.{key}: '{word}' is not known; {nearest(str(word), valid)}")
     if number not in (0, 1, 2) or (number and shape != "torsional") or (of == "crankshaft" and not number):
         raise InputError(f"{where}.number: give 1 or 2 with shape torsional, always so of the free crankshaft")
+    if of == MOTION and (number != 1 or shape != "torsional"):
+        raise InputError(f"{where}: of motion the first torsional frequency is known; give shape torsional, number 1")
     if not isinstance(entry.get("source"), str) or not entry["source"]:
         raise InputError(f"{where}.source: say where the number comes from")
-    hz, tolerance = (_number(entry, key, where) for key in ("hz", "tolerance"))
+    order = 0.0
+    if "order" in entry or "rpm" in entry:
+        if "hz" in entry or of != MOTION:
+            raise InputError(f"{where}: give order and rpm of a critical speed of motion, or hz; not both")
+        order, rpm = (_number(entry, key, where) for key in ("order", "rpm"))
+        within(f"{where}.order:", order, 0.5, 100.0, "per revolution")
+        within(f"{where}.rpm:", rpm, 1.0, 1e5, "rev/min")
+        hz = order * rpm / 60.0
+    else:
+        hz = _number(entry, "hz", where)
+    tolerance = _number(entry, "tolerance", where)
     within(f"{where}.hz:", hz, 0.01, 1e5, "Hz")
     within(f"{where}.tolerance:", tolerance, 1e-6, 0.99, "e.g. 0.02 for 2 %")
-    return Target(name, of, str(shape), hz, tolerance, entry["source"], number)
+    return Target(name, of, str(shape), hz, tolerance, entry["source"], number, order, basis)
 
 
 def _parameter(key: str, entry: dict[str, Any], engine: Engine) -> Parameter:

@@ -21,6 +21,9 @@ from cranktrain.structure.block.reduction import heads
 from cranktrain.structure.crank import modal
 from cranktrain.structure.crank.reduction import attached_parts, running_loads
 from cranktrain.studies.calibration.geometry import BLOCK, CRANK, Change
+from cranktrain.studies.in_motion.eigenproblem import OVERDAMPED, SLOWEST_HZ
+from cranktrain.studies.torsion.damped_modes import damped_modes
+from cranktrain.studies.torsion.housed_crank import at_largest
 
 CRANK_CUTOFF_HZ, BLOCK_CUTOFF_HZ = 3000.0, 1100.0
 MODES = 32
@@ -36,10 +39,27 @@ class Modes(NamedTuple):
 
 
 class Matrices(NamedTuple):
-    """Stiffness and mass of a system."""
+    """Stiffness and mass of a system; damping where it has any."""
 
     stiffness: Array
     mass: Array
+    damping: Array | None = None
+
+
+class FilmMeans(NamedTuple):
+    """What films and collar of a run are to small motions in the axes of the turning crank.
+
+    Attributes
+    ----------
+    stiffness, damping : (b, 2, 2) of each main, N/m and N s/m
+    collar : stiffness (N/m) and damping (N s/m) along the axis
+    hz : first torsional frequency of the whole eigenproblem, from which that of the train takes its scale
+    """
+
+    stiffness: Array
+    damping: Array
+    collar: tuple[float, float]
+    hz: float
 
 
 class Train:
@@ -50,6 +70,7 @@ class Train:
     engine : which interfaces carry what; its values may change later
     crank, block : bare reduced bodies
     changes : of each dimension, per unit
+    films : of a run of the engine, where its modes in motion are wanted
     """
 
     def __init__(
@@ -58,6 +79,7 @@ class Train:
         crank: ReducedBody,
         block: ReducedBody | None,
         changes: Mapping[str, Sequence[Change]],
+        films: FilmMeans | None = None,
     ) -> None:
         ends = [(name, component) for name in ("pulley", "flywheel") for component in range(6)]
         self.crank = truncate(crank, CRANK_CUTOFF_HZ, running_loads(engine) + ends)
@@ -70,6 +92,9 @@ class Train:
             key: [(change.body, *_at_modes(change, *bodies[change.body])) for change in entries]
             for key, entries in changes.items()
         }
+        self.films, self._scale = films, 1.0
+        if films is not None:
+            self._scale = films.hz / self._first_in_motion(engine, self.in_motion(engine, {}))
 
     def crankshaft(self, engine: Engine, dimensions: Mapping[str, float]) -> Matrices:
         """Free crankshaft with all that is attached; ``dimensions`` as differences from the bodies' own."""
@@ -105,16 +130,45 @@ class Train:
         stretch = np.hstack((crank, bores))
         return Matrices(stiffness + stretch.T @ stretch, block_diag(free.mass, block.mass))
 
+    def in_motion(self, engine: Engine, dimensions: Mapping[str, float]) -> Matrices:
+        """Crankshaft with its rods on the mean laws of its films."""
+        assert self.films is not None
+        free, crank = self.crankshaft(engine, dimensions), self.crank
+        free.mass[:] += modal.rod_masses(engine, crank)
+        damping = np.zeros_like(free.mass)
+        laws = zip(self.films.stiffness, self.films.damping, strict=True)
+        for i, (stiffness, damper) in enumerate(laws, 1):
+            rows = crank.shapes[crank.index(f"main[{i}]"), :2]
+            free.stiffness[:] += rows.T @ stiffness @ rows
+            damping += rows.T @ damper @ rows
+        row = crank.shapes[crank.index("thrust"), 2]
+        free.stiffness[:] += self.films.collar[0] * np.outer(row, row)
+        return Matrices(free.stiffness, free.mass, damping + self.films.collar[1] * np.outer(row, row))
+
+    def motion_modes(self, engine: Engine, of: Matrices) -> Modes:
+        """First torsional mode in motion; what the train leaves out of the eigenproblem scales its frequency."""
+        hz = self._scale * self._first_in_motion(engine, of)
+        return Modes(np.array([hz]), np.zeros((len(of.mass), 1)), np.array([[0.0, 1.0, 0.0, 0.0]]))
+
+    def _first_in_motion(self, engine: Engine, of: Matrices) -> float:
+        """First torsional frequency of the train in motion, Hz."""
+        assert of.damping is not None
+        found = damped_modes(of.stiffness, of.damping, of.mass)
+        kept = (found.damping_ratios < OVERDAMPED) & (found.hz > SLOWEST_HZ) & (found.hz <= modal.LISTED_HZ)
+        hz, shapes = found.hz[kept], at_largest(found.shapes[:, kept])
+        twist = modal.energy_shares(engine, self.crank, shapes, rods=True)[:, modal.KINDS.index("torsional")]
+        return float(hz[np.argmax(twist >= 0.5 * twist.max())])
+
     def crankshaft_modes(self, engine: Engine, of: Matrices) -> Modes:
         """Elastic modes of the free crankshaft."""
-        squares, modes = eigh(*of, subset_by_index=[0, min(MODES // 2 + 5, len(of.mass) - 1)])
+        squares, modes = eigh(*of[:2], subset_by_index=[0, min(MODES // 2 + 5, len(of.mass) - 1)])
         modes = modes[:, 6:]
         shares = modal.energy_shares(engine, self.crank, modes, rods=False)
         return Modes(_hz(squares[6:]), modes, np.column_stack((shares, np.zeros(len(shares)))))
 
     def cranktrain_modes(self, engine: Engine, of: Matrices) -> Modes:
         """Modes of the cranktrain, free to turn; those of the engine as a whole on its mounts are left out."""
-        squares, modes = eigh(*of, subset_by_index=[1, min(MODES, len(of.mass) - 1)])
+        squares, modes = eigh(*of[:2], subset_by_index=[1, min(MODES, len(of.mass) - 1)])
         crank = modes[: self.crank.n_modes]
         mass = of.mass[: self.crank.n_modes, : self.crank.n_modes]
         part = np.einsum("ik,ij,jk->k", crank, mass, crank)

@@ -1,4 +1,7 @@
-"""Peaks of a run-up beside the torsional mode of the crank as it runs (:mod:`free_decay`)."""
+"""Peaks of a run-up beside the torsional mode in motion, in the run's own block and bearings.
+
+It is the first torsional one of :mod:`cranktrain.studies.in_motion.eigenproblem` about the steady cycle beside a peak.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from dataclasses import replace
 
 from cranktrain.core.errors import SolverError
 from cranktrain.results.orders.resonances import Peak
-from cranktrain.studies.run_up.free_decay import torsional_mode
+from cranktrain.studies.in_motion.eigenproblem import modes_in_motion
 from cranktrain.studies.run_up.report import SHOWN
 from cranktrain.studies.run_up.steady import CycleStart, SteadyRuns
 
@@ -44,7 +47,6 @@ def in_motion(found: Sequence[Peak], runs: SteadyRuns, starts: Sequence[CycleSta
 def _hz(runs: SteadyRuns) -> float:
     """Frequency of the torsional mode at the steady cycle of a simulation; not a number where nothing shows it."""
     try:
-        mode = torsional_mode(runs.simulation)
-    except SolverError:  # of a push, after all speeds have run
-        mode = None
-    return math.nan if mode is None else mode.decay.imag / (2.0 * math.pi)
+        return modes_in_motion(runs.simulation).torsional_hz
+    except SolverError:  # of the cycle that is linearised, after all speeds have run
+        return math.nan

@@ -7,16 +7,18 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.simulation import fitted_engine
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import Published
 from cranktrain.loads.damper import required_damper
 from cranktrain.results.orders.resonances import Peak, labelled, peaks
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
-from cranktrain.results.tables import Table
+from cranktrain.results.tables import NOTHING, Table
 from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_matrices, cranktrain_modes
 from cranktrain.studies.torsion.peak_modes import modes_at_peak
@@ -26,27 +28,53 @@ SHOWN = 12
 """Peaks that a table shows."""
 
 
-def report(run_up: RunUp, found: Sequence[Peak]) -> dict[str, Any]:
-    """Orders and peaks, JSON-able; keys carry their units."""
+def report(run_up: RunUp, found: Sequence[Peak], published: Published | None = None) -> dict[str, Any]:
+    """Orders and peaks, JSON-able; keys carry their units. ``published`` has the measured critical speeds."""
+    measured = measured_speeds(found, published)
     said: dict[str, Any] = {
         "speeds": run_up.speeds_rpm.tolist(),
         "torsion_orders_deg": _sizes(run_up, TORSION, 180.0 / math.pi),
         "axial_orders_um": _sizes(run_up, AXIAL, 1e6) if AXIAL in run_up.amplitudes else {},
         "orders": {name: _sizes(run_up, name, 1.0) for name in run_up.amplitudes if name not in (TORSION, AXIAL)},
-        "peaks": [peak_entry(peak) for peak in found],
+        "peaks": [peak_entry(peak, rpm) for peak, rpm in zip(found, measured, strict=True)],
         "cycles": run_up.cycles.tolist(),
         "repeats_every_cycles": run_up.repeats.tolist(),
+        "speeds_without_period": int(np.count_nonzero(without_period(run_up))),
         "settling_left": run_up.left.tolist(),
         "cycles_part_by": [factor if math.isfinite(factor) else None for factor in run_up.parting.tolist()],
     }
     return said
 
 
-def peak_entry(peak: Peak) -> dict[str, Any]:
-    """A peak of torsion as JSON has it; the amplitude in degrees."""
+def measured_speeds(found: Sequence[Peak], published: Published | None) -> list[float]:
+    """Measured critical speed of each peak, rev/min; not a number where there is none.
+
+    Of several peaks of an order the one nearest to the measured speed has it.
+    """
+    result = [math.nan] * len(found)
+    if published is None:
+        return result
+    for order, speed in zip(published.critical_orders, published.measured_critical_speeds, strict=True):
+        of_order = [k for k, peak in enumerate(found) if peak.order == order]
+        if speed > 0.0 and of_order:
+            result[min(of_order, key=lambda k: abs(found[k].speed - speed))] = speed * RPM
+    return result
+
+
+def without_period(run_up: RunUp) -> NDArray[np.bool_]:
+    """Speeds (s,) at which cycles were run and no number of them repeats."""
+    return np.asarray((run_up.repeats == 0) & (run_up.cycles > 0))
+
+
+def peak_entry(peak: Peak, measured_rpm: float = math.nan) -> dict[str, Any]:
+    """A peak of torsion as JSON has it; the amplitude in degrees. Without a measured speed its two values are null."""
+    rpm = peak.speed * RPM
+    measured = math.isfinite(measured_rpm)
     return {
         "order": peak.order,
-        "rpm": peak.speed * RPM,
+        "rpm": rpm,
+        "measured_rpm": measured_rpm if measured else None,
+        "off_measured_percent": 100.0 * (rpm / measured_rpm - 1.0) if measured else None,
         "amplitude": math.degrees(peak.amplitude),
         "mode_hz": peak.mode_hz,
         "mode": peak.kind,
@@ -104,15 +132,23 @@ def run_up_tables(said: Mapping[str, Any]) -> list[Table]:
             _text(peak["damping_ratio"], ".2%"), f"{peak['mode']} {_text(peak['mode_hz'], '.1f')}".strip(),
             _text(peak["critical_rpm"], ".0f"), _text(0.01 * peak["off_percent"], "+.1%"),
             _text(peak["mode_in_motion_hz"], ".1f"), _text(0.01 * peak["off_in_motion_percent"], "+.1%"),
+            *_measured_texts(peak),
             "" if peak["periodic"] else "no period there",
         )
         for peak in said["peaks"][:SHOWN]
     ]  # fmt: skip
     header = (
-        "order", "rev/min", "deg", "Hz", "damping", "mode / Hz", "critical / rev/min", "off",
-        "mode in motion / Hz", "off", "",
+        "order", "rev/min", "deg", "Hz", "damping", "at rest / Hz", "critical / rev/min", "off",
+        "in motion / Hz", "off", "measured / rev/min", "off", "",
     )  # fmt: skip
     return [Table("Resonances of the pulley's torsion (amplitudes zero to peak)", header, tuple(rows))]
+
+
+def _measured_texts(peak: Mapping[str, Any]) -> tuple[str, str]:
+    """Measured critical speed of a peak, and how far the peak lies above it."""
+    if peak["measured_rpm"] is None:
+        return NOTHING, NOTHING
+    return f"{peak['measured_rpm']:.0f}", f"{0.01 * peak['off_measured_percent']:+.1%}"
 
 
 def closing_text(run_up: RunUp) -> str:
@@ -122,7 +158,7 @@ def closing_text(run_up: RunUp) -> str:
         return f"{run_up.speeds.size} speeds"
     lines = [f"{run_up.speeds.size} speeds, {run_up.cycles.mean():.1f} cycles each"]
     if not periodic.all():
-        never = run_up.speeds_rpm[run_up.repeats == 0]
+        never = run_up.speeds_rpm[without_period(run_up)]
         for every in np.unique(run_up.repeats[run_up.repeats > 1]).tolist():
             lines += [f"repeats every {every} cycles at {_ranges(run_up.speeds_rpm[run_up.repeats == every])} rev/min"]
         lines += [f"no period at {_ranges(never)} rev/min{_parting(run_up)}"] if never.size else []

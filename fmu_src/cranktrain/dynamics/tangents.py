@@ -1,0 +1,73 @@
+"""Tangents of all force laws at the state of a run, by displacement, velocity and acceleration of their ports.
+
+A stage folds them into one block of each connection,
+
+    ∂f/∂u = K + (c_v/c_q) C + (1/c_q) M,
+
+so that three evaluations with (c_q, c_v) of their own tell K, C and M apart. That is exact for films, thrust bearing,
+damper, and rods whose pistons run on the axes of their cylinders: all are affine in both ratios. K and C are the
+derivatives by u and u̇ in axes of the frame; K holds what the frame's turning makes of a derivative by velocity.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from cranktrain.core.errors import SolverError
+from cranktrain.core.kernel import kernel
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.slots import FORCES, PORTS, STATE_U, U_Q, U_V, UD, UDD, U
+from cranktrain.dynamics.model.workspace import Work
+from cranktrain.dynamics.motion.equations import port_forces
+
+NO_MASS = 1.0e30
+"""c_q, s², whose inverse counts for nothing."""
+PER_VELOCITY, PER_ACCELERATION = 1.0e3, 1.0e6
+"""Ratios of the evaluations, 1/s and 1/s², about those of vibration at some hundred Hz."""
+
+
+class Tangents(NamedTuple):
+    """Force laws at one state, along the axes of the frame.
+
+    Attributes
+    ----------
+    place, velocity, acceleration : (k, 4, 4) derivatives of the forces at the ports of each connection, N/m, N s/m, kg
+    forces : (m,) at all ports, N, N m
+    displaced : (m,) displacement of all ports, m, rad
+    """
+
+    place: Array
+    velocity: Array
+    acceleration: Array
+    forces: Array
+    displaced: Array
+
+
+@kernel
+def evaluate_at_state(model, work, c_q, c_v):
+    """Forces and folded tangents at the state that ``work`` has been shown last, into ``work``; 0, or what failed.
+
+    Films with a memory are those of the last stage.
+    """
+    for k in range(int(model.layout[PORTS])):
+        work.port[U, k] = work.port[STATE_U, k]
+        work.port[UD, k] = work.port[STATE_U + 1, k]
+        work.port[UDD, k] = work.port[STATE_U + 2, k]
+        work.port[U_Q, k] = 0.0
+        work.port[U_V, k] = 0.0
+    return port_forces(model, work, work.frames[0], work.pressures[0], c_q, c_v)
+
+
+def tangents_at_state(model: ModelArrays, work: Work) -> Tangents:
+    """Tangents at the state of a run that was observed last; ``SolverError`` where a law fails."""
+    found = []
+    for c_q, c_v in ((NO_MASS, 0.0), (NO_MASS, PER_VELOCITY * NO_MASS), (1.0 / PER_ACCELERATION, 0.0)):
+        if evaluate_at_state(model, work, c_q, c_v) != 0:
+            raise SolverError("a film has no tangents at a state of the run; take another bearing level")
+        found.append(work.blocks.reshape(-1, 4, 4).copy())
+    place, with_velocity, with_acceleration = found
+    return Tangents(
+        place, (with_velocity - place) / PER_VELOCITY, (with_acceleration - place) / PER_ACCELERATION,
+        work.port[FORCES, : int(model.layout[PORTS])].copy(), work.port[STATE_U, : int(model.layout[PORTS])].copy(),
+    )  # fmt: skip

@@ -1,0 +1,1 @@
+"""Modes in motion: small motions about the settled cycle of a running crank, as a damped eigenproblem."""

@@ -1,0 +1,153 @@
+"""Cycle means of all force laws of a run, linearised at its states: the stiffness and damping that a crank feels.
+
+Along the settled cycle the stiffness K = −∂f/∂d and damping C = −∂f/∂ḋ of a film change by orders of magnitude. Where
+crank and block would move by d₀ against each other without it, and give way to its force by their compliance H, its
+force is f = −(Z⁻¹ + H)⁻¹ d₀ with Z = K + iωC. The mean law Z̄ is that of the same mean force,
+
+    (Z̄⁻¹ + H)⁻¹ = mean over the cycle of (Z⁻¹ + H)⁻¹,
+
+in the axes of the turning frame: of a law far softer than the crank the mean of Z, of one far stiffer that of its
+compliance. What varies about the mean moves crank and block at ω ± kΩ/2, so H is the mean over such frequencies, with
+all other films at their mean laws. All else, the floating collar first of all, has the means of K and C. Of a law
+whose K and C do not change all these are K and C themselves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.cycle_run import communication_step
+from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.slots import COS, COUPLED, FIRST, RODS, SIN, WHIRL
+from cranktrain.dynamics.model.state import TIME
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.dynamics.tangents import Tangents, tangents_at_state
+
+ComplexArray = NDArray[np.complex128]
+
+ACROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
+"""e_z × in the plane."""
+
+
+class CycleTangents(NamedTuple):
+    """Tangents at equal times of a settled cycle, see :class:`cranktrain.dynamics.tangents.Tangents`.
+
+    Attributes
+    ----------
+    speed : rad/s
+    place, velocity, acceleration : (N, k, 4, 4) of the connections, along axes of the frame
+    forces, displaced : (N, m) at the ports
+    frame : (N, 3) cosine and sine of the frame's angle, and its speed, rad/s
+    """
+
+    speed: float
+    place: Array
+    velocity: Array
+    acceleration: Array
+    forces: Array
+    displaced: Array
+    frame: Array
+
+
+class CycleMeans(NamedTuple):
+    """Means of the force laws over a cycle, along axes of the frame.
+
+    Attributes
+    ----------
+    speed, hz : rad/s; frequency (Hz) of the vibration that films have their means for
+    place, velocity, acceleration : (k, 4, 4) tangents of the connections, N/m, N s/m, kg
+    forces, displaced : (m,) mean forces at the ports and mean displacements of these
+    """
+
+    speed: float
+    hz: float
+    place: Array
+    velocity: Array
+    acceleration: Array
+    forces: Array
+    displaced: Array
+
+
+def tangents_over_cycle(simulation: Simulation) -> CycleTangents:
+    """Tangents at each step of the cycle that begins at a simulation's state, which stays as it is.
+
+    Raises ``SolverError`` for a step that fails, or a law without tangents.
+    """
+    speed, state = float(simulation.inputs[0]), simulation.state
+    step = communication_step(speed, simulation.settings.step)
+    found: list[Tangents] = []
+    frame = []
+    for k in range(round(4.0 * math.pi / speed / step)):
+        simulation.step(float(state[TIME]) + (k + 1) * step)
+        found.append(tangents_at_state(simulation.model, simulation.work))
+        frame.append(simulation.work.frames[0, [COS, SIN, WHIRL]].copy())
+    simulation.state = state
+    place, velocity, acceleration, forces, displaced = (np.array(parts) for parts in zip(*found, strict=True))
+    return CycleTangents(speed, place, velocity, acceleration, forces, displaced, np.array(frame))
+
+
+def plain_means(tangents: CycleTangents, hz: float) -> CycleMeans:
+    """Means of all tangents over a cycle, for vibration at ``hz``."""
+    place, velocity, acceleration, forces, displaced = (part.mean(axis=0) for part in tangents[1:6])
+    return CycleMeans(tangents.speed, hz, place, velocity, acceleration, forces, displaced)
+
+
+def with_film_means(
+    model: ModelArrays, tangents: CycleTangents, means: CycleMeans, compliances: Sequence[ComplexArray], hz: float
+) -> CycleMeans:
+    """Means for vibration at ``hz`` with films that feel ``compliances`` (p, p), m/N, in the order of :func:`films`."""
+    omega = 2.0 * math.pi * hz
+    place, velocity = means.place.copy(), means.velocity.copy()
+    for (k, parts), compliance in zip(films(model), compliances, strict=True):
+        at = np.ix_(range(len(tangents.place)), [k], parts, parts)
+        law = -tangents.place[at][:, 0] - 1j * omega * tangents.velocity[at][:, 0]
+        mean = mean_law(law, compliance)
+        signs = np.ones((1, 1))
+        if len(parts) < model.connections[k, COUPLED]:  # between a pin and its big end
+            signs = np.array([[1.0, -1.0], [-1.0, 1.0]])
+        size = signs.shape[0] * len(parts)
+        place[k, :size, :size] = -np.kron(signs, mean.real)
+        velocity[k, :size, :size] = -np.kron(signs, mean.imag / omega)
+    return means._replace(hz=hz, place=place, velocity=velocity)
+
+
+def mean_law(laws: ComplexArray, compliance: ComplexArray) -> ComplexArray:
+    """Dynamic stiffness (p, p) whose mean force is that of ``laws`` (N, p, p), N/m, in series with a compliance."""
+    unit = np.eye(compliance.shape[0])
+    forces = np.linalg.solve(unit + laws @ compliance, laws).mean(axis=0)
+    return np.asarray(np.linalg.solve(unit - forces @ compliance, forces))
+
+
+def films(model: ModelArrays) -> list[tuple[int, Sequence[int]]]:
+    """Connections that are films of mains and floating big ends, with the ports that tell their relative motion."""
+    mains, cylinders = model.bearings.shape[0], model.cylinders.shape[0]
+    found: list[tuple[int, Sequence[int]]] = [(k, range(int(model.connections[k, COUPLED]))) for k in range(mains)]
+    return found + [(mains + c, range(2)) for c in range(cylinders if model.layout[RODS] > 0.0 else 0)]
+
+
+def main_tangents(model: ModelArrays, tangents: CycleTangents) -> tuple[Array, Array]:
+    """Stiffness (N, b, 2, 2) N/m and damping, N s/m, of the main bearings over a cycle in axes at rest.
+
+    x is across the engine and y upwards; both are of the force on a journal by its place in the bore and by its
+    velocity there, as seen from the ground.
+    """
+    mains = model.bearings.shape[0]
+    place, velocity = (-part[:, :mains, :2, :2] for part in (tangents.place, tangents.velocity))
+    # What the frame's turning makes of a derivative by velocity is taken out again.
+    cos, sin, whirl = tangents.frame.T
+    place = place - whirl[:, None, None, None] * velocity @ ACROSS
+    turn = np.stack((np.stack((cos, -sin), axis=-1), np.stack((sin, cos), axis=-1)), axis=-2)[:, None]
+    back = turn.transpose(0, 1, 3, 2)
+    return turn @ place @ back, turn @ velocity @ back
+
+
+def ports_of(model: ModelArrays, connection: int) -> np.ndarray:
+    """Newton ports that a connection couples."""
+    row = model.connections[connection]
+    return np.asarray(row[FIRST : FIRST + int(row[COUPLED])].astype(int))

@@ -1,0 +1,304 @@
+"""Modes in motion: the damped eigenproblem of a crank in the cycle means of its force laws.
+
+In the frame that turns with the crank at Ω, with what turns in its modes q and the ports' relative motion d,
+
+    M q̈ + (D + 2ΩG + Σ c_s t tᵀ) q̇ + [ω² + Ω² (K_σ − C) + Σ k_s t tᵀ] q = Σ Dᵀ (K̄ d + C̄ ḋ) + rods
+
+with K̄ and C̄ the cycle means of the derivatives of all films, of the thrust bearing as it runs, of floating big ends
+and of the damper (:mod:`cranktrain.studies.in_motion.cycle_means`), t the twists of the drive line's shafts with their
+k_s and c_s, and the mean tangents of the rods about the rigid rotation, pistons on the axes of their cylinders
+(:func:`cranktrain.studies.torsion.periodic_crank.rod_forces`). Solutions are q = Re x exp(λt).
+
+A flexible block is stationary. In a mode of the crank it moves with λ, λ + iΩ and λ − iΩ, as the turning frame has it:
+
+    w = Re [(w₀ + w₊ exp(iΩt) + w₋ exp(−iΩt)) exp(λt)],
+    d = u − ½ (I − iJ) w₊ − ½ (I + iJ) w₋ across the axis,  u − w₀ along it,  J = e_z ×,
+
+and its own equation, mounts included, holds for each of the three with that exponent. Further harmonics, which a block
+that is not equally stiff all round would have, and what varies about the means over the cycle are left out.
+
+Where all laws are linear and the same in all directions nothing is left out. Else the frequencies of torsion lie within
+0.5 % of those at which the orders of a run peak (tests/properties/test_modes_in_motion.py).
+
+Sources: Friswell, Penny, Garvey & Lees, *Dynamics of Rotating Machines* (2010), chapter 7; Hill's method: Wereley,
+*Analysis and control of linear periodically time varying systems* (1991).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eig
+
+from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.bodies import locked_on_axis
+from cranktrain.dynamics.model.slots import BORE_ROTATIONS, CRANK_MODES, ROD_LAWS, RODS, TURNING_MODES
+from cranktrain.dynamics.simulation import Simulation, fitted_engine
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import bearing_law
+from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
+from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, energy_shares, rod_masses
+from cranktrain.studies.in_motion.cycle_means import (
+    ACROSS,
+    CycleMeans,
+    CycleTangents,
+    films,
+    plain_means,
+    ports_of,
+    tangents_over_cycle,
+    with_film_means,
+)
+from cranktrain.studies.torsion.housed_crank import at_largest
+from cranktrain.studies.torsion.periodic_crank import rod_forces
+
+ComplexArray = NDArray[np.complex128]
+
+SLOWEST_HZ = 60.0
+"""Below are rotation on the connecting shaft, and the crank and its block as a whole."""
+OVERDAMPED = 0.5
+"""Damping ratio from which a motion does not vibrate."""
+FIRST_HZ, SETTLED, ROUNDS = 250.0, 1.0e-4, 10
+"""Frequency (Hz) at which films have their first means, change of it at which iteration ends, and rounds at most."""
+SIDES = 4
+"""Side frequencies ω ± kΩ/2, k up to this, over which crank and block answer what varies over a cycle."""
+LEAST_TWIST = 0.2
+"""Share of torsion below which a mode is not called torsional."""
+SAMPLES = 360
+"""Angles of a cycle at which rods are linearised."""
+PARTS = (*KINDS, "block")
+
+
+class Equations(NamedTuple):
+    """M ẍ + C ẋ + K x = 0 (n, n), real on ground and complex with a block.
+
+    The first ``crank`` coordinates are the crank's modes, the first ``turning`` those of all that turns.
+    """
+
+    mass: NDArray[Any]
+    damping: NDArray[Any]
+    stiffness: NDArray[Any]
+    crank: int
+    turning: int
+
+
+class ModesInMotion(NamedTuple):
+    """Modes by rising frequency.
+
+    Attributes
+    ----------
+    speed : rad/s
+    values : (k,) eigenvalues λ, 1/s
+    shapes : (n, k) of the coordinates of :class:`Equations`
+    shares : (k, 4) of bending, torsion, axial motion and block in the kinetic energy
+    """
+
+    speed: float
+    values: ComplexArray
+    shapes: ComplexArray
+    shares: Array
+
+    @property
+    def hz(self) -> Array:
+        """Frequencies |Im λ|/2π of the damped vibration, (k,) Hz."""
+        return np.asarray(self.values.imag / (2.0 * math.pi))
+
+    @property
+    def damping_ratios(self) -> Array:
+        """Damping ratios −Re λ/|λ|, (k,)."""
+        return np.asarray(-self.values.real / np.abs(self.values))
+
+    @property
+    def torsional(self) -> int:
+        """Place of the first torsional mode, the first whose share of torsion is half the largest or more; else −1."""
+        twist = np.where(self.hz <= LISTED_HZ, self.shares[:, KINDS.index("torsional")], 0.0)
+        return int(np.argmax(twist >= 0.5 * twist.max())) if np.any(twist > LEAST_TWIST) else -1
+
+    @property
+    def torsional_hz(self) -> float:
+        """Frequency of the first torsional mode, Hz; not a number where there is none."""
+        return float(self.hz[self.torsional]) if self.torsional >= 0 else math.nan
+
+
+def modes_in_motion(simulation: Simulation, tangents: CycleTangents | None = None) -> ModesInMotion:
+    """Modes about the settled cycle at whose start a simulation is; its state stays as it is.
+
+    ``tangents`` are those of a cycle of the same model, in place of this one's. Films have the means that belong to the
+    first torsional frequency, found by iteration. Raises ``SolverError`` for a step that fails, or a law without
+    tangents.
+    """
+    means, _ = settled_means(simulation, tangents)
+    return modes_in_means(simulation, means)
+
+
+def settled_means(simulation: Simulation, tangents: CycleTangents | None = None) -> tuple[CycleMeans, float]:
+    """Means of the force laws at the first torsional frequency, Hz, and that; arguments and errors as for the modes."""
+    found = tangents_over_cycle(simulation) if tangents is None else tangents
+    means = plain_means(found, FIRST_HZ)
+    hz = modes_in_means(simulation, means).torsional_hz
+    for _ in range(ROUNDS):
+        before = hz
+        means = consistent_means(simulation, found, means, before if math.isfinite(before) else FIRST_HZ)
+        hz = modes_in_means(simulation, means).torsional_hz
+        if abs(hz - before) <= SETTLED * before:
+            break
+    return means, hz
+
+
+def consistent_means(simulation: Simulation, tangents: CycleTangents, means: CycleMeans, hz: float) -> CycleMeans:
+    """Means for vibration at ``hz`` with films in series with crank and block, all other films as in ``means``."""
+    model, equations = simulation.model, equations_in_motion(simulation, means)
+    motion, omega = _relative_motion(model), 2.0 * math.pi * hz
+    found = films(model)
+    if not found:
+        return means
+    felt = [np.zeros((len(parts), len(parts)), dtype=complex) for _, parts in found]
+    for side in (*range(-SIDES, 0), *range(1, SIDES + 1)):
+        s = 1j * (omega + 0.5 * side * means.speed)
+        dynamic = s**2 * equations.mass + s * equations.damping + equations.stiffness
+        compliance = motion @ np.linalg.solve(dynamic, motion.conj().T)
+        for (k, parts), sum_of_sides in zip(found, felt, strict=True):
+            size, ports = len(parts), ports_of(model, k)
+            apart = np.eye(ports.size)[:size]
+            if size < ports.size:  # a pin against its big end
+                apart = np.hstack((np.eye(size), -np.eye(size)))
+            own = apart @ compliance[np.ix_(ports, ports)] @ apart.T
+            law = -means.place[k, :size, :size] - s * means.velocity[k, :size, :size]
+            # Without the film itself: (G⁻¹ − Z̄)⁻¹.
+            sum_of_sides += np.linalg.solve(np.eye(size) - own @ law, own) / (2.0 * SIDES)
+    return with_film_means(model, tangents, means, felt, hz)
+
+
+def modes_in_means(simulation: Simulation, means: CycleMeans) -> ModesInMotion:
+    """Modes of a running model in given means of its force laws."""
+    equations = equations_in_motion(simulation, means)
+    engine = fitted_engine(simulation.engine, simulation.settings)
+    values, shapes = vibrations(equations)
+    return ModesInMotion(means.speed, values, shapes, _shares(engine, simulation.body, equations, shapes))
+
+
+def equations_in_motion(simulation: Simulation, means: CycleMeans) -> Equations:
+    """Equations of small motions of a running model in the ``means`` of its force laws."""
+    model, speed = simulation.model, means.speed
+    t, n_b = int(model.layout[TURNING_MODES]), model.block_ports.shape[1]
+    turning = [np.eye(t), np.diag(model.damping[:t]) + 2.0 * speed * model.gyroscopic.T,
+               np.diag(model.omega2[:t]) + speed**2 * model.spin.T]  # fmt: skip
+    for twist, law in zip(model.shafts, model.shaft_laws, strict=True):
+        turning[1] += law[DAMPING] * np.outer(twist, twist)
+        turning[2] += law[STIFFNESS] * np.outer(twist, twist)
+    rods, tangents = _rods(simulation, speed)
+    for matrix, tangent in zip(turning, reversed(tangents), strict=True):
+        matrix -= rods.T @ tangent @ rods
+    motion = _relative_motion(model)
+    n = motion.shape[1]
+    parts = [np.zeros((n, n), dtype=motion.dtype) for _ in range(3)]
+    for part, matrix in zip(parts, turning, strict=True):
+        part[:t, :t] = matrix
+    if n_b:
+        _add_block(model, speed, parts)
+    _add_laws(model, means, motion, parts)
+    mass, damping, stiffness = parts
+    return Equations(mass, damping, stiffness, int(model.layout[CRANK_MODES]), t)
+
+
+def vibrations(equations: Equations) -> tuple[ComplexArray, ComplexArray]:
+    """Eigenvalues (k,) with 60 Hz or more that vibrate, by rising frequency, and their shapes (n, k)."""
+    mass, damping, stiffness = equations[:3]
+    n = len(mass)
+    factor = np.linalg.inv(mass)
+    values, vectors = eig(np.block([[np.zeros((n, n)), np.eye(n)], [-factor @ stiffness, -factor @ damping]]))
+    kept = np.flatnonzero((values.imag > 2.0 * math.pi * SLOWEST_HZ) & (-values.real < OVERDAMPED * np.abs(values)))
+    kept = kept[np.argsort(values[kept].imag)]
+    return values[kept], vectors[:n, kept]
+
+
+def _rods(simulation: Simulation, speed: float) -> tuple[Array, list[Array]]:
+    """Rows (3 c + 1, n_t) of the rods' motion, and mean tangents by place, velocity and acceleration."""
+    engine, body, model = simulation.engine, simulation.body, simulation.model
+    t, free = int(model.layout[TURNING_MODES]), int(model.layout[RODS])
+    if not bearing_law(simulation.settings.bearings).carries:
+        body = locked_on_axis(body)
+    if free:  # a floating big end is a body of its own
+        engine = replace(engine, rod=replace(engine.rod, big_end_mass=0.0))
+    angle: Array = np.arange(SAMPLES, dtype=np.float64) * (4.0 * math.pi / SAMPLES)
+    forces = rod_forces(engine, body, speed, angle, simulation.gas, simulation.settings.gas_load)
+    rows = np.zeros((len(forces.rows), t))
+    rows[:, : forces.rows.shape[1]] = forces.rows
+    for c in range(engine.n_cylinders if free else 0):
+        rows[3 * c : 3 * c + 2] = model.ports[free + 2 * c : free + 2 * c + 2]
+        rows[3 * c + 2] = 0.0
+    return rows, [tangent.mean(axis=0) for tangent in forces[2:]]
+
+
+def _relative_motion(model: ModelArrays) -> NDArray[Any]:
+    """Relative motion (n_newton, n) of the ports by all coordinates: turning modes, and the block's w₀, w₊, w₋."""
+    t, n_b, m = int(model.layout[TURNING_MODES]), model.block_ports.shape[1], model.scales.size
+    turning = model.ports[:m]
+    if not n_b:
+        return np.array(turning)
+    motion = np.zeros((m, t + 3 * n_b), dtype=complex)
+    motion[:, :t] = turning
+    first = model.ports.shape[0]
+    across = np.array([[0.0, -1.0], [1.0, 0.0]])
+    for port, own in model.pairs.astype(int):
+        rows = model.block_ports[own - first : own - first + 2]
+        for k, sign in ((1, -1.0), (2, 1.0)):
+            motion[port : port + 2, t + k * n_b : t + (k + 1) * n_b] = -0.5 * (np.eye(2) + sign * 1j * across) @ rows
+    for port, own in model.axial.astype(int):
+        motion[port, t : t + n_b] = -model.block_ports[own - first]
+    return motion
+
+
+def _add_block(model: ModelArrays, speed: float, parts: list[NDArray[Any]]) -> None:
+    """Add the block on its mounts, moving with λ, λ + iΩ and λ − iΩ."""
+    t, n_b = int(model.layout[TURNING_MODES]), model.block_ports.shape[1]
+    own = slice(t, t + n_b)
+    damping = np.diag(model.damping[own]) + model.block.damping
+    stiffness = np.diag(model.omega2[own]) + model.block.stiffness
+    for k, shift in enumerate((0.0, 1j * speed, -1j * speed)):
+        at = slice(t + k * n_b, t + (k + 1) * n_b)
+        parts[0][at, at] = np.eye(n_b)
+        parts[1][at, at] = damping + 2.0 * shift * np.eye(n_b)
+        parts[2][at, at] = stiffness + shift * damping + shift**2 * np.eye(n_b)
+
+
+def _add_laws(model: ModelArrays, means: CycleMeans, motion: NDArray[Any], parts: list[NDArray[Any]]) -> None:
+    """Add the mean tangents of all connections but rods, and the moments of the journals' displaced forces."""
+    mains, cylinders, free = model.bearings.shape[0], model.cylinders.shape[0], model.layout[RODS] > 0.0
+    first = int(model.layout[ROD_LAWS]) if free else mains
+    t, n_b = int(model.layout[TURNING_MODES]), model.block_ports.shape[1]
+    tangents = means.acceleration, means.velocity, means.place
+    for k in range(len(model.connections)):
+        if first <= k < first + cylinders:
+            continue
+        ports = ports_of(model, k)
+        rows, count = motion[ports], ports.size
+        for part, tangent in zip(parts, tangents, strict=True):
+            part -= rows.conj().T @ tangent[k, :count, :count] @ rows
+        if k >= mains:
+            continue
+        turned = np.zeros(motion.shape[1])
+        turned[:t] = model.ports[len(model.ports) - mains + k]
+        if n_b:
+            turned[t : t + n_b] = -model.block_ports[int(model.layout[BORE_ROTATIONS]) - len(model.ports) + k]
+        across = np.kron(np.eye(count // 2), ACROSS)
+        # u × f = −uᵀ (e_z×) f, by what f depends on and by u.
+        arm = -means.displaced[ports] @ across
+        for part, tangent in zip(parts[1:], tangents[1:], strict=True):
+            part -= np.outer(turned, arm @ tangent[k, :count, :count] @ rows)
+        parts[2][:, :t] -= np.outer(turned, -(across @ means.forces[ports]) @ model.ports[ports])
+
+
+def _shares(engine: Engine, body: ReducedBody, equations: Equations, shapes: ComplexArray) -> Array:
+    """Shares (k, 4) of the crank's kinds of motion and of the block in the kinetic energy of both."""
+    crank = at_largest(shapes[: equations.crank])
+    kinds = energy_shares(engine, body, crank, rods=True)
+    mass = np.eye(equations.crank) + rod_masses(engine, body)
+    in_crank = np.einsum("ik,ij,jk->k", shapes[: equations.crank].conj(), mass, shapes[: equations.crank]).real
+    block = np.sum(np.abs(shapes[equations.turning :]) ** 2, axis=0)
+    part = in_crank / (in_crank + block)
+    return np.column_stack((part[:, None] * kinds, 1.0 - part))

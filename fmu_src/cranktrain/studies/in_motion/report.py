@@ -1,0 +1,135 @@
+"""Modes in motion of an engine at a level and a speed, and the stand-in springs of its films; JSON-able."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import SolverError
+from cranktrain.dynamics.cycle_run import run_cycles
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.engine.model import Engine
+from cranktrain.results.tables import Table
+from cranktrain.structure.assembly import Assembly
+from cranktrain.structure.crank.modal import LISTED_HZ
+from cranktrain.studies.in_motion.cycle_means import main_tangents, tangents_over_cycle
+from cranktrain.studies.in_motion.eigenproblem import PARTS, ModesInMotion, modes_in_motion
+
+RPM = math.pi / 30.0
+SETTLE = 1.0e-4
+"""What may be left of settling in the run whose cycle is linearised."""
+SPRING_LEVELS = Settings(bearings="impedance", block="ground")
+SPRING_RPM = 1000.0
+"""Levels and speed, rev/min, at full load, of the run whose films give the stand-in springs."""
+MOSTLY_BLOCK = 0.5
+"""Share of the block in the kinetic energy from which a mode is the block's."""
+
+
+def settled_simulation(made: Assembly, speed: float) -> Simulation:
+    """A simulation at the start of its settled cycle at ``speed`` (rad/s); ``SolverError`` for a step that fails."""
+    simulation = Simulation(made.engine, made.body, made.settings, parts=made.parts)
+    simulation.inputs[0] = speed
+    simulation.keep_cycles()
+    simulation.initialize()
+    run_cycles(simulation, None, SETTLE, None, None)
+    return simulation
+
+
+def reference_speed(engine: Engine) -> float:
+    """Speed (rad/s) at which modes in motion are shown where none is asked for: that of the largest heat per cycle."""
+    return float(engine.combustion.best_speed)
+
+
+def motion_report(made: Assembly, speed: float | None = None) -> dict[str, Any]:
+    """Modes about the settled cycle at full load and a speed (rad/s); where the run fails the reason, ``failed``."""
+    speed = reference_speed(made.engine) if speed is None else speed
+    settings = made.settings
+    state = {
+        "crank": settings.crank, "bearings": settings.bearings, "block": settings.block, "damper": settings.damper,
+        "rpm": speed / RPM, "load": settings.gas_load,
+    }  # fmt: skip
+    try:
+        found = modes_in_motion(settled_simulation(made, speed))
+    except SolverError as error:
+        return {"state": state, "modes": [], "first_torsional_hz": None, "failed": str(error)}
+    return {"state": state, "modes": listed(found), "first_torsional_hz": found.torsional_hz, "definition": DEFINITION}
+
+
+DEFINITION = (
+    "small motions about the settled cycle of a run, as seen from the turning crank: films by the mean law of their "
+    "tangents in series with crank and block, collar as it runs, rods as mean masses, drive line and mounts as they are"
+)
+
+
+def listed(found: ModesInMotion) -> list[dict[str, Any]]:
+    """Modes up to 1000 Hz that are the crank's: Hz, damping ratio, shape and shares."""
+    rows = zip(found.hz.tolist(), found.damping_ratios.tolist(), found.shares, strict=True)
+    return [
+        {
+            "hz": hz,
+            "damping_ratio": ratio,
+            "shape": PARTS[int(np.argmax(shares))],
+            "shares": dict(zip(PARTS, shares.tolist(), strict=True)),
+        }
+        for hz, ratio, shares in rows
+        if hz <= LISTED_HZ and shares[-1] < MOSTLY_BLOCK
+    ]
+
+
+def state_text(state: Mapping[str, Any]) -> str:
+    """The state that modes belong to, in words."""
+    block = "on ground" if state["block"] == "ground" else "in the flexible block"
+    damper = ", with damper" if state["damper"] != "none" else ""
+    levels = f"crank {state['crank']}, bearings {state['bearings']}, {block}{damper}"
+    return f"{levels}, {state['rpm']:.0f} rev/min, load {state['load']:g}"
+
+
+def motion_table(report: Mapping[str, Any]) -> Table:
+    """Modes in motion as texts, the state in the title."""
+    rows = tuple(
+        (
+            f"{mode['hz']:.1f}", mode["shape"], f"{100.0 * mode['damping_ratio']:.1f}",
+            *(f"{100.0 * mode['shares'][part]:.0f}" for part in PARTS),
+        )
+        for mode in report["modes"]
+    )  # fmt: skip
+    header = ("Hz", "shape", "damping / %", *(f"{part} / %" for part in PARTS))
+    return Table(f"Cranktrain in motion: {state_text(report['state'])}", header, rows)
+
+
+def film_springs(made: Assembly) -> dict[str, float]:
+    """Stand-in springs of level ``linear``: ``film_stiffness_x`` and ``film_stiffness_y``, N/m.
+
+    Each is the median over the cycle and over all mains of ∂F/∂x or ∂F/∂y of the films in axes at rest, at
+    ``SPRING_RPM`` and full load. ``made`` is of ``SPRING_LEVELS``. Raises ``SolverError`` where the run fails.
+    """
+    simulation = settled_simulation(made, SPRING_RPM * RPM)
+    stiffness, _ = main_tangents(simulation.model, tangents_over_cycle(simulation))
+    x, y = (float(np.median(stiffness[:, :, k, k])) for k in (0, 1))
+    return {"film_stiffness_x": x, "film_stiffness_y": y}
+
+
+def springs_report(made: Assembly) -> dict[str, Any]:
+    """The rule's springs beside those of the engine file, N/m; where the run fails the reason, ``failed``."""
+    own = made.engine.plain_mains
+    said = {"engine_x": own.stiffness_x, "engine_y": own.stiffness_y, "rpm": SPRING_RPM, "rule": SPRING_RULE}
+    try:
+        return said | film_springs(made)
+    except SolverError as error:
+        return said | {"film_stiffness_x": None, "film_stiffness_y": None, "failed": str(error)}
+
+
+def springs_text(report: Mapping[str, Any]) -> str:
+    """One line on the stand-in springs."""
+    if "failed" in report:
+        return f"Stand-in springs: the run fails ({report['failed']})"
+    pairs = [(report[f"film_stiffness_{axis}"], report[f"engine_{axis}"]) for axis in "xy"]
+    parts = [f"{axis} {film:.3g} N/m (engine file {own:.3g})" for axis, (film, own) in zip("xy", pairs, strict=True)]
+    return f"Stand-in springs, {report['rule']}: {', '.join(parts)}"
+
+
+SPRING_RULE = f"medians of the films' stiffness over a cycle and all mains at {SPRING_RPM:g} rev/min, full load"

@@ -1,0 +1,116 @@
+"""Modes in motion: exact where laws are linear, and where the run has its peaks where they are not."""
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from bodies import six
+from small_block import single
+
+from cranktrain.dynamics.cycle_run import run_cycles
+from cranktrain.dynamics.model.arrays import Parts
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.structure.crank.level import crank_body
+from cranktrain.studies.in_motion.cycle_means import main_tangents, mean_law, plain_means, tangents_over_cycle
+from cranktrain.studies.in_motion.eigenproblem import SAMPLES, equations_in_motion, modes_in_motion
+from cranktrain.studies.run_up.free_decay import torsional_mode
+from cranktrain.studies.torsion.damped_modes import damped_modes
+from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
+
+RPM = math.pi / 30.0
+
+
+def settled(engine, body, rpm, parts=None, **levels):
+    """A simulation at the start of its settled cycle."""
+    simulation = Simulation(engine, body, Settings(**levels), parts=parts or Parts())
+    simulation.inputs[0] = rpm * RPM
+    simulation.initialize()
+    run_cycles(simulation, None, 1e-4, None, None)
+    return simulation
+
+
+def even(engine):
+    """The engine with linear bearings that are the same in all directions: their law is one of the turning frame."""
+    bearing = replace(engine.main_bearing, stiffness_x=3e8, stiffness_y=3e8, damping_x=2e4, damping_y=2e4,
+                      block_stiffness_x=3e9, block_stiffness_y=3e9)  # fmt: skip
+    return replace(engine, main_bearing=bearing)
+
+
+@cache
+def short():
+    """A single-cylinder engine and its beam crank."""
+    engine = even(single())
+    return engine, crank_body(engine, "beam")
+
+
+def test_on_linear_bearings_the_matrices_are_those_of_the_linear_model():
+    """A short crank: one cylinder, a beam."""
+    engine, body = short()
+    simulation = settled(engine, body, 2000.0, crank="beam", bearings="linear", block="ground")
+    means = plain_means(tangents_over_cycle(simulation), 300.0)
+    # The bearings' loads move their displaced points, which a linear model about the undeformed crank leaves out.
+    means = means._replace(forces=0.0 * means.forces, displaced=0.0 * means.displaced)
+    found = equations_in_motion(simulation, means)
+    gas = GasTrace.from_engine(engine)
+    linear = PeriodicCrank(engine, body, 2000.0 * RPM, gas, 1.0, SAMPLES / 16.0)
+    for ours, theirs in (
+        (found.mass, linear.mass),
+        (found.damping, linear.damping),
+        (found.stiffness, linear.stiffness),
+    ):
+        assert np.abs(ours - theirs).max() <= 1e-6 * np.abs(theirs).max()
+
+
+def test_on_linear_bearings_modes_in_motion_are_those_of_the_linear_model():
+    engine, body = short()
+    simulation = settled(engine, body, 2000.0, crank="beam", bearings="linear", block="ground")
+    found = modes_in_motion(simulation)
+    linear = PeriodicCrank(engine, body, 2000.0 * RPM, GasTrace.from_engine(engine), 1.0, SAMPLES / 16.0)
+    modes = damped_modes(linear.stiffness, linear.damping, linear.mass)
+    theirs = modes.hz[(modes.hz > 60.0) & (modes.damping_ratios < 0.5)]
+    assert found.hz[: theirs.size] == pytest.approx(theirs, rel=2e-4)
+
+
+def test_a_crank_that_only_twists_decays_as_its_modes_in_motion_do():
+    engine, _ = six()
+    engine = replace(engine, reduction=replace(engine.reduction, torsional_source="ker-wilson"))
+    body = crank_body(engine, "torsional")
+    simulation = settled(engine, body, 1650.0, crank="torsional")
+    mode = torsional_mode(simulation)
+    assert mode is not None
+    assert modes_in_motion(simulation).torsional_hz == pytest.approx(mode.decay.imag / (2.0 * math.pi), rel=2e-3)
+
+
+@pytest.mark.parametrize("rpm", [1250.0, 1650.0])
+def test_torsion_on_films_decays_as_the_mode_in_motion_does(rpm):
+    """The free decay of a running crank is that of the eigenproblem: frequency to 0.5 %, damping to a quarter."""
+    engine, body = six()
+    simulation = settled(engine, body, rpm, bearings="impedance", block="ground")
+    mode, found = torsional_mode(simulation), modes_in_motion(simulation)
+    assert mode is not None
+    assert found.torsional_hz == pytest.approx(mode.decay.imag / (2.0 * math.pi), rel=5e-3)
+    ratio = -mode.decay.real / abs(mode.decay)
+    assert found.damping_ratios[found.torsional] == pytest.approx(ratio, rel=0.25)
+
+
+def test_the_mean_law_of_films_lies_between_the_means_of_stiffness_and_of_compliance():
+    rng = np.random.default_rng(1)
+    laws = 0.3 * rng.normal(size=(5, 2, 2)) + (4.0 + 1.0j) * np.eye(2)
+    structure = rng.normal(size=(2, 2)) + 3.0 * np.eye(2) + 0.0j
+    assert np.allclose(mean_law(laws[:1], structure), laws[0])
+    assert np.allclose(mean_law(laws, 1e-9 * structure), laws.mean(axis=0))
+    assert np.allclose(mean_law(laws, 1e9 * structure), np.linalg.inv(np.linalg.inv(laws).mean(axis=0)))
+
+
+def test_tangents_in_axes_at_rest_are_the_springs_of_linear_bearings():
+    engine, body = short()
+    uneven = replace(engine, main_bearing=replace(engine.main_bearing, stiffness_x=2e8, damping_y=5e4))
+    simulation = settled(uneven, body, 2000.0, crank="beam", bearings="linear", block="ground")
+    stiffness, damping = main_tangents(simulation.model, tangents_over_cycle(simulation))
+    own = np.diag(uneven.main_bearing.ground_stiffness)
+    assert np.abs(stiffness - own).max() <= 1e-6 * own.max()
+    assert np.abs(damping - np.diag([2e4, 5e4])).max() <= 1e-6 * 5e4
