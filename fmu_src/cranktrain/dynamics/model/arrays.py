@@ -86,6 +86,7 @@ class ModelArrays(NamedTuple):
     block_ports_transposed: Array  # (n_b, m_b)
     pairs: Array  # (r, 2) see dynamics.ports
     axial: Array  # (0 or 1, 2)
+    axis_weights: Array  # (b,) of the main journals' displacements, whose sum is that of the crank's centre of mass
     shafts: Array  # (s, n_t) twist of each of the drive line's shafts, of the dynamometer only where that is free
     shaft_laws: Array  # (s, LAW) see loads.torsional_line
     lag: Array  # (n_t,) how far the drive line's rotors lag a crank that turns slowly by 1 rad, else 0
@@ -261,6 +262,7 @@ def structure(
         block_ports_transposed=contiguous(ports.block.T),
         pairs=ports.pairs,
         axial=ports.axial,
+        axis_weights=axis_weights(turning.positions[tilted, 2], float(body.centre[2])),
         **_line_arrays(turning, line),
         block=block_arrays(engine, stationary, block, body.mass, body.centre),
         ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2]])),
@@ -284,6 +286,17 @@ def structure(
         basis=constants,
         build=build_mark(),
     )
+
+
+def axis_weights(places: Array, centre: float) -> Array:
+    """Weights (b,) of displacements at ``places`` (b,) along a rigid body's axis, m, whose sum is that at ``centre``.
+
+    The smallest ones.
+    """
+    if places.size < 2:
+        return np.ones(places.size)
+    away = places - places.mean()
+    return np.asarray(1.0 / places.size + away * ((centre - places.mean()) / float(away @ away)))
 
 
 def whirls(turning: ReducedBody) -> bool:
