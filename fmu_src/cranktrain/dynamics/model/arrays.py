@@ -291,12 +291,12 @@ def structure(
 def axis_weights(places: Array, centre: float) -> Array:
     """Weights (b,) of displacements at ``places`` (b,) along a rigid body's axis, m, whose sum is that at ``centre``.
 
-    The smallest ones.
+    The smallest ones; all alike where the places are.
     """
-    if places.size < 2:
-        return np.ones(places.size)
-    away = places - places.mean()
-    return np.asarray(1.0 / places.size + away * ((centre - places.mean()) / float(away @ away)))
+    away = places - places.mean() if places.size else places
+    spread = float(away @ away)
+    even = np.full(places.size, 1.0 / max(places.size, 1))
+    return even + away * ((centre - float(places.mean())) / spread) if spread > 0.0 else even
 
 
 def whirls(turning: ReducedBody) -> bool:

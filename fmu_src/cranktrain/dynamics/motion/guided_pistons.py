@@ -175,7 +175,11 @@ def piston_forces(model, load, piston, u, ud, cross, out, side):
     law = model.block.guidance
     liner = int(model.layout[LINERS]) + 3 * c
     slope = 0.0
+    rise = 0.0
+    rise_rate = 0.0
     if model.layout[LINERS] > 0.0:
+        rise = u[liner + 2]
+        rise_rate = ud[liner + 2]
         slope = (u[liner] - u[liner + 1]) / (model.block.liners[c, 0] - model.block.liners[c, 1])
     # Friction and lean follow the side forces found last; a step of the iteration later they agree.
     push = load.gas - side[FRICTION_ALONG]
@@ -195,9 +199,10 @@ def piston_forces(model, load, piston, u, ud, cross, out, side):
         gap = piston.x - piston.t * height
         rate = piston.x_v - piston.t_v * height
         if model.layout[LINERS] > 0.0:
-            share = upper_share(model, c, out[PISTON] + height)
+            # Along the liner as far as it has moved itself.
+            share = upper_share(model, c, out[PISTON] + height - rise)
             gap -= share * u[liner] + (1.0 - share) * u[liner + 1]
-            rate -= share * ud[liner] + (1.0 - share) * ud[liner + 1] + slope * out[PISTON_VELOCITY]
+            rate -= share * ud[liner] + (1.0 - share) * ud[liner + 1] + slope * (out[PISTON_VELOCITY] - rise_rate)
         # Its force lies where the moment comes, or between both layers' tangents, until it is read.
         layer_force(law, layer, gap, rate, side[MOMENT + LAYER * layer :])
         pressing = side[MOMENT + LAYER * layer]

@@ -91,7 +91,7 @@ def sliding_rate(model, work, c, position, rate):
     length = model.block.liners[c, 0] - model.block.liners[c, 1]
     slope = (u[liner] - u[liner + 1]) / length
     turning = (ud[liner] - ud[liner + 1]) / length
-    share = upper_share(model, c, position)
+    share = upper_share(model, c, position - u[liner + 2])
     wall_rate = share * ud[liner] + (1.0 - share) * ud[liner + 1]
     share = upper_share(model, c, 0.0)
     foot = share * u[liner] + (1.0 - share) * u[liner + 1]
@@ -161,6 +161,6 @@ def layer_rate(model, work, c, layer, rod):
     if model.layout[LINERS] > 0.0:
         liner = int(model.layout[LINERS]) + 3 * c
         slope = (u[liner] - u[liner + 1]) / (model.block.liners[c, 0] - model.block.liners[c, 1])
-        share = upper_share(model, c, rod[PISTON] + height)
-        rate -= share * ud[liner] + (1.0 - share) * ud[liner + 1] + slope * rod[PISTON_VELOCITY]
+        share = upper_share(model, c, rod[PISTON] + height - u[liner + 2])
+        rate -= share * ud[liner] + (1.0 - share) * ud[liner + 1] + slope * (rod[PISTON_VELOCITY] - ud[liner + 2])
     return rate
