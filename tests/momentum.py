@@ -1,6 +1,8 @@
 """What acts on a whole running engine from outside, and the rate of its momentum, written out from a state.
 
-For rigid big ends, guided pistons and a flexible block. The momentum of rods and pistons is written in closed form on
+For rigid big ends, guided pistons and a flexible block. Moments of second order are those of bodies displaced as a
+whole: crank and block, with all that acts on them and their inertia, stand where the mean of journals and of bores has
+moved. The momentum of rods and pistons is written in closed form on
 the path q + v t + a t²/2 and differenced; crank and block are linear in their modes. No kernel is called here. Complex
 numbers stand for vectors across the axis.
 """
@@ -24,6 +26,20 @@ def motion(simulation):
     n = simulation.model.omega2.size
     state = simulation.state
     return np.array([state[offset(k, n) : offset(k + 1, n)] for k in range(3)]), simulation.work.frames[0][:3].copy()
+
+
+def axes(simulation, path, frame):
+    """Displacement in space of the crank's axis, at its centre of mass, and of the block's (complex, m)."""
+    crank, block = simulation.body, simulation.parts.block
+    count, n = len(simulation.engine.crankshaft.main_widths), crank.n_modes
+    mains = [crank.index(f"main[{i + 1}]") for i in range(count)]
+    bores = [block.index(f"bore[{i + 1}]") for i in range(count)]
+    # The smallest weights whose sum is one and whose mean place is the centre of mass.
+    places = np.array([np.ones(count), crank.positions[mains, 2]])
+    weights = np.linalg.lstsq(places, [1.0, crank.centre[2]], rcond=None)[0]
+    x, y = weights @ (crank.shapes[mains, :2] @ path[0, :n])
+    u, v = weights @ (block.shapes[bores, :2] @ path[0, n : n + block.n_modes])
+    return np.exp(1j * frame[0]) * complex(x, y), complex(u, v)
 
 
 def points(simulation, path, frame, t):
@@ -89,7 +105,8 @@ def imbalance(simulation):
         f, m = (np.array([out[f"mount[{i + 1}].{kind}.{axis}"] for axis in "xyz"]) for kind in ("force", "moment"))
         force += f
         moment += m + np.cross(place, f)
-    moment[2] -= out["shaft.torque"]
+    of_crank, of_block = axes(simulation, path, frame)
+    moment[2] += cross(of_block, complex(*force[:2])) - out["shaft.torque"]
 
     n, g = crank.n_modes, simulation.settings.gravity
     q, v, a = path[:, :n]
@@ -100,6 +117,7 @@ def imbalance(simulation):
     inertia += omega**2 * (softening @ q - crank.centrifugal_load)
     whole = np.linalg.inv(rigid_coordinates(crank)).T @ inertia[:6]
     rates = [turn @ whole[:3], turn @ whole[3:]]
+    rates[1][2] += cross(of_crank, complex(*rates[0][:2]))
     displaced = turn @ (crank.mass * crank.centre + crank.translation @ q)
     force[1] -= crank.mass * g
     moment += [crank.mass * crank.centre[2] * g, 0.0, -displaced[0] * g]
@@ -110,8 +128,9 @@ def imbalance(simulation):
     mass[:3, :3], mass[:3, 3:], mass[3:, :3], mass[3:, 3:] = np.eye(3), -arm, arm, block.inertia / block.mass
     still = block.mass * mass @ rigid_coordinates(block) @ path[2, n : n + 6]
     rates[0], rates[1] = rates[0] + still[:3], rates[1] + still[3:]
+    rates[1][2] += cross(of_block, complex(*still[:2]))
     force[1] -= block.mass * g
-    moment += [block.mass * z * g, 0.0, -block.mass * x * g]
+    moment += [block.mass * z * g, 0.0, -block.mass * (x + of_block.real) * g]
 
     for step, weight in WEIGHTS.items():
         momentum, about = slider_cranks(simulation, path, frame, step * SPAN)

@@ -28,6 +28,7 @@ from cranktrain.dynamics.settled.cycles import (
 )
 from cranktrain.dynamics.settled.judging import MOST_CYCLES, TOLERANCE, Judge, Settling
 from cranktrain.dynamics.settled.motion import Motion, motion_of
+from cranktrain.dynamics.settled.powers import PowerSamples
 from cranktrain.dynamics.settled.samples import Samples, Sink
 from cranktrain.dynamics.warm_films import (
     PASSES,
@@ -60,6 +61,7 @@ class Run(Stepped, Protocol):
     output_names: tuple[str, ...]
     film_temperatures: Array
     damper_temperature: float
+    power_samples: PowerSamples | None
 
     @property
     def shown_outputs(self) -> tuple[str, ...]:
@@ -78,6 +80,8 @@ class Result:
     while ``counters`` and ``seconds`` tell of all. ``film_temperatures`` (b,), K, are those of the main bearings' films
     and ``passes`` the runs that it took to find them; all else tells of the last. ``complete`` is False where an
     interrupt cut the run short; ``learned`` is what settled last beside the slow modes, where that was expected.
+    ``powers`` (per_cycle + 1, POWERS), W, are those of the last cycle, see ``dynamics.model.slots``; None where the
+    speed is free or no cycle was completed.
     """
 
     time: Array
@@ -92,6 +96,7 @@ class Result:
     passes: int = 1
     complete: bool = True
     learned: Learned | None = None
+    powers: Array | None = None
 
     def last_cycle(self, name: str) -> tuple[Array, Array]:
         """Crank angle (rad, from 0) and values of one output over the last 720°, both ends included."""
@@ -117,10 +122,13 @@ def run_cycles(
     speed = float(simulation.inputs[0])
     h = communication_step(speed, simulation.settings.step)
     recorder = Recorder(simulation, h, round(4.0 * math.pi / speed / h))
+    driven = simulation.settings.boundary != "torque"
+    simulation.power_samples = powers = PowerSamples(recorder.per_cycle)
+    powers.begin(simulation.work.powers)
     shown = simulation.shown_outputs
     columns = {name: i for i, name in enumerate(simulation.output_names) if name in shown}
     judge = output_judge(simulation.engine, columns)
-    samples = Samples(columns, h, None if simulation.settings.boundary == "torque" else speed, sink)
+    samples = Samples(columns, h, speed if driven else None, sink)
     if cycles is not None:
         samples.begin(cycles * recorder.per_cycle + 1)
         recorded = plain_cycles(recorder, judge, cycles, settle, progress, samples.keep if sink else None)
@@ -164,6 +172,7 @@ def run_cycles(
         settling=recorded.settling,
         complete=recorded.complete,
         learned=recorded.learned,
+        powers=powers.cycle if driven and recorded.complete else None,
     )
 
 

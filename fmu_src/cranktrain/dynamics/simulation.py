@@ -51,6 +51,7 @@ from cranktrain.dynamics.outputs.register import Outputs, families_of, observers
 from cranktrain.dynamics.outputs.slots import WANTED
 from cranktrain.dynamics.run_record import LONGEST_STEP, Run
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, TOLERANCE
+from cranktrain.dynamics.settled.powers import PowerSamples
 from cranktrain.dynamics.settled.samples import Sink
 from cranktrain.dynamics.start.mean_motion import rigid_start
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
@@ -106,6 +107,7 @@ class Simulation(SteppedModel):
     input_names, output_names : as in the FMU
     outputs : values in that order (SI), valid after ``initialize`` and after each step, all of them unless
         ``on_demand`` is set before: then those alone that :meth:`read` has asked for
+    power_samples : where the powers of each step are kept, if anywhere
     """
 
     def __init__(
@@ -136,6 +138,7 @@ class Simulation(SteppedModel):
         self.inputs[engine.n_cylinders + AXIAL_INPUT] = axial_force(self.settings, engine)
         self._load = engine.n_cylinders + LOAD_INPUT
         self.on_demand, self._watched = False, set[int]()
+        self.power_samples: PowerSamples | None = None
         if self.inputs.size > MAX_INPUTS:
             raise InputError(
                 f"at most {MAX_INPUTS - OTHER_INPUTS} cylinders, engine '{engine.name}' has {engine.n_cylinders}"
@@ -339,6 +342,8 @@ class Simulation(SteppedModel):
 
     def _observe(self) -> None:
         self._entered().observe()
+        if self.power_samples is not None:
+            self.power_samples.begin(self.work.powers)
 
     def _entered(self) -> RunEntries:
         """The entries of the present model and workspace, one of which may have been replaced."""
@@ -362,6 +367,8 @@ class Simulation(SteppedModel):
         if status != OK:
             self._check_inputs()
             raise self._error(status, t_end, state)
+        if self.power_samples is not None:
+            self.power_samples.add(self.work.powers)
 
     def read(self, places: Sequence[int]) -> list[float]:
         """As ever; with ``on_demand`` the outputs' families are observed from now on."""
@@ -378,11 +385,13 @@ class Simulation(SteppedModel):
         Inputs stay as they are. Returns how many were taken; where it stops, :meth:`step` says why.
         """
         self._current()
-        advance, outputs = self._entered().advance, self.outputs
+        advance, outputs, samples = self._entered().advance, self.outputs, self.power_samples
         for k in range(len(rows)):
             if advance((first + k) * step) != OK:
                 return k
             rows[k] = outputs
+            if samples is not None:
+                samples.add(self.work.powers)
         return len(rows)
 
     def _error(self, status: int, t_end: float, state: Array) -> CranktrainError:

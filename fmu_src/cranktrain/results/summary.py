@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.engine.quantities import ZERO_CELSIUS
+from cranktrain.results.energy import energy_balance
 from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 
 if TYPE_CHECKING:
@@ -153,7 +154,8 @@ def run_summary(run: Result, result_path: str) -> dict[str, Any]:
     """Summary of a run: the object that ``cranktrain simulate --json`` prints.
 
     Keys carry their unit; ``real_time_factor`` is wall seconds per simulated second, ``seconds`` wall seconds. A crank
-    whose journals are locked on their axis has no axial motion and no bearings to tell of.
+    whose journals are locked on their axis has no axial motion and no bearings to tell of. ``energy`` is the balance
+    of :mod:`cranktrain.results.energy`, None where the speed is free.
     """
     pulley = {"torsion_deg": vibration(run.angle, run.outputs["pulley.torsion"], 180.0 / math.pi)}
     if "pulley.axial" in run.outputs:
@@ -171,5 +173,6 @@ def run_summary(run: Result, result_path: str) -> dict[str, Any]:
         ],
         "big_ends": big_end_rows(run.angle, run.outputs),
         **engine_summary(run.angle, run.outputs),
+        "energy": energy_balance(run.powers, float(run.time[1] - run.time[0])) if run.powers is not None else None,
         "result": result_path,
     }

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from cranktrain.engine.model import Engine
+from cranktrain.results.energy import SHARES
 from cranktrain.results.summary import CLOSING
 
 
@@ -154,7 +155,21 @@ def run_tables(summary: Mapping[str, Any]) -> list[Table]:
         *mains,
         _bearing_table("Big ends over the last cycle", summary["big_ends"]),
         *engine_tables(summary),
+        *([energy_table(summary["energy"])] if summary.get("energy") else []),
     ]
+
+
+def energy_table(energy: Mapping[str, Any]) -> Table:
+    """Energy balance of the last cycle; shares that a run has nothing of are left out."""
+    gas, losses = energy["gas_work_j"], energy["losses_j"]
+    shares = [(share.words, losses[share.key]) for share in SHARES if losses[share.key] != 0.0]
+    left = [("gained by bodies and shafts", energy["stored_j"]), ("unaccounted for", energy["residual_j"])]
+    rows = [("work of the gas", gas), *shares, *left]
+    return Table(
+        "Energy of the last cycle",
+        ("", "J", "of the gas work"),
+        tuple((words, f"{work:.6g}", f"{work / gas:.3g}" if gas else NOTHING) for words, work in rows),
+    )
 
 
 def engine_tables(summary: Mapping[str, Any]) -> list[Table]:

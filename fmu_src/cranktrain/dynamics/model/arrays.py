@@ -101,6 +101,7 @@ class ModelArrays(NamedTuple):
     block_ports_transposed: Array  # (n_b, m_b)
     pairs: Array  # (r, 2) see dynamics.ports
     axial: Array  # (0 or 1, 2)
+    axis_weights: Array  # (b,) of the main journals' displacements, whose sum is that of the crank's centre of mass
     shafts: Array  # (s, n_t) twist of each of the drive line's shafts, of the dynamometer only where that is free
     shaft_laws: Array  # (s, LAW) see loads.torsional_line
     lag: Array  # (n_t,) how far the drive line's rotors lag a crank that turns slowly by 1 rad, else 0
@@ -280,6 +281,7 @@ def structure(
         pairs=ports.pairs,
         axial=ports.axial,
         **drive_line,
+        axis_weights=axis_weights(turning.positions[tilted, 2], float(body.centre[2])),
         block=block_arrays(engine, stationary, block, body.mass, body.centre),
         ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2], flywheel[2]])),
         tilts=contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),
@@ -303,6 +305,17 @@ def structure(
         basis=constants,
         build=build_mark(),
     )
+
+
+def axis_weights(places: Array, centre: float) -> Array:
+    """Weights (b,) of displacements at ``places`` (b,) along a rigid body's axis, m, whose sum is that at ``centre``.
+
+    The smallest ones; all alike where the places are.
+    """
+    away = places - places.mean() if places.size else places
+    spread = float(away @ away)
+    even = np.full(places.size, 1.0 / max(places.size, 1))
+    return even + away * ((centre - float(places.mean())) / spread) if spread > 0.0 else even
 
 
 def whirls(turning: ReducedBody) -> bool:

@@ -38,7 +38,9 @@ COUPLED, FIRST, TURNED = 0, 1, 4
 # block as a whole, (rad/s)², while a run's start is sought, the frame's angle against cylinders that lean, rad, and the
 # torque that the valve train takes, N m; axial force on the flywheel, N.
 THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, BLOCK_RESTRAINT, FIRING = range(11)
-VALVE_TORQUE, AXIAL_FORCE, FRAME_SIZE = 11, 12, 13
+# Where a flexible block's motion on its mounts has put the axis, m: of the crank, along the frame's axes, and of the
+# block, in axes at rest; 0 on rigid ground.
+VALVE_TORQUE, AXIAL_FORCE, CRANK_X, CRANK_Y, BLOCK_X, BLOCK_Y, FRAME_SIZE = range(11, 18)
 # Rows of ``Work.port``: the ports' u, u̇, ü and forces at a stage, the stage's Q and V at the ports, u without forces,
 # the step of an iteration, what a step differs from its embedded solution, u before an iteration; u, u̇, ü at the state;
 # the series behind a guess, the guess; the relative motion d, ḋ that the last evaluation of forces or the state gave;
@@ -59,8 +61,14 @@ N_STEPS, N_STAGES, N_ITERATIONS, N_REJECTED, N_FACTORS, WORST_RESIDUAL, N_MISSED
 N_WORK, N_CUT, N_LIMITED, COUNTERS = 7, 8, 9, 10
 # Columns of ``Work.key``: step and speed that factors were made for.
 KEY_STEP, KEY_SPEED, KEYS = range(3)
-# ``Work.powers``: of the gas on the pistons, of friction in mains, in big ends and at liners.
-GAS_POWER, MAINS_FRICTION, BIG_ENDS_FRICTION, LINERS_FRICTION, POWERS = range(5)
+# ``Work.powers``, W, as last observed. Of the gas on pistons that move against a block at rest, and of friction in
+# mains, in big ends and at liners against parts at rest: what torques are made of.
+GAS_POWER, MAINS_FRICTION, BIG_ENDS_FRICTION, LINERS_FRICTION = range(4)
+# The energy balance: what the gas does to pistons and heads, all that takes power from it, and the energy that bodies
+# and shafts hold, J.
+GAS_WORK, DYNAMOMETER_POWER, VALVE_POWER, MAINS_SHEAR, MAINS_SQUEEZE, THRUST_LOSS, BIG_ENDS_SHEAR = range(4, 11)
+BIG_ENDS_SQUEEZE, LINERS_LOSS, SKIRTS_LOSS, DAMPER_LOSS, CRANK_LOSS, BLOCK_LOSS = range(11, 17)
+MOUNTS_LOSS, SHAFTS_LOSS, STORED, POWERS = 17, 18, 19, 20
 # Columns of ``Work.family``.
 STEP_KERNEL, DIFFERENCE_KERNEL = range(2)
 # Columns of ``Basis.methods``, see :mod:`cranktrain.dynamics.model.basis`: order of the embedded

@@ -83,7 +83,7 @@ class Work(NamedTuple):
     inputs: Array  # (INPUT_ROWS, c + OTHER_INPUTS) the reconstructed inputs
     input_rates: Array  # (c + OTHER_INPUTS,) rates of the inputs (1/s) that a driver gives for the next communication
     # step; what is no number is not given
-    powers: Array  # (POWERS,) of gas and friction as last observed, W
+    powers: Array  # (POWERS,) of gas, losses and dynamometer as last observed, W, and the energy stored, J
     backup: Array  # (2, state) state at the start of a communication step and of a sub-step
     family: NDArray[np.int64]  # (families, 2) addresses of the integrators' kernels by family: a step, the difference
     # from its embedded solution; 0 where nobody needs them

@@ -13,6 +13,12 @@ R(φ) X + (u − φ e_z×X), exact for a rigid crank at any wind-up, and every f
 and gravity on the displaced mass) adds the moment (u × f)_z about the frame's axis. Pins and journals nearly cancel;
 together they keep the balance of angular momentum and of energy that linear shapes alone would miss. The block feels
 the opposite of what journals and collar feel, moments included.
+
+A flexible block carries the crank along on its mounts, by a millimetre where bending moves journals by 0.03. Moments
+are then taken about axes that move with the bodies: each body's about the displacement of its own axis, the crank's
+weighted as to be that of its centre of mass (:func:`~cranktrain.dynamics.motion.relative.move_axis`). What a force
+turns by that displacement is the body's own mass times acceleration turned by it, which equations of translation hold
+already. About an axis at rest 100 kN a millimetre beside it would twist pins against journals by 100 N m, and do work.
 """
 
 from __future__ import annotations
@@ -23,10 +29,14 @@ from cranktrain.dynamics.model.slots import (
     AXIAL_FORCE,
     AXIAL_JOINT,
     BLOCK_RESTRAINT,
+    BLOCK_X,
+    BLOCK_Y,
     BORE_ROTATIONS,
     COS,
     COUPLED,
     CRANK_MODES,
+    CRANK_X,
+    CRANK_Y,
     CRANKCASE,
     DAMPER,
     DRIVEN,
@@ -55,7 +65,7 @@ from cranktrain.dynamics.model.slots import (
 )
 from cranktrain.dynamics.motion.film_ports import film_block, journal_forces, place_joint, place_journal
 from cranktrain.dynamics.motion.linear_algebra import dot, invert, products
-from cranktrain.dynamics.motion.relative import reactions, relative_motion
+from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_motion
 from cranktrain.dynamics.motion.rods import rod_forces
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FORCE, RUBBING, SPEED, film_call
@@ -133,6 +143,9 @@ def external_force(model, frame, pressures, displaced, out):
     crank = int(model.layout[CRANK_MODES])
     x = dot(model.gravity[0], displaced, crank)
     y = dot(model.gravity[1], displaced, crank)
+    if model.layout[BORE_ROTATIONS] > 0.0:
+        x -= dot(model.gravity[0], model.gravity[0], crank) * frame[CRANK_X]
+        y -= dot(model.gravity[1], model.gravity[1], crank) * frame[CRANK_Y]
     for i in range(t):
         out[i] = (
             omega * omega * model.centrifugal_load[i]
@@ -187,6 +200,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
     d = work.port[RELATIVE]
     dd = work.port[RELATIVE_RATE]
     relative_motion(model, frame[COS], frame[SIN], frame[WHIRL], u, ud, d, dd)
+    move_axis(model, frame, u)
     films = model.films
     frame_numbers(frame, films.numbers)
     for k in range(2 * b + 1, f.shape[0]):
@@ -199,7 +213,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
         films.numbers[RUBBING] = films.numbers[SPEED]
         status |= film_call(films, FORCE, i, films.out, films.out)
         film_block(films.out, ratio, frame[WHIRL], work.blocks[i])
-        f[journal + i] = journal_forces(connection, films.out, u, f)
+        f[journal + i] = journal_forces(connection, frame, films.out, u, f)
     k = int(model.layout[THRUST_LAW])
     status |= collar_force(model.thrust, model.connections[k], frame, d, dd, ratio, f, work.blocks[k])
     collar_torque(model.connections[k], u, f)
@@ -213,8 +227,11 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
     status |= rod_forces(model, work, frame, pressures, c_q, c_v)
     if model.layout[BORE_ROTATIONS] > 0.0:
         reactions(model, frame[COS], frame[SIN], f)
+        # The block feels the opposite about its own axis.
+        x = frame[CRANK_X] - frame[COS] * frame[BLOCK_X] - frame[SIN] * frame[BLOCK_Y]
+        y = frame[CRANK_Y] - frame[COS] * frame[BLOCK_Y] + frame[SIN] * frame[BLOCK_X]
         for i in range(b):
-            f[int(model.layout[BORE_ROTATIONS]) + i] = -f[journal + i]
+            f[int(model.layout[BORE_ROTATIONS]) + i] = -f[journal + i] - x * f[2 * i + 1] + y * f[2 * i]
     return status
 
 

@@ -8,7 +8,17 @@ u̇ + Ω e_z×u, a film's tangents by place and by velocity make one block.
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel
-from cranktrain.dynamics.model.slots import AXIAL_JOINT, COUPLED, FIRST, LEAD, WINDUP, WINDUP_K, WINDUP_LEAD
+from cranktrain.dynamics.model.slots import (
+    AXIAL_JOINT,
+    COUPLED,
+    CRANK_X,
+    CRANK_Y,
+    FIRST,
+    LEAD,
+    WINDUP,
+    WINDUP_K,
+    WINDUP_LEAD,
+)
 from cranktrain.film.laws.axial_joint import SLIP, WINDUP_TORQUE
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, END_X, END_Y, FRICTION, X, Y
 
@@ -45,15 +55,16 @@ def place_pair(x, y, vx, vy, whirl, place, velocity):
 
 
 @inlined_kernel
-def journal_forces(connection, out, u, f):
+def journal_forces(connection, frame, out, u, f):
     """Hand a film's forces ``out`` to the ports f (m,) of its journal; returns the journal's torque, with friction.
 
-    u (m,) are the displacements of the ports: forces act where the displaced points are.
+    u (m,) are the displacements of the ports: forces act where the displaced points are. The torque is about the
+    crank's axis.
     """
     k = int(connection[FIRST])
     f[k] = out[X]
     f[k + 1] = out[Y]
-    torque = u[k] * out[Y] - u[k + 1] * out[X]
+    torque = (u[k] - frame[CRANK_X]) * out[Y] - (u[k + 1] - frame[CRANK_Y]) * out[X]
     if connection[COUPLED] > END_X:
         k = int(connection[FIRST + END_X])
         f[k] = out[END_X]

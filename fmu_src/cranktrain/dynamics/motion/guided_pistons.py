@@ -10,6 +10,9 @@ from typing import NamedTuple
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
+    BLOCK_X,
+    BLOCK_Y,
+    COS_BANK,
     DELTA_J,
     FORCES,
     LINERS,
@@ -19,6 +22,7 @@ from cranktrain.dynamics.model.slots import (
     OFFSET,
     PISTONS,
     ROD,
+    SIN_BANK,
     U_FREE,
     U_Q,
     U_V,
@@ -77,7 +81,7 @@ def upper_share(model, c, height):
 
 
 @kernel
-def guided_rod(model, work, load, c_q, c_v):
+def guided_rod(model, work, frame, load, c_q, c_v):
     """Rod whose piston moves between the guiding springs; ``work.scratch`` as of rod_force, and its CROSS as given.
 
     Solves M (x, τ)'' = F of the piston at the pin's motion and the liner's; the forces go to the piston's and the
@@ -113,10 +117,13 @@ def guided_rod(model, work, load, c_q, c_v):
     f[port] = side[ACROSS]
     f[port + 1] = side[MOMENT]
     if model.layout[LINERS] > 0.0:
-        # The opposite of what liner and gas do to the piston: same force, same moment about the crank's axis.
+        # The opposite of what liner and gas do to the piston: same force, same moment about the block's axis.
         k = int(model.layout[LINERS]) + 3 * c
         upper = model.block.liners[c, 0]
         lower = model.block.liners[c, 1]
+        x = frame[BLOCK_X] * rod[COS_BANK] + frame[BLOCK_Y] * rod[SIN_BANK]
+        y = frame[BLOCK_Y] * rod[COS_BANK] - frame[BLOCK_X] * rod[SIN_BANK]
+        side[LINER_MOMENT] -= x * side[LINER_ALONG] - y * side[LINER_ACROSS]
         push = (side[LINER_MOMENT] + lower * side[LINER_ACROSS]) / (upper - lower)
         f[k] += push
         f[k + 1] -= side[LINER_ACROSS] + push
@@ -168,7 +175,11 @@ def piston_forces(model, load, piston, u, ud, cross, out, side):
     law = model.block.guidance
     liner = int(model.layout[LINERS]) + 3 * c
     slope = 0.0
+    rise = 0.0
+    rise_rate = 0.0
     if model.layout[LINERS] > 0.0:
+        rise = u[liner + 2]
+        rise_rate = ud[liner + 2]
         slope = (u[liner] - u[liner + 1]) / (model.block.liners[c, 0] - model.block.liners[c, 1])
     # Friction and lean follow the side forces found last; a step of the iteration later they agree.
     push = load.gas - side[FRICTION_ALONG]
@@ -188,9 +199,10 @@ def piston_forces(model, load, piston, u, ud, cross, out, side):
         gap = piston.x - piston.t * height
         rate = piston.x_v - piston.t_v * height
         if model.layout[LINERS] > 0.0:
-            share = upper_share(model, c, out[PISTON] + height)
+            # Along the liner as far as it has moved itself.
+            share = upper_share(model, c, out[PISTON] + height - rise)
             gap -= share * u[liner] + (1.0 - share) * u[liner + 1]
-            rate -= share * ud[liner] + (1.0 - share) * ud[liner + 1] + slope * out[PISTON_VELOCITY]
+            rate -= share * ud[liner] + (1.0 - share) * ud[liner + 1] + slope * (out[PISTON_VELOCITY] - rise_rate)
         # Its force lies where the moment comes, or between both layers' tangents, until it is read.
         layer_force(law, layer, gap, rate, side[MOMENT + LAYER * layer :])
         pressing = side[MOMENT + LAYER * layer]

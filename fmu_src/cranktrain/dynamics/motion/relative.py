@@ -12,6 +12,7 @@ On rigid ground there are no pairs, and all this is a copy.
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel
+from cranktrain.dynamics.model.slots import BLOCK_X, BLOCK_Y, BORE_ROTATIONS, CRANK_X, CRANK_Y
 
 
 @inlined_kernel
@@ -46,6 +47,27 @@ def relative_step(model, cos, sin, step):
         step[t + 1] -= cos * step[s + 1] - sin * step[s]
     for i in range(model.axial.shape[0]):
         step[int(model.axial[i, 0])] -= step[int(model.axial[i, 1])]
+
+
+@inlined_kernel
+def move_axis(model, frame, u):
+    """Write where the block's motion on its mounts has put the axes of crank and block, from the ports u (m,).
+
+    Means of the main journals' and the bores' displacements, weighted as to be that of the crank's centre of mass.
+    """
+    frame[CRANK_X] = 0.0
+    frame[CRANK_Y] = 0.0
+    frame[BLOCK_X] = 0.0
+    frame[BLOCK_Y] = 0.0
+    if model.layout[BORE_ROTATIONS] > 0.0:
+        for i in range(model.axis_weights.shape[0]):
+            weight = model.axis_weights[i]
+            journal = int(model.pairs[i, 0])
+            bore = int(model.pairs[i, 1])
+            frame[CRANK_X] += weight * u[journal]
+            frame[CRANK_Y] += weight * u[journal + 1]
+            frame[BLOCK_X] += weight * u[bore]
+            frame[BLOCK_Y] += weight * u[bore + 1]
 
 
 @inlined_kernel

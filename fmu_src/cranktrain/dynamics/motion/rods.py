@@ -10,6 +10,8 @@ from cranktrain.dynamics.model.slots import (
     AREA,
     COS,
     COS_BANK,
+    CRANK_X,
+    CRANK_Y,
     CRANKCASE,
     DELTA_J,
     FORCES,
@@ -105,7 +107,7 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
         load = rod_load(rod, model.scalars, c, pressures[c], torque)
         across_cylinder(out, cos, sin, work.scratch[CROSS:])
         if model.layout[PISTONS] > 0.0:
-            guided_rod(model, work, load, c_q, c_v)
+            guided_rod(model, work, frame, load, c_q, c_v)
         else:
             rod_on_axis(rod, load, work.scratch[CROSS:], out)
             # Friction that turns the rod is held by the piston's guide, a couple with the big end.
@@ -114,6 +116,8 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
         fy = cos * out[1] - sin * out[0]
         pin_block(out, frame, cos, sin, c_q, c_v, block)
         rotation = int(model.layout[PIN_ROTATIONS]) + c
+        moved_x -= frame[CRANK_X]
+        moved_y -= frame[CRANK_Y]
         lever_x = model.pins[c, 0] + moved_x
         lever_y = model.pins[c, 1] + moved_y
         if rotation < model.scales.shape[0]:
@@ -222,7 +226,9 @@ def big_end_film(model, work, frame, c, cos, sin, ratio):
     k = int(model.layout[RODS]) + 2 * c
     f[k] -= out[0]
     f[k + 1] -= out[1]
-    f[turn] += (pin[X] - model.pins[c, 0]) * out[1] - (pin[Y] - model.pins[c, 1]) * out[0] + friction
+    moved_x = pin[X] - model.pins[c, 0] - frame[CRANK_X]
+    moved_y = pin[Y] - model.pins[c, 1] - frame[CRANK_Y]
+    f[turn] += moved_x * out[1] - moved_y * out[0] + friction
     block = work.blocks[model.bearings.shape[0] + c]
     film_block(out, ratio, frame[OMEGA], block)
     for row in range(2):

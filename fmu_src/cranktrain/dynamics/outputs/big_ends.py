@@ -9,6 +9,8 @@ from __future__ import annotations
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model.slots import (
     BIG_ENDS_FRICTION,
+    BIG_ENDS_SHEAR,
+    BIG_ENDS_SQUEEZE,
     COS,
     COS_BANK,
     OMEGA,
@@ -33,6 +35,8 @@ BIG_END_OUTPUTS = 9
 def observe_big_ends(model, work, state, members, out):
     """Force on each pin, place of the pin in the bore, film."""
     work.powers[BIG_ENDS_FRICTION] = 0.0
+    work.powers[BIG_ENDS_SHEAR] = 0.0
+    work.powers[BIG_ENDS_SQUEEZE] = 0.0
     for c in range(members):
         row = out[BIG_END_OUTPUTS * c : BIG_END_OUTPUTS * (c + 1)]
         for i in range(BIG_END_OUTPUTS):
@@ -70,6 +74,12 @@ def observe_floating(model, work, c, row):
     row[PRESSURE_MAX] = film[P_MAX]
     row[FRICTION_TORQUE] = -film[FRICTION]
     work.powers[BIG_ENDS_FRICTION] += row[FRICTION_TORQUE] * (pin_speed - rod_speed)
+    work.powers[BIG_ENDS_SHEAR] += row[FRICTION_TORQUE] * (pin_speed - rod_speed)
+    place = model.floating.place[c]
+    velocity = model.floating.velocity[c]
+    # The film acts on the rod where the pin is.
+    work.powers[BIG_ENDS_SQUEEZE] -= film[X] * (velocity[X] + rod_speed * place[Y])
+    work.powers[BIG_ENDS_SQUEEZE] -= film[Y] * (velocity[Y] - rod_speed * place[X])
     row[OIL_FLOW] = film[FLOW]
 
 

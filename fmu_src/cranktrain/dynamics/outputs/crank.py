@@ -4,18 +4,27 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import law_kernel
+from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model.slots import (
     BIG_ENDS_FRICTION,
+    BLOCK_LOSS,
+    BORE_ROTATIONS,
+    CRANK_LOSS,
     DRIVEN,
+    DYNAMOMETER_POWER,
     GAS_POWER,
+    GRAVITY,
     LEAD,
     LEAD_RATE,
     LINERS_FRICTION,
     MAINS_FRICTION,
     OMEGA,
+    ROTATION,
+    SHAFTS_LOSS,
+    STORED,
     THETA,
     TURNING_MODES,
+    VALVE_POWER,
     VALVE_TORQUE,
 )
 from cranktrain.dynamics.model.state import (
@@ -65,12 +74,57 @@ def observe_crank(model, work, state, members, out):
     out[PULLEY_TORSION] = dot(model.ends[1], q, t)
     out[PULLEY_AXIAL] = dot(model.ends[2], q, t)
     out[SHAFT_TORQUE] = 0.0
+    powers = work.powers
+    powers[SHAFTS_LOSS] = 0.0
+    powers[DYNAMOMETER_POWER] = 0.0
+    powers[STORED] = 0.0
+    # The dynamometer keeps the given speed, which the frame leads.
+    given = frame[OMEGA] - frame[LEAD_RATE]
     for k in range(model.shafts.shape[0]):
         law = model.shaft_laws[k]
         twist = model.scalars[DRIVEN] * law[LEADING] * frame[LEAD] + dot(model.shafts[k], q, t)
         twist_rate = model.scalars[DRIVEN] * law[LEADING] * frame[LEAD_RATE] + dot(model.shafts[k], v, t)
-        out[SHAFT_TORQUE] += law[AT_FLYWHEEL] * (law[STIFFNESS] * twist + law[DAMPING] * twist_rate)
+        torque = law[STIFFNESS] * twist + law[DAMPING] * twist_rate
+        out[SHAFT_TORQUE] += law[AT_FLYWHEEL] * torque
+        powers[SHAFTS_LOSS] += law[DAMPING] * twist_rate * twist_rate
+        powers[STORED] += 0.5 * law[STIFFNESS] * twist * twist
+        powers[DYNAMOMETER_POWER] += model.scalars[DRIVEN] * law[LEADING] * torque * given
+    observe_structure(model, work, state)
     return 0
+
+
+@kernel
+def observe_structure(model, work, state):
+    """Powers of the structures' own damping and of the valve train; adds the energy of crank, rotors and block."""
+    n = model.omega2.shape[0]
+    t = int(model.layout[TURNING_MODES])
+    q = state[offset(POSITION, n) : offset(POSITION, n) + n]
+    v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + n]
+    powers = work.powers
+    omega = work.frames[0, OMEGA]
+    energy = 0.0
+    for i in range(t):
+        carried = model.euler_load[i] * v[i] + omega * model.centrifugal_load[i] * q[i]
+        for j in range(t):
+            # Arrays are kept transposed.
+            carried += (v[j] * model.gyroscopic[i, j] - 0.5 * omega * q[j] * model.spin[i, j]) * q[i]
+        energy += omega * carried
+    for i in range(n):
+        energy += 0.5 * (v[i] * v[i] + model.omega2[i] * q[i] * q[i])
+    for i in range(model.block.stiffness.shape[0]):
+        energy -= (model.block.preload[i] - model.scalars[GRAVITY] * model.gravity[1, t + i]) * q[t + i]
+        energy += 0.5 * q[t + i] * dot(model.block.stiffness[i], q[t:], model.block.stiffness.shape[0])
+    powers[STORED] += energy
+    powers[CRANK_LOSS] = 0.0
+    powers[BLOCK_LOSS] = 0.0
+    for i in range(t):
+        powers[CRANK_LOSS] += model.damping[i] * v[i] * v[i]
+    for i in range(t, n):
+        powers[BLOCK_LOSS] += model.damping[i] * v[i] * v[i]
+    speed = omega + dot(model.ends[1], v, t)
+    if model.layout[BORE_ROTATIONS] > 0.0:
+        speed -= dot(model.block.motion[ROTATION], v[t:], n - t)
+    powers[VALVE_POWER] = work.frames[0, VALVE_TORQUE] * speed
 
 
 @law_kernel

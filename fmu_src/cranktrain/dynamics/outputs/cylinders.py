@@ -7,25 +7,36 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import law_kernel
+from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model.slots import (
     AREA,
     CLEARANCE_VOLUME,
     CRANKCASE,
+    DELTA_J,
     GAS_POWER,
+    GAS_WORK,
     LINERS,
     LINERS_FRICTION,
+    LINERS_LOSS,
+    M_BIG,
+    M_OSC,
     OFFSET,
     PISTONS,
     ROD,
+    SKIRTS_LOSS,
     STATE_U,
     STATE_UD,
     STATE_UDD,
+    STORED,
     STROKE_TOP,
+    TURNING_MODES,
 )
+from cranktrain.dynamics.model.state import VELOCITY, offset
 from cranktrain.dynamics.motion.guided_pistons import FRICTION_ALONG, LOWER, UPPER, upper_share
-from cranktrain.dynamics.motion.rod_motion import SIDE, VX, VY, X, Y, cylinder_axes, rod_end
+from cranktrain.dynamics.motion.linear_algebra import dot
+from cranktrain.dynamics.motion.rod_motion import CROSS, SIDE, VX, VY, X, Y, cylinder_axes, rod_end
 from cranktrain.dynamics.motion.rods import observe_rod
+from cranktrain.loads.piston_guidance import HEIGHT
 from cranktrain.loads.slider_crank import PISTON, PISTON_VELOCITY
 
 VOLUME, VOLUME_RATE, PISTON_POSITION, CYLINDER_OUTPUTS = range(4)
@@ -39,6 +50,7 @@ def observe_cylinders(model, work, state, members, out):
     u = work.port[STATE_U]
     motion = work.scratch
     work.powers[GAS_POWER] = 0.0
+    work.powers[GAS_WORK] = 0.0
     for c in range(members):
         rod = model.cylinders[c]
         rod_end(model, frame, c, u, work.port[STATE_UD], work.port[STATE_UDD], motion)
@@ -55,8 +67,35 @@ def observe_cylinders(model, work, state, members, out):
         row[VOLUME] = rod[CLEARANCE_VOLUME] + rod[AREA] * (rod[STROKE_TOP] - position)
         row[VOLUME_RATE] = -rod[AREA] * rate
         row[PISTON_POSITION] = rod[STROKE_TOP] - position
-        work.powers[GAS_POWER] += (work.pressures[0, c] - model.scalars[CRANKCASE]) * row[VOLUME_RATE]
+        pressure = work.pressures[0, c] - model.scalars[CRANKCASE]
+        work.powers[GAS_POWER] += pressure * row[VOLUME_RATE]
+        rising = sliding_rate(model, work, c, position, rate)
+        if model.layout[LINERS] > 0.0:
+            n = model.omega2.shape[0]
+            t = int(model.layout[TURNING_MODES])
+            v = state[offset(VELOCITY, n) + t : offset(VELOCITY, n) + n]
+            rising -= dot(model.block.heads[c], v, n - t)
+        work.powers[GAS_WORK] -= pressure * rod[AREA] * rising
     return 0
+
+
+@kernel
+def sliding_rate(model, work, c, position, rate):
+    """Rate (m/s) at which the pin of piston c rises along its leaning liner, the liner's own rise not taken off."""
+    if model.layout[LINERS] == 0.0:
+        return rate
+    u = work.port[STATE_U]
+    ud = work.port[STATE_UD]
+    liner = int(model.layout[LINERS]) + 3 * c
+    piston = int(model.layout[PISTONS]) + 2 * c
+    length = model.block.liners[c, 0] - model.block.liners[c, 1]
+    slope = (u[liner] - u[liner + 1]) / length
+    turning = (ud[liner] - ud[liner + 1]) / length
+    share = upper_share(model, c, position - u[liner + 2])
+    wall_rate = share * ud[liner] + (1.0 - share) * ud[liner + 1]
+    share = upper_share(model, c, 0.0)
+    foot = share * u[liner] + (1.0 - share) * u[liner + 1]
+    return rate + slope * (ud[piston] - wall_rate) + turning * (u[piston] - foot)
 
 
 @law_kernel
@@ -65,11 +104,14 @@ def observe_pistons(model, work, state, members, out):
     u = work.port[STATE_U]
     r = work.scratch
     work.powers[LINERS_FRICTION] = 0.0
+    work.powers[LINERS_LOSS] = 0.0
+    work.powers[SKIRTS_LOSS] = 0.0
     for c in range(members):
         row = out[PISTON_OUTPUTS * c : PISTON_OUTPUTS * (c + 1)]
         observe_rod(model, work, c)
         row[LATERAL] = 0.0
         row[TILT] = 0.0
+        work.powers[STORED] += rod_energy(model, work, c)
         if model.layout[PISTONS] > 0.0:
             port = int(model.layout[PISTONS]) + 2 * c
             row[LATERAL] = u[port]
@@ -82,4 +124,43 @@ def observe_pistons(model, work, state, members, out):
         row[SIDE_FORCE] = -r[SIDE + UPPER] - r[SIDE + LOWER]
         row[FRICTION] = -r[SIDE + FRICTION_ALONG]
         work.powers[LINERS_FRICTION] += row[FRICTION] * r[PISTON_VELOCITY]
+        rising = sliding_rate(model, work, c, r[PISTON], r[PISTON_VELOCITY])
+        if model.layout[LINERS] > 0.0:
+            rising -= work.port[STATE_UD, int(model.layout[LINERS]) + 3 * c + 2]
+        work.powers[LINERS_LOSS] += row[FRICTION] * rising
+        if model.layout[PISTONS] > 0.0:
+            for layer in range(2):
+                work.powers[SKIRTS_LOSS] -= r[SIDE + UPPER + layer] * layer_rate(model, work, c, layer, r)
     return 0
+
+
+@kernel
+def rod_energy(model, work, c):
+    """Kinetic energy (J) of a rod and of its piston along the cylinder, from the motion that observe_rod has left."""
+    rod = model.cylinders[c]
+    cross = work.scratch[CROSS:]
+    side = cross[X] - rod[OFFSET]
+    side_rate = cross[VX]
+    if model.layout[PISTONS] > 0.0:
+        side -= work.port[STATE_U, int(model.layout[PISTONS]) + 2 * c]
+        side_rate -= work.port[STATE_UD, int(model.layout[PISTONS]) + 2 * c]
+    swing = side_rate * side_rate / (rod[ROD] * rod[ROD] - side * side)
+    along = work.scratch[PISTON_VELOCITY]
+    across = cross[VX] * cross[VX] + cross[VY] * cross[VY]
+    return 0.5 * (rod[M_OSC] * along * along + rod[M_BIG] * across + rod[DELTA_J] * swing)
+
+
+@kernel
+def layer_rate(model, work, c, layer, rod):
+    """Rate of the gap (m/s) between a layer of the skirt of piston c and its liner, square to the leaning liner."""
+    u = work.port[STATE_U]
+    ud = work.port[STATE_UD]
+    piston = int(model.layout[PISTONS]) + 2 * c
+    height = model.block.guidance[HEIGHT + layer]
+    rate = ud[piston] - ud[piston + 1] * height
+    if model.layout[LINERS] > 0.0:
+        liner = int(model.layout[LINERS]) + 3 * c
+        slope = (u[liner] - u[liner + 1]) / (model.block.liners[c, 0] - model.block.liners[c, 1])
+        share = upper_share(model, c, rod[PISTON] + height - u[liner + 2])
+        rate -= share * ud[liner] + (1.0 - share) * ud[liner + 1] + slope * (rod[PISTON_VELOCITY] - ud[liner + 2])
+    return rate

@@ -13,15 +13,19 @@ import math
 
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model.slots import (
+    BORE_ROTATIONS,
     COS,
     COUPLED,
     MAINS_FRICTION,
+    MAINS_SHEAR,
+    MAINS_SQUEEZE,
     OMEGA,
     RELATIVE,
     RELATIVE_RATE,
     SIN,
     STATE_UD,
     THRUST_LAW,
+    THRUST_LOSS,
     TURNING_MODES,
 )
 from cranktrain.dynamics.model.state import POSITION, offset
@@ -75,6 +79,8 @@ def observe_bearings(model, work, state, members, out):
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]
     frame_numbers(frame, films.numbers)
     work.powers[MAINS_FRICTION] = 0.0
+    work.powers[MAINS_SHEAR] = 0.0
+    work.powers[MAINS_SQUEEZE] = 0.0
     for i in range(b):
         row = out[BEARING_OUTPUTS * i : BEARING_OUTPUTS * (i + 1)]
         place_film(model, work.port[RELATIVE], work.port[RELATIVE_RATE], frame[OMEGA], i)
@@ -84,6 +90,10 @@ def observe_bearings(model, work, state, members, out):
         film_call(films, OBSERVE, i, state[memory_offset(model, i) : memory_offset(model, i + 1)], films.out)
         observe_film(films.out, model.bearings[i], model.connections[i, COUPLED], frame, row)
         work.powers[MAINS_FRICTION] += row[FRICTION_TORQUE] * speed
+        bore = work.port[STATE_UD, int(model.layout[BORE_ROTATIONS]) + i] if model.layout[BORE_ROTATIONS] > 0.0 else 0.0
+        work.powers[MAINS_SHEAR] += row[FRICTION_TORQUE] * (speed - bore)
+        for k in range(int(model.connections[i, COUPLED])):
+            work.powers[MAINS_SQUEEZE] -= films.out[k] * films.velocity[i, k]
         observe_gap(films.place[i], films.velocity[i], frame, model.bearings[i], speed, work.scratch, row)
         # An elastic bore, or rollers, have a least gap of their own.
         if films.out[GAP] >= 0.0:
@@ -153,6 +163,9 @@ def observe_thrust(model, work, state, members, out):
     connection = model.connections[int(model.layout[THRUST_LAW])]
     place_collar(model.thrust, connection, work.frames[0], work.port[RELATIVE], work.port[RELATIVE_RATE])
     status = film_call(model.thrust, FORCE, 0, model.thrust.out, model.thrust.out)
+    work.powers[THRUST_LOSS] = 0.0
+    for k in range(int(connection[COUPLED])):
+        work.powers[THRUST_LOSS] -= model.thrust.out[k] * model.thrust.velocity[0, k]
     out[0] = model.thrust.out[0]
     out[1] = model.thrust.place[0, 0]
     return status

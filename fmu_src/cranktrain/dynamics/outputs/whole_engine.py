@@ -6,7 +6,15 @@ Axes at rest, x across the engine, y upwards, z along the crank. What a level la
 from __future__ import annotations
 
 from cranktrain.core.kernel import law_kernel
-from cranktrain.dynamics.model.slots import DAMPER, DAMPER_TEMPERATURE, STATE_U, STATE_UD, TURNING_MODES
+from cranktrain.dynamics.model.slots import (
+    DAMPER,
+    DAMPER_LOSS,
+    DAMPER_TEMPERATURE,
+    MOUNTS_LOSS,
+    STATE_U,
+    STATE_UD,
+    TURNING_MODES,
+)
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
 from cranktrain.loads.damper import damper_torque
 
@@ -25,6 +33,7 @@ def observe_mounts(model, work, state, members, out):
     q = state[offset(POSITION, n) + t : offset(POSITION, n) + n]
     v = state[offset(VELOCITY, n) + t : offset(VELOCITY, n) + n]
     block = model.block
+    work.powers[MOUNTS_LOSS] = 0.0
     for j in range(AXES * members):
         out[j] = 0.0
     for j in range(block.mounts.shape[0]):
@@ -33,6 +42,7 @@ def observe_mounts(model, work, state, members, out):
         for i in range(n - t):
             place += block.mounts[j, i] * q[i]
             rate += block.mounts[j, i] * v[i]
+        work.powers[MOUNTS_LOSS] += block.mount_laws[j, 1] * rate * rate
         out[j] = block.mount_laws[j, 2] - block.mount_laws[j, 0] * place - block.mount_laws[j, 1] * rate
     return 0
 
@@ -68,12 +78,14 @@ def observe_damper(model, work, state, members, out):
     """Torque of the ring on the housing, power that it dissipates, its twist against the housing, its temperature."""
     for j in range(DAMPER_OUTPUTS):
         out[j] = 0.0
+    work.powers[DAMPER_LOSS] = 0.0
     if model.layout[DAMPER] > 0.0:
         port = int(model.layout[DAMPER])
         r = work.scratch
         damper_torque(model.damper, work.port[STATE_U, port], work.port[STATE_UD, port], r)
         out[TORQUE] = r[0]
         out[HEAT] = r[DAMPER_HEAT]
+        work.powers[DAMPER_LOSS] = r[DAMPER_HEAT]
         out[TWIST] = work.port[STATE_U, port]
         out[TEMPERATURE] = model.scalars[DAMPER_TEMPERATURE]
     return 0

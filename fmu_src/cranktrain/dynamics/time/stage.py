@@ -50,7 +50,7 @@ from cranktrain.dynamics.model.state import CONTRACTION
 from cranktrain.dynamics.motion.equations import external_force, port_forces
 from cranktrain.dynamics.motion.gas import built_in, follow_crank
 from cranktrain.dynamics.motion.linear_algebra import add_columns, add_product, dot, factor_rows, product, solve_rows
-from cranktrain.dynamics.motion.relative import reactions, relative_compliance, relative_step
+from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_compliance, relative_step
 from cranktrain.dynamics.time.status import DIVERGED, FILM_FAILED, OK, SINGULAR
 from cranktrain.dynamics.time.work_limit import LAST_ITERATIONS, LOOSE, cut_short, spent
 from cranktrain.film.laws.films import FROZEN
@@ -144,6 +144,7 @@ def predict(model, work, stage):
             model, frame[COS], frame[SIN], work.turning.compliance[stage.slot], work.block.compliance[stage.slot],
             work.relative,
         )  # fmt: skip
+    move_axis(model, frame, work.port[U_Q])
     external_force(model, frame, work.pressures[stage.number], big_q, base)
     for i in range(n):
         back[i] = ratio * big_q[i] - big_v[i]

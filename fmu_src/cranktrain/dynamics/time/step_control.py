@@ -60,6 +60,7 @@ from cranktrain.dynamics.model.slots import (
     WORST_RESIDUAL,
 )
 from cranktrain.dynamics.model.state import (
+    ACCELERATION,
     CONTRACTION,
     HALVINGS,
     ITERATIONS,
@@ -165,7 +166,8 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
         t = int(model.layout[TURNING_MODES])
         for i in range(6):
             frame[FIRING] -= model.block.motion[ROTATION, i] * (
-                state[offset(POSITION, n) + t + i] + tau * state[offset(VELOCITY, n) + t + i]
+                state[offset(POSITION, n) + t + i]
+                + tau * (state[offset(VELOCITY, n) + t + i] + 0.5 * tau * state[offset(ACCELERATION, n) + t + i])
             )
     rotation += tau * (rate + 0.5 * tau * change)
     if built_in(model, state):

@@ -1,0 +1,83 @@
+"""Energy balance of the last cycle of a run: work of the gas, and what has become of it.
+
+The gas does ∮ (p − p_c) dV over pistons and heads. Of a motion that repeats all of it goes to the dynamometer and the
+valve train, or turns into heat: in films by shear (friction torque times the speed of journal against bore) and by
+squeeze (film force times the rate of the gap), in structures, mounts and shafts by their damping. Each share is
+the integral of a power that the running model's own force laws have at the samples of the cycle, by the trapezoidal
+rule, whose error vanishes faster than any power of the step for smooth powers of a whole period. A cycle that does not
+quite repeat leaves bodies and shafts with more energy, or less: that of their motion and bending is a row beside the
+losses; what springs of films and skirts hold is not looked at. The residual tells how exactly a run solved its
+equations.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.slots import (
+    BIG_ENDS_SHEAR,
+    BIG_ENDS_SQUEEZE,
+    BLOCK_LOSS,
+    CRANK_LOSS,
+    DAMPER_LOSS,
+    DYNAMOMETER_POWER,
+    GAS_WORK,
+    LINERS_LOSS,
+    MAINS_SHEAR,
+    MAINS_SQUEEZE,
+    MOUNTS_LOSS,
+    SHAFTS_LOSS,
+    SKIRTS_LOSS,
+    STORED,
+    THRUST_LOSS,
+    VALVE_POWER,
+)
+
+
+class Share(NamedTuple):
+    """Part of the gas work: key of a summary, words, and its power's place in ``Work.powers``."""
+
+    key: str
+    words: str
+    slot: int
+
+
+SHARES = (
+    Share("dynamometer", "work to the dynamometer", DYNAMOMETER_POWER),
+    Share("valve_train", "work to the valve train", VALVE_POWER),
+    Share("mains_shear", "main bearings, friction", MAINS_SHEAR),
+    Share("mains_squeeze", "main bearings, radial and tilting motion", MAINS_SQUEEZE),
+    Share("thrust_bearing", "thrust bearing", THRUST_LOSS),
+    Share("big_ends_shear", "big ends, friction", BIG_ENDS_SHEAR),
+    Share("big_ends_squeeze", "big ends, radial motion", BIG_ENDS_SQUEEZE),
+    Share("liners_friction", "pistons along liners, friction", LINERS_LOSS),
+    Share("skirts", "pistons across liners, damping", SKIRTS_LOSS),
+    Share("damper", "torsional damper", DAMPER_LOSS),
+    Share("crank_structure", "crankshaft, structural damping", CRANK_LOSS),
+    Share("block_structure", "block, structural damping", BLOCK_LOSS),
+    Share("mounts", "engine mounts", MOUNTS_LOSS),
+    Share("shafts", "drive line, damping of shafts and discs", SHAFTS_LOSS),
+)
+"""All that takes energy: a loss is a place in ``Work.powers``, which an observer fills, and a row here."""
+
+
+def energy_balance(powers: Array, step: float) -> dict[str, Any]:
+    """Energies (J) of a cycle from powers (n + 1, POWERS), W, at samples ``step`` (s) apart, both ends included.
+
+    ``stored_j`` is what bodies and shafts have gained, ``residual_j`` the gas work that nothing accounts for.
+    """
+    works = np.trapezoid(powers, dx=step, axis=0)
+    gas = float(works[GAS_WORK])
+    losses = {share.key: float(works[share.slot]) for share in SHARES}
+    stored = float(powers[-1, STORED] - powers[0, STORED])
+    residual = gas - sum(losses.values()) - stored
+    return {
+        "gas_work_j": gas,
+        "losses_j": losses,
+        "stored_j": stored,
+        "residual_j": residual,
+        "residual_of_gas_work": residual / gas if gas != 0.0 else None,
+    }
