@@ -38,6 +38,7 @@ from cranktrain.dynamics.warm_films import (
     warn_unsettled,
 )
 from cranktrain.engine.model import Engine
+from cranktrain.film.laws.ehd import pressure_peaks
 from cranktrain.loads.damper import balanced_temperature as damper_balance_temperature
 from cranktrain.loads.damper import required_damper
 
@@ -78,6 +79,8 @@ class Result:
     while ``counters`` and ``seconds`` tell of all. ``film_temperatures`` (b,), K, are those of the main bearings' films
     and ``passes`` the runs that it took to find them; all else tells of the last. ``complete`` is False where an
     interrupt cut the run short; ``learned`` is what settled last beside the slow modes, where that was expected.
+    ``film_peaks`` (b, PEAKS) are the largest pressures of elastic films in the last cycle, see
+    :mod:`cranktrain.film.laws.pressure_peak`; None where films are not elastic.
     """
 
     time: Array
@@ -92,6 +95,7 @@ class Result:
     passes: int = 1
     complete: bool = True
     learned: Learned | None = None
+    film_peaks: Array | None = None
 
     def last_cycle(self, name: str) -> tuple[Array, Array]:
         """Crank angle (rad, from 0) and values of one output over the last 720°, both ends included."""
@@ -164,6 +168,7 @@ def run_cycles(
         settling=recorded.settling,
         complete=recorded.complete,
         learned=recorded.learned,
+        film_peaks=pressure_peaks(simulation.model.films),
     )
 
 
