@@ -27,8 +27,8 @@ CYCLE = 4.0 * math.pi
 def keep_peak(peaks, pressure, unknowns, n_z, angle):
     """Keep the largest pressure of a film in the cycle that the crank is in, into ``peaks`` (PEAKS,).
 
-    ``pressure`` the film's largest, Pa, at the crank's ``angle``, rad, whole turns counted; ``unknowns`` (n_phi n_z,) of
-    its nodes, see :mod:`cranktrain.film.elastic.balance`.
+    ``pressure`` the largest of the film, Pa; ``angle`` of the crank, rad, whole turns counted; ``unknowns``
+    (n_phi n_z,) of the nodes, see :mod:`cranktrain.film.elastic.balance`.
     """
     # A cycle ends with the step that reaches it.
     cycle = math.floor(angle / CYCLE - 1.0e-9)
