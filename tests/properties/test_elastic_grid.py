@@ -11,7 +11,8 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.checks.bearings import check_bearings
 from cranktrain.engine.file import load_engine
 from cranktrain.film.elastic.balance import side_conductance
-from cranktrain.film.elastic.grid import ElasticGrid
+from cranktrain.film.elastic.grid import WEIGHT, ElasticGrid
+from cranktrain.film.elastic.weights import film_weights
 from cranktrain.film.laws.ehd import IN_LOOP, elastic_arrays
 from cranktrain.structure.block.saddle import bore_compliance
 
@@ -31,36 +32,62 @@ def test_lines_are_symmetric_increasing_and_mark_the_groove(n_z, edge, groove):
         assert (zetas > groove + 1e-12).sum() >= 2
 
 
-def weights(n_z, edge, groove, fed):
-    """Weights of all lines, of the nodes at which there is supply or not."""
+def weights(n_z, edge, groove, fed, place=(0.0, 0.0, 0.0, 0.0)):
+    """Weights of all lines, of the nodes at which there is supply or not, for a journal at ``place`` in clearances."""
     grid = ElasticGrid(48, n_z, edge, groove)
     across = np.abs(grid.zetas[1:-1]) <= groove + 1e-9
     film = grid.film(0.085, 0.03, 4e-5, 0.01, supply=np.outer(np.arange(48) < 24, across).astype(float))
-    return grid.zetas, film.weights.reshape(48, -1)[0 if fed else 30]
+    work = grid.work(0)
+    film_weights(film, np.array(place), np.zeros(8), work.nodes)
+    return grid.zetas, work.nodes[WEIGHT].reshape(48, -1)[0 if fed else 30].copy()
 
 
 @pytest.mark.parametrize(("n_z", "edge", "groove"), GRIDS)
-def test_no_pressure_counts_against_the_load(n_z, edge, groove):
+def test_weights_of_an_even_film_are_symmetric_and_fill_the_width(n_z, edge, groove):
     for fed in (True, False):
         zetas, own = weights(n_z, edge, groove, fed)
-        assert own.min() >= 0.0
         assert own.sum() == pytest.approx(2.0, rel=1e-12)
         assert own @ zetas == pytest.approx(0.0, abs=1e-12)
         assert own == pytest.approx(own[::-1], abs=1e-14)
 
 
+def test_no_pressure_of_the_grid_in_the_loop_counts_against_the_load():
+    for tilt in (0.0, 0.3, 0.6, 0.9):
+        for groove in (0.0, 0.133, 0.3):
+            for fed in (True, False):
+                own = weights(IN_LOOP.n_z, IN_LOOP.edge, groove, fed, (0.05, 0.0, tilt, 0.0))[1]
+                assert own.min() >= 0.0
+                assert own.sum() == pytest.approx(2.0, rel=1e-12)
+
+
 @pytest.mark.parametrize("n_z", [7, 8, 11, 12, 16])
-def test_sums_over_the_width_are_exact_for_cubics_on_each_side_of_a_groove(n_z):
-    groove = 0.133
-    zetas, own = weights(n_z, 0.5, groove, fed=True)
-    land = (1.0 - groove) ** 4 / 4.0 + 3.0 * (1.0 - groove) ** 2 / 2.0
-    # One in the groove, on the lands a cubic of the way from the end that is one at the groove.
-    size = (1.0 - groove) ** 3 + 3.0 * (1.0 - groove)
-    way = 1.0 - np.abs(zetas)
-    pressure = np.where(np.abs(zetas) <= groove + 1e-12, 1.0, (way**3 + 3.0 * way) / size)
-    assert own @ pressure == pytest.approx(2.0 * groove + 2.0 * land / size, rel=1e-12)
-    zetas, own = weights(n_z, 0.5, groove, fed=False)
-    assert own @ zetas**2 == pytest.approx(2.0 / 3.0, rel=1e-12)
+def test_sums_over_the_width_are_exact_for_parabolas_on_each_side_of_a_groove(n_z):
+    """On even lines the flow of a parabola is linear; a groove's edge is a kink that no sum goes across."""
+    for groove, fed in ((0.0, False), (0.2, True)):
+        zetas, own = weights(n_z, 0.0, groove, fed)
+        way = (1.0 - np.abs(zetas)) / (1.0 - groove)
+        pressure = np.where(np.abs(zetas) <= groove + 1e-12, 1.0, way * (2.0 - way))
+        if not fed:
+            pressure = 1.0 - zetas**2
+        whole = 2.0 * groove + 2.0 * (1.0 - groove) * 2.0 / 3.0
+        assert own @ pressure == pytest.approx(whole, rel=1e-12)
+
+
+def test_sums_are_exact_where_pressure_falls_along_a_wedge():
+    """Flow without a source between lines of a wedge: the integral of p(ζ), whatever the spacing."""
+    grid = ElasticGrid(48, 8, 0.7)
+    film = grid.film(0.085, 0.03, 4e-5, 0.01)
+    work = grid.work(0)
+    tilt = 0.9
+    film_weights(film, np.array([0.0, 0.0, tilt, 0.0]), np.zeros(8), work.nodes)
+    own = work.nodes[WEIGHT].reshape(48, -1)[0]
+    h = 1.0 - tilt * grid.zetas
+    # From 1 at ζ = −1 to 0 at ζ = 1 with H³ p′ constant: p is linear in 1/H².
+    last = 1.0 / h[-1] ** 2
+    pressure = (last - 1.0 / h**2) / (last - 1.0 / h[0] ** 2)
+    z, w = np.polynomial.legendre.leggauss(400)
+    exact = w @ ((last - 1.0 / (1.0 - tilt * z) ** 2) / (last - 1.0 / h[0] ** 2))
+    assert own @ pressure == pytest.approx(exact, rel=1e-9)
 
 
 @pytest.mark.parametrize("opening", [1.0, 1.001, 3.0, 50.0])

@@ -133,7 +133,7 @@ def _draw(folder: Path, run: Run, settings: Settings, speed_rpm: float) -> list[
 
 def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
     """Print the summary for people."""
-    from cranktrain.results.tables import closing_text, online_text, run_tables
+    from cranktrain.results.tables import closing_text, online_text, resolution_text, run_tables
 
     print(f"Gas trace at full load: {run.gas.source}; {pressures_text(run.gas)}")
     for table in run_tables(summary):
@@ -142,6 +142,8 @@ def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
         print(f"Temperatures by heat balance: {run.passes} runs; the last is shown")
     if summary.get("closing_edges"):
         print(closing_text(summary["closing_edges"]))
+    if summary.get("films_not_resolved"):
+        print(resolution_text(summary["films_not_resolved"]))
     if "online_films" in summary:
         print(online_text(summary["online_films"]))
     print(

@@ -39,6 +39,7 @@ from cranktrain.dynamics.warm_films import (
     warn_unsettled,
 )
 from cranktrain.engine.model import Engine
+from cranktrain.film.laws.ehd import pressure_peaks
 from cranktrain.loads.damper import balanced_temperature as damper_balance_temperature
 from cranktrain.loads.damper import required_damper
 
@@ -82,6 +83,8 @@ class Result:
     interrupt cut the run short; ``learned`` is what settled last beside the slow modes, where that was expected.
     ``powers`` (per_cycle + 1, POWERS), W, are those of the last cycle, see ``dynamics.model.slots``; None where the
     speed is free or no cycle was completed.
+    ``film_peaks`` (b, PEAKS) are the largest pressures of elastic films in the last cycle, see
+    :mod:`cranktrain.film.laws.pressure_peak`; None where films are not elastic.
     """
 
     time: Array
@@ -97,6 +100,7 @@ class Result:
     complete: bool = True
     learned: Learned | None = None
     powers: Array | None = None
+    film_peaks: Array | None = None
 
     def last_cycle(self, name: str) -> tuple[Array, Array]:
         """Crank angle (rad, from 0) and values of one output over the last 720°, both ends included."""
@@ -173,6 +177,7 @@ def run_cycles(
         complete=recorded.complete,
         learned=recorded.learned,
         powers=powers.cycle if driven and recorded.complete else None,
+        film_peaks=pressure_peaks(simulation.model.films),
     )
 
 

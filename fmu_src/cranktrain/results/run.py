@@ -16,7 +16,7 @@ from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.files import check_target, output_unit, save_run
 from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
-from cranktrain.results.summary import closing_edges, online_films, run_summary
+from cranktrain.results.summary import closing_edges, films_not_resolved, online_films, run_summary
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,6 +97,8 @@ class Run(Result):
             found["closing_edges"] = closing_edges(found["bearings"])
         if self.attributes["bearings"] == "table":
             found["online_films"] = online_films(self.angle, self.outputs)
+        if self.film_peaks is not None:
+            found["films_not_resolved"] = films_not_resolved(self.film_peaks)
         return found
 
     def save(self, path: str | Path) -> Path:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.results.energy import energy_balance
+from cranktrain.film.laws.pressure_peak import PEAK, PEAK_ANGLE, PEAK_DROP
 from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 
 if TYPE_CHECKING:
@@ -21,6 +22,10 @@ Array = NDArray[np.float64]
 HIGHEST_ORDER = 24.0
 CLOSING = 1.0e-6
 """Least film, m, below which the largest pressure of a tilted film is no result; chosen: two to three roughnesses."""
+
+NOT_RESOLVED = 0.5
+"""Drop of pressure from the peak to the axial lines beside it, over the peak, beyond which an elastic film is not
+resolved; chosen from errors of peak pressures: ``python -m benchmarks.worst_film``."""
 
 
 def vibration(angle: Array, signal: Array, scale: float) -> dict[str, Any]:
@@ -84,6 +89,24 @@ def online_films(angle: Array, outputs: Mapping[str, Array], bin_deg: float = 10
 def closing_edges(bearings: Sequence[Mapping[str, Any]]) -> list[str]:
     """Names of the main bearings (rows of :func:`bearing_rows`) whose least film stays below CLOSING."""
     return [row["name"] for row in bearings if 1e-6 * row["min_film_um"] < CLOSING]
+
+
+def films_not_resolved(peaks: Array) -> list[dict[str, Any]]:
+    """Elastic films whose pressure the axial lines of their grid do not resolve at its peak of the last cycle.
+
+    ``peaks`` (b, PEAKS) of a run; a film is not resolved where the lines beside the peak lie lower by more than
+    NOT_RESOLVED of it, in the mean of both.
+    """
+    return [
+        {
+            "name": f"main[{i + 1}]",
+            "crank_angle_deg": math.degrees(row[PEAK_ANGLE]),
+            "max_pressure_pa": float(row[PEAK]),
+            "pressure_drop": float(row[PEAK_DROP]),
+        }
+        for i, row in enumerate(peaks)
+        if row[PEAK_DROP] > NOT_RESOLVED
+    ]
 
 
 def _count(outputs: Mapping[str, Array], family: str) -> int:

@@ -239,6 +239,17 @@ def closing_text(names: Sequence[str]) -> str:
     )
 
 
+def resolution_text(films: Sequence[Mapping[str, Any]]) -> str:
+    """One line on the elastic films whose pressure peak lies between the axial lines of their grid."""
+    places = ", ".join(
+        f"{film['name']} at {film['crank_angle_deg']:.0f} deg ({100.0 * film['pressure_drop']:.0f} %)" for film in films
+    )
+    return (
+        f"Film not resolved across the bearing (fall of pressure from its peak to the next axial lines): {places}. "
+        "Least film and largest pressure are estimates there; relieve the edge, or take more axial lines"
+    )
+
+
 def online_text(online: Mapping[str, Any]) -> str:
     """One line on the films that were solved online because they lay outside the film table."""
     line = (

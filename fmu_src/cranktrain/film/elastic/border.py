@@ -33,6 +33,7 @@ from cranktrain.film.elastic.grid import (
     SLOPE,
     STIFFNESS,
     SUMS,
+    WEIGHT,
     WIDTH,
     ZETA,
 )
@@ -90,7 +91,7 @@ def _motion_loads(film, first, chain, block, work):
             for j in range(n_z):
                 q = i * (n_z + 2) + j + 1
                 if work.nodes[FULL, q] > 0.0:
-                    weight = film.weights[q] * work.nodes[SLOPE, q]
+                    weight = work.nodes[WEIGHT, q] * work.nodes[SLOPE, q]
                     pressing = weight * load(columns, (position * n_z + j, half))
                     middle = middle + pressing
                     tilted = tilted + film.lines[j + 1, ZETA] * pressing
@@ -127,7 +128,7 @@ def _shape_loads(film, first, chain, block, group, work):
         for j in range(n_z):
             q = i * (n_z + 2) + j + 1
             if work.nodes[FULL, q] > 0.0:
-                weight = film.weights[q] * work.nodes[SLOPE, q]
+                weight = work.nodes[WEIGHT, q] * work.nodes[SLOPE, q]
                 low = weight * load(columns, (position * n_z + j, 0))
                 high = weight * load(columns, (position * n_z + j, LANES))
                 low_0 = low_0 + shapes[q, group] * low
@@ -176,7 +177,7 @@ def present_loads(film, work):
         tilted = 0.0
         for line in range(lines):
             q = i * lines + line
-            p = pressure[q] * film.weights[q]
+            p = pressure[q] * work.nodes[WEIGHT, q]
             contact = work.nodes[CONTACT, q]
             slope = p * work.nodes[BEND, q]
             if p > 0.0:
@@ -244,7 +245,7 @@ def border_equations(film, first, ring, chain, right_sides, moving, work):
                     q = b * (n_z + 2) + j + 1
                     own = 0.0
                     if work.nodes[FULL, q] > 0.0:
-                        own = film.weights[q] * work.nodes[SLOPE, q]
+                        own = work.nodes[WEIGHT, q] * work.nodes[SLOPE, q]
                         own *= shape_value(film, q, b, j + 1, m)
                     row[n_shapes + j] -= yielding * (loads[m, 1 + n_shapes + j] + own)
             if right_sides == 1:
@@ -378,7 +379,7 @@ def _force_change(film, first, ring, m, t, work):
             q = b * (n_z + 2) + j + 1
             by = work.loads[m, 1 + n_shapes + j]
             if work.nodes[FULL, q] > 0.0:
-                own = film.weights[q] * work.nodes[SLOPE, q]
+                own = work.nodes[WEIGHT, q] * work.nodes[SLOPE, q]
                 by += own * shape_value(film, q, b, j + 1, m)
             total += by * work.border[n_shapes + j, right + t]
     return total * load_unit(film.constants) / film.constants[CLEARANCE]

@@ -70,6 +70,7 @@ from cranktrain.film.elastic.height import combined, face_films, node_films, ope
 from cranktrain.film.elastic.oil import oil_state, pressure_change, start_compression
 from cranktrain.film.elastic.result import film_result
 from cranktrain.film.elastic.sources import shape_sources
+from cranktrain.film.elastic.weights import film_weights
 
 CONVERGED, NOT_CONVERGED, SINGULAR = 0, 1, 2
 
@@ -114,6 +115,7 @@ def elastic_film(film, motion, clock, history, work, out, tangents):
     vectors = work.vectors
     start_compression(film, history.start, work.nodes)
     film_start(film, vectors[START_PLACE], vectors[START_SHIFT], history.start, rates, work.nodes, work.faces)
+    film_weights(film, vectors[START_PLACE], vectors[START_SHIFT], work.nodes)
     film_rates(film, vectors[PLACE], vectors[PACE], vectors[KNOWN], rates.per_gain, work.nodes)
     status, passes, first, ring = _newton(film, constants[ROUGHNESS], rates, MOST_ITERATIONS, history.unknowns, work)
     if status != CONVERGED:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -56,6 +55,8 @@ OWN, AFTER, BEFORE, SQUEEZE, DRIVEN, CONTACT, CONTACT_SLOPE, CHANGE = 9, 10, 11,
 # Of the oil: reduced pressure, its slope by pressure, ρ/ρ₀ − 1 with its slope, how fast the oil thickens with pressure,
 # and ρ/ρ₀ − 1 at the step's start; over p₀.
 REDUCED, MOBILITY, COMPRESSED, DENSE, THICKENING, START_COMPRESSED = 17, 18, 19, 20, 21, 22
+# Weight of film pressure in ζ, see cranktrain.film.elastic.weights.
+WEIGHT = 23
 # Flow through a face and its derivative by the surfaces' distance; share of the compression downstream in it.
 FACE_OPEN, FACE_SLOPE, FACE_FLUX, FACE_EXTRA, FACE_FLOW, FACE_AHEAD = range(6)
 # Columns of ElasticFilm.trig and ElasticFilm.lines.
@@ -65,7 +66,7 @@ ZETA, LINE_WIDTH, PROFILE = range(3)
 AFTER_SIDE, BEFORE_SIDE = 0, 1
 # A journal's place and velocity; the sources of its motion.
 X, Y, A, B, V_X, V_Y, V_A, V_B = range(8)
-NODE_FIELDS = 23
+NODE_FIELDS = 24
 FACE_FIELDS = 6
 
 
@@ -81,8 +82,6 @@ class ElasticFilm(NamedTuple):
     PROFILE."""
     sides: Array
     """(2, n_z + 2) 1/(Δζ w) towards the next and the last line: rows AFTER_SIDE, BEFORE_SIDE."""
-    weights: Array
-    """(n_phi (n_z + 2),) weights of film pressure in ζ at nodes."""
     shapes: Array
     """(n_phi (n_z + 2) + n_phi n_z, 8 m) shapes at nodes, then at circumferential faces; column 0 is zero."""
     supply: Array
@@ -291,7 +290,6 @@ class ElasticGrid:
             np.ascontiguousarray(trig.T),
             np.ascontiguousarray(np.column_stack([self.zetas, widths, g])),
             _per_side(self.zetas, widths),
-            _film_weights(self.zetas, mask).ravel(),
             _shape_table(forms),
             np.ascontiguousarray(mask.ravel()),
             # A film pressure presses the journal along −(cos φ, sin φ).
@@ -334,39 +332,6 @@ def _square(compliance: Array, k: int) -> Array:
     if k and np.linalg.eigvalsh(c).min() < -1e-12 * abs(c).max():
         raise InputError("elastic film: the compliance has a negative eigenvalue; an elastic bore only yields")
     return c
-
-
-def _film_weights(zetas: Array, supply: Array) -> Array:
-    """Weights of film pressure in ζ at all nodes, (n_phi, n_z + 2), for a mask of supply (n_phi, n_z).
-
-    The integrals of cubics through the four lines nearest to each spacing, on one side of a groove's edge, where the
-    slope of pressure jumps.
-    """
-    weights = np.zeros((len(supply), zetas.size))
-    patterns, of_column = np.unique(supply > 0.0, axis=0, return_inverse=True)
-    for number, pattern in enumerate(patterns):
-        fed = np.concatenate([[False], pattern, [False]])
-        edges = np.flatnonzero(fed & ~(np.roll(fed, 1) & np.roll(fed, -1)))
-        bounds = [0, *edges, zetas.size - 1]
-        row = sum(_cubic_weights(zetas, first, last) for first, last in pairwise(bounds) if last > first)
-        weights[np.ravel(of_column) == number] = row
-    return weights
-
-
-def _cubic_weights(zetas: Array, first: int, last: int) -> Array:
-    """Weights over the lines of a smooth stretch from line ``first`` to ``last``, (n,); zero elsewhere."""
-    weights = np.zeros(zetas.size)
-    count = min(4, last - first + 1)
-    for k in range(first, last):
-        near = np.arange(count) + min(max(k - 1, first), last - count + 1)
-        middle, half = 0.5 * (zetas[k] + zetas[k + 1]), 0.5 * (zetas[k + 1] - zetas[k])
-        moments = [half * ((half / 3.0**0.5) ** p * (1.0 + (-1.0) ** p)) for p in range(count)]
-        weights[near] += np.linalg.solve(np.vander(zetas[near] - middle, increasing=True).T, moments)
-    if weights.min() < 0.0:
-        # Spacings that differ by far: no pressure may count against the load.
-        gaps = np.diff(zetas[first : last + 1])
-        weights[first : last + 1] = 0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps))
-    return weights
 
 
 def _per_side(zetas: Array, width: Array) -> Array:

@@ -35,6 +35,7 @@ from cranktrain.film.elastic.grid import (
     N_SHAPES,
     N_Z,
     OIL,
+    OIL_STEP,
     OPEN,
     PRESSURE,
     PRESSURE_MAX,
@@ -45,6 +46,7 @@ from cranktrain.film.elastic.grid import (
     SUPPLY_FLOW,
     VISCOSITY,
     VOID,
+    WEIGHT,
     ZETA,
 )
 from cranktrain.film.elastic.height import pressure_unit
@@ -72,7 +74,10 @@ def film_result(film, speed, per_gain, work, out):
     out[FILM_MIN] *= c
     out[PRESSURE_MAX] = 0.0
     if nodes[PRESSURE, highest] > 0.0:
-        out[PRESSURE_MAX] = _extreme(film, nodes[PRESSURE], highest)[0] * pressure_unit(constants)
+        peak = _extreme(film, nodes[PRESSURE], highest)[0]
+        if constants[OIL_STEP] == 0.0:
+            peak = max(peak, nodes[PRESSURE, highest] + _crest(film, nodes, highest))
+        out[PRESSURE_MAX] = peak * pressure_unit(constants)
     area = film_area(constants)
     side, fed = _flows(film, speed, per_gain, work)
     out[SIDE_FLOW] = side * area * c
@@ -142,7 +147,7 @@ def _film_load(film, nodes):
         for line in range(1, lines - 1):
             p = nodes[PRESSURE, i * lines + line]
             if p > 0.0:
-                weight = film.weights[i * lines + line] * nodes[SLOPE, i * lines + line]
+                weight = nodes[WEIGHT, i * lines + line] * nodes[SLOPE, i * lines + line]
                 load += p * weight
                 wedge += p * weight * (nodes[FILM, down + line] - nodes[FILM, up + line])
     return load, wedge
@@ -244,6 +249,59 @@ def _extreme(film, field, q):
         value += beyond
         zeta += shift * (film.lines[line + 1, ZETA] - zeta if shift > 0.0 else zeta - film.lines[line - 1, ZETA])
     return value, angle, zeta
+
+
+@kernel
+def _crest(film, nodes, q):
+    """How far pressure rises between node ``q``, the highest, and its axial neighbours above it.
+
+    The profile is that of :mod:`cranktrain.film.elastic.weights`: film linear, flow linear. Its crest is where the flow
+    across changes its sign; where no line stands there, the highest node misses a third of a narrow ridge.
+    """
+    lines = int(film.constants[N_Z]) + 2
+    i = q // lines
+    at = q - i * lines
+    most = 0.0
+    for line in range(max(at - 1, 0), min(at + 1, lines - 1)):
+        before = line > 0 and film.supply[i * (lines - 2) + line - 1] == 0.0
+        after = line < lines - 2 and film.supply[i * (lines - 2) + line] == 0.0
+        low = line - 1 if before else line
+        high = line + 1 if after else line
+        if low == high:
+            continue
+        apart = film.lines[high, ZETA] + film.lines[high + 1, ZETA] - film.lines[low, ZETA] - film.lines[low + 1, ZETA]
+        length = film.lines[line + 1, ZETA] - film.lines[line, ZETA]
+        rise = 2.0 * length * (_flow_across(film, nodes, i, high) - _flow_across(film, nodes, i, low)) / apart
+        if not rise > 0.0:
+            continue
+        k = i * lines + line
+        h = nodes[OPEN, k]
+        beyond = nodes[OPEN, k + 1]
+        whole, tilted = _wedge_integrals(1.0, h, beyond)
+        drop = (nodes[PRESSURE, k] - nodes[PRESSURE, k + 1]) / length
+        begin = (drop - rise * tilted) / whole
+        t = -begin / rise
+        if 0.0 < t < 1.0:
+            whole, tilted = _wedge_integrals(t, h, beyond)
+            p = nodes[PRESSURE, k] - length * (begin * whole + rise * tilted)
+            most = max(most, p - nodes[PRESSURE, q])
+    return most
+
+
+@kernel
+def _flow_across(film, nodes, i, line):
+    """Flow G Δp/d from a line of column ``i`` to the next."""
+    q = i * (int(film.constants[N_Z]) + 2) + line
+    over, _, _ = side_conductance(nodes[OPEN, q], nodes[OPEN, q + 1])
+    return over * (nodes[PRESSURE, q] - nodes[PRESSURE, q + 1]) / (film.lines[line + 1, ZETA] - film.lines[line, ZETA])
+
+
+@kernel
+def _wedge_integrals(t, h, beyond):
+    """∫₀ᵗ ds/H³ and ∫₀ᵗ s ds/H³ with H linear from ``h`` at 0 to ``beyond`` at 1."""
+    there = h + t * (beyond - h)
+    per_square = 1.0 / (there * there)
+    return 0.5 * t * (h + there) * per_square / (h * h), 0.5 * t * t * per_square / h
 
 
 @kernel

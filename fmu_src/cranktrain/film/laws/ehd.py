@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel, record_reader
+from cranktrain.core.kernel import RECORDS, inlined_kernel, kernel, law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.lubricant import PRESSURE_LAWS, ROELANDS, roelands_constants
 from cranktrain.engine.parts import Oil, PlainBearing
@@ -79,6 +79,7 @@ from cranktrain.film.laws.films import (
     STAGE,
     STEP,
     TOLERANCE,
+    Films,
 )
 from cranktrain.film.laws.films import OIL as NEW_OIL
 from cranktrain.film.laws.films import VISCOSITY as NEW_VISCOSITY
@@ -106,6 +107,7 @@ from cranktrain.film.laws.past_cycle import (
     no_past,
 )
 from cranktrain.film.laws.past_cycle import FRICTION as KNOWN_FRICTION
+from cranktrain.film.laws.pressure_peak import PEAKS, keep_peak
 
 if TYPE_CHECKING:
     from cranktrain.film.laws.bearings import Bearings
@@ -143,6 +145,7 @@ class ElasticMemory(NamedTuple):
     line: Array  # (RESULTS,) a force that is carried on from the last cycle
     defect: Array  # (b, 4) what that missed at the stage before
     calls: Array  # (b, CALLS) see SOLVED
+    peaks: Array  # (b, PEAKS) see PEAK
 
 
 class ElasticBore(NamedTuple):
@@ -228,6 +231,12 @@ def film_size(film: ElasticFilm) -> int:
     return int(constants[N_PHI] * constants[N_Z]) + 2 * int(constants[N_SHAPES]) + KEPT
 
 
+def pressure_peaks(films: Films) -> Array | None:
+    """Largest pressures in the present cycle of a run's main bearings, (b, PEAKS); None of a law without such films."""
+    bore = RECORDS.get(int(films.entry[1]))
+    return bore.memory.peaks.copy() if isinstance(bore, ElasticBore) else None
+
+
 def elastic_memory(film: ElasticFilm, bearings: int, cyclic: bool = False) -> ElasticMemory:
     """Memory for as many films, full and round; ``cyclic`` where their cycles are kept."""
     size = int(film.constants[N_PHI] * film.constants[N_Z])
@@ -237,7 +246,7 @@ def elastic_memory(film: ElasticFilm, bearings: int, cyclic: bool = False) -> El
         z((bearings, size)), z((bearings, 4)), z((bearings, k)), z((bearings, k)), z((bearings, size)),
         z((bearings, k)), z((8, bearings, k)), z((2, 4)), z((bearings, OUT_SIZE)),
         z((bearings, 4, k if cyclic else 0)), z(RESULTS), z((bearings, 4)),
-        z((bearings, CALLS)),
+        z((bearings, CALLS)), z((bearings, PEAKS)),
     )  # fmt: skip
 
 
@@ -304,6 +313,9 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
             own.rates[0, i, k] = memory[nodes + shapes + k]
     elif action == CLOSE_STEP:
         end_step(bore.past)
+        keep_peak(
+            own.peaks[i], own.out[i, PRESSURE_MAX], own.unknowns[i], int(bore.film.constants[N_Z]), numbers[ANGLE]
+        )
         _keep_memory(own, i, int(numbers[STAGE]), memory)
     elif action == NEW_OIL:
         _take_limits(bore.film.constants, numbers[TOLERANCE])

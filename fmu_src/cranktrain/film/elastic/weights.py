@@ -1,0 +1,89 @@
+r"""Weights of film pressure across the bore: its integral along ζ from the pressures on the axial lines.
+
+Where an edge closes, pressure is no polynomial of ζ: it falls where the film is thin. Flow across the bore is smooth
+instead. Between two lines, with t from 0 to 1, spacing d, a film of height H linear in t and the flow
+
+    q = −H³ p_ζ = q_c + q′ d (t − ½)
+
+the integral of the pressure is exactly
+
+    ∫ p dζ = d (H p + H′ p′)/(H + H′) + d³ q′ C/G,      G = 2 H² H′²/(H + H′),
+
+C the variance of t under the weight 1/H³, here by two Gauss points, ⅓ (H₊ H₋)³/(H₊³ + H₋³)². The pressure of the wider
+end counts more, because most of the drop lies at the narrow one. q′ is the difference of the flows G Δp/d of the
+spacings before and after, over the distance of their middles; of the own and one neighbour at an end of the bore and at
+a supply, where the flow jumps. With H = H′ these are weights of second order with the term of the curvature.
+
+The heights are those at the start of the step, so that weights are constant within a solution and its tangents exact.
+They change the result by what a film closes within a step, times what they gain over the trapezoid.
+"""
+
+from __future__ import annotations
+
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.film.contact.gap import open_gap
+from cranktrain.film.elastic.balance import side_conductance
+from cranktrain.film.elastic.grid import CHANGE, FILM, N_PHI, N_Z, ROUGHNESS, WEIGHT, ZETA
+from cranktrain.film.elastic.height import node_films
+
+NEAR, FAR = 0.5 - 0.5 / 3.0**0.5, 0.5 + 0.5 / 3.0**0.5
+"""Points of Gauss's rule of two."""
+
+
+@kernel
+def film_weights(film, place, shift, nodes):
+    """Weights of all nodes, both ends included, into ``nodes[WEIGHT]``, from the film at ``place`` (4,) and ``shift``.
+
+    Both over the clearance, see :func:`cranktrain.film.elastic.height.node_films`; FILM and CHANGE are overwritten.
+    """
+    n_z = int(film.constants[N_Z])
+    lines = n_z + 2
+    h = nodes[FILM]
+    conductance = nodes[CHANGE]
+    weights = nodes[WEIGHT]
+    node_films(film, place, shift, h)
+    for q in range(h.shape[0]):
+        h[q], _, _ = open_gap(h[q], film.constants[ROUGHNESS])
+        weights[q] = 0.0
+    for i in range(int(film.constants[N_PHI])):
+        first = i * lines
+        for line in range(n_z + 1):
+            q = first + line
+            over, _, _ = side_conductance(h[q], h[q + 1])
+            conductance[q] = over / (film.lines[line + 1, ZETA] - film.lines[line, ZETA])
+        for line in range(n_z + 1):
+            # The flow jumps at a supply: only neighbours on the same side of it tell how the flow changes.
+            before = line > 0 and film.supply[i * n_z + line - 1] == 0.0
+            after = line < n_z and film.supply[i * n_z + line] == 0.0
+            _add_spacing(film, first, line, line - 1 if before else line, line + 1 if after else line, nodes)
+
+
+@inlined_kernel
+def _add_spacing(film, first, line, low, high, nodes):
+    """Add the weights of the spacing behind a line; flows of the spacings ``low`` and ``high`` tell q′."""
+    h = nodes[FILM]
+    weights = nodes[WEIGHT]
+    conductance = nodes[CHANGE]
+    q = first + line
+    own = h[q]
+    beyond = h[q + 1]
+    zeta = film.lines[line, ZETA]
+    length = film.lines[line + 1, ZETA] - zeta
+    share = own / (own + beyond)
+    weights[q] += length * share
+    weights[q + 1] += length * (1.0 - share)
+    if low == high:
+        return
+    near = own + NEAR * (beyond - own)
+    far = own + FAR * (beyond - own)
+    near = near * near * near
+    far = far * far * far
+    variance = near * far / (3.0 * (near + far) * (near + far))
+    apart = film.lines[high, ZETA] + film.lines[high + 1, ZETA] - film.lines[low, ZETA] - film.lines[low + 1, ZETA]
+    bend = 2.0 * length * length * variance / (conductance[q] * apart)
+    by_high = bend * conductance[first + high]
+    by_low = bend * conductance[first + low]
+    weights[first + high] += by_high
+    weights[first + high + 1] -= by_high
+    weights[first + low] -= by_low
+    weights[first + low + 1] += by_low

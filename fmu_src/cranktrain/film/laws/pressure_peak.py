@@ -1,0 +1,57 @@
+"""Largest pressure of an elastic film in a cycle, and whether the axial lines of its grid resolve it.
+
+A tilted journal presses on one edge of its shell: pressure stands there on a fraction of the width. A film whose
+pressure one axial line carries alone is not resolved: the lines on both sides of it are without pressure. The measure
+is the *drop*,
+
+    1 − (p_before + p_after)/(2 p),
+
+p the largest pressure of all nodes, the others those of the axial neighbours of the same column, 0 where they are
+ruptured or an end of the bore. It is 1 for one line alone; lines at a spacing s on a parabola of half width w leave
+(s/w)². It is taken when the pressure is the largest of the cycle.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel
+
+PEAK, PEAK_ANGLE, PEAK_DROP, PEAK_CYCLE, PEAKS = range(5)
+"""Columns of a film's entry: largest pressure of the present cycle, Pa; crank angle of it within the cycle, rad; drop;
+number of the cycle."""
+CYCLE = 4.0 * math.pi
+
+
+@kernel
+def keep_peak(peaks, pressure, unknowns, n_z, angle):
+    """Keep the largest pressure of a film in the cycle that the crank is in, into ``peaks`` (PEAKS,).
+
+    ``pressure`` the largest of the film, Pa; ``angle`` of the crank, rad, whole turns counted; ``unknowns``
+    (n_phi n_z,) of the nodes, see :mod:`cranktrain.film.elastic.balance`.
+    """
+    # A cycle ends with the step that reaches it.
+    cycle = math.floor(angle / CYCLE - 1.0e-9)
+    if cycle != peaks[PEAK_CYCLE]:
+        peaks[PEAK] = 0.0
+        peaks[PEAK_CYCLE] = cycle
+    if not pressure > peaks[PEAK]:
+        return
+    peaks[PEAK] = pressure
+    peaks[PEAK_ANGLE] = angle - CYCLE * cycle
+    peaks[PEAK_DROP] = pressure_drop(unknowns, n_z)
+
+
+@kernel
+def pressure_drop(unknowns, n_z):
+    """Drop of pressure from the largest of all nodes to the lines beside it; 0 for a film without pressure."""
+    top = 0
+    for k in range(unknowns.shape[0]):
+        if unknowns[k] > unknowns[top]:
+            top = k
+    if not unknowns[top] > 0.0:
+        return 0.0
+    line = top % n_z
+    before = max(unknowns[top - 1], 0.0) if line > 0 else 0.0
+    after = max(unknowns[top + 1], 0.0) if line < n_z - 1 else 0.0
+    return 1.0 - 0.5 * (before + after) / unknowns[top]
