@@ -16,7 +16,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu import archive, engine_fmu, running_code
 from cranktrain.fmu.description import expand, read_interface
-from cranktrain.fmu.geometry import geometry
+from cranktrain.fmu.geometry import start_values
 
 
 def test_fmpy_finds_no_problem(whole_fmu):
@@ -97,7 +97,7 @@ def test_the_documentation_counts_the_variables(whole_fmu):
 def test_families_expand_with_the_engine():
     interface = read_interface(archive.DESCRIPTION)
     counts = {"cylinders": 8, "main_bearings": 5, "mounts": 0}
-    variables = expand(interface.variables, counts, geometry(load_engine("diesel_v8")))
+    variables = expand(interface.variables, counts, start_values(load_engine("diesel_v8")))
     names = [v.name for v in variables]
     assert names[:10] == ["speed", *(f"cylinder[{i}].pressure" for i in range(1, 9)), "shaft.load_torque"]
     assert not any(name.startswith("mount[") for name in names)

@@ -9,7 +9,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.description import expand
 from cranktrain.fmu.engine_fmu import family_counts, full_interface
-from cranktrain.fmu.geometry import geometry, with_geometry
+from cranktrain.fmu.geometry import geometry, start_values, with_geometry
 
 NAMES = {"stroke": "geometry.stroke", "bore": "geometry.bore"}
 
@@ -39,7 +39,7 @@ def test_a_flexible_block_keeps_its_bore(engine):
 
 def test_a_family_that_is_expanded_again_keeps_its_starts(engine):
     """As the interface of a scene is, whose variables stand one by one."""
-    counts, starts = family_counts(engine), geometry(engine)
+    counts, starts = family_counts(engine), start_values(engine)
     once = expand(full_interface().variables, counts, starts)
     assert expand(once, counts, starts) == once
     assert [v.start for v in once if v.name.endswith(".firing_angle")] == list(engine.firing_angles)

@@ -73,7 +73,12 @@ __all__ = ["Parts", "Settings", "Simulation", "simulate"]
 SLOWEST = 100.0 * math.pi / 30.0
 """Lowest speed of a simulation over cycles, rad/s."""
 _RPM = 30.0 / math.pi
-BEHIND_PRESSURES = {"shaft.load_torque": "N m", "valvetrain.torque": "N m", "flywheel.axial_force": "N", "pressure.angle": "rad"}
+BEHIND_PRESSURES = {
+    "shaft.load_torque": "N m",
+    "valvetrain.torque": "N m",
+    "flywheel.axial_force": "N",
+    "pressure.angle": "rad",
+}
 """Inputs behind the pressures, with their units."""
 
 
@@ -99,8 +104,8 @@ class Simulation(SteppedModel):
     ----------
     inputs : (5 + cylinders,) speed (rad/s), absolute cylinder pressures (Pa), the load torque (N m) on the
         dynamometer, which acts at boundary ``torque`` only, the torque (N m) that the valve train takes from the
-        crank's front end, the axial force (N) on the flywheel, positive away from the pulley, and the crank angle (rad) that the pressures belong to, 0 where nobody tells; set in place
-        before each step
+        crank's front end, the axial force (N) on the flywheel, positive away from the pulley, and the crank angle
+        (rad) that the pressures belong to, 0 where nobody tells; set in place before each step
     pressures : the pressures among them
     input_rates : (5 + cylinders,) rates of the inputs, 1/s, over the next communication step: an input goes on from its
         value at the rate that is given, whatever the reconstruction; not a number, as at first, gives none

@@ -12,7 +12,7 @@ from cranktrain.fmu import archive
 from cranktrain.fmu.archive import DESCRIPTION, Product, fmu_path, need_sources, write_fmu
 from cranktrain.fmu.description import Interface, read_interface
 from cranktrain.fmu.flat import FlatModel, to_bytes
-from cranktrain.fmu.geometry import geometry
+from cranktrain.fmu.geometry import start_values
 from cranktrain.fmu.native.archive import write_native_fmu
 from cranktrain.fmu.native.engine_model import engine_model
 
@@ -54,7 +54,7 @@ def product(
         counts=family_counts(engine),
         pages=DESCRIPTION,
         data=data,
-        starts=starts(engine),
+        starts=start_values(engine),
         fixed=fixed,
     )
 

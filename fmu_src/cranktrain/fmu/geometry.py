@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 from cranktrain.core.errors import InputError
-from cranktrain.dynamics.model.settings import Settings, resolved
+from cranktrain.dynamics.model.settings import Settings, axial_force, resolved
 from cranktrain.engine.model import Engine
 
 SETTABLE = ("bore", "compression_ratio")
@@ -32,6 +32,11 @@ def geometry(engine: Engine) -> dict[str, Any]:
         "compression_ratio": cylinders.compression_ratio,
         "firing_angles": engine.firing_angles,
     }
+
+
+def start_values(engine: Engine) -> dict[str, Any]:
+    """Values of an engine from which variables of the interface start: its dimensions, the axial force (N)."""
+    return geometry(engine) | {"axial_force": axial_force(Settings(), engine)}
 
 
 def with_geometry(engine: Engine, chosen: Mapping[str, Any], names: Mapping[str, str]) -> tuple[Engine, dict[str, Any]]:

@@ -13,7 +13,7 @@ from typing import Any
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.fmu.description import Interface, Variable, expand
-from cranktrain.fmu.geometry import geometry
+from cranktrain.fmu.geometry import start_values
 from cranktrain.studies.planning.plan import Plan
 from cranktrain.studies.planning.scene_model import SceneModel
 
@@ -49,7 +49,7 @@ def scene_interface(interface: Interface, plan: Plan, model: SceneModel, counts:
     films = bearing_law(plan.case.bearings).film
     oiled = films or bearing_law(scene.big_ends).film
     variables = []
-    for variable in expand(interface.variables, counts, geometry(scene.engine)):
+    for variable in expand(interface.variables, counts, start_values(scene.engine)):
         if variable.causality == "output" and not _wanted(variable, plan):
             continue
         if variable.setting in LEVELS:

@@ -71,7 +71,7 @@ def windup_stiffness(line: TorsionalLine) -> float:
 
 
 def windup_shares(line: TorsionalLine) -> Array:
-    """Shares (s,) of the shafts' twists in the wind-up whose product with ``windup_stiffness`` is the springs' torque."""
+    """Fractions (s,) of the shafts' twists in the wind-up; times ``windup_stiffness`` it is the springs' torque."""
     stiffness = windup_stiffness(line)
     torques = line.laws[:, STIFFNESS] * line.laws[:, AT_FLYWHEEL]
     return torques / stiffness if stiffness > 0.0 else np.zeros_like(torques)

@@ -18,6 +18,8 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.slots import (
+    AXIAL_FORCE_WORK,
+    AXIAL_JOINT_LOSS,
     BIG_ENDS_SHEAR,
     BIG_ENDS_SQUEEZE,
     BLOCK_LOSS,
@@ -60,6 +62,8 @@ SHARES = (
     Share("block_structure", "block, structural damping", BLOCK_LOSS),
     Share("mounts", "engine mounts", MOUNTS_LOSS),
     Share("shafts", "drive line, damping of shafts and discs", SHAFTS_LOSS),
+    Share("axial_joint", "axial joint, friction and damping", AXIAL_JOINT_LOSS),
+    Share("axial_force", "work against the axial force", AXIAL_FORCE_WORK),
 )
 """All that takes energy: a loss is a place in ``Work.powers``, which an observer fills, and a row here."""
 
@@ -69,7 +73,7 @@ def energy_balance(powers: Array, step: float) -> dict[str, Any]:
 
     ``stored_j`` is what bodies and shafts have gained, ``residual_j`` the gas work that nothing accounts for.
     """
-    works = np.trapezoid(powers, dx=step, axis=0)
+    works: Array = np.asarray(np.trapezoid(powers, dx=step, axis=0))
     gas = float(works[GAS_WORK])
     losses = {share.key: float(works[share.slot]) for share in SHARES}
     stored = float(powers[-1, STORED] - powers[0, STORED])

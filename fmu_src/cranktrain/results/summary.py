@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.engine.quantities import ZERO_CELSIUS
-from cranktrain.results.energy import energy_balance
 from cranktrain.film.laws.pressure_peak import PEAK, PEAK_ANGLE, PEAK_DROP
+from cranktrain.results.energy import energy_balance
 from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 
 if TYPE_CHECKING:

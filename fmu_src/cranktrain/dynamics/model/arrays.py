@@ -56,8 +56,8 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.time.status import OK, REFUSALS
 from cranktrain.engine.lubricant import oil_temperature, pressure_constants, viscosity
 from cranktrain.engine.model import Engine
-from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.engine.parts import AxialPath
+from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, axial_joint_film, bearing_parameters, law_films, thrust_bearing
 from cranktrain.film.laws.films import MEMORY, Films
 from cranktrain.film.laws.parameters import COLUMNS
@@ -347,9 +347,7 @@ def _turning_body(engine: Engine, body: ReducedBody, settings: Settings, line: T
     return body
 
 
-def _line_arrays(
-    turning: ReducedBody, line: TorsionalLine, path: AxialPath | None
-) -> tuple[dict[str, Array], Array]:
+def _line_arrays(turning: ReducedBody, line: TorsionalLine, path: AxialPath | None) -> tuple[dict[str, Array], Array]:
     """The drive line in the modes of what turns: ``shafts``, ``shaft_laws``, ``lag``, ``rotor``; and its wind-up.
 
     The axial support of the connecting shaft is one row more of ``shafts``. The wind-up (n,) at the flywheel, rad, is

@@ -14,8 +14,8 @@ dynamometer) and stationary ones (block, pistons). Turning ports, in axes of the
 8. the drive line's wind-up at the flywheel, where it has an axial path,
 9. z-rotation of each pin under its rod, z-rotation of each main journal.
 
-All but the last two groups are unknowns of a stage's Newton iteration. Where journals are locked on their axis a pin can but
-turn about it: its rotation takes the place of its x and y. Stationary ports follow, in axes at rest:
+All but the last two groups are unknowns of a stage's Newton iteration. Where journals are locked on their axis a pin
+can but turn about it: its rotation takes the place of its x and y. Stationary ports follow, in axes at rest:
 
 1. with a flexible block: x and y of each main bore, z of the thrust faces, the bores' ends and the thrust faces'
    rotations where films feel tilt, then z-rotation of each main bore, and of each liner its displacement across its
@@ -23,8 +23,8 @@ turn about it: its rotation takes the place of its x and y. Stationary ports fol
 2. with guided pistons: displacement across the cylinder and rotation of each piston at the height of its pin.
 
 A *connection* is one force law with the Newton ports it couples; connections come as main journals, crank pins (or the
-films of the big ends), thrust bearing, rods of free big ends, axial joint, damper. Laws between a turning and a stationary body act
-on the *relative* motion of their ports, see :mod:`cranktrain.dynamics.motion.relative`.
+films of the big ends), thrust bearing, rods of free big ends, axial joint, damper. Laws between a turning and a
+stationary body act on the *relative* motion of their ports, see :mod:`cranktrain.dynamics.motion.relative`.
 """
 
 from __future__ import annotations

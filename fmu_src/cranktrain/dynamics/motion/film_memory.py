@@ -9,7 +9,19 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.dynamics.model.slots import AXIAL_JOINT, COS, OMEGA, PORTS, RELATIVE, RELATIVE_RATE, SIN, THETA, UD, WHIRL, U
+from cranktrain.dynamics.model.slots import (
+    AXIAL_JOINT,
+    COS,
+    OMEGA,
+    PORTS,
+    RELATIVE,
+    RELATIVE_RATE,
+    SIN,
+    THETA,
+    UD,
+    WHIRL,
+    U,
+)
 from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE, film_offset
 from cranktrain.dynamics.motion.film_ports import place_joint, place_journal
 from cranktrain.dynamics.motion.relative import relative_motion
@@ -93,7 +105,7 @@ def open_stage(model, work, stage, elapsed, h, gain):
 
 @inlined_kernel
 def close_stage(model, work, frame):
-    """Solve films and axial joint at the stage's ports, where the last Newton step only foresaw them; 0, or a failure."""
+    """Solve films and axial joint at the stage's ports, which the last Newton step only foresaw; 0, or a failure."""
     if model.layout[AXIAL_JOINT] > 0.0:
         place_joint(model, frame, work.port[U], work.port[UD])
         film_call(model.axial_joint, CLOSE_STAGE, 0, work.scratch, work.scratch)

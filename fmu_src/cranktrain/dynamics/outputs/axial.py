@@ -7,9 +7,23 @@ between collar and pulley, stretched by axial forces and, its throws being what 
 from __future__ import annotations
 
 from cranktrain.core.kernel import law_kernel
-from cranktrain.dynamics.model.slots import AXIAL_JOINT, FIRST, PULLEY_AXIAL, RELATIVE, STATE_U, THRUST_LAW, TURNING_MODES
-from cranktrain.dynamics.model.state import POSITION, offset
+from cranktrain.dynamics.model.slots import (
+    AXIAL_FORCE,
+    AXIAL_FORCE_WORK,
+    AXIAL_JOINT,
+    AXIAL_JOINT_LOSS,
+    FIRST,
+    FLYWHEEL_AXIAL,
+    PULLEY_AXIAL,
+    RELATIVE,
+    STATE_U,
+    STATE_UD,
+    THRUST_LAW,
+    TURNING_MODES,
+)
+from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.motion.film_memory import joint_offset
+from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.film.laws.films import OBSERVE, film_call
 
 OF_ENGINE, OF_BEARING, OF_CRANK = range(3)
@@ -40,9 +54,16 @@ def observe_axial_path(model, work, state, members, out):
     """Force of the drive line on the flywheel along the axis, and displacement of the flywheel against the shaft."""
     out[FORCE] = 0.0
     out[SLIP] = 0.0
+    n = model.omega2.shape[0]
+    t = int(model.layout[TURNING_MODES])
+    v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
+    work.powers[AXIAL_JOINT_LOSS] = 0.0
+    work.powers[AXIAL_FORCE_WORK] = -work.frames[0, AXIAL_FORCE] * dot(model.ends[FLYWHEEL_AXIAL], v, t)
     if model.layout[AXIAL_JOINT] > 0.0:
         joint = model.axial_joint
         film_call(joint, OBSERVE, 0, state[joint_offset(model) :], joint.out)
         out[FORCE] = joint.out[0]
-        out[SLIP] = work.port[STATE_U, int(model.connections[int(model.layout[AXIAL_JOINT]), FIRST])]
+        port = int(model.connections[int(model.layout[AXIAL_JOINT]), FIRST])
+        out[SLIP] = work.port[STATE_U, port]
+        work.powers[AXIAL_JOINT_LOSS] = -out[FORCE] * work.port[STATE_UD, port]
     return 0

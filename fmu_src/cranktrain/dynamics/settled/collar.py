@@ -91,7 +91,7 @@ class Collar:
 
     def learn(self, before: Motion, after: Motion) -> None:
         """Know S better from a change of the start and what a cycle makes of it."""
-        self._known = [*self._known, (self.split(before), self.split(after))][-len(self._along) ** 2 :]
+        self._known = [*self._known, (self.split(before), self.split(after))][-(len(self._along) ** 2) :]
         start, end = (np.array(columns).T for columns in zip(*self._known, strict=True))
         missed = end - self.over_cycle @ start
         sizes = np.linalg.norm(start, axis=0)

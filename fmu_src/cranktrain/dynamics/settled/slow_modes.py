@@ -156,7 +156,9 @@ class BlockOnMounts:
         change = self.matrix @ y
         place = self._carried @ y[: self._count]
         velocity = self._carried @ y[self._count :] - self._swept(place)
-        acceleration = self._carried @ change[self._count :] - 2.0 * self._swept(velocity) - self._swept(self._swept(place))
+        acceleration = (
+            self._carried @ change[self._count :] - 2.0 * self._swept(velocity) - self._swept(self._swept(place))
+        )
         return Motion(place, velocity, acceleration, 0.0, 0.0)
 
     def coordinates(self, y: Array) -> Array:

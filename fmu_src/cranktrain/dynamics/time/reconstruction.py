@@ -28,8 +28,8 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
     AMBIENT,
     ANGLE_INPUT,
-    AXIAL_INPUT,
     ANGLES,
+    AXIAL_INPUT,
     BEND,
     BORE_ROTATIONS,
     EXPONENT,
