@@ -44,7 +44,7 @@ def works(engine: Engine, crank: ReducedBody, block: ReducedBody, modes: tuple[N
         for component, value in springs.items()
         if component < 2
     ]
-    places.append((2, engine.thrust.contact_stiffness, "thrust", "thrust"))
+    places.append((2, engine.thrust.closed, "thrust", "thrust"))
     found = np.zeros((modes[0].shape[1], 3, 2))
     for component, value, journal, bore in places:
         moved = block.shapes[block.index(bore), component] @ modes[1]
@@ -55,8 +55,8 @@ def works(engine: Engine, crank: ReducedBody, block: ReducedBody, modes: tuple[N
 
 def on_ground(engine: Engine, compliance: NDArray) -> Engine:
     """Engine whose bearings stand on springs of compliance (3,), m/N, whatever its sign; 0 is at rest."""
-    contact = 1.0 / (1.0 / engine.thrust.contact_stiffness + compliance[2])
-    thrust = replace(engine.thrust, contact_stiffness=contact, block_stiffness=math.inf)
+    contact = 1.0 / (1.0 / engine.thrust.closed + compliance[2])
+    thrust = replace(engine.thrust, contact_stiffness=contact, closed_stiffness=contact, block_stiffness=math.inf)
     if engine.main_roller is not None:
         whole = [1.0 / (1.0 / k + compliance[:2].mean()) for k in engine.main_roller.stiffness]
         return replace(engine, thrust=thrust, main_roller=replace(engine.main_roller, stiffness=tuple(whole)))

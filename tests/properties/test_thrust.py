@@ -9,19 +9,23 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cranktrain.engine.file import load_engine
+from cranktrain.film.laws import thrust as thrust_module
 from cranktrain.film.laws.bearings import thrust_bearing
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FORCE, film_call
 from cranktrain.film.laws.thrust import (
     AMBIENT,
     PADS,
     WEDGE,
+    closed_pads,
     closed_stiffness,
     damping_of_film,
     pad_damping,
     pad_force,
     pad_size,
     thrust_force_tilted,
+    thrust_pads,
     thrust_parameters,
+    touching_stiffness,
 )
 
 BEARING = load_engine("diesel_i6").thrust
@@ -213,3 +217,12 @@ def test_an_edge_that_touches_carries():
 def test_force_has_no_jump_where_the_collar_touches():
     before, after = (side(BEARING.contact_height + d, 0.02)[0] for d in (1e-13, -1e-13))
     assert after == pytest.approx(before, rel=1e-5)
+
+
+def test_the_closed_bearing_of_lists_and_the_contact_of_a_run_are_two_values():
+    own = replace(BEARING, closed_stiffness=0.5 * BEARING.contact_stiffness)
+    assert closed_stiffness(own) < closed_stiffness(BEARING)
+    assert touching_stiffness(own) == touching_stiffness(BEARING) == closed_stiffness(BEARING)
+    at = thrust_module.STIFFNESS
+    assert thrust_pads(own, 0.01).parameters[at] == touching_stiffness(own)
+    assert closed_pads(own, 0.01).parameters[at] == closed_stiffness(own)

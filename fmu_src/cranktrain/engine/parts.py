@@ -229,7 +229,9 @@ class RollerBearings:
 class ThrustBearing:
     """Axial bearing at one main journal; ``clearance`` is the total axial play.
 
-    ``contact_stiffness`` is the closed bearing's collar and shells, ``block_stiffness`` the block's share in series.
+    ``contact_stiffness`` is that of collar and shells where they touch in a run. ``closed_stiffness`` stands for the
+    bearing where it is taken as closed, in lists of modes at rest and beside linear mains; 0 takes the contact's.
+    ``block_stiffness`` is the block's share, in series with either.
     """
 
     main: int
@@ -243,6 +245,12 @@ class ThrustBearing:
     contact_stiffness: q.Stiffness
     block_stiffness: q.Stiffness
     damping: q.Damping
+    closed_stiffness: q.SupportStiffness = 0.0
+
+    @property
+    def closed(self) -> float:
+        """Stiffness of the closed bearing's collar and shells, N/m."""
+        return self.closed_stiffness or self.contact_stiffness
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -122,8 +122,8 @@ def bearing_law(name: str, what: str = "bearing level") -> Law:
 
 _HERE = "cranktrain.film.laws"
 THRUST = {
-    name: Form(f"{_HERE}.thrust:{name}_thrust", f"{_HERE}.thrust:thrust_pads", viscous=name != "closed")
-    for name in ("closed", "axial", "tilting")
+    name: Form(f"{_HERE}.thrust:{name}_thrust", f"{_HERE}.thrust:{pads}_pads", viscous=name != "closed")
+    for name, pads in (("closed", "closed"), ("axial", "thrust"), ("tilting", "thrust"))
 }
 """Forms of the thrust bearing: without clearance, with films under a collar square to its axis, or one that tilts."""
 

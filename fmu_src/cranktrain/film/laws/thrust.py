@@ -14,13 +14,14 @@ pressure on the pad. Below ``contact_height`` the collar touches: a linear sprin
 with the block's, and a damper, shared by the pads. docs/decisions/0006-thrust-film.md says what is left out, and how
 much it is.
 
-The closed bearing beside main bearings without clearance is the same spring and damper.
+The closed bearing beside main bearings without clearance is a spring of its own stiffness and the same damper.
 Source: Hamrock, Schmid & Jacobson, Fundamentals of Fluid Film Lubrication (2004), fixed-incline slider.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
@@ -47,7 +48,12 @@ TILTED_BY_PLACE, TILTED_BY_VELOCITY = 3, 12
 
 
 def closed_stiffness(thrust: ThrustBearing) -> float:
-    """Stiffness of the closed bearing, N/m: its contact in series with the block's share."""
+    """Stiffness of the closed bearing, N/m: collar and shells in series with the block's share."""
+    return 1.0 / (1.0 / thrust.closed + 1.0 / thrust.block_stiffness)
+
+
+def touching_stiffness(thrust: ThrustBearing) -> float:
+    """Stiffness of the contact of collar and shells in a run, N/m, in series with the block's share."""
     return 1.0 / (1.0 / thrust.contact_stiffness + 1.0 / thrust.block_stiffness)
 
 
@@ -97,7 +103,7 @@ def thrust_parameters(thrust: ThrustBearing, viscosity: float) -> Array:
         [
             0.5 * thrust.clearance,
             thrust.contact_height,
-            closed_stiffness(thrust),
+            touching_stiffness(thrust),
             thrust.damping,
             thrust.pads,
             AMBIENT * length * width,
@@ -131,6 +137,11 @@ class ThrustPads(NamedTuple):
     parameters: Array  # see above
     tilted: Array  # (21,) result of :func:`thrust_force_tilted`
     spline: Array  # (N_FILMS + 2,) its part in the parameters, over the viscosity
+
+
+def closed_pads(thrust: ThrustBearing, viscosity: float) -> ThrustPads:
+    """The bearing that is taken as closed: its spring is that of ``closed_stiffness``."""
+    return thrust_pads(replace(thrust, contact_stiffness=thrust.closed), viscosity)
 
 
 def thrust_pads(thrust: ThrustBearing, viscosity: float) -> ThrustPads:

@@ -62,7 +62,7 @@ def block_modes(engine: Engine, crankshaft: ReducedBody, block: ReducedBody) -> 
     for i, springs in enumerate(crank_modal.main_springs(engine, on_ground=False), 1):
         for component, value in springs.items():
             spring(value, component, f"main[{i}]", f"bore[{i}]")
-    spring(engine.thrust.contact_stiffness, 2, "thrust", "thrust")
+    spring(engine.thrust.closed, 2, "thrust", "thrust")
     for k, values in enumerate(engine.mounts.stiffness, 1):
         rows = block.shapes[block.index(f"mount[{k}]")]
         stiffness[n:, n:] += rows.T @ (np.array(values)[:, None] * rows)

@@ -132,8 +132,7 @@ def bearing_stiffness(engine: Engine, crankshaft: ReducedBody) -> Array:
         for component, value in springs.items():
             row = crankshaft.shapes[crankshaft.index(f"main[{i}]"), component]
             result += value * np.outer(row, row)
-    thrust = engine.thrust
-    series = 1.0 / (1.0 / thrust.contact_stiffness + 1.0 / thrust.block_stiffness)
+    series = 1.0 / (1.0 / engine.thrust.closed + 1.0 / engine.thrust.block_stiffness)
     row = crankshaft.shapes[crankshaft.index("thrust"), 2]
     return np.asarray(result + series * np.outer(row, row))
 
@@ -215,7 +214,7 @@ def first_axial(hz: Array, shares: Array) -> float:
     """First frequency, Hz, of a mode that is mostly axial; ``InputError`` where there is none."""
     axial = np.flatnonzero(np.argmax(shares, axis=1) == KINDS.index("axial"))
     if not axial.size:
-        raise InputError("cranktrain has no axial mode; check thrust.contact_stiffness and thrust.block_stiffness")
+        raise InputError("cranktrain has no axial mode; check thrust.closed_stiffness and thrust.block_stiffness")
     return float(hz[axial[0]])
 
 

@@ -39,6 +39,7 @@ from cranktrain.studies.calibration.train import FilmMeans, Train
 from cranktrain.studies.in_motion.eigenproblem import settled_means
 from cranktrain.studies.in_motion.report import SPRING_LEVELS, film_springs, reference_speed, settled_simulation
 
+CLOSED = "thrust.closed_stiffness"
 RESTS_ON = 0.05
 """A target rests on the values whose sensitivity is at least this."""
 Say = Callable[[str], None]
@@ -73,6 +74,8 @@ def calibrate(
     """
     base, path = load_engine(engine), engine_path(engine)
     task = load_targets(targets, base)
+    if CLOSED in {p.key for p in task.parameters}:  # which a file may leave open
+        base = replace(base, thrust=replace(base.thrust, closed_stiffness=base.thrust.closed))
     new = new_path(Path(out)) if out is not None else None
     with one_thread():
         problem, found = _fitted(base, task, seed, evaluations, say, follow)

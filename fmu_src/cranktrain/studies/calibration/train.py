@@ -124,7 +124,7 @@ class Train:
         stiffness = block_diag(free.stiffness, block.stiffness)
         springs = [(value, k, f"main[{i}]", f"bore[{i}]") for i, own in enumerate(modal.main_springs(engine, False), 1)
                    for k, value in own.items()]  # fmt: skip
-        springs.append((engine.thrust.contact_stiffness, 2, "thrust", "thrust"))
+        springs.append((engine.thrust.closed, 2, "thrust", "thrust"))
         crank = [np.sqrt(value) * self.crank.shapes[self.crank.index(name), k] for value, k, name, _ in springs]
         bores = [-np.sqrt(value) * self.block.shapes[self.block.index(name), k] for value, k, _, name in springs]
         stretch = np.hstack((crank, bores))
