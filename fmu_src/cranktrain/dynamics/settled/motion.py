@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.slots import CRANK_MODES, DAMPER
@@ -57,7 +59,9 @@ def settling_motion(model: ModelArrays, state: Array) -> Motion:
     """
     motion = motion_of(state, model.omega2.size)
     if model.layout[DAMPER] > 0.0 and model.damper[STIFFNESS] == 0.0:
-        twist, ring = model.ports[int(model.layout[DAMPER])], int(model.layout[CRANK_MODES])
+        twist, crank = model.ports[int(model.layout[DAMPER])], int(model.layout[CRANK_MODES])
+        # Floating big ends come before the ring, and have no part in its twist.
+        ring = crank + int(np.abs(twist[crank:]).argmax())
         motion.place[ring] -= float(twist @ motion.place[: twist.size]) / twist[ring]
     return motion
 
