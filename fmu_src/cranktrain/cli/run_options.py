@@ -56,6 +56,10 @@ def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") ->
         "--drive-line", metavar="TABLE",
         help="discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft",
     )  # fmt: skip
+    add(
+        "--axial-force-n", type=float, metavar="N",
+        help="steady axial force on the flywheel, positive away from the pulley (default: the engine file's)",
+    )  # fmt: skip
     add("--damper", action="store_true", help="with the engine's torsional damper on the pulley")
     add("--damper-temperature", default="engine", metavar="SOURCE", help=f"{_SOURCES}, as its own losses make it")
     add(

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cranktrain.cli.axial_note import note_axial_path
 from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, say, show
 from cranktrain.cli.plot_runup import draw, pictures_folder
 from cranktrain.cli.run_options import add_run_options, asked_of, assembled
@@ -94,6 +95,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     }  # fmt: skip
     if folder is not None:
         said["plots"] = draw(folder, found, engine)
+    note_axial_path(engine, bool((found.repeats == 1).all()))
     if not options.json:
         for table in run_up_tables(said):
             show(table)

@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cranktrain.cli.axial_note import note_axial_path
 from cranktrain.cli.console import Interrupted, labelled_bar, show
 from cranktrain.cli.run_options import add_run_options, asked_of, assembled, pressures_text
 from cranktrain.core.errors import CranktrainError, InputError
@@ -68,6 +69,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         summary["pulley"]["steady_torsion_deg"] = {"orders": steady_orders(steady)}
     if options.plots is not None:
         summary["plots"] = _draw(Path(options.plots), found, settings, request.speed_rpm)
+    settled = found.settling
+    note_axial_path(engine, settled.repeats == 1 or not settled.steady or len(settled.left) == 0)
     if not options.json:
         _show(found, settings, summary)
     return summary

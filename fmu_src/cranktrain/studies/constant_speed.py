@@ -14,7 +14,7 @@ from typing import Any
 
 from cranktrain.core.errors import InputError, nearest, within
 from cranktrain.dynamics import simulation
-from cranktrain.dynamics.model.settings import TEMPERATURES, Settings
+from cranktrain.dynamics.model.settings import TEMPERATURES, Settings, axial_force
 from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.dynamics.settled.samples import Sink
 from cranktrain.dynamics.time.integrators import integrator_table
@@ -36,6 +36,7 @@ _BOUNDS = {
     "settle": (1e-8, 0.5, "of the outputs' alternating part"),
     "load": (0.0, 2.0, "of the full-load burn"),
     "load_torque_nm": (-1e6, 1e6, "N m"),
+    "axial_force_n": (-1e6, 1e6, "N"),
     "step_deg": (0.001, 30.0, "deg of crank angle"),
     "pressure_tdc_deg": (-7200.0, 7200.0, "deg of the file"),
 }
@@ -65,6 +66,8 @@ class Request:
     damper : with the engine's torsional damper on the pulley
     film_temperature, damper_temperature : ``engine`` by its speed, or ``heat-balance``
     load_torque_nm : frees the dynamometer and loads it with this torque
+    axial_force_n : steady axial force on the flywheel, positive away from the pulley; None as the engine's axial path
+        has it
     integrator : None as the bearing level has it
     step_deg : internal step in degrees of crank angle
     tolerance : adaptive steps: parts of ``step_deg`` as short as this error of a step asks
@@ -87,6 +90,7 @@ class Request:
     film_temperature: str = "engine"
     damper_temperature: str = "engine"
     load_torque_nm: float | None = None
+    axial_force_n: float | None = None
     integrator: str | None = None
     step_deg: float | None = None
     tolerance: float | None = None
@@ -166,6 +170,8 @@ class Request:
         choices: dict[str, Any] = {"film_temperature": self.film_temperature, "follow_films": self.follow_films}
         if self.load_torque_nm is not None:
             choices["boundary"] = "torque"
+        if self.axial_force_n is not None:
+            choices["axial_force"] = self.axial_force_n
         if self.load != 1.0:
             choices["gas_load"] = self.load
         if self.integrator is not None:
@@ -215,6 +221,7 @@ class Request:
             "body_digest": made.body.digest,
             "speed": self.speed,
             **{key: getattr(settings, key) for key in choices},
+            "axial_force": axial_force(settings, made.engine),
             "film_temperature": self.film_temperature,
             "damper_temperature": self.damper_temperature,
             "integrator": settings.integrator,

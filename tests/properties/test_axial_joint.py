@@ -1,0 +1,205 @@
+"""The drive line's axial joint: a spring that sticks, a force that slides, its loss, its tangent, and runs with it."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from bodies import rigid_crank
+
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.cycle_run import run_cycles
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.engine.checks.engine import check_engine
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.parts import AxialPath
+from cranktrain.film.laws.bearings import axial_joint_film
+from cranktrain.film.laws.films import (
+    BY_VELOCITY,
+    CLOSE_STAGE,
+    CLOSE_STEP,
+    FORCE,
+    GAIN,
+    OBSERVE,
+    OPEN_STAGE,
+    OPEN_STEP,
+    STAGE,
+    STEP,
+    film_call,
+)
+
+RPM = math.pi / 30.0
+PATH = AxialPath(
+    joint="spline", mass=15.0, stiffness=1.4e8, damping=5e3, joint_stiffness=2e8, joint_damping=2e3,
+    spline_radius=0.0215, friction=0.05,
+)  # fmt: skip
+TORQUE = 800.0
+LIMIT = PATH.friction * TORQUE / PATH.spline_radius
+
+
+class Joint:
+    """The law alone, stepped by backward Euler."""
+
+    def __init__(self, path=PATH, torque=TORQUE):
+        self.films = axial_joint_film(path)
+        self.memory = np.zeros(2)
+        self.films.place[0, 1] = torque
+
+    def open(self, step):
+        self.films.numbers[[STEP, GAIN, STAGE]] = step, step, 0.0
+        film_call(self.films, OPEN_STEP, 0, self.memory, self.memory)
+        film_call(self.films, OPEN_STAGE, 0, np.zeros(8), self.memory)
+
+    def force(self, velocity):
+        self.films.velocity[0, 0] = velocity
+        film_call(self.films, FORCE, 0, self.films.out, self.films.out)
+        return self.films.out[0], self.films.out[BY_VELOCITY]
+
+    def step(self, velocity, step):
+        """Force at the end of a step with a slip velocity."""
+        self.open(step)
+        force, _ = self.force(velocity)
+        film_call(self.films, CLOSE_STAGE, 0, self.memory, self.memory)
+        film_call(self.films, CLOSE_STEP, 0, self.memory, self.memory)
+        return force
+
+
+def test_a_small_displacement_meets_a_spring():
+    joint = Joint(replace(PATH, joint_damping=0.0))
+    moved = 0.01 * LIMIT / PATH.joint_stiffness
+    for _ in range(100):
+        force = joint.step(0.01 * moved / 1e-5, 1e-5)
+    assert force == pytest.approx(-PATH.joint_stiffness * moved, rel=0.01)
+
+
+@pytest.mark.parametrize("torque", [800.0, -800.0, 100.0])
+def test_a_joint_that_slides_pulls_with_its_friction(torque):
+    """μ |T| / r against the slip, whatever the sense of the torque."""
+    joint = Joint(torque=torque)
+    for _ in range(1000):
+        force = joint.step(0.1, 1e-5)
+    assert force == pytest.approx(-PATH.friction * abs(torque) / PATH.spline_radius, rel=1e-3)
+    film_call(joint.films, OBSERVE, 0, joint.memory, joint.films.out)
+    assert joint.films.out[0] == pytest.approx(force)
+
+
+def test_a_torque_that_vanishes_lets_go():
+    joint = Joint(replace(PATH, joint_damping=0.0))
+    for _ in range(1000):
+        joint.step(0.1, 1e-5)
+    joint.films.place[0, 1] = 0.0
+    for _ in range(10):
+        force = joint.step(0.1, 1e-5)
+    assert abs(force) < 0.01
+
+
+def test_a_loop_costs_the_work_of_friction():
+    """A slip of amplitude X far beyond the elastic deflection costs 4 F_max X a cycle."""
+    joint, amplitude, omega = Joint(replace(PATH, joint_damping=0.0)), 2e-3, 300.0
+    steps, work = 20000, 0.0
+    h = 2.0 * math.pi / omega / steps
+    for cycle in range(2):
+        work = 0.0
+        for k in range(1, steps + 1):
+            velocity = amplitude * omega * math.cos(omega * k * h)
+            work -= joint.step(velocity, h) * velocity * h
+    elastic = LIMIT / PATH.joint_stiffness
+    assert work == pytest.approx(4.0 * LIMIT * amplitude, rel=2.0 * elastic / amplitude)
+
+
+def test_a_bolted_joint_never_slides():
+    joint = Joint(replace(PATH, joint="bolted", joint_damping=0.0))
+    for _ in range(1000):
+        force = joint.step(0.1, 1e-5)
+    assert force == pytest.approx(-PATH.joint_stiffness * 1e-3, rel=1e-9)
+
+
+@pytest.mark.parametrize("joint", ["spline", "bolted"])
+@pytest.mark.parametrize("velocity", [0.3, 0.01, -0.02, -0.4])
+def test_tangents_are_derivatives(joint, velocity):
+    law = Joint(replace(PATH, joint=joint))
+    for v in (0.05, 0.2, -0.1):
+        law.step(v, 1e-4)
+    law.open(1e-4)
+    d = 1e-7
+    difference = (law.force(velocity + d)[0] - law.force(velocity - d)[0]) / (2.0 * d)
+    assert law.force(velocity)[1] == pytest.approx(difference, rel=1e-5)
+
+
+def run_of(path, force=None, rpm=1500, engine=None, cycles=None, **levels):
+    engine = replace(engine or load_engine("diesel_i6"), axial_path=path)
+    settings = Settings(crank="rigid", axial_force=force, **levels)
+    simulation = Simulation(engine, rigid_crank(engine), settings)
+    simulation.inputs[0] = rpm * RPM
+    simulation.initialize()
+    return simulation, run_cycles(simulation, cycles)
+
+
+def means(result):
+    return {name: result.outputs[name][1:].mean() for name in ("thrust.force", "axial_path.force")}
+
+
+def test_forces_along_the_axis_balance_over_a_cycle():
+    """Thrust bearing, joint and given force: their mean is zero once the motion repeats."""
+    for force in (None, 800.0):
+        _, result = run_of(PATH, force)
+        assert result.settling.repeats == 1
+        found = means(result)
+        scale = np.abs(result.outputs["axial_path.force"]).max()
+        assert sum(found.values()) + (force or 0.0) == pytest.approx(0.0, abs=1e-3 * scale)
+
+
+def test_no_force_exceeds_the_friction_of_the_torque():
+    _, result = run_of(PATH)
+    torque = np.abs(result.outputs["shaft.torque"])
+    damped = 0.1 * LIMIT  # of the teeth, and of the shaft's damping, which no tooth feels as torque
+    limit = PATH.friction * torque / PATH.spline_radius + damped
+    assert np.all(np.abs(result.outputs["axial_path.force"]) <= limit)
+
+
+def test_a_state_holds_the_joint():
+    """Steps from a copied state are those that followed it, to the bit."""
+    simulation, _ = run_of(PATH, cycles=1)
+    kept = simulation.state.copy()
+    first = float(kept[0])
+
+    def outputs():
+        for k in range(20):
+            simulation.step(first + 2e-4 * (k + 1))
+        return simulation.outputs.copy()
+
+    once = outputs()
+    simulation.state = kept
+    assert np.array_equal(outputs(), once)
+
+
+@pytest.mark.parametrize("integrator, order", [("sdirk2", 1.7), ("sdirk3", 2.3), ("generalised-alpha", 0.9)])
+def test_runs_converge_in_the_step(integrator, order):
+    """Errors of the force at the end of a short run fall at least so fast: friction has kinks, and its memory follows
+    generalised-α by backward Euler."""
+    found = []
+    for step in (1.0, 0.5, 0.25, 0.0625):
+        simulation, _ = run_of(PATH, step=math.radians(step), integrator=integrator, cycles=1)
+        found.append(simulation.outputs[simulation.output_names.index("axial_path.slip")])
+    coarse, fine = abs(found[0] - found[3]), abs(found[2] - found[3])
+    assert fine < 1e-7 and (fine < 1e-10 or math.log2(coarse / fine) / 2.0 > order)
+
+
+def test_an_engine_without_axial_motion_takes_no_notice():
+    engine = replace(load_engine("diesel_i6"), axial_path=PATH)
+    simulation = Simulation(engine, rigid_crank(engine), Settings(crank="rigid", bearings="held"))
+    simulation.inputs[0] = 100.0
+    simulation.initialize()
+    simulation.step(1e-3)
+    assert simulation.outputs[simulation.output_names.index("axial_path.force")] == 0.0
+
+
+def test_a_spline_without_its_data_is_refused():
+    engine = load_engine("diesel_i6")
+    for key in ("spline_radius", "friction"):
+        with pytest.raises(InputError, match=rf"axial_path\.{key}: is missing; a spline slides"):
+            check_engine(replace(engine, axial_path=replace(PATH, **{key: 0.0})))
+    check_engine(replace(engine, axial_path=replace(PATH, joint="bolted", spline_radius=0.0, friction=0.0)))
+    with pytest.raises(InputError, match="unknown joint 'splined'"):
+        check_engine(replace(engine, axial_path=replace(PATH, joint="splined")))
