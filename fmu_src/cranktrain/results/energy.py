@@ -73,7 +73,7 @@ def energy_balance(powers: Array, step: float) -> dict[str, Any]:
 
     ``stored_j`` is what bodies and shafts have gained, ``residual_j`` the gas work that nothing accounts for.
     """
-    works: Array = np.asarray(np.trapezoid(powers, dx=step, axis=0))
+    works = np.asarray(np.trapezoid(powers, dx=step, axis=0))
     gas = float(works[GAS_WORK])
     losses = {share.key: float(works[share.slot]) for share in SHARES}
     stored = float(powers[-1, STORED] - powers[0, STORED])

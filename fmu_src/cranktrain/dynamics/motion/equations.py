@@ -14,11 +14,12 @@ and gravity on the displaced mass) adds the moment (u × f)_z about the frame's 
 together they keep the balance of angular momentum and of energy that linear shapes alone would miss. The block feels
 the opposite of what journals and collar feel, moments included.
 
-A flexible block carries the crank along on its mounts, by a millimetre where bending moves journals by 0.03. Moments
-are then taken about axes that move with the bodies: each body's about the displacement of its own axis, the crank's
-weighted as to be that of its centre of mass (:func:`~cranktrain.dynamics.motion.relative.move_axis`). What a force
-turns by that displacement is the body's own mass times acceleration turned by it, which equations of translation hold
-already. About an axis at rest 100 kN a millimetre beside it would twist pins against journals by 100 N m, and do work.
+A flexible block carries the crank along on its mounts, by half a millimetre where bending moves journals by
+hundredths of one. Moments are then taken about axes that move with the bodies: each body's about the displacement of
+its own axis, the crank's weighted as to be that of its centre of mass
+(:func:`~cranktrain.dynamics.motion.relative.move_axis`). What a force turns by that displacement is the body's own
+mass times acceleration turned by it, which equations of translation hold already. About an axis at rest 100 kN half a
+millimetre beside it would twist pins against journals by 50 N m, and do work.
 """
 
 from __future__ import annotations
