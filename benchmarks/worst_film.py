@@ -46,7 +46,9 @@ def grid_of(text: str) -> ElasticGrid:
 def started(engine: Engine, speed: float, grid: ElasticGrid) -> Simulation:
     """The engine on elastic films of a grid, at its start."""
     made = assemble(engine, Settings(bearings="ehd"))
-    parts = made.parts._replace(bore=replace(made.parts.bore, grid=grid))
+    bore = made.parts.bore
+    assert bore is not None
+    parts = made.parts._replace(bore=replace(bore, grid=grid))
     run = Simulation(made.engine, made.body, made.settings, None, parts)
     run.inputs[0] = speed * math.pi / 30.0
     run.initialize()
