@@ -126,7 +126,9 @@ STARTS = {
     "tradeoff": Start(),
     "valve_train": Start(constants={"BLOCKS": 2, "STEPS": 4, "CYCLES": 2, "FINE_DEG": 1.0, "STEPS_DEG": [2.0]}),
     "vector_kernels": Start("13", quick=True),
-    "virtual_engine": Start("2000", {"CYCLES": 2, "FINEST": 1.0, "STEPS_DEG": [3.0]}),
+    "virtual_engine": Start(
+        "2000", {"CYCLES": 2, "FINEST": 1.0, "STEPS_DEG": [3.0], "WAYS": ["gauss-seidel, own", "jacobi, late"]}
+    ),
     "whole_engine": Start(constants={"ROUNDS": 1, "CYCLES": 2, "STEPS": [["generalised-alpha", 2.5]]}),
 }
 NO_JSON = {"digests", "ground_springs", "vector_kernels", "whole_engine", "clients", "peers"}
