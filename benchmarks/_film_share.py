@@ -7,10 +7,9 @@ import time
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from cranktrain.core.kernel import call_kernel, keep_record, kernel_address, record_reader
+from cranktrain.core.kernel import call_kernel, keep_record, kernel_address, law_kernel, record_reader
 from cranktrain.film.laws.films import CLOSE_STAGE, FORCE, FROZEN, RATE, SIZE, Films
 
 _clock: Any = ctypes.CDLL(None).clock_gettime
@@ -35,7 +34,7 @@ def _timer(entry: NDArray[np.int64]) -> Timer:
 _read = record_reader(_timer(np.zeros(2, dtype=np.int64)))
 
 
-@njit(error_model="numpy", _nrt=False)
+@law_kernel
 def _timed_law(record, action, i, place, velocity, numbers, memory, out):
     timer = _read(record)
     _clock(_MONOTONIC, timer.clock[0].ctypes)

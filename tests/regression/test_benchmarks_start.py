@@ -8,6 +8,7 @@ import ast
 import importlib
 import json
 import os
+import shlex
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -70,8 +71,8 @@ STARTS = {
     "digests": Start("digests.json --quick --only rigid", quick=True),
     "edges": Start("--speeds 1000 --cycles 0.005 --horizon 0.005 --bearings ehd"),
     "elastic_cost": Start(constants={"CYCLES": 2, "GRIDS": [[48, 8, 0.5]], "REPEATS": 1, "CALLS": 2}),
-    "elastic_run_up": Start("--speeds 1000 1020"),
-    "fillet_stress": Start("8"),
+    "elastic_run_up": Start("--speeds 1000 1020", {"SETTLE": 0.3}),
+    "fillet_stress": Start("1 'pin[1] front fillet'"),
     "film": Start(constants={"COUNT": 100, "REPEATS": 1}, quick=True),
     "film_cost": Start(
         "chart.png",
@@ -94,7 +95,7 @@ STARTS = {
             "ALIGNED_STATES": 20,
             "FINER_STATES": 2,
             "TILTED_STATES": 20,
-            "ENGINE_STATES": 20,
+            "ENGINE_STATES": 300,
             "COST_STATES": 20,
             "REPEATS": 3,
             "RATE_STATES": 3,
@@ -125,7 +126,9 @@ STARTS = {
     "tradeoff": Start(),
     "valve_train": Start(constants={"BLOCKS": 2, "STEPS": 4, "CYCLES": 2, "FINE_DEG": 1.0, "STEPS_DEG": [2.0]}),
     "vector_kernels": Start("13", quick=True),
-    "virtual_engine": Start("2000", {"CYCLES": 2, "FINEST": 1.0, "STEPS_DEG": [3.0]}),
+    "virtual_engine": Start(
+        "2000", {"CYCLES": 2, "FINEST": 1.0, "STEPS_DEG": [3.0], "WAYS": ["gauss-seidel, own", "jacobi, late"]}
+    ),
     "whole_engine": Start(constants={"ROUNDS": 1, "CYCLES": 2, "STEPS": [["generalised-alpha", 2.5]]}),
 }
 NO_JSON = {"digests", "ground_springs", "vector_kernels", "whole_engine", "clients", "peers"}
@@ -149,7 +152,7 @@ def check_start(name, folder):
     start = STARTS[name]
     if name == "code_variants" and not any(ROOT.glob("fmu_src/cranktrain/fmu/native/lib/*/cranktrain.*")):
         pytest.skip("compares machine code of the installation, which `make native` makes")
-    done = started(name, folder, start.constants, start.words.split())
+    done = started(name, folder, start.constants, shlex.split(start.words))
     assert done.returncode == start.code, done.stderr[-2000:]
     if name not in NO_JSON:
         assert json.loads(done.stdout)
