@@ -99,7 +99,7 @@ def test_a_loop_costs_the_work_of_friction():
     joint, amplitude, omega = Joint(replace(PATH, joint_damping=0.0)), 2e-3, 300.0
     steps, work = 20000, 0.0
     h = 2.0 * math.pi / omega / steps
-    for cycle in range(2):
+    for _ in range(2):
         work = 0.0
         for k in range(1, steps + 1):
             velocity = amplitude * omega * math.cos(omega * k * h)
@@ -133,7 +133,7 @@ def run_of(path, force=None, rpm=1500, engine=None, cycles=None, **levels):
     simulation = Simulation(engine, rigid_crank(engine), settings)
     simulation.inputs[0] = rpm * RPM
     simulation.initialize()
-    return simulation, run_cycles(simulation, cycles)
+    return simulation, run_cycles(simulation, cycles, 1e-6, None, None)
 
 
 def means(result):
