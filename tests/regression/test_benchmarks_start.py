@@ -130,6 +130,7 @@ STARTS = {
         "2000", {"CYCLES": 2, "FINEST": 1.0, "STEPS_DEG": [3.0], "WAYS": ["gauss-seidel, own", "jacobi, late"]}
     ),
     "whole_engine": Start(constants={"ROUNDS": 1, "CYCLES": 2, "STEPS": [["generalised-alpha", 2.5]]}),
+    "worst_film": Start("--cycles 1 --grids 48x8 48x12", {"PER_CYCLE": 36}),
 }
 NO_JSON = {"digests", "ground_springs", "vector_kernels", "whole_engine", "clients", "peers"}
 """Scripts that print lines or tables, or are not started whole."""
