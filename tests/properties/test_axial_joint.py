@@ -28,6 +28,7 @@ from cranktrain.film.laws.films import (
     STEP,
     film_call,
 )
+from cranktrain.structure.assembly import assemble
 
 RPM = math.pi / 30.0
 PATH = AxialPath(
@@ -127,35 +128,57 @@ def test_tangents_are_derivatives(joint, velocity):
     assert law.force(velocity)[1] == pytest.approx(difference, rel=1e-5)
 
 
-def run_of(path, force=None, rpm=1500, engine=None, cycles=None, **levels):
-    engine = replace(engine or load_engine("diesel_i6"), axial_path=path)
-    settings = Settings(crank="rigid", axial_force=force, **levels)
-    simulation = Simulation(engine, rigid_crank(engine), settings)
+def four():
+    """Four cylinders in line of the six's parts, on its plain bearings."""
+    six = load_engine("diesel_i6")
+    crank = replace(
+        six.crankshaft, throw_angles=(0.0, math.pi, math.pi, 0.0), main_widths=six.crankshaft.main_widths[:5],
+        counterweights=(True,) * 8,
+    )  # fmt: skip
+    cylinders = replace(six.cylinders, firing_order=(1, 3, 4, 2), pins=(1, 2, 3, 4), bank_angles=(0.0,) * 4)
+    return replace(
+        six, name="four", crankshaft=crank, cylinders=cylinders, thrust=replace(six.thrust, main=3), block=None,
+        mounts=None, piston_guidance=None,
+    )  # fmt: skip
+
+
+ENGINES = {"four": four, "six": lambda: load_engine("diesel_i6")}
+
+
+def run_of(path, force=None, rpm=1500, engine="six", cycles=None, **levels):
+    own = replace(ENGINES[engine](), axial_path=path)
+    made = assemble(own, Settings(crank="beam", axial_force=force, **levels))
+    simulation = Simulation(made.engine, made.body, made.settings, parts=made.parts)
     simulation.inputs[0] = rpm * RPM
     simulation.initialize()
-    return simulation, run_cycles(simulation, cycles, 1e-6, None, None)
+    return simulation, run_cycles(simulation, cycles, 1e-4, None, None)
 
 
 def means(result):
     return {name: result.outputs[name][1:].mean() for name in ("thrust.force", "axial_path.force")}
 
 
-def test_forces_along_the_axis_balance_over_a_cycle():
+@pytest.mark.parametrize("engine", ENGINES)
+def test_forces_along_the_axis_balance_over_a_cycle(engine):
     """Thrust bearing, joint and given force: their mean is zero once the motion repeats."""
     for force in (None, 800.0):
-        _, result = run_of(PATH, force)
+        _, result = run_of(PATH, force, engine=engine)
         assert result.settling.repeats == 1
         found = means(result)
         scale = np.abs(result.outputs["axial_path.force"]).max()
-        assert sum(found.values()) + (force or 0.0) == pytest.approx(0.0, abs=1e-3 * scale)
+        assert sum(found.values()) + (force or 0.0) == pytest.approx(0.0, abs=2e-3 * scale)
 
 
 def test_no_force_exceeds_the_friction_of_the_torque():
-    _, result = run_of(PATH)
-    torque = np.abs(result.outputs["shaft.torque"])
-    damped = 0.1 * LIMIT  # of the teeth, and of the shaft's damping, which no tooth feels as torque
-    limit = PATH.friction * torque / PATH.spline_radius + damped
-    assert np.all(np.abs(result.outputs["axial_path.force"]) <= limit)
+    simulation, result = run_of(replace(PATH, joint_damping=0.0), rpm=2000)
+    line, slip = simulation.engine.drive_line, result.outputs["axial_path.slip"]
+    assert np.ptp(slip) > 2.0 * LIMIT / PATH.joint_stiffness
+    force = np.abs(result.outputs["axial_path.force"])
+    # What the shaft's damper carries presses no teeth together.
+    twist = np.gradient(result.outputs["flywheel.torsion"], result.time)
+    torque = np.abs(result.outputs["shaft.torque"] - line.damping * twist)
+    assert force.max() <= 1.02 * PATH.friction * torque.max() / PATH.spline_radius
+    assert force.max() >= 0.9 * PATH.friction * torque.min() / PATH.spline_radius
 
 
 def test_a_state_holds_the_joint():
@@ -174,16 +197,15 @@ def test_a_state_holds_the_joint():
     assert np.array_equal(outputs(), once)
 
 
-@pytest.mark.parametrize("integrator, order", [("sdirk2", 1.7), ("sdirk3", 2.3), ("generalised-alpha", 0.9)])
+@pytest.mark.parametrize("integrator, order", [("sdirk2", 1.8), ("sdirk3", 2.6), ("generalised-alpha", 0.9)])
 def test_runs_converge_in_the_step(integrator, order):
-    """Errors of the force at the end of a short run fall at least so fast: friction has kinks, and its memory follows
-    generalised-α by backward Euler."""
+    """The slip over a cycle in which the joint slides and sticks; its memory follows generalised-α by backward Euler."""
     found = []
-    for step in (1.0, 0.5, 0.25, 0.0625):
-        simulation, _ = run_of(PATH, step=math.radians(step), integrator=integrator, cycles=1)
-        found.append(simulation.outputs[simulation.output_names.index("axial_path.slip")])
-    coarse, fine = abs(found[0] - found[3]), abs(found[2] - found[3])
-    assert fine < 1e-7 and (fine < 1e-10 or math.log2(coarse / fine) / 2.0 > order)
+    for step in (1.0, 0.25, 0.0625):
+        _, result = run_of(PATH, rpm=2000, step=math.radians(step), integrator=integrator, cycles=1)
+        found.append(result.outputs["axial_path.slip"][:: round(1.0 / step)])
+    coarse, fine = (float(np.sqrt(np.mean((slip - found[2]) ** 2))) for slip in found[:2])
+    assert math.log2(coarse / fine) / 2.0 > order
 
 
 def test_an_engine_without_axial_motion_takes_no_notice():
