@@ -199,7 +199,7 @@ def test_a_state_holds_the_joint():
 
 @pytest.mark.parametrize("integrator, order", [("sdirk2", 1.8), ("sdirk3", 2.6), ("generalised-alpha", 0.9)])
 def test_runs_converge_in_the_step(integrator, order):
-    """The slip over a cycle in which the joint slides and sticks; its memory follows generalised-α by backward Euler."""
+    """The slip over a cycle in which the joint slides and sticks; its memory follows generalised-α by Euler's rule."""
     found = []
     for step in (1.0, 0.25, 0.0625):
         _, result = run_of(PATH, rpm=2000, step=math.radians(step), integrator=integrator, cycles=1)
