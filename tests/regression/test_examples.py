@@ -37,6 +37,22 @@ def test_all_examples_are_here():
     assert {path.stem for path in EXAMPLES.glob("*.py")} <= tested
 
 
+def test_pressed_collar(tmp_path):
+    """On a beam: the collar's own motion is the smaller part where a force presses it, and the larger where it floats."""
+    found = example("pressed_collar").main(str(tmp_path / "collar.png"), "beam", (1300.0, 1600.0, 50.0))
+    pressed, floating = found["pressed"], found["floating"]
+    assert pressed["collar_um"] < 0.4 * pressed["crank_um"] and floating["collar_um"] > 0.8 * floating["crank_um"]
+    assert (tmp_path / "collar.png").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_a_pressed_collar_has_the_axial_resonance_that_was_measured(tmp_path):
+    """292 Hz in most of its orders; a floating collar has it in few."""
+    found = example("pressed_collar").main(str(tmp_path / "collar.png"))
+    assert found["pressed"]["median_hz"] == pytest.approx(292.0, abs=8.0)
+    assert len(found["pressed"]["maxima_hz"]) >= 5 > 2 >= len(found["floating"]["maxima_hz"])
+
+
 def test_fmu_input(tmp_path):
     assert example("fmu_input").main(tmp_path) == pytest.approx(13.456e6, rel=1e-4)
     for name in ("fmu_pressures.csv", "fmu_run_up.csv"):
