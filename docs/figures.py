@@ -85,7 +85,7 @@ def _beside(modes: list[dict[str, Any]]) -> tuple[str, str, str]:
 def torsional_sources() -> str:
     """First torsional frequencies of the torsional crank by the source of its stiffnesses."""
     columns: list[list[str]] = []
-    sources = ("solid", "solid-on-bearings", "ker-wilson", "carter")
+    sources = ("solid", "solid-on-bearings", "solid-in-motion", "ker-wilson", "carter")
     for name in ENGINES.values():
         engine = ct.load_engine(name)
         solid = reduced_crankshaft(engine)

@@ -12,11 +12,14 @@ from small_block import single
 from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.slots import AXIAL_JOINT
 from cranktrain.dynamics.simulation import Simulation
+from cranktrain.engine.parts import AxialPath
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.studies.in_motion.cycle_means import main_tangents, mean_law, plain_means, tangents_over_cycle
-from cranktrain.studies.in_motion.eigenproblem import SAMPLES, equations_in_motion, modes_in_motion
+from cranktrain.studies.in_motion.eigenproblem import SAMPLES, equations_in_motion, modes_in_motion, settled_means
+from cranktrain.studies.in_motion.joint import fading, mean_answer
 from cranktrain.studies.run_up.free_decay import torsional_mode
 from cranktrain.studies.torsion.damped_modes import damped_modes
 from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
@@ -103,7 +106,7 @@ def test_the_mean_law_of_films_lies_between_the_means_of_stiffness_and_of_compli
     structure = rng.normal(size=(2, 2)) + 3.0 * np.eye(2) + 0.0j
     assert np.allclose(mean_law(laws[:1], structure), laws[0])
     assert np.allclose(mean_law(laws, 1e-9 * structure), laws.mean(axis=0))
-    assert np.allclose(mean_law(laws, 1e9 * structure), np.linalg.inv(np.linalg.inv(laws).mean(axis=0)))
+    assert np.allclose(mean_law(laws, 1e6 * structure), np.linalg.inv(np.linalg.inv(laws).mean(axis=0)))
 
 
 def test_tangents_in_axes_at_rest_are_the_springs_of_linear_bearings():
@@ -114,3 +117,54 @@ def test_tangents_in_axes_at_rest_are_the_springs_of_linear_bearings():
     own = np.diag(uneven.main_bearing.ground_stiffness)
     assert np.abs(stiffness - own).max() <= 1e-6 * own.max()
     assert np.abs(damping - np.diag([2e4, 5e4])).max() <= 1e-6 * 5e4
+
+
+def test_teeth_that_stick_answer_as_a_spring_and_sliding_ones_not_at_all():
+    stuck = np.column_stack((np.zeros(50), np.ones(50)))
+    sliding = np.column_stack((np.full(50, 1e4), np.zeros(50)))
+    assert mean_answer(stuck, 0.05, 1500.0) == pytest.approx(1.0)
+    assert mean_answer(sliding, 0.05, 1500.0) == pytest.approx(0.0)
+    # Teeth that fade at a steady rate are a spring and a damper in series.
+    fading_teeth = np.column_stack((np.full(50, 900.0), np.ones(50)))
+    assert mean_answer(fading_teeth, 0.05, 1500.0) == pytest.approx(1500j / (900.0 + 1500j))
+
+
+def test_the_mean_answer_of_a_sliding_joint_is_that_of_its_law():
+    """The law itself, stepped over periods of a slip that sticks and slides, with a small vibration and without."""
+    path = AxialPath(joint="spline", mass=15.0, stiffness=1.4e8, damping=5e3, joint_stiffness=2e8,
+                     spline_radius=0.0215, friction=0.05)  # fmt: skip
+    torque, period, count, small = 800.0, 0.05, 20000, 1e-9
+    limit, t = path.friction * torque / path.spline_radius, np.arange(20000) * 0.05 / 20000
+    omega = 2.0 * math.pi * 12.0 / period  # a whole number of vibrations in a period
+    slip_velocity = 5e-3 * np.cos(2.0 * math.pi * t / period) + 2e-2 * np.sin(6.0 * math.pi * t / period)
+
+    def teeth(velocity):
+        """Deflections over the last of five periods, by the law's own rule of a step."""
+        z, step, found = 0.0, period / count, np.zeros(count)
+        for _ in range(5):
+            for k, v in enumerate(velocity):
+                z = (z + step * v) / (1.0 + step * path.joint_stiffness * abs(v) / limit)
+                found[k] = z
+        return found
+
+    still = teeth(slip_velocity)
+    moved = teeth(slip_velocity - small * omega * np.sin(omega * t))
+    answer = 2.0 / small * np.mean((moved - still) * np.exp(-1j * omega * t))
+    joint = [fading(path, z, v, torque) for z, v in zip(still.tolist(), slip_velocity.tolist(), strict=True)]
+    assert 0.1 < abs(answer) < 0.9
+    # What a small vibration makes of itself at other side frequencies adds to its own the closer these lie.
+    assert abs(mean_answer(np.array(joint), period, omega) - answer) < 0.02
+
+
+@pytest.mark.parametrize("friction", [1e3, 1e-9])
+def test_a_stuck_joint_holds_the_crank_and_a_free_one_lets_it_go(friction):
+    """A single-cylinder engine's mode along its axis, the shaft far stiffer than its teeth."""
+    engine, body = short()
+    path = AxialPath(joint="spline", mass=15.0, stiffness=1e11, damping=1e4, joint_stiffness=4e8, joint_damping=0.0,
+                     spline_radius=0.02, friction=friction)  # fmt: skip
+    simulation = settled(replace(engine, axial_path=path), body, 2000.0, crank="beam", bearings="linear",
+                         block="ground")  # fmt: skip
+    means, _ = settled_means(simulation)
+    k = int(simulation.model.layout[AXIAL_JOINT])
+    assert -means.place[k, 0, 0] == pytest.approx(4e8 if friction > 1.0 else 0.0, abs=4e6)
+    assert abs(means.velocity[k, 0, 0]) < 4e4

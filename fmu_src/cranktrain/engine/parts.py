@@ -496,8 +496,8 @@ class Mounts:
 class Reduction:
     """How the finite-element crankshaft is reduced (counts, Hz).
 
-    ``torsional_source`` says where crank level ``torsional`` has its shaft stiffnesses from: the ``solid`` body, free
-    or ``solid-on-bearings``, or the formulas ``ker-wilson`` and ``carter``, see
+    ``torsional_source`` says where crank level ``torsional`` has its shaft stiffnesses from: the ``solid`` body, free,
+    ``solid-on-bearings`` at rest or ``solid-in-motion``, or the formulas ``ker-wilson`` and ``carter``, see
     :mod:`cranktrain.structure.crank.torsional`.
     """
 

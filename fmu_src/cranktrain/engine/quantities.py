@@ -173,7 +173,7 @@ Area = Annotated[float, Quantity("area", 1e-4, 100.0)]
 AxialForce = Annotated[float, Quantity("force", -1e3, 1e3, "kN", "positive away from the pulley")]
 
 NEWTONIAN, SHEAR_THINNING, COMPLEX_MODULUS = DAMPER_LAWS = ("newtonian", "shear-thinning", "complex-modulus")
-TORSIONAL_SOURCES = ("solid", "solid-on-bearings", "ker-wilson", "carter")
+TORSIONAL_SOURCES = ("solid", "solid-on-bearings", "solid-in-motion", "ker-wilson", "carter")
 AXIAL_JOINTS = ("spline", "bolted")
 ROLLER_CONTACTS = ("palmgren", "iso16281")
 

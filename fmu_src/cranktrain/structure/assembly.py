@@ -160,8 +160,9 @@ def running_crank(
         if mesh is not None:
             bare = bare_crank(engine, level, reduced_crankshaft(engine, mesh, progress=say), say)
         else:
-            # With a damper or without, which the pulley carries, the crankshaft is the same.
-            key = "bare crank", replace(engine, pulley=None), level  # type: ignore[arg-type]
+            # With a damper or without, which the pulley carries, the crankshaft is the same, unless it is tuned to it.
+            tuned = engine.reduction.torsional_source == "solid-in-motion"
+            key = "bare crank", engine if tuned else replace(engine, pulley=None), level  # type: ignore[arg-type]
             bare = _once(key, lambda: bare_crank(engine, level, progress=say))
         return crank_level(level).make_running(engine, bare)
 

@@ -14,6 +14,9 @@ Stiffnesses come from
   while the bending itself is left out. Mass and inertia are the solid's.
 * ``solid-on-bearings``: the same answers with the main journals on their linear springs and the thrust bearing closed.
   A crank in its bearings cannot bend as a free one does, and twists more stiffly.
+* ``solid-in-motion``: the stiffnesses of ``solid``, all times one factor with which the cranktrain's first torsional
+  frequency is that of the solid as its bearings hold it in motion (:mod:`cranktrain.structure.crank.in_motion`):
+  journals locked across the axis, collar floating. A row of springs has no more to give: the second frequency lies low.
 * ``ker-wilson``, ``carter``: formulas for one throw from the middle of a journal to that of the next,
   k = π G / (32 λ), with journal L_j, D_j, pin L_c, D_c, web thickness t and width W, throw R:
 
@@ -46,7 +49,9 @@ from cranktrain.core.reduced_body import ReducedBody, check, rigid, signed
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.engine.quantities import TORSIONAL_SOURCES
-from cranktrain.structure.crank.modal import bearing_stiffness
+from cranktrain.structure.crank.in_motion import torsional_in_motion
+from cranktrain.structure.crank.modal import bearing_stiffness, cranktrain_matrices
+from cranktrain.structure.crank.reduction import complete_crankshaft
 from cranktrain.structure.crank.sections import crank_moments, crank_pieces, interface_places
 from cranktrain.structure.crank.shape import stations
 from cranktrain.structure.fem.rigid_slices import Slices, rigid_basis, rigid_motion, sliced_body
@@ -62,7 +67,7 @@ def torsional_body(engine: Engine, source: str | None = None, solid: ReducedBody
     Parameters
     ----------
     source : one of :data:`TORSIONAL_SOURCES`; None takes ``reduction.torsional_source`` of the engine file
-    solid : the engine's bare solid body; both sources by that name need it
+    solid : the engine's bare solid body; all sources by that name need it
     """
     source = engine.reduction.torsional_source if source is None else source
     if source not in TORSIONAL_SOURCES:
@@ -85,11 +90,23 @@ def torsional_body(engine: Engine, source: str | None = None, solid: ReducedBody
     z = np.array([base.positions[base.index(name), 2] for name in shaft_nodes(engine)])
     turns = np.stack([np.interp(base.positions[:, 2], z, twist) for twist in twists.T], axis=1)
     body = with_twists(base, omega, turns)
+    if source == "solid-in-motion":
+        assert solid is not None
+        factor = _stiffer_in_motion(engine, replace(body, records=records), solid)
+        stiffness, body = factor * stiffness, with_twists(base, math.sqrt(factor) * omega, turns)
     digest = sha256(repr((base.digest, source, stiffness.tolist())).encode()).hexdigest()
     records = {**records, "shaft_stiffness": stiffness}
     body = replace(body, name=f"{engine.name} crankshaft, torsional", digest=digest, records=records)
     check(body)
     return body
+
+
+def _stiffer_in_motion(engine: Engine, body: ReducedBody, solid: ReducedBody) -> float:
+    """Factor on all shaft stiffnesses with which the first torsional frequency is that of the solid in motion."""
+    complete = twist_only(complete_crankshaft(engine, body))
+    stiffness, mass = (matrix[5:, 5:] for matrix in cranktrain_matrices(engine, complete))
+    own = math.sqrt(eigh(stiffness, mass, eigvals_only=True)[1]) / (2.0 * math.pi)
+    return (torsional_in_motion(engine, complete_crankshaft(engine, solid)) / own) ** 2
 
 
 def rigid_crank(engine: Engine) -> ReducedBody:

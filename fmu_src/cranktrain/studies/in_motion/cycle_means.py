@@ -8,8 +8,9 @@ force is f = −(Z⁻¹ + H)⁻¹ d₀ with Z = K + iωC. The mean law Z̄ is th
 
 in the axes of the turning frame: of a law far softer than the crank the mean of Z, of one far stiffer that of its
 compliance. What varies about the mean moves crank and block at ω ± kΩ/2, so H is the mean over such frequencies, with
-all other films at their mean laws. All else, the floating collar first of all, has the means of K and C. Of a law
-whose K and C do not change all these are K and C themselves.
+all other films at their mean laws. The drive line's axial joint remembers its deflection and has a mean law of its own
+(:mod:`cranktrain.studies.in_motion.joint`). All else, the floating collar first of all, has the means of K and C. Of a
+law whose K and C do not change all these are K and C themselves.
 """
 
 from __future__ import annotations
@@ -24,10 +25,11 @@ from numpy.typing import NDArray
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.model.arrays import ModelArrays
-from cranktrain.dynamics.model.slots import COS, COUPLED, FIRST, RODS, SIN, WHIRL
+from cranktrain.dynamics.model.slots import AXIAL_JOINT, COS, COUPLED, FIRST, RODS, SIN, WHIRL
 from cranktrain.dynamics.model.state import TIME
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.tangents import Tangents, tangents_at_state
+from cranktrain.studies.in_motion.joint import joint_at_state, joint_stiffness
 
 ComplexArray = NDArray[np.complex128]
 
@@ -44,6 +46,7 @@ class CycleTangents(NamedTuple):
     place, velocity, acceleration : (N, k, 4, 4) of the connections, along axes of the frame
     forces, displaced : (N, m) at the ports
     frame : (N, 3) cosine and sine of the frame's angle, and its speed, rad/s
+    joint : (N, 2) of the axial joint, see :mod:`cranktrain.studies.in_motion.joint`
     """
 
     speed: float
@@ -53,6 +56,7 @@ class CycleTangents(NamedTuple):
     forces: Array
     displaced: Array
     frame: Array
+    joint: Array
 
 
 class CycleMeans(NamedTuple):
@@ -82,20 +86,32 @@ def tangents_over_cycle(simulation: Simulation) -> CycleTangents:
     speed, state = float(simulation.inputs[0]), simulation.state
     step = communication_step(speed, simulation.settings.step)
     found: list[Tangents] = []
-    frame = []
+    frame, joint = [], []
     for k in range(round(4.0 * math.pi / speed / step)):
         simulation.step(float(state[TIME]) + (k + 1) * step)
         found.append(tangents_at_state(simulation.model, simulation.work))
+        joint.append(joint_at_state(simulation))
         frame.append(simulation.work.frames[0, [COS, SIN, WHIRL]].copy())
     simulation.state = state
     place, velocity, acceleration, forces, displaced = (np.array(parts) for parts in zip(*found, strict=True))
-    return CycleTangents(speed, place, velocity, acceleration, forces, displaced, np.array(frame))
+    return CycleTangents(speed, place, velocity, acceleration, forces, displaced, np.array(frame), np.array(joint))
 
 
 def plain_means(tangents: CycleTangents, hz: float) -> CycleMeans:
     """Means of all tangents over a cycle, for vibration at ``hz``."""
     place, velocity, acceleration, forces, displaced = (part.mean(axis=0) for part in tangents[1:6])
     return CycleMeans(tangents.speed, hz, place, velocity, acceleration, forces, displaced)
+
+
+def with_joint_mean(simulation: Simulation, tangents: CycleTangents, means: CycleMeans, hz: float) -> CycleMeans:
+    """Means for vibration at ``hz`` with the axial joint's; of a model without one as they are."""
+    path, k = simulation.engine.axial_path, int(simulation.model.layout[AXIAL_JOINT])
+    if path is None or not k:
+        return means
+    law = joint_stiffness(path, tangents.joint, 4.0 * math.pi / tangents.speed, hz)
+    place, velocity = means.place.copy(), means.velocity.copy()
+    place[k, 0, 0], velocity[k, 0, 0] = -law.real, -law.imag / (2.0 * math.pi * hz)
+    return means._replace(place=place, velocity=velocity)
 
 
 def with_film_means(

@@ -4,8 +4,8 @@ In the frame that turns with the crank at Ω, with what turns in its modes q and
 
     M q̈ + (D + 2ΩG + Σ c_s t tᵀ) q̇ + [ω² + Ω² (K_σ − C) + Σ k_s t tᵀ] q = Σ Dᵀ (K̄ d + C̄ ḋ) + rods
 
-with K̄ and C̄ the cycle means of the derivatives of all films, of the thrust bearing as it runs, of floating big ends
-and of the damper (:mod:`cranktrain.studies.in_motion.cycle_means`), t the twists of the drive line's shafts with their
+with K̄ and C̄ the cycle means of the derivatives of all films, of the thrust bearing as it runs, of floating big ends,
+of the drive line's axial joint and of the damper (:mod:`cranktrain.studies.in_motion.cycle_means`), t the twists of the drive line's shafts with their
 k_s and c_s, and the mean tangents of the rods about the rigid rotation, pistons on the axes of their cylinders
 (:func:`cranktrain.studies.torsion.periodic_crank.rod_forces`). Solutions are q = Re x exp(λt).
 
@@ -52,6 +52,7 @@ from cranktrain.studies.in_motion.cycle_means import (
     ports_of,
     tangents_over_cycle,
     with_film_means,
+    with_joint_mean,
 )
 from cranktrain.studies.torsion.housed_crank import at_largest
 from cranktrain.studies.torsion.periodic_crank import rod_forces
@@ -138,7 +139,7 @@ def modes_in_motion(simulation: Simulation, tangents: CycleTangents | None = Non
 def settled_means(simulation: Simulation, tangents: CycleTangents | None = None) -> tuple[CycleMeans, float]:
     """Means of the force laws at the first torsional frequency, Hz, and that; arguments and errors as for the modes."""
     found = tangents_over_cycle(simulation) if tangents is None else tangents
-    means = plain_means(found, FIRST_HZ)
+    means = with_joint_mean(simulation, found, plain_means(found, FIRST_HZ), FIRST_HZ)
     hz = modes_in_means(simulation, means).torsional_hz
     for _ in range(ROUNDS):
         before = hz
@@ -155,7 +156,7 @@ def consistent_means(simulation: Simulation, tangents: CycleTangents, means: Cyc
     motion, omega = _relative_motion(model), 2.0 * math.pi * hz
     found = films(model)
     if not found:
-        return means
+        return with_joint_mean(simulation, tangents, means, hz)
     felt = [np.zeros((len(parts), len(parts)), dtype=complex) for _, parts in found]
     for side in (*range(-SIDES, 0), *range(1, SIDES + 1)):
         s = 1j * (omega + 0.5 * side * means.speed)
@@ -170,7 +171,7 @@ def consistent_means(simulation: Simulation, tangents: CycleTangents, means: Cyc
             law = -means.place[k, :size, :size] - s * means.velocity[k, :size, :size]
             # Without the film itself: (G⁻¹ − Z̄)⁻¹.
             sum_of_sides += np.linalg.solve(np.eye(size) - own @ law, own) / (2.0 * SIDES)
-    return with_film_means(model, tangents, means, felt, hz)
+    return with_joint_mean(simulation, tangents, with_film_means(model, tangents, means, felt, hz), hz)
 
 
 def modes_in_means(simulation: Simulation, means: CycleMeans) -> ModesInMotion:

@@ -17,7 +17,7 @@ from cranktrain.studies.run_up.steady import CycleStart, SteadyRuns
 
 NEAR = 0.02
 """Share of a peak's speed within which a steady motion serves it: in motion a mode changes little over the speed."""
-SAME = 0.2
+SAME = 0.04
 """Share by which a peak may lie off the mode in motion; beyond it is another mode's."""
 
 

@@ -20,7 +20,8 @@ from cranktrain.results.orders.resonances import Peak, labelled, peaks
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.results.tables import NOTHING, Table
 from cranktrain.structure.assembly import Assembly
-from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_matrices, cranktrain_modes
+from cranktrain.structure.block.modal import block_modes
+from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_matrices, cranktrain_modes, energy_shares
 from cranktrain.studies.torsion.peak_modes import modes_at_peak
 
 RPM = 30.0 / math.pi
@@ -91,23 +92,35 @@ def peak_entry(peak: Peak, measured_rpm: float = math.nan) -> dict[str, Any]:
 def torsional_peaks(run_up: RunUp, made: Assembly) -> list[Peak]:
     """Peaks of the pulley's torsion with the torsional mode, or the crank's on its drive line, nearest to each.
 
-    With the damper the modes are those with its ring, damping as at the peak: what the ring's fluid drags along makes
-    them lie below those of the housing alone.
+    Modes are those at rest on the stand-in springs, of the run's own crank and block. With the damper they are those
+    with its ring, damping as at the peak: what the ring's fluid drags along makes them lie below those of the housing
+    alone. With damper and flexible block there are none.
     """
     found, fitted = peaks(run_up), fitted_engine(made.engine, made.settings)
     if not crank_level(made.settings.crank).elastic:
         return found
-    damped = made.settings.damper != "none"
+    damped, block = made.settings.damper != "none", made.parts.block
     slow, torsional = drive_line_hz(fitted, made.body, damped), np.zeros(0)
     if not damped:
-        hz, shares = cranktrain_modes(fitted, made.body)
-        listed = (hz > 1.0) & (hz <= LISTED_HZ)
-        torsional = hz[listed & (np.argmax(shares, axis=1) == KINDS.index("torsional"))]
+        torsional = torsional_at_rest(fitted, made.body, block)
     result = []
     for peak in found:
-        own = modes_at_peak(fitted, made.body, peak) if damped else torsional
+        own = modes_at_peak(fitted, made.body, peak) if damped and block is None else torsional
         result += labelled([peak], np.append(slow, own), slow.size * ["drive line"] + own.size * ["torsional"])
     return result
+
+
+def torsional_at_rest(engine: Engine, body: ReducedBody, block: ReducedBody | None) -> Array:
+    """Torsional modes (k,) Hz of the cranktrain at rest on its stand-in springs, on ground or in its block."""
+    if block is None:
+        hz, shares = cranktrain_modes(engine, body)
+    else:
+        hz, crank, _ = block_modes(engine, body, block)
+        _, mass = cranktrain_matrices(engine, body)
+        part = np.einsum("ik,ij,jk->k", crank, mass, crank)
+        shares = np.column_stack((part[:, None] * energy_shares(engine, body, crank, rods=True), 1.0 - part))
+    listed = (hz > 1.0) & (hz <= LISTED_HZ)
+    return np.asarray(hz[listed & (np.argmax(shares, axis=1) == KINDS.index("torsional"))])
 
 
 def drive_line_hz(engine: Engine, body: ReducedBody, damped: bool) -> Array:

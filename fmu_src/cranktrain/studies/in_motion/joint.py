@@ -1,0 +1,77 @@
+"""What the drive line's axial joint is to small motions about a cycle.
+
+With slip velocity v and deflection z of the teeth (:mod:`cranktrain.film.laws.axial_joint`) small changes follow
+
+    δż = b δv − a δz,     a = k |v| / F_max,     b = 1 − k z sgn v / F_max.
+
+Both change over the cycle. To a slip d exp(iωt) the teeth answer with y(t) d exp(iωt), y having the cycle's period,
+
+    ẏ = iω b − (a + iω) y,
+
+and the force at ω is that of the dynamic stiffness (k + iωc) ȳ, ȳ being the mean of y. Teeth that stick have ȳ = 1,
+teeth that slide one way under a steady force ȳ = 0. The friction limit is that of the cycle.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.arrays import dimensions
+from cranktrain.dynamics.model.slots import AXIAL_JOINT
+from cranktrain.dynamics.model.state import state_size
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.engine.parts import AxialPath
+from cranktrain.film.laws.axial_joint import DEFLECTION, LEAST_LIMIT, REMEMBERED, SLIP, WINDUP_TORQUE
+
+STEADY = 1.0e-9
+"""Least difference from one of what is left of an answer after a cycle; below it the frozen answer is taken."""
+
+
+def joint_at_state(simulation: Simulation) -> tuple[float, float]:
+    """a (1/s) and b of the joint at a state whose tangents were taken last; nothing of a run without a joint."""
+    model, path = simulation.model, simulation.engine.axial_path
+    if path is None or model.layout[AXIAL_JOINT] == 0.0:
+        return 0.0, 1.0
+    size = dimensions(model)
+    end = state_size(size.modes, size.ports, size.films)
+    z = float(simulation.state[end - REMEMBERED + DEFLECTION])
+    joint = model.axial_joint
+    return fading(path, z, float(joint.velocity[0, SLIP]), float(joint.place[0, WINDUP_TORQUE]))
+
+
+def fading(path: AxialPath, deflection: float, slip_velocity: float, torque: float) -> tuple[float, float]:
+    """a (1/s) and b at a deflection (m) of the teeth, a slip velocity (m/s) and a torque (N m)."""
+    if path.joint != "spline":
+        return 0.0, 1.0
+    limit = path.friction / path.spline_radius * abs(torque) + LEAST_LIMIT
+    per_slip = path.joint_stiffness / limit
+    return per_slip * abs(slip_velocity), 1.0 - per_slip * deflection * math.copysign(1.0, slip_velocity)
+
+
+def joint_stiffness(path: AxialPath, joint: Array, period: float, hz: float) -> complex:
+    """Dynamic stiffness (N/m) of the joint at ``hz``, of a and b (N, 2) at equal times of a ``period`` (s)."""
+    omega = 2.0 * math.pi * hz
+    return (path.joint_stiffness + 1j * omega * path.joint_damping) * mean_answer(joint, period, omega)
+
+
+def mean_answer(joint: Array, period: float, omega: float) -> complex:
+    """ȳ at ω (rad/s) of a (1/s) and b (N, 2), each constant over its part of the period (s)."""
+    rates = joint[:, 0] + 1j * omega
+    frozen, step = 1j * omega * joint[:, 1] / rates, period / len(joint)
+    left = np.exp(-rates * step)
+    whole = cmath.exp(-complex(rates.sum()) * step)
+    if abs(1.0 - whole) < STEADY:
+        return complex(frozen.mean())
+    y = 0.0j
+    for part, target in zip(left, frozen, strict=True):
+        y = target + (y - target) * part
+    y /= 1.0 - whole
+    total = 0.0j
+    for part, target, rate in zip(left, frozen, rates, strict=True):
+        total += target * step + (y - target) * (1.0 - part) / rate
+        y = target + (y - target) * part
+    return complex(total / period)
