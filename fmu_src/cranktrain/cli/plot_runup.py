@@ -11,9 +11,9 @@ from cranktrain.core.errors import CranktrainError
 from cranktrain.engine.file import load_engine
 
 if TYPE_CHECKING:
-    from cranktrain.engine.model import Engine
     from collections.abc import Sequence
 
+    from cranktrain.engine.model import Engine
     from cranktrain.results.orders.measured import Measured
     from cranktrain.results.orders.resonances import Peak
     from cranktrain.results.run_up.run_up import RunUp

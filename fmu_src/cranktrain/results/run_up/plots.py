@@ -196,8 +196,8 @@ def plot_campbell(
     for k, end, place in zip(shown, ends, places, strict=True):
         colour = KIND_COLOURS[modes.kinds[k]]
         ax.annotate(
-            f"{modes.names[k]} at rest  {modes.hz[-1, k]:.0f} Hz", (high, end), xytext=(high + 0.02 * (high - low), place),
-            va="center", fontsize=8, color=colour, annotation_clip=False,
+            f"{modes.names[k]} at rest  {modes.hz[-1, k]:.0f} Hz", (high, end),
+            xytext=(high + 0.02 * (high - low), place), va="center", fontsize=8, color=colour, annotation_clip=False,
             arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.6, "shrinkA": 0, "shrinkB": 0},
         )  # fmt: skip
     for order in orders:
