@@ -14,12 +14,15 @@ from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.slots import AXIAL_JOINT
 from cranktrain.dynamics.simulation import Simulation
+from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import AxialPath
 from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.structure.assembly import assemble
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.studies.in_motion.cycle_means import main_tangents, mean_law, plain_means, tangents_over_cycle
 from cranktrain.studies.in_motion.eigenproblem import SAMPLES, equations_in_motion, modes_in_motion, settled_means
 from cranktrain.studies.in_motion.joint import fading, mean_answer
+from cranktrain.studies.in_motion.report import SPRING_LEVELS, film_springs
 from cranktrain.studies.run_up.free_decay import torsional_mode
 from cranktrain.studies.torsion.damped_modes import damped_modes
 from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
@@ -168,3 +171,13 @@ def test_a_stuck_joint_holds_the_crank_and_a_free_one_lets_it_go(friction):
     k = int(simulation.model.layout[AXIAL_JOINT])
     assert -means.place[k, 0, 0] == pytest.approx(4e8 if friction > 1.0 else 0.0, abs=4e6)
     assert abs(means.velocity[k, 0, 0]) < 4e4
+
+
+@pytest.mark.slow
+def test_the_six_has_the_stand_in_springs_of_its_films():
+    """Springs of level ``linear`` are those that `cranktrain modal` derives from the films, to 2 %."""
+    engine = load_engine("diesel_i6")
+    found = film_springs(assemble(engine, SPRING_LEVELS))
+    own = engine.plain_mains
+    assert own.stiffness_x == pytest.approx(found["film_stiffness_x"], rel=0.02)
+    assert own.stiffness_y == pytest.approx(found["film_stiffness_y"], rel=0.02)
