@@ -341,6 +341,7 @@ pulley_gyration = {{ low = 45, high = 80, unit = "mm" }}
 """
 
 
+@pytest.mark.slow
 def test_a_target_in_motion_is_met_by_the_mode_of_the_running_crank(tmp_path):
     """The refitted pulley moves the eigenproblem's own torsion to where the quick matrices have it."""
     from bodies import COARSE

@@ -13,6 +13,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.results.orders.measured import read_measured_orders
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
+from cranktrain.results.orders.resonances import peaks
 from cranktrain.results.run_up import figures, peak_figures, shown
 from cranktrain.results.run_up.plots import plot_waterfall, spread
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
@@ -59,10 +60,16 @@ def texts(figure):
     return [text.get_text() for ax in figure.axes for text in ax.texts]
 
 
-def test_peaks_are_named_by_order_speed_and_mode(run_up, modes):
-    figure = figures.order_figure(run_up, shown.TORSIONAL, shown.Beside(SIX, modes), "six")
-    assert any(text.startswith("6: 2380 rev/min\ntorsional 1, 238 Hz") for text in texts(figure))
-    assert any(text.startswith("9: 158") and "torsional 1" in text for text in texts(figure))
+@pytest.fixture(scope="module")
+def motion(run_up):
+    """The peaks with a torsional mode in motion."""
+    return [replace(peak, motion_hz=238.6) for peak in peaks(run_up)]
+
+
+def test_peaks_are_named_by_order_speed_and_mode_in_motion(run_up, modes, motion):
+    figure = figures.order_figure(run_up, shown.TORSIONAL, shown.Beside(SIX, modes, motion=motion), "six")
+    assert any(text.startswith("6: 2380 rev/min\ntorsional in motion, 239 Hz") for text in texts(figure))
+    assert any(text.startswith("9: 158") and "in motion" in text for text in texts(figure))
     lines = {line.get_label(): line for line in figure.axes[0].lines}
     sizes = np.degrees(np.abs(run_up.order(6.0)))
     np.testing.assert_allclose(lines["6"].get_ydata(), sizes)
@@ -71,10 +78,19 @@ def test_peaks_are_named_by_order_speed_and_mode(run_up, modes):
     assert sorted(published) == pytest.approx([1587.0, 1904.0, 2197.0, 2380.0], abs=1.0)
 
 
-def test_a_peak_away_from_the_modes_has_its_frequency(run_up, modes):
-    far = modes._replace(hz=modes.hz * 1.5)
-    figure = figures.order_figure(run_up, shown.TORSIONAL, shown.Beside(None, far), "six")
+def test_a_peak_without_a_mode_in_motion_has_its_own_frequency(run_up, modes):
+    """Modes at rest are not those of a run, and no picture of its orders names them."""
+    figure = figures.order_figure(run_up, shown.TORSIONAL, shown.Beside(None, modes), "six")
     assert any(text == "6: 2380 rev/min\n238 Hz" for text in texts(figure))
+    assert not any("torsional" in text for text in texts(figure))
+
+
+def test_the_campbell_diagram_names_its_state(run_up, modes, motion):
+    figure = figures.campbell_figure(run_up, shown.Beside(SIX, modes, motion=motion), "six")
+    assert "at rest on stand-in springs" in figure.get_suptitle()
+    assert any(text.startswith("torsional 1 at rest") for text in texts(figure))
+    marked = next(line for line in figure.axes[0].lines if line.get_label() == "torsional in motion")
+    assert set(marked.get_ydata()) == {238.6}
 
 
 def test_peaks_without_a_period_have_no_name(run_up):

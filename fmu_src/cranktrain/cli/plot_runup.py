@@ -11,13 +11,17 @@ from cranktrain.core.errors import CranktrainError
 from cranktrain.engine.file import load_engine
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from cranktrain.engine.model import Engine
     from cranktrain.results.orders.measured import Measured
+    from cranktrain.results.orders.resonances import Peak
     from cranktrain.results.run_up.run_up import RunUp
 
 DESCRIPTION = """\
 Pictures of a run-up: orders over the speed with their resonances named, waterfall, Campbell diagram, and motion and
-orders at the highest peaks.
+orders at the highest peaks. Modes of the Campbell diagram are at rest, on the bearings' stand-in springs; the torsional
+mode in motion is in the pictures that `cranktrain runup --plots` draws.
 
 Measured orders come from a text file of the columns speed_rpm, order, amplitude, unit, zero to peak.
 """
@@ -67,19 +71,22 @@ def pictures_folder(path: str) -> Path:
 
 
 def draw(
-    folder: Path, run_up: RunUp, engine: Engine | None, measured: Measured | None = None, damped: RunUp | None = None
+    folder: Path,
+    run_up: RunUp,
+    engine: Engine | None,
+    measured: Measured | None = None,
+    damped: RunUp | None = None,
+    motion: Sequence[Peak] = (),
 ) -> list[str]:
-    """Draw a run-up; returns the pictures' paths."""
+    """Draw a run-up, with ``motion`` peaks that have the torsional mode in motion; returns the pictures' paths."""
     from cranktrain.results.run_up.figures import save_run_up_pictures
     from cranktrain.results.run_up.shown import Beside
     from cranktrain.studies.run_up.modes import run_up_modes
 
-    beside = Beside(engine, None, measured)
+    beside = Beside(engine, None, measured, motion)
     if engine is not None:
         try:
             beside = beside._replace(modes=run_up_modes(engine, run_up))
-            if damped is not None:
-                beside = beside._replace(damped_modes=run_up_modes(engine, damped))
         except CranktrainError as error:
             say(f"cranktrain: warning: no Campbell diagram: {error}")
     title = engine.name if engine is not None else str(run_up.attributes.get("engine", "run-up"))

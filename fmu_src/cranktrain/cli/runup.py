@@ -94,7 +94,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         "seconds": outcome.seconds, "workers": outcome.workers, "resumed": outcome.resumed, "result": str(path),
     }  # fmt: skip
     if folder is not None:
-        said["plots"] = draw(folder, found, engine)
+        said["plots"] = draw(folder, found, engine, motion=peaks)
     note_axial_path(engine, bool((found.repeats == 1).all()))
     if not options.json:
         for table in run_up_tables(said):

@@ -1,4 +1,7 @@
-"""Campbell diagram: frequencies of the turning cranktrain over its speed, each mode followed through crossings.
+"""Campbell diagram: frequencies at rest of the turning cranktrain over its speed, modes followed through crossings.
+
+*At rest* names the state of the bearings: stand-in springs and a closed collar, as in the list of ``cranktrain modal``.
+A running crank has other ones (:mod:`cranktrain.studies.in_motion`), and its orders peak there.
 
 Modes are those of
 

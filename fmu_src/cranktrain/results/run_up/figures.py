@@ -16,7 +16,6 @@ from cranktrain.results.run_up.peak_figures import harmonic_figure, history_figu
 from cranktrain.results.run_up.run_up import AXIAL, RunUp
 from cranktrain.results.run_up.shown import (
     ALONG,
-    NEAR,
     PARTS,
     RPM,
     TORSIONAL,
@@ -102,7 +101,7 @@ def damper_figure(run_up: RunUp, damped: RunUp, beside: Beside, title: str) -> A
     orders = shown_orders(run_up, TORSIONAL, beside)
     top = TORSIONAL.scale * max(float(np.abs(part.torsion).max()) for part in (run_up, damped))
     for ax, part, name in ((axes[0], run_up, "without damper"), (axes[1], damped, "with damper")):
-        own = beside if part is run_up else beside._replace(modes=beside.damped_modes, measured=None)
+        own = beside if part is run_up else beside._replace(motion=(), measured=None)
         _draw_orders(ax, part, TORSIONAL, own, orders, top)
         ax.set_title(name, fontsize=10, loc="left")
     axes[0].set_xlabel("")
@@ -131,12 +130,17 @@ def campbell_figure(run_up: RunUp, beside: Beside, title: str) -> Any:
     orders = shown_orders(run_up, TORSIONAL, beside)
     sizes = {order: (run_up.speeds_rpm, TORSIONAL.scale * np.abs(run_up.order(order))) for order in orders}
     published = beside.published(TORSIONAL)
-    plots.plot_campbell(figure.subplots(), beside.modes, sorted({*orders, *published}), 500.0, sizes, published)
-    figure.suptitle(f"Campbell diagram: {title}", fontsize=12, parse_math=False)
+    ax = figure.subplots()
+    plots.plot_campbell(ax, beside.modes, sorted({*orders, *published}), 500.0, sizes, published)
+    motion = [(peak.speed * RPM, peak.motion_hz) for peak in beside.motion if math.isfinite(peak.motion_hz)]
+    if motion:
+        plots.plot_modes_in_motion(ax, motion)
+    figure.suptitle(f"Campbell diagram, modes at rest on stand-in springs: {title}", fontsize=12, parse_math=False)
     figure.text(
         0.01, 0.008,
-        "Frequencies as the turning crank has them; modes keep their name through crossings. Rays: orders; area of "
-        "their circles: torsion of the pulley." + (" Crosses: published critical speeds." if published else ""),
+        "Lines: modes at rest, on ground, collar closed, as the turning crank has them. Rays: orders; area of their "
+        "circles: torsion of the pulley." + (" Diamonds: its torsional mode in motion." if motion else "")
+        + (" Crosses: published critical speeds." if published else ""),
         fontsize=8, color=plots.INK,
     )  # fmt: skip
     return figure
@@ -167,12 +171,13 @@ def _draw_orders(
 
 
 def _named(peak: Peak, beside: Beside, quantity: Quantity) -> str:
-    """Order, speed, and the mode that it meets there: the nearest of the kind that the output shows."""
+    """Order, speed, and the torsional mode in motion; its own frequency where that is not known.
+
+    Modes at rest are left out: the run has others.
+    """
     text = f"{peak.order:g}: {peak.speed * RPM:.0f} rev/min"
-    mode = beside.modes.nearest(peak.order, peak.speed, quantity.kind) if beside.modes is not None else None
-    if mode is None or abs(peak.hz / mode.hz - 1.0) > NEAR:
-        return f"{text}\n{peak.hz:.0f} Hz"
-    return f"{text}\n{mode.mode}, {mode.hz:.0f} Hz"
+    hz = beside.motion_hz(peak, quantity)
+    return f"{text}\ntorsional in motion, {hz:.0f} Hz" if math.isfinite(hz) else f"{text}\n{peak.hz:.0f} Hz"
 
 
 def _legend(run_up: RunUp, beside: Beside, quantity: Quantity) -> str:

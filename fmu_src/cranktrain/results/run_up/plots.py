@@ -176,7 +176,7 @@ def plot_campbell(
     sizes: Mapping[float, tuple[Array, Array]] | None = None,
     published: Mapping[float, float] | None = None,
 ) -> None:
-    """Draw frequencies over the speed, rays of orders, and where they meet.
+    """Draw frequencies at rest over the speed, rays of orders, and where they meet.
 
     Parameters
     ----------
@@ -196,8 +196,8 @@ def plot_campbell(
     for k, end, place in zip(shown, ends, places, strict=True):
         colour = KIND_COLOURS[modes.kinds[k]]
         ax.annotate(
-            f"{modes.names[k]}  {modes.hz[-1, k]:.0f} Hz", (high, end), xytext=(high + 0.02 * (high - low), place),
-            va="center", fontsize=8, color=colour, annotation_clip=False,
+            f"{modes.names[k]} at rest  {modes.hz[-1, k]:.0f} Hz", (high, end),
+            xytext=(high + 0.02 * (high - low), place), va="center", fontsize=8, color=colour, annotation_clip=False,
             arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.6, "shrinkA": 0, "shrinkB": 0},
         )  # fmt: skip
     for order in orders:
@@ -216,6 +216,13 @@ def plot_campbell(
     ax.set_xlabel("engine speed / rev/min")
     ax.set_ylabel("frequency / Hz")
     ax.grid(alpha=0.2)
+
+
+def plot_modes_in_motion(ax: Any, found: Sequence[tuple[float, float]]) -> None:
+    """Mark torsional modes in motion, pairs of rev/min and Hz, in a Campbell diagram."""
+    speeds, hz = zip(*found, strict=True)
+    ax.plot(speeds, hz, "D", ms=6, mfc="white", mec=RED, mew=1.4, zorder=6, label="torsional in motion")
+    ax.legend(frameon=False, fontsize=8.5, loc="upper left")
 
 
 def _ray(ax: Any, order: float, low: float, high: float, highest_hz: float) -> None:

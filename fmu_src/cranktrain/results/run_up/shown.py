@@ -22,7 +22,9 @@ COLOURED, LABELLED = 8, 8
 WORTH = 0.05
 """Share of the largest amplitude from which a peak has a name, or one of a published order does anyway."""
 NEAR = 0.08
-"""Share of a mode's frequency within which a peak is called its own."""
+"""Share of a published speed within which a peak belongs to it."""
+SAME = 1.0e-3
+"""Share of its speed by which a peak may lie off itself in two lists."""
 PARTS = {"crank": "axial.crank", "bearing": "axial.bearing", "engine": "axial.engine"}
 """Parts of the axial motion and their outputs."""
 
@@ -44,13 +46,14 @@ ALONG = Quantity(AXIAL, "axial motion of the pulley, zero to peak", "µm", 1e6, 
 class Beside(NamedTuple):
     """What a run-up's pictures show besides: its engine's published speeds, modes over speed, measured orders.
 
-    ``damped_modes`` are those of the run-up with damper that is drawn below it.
+    ``modes`` are at rest, on the stand-in springs of the bearings. ``motion`` are peaks of the pulley's torsion with
+    the torsional mode in motion of the run's own levels, where these are known.
     """
 
     engine: Engine | None = None
     modes: ModesOverSpeed | None = None
     measured: Measured | None = None
-    damped_modes: ModesOverSpeed | None = None
+    motion: Sequence[Peak] = ()
 
     def published(self, quantity: Quantity) -> dict[float, float]:
         """Published critical speeds, rev/min, by order; they are of the first torsional mode."""
@@ -58,6 +61,15 @@ class Beside(NamedTuple):
             return {}
         p = self.engine.published
         return {order: speed * RPM for order, speed in zip(p.critical_orders, p.critical_speeds, strict=True)}
+
+    def motion_hz(self, peak: Peak, quantity: Quantity) -> float:
+        """Torsional frequency in motion that a peak lies at, Hz; not a number where it is not known."""
+        if quantity.kind != "torsional":
+            return math.nan
+        same = [
+            own.motion_hz for own in self.motion if own.order == peak.order and abs(own.speed / peak.speed - 1.0) < SAME
+        ]
+        return next((hz for hz in same if math.isfinite(hz)), math.nan)
 
     def measured_of(self, quantity: Quantity, order: float) -> tuple[Array, Array] | None:
         """Measured speeds (k,) rev/min and amplitudes (k,) of an order, in the picture's unit."""

@@ -5,9 +5,10 @@ In the frame that turns with the crank at Ω, with what turns in its modes q and
     M q̈ + (D + 2ΩG + Σ c_s t tᵀ) q̇ + [ω² + Ω² (K_σ − C) + Σ k_s t tᵀ] q = Σ Dᵀ (K̄ d + C̄ ḋ) + rods
 
 with K̄ and C̄ the cycle means of the derivatives of all films, of the thrust bearing as it runs, of floating big ends,
-of the drive line's axial joint and of the damper (:mod:`cranktrain.studies.in_motion.cycle_means`), t the twists of the drive line's shafts with their
-k_s and c_s, and the mean tangents of the rods about the rigid rotation, pistons on the axes of their cylinders
-(:func:`cranktrain.studies.torsion.periodic_crank.rod_forces`). Solutions are q = Re x exp(λt).
+of the drive line's axial joint and of the damper (:mod:`cranktrain.studies.in_motion.cycle_means`), t the twists of
+the drive line's shafts with their k_s and c_s, and the mean tangents of the rods about the rigid rotation, pistons on
+the axes of their cylinders (:func:`cranktrain.studies.torsion.periodic_crank.rod_forces`). Solutions are
+q = Re x exp(λt).
 
 A flexible block is stationary. In a mode of the crank it moves with λ, λ + iΩ and λ − iΩ, as the turning frame has it:
 
@@ -17,8 +18,10 @@ A flexible block is stationary. In a mode of the crank it moves with λ, λ + i�
 and its own equation, mounts included, holds for each of the three with that exponent. Further harmonics, which a block
 that is not equally stiff all round would have, and what varies about the means over the cycle are left out.
 
-Where all laws are linear and the same in all directions nothing is left out. Else the frequencies of torsion lie within
-0.5 % of those at which the orders of a run peak (tests/properties/test_modes_in_motion.py).
+Where all laws are linear and the same in all directions nothing is left out. On films and rollers the frequencies of
+torsion lie within 0.5 % of those at which the orders of a run peak (tests/properties/test_modes_in_motion.py). Bearings
+of level ``linear`` whose springs differ across and upwards do worse: in the turning frame their stiffness swings with
+2Ω about its mean, a spring without damping passes that on in full, and torsion comes out up to 1.1 % above the run.
 
 Sources: Friswell, Penny, Garvey & Lees, *Dynamics of Rotating Machines* (2010), chapter 7; Hill's method: Wereley,
 *Analysis and control of linear periodically time varying systems* (1991).
