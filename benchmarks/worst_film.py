@@ -1,11 +1,9 @@
 """Elastic films at their worst state, on grids from coarse to fine: ``python -m benchmarks.worst_film``.
 
-An engine runs some cycles on the grid of the loop. The state that it has reached, motion, shapes of the bores and oil,
-is handed to films on each other grid (the oil by interpolation), and all go on for one cycle: they differ by the grid
-alone, also where the motion has no period. Of each main: least film, largest pressure and, at that pressure, its drop
+The engine runs some cycles from its start on each grid, by default with its damper, so that the motion has a period and
+the last cycles differ by the grid alone. Of each main: least film, largest pressure and, at that pressure, its drop
 from the peak to the axial lines beside it, with the errors against the finest grid, which stands last. ``--relief``
-gives the shells other depths of relief for a run of its own on the grid of the loop: what a designer would do about a
-film that its grid does not resolve. Prints one JSON object.
+gives the shells other depths of relief for a run on the grid of the loop. Prints one JSON object.
 """
 
 from __future__ import annotations
@@ -20,21 +18,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.kernel import RECORDS
+from cranktrain.core.errors import SolverError
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.film.elastic.grid import ZETA, ElasticGrid
-from cranktrain.film.laws.ehd import IN_LOOP, ElasticBore, pressure_peaks
-from cranktrain.film.laws.films import MEMORY
+from cranktrain.film.elastic.grid import ElasticGrid
+from cranktrain.film.laws.ehd import IN_LOOP, pressure_peaks
 from cranktrain.film.laws.pressure_peak import PEAK, PEAK_ANGLE, PEAK_DROP
 from cranktrain.structure.assembly import assemble
 
 Array = NDArray[np.float64]
-GRIDS = ("48x8", "48x12", "48x16", "96x16", "96x24", "96x32")
+GRIDS = ("48x8", "48x12", "48x16", "96x16", "96x24")
 PER_CYCLE = 288
-TINY = 1.0e-30
-"""Void share of a node that has just ruptured."""
 
 
 def grid_of(text: str) -> ElasticGrid:
@@ -43,9 +38,9 @@ def grid_of(text: str) -> ElasticGrid:
     return ElasticGrid(int(n_phi), int(n_z), float(edge[0]) if edge else IN_LOOP.edge)
 
 
-def started(engine: Engine, speed: float, grid: ElasticGrid) -> Simulation:
-    """The engine on elastic films of a grid, at its start."""
-    made = assemble(engine, Settings(bearings="ehd"))
+def started(engine: Engine, speed: float, grid: ElasticGrid, damper: str) -> Simulation:
+    """The engine on elastic films of a grid, with a level of damper, at its start."""
+    made = assemble(engine, Settings(bearings="ehd", damper=damper))
     bore = made.parts.bore
     assert bore is not None
     parts = made.parts._replace(bore=replace(bore, grid=grid))
@@ -66,41 +61,6 @@ def cycle(run: Simulation) -> Array:
     return least
 
 
-def hand_over(run: Simulation, to: Simulation, grids: tuple[ElasticGrid, ElasticGrid]) -> None:
-    """Put ``to``, on the second grid, into the state of ``run``, on the first."""
-    here, there = grids
-    lines = [_bore(simulation).film.lines[:, ZETA] for simulation in (run, to)]
-    size, count = int(run.model.films.traits[MEMORY]), len(run.model.films.place)
-    state = run.state
-    films = [
-        np.concatenate([_interpolated(film[: here.size], here, there, *lines), film[here.size :]])
-        for film in state[-size * count :].reshape(count, size)
-    ]
-    to.state = np.concatenate([state[: -size * count], *films])
-
-
-def _bore(run: Simulation) -> ElasticBore:
-    found: ElasticBore = RECORDS[int(run.model.films.entry[1])]
-    return found
-
-
-def _interpolated(unknowns: Array, here: ElasticGrid, there: ElasticGrid, zetas: Array, onto: Array) -> Array:
-    """Node unknowns of a film on another grid: pressure and void share linearly, each on its side."""
-    given = np.zeros((here.n_phi, zetas.size))
-    given[:, 1:-1] = unknowns.reshape(here.n_phi, here.n_z)
-    full, void = (given >= 0.0).astype(float), np.minimum(given, 0.0)
-    for field in (full, void):
-        field[:, 0], field[:, -1] = field[:, 1], field[:, -2]
-    angles = np.append(here.angles, 2.0 * math.pi)
-
-    def moved(field: Array) -> Array:
-        across = np.array([np.interp(onto, zetas, row) for row in field])
-        return np.array([np.interp(there.angles, angles, np.append(column, column[0])) for column in across.T]).T
-
-    result = np.where(moved(full) >= 0.5, moved(np.maximum(given, 0.0)), np.minimum(moved(void), -TINY))
-    return np.ravel(result[:, 1:-1])
-
-
 def figures(run: Simulation) -> dict[str, list[float]]:
     """What one cycle gives, of each main."""
     least = cycle(run)
@@ -116,7 +76,9 @@ def figures(run: Simulation) -> dict[str, list[float]]:
 
 
 def errors(found: dict[str, Any], finest: dict[str, Any]) -> dict[str, Any]:
-    """Figures of a grid with their errors."""
+    """Figures of a grid with their errors; without errors where a run has failed."""
+    if "failed" in found or "failed" in finest:
+        return found
     compared = {
         f"error_of_{name}": (np.array(found[name]) / np.array(finest[name]) - 1.0).round(4).tolist()
         for name in ("least_film_um", "largest_pressure_mpa")
@@ -124,13 +86,15 @@ def errors(found: dict[str, Any], finest: dict[str, Any]) -> dict[str, Any]:
     return {**found, **compared}
 
 
-def relieved(engine: Engine, speed: float, cycles: int, depth: float) -> dict[str, Any]:
-    """The engine with shells relieved by ``depth``, m, on the grid of the loop."""
-    bearing = replace(engine.plain_mains, relief_depth=depth)
-    run = started(replace(engine, main_bearing=bearing), speed, IN_LOOP)
-    for _ in range(cycles):
-        cycle(run)
-    return figures(run)
+def measured(engine: Engine, chosen: argparse.Namespace, grid: ElasticGrid) -> dict[str, Any]:
+    """Figures of the last cycle of a run on a grid; ``failed`` where the run ends before."""
+    run = started(engine, chosen.speed, grid, chosen.damper)
+    try:
+        for _ in range(chosen.cycles - 1):
+            cycle(run)
+        return figures(run)
+    except SolverError as error:
+        return {"failed": str(error)}
 
 
 def main() -> int:
@@ -138,22 +102,21 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="benchmarks.worst_film", description=__doc__)
     parser.add_argument("--engine", default="diesel_i6", help="name or file")
     parser.add_argument("--speed", type=float, default=2380.0, metavar="RPM")
-    parser.add_argument("--cycles", type=int, default=4, help="run on the grid of the loop before")
+    parser.add_argument("--damper", default="fitted", help="none or fitted")
+    parser.add_argument("--cycles", type=int, default=4, help="of each run")
     parser.add_argument("--grids", nargs="+", default=GRIDS, metavar="48x8", help="the finest one last")
     parser.add_argument("--relief", type=float, nargs="*", default=(), metavar="UM", help="other depths of relief, um")
     chosen = parser.parse_args()
     engine = load_engine(chosen.engine)
-    usual = started(engine, chosen.speed, IN_LOOP)
-    for _ in range(chosen.cycles):
-        cycle(usual)
     found = {}
     for text in chosen.grids:
         print(f"worst_film: {text}", file=sys.stderr, flush=True)
-        run = started(engine, chosen.speed, grid_of(text))
-        hand_over(usual, run, (IN_LOOP, grid_of(text)))
-        found[text] = figures(run)
+        found[text] = measured(engine, chosen, grid_of(text))
     grids = {text: errors(row, found[chosen.grids[-1]]) for text, row in found.items()}
-    depths = {f"{depth:g}": relieved(engine, chosen.speed, chosen.cycles, 1e-6 * depth) for depth in chosen.relief}
+    depths = {}
+    for depth in chosen.relief:
+        bearing = replace(engine.plain_mains, relief_depth=1e-6 * depth)
+        depths[f"{depth:g}"] = measured(replace(engine, main_bearing=bearing), chosen, IN_LOOP)
     print(json.dumps({"grids": grids, "relief_um": depths}, indent=1))
     return 0
 

@@ -81,9 +81,25 @@ def _add_spacing(film, first, line, low, high, nodes):
     variance = near * far / (3.0 * (near + far) * (near + far))
     apart = film.lines[high, ZETA] + film.lines[high + 1, ZETA] - film.lines[low, ZETA] - film.lines[low + 1, ZETA]
     bend = 2.0 * length * length * variance / (conductance[q] * apart)
+    # Both flows count alike, so that an even flow adds nothing; no line loses more than it has.
+    bend = min(bend, 0.5 * _wedge_weight(film, h, first, high + 1) / conductance[first + high])
+    bend = min(bend, 0.5 * _wedge_weight(film, h, first, low) / conductance[first + low])
     by_high = bend * conductance[first + high]
     by_low = bend * conductance[first + low]
     weights[first + high] += by_high
     weights[first + high + 1] -= by_high
     weights[first + low] -= by_low
     weights[first + low + 1] += by_low
+
+
+@inlined_kernel
+def _wedge_weight(film, h, first, line):
+    """Weight of a line without q′: its part of the spacings on both sides."""
+    n_z = int(film.constants[N_Z])
+    q = first + line
+    weight = 0.0
+    if line > 0:
+        weight += (film.lines[line, ZETA] - film.lines[line - 1, ZETA]) * h[q] / (h[q] + h[q - 1])
+    if line <= n_z:
+        weight += (film.lines[line + 1, ZETA] - film.lines[line, ZETA]) * h[q] / (h[q] + h[q + 1])
+    return weight
