@@ -38,7 +38,7 @@ def test_all_examples_are_here():
 
 
 def test_pressed_collar(tmp_path):
-    """On a beam: the collar's own motion is the smaller part where a force presses it, and the larger where it floats."""
+    """On a beam: the collar moves less than the crank where a force presses it, and about as much where it floats."""
     found = example("pressed_collar").main(str(tmp_path / "collar.png"), "beam", (1300.0, 1600.0, 50.0))
     pressed, floating = found["pressed"], found["floating"]
     assert pressed["collar_um"] < 0.4 * pressed["crank_um"] and floating["collar_um"] > 0.8 * floating["crank_um"]
