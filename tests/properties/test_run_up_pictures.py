@@ -68,7 +68,7 @@ def motion(run_up):
 
 def test_peaks_are_named_by_order_speed_and_mode_in_motion(run_up, modes, motion):
     figure = figures.order_figure(run_up, shown.TORSIONAL, shown.Beside(SIX, modes, motion=motion), "six")
-    assert any(text.startswith("6: 2380 rev/min\ntorsional in motion, 239 Hz") for text in texts(figure))
+    assert any(text.startswith("6: 2380 rev/min\nin motion 239 Hz") for text in texts(figure))
     assert any(text.startswith("9: 158") and "in motion" in text for text in texts(figure))
     lines = {line.get_label(): line for line in figure.axes[0].lines}
     sizes = np.degrees(np.abs(run_up.order(6.0)))

@@ -1,6 +1,7 @@
 """``cranktrain modal`` and ``simulate`` at crank levels other than the solid one."""
 
 import json
+import re
 
 import pytest
 
@@ -79,7 +80,7 @@ def test_torsional_sources_are_checked(source, words, tmp_path, capsys):
     text = engine_path("diesel_i6").read_text(encoding="utf-8")
     path = tmp_path / "six.toml"
     path.write_text(
-        text.replace('torsional_source = { value = "solid"', f'torsional_source = {{ value = "{source}"'),
+        re.sub('torsional_source = { value = "[a-z-]+"', f'torsional_source = {{ value = "{source}"', text),
         encoding="utf-8",
     )
     assert main(["modal", str(path), "--crank", "torsional"]) == 2

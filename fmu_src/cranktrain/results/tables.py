@@ -80,7 +80,7 @@ def _published(engine: Engine, part: Mapping[str, Any]) -> list[Entry]:
 
 
 def critical_speed_table(engine: Engine, speeds: Sequence[Mapping[str, float]]) -> Table:
-    """Critical speeds per order of the first torsional mode beside the published ones."""
+    """Critical speeds per order of the first torsional mode at rest beside the published ones."""
     to_rpm = 30.0 / math.pi
     p = engine.published
     known = {
@@ -100,7 +100,7 @@ def critical_speed_table(engine: Engine, speeds: Sequence[Mapping[str, float]]) 
             )
         )
     header = ("order", "rev/min", "published", "deviation", "measured")
-    return Table("Critical speeds of the first torsional mode", header, tuple(rows))
+    return Table("Critical speeds of the first torsional mode at rest", header, tuple(rows))
 
 
 def block_tables(part: Mapping[str, Any]) -> list[Table]:

@@ -177,11 +177,13 @@ def _named(peak: Peak, beside: Beside, quantity: Quantity) -> str:
     """
     text = f"{peak.order:g}: {peak.speed * RPM:.0f} rev/min"
     hz = beside.motion_hz(peak, quantity)
-    return f"{text}\ntorsional in motion, {hz:.0f} Hz" if math.isfinite(hz) else f"{text}\n{peak.hz:.0f} Hz"
+    return f"{text}\nin motion {hz:.0f} Hz" if math.isfinite(hz) else f"{text}\n{peak.hz:.0f} Hz"
 
 
 def _legend(run_up: RunUp, beside: Beside, quantity: Quantity) -> str:
     parts = ["Grey: further orders."]
+    if quantity.kind == "torsional" and any(math.isfinite(peak.motion_hz) for peak in beside.motion):
+        parts.append("In motion: torsional mode of the run itself, about its settled cycle.")
     if beside.published(quantity):
         parts.append("Triangles on the axis: published critical speeds of an order.")
     if quantity.output in (beside.measured or {}):

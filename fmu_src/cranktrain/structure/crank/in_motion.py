@@ -12,13 +12,17 @@ import math
 import numpy as np
 from scipy.linalg import eigh, null_space
 
+from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.engine.model import Engine
-from cranktrain.structure.crank.modal import energy_shares, main_springs, rod_masses, torsional_frequencies
+from cranktrain.structure.crank.modal import KINDS, energy_shares, main_springs, rod_masses
 
 
 def torsional_in_motion(engine: Engine, crankshaft: ReducedBody) -> float:
-    """First torsional frequency (Hz) on ground of the complete ``crankshaft`` with its rods, mains as in motion."""
+    """First torsional frequency (Hz) on ground of the complete ``crankshaft`` with its rods, mains as in motion.
+
+    Raises ``InputError`` for a crank without a torsional mode.
+    """
     stiffness = np.diag(crankshaft.omega**2)
     motions = np.eye(crankshaft.n_modes)
     if engine.main_roller is None:
@@ -32,7 +36,10 @@ def torsional_in_motion(engine: Engine, crankshaft: ReducedBody) -> float:
     squares, shapes = eigh(motions.T @ stiffness @ motions, motions.T @ mass @ motions)
     # The first two turn the crank as a whole and shift it along its axis.
     shares = energy_shares(engine, crankshaft, motions @ shapes[:, 2:], rods=True)
-    return torsional_frequencies(np.sqrt(squares[2:]) / (2.0 * math.pi), shares)[0]
+    torsional = np.flatnonzero(np.argmax(shares, axis=1) == KINDS.index("torsional"))
+    if not torsional.size:
+        raise InputError("crankshaft has no torsional mode; set reduction.torsional_source to solid")
+    return math.sqrt(squares[2 + torsional[0]]) / (2.0 * math.pi)
 
 
 def locked_motions(engine: Engine, crankshaft: ReducedBody) -> Array:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 from cranktrain import __version__
 from cranktrain.results.tables import Table, cranktrain_table, critical_speed_table, free_table, housed_table
 from cranktrain.structure.crank.modal import critical_speeds as at_orders
+from cranktrain.studies.in_motion.report import motion_table
 from cranktrain.studies.report.elements import paragraph, picture, table
 from cranktrain.studies.report.findings import Findings
 from cranktrain.studies.report.vibration import axial, damper, torsion, torsion_cycles, whole_torsion
@@ -47,7 +48,7 @@ class Section(NamedTuple):
 
 
 def frequencies(found: Findings) -> list[str]:
-    """Natural frequencies beside the published ones, in the flexible block, where they were fitted, and on ground."""
+    """Natural frequencies at rest beside the published ones, in the flexible block and on ground, and in motion."""
     modes, engine = found.modes, found.engine
     ground = cranktrain_table(engine, modes["cranktrain"])
     parts = [ground]
@@ -58,7 +59,17 @@ def frequencies(found: Findings) -> list[str]:
         f"Finite elements: {modes['reduction']['dofs_full']} degrees of freedom reduced to "
         f"{modes['reduction']['modes']} modes, largest error to 1000 Hz {100.0 * error:.2g} %."
     )
-    return [*map(table, [*parts, free_table(engine, modes["crankshaft_free"])]), paragraph(quality)]
+    parts.append(free_table(engine, modes["crankshaft_free"]))
+    if modes.get("in_motion", {}).get("modes"):
+        parts.insert(0, motion_table(modes["in_motion"]))
+    return [*map(table, parts), paragraph(_STATES), paragraph(quality)]
+
+
+_STATES = (
+    "At rest the crank stands on springs that stand in for its bearings, and its thrust collar is closed. In motion it "
+    "vibrates about the settled cycle of a run, on its films or rollers as they are there: resonances of run-ups are "
+    "those of the modes in motion."
+)
 
 
 def critical_speeds(found: Findings) -> list[str]:

@@ -236,9 +236,9 @@ def _strongest(run: RunUp, output: str) -> list[float]:
 
 
 def _peaks(found: Torsion) -> Table:
-    """Peaks beside the critical speeds of the linear modes."""
-    header = ("order", "peak at / rev/min", "amplitude / deg", "Hz", "mode / Hz", "critical / rev/min", "off")
-    return Table("Resonances and the critical speeds of the linear modes", header, tuple(map(_peak, found.peaks[:10])))
+    """Peaks beside the critical speeds of the modes at rest, on journals locked on their axis."""
+    header = ("order", "peak at / rev/min", "amplitude / deg", "Hz", "at rest / Hz", "critical / rev/min", "off")
+    return Table("Resonances and the critical speeds of the modes at rest", header, tuple(map(_peak, found.peaks[:10])))
 
 
 def _peak(peak: Peak) -> tuple[str, ...]:

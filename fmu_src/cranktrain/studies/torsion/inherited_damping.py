@@ -3,9 +3,11 @@
 A crank in held journals has no films, and structural damping alone: its resonance is several times too high. What damps
 a running crank is that it bends as it twists, and squeezes the films of its main bearings. The level above has both. It
 runs at full load at the speed where a firing order meets the first torsional mode; from instants spread over a cycle
-it runs on twice, once with a small kick in the shape of a torsional mode. The kick's energy E = η̇² + ω²η², with η the
-mode's coordinate in the difference of both runs, falls as exp(−2ζωt): free decay about the periodic motion, its rate
-the mean over the cycle. That is done for the first and the second torsional mode of the cranktrain.
+it runs on twice, once with a small kick in the shape of a torsional mode in motion
+(:mod:`cranktrain.studies.in_motion`), as its films and its floating collar let it swing. The kick's energy
+E = η̇² + ω²η², with η the mode's coordinate in the difference of both runs, falls as exp(−2ζωt): free decay about the
+periodic motion, its rate the mean over the cycle. That is done for the first and the second torsional mode of the
+cranktrain.
 
 The lower level's modal damping c_i (1/s) of its first two elastic modes is then such that its own cranktrain's modes
 φ_k decay as fast, Σ_i c_i φ_ki² = 2 ζ_k ω_k; all others keep the engine's structural damping, and none gets less than
@@ -36,8 +38,10 @@ from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.structure.assembly import assemble
-from cranktrain.structure.crank.modal import cranktrain_matrices, energy_shares, torsional_frequencies
+from cranktrain.structure.crank.modal import KINDS, cranktrain_matrices, cranktrain_modes, torsional_frequencies
+from cranktrain.studies.in_motion.eigenproblem import modes_in_motion
 from cranktrain.studies.kept import Kept, digest
+from cranktrain.studies.torsion.housed_crank import at_largest
 
 MODES = 2
 """Torsional modes whose damping is taken over."""
@@ -51,7 +55,7 @@ STARTS, PERIODS = 8, 5
 
 
 class Decay(NamedTuple):
-    """Torsional modes of a level in motion: (MODES,) Hz at rest and damping ratios, at ``speed`` (rad/s)."""
+    """Torsional modes of a level in motion: (MODES,) Hz and damping ratios, at ``speed`` (rad/s)."""
 
     hz: Array
     ratio: Array
@@ -121,11 +125,8 @@ def measured_decay(engine: Engine, crank: str) -> Decay:
     # A crank that only twists runs on ground, and the decay that it takes over is one on ground.
     made = assemble(engine, Settings(crank=crank, block="ground", step=STEP))
     body = made.body
-    stiffness, mass = cranktrain_matrices(engine, body)
-    squares, modes = eigh(stiffness, mass)
-    hz = np.sqrt(np.maximum(squares[1:], 0.0)) / (2.0 * math.pi)
-    chosen = torsional_frequencies(hz, energy_shares(engine, body, modes[:, 1:], rods=True))[:MODES]
-    speed = resonance_speed(engine, chosen[0])
+    _, mass = cranktrain_matrices(engine, body)
+    speed = resonance_speed(engine, torsional_frequencies(*cranktrain_modes(engine, body))[0])
     simulation = Simulation(engine, body, made.settings, parts=made.parts)
     simulation.inputs[0] = speed
     simulation.initialize()
@@ -133,11 +134,14 @@ def measured_decay(engine: Engine, crank: str) -> Decay:
     cycle = round(4.0 * math.pi / speed / h)
     rows = np.zeros((SETTLING * cycle, simulation.outputs.size))
     done = simulation.series(h, 1, rows)
+    modes = modes_in_motion(simulation)
+    chosen = torsional_frequencies(modes.hz, modes.shares[:, : len(KINDS)])[:MODES]
+    shapes = at_largest(modes.shapes[: body.n_modes])
     rates = np.zeros((STARTS, len(chosen)))
     for start in range(STARTS):
         state = simulation.state
         for k, frequency in enumerate(chosen):
-            shape = modes[:, 1 + int(np.argmin(np.abs(hz - frequency)))]
+            shape = shapes[:, int(np.argmin(np.abs(modes.hz - frequency)))]
             count = math.ceil(PERIODS / frequency / h)
             rates[start, k] = _rate(simulation, state, mass, shape, frequency, (h, done, count))
         simulation.state = state
@@ -150,10 +154,13 @@ def _rate(
 ) -> float:
     """Rate (1/s) at which the energy of a kick in a mode's shape (n,) falls from ``state`` on.
 
-    ``steps`` are the step (s), how many were taken before, and how many to follow.
+    ``steps`` are the step (s), how many were taken before, and how many to follow. What turns besides the crank is
+    not kicked.
     """
-    n, omega, (h, done, count) = shape.size, 2.0 * math.pi * hz, steps
-    place, speed = (slice(offset(part, n), offset(part + 1, n)) for part in (POSITION, VELOCITY))
+    omega, (h, done, count) = 2.0 * math.pi * hz, steps
+    first = [offset(part, simulation.model.omega2.size) for part in (POSITION, VELOCITY)]
+    place, speed = (slice(at, at + shape.size) for at in first)
+    shape = shape / math.sqrt(shape @ mass @ shape)
     turned = np.abs(simulation.body.shapes[:, 5] @ shape).max()
     kicked = state.copy()
     kicked[speed] += shape * (KICK * omega / turned)
