@@ -76,13 +76,13 @@ def figures(run: Simulation) -> dict[str, list[float]]:
 
 
 def errors(found: dict[str, Any], finest: dict[str, Any]) -> dict[str, Any]:
-    """Figures of a grid with their errors; without errors where a run has failed."""
+    """Figures of a grid with their errors; without errors where a run has failed, null where a film is closed."""
     if "failed" in found or "failed" in finest:
         return found
-    compared = {
-        f"error_of_{name}": (np.array(found[name]) / np.array(finest[name]) - 1.0).round(4).tolist()
-        for name in ("least_film_um", "largest_pressure_mpa")
-    }
+    compared = {}
+    for name in ("least_film_um", "largest_pressure_mpa"):
+        pairs = zip(found[name], finest[name], strict=True)
+        compared[f"error_of_{name}"] = [round(own / exact - 1.0, 4) if exact else None for own, exact in pairs]
     return {**found, **compared}
 
 

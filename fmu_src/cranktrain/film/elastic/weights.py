@@ -14,6 +14,10 @@ end counts more, because most of the drop lies at the narrow one. q′ is the di
 spacings before and after, over the distance of their middles; of the own and one neighbour at an end of the bore and at
 a supply, where the flow jumps. With H = H′ these are weights of second order with the term of the curvature.
 
+Where an edge is closed, heights differ by tens from line to line and the term of q′ would give weights that are large
+and of both signs. The term is therefore bounded: no line loses more than half of its part of the two spacings to each
+of two neighbours, so that no weight is negative.
+
 The heights are those at the start of the step, so that weights are constant within a solution and its tangents exact.
 They change the result by what a film closes within a step, times what they gain over the trapezoid.
 """
