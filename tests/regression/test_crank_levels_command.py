@@ -15,7 +15,7 @@ def formula(tmp_path):
     text = engine_path("diesel_i6").read_text(encoding="utf-8")
     path = tmp_path / "six.toml"
     path.write_text(
-        text.replace('torsional_source = { value = "solid"', 'torsional_source = { value = "ker-wilson"'),
+        re.sub('torsional_source = { value = "[a-z-]+"', 'torsional_source = { value = "ker-wilson"', text),
         encoding="utf-8",
     )
     return path
