@@ -1,6 +1,6 @@
 """Axial resonance of a crank whose thrust collar is pressed to one side.
 
-``python examples/pressed_collar.py [PICTURE.png]`` runs ``diesel_i6`` with a floating collar, held by its drive line as
+``python examples/pressed_collar.py [PICTURE.png]`` runs the six fitted in motion with a floating collar, held by its drive line as
 the engine file has it, and with a collar that 3 kN press towards the pulley, as a clutch does, while nothing else holds
 the crank. It draws the half orders of the pulley's axial motion over their frequency.
 
@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -31,6 +32,7 @@ from cranktrain.studies.constant_speed import Request
 from cranktrain.studies.run_up.plan import job_of, run_up_speeds
 from cranktrain.studies.run_up.steady import SteadyRuns
 
+ENGINE = Path(__file__).with_name("diesel_i6_in_motion.toml")
 FORCE = -3000.0  # N, towards the pulley
 ORDERS = np.arange(10.0, 14.5, 0.5)
 BAND = 262.0, 325.0  # Hz, between the torsional peak and the next modes
@@ -42,7 +44,7 @@ COLOURS = {"pressed": "#d9822b", "floating": "#1f5a94"}
 
 def main(picture: str = "out/pressed_collar.png", crank: str = "solid", speeds: Any = SPEEDS) -> dict[str, Any]:
     """Run both collars and draw them; returns what :func:`figures` says of each."""
-    engine = load_engine("diesel_i6")
+    engine = load_engine(ENGINE)
     cases = {
         "pressed": axial_orders(replace(engine, axial_path=None), crank, speeds, FORCE),
         "floating": axial_orders(engine, crank, speeds, None),

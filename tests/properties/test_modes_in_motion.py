@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -28,6 +29,7 @@ from cranktrain.studies.torsion.damped_modes import damped_modes
 from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 RPM = math.pi / 30.0
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 
 def settled(engine, body, rpm, parts=None, **levels):
@@ -176,7 +178,7 @@ def test_a_stuck_joint_holds_the_crank_and_a_free_one_lets_it_go(friction):
 @pytest.mark.slow
 def test_the_six_has_the_stand_in_springs_of_its_films():
     """Springs of level ``linear`` are those that `cranktrain modal` derives from the films, to 2 %."""
-    engine = load_engine("diesel_i6")
+    engine = load_engine(EXAMPLES / "diesel_i6_in_motion.toml")
     found = film_springs(assemble(engine, SPRING_LEVELS))
     own = engine.plain_mains
     assert own.stiffness_x == pytest.approx(found["film_stiffness_x"], rel=0.02)
