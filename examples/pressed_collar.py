@@ -1,8 +1,8 @@
 """Axial resonance of a crank whose thrust collar is pressed to one side.
 
-``python examples/pressed_collar.py [PICTURE.png]`` runs the six fitted in motion with a floating collar, held by its drive line as
-the engine file has it, and with a collar that 3 kN press towards the pulley, as a clutch does, while nothing else holds
-the crank. It draws the half orders of the pulley's axial motion over their frequency.
+``python examples/pressed_collar.py [PICTURE.png]`` runs the six fitted in motion with a floating collar, held by its
+drive line as the engine file has it, and with a collar that 3 kN press towards the pulley, as a clutch does, while
+nothing else holds the crank. It draws the half orders of the pulley's axial motion over their frequency.
 
 A closed collar is a spring between crank and ground, and the crank vibrates against it at about 292 Hz: that is the
 axial frequency which the reference measured. A floating collar is no spring, so there is no such mode: the first axial

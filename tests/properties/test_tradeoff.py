@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 from tradeoff_case import small
 
 from cranktrain.core.errors import InputError
+from cranktrain.modules.combustion.file import load
 from cranktrain.studies.kept import Kept
-from cranktrain.studies.tradeoff import families, measure
+from cranktrain.studies.tradeoff import coupled, families, measure
 from cranktrain.studies.tradeoff.choice import choice_text
 from cranktrain.studies.tradeoff.families import FAMILIES
 from cranktrain.studies.tradeoff.files import points_csv, write_files
@@ -201,8 +202,14 @@ def test_an_unknown_family_names_the_nearest():
 
 
 def test_schemes_beside_the_combustion_converge(small, tmp_path, monkeypatch):
-    """Own reconstruction with order two at least, held values with order one; without a combustion there is nothing."""
+    """Own reconstruction with order two at least, held values with order one; without a combustion there is nothing.
+
+    The charge burns after dead centre and under high boost. The shipped one is ignited before dead centre; at steps of
+    1 to 4 degrees its errors, below 0.3 % one after the other, do not fall with a regular order.
+    """
     monkeypatch.setattr(families, "COUPLED_REFERENCE_DEG", 0.25)
+    slow = {"injection_angle": math.radians(-0.1), "intake_pressure": 2.6e5, "exhaust_pressure": 2.3e5}
+    monkeypatch.setattr(coupled, "load", lambda path: replace(load(path), **slow))
     entries = FAMILIES["schemes"](small, True)
     entries += [e for e in FAMILIES["schemes"](small, False) if e.label in ("jacobi, linear 1°", "jacobi, linear 2°")]
     points = {point.label: point for point in measured(entries, Kept(tmp_path))}

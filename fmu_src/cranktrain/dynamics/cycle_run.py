@@ -81,8 +81,8 @@ class Result:
     while ``counters`` and ``seconds`` tell of all. ``film_temperatures`` (b,), K, are those of the main bearings' films
     and ``passes`` the runs that it took to find them; all else tells of the last. ``complete`` is False where an
     interrupt cut the run short; ``learned`` is what settled last beside the slow modes, where that was expected.
-    ``powers`` (per_cycle + 1, POWERS), W, are those of the last cycle, see ``dynamics.model.slots``; None where the
-    speed is free or no cycle was completed.
+    ``step`` is that between two samples, s. ``powers`` (per_cycle + 1, POWERS), W, are those of the last cycle, see
+    ``dynamics.model.slots``; None where the speed is free or no cycle was completed.
     ``film_peaks`` (b, PEAKS) are the largest pressures of elastic films in the last cycle, see
     :mod:`cranktrain.film.laws.pressure_peak`; None where films are not elastic.
     """
@@ -100,6 +100,7 @@ class Result:
     complete: bool = True
     learned: Learned | None = None
     powers: Array | None = None
+    step: float = math.nan
     film_peaks: Array | None = None
 
     def last_cycle(self, name: str) -> tuple[Array, Array]:
@@ -177,6 +178,7 @@ def run_cycles(
         complete=recorded.complete,
         learned=recorded.learned,
         powers=powers.cycle if driven and recorded.complete else None,
+        step=h,
         film_peaks=pressure_peaks(simulation.model.films),
     )
 

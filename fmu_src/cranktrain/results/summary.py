@@ -196,6 +196,6 @@ def run_summary(run: Result, result_path: str) -> dict[str, Any]:
         ],
         "big_ends": big_end_rows(run.angle, run.outputs),
         **engine_summary(run.angle, run.outputs),
-        "energy": energy_balance(run.powers, float(run.time[1] - run.time[0])) if run.powers is not None else None,
+        "energy": energy_balance(run.powers, run.step) if run.powers is not None else None,
         "result": result_path,
     }

@@ -25,6 +25,7 @@ from cranktrain.studies.torsion.damped_modes import damper_report
 from cranktrain.studies.torsion.level_frequencies import level_frequencies
 
 
+# In one piece: all that a user may ask, by keyword.
 def modal(
     engine: str | Path | Engine,
     crank: str = "solid",

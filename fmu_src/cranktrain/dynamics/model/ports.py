@@ -85,6 +85,7 @@ class MainJournals(NamedTuple):
     collar: bool  # whether the thrust bearing's collar feels its tilt
 
 
+# In one piece: one group of ports after the other.
 def lay_ports(
     engine: Engine,
     body: ReducedBody,

@@ -269,7 +269,7 @@ def _bearing_forces(model, s):
         films.numbers[RUBBING] = films.numbers[SPEED]
         place_journal(model.connections[i], u, ud, omega, films.place[i], films.velocity[i])
         film_call(films, FORCE, i, films.out, films.out)
-        f[journal + i] = journal_forces(model.connections[i], films.out, u, f)
+        f[journal + i] = journal_forces(model.connections[i], s.frame, films.out, u, f)
     place_collar(model.thrust, model.connections[int(model.layout[THRUST_LAW])], s.frame, u, ud)
     film_call(model.thrust, FORCE, 0, model.thrust.out, model.thrust.out)
     f[2 * b] = model.thrust.out[0]
