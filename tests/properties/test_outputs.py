@@ -17,6 +17,7 @@ from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.outputs.register import Counts, output_names
 from cranktrain.dynamics.simulation import Parts, Simulation
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.parts import AxialPath
 from cranktrain.film.laws.films import END_X
 from cranktrain.film.table.database import bearing_settings
 from cranktrain.fmu.description import expand, read_interface
@@ -248,7 +249,9 @@ def test_films_outside_the_table_are_counted_and_survive_in_the_state(table):
 def standing():
     """Run of a whole engine from rest on its mounts, with every output of every level."""
     settings = Settings(crank="rigid", block="flexible", damper="fitted", big_ends="impedance", step=math.radians(0.5))
-    simulation = Simulation(ENGINE, BODY, settings, parts=Parts(block=rigid_block(ENGINE, BODY)))
+    path = AxialPath(joint="bolted", mass=15.0, stiffness=1.4e8, damping=5e3, joint_stiffness=2e8)
+    engine = replace(ENGINE, axial_path=path)
+    simulation = Simulation(engine, BODY, settings, parts=Parts(block=rigid_block(engine, BODY)))
     simulation.inputs[0] = SPEED
     simulation.initialize()
     h, rows = math.radians(0.5) / SPEED, []
