@@ -1,6 +1,6 @@
 """Axial resonance of a crank whose thrust collar is pressed to one side.
 
-``python examples/pressed_collar.py [PICTURE.png]`` runs the six fitted in motion with a floating collar, held by its
+``python examples/pressed_collar.py [PICTURE.png]`` runs the shipped six with a floating collar, held by its
 drive line as the engine file has it, and with a collar that 3 kN press towards the pulley, as a clutch does, while
 nothing else holds the crank. It draws the half orders of the pulley's axial motion over their frequency.
 
@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -32,7 +31,7 @@ from cranktrain.studies.constant_speed import Request
 from cranktrain.studies.run_up.plan import job_of, run_up_speeds
 from cranktrain.studies.run_up.steady import SteadyRuns
 
-ENGINE = Path(__file__).with_name("diesel_i6_in_motion.toml")
+ENGINE = "diesel_i6"
 FORCE = -3000.0  # N, towards the pulley
 ORDERS = np.arange(10.0, 14.5, 0.5)
 BAND = 262.0, 325.0  # Hz, between the torsional peak and the next modes

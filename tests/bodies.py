@@ -11,14 +11,25 @@ from cranktrain.engine.file import load_engine
 COARSE = 0.025  # m, the mesh of tests/fmu: the tests share its cached crankshaft
 
 
+def free_six():
+    """The six without its axial path: only its collar holds the crank along the axis, as laws alone are tested."""
+    return replace(load_engine("diesel_i6"), axial_path=None)
+
+
 @cache
 def six():
-    """The default engine and its running body, from a coarse mesh."""
+    """:func:`free_six` and its running body, from a coarse mesh."""
     from cranktrain.structure.crank.reduction import running_body
 
-    engine = load_engine("diesel_i6")
+    engine = free_six()
     engine = replace(engine, crankshaft=replace(engine.crankshaft, mesh_size=COARSE))
     return engine, running_body(engine)
+
+
+def whole_six():
+    """The engine of :func:`six` with its axial path, and the same body."""
+    engine, body = six()
+    return replace(engine, axial_path=load_engine("diesel_i6").axial_path), body
 
 
 def _skew(r):

@@ -1,22 +1,20 @@
-"""The six fitted in motion peaks at the critical speeds that P. Novotný measured on the running engine, Table 7.2.
+"""The six peaks at the critical speeds that P. Novotný measured on the running engine, Table 7.2.
 
 They stand in the engine file's table [published].
 """
 
 import json
-from pathlib import Path
 
 import pytest
 
 from cranktrain.cli.main import main
 
-SIX = Path(__file__).resolve().parents[2] / "examples" / "diesel_i6_in_motion.toml"
 ORDERS = {6.0, 6.5, 7.5, 9.0, 12.0}
 
 
 def run_up(folder, capsys, *options):
     """What `runup --json` says of 1000 to 2600 rev/min."""
-    words = ["runup", str(SIX), "--from", "1000", "--to", "2600", "--step", "20", "--output", str(folder / "r.h5")]
+    words = ["runup", "diesel_i6", "--from", "1000", "--to", "2600", "--step", "20", "--output", str(folder / "r.h5")]
     assert main([*words, "--json", *options]) == 0
     return json.loads(capsys.readouterr().out)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bodies import rigid_crank
+from bodies import free_six, rigid_crank
 from scipy.linalg import block_diag
 
 from cranktrain.dynamics.model import state as layout
@@ -20,7 +20,6 @@ from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
 from cranktrain.dynamics.time.status import OK
 from cranktrain.dynamics.time.step_control import advance
 from cranktrain.dynamics.time.table import C_V, EXPLICIT_FIRST, HEAD, STAGES
-from cranktrain.engine.file import load_engine
 
 CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "integrators.json").read_text())}
 PUBLISHED = CASES["generalized_alpha"]["expected"]["rho_Omega"]
@@ -32,7 +31,7 @@ STEP = 1e-4
 @cache
 def oscillator(integrator):
     """Started model of a rigid six with an oscillator on board."""
-    engine = load_engine("diesel_i6")
+    engine = free_six()
     engine = replace(engine, damping=replace(engine.damping, kind="modal", ratio=0.0))
     body = rigid_crank(engine)
     more = {

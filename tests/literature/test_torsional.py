@@ -57,7 +57,9 @@ def test_published_mode_is_holzers_table_at_the_published_frequency():
 
 def test_formulas_are_those_of_their_sources():
     """Published forms with the dimensions as numbers, mm: D 85, d 70, L 39, l 42, t 24, W 110, R 60."""
-    c = replace(load_engine("diesel_i6").crankshaft, pin_diameter=0.070, pin_width=0.042, web_thickness=0.024)
+    journals = {"main_diameter": 0.085, "pin_diameter": 0.070, "pin_width": 0.042}
+    webs = {"web_thickness": 0.024, "web_main_radius": 0.060, "web_pin_radius": 0.050}
+    c = replace(load_engine("diesel_i6").crankshaft, **journals, **webs)
     web = 24.0 * 110.0**3
     ker_wilson = (39.0 + 0.4 * 85.0) / 85.0**4 + (42.0 + 0.4 * 70.0) / 70.0**4 + (60.0 - 0.2 * 155.0) / web
     carter = (39.0 + 0.8 * 24.0) / 85.0**4 + 0.75 * 42.0 / 70.0**4 + 1.5 * 60.0 / web

@@ -91,7 +91,7 @@ def test_quick_matrices_have_the_frequencies_of_all_modes(coarse, task):
 
 
 def test_known_values_are_found_again_from_their_own_frequencies(coarse, task):
-    problem, known = problem_of(coarse, task), np.array([33.0, 0.165, 2.6e8])
+    problem, known = problem_of(coarse, task), np.array([33.0, 0.165, 4.6e8])
     own = match(task.targets, problem.modes(known))
     targets = tuple(replace(t, hz=float(hz)) for t, hz in zip(task.targets, own.hz, strict=True))
     found = search(replace(problem, task=replace(task, targets=targets)), seed=3, evaluations=300)
@@ -100,7 +100,7 @@ def test_known_values_are_found_again_from_their_own_frequencies(coarse, task):
 
 
 def test_sensitivities_are_the_derivatives_of_frequencies(coarse, task):
-    problem, at = problem_of(coarse, task), np.array([33.0, 0.165, 2.6e8])
+    problem, at = problem_of(coarse, task), np.array([33.0, 0.165, 4.6e8])
     modes = problem.modes(at)
     found = match(task.targets, modes)
     slopes = sensitivities(problem, at, modes, found.places)
@@ -204,12 +204,12 @@ def test_a_change_at_interfaces_acts_per_unit_of_its_dimension(coarse, task):
     mass[at : at + 3, at : at + 3] = np.eye(3)
     heavier = {"flywheel.mass": [Change("crankshaft", stiffness, mass)]}
     train = Train(engine, body, None, heavier)
-    by_change = train.cranktrain(engine, {"flywheel.mass": 2.0})
+    by_change = train.cranktrain(engine, {"flywheel.mass": 1.0})
     # A point mass in the middle of the interface.
     f = engine.flywheel
-    offset = f.mass * f.offset / (f.mass + 2.0)
-    shifted = f.diametral_inertia + f.mass * (f.offset - offset) ** 2 + 2.0 * offset**2
-    part = replace(f, mass=f.mass + 2.0, offset=offset, diametral_inertia=shifted)
+    offset = f.mass * f.offset / (f.mass + 1.0)
+    shifted = f.diametral_inertia + f.mass * (f.offset - offset) ** 2 + 1.0 * offset**2
+    part = replace(f, mass=f.mass + 1.0, offset=offset, diametral_inertia=shifted)
     exact = train.cranktrain(replace(engine, flywheel=part), {})
     hz = [train.cranktrain_modes(engine, matrices).hz[:9] for matrices in (by_change, exact)]
     # Modes above the cut-off answer statically: they do not feel the mass.

@@ -5,20 +5,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bodies import rigid_crank
+from bodies import free_six, rigid_crank
 
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.slots import FIRST, RELATIVE, STATE_U, STATE_UDD, THRUST_LAW, UDD, U
 from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY
 from cranktrain.film.laws.register import LAWS
 from cranktrain.film.laws.thrust import thrust_force_tilted, thrust_parameters
 
 SPEED = 2000 * math.pi / 30
-SIX = load_engine("diesel_i6")
+SIX = free_six()
 
 
 @pytest.fixture(scope="module")

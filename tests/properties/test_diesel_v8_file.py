@@ -82,7 +82,7 @@ def test_plain_mains_are_asked_for_in_one_line(engine):
     with pytest.raises(InputError, match=r"'diesel_v8' has no \[main_bearing\].*bearing level 'roller'") as caught:
         engine.plain_mains  # noqa: B018
     assert "\n" not in str(caught.value)
-    assert load_engine("diesel_i6").plain_mains.diameter == pytest.approx(0.085)
+    assert load_engine("diesel_i6").plain_mains.diameter == pytest.approx(0.080)
 
 
 def test_mains_are_plain_or_rollers(engine):

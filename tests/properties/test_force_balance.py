@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bodies import rigid_crank, six
+from bodies import free_six, rigid_crank, six
 from momentum import imbalance
 from small_block import single
 from standing import rigid_block
@@ -22,7 +22,7 @@ from cranktrain.dynamics.simulation import Parts, Settings, Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import GasTrace
 
-SIX, EIGHT = load_engine("diesel_i6"), load_engine("diesel_v8")
+SIX, EIGHT = free_six(), load_engine("diesel_v8")
 STEP = math.radians(0.5)
 GUIDED = SIX.piston_guidance
 

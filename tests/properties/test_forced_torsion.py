@@ -192,7 +192,10 @@ def test_more_orders_change_little():
 
 @pytest.mark.parametrize("law", ["newtonian", "shear-thinning", "complex-modulus", "rubber"])
 def test_the_six_with_each_damper_against_a_run_in_time(law):
-    """Near the damped resonance of order 6: amplitude and dissipated power within 0.1 %, largest torque within 1 %."""
+    """Near the damped resonance of order 6: amplitude within 0.1 %, largest torque within 1 %.
+
+    The dissipated power goes with the amplitude's square: within 0.2 %.
+    """
     engine, _ = six()
     kind = {"kind": "rubber"} if law == "rubber" else {"law": law}
     housed = with_damper_housing(replace(engine, damper=replace(engine.damper, **kind)))
@@ -203,7 +206,7 @@ def test_the_six_with_each_damper_against_a_run_in_time(law):
     last = slice(-1 - run.per_cycle, -1)
     amplitude = 2.0 / run.per_cycle * abs(np.fft.rfft(run.outputs["pulley.torsion"][last])[12])
     assert found.amplitude(6.0) == pytest.approx(amplitude, rel=1e-3)
-    assert found.power == pytest.approx(run.outputs["damper.heat"][last].mean(), rel=1e-3)
+    assert found.power == pytest.approx(run.outputs["damper.heat"][last].mean(), rel=2e-3)
     assert found.torque == pytest.approx(np.abs(run.outputs["damper.torque"][last]).max(), rel=1e-2)
 
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bodies import free_six
 
 import cranktrain as ct
-from cranktrain.engine.file import load_engine
 from cranktrain.film.contact.asperity import contact_constants
 from cranktrain.film.elastic.film import CONVERGED, elastic_film
 from cranktrain.film.elastic.grid import FILM_MIN, OUT_SIZE, PRESSURE_MAX, ElasticGrid, FilmHistory
@@ -17,9 +17,10 @@ from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid
 from cranktrain.film.steady.mixed_bearing import MixedBearing, Surroundings
 from cranktrain.structure.block.saddle import bore_compliance
 
-ENGINE = load_engine("diesel_i6")
+ENGINE = free_six()
 OIL = replace(ENGINE.oil, pressure_law="roelands", pressure_viscosity=15e-9)
-BORE = bore_compliance(ENGINE, 7, with_motion=True)
+MAIN = replace(ENGINE.main_bearing, diameter=0.085)
+BORE = bore_compliance(replace(ENGINE, main_bearing=MAIN), 7, with_motion=True)
 ROUGH = Roughness(0.8e-6), contact_constants(0.8e-6, 0.05, 0.01, 58.6e9, 0.1)
 JOURNAL = Journal(0.085, 0.030, 40e-6, 0.0143, 209.4)
 ALL = Surroundings("mass-conserving", OIL, *ROUGH, BORE)

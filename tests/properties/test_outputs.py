@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bodies import rigid_crank
+from bodies import free_six, rigid_crank
 from plain_model import PlainModel
 from standing import rigid_block
 
@@ -16,7 +16,6 @@ from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.outputs.register import Counts, output_names
 from cranktrain.dynamics.simulation import Parts, Simulation
-from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import AxialPath
 from cranktrain.film.laws.films import END_X
 from cranktrain.film.table.database import bearing_settings
@@ -25,7 +24,7 @@ from cranktrain.results.files import output_unit
 from cranktrain.store.film_tables import film_table
 
 SPEED = 2000 * math.pi / 30
-ENGINE = load_engine("diesel_i6")
+ENGINE = free_six()
 BODY = rigid_crank(ENGINE)
 MAINS = [f"bearing[{i}]" for i in range(1, 8)]
 ENDS = [f"big_end[{i}]" for i in range(1, 7)]

@@ -300,7 +300,7 @@ def test_a_crankshaft_of_beams_comes_back_from_its_matrices(crank):
     engine, path = crank
     found, wanted = own_crankshaft(engine, path), beam_body(engine)
     low = slice(0, int(np.count_nonzero(wanted.frequencies_hz < 1000.0)))
-    assert low.stop > 12 and found.quality["slice_mass_error"] < 1e-3
+    assert low.stop > 12 and found.quality["slice_mass_error"] < 2e-3
     ratio = found.omega[6 : low.stop] / wanted.omega[6 : low.stop]
     assert np.all(ratio < 1.0 + 1e-9) and np.all(ratio > 0.999)
     at = [found.index(name) for name in wanted.interfaces]
@@ -319,7 +319,7 @@ def test_a_crankshaft_of_beams_comes_back_from_its_matrices(crank):
         assert np.abs(difference(load)).max() < 2e-3 * np.abs(getattr(wanted, load)).max()
     speed = 2000.0 * np.pi / 30.0
     shift = 0.5 * speed**2 * np.diag(difference("stress_stiffness"))[6:] / wanted.omega[6 : low.stop] ** 2
-    assert np.abs(shift).max() < 1e-3
+    assert np.abs(shift).max() < 2e-3
 
 
 def test_a_crankshaft_of_another_engine_is_refused(crank):

@@ -36,7 +36,7 @@ def fitted(name, **changes):
 
 @pytest.mark.parametrize(("name", "orders"), [("diesel_i6", (5.5, 6.5, 7.5, 8.5)), ("diesel_v8", (6.5, 7.0, 7.5, 9.0))])
 def test_peaks_with_a_damper_lie_where_the_mode_with_its_ring_does(name, orders):
-    """Of a fluid that thins; to 1 % where the order's force changes little over the peak, whose damping is 0.1."""
+    """Of a fluid that thins; where an order's force hardly changes there, to the square of its damping (0.12)."""
     engine, housed, body = fitted(name)
     speeds = np.arange(1000.0, 2700.0, 20.0) * RPM
     run = frequency_run_up(engine, body, SETTINGS, speeds, ORDERS, HARMONIC_BALANCE)
@@ -46,20 +46,23 @@ def test_peaks_with_a_damper_lie_where_the_mode_with_its_ring_does(name, orders)
     alone = cranktrain_modes(housed, body)[0][0]  # the housing without its ring
     for peak in of_orders:
         assert peak.kind == "torsional"
-        assert peak.hz == pytest.approx(peak.mode_hz, rel=0.01)
+        assert peak.hz == pytest.approx(peak.mode_hz, rel=0.015)
         assert peak.hz < 0.95 * alone
 
 
 @pytest.mark.parametrize("viscosity", [1e-6, 1e9])
 def test_a_ring_without_fluid_and_one_that_is_stuck_are_the_limits(viscosity):
-    """Campbell's modes are on their connecting shaft too, which raises f² by at most that of the crank on it alone."""
+    """Campbell's modes are on their connecting shaft too, which moves f² by at most that of the crank on it alone.
+
+    Mean tangents of the slider-cranks may lower it by a little more than the shaft raises it.
+    """
     _, housed, body = fitted("diesel_i6", law="newtonian", viscosity=viscosity)
     free = cranktrain_modes(housed, body)[0][0]
     [hz] = modes_at_peak(housed, body, SMALL)[:1]
     assert hz == pytest.approx(free, rel=1e-6) if viscosity < 1.0 else 0.6 * free < hz < 0.95 * free
     over_speed = campbell(housed, body, np.array([1000.0, 2000.0]) * RPM, damper=True).hz[:, 0]
     raised = over_speed**2 - hz**2
-    assert np.all((raised > 0.0) & (raised < drive_line_hz(housed, body, False) ** 2))
+    assert np.all(np.abs(raised) < drive_line_hz(housed, body, False) ** 2)
 
 
 def test_a_fluid_that_thins_lets_go_of_its_ring_as_the_peak_grows():

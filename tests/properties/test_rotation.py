@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bodies import rigid_crank, six
+from bodies import free_six, rigid_crank, six
 
 from cranktrain.core.reduced_body import truncate
 from cranktrain.dynamics.model import state as layout
@@ -18,7 +18,6 @@ from cranktrain.dynamics.model.slots import DELTA_J, M_BIG, M_OSC, RIGID_ROTATIO
 from cranktrain.dynamics.model.workspace import make_work
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.integrators import integrator_table
-from cranktrain.engine.file import load_engine
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 
 SPEED = 250.0
@@ -27,7 +26,7 @@ TURN = 2 * math.pi / SPEED
 
 def released(body, big_ends):
     """Started simulation of a crank without shaft and pistons that carries ``big_ends`` (kg) on its pins."""
-    engine = load_engine("diesel_i6")
+    engine = free_six()
     springs = replace(engine.plain_mains.in_rigid_bores, stiffness_x=4e8, stiffness_y=4e8, damping_x=0.0, damping_y=0.0)
     engine = replace(engine, main_bearing=springs, damping=replace(engine.damping, kind="modal", ratio=0.01))
     settings = Settings(bearings="linear", integrator="generalised-alpha", step=math.radians(5.0), gravity=0.0)
@@ -111,7 +110,7 @@ NONE, ALL, ONE = (0.0,) * 6, (1.5,) * 6, (1.5, 0.0, 0.0, 0.0, 0.0, 0.0)
 @pytest.mark.parametrize("big_ends", [NONE, ALL, ONE], ids=["no m_b", "m_b", "m_b on one pin"])
 @pytest.mark.parametrize("shape", [BALANCED, UNBALANCED], ids=["balanced", "unbalanced"])
 def test_a_released_crank_does_not_drift_over_a_thousand_revolutions(shape, big_ends):
-    assert abs(drift(released(rigid_crank(load_engine("diesel_i6"), **shape), big_ends))) < DRIFT
+    assert abs(drift(released(rigid_crank(free_six(), **shape), big_ends))) < DRIFT
 
 
 @pytest.mark.parametrize("big_ends", [NONE, ALL, ONE], ids=["no m_b", "m_b", "m_b on one pin"])
@@ -120,7 +119,7 @@ def test_an_elastic_crank_does_not_drift_either(big_ends):
 
 
 def test_a_pushed_crank_turns_on_at_its_own_rate():
-    simulation = released(rigid_crank(load_engine("diesel_i6")), ALL)
+    simulation = released(rigid_crank(free_six()), ALL)
     set_rotation(simulation, rate=0.1)
     run(simulation, 10)
     angle, rate = angle_and_rate(simulation)
@@ -133,7 +132,7 @@ def test_torque_of_a_wound_up_crank_is_the_exact_one(crank_angle):
     # The same crank in the same place, once turned by 0.02 rad against the frame, once with the frame: the second is
     # the exact slider-crank. Acceleration of a rigid crank on bearings is its torque over its inertia.
     windup = 0.02
-    engine = load_engine("diesel_i6")
+    engine = free_six()
     simulation = Simulation(engine, rigid_crank(engine), Settings(bearings="linear", integrator="sdirk2"))
     simulation.inputs[:7] = SPEED, *np.linspace(1e5, 6e6, 6)
     simulation.initialize()

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bodies import rigid_crank, six
+from bodies import free_six, rigid_crank, six, whole_six
 from box_block import box_block
 from scipy.linalg import expm
 
@@ -21,7 +21,6 @@ from cranktrain.dynamics.settled.longer_periods import PLAINLY, parting
 from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.slow_modes import DriveLine, SlowModes, exponential
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation, simulate
-from cranktrain.engine.file import load_engine
 from cranktrain.film.laws import thrust
 
 RPM = math.pi / 30
@@ -38,9 +37,9 @@ def last_cycles(run):
 def test_a_run_ends_at_the_cycle_of_a_long_one(rpm):
     """Six plain cycles left 0.5 to 1 % of torsion, and more of order 1.
 
-    At higher speeds the thrust collar of this crank goes from side to side with no period, plainly run or not.
+    With its axial path: without one the collar of this crank goes from side to side with no period, plainly run or not.
     """
-    engine, body = six()
+    engine, body = whole_six()
     settled = simulate(engine, body, Settings(), rpm * RPM)
     assert settled.settling.repeats == 1 and settled.settling.cycles <= 7
     assert settled.time.size == settled.per_cycle + 1 and settled.time[0] == 0.0
@@ -50,15 +49,15 @@ def test_a_run_ends_at_the_cycle_of_a_long_one(rpm):
     assert max(truth.values()) < 1e-3
     assert truth["pulley.torsion"] < 1e-3
     # A cycle that has settled is no better than its tolerance by chance: plain running leaves more at that count.
-    assert max(judge.left(exact, plain[settled.settling.cycles - 1]).values()) > 3 * max(truth.values())
+    assert judge.left(exact, plain[settled.settling.cycles - 1])["pulley.torsion"] > 3 * truth["pulley.torsion"]
 
 
 @pytest.mark.parametrize("cycles", [None, 4, 6, 9])
 def test_what_is_left_is_told_from_above(cycles):
     """At most four times the truth, and not below it; of families that a tenth of the worst is left of, not much."""
-    engine, body = six()
-    long, judge = last_cycles(simulate(engine, body, Settings(), 2000 * RPM, 40))
-    run = simulate(engine, body, Settings(), 2000 * RPM, cycles)
+    engine, body = whole_six()
+    long, judge = last_cycles(simulate(engine, body, Settings(), 1600 * RPM, 40))
+    run = simulate(engine, body, Settings(), 1600 * RPM, cycles)
     truth = judge.left(long[-1], last_cycles(run)[0][-1])
     assert 1.0 < run.settling.worst[1] / max(truth.values()) < 4.0
     for family, left in truth.items():
@@ -69,17 +68,17 @@ def test_what_is_left_is_told_from_above(cycles):
 def test_the_collar_bounces_because_its_film_ruptures(monkeypatch):
     """A film that pulls as well as it pushes keeps the collar off its stops, and the motion has the engine's period."""
     engine, body = six()
-    bouncing = simulate(engine, body, Settings(), 2600 * RPM)
+    bouncing = simulate(engine, body, Settings(), 2200 * RPM)
     assert bouncing.settling.repeats != 1
     monkeypatch.setattr(thrust, "AMBIENT", 1e9)
-    pulled = simulate(engine, body, Settings(), 2600 * RPM)
+    pulled = simulate(engine, body, Settings(), 2200 * RPM)
     assert pulled.settling.repeats == 1
     bounced, held = (np.ptp(run.outputs["thrust.displacement"]) for run in (bouncing, pulled))
     assert held < 0.75 * engine.thrust.clearance < 0.9 * engine.thrust.clearance < bounced
 
 
 def test_cycles_are_exactly_those_asked_for():
-    engine = load_engine("diesel_i6")
+    engine = free_six()
     settings = Settings(crank="rigid", bearings="linear")
     for cycles in (1, 3):
         run = simulate(engine, rigid_crank(engine), settings, 2000 * RPM, cycles)
@@ -91,7 +90,7 @@ def test_cycles_are_exactly_those_asked_for():
 
 
 def test_a_free_speed_is_never_called_periodic():
-    engine = load_engine("diesel_i6")
+    engine = free_six()
     settings = Settings(crank="rigid", bearings="linear", boundary="torque")
     run = simulate(engine, rigid_crank(engine), settings, 2000 * RPM)
     assert not run.settling.steady and "the speed is free" in run.settling.text
@@ -99,7 +98,7 @@ def test_a_free_speed_is_never_called_periodic():
 
 def test_mounts_reach_what_plain_running_does_in_a_hundred_cycles():
     """After six plain cycles mounts' forces were wrong by their own size."""
-    engine = load_engine("diesel_i6")
+    engine = free_six()
     parts = Parts(block=box_block(engine))
     settings = Settings(crank="rigid", bearings="linear", block="flexible")
     settled = simulate(engine, rigid_crank(engine), settings, 2000 * RPM, parts=parts)
@@ -112,7 +111,7 @@ def test_mounts_reach_what_plain_running_does_in_a_hundred_cycles():
 
 @pytest.mark.parametrize("block", ["ground", "flexible"])
 def test_what_is_split_off_is_what_is_lifted(block):
-    engine = load_engine("diesel_i6")
+    engine = free_six()
     simulation = Simulation(
         engine, rigid_crank(engine), Settings(crank="rigid", block=block), parts=Parts(block=box_block(engine))
     )
@@ -128,7 +127,7 @@ def test_what_is_split_off_is_what_is_lifted(block):
 
 def test_the_block_moves_in_space_and_the_crank_with_it():
     """What moves freely in space has the velocity and the acceleration of its path as the turning frame sees it."""
-    engine = load_engine("diesel_i6")
+    engine = free_six()
     settings, parts = Settings(crank="rigid", block="flexible"), Parts(block=box_block(engine))
     simulation = Simulation(engine, rigid_crank(engine), settings, parts=parts)
     simulation.inputs[0] = 2000 * RPM
@@ -247,7 +246,7 @@ def test_a_mode_that_decays_freely_is_taken_off_at_once_and_learned_from_what_a_
 
 
 def collar_of_the_six(over_cycle):
-    simulation = Simulation(load_engine("diesel_i6"), rigid_crank(load_engine("diesel_i6")), Settings(crank="rigid"))
+    simulation = Simulation(free_six(), rigid_crank(free_six()), Settings(crank="rigid"))
     simulation.inputs[0] = 2000 * RPM
     simulation.initialize()
     return Collar(simulation.model, np.array(over_cycle)), simulation
@@ -274,7 +273,7 @@ def test_a_motion_that_is_not_stable_is_not_held_by_corrections():
 
 
 def test_the_drive_line_is_what_its_formula_says():
-    simulation = Simulation(load_engine("diesel_i6"), rigid_crank(load_engine("diesel_i6")), Settings(crank="rigid"))
+    simulation = Simulation(free_six(), rigid_crank(free_six()), Settings(crank="rigid"))
     simulation.inputs[0] = 2000 * RPM
     simulation.initialize()
     line = DriveLine(simulation.model, 2000 * RPM)

@@ -4,14 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from bodies import rigid_crank, six
+from bodies import free_six, rigid_crank, six
 from plain_model import PlainModel
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.model.slots import AMBIENT
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
-from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.parameters import FACTOR
 
 SPEED = 2000 * math.pi / 30
@@ -19,7 +18,7 @@ H = math.radians(2.0) / SPEED
 
 
 def started(**settings):
-    engine = load_engine("diesel_i6")
+    engine = free_six()
     settings = {"crank": "rigid", "integrator": "sdirk3", "step": math.radians(2.0), **settings}
     simulation = Simulation(engine, rigid_crank(engine), Settings(**settings))
     simulation.inputs[0] = SPEED
@@ -68,7 +67,7 @@ def test_steps_without_meaning_are_refused(interval):
 
 
 def test_before_the_start_there_is_no_state():
-    engine = load_engine("diesel_i6")
+    engine = free_six()
     with pytest.raises(InputError) as error:
         Simulation(engine, rigid_crank(engine)).step(1e-3)
     assert "initialize" in one_line(error)
@@ -97,7 +96,7 @@ def test_choices_that_do_not_exist_name_the_nearest(key, value, meant):
 
 @pytest.mark.parametrize("speed", [0.0, 50 * math.pi / 30, math.nan])
 def test_a_run_over_cycles_wants_a_speed(speed):
-    engine = load_engine("diesel_i6")
+    engine = free_six()
     with pytest.raises(InputError) as error:
         simulate(engine, rigid_crank(engine), Settings(crank="rigid"), speed, 1)
     assert "100 rev/min" in one_line(error)

@@ -28,7 +28,8 @@ from cranktrain.film.laws.thrust import (
     touching_stiffness,
 )
 
-BEARING = load_engine("diesel_i6").thrust
+SIXES = load_engine("diesel_i6").thrust
+BEARING = replace(SIXES, closed_stiffness=None)  # the contact closes lists too
 VISCOSITY = 0.012
 FILM = thrust_parameters(BEARING, VISCOSITY)
 HALF = 0.5 * BEARING.clearance
@@ -112,6 +113,7 @@ def test_it_centres_and_damps(z, v):
 
 
 def test_closed_it_is_collar_and_block_in_series():
+    assert closed_stiffness(SIXES) == pytest.approx(1.0 / (1.0 / SIXES.closed_stiffness + 1.0 / SIXES.block_stiffness))
     series = BEARING.contact_stiffness * BEARING.block_stiffness / (BEARING.contact_stiffness + BEARING.block_stiffness)
     assert closed_stiffness(BEARING) == pytest.approx(series, rel=1e-14)
     # Deep in contact the film is frozen and the spring's slope remains; the other side has no film to speak of.

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from bodies import rigid_crank
+from bodies import free_six, rigid_crank
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import keep_record
@@ -14,7 +14,6 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.slots import FORCES, STATE_U, STATE_UDD, UDD, U
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.simulation import Parts, Simulation, simulate
-from cranktrain.engine.file import load_engine
 from cranktrain.film.journal.grid import NODE_GRADING
 from cranktrain.film.laws.ehd import IN_LOOP, KEPT, SHAPES
 from cranktrain.film.laws.films import FROZEN, MEMORY
@@ -24,7 +23,7 @@ from cranktrain.store.film_tables import film_table
 from cranktrain.structure.block.saddle import bore_compliance
 
 SPEED = 2000 * math.pi / 30
-ENGINE = load_engine("diesel_i6")
+ENGINE = free_six()
 BODY = rigid_crank(ENGINE)
 CHOICES = [
     {"bearings": "reynolds"},

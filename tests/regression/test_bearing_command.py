@@ -176,7 +176,7 @@ def test_heat_balance(capsys):
 
 def test_rough_surfaces_oil_under_pressure_and_an_elastic_bore(capsys):
     """One interface: by load, then the place of that load in units; each option changes what it should."""
-    machine = ("--diameter-mm", "85", "--width-mm", "30", *MACHINE[4:], "--grid", "72", "10")
+    machine = ("--diameter-mm", "80", "--width-mm", "30", *MACHINE[4:], "--grid", "72", "10")
     rough = ("--roughness-um", "1.2", "--boundary-friction", "0.08")
     oil = ("--pressure-law", "roelands", "--pressure-viscosity", "15", "--compressibility", "dowson-higginson")
     plain = run(capsys, "bearing", *machine, "--load", "10000", "--cavitation", "mass-conserving")

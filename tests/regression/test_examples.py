@@ -109,7 +109,7 @@ def test_parameter_study(tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     picture = tmp_path / "study.png"
     found = example("parameter_study").main(str(picture), STIFF, SPEEDS)
-    assert max(found[150.0]) / max(found[90.0]) == pytest.approx(0.675, abs=0.03)
+    assert max(found[150.0]) / max(found[90.0]) == pytest.approx(0.631, abs=0.03)
     said = capsys.readouterr().out.splitlines()
     assert len([line for line in said if "no Dask here" in line]) == 1 and said[-1].startswith("2/2: ring 150 Hz")
     assert picture.stat().st_size > 10_000
@@ -134,7 +134,7 @@ def test_roller_stiffness():
 
 def test_thrust_start(beam, tmp_path):
     picture = tmp_path / "start.png"
-    assert example("thrust_start").main(str(picture), beam) == pytest.approx(30.0, rel=0.2)
+    assert example("thrust_start").main(str(picture), beam) == pytest.approx(79.0, rel=0.2)
     assert picture.stat().st_size > 10_000
 
 
@@ -149,7 +149,7 @@ def test_measured_pressure(beam, tmp_path, capsys):
 
 @pytest.mark.slow
 def test_flexible_block():
-    assert example("flexible_block").main("diesel_i6") == {"diesel_i6": pytest.approx(241.4, abs=0.1)}
+    assert example("flexible_block").main("diesel_i6") == {"diesel_i6": pytest.approx(237.6, abs=0.1)}
 
 
 @pytest.mark.slow

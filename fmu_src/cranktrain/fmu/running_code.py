@@ -11,7 +11,7 @@ from pathlib import Path
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.outputs.register import FAMILIES as OUTPUT_FAMILIES
 from cranktrain.dynamics.time.integrators import FAMILIES as INTEGRATOR_FAMILIES
-from cranktrain.film.laws.register import LAWS, THRUST
+from cranktrain.film.laws.register import forms
 
 SOURCES = Path(__file__).resolve().parents[2]
 """Folder of the package."""
@@ -24,8 +24,7 @@ FOREIGN = {"numpy", "numba", "llvmlite"} | set(sys.stdlib_module_names)
 
 def registered_modules() -> list[str]:
     """Modules of the package that rows of the running model's registers name."""
-    forms = [*(form for law in LAWS.values() for form in law.forms.values()), *THRUST.values()]
-    references = [entry for form in forms for entry in (form.kernel, form.record, form.memory)]
+    references = [entry for form in forms() for entry in (form.kernel, form.record, form.memory)]
     references += [family.kernel for family in OUTPUT_FAMILIES.values()]
     references += [entry for family in INTEGRATOR_FAMILIES.values() for entry in (family.step, family.difference)]
     names = {entry.partition(":")[0] for entry in references if isinstance(entry, str)}

@@ -13,10 +13,10 @@ from cranktrain.core.kernel import keep_record, kernel_address
 from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import AxialPath, JournalBearing, Oil, PlainBearing, ThrustBearing
-from cranktrain.film.laws.axial_joint import REMEMBERED, axial_joint, axial_joint_law
+from cranktrain.film.laws.axial_joint import REMEMBERED
 from cranktrain.film.laws.films import CLOSES, CONTACT, MEMORY, SIZE, VISCOUS, Films, no_films
 from cranktrain.film.laws.parabolic import film_geometry
-from cranktrain.film.laws.register import BIG_END, ROLLER, THRUST, Law
+from cranktrain.film.laws.register import AXIAL_JOINT, BIG_END, ROLLER, THRUST, Law
 
 _MISSING = {
     "table": "a film table of L/D {ratio:.4g}; make it by film-table",
@@ -104,7 +104,7 @@ def axial_joint_film(path: AxialPath | None) -> Films:
         return no_films(0)
     films = no_films(1)
     films.traits[MEMORY] = REMEMBERED
-    return enter(films, axial_joint_law, axial_joint(path))
+    return enter(films, resolve(AXIAL_JOINT.kernel), resolve(AXIAL_JOINT.record)(path))
 
 
 def enter(films: Films, law: Any, record: Any) -> Films:

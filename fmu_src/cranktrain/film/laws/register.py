@@ -126,6 +126,15 @@ THRUST = {
     for name, pads in (("closed", "closed"), ("axial", "thrust"), ("tilting", "thrust"))
 }
 """Forms of the thrust bearing: without clearance, with films under a collar square to its axis, or one that tilts."""
+AXIAL_JOINT = Form(f"{_HERE}.axial_joint:axial_joint_law", f"{_HERE}.axial_joint:axial_joint")
+"""The joint between flywheel and connecting shaft, along the axis."""
+
+
+def forms() -> list[Form]:
+    """Every form with a kernel: what a library without Python exports."""
+    found = [*(form for law in LAWS.values() for form in law.forms.values()), *THRUST.values(), AXIAL_JOINT]
+    return [form for form in found if form.kernel]
+
 
 for _law in (
     Law(

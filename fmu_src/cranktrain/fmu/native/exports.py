@@ -13,7 +13,7 @@ from cranktrain.core.named import resolve
 from cranktrain.dynamics.outputs.register import FAMILIES as OUTPUT_FAMILIES
 from cranktrain.dynamics.time.integrators import FAMILIES as INTEGRATOR_FAMILIES
 from cranktrain.film.laws.films import NUMBERS, SIZE
-from cranktrain.film.laws.register import LAWS, THRUST
+from cranktrain.film.laws.register import forms
 from cranktrain.modules.module_settings import from_bytes
 from cranktrain.modules.register import MODULES, module_files, module_of
 
@@ -65,9 +65,8 @@ def _functions() -> Iterator[Function]:
     """Force laws, families of outputs, steps of integrators and their differences from an embedded solution."""
     z = np.zeros
     of_law = (0, 0, 0, z(4), z(4), z(NUMBERS), z(1), z(SIZE))
-    for form in [*(form for law in LAWS.values() for form in law.forms.values()), *THRUST.values()]:
-        if form.kernel:
-            yield Function(resolve(form.kernel), lambda run: of_law)
+    for form in forms():
+        yield Function(resolve(form.kernel), lambda run: of_law)
     for family in OUTPUT_FAMILIES.values():
         yield Function(resolve(family.kernel), lambda run: (run.model, run.work, z(1), 0, z(1)))
     for steps in INTEGRATOR_FAMILIES.values():

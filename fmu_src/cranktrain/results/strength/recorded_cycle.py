@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.cycle_run import communication_step, run_cycles
-from cranktrain.dynamics.model.slots import OMEGA, OMEGA_DOT, THETA
+from cranktrain.dynamics.model.slots import AXIAL_INPUT, OMEGA, OMEGA_DOT, THETA
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
 from cranktrain.dynamics.settled.judging import TOLERANCE, Settling
 from cranktrain.dynamics.simulation import Simulation
@@ -35,6 +35,7 @@ class RecordedCycle:
     damping : (modes,) of structure, force over modal mass and rate, 1/s
     outputs : name → (n,) values
     settling : how settled the run is
+    axial_force : on the flywheel, N
     """
 
     engine: Engine
@@ -50,6 +51,7 @@ class RecordedCycle:
     damping: Array
     outputs: dict[str, Array]
     settling: Settling
+    axial_force: float = 0.0
 
     @property
     def crank_angle(self) -> Array:
@@ -126,4 +128,5 @@ def recorded_cycle(
         damping=simulation.model.damping[:modes].copy(),
         outputs=dict(zip(simulation.output_names, rows.T.copy(), strict=True)),
         settling=found.settling,
+        axial_force=float(simulation.inputs[engine.n_cylinders + AXIAL_INPUT]),
     )
