@@ -23,7 +23,7 @@ demo: $(VENV)/.installed-bare
 # A test that hangs is named and ended after a quarter of an hour, whatever else the machine does; the rest goes on.
 test: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m "not slow" \
-		--timeout 900 --timeout-method thread --durations 20 --durations-min 10 $(TESTS)
+		--timeout 900 --timeout-method signal --durations 20 --durations-min 10 $(TESTS)
 
 test-all: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder

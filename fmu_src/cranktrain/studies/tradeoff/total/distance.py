@@ -5,8 +5,9 @@ alternating part, and of these the largest,
 
     |y − z| = max_m  ( Σ_axes mean (y − z)² / Σ_axes var y_ref )^½ .
 
-Cycles are taken as Fourier series over 720° at the reference's samples, whatever their own are, so that with the one
-scale in all of them this is a norm: distances add up along any way of runs.
+Of families whose means are a matter of the run's past the alternating parts alone are compared. Cycles are taken as
+Fourier series over 720° at the reference's samples, whatever their own are, so that with the one scale in all of them
+this is a norm: distances add up along any way of runs.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ def distance(family: Family, engine: Engine, one: Cycle, other: Cycle, reference
         square, scale = 0.0, 0.0
         for name in names:
             count = reference[name].size
-            square += float(np.mean((resampled(one[name], count) - resampled(other[name], count)) ** 2))
+            difference = resampled(one[name], count) - resampled(other[name], count)
+            square += float(np.var(difference) if family.alternating else np.mean(difference**2))
             scale += float(np.var(reference[name]))
         if scale > 0.0:
             largest = max(largest or 0.0, math.sqrt(square / scale))

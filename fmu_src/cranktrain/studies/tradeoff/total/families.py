@@ -25,11 +25,13 @@ class Family:
     ----------
     name, title : for files and tables, and for pictures
     outputs : names without the number of a member; several are the axes of one vector
+    alternating : whether their means are left out, where they are a matter of the run's past
     """
 
     name: str
     title: str
     outputs: tuple[str, ...]
+    alternating: bool = False
 
     def members(self, engine: Engine) -> list[tuple[str, ...]]:
         """Outputs of an engine's runs that belong to it, those of one member together."""
@@ -54,7 +56,9 @@ FAMILIES: dict[str, Family] = {
     row.name: row
     for row in (
         Family("torsion", "torsion of the pulley", ("pulley.torsion",)),
-        Family("axial", "axial motion of the pulley", ("pulley.axial",)),
+        Family(
+            "axial", "axial motion of the pulley", ("pulley.axial",), alternating=True
+        ),  # a sliding spline remembers
         Family("forces", "forces of the main bearings", ("bearing.force.x", "bearing.force.y")),
         Family("film", "least film of the main bearings", ("bearing.film_thickness_min",)),
         Family("cover", "acceleration of the cover", ("cover.acceleration",)),
