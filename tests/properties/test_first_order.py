@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bodies import six
+from bodies import whole_six
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.state import ACCELERATION, TIME, offset
@@ -15,7 +15,7 @@ SPEED = 2000.0 * math.pi / 30.0
 
 
 def started(settings):
-    engine, body = six()
+    engine, body = whole_six()
     simulation = Simulation(engine, body, settings)
     simulation.inputs[0] = SPEED
     simulation.initialize()

@@ -1,8 +1,10 @@
 """The running model as a compiled right-hand side ẏ = f(t, y), for solvers that know nothing of its structure.
 
-y = [q, q̇, δ, w]: modal position and velocity, lead of the frame and its rate. The shaft turns at constant speed, the
-gas is the built-in trace. The rods' mass sits on the pins, so M(y) = I − Pᵀ A P with P the motion of the pins where
-they are and A ≤ 0 the rods' ∂f/∂a; the acceleration of the pins w = P a then follows from 2 equations per pin,
+y = [q, q̇, δ, w]: modal position and velocity, lead of the frame and its rate; where the drive line holds the crank
+along its axis also [s, z]: deflection z of the joint's teeth, and ṡ = z, so that methods of second order have a place.
+The shaft turns at constant speed, the gas is the built-in trace. The rods' mass sits on the pins, so M(y) = I − Pᵀ A P
+with P the motion of the pins where they are and A ≤ 0 the rods' ∂f/∂a; the acceleration of the pins w = P a then
+follows from 2 equations per pin,
 
     (1 − P Pᵀ A) w = P a₀ + P Pᵀ F₀,     a = a₀ + Pᵀ (F₀ + A w).
 
@@ -28,11 +30,14 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
 from cranktrain.dynamics.model.slots import (
     AREA,
+    AXIAL_FORCE,
+    AXIAL_INPUT,
     AXIAL_JOINT,
     BANK,
     COS,
     CRANKCASE,
     DELTA_J,
+    FIRST,
     FRAME_SIZE,
     GRAVITY,
     LEAD,
@@ -42,12 +47,11 @@ from cranktrain.dynamics.model.slots import (
     OFFSET,
     OMEGA,
     OMEGA_DOT,
+    PIN_ROTATIONS,
     PULLEY_AXIAL,
     PULLEY_ROTATION,
     RIGID_ROTATION,
     ROD,
-    SHAFT_C,
-    SHAFT_K,
     SIN,
     THETA,
     THRUST_LAW,
@@ -63,16 +67,19 @@ from cranktrain.dynamics.model.state import (
     offset,
 )
 from cranktrain.dynamics.motion.equations import external_force, frame_numbers, place_collar
-from cranktrain.dynamics.motion.film_ports import journal_forces, place_journal
+from cranktrain.dynamics.motion.film_memory import joint_offset
+from cranktrain.dynamics.motion.film_ports import journal_forces, place_joint, place_journal
 from cranktrain.dynamics.motion.gas import trace_pressure
-from cranktrain.dynamics.motion.linear_algebra import add_product, factor_lu, product, solve_lu
+from cranktrain.dynamics.motion.linear_algebra import add_product, dot, factor_lu, product, solve_lu
 from cranktrain.dynamics.motion.rod_motion import ARM, pin_motion
 from cranktrain.dynamics.simulation import Simulation
+from cranktrain.film.laws.axial_joint import DEFLECTION, LEAST_LIMIT, SLIP, WINDUP_TORQUE, axial_joint
 from cranktrain.film.laws.films import FORCE, RUBBING, SPEED, film_call
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 from cranktrain.loads.slider_crank import BY_ACCELERATION, rod_force
+from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
 
 PLACE, PACE, REST, FORCES = range(4)
 TURNING = 5
@@ -95,8 +102,9 @@ class Scratch(NamedTuple):
     pivots: Array
     rhs: Array
     row: Array
-    increments: Array  # (2n + 2,) of the unknowns in the Jacobian's differences
-    base: Array  # (2n + 2,)
+    increments: Array  # (size,) of the unknowns in the Jacobian's differences
+    base: Array  # (size,)
+    joint: Array  # (3,) constants of the axial joint; empty without one
 
 
 class FirstOrder:
@@ -121,12 +129,17 @@ class FirstOrder:
         n, m, p = d.modes, d.ports, d.cylinders
         state = simulation.state
         speed = float(simulation.inputs[0])
-        pins = model.ports[2 * d.bearings + 1 : 2 * d.bearings + 1 + 3 * p]
+        first, rotation = 2 * d.bearings + 1, int(model.layout[PIN_ROTATIONS])
+        pins = np.concatenate((model.ports[first : first + 2 * p], model.ports[rotation : rotation + p]))
         z = np.zeros
+        path = simulation.engine.axial_path if model.layout[AXIAL_JOINT] > 0.0 else None
+        size = 2 * n + (2 if path is None else 4)
         scratch = Scratch(
             z(FRAME_SIZE), z((4, m)), z((2, n)), z(64), np.ascontiguousarray(pins @ pins.T), z((p, 2)), z((p, 2)),
-            z((p, 4)), z((p, 2)), z((2 * p, 2 * p)), z(2 * p), z(2 * p), z(3 * p), z(2 * n + 2), z(2 * n + 2),
+            z((p, 4)), z((p, 2)), z((2 * p, 2 * p)), z(2 * p), z(2 * p), z(3 * p), z(size), z(size),
+            z(0) if path is None else axial_joint(path).constants,
         )  # fmt: skip
+        scratch.frame[AXIAL_FORCE] = simulation.inputs[p + AXIAL_INPUT]
         self.modes = n
         self.clearances = np.ascontiguousarray(model.bearings[:, CLEARANCE])
         self.data = (model, scratch, speed, float(state[SHAFT_ANGLE] - speed * state[TIME]))
@@ -137,14 +150,15 @@ class FirstOrder:
 
     @property
     def increments(self) -> Array:
-        """Increments (2n + 2,) of the unknowns in the Jacobian's differences; set in place."""
+        """Increments (size,) of the unknowns in the Jacobian's differences; set in place."""
         return self.data[1].increments
 
     def start(self, state: Array) -> Array:
-        """Unknowns (2n + 2,) of a state of the simulation."""
-        n = self.modes
+        """Unknowns (size,) of a state of the simulation."""
+        model, scratch, n = self.data[0], self.data[1], self.modes
         q, v = offset(POSITION, n), offset(VELOCITY, n)
-        return np.concatenate([state[q : q + n], state[v : v + n], state[[LEAD_ANGLE, LEAD_SPEED]]])
+        joint = [0.0, state[joint_offset(model) + DEFLECTION]] if scratch.joint.size else []
+        return np.concatenate([state[q : q + n], state[v : v + n], state[[LEAD_ANGLE, LEAD_SPEED]], joint])
 
     def __call__(self, t: float, y: Array) -> Array:
         """Derivative of the unknowns."""
@@ -160,7 +174,7 @@ class FirstOrder:
         return out.T
 
     def quantities(self, y: Array) -> Array:
-        """Pulley torsion, its axial motion and each main's least film, (2 + b, samples), of unknowns (2n + 2, samples).
+        """Pulley torsion, its axial motion and each main's least film, (2 + b, samples), of unknowns (size, samples).
 
         The film of a main is 0 where the journal's middle lies beyond its clearance circle.
         """
@@ -181,8 +195,6 @@ def refuse_other_models(simulation: Simulation) -> None:
     ):  # fmt: skip
         if value != known:
             raise InputError(f"first-order equations know '{known}' only, not '{value}'; use the stage solver")
-    if simulation.model.layout[AXIAL_JOINT] > 0.0:
-        raise InputError("first-order equations know no [axial_path]; leave the table out, or use the stage solver")
     law = bearing_law(chosen.bearings)
     if law.tilt or not law.carries:
         raise InputError(
@@ -192,7 +204,7 @@ def refuse_other_models(simulation: Simulation) -> None:
 
 @law_kernel
 def rate(model, s, speed, angle0, t, y, out):
-    """Fill ``out`` (2n + 2,) with ẏ; 0."""
+    """Fill ``out`` (size,) with ẏ; 0."""
     n = model.omega2.shape[0]
     m = model.ports.shape[0]
     q = y[:n]
@@ -207,6 +219,9 @@ def rate(model, s, speed, angle0, t, y, out):
     product(model.ports_transposed, q, n, m, s.port[PLACE])
     product(model.ports_transposed, v, n, m, s.port[PACE])
     _bearing_forces(model, s)
+    if s.joint.shape[0] > 0:
+        out[2 * n + 2] = y[2 * n + 3]
+        out[2 * n + 3] = _joint_force(model, s, y[2 * n + 3])
     _rod_forces(model, s, model.scalars[RIGID_ROTATION] * q[TURNING])
     for k in range(m):
         force = s.port[FORCES, k]
@@ -239,14 +254,13 @@ def _body_acceleration(model, s, q, v, a):
     frame = s.frame
     omega = frame[OMEGA]
     external_force(model, frame, s.rhs, q, a)
-    twist = 0.0
-    twist_rate = 0.0
+    for k in range(model.shafts.shape[0]):
+        law = model.shaft_laws[k]
+        torque = law[STIFFNESS] * dot(model.shafts[k], q, n) + law[DAMPING] * dot(model.shafts[k], v, n)
+        for i in range(n):
+            a[i] -= torque * model.shafts[k, i]
     for i in range(n):
-        twist += model.ends[0, i] * q[i]
-        twist_rate += model.ends[0, i] * v[i]
-    torque = model.scalars[SHAFT_K] * twist + model.scalars[SHAFT_C] * twist_rate
-    for i in range(n):
-        a[i] -= model.omega2[i] * q[i] + model.damping[i] * v[i] + torque * model.ends[0, i]
+        a[i] -= model.omega2[i] * q[i] + model.damping[i] * v[i]
         s.modal[0, i] = -2.0 * omega * v[i] - frame[OMEGA_DOT] * q[i]
         s.modal[1, i] = -omega * omega * q[i]
     add_product(model.gyroscopic, s.modal[0], n, n, a)
@@ -257,7 +271,7 @@ def _body_acceleration(model, s, q, v, a):
 def _bearing_forces(model, s):
     """Forces of main and thrust bearings at their ports into ``s.port``."""
     b = model.bearings.shape[0]
-    journal = 2 * b + 1 + 3 * model.pins.shape[0]
+    journal = model.ports.shape[0] - b
     omega = s.frame[OMEGA]
     u = s.port[PLACE]
     ud = s.port[PACE]
@@ -276,12 +290,26 @@ def _bearing_forces(model, s):
 
 
 @kernel
+def _joint_force(model, s, z):
+    """Force of the axial joint at deflection ``z`` into ``s.port``; ż."""
+    joint = model.axial_joint
+    place_joint(model, s.frame, s.port[PLACE], s.port[PACE])
+    slip_rate = joint.velocity[0, SLIP]
+    rate = slip_rate
+    if s.joint[2] >= 0.0:
+        limit = s.joint[2] * abs(joint.place[0, WINDUP_TORQUE]) + LEAST_LIMIT
+        rate -= s.joint[0] * abs(slip_rate) * z / limit
+    k = int(model.connections[int(model.layout[AXIAL_JOINT]), FIRST])
+    s.port[FORCES, k] = -s.joint[0] * z - s.joint[1] * rate
+    return rate
+
+
+@kernel
 def _rod_forces(model, s, rotation):
     """Rods' forces at rest against the pins into ``s.port``, and by the pins' acceleration into ``s.mass``.
 
     The gas acts at the crank's angle, which is by ``rotation`` (rad) ahead of the frame's.
     """
-    p = model.pins.shape[0]
     first = 2 * model.bearings.shape[0] + 1
     theta = s.frame[THETA]
     f = s.port[FORCES]
@@ -310,7 +338,7 @@ def _rod_forces(model, s, rotation):
         force_y = cos * r[1] - sin * r[0]
         f[first + 2 * k] = force_x
         f[first + 2 * k + 1] = force_y
-        f[first + 2 * p + k] = lever_x * force_y - lever_y * force_x
+        f[int(model.layout[PIN_ROTATIONS]) + k] = lever_x * force_y - lever_y * force_x
         xx, xy, yx, yy = four(r, BY_ACCELERATION)
         mass_xx = cos * cos * xx + cos * sin * (xy + yx) + sin * sin * yy
         mass_xy = cos * cos * xy + cos * sin * (yy - xx) - sin * sin * yx
@@ -324,7 +352,7 @@ def _add_rod_masses(model, s, a):
     n = a.shape[0]
     p = model.pins.shape[0]
     first = 2 * model.bearings.shape[0] + 1
-    rotation = first + 2 * p
+    rotation = int(model.layout[PIN_ROTATIONS])
     for k in range(p):
         for axis in range(2):
             i = 2 * k + axis

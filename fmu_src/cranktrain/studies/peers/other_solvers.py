@@ -62,12 +62,12 @@ def other_run(case: Case, started: Callable[[Case], Simulation]) -> tuple[Array,
     equations.increments[:] = INCREMENT * size
     y0 = equations.start(simulation.state)
     if case.method in SCIPY:
-        return _scipy(case, equations, y0, floored(size) if case.scaling == "floored" else size)
+        return _scipy(case, equations, y0, floored(size, equations.modes) if case.scaling == "floored" else size)
     return _fixed(case, equations, y0, size)
 
 
 def amplitudes(case: Case, started: Callable[[Case], Simulation]) -> Array:
-    """Standard deviation of each unknown over the second cycle of a run of the stage solver, (2n + 2,)."""
+    """Standard deviation of each unknown over the second cycle of a run of the stage solver, (size,)."""
     settings = replace(case.settings, integrator="auto", step=math.radians(AMPLITUDE_STEP_DEG))
     simulation = started(replace(case, settings=settings))
     equations = FirstOrder(simulation)
@@ -80,9 +80,8 @@ def amplitudes(case: Case, started: Callable[[Case], Simulation]) -> Array:
     return np.asarray(np.maximum(size, 1e-9 * size.max()))
 
 
-def floored(size: Array) -> Array:
-    """Amplitudes (2n + 2,) of which none is below ``FLOOR`` of the largest among positions, or among velocities."""
-    n = size.size // 2 - 1
+def floored(size: Array, n: int) -> Array:
+    """Amplitudes (size,) of which none of the ``n`` modes' is below ``FLOOR`` of the largest place, or velocity."""
     result = size.copy()
     for block in (slice(0, n), slice(n, 2 * n)):
         result[block] = np.maximum(size[block], FLOOR * size[block].max())
@@ -129,7 +128,7 @@ def _fixed(case: Case, equations: FirstOrder, y0: Array, size: Array) -> tuple[A
 
     def solver() -> FixedStep:
         kernels = Equations(equations.rate_address, equations.data, equations.jacobian_address)
-        return FixedStep(case.method, kernels, y0, equations.modes, floored(size))
+        return FixedStep(case.method, kernels, y0, equations.modes, floored(size, equations.modes))
 
     steps = round(case.kept_deg / case.step_deg)
     h = math.radians(case.kept_deg) / case.speed / steps
