@@ -140,9 +140,9 @@ def test_every_source_is_near_the_solid(name, source):
         hz, shares = free_modes(engine, complete_crankshaft(engine, body))
         first.append(torsional_frequencies(hz, shares)[0])
     held = source in ("solid-on-bearings", "solid-in-motion")
-    # Carter takes a throw of thin webs for softer than it is: 6.5 % in frequency at the six's 22.4 mm.
+    # Carter takes a throw of thin webs for softer than it is: 7.6 % in frequency at the six's 21 mm.
     thin = source == "carter" and name == "diesel_i6"
-    assert first[1] == pytest.approx(first[0], rel=0.10 if held else 0.07 if thin else 0.03)
+    assert first[1] == pytest.approx(first[0], rel=0.10 if held else 0.08 if thin else 0.03)
 
 
 @pytest.mark.parametrize("engine", [load_engine("diesel_i6"), load_engine("diesel_v8"), single()], ids=lambda e: e.name)

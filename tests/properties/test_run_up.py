@@ -14,7 +14,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bodies import six
+from bodies import whole_six
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -71,7 +71,7 @@ def test_a_steady_cycle_from_neighbours_is_the_last_of_a_long_run(made):
 )
 def test_every_family_of_outputs_is_that_of_a_long_run(rpm, settle):
     """Solid crank on films, whose torsion and collar settle by what the neighbours taught (benchmarks/long_run.py)."""
-    engine, body = six()
+    engine, body = whole_six()
     runs = SteadyRuns(
         Job(Assembly(engine, resolved(Settings(), engine), body, Parts()), None, settle, 24.0, ("pulley.torsion",))
     )
