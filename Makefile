@@ -26,7 +26,7 @@ test: $(VENV)/.installed-test
 		--timeout 900 --timeout-method signal --durations 20 --durations-min 10 $(TESTS)
 
 test-all: $(VENV)/.installed-test
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --known-skips
 
 mutants: $(VENV)/.installed-test
 	$(BIN)/python tests/mutants.py

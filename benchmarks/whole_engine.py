@@ -1,8 +1,8 @@
 """The whole six: what block, pistons and damper cost, and how far a step of 0.5 degrees is from a finer one.
 
-Cost is a ratio inside one run: medians over rounds in which every case takes its turn. The error is that of DESIGN
-section 4, against the same model at a quarter of the step by sdirk4; real-time factors are processor time of all cycles
-but the first over simulated time, on this machine now.
+Cost is a ratio inside one run: medians over rounds in which every case takes its turn. The error is the RMS of the
+difference over that of the alternating part, against the same model at a quarter of the step by sdirk4; real-time
+factors are processor time of all cycles but the first over simulated time, on this machine now.
 """
 
 from __future__ import annotations

@@ -154,7 +154,7 @@ def test_free_rotor_in_flight_does_not_wind_up():
 
 
 def test_a_lumped_disc_gets_its_textbook_terms():
-    """Turning frame, disc about its centre: Coriolis (2 J_d − J_p) Ω, stiffness (J_p − J_d) Ω² (DESIGN section 4)."""
+    """Turning frame, about its centre: Coriolis (2 J_d − J_p) Ω, stiffness (J_p − J_d) Ω² (core/reduced_body.py)."""
     mass, diametral, polar = 30.0, 0.6, 1.1
     bare = rigid(bare_shaft())
     disc = attach(bare, "left", mass, np.diag([diametral, diametral, polar]), (0.0, 0.0, 0.0))

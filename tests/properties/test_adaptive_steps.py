@@ -28,7 +28,7 @@ def run(tolerance, integrator="esdirk4", bearings="linear"):
 
 
 def error(tolerance, integrator="esdirk4", name="pulley.torsion"):
-    """Relative error (DESIGN section 4) against fixed steps of 0.25 degrees."""
+    """RMS of the difference from fixed steps of 0.25 degrees over the alternating part, as in docs/tradeoff.md."""
     found, exact = run(tolerance, integrator).last_cycle(name)[1], run(None).last_cycle(name)[1]
     return np.sqrt(np.mean((found - exact[::24]) ** 2)) / np.std(exact)
 

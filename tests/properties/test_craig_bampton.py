@@ -139,7 +139,7 @@ def test_rotation_about_z_is_neutral_for_a_body_out_of_balance(reduced):
 
 
 def test_rigid_rotations_see_the_moments_of_inertia():
-    """DESIGN section 4: K_σ − C = diag(J_z − J_y, J_z − J_x, 0) for principal axes through the origin."""
+    """As core/reduced_body.py says, K_σ − C = diag(J_z − J_y, J_z − J_x, 0) for principal axes through the origin."""
     mesh = block((0.08, 0.05, 0.12), (2, 2, 3))
     mesh = mesh.with_boundaries({"top": lambda p: p[2] > 0.06 - 1e-9})
     model = finite_elements(mesh, STEEL)
