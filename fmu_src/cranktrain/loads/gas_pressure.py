@@ -40,7 +40,6 @@ from cranktrain.loads.built_in_trace import (
 
 Array = NDArray[np.float64]
 
-GAS_CONSTANT = 287.0
 BUILT_IN_SOURCE = "built-in Wiebe cycle"
 
 
