@@ -78,7 +78,7 @@ def test_every_family_of_outputs_is_that_of_a_long_run(rpm, settle):
     near = [runs.at((rpm - 40.0) * RPM).start]
     near = [runs.at((rpm - 20.0) * RPM, near).start, *near]
     runs.enter(rpm * RPM, near)
-    long, found = run_cycles(runs.simulation, 60, 1e-6, None, None), runs.settled(rpm * RPM, near)
+    long, found = run_cycles(runs.simulation, 90, 1e-6, None, None), runs.settled(rpm * RPM, near)
     rows = [np.stack([values[-long.per_cycle :] for values in run.outputs.values()], axis=1) for run in (long, found)]
     judge = output_judge(engine, {name: k for k, name in enumerate(long.outputs)})
     assert found.settling.repeats == 1 and long.settling.worst[1] < 0.1 * settle

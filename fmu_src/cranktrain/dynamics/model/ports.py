@@ -47,6 +47,7 @@ from cranktrain.dynamics.model.slots import (
     PIN_ROTATIONS,
     PISTONS,
     PORTS,
+    SLIDING,
     TURNED,
     WINDUP,
 )
@@ -169,6 +170,7 @@ def lay_ports(
     layout[MAINS] = len(engine.crankshaft.main_widths)
     layout[PIN_ROTATIONS] = first_pin if turns else len(scales) + (axial_joint > 0)
     layout[AXIAL_JOINT], layout[WINDUP] = axial_joint, len(scales)
+    layout[SLIDING] = axial_joint > 0 and engine.axial_path is not None and engine.axial_path.joint == "spline"
     if pistons:
         layout[PISTONS] = layout[PORTS]
         layout[PORTS] += 2 * c

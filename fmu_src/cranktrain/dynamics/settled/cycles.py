@@ -1,9 +1,10 @@
 """Cycles of a simulation one after the other: exactly so many, or until they repeat.
 
 After each cycle r = G(x) − x is what the state x misses of being periodic. The next one starts from
-G(x) + M (I − M)⁻¹ r of the slow modes alone (:mod:`slow_modes`), where plain running would leave M of it. Where that
-gains no more, the motion may repeat only after several: plain cycles then show after how many, say p, it comes nearest
-to itself, and from then on p are taken at once, Mᵖ in the place of M.
+G(x) + M (I − M)⁻¹ r of the slow modes alone (:mod:`slow_modes`), where plain running would leave M of it; an engine
+that creeps along the crank's axis is brought to where it stays besides (:mod:`creep`). Where that gains no more, the
+motion may repeat only after several: plain cycles then show after how many, say p, it comes nearest to itself, and from
+then on p are taken at once, Mᵖ in the place of M.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.slots import DRIVEN
 from cranktrain.dynamics.model.state import SHAFT_ANGLE, TIME
 from cranktrain.dynamics.settled.collar import Learned
+from cranktrain.dynamics.settled.creep import creep_of
 from cranktrain.dynamics.settled.estimate import Past
 from cranktrain.dynamics.settled.judging import MOST_CYCLES, TOLERANCE, Judge, Settling
 from cranktrain.dynamics.settled.longer_periods import (
@@ -32,7 +34,7 @@ from cranktrain.dynamics.settled.longer_periods import (
     nearest_period,
     repeats_every,
 )
-from cranktrain.dynamics.settled.motion import add_motion, settling_motion
+from cranktrain.dynamics.settled.motion import Motion, add_motion, settling_motion
 from cranktrain.dynamics.settled.slow_modes import SlowModes
 
 CALL = 0.2
@@ -41,6 +43,8 @@ RECENT = LONGEST_PERIOD + 2
 """Cycles that a run holds where its samples are kept elsewhere: those that are compared, and one under way."""
 PATIENCE, PATIENCE_OF_BLOCKS, GAIN = 3, 2, 0.5
 """A run gains no more when this many cycles together, or blocks of some, leave more than this share of before."""
+PATIENCE_OF_CREEP = 4
+"""The same where the engine creeps first."""
 RISES = 2
 """Cycles together that leave more than one before them: films that follow the cycle before do not settle."""
 
@@ -203,15 +207,17 @@ def settled_cycles(
     """
     simulation = recorder.simulation
     modes = SlowModes(simulation.model, float(simulation.inputs[0]), expected.learned)
+    creep = creep_of(simulation.model, modes)
+    patience = PATIENCE if creep is None else PATIENCE_OF_CREEP
     search, shortest = expected.doubtful, 1 if expected.doubtful else 2
-    block, done, share = 1, 0, 0.0
+    block, done, share, apart, learns = 1, 0, 0.0, math.inf, True
     past, rows = Past(modes, judge), np.empty(0)
     worst: list[float] = []
-    apart, learns = math.inf, True
     settling = Settling(0, 0, tolerance)
     while True:
         if search:
             modes.collar.forget()
+            creep = creep_of(simulation.model, modes)
             # How often a motion repeats, if at all, is told by films that follow no cycle before.
             simulation.solve_films_anew()
             plain = plainly(recorder, judge, tolerance, most - LONGEST_PERIOD - done, shortest)
@@ -238,9 +244,7 @@ def settled_cycles(
         if say is not None and left:
             say(f"cycle {done}: {worst[-1]:.1e} is left, to be {tolerance:g}")
         if progress is not None:
-            gained = math.log(worst[0] / max(worst[-1], tolerance)) if worst and worst[0] > tolerance else 0.0
-            needed = math.log(worst[0] / tolerance) if gained > 0.0 else 1.0
-            share = max(share, done / most, gained / needed)
+            share = max(share, done / most, _gained(worst, tolerance))
             progress(min(share, 1.0))
         fades, apart = fading(judge, rows[1:], block, apart, tolerance)
         if left and worst[-1] <= tolerance and not fades:
@@ -249,20 +253,24 @@ def settled_cycles(
             return Recorded(kept, Settling(done, repeats, tolerance, left), True, learned=modes.learned)
         if done + block > most:
             return Recorded(rows, settling, True, learned=modes.learned)
-        rises = len(worst) > RISES and min(worst[-RISES:]) > min(worst[:-RISES])
-        if (rises or _gains_no_more(worst, PATIENCE)) and simulation.solve_films_anew():
+        rises = creep is None and len(worst) > RISES and min(worst[-RISES:]) > min(worst[:-RISES])
+        if (rises or _gains_no_more(worst, patience)) and simulation.solve_films_anew():
             worst = worst[-1:]
             if say is not None:
                 say(f"cycle {done}: films that follow the cycle before do not settle; solved anew from here on")
-        if _gains_no_more(worst, PATIENCE if block == 1 else PATIENCE_OF_BLOCKS):
+        stays = _gains_no_more(worst, patience if block == 1 else PATIENCE_OF_BLOCKS)
+        if stays and creep is not None and creep.fresh_start():
+            worst = worst[-1:]
+        elif stays:
             search = done + PLAINLY + LONGEST_PERIOD <= most
             if search:
                 continue
             if block > 1:
                 return Recorded(rows, settling, True, learned=modes.learned)
-        state = simulation.state
-        add_motion(state, modes.correction(change, block))
-        simulation.state = state
+        total = modes.correction(change, block)
+        if creep is not None and done > 1:
+            total = total.plus(creep.correction(start, change, total))
+        move_on(simulation, total)
 
 
 class Plain(NamedTuple):
@@ -296,12 +304,26 @@ def plainly(recorder: Recorder, judge: Judge, tolerance: float, most: int, short
     return Plain(taken, rows, abs(nearest), parting)
 
 
+def move_on(simulation: Stepped, motion: Motion) -> None:
+    """Add a motion to the present state."""
+    state = simulation.state
+    add_motion(state, motion)
+    simulation.state = state
+
+
 def rewind(simulation: Stepped, cycles: int) -> None:
     """Call the present state the start: time from 0, the shaft's angle less the cycles that it has turned."""
     state = simulation.state
     state[TIME] = 0.0
     state[SHAFT_ANGLE] -= 4.0 * math.pi * cycles
     simulation.state = state
+
+
+def _gained(worst: list[float], tolerance: float) -> float:
+    """Share of the way to the tolerance, by the logarithm of what is left."""
+    if not worst or worst[0] <= tolerance:
+        return 0.0
+    return math.log(worst[0] / max(worst[-1], tolerance)) / math.log(worst[0] / tolerance)
 
 
 def _gains_no_more(worst: list[float], patience: int) -> bool:

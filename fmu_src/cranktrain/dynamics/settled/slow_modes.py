@@ -36,7 +36,7 @@ from cranktrain.dynamics.model.slots import (
     SHAFT_K,
     TURNING_MODES,
 )
-from cranktrain.dynamics.settled.collar import ALONG, RATE, Collar, Learned
+from cranktrain.dynamics.settled.collar import NOTHING_LEFT, RATE, Collar, Learned
 from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.start.mean_motion import carried
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
@@ -45,6 +45,8 @@ PLAIN = 0.3
 """Size of the collar's motion over the free mode's from which on the collar is seen well enough to be learned."""
 SERIES, HALVINGS = 14, 8
 """Terms of the exponential's series, and how often its argument is halved beyond a norm of 1."""
+ALONG = 2
+"""The block's rigid mode along the crank's axis."""
 
 
 class SlowPart(Protocol):
@@ -106,8 +108,8 @@ class DriveLine:
 class BlockOnMounts:
     """The block and what it carries, y = (η, η̇) of its six rigid modes.
 
-    Where the drive line holds the crank along its axis, the thrust films damp the block's motion along it: that mode
-    dies away within some cycles and is left out.
+    Where the drive line holds the crank along its axis, films and sliding teeth hold the block along it as well: no
+    formula has that mode, and it is left out (:mod:`creep`).
     """
 
     def __init__(self, model: ModelArrays, speed: float) -> None:
@@ -177,9 +179,11 @@ class SlowModes:
 
     def __init__(self, model: ModelArrays, speed: float, learned: Learned | None = None) -> None:
         self.free = None if learned is None else learned.free
-        self.collar = Collar(model, None if learned is None else learned.collar)
+        self.collar = Collar(model, NOTHING_LEFT if learned is None else learned.collar)
         self._period = 4.0 * math.pi / speed
         self._model = model
+        # Where the engine creeps along the axis all other modes settle with it (:mod:`creep`).
+        self._creeps = bool(model.layout[AXIAL_JOINT] > 0.0 and model.layout[BORE_ROTATIONS] > 0.0)
         driven = model.scalars[DRIVEN] > 0.0
         self.drive_line = DriveLine(model, speed) if driven and model.scalars[SHAFT_K] > 0.0 else None
         self.block = BlockOnMounts(model, speed) if driven and model.layout[BORE_ROTATIONS] > 0.0 else None
@@ -196,10 +200,9 @@ class SlowModes:
         for part in self._parts:
             m = exponential(part.matrix * (cycles * self._period))
             total = total.plus(part.lift(m @ np.linalg.solve(np.eye(len(m)) - m, part.split(change))))
-        if self.free is not None or self.collar.block:
-            total = total.plus(self.collar.correction(self._fast(change), cycles))
-        if self.free is None:
+        if self.free is None or self._creeps:
             return total
+        total = total.plus(self.collar.correction(self._fast(change), cycles))
         return total.plus(self.free.correction(self.rest(change), cycles * self._period))
 
     @property
@@ -214,8 +217,6 @@ class SlowModes:
         it has been taken off, the collar shows.
         """
         if self.free is None:
-            if self.collar.block and not first:
-                self.collar.learn(self._fast(before), self._fast(after))
             return
         if first:
             self.free = self.free.learned(self.rest(before), self.rest(after), self._period)

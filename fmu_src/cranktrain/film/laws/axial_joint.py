@@ -11,7 +11,7 @@ slides a constant force. z belongs to the state and follows the stage's own rule
 
     z = (Δ + g v) / (1 + g k |v| / F_max).
 
-A bolted joint has F_max = ∞: z is the displacement of the flywheel against the shaft.
+A bolted joint has F_max = ∞: z is the displacement of the flywheel against the shaft, whatever the past.
 
 Source: P. R. Dahl, A solid friction model, The Aerospace Corporation, TOR-0158(3107-18)-1 (1968).
 """
@@ -75,8 +75,11 @@ def axial_joint_law(record, action, i, place, velocity, numbers, memory, out):
     """
     own = _read(record)
     if action in (FORCE, CLOSE_STAGE):
-        z, by_velocity = _deflection(own, abs(place[WINDUP_TORQUE]), velocity[SLIP], numbers[GAIN])
-        rate = (z - own.known[0]) / numbers[GAIN]
+        if own.constants[LIMIT_BY_TORQUE] < 0.0:
+            z, by_velocity, rate = place[SLIP], numbers[GAIN], velocity[SLIP]
+        else:
+            z, by_velocity = _deflection(own, abs(place[WINDUP_TORQUE]), velocity[SLIP], numbers[GAIN])
+            rate = (z - own.known[0]) / numbers[GAIN]
         if action == CLOSE_STAGE:
             own.deflection[0] = z
             own.rates[int(numbers[STAGE])] = rate
@@ -108,8 +111,6 @@ def axial_joint_law(record, action, i, place, velocity, numbers, memory, out):
 def _deflection(own, torque, v, gain):
     """Deflection z (m) of the teeth at slip velocity v (m/s), and ∂z/∂v."""
     known = own.known[0]
-    if own.constants[LIMIT_BY_TORQUE] < 0.0:
-        return known + gain * v, gain
     limit = own.constants[LIMIT_BY_TORQUE] * torque + LEAST_LIMIT
     per_speed = gain * own.constants[STIFFNESS] / limit
     yielding = 1.0 + per_speed * abs(v)

@@ -296,7 +296,9 @@ def _joint_force(model, s, z):
     place_joint(model, s.frame, s.port[PLACE], s.port[PACE])
     slip_rate = joint.velocity[0, SLIP]
     rate = slip_rate
-    if s.joint[2] >= 0.0:
+    if s.joint[2] < 0.0:
+        z = joint.place[0, SLIP]
+    else:
         limit = s.joint[2] * abs(joint.place[0, WINDUP_TORQUE]) + LEAST_LIMIT
         rate -= s.joint[0] * abs(slip_rate) * z / limit
     k = int(model.connections[int(model.layout[AXIAL_JOINT]), FIRST])
