@@ -14,7 +14,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bodies import whole_six
+from bodies import six, whole_six
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -71,14 +71,14 @@ def test_a_steady_cycle_from_neighbours_is_the_last_of_a_long_run(made):
 )
 def test_every_family_of_outputs_is_that_of_a_long_run(rpm, settle):
     """Solid crank on films, whose torsion and collar settle by what the neighbours taught (benchmarks/long_run.py)."""
-    engine, body = whole_six()
+    engine, body = whole_six() if rpm > 2000.0 else six()  # without an axial path it has no period there
     runs = SteadyRuns(
         Job(Assembly(engine, resolved(Settings(), engine), body, Parts()), None, settle, 24.0, ("pulley.torsion",))
     )
     near = [runs.at((rpm - 40.0) * RPM).start]
     near = [runs.at((rpm - 20.0) * RPM, near).start, *near]
     runs.enter(rpm * RPM, near)
-    long, found = run_cycles(runs.simulation, 90, 1e-6, None, None), runs.settled(rpm * RPM, near)
+    long, found = run_cycles(runs.simulation, 60, 1e-6, None, None), runs.settled(rpm * RPM, near)
     rows = [np.stack([values[-long.per_cycle :] for values in run.outputs.values()], axis=1) for run in (long, found)]
     judge = output_judge(engine, {name: k for k, name in enumerate(long.outputs)})
     assert found.settling.repeats == 1 and long.settling.worst[1] < 0.1 * settle
