@@ -1,12 +1,14 @@
 """Settled runs: their last cycle, what one more changes of it, and what such a cycle costs.
 
-A run goes on until its outputs repeat, as ``cranktrain simulate`` does. Then plain cycles follow, with all films solved
-anew: the first tells what settling has left, and the median of their processor times is the cost of a settled cycle.
-What ends is kept at once.
+A run goes on until its outputs repeat, as ``cranktrain simulate`` does; one that others are compared with, whose cycles
+are dear, from where the same run settles with a long step on the usual grid. Then plain cycles follow, with all films
+solved anew: the first tells what settling has left, and the median of their processor times is the cost of a settled
+cycle. What ends is kept at once.
 """
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -18,13 +20,17 @@ import numpy as np
 from cranktrain.core.errors import CranktrainError
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import communication_step, run_cycles
+from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.state import SHAFT_ANGLE
+from cranktrain.dynamics.motion.film_memory import joint_offset, memory_offset
 from cranktrain.dynamics.settled.judging import TOLERANCE
+from cranktrain.dynamics.settled.motion import motion_of, put_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.film.laws.ehd import IN_LOOP
-from cranktrain.structure.assembly import assemble
+from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.studies.kept import Kept, digest
 from cranktrain.studies.tradeoff.total.families import Cycle, wanted
 
@@ -36,6 +42,8 @@ FINE_GRID = ElasticGrid(2 * IN_LOOP.n_phi, 2 * IN_LOOP.n_z, 0.3)
 """Nodes of elastic films of the reference: least films within 3 % of those of 96 x 24, the six at 2000 rev/min."""
 TIMED_SECONDS, TIMED_CYCLES, FEWEST_CYCLES = 0.4, 20, 3
 """Plain cycles are timed for so many processor seconds, at most and at least so many of them; a slow one once."""
+COARSE_DEG = 4.0
+"""Step of the run that one of a fine step begins from."""
 SLOW = 2.0
 """Processor seconds of a cycle that is not repeated."""
 
@@ -100,10 +108,11 @@ def _run(job: Job, say: Progress) -> dict[str, Array]:
     parts = made.parts
     if job.fine_grid and parts.bore is not None:
         parts = parts._replace(bore=replace(parts.bore, grid=FINE_GRID))
-    simulation = Simulation(made.engine, made.body, made.settings, None, parts)
-    simulation.inputs[0] = job.speed
-    simulation.keep_cycles()
-    simulation.initialize()
+    simulation = _begun(made, made.settings, parts, job.speed)
+    if not job.goes_on:
+        coarse = _begun(made, replace(made.settings, step=math.radians(COARSE_DEG)), made.parts, job.speed)
+        run_cycles(coarse, None, TOLERANCE, None, None)
+        _go_on_from(simulation, coarse)
     begin = time.process_time()
     result = run_cycles(simulation, None, job.settle, None, None)
     seconds = time.process_time() - begin
@@ -124,6 +133,28 @@ def _run(job: Job, say: Progress) -> dict[str, Array]:
         "names": np.array(names), "last": last, "after": after,
         "figures": np.array(figures, dtype=float),
     }  # fmt: skip
+
+
+def _begun(made: Assembly, settings: Settings, parts: Parts, speed: float) -> Simulation:
+    """A simulation at its start."""
+    simulation = Simulation(made.engine, made.body, settings, None, parts)
+    simulation.inputs[0] = speed
+    simulation.keep_cycles()
+    simulation.initialize()
+    return simulation
+
+
+def _go_on_from(simulation: Simulation, other: Simulation) -> None:
+    """Start from the motion that another of the same model has; films that keep as much go on with it."""
+    state, known = simulation.state, other.state
+    put_motion(state, motion_of(known, simulation.model.omega2.size))
+    state[SHAFT_ANGLE] = known[SHAFT_ANGLE]
+    kept = joint_offset(simulation.model)
+    state[kept:] = known[joint_offset(other.model) :]
+    if kept == joint_offset(other.model):
+        films = memory_offset(simulation.model, 0)
+        state[films:kept] = known[films:kept]
+    simulation.state = state
 
 
 def _plain_cycles(simulation: Any, per_cycle: int, h: float) -> tuple[Array, float]:
