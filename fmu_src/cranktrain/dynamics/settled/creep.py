@@ -76,7 +76,7 @@ class Creep:
             self._near = True
         self._drifts = [*self._drifts[-1:], (place, drift)]
         if not self._near:
-            return change.minus(change).plus(self._metre, self._step())
+            return self._metre.minus(self._metre).plus(self._metre, self._step())
         self._known = [*self._known[-DEPTH:], (start, change.plus(known))]
         return self._anderson()
 

@@ -106,18 +106,13 @@ class DriveLine:
 
 
 class BlockOnMounts:
-    """The block and what it carries, y = (η, η̇) of its six rigid modes.
-
-    Where the drive line holds the crank along its axis, films and sliding teeth hold the block along it as well: no
-    formula has that mode, and it is left out (:mod:`creep`).
-    """
+    """The block and what it carries, y = (η, η̇) of its six rigid modes."""
 
     def __init__(self, model: ModelArrays, speed: float) -> None:
         n, t = model.omega2.size, int(model.layout[TURNING_MODES])
         self._turning, self._speed = t, speed
         self._gyroscopic = model.gyroscopic.T
-        free = [k for k in range(6) if k != ALONG or model.layout[AXIAL_JOINT] == 0.0]
-        units = np.eye(model.block_ports.shape[1])[free]
+        units = np.eye(model.block_ports.shape[1])[:6]
         self._carried = np.column_stack([carried(model, unit) for unit in units])
         # Rods and pistons lie in no mode; those of guided pistons hold their motion across alone.
         weight = self._carried.copy()
@@ -132,16 +127,14 @@ class BlockOnMounts:
                 weight += mass * np.outer(row, row @ self._carried)
         self.mass = weight.T @ self._carried
         self._split = np.linalg.solve(self.mass, weight.T)
-        rigid = np.ix_(free, free)
-        self.stiffness = model.block.stiffness[rigid]
-        tilt_x, tilt_y = model.block.motion[3:5, free]
+        self.stiffness = model.block.stiffness[:6, :6]
+        tilt_x, tilt_y = model.block.motion[3:5, :6]
         spin = speed * float(model.euler_load @ model.euler_load)
-        damping = model.block.damping[rigid] + spin * (np.outer(tilt_x, tilt_y) - np.outer(tilt_y, tilt_x))
-        self._count = count = len(free)
-        self.matrix = np.zeros((2 * count, 2 * count))
-        self.matrix[:count, count:] = np.eye(count)
-        self.matrix[count:, :count] = -np.linalg.solve(self.mass, self.stiffness)
-        self.matrix[count:, count:] = -np.linalg.solve(self.mass, damping)
+        damping = model.block.damping[:6, :6] + spin * (np.outer(tilt_x, tilt_y) - np.outer(tilt_y, tilt_x))
+        self.matrix = np.zeros((12, 12))
+        self.matrix[:6, 6:] = np.eye(6)
+        self.matrix[6:, :6] = -np.linalg.solve(self.mass, self.stiffness)
+        self.matrix[6:, 6:] = -np.linalg.solve(self.mass, damping)
 
     def _swept(self, place: Array) -> Array:
         """Velocity in space of what stands at ``place`` in the turning frame, whose axes are those of space now."""
@@ -156,16 +149,14 @@ class BlockOnMounts:
     def lift(self, y: Array) -> Motion:
         """Crank, rods and pistons go along; the crank does not turn."""
         change = self.matrix @ y
-        place = self._carried @ y[: self._count]
-        velocity = self._carried @ y[self._count :] - self._swept(place)
-        acceleration = (
-            self._carried @ change[self._count :] - 2.0 * self._swept(velocity) - self._swept(self._swept(place))
-        )
+        place = self._carried @ y[:6]
+        velocity = self._carried @ y[6:] - self._swept(place)
+        acceleration = self._carried @ change[6:] - 2.0 * self._swept(velocity) - self._swept(self._swept(place))
         return Motion(place, velocity, acceleration, 0.0, 0.0)
 
     def coordinates(self, y: Array) -> Array:
         """Motion by its kinetic and elastic energy."""
-        return np.concatenate((_root(self.stiffness) @ y[: self._count], _root(self.mass) @ y[self._count :]))
+        return np.concatenate((_root(self.stiffness) @ y[:6], _root(self.mass) @ y[6:]))
 
 
 class SlowModes:
