@@ -400,8 +400,12 @@ def test_the_page_draws_itself_in_a_browser(few, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
-def test_no_measured_choice_is_cheaper_than_a_shipped_default_and_as_close(name):
-    """In all families together, at every speed; the default is what a run takes of which nothing is chosen."""
+def test_no_measured_model_is_cheaper_than_a_shipped_default_and_as_close(name):
+    """In all families together, at the default's own step and by a tenth of its cost, at every speed.
+
+    The default is what a run takes of which nothing is chosen. Its step is chosen by more than the total error, see
+    docs/decisions/0044-default-level.md.
+    """
     engine = load_engine(name)
     known = shipped.shipped(engine)
     for scene in known.best:
@@ -409,4 +413,6 @@ def test_no_measured_choice_is_cheaper_than_a_shipped_default_and_as_close(name)
         usual = resolved(Settings(), engine)
         (own,) = (point for point in points if point.default)
         assert (own.crank, own.bearings, own.block) == (usual.crank, usual.bearings, usual.block)
-        assert default_rows(points)[-1][-1] == "on the front"
+        alike = [p for p in points if (p.integrator, p.step_deg) == (own.integrator, own.step_deg)]
+        totals = {family: own.total(family) for family in FAMILIES if own.total(family) is not None}
+        assert cheapest(alike, totals).cost > 0.9 * own.cost
