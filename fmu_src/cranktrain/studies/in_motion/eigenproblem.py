@@ -32,6 +32,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,6 +129,10 @@ class ModesInMotion(NamedTuple):
         return float(self.hz[self.torsional]) if self.torsional >= 0 else math.nan
 
 
+_RODS: WeakKeyDictionary[Simulation, tuple[float, tuple[Array, list[Array]]]] = WeakKeyDictionary()
+"""What :func:`_rods` found for a simulation at its last speed: it hangs on no means, which are found by iteration."""
+
+
 def modes_in_motion(simulation: Simulation, tangents: CycleTangents | None = None) -> ModesInMotion:
     """Modes about the settled cycle at whose start a simulation is; its state stays as it is.
 
@@ -194,7 +199,10 @@ def equations_in_motion(simulation: Simulation, means: CycleMeans) -> Equations:
     for twist, law in zip(model.shafts, model.shaft_laws, strict=True):
         turning[1] += law[DAMPING] * np.outer(twist, twist)
         turning[2] += law[STIFFNESS] * np.outer(twist, twist)
-    rods, tangents = _rods(simulation, speed)
+    known = _RODS.get(simulation)
+    if known is None or known[0] != speed:
+        known = _RODS[simulation] = speed, _rods(simulation, speed)
+    rods, tangents = known[1]
     for matrix, tangent in zip(turning, reversed(tangents), strict=True):
         matrix -= rods.T @ tangent @ rods
     motion = _relative_motion(model)

@@ -55,10 +55,7 @@ class Study:
 
 
 def default_scenes(quick: bool) -> list[StudyScene]:
-    """The six at 2000 rev/min; in a full study also near its resonance, and the V8 at its nominal speed.
-
-    From 2260 rev/min on the six's crank crosses its axial clearance with no period: no two runs stay together.
-    """
+    """The six at 2000 rev/min; in a full study also near its resonance, and the V8 at its nominal speed."""
     wanted = [("diesel_i6", 2000.0)] if quick else [("diesel_i6", 2000.0), ("diesel_i6", 2200.0), ("diesel_v8", 1800.0)]
     return [StudyScene(f"{name} {rpm:g}", load_engine(name), rpm * RPM, Settings()) for name, rpm in wanted]
 
