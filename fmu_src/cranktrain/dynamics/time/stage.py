@@ -68,9 +68,10 @@ NEAR = 0.1
 """A Newton matrix is kept when the last step was shorter than NEAR and the iteration contracts better than STALE."""
 ROUNDING = 1.0e-13
 """Steps below this are rounding, whatever the tolerance."""
-CYCLING, NOISE = 12, 1.0e-5
-"""Iterations after which steps below NOISE count as converged: forces of films that are solved online jump a little
-as nodes rupture, and an iteration may go to and fro over a jump for ever, at any step."""
+CYCLING, NOISE = 12, 1.0e-4
+"""Iterations after which steps below NOISE, in clearances, count as converged: forces of films that are solved online
+jump a little as nodes rupture, those of a table at the edges of its pieces, and an iteration may go to and fro over a
+jump for ever, at any step."""
 ROTATION_SCALE = 1.0e-2
 STATIONARY_SCALE = 4.0e-3
 """Rotation (rad) and displacement of stationary bodies (m) that count as much as a clearance: they go without tangent,

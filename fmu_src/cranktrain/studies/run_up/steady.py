@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import Result, balanced, run_cycles
 from cranktrain.dynamics.model.arrays import dimensions
@@ -125,7 +126,20 @@ class SteadyRuns:
         )  # fmt: skip
 
     def settled(self, speed: float, near: Sequence[CycleStart]) -> Result:
-        """The cycle that repeats at a speed, or those that do; arguments and errors are those of :meth:`at`."""
+        """The cycle that repeats at a speed, or those that do; arguments and errors are those of :meth:`at`.
+
+        What a neighbour leads to no period, or into a step that fails, starts once more by itself.
+        """
+        begun = useful(near, speed)
+        try:
+            result = self._settled(speed, begun)
+        except SolverError:
+            if not begun:
+                raise
+            return self._settled(speed, ())
+        return result if result.settling.repeats or not begun else self._settled(speed, ())
+
+    def _settled(self, speed: float, near: Sequence[CycleStart]) -> Result:
         expected = self.enter(speed, near)
         job, simulation = self._job, self.simulation
 
@@ -153,17 +167,17 @@ class SteadyRuns:
     def enter(self, speed: float, near: Sequence[CycleStart]) -> Expected:
         """Bring the simulation to the start of a cycle at a speed; what is expected of it."""
         simulation = self.simulation
-        useful = [start for start in near if abs(start.speed - speed) <= REACH * speed]
-        if not useful:
+        known = useful(near, speed)
+        if not known:
             simulation.inputs[0] = speed
             simulation.initialize()
             return Expected()
         simulation.go_on_at(speed)
         state = simulation.state
-        first = useful[0]
+        first = known[0]
         motion, angle = first.motion, first.shaft_angle
-        if len(useful) > 1 and first.periodic and useful[1].periodic:
-            second = useful[1]
+        if len(known) > 1 and first.periodic and known[1].periodic:
+            second = known[1]
             share = (speed - first.speed) / (first.speed - second.speed)
             motion = motion.plus(first.motion.minus(second.motion), share)
             angle += share * (first.shaft_angle - second.shaft_angle)
@@ -175,6 +189,11 @@ class SteadyRuns:
         if first.temperatures is not None:
             simulation.film_temperatures = first.temperatures
         return Expected(not first.periodic, first.learned)
+
+
+def useful(near: Sequence[CycleStart], speed: float) -> list[CycleStart]:
+    """Neighbours near enough to start from, the nearest first."""
+    return [start for start in near if abs(start.speed - speed) <= REACH * speed]
 
 
 def _amplitudes(job: Job, result: Result, speed: float) -> dict[str, ComplexArray]:
