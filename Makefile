@@ -20,10 +20,10 @@ export OPENBLAS_NUM_THREADS ?= 2
 demo: $(VENV)/.installed-bare
 	$(BIN)/python examples/demo.py
 
-# A test that hangs is named and ended after a quarter of an hour, whatever else the machine does; the rest goes on.
+# A test that hangs is named and ended after half an hour, whatever else the machine does; the rest goes on.
 test: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m "not slow" \
-		--timeout 900 --timeout-method signal --durations 20 --durations-min 10 $(TESTS)
+		--timeout 1800 --timeout-method signal --durations 20 --durations-min 10 $(TESTS)
 
 test-all: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --known-skips

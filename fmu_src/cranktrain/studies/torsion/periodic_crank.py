@@ -181,7 +181,7 @@ class PeriodicCrank:
                 dtype=np.float64,
             )
             known = self._known + feedback(np.zeros_like(spectrum), torque)
-            found, status = gmres(operator, known.ravel(), self._start, rtol=_TOLERANCE, restart=150, maxiter=4)
+            found, status = gmres(operator, known.ravel(), self._start, rtol=_TOLERANCE, restart=300, maxiter=4)
             if status != 0:
                 raise SolverError("the orders of a cycle do not settle; leave their coupling out")
             self._start = found  # the next response is often nearly this one
