@@ -50,6 +50,8 @@ def test_ground_stands_in_for_the_block(engine, report, in_block):
     assert cranktrain["first_torsional_hz"] == pytest.approx(in_block["first_torsional_hz"], rel=0.02)
     assert cranktrain["first_axial_hz"] == pytest.approx(in_block["first_axial_hz"], rel=0.03)
     assert cranktrain["first_torsional_hz"] == pytest.approx(238.0, rel=0.01)
+    # Without the block's mass it mixes with bending, and lies below the 650 Hz that the block has within 3 %.
+    assert cranktrain["second_torsional_hz"] == pytest.approx(650.0, rel=0.10)
     found = stand_ins(engine, reduced_block(engine), 300.0)
     mains = engine.plain_mains
     assert found["bore_stiffness_x"] == pytest.approx(mains.block_stiffness_x, rel=1e-3)

@@ -105,8 +105,8 @@ class Creep:
         shares = np.linalg.lstsq(columns / size, self._measure(missed), rcond=DISTINCT)[0] / size
         for share, start, change in zip(shares, starts, changes, strict=True):
             total = total.plus(start.plus(change), -share)
-        limits = abs(float(total.place[self._block] / self._per_metre)) / (LONGEST * self._clearance)
-        return missed.minus(missed).plus(total, 1.0 / max(1.0, limits))
+        over = abs(float(total.place[self._block] / self._per_metre)) / (LONGEST * self._clearance)
+        return missed.minus(missed).plus(total, 1.0 / max(1.0, over))
 
     def _measure(self, motion: Motion) -> Array:
         return np.concatenate(self._modes.coordinates(motion))
