@@ -16,7 +16,7 @@ from the interface, u = B [1, r] with a 3×4 matrix B, so ∫ρ u·v = tr(B_u Z 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 
@@ -218,6 +218,68 @@ def attach(
         digest=_derived(body, interface, mass, inertia.tolist(), offset.tolist()),
     )
     return _renormalised(heavier, np.eye(body.n_modes) + _paired(fields, moments, fields))
+
+
+def rigid_body(
+    name: str,
+    mass: float,
+    inertia: Array,
+    centre: Sequence[float] | Array,
+    interfaces: Mapping[str, Sequence[float] | Array],
+) -> ReducedBody:
+    """A rigid body of a mass (kg), with its interfaces at places (3,), m.
+
+    Parameters
+    ----------
+    inertia : (3, 3) about the centre of mass, kg m²
+    centre : (3,) centre of mass, m
+
+    Raises
+    ------
+    InputError
+        no interface, a mass that is not positive, or an inertia that no body has
+    """
+    inertia, centre = np.asarray(inertia, dtype=float), np.asarray(centre, dtype=float)
+    second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+    possible = np.allclose(inertia, inertia.T) and np.linalg.eigvalsh(second)[0] >= -1e-9 * np.trace(inertia)
+    if not (mass > 0.0 and possible and np.linalg.eigvalsh(inertia)[0] > 0.0):
+        raise InputError(
+            f"body '{name}' with {mass:g} kg and moments of inertia {np.diag(inertia).tolist()} kg m2 is no rigid "
+            "body; mass and moments must be positive, and no moment may exceed the sum of the other two"
+        )
+    if not interfaces:
+        raise InputError(f"body '{name}' has no interface; give it one at least")
+    moments = np.zeros((4, 4))
+    moments[0, 0], moments[0, 1:], moments[1:, 0] = mass, mass * centre, mass * centre
+    moments[1:, 1:] = second + mass * np.outer(centre, centre)
+    motions = np.zeros((6, 3, 4))
+    motions[:3, :, 0] = np.eye(3)
+    motions[3:, :, 1:] = skew(np.eye(3))
+    to_modes = rigid_modes(_paired(motions, moments, motions))
+    fields = np.einsum("mk,mab->kab", to_modes, motions)
+    position = np.hstack((np.zeros((3, 1)), np.eye(3)))
+    outward, turned = _ACROSS @ position, TURN @ fields
+    centrifugal = _paired(turned, moments, turned)
+    places = np.array([np.asarray(place, dtype=float) for place in interfaces.values()])
+    shapes = np.zeros((len(places), 6, 6))
+    for shape, place in zip(shapes, places, strict=True):
+        shape[:3] = to_modes[:3] - skew(place) @ to_modes[3:]
+        shape[3:] = to_modes[3:]
+    z = np.zeros
+    return ReducedBody(
+        name, z(6), tuple(interfaces), places, shapes,
+        gyroscopic=_paired(fields, moments, turned),
+        centrifugal=centrifugal,
+        stress_stiffness=with_rigid_rows(
+            z((6, 6)), centrifugal, to_modes, _paired(skew(np.eye(3)) @ outward, moments, fields)
+        ),
+        centrifugal_load=_paired(outward[None], moments, fields)[0],
+        euler_load=_paired((TURN @ position)[None], moments, fields)[0],
+        translation=np.einsum("b,nab->an", moments[0], fields),
+        mass=mass,
+        centre=centre,
+        inertia=inertia + mass * (centre @ centre * np.eye(3) - np.outer(centre, centre)),
+    )  # fmt: skip
 
 
 def truncate(body: ReducedBody, cutoff_hz: float, loaded: Sequence[tuple[str, int]] = ()) -> ReducedBody:

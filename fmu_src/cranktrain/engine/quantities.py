@@ -26,6 +26,7 @@ UNITS: dict[str, dict[str, float]] = {
     "density": {"kg/m^3": 1.0},
     "pressure": {"Pa": 1.0, "kPa": 1e3, "bar": 1e5, "MPa": 1e6, "GPa": 1e9},
     "force": {"N": 1.0, "kN": 1e3},
+    "torque": {"N m": 1.0, "kN m": 1e3},
     "stiffness": {"N/m": 1.0, "N/mm": 1e3},
     "damping": {"N s/m": 1.0},
     "torsional stiffness": {"N m/rad": 1.0},
@@ -143,6 +144,13 @@ Damping = Annotated[float, Quantity("damping", 0.0, 1e9)]
 TorsionalStiffness = Annotated[float, Quantity("torsional stiffness", 1e-6, 1e12)]
 GearRatio = Annotated[float, Quantity("1", -1000.0, 1000.0)]
 Hysteresis = Annotated[float, Quantity("1", 0.0, 10.0, hint="steel shafts have 0.001 to 0.02, rubber couplings to 1")]
+PressureAngle = Annotated[float, Quantity("angle", 5.0, 45.0, "deg", "usual gears have 20 deg")]
+HelixAngle = Annotated[float, Quantity("angle", -60.0, 60.0, "deg", "usual gears have 0 to 30 deg")]
+Teeth = Annotated[int, Quantity("1", 0, 5000)]
+Variation = Annotated[float, Quantity("1", 0.0, 0.9, hint="spur gears have 0.1 to 0.3")]
+Twist = Annotated[float, Quantity("angle", -7200.0, 7200.0, "deg")]
+FrictionTorque = Annotated[float, Quantity("torque", 0.0, 1e8)]
+SlipSpeed = Annotated[float, Quantity("speed", 1e-6, 1e4)]
 SupportTorsionalStiffness = Annotated[float, Quantity("torsional stiffness", 0.0, 1e12)]
 TorsionalDamping = Annotated[float, Quantity("torsional damping", 0.0, 1e8)]
 
@@ -170,6 +178,8 @@ Time = Annotated[float, Quantity("time", 0.0, 100.0)]
 Energy = Annotated[float, Quantity("energy", 1e-4, 1e4, "kJ")]
 Area = Annotated[float, Quantity("area", 1e-4, 100.0)]
 
+Force = Annotated[float, Quantity("force", -1e5, 1e5, "kN")]
+Torque = Annotated[float, Quantity("torque", -1e8, 1e8)]
 AxialForce = Annotated[float, Quantity("force", -1e3, 1e3, "kN", "positive away from the pulley")]
 
 NEWTONIAN, SHEAR_THINNING, COMPLEX_MODULUS = DAMPER_LAWS = ("newtonian", "shear-thinning", "complex-modulus")

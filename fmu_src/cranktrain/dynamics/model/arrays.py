@@ -28,7 +28,7 @@ from cranktrain.dynamics.model.bodies import (
 )
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.mains import REFERENCE_VISCOSITY, main_bearings
-from cranktrain.dynamics.model.ports import lay_ports
+from cranktrain.dynamics.model.ports import lay_ports, with_added_ports
 from cranktrain.dynamics.model.preparation import prepare_model
 from cranktrain.dynamics.model.settings import (
     BOUNDARIES,
@@ -37,6 +37,7 @@ from cranktrain.dynamics.model.settings import (
     resolved,
 )
 from cranktrain.dynamics.model.slots import (
+    ADDED,
     BEST_SPEED,
     CHOICES,
     DRIVEN,
@@ -54,6 +55,8 @@ from cranktrain.dynamics.model.slots import (
     WINDUP_LEAD,
 )
 from cranktrain.dynamics.time.status import OK, REFUSALS
+from cranktrain.dynamics.topology.arrays import AddedBodies, AddedConnections, Base, added
+from cranktrain.dynamics.topology.values import Topology
 from cranktrain.engine.lubricant import oil_temperature, pressure_constants, viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath
@@ -107,6 +110,8 @@ class ModelArrays(NamedTuple):
     lag: Array  # (n_t,) how far the drive line's rotors lag a crank that turns slowly by 1 rad, else 0
     rotor: Array  # (n_t,) the free dynamometer's rotation, else 0
     block: BlockArrays
+    bodies: AddedBodies  # those beside crank and block
+    links: AddedConnections  # connections beside the engine's own
     ends: Array  # (4, n_t): see dynamics.model.slots
     tilts: Array  # (2b, n_t): rotation about x and y of each main journal
     bearings: Array  # (b, COLUMNS) see film.laws.parameters
@@ -137,7 +142,7 @@ class Dimensions(NamedTuple):
     turning_modes: int
     bearings: int
     cylinders: int
-    newton: int
+    newton: int  # components of all connections
     ports: int
     turning_ports: int
     films: int  # values in the state that elastic films and the axial joint remember
@@ -149,7 +154,8 @@ def dimensions(model: ModelArrays) -> Dimensions:
     films = b * int(model.films.traits[MEMORY]) + int(model.axial_joint.traits[MEMORY])
     turning = int(model.layout[TURNING_MODES])
     return Dimensions(
-        model.omega2.size, turning, b, model.cylinders.shape[0], model.scales.size, int(model.layout[PORTS]),
+        model.omega2.size, turning, b, model.cylinders.shape[0],
+        model.scales.size + model.links.scales.size, int(model.layout[PORTS]),
         model.ports.shape[0], films,
     )  # fmt: skip
 
@@ -175,6 +181,7 @@ class Parts(NamedTuple):
     bore: BoreCompliance | None = None  # elastic main bores, level ``ehd``
     big_end_table: FilmTable | None = None  # films of the big ends, level ``table``
     block: ReducedBody | None = None  # the block, level ``flexible``
+    topology: Topology | None = None  # bodies and connections beside the engine's own
     cycles: PastCycles | None = None  # keeps what the main bearings' films were over the last cycle of a run
 
 
@@ -256,24 +263,31 @@ def structure(
     path = engine.axial_path if "shaft" in turning.interfaces else None
     drive_line, windup = _line_arrays(turning, line, path)
     ports = lay_ports(engine, turning, body.n_modes, journals, windup, block, guided)
+    topology = parts.topology or Topology()
+    modes = turning.n_modes + stationary.n_modes
+    more = added(topology, Base(turning, block, modes, len(ports.turning), len(ports.block), ports.scales.size))
+    ports = with_added_ports(ports, more)
     shapes, contiguous = turning.shapes, np.ascontiguousarray
     flywheel, pulley = shapes[turning.index("flywheel")], shapes[turning.index("pulley")]
     tilted = [turning.index(f"main[{i + 1}]") for i in range(len(mains))]
     pins = [turning.index(f"pin[{pin}]") for pin in engine.cylinders.pins]
     top, bottom = pin_positions(engine)
-    ports.layout[WHIRLS] = whirls(turning)
+    ports.layout[WHIRLS] = whirls(turning) or any(whirls(body.reduced) for body in topology.bodies)
+    ports.layout[ADDED] = len(topology.connections) + len(topology.bodies) > 0
     constants = basis(engine, settings, gas, top - bottom)
     trace = np.array([spline_coefficients(gas.motored), spline_coefficients(gas.fired - gas.motored)])
     least_smooth = np.zeros(KINKS)
     fill_kinks(trace, least_smooth)
     return ModelArrays(
-        omega2=contiguous(np.concatenate((turning.omega, stationary.omega)) ** 2),
-        damping=np.concatenate((structural_damping(engine, turning), _stationary_damping(engine, stationary))),
+        omega2=contiguous(np.concatenate((turning.omega, stationary.omega, more.omega)) ** 2),
+        damping=np.concatenate(
+            (structural_damping(engine, turning), _stationary_damping(engine, stationary), more.damping)
+        ),
         gyroscopic=contiguous(turning.gyroscopic.T),
         spin=contiguous((turning.stress_stiffness - turning.centrifugal).T),
         centrifugal_load=contiguous(turning.centrifugal_load),
         euler_load=contiguous(turning.euler_load),
-        gravity=np.concatenate((turning.translation, stationary.translation), axis=1),
+        gravity=np.concatenate((turning.translation, stationary.translation, more.bodies.translation), axis=1),
         ports=ports.turning,
         ports_transposed=contiguous(ports.turning.T),
         block_ports=ports.block,
@@ -282,6 +296,8 @@ def structure(
         axial=ports.axial,
         **drive_line,
         axis_weights=axis_weights(turning.positions[tilted, 2], float(body.centre[2])),
+        bodies=more.bodies,
+        links=more.connections,
         block=block_arrays(engine, stationary, block, body.mass, body.centre),
         ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2], flywheel[2]])),
         tilts=contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),

@@ -41,6 +41,7 @@ from cranktrain.dynamics.model.slots import (
     COUPLED,
     DAMPER,
     FIRST,
+    JOURNAL_ROTATIONS,
     LAYOUT,
     LINERS,
     MAINS,
@@ -51,6 +52,7 @@ from cranktrain.dynamics.model.slots import (
     TURNED,
     WINDUP,
 )
+from cranktrain.dynamics.topology.arrays import Added
 from cranktrain.engine.model import Engine
 
 PIN_SCALE = 1.0e-4
@@ -167,6 +169,7 @@ def lay_ports(
     ]  # fmt: skip
     still, pairs, axial = _block_ports(engine, block, journals, len(turning), tilts, layout)
     layout[PORTS] = len(turning) + len(still)
+    layout[JOURNAL_ROTATIONS] = len(turning) - b
     layout[MAINS] = len(engine.crankshaft.main_widths)
     layout[PIN_ROTATIONS] = first_pin if turns else len(scales) + (axial_joint > 0)
     layout[AXIAL_JOINT], layout[WINDUP] = axial_joint, len(scales)
@@ -175,6 +178,27 @@ def lay_ports(
         layout[PISTONS] = layout[PORTS]
         layout[PORTS] += 2 * c
     return Ports(turning, still, table, np.array(scales), pairs, axial, layout)
+
+
+def with_added_ports(ports: Ports, more: Added) -> Ports:
+    """The ports with those that added connections hold on crank and block, and of added bodies.
+
+    They come behind the crank's, behind the block's, and between the block's and the pistons'.
+    """
+    on_crank, on_block, on_bodies = len(more.crank), len(more.block), more.bodies.shapes.shape[0]
+    layout, pairs, axial = ports.layout.copy(), ports.pairs.copy(), ports.axial.copy()
+    for slot in (BORE_ROTATIONS, LINERS):
+        layout[slot] += on_crank if layout[slot] > 0.0 else 0.0
+    pairs[:, 1] += on_crank
+    axial[:, 1] += on_crank
+    layout[PORTS] += on_crank + on_block + on_bodies
+    if layout[PISTONS] > 0.0:
+        layout[PISTONS] += on_crank + on_block + on_bodies
+    return ports._replace(
+        turning=np.concatenate((ports.turning, more.crank)) if on_crank else ports.turning,
+        block=np.concatenate((ports.block, more.block)) if on_block else ports.block,
+        pairs=pairs, axial=axial, layout=layout,
+    )  # fmt: skip
 
 
 def pin_shapes(engine: Engine, body: ReducedBody, cylinder: int) -> Array:

@@ -26,10 +26,11 @@ GAS_DELAY, METHOD_MARK, WORK_LIMIT, CHOICES = 7, 8, 9, 10
 # rod, modes of the crank, of all that turns; the damper's port (0: none); first stationary port of bores'
 # rotations, liners and pistons (0: none); ports in all; main journals of the engine, which may be locked on their axis;
 # first rotation of a pin; 1 where turning couples modes, by gyroscopic or centrifugal terms; connection of the drive
-# line's axial joint (0: none) and the port of the drive line's wind-up; 1 where that joint is a spline, which slides.
+# line's axial joint (0: none) and the port of the drive line's wind-up; 1 where that joint is a spline, which slides;
+# first rotation of a main journal; 1 where bodies or connections are added.
 RODS, THRUST_LAW, ROD_LAWS, CRANK_MODES, TURNING_MODES, DAMPER = range(6)
 BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, WHIRLS, AXIAL_JOINT, WINDUP = range(6, 15)
-SLIDING, LAYOUT = 15, 16
+SLIDING, JOURNAL_ROTATIONS, ADDED, LAYOUT = 15, 16, 17, 18
 # Rows of ``ModelArrays.ends``: rotations of flywheel and pulley about the axis, displacements of both along it.
 FLYWHEEL_ROTATION, PULLEY_ROTATION, PULLEY_AXIAL, FLYWHEEL_AXIAL = range(4)
 # Columns of ``ModelArrays.connections``: number of Newton ports that a law couples, and the first of them; the

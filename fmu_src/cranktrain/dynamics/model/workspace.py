@@ -33,6 +33,7 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.model.state import MAX_STAGES
 from cranktrain.dynamics.time.integrators import FAMILIES
 from cranktrain.dynamics.time.table import FAMILY, HEAD
+from cranktrain.dynamics.topology.arrays import AddedWork, added_work
 
 
 class Factors(NamedTuple):
@@ -66,7 +67,8 @@ class Work(NamedTuple):
     key: Array  # (FACTOR_SLOTS, 2) step and speed that the factors of each slot were made for
     turning: Factors
     block: Factors
-    relative: Array  # (n_newton, n_newton) compliance that the Newton ports feel, transposed
+    added: AddedWork
+    relative: Array  # (n, n) compliance that the components of connections feel, transposed
     jacobian: Array  # (n_newton, n_newton) and more, to a multiple of four, for vectors of four
     blocks: Array  # (k, 16) force tangents of each connection, 4 × 4 row-major
     factored: Array  # (k, 16) the tangents that the Newton matrix was made from
@@ -104,6 +106,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         key=z((FACTOR_SLOTS, KEYS)),
         turning=_factors(d.turning_modes, d.turning_ports),
         block=_factors(model.block_ports.shape[1], model.block_ports.shape[0]),
+        added=added_work(model.bodies, model.links, m, d.newton, FACTOR_SLOTS),
         relative=z((d.newton, d.newton)),
         jacobian=z((fours, fours)),
         blocks=z((model.connections.shape[0], 16)),

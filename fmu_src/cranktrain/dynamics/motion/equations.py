@@ -26,6 +26,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
+    ADDED,
     AREA,
     AXIAL_FORCE,
     AXIAL_JOINT,
@@ -45,6 +46,7 @@ from cranktrain.dynamics.model.slots import (
     FLYWHEEL_AXIAL,
     FORCES,
     GRAVITY,
+    JOURNAL_ROTATIONS,
     LEAD,
     LEAD_RATE,
     LOAD,
@@ -64,6 +66,8 @@ from cranktrain.dynamics.model.slots import (
     WHIRL,
     U,
 )
+from cranktrain.dynamics.motion.added_bodies import factor_added
+from cranktrain.dynamics.motion.added_connections import link_forces
 from cranktrain.dynamics.motion.film_ports import film_block, journal_forces, place_joint, place_journal
 from cranktrain.dynamics.motion.linear_algebra import dot, invert, products
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_motion
@@ -114,6 +118,8 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
                     s += block_holding
             part.scratch[i, j] = s + ratio * b
     status += factor_part(part, level, model.block_ports, model.block_ports_transposed)
+    if model.layout[ADDED] > 0.0:
+        status += factor_added(model, work, level, c_q, c_v, omega, holding)
     work.counters[N_FACTORS] += 1.0
     return status
 
@@ -171,7 +177,7 @@ def external_force(model, frame, pressures, displaced, out):
     # By each rigid mode's own rotation: those of an unbalanced crank that move it across turn it a little as well.
     for i in range(6):
         out[i] += model.ends[1, i] * (x * g_y - y * g_x)
-    n = model.omega2.shape[0]
+    n = t + model.block.preload.shape[0]
     for i in range(t, n):
         out[i] = model.block.preload[i - t] - model.scalars[GRAVITY] * model.gravity[1, i]
     if model.layout[BORE_ROTATIONS] > 0.0:
@@ -192,7 +198,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
     journals and pins; they go without tangent. Returns 0, or tells that a law failed.
     """
     b = model.bearings.shape[0]
-    journal = model.ports.shape[0] - b
+    journal = int(model.layout[JOURNAL_ROTATIONS])
     omega = frame[OMEGA]
     ratio = c_v / c_q
     u = work.port[U]
@@ -233,6 +239,8 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
         y = frame[CRANK_Y] - frame[COS] * frame[BLOCK_Y] + frame[SIN] * frame[BLOCK_X]
         for i in range(b):
             f[int(model.layout[BORE_ROTATIONS]) + i] = -f[journal + i] - x * f[2 * i + 1] + y * f[2 * i]
+    if model.layout[ADDED] > 0.0:
+        status |= link_forces(model, work, frame, ratio)
     return status
 
 

@@ -12,6 +12,7 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
     AXIAL_JOINT,
     COS,
+    JOURNAL_ROTATIONS,
     OMEGA,
     PORTS,
     RELATIVE,
@@ -115,7 +116,7 @@ def close_stage(model, work, frame):
     numbers[FRAME_COS] = frame[COS]
     numbers[FRAME_SIN] = frame[SIN]
     numbers[FRAME_ANGLE] = frame[THETA]
-    journal = model.ports.shape[0] - model.bearings.shape[0]
+    journal = int(model.layout[JOURNAL_ROTATIONS])
     relative_motion(
         model,
         frame[COS],

@@ -16,6 +16,7 @@ from cranktrain.dynamics.model.slots import (
     BORE_ROTATIONS,
     COS,
     COUPLED,
+    JOURNAL_ROTATIONS,
     MAINS_FRICTION,
     MAINS_SHEAR,
     MAINS_SQUEEZE,
@@ -73,7 +74,7 @@ def observe_bearings(model, work, state, members, out):
     n = model.omega2.shape[0]
     t = int(model.layout[TURNING_MODES])
     b = model.bearings.shape[0]
-    journal = model.ports.shape[0] - b
+    journal = int(model.layout[JOURNAL_ROTATIONS])
     frame = work.frames[0]
     films = model.films
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]

@@ -39,6 +39,7 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.settled.collar import NOTHING_LEFT, RATE, Collar, Learned
 from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.start.mean_motion import carried
+from cranktrain.dynamics.topology import slots as at
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 
 PLAIN = 0.3
@@ -71,6 +72,9 @@ class DriveLine:
         t = int(model.layout[TURNING_MODES])
         self._turn = np.zeros(model.omega2.size)
         self._turn[:t] = model.euler_load - model.lag
+        for row in model.bodies.rows:
+            own, first = slice(int(row[at.OWN_MODE]), int(row[at.OWN_MODE] + row[at.MODES])), int(row[at.MODE])
+            self._turn[first : first + own.stop - own.start] = row[at.RATE] * model.bodies.euler_load[own]
         self._weight = self._turn.copy()
         first = int(model.layout[PIN_ROTATIONS])
         for c, (rod, pin) in enumerate(zip(model.cylinders, model.pins, strict=True)):
@@ -111,7 +115,7 @@ class BlockOnMounts:
     def __init__(self, model: ModelArrays, speed: float) -> None:
         n, t = model.omega2.size, int(model.layout[TURNING_MODES])
         self._turning, self._speed = t, speed
-        self._gyroscopic = model.gyroscopic.T
+        self._gyroscopic, self._bodies = model.gyroscopic.T, model.bodies
         units = np.eye(model.block_ports.shape[1])[:6]
         self._carried = np.column_stack([carried(model, unit) for unit in units])
         # Rods and pistons lie in no mode; those of guided pistons hold their motion across alone.
@@ -140,6 +144,10 @@ class BlockOnMounts:
         """Velocity in space of what stands at ``place`` in the turning frame, whose axes are those of space now."""
         out = np.zeros_like(place)
         out[: self._turning] = self._speed * (self._gyroscopic @ place[: self._turning])
+        for row in self._bodies.rows:
+            own, n, first = int(row[at.OWN_MODE]), int(row[at.MODES]), int(row[at.MODE])
+            turned = self._bodies.gyroscopic[own : own + n, :n].T @ place[first : first + n]
+            out[first : first + n] = row[at.RATE] * self._speed * turned
         return out
 
     def split(self, motion: Motion) -> Array:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.slots import (
@@ -49,6 +49,7 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.model.workspace import start_room
 from cranktrain.dynamics.motion.gas import trace_pressure
 from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
+from cranktrain.dynamics.topology import slots as added
 from cranktrain.loads.slider_crank import rod_force
 
 ORDERS = 60
@@ -248,6 +249,7 @@ def carry(model, joined, block, q):
                     joined[row, STRAIGHT] += shapes[still, i] * block[i]
             row += 1
     least_squares(joined, q)
+    carry_added(model, block, q)
     crank, count = int(model.layout[CRANK_MODES]), model.cylinders.shape[0]
     if model.layout[RODS] > 0.0:
         pin, rod = 2 * model.bearings.shape[0] + 1, int(model.layout[RODS])
@@ -266,6 +268,18 @@ def carry(model, joined, block, q):
         own = turning + modes + 2 * c
         q[own] = shape[1, 1] * across / determinant
         q[own + 1] = -shape[1, 0] * across / determinant
+
+
+@inlined_kernel
+def carry_added(model, block, q):
+    """The same of added bodies, whose frames stand at their angles of the start."""
+    for b in range(model.bodies.rows.shape[0]):
+        row = model.bodies.rows[b]
+        if row[added.CARRIED] > 0.0:
+            for i in range(int(row[added.MODES])):
+                for k in range(RIGID):
+                    share = model.bodies.carried[int(row[added.OWN_MODE]) + i, k]
+                    q[int(row[added.MODE]) + i] += share * block[k]
 
 
 @kernel

@@ -44,6 +44,7 @@ from cranktrain.dynamics.time.reconstruction import reconstruct, take_rates, tak
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, Stage, solve_stage, to_ports
 from cranktrain.dynamics.time.status import FILM_FAILED, OK, SINGULAR
 from cranktrain.dynamics.time.step_control import frame_at, ports_at_state
+from cranktrain.dynamics.topology import slots as added
 from cranktrain.film.laws.parameters import CLEARANCE
 
 SETTLED = 1.0e-4
@@ -195,12 +196,33 @@ def set_in_motion(model, work, state, windup, rotation, rate):
             v[i] = 0.0
         q[i] += rotation * follows
         v[i] += rate * follows
+    added_in_motion(model, work, state, rotation, rate)
     if model.scalars[DRIVEN] > 0.0:
         state[SHAFT_ANGLE] = -windup
         state[LEAD_ANGLE] = windup
         frame[LEAD] = windup
     frame[WHIRL] = frame[OMEGA]
     frame[BLOCK_RESTRAINT] = 0.0
+
+
+@kernel
+def added_in_motion(model, work, state, rotation, rate):
+    """The same of added bodies, which turn with the crank as their frames do."""
+    n = model.omega2.shape[0]
+    turned = work.modal[DIFFERENCE]
+    for b in range(model.bodies.rows.shape[0]):
+        row = model.bodies.rows[b]
+        modes = int(row[added.MODES])
+        o = int(row[added.OWN_MODE])
+        q = state[offset(POSITION, n) + int(row[added.MODE]) :]
+        v = state[offset(VELOCITY, n) + int(row[added.MODE]) :]
+        for i in range(modes):
+            turned[i] = 0.0
+        add_product(model.bodies.gyroscopic[o : o + modes], q, modes, modes, turned)
+        for i in range(modes):
+            follows = row[added.RATE] * model.bodies.euler_load[o + i]
+            v[i] += rate * follows - row[added.RATE] * work.frames[0, OMEGA] * turned[i]
+            q[i] += rotation * follows
 
 
 @kernel

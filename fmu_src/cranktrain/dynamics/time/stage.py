@@ -14,6 +14,7 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.vectors import LANES, load, store
 from cranktrain.dynamics.model.slots import (
+    ADDED,
     BASE,
     BIG_Q,
     BIG_V,
@@ -33,6 +34,7 @@ from cranktrain.dynamics.model.slots import (
     Q_FREE,
     RODS,
     SIN,
+    THETA,
     TURNING_MODES,
     U_BEFORE,
     U_FREE,
@@ -47,12 +49,27 @@ from cranktrain.dynamics.model.slots import (
     U,
 )
 from cranktrain.dynamics.model.state import CONTRACTION
+from cranktrain.dynamics.motion.added_bodies import (
+    added_answer,
+    added_to_ports,
+    load_added,
+    move_added_freely,
+    recover_added,
+)
+from cranktrain.dynamics.motion.added_connections import (
+    follow_links,
+    link_compliance,
+    link_size,
+    link_steps,
+    turn_terms,
+)
 from cranktrain.dynamics.motion.equations import external_force, port_forces
 from cranktrain.dynamics.motion.gas import built_in, follow_crank
 from cranktrain.dynamics.motion.linear_algebra import add_columns, add_product, dot, factor_rows, product, solve_rows
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_compliance, relative_step
 from cranktrain.dynamics.time.status import DIVERGED, FILM_FAILED, OK, SINGULAR
 from cranktrain.dynamics.time.work_limit import LAST_ITERATIONS, LOOSE, cut_short, spent
+from cranktrain.dynamics.topology.slots import STEP
 from cranktrain.film.laws.films import FROZEN
 from cranktrain.loads.torsional_line import DAMPING
 
@@ -140,13 +157,18 @@ def predict(model, work, stage):
     base = work.modal[BASE]
     back = work.modal[LEVER]
     a = work.stage[stage.number, 2]
-    if model.pairs.shape[0] > 0:
+    if model.pairs.shape[0] > 0 or model.links.scales.shape[0] > 0:
         relative_compliance(
             model, frame[COS], frame[SIN], work.turning.compliance[stage.slot], work.block.compliance[stage.slot],
             work.relative,
         )  # fmt: skip
+        if model.links.scales.shape[0] > 0:
+            turn_terms(model, work, frame[THETA], frame[WHIRL])
+            link_compliance(model, work, frame[COS], frame[SIN], stage.slot, work.relative)
     move_axis(model, frame, work.port[U_Q])
     external_force(model, frame, work.pressures[stage.number], big_q, base)
+    if model.layout[ADDED] > 0.0:
+        load_added(model, work, frame, big_q, base)
     for i in range(n):
         back[i] = ratio * big_q[i] - big_v[i]
         base[i] += big_q[i] / stage.c_q + model.damping[i] * back[i]
@@ -199,8 +221,10 @@ def move_freely(model, work, stage):
     product(work.turning.inverse[stage.slot], rhs, t, t, q_free)
     if s > 0:
         product(work.block.inverse[stage.slot], rhs[t:], s, s, q_free[t:])
-    for i in range(t + s, n):
+    for i in range(t + s, t + model.block.preload.shape[0]):
         q_free[i] = c_q * rhs[i]
+    if model.layout[ADDED] > 0.0:
+        move_added_freely(model, work, stage, frame)
     to_ports(model, q_free, work.port[U_FREE])
 
 
@@ -228,7 +252,7 @@ def iterate(model, work, state, stage):
         status = newton_step(model, work, stage, keep_matrix)
         if status != OK:
             return status
-        size, limit = step_size(model, work.port[U_STEP])
+        size, limit = step_size(model, work, work.port[U_STEP])
         if not size < UNBOUNDED:
             return DIVERGED
         size = max(size, take_step(model, work, stage, limit))
@@ -264,7 +288,6 @@ def newton_step(model, work, stage, keep_matrix):
     frame = work.frames[stage.number]
     f = work.port[FORCES]
     step = work.port[U_STEP]
-    n_newton = model.scales.shape[0]
     port_rates(model, work, stage)
     model.films.numbers[FROZEN] = 1.0 if keep_matrix else 0.0
     status = port_forces(model, work, frame, work.pressures[stage.number], stage.c_q, stage.c_v)
@@ -274,25 +297,56 @@ def newton_step(model, work, stage, keep_matrix):
     for k in range(int(model.layout[PORTS])):
         step[k] = work.port[U_FREE, k] - work.port[U, k]
     answer(model, work, stage.slot, f, step)
+    if model.links.scales.shape[0] > 0:
+        link_steps(model, work, step, work.added.gaps[STEP])
     relative_step(model, frame[COS], frame[SIN], step)
     if not keep_matrix:
         # The linearised forces must use the tangents that belong to the factored matrix.
         for k in range(work.blocks.shape[0]):
             for j in range(work.blocks.shape[1]):
                 work.factored[k, j] = work.blocks[k, j]
+        for k in range(work.added.blocks.shape[0]):
+            for j in range(work.added.blocks.shape[1]):
+                work.added.factored[k, j] = work.added.blocks[k, j]
         # On rigid ground the journals' own compliance is the relative one.
         compliance = work.turning.compliance[stage.slot]
-        if model.pairs.shape[0] > 0:
+        if model.pairs.shape[0] > 0 or model.links.scales.shape[0] > 0:
             compliance = work.relative
+        n_newton = model.scales.shape[0] + model.links.scales.shape[0]
+        start_jacobian(work.jacobian)
         fill_jacobian(compliance, model.connections, work.factored, n_newton, work.jacobian)
+        fill_jacobian(compliance, model.links.table, work.added.factored, n_newton, work.jacobian)
         if factor_rows(work.jacobian, work.jacobian.shape[0]) != 0:
             return SINGULAR
-    solve_rows(work.jacobian, work.jacobian.shape[0], work.port, U_STEP)
+    solve_step(model, work)
     return OK
 
 
 @inlined_kernel
-def step_size(model, step):
+def solve_step(model, work):
+    """Solve for the Newton step in place: of the engine's components in ``work.port[U_STEP]``, then of added ones."""
+    own = model.scales.shape[0]
+    count = model.links.scales.shape[0]
+    if count == 0:
+        solve_rows(work.jacobian, work.jacobian.shape[0], work.port, U_STEP)
+        return
+    step = work.port[U_STEP]
+    whole = work.added.newton[0]
+    for k in range(whole.shape[0]):
+        whole[k] = 0.0
+    for k in range(own):
+        whole[k] = step[k]
+    for k in range(count):
+        whole[own + k] = work.added.gaps[STEP, k]
+    solve_rows(work.jacobian, work.jacobian.shape[0], work.added.newton, 0)
+    for k in range(own):
+        step[k] = whole[k]
+    for k in range(count):
+        work.added.gaps[STEP, k] = whole[own + k]
+
+
+@inlined_kernel
+def step_size(model, work, step):
     """Size of a Newton step in units of the ports' scales, and the share of it that journals may take at once."""
     journals = 2 * model.bearings.shape[0]
     size = 0.0
@@ -307,6 +361,10 @@ def step_size(model, step):
         rod = int(model.layout[RODS])
         for k in range(2 * model.cylinders.shape[0]):
             journal = max(journal, abs(step[rod + k] - step[journals + 1 + k]) / model.scales[rod + k])
+    if model.links.scales.shape[0] > 0:
+        added, closing = link_size(model, work.added.gaps[STEP])
+        size = max(size, added)
+        journal = max(journal, closing)
     return size, JOURNAL_STEP / journal if journal > JOURNAL_STEP else 1.0
 
 
@@ -323,7 +381,7 @@ def take_step(model, work, stage, limit):
     before = work.port[U_BEFORE]
     for k in range(pistons):
         before[k] = u[k]
-    if model.block_ports.shape[0] == 0:
+    if model.block_ports.shape[0] == 0 and model.layout[ADDED] == 0.0:
         follow_step(model, work, stage)
     else:
         follow_forces(model, work, stage)
@@ -347,8 +405,10 @@ def follow_load(model, work, stage):
     for k in range(int(model.layout[PORTS])):
         step[k] = work.port[U_FREE, k] - work.port[U, k]
     answer(model, work, stage.slot, work.port[FORCES], step)
+    if model.links.scales.shape[0] > 0:
+        link_steps(model, work, step, work.added.gaps[STEP])
     relative_step(model, frame[COS], frame[SIN], step)
-    solve_rows(work.jacobian, work.jacobian.shape[0], work.port, U_STEP)
+    solve_step(model, work)
     follow_forces(model, work, stage)
 
 
@@ -359,6 +419,8 @@ def follow_forces(model, work, stage):
     f = work.port[FORCES]
     linearise(model.connections, work.factored, work.port[U_STEP], f)
     reactions(model, frame[COS], frame[SIN], f)
+    if model.links.scales.shape[0] > 0:
+        follow_links(model, work, work.added.gaps[STEP], f)
     for k in range(first_piston(model)):
         work.port[U, k] = work.port[U_FREE, k]
     answer(model, work, stage.slot, f, work.port[U])
@@ -397,6 +459,7 @@ def recover(model, work, stage):
     t = int(model.layout[TURNING_MODES])
     s = model.block_ports.shape[1]
     turning = model.ports.shape[0]
+    standing = model.block_ports.shape[0]
     pistons = first_piston(model)
     frame = work.frames[stage.number]
     c_q = stage.c_q
@@ -408,11 +471,13 @@ def recover(model, work, stage):
         q[i] = work.modal[Q_FREE, i]
     add_product(work.turning.response[stage.slot], f, turning, t, q)
     if s > 0:
-        add_product(work.block.response[stage.slot], f[turning:], pistons - turning, s, q[t:])
+        add_product(work.block.response[stage.slot], f[turning:], standing, s, q[t:])
     shape = model.block.piston_shape
     for c in range(0, int(model.layout[PORTS]) - pistons, 2):
         q[t + s + c] += c_q * (shape[0, 0] * f[pistons + c] + shape[1, 0] * f[pistons + c + 1])
         q[t + s + c + 1] += c_q * (shape[0, 1] * f[pistons + c] + shape[1, 1] * f[pistons + c + 1])
+    if model.layout[ADDED] > 0.0:
+        recover_added(model, work, stage.slot, f, q)
     if model.layout[WHIRLS] == 0.0:
         for i in range(n):
             a[i] = (q[i] - work.modal[BIG_Q, i]) / c_q
@@ -429,6 +494,7 @@ def recover(model, work, stage):
     d_omega = abs(frame[WHIRL] - stage.omega)
     d_omega2 = abs(frame[WHIRL] * frame[WHIRL] - stage.omega * stage.omega)
     rest = (2.0 * d_omega * stage.c_v + (d_omega2 + abs(frame[OMEGA_DOT])) * c_q) * moved
+    rest *= model.bodies.fastest[0] * model.bodies.fastest[0]
     return rest <= COUPLING_TOLERANCE * largest or c_q * rest <= COUPLING_LENGTH * stage.tolerance
 
 
@@ -461,8 +527,10 @@ def to_ports(model, q, u):
     block, s = model.block_ports.shape
     if block > 0:
         product(model.block_ports_transposed, q[t:], s, block, u[turning:])
+    if model.layout[ADDED] > 0.0:
+        added_to_ports(model, q, u)
     shape = model.block.piston_shape
-    first = turning + block
+    first = first_piston(model)
     for c in range(0, int(model.layout[PORTS]) - first, 2):
         x = q[t + s + c]
         y = q[t + s + c + 1]
@@ -478,21 +546,27 @@ def answer(model, work, slot, f, u):
     block = model.block_ports.shape[0]
     if block > 0:
         add_product(work.block.compliance[slot], f[turning:], block, block, u[turning:])
+    if model.layout[ADDED] > 0.0:
+        added_answer(model, work, slot, f, u)
 
 
-@kernel
-def fill_jacobian(compliance, connections, blocks, n, jacobian):
-    """Fill (I − H J)ᵀ on the n Newton ports; J is the sum of the connections' blocks.
-
-    ``compliance`` is symmetric only without gyroscopic terms; it is kept transposed: [k, i] = H_ik. What ``jacobian``
-    has beyond n becomes the identity.
-    """
+@inlined_kernel
+def start_jacobian(jacobian):
+    """The identity, which is what rows beyond the components keep."""
     size = jacobian.shape[0]
     for i in range(size):
         row = jacobian[i]
         for j in range(size):
             row[j] = 0.0
         row[i] = 1.0
+
+
+@kernel
+def fill_jacobian(compliance, connections, blocks, n, jacobian):
+    """Subtract (H J)ᵀ from ``jacobian`` on the n components; J is the sum of the connections' blocks.
+
+    ``compliance`` is symmetric only without gyroscopic terms; it is kept transposed: [k, i] = H_ik.
+    """
     for k in range(connections.shape[0]):
         size = int(connections[k, 0])
         for a in range(size):

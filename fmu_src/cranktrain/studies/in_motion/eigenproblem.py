@@ -41,7 +41,14 @@ from scipy.linalg import eig
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.bodies import locked_on_axis
-from cranktrain.dynamics.model.slots import BORE_ROTATIONS, CRANK_MODES, ROD_LAWS, RODS, TURNING_MODES
+from cranktrain.dynamics.model.slots import (
+    BORE_ROTATIONS,
+    CRANK_MODES,
+    JOURNAL_ROTATIONS,
+    ROD_LAWS,
+    RODS,
+    TURNING_MODES,
+)
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
@@ -294,7 +301,7 @@ def _add_laws(model: ModelArrays, means: CycleMeans, motion: NDArray[Any], parts
         if k >= mains:
             continue
         turned = np.zeros(motion.shape[1])
-        turned[:t] = model.ports[len(model.ports) - mains + k]
+        turned[:t] = model.ports[int(model.layout[JOURNAL_ROTATIONS]) + k]
         if n_b:
             turned[t : t + n_b] = -model.block_ports[int(model.layout[BORE_ROTATIONS]) - len(model.ports) + k]
         across = np.kron(np.eye(count // 2), ACROSS)

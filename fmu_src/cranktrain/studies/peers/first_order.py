@@ -40,6 +40,7 @@ from cranktrain.dynamics.model.slots import (
     FIRST,
     FRAME_SIZE,
     GRAVITY,
+    JOURNAL_ROTATIONS,
     LEAD,
     LEAD_RATE,
     M_BIG,
@@ -271,7 +272,7 @@ def _body_acceleration(model, s, q, v, a):
 def _bearing_forces(model, s):
     """Forces of main and thrust bearings at their ports into ``s.port``."""
     b = model.bearings.shape[0]
-    journal = model.ports.shape[0] - b
+    journal = int(model.layout[JOURNAL_ROTATIONS])
     omega = s.frame[OMEGA]
     u = s.port[PLACE]
     ud = s.port[PACE]

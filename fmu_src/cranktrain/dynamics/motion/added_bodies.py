@@ -1,0 +1,153 @@
+"""Motion of added bodies in a stage: each its own linear part, in a frame that turns in proportion to the crank's.
+
+The equations are those of the crank (:mod:`cranktrain.core.reduced_body`) with the frame's speed sΩ, s being its turns
+per turn of the crank. Ports and modes are slices of those of the whole model.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.dynamics.model.slots import (
+    BASE,
+    BIG_Q,
+    BIG_V,
+    GRAVITY,
+    LEVER,
+    LOADS,
+    OMEGA,
+    OMEGA_DOT,
+    Q_FREE,
+    THETA,
+    WHIRL,
+)
+from cranktrain.dynamics.motion.linear_algebra import add_product, dot, invert, product, products
+from cranktrain.dynamics.topology import slots as at
+
+
+@kernel
+def factor_added(model, work, level, c_q, c_v, omega, holding):
+    """Make S⁻¹, responses and compliances of added bodies, kept as ``level``; 0, or 1 where one is singular.
+
+    ``holding`` (N m/rad) holds each body against turning.
+    """
+    bodies = model.bodies
+    part = work.added
+    ratio = c_v / c_q
+    status = 0
+    for b in range(bodies.rows.shape[0]):
+        row = bodies.rows[b]
+        n = int(row[at.MODES])
+        m = int(row[at.PORTS])
+        first = int(row[at.MODE])
+        o = int(row[at.OWN_MODE])
+        p = int(row[at.OWN_PORT])
+        speed = row[at.RATE] * omega
+        for i in range(n):
+            for j in range(n):
+                part.scratch[i, j] = (
+                    ratio * 2.0 * speed * bodies.gyroscopic[o + i, j]
+                    + speed * speed * bodies.spin[o + i, j]
+                    + holding * bodies.turn[o + i] * bodies.turn[o + j]
+                )
+            part.scratch[i, i] += 1.0 / c_q + ratio * model.damping[first + i] + model.omega2[first + i]
+        inverse = part.inverse[level][o : o + n]
+        response = part.response[level][p : p + m]
+        if invert(part.scratch, n, inverse) != 0:
+            status = 1
+        products(bodies.shapes[p : p + m], inverse, m, n, n, response)
+        products(response, bodies.transposed[o : o + n], m, n, m, part.compliance[level][p : p + m])
+    return status
+
+
+@kernel
+def load_added(model, work, frame, displaced, out):
+    """Modal force of frame and gravity on added bodies, and where their centres of mass are, ``work.added.axes``."""
+    bodies = model.bodies
+    for b in range(bodies.rows.shape[0]):
+        row = bodies.rows[b]
+        n = int(row[at.MODES])
+        first = int(row[at.MODE])
+        o = int(row[at.OWN_MODE])
+        angle = row[at.RATE] * frame[THETA] + row[at.PHASE]
+        g_x = -row[at.SENSE] * model.scalars[GRAVITY] * math.sin(angle)
+        g_y = -row[at.SENSE] * model.scalars[GRAVITY] * math.cos(angle)
+        omega = row[at.RATE] * frame[OMEGA]
+        change = row[at.RATE] * frame[OMEGA_DOT]
+        for i in range(n):
+            out[first + i] = (
+                omega * omega * bodies.centrifugal_load[o + i]
+                - change * bodies.euler_load[o + i]
+                + g_x * bodies.translation[0, o + i]
+                + g_y * bodies.translation[1, o + i]
+            )
+        for k in range(2):
+            work.added.axes[b, k] = dot(bodies.centre[k, o:], displaced[first:], n)
+
+
+@kernel
+def move_added_freely(model, work, stage, frame):
+    """Modal motion of added bodies without forces at their ports, into ``work.modal[Q_FREE]``."""
+    bodies = model.bodies
+    ratio = stage.c_v / stage.c_q
+    big_q = work.modal[BIG_Q]
+    big_v = work.modal[BIG_V]
+    rhs = work.modal[LOADS]
+    lever = work.modal[LEVER]
+    a = work.stage[stage.number, 2]
+    for b in range(bodies.rows.shape[0]):
+        row = bodies.rows[b]
+        n = int(row[at.MODES])
+        first = int(row[at.MODE])
+        o = int(row[at.OWN_MODE])
+        rate = row[at.RATE]
+        omega = rate * stage.omega
+        d_omega = rate * (frame[WHIRL] - stage.omega)
+        d_omega2 = rate * rate * (frame[WHIRL] * frame[WHIRL] - stage.omega * stage.omega)
+        for i in range(first, first + n):
+            rhs[i] = work.modal[BASE, i]
+            lever[i] = 2.0 * omega * (ratio * big_q[i] - big_v[i])
+            lever[i] -= 2.0 * d_omega * (big_v[i] + stage.c_v * a[i])
+            lever[i] -= rate * frame[OMEGA_DOT] * (big_q[i] + stage.c_q * a[i])
+        if rate > 0.0:
+            add_product(bodies.gyroscopic[o : o + n], lever[first:], n, n, rhs[first:])
+            for i in range(first, first + n):
+                lever[i] = -d_omega2 * (big_q[i] + stage.c_q * a[i])
+            add_product(bodies.spin[o : o + n], lever[first:], n, n, rhs[first:])
+        product(work.added.inverse[stage.slot][o : o + n], rhs[first:], n, n, work.modal[Q_FREE, first:])
+
+
+@kernel
+def recover_added(model, work, slot, f, q):
+    """Add what forces f (m,) at the ports do to the modal motion q (n,) of added bodies."""
+    bodies = model.bodies
+    for b in range(bodies.rows.shape[0]):
+        row = bodies.rows[b]
+        p = int(row[at.OWN_PORT])
+        m = int(row[at.PORTS])
+        response = work.added.response[slot][p : p + m]
+        add_product(response, f[int(row[at.PORT]) :], m, int(row[at.MODES]), q[int(row[at.MODE]) :])
+
+
+@inlined_kernel
+def added_to_ports(model, q, u):
+    """Motion of the ports of added bodies in the modal motion q (n,), into u (m,)."""
+    bodies = model.bodies
+    for b in range(bodies.rows.shape[0]):
+        row = bodies.rows[b]
+        o = int(row[at.OWN_MODE])
+        n = int(row[at.MODES])
+        product(bodies.transposed[o : o + n], q[int(row[at.MODE]) :], n, int(row[at.PORTS]), u[int(row[at.PORT]) :])
+
+
+@inlined_kernel
+def added_answer(model, work, slot, f, u):
+    """Add what added bodies answer to forces f (m,) at their ports to u (m,)."""
+    bodies = model.bodies
+    for b in range(bodies.rows.shape[0]):
+        row = bodies.rows[b]
+        p = int(row[at.OWN_PORT])
+        m = int(row[at.PORTS])
+        port = int(row[at.PORT])
+        add_product(work.added.compliance[slot][p : p + m], f[port:], m, m, u[port:])

@@ -1,0 +1,303 @@
+"""Forces of added connections in a stage, and what their components add to its Newton iteration.
+
+A component's motion is a sum over ports, with coefficients of the crank angle
+(:mod:`cranktrain.dynamics.topology.terms`). The components are unknowns of the iteration behind those of the engine's
+own connections. A component's compliance against any other is R H Rᵀ of the bodies that it holds, row by row: what its
+unit force moves at the ports of these bodies, read by the other's terms.
+
+Forces act where their points are: a force on an interface that is displaced by u against its body's centre of mass
+turns the body by (u × f)_z besides. Gravity and inertia act at that centre.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
+from cranktrain.dynamics.model.slots import (
+    BLOCK_X,
+    BLOCK_Y,
+    CRANK_X,
+    CRANK_Y,
+    FORCES,
+    OMEGA,
+    THETA,
+    UD,
+    WHIRL,
+    U,
+)
+from cranktrain.dynamics.topology import slots as at
+from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, COS, FORCE, FRICTION, RUBBING, SIN, SPEED
+
+
+@kernel
+def turn_terms(model, work, angle, speed):
+    """Coefficients of all terms and their rates at an angle (rad) and speed (rad/s) of the crank's frame."""
+    terms = model.links.terms
+    found = work.added.coefficients
+    for t in range(terms.shape[0]):
+        turned = terms[t, at.FACTOR] * angle + terms[t, at.ANGLE]
+        found[t, 0] = terms[t, at.AMPLITUDE] * math.cos(turned)
+        found[t, 1] = -terms[t, at.AMPLITUDE] * terms[t, at.FACTOR] * speed * math.sin(turned)
+
+
+@inlined_kernel
+def component(model, work, j, u):
+    """Sum of the terms of component j over motion u (m,) of the ports."""
+    links = model.links
+    total = 0.0
+    for t in range(int(links.starts[j]), int(links.starts[j + 1])):
+        total += work.added.coefficients[t, 0] * u[int(links.terms[t, at.TERM_PORT])]
+    return total
+
+
+@kernel
+def measure_links(model, work, u, ud):
+    """Motion of all components and its rate from displacement u and velocity u̇ (m,) of the ports."""
+    links = model.links
+    gaps = work.added.gaps
+    for j in range(links.scales.shape[0]):
+        gaps[at.D, j] = component(model, work, j, u)
+        rate = component(model, work, j, ud)
+        for t in range(int(links.starts[j]), int(links.starts[j + 1])):
+            rate += work.added.coefficients[t, 1] * u[int(links.terms[t, at.TERM_PORT])]
+        gaps[at.DD, j] = rate
+
+
+@kernel
+def link_forces(model, work, frame, ratio):
+    """Forces of added connections at the motion of the ports and their tangents; 0, or tells that a law failed."""
+    links = model.links
+    u = work.port[U]
+    ud = work.port[UD]
+    f = work.port[FORCES]
+    gaps = work.added.gaps
+    turn_terms(model, work, frame[THETA], frame[WHIRL])
+    measure_links(model, work, u, ud)
+    for k in range(links.ports.shape[0]):
+        f[int(links.ports[k])] = 0.0
+    status = 0
+    for k in range(links.rows.shape[0]):
+        status |= link_law(model, work, frame, k, FORCE, links.out)
+        row = links.rows[k]
+        first = int(row[at.FIRST])
+        size = int(row[at.SIZE])
+        for r in range(size):
+            gaps[at.F, first + r] = links.out[r]
+        link_block(row, links.out, ratio, frame[WHIRL], work.added.blocks[k])
+        if row[at.RUBS] > 0.0:
+            # The second end feels the opposite about its own centre, beside which the first one lies.
+            friction = links.out[FRICTION]
+            if row[at.TURN_A] >= 0.0:
+                f[int(row[at.TURN_A])] += row[at.SENSE_A] * friction
+            if row[at.TURN_B] >= 0.0:
+                across = gaps[at.D, first] * links.out[1] - gaps[at.D, first + 1] * links.out[0]
+                f[int(row[at.TURN_B])] -= row[at.SENSE_B] * (friction + across)
+    load_ports(model, work, gaps[at.F], f)
+    displaced_moments(model, work, frame, u, f)
+    return status
+
+
+@inlined_kernel
+def link_law(model, work, frame, k, action, out):
+    """Let the law of connection k act at the motion of its components; 0, or a failure."""
+    links = model.links
+    row = links.rows[k]
+    gaps = work.added.gaps
+    first = int(row[at.FIRST])
+    place = links.place[k]
+    velocity = links.velocity[k]
+    for r in range(int(row[at.SIZE])):
+        place[r] = gaps[at.D, first + r]
+        velocity[r] = gaps[at.DD, first + r]
+    if row[at.PAIRS] >= 0.0:
+        whirl = row[at.AXES_RATE] * frame[WHIRL]
+        for r in range(int(row[at.PAIRS]), int(row[at.SIZE]) - 1, 2):
+            velocity[r] -= whirl * place[r + 1]
+            velocity[r + 1] += whirl * place[r]
+    numbers = links.numbers
+    angle = row[at.AXES_RATE] * frame[THETA] + row[at.AXES_PHASE]
+    numbers[ANGLE] = angle
+    numbers[COS] = math.cos(angle)
+    numbers[SIN] = math.sin(angle)
+    own = row[at.RATE_A] * frame[OMEGA]
+    other = row[at.RATE_B] * frame[OMEGA]
+    if row[at.TURN_A] >= 0.0:
+        own += row[at.SENSE_A] * work.port[UD, int(row[at.TURN_A])]
+    if row[at.TURN_B] >= 0.0:
+        other += row[at.SENSE_B] * work.port[UD, int(row[at.TURN_B])]
+    numbers[SPEED] = own + other
+    numbers[RUBBING] = own - other
+    return call_kernel(
+        links.entry[k, 0], (links.entry[k, 1], action, links.entry[k, 2], place, velocity, numbers, out, out)
+    )
+
+
+@inlined_kernel
+def link_block(row, out, ratio, whirl, block):
+    """Tangent of a connection's forces by the displacement of its components, 4 × 4, in a stage."""
+    for k in range(16):
+        block[k] = out[BY_PLACE + k] + ratio * out[BY_VELOCITY + k]
+    if row[at.PAIRS] >= 0.0:
+        turning = row[at.AXES_RATE] * whirl
+        for r in range(4):
+            for pair in range(int(row[at.PAIRS]), int(row[at.SIZE]) - 1, 2):
+                i = 4 * r + pair
+                block[i] += turning * out[BY_VELOCITY + i + 1]
+                block[i + 1] -= turning * out[BY_VELOCITY + i]
+
+
+@kernel
+def load_ports(model, work, forces, f):
+    """Add forces (C,) of all components to those at the ports, f (m,)."""
+    links = model.links
+    for t in range(links.terms.shape[0]):
+        f[int(links.terms[t, at.TERM_PORT])] += (
+            work.added.coefficients[t, 0] * forces[int(links.terms[t, at.COMPONENT])]
+        )
+
+
+@inlined_kernel
+def displaced_moments(model, work, frame, u, f):
+    """Moments of forces at displaced interfaces, about the centre of mass of their bodies, at the interfaces' turns."""
+    links = model.links
+    for k in range(links.interfaces.shape[0]):
+        row = links.interfaces[k]
+        owner = int(row[at.OWNER])
+        x = u[int(row[at.PORT_X])]
+        y = u[int(row[at.PORT_Y])]
+        if owner == at.OF_CRANK:
+            x -= frame[CRANK_X]
+            y -= frame[CRANK_Y]
+        elif owner == at.OF_BLOCK:
+            x -= frame[BLOCK_X]
+            y -= frame[BLOCK_Y]
+        else:
+            x -= work.added.axes[owner, 0]
+            y -= work.added.axes[owner, 1]
+        f[int(row[at.PORT_TURN])] += x * f[int(row[at.PORT_Y])] - y * f[int(row[at.PORT_X])]
+
+
+@kernel
+def link_steps(model, work, step, out):
+    """Change of all added components from a change of all ports (m,), into ``out`` from its first place on."""
+    for j in range(model.links.scales.shape[0]):
+        out[j] = component(model, work, j, step)
+
+
+@kernel
+def follow_links(model, work, step, f):
+    """Add what steps (C,) of the components change of their forces to the ports' f (m,)."""
+    links = model.links
+    change = work.added.gaps[at.F_CHANGE]
+    for j in range(change.shape[0]):
+        change[j] = 0.0
+    for k in range(links.rows.shape[0]):
+        first = int(links.rows[k, at.FIRST])
+        size = int(links.rows[k, at.SIZE])
+        for r in range(size):
+            for s in range(size):
+                change[first + r] += work.added.factored[k, 4 * r + s] * step[first + s]
+    load_ports(model, work, change, f)
+
+
+@kernel
+def link_compliance(model, work, cos, sin, slot, out):
+    """Compliance of added components against all, rows and columns of ``out`` behind the engine's own (transposed)."""
+    n = model.scales.shape[0]
+    count = model.links.scales.shape[0]
+    answered = work.added.answered
+    for i in range(count):
+        unit_answer(model, work, i, slot, answered)
+        # The engine's components: what turns less what stands, as in every step of the iteration.
+        for j in range(n):
+            out[n + i, j] = answered[j]
+        for p in range(model.pairs.shape[0]):
+            t = int(model.pairs[p, 0])
+            s = int(model.pairs[p, 1])
+            out[n + i, t] -= cos * answered[s] + sin * answered[s + 1]
+            out[n + i, t + 1] -= cos * answered[s + 1] - sin * answered[s]
+        for p in range(model.axial.shape[0]):
+            out[n + i, int(model.axial[p, 0])] -= answered[int(model.axial[p, 1])]
+        for j in range(count):
+            out[n + i, n + j] = component(model, work, j, answered)
+        engine_column(model, work, cos, sin, slot, i, out)
+
+
+@inlined_kernel
+def unit_answer(model, work, i, slot, answered):
+    """Motion of all ports (m,) that a unit force of added component i gives."""
+    links = model.links
+    for k in range(answered.shape[0]):
+        answered[k] = 0.0
+    turning = model.ports.shape[0]
+    standing = model.block_ports.shape[0]
+    for t in range(int(links.starts[i]), int(links.starts[i + 1])):
+        port = int(links.terms[t, at.TERM_PORT])
+        c = work.added.coefficients[t, 0]
+        if port < turning:
+            for k in range(turning):
+                answered[k] += c * work.turning.compliance[slot, port, k]
+        elif port < turning + standing:
+            for k in range(standing):
+                answered[turning + k] += c * work.block.compliance[slot, port - turning, k]
+        else:
+            b = owner_of(model.bodies, port)
+            first = int(model.bodies.rows[b, at.PORT])
+            o = int(model.bodies.rows[b, at.OWN_PORT])
+            for k in range(int(model.bodies.rows[b, at.PORTS])):
+                answered[first + k] += c * work.added.compliance[slot, o + port - first, k]
+
+
+@inlined_kernel
+def owner_of(bodies, port):
+    """Number of the added body to which a port belongs."""
+    b = 0
+    while port >= int(bodies.rows[b, at.PORT] + bodies.rows[b, at.PORTS]):
+        b += 1
+    return b
+
+
+@inlined_kernel
+def engine_column(model, work, cos, sin, slot, i, out):
+    """Column of added component i in the rows of the engine's own: what their unit forces move of it."""
+    links = model.links
+    n = model.scales.shape[0]
+    turning = model.ports.shape[0]
+    standing = model.block_ports.shape[0]
+    for k in range(n):
+        out[k, n + i] = 0.0
+    for t in range(int(links.starts[i]), int(links.starts[i + 1])):
+        port = int(links.terms[t, at.TERM_PORT])
+        c = work.added.coefficients[t, 0]
+        if port < turning:
+            for k in range(n):
+                out[k, n + i] += c * work.turning.compliance[slot, k, port]
+        elif port < turning + standing:
+            own = port - turning
+            for p in range(model.pairs.shape[0]):
+                r = int(model.pairs[p, 0])
+                s = int(model.pairs[p, 1]) - turning
+                by_x = work.block.compliance[slot, s, own]
+                by_y = work.block.compliance[slot, s + 1, own]
+                out[r, n + i] -= c * (cos * by_x + sin * by_y)
+                out[r + 1, n + i] += c * (sin * by_x - cos * by_y)
+            for p in range(model.axial.shape[0]):
+                s = int(model.axial[p, 1]) - turning
+                out[int(model.axial[p, 0]), n + i] -= c * work.block.compliance[slot, s, own]
+
+
+@inlined_kernel
+def link_size(model, step):
+    """Size of a Newton step (C,) of added components in their scales, and the largest of those that are limited."""
+    links = model.links
+    size = 0.0
+    limited = 0.0
+    for k in range(links.rows.shape[0]):
+        first = int(links.rows[k, at.FIRST])
+        for j in range(first, first + int(links.rows[k, at.SIZE])):
+            change = abs(step[j]) / links.scales[j]
+            size = max(size, change)
+            if links.rows[k, at.CLOSES] > 0.0:
+                limited = max(limited, change)
+    return size, limited

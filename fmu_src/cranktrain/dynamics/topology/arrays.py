@@ -1,0 +1,334 @@
+"""Added bodies and connections as flat arrays of the running model, packed one after the other with offsets.
+
+The modes of added bodies come behind all others, their ports behind those of the block. Each interface that a
+connection holds brings all its six components as ports, on crank and block too. Matrices of bodies are rows of one
+table each, as wide as the largest body is; a body's own start at its offset.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.kernel import keep_record, kernel_address, record
+from cranktrain.core.memory import zeros
+from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, skew
+from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology.laws import Piece, pieces_of
+from cranktrain.dynamics.topology.terms import PORTS, Term, terms_of
+from cranktrain.dynamics.topology.values import AT_REST, BLOCK, CRANK, GROUND, Body, Connection, End, Frame, Topology
+from cranktrain.film.laws.films import NUMBERS, SIZE, IntArray
+from cranktrain.film.laws.parameters import COLUMNS
+
+KINDS = {
+    "force": at.FORCE_KIND, "place": at.PLACE_KIND, "velocity": at.VELOCITY_KIND, "out": at.OUT_KIND,
+}  # fmt: skip
+BODY_OUTPUTS = {
+    "speed": (at.BODY_SPEED, 0), "rotation": (at.BODY_TURN, 0), "position.x": (at.BODY_PLACE, 0),
+    "position.y": (at.BODY_PLACE, 1), "position.z": (at.BODY_PLACE, 2),
+}  # fmt: skip
+
+
+@record
+class AddedBodies(NamedTuple):
+    """B bodies with N modes in all, W of the largest one, and M ports, V of the one that has most."""
+
+    rows: Array  # (B, BODY) see dynamics.topology.slots
+    gyroscopic: Array  # (N, W) G transposed, of each body
+    spin: Array  # (N, W) (K_σ − C) transposed
+    centrifugal_load: Array  # (N,)
+    euler_load: Array  # (N,)
+    translation: Array  # (3, N)
+    centre: Array  # (3, N) motion of the centre of mass in axes of the frame, x, y, z
+    turn: Array  # (N,) rotation about z of each body as a whole
+    shapes: Array  # (M, W)
+    transposed: Array  # (N, V)
+    carried: Array  # (N, 6) motion that goes along with the block's rigid modes
+    fastest: Array  # (1,) most turns per turn of the crank of any body, 1 at least
+
+
+@record
+class AddedConnections(NamedTuple):
+    """K pieces of connections with C components, T terms, and what they hold."""
+
+    rows: Array  # (K, CONNECTION)
+    table: Array  # (K, 5) number of components and the Newton components, as ModelArrays.connections
+    terms: Array  # (T, TERM) in the order of their components
+    starts: Array  # (C + 1,) first term of each component
+    scales: Array  # (C,)
+    interfaces: Array  # (I, INTERFACE)
+    ports: Array  # (P,) all ports that connections load
+    entry: IntArray  # (K, 3) addresses of the law and of its record, and the number by which the record knows it
+    place: Array  # (K, 4)
+    velocity: Array  # (K, 4)
+    numbers: Array  # (NUMBERS,)
+    out: Array  # (SIZE,)
+    bearings: Array  # (K, COLUMNS) of films
+    oil: Array  # (K,) viscosity that a film has by itself, Pa s; 0: the engine's, −1: no film
+    shown: Array  # (O, SHOWN) of each output
+
+
+class AddedWork(NamedTuple):
+    """Memory of a stage for added bodies and connections."""
+
+    scratch: Array  # (W, W)
+    inverse: Array  # (slots, N, W)
+    response: Array  # (slots, M, W)
+    compliance: Array  # (slots, M, V)
+    coefficients: Array  # (T, 2) of each term, and its rate
+    gaps: Array  # (GAPS, C)
+    answered: Array  # (m,) motion of all ports by one component's force
+    axes: Array  # (B, 2) displacement of each body's centre of mass across its axis, m
+    blocks: Array  # (K, 16)
+    factored: Array  # (K, 16)
+    newton: Array  # (1, n) step of all components, to a multiple of four
+
+
+class Added(NamedTuple):
+    """What a topology adds to a model: arrays, what crank and block are held by, and names of outputs."""
+
+    bodies: AddedBodies
+    connections: AddedConnections
+    crank: Array  # (·, n_t) shapes of further ports
+    block: Array  # (·, n_b)
+    omega: Array  # (N,)
+    damping: Array  # (N,) 1/s
+    outputs: tuple[str, ...]
+
+
+class Base(NamedTuple):
+    """What a topology is added to: bodies ``crank`` and ``block`` and how many modes, ports, components there are."""
+
+    crank: ReducedBody | None
+    block: ReducedBody | None
+    modes: int
+    turning_ports: int
+    block_ports: int
+    newton: int
+
+
+def no_addition(base: Base) -> Added:
+    """Nothing."""
+    return added(Topology(), base)
+
+
+def output_names(topology: Topology) -> tuple[str, ...]:
+    """Names of what a topology shows: bodies first, then connections."""
+    names = [f"{body.name}.{name}" for body in topology.bodies for name in BODY_OUTPUTS]
+    for connection in topology.connections:
+        frames = [end_frame(topology, end) for end in connection.ends]
+        for piece in pieces_of(connection, *frames):
+            names += [f"connection[{connection.name}].{name}" for name, _, _ in piece.outputs]
+    return tuple(names)
+
+
+def end_frame(topology: Topology, end: End) -> Frame:
+    """Frame of the body that an end holds."""
+    if end.body == CRANK:
+        return topology.frame(CRANK)
+    return topology.frame(AT_REST if end.body in (BLOCK, GROUND) else topology.body(end.body).frame)
+
+
+# In one piece: one group of arrays after the other, in the order in which they need each other.
+def added(topology: Topology, base: Base) -> Added:
+    """Arrays of a topology.
+
+    Raises
+    ------
+    InputError
+        an interface that a body lacks, a block that is not there, ends that a law does not join
+    """
+    held = _held(topology, base)
+    crank_ports, block_ports = held.pop(CRANK, {}), held.pop(BLOCK, {})
+    first = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * len(block_ports)
+    bodies, port_of = _bodies(topology, held, base, first)
+    for k, name in enumerate(crank_ports):
+        port_of[CRANK, name] = base.turning_ports + PORTS * k
+    for k, name in enumerate(block_ports):
+        port_of[BLOCK, name] = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * k
+    connections, outputs = _connections(topology, port_of, base.newton)
+    own = [body.reduced for body in topology.bodies]
+    return Added(
+        bodies,
+        connections,
+        _shapes(base.crank, list(crank_ports)),
+        _shapes(base.block, list(block_ports)),
+        np.concatenate([np.zeros(0), *(body.omega for body in own)]),
+        np.concatenate([np.zeros(0), *(body.damping if body.damping.size else np.zeros(body.n_modes) for body in own)]),
+        outputs,
+    )
+
+
+def _shapes(body: ReducedBody | None, names: list[str]) -> Array:
+    n = 0 if body is None else body.n_modes
+    rows = [body.shapes[body.index(name)] for name in names] if body is not None else []
+    return np.concatenate([np.zeros((0, n)), *rows])
+
+
+def _held(topology: Topology, base: Base) -> dict[str, dict[str, None]]:
+    """Interfaces that connections hold, by body, in order."""
+    own: Mapping[str, ReducedBody | None] = {
+        CRANK: base.crank, BLOCK: base.block, **{body.name: body.reduced for body in topology.bodies},
+    }  # fmt: skip
+    held: dict[str, dict[str, None]] = {}
+    for connection in topology.connections:
+        for end in connection.ends:
+            if end.body == GROUND:
+                continue
+            body = own[end.body]
+            where = f"connection '{connection.name}'"
+            if body is None:
+                raise InputError(f"{where}: there is no {end.body} here; take a flexible block, or the ground")
+            if end.interface not in body.interfaces:
+                raise InputError(
+                    f"{where}: body '{end.body}' has no interface '{end.interface}'; "
+                    f"{nearest(end.interface, list(body.interfaces))}"
+                )
+            held.setdefault(end.body, {})[end.interface] = None
+    return held
+
+
+def _bodies(
+    topology: Topology, held: Mapping[str, Mapping[str, None]], base: Base, first: int
+) -> tuple[AddedBodies, dict[tuple[str, str], int]]:
+    """Arrays of the bodies, and the first port of each interface that is held."""
+    own = [body.reduced for body in topology.bodies]
+    counts = [PORTS * len(held.get(body.name, {})) for body in topology.bodies]
+    n, w = sum(body.n_modes for body in own), max((body.n_modes for body in own), default=1)
+    m, v = sum(counts), max([1, *counts])
+    z = zeros
+    arrays = AddedBodies(
+        np.zeros((len(own), at.BODY)), z((n, w)), z((n, w)), z(n), z(n), z((3, n)), z((3, n)), z(n), z((m, w)),
+        z((n, v)), z((n, PORTS)), np.ones(1),
+    )  # fmt: skip
+    port_of: dict[tuple[str, str], int] = {}
+    mode, port = 0, 0
+    for body, row, ports in zip(topology.bodies, arrays.rows, counts, strict=True):
+        reduced, frame = body.reduced, topology.frame(body.frame)
+        size = reduced.n_modes
+        span = slice(mode, mode + size)
+        row[: at.CARRIED] = (
+            base.modes + mode, size, first + port, ports, mode, port, frame.rate, frame.angle, frame.sense,
+            reduced.mass,
+        )  # fmt: skip
+        row[at.CARRIED] = not _grounded(topology, body)
+        arrays.gyroscopic[span, :size] = reduced.gyroscopic.T
+        arrays.spin[span, :size] = (reduced.stress_stiffness - reduced.centrifugal).T
+        arrays.centrifugal_load[span] = reduced.centrifugal_load
+        arrays.euler_load[span] = reduced.euler_load
+        arrays.translation[:, span] = reduced.translation
+        arrays.centre[:, span] = reduced.translation / reduced.mass
+        arrays.turn[span][:PORTS] = rigid_coordinates(reduced)[5]
+        if base.block is not None:
+            arrays.carried[span] = _carried(reduced, frame, base.block)
+        for k, name in enumerate(held.get(body.name, {})):
+            shape = reduced.shapes[reduced.index(name)]
+            arrays.shapes[port + PORTS * k : port + PORTS * (k + 1), :size] = shape
+            arrays.transposed[span, PORTS * k : PORTS * (k + 1)] = shape.T
+            port_of[body.name, name] = first + port + PORTS * k
+        arrays.fastest[0] = max(arrays.fastest[0], frame.rate)
+        mode, port = mode + size, port + ports
+    return arrays, port_of
+
+
+def _grounded(topology: Topology, body: Body) -> bool:
+    """Whether the ground holds a body, directly."""
+    return any(
+        body.name in names and GROUND in names
+        for names in ([end.body for end in connection.ends] for connection in topology.connections)
+    )
+
+
+def _carried(body: ReducedBody, frame: Frame, block: ReducedBody) -> Array:
+    """Modal motion (n, 6) of a body that goes along with the rigid modes of the block, at crank angle 0."""
+    motion = rigid_coordinates(block)
+    moved = motion[:3] - skew(np.array([*frame.axis, 0.0])) @ motion[3:]
+    across = np.column_stack([frame.turned(axis) for axis in np.eye(3)])
+    seen = np.concatenate((across @ moved, across @ motion[3:]))
+    result = np.zeros((body.n_modes, PORTS))
+    result[:PORTS] = np.linalg.solve(rigid_coordinates(body), seen)
+    return result
+
+
+def _connections(
+    topology: Topology, port_of: Mapping[tuple[str, str], int], newton: int
+) -> tuple[AddedConnections, tuple[str, ...]]:
+    """Arrays of the connections; compiles their laws."""
+    names = [body.name for body in topology.bodies]
+    rows, tables, terms, starts, shown = [], [], [], [0], []
+    scales: list[float] = []
+    bearings, oil, kept = [], [], []
+    shown += [(k, *kind) for k in range(len(names)) for kind in BODY_OUTPUTS.values()]
+    for connection, piece in _all_pieces(topology):
+        frames = [end_frame(topology, end) for end in connection.ends]
+        size, first = len(piece.components), len(scales)
+        ports, senses, rates = [], [], []
+        for end, frame in zip(connection.ends, frames, strict=True):
+            turns = piece.rubs and end.body != GROUND
+            ports.append(port_of[end.body, end.interface] + 5 if turns else -1)
+            senses.append(frame.sense * piece.axes.sense)
+            rates.append(senses[-1] * frame.rate)
+        rows.append([
+            size, first, piece.axes.rate, piece.axes.angle, piece.pairs, *ports, *senses, *rates, piece.rubs,
+            piece.closes,
+        ])  # fmt: skip
+        tables.append([size, *(newton + first + j for j in range(size)), *[0] * (4 - size)])
+        for j, pair in enumerate(piece.components):
+            found: list[Term] = []
+            for end, frame, direction in zip(connection.ends, frames, pair, strict=True):
+                if end.body != GROUND:
+                    found += terms_of(end, frame, direction)
+            terms += [
+                [first + j, port_of[term.body, term.interface] + term.component, *term[3:]] for term in found
+            ]  # fmt: skip
+            starts.append(len(terms))
+        scales += piece.scales
+        shown += [(len(rows) - 1, KINDS[kind], place) for _, kind, place in piece.outputs]
+        bearings.append(np.zeros(COLUMNS) if piece.parameters is None else piece.parameters)
+        oil.append(-1.0 if piece.parameters is None else piece.viscosity)
+        kept.append(piece)
+    k = len(rows)
+    entry = np.zeros((k, 3), dtype=np.int64)
+    place, velocity, out = np.zeros((k, 4)), np.zeros((k, 4)), np.zeros(SIZE)
+    numbers, memory = np.zeros(NUMBERS), np.zeros(1)
+    for piece, row in zip(kept, entry, strict=True):
+        row[1] = keep_record(piece.record, entry)
+        row[0] = kernel_address(piece.kernel, 0, 0, 0, place[0], velocity[0], numbers, memory, out)
+    interfaces = []
+    for (body, _), port in port_of.items():
+        owner = at.OF_CRANK if body == CRANK else at.OF_BLOCK if body == BLOCK else names.index(body)
+        interfaces.append([owner, port, port + 1, port + 5])
+    loaded = np.unique([*np.array(terms).reshape(-1, at.TERM)[:, at.TERM_PORT], *(row[3] for row in interfaces)])
+    arrays = AddedConnections(
+        _table(rows, at.CONNECTION), _table(tables, 5), _table(terms, at.TERM), np.array(starts, dtype=float),
+        np.array(scales, dtype=float), _table(interfaces, at.INTERFACE), loaded.astype(float), entry, place, velocity,
+        numbers, out, _table(bearings, COLUMNS), np.array(oil, dtype=float), _table(shown, at.SHOWN),
+    )  # fmt: skip
+    return arrays, output_names(topology)
+
+
+def _all_pieces(topology: Topology) -> list[tuple[Connection, Piece]]:
+    return [
+        (connection, piece)
+        for connection in topology.connections
+        for piece in pieces_of(connection, *(end_frame(topology, end) for end in connection.ends))
+    ]
+
+
+def _table(rows: Sequence[Any], columns: int) -> Array:
+    return np.array(rows, dtype=float).reshape(-1, columns)
+
+
+def added_work(bodies: AddedBodies, connections: AddedConnections, ports: int, newton: int, slots: int) -> AddedWork:
+    """Memory for a model with ``ports`` and ``newton`` components in all."""
+    n, w = bodies.gyroscopic.shape
+    m, v = bodies.shapes.shape[0], bodies.transposed.shape[1]
+    k, c, t = len(connections.rows), len(connections.scales), len(connections.terms)
+    z = zeros
+    return AddedWork(
+        z((w, w)), z((slots, n, w)), z((slots, m, w)), z((slots, m, v)), z((t, 2)), z((at.GAPS, c)), z(ports),
+        z((len(bodies.rows), 2)), z((k, 16)), z((k, 16)), z((1, -4 * (-newton // 4))),
+    )  # fmt: skip

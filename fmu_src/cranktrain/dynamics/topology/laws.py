@@ -1,0 +1,228 @@
+"""The register of connections' laws: one row a law, which says what it measures between its ends and what answers.
+
+A law is a kernel of the one signature of :mod:`cranktrain.film.laws.films`, for up to four components of motion; one
+that measures more, as a spring of six axes, comes in several pieces. Adding a law is one file with kernel and record,
+a class of data in :mod:`cranktrain.engine.connections`, and one row. Bearing laws of the register of films serve too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.named import resolve
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.topology.coupling import coupling_law, coupling_record
+from cranktrain.dynamics.topology.gear_mesh import mesh_law, mesh_record
+from cranktrain.dynamics.topology.spring import LoadRecord, SpringRecord, load_law, spring_law
+from cranktrain.dynamics.topology.terms import Direction, unit
+from cranktrain.dynamics.topology.values import REST, Connection, Frame
+from cranktrain.engine.connections import Coupling, Film, GearMesh, Load, Spring
+from cranktrain.film.laws.bearings import Bearings, bearing_parameters
+from cranktrain.film.laws.parameters import CLEARANCE
+from cranktrain.film.laws.register import LAWS, PLAIN, bearing_law
+
+LENGTH, ANGLE = 1.0e-5, 1.0e-4
+"""Motion (m, rad) that counts as much as a clearance in a connection without one."""
+SAME = 1.0e-9
+"""Ratios or places (m) that differ by less are the same."""
+REFERENCE_VISCOSITY = 0.01
+"""Viscosity (Pa s) of oil in a model that is not prepared yet."""
+
+
+class Piece(NamedTuple):
+    """Up to four components of a connection, and the kernel that answers their motion.
+
+    Attributes
+    ----------
+    components : of each component what it measures of the first and of the second end
+    scales : motion that counts as much as a clearance
+    kernel, record : of the law
+    axes : frame in whose axes the law is evaluated
+    pairs : first component of the pairs that turn with these axes, −1: none
+    rubs : whether friction turns both ends about z
+    closes : whether steps of the iteration are limited
+    outputs : what is shown of it: name, kind and place, see :mod:`cranktrain.dynamics.topology.slots`
+    parameters : (COLUMNS,) of a film, whose oil is told; else nothing
+    """
+
+    components: list[tuple[Direction, Direction]]
+    scales: list[float]
+    kernel: Any
+    record: Any
+    axes: Frame = REST
+    pairs: int = -1
+    rubs: bool = False
+    closes: bool = False
+    outputs: tuple[tuple[str, str, int], ...] = ()
+    parameters: Array | None = None
+    viscosity: float = 0.0
+
+
+@dataclass(frozen=True)
+class ConnectionLaw:
+    """One law.
+
+    Attributes
+    ----------
+    name, title : for users
+    data : class of what a file states
+    pieces : ``pieces(data, first, second) -> list[Piece]`` between ends in two frames
+    """
+
+    name: str
+    title: str
+    data: type
+    pieces: Callable[[Any, Frame, Frame], list[Piece]] = field(repr=False)
+
+
+CONNECTION_LAWS: dict[str, ConnectionLaw] = {}
+
+
+def register_connection(law: ConnectionLaw) -> None:
+    """Add a row."""
+    CONNECTION_LAWS[law.name] = law
+
+
+def connection_law(name: str, where: str) -> ConnectionLaw:
+    """Row of a law; ``InputError`` where there is none."""
+    if name not in CONNECTION_LAWS:
+        raise InputError(f"{where}: no law '{name}'; {nearest(name, list(CONNECTION_LAWS))}")
+    return CONNECTION_LAWS[name]
+
+
+def pieces_of(connection: Connection, first: Frame, second: Frame) -> list[Piece]:
+    """Pieces of a connection between ends in two frames; ``InputError`` names the connection."""
+    law = connection_law(connection.law, f"connection '{connection.name}'")
+    data = connection.data
+    try:
+        return law.pieces(data if isinstance(data, law.data) else law.data(**data), first, second)
+    except (InputError, TypeError) as error:
+        raise InputError(f"connection '{connection.name}': {error}") from None
+
+
+def _between(frame: Frame, along: Array, about: Array) -> tuple[Direction, Direction]:
+    """Motion of the first end against the second one, both measured alike."""
+    return Direction(frame, along, about), Direction(frame, along, about, -1.0)
+
+
+def _mesh(mesh: GearMesh, first: Frame, second: Frame) -> list[Piece]:
+    """Tangential, radial and axial motion of the first gear's pitch point against the second one's."""
+    apart = np.array([*second.axis, 0.0]) - np.array([*first.axis, 0.0])
+    distance = float(np.linalg.norm(apart))
+    speeds = first.sense * first.rate, second.sense * second.rate
+    if distance < SAME or 0.0 in speeds:
+        raise InputError("gears need two frames that turn, with axes apart; give the frames ratio and axis")
+    if speeds[0] * speeds[1] > 0.0 and abs(speeds[0] - speeds[1]) < SAME:
+        raise InputError("gears of frames that turn alike do not mesh; give one of them another ratio")
+    towards = apart / distance
+    # Pitch point: where both frames' velocities are the same, ω₁ × (P − C₁) = ω₂ × (P − C₂).
+    at = -distance * speeds[1] / (speeds[0] - speeds[1])
+    along = np.cross(unit(2), towards)
+    arms = at * towards, (at - distance) * towards
+    components = [
+        (Direction(REST, way, np.cross(arms[0], way)), Direction(REST, way, np.cross(arms[1], way), -1.0))
+        for way in (along, towards, unit(2))
+    ]
+    outputs = (("force.tangential", "force", 0), ("force.radial", "force", 1), ("force.axial", "force", 2),
+               ("deflection", "place", 0))  # fmt: skip
+    record = mesh_record(mesh, speeds[0] * speeds[1] > 0.0)
+    return [Piece(components, [LENGTH] * 3, mesh_law, record, first, outputs=outputs)]
+
+
+def _coupling(coupling: Coupling, first: Frame, second: Frame) -> list[Piece]:
+    if abs(first.sense * first.rate - second.sense * second.rate) > SAME:
+        raise InputError("a coupling joins bodies that turn alike; give both frames the same ratio, or take gears")
+    component = _between(first, np.zeros(3), unit(2))
+    outputs = (("torque", "force", 0), ("twist", "place", 0), ("rate", "velocity", 0))
+    return [Piece([component], [ANGLE], coupling_law, coupling_record(coupling), first, outputs=outputs)]
+
+
+def _axes(values: Any, what: str) -> Array:
+    found = np.array(values, dtype=float)
+    if found.shape != (3,):
+        raise InputError(f"{what} has {found.size} values; give three, along x, y and z")
+    return found
+
+
+def _spring(spring: Spring, first: Frame, second: Frame) -> list[Piece]:
+    pieces = []
+    for turning, name, axis in ((False, "force", "position"), (True, "moment", "rotation")):
+        before = "turning_" if turning else ""
+        k, c = (_axes(getattr(spring, before + part), before + part) for part in ("stiffness", "damping"))
+        if not (k.any() or c.any()):
+            continue
+        ways = [(np.zeros(3), unit(k)) if turning else (unit(k), np.zeros(3)) for k in range(3)]
+        outputs = tuple((f"{name}.{way}", "force", at) for at, way in enumerate("xyz"))
+        outputs += tuple((f"{axis}.{way}", "place", at) for at, way in enumerate("xyz"))
+        components = [_between(REST, *way) for way in ways]
+        scales = [ANGLE if turning else LENGTH] * 3
+        pieces.append(Piece(components, scales, spring_law, SpringRecord(k, c), outputs=outputs))
+    if not pieces:
+        raise InputError("a spring needs stiffness or damping; give stiffness = [kx, ky, kz]")
+    return pieces
+
+
+def _load(load: Load, first: Frame, second: Frame) -> list[Piece]:
+    pieces, turning = [], np.array([load.order, load.phase])
+    for about, name in ((False, "force"), (True, "torque")):
+        force = _axes(getattr(load, name), name)
+        if force.any():
+            ways = [(np.zeros(3), unit(k)) if about else (unit(k), np.zeros(3)) for k in range(3)]
+            outputs = tuple((f"{name}.{way}", "force", at) for at, way in enumerate("xyz"))
+            axes = Frame("crank angle", 1.0)
+            components = [_between(REST, *way) for way in ways]
+            scales = [ANGLE if about else LENGTH] * 3
+            pieces.append(Piece(components, scales, load_law, LoadRecord(force, turning), axes, outputs=outputs))
+    return pieces
+
+
+def _film(level: str) -> Callable[[Film, Frame, Frame], list[Piece]]:
+    """Bearing of a level of the register of films: the first end is the journal."""
+
+    def pieces(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
+        if journal.rate == 0.0:
+            raise InputError("the first end of a bearing is its journal, which turns; exchange the ends")
+        law, parameters = bearing_law(level), bearing_parameters(bearing, bearing.viscosity or REFERENCE_VISCOSITY)
+        form = law.forms[PLAIN]
+        data = Bearings(parameters[None], bearing)
+        components = [_between(journal, unit(k), np.zeros(3)) for k in range(2)]
+        if form.tilt:
+            half = 0.5 * bearing.width
+            components += [
+                _between(journal, np.zeros(3), half * unit(1)),
+                _between(journal, np.zeros(3), -half * unit(0)),
+            ]
+        outputs: tuple[tuple[str, str, int], ...] = (
+            ("force.x", "force", 0), ("force.y", "force", 1), ("position.x", "place", 0), ("position.y", "place", 1),
+            ("eccentricity", "out", 36),
+        )  # fmt: skip
+        if law.film:
+            outputs += (("friction_torque", "out", 37), ("pressure_max", "out", 39), ("oil_flow", "out", 40))
+        scales = [float(parameters[CLEARANCE])] * len(components)
+        return [
+            Piece(
+                components, scales, resolve(form.kernel), resolve(form.record)(data), journal, 0, law.film, form.closes,
+                outputs, parameters if law.film else None, bearing.viscosity,
+            )
+        ]  # fmt: skip
+
+    return pieces
+
+
+for _row in (
+    ConnectionLaw("gear_mesh", "teeth of two gears, with backlash", GearMesh, _mesh),
+    ConnectionLaw("coupling", "spring, damper and friction about the axis", Coupling, _coupling),
+    ConnectionLaw("spring", "springs and dampers along and about three axes", Spring, _spring),
+    ConnectionLaw("load", "force and torque, steady or harmonic", Load, _load),
+    *(
+        ConnectionLaw(name, law.title, Film, _film(name))
+        for name, law in LAWS.items()
+        if PLAIN in law.forms and law.carries and not law.forms[PLAIN].parts
+    ),
+):
+    register_connection(_row)

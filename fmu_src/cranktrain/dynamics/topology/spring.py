@@ -1,0 +1,59 @@
+"""Springs and dampers along three axes at rest, and a load that is given over the crank angle."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.kernel import law_kernel, record_reader
+from cranktrain.core.reduced_body import Array
+from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION
+
+AXES = 3
+
+
+class SpringRecord(NamedTuple):
+    """Data of three springs."""
+
+    stiffness: Array  # (3,)
+    damping: Array  # (3,)
+
+
+class LoadRecord(NamedTuple):
+    """Data of a load."""
+
+    force: Array  # (3,)
+    turning: Array  # (2,) order and phase, rad
+
+
+_read_spring = record_reader(SpringRecord(np.zeros(1), np.zeros(1)))
+_read_load = record_reader(LoadRecord(np.zeros(1), np.zeros(1)))
+
+
+@law_kernel
+def spring_law(record, action, i, place, velocity, numbers, memory, out):
+    """Forces of springs and dampers and their tangents, see :mod:`cranktrain.film.laws.films`; 0."""
+    own = _read_spring(record)
+    for k in range(ECCENTRICITY):
+        out[k] = 0.0
+    out[FRICTION] = 0.0
+    for k in range(AXES):
+        out[k] = -own.stiffness[k] * place[k] - own.damping[k] * velocity[k]
+        out[BY_PLACE + 5 * k] = -own.stiffness[k]
+        out[BY_VELOCITY + 5 * k] = -own.damping[k]
+    return 0
+
+
+@law_kernel
+def load_law(record, action, i, place, velocity, numbers, memory, out):
+    """The load at the crank angle, whatever the motion, see :mod:`cranktrain.film.laws.films`; 0."""
+    own = _read_load(record)
+    for k in range(ECCENTRICITY):
+        out[k] = 0.0
+    out[FRICTION] = 0.0
+    share = math.cos(own.turning[0] * numbers[ANGLE] + own.turning[1])
+    for k in range(AXES):
+        out[k] = share * own.force[k]
+    return 0

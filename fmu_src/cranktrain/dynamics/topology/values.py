@@ -1,0 +1,152 @@
+"""A topology as plain values: bodies in frames, and connections between their interfaces.
+
+    gear = Connection("gear", "gear_mesh", (End("crank", "flywheel"), End("balancer", "gear")), {...})
+    Topology((Frame("twice", ratio=-2.0, axis=(0.08, -0.05)),), (Body("balancer", shaft, "twice"),), (gear,))
+
+The engine brings the bodies ``crank`` (and what turns with it) and ``block``; ``ground`` is at rest and gives way to
+nothing.
+
+A frame turns about an axis parallel to the crank's, ``ratio`` times as fast, so that gears that join bodies of
+different frames have no backlash to make up for: motion against the frame is small. A body is described in axes of its
+own frame: their origin lies on the frame's axis, at the z of the engine's origin, and they are those of the engine
+turned by ``angle``. Where a frame turns backwards its z axis and its y axis are those of the engine reversed, so that
+every body turns forwards about its own z axis.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.reduced_body import Array, ReducedBody
+
+CRANK, BLOCK, GROUND = "crank", "block", "ground"
+"""Bodies that a topology has without being told: those of its engine, and what is at rest."""
+AT_REST = "rest"
+"""Name of the frame that does not turn."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Axes that turn with the crank.
+
+    Attributes
+    ----------
+    name : by which bodies refer to it
+    ratio : turns per turn of the crank, negative: the other way round; 0: at rest
+    angle : at crank angle 0, about the frame's own axis of rotation, rad
+    axis : its place across the crank's axis, x and y in the engine's axes, m
+    """
+
+    name: str
+    ratio: float = 0.0
+    angle: float = 0.0
+    axis: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def sense(self) -> float:
+        """1, or −1 where it turns backwards."""
+        return -1.0 if self.ratio < 0.0 else 1.0
+
+    @property
+    def rate(self) -> float:
+        """Turns about its own z axis per turn of the crank, not negative."""
+        return abs(self.ratio)
+
+    def local(self, place: Array) -> Array:
+        """A place (3,) of the engine's axes at crank angle 0 in the frame's, m."""
+        return self.turned(np.asarray(place, dtype=float) - np.array([*self.axis, 0.0]))
+
+    def turned(self, direction: Array) -> Array:
+        """A direction (3,) of the engine's axes at crank angle 0 in the frame's."""
+        cos, sin = math.cos(self.angle), math.sin(self.angle)
+        x, y, z = np.asarray(direction, dtype=float) * np.array([1.0, self.sense, self.sense])
+        return np.array([cos * x + sin * y, cos * y - sin * x, z])
+
+
+REST = Frame(AT_REST)
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A reduced body in a frame; ``name`` is that of its outputs."""
+
+    name: str
+    reduced: ReducedBody
+    frame: str = AT_REST
+
+
+@dataclass(frozen=True)
+class End:
+    """Where a connection holds a body: at an interface, or rigidly beside it by ``offset`` (m, in axes of the body)."""
+
+    body: str
+    interface: str = ""
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Connection:
+    """One force law between two ends, see :mod:`cranktrain.dynamics.topology.laws`; ``data`` are the law's own (SI)."""
+
+    name: str
+    law: str
+    ends: tuple[End, End]
+    data: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Topology:
+    """What stands beside an engine, or alone.
+
+    Attributes
+    ----------
+    frames : those that turn; ``rest`` need not be named, nor the crank's
+    bodies, connections : in any order
+    """
+
+    frames: tuple[Frame, ...] = ()
+    bodies: tuple[Body, ...] = ()
+    connections: tuple[Connection, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse names that are used twice, or that nothing bears; ``InputError``."""
+        for noun, items in (("frame", self.frames), ("body", self.bodies), ("connection", self.connections)):
+            names = [item.name for item in items]
+            for name in names:
+                if names.count(name) > 1:
+                    raise InputError(f"topology: {noun} '{name}' is there twice; give one of them another name")
+        for body in self.bodies:
+            if body.name in (CRANK, BLOCK, GROUND):
+                raise InputError(f"topology: body '{body.name}' has a name that the engine uses; give it another one")
+            self.frame(body.frame)
+        known = [CRANK, BLOCK, GROUND, *(body.name for body in self.bodies)]
+        for connection in self.connections:
+            for end in connection.ends:
+                if end.body not in known:
+                    raise InputError(
+                        f"connection '{connection.name}': no body '{end.body}'; {nearest(end.body, known)}"
+                    )
+
+    def frame(self, name: str) -> Frame:
+        """A frame by name; ``InputError`` where there is none."""
+        found = {CRANK: Frame(CRANK, 1.0), AT_REST: REST} | {frame.name: frame for frame in self.frames}
+        if name not in found:
+            raise InputError(f"topology: no frame '{name}'; {nearest(name, list(found))}")
+        return found[name]
+
+    def body(self, name: str) -> Body:
+        """A body of its own by name; ``KeyError`` where there is none."""
+        return next(body for body in self.bodies if body.name == name)
+
+    def plus(self, other: Topology) -> Topology:
+        """Both together."""
+        return replace(
+            self, frames=self.frames + other.frames, bodies=self.bodies + other.bodies,
+            connections=self.connections + other.connections,
+        )  # fmt: skip

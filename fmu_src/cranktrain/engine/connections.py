@@ -1,0 +1,98 @@
+"""Data of the force laws that join added bodies, as a file states them: one class a law (SI)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cranktrain.engine import quantities as q
+from cranktrain.engine.parts import JournalBearing
+
+
+@dataclass(frozen=True)
+class GearMesh:
+    """Two gears whose pitch circles follow from the axes of their frames and the ratio.
+
+    Attributes
+    ----------
+    stiffness, damping : of the mesh along the normal of its flanks, N/m, N s/m
+    pressure_angle, helix_angle : in the normal plane and at the pitch circle, rad; a positive helix angle pushes the
+        first gear along −z as it drives the other one forwards
+    backlash : along the pitch circle, m
+    teeth : of the first gear
+    variation : amplitude of the stiffness over its mean as teeth come and go, once a tooth
+    """
+
+    stiffness: q.Stiffness
+    damping: q.Damping
+    pressure_angle: q.PressureAngle = 0.3490658503988659
+    helix_angle: q.HelixAngle = 0.0
+    backlash: q.Clearance = 0.0
+    teeth: q.Teeth = 0
+    variation: q.Variation = 0.0
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """What two bodies of frames with one ratio feel as they twist against each other.
+
+    Attributes
+    ----------
+    stiffness, damping : N m/rad, N m s/rad
+    twists, torques : further spring torque (N m) over the twist (rad), straight between its points and beyond them
+    friction : torque (N m) against the twist's rate, as far as it is above ``slip_speed`` (rad/s); below, viscous
+    """
+
+    stiffness: q.SupportTorsionalStiffness = 0.0
+    damping: q.TorsionalDamping = 0.0
+    twists: tuple[q.Twist, ...] = ()
+    torques: tuple[q.Torque, ...] = ()
+    friction: q.FrictionTorque = 0.0
+    slip_speed: q.SlipSpeed = 0.1
+
+
+@dataclass(frozen=True)
+class Spring:
+    """Springs and dampers along and about three axes, those of the engine.
+
+    Attributes
+    ----------
+    stiffness, damping : (3,) along x, y, z, N/m, N s/m
+    turning_stiffness, turning_damping : (3,) about x, y, z, N m/rad, N m s/rad
+    """
+
+    stiffness: tuple[q.SupportStiffness, ...] = (0.0, 0.0, 0.0)
+    damping: tuple[q.Damping, ...] = (0.0, 0.0, 0.0)
+    turning_stiffness: tuple[q.SupportTorsionalStiffness, ...] = (0.0, 0.0, 0.0)
+    turning_damping: tuple[q.TorsionalDamping, ...] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Load:
+    """Force and torque on the first end and back on the second one, along axes of the engine.
+
+    Attributes
+    ----------
+    force, torque : (3,) N, N m
+    order, phase : of a harmonic of the crank angle by which both are multiplied, cos(order θ + phase); 0: steady
+    """
+
+    force: tuple[q.Force, ...] = (0.0, 0.0, 0.0)
+    torque: tuple[q.Torque, ...] = (0.0, 0.0, 0.0)
+    order: q.Order = 0.0
+    phase: q.Angle = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Film(JournalBearing):
+    """A plain bearing between two bodies, as the main bearings are described; the first end is the journal.
+
+    Attributes
+    ----------
+    viscosity : of its oil, Pa s; 0: that of the engine's oil
+    """
+
+    stiffness_x: q.Stiffness = 1.0e8
+    stiffness_y: q.Stiffness = 1.0e8
+    damping_x: q.Damping = 1.0e4
+    damping_y: q.Damping = 1.0e4
+    viscosity: q.VogelViscosity = 0.0
