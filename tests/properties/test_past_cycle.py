@@ -11,6 +11,7 @@ from elastic_bearing import SPEED, follow, grooved
 
 from cranktrain.dynamics.cycle_run import output_judge
 from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.outputs.register import output_counts
 from cranktrain.dynamics.simulation import Parts, Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.film.elastic.film import CONVERGED, elastic_film
@@ -189,7 +190,7 @@ def test_a_cycle_that_repeats_goes_on_with_films_solved_anew():
         simulation.state = state
         assert simulation.series(4.0 * math.pi / (1020 * RPM) / 288, 1, rows[k]) == 288
         assert simulation.solve_films_anew() == (k == 0)  # they followed in the first of the two
-    judge = output_judge(ENGINE, {name: k for k, name in enumerate(simulation.output_names)})
+    judge = output_judge(output_counts(ENGINE), {name: k for k, name in enumerate(simulation.output_names)})
     assert max(judge.left(rows[1], rows[0]).values()) < 1e-5
 
 

@@ -14,6 +14,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.dynamics.cycle_run import output_judge
 from cranktrain.dynamics.model.slots import DRIVEN, LAYOUT, SCALARS
 from cranktrain.dynamics.model.state import POSITION, offset, state_size
+from cranktrain.dynamics.outputs.register import output_counts
 from cranktrain.dynamics.settled.collar import NOTHING_LEFT, Collar, Learned
 from cranktrain.dynamics.settled.cycles import Recorder, settled_cycles
 from cranktrain.dynamics.settled.free_mode import FreeMode
@@ -30,7 +31,7 @@ RPM = math.pi / 30
 def last_cycles(run):
     """Outputs of each cycle, (cycles, samples, outputs), and what judges them."""
     rows = np.stack(list(run.outputs.values()), axis=1)[1:]
-    judge = output_judge(six()[0], {name: k for k, name in enumerate(run.outputs)})
+    judge = output_judge(output_counts(six()[0]), {name: k for k, name in enumerate(run.outputs)})
     return rows.reshape(-1, run.per_cycle, rows.shape[1]), judge
 
 

@@ -15,7 +15,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import supply_temperature
 from cranktrain.dynamics.model.slots import N_ITERATIONS, N_LIMITED, N_MISSED, N_REJECTED, N_STEPS
 from cranktrain.dynamics.model.workspace import Work
-from cranktrain.dynamics.outputs.register import Counts, judged_families, output_counts, output_needs
+from cranktrain.dynamics.outputs.register import Counts, judged_families, output_needs
 from cranktrain.dynamics.settled.collar import Learned
 from cranktrain.dynamics.settled.cycles import (
     NOTHING,
@@ -58,6 +58,7 @@ class Run(Stepped, Protocol):
     """What is asked of a simulation that has been initialised."""
 
     engine: Engine
+    counts: Counts
     work: Work
     output_names: tuple[str, ...]
     film_temperatures: Array
@@ -132,7 +133,7 @@ def run_cycles(
     powers.begin(simulation.work.powers)
     shown = simulation.shown_outputs
     columns = {name: i for i, name in enumerate(simulation.output_names) if name in shown}
-    judge = output_judge(simulation.engine, columns)
+    judge = output_judge(simulation.counts, columns)
     samples = Samples(columns, h, speed if driven else None, sink)
     if cycles is not None:
         samples.begin(cycles * recorder.per_cycle + 1)
@@ -232,9 +233,9 @@ def balanced(
     return result
 
 
-def output_judge(engine: Engine, columns: Mapping[str, int]) -> Judge:
+def output_judge(counts: Counts, columns: Mapping[str, int]) -> Judge:
     """What judges the settling of outputs in these columns."""
-    judged, of_block = _judged(output_counts(engine))
+    judged, of_block = _judged(counts)
     return Judge({name: [columns[n] for n in names if n in columns] for name, names in judged.items()}, of_block)
 
 

@@ -63,7 +63,7 @@ def make_run(
     inputs = np.zeros(engine.n_cylinders + OTHER_INPUTS)
     inputs[1 : 1 + engine.n_cylinders] = AMBIENT
     inputs[engine.n_cylinders + AXIAL_INPUT] = axial_force(settings, engine)
-    counts = output_counts(engine)
+    counts = output_counts(engine, parts.topology)
     outputs = observers(counts, model, work, state, np.zeros(len(output_needs(counts))))
     temperatures = np.zeros(len(engine.crankshaft.main_widths))
     return Run(model, work, state, inputs, outputs, run_numbers(settings, engine), temperatures)

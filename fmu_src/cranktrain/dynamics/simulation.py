@@ -112,6 +112,7 @@ class Simulation(SteppedModel):
     input_names, output_names : as in the FMU
     outputs : values in that order (SI), valid after ``initialize`` and after each step, all of them unless
         ``on_demand`` is set before: then those alone that :meth:`read` has asked for
+    counts : how many members the families of outputs have
     power_samples : where the powers of each step are kept, if anywhere
     """
 
@@ -132,7 +133,8 @@ class Simulation(SteppedModel):
         self.gas = gas or GasTrace.from_engine(engine)
         if not (math.isfinite(self.settings.step) and self.settings.step > 0.0):
             raise InputError(f"internal step must be a positive angle, got {math.degrees(self.settings.step):g} deg")
-        self._needs = output_needs(output_counts(engine))
+        self.counts = output_counts(engine, self.parts.topology)
+        self._needs = output_needs(self.counts)
         self.output_names = tuple(self._needs)
         self.outputs = np.zeros(len(self.output_names))
         self.input_names = input_names(engine)
@@ -184,7 +186,7 @@ class Simulation(SteppedModel):
         model = self._model()
         size = dimensions(model)
         state = np.zeros(state_size(size.modes, size.ports, size.films))
-        work, counts = make_work(model, state.size, input_rates=self.input_rates), output_counts(self.engine)
+        work, counts = make_work(model, state.size, input_rates=self.input_rates), self.counts
         observed = observers(counts, model, work, state, self.outputs)
         entries = self._entries_of(model, work, state, observed)
         status = entries.start(time)

@@ -88,11 +88,17 @@ class Film(JournalBearing):
 
     Attributes
     ----------
+    level : of its film, as bearing levels are named
     viscosity : of its oil, Pa s; 0: that of the engine's oil
     """
 
+    level: q.FilmLevel = "impedance"
     stiffness_x: q.Stiffness = 1.0e8
     stiffness_y: q.Stiffness = 1.0e8
     damping_x: q.Damping = 1.0e4
     damping_y: q.Damping = 1.0e4
     viscosity: q.VogelViscosity = 0.0
+
+
+DATA: dict[str, type] = {"gear_mesh": GearMesh, "coupling": Coupling, "spring": Spring, "load": Load, "film": Film}
+"""Data of each law that a file may name."""

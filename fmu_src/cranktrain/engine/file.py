@@ -19,6 +19,8 @@ from typing import Any, get_args, get_type_hints
 
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.user_file import is_number, read_toml
+from cranktrain.engine.additions import TABLES, check_text, law_class, located
+from cranktrain.engine.additions import TEXTS as TEXTS_OF
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.model import Engine, optional_fields
 from cranktrain.engine.quantities import OFFSETS, UNITS, Quantity, kinds
@@ -29,6 +31,8 @@ TEXTS = ("name", "title")
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 """A name is part of paths and of an FMU's identifiers."""
 LONGEST_TITLE = 200
+ADDED_LIKE = "examples/four_with_balancers.toml"
+"""File in which to see bodies, frames and connections."""
 
 
 def engine_folder() -> Path:
@@ -72,6 +76,9 @@ def load_engine(name_or_path: str | Path) -> Engine:
         if name not in document:
             continue
         where = f"{path.name}: {name}"
+        if name in TABLES:
+            tables[name] = _added(name, document[name], where, path.parent)
+            continue
         kind = get_args(hint)[0] if isinstance(hint, UnionType) else hint
         if name in TEXTS:
             if not isinstance(document[name], str):
@@ -86,6 +93,33 @@ def load_engine(name_or_path: str | Path) -> Engine:
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from None
     return engine
+
+
+def _added(name: str, found: Any, where: str, folder: Path) -> tuple[Any, ...]:
+    """Tables of an array of tables, see :mod:`cranktrain.engine.additions`."""
+    if not (isinstance(found, list) and all(isinstance(table, dict) for table in found)):
+        raise InputError(f"{where}: must be an array of tables, [[{name}]]")
+    made = []
+    for number, table in enumerate(found, start=1):
+        own = f"{where}[{number}]"
+        texts = {key: check_text(name, key, table[key], own) for key in TEXTS_OF[name] if key in table}
+        rest = {key: value for key, value in table.items() if key not in texts}
+        if name != "connection":
+            made.append(_with_texts(TABLES[name], rest, texts, own, folder))
+            continue
+        law = law_class(texts.get("law"), own)
+        place = {key: rest.pop(key) for key in ("place",) if key in rest}
+        data = read_table(law, rest, own, ADDED_LIKE)
+        made.append(_with_texts(TABLES[name], place, {**texts, texts["law"]: data}, own, folder))
+    return tuple(made)
+
+
+def _with_texts(kind: Any, table: dict[str, Any], texts: dict[str, Any], where: str, folder: Path) -> Any:
+    """A table whose texts are read already."""
+    entries = {key: entry for key, entry in kinds(kind).items() if key not in texts}
+    same_names(set(entries), optional_fields(kind), set(table), where, "key", ADDED_LIKE)
+    made = kind(**texts, **{key: _si(value, entries[key], f"{where}.{key}") for key, value in table.items()})
+    return located(made, folder) if kind is TABLES["body"] else made
 
 
 def read_table(kind: Any, table: Any, where: str, like: str = "engine/data/diesel_i6.toml") -> Any:
@@ -119,8 +153,14 @@ def engine_provenance(name_or_path: str | Path) -> list[tuple[str, Any, str, str
     return [
         (f"{table}.{key}", entry["value"], entry.get("unit", "1"), entry["origin"], entry.get("note", ""))
         for table, entries in _document(path).items()
-        if table not in TEXTS
+        if table not in TEXTS and table not in TABLES
         for key, entry in entries.items()
+    ] + [
+        (f"{table}[{number}].{key}", entry["value"], entry.get("unit", "1"), entry["origin"], entry.get("note", ""))
+        for table in TABLES
+        for number, entries in enumerate(_document(path).get(table, []), start=1)
+        for key, entry in entries.items()
+        if isinstance(entry, dict)
     ]
 
 

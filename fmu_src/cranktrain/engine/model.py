@@ -15,6 +15,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine import parts
+from cranktrain.engine.additions import BodyTable, ConnectionTable, FrameTable
 from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.torsional_chain import DriveLineChain
@@ -26,6 +27,7 @@ class Engine:
 
     Its crank runs in plain bearings, ``main_bearing``, or in roller bearings, ``main_roller``. ``clutch`` is fixed to
     the same interface as the flywheel. What is optional serves the levels that ask for it; ``damper`` runs only then.
+    ``frame``, ``body`` and ``connection`` are added to crank and block (:mod:`cranktrain.engine.additions`).
     """
 
     name: str
@@ -56,6 +58,9 @@ class Engine:
     block: parts.Block | None = None
     mounts: parts.Mounts | None = None
     crank_strength: CrankStrength | None = None
+    frame: tuple[FrameTable, ...] = ()
+    body: tuple[BodyTable, ...] = ()
+    connection: tuple[ConnectionTable, ...] = ()
 
     @property
     def n_cylinders(self) -> int:

@@ -127,6 +127,8 @@ Duration = Annotated[float, Quantity("angle", 0.1, 400.0, "deg")]
 
 Mass = Annotated[float, Quantity("mass", 1e-6, 1e5)]
 Inertia = Annotated[float, Quantity("inertia", 1e-9, 1e6)]
+ProductOfInertia = Annotated[float, Quantity("inertia", -1e6, 1e6)]
+AddedMass = Annotated[float, Quantity("mass", 1e-6, 1e6)]
 AddedInertia = Annotated[float, Quantity("inertia", 0.0, 1e6)]
 Density = Annotated[float, Quantity("density", 100.0, 25000.0, hint="cast iron has 7200, steel 7850")]
 OilDensity = Annotated[float, Quantity("density", 300.0, 3000.0, hint="mineral oil has 850")]
@@ -188,6 +190,7 @@ AXIAL_JOINTS = ("spline", "bolted")
 ROLLER_CONTACTS = ("palmgren", "iso16281")
 
 AxialJoint = Annotated[str, OneOf("joint", AXIAL_JOINTS)]
+FilmLevel = Annotated[str, OneOf("level", ("linear", "impedance", "reynolds"))]
 Groove = Annotated[str, OneOf("groove", ("none", "circumferential"))]
 OilLaw = Annotated[str, OneOf("law", ("vogel", "walther"))]
 Compressibility = Annotated[str, OneOf("law", ("none", "dowson-higginson"))]

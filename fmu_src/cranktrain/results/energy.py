@@ -18,6 +18,7 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.slots import (
+    ADDED_LOSS,
     AXIAL_FORCE_WORK,
     AXIAL_JOINT_LOSS,
     BIG_ENDS_SHEAR,
@@ -28,6 +29,7 @@ from cranktrain.dynamics.model.slots import (
     DYNAMOMETER_POWER,
     GAS_WORK,
     LINERS_LOSS,
+    LINKS_LOSS,
     MAINS_SHEAR,
     MAINS_SQUEEZE,
     MOUNTS_LOSS,
@@ -63,6 +65,8 @@ SHARES = (
     Share("mounts", "engine mounts", MOUNTS_LOSS),
     Share("shafts", "drive line, damping of shafts and discs", SHAFTS_LOSS),
     Share("axial_joint", "axial joint, friction and damping", AXIAL_JOINT_LOSS),
+    Share("connections", "added connections", LINKS_LOSS),
+    Share("added_bodies", "added bodies, structural damping", ADDED_LOSS),
     Share("axial_force", "work against the axial force", AXIAL_FORCE_WORK),
 )
 """All that takes energy: a loss is a place in ``Work.powers``, which an observer fills, and a row here."""

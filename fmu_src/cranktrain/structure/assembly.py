@@ -23,6 +23,7 @@ from cranktrain.engine.parts import PlainBearing
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable, bearing_settings
 from cranktrain.store.bodies import FOLDER_HEADER
+from cranktrain.structure.additions import read_added
 
 Progress = Callable[[str], None]
 
@@ -80,7 +81,8 @@ def assemble(
     if cutoff_hz is not None:
         cut = replace(engine, reduction=replace(engine.reduction, running_cutoff_hz=cutoff_hz))
     body = running_crank(fitted_engine(cut, settings), settings.crank, say=say, mesh=crank_mesh, inherit=inherit)
-    return Assembly(engine, settings, body, _parts(engine, settings, say, table_resolution, block_mesh))
+    parts = _parts(engine, settings, say, table_resolution, block_mesh)
+    return Assembly(engine, settings, body, parts._replace(bodies=read_added(engine)))
 
 
 def checked(

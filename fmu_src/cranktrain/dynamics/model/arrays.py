@@ -6,7 +6,7 @@ Where force laws act, and on which components of motion, is laid out in :mod:`cr
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -56,6 +56,7 @@ from cranktrain.dynamics.model.slots import (
 )
 from cranktrain.dynamics.time.status import OK, REFUSALS
 from cranktrain.dynamics.topology.arrays import AddedBodies, AddedConnections, Base, added
+from cranktrain.dynamics.topology.tables import added_topology
 from cranktrain.dynamics.topology.values import Topology
 from cranktrain.engine.lubricant import oil_temperature, pressure_constants, viscosity
 from cranktrain.engine.model import Engine
@@ -181,7 +182,8 @@ class Parts(NamedTuple):
     bore: BoreCompliance | None = None  # elastic main bores, level ``ehd``
     big_end_table: FilmTable | None = None  # films of the big ends, level ``table``
     block: ReducedBody | None = None  # the block, level ``flexible``
-    topology: Topology | None = None  # bodies and connections beside the engine's own
+    topology: Topology | None = None  # bodies and connections beside those of the engine's file
+    bodies: Mapping[str, ReducedBody] | None = None  # that the engine's file takes from files of their own
     cycles: PastCycles | None = None  # keeps what the main bearings' films were over the last cycle of a run
 
 
@@ -263,7 +265,7 @@ def structure(
     path = engine.axial_path if "shaft" in turning.interfaces else None
     drive_line, windup = _line_arrays(turning, line, path)
     ports = lay_ports(engine, turning, body.n_modes, journals, windup, block, guided)
-    topology = parts.topology or Topology()
+    topology = added_topology(engine, turning, block, parts.bodies, parts.topology)
     modes = turning.n_modes + stationary.n_modes
     more = added(topology, Base(turning, block, modes, len(ports.turning), len(ports.block), ports.scales.size))
     ports = with_added_ports(ports, more)

@@ -251,6 +251,10 @@ def warm_films(model, temperature, temperatures):
             fill_bearing(model.big_ends[k], eta)
             if tell_films(model.floating, k, eta) != 0:
                 return THIN_OIL
+    links = model.links
+    for k in range(links.oil.shape[0]):
+        if links.oil[k] >= 0.0:
+            fill_bearing(links.bearings[k], links.oil[k] if links.oil[k] > 0.0 else eta)
     return OK if tell_films(model.thrust, 0, eta) == 0 else THIN_OIL
 
 

@@ -70,7 +70,9 @@ GAS_POWER, MAINS_FRICTION, BIG_ENDS_FRICTION, LINERS_FRICTION = range(4)
 # and shafts hold, J.
 GAS_WORK, DYNAMOMETER_POWER, VALVE_POWER, MAINS_SHEAR, MAINS_SQUEEZE, THRUST_LOSS, BIG_ENDS_SHEAR = range(4, 11)
 BIG_ENDS_SQUEEZE, LINERS_LOSS, SKIRTS_LOSS, DAMPER_LOSS, CRANK_LOSS, BLOCK_LOSS = range(11, 17)
-MOUNTS_LOSS, SHAFTS_LOSS, AXIAL_JOINT_LOSS, AXIAL_FORCE_WORK, STORED, POWERS = range(17, 23)
+MOUNTS_LOSS, SHAFTS_LOSS, AXIAL_JOINT_LOSS, AXIAL_FORCE_WORK, STORED = range(17, 22)
+# What added connections take from the bodies, their springs' energy included, and added bodies by their own damping.
+LINKS_LOSS, ADDED_LOSS, POWERS = 22, 23, 24
 # Columns of ``Work.family``.
 STEP_KERNEL, DIFFERENCE_KERNEL = range(2)
 # Columns of ``Basis.methods``, see :mod:`cranktrain.dynamics.model.basis`: order of the embedded

@@ -119,11 +119,12 @@ def observe_structure(model, work, state):
     powers[BLOCK_LOSS] = 0.0
     for i in range(t):
         powers[CRANK_LOSS] += model.damping[i] * v[i] * v[i]
-    for i in range(t, n):
+    standing = model.block.preload.shape[0]
+    for i in range(t, t + standing):
         powers[BLOCK_LOSS] += model.damping[i] * v[i] * v[i]
     speed = omega + dot(model.ends[1], v, t)
     if model.layout[BORE_ROTATIONS] > 0.0:
-        speed -= dot(model.block.motion[ROTATION], v[t:], n - t)
+        speed -= dot(model.block.motion[ROTATION], v[t:], standing)
     powers[VALVE_POWER] = work.frames[0, VALVE_TORQUE] * speed
 
 

@@ -74,7 +74,7 @@ def observe_cylinders(model, work, state, members, out):
             n = model.omega2.shape[0]
             t = int(model.layout[TURNING_MODES])
             v = state[offset(VELOCITY, n) + t : offset(VELOCITY, n) + n]
-            rising -= dot(model.block.heads[c], v, n - t)
+            rising -= dot(model.block.heads[c], v, model.block.preload.shape[0])
         work.powers[GAS_WORK] -= pressure * rod[AREA] * rising
     return 0
 

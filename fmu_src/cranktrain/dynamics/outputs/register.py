@@ -22,6 +22,8 @@ from cranktrain.core.build_mark import build_mark
 from cranktrain.core.kernel import kernel_addresses
 from cranktrain.core.named import Named, resolve
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.topology.tables import added_outputs
+from cranktrain.dynamics.topology.values import Topology
 from cranktrain.engine.model import Engine
 
 Need = Mapping[str, Any]
@@ -34,6 +36,7 @@ class Counts(NamedTuple):
     bearings: int
     cylinders: int
     mounts: int
+    added: tuple[str, ...] = ()  # names of what added bodies and connections show
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,8 @@ class Family:
     name : first part of their names; empty where they bring their own
     kernel : what fills them, or where it is
     outputs : the rest of their names, in order, with what each needs
-    count : the entry of :class:`Counts` that numbers the members; empty: there is one, without number
+    count : the entry of :class:`Counts` that numbers the members; empty: there is one, without number; where the entry
+        holds names, these are the outputs
     units : of those outputs whose name does not tell, see :func:`cranktrain.results.files.output_unit`
     unjudged : outputs that do not tell how settled a run is: angles that grow or wrap, counts, parts of others
     after : by output, families whose kernels leave what it is made of
@@ -61,11 +65,20 @@ class Family:
 
     def members(self, counts: Counts) -> int:
         """How many there are."""
-        return int(getattr(counts, self.count)) if self.count else 1
+        found = getattr(counts, self.count) if self.count else 1
+        return found if isinstance(found, int) else 1
+
+    def size(self, counts: Counts) -> int:
+        """How many outputs it has in all."""
+        return sum(1 for _ in self.names(counts))
 
     def names(self, counts: Counts) -> Iterator[tuple[str, Need]]:
         """Names of its outputs, in order, and what each needs."""
-        for i in range(self.members(counts)):
+        found = getattr(counts, self.count) if self.count else 1
+        if not isinstance(found, int):
+            yield from ((name, {}) for name in found)
+            return
+        for i in range(found):
             prefix = f"{self.name}[{i + 1}]." if self.count else f"{self.name}." if self.name else ""
             for name, need in self.outputs.items():
                 yield prefix + name, need
@@ -79,10 +92,10 @@ def register_family(family: Family) -> None:
     FAMILIES[family.name or "crank"] = family
 
 
-def output_counts(engine: Engine) -> Counts:
-    """Members of the families of an engine."""
+def output_counts(engine: Engine, more: Topology | None = None) -> Counts:
+    """Members of the families of an engine, with ``more`` bodies and connections than its file has."""
     mounts = len(engine.mounts.x) if engine.mounts is not None else 0
-    return Counts(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts)
+    return Counts(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts, added_outputs(engine, more))
 
 
 def output_needs(counts: Counts) -> dict[str, Need]:
@@ -126,7 +139,7 @@ def observers(counts: Counts, model: Any, work: Any, state: Array, values: Array
     addresses = kernel_addresses(kernels, model, work, state, 0, state)
     for family, address in zip(FAMILIES.values(), addresses, strict=True):
         members = family.members(counts)
-        end = first + members * len(family.outputs)
+        end = first + family.size(counts)
         rows.append([address, first, end, members, 1])
         first = end
     return Outputs(np.array(rows, dtype=np.int64), values, build_mark())
@@ -134,10 +147,11 @@ def observers(counts: Counts, model: Any, work: Any, state: Array, values: Array
 
 def families_of(counts: Counts) -> list[tuple[int, ...]]:
     """Of each output, in order, the rows of the families that are observed for it."""
-    rows, found = {key: row for row, key in enumerate(FAMILIES)}, []
+    rows = {key: row for row, key in enumerate(FAMILIES)}
+    found: list[tuple[int, ...]] = []
     for key, family in FAMILIES.items():
         of_member = [tuple(rows[k] for k in (*family.after.get(name, ()), key)) for name in family.outputs]
-        found += of_member * family.members(counts)
+        found += of_member * family.members(counts) if family.outputs else [(rows[key],)] * family.size(counts)
     return found
 
 
@@ -262,6 +276,8 @@ for _family in (
         {"torque": _DAMPED, "heat": _DAMPED, "twist": _DAMPED, "temperature": _DAMPED},
         unjudged=frozenset({"twist"}),  # a ring in its fluid may slip from cycle to cycle
     ),
+    # Before what reads powers and energies, which it adds to.
+    Family("added", f"{_HERE}.added:observe_added", {}, "added"),
     Family(
         "torque",
         f"{_HERE}.crank:observe_torques",

@@ -39,7 +39,7 @@ def observe_mounts(model, work, state, members, out):
     for j in range(block.mounts.shape[0]):
         place = 0.0
         rate = 0.0
-        for i in range(n - t):
+        for i in range(model.block.preload.shape[0]):
             place += block.mounts[j, i] * q[i]
             rate += block.mounts[j, i] * v[i]
         work.powers[MOUNTS_LOSS] += block.mount_laws[j, 1] * rate * rate
@@ -55,7 +55,7 @@ def observe_block(model, work, state, members, out):
     q = state[offset(POSITION, n) + t : offset(POSITION, n) + n]
     for j in range(AXES):
         motion = 0.0
-        for i in range(n - t):
+        for i in range(model.block.preload.shape[0]):
             motion += model.block.motion[j, i] * q[i]
         out[j] = motion
     return 0
@@ -68,7 +68,7 @@ def observe_cover(model, work, state, members, out):
     t = int(model.layout[TURNING_MODES])
     a = state[offset(ACCELERATION, n) + t : offset(ACCELERATION, n) + n]
     out[0] = 0.0
-    for i in range(n - t):
+    for i in range(model.block.preload.shape[0]):
         out[0] += model.block.cover[i] * a[i]
     return 0
 

@@ -19,17 +19,17 @@ from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, 
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.laws import Piece, pieces_of
 from cranktrain.dynamics.topology.terms import PORTS, Term, terms_of
-from cranktrain.dynamics.topology.values import AT_REST, BLOCK, CRANK, GROUND, Body, Connection, End, Frame, Topology
+from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, Body, Connection, Frame, Topology
 from cranktrain.film.laws.films import NUMBERS, SIZE, IntArray
 from cranktrain.film.laws.parameters import COLUMNS
 
 KINDS = {
     "force": at.FORCE_KIND, "place": at.PLACE_KIND, "velocity": at.VELOCITY_KIND, "out": at.OUT_KIND,
 }  # fmt: skip
-BODY_OUTPUTS = {
-    "speed": (at.BODY_SPEED, 0), "rotation": (at.BODY_TURN, 0), "position.x": (at.BODY_PLACE, 0),
-    "position.y": (at.BODY_PLACE, 1), "position.z": (at.BODY_PLACE, 2),
-}  # fmt: skip
+BODY_KINDS = (
+    (at.BODY_SPEED, 0), (at.BODY_TURN, 0), (at.BODY_PLACE, 0), (at.BODY_PLACE, 1), (at.BODY_PLACE, 2),
+)  # fmt: skip
+"""What is shown of a body, in the order of its outputs' names."""
 
 
 @record
@@ -88,7 +88,7 @@ class AddedWork(NamedTuple):
 
 
 class Added(NamedTuple):
-    """What a topology adds to a model: arrays, what crank and block are held by, and names of outputs."""
+    """What a topology adds to a model: arrays, and what crank and block are held by."""
 
     bodies: AddedBodies
     connections: AddedConnections
@@ -96,7 +96,6 @@ class Added(NamedTuple):
     block: Array  # (·, n_b)
     omega: Array  # (N,)
     damping: Array  # (N,) 1/s
-    outputs: tuple[str, ...]
 
 
 class Base(NamedTuple):
@@ -113,23 +112,6 @@ class Base(NamedTuple):
 def no_addition(base: Base) -> Added:
     """Nothing."""
     return added(Topology(), base)
-
-
-def output_names(topology: Topology) -> tuple[str, ...]:
-    """Names of what a topology shows: bodies first, then connections."""
-    names = [f"{body.name}.{name}" for body in topology.bodies for name in BODY_OUTPUTS]
-    for connection in topology.connections:
-        frames = [end_frame(topology, end) for end in connection.ends]
-        for piece in pieces_of(connection, *frames):
-            names += [f"connection[{connection.name}].{name}" for name, _, _ in piece.outputs]
-    return tuple(names)
-
-
-def end_frame(topology: Topology, end: End) -> Frame:
-    """Frame of the body that an end holds."""
-    if end.body == CRANK:
-        return topology.frame(CRANK)
-    return topology.frame(AT_REST if end.body in (BLOCK, GROUND) else topology.body(end.body).frame)
 
 
 # In one piece: one group of arrays after the other, in the order in which they need each other.
@@ -149,7 +131,7 @@ def added(topology: Topology, base: Base) -> Added:
         port_of[CRANK, name] = base.turning_ports + PORTS * k
     for k, name in enumerate(block_ports):
         port_of[BLOCK, name] = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * k
-    connections, outputs = _connections(topology, port_of, base.newton)
+    connections = _connections(topology, port_of, base.newton)
     own = [body.reduced for body in topology.bodies]
     return Added(
         bodies,
@@ -158,7 +140,6 @@ def added(topology: Topology, base: Base) -> Added:
         _shapes(base.block, list(block_ports)),
         np.concatenate([np.zeros(0), *(body.omega for body in own)]),
         np.concatenate([np.zeros(0), *(body.damping if body.damping.size else np.zeros(body.n_modes) for body in own)]),
-        outputs,
     )
 
 
@@ -253,17 +234,16 @@ def _carried(body: ReducedBody, frame: Frame, block: ReducedBody) -> Array:
     return result
 
 
-def _connections(
-    topology: Topology, port_of: Mapping[tuple[str, str], int], newton: int
-) -> tuple[AddedConnections, tuple[str, ...]]:
+def _connections(topology: Topology, port_of: Mapping[tuple[str, str], int], newton: int) -> AddedConnections:
     """Arrays of the connections; compiles their laws."""
     names = [body.name for body in topology.bodies]
     rows, tables, terms, starts, shown = [], [], [], [0], []
     scales: list[float] = []
-    bearings, oil, kept = [], [], []
-    shown += [(k, *kind) for k in range(len(names)) for kind in BODY_OUTPUTS.values()]
+    oil: list[float] = []
+    kept: list[Piece] = []
+    shown += [(k, *kind) for k in range(len(names)) for kind in BODY_KINDS]
     for connection, piece in _all_pieces(topology):
-        frames = [end_frame(topology, end) for end in connection.ends]
+        frames = [topology.end_frame(end) for end in connection.ends]
         size, first = len(piece.components), len(scales)
         ports, senses, rates = [], [], []
         for end, frame in zip(connection.ends, frames, strict=True):
@@ -287,15 +267,20 @@ def _connections(
             starts.append(len(terms))
         scales += piece.scales
         shown += [(len(rows) - 1, KINDS[kind], place) for _, kind, place in piece.outputs]
-        bearings.append(np.zeros(COLUMNS) if piece.parameters is None else piece.parameters)
         oil.append(-1.0 if piece.parameters is None else piece.viscosity)
         kept.append(piece)
+    # Laws of films look at all rows: those of other laws are filled up.
+    any_film = next((piece.parameters for piece in kept if piece.parameters is not None), np.zeros(COLUMNS))
+    bearings = [any_film if piece.parameters is None else piece.parameters for piece in kept]
     k = len(rows)
     entry = np.zeros((k, 3), dtype=np.int64)
     place, velocity, out = np.zeros((k, 4)), np.zeros((k, 4)), np.zeros(SIZE)
     numbers, memory = np.zeros(NUMBERS), np.zeros(1)
-    for piece, row in zip(kept, entry, strict=True):
-        row[1] = keep_record(piece.record, entry)
+    films = _table(bearings, COLUMNS)
+    for number, (piece, row) in enumerate(zip(kept, entry, strict=True)):
+        is_film = piece.parameters is not None
+        row[1] = keep_record(piece.record(films) if is_film else piece.record, entry)
+        row[2] = number if is_film else 0
         row[0] = kernel_address(piece.kernel, 0, 0, 0, place[0], velocity[0], numbers, memory, out)
     interfaces = []
     for (body, _), port in port_of.items():
@@ -305,16 +290,16 @@ def _connections(
     arrays = AddedConnections(
         _table(rows, at.CONNECTION), _table(tables, 5), _table(terms, at.TERM), np.array(starts, dtype=float),
         np.array(scales, dtype=float), _table(interfaces, at.INTERFACE), loaded.astype(float), entry, place, velocity,
-        numbers, out, _table(bearings, COLUMNS), np.array(oil, dtype=float), _table(shown, at.SHOWN),
+        numbers, out, films, np.array(oil, dtype=float), _table(shown, at.SHOWN),
     )  # fmt: skip
-    return arrays, output_names(topology)
+    return arrays
 
 
 def _all_pieces(topology: Topology) -> list[tuple[Connection, Piece]]:
     return [
         (connection, piece)
         for connection in topology.connections
-        for piece in pieces_of(connection, *(end_frame(topology, end) for end in connection.ends))
+        for piece in pieces_of(connection, *(topology.end_frame(end) for end in connection.ends))
     ]
 
 

@@ -5,8 +5,8 @@ The torque on the first end, at the twist φ of it against the second one, is
     T = −k φ − T(φ) − c φ̇ − T_f φ̇/√(φ̇² + ω_s²)
 
 with the friction T_f of springs that rub, as bow springs of a dual-mass flywheel do on their guide: constant and
-against the motion above the slip speed ω_s, viscous far below it. A table T(φ) is straight between its points and goes on
-beyond the last two.
+against the motion above the slip speed ω_s, viscous far below it. A table T(φ) is straight between its points and
+goes on beyond the last two.
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ first centre towards the second, and along the axis, the teeth are pressed toget
 
 on the flanks that drive forwards and backwards, b being the backlash along the pitch circle. The normal n has the
 components 1 : tan α/cos β : tan β; inside a ring gear n_r changes its sign. Each flank pushes with k p⁺ + c p⁺' ṗ,
-where p⁺ = ½ (p + √(p² + ε²)) rounds the corner over a tenth of a micrometre: without backlash p₁⁺ − p₂⁺ is exactly p₁ where
-the centres keep their distance. The stiffness may vary once a tooth, k (1 + v cos zψ).
+where p⁺ = ½ (p + √(p² + ε²)) rounds the corner over a tenth of a micrometre: without backlash p₁⁺ − p₂⁺ is exactly
+p₁ where the centres keep their distance. The stiffness may vary once a tooth, k (1 + v cos zψ).
 
 Sources: DIN 3990/ISO 6336-1 for the forces' directions; A. Kahraman and R. Singh, J. Sound Vib. 142 (1990) 49-75, for
 the mesh as a spring with a gap.

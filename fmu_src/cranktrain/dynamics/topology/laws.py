@@ -24,7 +24,7 @@ from cranktrain.dynamics.topology.values import REST, Connection, Frame
 from cranktrain.engine.connections import Coupling, Film, GearMesh, Load, Spring
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters
 from cranktrain.film.laws.parameters import CLEARANCE
-from cranktrain.film.laws.register import LAWS, PLAIN, bearing_law
+from cranktrain.film.laws.register import PLAIN, bearing_law
 
 LENGTH, ANGLE = 1.0e-5, 1.0e-4
 """Motion (m, rad) that counts as much as a clearance in a connection without one."""
@@ -41,7 +41,7 @@ class Piece(NamedTuple):
     ----------
     components : of each component what it measures of the first and of the second end
     scales : motion that counts as much as a clearance
-    kernel, record : of the law
+    kernel, record : of the law; a film's record is made of the table of all films by a call
     axes : frame in whose axes the law is evaluated
     pairs : first component of the pairs that turn with these axes, −1: none
     rubs : whether friction turns both ends about z
@@ -181,37 +181,36 @@ def _load(load: Load, first: Frame, second: Frame) -> list[Piece]:
     return pieces
 
 
-def _film(level: str) -> Callable[[Film, Frame, Frame], list[Piece]]:
+def _film(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
     """Bearing of a level of the register of films: the first end is the journal."""
+    if journal.rate == 0.0:
+        raise InputError("the first end of a bearing is its journal, which turns; exchange the ends")
+    law, parameters = bearing_law(bearing.level), bearing_parameters(bearing, bearing.viscosity or REFERENCE_VISCOSITY)
+    form = law.forms[PLAIN]
 
-    def pieces(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
-        if journal.rate == 0.0:
-            raise InputError("the first end of a bearing is its journal, which turns; exchange the ends")
-        law, parameters = bearing_law(level), bearing_parameters(bearing, bearing.viscosity or REFERENCE_VISCOSITY)
-        form = law.forms[PLAIN]
-        data = Bearings(parameters[None], bearing)
-        components = [_between(journal, unit(k), np.zeros(3)) for k in range(2)]
-        if form.tilt:
-            half = 0.5 * bearing.width
-            components += [
-                _between(journal, np.zeros(3), half * unit(1)),
-                _between(journal, np.zeros(3), -half * unit(0)),
-            ]
-        outputs: tuple[tuple[str, str, int], ...] = (
-            ("force.x", "force", 0), ("force.y", "force", 1), ("position.x", "place", 0), ("position.y", "place", 1),
-            ("eccentricity", "out", 36),
-        )  # fmt: skip
-        if law.film:
-            outputs += (("friction_torque", "out", 37), ("pressure_max", "out", 39), ("oil_flow", "out", 40))
-        scales = [float(parameters[CLEARANCE])] * len(components)
-        return [
-            Piece(
-                components, scales, resolve(form.kernel), resolve(form.record)(data), journal, 0, law.film, form.closes,
-                outputs, parameters if law.film else None, bearing.viscosity,
-            )
-        ]  # fmt: skip
+    def record(rows: Array) -> Any:
+        return resolve(form.record)(Bearings(rows, bearing))
 
-    return pieces
+    components = [_between(journal, unit(k), np.zeros(3)) for k in range(2)]
+    if form.tilt:
+        half = 0.5 * bearing.width
+        components += [
+            _between(journal, np.zeros(3), half * unit(1)),
+            _between(journal, np.zeros(3), -half * unit(0)),
+        ]
+    outputs: tuple[tuple[str, str, int], ...] = (
+        ("force.x", "force", 0), ("force.y", "force", 1), ("position.x", "place", 0), ("position.y", "place", 1),
+        ("eccentricity", "out", 36),
+    )  # fmt: skip
+    if law.film:
+        outputs += (("friction_torque", "out", 37), ("pressure_max", "out", 39), ("oil_flow", "out", 40))
+    scales = [float(parameters[CLEARANCE])] * len(components)
+    return [
+        Piece(
+            components, scales, resolve(form.kernel), record, journal, 0, law.film, form.closes,
+            outputs, parameters if law.film else None, bearing.viscosity,
+        )
+    ]  # fmt: skip
 
 
 for _row in (
@@ -219,10 +218,6 @@ for _row in (
     ConnectionLaw("coupling", "spring, damper and friction about the axis", Coupling, _coupling),
     ConnectionLaw("spring", "springs and dampers along and about three axes", Spring, _spring),
     ConnectionLaw("load", "force and torque, steady or harmonic", Load, _load),
-    *(
-        ConnectionLaw(name, law.title, Film, _film(name))
-        for name, law in LAWS.items()
-        if PLAIN in law.forms and law.carries and not law.forms[PLAIN].parts
-    ),
+    ConnectionLaw("film", "plain bearing, whose journal is the first end", Film, _film),
 ):
     register_connection(_row)

@@ -140,6 +140,12 @@ class Topology:
             raise InputError(f"topology: no frame '{name}'; {nearest(name, list(found))}")
         return found[name]
 
+    def end_frame(self, end: End) -> Frame:
+        """Frame of the body that an end holds."""
+        if end.body == CRANK:
+            return self.frame(CRANK)
+        return self.frame(AT_REST if end.body in (BLOCK, GROUND) else self.body(end.body).frame)
+
     def body(self, name: str) -> Body:
         """A body of its own by name; ``KeyError`` where there is none."""
         return next(body for body in self.bodies if body.name == name)

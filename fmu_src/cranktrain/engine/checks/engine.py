@@ -6,6 +6,7 @@ import math
 from dataclasses import fields, is_dataclass
 from functools import partial
 
+from cranktrain.engine.additions import check_additions
 from cranktrain.engine.checks.bearings import check_bearings
 from cranktrain.engine.checks.block import check_block, check_mounts
 from cranktrain.engine.checks.crankshaft import check_balance_weights, check_crankshaft
@@ -56,6 +57,7 @@ def check_engine(engine: Engine) -> None:
         check_rollers(engine.main_roller, engine.crankshaft)
     if engine.drive_line_chain is not None:
         check_drive_line(engine.drive_line_chain)
+    check_additions(engine.frame, engine.body, engine.connection)
     if engine.axial_path is not None:
         _check_axial_path(engine.axial_path)
     engine.firing_angles  # noqa: B018  raises where the throws cannot fire in the stated order

@@ -1,0 +1,106 @@
+"""The topology of an engine's file, and what all that is added to an engine shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import Array, ReducedBody, rigid_body
+from cranktrain.dynamics.topology.laws import pieces_of
+from cranktrain.dynamics.topology.values import (
+    AT_REST,
+    BLOCK,
+    CRANK,
+    GROUND,
+    Body,
+    Connection,
+    End,
+    Frame,
+    Topology,
+)
+from cranktrain.engine.additions import BodyTable, split_end
+from cranktrain.engine.model import Engine
+
+BODY_OUTPUTS = ("speed", "rotation", "position.x", "position.y", "position.z")
+"""What is shown of an added body: its speed, rotation against its frame, and displacement of the centre of mass."""
+
+
+def added_topology(
+    engine: Engine,
+    crank: ReducedBody,
+    block: ReducedBody | None,
+    bodies: Mapping[str, ReducedBody] | None = None,
+    more: Topology | None = None,
+) -> Topology:
+    """Bodies and connections of an engine's file, and ``more`` of a user's script.
+
+    ``bodies`` are those that the file takes from files of their own. ``InputError`` for what does not fit together.
+    """
+    frames = _frames(engine)
+    empty, given = Topology(frames), bodies or {}
+    own = tuple(
+        Body(table.name, given.get(table.name) or _rigid(table, empty.frame(table.frame)), table.frame)
+        for table in engine.body
+    )
+    bare = Topology(frames, own)
+    places = {CRANK: crank, BLOCK: block, **{body.name: body.reduced for body in own}}
+    connections = []
+    for table in engine.connection:
+        ends = []
+        for name, interface in map(split_end, table.ends):
+            end, body = End(name, interface), places.get(name)
+            if table.place and body is not None and interface in body.interfaces:
+                local = bare.end_frame(end).local(np.array(table.place))
+                offset = local - body.positions[body.index(interface)]
+                end = End(name, interface, (float(offset[0]), float(offset[1]), float(offset[2])))
+            ends.append(end)
+        connections.append(Connection(table.name, table.law, (ends[0], ends[1]), table.data))
+    topology = Topology(frames, own, tuple(connections))
+    return topology if more is None else topology.plus(more)
+
+
+def _frames(engine: Engine) -> tuple[Frame, ...]:
+    return tuple(Frame(table.name, table.ratio, table.angle, (table.axis[0], table.axis[1])) for table in engine.frame)
+
+
+def _rigid(table: BodyTable, frame: Frame) -> ReducedBody:
+    """Rigid body of a table, in axes of its frame."""
+    if table.file:
+        raise InputError(f"body '{table.name}' is in {table.file}, which is not read here; use cranktrain.assemble")
+    places = np.array([table.x, table.y, table.z]).T
+    turn = np.column_stack([frame.turned(axis) for axis in np.eye(3)])
+    return rigid_body(
+        table.name, table.mass, turn @ _tensor(table.inertia) @ turn.T, frame.local(np.array(table.centre)),
+        {name: frame.local(place) for name, place in zip(table.interfaces, places, strict=True)},
+    )  # fmt: skip
+
+
+def _tensor(moments: tuple[float, ...]) -> Array:
+    """Inertia tensor (3, 3) of three moments, or of six values xx, yy, zz, xy, xz, yz; products count as −∫ρ xy."""
+    tensor = np.diag(np.array(moments[:3]))
+    for value, (i, k) in zip(moments[3:], ((0, 1), (0, 2), (1, 2)), strict=False):
+        tensor[i, k] = tensor[k, i] = value
+    return tensor
+
+
+def added_outputs(engine: Engine, more: Topology | None = None) -> tuple[str, ...]:
+    """Names of what added bodies show, then of what added connections do, of file and script, in order."""
+    topology = more or Topology()
+    frames = {frame.name: frame for frame in _frames(engine)}
+    names = [table.name for table in engine.body] + [body.name for body in topology.bodies]
+    found = [f"{name}.{output}" for name in names for output in BODY_OUTPUTS]
+    of_body = {CRANK: CRANK, BLOCK: AT_REST, GROUND: AT_REST} | {table.name: table.frame for table in engine.body}
+    for table in engine.connection:
+        held = [split_end(text) for text in table.ends]
+        ends = [frames.get(of_body[name]) or topology.frame(of_body[name]) for name, _ in held]
+        found += _shown(Connection(table.name, table.law, (End(*held[0]), End(*held[1])), table.data), *ends)
+    for connection in topology.connections:
+        found += _shown(connection, *(topology.end_frame(end) for end in connection.ends))
+    return tuple(found)
+
+
+def _shown(connection: Connection, first: Frame, second: Frame) -> list[str]:
+    pieces = pieces_of(connection, first, second)
+    return [f"connection[{connection.name}].{name}" for piece in pieces for name, _, _ in piece.outputs]

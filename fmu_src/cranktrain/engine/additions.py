@@ -1,0 +1,159 @@
+"""Bodies, frames and connections that an engine file adds to its crank and block: arrays of tables.
+
+    [[frame]]                                  [[body]]
+    name = "left"                              name = "balancer[1]"
+    ratio = { value = -2, ... }                frame = "left"
+    axis = { value = [-80, -60], ... }         mass = { value = 1.8, unit = "kg", ... }
+                                               inertia = { value = [...], unit = "kg m^2", ... }
+    [[connection]]                             centre = { value = [-80, -62, 160], unit = "mm", ... }
+    name = "gear"                              interfaces = ["front", "gear", "rear"]
+    law = "gear_mesh"                          x = { value = [...], unit = "mm", ... }
+    ends = ["crank.flywheel", "balancer[1].gear"]
+    stiffness = { value = 2e8, unit = "N/m", ... }
+
+Places are those of the engine's axes at crank angle 0. An end is a body and one of its interfaces; ``crank`` and
+``block`` are the engine's own, ``ground`` has none. With ``place`` both ends are held rigidly where that is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.engine import connections as laws
+from cranktrain.engine import quantities as q
+from cranktrain.engine.quantities import check_values, need
+
+GROUND = "ground"
+
+
+@dataclass(frozen=True)
+class FrameTable:
+    """Axes that turn ``ratio`` times as fast as the crank about an ``axis`` (x, y) parallel to its own."""
+
+    name: str
+    ratio: q.GearRatio
+    axis: tuple[q.Offset, ...] = (0.0, 0.0)
+    angle: q.Angle = 0.0
+
+
+@dataclass(frozen=True)
+class BodyTable:
+    """A rigid body by its mass, or a reduced body from a ``file``, in a frame.
+
+    Attributes
+    ----------
+    inertia : moments about x, y, z through the centre of mass, or six: xx, yy, zz, xy, xz, yz, kg m²
+    centre : of mass, m
+    interfaces, x, y, z : names of its interfaces and their places, m
+    file : of a reduced body or superelement, described in axes of its frame; then nothing else is given
+    """
+
+    name: str
+    frame: str = "rest"
+    mass: q.AddedMass = 0.0
+    inertia: tuple[q.ProductOfInertia, ...] = ()
+    centre: tuple[q.Offset, ...] = ()
+    interfaces: tuple[str, ...] = ()
+    x: tuple[q.Offset, ...] = ()
+    y: tuple[q.Offset, ...] = ()
+    z: tuple[q.Offset, ...] = ()
+    file: str = ""
+
+
+@dataclass(frozen=True)
+class ConnectionTable:
+    """A force law between two ends, ``body.interface``; the field of the law's name holds its data."""
+
+    name: str
+    law: str
+    ends: tuple[str, ...]
+    place: tuple[q.Offset, ...] = ()
+    gear_mesh: laws.GearMesh | None = None
+    coupling: laws.Coupling | None = None
+    spring: laws.Spring | None = None
+    load: laws.Load | None = None
+    film: laws.Film | None = None
+
+    @property
+    def data(self) -> Any:
+        """Data of its law."""
+        return getattr(self, self.law)
+
+
+TEXTS = {"frame": ("name",), "body": ("name", "frame", "interfaces", "file"), "connection": ("name", "law", "ends")}
+"""Keys of each table that are plain texts."""
+TABLES: dict[str, type] = {"frame": FrameTable, "body": BodyTable, "connection": ConnectionTable}
+
+
+def law_class(law: Any, where: str) -> type:
+    """Class of a law's data; ``InputError`` for a law that does not exist."""
+    if law not in laws.DATA:
+        raise InputError(f"{where}.law: no law {shown(law)}; {nearest(str(law), list(laws.DATA))}")
+    return laws.DATA[law]
+
+
+def check_text(table: str, key: str, value: Any, where: str) -> Any:
+    """A plain text, or several; ``InputError``."""
+    many = "tuple" in str({entry.name: entry.type for entry in fields(TABLES[table])}[key])
+    if many:
+        if not isinstance(value, list) or not all(isinstance(text, str) and text for text in value):
+            raise InputError(f'{where}.{key}: a list of texts is wanted, e.g. {key} = ["front", "rear"]')
+        return tuple(value)
+    if not (isinstance(value, str) and value and value.isprintable()):
+        raise InputError(f'{where}.{key}: a text is wanted, e.g. {key} = "balancer"')
+    return value
+
+
+def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...],
+                    connections: tuple[ConnectionTable, ...]) -> None:  # fmt: skip
+    """Refuse tables that contradict themselves or each other; ``InputError``."""
+    for frame in frames:
+        check_values(frame, f"frame '{frame.name}'")
+        need(f"frame '{frame.name}'", "axis", len(frame.axis) == 2, f"{len(frame.axis)} values; give x and y")
+    known = ["rest", "crank", *(frame.name for frame in frames)]
+    for body in bodies:
+        _check_body(body, known)
+    names = ["crank", "block", GROUND, *(body.name for body in bodies)]
+    for connection in connections:
+        where = f"connection '{connection.name}'"
+        need(where, "ends", len(connection.ends) == 2, f"{len(connection.ends)} ends; a connection has two")
+        need(where, "place", len(connection.place) in (0, 3), f"{len(connection.place)} values; give x, y and z")
+        check_values(connection.data, where)
+        for end in connection.ends:
+            held, interface = split_end(end)
+            need(where, "ends", held in names, f"no body '{held}'; {nearest(held, names)}")
+            text = f"'{end}' must name {'no' if held == GROUND else 'an'} interface; write body.interface, or ground"
+            need(where, "ends", bool(interface) != (held == GROUND), text)
+
+
+def _check_body(body: BodyTable, frames: list[str]) -> None:
+    where = f"body '{body.name}'"
+    check_values(body, where)
+    need(where, "frame", body.frame in frames, f"no frame '{body.frame}'; {nearest(body.frame, frames)}")
+    if body.file:
+        alone = body.mass == 0.0 and not body.interfaces
+        need(where, "file", alone, "the file brings mass and interfaces; leave them out")
+        return
+    need(where, "mass", body.mass > 0.0, "a rigid body has a mass; give mass, inertia and centre, or a file")
+    need(where, "inertia", len(body.inertia) in (3, 6), f"{len(body.inertia)} values; give three moments, or six")
+    need(where, "centre", len(body.centre) == 3, f"{len(body.centre)} values; give x, y and z")
+    need(where, "interfaces", len(body.interfaces) > 0, "it has none; give names, and their places x, y, z")
+    for key in "xyz":
+        count = len(getattr(body, key))
+        need(where, key, count == len(body.interfaces), f"{count} values for {len(body.interfaces)} interfaces")
+    for name in body.interfaces:
+        need(where, "interfaces", body.interfaces.count(name) == 1, f"'{name}' is there twice")
+
+
+def split_end(end: str) -> tuple[str, str]:
+    """Body and interface of ``body.interface``; names of bodies hold no dot."""
+    body, _, interface = end.partition(".")
+    return body, interface
+
+
+def located(body: BodyTable, folder: Path) -> BodyTable:
+    """A body whose file is found from the folder of the engine file."""
+    return replace(body, file=str((folder / body.file).resolve())) if body.file else body
