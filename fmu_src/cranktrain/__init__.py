@@ -17,6 +17,11 @@ __version__ = "0.1.0"
 
 _FACE = {
     "Assembly": "structure.assembly",
+    "Body": "dynamics.topology.values",
+    "Connection": "dynamics.topology.values",
+    "End": "dynamics.topology.values",
+    "Frame": "dynamics.topology.values",
+    "Topology": "dynamics.topology.values",
     "Bearing": "film.steady.plain_bearing",
     "CranktrainError": "core.errors",
     "InputError": "core.errors",
@@ -27,7 +32,9 @@ _FACE = {
     "load_scene": "studies.scene",
     "modal": "studies.modal",
     "plan": "studies.planning.planning",
+    "rigid_body": "core.reduced_body",
     "simulate": "studies.constant_speed",
+    "topology_modes": "dynamics.topology.modes",
 }
 """Names of the library and the modules that hold them."""
 

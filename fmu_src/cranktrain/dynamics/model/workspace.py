@@ -14,6 +14,7 @@ from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
 from cranktrain.dynamics.model.slots import (
+    ADDED,
     COUNTERS,
     DIFFERENCE_KERNEL,
     FACTOR_SLOTS,
@@ -34,6 +35,9 @@ from cranktrain.dynamics.model.state import MAX_STAGES
 from cranktrain.dynamics.time.integrators import FAMILIES
 from cranktrain.dynamics.time.table import FAMILY, HEAD
 from cranktrain.dynamics.topology.arrays import AddedWork, added_work
+
+HOOKS = "cranktrain.dynamics.motion.added_hooks:hooks"
+"""What lists the kernels of added bodies and connections, which rest on this module's records."""
 
 
 class Factors(NamedTuple):
@@ -134,6 +138,9 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
     work.family[list(rows), STEP_KERNEL] = kernel_addresses(steps, model, work, np.zeros(state_size), 0, 0.0)
     differing = {row: resolve(kernels.difference) for row, kernels in rows.items() if kernels.difference}
     work.family[list(differing), DIFFERENCE_KERNEL] = kernel_addresses(differing.values(), model, work, 0.0)
+    if model.layout[ADDED] > 0.0:
+        for place, (hook, arguments) in enumerate(resolve(HOOKS)(model, work)):
+            model.links.hooks[place] = kernel_addresses([hook], *arguments)[0]
     return work
 
 

@@ -25,12 +25,15 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.motion.linear_algebra import add_product, dot, invert, product, products
 from cranktrain.dynamics.topology import slots as at
 
+SOFT_HOLD = 1.0e4
+"""(rad/s)² that hold an added body against turning while a run's start is sought."""
+
 
 @kernel
 def factor_added(model, work, level, c_q, c_v, omega, holding):
     """Make S⁻¹, responses and compliances of added bodies, kept as ``level``; 0, or 1 where one is singular.
 
-    ``holding`` (N m/rad) holds each body against turning.
+    With ``holding`` each body is held against turning, softly, so that gears still bring it where their teeth fit.
     """
     bodies = model.bodies
     part = work.added
@@ -44,12 +47,15 @@ def factor_added(model, work, level, c_q, c_v, omega, holding):
         o = int(row[at.OWN_MODE])
         p = int(row[at.OWN_PORT])
         speed = row[at.RATE] * omega
+        held = 0.0
+        if holding > 0.0:
+            held = SOFT_HOLD / dot(bodies.euler_load[o:], bodies.euler_load[o:], n)
         for i in range(n):
             for j in range(n):
                 part.scratch[i, j] = (
                     ratio * 2.0 * speed * bodies.gyroscopic[o + i, j]
                     + speed * speed * bodies.spin[o + i, j]
-                    + holding * bodies.turn[o + i] * bodies.turn[o + j]
+                    + held * bodies.euler_load[o + i] * bodies.euler_load[o + j]
                 )
             part.scratch[i, i] += 1.0 / c_q + ratio * model.damping[first + i] + model.omega2[first + i]
         inverse = part.inverse[level][o : o + n]
@@ -87,35 +93,35 @@ def load_added(model, work, frame, displaced, out):
 
 
 @kernel
-def move_added_freely(model, work, stage, frame):
-    """Modal motion of added bodies without forces at their ports, into ``work.modal[Q_FREE]``."""
+def move_added_freely(model, work, frame, number, slot, c_q, c_v, stage_omega):
+    """Modal motion of added bodies without forces at their ports, into ``work.modal[Q_FREE]``; as of a stage."""
     bodies = model.bodies
-    ratio = stage.c_v / stage.c_q
+    ratio = c_v / c_q
     big_q = work.modal[BIG_Q]
     big_v = work.modal[BIG_V]
     rhs = work.modal[LOADS]
     lever = work.modal[LEVER]
-    a = work.stage[stage.number, 2]
+    a = work.stage[number, 2]
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
         n = int(row[at.MODES])
         first = int(row[at.MODE])
         o = int(row[at.OWN_MODE])
         rate = row[at.RATE]
-        omega = rate * stage.omega
-        d_omega = rate * (frame[WHIRL] - stage.omega)
-        d_omega2 = rate * rate * (frame[WHIRL] * frame[WHIRL] - stage.omega * stage.omega)
+        omega = rate * stage_omega
+        d_omega = rate * (frame[WHIRL] - stage_omega)
+        d_omega2 = rate * rate * (frame[WHIRL] * frame[WHIRL] - stage_omega * stage_omega)
         for i in range(first, first + n):
             rhs[i] = work.modal[BASE, i]
             lever[i] = 2.0 * omega * (ratio * big_q[i] - big_v[i])
-            lever[i] -= 2.0 * d_omega * (big_v[i] + stage.c_v * a[i])
-            lever[i] -= rate * frame[OMEGA_DOT] * (big_q[i] + stage.c_q * a[i])
+            lever[i] -= 2.0 * d_omega * (big_v[i] + c_v * a[i])
+            lever[i] -= rate * frame[OMEGA_DOT] * (big_q[i] + c_q * a[i])
         if rate > 0.0:
             add_product(bodies.gyroscopic[o : o + n], lever[first:], n, n, rhs[first:])
             for i in range(first, first + n):
-                lever[i] = -d_omega2 * (big_q[i] + stage.c_q * a[i])
+                lever[i] = -d_omega2 * (big_q[i] + c_q * a[i])
             add_product(bodies.spin[o : o + n], lever[first:], n, n, rhs[first:])
-        product(work.added.inverse[stage.slot][o : o + n], rhs[first:], n, n, work.modal[Q_FREE, first:])
+        product(work.added.inverse[slot][o : o + n], rhs[first:], n, n, work.modal[Q_FREE, first:])
 
 
 @kernel

@@ -287,10 +287,11 @@ def engine_column(model, work, cos, sin, slot, i, out):
                 out[int(model.axial[p, 0]), n + i] -= c * work.block.compliance[slot, s, own]
 
 
-@inlined_kernel
-def link_size(model, step):
-    """Size of a Newton step (C,) of added components in their scales, and the largest of those that are limited."""
+@kernel
+def link_size(model, work):
+    """Size of a Newton step of added components in their scales, and of those limited, ``work.added.sizes``."""
     links = model.links
+    step = work.added.gaps[at.STEP]
     size = 0.0
     limited = 0.0
     for k in range(links.rows.shape[0]):
@@ -300,4 +301,5 @@ def link_size(model, step):
             size = max(size, change)
             if links.rows[k, at.CLOSES] > 0.0:
                 limited = max(limited, change)
-    return size, limited
+    work.added.sizes[at.ANY] = size
+    work.added.sizes[at.LIMITED] = limited

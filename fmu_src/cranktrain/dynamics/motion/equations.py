@@ -24,7 +24,7 @@ millimetre beside it would twist pins against journals by 50 N m, and do work.
 
 from __future__ import annotations
 
-from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
     ADDED,
     AREA,
@@ -66,12 +66,11 @@ from cranktrain.dynamics.model.slots import (
     WHIRL,
     U,
 )
-from cranktrain.dynamics.motion.added_bodies import factor_added
-from cranktrain.dynamics.motion.added_connections import link_forces
 from cranktrain.dynamics.motion.film_ports import film_block, journal_forces, place_joint, place_journal
 from cranktrain.dynamics.motion.linear_algebra import dot, invert, products
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_motion
 from cranktrain.dynamics.motion.rods import rod_forces
+from cranktrain.dynamics.topology import slots as at
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FORCE, RUBBING, SPEED, film_call
 from cranktrain.film.laws.films import COS as FRAME_COS
@@ -119,7 +118,7 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
             part.scratch[i, j] = s + ratio * b
     status += factor_part(part, level, model.block_ports, model.block_ports_transposed)
     if model.layout[ADDED] > 0.0:
-        status += factor_added(model, work, level, c_q, c_v, omega, holding)
+        status += call_kernel(model.links.hooks[at.AT_FACTOR], (model, work, level, c_q, c_v, omega, holding))
     work.counters[N_FACTORS] += 1.0
     return status
 
@@ -240,7 +239,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
         for i in range(b):
             f[int(model.layout[BORE_ROTATIONS]) + i] = -f[journal + i] - x * f[2 * i + 1] + y * f[2 * i]
     if model.layout[ADDED] > 0.0:
-        status |= link_forces(model, work, frame, ratio)
+        status |= call_kernel(model.links.hooks[at.AT_FORCES], (model, work, frame, ratio))
     return status
 
 

@@ -218,7 +218,10 @@ def added_in_motion(model, work, state, rotation, rate):
         v = state[offset(VELOCITY, n) + int(row[added.MODE]) :]
         for i in range(modes):
             turned[i] = 0.0
+        turn = q[ROTATION]
+        q[ROTATION] = 0.0
         add_product(model.bodies.gyroscopic[o : o + modes], q, modes, modes, turned)
+        q[ROTATION] = turn
         for i in range(modes):
             follows = row[added.RATE] * model.bodies.euler_load[o + i]
             v[i] += rate * follows - row[added.RATE] * work.frames[0, OMEGA] * turned[i]

@@ -10,9 +10,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
-from cranktrain.core.vectors import LANES, load, store
 from cranktrain.dynamics.model.slots import (
     ADDED,
     BASE,
@@ -34,7 +33,6 @@ from cranktrain.dynamics.model.slots import (
     Q_FREE,
     RODS,
     SIN,
-    THETA,
     TURNING_MODES,
     U_BEFORE,
     U_FREE,
@@ -49,27 +47,14 @@ from cranktrain.dynamics.model.slots import (
     U,
 )
 from cranktrain.dynamics.model.state import CONTRACTION
-from cranktrain.dynamics.motion.added_bodies import (
-    added_answer,
-    added_to_ports,
-    load_added,
-    move_added_freely,
-    recover_added,
-)
-from cranktrain.dynamics.motion.added_connections import (
-    follow_links,
-    link_compliance,
-    link_size,
-    link_steps,
-    turn_terms,
-)
 from cranktrain.dynamics.motion.equations import external_force, port_forces
 from cranktrain.dynamics.motion.gas import built_in, follow_crank
 from cranktrain.dynamics.motion.linear_algebra import add_columns, add_product, dot, factor_rows, product, solve_rows
+from cranktrain.dynamics.motion.newton_matrix import fill_jacobian, start_jacobian
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_compliance, relative_step
 from cranktrain.dynamics.time.status import DIVERGED, FILM_FAILED, OK, SINGULAR
 from cranktrain.dynamics.time.work_limit import LAST_ITERATIONS, LOOSE, cut_short, spent
-from cranktrain.dynamics.topology.slots import STEP
+from cranktrain.dynamics.topology import slots as at
 from cranktrain.film.laws.films import FROZEN
 from cranktrain.loads.torsional_line import DAMPING
 
@@ -157,18 +142,17 @@ def predict(model, work, stage):
     base = work.modal[BASE]
     back = work.modal[LEVER]
     a = work.stage[stage.number, 2]
-    if model.pairs.shape[0] > 0 or model.links.scales.shape[0] > 0:
+    if model.pairs.shape[0] > 0 or model.layout[ADDED] > 0.0:
         relative_compliance(
             model, frame[COS], frame[SIN], work.turning.compliance[stage.slot], work.block.compliance[stage.slot],
             work.relative,
         )  # fmt: skip
-        if model.links.scales.shape[0] > 0:
-            turn_terms(model, work, frame[THETA], frame[WHIRL])
-            link_compliance(model, work, frame[COS], frame[SIN], stage.slot, work.relative)
+        if model.layout[ADDED] > 0.0:
+            call_kernel(model.links.hooks[at.AT_COMPLIANCE], (model, work, frame, stage.slot))
     move_axis(model, frame, work.port[U_Q])
     external_force(model, frame, work.pressures[stage.number], big_q, base)
     if model.layout[ADDED] > 0.0:
-        load_added(model, work, frame, big_q, base)
+        call_kernel(model.links.hooks[at.AT_LOAD], (model, work, frame, big_q, base))
     for i in range(n):
         back[i] = ratio * big_q[i] - big_v[i]
         base[i] += big_q[i] / stage.c_q + model.damping[i] * back[i]
@@ -224,7 +208,8 @@ def move_freely(model, work, stage):
     for i in range(t + s, t + model.block.preload.shape[0]):
         q_free[i] = c_q * rhs[i]
     if model.layout[ADDED] > 0.0:
-        move_added_freely(model, work, stage, frame)
+        arguments = (model, work, frame, stage.number, stage.slot, stage.c_q, stage.c_v, stage.omega)
+        call_kernel(model.links.hooks[at.AT_MOVE], arguments)
     to_ports(model, q_free, work.port[U_FREE])
 
 
@@ -297,25 +282,23 @@ def newton_step(model, work, stage, keep_matrix):
     for k in range(int(model.layout[PORTS])):
         step[k] = work.port[U_FREE, k] - work.port[U, k]
     answer(model, work, stage.slot, f, step)
-    if model.links.scales.shape[0] > 0:
-        link_steps(model, work, step, work.added.gaps[STEP])
+    if model.layout[ADDED] > 0.0:
+        call_kernel(model.links.hooks[at.AT_STEPS], (model, work, step))
     relative_step(model, frame[COS], frame[SIN], step)
     if not keep_matrix:
         # The linearised forces must use the tangents that belong to the factored matrix.
         for k in range(work.blocks.shape[0]):
             for j in range(work.blocks.shape[1]):
                 work.factored[k, j] = work.blocks[k, j]
-        for k in range(work.added.blocks.shape[0]):
-            for j in range(work.added.blocks.shape[1]):
-                work.added.factored[k, j] = work.added.blocks[k, j]
         # On rigid ground the journals' own compliance is the relative one.
         compliance = work.turning.compliance[stage.slot]
-        if model.pairs.shape[0] > 0 or model.links.scales.shape[0] > 0:
+        if model.pairs.shape[0] > 0 or model.layout[ADDED] > 0.0:
             compliance = work.relative
-        n_newton = model.scales.shape[0] + model.links.scales.shape[0]
         start_jacobian(work.jacobian)
+        n_newton = model.scales.shape[0] + model.links.scales.shape[0]
         fill_jacobian(compliance, model.connections, work.factored, n_newton, work.jacobian)
-        fill_jacobian(compliance, model.links.table, work.added.factored, n_newton, work.jacobian)
+        if model.layout[ADDED] > 0.0:
+            call_kernel(model.links.hooks[at.AT_NEWTON], (model, work))
         if factor_rows(work.jacobian, work.jacobian.shape[0]) != 0:
             return SINGULAR
     solve_step(model, work)
@@ -325,24 +308,10 @@ def newton_step(model, work, stage, keep_matrix):
 @inlined_kernel
 def solve_step(model, work):
     """Solve for the Newton step in place: of the engine's components in ``work.port[U_STEP]``, then of added ones."""
-    own = model.scales.shape[0]
-    count = model.links.scales.shape[0]
-    if count == 0:
+    if model.layout[ADDED] > 0.0:
+        call_kernel(model.links.hooks[at.AT_SOLVE], (model, work))
+    else:
         solve_rows(work.jacobian, work.jacobian.shape[0], work.port, U_STEP)
-        return
-    step = work.port[U_STEP]
-    whole = work.added.newton[0]
-    for k in range(whole.shape[0]):
-        whole[k] = 0.0
-    for k in range(own):
-        whole[k] = step[k]
-    for k in range(count):
-        whole[own + k] = work.added.gaps[STEP, k]
-    solve_rows(work.jacobian, work.jacobian.shape[0], work.added.newton, 0)
-    for k in range(own):
-        step[k] = whole[k]
-    for k in range(count):
-        work.added.gaps[STEP, k] = whole[own + k]
 
 
 @inlined_kernel
@@ -361,10 +330,10 @@ def step_size(model, work, step):
         rod = int(model.layout[RODS])
         for k in range(2 * model.cylinders.shape[0]):
             journal = max(journal, abs(step[rod + k] - step[journals + 1 + k]) / model.scales[rod + k])
-    if model.links.scales.shape[0] > 0:
-        added, closing = link_size(model, work.added.gaps[STEP])
-        size = max(size, added)
-        journal = max(journal, closing)
+    if model.layout[ADDED] > 0.0:
+        call_kernel(model.links.hooks[at.AT_STEP_SIZE], (model, work))
+        size = max(size, work.added.sizes[at.ANY])
+        journal = max(journal, work.added.sizes[at.LIMITED])
     return size, JOURNAL_STEP / journal if journal > JOURNAL_STEP else 1.0
 
 
@@ -405,8 +374,8 @@ def follow_load(model, work, stage):
     for k in range(int(model.layout[PORTS])):
         step[k] = work.port[U_FREE, k] - work.port[U, k]
     answer(model, work, stage.slot, work.port[FORCES], step)
-    if model.links.scales.shape[0] > 0:
-        link_steps(model, work, step, work.added.gaps[STEP])
+    if model.layout[ADDED] > 0.0:
+        call_kernel(model.links.hooks[at.AT_STEPS], (model, work, step))
     relative_step(model, frame[COS], frame[SIN], step)
     solve_step(model, work)
     follow_forces(model, work, stage)
@@ -419,8 +388,8 @@ def follow_forces(model, work, stage):
     f = work.port[FORCES]
     linearise(model.connections, work.factored, work.port[U_STEP], f)
     reactions(model, frame[COS], frame[SIN], f)
-    if model.links.scales.shape[0] > 0:
-        follow_links(model, work, work.added.gaps[STEP], f)
+    if model.layout[ADDED] > 0.0:
+        call_kernel(model.links.hooks[at.AT_FOLLOW], (model, work, f))
     for k in range(first_piston(model)):
         work.port[U, k] = work.port[U_FREE, k]
     answer(model, work, stage.slot, f, work.port[U])
@@ -477,7 +446,7 @@ def recover(model, work, stage):
         q[t + s + c] += c_q * (shape[0, 0] * f[pistons + c] + shape[1, 0] * f[pistons + c + 1])
         q[t + s + c + 1] += c_q * (shape[0, 1] * f[pistons + c] + shape[1, 1] * f[pistons + c + 1])
     if model.layout[ADDED] > 0.0:
-        recover_added(model, work, stage.slot, f, q)
+        call_kernel(model.links.hooks[at.AT_RECOVER], (model, work, stage.slot, f, q))
     if model.layout[WHIRLS] == 0.0:
         for i in range(n):
             a[i] = (q[i] - work.modal[BIG_Q, i]) / c_q
@@ -528,7 +497,7 @@ def to_ports(model, q, u):
     if block > 0:
         product(model.block_ports_transposed, q[t:], s, block, u[turning:])
     if model.layout[ADDED] > 0.0:
-        added_to_ports(model, q, u)
+        call_kernel(model.links.hooks[at.AT_TO_PORTS], (model, q, u))
     shape = model.block.piston_shape
     first = first_piston(model)
     for c in range(0, int(model.layout[PORTS]) - first, 2):
@@ -547,49 +516,7 @@ def answer(model, work, slot, f, u):
     if block > 0:
         add_product(work.block.compliance[slot], f[turning:], block, block, u[turning:])
     if model.layout[ADDED] > 0.0:
-        added_answer(model, work, slot, f, u)
-
-
-@inlined_kernel
-def start_jacobian(jacobian):
-    """The identity, which is what rows beyond the components keep."""
-    size = jacobian.shape[0]
-    for i in range(size):
-        row = jacobian[i]
-        for j in range(size):
-            row[j] = 0.0
-        row[i] = 1.0
-
-
-@kernel
-def fill_jacobian(compliance, connections, blocks, n, jacobian):
-    """Subtract (H J)ᵀ from ``jacobian`` on the n components; J is the sum of the connections' blocks.
-
-    ``compliance`` is symmetric only without gyroscopic terms; it is kept transposed: [k, i] = H_ik.
-    """
-    for k in range(connections.shape[0]):
-        size = int(connections[k, 0])
-        for a in range(size):
-            row = jacobian[int(connections[k, 1 + a])]
-            for b in range(0, size - 1, 2):
-                first, second = int(connections[k, 1 + b]), int(connections[k, 2 + b])
-                shares = blocks[k, 4 * b + a], blocks[k, 4 * (b + 1) + a]
-                subtract_shares(row, shares, compliance[first], compliance[second], n)
-            if size % 2 == 1:
-                last = compliance[int(connections[k, size])]
-                subtract_shares(row, (blocks[k, 4 * (size - 1) + a], 0.0), last, last, n)
-
-
-@inlined_kernel
-def subtract_shares(row, shares, first, second, n):
-    """``row`` less ``shares`` of two columns, n numbers."""
-    of_first, of_second = shares
-    i = 0
-    while i + 3 < n:
-        store(row, i, load(row, i) - of_first * load(first, i) - of_second * load(second, i))
-        i += LANES
-    for j in range(i, n):
-        row[j] = row[j] - of_first * first[j] - of_second * second[j]
+        call_kernel(model.links.hooks[at.AT_ANSWER], (model, work, slot, f, u))
 
 
 @kernel

@@ -69,6 +69,7 @@ class AddedConnections(NamedTuple):
     bearings: Array  # (K, COLUMNS) of films
     oil: Array  # (K,) viscosity that a film has by itself, Pa s; 0: the engine's, −1: no film
     shown: Array  # (O, SHOWN) of each output
+    hooks: IntArray  # (HOOKS,) addresses of what a stage calls, see dynamics.motion.added_hooks
 
 
 class AddedWork(NamedTuple):
@@ -85,6 +86,7 @@ class AddedWork(NamedTuple):
     blocks: Array  # (K, 16)
     factored: Array  # (K, 16)
     newton: Array  # (1, n) step of all components, to a multiple of four
+    sizes: Array  # (SIZES,)
 
 
 class Added(NamedTuple):
@@ -291,6 +293,7 @@ def _connections(topology: Topology, port_of: Mapping[tuple[str, str], int], new
         _table(rows, at.CONNECTION), _table(tables, 5), _table(terms, at.TERM), np.array(starts, dtype=float),
         np.array(scales, dtype=float), _table(interfaces, at.INTERFACE), loaded.astype(float), entry, place, velocity,
         numbers, out, films, np.array(oil, dtype=float), _table(shown, at.SHOWN),
+        np.zeros(at.HOOKS, dtype=np.int64),
     )  # fmt: skip
     return arrays
 
@@ -315,5 +318,5 @@ def added_work(bodies: AddedBodies, connections: AddedConnections, ports: int, n
     z = zeros
     return AddedWork(
         z((w, w)), z((slots, n, w)), z((slots, m, w)), z((slots, m, v)), z((t, 2)), z((at.GAPS, c)), z(ports),
-        z((len(bodies.rows), 2)), z((k, 16)), z((k, 16)), z((1, -4 * (-newton // 4))),
+        z((len(bodies.rows), 2)), z((k, 16)), z((k, 16)), z((1, -4 * (-newton // 4))), z(at.SIZES),
     )  # fmt: skip

@@ -72,12 +72,14 @@ class ConnectionLaw:
     name, title : for users
     data : class of what a file states
     pieces : ``pieces(data, first, second) -> list[Piece]`` between ends in two frames
+    kernel : its own, None where the register of films has it
     """
 
     name: str
     title: str
     data: type
     pieces: Callable[[Any, Frame, Frame], list[Piece]] = field(repr=False)
+    kernel: Any = None
 
 
 CONNECTION_LAWS: dict[str, ConnectionLaw] = {}
@@ -126,12 +128,12 @@ def _mesh(mesh: GearMesh, first: Frame, second: Frame) -> list[Piece]:
     arms = at * towards, (at - distance) * towards
     components = [
         (Direction(REST, way, np.cross(arms[0], way)), Direction(REST, way, np.cross(arms[1], way), -1.0))
-        for way in (along, towards, unit(2))
+        for way in (along, towards, unit(2))[: 3 if mesh.helix_angle else 2]
     ]
-    outputs = (("force.tangential", "force", 0), ("force.radial", "force", 1), ("force.axial", "force", 2),
-               ("deflection", "place", 0))  # fmt: skip
+    names = ("force.tangential", "force.radial", "force.axial")[: len(components)]
+    outputs = (*((name, "force", at) for at, name in enumerate(names)), ("deflection", "place", 0))
     record = mesh_record(mesh, speeds[0] * speeds[1] > 0.0)
-    return [Piece(components, [LENGTH] * 3, mesh_law, record, first, outputs=outputs)]
+    return [Piece(components, [LENGTH] * len(components), mesh_law, record, first, outputs=outputs)]
 
 
 def _coupling(coupling: Coupling, first: Frame, second: Frame) -> list[Piece]:
@@ -156,12 +158,13 @@ def _spring(spring: Spring, first: Frame, second: Frame) -> list[Piece]:
         k, c = (_axes(getattr(spring, before + part), before + part) for part in ("stiffness", "damping"))
         if not (k.any() or c.any()):
             continue
-        ways = [(np.zeros(3), unit(k)) if turning else (unit(k), np.zeros(3)) for k in range(3)]
-        outputs = tuple((f"{name}.{way}", "force", at) for at, way in enumerate("xyz"))
-        outputs += tuple((f"{axis}.{way}", "place", at) for at, way in enumerate("xyz"))
+        held = [way for way in range(3) if k[way] or c[way]]
+        ways = [(np.zeros(3), unit(way)) if turning else (unit(way), np.zeros(3)) for way in held]
+        outputs = tuple((f"{name}.{'xyz'[way]}", "force", at) for at, way in enumerate(held))
+        outputs += tuple((f"{axis}.{'xyz'[way]}", "place", at) for at, way in enumerate(held))
         components = [_between(REST, *way) for way in ways]
-        scales = [ANGLE if turning else LENGTH] * 3
-        pieces.append(Piece(components, scales, spring_law, SpringRecord(k, c), outputs=outputs))
+        scales = [ANGLE if turning else LENGTH] * len(held)
+        pieces.append(Piece(components, scales, spring_law, SpringRecord(k[held], c[held]), outputs=outputs))
     if not pieces:
         raise InputError("a spring needs stiffness or damping; give stiffness = [kx, ky, kz]")
     return pieces
@@ -214,10 +217,10 @@ def _film(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
 
 
 for _row in (
-    ConnectionLaw("gear_mesh", "teeth of two gears, with backlash", GearMesh, _mesh),
-    ConnectionLaw("coupling", "spring, damper and friction about the axis", Coupling, _coupling),
-    ConnectionLaw("spring", "springs and dampers along and about three axes", Spring, _spring),
-    ConnectionLaw("load", "force and torque, steady or harmonic", Load, _load),
+    ConnectionLaw("gear_mesh", "teeth of two gears, with backlash", GearMesh, _mesh, mesh_law),
+    ConnectionLaw("coupling", "spring, damper and friction about the axis", Coupling, _coupling, coupling_law),
+    ConnectionLaw("spring", "springs and dampers along and about three axes", Spring, _spring, spring_law),
+    ConnectionLaw("load", "force and torque, steady or harmonic", Load, _load, load_law),
     ConnectionLaw("film", "plain bearing, whose journal is the first end", Film, _film),
 ):
     register_connection(_row)

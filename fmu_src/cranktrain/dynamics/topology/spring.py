@@ -15,10 +15,10 @@ AXES = 3
 
 
 class SpringRecord(NamedTuple):
-    """Data of three springs."""
+    """Data of up to three springs."""
 
-    stiffness: Array  # (3,)
-    damping: Array  # (3,)
+    stiffness: Array  # (1 to 3,)
+    damping: Array
 
 
 class LoadRecord(NamedTuple):
@@ -39,7 +39,7 @@ def spring_law(record, action, i, place, velocity, numbers, memory, out):
     for k in range(ECCENTRICITY):
         out[k] = 0.0
     out[FRICTION] = 0.0
-    for k in range(AXES):
+    for k in range(own.stiffness.shape[0]):
         out[k] = -own.stiffness[k] * place[k] - own.damping[k] * velocity[k]
         out[BY_PLACE + 5 * k] = -own.stiffness[k]
         out[BY_VELOCITY + 5 * k] = -own.damping[k]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,8 +11,10 @@ import numpy as np
 from cranktrain.core.kernel import kernel_name
 from cranktrain.core.machine_code import ENTRIES
 from cranktrain.core.named import resolve
+from cranktrain.dynamics.motion.added_hooks import hooks
 from cranktrain.dynamics.outputs.register import FAMILIES as OUTPUT_FAMILIES
 from cranktrain.dynamics.time.integrators import FAMILIES as INTEGRATOR_FAMILIES
+from cranktrain.dynamics.topology.laws import CONNECTION_LAWS
 from cranktrain.film.laws.films import NUMBERS, SIZE
 from cranktrain.film.laws.register import forms
 from cranktrain.modules.module_settings import from_bytes
@@ -61,12 +64,22 @@ def functions(kind: str) -> dict[str, Function]:
     return {kernel_name(row.kernel): row for row in _functions()} if kind == "cranktrain" else {}
 
 
+def _of_hook(place: int, run: Any) -> tuple[Any, ...]:
+    """Arguments of a hook for added bodies and connections."""
+    return hooks(run.model, run.work)[place][1]
+
+
 def _functions() -> Iterator[Function]:
     """Force laws, families of outputs, steps of integrators and their differences from an embedded solution."""
     z = np.zeros
     of_law = (0, 0, 0, z(4), z(4), z(NUMBERS), z(1), z(SIZE))
     for form in forms():
         yield Function(resolve(form.kernel), lambda run: of_law)
+    for law in CONNECTION_LAWS.values():
+        if law.kernel is not None:
+            yield Function(law.kernel, lambda run: of_law)
+    for place, (hook, _) in enumerate(hooks(None, None)):
+        yield Function(hook, partial(_of_hook, place))
     for family in OUTPUT_FAMILIES.values():
         yield Function(resolve(family.kernel), lambda run: (run.model, run.work, z(1), 0, z(1)))
     for steps in INTEGRATOR_FAMILIES.values():

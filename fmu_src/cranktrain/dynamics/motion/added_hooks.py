@@ -1,0 +1,160 @@
+"""What a stage calls where bodies or connections are added, each a kernel at its address.
+
+A run without additions compiles none of them, and the stage of an engine is no longer by them than by one comparison.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.kernel import law_kernel
+from cranktrain.dynamics.model.slots import COS, SIN, THETA, U_STEP, WHIRL
+from cranktrain.dynamics.motion.added_bodies import (
+    added_answer,
+    added_to_ports,
+    factor_added,
+    load_added,
+    move_added_freely,
+    recover_added,
+)
+from cranktrain.dynamics.motion.added_connections import (
+    follow_links,
+    link_compliance,
+    link_forces,
+    link_size,
+    link_steps,
+    turn_terms,
+)
+from cranktrain.dynamics.motion.linear_algebra import solve_rows
+from cranktrain.dynamics.motion.newton_matrix import fill_jacobian
+from cranktrain.dynamics.topology import slots as at
+
+
+@law_kernel
+def factor_hook(model, work, level, c_q, c_v, omega, holding):
+    """S⁻¹, responses and compliances of added bodies; 0, or 1 where one is singular."""
+    return factor_added(model, work, level, c_q, c_v, omega, holding)
+
+
+@law_kernel
+def load_hook(model, work, frame, displaced, out):
+    """Modal force of frame and gravity on added bodies; 0."""
+    load_added(model, work, frame, displaced, out)
+    return 0
+
+
+@law_kernel
+def compliance_hook(model, work, frame, slot):
+    """Compliance of added components, behind the engine's in ``work.relative``; 0."""
+    turn_terms(model, work, frame[THETA], frame[WHIRL])
+    link_compliance(model, work, frame[COS], frame[SIN], slot, work.relative)
+    return 0
+
+
+@law_kernel
+def move_hook(model, work, frame, number, slot, c_q, c_v, omega):
+    """Motion of added bodies without forces at their ports; 0."""
+    move_added_freely(model, work, frame, number, slot, c_q, c_v, omega)
+    return 0
+
+
+@law_kernel
+def steps_hook(model, work, step):
+    """Change of the added components from one of all ports (m,); 0."""
+    link_steps(model, work, step, work.added.gaps[at.STEP])
+    return 0
+
+
+@law_kernel
+def newton_hook(model, work):
+    """Share of the added connections in the Newton matrix, by the tangents found last; 0."""
+    for k in range(work.added.blocks.shape[0]):
+        for j in range(work.added.blocks.shape[1]):
+            work.added.factored[k, j] = work.added.blocks[k, j]
+    n = model.scales.shape[0] + model.links.scales.shape[0]
+    fill_jacobian(work.relative, model.links.table, work.added.factored, n, work.jacobian)
+    return 0
+
+
+@law_kernel
+def solve_hook(model, work):
+    """Solve for the Newton step of all components, in place in ``work.port[U_STEP]`` and the added ones' steps; 0."""
+    own = model.scales.shape[0]
+    count = model.links.scales.shape[0]
+    step = work.port[U_STEP]
+    whole = work.added.newton[0]
+    for k in range(whole.shape[0]):
+        whole[k] = 0.0
+    for k in range(own):
+        whole[k] = step[k]
+    for k in range(count):
+        whole[own + k] = work.added.gaps[at.STEP, k]
+    solve_rows(work.jacobian, work.jacobian.shape[0], work.added.newton, 0)
+    for k in range(own):
+        step[k] = whole[k]
+    for k in range(count):
+        work.added.gaps[at.STEP, k] = whole[own + k]
+    return 0
+
+
+@law_kernel
+def size_hook(model, work):
+    """Sizes of the added components' Newton step; 0."""
+    link_size(model, work)
+    return 0
+
+
+@law_kernel
+def follow_hook(model, work, f):
+    """Add what the step changes of the added connections' forces to f (m,); 0."""
+    follow_links(model, work, work.added.gaps[at.STEP], f)
+    return 0
+
+
+@law_kernel
+def recover_hook(model, work, slot, f, q):
+    """Add what forces at the ports do to the motion of added bodies; 0."""
+    recover_added(model, work, slot, f, q)
+    return 0
+
+
+@law_kernel
+def ports_hook(model, q, u):
+    """Motion of the ports of added bodies; 0."""
+    added_to_ports(model, q, u)
+    return 0
+
+
+@law_kernel
+def answer_hook(model, work, slot, f, u):
+    """Add what added bodies answer to forces at their ports; 0."""
+    added_answer(model, work, slot, f, u)
+    return 0
+
+
+@law_kernel
+def forces_hook(model, work, frame, ratio):
+    """Forces of added connections and their tangents; 0, or tells that a law failed."""
+    return link_forces(model, work, frame, ratio)
+
+
+def hooks(model: Any, work: Any) -> list[tuple[Any, tuple[Any, ...]]]:
+    """Kernel of each hook, in the order of their slots, with arguments of the types that it takes."""
+    x = np.zeros(1)
+    return [
+        (factor_hook, (model, work, 0, 0.0, 0.0, 0.0, 0.0)),
+        (load_hook, (model, work, x, x, x)),
+        (compliance_hook, (model, work, x, 0)),
+        (move_hook, (model, work, x, 0, 0, 0.0, 0.0, 0.0)),
+        (steps_hook, (model, work, x)),
+        (newton_hook, (model, work)),
+        (solve_hook, (model, work)),
+        (size_hook, (model, work)),
+        (follow_hook, (model, work, x)),
+        (recover_hook, (model, work, 0, x, x)),
+        (ports_hook, (model, x, x)),
+        (answer_hook, (model, work, 0, x, x)),
+        (forces_hook, (model, work, x, 0.0)),
+    ]
