@@ -15,7 +15,7 @@ from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import LAWS, PLAIN
 from cranktrain.fmu.archive import model_description
-from cranktrain.fmu.engine_fmu import build, check_target, family_counts, full_interface
+from cranktrain.fmu.engine_fmu import build, check_target, engine_interface, family_counts, full_interface
 from cranktrain.fmu.engine_fmu import model_description as engine_description
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.fmu.module_fmu import build_module, module_product
@@ -178,6 +178,6 @@ def build_scene(
     if platforms and scene.film_temperature != "engine":
         say(f"{scene.name}: films by a heat balance take runs before the start: the Python FMU")
         platforms = ()
-    interface = scene_interface(full_interface(), made, model, family_counts(engine))
+    interface = scene_interface(engine_interface(engine), made, model, family_counts(engine))
     say(f"{scene.name}: {made.case}, {made.modes} modes; predicted error {made.predicted_error:.2g}")
     return build(flat, folder, say, interface, fixed_settings(made, model), scene_suffix(made), platforms)

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.topology.tables import added_outputs
 from cranktrain.engine.model import Engine
 from cranktrain.fmu import archive
 from cranktrain.fmu.archive import DESCRIPTION, Product, fmu_path, need_sources, write_fmu
-from cranktrain.fmu.description import Interface, read_interface
+from cranktrain.fmu.description import Interface, Variable, read_interface
 from cranktrain.fmu.flat import FlatModel, to_bytes
 from cranktrain.fmu.geometry import start_values
 from cranktrain.fmu.native.archive import write_native_fmu
 from cranktrain.fmu.native.engine_model import engine_model
+from cranktrain.results.files import output_unit
 
 
 def build(
@@ -32,7 +36,7 @@ def build(
     ``fixed`` are settings that no variable of it changes, ``suffix`` ends the model's name. The file appears whole or
     not at all. ``InputError`` where the interface or the code cannot go into an FMU.
     """
-    full = interface or full_interface()
+    full = interface or engine_interface(model.engine)
     if platforms:
         made = product(model.engine, full, b"", fixed, suffix)
         return write_native_fmu(made, engine_model(model, made, say), folder, platforms, say)
@@ -65,9 +69,22 @@ def full_interface() -> Interface:
     return read_interface(DESCRIPTION)
 
 
+def engine_interface(engine: Engine) -> Interface:
+    """The full interface with what the bodies and connections show that an engine's file adds."""
+    interface = full_interface()
+    more = tuple(
+        Variable(name, "output", f"{name.rpartition('.')[0]}: {name.rpartition('.')[2]}", unit=output_unit(name) or "1")
+        for name in added_outputs(engine)
+    )
+    for table in engine.body:
+        if table.file:
+            raise InputError(f"body '{table.name}' lies in a file of its own, which no FMU carries; give its mass")
+    return replace(interface, variables=interface.variables + more)
+
+
 def model_description(engine: Engine) -> bytes:
     """The model description of an engine's FMU; the GUID is that of an FMU without data, there being no FE model."""
-    return archive.model_description(product(engine, full_interface()))
+    return archive.model_description(product(engine, engine_interface(engine)))
 
 
 def model_name(engine: Engine, interface: Interface, suffix: str = "") -> str:
@@ -82,7 +99,7 @@ def camel(name: str) -> str:
 
 def check_target(folder: Path, engine: Engine) -> None:
     """Refuse, before the work, a folder or file that the FMU of an engine must not take; ``InputError``."""
-    fmu_path(product(engine, full_interface()), folder)
+    fmu_path(product(engine, engine_interface(engine)), folder)
 
 
 def family_counts(engine: Engine) -> dict[str, int]:

@@ -30,13 +30,13 @@ _NAMES = {
     "W": "heat",
     "K": "temperature",
     "degC": "film_temperature_c",
-    "m": "axial displacement film_thickness_min piston_position lateral position",
+    "m": "axial deflection displacement film_thickness_min piston_position lateral position",
     "m/s": "velocity rate",
     "m/s^2": "acceleration",
     "m^3": "volume",
     "m^3/s": "oil_flow",
     "rad": "angle torsion tilt twist rotation",
-    "rad/s": "speed",
+    "rad/s": "speed twist_rate",
 }
 _UNITS = {name: unit for unit, names in _NAMES.items() for name in names.split()}
 

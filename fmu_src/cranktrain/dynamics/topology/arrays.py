@@ -8,6 +8,7 @@ table each, as wide as the largest body is; a body's own start at its offset.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, 
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.laws import Piece, pieces_of
 from cranktrain.dynamics.topology.terms import PORTS, Term, terms_of
-from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, Body, Connection, Frame, Topology
+from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, Body, Connection, End, Frame, Topology
 from cranktrain.film.laws.films import NUMBERS, SIZE, IntArray
 from cranktrain.film.laws.parameters import COLUMNS
 
@@ -123,8 +124,9 @@ def added(topology: Topology, base: Base) -> Added:
     Raises
     ------
     InputError
-        an interface that a body lacks, a block that is not there, ends that a law does not join
+        an interface that a body lacks, ends that a law does not join
     """
+    topology = topology if base.block is not None else on_ground(topology)
     held = _held(topology, base)
     crank_ports, block_ports = held.pop(CRANK, {}), held.pop(BLOCK, {})
     first = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * len(block_ports)
@@ -143,6 +145,19 @@ def added(topology: Topology, base: Base) -> Added:
         np.concatenate([np.zeros(0), *(body.omega for body in own)]),
         np.concatenate([np.zeros(0), *(body.damping if body.damping.size else np.zeros(body.n_modes) for body in own)]),
     )
+
+
+def on_ground(topology: Topology) -> Topology:
+    """The topology on a rigid block at rest: what it holds at the block, the ground holds."""
+
+    def end(given: End) -> End:
+        return End(GROUND) if given.body == BLOCK else given
+
+    connections = tuple(
+        replace(connection, ends=(end(connection.ends[0]), end(connection.ends[1])))
+        for connection in topology.connections
+    )
+    return replace(topology, connections=connections)
 
 
 def _shapes(body: ReducedBody | None, names: list[str]) -> Array:
@@ -164,7 +179,7 @@ def _held(topology: Topology, base: Base) -> dict[str, dict[str, None]]:
             body = own[end.body]
             where = f"connection '{connection.name}'"
             if body is None:
-                raise InputError(f"{where}: there is no {end.body} here; take a flexible block, or the ground")
+                raise InputError(f"{where}: there is no {end.body} here; take another body, or the ground")
             if end.interface not in body.interfaces:
                 raise InputError(
                     f"{where}: body '{end.body}' has no interface '{end.interface}'; "

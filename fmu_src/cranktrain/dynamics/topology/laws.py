@@ -140,7 +140,7 @@ def _coupling(coupling: Coupling, first: Frame, second: Frame) -> list[Piece]:
     if abs(first.sense * first.rate - second.sense * second.rate) > SAME:
         raise InputError("a coupling joins bodies that turn alike; give both frames the same ratio, or take gears")
     component = _between(first, np.zeros(3), unit(2))
-    outputs = (("torque", "force", 0), ("twist", "place", 0), ("rate", "velocity", 0))
+    outputs = (("torque", "force", 0), ("twist", "place", 0), ("twist_rate", "velocity", 0))
     return [Piece([component], [ANGLE], coupling_law, coupling_record(coupling), first, outputs=outputs)]
 
 
