@@ -85,6 +85,8 @@ class ConnectionTable:
 
 TEXTS = {"frame": ("name",), "body": ("name", "frame", "interfaces", "file"), "connection": ("name", "law", "ends")}
 """Keys of each table that are plain texts."""
+NEEDED = {"frame": ("name", "ratio"), "body": ("name",), "connection": ("name", "law", "ends")}
+"""Keys that each table has."""
 TABLES: dict[str, type] = {"frame": FrameTable, "body": BodyTable, "connection": ConnectionTable}
 
 

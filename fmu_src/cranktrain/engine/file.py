@@ -19,7 +19,7 @@ from typing import Any, get_args, get_type_hints
 
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.user_file import is_number, read_toml
-from cranktrain.engine.additions import TABLES, check_text, law_class, located
+from cranktrain.engine.additions import NEEDED, TABLES, check_text, law_class, located
 from cranktrain.engine.additions import TEXTS as TEXTS_OF
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.model import Engine, optional_fields
@@ -102,6 +102,9 @@ def _added(name: str, found: Any, where: str, folder: Path) -> tuple[Any, ...]:
     made = []
     for number, table in enumerate(found, start=1):
         own = f"{where}[{number}]"
+        for key in NEEDED[name]:
+            if key not in table:
+                raise InputError(f"{own}: key '{key}' is missing; add it as in {ADDED_LIKE}")
         texts = {key: check_text(name, key, table[key], own) for key in TEXTS_OF[name] if key in table}
         rest = {key: value for key, value in table.items() if key not in texts}
         if name != "connection":

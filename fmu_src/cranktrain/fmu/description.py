@@ -47,6 +47,7 @@ REGISTERS: dict[str, Callable[[], dict[str, str]]] = {
 """Registers that interface.toml names: the names of their rows and what they are."""
 
 TYPES = ("Real", "String")
+_NAMED = re.compile(r"\[[^\]]*[^\d,\]]")
 _FAMILY = re.compile(r"\[1\.\.(\w+)\]")
 _BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
@@ -224,6 +225,11 @@ def expand(
     return tuple(replace(v, reference=references[v.name]) for v in listed)
 
 
+def naming(variables: Sequence[Variable]) -> str:
+    """FMI's convention that the names follow: added connections have names where structured ones have numbers."""
+    return "flat" if any(_NAMED.search(variable.name) for variable in variables) else "structured"
+
+
 def plain(variable: Variable) -> dict[str, Any]:
     """What a slave needs to know of a variable, JSON-able."""
     keep = ("name", "causality", "type", "start", "min", "max", "choices", "setting", "reference", "description")
@@ -239,6 +245,7 @@ def complete(root: Element, interface: Interface, variables: Sequence[Variable],
     """
     root.set("guid", guid)
     root.set("description", interface.description)
+    root.set("variableNamingConvention", naming(variables))
     root.attrib.pop("generationDateAndTime", None)  # equal models give equal bytes
     for tag in ("DefaultExperiment", "UnitDefinitions", "ModelStructure"):
         for element in root.findall(tag):

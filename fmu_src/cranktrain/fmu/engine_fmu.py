@@ -73,13 +73,20 @@ def engine_interface(engine: Engine) -> Interface:
     """The full interface with what the bodies and connections show that an engine's file adds."""
     interface = full_interface()
     more = tuple(
-        Variable(name, "output", f"{name.rpartition('.')[0]}: {name.rpartition('.')[2]}", unit=output_unit(name) or "1")
+        Variable(
+            name, "output", f"{name.rpartition('.')[0]}: {name.rpartition('.')[2]}", unit=_fmi_unit(output_unit(name))
+        )
         for name in added_outputs(engine)
     )
     for table in engine.body:
         if table.file:
             raise InputError(f"body '{table.name}' lies in a file of its own, which no FMU carries; give its mass")
     return replace(interface, variables=interface.variables + more)
+
+
+def _fmi_unit(unit: str) -> str:
+    """A unit as units.toml names it: N.m of N m, m3/s of m^3/s."""
+    return unit.replace(" ", ".").replace("^", "") or "1"
 
 
 def model_description(engine: Engine) -> bytes:

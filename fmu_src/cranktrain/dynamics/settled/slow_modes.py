@@ -73,8 +73,9 @@ class DriveLine:
         self._turn = np.zeros(model.omega2.size)
         self._turn[:t] = model.euler_load - model.lag
         for row in model.bodies.rows:
-            own, first = slice(int(row[at.OWN_MODE]), int(row[at.OWN_MODE] + row[at.MODES])), int(row[at.MODE])
-            self._turn[first : first + own.stop - own.start] = row[at.RATE] * model.bodies.euler_load[own]
+            own, size, first = int(row[at.OWN_MODE]), int(row[at.MODES]), int(row[at.MODE])
+            follows = row[at.TIED] * row[at.RATE] * model.bodies.euler_load[own : own + size]
+            self._turn[first : first + size] = follows
         self._weight = self._turn.copy()
         first = int(model.layout[PIN_ROTATIONS])
         for c, (rod, pin) in enumerate(zip(model.cylinders, model.pins, strict=True)):

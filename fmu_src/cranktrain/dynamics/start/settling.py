@@ -223,7 +223,7 @@ def added_in_motion(model, work, state, rotation, rate):
         add_product(model.bodies.gyroscopic[o : o + modes], q, modes, modes, turned)
         q[ROTATION] = turn
         for i in range(modes):
-            follows = row[added.RATE] * model.bodies.euler_load[o + i]
+            follows = row[added.TIED] * row[added.RATE] * model.bodies.euler_load[o + i]
             v[i] += rate * follows - row[added.RATE] * work.frames[0, OMEGA] * turned[i]
             q[i] += rotation * follows
 

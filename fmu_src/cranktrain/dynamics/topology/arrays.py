@@ -18,7 +18,7 @@ from cranktrain.core.kernel import keep_record, kernel_address, record
 from cranktrain.core.memory import zeros
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, skew
 from cranktrain.dynamics.topology import slots as at
-from cranktrain.dynamics.topology.laws import Piece, pieces_of
+from cranktrain.dynamics.topology.laws import Piece, connection_law, pieces_of
 from cranktrain.dynamics.topology.terms import PORTS, Term, terms_of
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, Body, Connection, End, Frame, Topology
 from cranktrain.film.laws.films import NUMBERS, SIZE, IntArray
@@ -203,7 +203,7 @@ def _bodies(
         z((n, v)), z((n, PORTS)), np.ones(1),
     )  # fmt: skip
     port_of: dict[tuple[str, str], int] = {}
-    mode, port = 0, 0
+    mode, port, tied = 0, 0, _tied(topology)
     for body, row, ports in zip(topology.bodies, arrays.rows, counts, strict=True):
         reduced, frame = body.reduced, topology.frame(body.frame)
         size = reduced.n_modes
@@ -213,6 +213,7 @@ def _bodies(
             reduced.mass,
         )  # fmt: skip
         row[at.CARRIED] = not _grounded(topology, body)
+        row[at.TIED] = body.name in tied
         arrays.gyroscopic[span, :size] = reduced.gyroscopic.T
         arrays.spin[span, :size] = (reduced.stress_stiffness - reduced.centrifugal).T
         arrays.centrifugal_load[span] = reduced.centrifugal_load
@@ -230,6 +231,19 @@ def _bodies(
         arrays.fastest[0] = max(arrays.fastest[0], frame.rate)
         mode, port = mode + size, port + ports
     return arrays, port_of
+
+
+def _tied(topology: Topology) -> set[str]:
+    """Bodies that laws make turn as the crank does, directly or through others."""
+    found = {CRANK}
+    pairs = [
+        {end.body for end in connection.ends}
+        for connection in topology.connections
+        if connection_law(connection.law, connection.name).turns
+    ]
+    for _ in pairs:
+        found |= {name for pair in pairs if pair & found for name in pair}
+    return found
 
 
 def _grounded(topology: Topology, body: Body) -> bool:

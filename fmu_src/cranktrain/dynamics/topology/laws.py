@@ -73,6 +73,7 @@ class ConnectionLaw:
     data : class of what a file states
     pieces : ``pieces(data, first, second) -> list[Piece]`` between ends in two frames
     kernel : its own, None where the register of films has it
+    turns : whether one end turns the other
     """
 
     name: str
@@ -80,6 +81,7 @@ class ConnectionLaw:
     data: type
     pieces: Callable[[Any, Frame, Frame], list[Piece]] = field(repr=False)
     kernel: Any = None
+    turns: bool = False
 
 
 CONNECTION_LAWS: dict[str, ConnectionLaw] = {}
@@ -217,8 +219,10 @@ def _film(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
 
 
 for _row in (
-    ConnectionLaw("gear_mesh", "teeth of two gears, with backlash", GearMesh, _mesh, mesh_law),
-    ConnectionLaw("coupling", "spring, damper and friction about the axis", Coupling, _coupling, coupling_law),
+    ConnectionLaw("gear_mesh", "teeth of two gears, with backlash", GearMesh, _mesh, mesh_law, turns=True),
+    ConnectionLaw(
+        "coupling", "spring, damper and friction about the axis", Coupling, _coupling, coupling_law, turns=True
+    ),
     ConnectionLaw("spring", "springs and dampers along and about three axes", Spring, _spring, spring_law),
     ConnectionLaw("load", "force and torque, steady or harmonic", Load, _load, load_law),
     ConnectionLaw("film", "plain bearing, whose journal is the first end", Film, _film),

@@ -37,9 +37,9 @@ class TopologyModes(NamedTuple):
 
 
 @kernel
-def law_at(law, record, index, still, numbers, out):
-    """Let the law at an address answer a connection at rest, its forces and tangents into ``out``; its status."""
-    return call_kernel(law, (record, FORCE, index, still, still, numbers, out, out))
+def law_at(law, record, index, place, velocity, numbers, out):
+    """Let the law at an address answer a motion of its components, forces and tangents into ``out``; its status."""
+    return call_kernel(law, (record, FORCE, index, place, velocity, numbers, out, out))
 
 
 def topology_modes(topology: Topology) -> TopologyModes:
@@ -62,7 +62,7 @@ def topology_modes(topology: Topology) -> TopologyModes:
     for k, row in enumerate(links.rows):
         rows = measured[int(row[at.FIRST]) : int(row[at.FIRST] + row[at.SIZE])]
         out, (law, record, index) = np.zeros(SIZE), links.entry[k].tolist()
-        law_at(law, record, index, np.zeros(4), np.zeros(NUMBERS), out)
+        law_at(law, record, index, np.zeros(4), np.zeros(4), np.zeros(NUMBERS), out)
         tangent = out[BY_PLACE : BY_PLACE + 16].reshape(4, 4)[: len(rows), : len(rows)]
         stiffness -= rows.T @ tangent @ rows
     squares, found = np.linalg.eigh(0.5 * (stiffness + stiffness.T))

@@ -1,0 +1,394 @@
+"""Bodies, frames and connections beside an engine's own: limits, symmetries and balances."""
+
+import json
+import math
+import re
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.bodies import rigid_crank
+
+import cranktrain as ct
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import attach, check, rigid_body
+from cranktrain.dynamics.simulation import Simulation, simulate
+from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology.laws import CONNECTION_LAWS, pieces_of
+from cranktrain.dynamics.topology.modes import law_at
+from cranktrain.dynamics.topology.terms import Direction, terms_of
+from cranktrain.dynamics.topology.values import REST
+from cranktrain.engine.connections import DATA
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import engine_from_dict, engine_to_dict
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, NUMBERS, SIZE
+
+FOUR = Path(__file__).parents[2] / "examples" / "four_with_balancers.toml"
+SPEED = 2000.0 * math.pi / 30.0
+HELD = {"stiffness": (1e9, 1e9, 1e8), "damping": (1e4, 1e4, 1e3), "turning_stiffness": (1e6, 1e6, 0.0)}
+
+
+def disc(name, frame, inertia=0.05, mass=5.0, unbalance=0.0):
+    body = rigid_body(
+        name, mass, np.diag([0.6 * inertia, 0.6 * inertia, inertia]), (unbalance, 0.0, 0.0), {"gear": (0.0, 0.0, 0.0)}
+    )
+    return ct.Body(name, body, frame)
+
+
+def held(name, **changed):
+    return ct.Connection(f"hold_{name}", "spring", (ct.End(name, "gear"), ct.End("ground")), HELD | changed)
+
+
+def test_rigid_body_is_what_attaching_gives():
+    inertia = np.array([[0.1, 0.01, 0.02], [0.01, 0.12, -0.01], [0.02, -0.01, 0.05]])
+    own = rigid_body("own", 5.0, inertia, (0.01, -0.02, 0.2), {"a": (0.0, 0.0, 0.0), "b": (0.0, 0.1, 0.4)})
+    check(own)
+    small = rigid_body("own", 1e-10, 1e-12 * np.eye(3), (0.0, 0.0, 0.0), {"a": (0.0, 0.0, 0.0), "b": (0.0, 0.1, 0.4)})
+    other = attach(small, "a", 5.0, inertia, (0.01, -0.02, 0.2))
+    for name in ("gyroscopic", "centrifugal", "stress_stiffness", "shapes", "euler_load", "translation"):
+        np.testing.assert_allclose(getattr(own, name), getattr(other, name), atol=2e-7)
+
+
+def axes(frame, angle):
+    """Axes of a frame (3, 3), columns in the engine's, at a crank angle."""
+    turned = frame.rate * angle + frame.angle
+    cos, sin = math.cos(turned), math.sin(turned)
+    own = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return np.diag([1.0, frame.sense, frame.sense]) @ own
+
+
+@pytest.mark.parametrize("ratios", [(1.0, -2.0), (0.0, 2.0), (-1.5, -1.5), (3.0, 0.0)])
+def test_terms_project_motion_of_a_point_at_any_crank_angle(ratios):
+    """A direction fixed in one frame, motion of a point beside an interface given in another: as vectors say."""
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        given, own = (ct.Frame("f", ratio, rng.uniform(-3, 3), (0.1, 0.2)) for ratio in ratios)
+        along, about, offset, move, turn = rng.normal(size=(5, 3))
+        angle = rng.uniform(-10.0, 10.0)
+        terms = terms_of(ct.End("b", "i", tuple(offset)), own, Direction(given, along, about, -1.0))
+        motion = np.concatenate((move, turn))
+        found = sum(t.amplitude * math.cos(t.factor * angle + t.phase) * motion[t.component] for t in terms)
+        of_given, of_own = axes(given, angle), axes(own, angle)
+        point = of_own @ (move + np.cross(turn, offset))
+        exact = -((of_given @ along) @ point + (of_given @ about) @ (of_own @ turn))
+        assert abs(found - exact) < 1e-12
+
+
+def test_frames_turn_places_and_directions():
+    frame = ct.Frame("f", -2.0, 0.3, (0.1, -0.2))
+    place = np.array([0.3, 0.4, 0.5])
+    np.testing.assert_allclose(axes(frame, 0.0) @ frame.local(place) + [0.1, -0.2, 0.0], place, atol=1e-15)
+    assert np.linalg.det(axes(frame, 0.7)) == pytest.approx(1.0)
+
+
+CASES = {
+    "gear_mesh": {"stiffness": 2e8, "damping": 3e3, "backlash": 4e-5, "helix_angle": 0.3, "teeth": 20,
+                  "variation": 0.2},
+    "coupling": {"stiffness": 1e4, "damping": 3.0, "twists": (-0.1, 0.0, 0.2), "torques": (-900.0, 0.0, 700.0),
+                 "friction": 40.0, "slip_speed": 0.5},
+    "spring": {"stiffness": (1e6, 2e6, 3e6), "damping": (1.0, 2.0, 3.0), "turning_stiffness": (1.0, 2.0, 3.0)},
+    "load": {"force": (1.0, 2.0, 3.0), "torque": (4.0, 5.0, 6.0), "order": 2.0, "phase": 0.3},
+}  # fmt: skip
+
+
+def frames_for(law):
+    same = law == "coupling"
+    return ct.Frame("a", 1.0, axis=(0.0, 0.0)), ct.Frame("b", 1.0 if same else -2.0, axis=(0.12, 0.05))
+
+
+def law_parts(law, data):
+    """Addresses of a connection's pieces as a model holds them, and the arrays that keep them alive."""
+    first, second = frames_for(law)
+    top = ct.Topology((first, second), (disc("a", "a"), disc("b", "b")),
+                      (ct.Connection("c", law, (ct.End("a", "gear"), ct.End("b", "gear")), data),))  # fmt: skip
+    from cranktrain.dynamics.topology.arrays import Base, added
+
+    return added(top, Base(None, None, 0, 0, 0, 0)).connections
+
+
+@pytest.mark.parametrize("law", CASES)
+def test_tangents_are_derivatives(law):
+    links, rng = law_parts(law, CASES[law]), np.random.default_rng(5)
+    scale = 1e-2 if law == "coupling" else 3e-5
+    for (address, record, index), row in zip(links.entry.tolist(), links.rows, strict=True):
+        for _ in range(12):
+            place, velocity = rng.normal(size=4) * scale, rng.normal(size=4)
+            numbers, out = rng.normal(size=NUMBERS), np.zeros(SIZE)
+
+            def force(x, v, numbers=numbers, address=address, record=record, index=index):
+                found = np.zeros(SIZE)
+                assert law_at(address, record, index, x, v, numbers, found) == 0
+                return found[:4].copy()
+
+            law_at(address, record, index, place, velocity, numbers, out)
+            for k in range(int(row[at.SIZE])):
+                step = np.zeros(4)
+                step[k] = 1e-4 * scale
+                by_place = (force(place + step, velocity) - force(place - step, velocity)) / (2e-4 * scale)
+                step[k] = 1e-4
+                by_velocity = (force(place, velocity + step) - force(place, velocity - step)) / 2e-4
+                for own, exact in ((BY_PLACE, by_place), (BY_VELOCITY, by_velocity)):
+                    found = out[own : own + 16].reshape(4, 4)[:, k]
+                    np.testing.assert_allclose(found, exact, atol=2e-4 * max(1.0, np.abs(exact).max()))
+
+
+def test_gears_with_backlash_are_free_within_it():
+    links = law_parts("gear_mesh", {"stiffness": 2e8, "damping": 1e3, "backlash": 1e-4})
+    address, record, index = links.entry[0].tolist()
+    out = np.zeros(SIZE)
+
+    def force(t):
+        law_at(address, record, index, np.array([t, 0.0, 0.0, 0.0]), np.zeros(4), np.zeros(NUMBERS), out)
+        return out[0]
+
+    assert abs(force(0.0)) < 1.0  # N: what the rounded corner leaves
+    assert force(6e-5) == pytest.approx(-2e8 * math.cos(math.radians(20.0)) ** 2 * 1e-5, rel=1e-3)
+    assert force(-6e-5) == pytest.approx(-force(6e-5), rel=1e-12)
+
+
+def test_two_geared_discs_have_the_closed_forms_mode():
+    """ω² = k cos²α (r₁²/J₁ + r₂²/J₂), Ker Wilson's two masses through a gear, however they are held across."""
+    first, second, k, r = 0.5, 0.2, 3e8, (0.1, 0.05)
+    frames = ct.Frame("a", 1.0), ct.Frame("b", -2.0, axis=(0.0, sum(r)))
+    stiff = {"stiffness": (1e15, 1e15, 1e9), "damping": (0.0, 0.0, 0.0)}
+    mesh = ct.Connection("mesh", "gear_mesh", (ct.End("a", "gear"), ct.End("b", "gear")),
+                         {"stiffness": k, "damping": 0.0})  # fmt: skip
+    bodies = disc("a", "a", first), disc("b", "b", second)
+    modes = ct.topology_modes(ct.Topology(frames, bodies, (mesh, held("a", **stiff), held("b", **stiff))))
+    along = k * math.cos(math.radians(20.0)) ** 2
+    exact = math.sqrt(along * (r[0] ** 2 / first + r[1] ** 2 / second)) / (2.0 * math.pi)
+    near = np.abs(modes.frequencies_hz - exact).argmin()
+    assert modes.frequencies_hz[near] == pytest.approx(exact, rel=1e-6)
+    assert modes.frequencies_hz[0] < 1e-2  # both turn together
+    together = modes.rotations["b"][0] / modes.rotations["a"][0]
+    assert together == pytest.approx(2.0, rel=1e-9)  # each in its own sense, as the frames turn
+
+
+def test_a_coupling_is_the_spring_of_two_masses():
+    frames = ct.Frame("a", 1.0), ct.Frame("b", 1.0, axis=(0.3, 0.0))
+    link = ct.Connection("c", "coupling", (ct.End("a", "gear"), ct.End("b", "gear")), {"stiffness": 2e4})
+    top = ct.Topology(frames, (disc("a", "a", 0.05), disc("b", "b", 0.02)), (link, held("a"), held("b")))
+    found = ct.topology_modes(top).frequencies_hz
+    exact = math.sqrt(2e4 * (1 / 0.05 + 1 / 0.02)) / (2.0 * math.pi)
+    assert np.abs(found / exact - 1.0).min() < 1e-9
+
+
+# Runs of a rigid crank ------------------------------------------------------------------------------------------------
+
+
+@cache
+def six():
+    engine = replace(load_engine("diesel_i6"), axial_path=None)
+    return engine, rigid_crank(engine)
+
+
+def series(topology=None, engine=None, body=None, steps=144, **settings):
+    """Outputs by name over the first steps of a run, 288 a cycle."""
+    own, crank = six()
+    chosen = ct.Settings(crank="rigid", block="ground", **settings)
+    run = Simulation(engine or own, body or crank, chosen, None, simulation_parts(topology))
+    run.inputs[0] = SPEED
+    run.initialize()
+    rows = np.zeros((steps, run.outputs.size))
+    assert run.series(4.0 * math.pi / SPEED / 288, 1, rows) == steps
+    return dict(zip(run.output_names, rows.T, strict=True)), run
+
+
+def simulation_parts(topology):
+    from cranktrain.dynamics.model.arrays import Parts
+
+    return Parts(topology=topology)
+
+
+def test_a_disc_on_a_stiff_coupling_is_part_of_the_flywheel():
+    _, body = six()
+    z = float(body.positions[body.index("flywheel"), 2])
+    extra, places = 0.4, {"hub": (0.0, 0.0, z)}
+    mass = rigid_body("disc", 0.5, np.diag([0.25, 0.25, extra]), (0.0, 0.0, z), places)
+    link = ct.Connection("hub", "coupling", (ct.End("disc", "hub"), ct.End("crank", "flywheel")), {"stiffness": 1e9})
+    guide = ct.Connection("guide", "spring", (ct.End("disc", "hub"), ct.End("ground")),
+                          HELD | {"damping": (1e3, 1e3, 1e3)})  # fmt: skip
+    top = ct.Topology((), (ct.Body("disc", mass, "crank"),), (link, guide))
+    coupled, _ = series(top)
+    heavier = attach(body, "flywheel", 1e-6, np.diag([0.2, 0.2, extra]), (0.0, 0.0, 0.0))
+    fixed, _ = series(body=heavier)
+    alone, _ = series()
+    for name in ("pulley.torsion", "shaft.torque"):
+        size = np.ptp(fixed[name])
+        # The coupling winds up within the first degrees.
+        assert np.abs(coupled[name] - fixed[name])[12:].max() < 2e-3 * size
+        assert np.abs(alone[name] - fixed[name]).max() > 2e-2 * size
+
+
+def test_a_body_that_nothing_joins_to_the_crank_leaves_it_alone():
+    top = ct.Topology((ct.Frame("f", -1.0, axis=(0.5, 0.0)),), (disc("far", "f"),), (held("far"),))
+    with_it, _ = series(top, steps=72)
+    alone, _ = series(steps=72)
+    for name in ("pulley.torsion", "bearing[3].force.y", "crank.speed"):
+        np.testing.assert_allclose(with_it[name], alone[name], rtol=0.0, atol=2e-6 * np.abs(alone[name]).max())
+
+
+def test_an_unbalanced_disc_loads_its_bearing_by_its_centrifugal_force():
+    """m e (2Ω)² turns with the frame; springs that are stiff against it carry it, and its weight."""
+    mass, eccentricity = 5.0, 2e-3
+    body = disc("b", "f", mass=mass, unbalance=eccentricity)
+    top = ct.Topology((ct.Frame("f", -2.0, axis=(0.2, 0.0)),), (body,), (held("b", damping=(1e5, 1e5, 1e3)),))
+    found, run = series(top, steps=288, gas_load=0.0)
+    force = np.array([found[f"connection[hold_b].force.{way}"] for way in "xy"])[:, 144:]
+    # The crank's own speed swings a little; the frame is the crank's.
+    speed = 2.0 * found["crank.speed"][144:]
+    size = np.hypot(force[0], force[1] - mass * 9.81)
+    np.testing.assert_allclose(size, mass * eccentricity * speed**2, rtol=1e-2)
+    assert run.work.counters[3] == 0.0  # no step was rejected
+
+
+def test_gear_force_is_what_accelerates_the_driven_disc():
+    """J ω̇ of a disc that a gear drives, against the force at its pitch circle; turned or mirrored, the same."""
+    _, body = six()
+    z = float(body.positions[body.index("flywheel"), 2])
+    inertia, distance = 0.06, 0.24
+    results = []
+    for turn, ratio in ((0.0, -2.0), (1.1, -2.0), (0.0, 2.0)):
+        axis = (distance * math.cos(turn), distance * math.sin(turn))
+        sense = -1.0 if ratio < 0.0 else 1.0
+        wheel = rigid_body("w", 5.0, np.diag([0.04, 0.04, inertia]), (0, 0, sense * z), {"gear": (0, 0, sense * z)})
+        frame = ct.Frame("f", ratio, axis=axis)
+        mesh = ct.Connection("mesh", "gear_mesh", (ct.End("crank", "flywheel"), ct.End("w", "gear")),
+                             {"stiffness": 3e8 if ratio < 0.0 else 3e7, "damping": 2e4})  # fmt: skip
+        hold = ct.Connection("hold", "spring", (ct.End("w", "gear"), ct.End("ground")),
+                             HELD | {"damping": (3e4, 3e4, 1e3), "turning_damping": (1e2, 1e2, 0.0)})  # fmt: skip
+        found, _ = series(ct.Topology((frame,), (ct.Body("w", wheel, "f"),), (mesh, hold)), steps=576)
+        # Radius of the driven gear: outside, a/(1 + 2); the crank inside a ring or round it, a/(2 - 1).
+        radius = distance / 3.0 if ratio < 0.0 else distance
+        force, speed = (found[name][288:] for name in ("connection[mesh].force.tangential", "w.speed"))
+        time = np.arange(speed.size) * 4.0 * math.pi / SPEED / 288
+        # −F acts on the driven gear, where its pitch circle meets the driving one: before or behind its centre.
+        own = force if ratio < 0.0 else -force
+        swept = np.concatenate(([0.0], np.cumsum(0.5 * (own[1:] + own[:-1]) * np.diff(time)))) * radius
+        gained = inertia * (speed - speed[0])
+        assert np.abs(swept - gained).max() < 1e-2 * np.ptp(gained)
+        results.append(np.abs(force))
+    np.testing.assert_allclose(results[1], results[0], atol=2e-2 * results[0].max())
+
+
+def test_a_gear_with_backlash_rattles_and_stays_in_its_play():
+    """Unloaded teeth lose contact and meet again: bounded by the play and what teeth give way by."""
+    _, body = six()
+    z = float(body.positions[body.index("flywheel"), 2])
+    wheel = rigid_body("w", 5.0, np.diag([0.04, 0.04, 0.06]), (0, 0, -z), {"gear": (0, 0, -z)})
+    play = 2e-4
+    mesh = ct.Connection("mesh", "gear_mesh", (ct.End("crank", "flywheel"), ct.End("w", "gear")),
+                         {"stiffness": 3e8, "damping": 1e4, "backlash": play})  # fmt: skip
+    hold = ct.Connection("hold", "spring", (ct.End("w", "gear"), ct.End("ground")),
+                         HELD | {"damping": (3e4, 3e4, 1e3), "turning_damping": (1e2, 1e2, 0.0)})  # fmt: skip
+    top = ct.Topology((ct.Frame("f", -2.0, axis=(0.24, 0.0)),), (ct.Body("w", wheel, "f"),), (mesh, hold))
+    found, _ = series(top, steps=1152)
+    force, gap = (found[f"connection[mesh].{name}"][288:] for name in ("force.tangential", "deflection"))
+    assert force.max() > 100.0 and force.min() < -100.0  # both flanks strike
+    assert (np.abs(force) < 1.0).mean() > 0.2  # and stand free between
+    assert np.abs(gap).max() < 0.5 * play + 1e-4
+
+
+# Files ----------------------------------------------------------------------------------------------------------------
+
+
+def test_register_and_files_know_the_same_laws():
+    assert set(CONNECTION_LAWS) == set(DATA)
+    assert all(CONNECTION_LAWS[name].data is kind for name, kind in DATA.items())
+
+
+def test_an_engine_with_additions_survives_its_dictionary():
+    engine = load_engine(FOUR)
+    assert engine_from_dict(json.loads(json.dumps(engine_to_dict(engine)))) == engine
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('law = "gear_mesh"', 'law = "gear_mess"', "gear_mesh"),
+        ('frame = "forwards"', 'frame = "forward"', "forwards"),
+        ('"balancer[1].gear", "balancer[2].gear"', '"balancer[1].gear", "balancer[3].gear"', "balancer[2]"),
+        ('ends = ["crank.main[3]", "balancer[1].gear"]', 'ends = ["crank.main[3]"]', "two"),
+        ("inertia = { value = [5.5e-3, 5.5e-3, 6e-4]", "inertia = { value = [5.5e-3, 5.5e-3]", "three moments"),
+        ('stiffness = { value = 1.5e8, unit = "N/m"', 'stiffness = { value = 1.5e8, unit = "N"', "N/mm"),
+        ('name = "balancer_gear"', 'nam = "balancer_gear"', "name"),
+        ('interfaces = ["front", "gear", "rear"]', 'interfaces = ["front", "front", "rear"]', "twice"),
+    ],
+)
+def test_slips_in_a_file_are_told_with_the_nearest_valid_thing(tmp_path, old, new, said):
+    text = FOUR.read_text(encoding="utf-8")
+    assert old in text
+    path = tmp_path / "four.toml"
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError, match=re.escape(said)):
+        load_engine(path)
+
+
+@pytest.mark.parametrize(
+    ("connection", "said"),
+    [
+        (ct.Connection("c", "gear_mesh", (ct.End("a", "gear"), ct.End("a", "gear")), CASES["gear_mesh"]), "axes apart"),
+        (ct.Connection("c", "coupling", (ct.End("a", "gear"), ct.End("b", "gear")), {"stiffness": 1e4}), "same ratio"),
+        (ct.Connection("c", "spring", (ct.End("a", "gear"), ct.End("ground")), {}), "stiffness"),
+        (ct.Connection("c", "spring", (ct.End("a", "gear"), ct.End("ground")), {"stiffnes": 1.0}), "stiffnes"),
+        (ct.Connection("c", "spring", (ct.End("a", "hub"), ct.End("ground")), HELD), "gear"),
+    ],
+)  # fmt: skip
+def test_what_a_law_cannot_join_is_told(connection, said):
+    frames = ct.Frame("a", 1.0), ct.Frame("b", -2.0, axis=(0.2, 0.0))
+    top = ct.Topology(frames, (disc("a", "a"), disc("b", "b")), (connection,))
+    with pytest.raises(InputError, match=said):
+        ct.topology_modes(top)
+
+
+def test_pieces_measure_nothing_of_the_crank_angle_at_rest():
+    piece = pieces_of(ct.Connection("c", "spring", (ct.End("a"), ct.End("ground")), HELD), REST, REST)[0]
+    assert all(first.frame is REST and second.sign == -1.0 for first, second in piece.components)
+
+
+# The in-line four with two balancer shafts ----------------------------------------------------------------------------
+
+FAST = 4000.0 * math.pi / 30.0
+
+
+@cache
+def four(balanced=True):
+    engine = load_engine(FOUR)
+    if not balanced:
+        engine = replace(engine, frame=(), body=(), connection=())
+    made = ct.assemble(engine, ct.Settings(crank="beam", bearings="impedance", block="flexible"), inherit=False)
+    return simulate(made.engine, made.body, made.settings, FAST, parts=made.parts)
+
+
+def order_force(run, order):
+    """Amplitude of an order of the vertical force of all mounts, N."""
+    force = sum(run.outputs[f"mount[{k}].force.y"][-run.per_cycle :] for k in range(1, 5))
+    return 2.0 * abs(np.fft.rfft(force)[int(2 * order)]) / run.per_cycle
+
+
+def test_balancers_cancel_the_second_order_at_the_mounts():
+    assert order_force(four(), 2) < 0.03 * order_force(four(balanced=False), 2)
+
+
+def test_balancers_bearings_carry_their_centrifugal_force():
+    """d'Alembert over a cycle: film and gear forces of a shaft against mass times acceleration of its centre."""
+    run = four()
+    n, mass, e = run.per_cycle, 1.6, 2.5046e-3
+    out = {name: values[-n:] for name, values in run.outputs.items()}
+    # Shaft 2 turns forwards; its axes lie at 2θ, its unbalance along −y of them. It is driven by shaft 1 alone.
+    angle = 2.0 * out["crank.angle"]
+    films = [np.array([out[f"connection[{end}_2].force.{way}"] for way in "xy"]) for end in ("front", "rear")]
+    cos, sin = np.cos(angle), np.sin(angle)
+    fx, fy = sum(films)
+    force = np.array([cos * fx - sin * fy, sin * fx + cos * fy])
+    # The second gear feels the opposite of the first one's; from shaft 1 towards shaft 2 is +x, along is +y.
+    force -= np.array(
+        [out["connection[balancer_gear].force.radial"], out["connection[balancer_gear].force.tangential"]]
+    )
+    closed = mass * e * (2.0 * out["crank.speed"]) ** 2 * np.array([-sin, cos])
+    weight = np.array([0.0, -mass * 9.81])[:, None]
+    # The block shakes the shaft besides, but hardly at the second order, which the shafts cancel.
+    found, exact = (np.fft.rfft(values, axis=1)[:, 4] for values in (force + weight, closed))
+    assert np.abs(found - exact).max() < 1e-2 * np.abs(exact).max()
