@@ -106,7 +106,7 @@ def plot_shapes(ax: Any, rows: list[dict[str, Any]]) -> None:
     ax.set_ylim(bottom=0.0)
     ax.set_xlabel("bore shapes / 1")
     ax.set_ylabel("processor time per film with tangents / µs")
-    ax.set_title("Elastic film of 48×7 nodes over its local bore shapes", fontsize=10, loc="left")
+    ax.set_title("Elastic film of 48×8 nodes over its local bore shapes", fontsize=10, loc="left")
 
 
 def plot_levels(ax: Any, levels: dict[str, Any]) -> None:

@@ -36,7 +36,10 @@ def build(folder: str) -> tuple[Path, dict[str, float], float]:
     if process.returncode:
         raise RuntimeError(f"build_fmu.py ended with {process.returncode}: {line.strip()}")
     whole = time.perf_counter() - begin
-    named = {("archive" if name.startswith("Cranktrain") else name): s for name, s in seconds.items()}
+    named: dict[str, float] = {}
+    for stage, spent in seconds.items():
+        name = "archive" if "Cranktrain" in stage else stage
+        named[name] = named.get(name, 0.0) + spent
     return Path(line.strip()), named, whole
 
 

@@ -258,12 +258,12 @@ def test_the_scatters_numbers_are_normal():
 
 def test_a_restored_state_goes_on_to_the_bit():
     simulation = running(single(scatter_fuel=0.02, scatter_timing=0.01, scatter_burn=0.05))
-    turn(simulation, 300)
-    kept = simulation.state
-    first = turn(simulation, 1000)
-    simulation.state = kept
-    again = turn(simulation, 1000)
-    assert np.array_equal(first, again)
+    for _ in range(12):  # a temperature that Newton's method sets out from may lead to the same bits by chance
+        turn(simulation, 60)
+        kept = simulation.state
+        first = turn(simulation, 400)
+        simulation.state = kept
+        assert np.array_equal(first, turn(simulation, 400))
 
 
 def test_received_angles_are_turned_on_by_the_speed():
