@@ -37,6 +37,16 @@ def test_all_examples_are_here():
     assert {path.stem for path in EXAMPLES.glob("*.py")} <= tested
 
 
+def test_balancers(tmp_path, monkeypatch, capsys):
+    """The shafts cancel the second order: less than 3 % of it is left."""
+    module = example("balancers")
+    monkeypatch.setattr(sys, "argv", ["balancers.py", str(tmp_path / "balancers.png")])
+    assert module.main() == 0
+    left, whole = (float(text) for text in re.findall(r"([\d.]+) N of order 2", capsys.readouterr().out))
+    assert left < 0.03 * whole
+    assert (tmp_path / "balancers.png").stat().st_size > 10_000
+
+
 def test_pressed_collar(tmp_path):
     """On a beam: the collar moves less than the crank where a force presses it, and about as much where it floats."""
     found = example("pressed_collar").main(str(tmp_path / "collar.png"), "beam", (1300.0, 1600.0, 50.0))

@@ -107,6 +107,14 @@ class Engine:
             )
         return self.drive_line
 
+    def refuse_additions(self, what: str) -> None:
+        """Refuse, for ``what`` does not know them, bodies and connections that the file adds; ``InputError``."""
+        if self.body or self.connection:
+            raise InputError(
+                f"engine '{self.name}' has added bodies and connections, of which {what} know nothing; "
+                "leave [[body]] and [[connection]] out"
+            )
+
     @property
     def rod_offsets(self) -> tuple[float, ...]:
         """Place of each rod's middle along z from its pin's middle, m, by cylinder."""

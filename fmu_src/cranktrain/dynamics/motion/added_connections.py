@@ -33,6 +33,11 @@ from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, COS, FORCE,
 @kernel
 def turn_terms(model, work, angle, speed):
     """Coefficients of all terms and their rates at an angle (rad) and speed (rad/s) of the crank's frame."""
+    kept = work.added.sizes
+    if kept[at.TERMS_ANGLE] == angle and kept[at.TERMS_SPEED] == speed:
+        return
+    kept[at.TERMS_ANGLE] = angle
+    kept[at.TERMS_SPEED] = speed
     terms = model.links.terms
     found = work.added.coefficients
     for t in range(terms.shape[0]):

@@ -87,7 +87,7 @@ class AddedWork(NamedTuple):
     blocks: Array  # (K, 16)
     factored: Array  # (K, 16)
     newton: Array  # (1, n) step of all components, to a multiple of four
-    sizes: Array  # (SIZES,)
+    sizes: Array  # (SIZES,), the angle no number at first
 
 
 class Added(NamedTuple):
@@ -347,5 +347,5 @@ def added_work(bodies: AddedBodies, connections: AddedConnections, ports: int, n
     z = zeros
     return AddedWork(
         z((w, w)), z((slots, n, w)), z((slots, m, w)), z((slots, m, v)), z((t, 2)), z((at.GAPS, c)), z(ports),
-        z((len(bodies.rows), 2)), z((k, 16)), z((k, 16)), z((1, -4 * (-newton // 4))), z(at.SIZES),
+        z((len(bodies.rows), 2)), z((k, 16)), z((k, 16)), z((1, -4 * (-newton // 4))), np.full(at.SIZES, np.nan),
     )  # fmt: skip

@@ -26,7 +26,7 @@ from cranktrain.film.laws.bearings import Bearings, bearing_parameters
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.register import PLAIN, bearing_law
 
-LENGTH, ANGLE = 1.0e-5, 1.0e-4
+LENGTH, ANGLE = 5.0e-5, 1.0e-3
 """Motion (m, rad) that counts as much as a clearance in a connection without one."""
 SAME = 1.0e-9
 """Ratios or places (m) that differ by less are the same."""

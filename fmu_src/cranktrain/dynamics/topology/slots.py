@@ -26,8 +26,9 @@ FORCE_KIND, PLACE_KIND, VELOCITY_KIND, OUT_KIND, BODY_SPEED, BODY_TURN, BODY_PLA
 # ``AddedConnections.hooks``: kernels that a stage calls at their addresses where anything is added.
 AT_FACTOR, AT_LOAD, AT_COMPLIANCE, AT_MOVE, AT_STEPS, AT_NEWTON, AT_SOLVE, AT_STEP_SIZE, AT_FOLLOW = range(9)
 AT_RECOVER, AT_TO_PORTS, AT_ANSWER, AT_FORCES, HOOKS = range(9, 14)
-# ``AddedWork.sizes``: size of a Newton step of added components, and of those among them that are limited.
-ANY, LIMITED, SIZES = range(3)
+# ``AddedWork.sizes``: size of a Newton step of added components, and of those among them that are limited; angle (rad)
+# and speed (rad/s) at which the terms' coefficients are.
+ANY, LIMITED, TERMS_ANGLE, TERMS_SPEED, SIZES = range(5)
 # Rows of ``AddedWork.gaps``: motion of each component, its rate, force, step of an iteration, what that changes of the
 # force.
 D, DD, F, STEP, F_CHANGE, GAPS = range(6)

@@ -98,6 +98,7 @@ def recorded_cycle(
     InputError, SolverError
         as of :func:`cranktrain.dynamics.simulation.simulate`
     """
+    engine.refuse_additions("cut loads, stress and fatigue")
     simulation.initialize()
     found = run_cycles(simulation, None, settle, progress, say)
     step = communication_step(float(simulation.inputs[0]), simulation.settings.step)

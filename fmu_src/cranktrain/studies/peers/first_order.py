@@ -190,6 +190,7 @@ def refuse_other_models(simulation: Simulation) -> None:
     """Raise ``InputError`` where the simulation holds more than these equations know."""
     chosen = simulation.settings
     simulation.engine.connecting_shaft  # noqa: B018  raises where there is none
+    simulation.engine.refuse_additions("the equations for other solvers")
     for value, known in (
         (chosen.block, "ground"), (chosen.big_ends, "rigid"), (chosen.pistons, "rigid"), (chosen.damper, "none"),
         (chosen.boundary, "speed"),

@@ -123,6 +123,7 @@ class PeriodicCrank:
         thrust, shaft = body.shapes[body.index("thrust"), 2], body.shapes[body.index("flywheel"), 5]
         self._flywheel: Array = shaft
         springs = closed_stiffness(engine.thrust) * np.outer(thrust, thrust)
+        engine.refuse_additions("steady states in the frequency domain")
         line = engine.connecting_shaft
         springs += line.stiffness * np.outer(shaft, shaft)
         dampers = engine.thrust.damping * np.outer(thrust, thrust) + line.damping * np.outer(shaft, shaft)
