@@ -24,6 +24,7 @@ from cranktrain.engine.connections import DATA
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import engine_from_dict, engine_to_dict
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, NUMBERS, SIZE
+from cranktrain.results.summary import run_summary
 
 FOUR = Path(__file__).parents[2] / "examples" / "four_with_balancers.toml"
 SPEED = 2000.0 * math.pi / 30.0
@@ -395,3 +396,37 @@ def test_balancers_bearings_carry_their_centrifugal_force():
     # The block shakes the shaft besides, but hardly at the second order, which the shafts cancel.
     found, exact = (np.fft.rfft(values, axis=1)[:, 4] for values in (force + weight, closed))
     assert np.abs(found - exact).max() < 1e-2 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize(("block", "left"), [("ground", 1e-5), ("flexible", 5e-5)])
+def test_energy_of_gears_films_and_unbalanced_shafts_closes(block, left):
+    """Over a cycle that repeats; in a block that shakes, moments of second order about it are left out."""
+    engine = load_engine(FOUR)
+    settings = ct.Settings(crank="beam", bearings="impedance", block=block, step=math.radians(1.25))
+    made = ct.assemble(engine, settings, inherit=False)
+    run = simulate(made.engine, made.body, made.settings, FAST, parts=made.parts, settle=1e-6)
+    energy = run_summary(run, "")["energy"]
+    assert abs(energy["residual_of_gas_work"]) < left
+    assert energy["losses_j"]["connections"] > 100.0 * left * energy["gas_work_j"]
+
+
+def test_friction_of_a_dual_mass_flywheel_is_its_hysteresis():
+    """Torque over twist goes round a loop; its area is the friction's work, 4 T_f of the swing where it slips."""
+    _, body = six()
+    z = float(body.positions[body.index("flywheel"), 2])
+    places = {"hub": (0.0, 0.0, z)}
+    mass = rigid_body("secondary", 5.0, np.diag([0.1, 0.1, 0.15]), (0.0, 0.0, z), places)
+    law = {"stiffness": 8e3, "damping": 1.0, "friction": 15.0, "slip_speed": 0.05}
+    bow = ct.Connection("bow", "coupling", (ct.End("secondary", "hub"), ct.End("crank", "flywheel")), law)
+    guide = ct.Connection("guide", "spring", (ct.End("secondary", "hub"), ct.End("ground")), HELD)
+    top = ct.Topology((), (ct.Body("secondary", mass, "crank"),), (bow, guide))
+    found, _ = series(top, steps=6 * 576, a_cycle=576)
+    torque, twist, rate = (found[f"connection[bow].{name}"][-577:] for name in ("torque", "twist", "twist_rate"))
+    exact = -8e3 * twist - rate - 15.0 * rate / np.hypot(rate, 0.05)
+    np.testing.assert_allclose(torque, exact, atol=1e-9 * np.abs(exact).max())
+    work = -np.sum(0.5 * (torque[1:] + torque[:-1]) * np.diff(twist))
+    friction = 15.0 * np.abs(np.diff(twist)).sum()
+    viscous = np.sum(0.25 * (rate[1:] + rate[:-1]) ** 2) * 4.0 * math.pi / SPEED / 576
+    stored = 4e3 * (twist[-1] ** 2 - twist[0] ** 2)
+    assert work - stored == pytest.approx(friction + viscous, rel=0.03)
+    assert friction > 0.2 * abs(work)

@@ -214,6 +214,7 @@ def _bodies(
         )  # fmt: skip
         row[at.CARRIED] = not _grounded(topology, body)
         row[at.TIED] = body.name in tied
+        row[[at.UNBALANCE_X, at.UNBALANCE_Y]] = reduced.mass * reduced.centre[:2]
         arrays.gyroscopic[span, :size] = reduced.gyroscopic.T
         arrays.spin[span, :size] = (reduced.stress_stiffness - reduced.centrifugal).T
         arrays.centrifugal_load[span] = reduced.centrifugal_load

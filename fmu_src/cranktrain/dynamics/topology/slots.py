@@ -5,8 +5,9 @@ from __future__ import annotations
 # ``AddedBodies.rows``: first mode among all, number of modes, first port among all, number of ports; the same firsts
 # among the added ones alone; the frame's turns per turn of the crank, its angle at crank angle 0 (rad), 1 or −1 where
 # it turns backwards; mass, kg; 1 where it goes along with the block; 1 where it turns
-# as the crank does, by gears or couplings.
-MODE, MODES, PORT, PORTS, OWN_MODE, OWN_PORT, RATE, PHASE, SENSE, MASS, CARRIED, TIED, BODY = range(13)
+# as the crank does, by gears or couplings; mass times place of its centre across the frame's axis, x and y, kg m.
+MODE, MODES, PORT, PORTS, OWN_MODE, OWN_PORT, RATE, PHASE, SENSE, MASS, CARRIED, TIED = range(12)
+UNBALANCE_X, UNBALANCE_Y, BODY = 12, 13, 14
 # ``AddedConnections.rows``: number of components, the first of them; turns per turn of the crank of the axes in which
 # the law is evaluated, and their angle at crank angle 0; first component of the pairs that turn with these axes (−1:
 # none); rotation about z of both ends (port, −1: none), their senses against the axes', and the ends' own turns per
