@@ -25,6 +25,7 @@ from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import engine_from_dict, engine_to_dict
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, NUMBERS, SIZE
 from cranktrain.results.summary import run_summary
+from cranktrain.structure.additions import read_added
 
 FOUR = Path(__file__).parents[2] / "examples" / "four_with_balancers.toml"
 SPEED = 2000.0 * math.pi / 30.0
@@ -174,6 +175,67 @@ def test_a_coupling_is_the_spring_of_two_masses():
     found = ct.topology_modes(top).frequencies_hz
     exact = math.sqrt(2e4 * (1 / 0.05 + 1 / 0.02)) / (2.0 * math.pi)
     assert np.abs(found / exact - 1.0).min() < 1e-9
+
+
+SHAFT = """
+[[frame]]
+name = "backwards"
+ratio = { value = -2, unit = "1", origin = "chosen" }
+angle = { value = 0.4, unit = "rad", origin = "chosen" }
+
+[[body]]
+name = "shaft"
+frame = "backwards"
+stations = { value = [100, 300, 1100], unit = "mm", origin = "chosen" }
+diameters = { value = [30, 30], unit = "mm", origin = "chosen" }
+interfaces = ["front", "rear"]
+z = { value = [100, 1100], unit = "mm", origin = "chosen" }
+"""
+
+
+def shaft_of(tmp_path, text):
+    path = tmp_path / "four.toml"
+    path.write_text(re.split(r"\n\[\[frame\]\]", FOUR.read_text(encoding="utf-8"))[0] + text, encoding="utf-8")
+    return read_added(load_engine(path))["shaft"]
+
+
+def test_a_shaft_of_stations_has_a_beams_frequencies(tmp_path):
+    """Free and uniform: bending by Euler and Bernoulli, a slender shaft; torsion c/2l; the mass of the cylinder."""
+    body = shaft_of(tmp_path, SHAFT)
+    check(body)
+    length, diameter, e, rho = 1.0, 0.03, 210e9, 7850.0
+    bending = 4.730041**2 / (2.0 * math.pi * length**2) * math.sqrt(e / rho) * diameter / 4.0
+    torsion = math.sqrt(e / 2.6 / rho) / (2.0 * length)
+    found = body.frequencies_hz[6:]
+    assert found[0] == pytest.approx(bending, rel=5e-3)
+    assert np.abs(found / torsion - 1.0).min() < 2e-3
+    assert body.mass == pytest.approx(rho * math.pi * diameter**2 / 4.0 * length, rel=1e-12)
+    assert body.centre[2] == pytest.approx(-0.6)  # the frame's z axis is the engine's reversed
+    np.testing.assert_allclose(body.damping, 0.02 * body.omega)
+
+
+def test_a_disc_beside_the_axis_is_the_shafts_unbalance(tmp_path):
+    disc_rows = """discs = ["rear"]
+disc_masses = { value = [2.0], unit = "kg", origin = "chosen" }
+disc_polar = { value = [0.01], unit = "kg m^2", origin = "chosen" }
+disc_diametral = { value = [0.006], unit = "kg m^2", origin = "chosen" }
+disc_x = { value = [1.0], unit = "mm", origin = "chosen" }
+disc_y = { value = [-2.0], unit = "mm", origin = "chosen" }
+"""
+    body = shaft_of(tmp_path, SHAFT + disc_rows)
+    check(body)
+    frame = ct.Frame("f", -2.0, 0.4)
+    np.testing.assert_allclose(body.mass * body.centre[:2], 2.0 * frame.turned(np.array([1e-3, -2e-3, 0.0]))[:2])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [("value = [30, 30]", "value = [30]", "2 pieces"), ("value = [100, 1100]", "value = [100, 1200]", "station"),
+     ("value = [100, 300, 1100]", "value = [300, 100, 1100]", "rising")],
+)  # fmt: skip
+def test_a_shaft_that_cannot_be_is_told(tmp_path, old, new, said):
+    with pytest.raises(InputError, match=said):
+        shaft_of(tmp_path, SHAFT.replace(old, new))
 
 
 # Runs of a rigid crank ------------------------------------------------------------------------------------------------

@@ -18,6 +18,7 @@ Places are those of the engine's axes at crank angle 0. An end is a body and one
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,7 @@ class FrameTable:
 
 @dataclass(frozen=True)
 class BodyTable:
-    """A rigid body by its mass, or a reduced body from a ``file``, in a frame.
+    """A rigid body by its mass, an elastic shaft by its stations, or a reduced body from a ``file``, in a frame.
 
     Attributes
     ----------
@@ -49,6 +50,12 @@ class BodyTable:
     centre : of mass, m
     interfaces, x, y, z : names of its interfaces and their places, m
     file : of a reduced body or superelement, described in axes of its frame; then nothing else is given
+    stations, diameters : of a shaft along its frame's axis: places z of its steps and ends, m, and the diameter of each
+        piece between them, m
+    youngs_modulus, poisson_ratio, density, damping_ratio : of a shaft
+    cutoff_hz : highest natural frequency of a shaft's modes; what stiffer ones give way stays
+    discs, disc_masses, disc_polar, disc_diametral, disc_x, disc_y : interfaces of a shaft that carry a disc, its mass
+        and moments of inertia, and how far its centre of mass lies from the axis
     """
 
     name: str
@@ -61,6 +68,24 @@ class BodyTable:
     y: tuple[q.Offset, ...] = ()
     z: tuple[q.Offset, ...] = ()
     file: str = ""
+    stations: tuple[q.Offset, ...] = ()
+    diameters: tuple[q.Size, ...] = ()
+    youngs_modulus: q.Modulus = 210.0e9
+    poisson_ratio: q.PoissonRatio = 0.3
+    density: q.Density = 7850.0
+    damping_ratio: q.DampingRatio = 0.01
+    cutoff_hz: q.Frequency = 3000.0
+    discs: tuple[str, ...] = ()
+    disc_masses: tuple[q.Mass, ...] = ()
+    disc_polar: tuple[q.Inertia, ...] = ()
+    disc_diametral: tuple[q.Inertia, ...] = ()
+    disc_x: tuple[q.Offset, ...] = ()
+    disc_y: tuple[q.Offset, ...] = ()
+
+    @property
+    def made_of_files_or_elements(self) -> bool:
+        """Whether it takes more than its table to make it."""
+        return bool(self.file or self.stations)
 
 
 @dataclass(frozen=True)
@@ -83,7 +108,11 @@ class ConnectionTable:
         return getattr(self, self.law)
 
 
-TEXTS = {"frame": ("name",), "body": ("name", "frame", "interfaces", "file"), "connection": ("name", "law", "ends")}
+TEXTS = {
+    "frame": ("name",),
+    "body": ("name", "frame", "interfaces", "file", "discs"),
+    "connection": ("name", "law", "ends"),
+}
 """Keys of each table that are plain texts."""
 NEEDED = {"frame": ("name", "ratio"), "body": ("name",), "connection": ("name", "law", "ends")}
 """Keys that each table has."""
@@ -139,6 +168,9 @@ def _check_body(body: BodyTable, frames: list[str]) -> None:
         alone = body.mass == 0.0 and not body.interfaces
         need(where, "file", alone, "the file brings mass and interfaces; leave them out")
         return
+    if body.stations:
+        _check_shaft(body, where)
+        return
     need(where, "mass", body.mass > 0.0, "a rigid body has a mass; give mass, inertia and centre, or a file")
     need(where, "inertia", len(body.inertia) in (3, 6), f"{len(body.inertia)} values; give three moments, or six")
     need(where, "centre", len(body.centre) == 3, f"{len(body.centre)} values; give x, y and z")
@@ -148,6 +180,29 @@ def _check_body(body: BodyTable, frames: list[str]) -> None:
         need(where, key, count == len(body.interfaces), f"{count} values for {len(body.interfaces)} interfaces")
     for name in body.interfaces:
         need(where, "interfaces", body.interfaces.count(name) == 1, f"'{name}' is there twice")
+
+
+def _check_shaft(body: BodyTable, where: str) -> None:
+    rises = all(first < second for first, second in pairwise(body.stations))
+    need(where, "stations", len(body.stations) > 1 and rises, "a shaft has two stations at least, rising along z")
+    pieces = len(body.stations) - 1
+    text = f"{len(body.diameters)} values for {pieces} pieces between stations"
+    need(where, "diameters", len(body.diameters) == pieces, text)
+    need(where, "mass", body.mass == 0.0, "that of a shaft follows from its stations; leave it out, or the stations")
+    need(where, "interfaces", len(body.interfaces) > 0, "it has none; give names, and their places z")
+    need(where, "x", not (body.x or body.y), "interfaces of a shaft lie on its axis; give z alone")
+    text = f"{len(body.z)} values for {len(body.interfaces)} interfaces"
+    need(where, "z", len(body.z) == len(body.interfaces), text)
+    first, last = body.stations[0], body.stations[-1]
+    need(where, "z", all(first <= z <= last for z in body.z), "interfaces lie between the first and the last station")
+    for name in body.discs:
+        need(where, "discs", name in body.interfaces, f"no interface '{name}'; {nearest(name, body.interfaces)}")
+    for key in ("disc_masses", "disc_polar", "disc_diametral"):
+        count = len(getattr(body, key))
+        need(where, key, count == len(body.discs), f"{count} values for {len(body.discs)} discs")
+    for key in ("disc_x", "disc_y"):
+        count = len(getattr(body, key))
+        need(where, key, count in (0, len(body.discs)), f"{count} values for {len(body.discs)} discs")
 
 
 def split_end(end: str) -> tuple[str, str]:

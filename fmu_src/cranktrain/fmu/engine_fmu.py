@@ -79,8 +79,10 @@ def engine_interface(engine: Engine) -> Interface:
         for name in added_outputs(engine)
     )
     for table in engine.body:
-        if table.file:
-            raise InputError(f"body '{table.name}' lies in a file of its own, which no FMU carries; give its mass")
+        if table.made_of_files_or_elements:
+            raise InputError(
+                f"body '{table.name}' is a shaft or a file of its own, which no FMU carries; give its mass"
+            )
     return replace(interface, variables=interface.variables + more)
 
 

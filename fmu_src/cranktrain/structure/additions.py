@@ -1,24 +1,76 @@
-"""Reduced bodies that an engine file takes from files of their own."""
+"""Reduced bodies that an engine file adds and that take more than its table: files of their own, and elastic shafts."""
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict, replace
+from hashlib import sha256
+from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
+
 from cranktrain.core.errors import InputError
-from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.reduced_body import ReducedBody, attach, truncate
+from cranktrain.dynamics.topology.tables import file_frames
+from cranktrain.dynamics.topology.values import Frame, Topology
+from cranktrain.engine.additions import BodyTable
 from cranktrain.engine.model import Engine
+
+FIXED_MODES = 40
+"""Fixed-interface modes of a shaft, before those above its cutoff are left out."""
+SHORTEST = 1.0e-6
+"""Stations nearer than this (m) are one."""
+OF_DIAMETER, OF_LENGTH = 0.5, 0.05
+"""Elements of a shaft are not longer than this share of its diameter, or of its length."""
 
 
 def read_added(engine: Engine) -> dict[str, ReducedBody]:
-    """The bodies of an engine that lie in files, by name; ``InputError`` where one is not there or no body."""
+    """The bodies of an engine that are no rigid ones, by name; ``InputError`` where a file is not there or no body."""
+    bare = Topology(file_frames(engine))
+    return {
+        table.name: _from_file(table) if table.file else shaft_body(table, bare.frame(table.frame))
+        for table in engine.body
+        if table.made_of_files_or_elements
+    }
+
+
+def _from_file(table: BodyTable) -> ReducedBody:
     from cranktrain.structure.fem.own_body import is_body, read_body
 
-    found = {}
-    for table in engine.body:
-        if table.file:
-            if not (Path(table.file).exists() and is_body(table.file)):
-                raise InputError(
-                    f"body '{table.name}': {table.file} is no reduced body; write one by 'cranktrain reduce'"
-                )
-            found[table.name] = read_body(table.file)
-    return found
+    if not (Path(table.file).exists() and is_body(table.file)):
+        raise InputError(f"body '{table.name}': {table.file} is no reduced body; write one by 'cranktrain reduce'")
+    return read_body(table.file)
+
+
+def shaft_body(table: BodyTable, axes: Frame) -> ReducedBody:
+    """Shaft of beams through its stations with its discs, in axes of its frame."""
+    from cranktrain.structure.fem import frame as beams
+
+    frame = beams.Frame(table.youngs_modulus, table.youngs_modulus / (2.0 * (1.0 + table.poisson_ratio)))
+    places = np.unique(np.round([*table.stations, *table.z], 9))
+    places = places[np.append(True, np.diff(places) > SHORTEST)]
+    at: list[float] = []
+    for first, second in pairwise(places):
+        longest = max(OF_DIAMETER * _diameter(table, 0.5 * (first + second)), OF_LENGTH * (places[-1] - places[0]))
+        at += np.linspace(first, second, max(1, int(np.ceil((second - first) / longest))) + 1)[:-1].tolist()
+    at.append(float(places[-1]))
+    nodes = [frame.node((0.0, 0.0, axes.sense * z)) for z in at]
+    for k, (first, second) in enumerate(pairwise(at)):
+        diameter = _diameter(table, 0.5 * (first + second))
+        frame.beam(nodes[k], nodes[k + 1], beams.circular(diameter, table.density, table.poisson_ratio))
+    nearest = [nodes[int(np.argmin(np.abs(np.array(at) - z)))] for z in table.z]
+    held = dict(zip(table.interfaces, nearest, strict=True))
+    digest = sha256(json.dumps([asdict(table), axes.sense], sort_keys=True).encode()).hexdigest()
+    body = frame.reduced(table.name, digest, held, FIXED_MODES)
+    none = (0.0,) * len(table.discs)
+    columns = table.discs, table.disc_masses, table.disc_polar, table.disc_diametral
+    for name, mass, polar, across, x, y in zip(*columns, table.disc_x or none, table.disc_y or none, strict=True):
+        body = attach(body, name, mass, np.diag([across, across, polar]), axes.turned(np.array([x, y, 0.0])))
+    body = truncate(body, table.cutoff_hz, [(name, k) for name in table.interfaces for k in range(6)])
+    return replace(body, damping=2.0 * table.damping_ratio * body.omega)
+
+
+def _diameter(table: BodyTable, z: float) -> float:
+    """Diameter of the shaft at a place along it."""
+    return table.diameters[max(0, int(np.searchsorted(table.stations, z)) - 1)]

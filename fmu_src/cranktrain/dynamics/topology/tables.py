@@ -38,7 +38,7 @@ def added_topology(
 
     ``bodies`` are those that the file takes from files of their own. ``InputError`` for what does not fit together.
     """
-    frames = _frames(engine)
+    frames = file_frames(engine)
     empty, given = Topology(frames), bodies or {}
     own = tuple(
         Body(table.name, given.get(table.name) or _rigid(table, empty.frame(table.frame)), table.frame)
@@ -61,14 +61,15 @@ def added_topology(
     return topology if more is None else topology.plus(more)
 
 
-def _frames(engine: Engine) -> tuple[Frame, ...]:
+def file_frames(engine: Engine) -> tuple[Frame, ...]:
+    """Frames of an engine's file."""
     return tuple(Frame(table.name, table.ratio, table.angle, (table.axis[0], table.axis[1])) for table in engine.frame)
 
 
 def _rigid(table: BodyTable, frame: Frame) -> ReducedBody:
     """Rigid body of a table, in axes of its frame."""
-    if table.file:
-        raise InputError(f"body '{table.name}' is in {table.file}, which is not read here; use cranktrain.assemble")
+    if table.made_of_files_or_elements:
+        raise InputError(f"body '{table.name}' is no rigid one, which takes finite elements or a file; use assemble")
     places = np.array([table.x, table.y, table.z]).T
     turn = np.column_stack([frame.turned(axis) for axis in np.eye(3)])
     return rigid_body(
@@ -88,7 +89,7 @@ def _tensor(moments: tuple[float, ...]) -> Array:
 def added_outputs(engine: Engine, more: Topology | None = None) -> tuple[str, ...]:
     """Names of what added bodies show, then of what added connections do, of file and script, in order."""
     topology = more or Topology()
-    frames = {frame.name: frame for frame in _frames(engine)}
+    frames = {frame.name: frame for frame in file_frames(engine)}
     names = [table.name for table in engine.body] + [body.name for body in topology.bodies]
     found = [f"{name}.{output}" for name in names for output in BODY_OUTPUTS]
     of_body = {CRANK: CRANK, BLOCK: AT_REST, GROUND: AT_REST} | {table.name: table.frame for table in engine.body}
