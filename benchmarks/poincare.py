@@ -56,7 +56,7 @@ def measured(simulation: Simulation, rpm: float) -> tuple[dict[str, Any], Array]
     """Figures at one speed, and the collar's place (cycles,), m, at the end of each cycle."""
     cycles = cycles_at(simulation, rpm * RPM)
     columns = {name: i for i, name in enumerate(simulation.output_names)}
-    judge = output_judge(simulation.engine, columns)
+    judge = output_judge(simulation.counts, columns)
     axial = cycles[:, :, columns["pulley.axial"]].ravel()
     energy = np.abs(np.fft.rfft(axial - axial.mean())) ** 2
     every = next((p for p in range(1, LONGEST + 1) if same(judge, cycles[-1], cycles[-1 - p], TOLERANCE)), 0)
