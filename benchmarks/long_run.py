@@ -19,6 +19,7 @@ import numpy as np
 
 from cranktrain.dynamics.cycle_run import Result, output_judge, run_cycles
 from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.outputs.register import output_counts
 from cranktrain.engine.file import load_engine
 from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.structure.assembly import Assembly, assemble
@@ -45,7 +46,7 @@ def last_cycle(run: Result) -> dict[str, np.ndarray]:
 def differences(made: Assembly, found: Result, long: Result) -> dict[str, float]:
     """By family of outputs, and of the orders of torsion and axial motion."""
     one, other = last_cycle(found), last_cycle(long)
-    judge = output_judge(made.engine, {name: k for k, name in enumerate(other)})
+    judge = output_judge(output_counts(made.engine), {name: k for k, name in enumerate(other)})
     rows = [np.stack([cycle[name] for name in other], axis=1) for cycle in (other, one)]
     told = judge.left(*rows)
     for name in ("pulley.torsion", "pulley.axial"):

@@ -18,6 +18,7 @@ import numpy as np
 
 from cranktrain.dynamics.cycle_run import Result, output_judge
 from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.outputs.register import output_counts
 from cranktrain.dynamics.settled.judging import Judge
 from cranktrain.dynamics.simulation import simulate
 from cranktrain.engine.file import load_engine
@@ -55,7 +56,7 @@ def measured(engine_name: str, block: str, speed_rpm: float) -> dict[str, Any]:
         return row | {"repeats_every_cycles": found.repeats, "cycles": found.cycles, "estimated_left": found.worst[1]}
     row["repeats_every_cycles"] = 1
     exact = cycles_of(truth)[-1]
-    judge = output_judge(made.engine, {name: i for i, name in enumerate(truth.outputs)})
+    judge = output_judge(output_counts(made.engine), {name: i for i, name in enumerate(truth.outputs)})
     errors = [worst(judge, cycle, exact) for cycle in cycles_of(run(PLAIN))]
     for tolerance in TOLERANCES:
         corrected = run(settle=tolerance)
