@@ -26,6 +26,7 @@ from cranktrain.engine.model import engine_from_dict, engine_to_dict
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, NUMBERS, SIZE
 from cranktrain.results.summary import run_summary
 from cranktrain.structure.additions import read_added
+from cranktrain.structure.assembly import checked
 
 FOUR = Path(__file__).parents[2] / "examples" / "four_with_balancers.toml"
 SPEED = 2000.0 * math.pi / 30.0
@@ -152,9 +153,9 @@ def test_gears_with_backlash_are_free_within_it():
 
 def test_two_geared_discs_have_the_closed_forms_mode():
     """ω² = k cos²α (r₁²/J₁ + r₂²/J₂), Ker Wilson's two masses through a gear, however they are held across."""
-    first, second, k, r = 0.5, 0.2, 3e8, (0.1, 0.05)
+    first, second, k, r = 0.5, 0.2, 5e6, (0.1, 0.05)
     frames = ct.Frame("a", 1.0), ct.Frame("b", -2.0, axis=(0.0, sum(r)))
-    stiff = {"stiffness": (1e15, 1e15, 1e9), "damping": (0.0, 0.0, 0.0)}
+    stiff = {"stiffness": (1e13, 1e13, 1e9), "damping": (0.0, 0.0, 0.0)}
     mesh = ct.Connection("mesh", "gear_mesh", (ct.End("a", "gear"), ct.End("b", "gear")),
                          {"stiffness": k, "damping": 0.0})  # fmt: skip
     bodies = disc("a", "a", first), disc("b", "b", second)
@@ -381,6 +382,9 @@ def test_an_engine_with_additions_survives_its_dictionary():
         ('stiffness = { value = 1.5e8, unit = "N/m"', 'stiffness = { value = 1.5e8, unit = "N"', "N/mm"),
         ('name = "balancer_gear"', 'nam = "balancer_gear"', "name"),
         ('interfaces = ["front", "gear", "rear"]', 'interfaces = ["front", "front", "rear"]', "twice"),
+        ('name = "balancer[2]"', 'name = "balancer[1]"', "taken already"),
+        ('name = "balancer[1]"', 'name = "block"', "taken already"),
+        ('"balancer[1].front", "block.bore[2]"', '"balancer[1].frond", "block.bore[2]"', "front"),
     ],
 )
 def test_slips_in_a_file_are_told_with_the_nearest_valid_thing(tmp_path, old, new, said):
@@ -393,12 +397,28 @@ def test_slips_in_a_file_are_told_with_the_nearest_valid_thing(tmp_path, old, ne
 
 
 @pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [("crank.main[3]", "crank.main[7]", "main[5]"), ("block.bore[2]", "block.bohr[2]", "bore[2]"),
+     ("value = [-40, -100], unit", "value = [40, -100], unit", "axes apart")],
+)  # fmt: skip
+def test_connections_are_checked_before_any_work(tmp_path, old, new, said):
+    text = FOUR.read_text(encoding="utf-8")
+    assert old in text
+    path = tmp_path / "four.toml"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError, match=re.escape(said)):
+        checked(load_engine(path), ct.Settings())
+
+
+@pytest.mark.parametrize(
     ("connection", "said"),
     [
         (ct.Connection("c", "gear_mesh", (ct.End("a", "gear"), ct.End("a", "gear")), CASES["gear_mesh"]), "axes apart"),
         (ct.Connection("c", "coupling", (ct.End("a", "gear"), ct.End("b", "gear")), {"stiffness": 1e4}), "same ratio"),
         (ct.Connection("c", "spring", (ct.End("a", "gear"), ct.End("ground")), {}), "stiffness"),
-        (ct.Connection("c", "spring", (ct.End("a", "gear"), ct.End("ground")), {"stiffnes": 1.0}), "stiffnes"),
+        (ct.Connection("c", "spring", (ct.End("a", "gear"), ct.End("ground")), {"stiffnes": 1.0}), "stiffness"),
+        (ct.Connection("c", "gear_mesh", (ct.End("a", "gear"), ct.End("b", "gear")), {"stiffness": 1e8}), "damping"),
+        (ct.Connection("c", "coupling", (ct.End("a", "gear"), ct.End("b", "gear")), {"stiffness": -1.0}), "not within"),
         (ct.Connection("c", "spring", (ct.End("a", "hub"), ct.End("ground")), HELD), "gear"),
     ],
 )  # fmt: skip

@@ -67,6 +67,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         )  # fmt: skip
     if options.json:
         return report
+    if "left_out" in report:
+        print(f"Modes of crank and block by themselves, without the added {', '.join(report['left_out'])}.")
     if "level" in report:
         for table in level_tables(engine, report):
             show(table)

@@ -119,6 +119,10 @@ NEEDED = {"frame": ("name", "ratio"), "body": ("name",), "connection": ("name", 
 TABLES: dict[str, type] = {"frame": FrameTable, "body": BodyTable, "connection": ConnectionTable}
 
 
+OWN_NAMES = {"frame": ("rest", "crank"), "body": ("crank", "block", GROUND), "connection": ()}
+"""Names that every engine has taken."""
+
+
 def law_class(law: Any, where: str) -> type:
     """Class of a law's data; ``InputError`` for a law that does not exist."""
     if law not in laws.DATA:
@@ -141,6 +145,12 @@ def check_text(table: str, key: str, value: Any, where: str) -> Any:
 def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...],
                     connections: tuple[ConnectionTable, ...]) -> None:  # fmt: skip
     """Refuse tables that contradict themselves or each other; ``InputError``."""
+    for noun, tables in (("frame", frames), ("body", bodies), ("connection", connections)):
+        taken = [*OWN_NAMES[noun]]
+        for table in tables:
+            need(f"{noun} '{table.name}'", "name", table.name not in taken, "is taken already; choose another one")
+            need(f"{noun} '{table.name}'", "name", "." not in table.name, "holds a dot, which ends the name of a body")
+            taken.append(table.name)
     for frame in frames:
         check_values(frame, f"frame '{frame.name}'")
         need(f"frame '{frame.name}'", "axis", len(frame.axis) == 2, f"{len(frame.axis)} values; give x and y")
@@ -158,6 +168,9 @@ def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...
             need(where, "ends", held in names, f"no body '{held}'; {nearest(held, names)}")
             text = f"'{end}' must name {'no' if held == GROUND else 'an'} interface; write body.interface, or ground"
             need(where, "ends", bool(interface) != (held == GROUND), text)
+            own = next((body.interfaces for body in bodies if body.name == held and not body.file), ())
+            text = f"body '{held}' has no interface '{interface}'; {nearest(interface, own)}"
+            need(where, "ends", not own or interface in own, text)
 
 
 def _check_body(body: BodyTable, frames: list[str]) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass
+from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass, replace
 from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
@@ -106,6 +106,11 @@ class Engine:
                 "the equations for other solvers know nothing; leave [drive_line_chain] or --drive-line out"
             )
         return self.drive_line
+
+    @property
+    def without_additions(self) -> Engine:
+        """The engine by itself, without bodies and connections that its file adds."""
+        return replace(self, frame=(), body=(), connection=())
 
     def refuse_additions(self, what: str) -> None:
         """Refuse, for ``what`` does not know them, bodies and connections that the file adds; ``InputError``."""

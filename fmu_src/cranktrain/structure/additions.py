@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from cranktrain.core.errors import InputError
+from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import ReducedBody, attach, truncate
-from cranktrain.dynamics.topology.tables import file_frames
+from cranktrain.dynamics.topology.tables import added_outputs, file_frames
 from cranktrain.dynamics.topology.values import Frame, Topology
-from cranktrain.engine.additions import BodyTable
+from cranktrain.engine.additions import BodyTable, split_end
 from cranktrain.engine.model import Engine
 
 FIXED_MODES = 40
@@ -23,6 +23,30 @@ SHORTEST = 1.0e-6
 """Stations nearer than this (m) are one."""
 OF_DIAMETER, OF_LENGTH = 0.5, 0.05
 """Elements of a shaft are not longer than this share of its diameter, or of its length."""
+
+
+def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
+    """Refuse connections that no law can make, or to interfaces that crank or block lack; ``InputError``.
+
+    Interfaces of a user's ``own_crank`` and ``own_block`` are known when these are read.
+    """
+    from cranktrain.structure.block.mesh import block_interface_names
+    from cranktrain.structure.fem.mesh import interface_names
+
+    if not engine.connection:
+        return
+    added_outputs(engine)
+    throws, mounts = len(engine.crankshaft.throw_angles), len(engine.mounts.x) if engine.mounts is not None else 0
+    block = block_interface_names(throws + 1, engine.n_cylinders, mounts)
+    known = {"crank": () if own_crank else interface_names(throws), "block": () if own_block else block}
+    for table in engine.connection:
+        for body, interface in map(split_end, table.ends):
+            names = known.get(body, ())
+            if names and interface not in names:
+                raise InputError(
+                    f"connection '{table.name}': body '{body}' has no interface '{interface}'; "
+                    f"{nearest(interface, list(names))}"
+                )
 
 
 def read_added(engine: Engine) -> dict[str, ReducedBody]:

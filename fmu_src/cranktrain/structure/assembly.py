@@ -23,7 +23,7 @@ from cranktrain.engine.parts import PlainBearing
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable, bearing_settings
 from cranktrain.store.bodies import FOLDER_HEADER
-from cranktrain.structure.additions import read_added
+from cranktrain.structure.additions import check_added, read_added
 
 Progress = Callable[[str], None]
 
@@ -95,6 +95,7 @@ def checked(
     settings = resolved(settings, engine)
     check_levels(settings, engine)
     check_crank_mesh(settings.crank, crank_mesh)
+    check_added(engine, crank_mesh is not None, block_mesh is not None)
     if block_mesh is not None and settings.block == "ground":
         raise InputError("a mesh of the block needs block 'flexible'; on ground there is no block")
     check_mesh(block_mesh, "surfaces of the block")

@@ -41,6 +41,8 @@ def modal(
 ) -> dict[str, Any]:
     """Frequencies of the free crankshaft and the cranktrain, at rest and in motion, critical speeds, quality.
 
+    Bodies and connections that an engine's file adds are no part of it; their names are ``left_out``.
+
     Parameters
     ----------
     engine : name of a shipped engine, path of an engine file, or an engine
@@ -58,7 +60,8 @@ def modal(
     InputError
         levels that do not exist or do not go together, what the engine lacks, a mesh that cannot be used
     """
-    found = engine if isinstance(engine, Engine) else load_engine(engine)
+    given = engine if isinstance(engine, Engine) else load_engine(engine)
+    found = given.without_additions
     solid = crank_level(crank).name == list(CRANKS)[-1]
     if block not in BLOCKS:
         raise InputError(f"block level '{block}' does not exist; {nearest(block, BLOCKS)}")
@@ -93,4 +96,6 @@ def modal(
             if found.main_bearing is not None:
                 report["stand_in_springs"] = springs_report(assemble(found, SPRING_LEVELS, say=say, crank_mesh=mesh))
     seconds = {"reduction": made - start, "modal": time.perf_counter() - made}
+    if given != found:
+        report["left_out"] = [body.name for body in given.body] + [one.name for one in given.connection]
     return {**report, "seconds": {**report.get("seconds", {}), **seconds}}

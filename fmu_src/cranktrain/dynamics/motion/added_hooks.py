@@ -34,20 +34,20 @@ from cranktrain.dynamics.topology import slots as at
 
 @law_kernel
 def factor_hook(model, work, level, c_q, c_v, omega, holding):
-    """S⁻¹, responses and compliances of added bodies; 0, or 1 where one is singular."""
+    """S⁻¹, responses and compliances of added bodies. Returns 0, or 1 where one is singular."""
     return factor_added(model, work, level, c_q, c_v, omega, holding)
 
 
 @law_kernel
 def load_hook(model, work, frame, displaced, out):
-    """Modal force of frame and gravity on added bodies; 0."""
+    """Modal force of frame and gravity on added bodies. Returns 0."""
     load_added(model, work, frame, displaced, out)
     return 0
 
 
 @law_kernel
 def compliance_hook(model, work, frame, slot):
-    """Compliance of added components, behind the engine's in ``work.relative``; 0."""
+    """Compliance of added components, behind the engine's in ``work.relative``. Returns 0."""
     turn_terms(model, work, frame[THETA], frame[WHIRL])
     link_compliance(model, work, frame[COS], frame[SIN], slot, work.relative)
     return 0
@@ -55,21 +55,21 @@ def compliance_hook(model, work, frame, slot):
 
 @law_kernel
 def move_hook(model, work, frame, number, slot, c_q, c_v, omega):
-    """Motion of added bodies without forces at their ports; 0."""
+    """Motion of added bodies without forces at their ports. Returns 0."""
     move_added_freely(model, work, frame, number, slot, c_q, c_v, omega)
     return 0
 
 
 @law_kernel
 def steps_hook(model, work, step):
-    """Change of the added components from one of all ports (m,); 0."""
+    """Change of the added components from one of all ports (m,). Returns 0."""
     link_steps(model, work, step, work.added.gaps[at.STEP])
     return 0
 
 
 @law_kernel
 def newton_hook(model, work):
-    """Share of the added connections in the Newton matrix, by the tangents found last; 0."""
+    """Share of the added connections in the Newton matrix, by the tangents found last. Returns 0."""
     for k in range(work.added.blocks.shape[0]):
         for j in range(work.added.blocks.shape[1]):
             work.added.factored[k, j] = work.added.blocks[k, j]
@@ -80,7 +80,7 @@ def newton_hook(model, work):
 
 @law_kernel
 def solve_hook(model, work):
-    """Solve for the Newton step of all components, in place in ``work.port[U_STEP]`` and the added ones' steps; 0."""
+    """Solve for the Newton step of all components, in place in ``work.port[U_STEP]`` and in the gaps. Returns 0."""
     own = model.scales.shape[0]
     count = model.links.scales.shape[0]
     step = work.port[U_STEP]
@@ -101,42 +101,42 @@ def solve_hook(model, work):
 
 @law_kernel
 def size_hook(model, work):
-    """Sizes of the added components' Newton step; 0."""
+    """Sizes of the added components' Newton step. Returns 0."""
     link_size(model, work)
     return 0
 
 
 @law_kernel
 def follow_hook(model, work, f):
-    """Add what the step changes of the added connections' forces to f (m,); 0."""
+    """Add what the step changes of the added connections' forces to f (m,). Returns 0."""
     follow_links(model, work, work.added.gaps[at.STEP], f)
     return 0
 
 
 @law_kernel
 def recover_hook(model, work, slot, f, q):
-    """Add what forces at the ports do to the motion of added bodies; 0."""
+    """Add what forces at the ports do to the motion of added bodies. Returns 0."""
     recover_added(model, work, slot, f, q)
     return 0
 
 
 @law_kernel
 def ports_hook(model, q, u):
-    """Motion of the ports of added bodies; 0."""
+    """Motion of the ports of added bodies. Returns 0."""
     added_to_ports(model, q, u)
     return 0
 
 
 @law_kernel
 def answer_hook(model, work, slot, f, u):
-    """Add what added bodies answer to forces at their ports; 0."""
+    """Add what added bodies answer to forces at their ports. Returns 0."""
     added_answer(model, work, slot, f, u)
     return 0
 
 
 @law_kernel
 def forces_hook(model, work, frame, ratio):
-    """Forces of added connections and their tangents; 0, or tells that a law failed."""
+    """Forces of added connections and their tangents. Returns 0, or tells that a law failed."""
     return link_forces(model, work, frame, ratio)
 
 

@@ -112,11 +112,6 @@ class Base(NamedTuple):
     newton: int
 
 
-def no_addition(base: Base) -> Added:
-    """Nothing."""
-    return added(Topology(), base)
-
-
 # In one piece: one group of arrays after the other, in the order in which they need each other.
 def added(topology: Topology, base: Base) -> Added:
     """Arrays of a topology.

@@ -38,7 +38,7 @@ class MeshRecord(NamedTuple):
 
 
 def mesh_record(mesh: GearMesh, inside: bool) -> MeshRecord:
-    """Data of a mesh; ``inside`` a ring gear the flanks pull the centres apart the other way."""
+    """Data of a mesh; ``inside``: one of the gears is a ring, whose flanks push the centres towards each other."""
     tan = math.tan(mesh.pressure_angle) / math.cos(mesh.helix_angle)
     normal = np.array([1.0, -tan if inside else tan, math.tan(mesh.helix_angle)])
     normal /= np.linalg.norm(normal)

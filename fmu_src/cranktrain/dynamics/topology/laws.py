@@ -8,7 +8,7 @@ a class of data in :mod:`cranktrain.engine.connections`, and one row. Bearing la
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +22,10 @@ from cranktrain.dynamics.topology.spring import LoadRecord, SpringRecord, load_l
 from cranktrain.dynamics.topology.terms import Direction, unit
 from cranktrain.dynamics.topology.values import REST, Connection, Frame
 from cranktrain.engine.connections import Coupling, Film, GearMesh, Load, Spring
+from cranktrain.engine.model import optional_fields
+from cranktrain.engine.quantities import check_values
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters
+from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, P_MAX
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.register import PLAIN, bearing_law
 
@@ -101,12 +104,29 @@ def connection_law(name: str, where: str) -> ConnectionLaw:
 
 def pieces_of(connection: Connection, first: Frame, second: Frame) -> list[Piece]:
     """Pieces of a connection between ends in two frames; ``InputError`` names the connection."""
-    law = connection_law(connection.law, f"connection '{connection.name}'")
+    where = f"connection '{connection.name}'"
+    law = connection_law(connection.law, where)
     data = connection.data
+    if not isinstance(data, law.data):
+        data = _stated(law, dict(data), where)
     try:
-        return law.pieces(data if isinstance(data, law.data) else law.data(**data), first, second)
-    except (InputError, TypeError) as error:
-        raise InputError(f"connection '{connection.name}': {error}") from None
+        return law.pieces(data, first, second)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _stated(law: ConnectionLaw, given: dict[str, Any], where: str) -> Any:
+    """Data of a law from keys and values (SI) of a script, checked as those of a file are; ``InputError``."""
+    known = [entry.name for entry in fields(law.data)]
+    for key in given:
+        if key not in known:
+            raise InputError(f"{where}: law '{law.name}' has no '{key}'; {nearest(key, known)}")
+    for key in known:
+        if key not in given and key not in optional_fields(law.data):
+            raise InputError(f"{where}: law '{law.name}' needs '{key}'; add it to the connection's data")
+    data = law.data(**given)
+    check_values(data, where)
+    return data
 
 
 def _between(frame: Frame, along: Array, about: Array) -> tuple[Direction, Direction]:
@@ -125,9 +145,9 @@ def _mesh(mesh: GearMesh, first: Frame, second: Frame) -> list[Piece]:
         raise InputError("gears of frames that turn alike do not mesh; give one of them another ratio")
     towards = apart / distance
     # Pitch point: where both frames' velocities are the same, ω₁ × (P − C₁) = ω₂ × (P − C₂).
-    at = -distance * speeds[1] / (speeds[0] - speeds[1])
+    arm = -distance * speeds[1] / (speeds[0] - speeds[1])
     along = np.cross(unit(2), towards)
-    arms = at * towards, (at - distance) * towards
+    arms = arm * towards, (arm - distance) * towards
     components = [
         (Direction(REST, way, np.cross(arms[0], way)), Direction(REST, way, np.cross(arms[1], way), -1.0))
         for way in (along, towards, unit(2))[: 3 if mesh.helix_angle else 2]
@@ -205,10 +225,10 @@ def _film(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
         ]
     outputs: tuple[tuple[str, str, int], ...] = (
         ("force.x", "force", 0), ("force.y", "force", 1), ("position.x", "place", 0), ("position.y", "place", 1),
-        ("eccentricity", "out", 36),
+        ("eccentricity", "out", ECCENTRICITY),
     )  # fmt: skip
     if law.film:
-        outputs += (("friction_torque", "out", 37), ("pressure_max", "out", 39), ("oil_flow", "out", 40))
+        outputs += (("friction_torque", "out", FRICTION), ("pressure_max", "out", P_MAX), ("oil_flow", "out", FLOW))
     scales = [float(parameters[CLEARANCE])] * len(components)
     return [
         Piece(

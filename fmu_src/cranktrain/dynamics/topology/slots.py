@@ -4,8 +4,8 @@ from __future__ import annotations
 
 # ``AddedBodies.rows``: first mode among all, number of modes, first port among all, number of ports; the same firsts
 # among the added ones alone; the frame's turns per turn of the crank, its angle at crank angle 0 (rad), 1 or −1 where
-# it turns backwards; mass, kg; 1 where it goes along with the block; 1 where it turns
-# as the crank does, by gears or couplings; mass times place of its centre across the frame's axis, x and y, kg m.
+# it turns backwards; mass, kg; 1 where it goes along with the block; 1 where gears or couplings make it turn as the
+# crank does; its mass times x and y of its centre of mass from the frame's axis, kg m.
 MODE, MODES, PORT, PORTS, OWN_MODE, OWN_PORT, RATE, PHASE, SENSE, MASS, CARRIED, TIED = range(12)
 UNBALANCE_X, UNBALANCE_Y, BODY = 12, 13, 14
 # ``AddedConnections.rows``: number of components, the first of them; turns per turn of the crank of the axes in which

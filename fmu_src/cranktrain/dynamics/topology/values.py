@@ -115,7 +115,7 @@ class Topology:
     connections: tuple[Connection, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse names that are used twice, or that nothing bears; ``InputError``."""
+        """Refuse names that are used twice, and references to what does not exist; ``InputError``."""
         for noun, items in (("frame", self.frames), ("body", self.bodies), ("connection", self.connections)):
             names = [item.name for item in items]
             for name in names:
