@@ -16,7 +16,7 @@ from cranktrain.dynamics.model.slots import DRIVEN, LAYOUT, SCALARS
 from cranktrain.dynamics.model.state import POSITION, offset, state_size
 from cranktrain.dynamics.outputs.register import output_counts
 from cranktrain.dynamics.settled.collar import NOTHING_LEFT, Collar, Learned
-from cranktrain.dynamics.settled.cycles import Recorder, settled_cycles
+from cranktrain.dynamics.settled.cycles import TRIED, Expected, Recorder, settled_cycles
 from cranktrain.dynamics.settled.free_mode import FreeMode
 from cranktrain.dynamics.settled.judging import Judge
 from cranktrain.dynamics.settled.longer_periods import PLAINLY, parting
@@ -220,6 +220,16 @@ def test_a_motion_without_a_period_ends_early_and_says_why():
     assert settling.repeats == 0 and settling.cycles <= 20
     assert settling.parting > 1.0 and "two that are alike differ" in settling.text
     assert settling.as_dict()["cycles_part_by"] == settling.attributes["cycles_part_by"] == settling.parting
+
+
+@pytest.mark.parametrize(
+    ("r", "doubtful", "repeats"), [(2.5, False, 1), (3.2, True, 2), (3.2, False, 0), (3.9, True, 0)]
+)
+def test_a_first_try_looks_for_a_longer_period_only_where_a_neighbour_had_one(r, doubtful, repeats):
+    expected = Expected(doubtful, tries=True)
+    judge = Judge({"toy": [0]}, frozenset())
+    settling = settled_cycles(Recorder(Toy(r), 0.05, 20), judge, expected=expected).settling
+    assert settling.repeats == repeats and settling.cycles <= TRIED
 
 
 def of_sizes(sizes):

@@ -13,6 +13,8 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 LOOK_EVERY = 0.5
 """Seconds between two looks at what workers report, and of a worker at whether its parent still lives."""
 
@@ -112,8 +114,9 @@ def _hear(reports: Any) -> None:
 
 
 def _begin_work(parent: int, begin: Callable[..., None], arguments: tuple[Any, ...]) -> None:
-    """Begin as a pool's process: left to itself it would wait for ever."""
+    """Begin as a pool's process: left to itself it would wait for ever, and a thread a processor would take turns."""
     leave_to_parent(parent)
+    threadpool_limits(limits=1, user_api="blas")
     begin(*arguments)
 
 

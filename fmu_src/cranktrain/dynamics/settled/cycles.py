@@ -49,6 +49,10 @@ RISES = 2
 """Cycles together that leave more than one before them: films that follow the cycle before do not settle."""
 
 
+TRIED = 24
+"""Most cycles of a run from a neighbour's motion: most settle within 8, and 15 where a period was doubtful."""
+
+
 class Stepped(Protocol):
     """What is asked of a simulation."""
 
@@ -69,10 +73,15 @@ class Stepped(Protocol):
 
 
 class Expected(NamedTuple):
-    """What a neighbour lets expect: whether a period is doubtful, and what settles last."""
+    """What a neighbour lets expect: whether a period is doubtful, and what settles last.
+
+    ``tries``: whether the run ends where it gains no more, or after ``TRIED`` cycles, without looking for longer
+    periods: another start may lead on.
+    """
 
     doubtful: bool = False
     learned: Learned | None = None
+    tries: bool = False
 
 
 NOTHING = Expected()
@@ -206,6 +215,7 @@ def settled_cycles(
     Where a period is doubtful it is looked for at once.
     """
     simulation = recorder.simulation
+    most = min(most, TRIED) if expected.tries else most
     modes = SlowModes(simulation.model, float(simulation.inputs[0]), expected.learned)
     creep = creep_of(simulation.model, modes)
     patience = PATIENCE if creep is None else PATIENCE_OF_CREEP
@@ -262,10 +272,10 @@ def settled_cycles(
         if stays and creep is not None and creep.fresh_start():
             worst = worst[-1:]
         elif stays:
-            search = done + PLAINLY + LONGEST_PERIOD <= most
+            search = done + PLAINLY + LONGEST_PERIOD <= most and not expected.tries
             if search:
                 continue
-            if block > 1:
+            if block > 1 or expected.tries:
                 return Recorded(rows, settling, True, learned=modes.learned)
         total = modes.correction(change, block)
         if creep is not None and done > 1:

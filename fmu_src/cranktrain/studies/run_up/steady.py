@@ -188,7 +188,7 @@ class SteadyRuns:
         simulation.state = state
         if first.temperatures is not None:
             simulation.film_temperatures = first.temperatures
-        return Expected(not first.periodic, first.learned)
+        return Expected(not first.periodic, first.learned, tries=True)
 
 
 def useful(near: Sequence[CycleStart], speed: float) -> list[CycleStart]:
