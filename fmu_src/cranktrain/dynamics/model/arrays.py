@@ -219,7 +219,7 @@ def build_model(
 def _check_temperatures(engine: Engine, settings: Settings, speed: float, films: Sequence[float]) -> None:
     """Refuse temperatures (K) at which oil or damper have no law; ``InputError``."""
     supplied = viscosity(engine.oil, supply_temperature(engine, settings, speed))
-    if bearing_law(settings.bearings).carries and engine.main_roller is None:
+    if bearing_law(settings.bearings).carries and not engine.rollers_only:
         etas = [viscosity(engine.oil, own) for own in films] or [supplied]
         if bearing_law(settings.bearings).oil:
             for eta in etas:
