@@ -101,6 +101,8 @@ class ConnectionTable:
     spring: laws.Spring | None = None
     load: laws.Load | None = None
     film: laws.Film | None = None
+    rigid_gear: laws.RigidGear | None = None
+    planetary: laws.Planetary | None = None
 
     @property
     def data(self) -> Any:
@@ -160,7 +162,7 @@ def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...
     names = ["crank", "block", GROUND, *(body.name for body in bodies)]
     for connection in connections:
         where = f"connection '{connection.name}'"
-        need(where, "ends", len(connection.ends) == 2, f"{len(connection.ends)} ends; a connection has two")
+        laws.check_ends(connection.law, len(connection.ends), where)
         need(where, "place", len(connection.place) in (0, 3), f"{len(connection.place)} values; give x, y and z")
         check_values(connection.data, where)
         for end in connection.ends:

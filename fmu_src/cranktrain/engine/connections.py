@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from cranktrain.engine import quantities as q
 from cranktrain.engine.parts import JournalBearing
+from cranktrain.engine.quantities import need
 
 
 @dataclass(frozen=True)
@@ -100,5 +101,37 @@ class Film(JournalBearing):
     viscosity: q.VogelViscosity = 0.0
 
 
-DATA: dict[str, type] = {"gear_mesh": GearMesh, "coupling": Coupling, "spring": Spring, "load": Load, "film": Film}
+@dataclass(frozen=True)
+class RigidGear:
+    """Two gears whose teeth give way by nothing; their frames' ratios are those of the teeth."""
+
+
+@dataclass(frozen=True)
+class Planetary:
+    """A planetary gear whose teeth give way by nothing; ends: sun, ring, carrier, and where wanted the planets.
+
+    Attributes
+    ----------
+    teeth_sun, teeth_ring : their numbers of teeth, the planets have half the difference; planets are one body of all
+        their inertia, in a frame on the sun's axis
+    """
+
+    teeth_sun: q.Teeth
+    teeth_ring: q.Teeth
+
+
+DATA: dict[str, type] = {
+    "gear_mesh": GearMesh, "coupling": Coupling, "spring": Spring, "load": Load, "film": Film,
+    "rigid_gear": RigidGear, "planetary": Planetary,
+}  # fmt: skip
 """Data of each law that a file may name."""
+WORDS = {2: "two", 3: "three", 4: "four"}
+ENDS: dict[str, tuple[int, ...]] = {"planetary": (3, 4)}
+"""How many ends a connection has, where not two."""
+
+
+def check_ends(law: str, count: int, where: str) -> None:
+    """Refuse another number of ends than a law has; ``InputError``."""
+    valid = ENDS.get(law, (2,))
+    text = f"{count} ends; law '{law}' has {' or '.join(WORDS[number] for number in valid)}"
+    need(where, "ends", count in valid, text)

@@ -1,5 +1,7 @@
 """Motion of added bodies in a stage: each its own linear part, in a frame that turns in proportion to the crank's.
 
+Bodies that relations join, gears without give, move in modes that they have in common: their matrices add up.
+
 The equations are those of the crank (:mod:`cranktrain.core.reduced_body`) with the frame's speed sΩ, s being its turns
 per turn of the crank. Ports and modes are slices of those of the whole model.
 """
@@ -42,28 +44,37 @@ def factor_added(model, work, level, c_q, c_v, omega, holding):
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
         n = int(row[at.MODES])
-        m = int(row[at.PORTS])
         first = int(row[at.MODE])
         o = int(row[at.OWN_MODE])
-        p = int(row[at.OWN_PORT])
+        g = int(row[at.GROUP])
         speed = row[at.RATE] * omega
         held = 0.0
         if holding > 0.0:
-            held = SOFT_HOLD / dot(bodies.euler_load[o:], bodies.euler_load[o:], n)
+            held = SOFT_HOLD / row[at.INERTIA]
         for i in range(n):
             for j in range(n):
-                part.scratch[i, j] = (
+                if o == g:
+                    part.scratch[i, j] = 0.0
+                part.scratch[i, j] += (
                     ratio * 2.0 * speed * bodies.gyroscopic[o + i, j]
                     + speed * speed * bodies.spin[o + i, j]
                     + held * bodies.euler_load[o + i] * bodies.euler_load[o + j]
                 )
-            part.scratch[i, i] += 1.0 / c_q + ratio * model.damping[first + i] + model.omega2[first + i]
-        inverse = part.inverse[level][o : o + n]
-        response = part.response[level][p : p + m]
-        if invert(part.scratch, n, inverse) != 0:
+            if o == g:
+                part.scratch[i, i] += 1.0 / c_q + ratio * model.damping[first + i] + model.omega2[first + i]
+        if row[at.ENDS_GROUP] > 0.0 and invert(part.scratch, n, part.inverse[level][g : g + n]) != 0:
             status = 1
-        products(bodies.shapes[p : p + m], inverse, m, n, n, response)
-        products(response, bodies.transposed[o : o + n], m, n, m, part.compliance[level][p : p + m])
+    for b in range(bodies.rows.shape[0]):
+        row = bodies.rows[b]
+        n = int(row[at.MODES])
+        m = int(row[at.PORTS])
+        o = int(row[at.OWN_MODE])
+        g = int(row[at.GROUP])
+        p = int(row[at.OWN_PORT])
+        response = part.response[level][p : p + m]
+        compliance = part.compliance[level][p : p + m]
+        products(bodies.shapes[p : p + m], part.inverse[level][g : g + n], m, n, n, response)
+        products(response, bodies.transposed[o : o + n], m, n, int(row[at.GROUP_PORTS]), compliance)
     return status
 
 
@@ -86,7 +97,9 @@ def load_added(model, work, frame, displaced, out):
         omega = row[at.RATE] * frame[OMEGA]
         change = row[at.RATE] * frame[OMEGA_DOT]
         for i in range(n):
-            out[first + i] = (
+            if o == int(row[at.GROUP]):
+                out[first + i] = 0.0
+            out[first + i] += (
                 omega * omega * bodies.centrifugal_load[o + i]
                 - change * bodies.euler_load[o + i]
                 + g_x * bodies.translation[0, o + i]
@@ -121,7 +134,8 @@ def move_added_freely(model, work, frame, number, slot, c_q, c_v, stage_omega):
         d_omega = rate * (frame[WHIRL] - stage_omega)
         d_omega2 = rate * rate * (frame[WHIRL] * frame[WHIRL] - stage_omega * stage_omega)
         for i in range(first, first + n):
-            rhs[i] = work.modal[BASE, i]
+            if o == int(row[at.GROUP]):
+                rhs[i] = work.modal[BASE, i]
             lever[i] = 2.0 * omega * (ratio * big_q[i] - big_v[i])
             lever[i] -= 2.0 * d_omega * (big_v[i] + c_v * a[i])
             lever[i] -= rate * frame[OMEGA_DOT] * (big_q[i] + c_q * a[i])
@@ -130,7 +144,9 @@ def move_added_freely(model, work, frame, number, slot, c_q, c_v, stage_omega):
             for i in range(first, first + n):
                 lever[i] = -d_omega2 * (big_q[i] + c_q * a[i])
             add_product(bodies.spin[o : o + n], lever[first:], n, n, rhs[first:])
-        product(work.added.inverse[slot][o : o + n], rhs[first:], n, n, work.modal[Q_FREE, first:])
+        if row[at.ENDS_GROUP] > 0.0:
+            g = int(row[at.GROUP])
+            product(work.added.inverse[slot][g : g + n], rhs[first:], n, n, work.modal[Q_FREE, first:])
 
 
 @kernel
@@ -153,7 +169,9 @@ def added_to_ports(model, q, u):
         row = bodies.rows[b]
         o = int(row[at.OWN_MODE])
         n = int(row[at.MODES])
-        product(bodies.transposed[o : o + n], q[int(row[at.MODE]) :], n, int(row[at.PORTS]), u[int(row[at.PORT]) :])
+        if row[at.ENDS_GROUP] > 0.0:
+            ports = int(row[at.GROUP_PORTS])
+            product(bodies.transposed[o : o + n], q[int(row[at.MODE]) :], n, ports, u[int(row[at.GROUP_PORT]) :])
 
 
 @inlined_kernel
@@ -164,5 +182,5 @@ def added_answer(model, work, slot, f, u):
         row = bodies.rows[b]
         p = int(row[at.OWN_PORT])
         m = int(row[at.PORTS])
-        port = int(row[at.PORT])
-        add_product(work.added.compliance[slot][p : p + m], f[port:], m, m, u[port:])
+        compliance = work.added.compliance[slot][p : p + m]
+        add_product(compliance, f[int(row[at.PORT]) :], m, int(row[at.GROUP_PORTS]), u[int(row[at.GROUP_PORT]) :])

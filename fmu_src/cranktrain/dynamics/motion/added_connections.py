@@ -248,10 +248,10 @@ def unit_answer(model, work, i, slot, answered):
                 answered[turning + k] += c * work.block.compliance[slot, port - turning, k]
         else:
             b = owner_of(model.bodies, port)
-            first = int(model.bodies.rows[b, at.PORT])
-            o = int(model.bodies.rows[b, at.OWN_PORT])
-            for k in range(int(model.bodies.rows[b, at.PORTS])):
-                answered[first + k] += c * work.added.compliance[slot, o + port - first, k]
+            own = int(model.bodies.rows[b, at.OWN_PORT]) + port - int(model.bodies.rows[b, at.PORT])
+            first = int(model.bodies.rows[b, at.GROUP_PORT])
+            for k in range(int(model.bodies.rows[b, at.GROUP_PORTS])):
+                answered[first + k] += c * work.added.compliance[slot, own, k]
 
 
 @inlined_kernel

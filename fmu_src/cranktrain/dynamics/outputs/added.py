@@ -95,7 +95,8 @@ def observe_bodies(model, work, state):
                 turned = v[j] * model.bodies.gyroscopic[o + i, j] - 0.5 * omega * q[j] * model.bodies.spin[o + i, j]
                 carried += turned * q[i]
             work.powers[STORED] += omega * carried
-            work.powers[ADDED_LOSS] += model.damping[first + i] * v[i] * v[i]
+            if row[at.ENDS_GROUP] > 0.0:
+                work.powers[ADDED_LOSS] += model.damping[first + i] * v[i] * v[i]
 
 
 @kernel

@@ -75,7 +75,7 @@ class DriveLine:
         for row in model.bodies.rows:
             own, size, first = int(row[at.OWN_MODE]), int(row[at.MODES]), int(row[at.MODE])
             follows = row[at.TIED] * row[at.RATE] * model.bodies.euler_load[own : own + size]
-            self._turn[first : first + size] = follows
+            self._turn[first : first + size] += follows
         self._weight = self._turn.copy()
         first = int(model.layout[PIN_ROTATIONS])
         for c, (rod, pin) in enumerate(zip(model.cylinders, model.pins, strict=True)):
@@ -148,7 +148,7 @@ class BlockOnMounts:
         for row in self._bodies.rows:
             own, n, first = int(row[at.OWN_MODE]), int(row[at.MODES]), int(row[at.MODE])
             turned = self._bodies.gyroscopic[own : own + n, :n].T @ place[first : first + n]
-            out[first : first + n] = row[at.RATE] * self._speed * turned
+            out[first : first + n] += row[at.RATE] * self._speed * turned
         return out
 
     def split(self, motion: Motion) -> Array:

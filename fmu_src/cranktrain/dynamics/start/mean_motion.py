@@ -48,7 +48,7 @@ from cranktrain.dynamics.model.slots import (
 )
 from cranktrain.dynamics.model.workspace import start_room
 from cranktrain.dynamics.motion.gas import trace_pressure
-from cranktrain.dynamics.motion.linear_algebra import dot, factor_lu, solve_lu
+from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
 from cranktrain.dynamics.topology import slots as added
 from cranktrain.loads.slider_crank import rod_force
 
@@ -124,8 +124,7 @@ def rigid_motion(model, room, speed):
     for b in range(model.bodies.rows.shape[0]):
         row = model.bodies.rows[b]
         if row[added.TIED] > 0.0:
-            load = model.bodies.euler_load[int(row[added.OWN_MODE]) :]
-            inertia += row[added.RATE] * row[added.RATE] * dot(load, load, int(row[added.MODES]))
+            inertia += row[added.RATE] * row[added.RATE] * row[added.INERTIA]
     mean[START_INERTIA] = inertia
     alternating_torque(room, mean[START_TORQUE])
     for k in range(1, START_HARMONICS):

@@ -219,7 +219,8 @@ def added_in_motion(model, work, state, rotation, rate):
         for i in range(modes):
             turned[i] = 0.0
         turn = q[ROTATION]
-        q[ROTATION] = 0.0
+        if row[added.ENDS_GROUP] > 0.0 and o == int(row[added.GROUP]):
+            q[ROTATION] = 0.0
         add_product(model.bodies.gyroscopic[o : o + modes], q, modes, modes, turned)
         q[ROTATION] = turn
         for i in range(modes):

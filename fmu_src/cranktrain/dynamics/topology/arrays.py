@@ -19,6 +19,7 @@ from cranktrain.core.memory import zeros
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, skew
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.laws import Piece, connection_law, pieces_of
+from cranktrain.dynamics.topology.relations import Group, groups
 from cranktrain.dynamics.topology.terms import PORTS, Term, terms_of
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, Body, Connection, End, Frame, Topology
 from cranktrain.film.laws.films import NUMBERS, SIZE, IntArray
@@ -35,7 +36,10 @@ BODY_KINDS = (
 
 @record
 class AddedBodies(NamedTuple):
-    """B bodies with N modes in all, W of the largest one, and M ports, V of the one that has most."""
+    """B bodies with N modes in all, W of the largest one, and M ports, V of the one that has most.
+
+    Bodies in one group have their modes in common: N counts them once for each, V the ports of a whole group.
+    """
 
     rows: Array  # (B, BODY) see dynamics.topology.slots
     gyroscopic: Array  # (N, W) G transposed, of each body
@@ -125,20 +129,20 @@ def added(topology: Topology, base: Base) -> Added:
     held = _held(topology, base)
     crank_ports, block_ports = held.pop(CRANK, {}), held.pop(BLOCK, {})
     first = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * len(block_ports)
-    bodies, port_of = _bodies(topology, held, base, first)
+    joined = groups(topology)
+    bodies, port_of = _bodies(topology, joined, held, base, first)
     for k, name in enumerate(crank_ports):
         port_of[CRANK, name] = base.turning_ports + PORTS * k
     for k, name in enumerate(block_ports):
         port_of[BLOCK, name] = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * k
-    connections = _connections(topology, port_of, base.newton)
-    own = [body.reduced for body in topology.bodies]
+    connections = _connections(topology, [body.name for group in joined for body in group.bodies], port_of, base.newton)
     return Added(
         bodies,
         connections,
         _shapes(base.crank, list(crank_ports)),
         _shapes(base.block, list(block_ports)),
-        np.concatenate([np.zeros(0), *(body.omega for body in own)]),
-        np.concatenate([np.zeros(0), *(body.damping if body.damping.size else np.zeros(body.n_modes) for body in own)]),
+        np.concatenate([np.zeros(0), *(group.omega for group in joined)]),
+        np.concatenate([np.zeros(0), *(group.damping for group in joined)]),
     )
 
 
@@ -149,8 +153,7 @@ def on_ground(topology: Topology) -> Topology:
         return End(GROUND) if given.body == BLOCK else given
 
     connections = tuple(
-        replace(connection, ends=(end(connection.ends[0]), end(connection.ends[1])))
-        for connection in topology.connections
+        replace(connection, ends=tuple(end(one) for one in connection.ends)) for connection in topology.connections
     )
     return replace(topology, connections=connections)
 
@@ -184,48 +187,85 @@ def _held(topology: Topology, base: Base) -> dict[str, dict[str, None]]:
     return held
 
 
+class _Body(NamedTuple):
+    """A body in the modes of its group: what its arrays hold."""
+
+    gyroscopic: Array
+    spin: Array
+    centrifugal_load: Array
+    euler_load: Array
+    translation: Array
+    turn: Array
+    carried: Array
+    shapes: Array  # (6 p, n) of the interfaces that are held
+
+
+def _in_modes(body: Body, frame: Frame, held: Sequence[str], block: ReducedBody | None, part: Array | None) -> _Body:
+    """A body in modes of which ``part`` (n, z) are its own, None: its own ones."""
+    reduced, n = body.reduced, body.reduced.n_modes
+    turn = np.zeros(n)
+    turn[:PORTS] = rigid_coordinates(reduced)[5]
+    shapes = [reduced.shapes[reduced.index(name)] for name in held]
+    own = _Body(
+        reduced.gyroscopic, reduced.stress_stiffness - reduced.centrifugal, reduced.centrifugal_load,
+        reduced.euler_load, reduced.translation, turn,
+        np.zeros((n, PORTS)) if block is None else _carried(reduced, frame, block),
+        np.concatenate([np.zeros((0, n)), *shapes]),
+    )  # fmt: skip
+    if part is None:
+        return own
+    return _Body(
+        part.T @ own.gyroscopic @ part, part.T @ own.spin @ part, part.T @ own.centrifugal_load,
+        part.T @ own.euler_load, own.translation @ part, own.turn @ part, part.T @ own.carried, own.shapes @ part,
+    )  # fmt: skip
+
+
+# In one piece: one row and one body's span of every array.
 def _bodies(
-    topology: Topology, held: Mapping[str, Mapping[str, None]], base: Base, first: int
+    topology: Topology, joined: list[Group], held: Mapping[str, Mapping[str, None]], base: Base, first: int
 ) -> tuple[AddedBodies, dict[tuple[str, str], int]]:
-    """Arrays of the bodies, and the first port of each interface that is held."""
-    own = [body.reduced for body in topology.bodies]
-    counts = [PORTS * len(held.get(body.name, {})) for body in topology.bodies]
-    n, w = sum(body.n_modes for body in own), max((body.n_modes for body in own), default=1)
-    m, v = sum(counts), max([1, *counts])
+    """Arrays of the bodies, group by group, and the first port of each interface that is held."""
+    sizes = [group.omega.size for group in joined]
+    counts = [[PORTS * len(held.get(body.name, {})) for body in group.bodies] for group in joined]
+    n, w = sum(size * len(own) for size, own in zip(sizes, counts, strict=True)), max(sizes, default=1)
+    m, v = sum(map(sum, counts)), max([1, *map(sum, counts)])
     z = zeros
     arrays = AddedBodies(
-        np.zeros((len(own), at.BODY)), z((n, w)), z((n, w)), z(n), z(n), z((3, n)), z((3, n)), z(n), z((m, w)),
-        z((n, v)), z((n, PORTS)), np.ones(1),
+        np.zeros((sum(map(len, counts)), at.BODY)), z((n, w)), z((n, w)), z(n), z(n), z((3, n)), z((3, n)), z(n),
+        z((m, w)), z((n, v)), z((n, PORTS)), np.ones(1),
     )  # fmt: skip
     port_of: dict[tuple[str, str], int] = {}
-    mode, port, tied = 0, 0, _tied(topology)
-    for body, row, ports in zip(topology.bodies, arrays.rows, counts, strict=True):
-        reduced, frame = body.reduced, topology.frame(body.frame)
-        size = reduced.n_modes
-        span = slice(mode, mode + size)
-        row[: at.CARRIED] = (
-            base.modes + mode, size, first + port, ports, mode, port, frame.rate, frame.angle, frame.sense,
-            reduced.mass,
-        )  # fmt: skip
-        row[at.CARRIED] = not _grounded(topology, body)
-        row[at.TIED] = body.name in tied
-        row[[at.UNBALANCE_X, at.UNBALANCE_Y]] = reduced.mass * reduced.centre[:2]
-        arrays.gyroscopic[span, :size] = reduced.gyroscopic.T
-        arrays.spin[span, :size] = (reduced.stress_stiffness - reduced.centrifugal).T
-        arrays.centrifugal_load[span] = reduced.centrifugal_load
-        arrays.euler_load[span] = reduced.euler_load
-        arrays.translation[:, span] = reduced.translation
-        arrays.centre[:, span] = reduced.translation / reduced.mass
-        arrays.turn[span][:PORTS] = rigid_coordinates(reduced)[5]
-        if base.block is not None:
-            arrays.carried[span] = _carried(reduced, frame, base.block)
-        for k, name in enumerate(held.get(body.name, {})):
-            shape = reduced.shapes[reduced.index(name)]
-            arrays.shapes[port + PORTS * k : port + PORTS * (k + 1), :size] = shape
-            arrays.transposed[span, PORTS * k : PORTS * (k + 1)] = shape.T
-            port_of[body.name, name] = first + port + PORTS * k
-        arrays.fastest[0] = max(arrays.fastest[0], frame.rate)
-        mode, port = mode + size, port + ports
+    mode, row_at, port, tied, number = 0, 0, 0, _tied(topology), 0
+    for group, size, own_counts in zip(joined, sizes, counts, strict=True):
+        start, group_port = row_at, port
+        columns = np.zeros((0, size))
+        for k, (body, ports) in enumerate(zip(group.bodies, own_counts, strict=True)):
+            reduced, frame, row = body.reduced, topology.frame(body.frame), arrays.rows[number]
+            names = held.get(body.name, {})
+            own = _in_modes(body, frame, list(names), base.block, None if group.parts is None else group.parts[k])
+            span = slice(row_at, row_at + size)
+            row[: at.CARRIED] = (
+                base.modes + mode, size, first + port, ports, row_at, port, frame.rate, frame.angle, frame.sense,
+                reduced.mass,
+            )  # fmt: skip
+            row[at.CARRIED], row[at.TIED] = not _grounded(topology, body), body.name in tied
+            row[[at.UNBALANCE_X, at.UNBALANCE_Y]] = reduced.mass * reduced.centre[:2]
+            row[at.INERTIA] = float(reduced.euler_load @ reduced.euler_load)
+            row[at.GROUP], row[at.ENDS_GROUP] = start, k == len(group.bodies) - 1
+            row[at.GROUP_PORT], row[at.GROUP_PORTS] = first + group_port, sum(own_counts)
+            arrays.gyroscopic[span, :size] = own.gyroscopic.T
+            arrays.spin[span, :size] = own.spin.T
+            arrays.centrifugal_load[span], arrays.euler_load[span] = own.centrifugal_load, own.euler_load
+            arrays.translation[:, span], arrays.centre[:, span] = own.translation, own.translation / reduced.mass
+            arrays.turn[span], arrays.carried[span] = own.turn, own.carried
+            arrays.shapes[port : port + ports, :size] = own.shapes
+            port_of |= {(body.name, name): first + port + PORTS * i for i, name in enumerate(names)}
+            columns = np.concatenate((columns, own.shapes))
+            arrays.fastest[0] = max(arrays.fastest[0], frame.rate)
+            row_at, port, number = row_at + size, port + ports, number + 1
+        for k in range(len(group.bodies)):
+            arrays.transposed[start + size * k : start + size * (k + 1), : len(columns)] = columns.T
+        mode += size
     return arrays, port_of
 
 
@@ -261,14 +301,15 @@ def _carried(body: ReducedBody, frame: Frame, block: ReducedBody) -> Array:
     return result
 
 
-def _connections(topology: Topology, port_of: Mapping[tuple[str, str], int], newton: int) -> AddedConnections:
-    """Arrays of the connections; compiles their laws."""
-    names = [body.name for body in topology.bodies]
+def _connections(
+    topology: Topology, names: list[str], port_of: Mapping[tuple[str, str], int], newton: int
+) -> AddedConnections:
+    """Arrays of the connections, bodies in the order of ``names``; compiles their laws."""
     rows, tables, terms, starts, shown = [], [], [], [0], []
     scales: list[float] = []
     oil: list[float] = []
     kept: list[Piece] = []
-    shown += [(k, *kind) for k in range(len(names)) for kind in BODY_KINDS]
+    shown += [(names.index(body.name), *kind) for body in topology.bodies for kind in BODY_KINDS]
     for connection, piece in _all_pieces(topology):
         frames = [topology.end_frame(end) for end in connection.ends]
         size, first = len(piece.components), len(scales)

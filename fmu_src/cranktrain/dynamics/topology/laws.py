@@ -7,7 +7,7 @@ a class of data in :mod:`cranktrain.engine.connections`, and one row. Bearing la
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
 
@@ -21,7 +21,7 @@ from cranktrain.dynamics.topology.gear_mesh import mesh_law, mesh_record
 from cranktrain.dynamics.topology.spring import LoadRecord, SpringRecord, load_law, spring_law
 from cranktrain.dynamics.topology.terms import Direction, unit
 from cranktrain.dynamics.topology.values import REST, Connection, Frame
-from cranktrain.engine.connections import Coupling, Film, GearMesh, Load, Spring
+from cranktrain.engine.connections import Coupling, Film, GearMesh, Load, Planetary, RigidGear, Spring, check_ends
 from cranktrain.engine.model import optional_fields
 from cranktrain.engine.quantities import check_values
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters
@@ -77,14 +77,17 @@ class ConnectionLaw:
     pieces : ``pieces(data, first, second) -> list[Piece]`` between ends in two frames
     kernel : its own, None where the register of films has it
     turns : whether one end turns the other
+    relations : in place of pieces: rows of coefficients of its ends' rotations (see :mod:`relations`), from data and
+        the ends' speeds over the crank's
     """
 
     name: str
     title: str
     data: type
-    pieces: Callable[[Any, Frame, Frame], list[Piece]] = field(repr=False)
+    pieces: Callable[[Any, Frame, Frame], list[Piece]] | None = field(default=None, repr=False)
     kernel: Any = None
     turns: bool = False
+    relations: Callable[[Any, list[float]], list[list[float]]] | None = field(default=None, repr=False)
 
 
 CONNECTION_LAWS: dict[str, ConnectionLaw] = {}
@@ -102,17 +105,42 @@ def connection_law(name: str, where: str) -> ConnectionLaw:
     return CONNECTION_LAWS[name]
 
 
-def pieces_of(connection: Connection, first: Frame, second: Frame) -> list[Piece]:
-    """Pieces of a connection between ends in two frames; ``InputError`` names the connection."""
-    where = f"connection '{connection.name}'"
-    law = connection_law(connection.law, where)
-    data = connection.data
-    if not isinstance(data, law.data):
-        data = _stated(law, dict(data), where)
+def pieces_of(connection: Connection, *frames: Frame) -> list[Piece]:
+    """Pieces of a connection between ends in two frames, none of a relation; ``InputError`` names the connection."""
+    law, data, where = _read(connection)
     try:
-        return law.pieces(data, first, second)
+        return [] if law.pieces is None else law.pieces(data, frames[0], frames[1])
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
+
+
+def relations_of(connection: Connection, frames: Sequence[Frame]) -> list[Array]:
+    """Coefficients (e,) of each relation between the rotations of a connection's ends; ``InputError`` as above."""
+    law, data, where = _read(connection)
+    if law.relations is None:
+        return []
+    speeds = [frame.sense * frame.rate for frame in frames]
+    try:
+        found = [np.array(row) for row in law.relations(data, speeds)]
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    for row in found:
+        if abs(row @ speeds) > SAME * (np.abs(row) @ np.abs(speeds)):
+            last = int(np.flatnonzero(row)[-1])
+            ratio = -(row @ speeds - row[last] * speeds[last]) / row[last]
+            raise InputError(
+                f"{where}: its ends' frames have the ratios {', '.join(f'{speed:.6g}' for speed in speeds)}, which its "
+                f"teeth do not allow; give the frame of end {last + 1} the ratio {ratio:.10g}"
+            )
+    return found
+
+
+def _read(connection: Connection) -> tuple[ConnectionLaw, Any, str]:
+    """Law of a connection, its data and what it is called; ``InputError`` where they do not fit."""
+    where = f"connection '{connection.name}'"
+    law, data = connection_law(connection.law, where), connection.data
+    check_ends(law.name, len(connection.ends), where)
+    return law, data if isinstance(data, law.data) else _stated(law, dict(data), where), where
 
 
 def _stated(law: ConnectionLaw, given: dict[str, Any], where: str) -> Any:
@@ -238,6 +266,22 @@ def _film(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
     ]  # fmt: skip
 
 
+def _rigid_gear(_: RigidGear, speeds: list[float]) -> list[list[float]]:
+    if 0.0 in speeds:
+        raise InputError("gears need two frames that turn; give both a ratio")
+    return [[speeds[1], -speeds[0]]]
+
+
+def _planetary(gear: Planetary, speeds: list[float]) -> list[list[float]]:
+    """Willis' equation of sun, ring and carrier; planets roll between sun and ring."""
+    sun, ring = gear.teeth_sun, gear.teeth_ring
+    planet = 0.5 * (ring - sun)
+    if planet <= 0.0:
+        raise InputError(f"a ring of {ring} teeth has no room for planets round a sun of {sun}; give it more")
+    rows = [[sun, ring, -(sun + ring), 0.0][: len(speeds)]]
+    return rows if len(speeds) < 4 else [*rows, [sun, 0.0, -(sun + planet), planet]]
+
+
 for _row in (
     ConnectionLaw("gear_mesh", "teeth of two gears, with backlash", GearMesh, _mesh, mesh_law, turns=True),
     ConnectionLaw(
@@ -246,5 +290,9 @@ for _row in (
     ConnectionLaw("spring", "springs and dampers along and about three axes", Spring, _spring, spring_law),
     ConnectionLaw("load", "force and torque, steady or harmonic", Load, _load, load_law),
     ConnectionLaw("film", "plain bearing, whose journal is the first end", Film, _film),
+    ConnectionLaw("rigid_gear", "two gears without give", RigidGear, turns=True, relations=_rigid_gear),
+    ConnectionLaw(
+        "planetary", "sun, ring, carrier and planets without give", Planetary, turns=True, relations=_planetary
+    ),
 ):
     register_connection(_row)

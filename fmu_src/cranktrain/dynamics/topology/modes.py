@@ -17,6 +17,7 @@ from cranktrain.core.kernel import call_kernel, kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.arrays import Base, added
+from cranktrain.dynamics.topology.relations import groups
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, Topology
 from cranktrain.film.laws.films import BY_PLACE, FORCE, NUMBERS, SIZE
 
@@ -52,7 +53,7 @@ def topology_modes(topology: Topology) -> TopologyModes:
     n = made.omega.size
     shapes = np.zeros((bodies.shapes.shape[0], n))
     for row in bodies.rows:
-        m, k = int(row[at.OWN_MODE]), int(row[at.MODES])
+        m, k = int(row[at.MODE]), int(row[at.MODES])
         p = slice(int(row[at.OWN_PORT]), int(row[at.OWN_PORT] + row[at.PORTS]))
         shapes[p, m : m + k] = bodies.shapes[p, :k]
     measured = np.zeros((links.scales.size, n))
@@ -67,7 +68,8 @@ def topology_modes(topology: Topology) -> TopologyModes:
         stiffness -= rows.T @ tangent @ rows
     squares, found = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
     turns = {}
-    for body, row in zip(topology.bodies, bodies.rows, strict=True):
-        own = slice(int(row[at.OWN_MODE]), int(row[at.OWN_MODE] + row[at.MODES]))
-        turns[body.name] = bodies.turn[own] @ found[own]
+    order = [body.name for group in groups(topology) for body in group.bodies]
+    for name, row in zip(order, bodies.rows, strict=True):
+        own, modes = (slice(int(row[k]), int(row[k] + row[at.MODES])) for k in (at.OWN_MODE, at.MODE))
+        turns[name] = bodies.turn[own] @ found[modes]
     return TopologyModes(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi), found, turns)

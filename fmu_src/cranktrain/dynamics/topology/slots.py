@@ -5,9 +5,11 @@ from __future__ import annotations
 # ``AddedBodies.rows``: first mode among all, number of modes, first port among all, number of ports; the same firsts
 # among the added ones alone; the frame's turns per turn of the crank, its angle at crank angle 0 (rad), 1 or −1 where
 # it turns backwards; mass, kg; 1 where it goes along with the block; 1 where gears or couplings make it turn as the
-# crank does; its mass times x and y of its centre of mass from the frame's axis, kg m.
+# crank does; its mass times x and y of its centre of mass from the frame's axis, kg m; its inertia about that axis,
+# kg m². Bodies that relations join have their modes in common: the first of them among the added ones' rows, and 1 in
+# the last one's row; first port of all of them, and how many they have.
 MODE, MODES, PORT, PORTS, OWN_MODE, OWN_PORT, RATE, PHASE, SENSE, MASS, CARRIED, TIED = range(12)
-UNBALANCE_X, UNBALANCE_Y, BODY = 12, 13, 14
+UNBALANCE_X, UNBALANCE_Y, INERTIA, GROUP, ENDS_GROUP, GROUP_PORT, GROUP_PORTS, BODY = range(12, 20)
 # ``AddedConnections.rows``: number of components, the first of them; turns per turn of the crank of the axes in which
 # the law is evaluated, and their angle at crank angle 0; first component of the pairs that turn with these axes (−1:
 # none); rotation about z of both ends (port, −1: none), their senses against the axes', and the ends' own turns per

@@ -56,7 +56,7 @@ def added_topology(
                 offset = local - body.positions[body.index(interface)]
                 end = End(name, interface, (float(offset[0]), float(offset[1]), float(offset[2])))
             ends.append(end)
-        connections.append(Connection(table.name, table.law, (ends[0], ends[1]), table.data))
+        connections.append(Connection(table.name, table.law, tuple(ends), table.data))
     topology = Topology(frames, own, tuple(connections))
     return topology if more is None else topology.plus(more)
 
@@ -96,12 +96,12 @@ def added_outputs(engine: Engine, more: Topology | None = None) -> tuple[str, ..
     for table in engine.connection:
         held = [split_end(text) for text in table.ends]
         ends = [frames.get(of_body[name]) or topology.frame(of_body[name]) for name, _ in held]
-        found += _shown(Connection(table.name, table.law, (End(*held[0]), End(*held[1])), table.data), *ends)
+        found += _shown(Connection(table.name, table.law, tuple(End(*one) for one in held), table.data), *ends)
     for connection in topology.connections:
         found += _shown(connection, *(topology.end_frame(end) for end in connection.ends))
     return tuple(found)
 
 
-def _shown(connection: Connection, first: Frame, second: Frame) -> list[str]:
-    pieces = pieces_of(connection, first, second)
+def _shown(connection: Connection, *frames: Frame) -> list[str]:
+    pieces = pieces_of(connection, *frames)
     return [f"connection[{connection.name}].{name}" for piece in pieces for name, _, _ in piece.outputs]

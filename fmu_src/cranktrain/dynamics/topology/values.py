@@ -92,11 +92,11 @@ class End:
 
 @dataclass(frozen=True)
 class Connection:
-    """One force law between two ends, see :mod:`cranktrain.dynamics.topology.laws`; ``data`` are the law's own (SI)."""
+    """One law between its ends, see :mod:`cranktrain.dynamics.topology.laws`; ``data`` are the law's own (SI)."""
 
     name: str
     law: str
-    ends: tuple[End, End]
+    ends: tuple[End, ...]
     data: Mapping[str, Any] = field(default_factory=dict)
 
 
