@@ -16,6 +16,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import attach, check, rigid_body
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology.belt import strands
 from cranktrain.dynamics.topology.laws import CONNECTION_LAWS, pieces_of
 from cranktrain.dynamics.topology.modes import law_at
 from cranktrain.dynamics.topology.terms import Direction, terms_of
@@ -239,6 +240,28 @@ def test_a_shaft_that_cannot_be_is_told(tmp_path, old, new, said):
         shaft_of(tmp_path, SHAFT.replace(old, new))
 
 
+@pytest.mark.parametrize("crossed", [False, True])
+def test_a_belt_stretches_by_no_turning_and_has_the_closed_forms_mode(crossed):
+    """ω² = 2 k (r₁²/J₁ + r₂²/J₂): two strands in parallel; both pull at rest and meet the pulleys at a tangent."""
+    first, second, k, radius, ratio = 0.3, 0.02, 4e5, 0.09, -3.0 if crossed else 3.0
+    for along, on_first, on_second in strands(0.4, (radius, radius / 3.0), crossed):
+        assert abs(along @ on_first) < 1e-15 and abs(along @ on_second) < 1e-15
+        assert np.linalg.norm(along) == pytest.approx(1.0) and np.linalg.norm(on_second) == pytest.approx(radius / 3.0)
+        between = np.array([0.4, 0.0, 0.0]) + on_second - on_first
+        np.testing.assert_allclose(np.cross(between, along), 0.0, atol=1e-15)
+    frames = ct.Frame("a", 1.0, axis=(0.1, 0.0)), ct.Frame("b", ratio, axis=(0.1, 0.4))
+    stiff = {"stiffness": (1e13, 1e13, 1e9), "damping": (0.0, 0.0, 0.0)}
+    belt = ct.Connection("belt", "belt", (ct.End("a", "gear"), ct.End("b", "gear")),
+                         {"radius": radius, "stiffness": k, "damping": 0.0, "tension": 300.0})  # fmt: skip
+    bodies = disc("a", "a", first), disc("b", "b", second)
+    modes = ct.topology_modes(ct.Topology(frames, bodies, (belt, held("a", **stiff), held("b", **stiff))))
+    exact = math.sqrt(2.0 * k * radius**2 * (1.0 / first + 1.0 / 9.0 / second)) / (2.0 * math.pi)
+    near = np.abs(modes.frequencies_hz - exact).argmin()
+    assert modes.frequencies_hz[near] == pytest.approx(exact, rel=1e-4)  # strands stay at rest but for 0.005 %
+    assert modes.frequencies_hz[0] < 1e-2
+    assert modes.rotations["b"][0] / modes.rotations["a"][0] == pytest.approx(3.0, rel=1e-6)
+
+
 # Runs of a rigid crank ------------------------------------------------------------------------------------------------
 
 
@@ -356,6 +379,30 @@ def test_a_gear_with_backlash_rattles_and_stays_in_its_play():
     assert force.max() > 100.0 and force.min() < -100.0  # both flanks strike
     assert (np.abs(force) < 1.0).mean() > 0.2  # and stand free between
     assert np.abs(gap).max() < 0.5 * play + 1e-4
+
+
+def test_a_belt_drives_an_alternator_by_the_difference_of_its_tensions():
+    """Their sum is that at rest as long as neither strand is slack; their difference is the torque over the radius."""
+    _, body = six()
+    z = float(body.positions[body.index("pulley"), 2])
+    inertia, torque, radius, tension = 4e-3, -8.0, 0.08, 600.0
+    wheel = rigid_body("g", 3.0, np.diag([4e-3, 4e-3, inertia]), (0, 0, z), {"hub": (0, 0, z)})
+    belt = ct.Connection("belt", "belt", (ct.End("crank", "pulley"), ct.End("g", "hub")),
+                         {"radius": radius, "stiffness": 4e5, "damping": 60.0, "tension": tension})  # fmt: skip
+    hold = ct.Connection("hold", "spring", (ct.End("g", "hub"), ct.End("ground")),
+                         HELD | {"stiffness": (1e10, 1e10, 1e8), "damping": (3e4, 3e4, 1e3),
+                                 "turning_damping": (1e2, 1e2, 0.0)})  # fmt: skip
+    load = ct.Connection("load", "load", (ct.End("g", "hub"), ct.End("ground")), {"torque": (0.0, 0.0, torque)})
+    top = ct.Topology((ct.Frame("f", 2.5, axis=(0.3, 0.1)),), (ct.Body("g", wheel, "f"),), (belt, hold, load))
+    found, _ = series(top, steps=1152, a_cycle=576)
+    on, off = (found[f"connection[belt].tension.{way}"][576:] for way in ("running_on", "running_off"))
+    # The pulley pulls the strand that runs onto it.
+    assert on.mean() - off.mean() == pytest.approx(-torque / (radius / 2.5), rel=0.02)
+    assert (on.mean() + off.mean()) / 2.0 == pytest.approx(tension, rel=0.05)
+    assert off.min() > 0.0 and on.min() > 0.0
+    gained = np.diff(found["g.speed"][576:]) / (4.0 * math.pi / SPEED / 576) * inertia
+    drives = 0.5 * ((on - off)[1:] + (on - off)[:-1]) * radius / 2.5 + torque
+    assert np.abs(gained - drives).max() < 0.05 * np.ptp(drives)
 
 
 # Files ----------------------------------------------------------------------------------------------------------------

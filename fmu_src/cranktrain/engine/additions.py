@@ -103,6 +103,7 @@ class ConnectionTable:
     film: laws.Film | None = None
     rigid_gear: laws.RigidGear | None = None
     planetary: laws.Planetary | None = None
+    belt: laws.Belt | None = None
 
     @property
     def data(self) -> Any:

@@ -120,9 +120,26 @@ class Planetary:
     teeth_ring: q.Teeth
 
 
+@dataclass(frozen=True)
+class Belt:
+    """A belt on two pulleys, whose radii are in the ratio of their frames' turns; crossed where these turn apart.
+
+    Attributes
+    ----------
+    radius : of the first pulley at the belt's middle line, m
+    stiffness, damping : of one strand along it, N/m, N s/m
+    tension : of both strands at rest, N
+    """
+
+    radius: q.Size
+    stiffness: q.Stiffness
+    damping: q.Damping
+    tension: q.Tension
+
+
 DATA: dict[str, type] = {
     "gear_mesh": GearMesh, "coupling": Coupling, "spring": Spring, "load": Load, "film": Film,
-    "rigid_gear": RigidGear, "planetary": Planetary,
+    "rigid_gear": RigidGear, "planetary": Planetary, "belt": Belt,
 }  # fmt: skip
 """Data of each law that a file may name."""
 WORDS = {2: "two", 3: "three", 4: "four"}

@@ -181,6 +181,7 @@ Energy = Annotated[float, Quantity("energy", 1e-4, 1e4, "kJ")]
 Area = Annotated[float, Quantity("area", 1e-4, 100.0)]
 
 Force = Annotated[float, Quantity("force", -1e5, 1e5, "kN")]
+Tension = Annotated[float, Quantity("force", 1e-3, 1e3, "kN")]
 Torque = Annotated[float, Quantity("torque", -1e8, 1e8)]
 AxialForce = Annotated[float, Quantity("force", -1e3, 1e3, "kN", "positive away from the pulley")]
 

@@ -25,6 +25,7 @@ from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.modules.register import module_path
 from cranktrain.structure import assembly
+from cranktrain.structure.additions import read_added
 from cranktrain.structure.assembly import check_mesh
 from cranktrain.studies.scene import Scene, load_scene
 
@@ -120,8 +121,11 @@ def whole_model(
     if not block:
         engine = replace(engine, block=None)
 
+    data: dict[str, Any] = {"added": read_added(engine)}
+    # Where a file was when the FMU was built is nobody's business.
+    engine = replace(engine, body=tuple(replace(one, file=Path(one.file).name) for one in engine.body))
     say(f"{engine.name}: crankshaft")
-    data: dict[str, Any] = {"cranks": crank_levels(engine, body, say)}
+    data["cranks"] = crank_levels(engine, body, say)
     if engine.damper is not None:
         data["damped"] = crank_levels(with_damper_housing(engine), body, say)
     flexible = engine.block is not None and engine.mounts is not None
@@ -174,6 +178,7 @@ def build_scene(
         block=run.parts.block,
         bore=None if scene.block == "flexible" else run.parts.bore,
         block_bore=run.parts.bore if scene.block == "flexible" else None,
+        added=run.parts.bodies or {},
     )
     if platforms and scene.film_temperature != "engine":
         say(f"{scene.name}: films by a heat balance take runs before the start: the Python FMU")

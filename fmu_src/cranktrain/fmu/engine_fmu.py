@@ -8,7 +8,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from cranktrain.core.errors import InputError
 from cranktrain.dynamics.topology.tables import added_outputs
 from cranktrain.engine.model import Engine
 from cranktrain.fmu import archive
@@ -78,11 +77,6 @@ def engine_interface(engine: Engine) -> Interface:
         )
         for name in added_outputs(engine)
     )
-    for table in engine.body:
-        if table.made_of_files_or_elements:
-            raise InputError(
-                f"body '{table.name}' is a shaft or a file of its own, which no FMU carries; give its mass"
-            )
     return replace(interface, variables=interface.variables + more)
 
 

@@ -39,7 +39,7 @@ from cranktrain.film.table.database import FilmTable, TableSettings
 from cranktrain.film.table.interpolation import TableArrays
 
 MAGIC = b"CRNKTRN\0"
-SCHEMA = 6
+SCHEMA = 7
 _PREFIX = struct.Struct("<8sIIQQ32s")
 _ARRAYS = (
     "omega",
@@ -55,7 +55,7 @@ _ARRAYS = (
     "inertia",
     "damping",
 )
-_CRANKS = ("cranks", "damped")
+_BODIES = ("cranks", "damped", "added")
 _TABLES = ("table", "big_end_table")
 _BORES = ("bore", "block_bore")
 _ERRORS = ("aligned_error", "tilted_error")
@@ -66,6 +66,7 @@ class FlatModel(NamedTuple):
     """What a flat binary holds.
 
     ``cranks`` are crankshafts by their level, ``damped`` likewise those with the damper's housing on the pulley.
+    ``added`` are shafts and bodies from files that the engine adds, by their name.
     ``bore`` moves as a whole, on ground; ``block_bore`` leaves that to the modes of a flexible block.
     """
 
@@ -77,11 +78,12 @@ class FlatModel(NamedTuple):
     big_end_table: FilmTable | None = None
     block: ReducedBody | None = None
     block_bore: BoreCompliance | None = None
+    added: Mapping[str, ReducedBody] = MappingProxyType({})
 
 
 def to_bytes(model: FlatModel) -> bytes:
     """The model in the layout of this module; ``StoreError`` where a value is not finite."""
-    bodies = {f"{kind}.{level}": body for kind in _CRANKS for level, body in getattr(model, kind).items()}
+    bodies = {f"{kind}.{level}": body for kind in _BODIES for level, body in getattr(model, kind).items()}
     if model.block is not None:
         bodies["block"] = model.block
     named = {f"{key}.{name}": getattr(body, name) for key, body in bodies.items() for name in _ARRAYS}
@@ -154,7 +156,7 @@ def from_bytes(data: bytes, name: str = "model") -> FlatModel:
         size = int(np.prod(entry["shape"]))
         array = values[entry["offset"] : entry["offset"] + size].reshape(entry["shape"]).copy()
         arrays[entry["name"]] = array
-    parts: dict[str, Any] = {kind: {} for kind in _CRANKS}
+    parts: dict[str, Any] = {kind: {} for kind in _BODIES}
     for about in header["bodies"]:
         part = about["part"]
         if about["schema"] != BODY_SCHEMA:

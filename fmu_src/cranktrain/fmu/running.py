@@ -68,7 +68,7 @@ def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[st
     settings = resolved(given, engine)
     check_levels(settings, engine)
     bore = model.block_bore if settings.block == "flexible" else model.bore
-    parts = Parts(model.table, bore, model.big_end_table, model.block)
+    parts = Parts(model.table, bore, model.big_end_table, model.block, bodies=model.added)
     for part in needed_parts(engine, settings):
         if getattr(parts, part) is None:
             _refuse(settings, names, *_PARTS[part])

@@ -16,12 +16,13 @@ import numpy as np
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.topology.belt import belt_law, belt_record, strands
 from cranktrain.dynamics.topology.coupling import coupling_law, coupling_record
 from cranktrain.dynamics.topology.gear_mesh import mesh_law, mesh_record
 from cranktrain.dynamics.topology.spring import LoadRecord, SpringRecord, load_law, spring_law
 from cranktrain.dynamics.topology.terms import Direction, unit
 from cranktrain.dynamics.topology.values import REST, Connection, Frame
-from cranktrain.engine.connections import Coupling, Film, GearMesh, Load, Planetary, RigidGear, Spring, check_ends
+from cranktrain.engine.connections import Belt, Coupling, Film, GearMesh, Load, Planetary, RigidGear, Spring, check_ends
 from cranktrain.engine.model import optional_fields
 from cranktrain.engine.quantities import check_values
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters
@@ -266,6 +267,31 @@ def _film(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
     ]  # fmt: skip
 
 
+def _belt(belt: Belt, first: Frame, second: Frame) -> list[Piece]:
+    """Both strands: that which runs onto the first pulley as it turns, then that which runs off it."""
+    apart = np.array([*second.axis, 0.0]) - np.array([*first.axis, 0.0])
+    distance = float(np.linalg.norm(apart))
+    speeds = first.sense * first.rate, second.sense * second.rate
+    if distance < SAME or 0.0 in speeds:
+        raise InputError("a belt needs two frames that turn, with axes apart; give the frames ratio and axis")
+    radii, crossed = (belt.radius, belt.radius * abs(speeds[0] / speeds[1])), speeds[0] * speeds[1] < 0.0
+    if (sum(radii) if crossed else abs(radii[0] - radii[1])) >= distance:
+        raise InputError(
+            f"pulleys of {1e3 * radii[0]:.4g} and {1e3 * radii[1]:.4g} mm radius leave no strand between axes "
+            f"{1e3 * distance:.4g} mm apart; give a smaller radius"
+        )
+    towards = apart / distance
+    axes = np.column_stack((towards, np.cross(unit(2), towards), unit(2)))
+    found = strands(distance, radii, crossed)
+    components = [
+        (Direction(REST, axes @ way, axes @ np.cross(on_first, way)),
+         Direction(REST, axes @ way, axes @ np.cross(on_second, way), -1.0))
+        for way, on_first, on_second in (found if speeds[0] > 0.0 else found[::-1])
+    ]  # fmt: skip
+    outputs = (("tension.running_on", "force", 0), ("tension.running_off", "force", 1))
+    return [Piece(components, [LENGTH, LENGTH], belt_law, belt_record(belt), outputs=outputs)]
+
+
 def _rigid_gear(_: RigidGear, speeds: list[float]) -> list[list[float]]:
     if 0.0 in speeds:
         raise InputError("gears need two frames that turn; give both a ratio")
@@ -290,6 +316,7 @@ for _row in (
     ConnectionLaw("spring", "springs and dampers along and about three axes", Spring, _spring, spring_law),
     ConnectionLaw("load", "force and torque, steady or harmonic", Load, _load, load_law),
     ConnectionLaw("film", "plain bearing, whose journal is the first end", Film, _film),
+    ConnectionLaw("belt", "two strands on two pulleys, which pull only", Belt, _belt, belt_law, turns=True),
     ConnectionLaw("rigid_gear", "two gears without give", RigidGear, turns=True, relations=_rigid_gear),
     ConnectionLaw(
         "planetary", "sun, ring, carrier and planets without give", Planetary, turns=True, relations=_planetary
