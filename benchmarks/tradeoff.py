@@ -15,7 +15,7 @@ from pathlib import Path
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from cranktrain.studies.kept import Kept
+from cranktrain.store.kept import Kept
 from cranktrain.studies.tradeoff.study import default_scenes, study
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import scipy
 from benchmarks.peer_programs.equal_error import Point, beside, listed
 
-from cranktrain.studies.kept import Kept
+from cranktrain.store.kept import Kept
 from cranktrain.studies.tradeoff.families import StudyScene
 from cranktrain.studies.tradeoff.measure import Entry
 from cranktrain.studies.tradeoff.measure import measured as points_of

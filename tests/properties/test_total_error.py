@@ -19,7 +19,7 @@ from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters
 from cranktrain.film.laws.ehd import IN_LOOP, elastic_films, film_values
 from cranktrain.film.laws.register import CHEAP, LAWS, MAINS, MODERATE, PLAIN, Form, Law, bearing_law, register_law
-from cranktrain.studies.kept import Kept
+from cranktrain.store.kept import Kept
 from cranktrain.studies.planning.charted import around, charted
 from cranktrain.studies.scene import RPM, load_scene
 from cranktrain.studies.tradeoff.families import StudyScene

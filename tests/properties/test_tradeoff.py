@@ -15,7 +15,7 @@ from tradeoff_case import small
 
 from cranktrain.core.errors import InputError
 from cranktrain.modules.combustion.file import load
-from cranktrain.studies.kept import Kept
+from cranktrain.store.kept import Kept
 from cranktrain.studies.tradeoff import coupled, families, measure
 from cranktrain.studies.tradeoff.choice import choice_text
 from cranktrain.studies.tradeoff.families import FAMILIES

@@ -8,7 +8,7 @@ from total_error import few
 
 from cranktrain.cli.main import main
 from cranktrain.engine.file import load_engine
-from cranktrain.studies import kept as stores
+from cranktrain.store import kept as stores
 from cranktrain.studies.tradeoff.total import measure, shipped, study
 from cranktrain.studies.tradeoff.total.families import FAMILIES
 from cranktrain.studies.tradeoff.total.point import Split, TotalPoint

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, check_levels, needed_parts, resolved
@@ -154,25 +153,28 @@ def running_crank(
 
     def make() -> ReducedBody:
         from cranktrain.engine.torsional_chain import is_chain, read_chain
+        from cranktrain.structure.crank import level as crank
         from cranktrain.structure.crank.chain import chain_body
-        from cranktrain.structure.crank.level import bare_crank
         from cranktrain.structure.crank.reduction import reduced_crankshaft
 
         if mesh is not None and is_chain(mesh):
-            return crank_level(level).make_running(engine, chain_body(engine, read_chain(mesh)))
+            return crank.running_crank(engine, level, chain_body(engine, read_chain(mesh)))
         if mesh is not None:
-            bare = bare_crank(engine, level, reduced_crankshaft(engine, mesh, progress=say), say)
+            bare = crank.bare_crank(engine, level, reduced_crankshaft(engine, mesh, progress=say), say)
         else:
             # With a damper or without, which the pulley carries, the crankshaft is the same, unless it is tuned to it.
             tuned = engine.reduction.torsional_source == "solid-in-motion"
             key = "bare crank", engine if tuned else replace(engine, pulley=None), level  # type: ignore[arg-type]
-            bare = _once(key, lambda: bare_crank(engine, level, progress=say))
-        return crank_level(level).make_running(engine, bare)
+            bare = _once(key, lambda: crank.bare_crank(engine, level, progress=say))
+        return crank.running_crank(engine, level, bare)
 
     def complete() -> ReducedBody:
         row, body = crank_level(level), make()
-        inherits = inherit and row.inherits and not body.damping.size
-        return resolve(row.inherit)(engine, body, row.inherits, say) if inherits else body
+        if not (inherit and row.inherits) or body.damping.size:
+            return body
+        from cranktrain.structure.in_motion.inherited_damping import with_inherited_damping
+
+        return with_inherited_damping(engine, body, row.inherits, say)
 
     return complete() if mesh is not None else _once(("complete crank", engine, level, inherit), complete)
 

@@ -9,8 +9,8 @@ from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import DEAR, DEAREST, bearing_law
+from cranktrain.store.kept import Kept
 from cranktrain.studies.answers import bearing_ladder
-from cranktrain.studies.kept import Kept
 from cranktrain.studies.tradeoff.case import CYCLES, Case
 from cranktrain.studies.tradeoff.measure import Entry, Progress, measured
 from cranktrain.studies.tradeoff.point import NUMERICAL, Point

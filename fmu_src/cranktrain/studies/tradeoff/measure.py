@@ -30,8 +30,8 @@ from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import DEAREST, bearing_law
 from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressure, spline_coefficients
+from cranktrain.store.kept import Kept, digest
 from cranktrain.structure.assembly import Assembly, assemble
-from cranktrain.studies.kept import Kept, digest
 from cranktrain.studies.peers.fixed_step import LIMITS
 from cranktrain.studies.peers.other_solvers import Unstable, largest_rate, other_run
 from cranktrain.studies.tradeoff.case import STAGES, Case

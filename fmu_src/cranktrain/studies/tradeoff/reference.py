@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.studies.kept import Kept
+from cranktrain.store.kept import Kept
 from cranktrain.studies.tradeoff.case import GRID_DEG, Case
 from cranktrain.studies.tradeoff.measure import Progress, differences, named_errors, recorded
 

@@ -11,7 +11,7 @@ from typing import Any
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
-from cranktrain.studies.kept import Kept
+from cranktrain.store.kept import Kept
 from cranktrain.studies.peers.other_solvers import SCIPY
 from cranktrain.studies.tradeoff.families import FAMILIES, StudyScene
 from cranktrain.studies.tradeoff.measure import measured

@@ -10,7 +10,7 @@ from typing import Any
 from cranktrain.core.errors import CranktrainError
 from cranktrain.dynamics.model.settings import Settings, needed_parts
 from cranktrain.engine.file import load_engine
-from cranktrain.studies.kept import Kept
+from cranktrain.store.kept import Kept
 from cranktrain.studies.tradeoff.families import StudyScene
 from cranktrain.studies.tradeoff.reference import INTEGRATOR
 from cranktrain.studies.tradeoff.total.choices import USUAL_DEG, Method, Model, best_model, default_model, models

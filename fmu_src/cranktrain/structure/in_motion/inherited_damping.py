@@ -37,11 +37,16 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
+from cranktrain.store.kept import Kept, digest
 from cranktrain.structure.assembly import assemble
-from cranktrain.structure.crank.modal import KINDS, cranktrain_matrices, cranktrain_modes, torsional_frequencies
-from cranktrain.studies.in_motion.eigenproblem import modes_in_motion
-from cranktrain.studies.kept import Kept, digest
-from cranktrain.studies.torsion.housed_crank import at_largest
+from cranktrain.structure.crank.modal import (
+    KINDS,
+    at_largest,
+    cranktrain_matrices,
+    cranktrain_modes,
+    torsional_frequencies,
+)
+from cranktrain.structure.in_motion.eigenproblem import modes_in_motion
 
 MODES = 2
 """Torsional modes whose damping is taken over."""
