@@ -9,6 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.other_solvers.entries import other_entries, speedups
+from benchmarks.other_solvers.solver import OtherSolver
 from hypothesis import given
 from hypothesis import strategies as st
 from tradeoff_case import small
@@ -20,7 +22,6 @@ from cranktrain.studies.tradeoff import coupled, families, measure
 from cranktrain.studies.tradeoff.choice import choice_text
 from cranktrain.studies.tradeoff.families import FAMILIES
 from cranktrain.studies.tradeoff.files import points_csv, write_files
-from cranktrain.studies.tradeoff.level_points import numerical_points
 from cranktrain.studies.tradeoff.measure import differences, high_order_error, measured
 from cranktrain.studies.tradeoff.pareto import cost_at, pareto_front
 from cranktrain.studies.tradeoff.point import OUTPUTS, Point
@@ -86,9 +87,9 @@ def test_errors_of_high_orders_stand_apart():
 
 @pytest.mark.slow
 def test_points_of_a_study(small, tmp_path):
-    result = study([small], ["integrators", "pressure"], True, Kept(tmp_path / "kept"))
+    result = study([small], ["integrators", "pressure"], True, Kept(tmp_path / "kept"), others=other_entries)
     data = json.loads(json.dumps(result.as_dict(), allow_nan=False))
-    assert set(data) == {"points", "reference", "against_scipy"}
+    assert set(data) == {"points", "reference"}
     estimate = data["reference"]["error_estimate"]
     assert set(estimate) == set(OUTPUTS) and estimate["bearing_film"] is None
     assert 0.0 < estimate["pulley_torsion"] < 1e-4
@@ -113,7 +114,7 @@ def test_points_of_a_study(small, tmp_path):
         p.seconds_per_simulated_second for p in on_front
     ]
 
-    again = study([small], ["integrators", "pressure"], True, Kept(tmp_path / "kept"))
+    again = study([small], ["integrators", "pressure"], True, Kept(tmp_path / "kept"), others=other_entries)
     assert again.as_dict() == result.as_dict()
 
     written = write_files(result, tmp_path / "out")
@@ -189,10 +190,43 @@ def test_levels_climb_to_the_next(small):
         assert tops == {climbed[-1][1]}
 
 
-def test_numerical_points_of_one_level(small, tmp_path):
-    engine = small.engine
-    numbers = numerical_points(engine, small.speed, small.settings, store=Kept(tmp_path))
-    assert all(isinstance(p, Point) and p.parameters["error_kind"] == "numerical" for p in numbers)
+def test_other_solvers_come_with_their_entries(small, tmp_path):
+    """The study alone has the stage solver's methods; an entry that brings a solver is run by it and kept as its own."""
+    assert all(entry.other is None for entry in FAMILIES["integrators"](small, True))
+    entries = [entry for entry in other_entries(small, True) if entry.label == "radau-5 3°"]
+    store, told = Kept(tmp_path), []
+    (point,) = measured(entries, store, 1, told.append)
+    assert (point.solver, point.parameters["integrator"], point.parameters["scaling"]) == ("radau-5", "radau-5", "each")
+    assert point.status == "ok" and point.worst < 1e-4
+    other = replace(entries[0], other=OtherSolver("scipy:LSODA", 1e-2))
+    keys = {measure._entry_key(entry) for entry in (entries[0], other, replace(other, other=None))}
+    assert len(keys) == 3
+    assert measured(entries, store, 1, lambda stage: pytest.fail(stage)) == [point]
+
+
+def test_an_other_solver_that_does_not_exist_is_refused():
+    with pytest.raises(InputError, match="did you mean 'scipy:LSODA'"):
+        OtherSolver("scipy:LSODE", 1e-3)
+    with pytest.raises(InputError, match="needs a tolerance"):
+        OtherSolver("scipy:BDF")
+
+
+def test_best_own_cost_beside_the_best_of_scipy():
+    """At an error of 1e-3: ours of a power law, SciPy's cheapest of two, explicit methods left out."""
+
+    def point(cost, error, **more):
+        errors = dict.fromkeys(OUTPUTS, error)
+        return Point("integrators", "", {"error_kind": "numerical", "integrator": "esdirk4", **more}, cost, errors)
+
+    def other(method, name, cost):
+        return point(cost, 1e-3, integrator=method, solver=name)
+
+    points = [point(1.0, 1e-2), point(2.0, 1e-4)]
+    assert speedups(points) == {}
+    points += [other("scipy:BDF", "SciPy BDF", 30.0), other("scipy:LSODA", "SciPy LSODA, floored", 20.0)]
+    entry = speedups([*points, other("runge-kutta-4", "runge-kutta-4", 0.1)])["0.001"]
+    assert entry["own"] == pytest.approx(math.sqrt(2.0))
+    assert (entry["scipy_best"], entry["ratio"]) == ("SciPy LSODA, floored", pytest.approx(20.0 / math.sqrt(2.0)))
 
 
 def test_an_unknown_family_names_the_nearest():

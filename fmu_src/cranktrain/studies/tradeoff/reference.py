@@ -30,7 +30,7 @@ def reference_case(case: Case, quick: bool = False) -> Case:
         step=math.radians(step),
         control="fixed",
     )
-    return replace(case, settings=fine, method="stages", tolerance=None, scaling="each", interval_deg=GRID_DEG)
+    return replace(case, settings=fine, interval_deg=GRID_DEG)
 
 
 def error_estimate(case: Case, store: Kept, say: Progress | None = None) -> dict[str, float | None]:

@@ -32,7 +32,7 @@ from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.film.laws.ehd import IN_LOOP
 from cranktrain.store.kept import Kept, digest
 from cranktrain.structure.assembly import Assembly, assemble
-from cranktrain.studies.tradeoff.total.families import Cycle, wanted
+from cranktrain.studies.total_error.families import Cycle, wanted
 
 Progress = Callable[[str], None]
 
