@@ -191,7 +191,7 @@ def test_levels_climb_to_the_next(small):
 
 
 def test_other_solvers_come_with_their_entries(small, tmp_path):
-    """The study alone has the stage solver's methods; an entry that brings a solver is run by it and kept as its own."""
+    """The study alone has the stage solver's methods; an entry that brings a solver is run by it."""
     assert all(entry.other is None for entry in FAMILIES["integrators"](small, True))
     entries = [entry for entry in other_entries(small, True) if entry.label == "radau-5 3°"]
     store, told = Kept(tmp_path), []
