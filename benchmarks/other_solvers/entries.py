@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 from benchmarks.other_solvers.solver import SCIPY, OtherSolver
@@ -13,7 +14,7 @@ from cranktrain.film.laws.register import bearing_law
 from cranktrain.studies.tradeoff.case import COMMUNICATION_DEG, Case
 from cranktrain.studies.tradeoff.families import StudyScene
 from cranktrain.studies.tradeoff.measure import Entry
-from cranktrain.studies.tradeoff.pareto import cost_at
+from cranktrain.studies.tradeoff.pareto import pareto_front
 from cranktrain.studies.tradeoff.point import NUMERICAL, OUTPUTS, Point
 from cranktrain.studies.tradeoff.reference import reference_case
 
@@ -108,3 +109,21 @@ def _compared(points: Sequence[Point], target: float, outputs: Sequence[str]) ->
     best = min(reached, key=reached.__getitem__) if reached else None
     ratio = reached[best] / ours if best is not None and ours else None
     return {"own": ours, "scipy": theirs, "scipy_best": best, "ratio": ratio}
+
+
+def cost_at(error: float, found: Sequence[float], costs: Sequence[float]) -> float | None:
+    """Cost at an error by log-log interpolation along the front; None where no run reaches it.
+
+    Nothing is extrapolated to smaller errors, and above the largest error the cheapest run counts.
+    """
+    order = pareto_front(costs, found)
+    front = [(found[k], costs[k]) for k in order]
+    if not front:
+        return None
+    if front[0][0] <= error:
+        return front[0][1]
+    for (e0, c0), (e1, c1) in pairwise(front):
+        if e1 <= error:
+            share = math.log(e0 / error) / math.log(e0 / max(e1, 1e-300))
+            return math.exp(math.log(c0) + share * math.log(c1 / c0))
+    return None

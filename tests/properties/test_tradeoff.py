@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.other_solvers.entries import other_entries, speedups
+from benchmarks.other_solvers.entries import cost_at, other_entries, speedups
 from benchmarks.other_solvers.solver import OtherSolver
 from hypothesis import given
 from hypothesis import strategies as st
@@ -23,7 +23,7 @@ from cranktrain.studies.tradeoff.choice import choice_text
 from cranktrain.studies.tradeoff.families import FAMILIES
 from cranktrain.studies.tradeoff.files import points_csv, write_files
 from cranktrain.studies.tradeoff.measure import differences, high_order_error, measured
-from cranktrain.studies.tradeoff.pareto import cost_at, pareto_front
+from cranktrain.studies.tradeoff.pareto import pareto_front
 from cranktrain.studies.tradeoff.point import OUTPUTS, Point
 from cranktrain.studies.tradeoff.study import chosen_families, study
 
