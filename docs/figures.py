@@ -591,7 +591,7 @@ def pictures() -> None:
 
 def studies() -> None:
     """Charts of accuracy against speed, and the stability maps."""
-    cranktrain("tradeoff examples/six_at_2000.toml --output out/tradeoff")
+    python("benchmarks/tradeoff.py", "examples/six_at_2000.toml", "--output", "out/tradeoff")
     cranktrain("stability --output docs/stability --page docs/stability.md")
     for drawing in (DOCS / "stability").glob("*.svg"):
         drawing.unlink()  # the page shows the PNG
