@@ -197,7 +197,7 @@ def test_other_solvers_come_with_their_entries(small, tmp_path):
     store, told = Kept(tmp_path), []
     (point,) = measured(entries, store, 1, told.append)
     assert (point.solver, point.parameters["integrator"], point.parameters["scaling"]) == ("radau-5", "radau-5", "each")
-    assert point.status == "ok" and point.worst < 1e-4
+    assert point.status == "ok" and point.error["pulley_torsion"] < 1e-3
     other = replace(entries[0], other=OtherSolver("scipy:LSODA", 1e-2))
     keys = {measure._entry_key(entry) for entry in (entries[0], other, replace(other, other=None))}
     assert len(keys) == 3
