@@ -154,7 +154,7 @@ def around(films, places, velocities, kept, h, forces, carry):
     numbers[GAIN] = h
     for n in range(places.shape[0] - 1):
         for i in range(places.shape[1]):
-            if films.traits[MEMORY] > 0.0:
+            if films.traits[i, MEMORY] > 0.0:
                 for k in range(4):
                     films.place[i, k] = places[n, i, k]
                 film_call(films, OPEN_STEP, i, kept[n, i], out)
@@ -206,7 +206,7 @@ def elastic_films(
     films = _films(count)
     record = elastic_bore(engine.plain_mains, np.full(count, oil(engine)), bore, grid)
     size = film_size(record.film)
-    films.traits[MEMORY] = size
+    films.traits[:, MEMORY] = size
     enter(films, elastic_law, record)
     result = OrbitFilms(films, orbit, np.zeros((STEPS + 1, count, size)), np.empty((STEPS, count, 4)))
     for _ in range(LAPS):

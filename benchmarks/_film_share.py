@@ -22,7 +22,7 @@ HELD_FORCE = RATE + 1
 class Timer(NamedTuple):
     """Law that is timed, seconds and nanoseconds of the clock before and after, and what was spent."""
 
-    entry: NDArray[np.int64]  # (2,)
+    entry: NDArray[np.int64]  # (b, 3) as the films had it
     clock: NDArray[np.int64]  # (2, 2)
     spent: NDArray[np.float64]  # (actions, 2) calls and nanoseconds
 
@@ -31,14 +31,15 @@ def _timer(entry: NDArray[np.int64]) -> Timer:
     return Timer(entry, np.zeros((2, 2), dtype=np.int64), np.zeros((HELD_FORCE + 1, 2)))
 
 
-_read = record_reader(_timer(np.zeros(2, dtype=np.int64)))
+_read = record_reader(_timer(np.zeros((1, 3), dtype=np.int64)))
 
 
 @law_kernel
 def _timed_law(record, action, i, place, velocity, numbers, memory, out):
     timer = _read(record)
     _clock(_MONOTONIC, timer.clock[0].ctypes)
-    status = call_kernel(timer.entry[0], (timer.entry[1], action, i, place, velocity, numbers, memory, out))
+    own = timer.entry[i]
+    status = call_kernel(own[0], (own[1], action, own[2], place, velocity, numbers, memory, out))
     _clock(_MONOTONIC, timer.clock[1].ctypes)
     row = HELD_FORCE if action == FORCE and numbers[FROZEN] != 0.0 else action
     timer.spent[row, 0] += 1.0
@@ -59,7 +60,8 @@ class FilmTimer:
         )
 
     def __enter__(self) -> FilmTimer:
-        self.films.entry[:] = self.address, self.record
+        self.films.entry[:, :2] = self.address, self.record
+        self.films.entry[:, 2] = range(len(self.films.entry))
         return self
 
     def __exit__(self, *error: object) -> None:

@@ -119,7 +119,7 @@ def compared(engine: Engine, level: str, speed: float, count: float, horizon: fl
     else:
         fine = started("reynolds")
         bore = rigid_bore(engine.plain_mains, fine.model.bearings, None, fine.model.films.solved, size=FINE)
-        fine.model.films.entry[1] = keep_record(bore, fine.model.films.entry)
+        fine.model.films.entry[:, 1] = keep_record(bore, fine.model.films.entry)
         fine.state = usual.state
     aligned = started("impedance")
     shown, _ = cycles(aligned, 2 * count, f"{speed:g} rev/min, impedance")

@@ -99,7 +99,7 @@ def measured(grid: ElasticGrid = IN_LOOP, **choices: Any) -> Found:
     run = Simulation(made.engine, made.body, made.settings, None, chosen)
     run.inputs[0] = SPEED
     run.initialize()
-    bore: ElasticBore = RECORDS[int(run.model.films.entry[1])]
+    bore: ElasticBore = RECORDS[int(run.model.films.entry[0, 1])]
     length = 4.0 * math.pi / SPEED
     step = communication_step(SPEED, min(COMMON, made.settings.step))
     count = round(length / step)

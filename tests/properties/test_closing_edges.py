@@ -44,7 +44,7 @@ def test_films_of_the_loop_are_converged_where_edges_touch():
     cycle(usual, 2)
     fine = started(body, bearings="reynolds")
     record = rigid_bore(ENGINE.plain_mains, fine.model.bearings, None, fine.model.films.solved, size=(96, 16))
-    fine.model.films.entry[1] = keep_record(record, fine.model.films.entry)
+    fine.model.films.entry[:, 1] = keep_record(record, fine.model.films.entry)
     fine.state = usual.state
     (torsion, loads, places), (finer, carried, _) = cycle(usual, 2), cycle(fine, 2)
     assert np.ptp(torsion) == pytest.approx(np.ptp(finer), rel=0.003)

@@ -16,7 +16,7 @@ from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.film.journal.grid import NODE_GRADING
 from cranktrain.film.laws.ehd import IN_LOOP, KEPT, SHAPES
-from cranktrain.film.laws.films import FROZEN, MEMORY
+from cranktrain.film.laws.films import FROZEN
 from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.film.table.database import bearing_settings
 from cranktrain.store.film_tables import film_table
@@ -63,7 +63,7 @@ def test_blocks_are_the_derivatives_of_the_forces(choices):
         # Nodes at rest: where they follow the journal tangents by place are exact to the order of the grid only.
         record = rigid_bore(ENGINE.main_bearing, model.bearings, None, model.films.solved)
         record.grid.settings[NODE_GRADING] = 0.0
-        model.films.entry[1] = keep_record(record, model.films.entry)
+        model.films.entry[:, 1] = keep_record(record, model.films.entry)
     simulation.step(math.radians(3) / SPEED)
     c_q, c_v = 1e-9, 3e-5
     frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
@@ -127,7 +127,7 @@ def test_free_big_ends_carry_what_rods_need():
 
 def kept_films(simulation):
     """Of each elastic film in the state: unknowns (b, N), shapes and their rates (b, k), kept results (b, KEPT)."""
-    films = simulation.state[-int(simulation.model.films.traits[MEMORY]) * 7 :].reshape(7, -1)
+    films = simulation.state[-int(simulation.model.films.remembered[-1]) :].reshape(7, -1)
     return np.split(films, np.cumsum([IN_LOOP.size, SHAPES, SHAPES]), axis=1)
 
 

@@ -47,6 +47,14 @@ def test_balancers(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "balancers.png").stat().st_size > 10_000
 
 
+def test_mixed_mains(capsys):
+    """Only main 1 loses its film, and with it its friction."""
+    assert example("mixed_mains").main() == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()[1:]]
+    assert [row[6] == "none" for row in rows] == [True] + 6 * [False]
+    assert [float(row[-1]) > 0.5 for row in rows] == [False] + 6 * [True]
+
+
 def test_pressed_collar(tmp_path):
     """On a beam: the collar moves less than the crank where a force presses it, and about as much where it floats."""
     found = example("pressed_collar").main(str(tmp_path / "collar.png"), "beam", (1300.0, 1600.0, 50.0))

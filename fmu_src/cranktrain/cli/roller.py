@@ -209,7 +209,7 @@ def _mains(options: argparse.Namespace) -> dict[str, Any]:
             "stiffness_n_per_mm": 1e-3 * rollers.stiffness[i],
             "tilt_stiffness_nm_per_rad": rollers.tilt_stiffness[i],
         }
-        mains.append({"main": i + 1, **solved[bearing], "engine_file": linear})
+        mains.append({"main": engine.roller_mains[i] + 1, **solved[bearing], "engine_file": linear})
     if not options.json:
         law = next(iter(solved)).law
         title = f"{engine.title}: main roller bearings, {options.load:g} N on each, contacts by {law}"

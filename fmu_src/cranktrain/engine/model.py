@@ -25,8 +25,9 @@ from cranktrain.engine.torsional_chain import DriveLineChain
 class Engine:
     """One engine, complete.
 
-    Its crank runs in plain bearings, ``main_bearing``, or in roller bearings, ``main_roller``. ``clutch`` is fixed to
-    the same interface as the flywheel. What is optional serves the levels that ask for it; ``damper`` runs only then.
+    Its crank runs in plain bearings, ``main_bearing``, in roller bearings, ``main_roller``, or in both. ``clutch``
+    is fixed to the same interface as the flywheel. What is optional serves the levels that ask for it; ``damper`` runs
+    only then.
     ``frame``, ``body`` and ``connection`` are added to crank and block (:mod:`cranktrain.engine.additions`).
     """
 
@@ -81,11 +82,31 @@ class Engine:
     @property
     def main_bores(self) -> tuple[float, ...]:
         """Diameter of each main bearing's bore in the block, outside its shells or its outer ring, m."""
+        sizes = dict.fromkeys(range(len(self.crankshaft.main_widths)), 0.0)
         roller = self.main_roller
-        if roller is not None:
-            sizes = zip(roller.pitch_diameter, roller.roller_diameter, strict=True)
-            return tuple(pitch + (1.0 + 2.0 * parts.RING_SHARE) * size for pitch, size in sizes)
-        return len(self.crankshaft.main_widths) * ((1.0 + 2.0 * parts.SHELL_SHARE) * self.plain_mains.diameter,)
+        for row, main in enumerate(self.roller_mains):
+            assert roller is not None
+            sizes[main] = roller.pitch_diameter[row] + (1.0 + 2.0 * parts.RING_SHARE) * roller.roller_diameter[row]
+        for main in self.plain_numbers:
+            sizes[main] = (1.0 + 2.0 * parts.SHELL_SHARE) * self.plain_mains.diameter
+        return tuple(sizes.values())
+
+    @property
+    def roller_mains(self) -> tuple[int, ...]:
+        """Mains, numbered from 0, that run in roller bearings: one for each value of ``main_roller``."""
+        if self.main_roller is None:
+            return ()
+        return tuple(i - 1 for i in self.main_roller.mains) or tuple(range(len(self.crankshaft.main_widths)))
+
+    @property
+    def plain_numbers(self) -> tuple[int, ...]:
+        """Mains, numbered from 0, that run in plain bearings."""
+        return tuple(i for i in range(len(self.crankshaft.main_widths)) if i not in self.roller_mains)
+
+    @property
+    def rollers_only(self) -> bool:
+        """Whether no main has an oil film."""
+        return self.main_bearing is None
 
     @property
     def plain_mains(self) -> parts.JournalBearing:

@@ -200,7 +200,9 @@ class JournalBearing(PlainBearing):
 
 @dataclass(frozen=True, kw_only=True)
 class RollerBearings:
-    """Cylindrical roller bearings of the mains: one value per main journal, from the pulley to the flywheel (SI).
+    """Cylindrical roller bearings of mains: one value per main journal, from the pulley to the flywheel (SI).
+
+    They carry all mains, or those whose numbers ``mains`` gives, rising; then there is one value for each of these.
 
     ``rollers`` on a circle of ``pitch_diameter``, their effective ``roller_length``; ``clearance`` is the diametral
     radial clearance of the standards (play from side to side), ``profile`` the parameter p of the rollers' logarithmic
@@ -223,6 +225,7 @@ class RollerBearings:
     profile: tuple[q.RollerProfile, ...]
     law: q.RollerLaw = "palmgren"
     variable: bool = False
+    mains: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

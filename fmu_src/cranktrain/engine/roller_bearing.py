@@ -121,13 +121,19 @@ def check_rollers(rollers: RollerBearings, crankshaft: Crankshaft) -> None:
     """
     r, mains, of = rollers, len(crankshaft.main_widths), partial(need, "main_roller")
     check_values(r, "main_roller")
+    for number in r.mains:
+        of("mains", 1 <= number <= mains, f"{number} is not one of the main journals 1..{mains}")
+    of("mains", list(r.mains) == sorted(set(r.mains)), f"{list(r.mains)} does not rise; give each main once, in order")
+    numbers = r.mains or tuple(range(1, mains + 1))
     for entry in fields(r):
         values = getattr(r, entry.name)
-        if isinstance(values, tuple):
-            text = f"{len(values)} values for {mains} main journals; give one each"
-            of(entry.name, len(values) == mains, text)
-    for i, (length, width) in enumerate(zip(r.roller_length, crankshaft.main_widths, strict=True)):
-        text = f"{mm(length)} is longer than main journal {i + 1} is wide, {mm(width)}"
+        if isinstance(values, tuple) and entry.name != "mains":
+            whose = "mains" if r.mains else "main journals"
+            text = f"{len(values)} values for {len(numbers)} {whose}; give one each"
+            of(entry.name, len(values) == len(numbers), text)
+    for i, (length, number) in enumerate(zip(r.roller_length, numbers, strict=True)):
+        width = crankshaft.main_widths[number - 1]
+        text = f"{mm(length)} is longer than main journal {number} is wide, {mm(width)}"
         of(f"roller_length[{i + 1}]", length <= width, text)
         # Seats may differ somewhat from the journals' common diameter; a wrong unit or circle differs by more.
         track, journal = r.pitch_diameter[i] - r.roller_diameter[i], crankshaft.main_diameter

@@ -128,7 +128,7 @@ def whole_model(
     if flexible:
         say(f"{engine.name}: block")
         data["block"] = assembly.running_block(engine, tilting=True, say=say)
-    if engine.main_roller is not None:
+    if engine.rollers_only:
         return FlatModel(engine, **data)
     if any("bore" in law.forms[PLAIN].parts for law in LAWS.values() if PLAIN in law.forms):
         say(f"{engine.name}: elastic bores")

@@ -111,7 +111,7 @@ def refuse_beyond(
     given, crank, bearings = asdict(levels), levels.crank, levels.bearings
     if levels.pistons == "auto":
         given["pistons"] = "guided" if levels.block == "flexible" else "rigid"
-    rollers = bearings not in plain or (engine is not None and engine.main_roller is not None)
+    rollers = bearings not in plain or (engine is not None and engine.rollers_only)
     tables = ladders(rollers and bearings in rolling)
     for kind, ladder in tables.items():
         valid = (*plain, *rolling) if kind == "bearings" else ladder

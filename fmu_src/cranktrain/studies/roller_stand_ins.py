@@ -15,6 +15,7 @@ a very soft one is the harmonic mean. Both isotropic parts are the same in axes 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -78,9 +79,9 @@ def roller_cycle(simulation: Simulation) -> RollerCycle:
         simulation.step(began + (k + 1) * step)
         films = simulation.model.films
         angle[k] = math.atan2(films.numbers[SIN], films.numbers[COS])
-        for i, bearing in enumerate(bearings):
+        for i, (main, bearing) in enumerate(zip(simulation.engine.roller_mains, bearings, strict=True)):
             cage = bearing.cage_ratio * films.numbers[ANGLE] if rollers.variable else 0.0
-            out = force_at(bearing, films.place[i], FIRST_ANGLE + cage - angle[k], IN_LOOP)
+            out = force_at(bearing, films.place[main], FIRST_ANGLE + cage - angle[k], IN_LOOP)
             tangents[k, i] = -out[BY_PLACE:WORK].reshape(4, 4)
             forces[k, i] = out[:2]
     return RollerCycle(tangents, forces, angle)
@@ -91,7 +92,7 @@ def stand_ins(engine: Engine, body: ReducedBody, cycle: RollerCycle) -> StandIns
     lever = 0.5 * np.array(required_rollers(engine).roller_length)
     radial = 0.5 * np.trace(cycle.tangents[:, :, :2, :2], axis1=2, axis2=3)
     tilting = 0.5 * np.trace(cycle.tangents[:, :, 2:, 2:], axis1=2, axis2=3) * lever**2
-    own, own_tilt = (elastic_stiffness(body, lever.size, first) for first in (0, 3))
+    own, own_tilt = (elastic_stiffness(body, engine.roller_mains, first) for first in (0, 3))
     return StandIns(in_series(radial, own), in_series(tilting, own_tilt), own, own_tilt)
 
 
@@ -100,11 +101,11 @@ def in_series(tangents: Array, own: Array) -> Array:
     return np.asarray(1.0 / np.mean(1.0 / (tangents + own), axis=0) - own)
 
 
-def elastic_stiffness(body: ReducedBody, mains: int, first: int) -> Array:
-    """Elastic stiffness (mains,) of a free body at its main journals: radial (``first`` 0, N/m), tilting (3, N m)."""
+def elastic_stiffness(body: ReducedBody, mains: Sequence[int], first: int) -> Array:
+    """Elastic stiffness (b,) of a free body at main journals, from 0: radial (``first`` 0, N/m), tilting (3, N m)."""
     found = []
-    for i in range(1, mains + 1):
-        rows = body.shapes[body.index(f"main[{i}]"), first : first + 2, RIGID:] / body.omega[RIGID:]
+    for i in mains:
+        rows = body.shapes[body.index(f"main[{i + 1}]"), first : first + 2, RIGID:] / body.omega[RIGID:]
         found.append(2.0 / float(np.sum(rows**2)))
     return np.array(found)
 
@@ -169,7 +170,7 @@ def _entry(engine: Engine, cycle: RollerCycle, found: StandIns, i: int) -> dict[
     at_rest = turn @ plane @ turn.transpose(0, 2, 1)
     kn = 1e-3
     return {
-        "main": i + 1,
+        "main": engine.roller_mains[i] + 1,
         "load_n": {"mean": float(load.mean()), "median": float(np.median(load)), "largest": float(load.max())},
         "loaded_fraction": float(loaded.mean()),
         "tangent_n_per_mm": {
@@ -210,10 +211,10 @@ def with_stand_ins(engine: str | Path, out: str | Path, report: dict[str, Any]) 
         f"{report['rpm']:g} rev/min and {load}, cranktrain roller --engine --speed"
     )
     changes = {}
-    for entry in report["mains"]:
+    for row, entry in enumerate(report["mains"], 1):
         stiffness, tilt = entry["stand_in"]["stiffness_n_per_mm"], entry["stand_in"]["tilt_stiffness_nm_per_rad"]
-        changes[f"main_roller.stiffness[{entry['main']}]"] = Written(rounded(1e3 * stiffness), "derived", note)
-        changes[f"main_roller.tilt_stiffness[{entry['main']}]"] = Written(rounded(tilt), "derived", note)
+        changes[f"main_roller.stiffness[{row}]"] = Written(rounded(1e3 * stiffness), "derived", note)
+        changes[f"main_roller.tilt_stiffness[{row}]"] = Written(rounded(tilt), "derived", note)
     new = new_path(Path(out))
     with whole_file(new, NEW) as temporary:
         temporary.write_text(rewritten(path.read_text("utf-8"), base, changes), encoding="utf-8")

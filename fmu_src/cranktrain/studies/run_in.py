@@ -121,7 +121,7 @@ def _put_profile(simulation: Simulation, zeta: Array, worn: Array) -> None:
     line[RELIEF] = np.interp(np.abs(line[LINE_ZETA]), zeta, worn)
     reach = bearing.clearance + line[RELIEF] - HIGHEST * bearing.roughness
     line[REACH2] = reach**2
-    model.films.entry[1] = keep_record(bore, model.films.entry)
+    model.films.entry[list(simulation.engine.plain_numbers), 1] = keep_record(bore, model.films.entry)
 
 
 def least_gaps(simulation: Simulation, zeta: Array, worn: Array, cycles: int) -> Array:

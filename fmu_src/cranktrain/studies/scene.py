@@ -156,7 +156,7 @@ def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
     engine = _engine(path, document["engine"])
     speeds = _speeds(document)
     outputs, stress = scene_outputs(engine, document["outputs"])
-    lowest = lowest_levels(outputs, rollers=engine.main_roller is not None)
+    lowest = lowest_levels(outputs, rollers=engine.rollers_only)
     gas = document.get("gas", {})
     check_types(gas, _GAS, "gas.")
     pressure = None
@@ -327,7 +327,7 @@ def _check_levels(scene: Scene) -> None:
     from cranktrain.dynamics.time.integrators import integrator_table
     from cranktrain.dynamics.warm_films import check_level
 
-    rollers = scene.engine.main_roller is not None
+    rollers = scene.engine.rollers_only
     if scene.crank is not None and scene.crank not in CRANKS:
         raise InputError(f"crank: level '{scene.crank}' does not exist; {nearest(scene.crank, CRANKS)}")
     valid = tuple(bearing_ladder(rollers))

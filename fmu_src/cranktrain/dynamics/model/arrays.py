@@ -63,7 +63,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, axial_joint_film, bearing_parameters, law_films, thrust_bearing
-from cranktrain.film.laws.films import MEMORY, Films
+from cranktrain.film.laws.films import Films
 from cranktrain.film.laws.parameters import COLUMNS
 from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import BIG_END, Law, bearing_law
@@ -152,7 +152,7 @@ class Dimensions(NamedTuple):
 def dimensions(model: ModelArrays) -> Dimensions:
     """Sizes of a model."""
     b = model.bearings.shape[0]
-    films = b * int(model.films.traits[MEMORY]) + int(model.axial_joint.traits[MEMORY])
+    films = int(model.films.remembered[-1] + model.axial_joint.remembered[-1])
     turning = int(model.layout[TURNING_MODES])
     return Dimensions(
         model.omega2.size, turning, b, model.cylinders.shape[0],
@@ -219,7 +219,7 @@ def build_model(
 def _check_temperatures(engine: Engine, settings: Settings, speed: float, films: Sequence[float]) -> None:
     """Refuse temperatures (K) at which oil or damper have no law; ``InputError``."""
     supplied = viscosity(engine.oil, supply_temperature(engine, settings, speed))
-    if bearing_law(settings.bearings).carries and engine.main_roller is None:
+    if bearing_law(settings.bearings).carries and not engine.rollers_only:
         etas = [viscosity(engine.oil, own) for own in films] or [supplied]
         if bearing_law(settings.bearings).oil:
             for eta in etas:

@@ -47,7 +47,7 @@ def basis(engine: Engine, settings: Settings, gas: GasTrace, piston_stroke: floa
     """Gather the constants; ``settings`` have nothing left open."""
     fitted = settings.damper == "fitted"
     damper = required_damper(engine) if fitted else None
-    mains = bearing_law(settings.bearings).carries and engine.main_roller is None
+    mains = bearing_law(settings.bearings).carries and not engine.rollers_only
     cylinders = engine.cylinders
     methods, tables = _methods(settings.integrator, tuple(INTEGRATORS))
     return Basis(

@@ -11,11 +11,11 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.ports import MainJournals
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
-from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films
-from cranktrain.film.laws.films import Films
-from cranktrain.film.laws.parameters import CLEARANCE, COLUMNS, WIDTH
+from cranktrain.film.laws.bearings import Bearings, bearing_parameters, enter_law
+from cranktrain.film.laws.films import Films, no_films
+from cranktrain.film.laws.parameters import CLEARANCE, COLUMNS, VISCOSITY, WIDTH
 from cranktrain.film.laws.past_cycle import PastCycles
-from cranktrain.film.laws.register import PLAIN, ROLLER, bearing_law, usual_level
+from cranktrain.film.laws.register import PLAIN, ROLLER, Law, bearing_law, usual_level
 from cranktrain.film.laws.roller import roller_parameters
 from cranktrain.film.table.database import FilmTable
 
@@ -32,8 +32,8 @@ class Mains(NamedTuple):
 
 
 def mains_kind(engine: Engine) -> str:
-    """Kind of an engine's main bearings, see :mod:`cranktrain.film.laws.register`."""
-    return PLAIN if engine.main_roller is None else ROLLER
+    """Kind of bearing that an engine's bearing level chooses the law of: films where it has any, else rollers."""
+    return ROLLER if engine.rollers_only else PLAIN
 
 
 def check_mains(engine: Engine, level: str) -> None:
@@ -46,10 +46,17 @@ def check_mains(engine: Engine, level: str) -> None:
             f"bearing level '{level}' needs oil films, but the mains of engine '{engine.name}' are rollers; "
             f"use {usual_level(ROLLER)} or linear"
         )
+    lacks = "needs [main_roller], but the mains" if engine.main_roller is None else "needs rollers, but some mains"
     raise InputError(
-        f"bearing level '{level}' needs [main_roller], but the mains of engine '{engine.name}' are plain bearings; "
+        f"bearing level '{level}' {lacks} of engine '{engine.name}' are plain bearings; "
         f"use {usual_level(PLAIN)} or another film"
     )
+
+
+def roller_law(level: str) -> Law:
+    """Law of roller bearings beside plain ones of a ``level``: its own, or where it has none the usual one's."""
+    law = bearing_law(level)
+    return law if ROLLER in law.forms else bearing_law(usual_level(ROLLER))
 
 
 def main_bearings(
@@ -67,16 +74,22 @@ def main_bearings(
         a level that the engine's bearings do not know, or that lacks what it needs
     """
     check_mains(engine, level)
-    count, law, kind = len(engine.crankshaft.main_widths), bearing_law(level), mains_kind(engine)
-    if not law.carries:
-        parameters = np.zeros((0, COLUMNS))
-    elif engine.main_roller is not None:
-        parameters = roller_parameters(engine.main_roller)
-    else:
-        parameters = np.tile(bearing_parameters(engine.plain_mains, REFERENCE_VISCOSITY), (count, 1))
+    count, law = len(engine.crankshaft.main_widths), bearing_law(level)
+    laws = {PLAIN: (law, engine.plain_numbers), ROLLER: (roller_law(level), engine.roller_mains)}
+    parameters = np.zeros((count if law.carries else 0, COLUMNS))
+    if law.carries and engine.main_roller is not None:
+        parameters[list(engine.roller_mains)] = roller_parameters(engine.main_roller)
+    if law.carries and engine.main_bearing is not None:
+        parameters[:, VISCOSITY] = REFERENCE_VISCOSITY
+        parameters[list(engine.plain_numbers)] = bearing_parameters(engine.main_bearing, REFERENCE_VISCOSITY)
     parts = {"table": table, "bore": bore, "cycles": cycles}
     bearings = Bearings(parameters, engine.main_bearing, engine.main_roller, parts, oil=engine.oil)
-    films = law_films(law, kind, bearings)
+    films = no_films(len(parameters))._replace(solved=bearings.solved)
+    tilted = np.zeros(len(parameters), dtype=bool)
+    for kind, (own, which) in laws.items():
+        if which and law.carries:
+            enter_law(films, which, own, kind, bearings)
+            tilted[list(which)] = own.forms[kind].tilt
     collar = law.clearance and not law.square_collar
-    journals = MainJournals(0.5 * parameters[:, WIDTH], parameters[:, CLEARANCE], law.forms[kind].tilt, collar)
+    journals = MainJournals(0.5 * parameters[:, WIDTH], parameters[:, CLEARANCE], tilted, collar)
     return Mains(journals, parameters, films)

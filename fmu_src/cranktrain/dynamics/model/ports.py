@@ -33,6 +33,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model.slots import (
@@ -55,6 +56,7 @@ from cranktrain.dynamics.model.slots import (
 from cranktrain.dynamics.topology.arrays import Added
 from cranktrain.engine.model import Engine
 
+BoolArray = NDArray[np.bool_]
 PIN_SCALE = 1.0e-4
 """Displacement of a pin that counts as much as a clearance, m."""
 TWIST_SCALE = 1.0e-2
@@ -84,7 +86,7 @@ class MainJournals(NamedTuple):
 
     half_widths: Array  # (b,)
     clearances: Array  # (b,)
-    tilted: bool
+    tilted: BoolArray  # (b,) whether its bearing feels its tilt
     collar: bool  # whether the thrust bearing's collar feels its tilt
 
 
@@ -132,11 +134,10 @@ def lay_ports(
     laws.append([2 * b])
     rod_laws = len(laws)
     laws += [[first_rod + 2 * k, first_rod + 2 * k + 1] for k in range(len(rods))]
-    if journals.tilted:
-        rows += [_tilt(shapes[k], journals.half_widths[i]) for i, k in enumerate(mains)]
-        scales += clearances
-        for i in range(b):
-            laws[i] += [tilts + 2 * i, tilts + 2 * i + 1]
+    for i in np.flatnonzero(journals.tilted).tolist():
+        rows += [_tilt(shapes[mains[i]], journals.half_widths[i])]
+        laws[i] += [len(scales), len(scales) + 1]
+        scales += [journals.clearances[i]] * 2
     if journals.collar:
         rows += [shapes[collar, 3:5]]
         radius = 0.25 * (engine.thrust.inner_diameter + engine.thrust.outer_diameter)
@@ -236,8 +237,7 @@ def _block_ports(
     rows: list[Array] = [shapes[k, :2] for k in bores] + [shapes[faces, 2:3]]
     pairs = [[2 * i, first + 2 * i] for i in range(b)]
     turned: list[Array] = []
-    if journals.tilted:
-        turned += [_tilt(shapes[k], journals.half_widths[i]) for i, k in enumerate(bores)]
+    turned += [_tilt(shapes[bores[i]], journals.half_widths[i]) for i in np.flatnonzero(journals.tilted)]
     if journals.collar:
         turned += [shapes[faces, 3:5]]
     pairs += [[tilts + 2 * i, first + 2 * b + 1 + 2 * i] for i in range(len(turned))]

@@ -269,7 +269,7 @@ def fill_bearing(bearing, viscosity):
 @kernel
 def tell_films(films, i, viscosity):
     """Tell the law of film i of its oil where it wants to know; its status."""
-    if films.traits[VISCOUS] == 0.0:
+    if films.traits[i, VISCOUS] == 0.0:
         return 0
     films.numbers[VISCOSITY] = viscosity
     return film_call(films, OIL, i, films.out, films.out)

@@ -53,7 +53,13 @@ from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT
 def memory_offset(model, i):
     """First index in the state of what film i remembers; the next film's begins where it ends."""
     first = film_offset(model.omega2.shape[0], int(model.layout[PORTS]))
-    return first + i * int(model.films.traits[MEMORY])
+    return first + model.films.remembered[i]
+
+
+@inlined_kernel
+def remembers(films):
+    """Whether any of the films has a memory."""
+    return films.remembered[films.remembered.shape[0] - 1] > 0
 
 
 @inlined_kernel
@@ -73,13 +79,15 @@ def open_step(model, work, state):
     """Hand the memory of films and axial joint at the step's start, with the ports' motion then, to the stages."""
     if model.layout[AXIAL_JOINT] > 0.0:
         film_call(model.axial_joint, OPEN_STEP, 0, state[joint_offset(model) :], work.scratch)
-    if model.films.traits[MEMORY] == 0.0:
+    if not remembers(model.films):
         return
     numbers = model.films.numbers
     numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     numbers[FRAME_ANGLE] = state[SHAFT_ANGLE]
     for i in range(model.bearings.shape[0]):
+        if model.films.traits[i, MEMORY] == 0.0:
+            continue
         place_film(model, work.port[RELATIVE], work.port[RELATIVE_RATE], 0.0, i)
         memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
         film_call(model.films, OPEN_STEP, i, memory, work.scratch)
@@ -91,7 +99,8 @@ def tell_stage(films, count, row, work, clock):
     numbers = films.numbers
     numbers[ELAPSED], numbers[STEP], numbers[GAIN], numbers[STAGE] = clock
     for i in range(count):
-        film_call(films, OPEN_STAGE, i, row, work.scratch)
+        if films.traits[i, MEMORY] > 0.0:
+            film_call(films, OPEN_STAGE, i, row, work.scratch)
 
 
 @inlined_kernel
@@ -100,7 +109,7 @@ def open_stage(model, work, stage, elapsed, h, gain):
     clock = elapsed, h, gain, float(stage)
     if model.layout[AXIAL_JOINT] > 0.0:
         tell_stage(model.axial_joint, 1, model.stages[1 + stage], work, clock)
-    if model.films.traits[MEMORY] > 0.0:
+    if remembers(model.films):
         tell_stage(model.films, model.bearings.shape[0], model.stages[1 + stage], work, clock)
 
 
@@ -110,7 +119,7 @@ def close_stage(model, work, frame):
     if model.layout[AXIAL_JOINT] > 0.0:
         place_joint(model, frame, work.port[U], work.port[UD])
         film_call(model.axial_joint, CLOSE_STAGE, 0, work.scratch, work.scratch)
-    if model.films.traits[MEMORY] == 0.0:
+    if not remembers(model.films):
         return 0
     numbers = model.films.numbers
     numbers[FRAME_COS] = frame[COS]
@@ -128,6 +137,8 @@ def close_stage(model, work, frame):
         work.port[RELATIVE_RATE],
     )
     for i in range(model.bearings.shape[0]):
+        if model.films.traits[i, MEMORY] == 0.0:
+            continue
         place_film(model, work.port[RELATIVE], work.port[RELATIVE_RATE], frame[WHIRL], i)
         numbers[SPEED] = frame[OMEGA] + work.port[UD, journal + i]
         status = film_call(model.films, CLOSE_STAGE, i, work.scratch, work.scratch)
@@ -141,9 +152,9 @@ def close_step(model, work, state):
     """Keep what films and axial joint of the last stage became."""
     if model.layout[AXIAL_JOINT] > 0.0:
         film_call(model.axial_joint, CLOSE_STEP, 0, state[joint_offset(model) :], work.scratch)
-    if model.films.traits[MEMORY] == 0.0:
-        return
     for i in range(model.bearings.shape[0]):
+        if model.films.traits[i, MEMORY] == 0.0:
+            continue
         memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
         film_call(model.films, CLOSE_STEP, i, memory, work.scratch)
 
@@ -155,15 +166,15 @@ def fastest_closing(model, work, state, whirl):
     Films with a memory tell it themselves; of others it is the rate of the journal's middle over the gap at the end
     that is nearest to the bore.
     """
-    if model.films.traits[CLOSES] == 0.0:
-        return 0.0
     numbers = model.films.numbers
     numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     worst = 0.0
     for i in range(model.bearings.shape[0]):
+        if model.films.traits[i, CLOSES] == 0.0:
+            continue
         place_film(model, work.port[RELATIVE], work.port[RELATIVE_RATE], whirl, i)
-        if model.films.traits[MEMORY] > 0.0:
+        if model.films.traits[i, MEMORY] > 0.0:
             memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
             film_call(model.films, RATE, i, memory, work.scratch)
             worst = max(worst, work.scratch[0])

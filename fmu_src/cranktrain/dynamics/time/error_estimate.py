@@ -81,16 +81,15 @@ def event_within(model, work, state, builtin, angle, turn, h):
     u = work.port[RELATIVE]
     ud = work.port[RELATIVE_RATE]
     b = model.bearings.shape[0]
-    if model.films.traits[CONTACT] > 0.0:
-        for i in range(b):
-            law = model.bearings[i]
-            x = u[2 * i]
-            y = u[2 * i + 1]
-            e = math.sqrt(x * x + y * y)
-            if e > 0.0:
-                gap = law[CLEARANCE] - e - law[CONTACT_HEIGHT]
-                rate = -(x * ud[2 * i] + y * ud[2 * i + 1]) / e
-                if gap * (gap + h * rate) < 0.0:
-                    return True
+    for i in range(b):
+        law = model.bearings[i]
+        x = u[2 * i]
+        y = u[2 * i + 1]
+        e = math.sqrt(x * x + y * y)
+        if e > 0.0 and model.films.traits[i, CONTACT] > 0.0:
+            gap = law[CLEARANCE] - e - law[CONTACT_HEIGHT]
+            rate = -(x * ud[2 * i] + y * ud[2 * i + 1]) / e
+            if gap * (gap + h * rate) < 0.0:
+                return True
     z = u[2 * b]
-    return model.thrust.traits[CLOSES] > 0.0 and z * (z + h * ud[2 * b]) < 0.0
+    return model.thrust.traits[0, CLOSES] > 0.0 and z * (z + h * ud[2 * b]) < 0.0

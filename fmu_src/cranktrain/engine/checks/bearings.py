@@ -14,16 +14,25 @@ from cranktrain.engine.quantities import mm, need
 def check_bearings(engine: Engine) -> None:
     """Refuse bearings that do not fit their journals: ``InputError`` that starts with ``table.key``."""
     crank, main, big_end = engine.crankshaft, engine.main_bearing, engine.big_end_bearing
-    if (main is None) == (engine.main_roller is None):
-        which = "stands beside [main_roller]; keep one of the two" if main else "is missing"
+    if main is None and engine.main_roller is None:
         raise InputError(
-            f"main_bearing: {which}; the mains are plain bearings ([main_bearing]) or roller bearings ([main_roller])"
+            "main_bearing: is missing; the mains are plain bearings ([main_bearing]) or roller bearings ([main_roller])"
+        )
+    if main is not None and not engine.plain_numbers:
+        raise InputError(
+            "main_bearing: stands beside [main_roller], which carries all mains; keep one of the two, or name those on "
+            "rollers, as main_roller.mains = [1]"
+        )
+    if main is None and engine.plain_numbers:
+        raise InputError(
+            f"main_bearing: is missing for mains {', '.join(str(i + 1) for i in engine.plain_numbers)}, which are not "
+            "among main_roller.mains; add the table, or leave main_roller.mains out"
         )
     if main is not None:
         _check_film("main_bearing", main, "main journal", crank.main_diameter, min(crank.main_widths))
     if big_end is not None:
         _check_film("big_end_bearing", big_end, "crank pin", crank.pin_diameter, crank.pin_width)
-    if engine.bearing_limits is not None and engine.main_roller is not None:
+    if engine.bearing_limits is not None and engine.rollers_only:
         for what in JUDGED:
             text = "limits a film, and the mains are roller bearings; leave it out"
             need("bearing_limits", f"main_{what}", engine.bearing_limits.of(MAIN, what) == 0.0, text)

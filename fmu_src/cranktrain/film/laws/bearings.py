@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -67,10 +67,20 @@ def law_films(law: Law, kind: str, bearings: Bearings) -> Films:
     InputError
         where the law lacks what it needs, or the table is of another bearing
     """
-    form, films = law.forms[kind], no_films(len(bearings.parameters))
+    films = no_films(len(bearings.parameters))
+    enter_law(films, range(len(bearings.parameters)), law, kind, bearings)
+    return films._replace(solved=bearings.solved)
+
+
+def enter_law(films: Films, which: Sequence[int], law: Law, kind: str, bearings: Bearings) -> None:
+    """Let the bearings ``which`` of ``films`` follow a law; errors as above.
+
+    The data of rollers have a row for each of ``which``, those of films one for each of ``films``.
+    """
+    form = law.forms[kind]
     what = f"{'big-end' if kind == BIG_END else 'bearing'} level '{law.name}'"
     if not form.kernel:
-        return films
+        return
     if kind == ROLLER and bearings.rollers is None:
         raise InputError(f"{what} needs [main_roller] in the engine file; add it, or take a film")
     if kind != ROLLER and bearings.plain is None:
@@ -79,10 +89,13 @@ def law_films(law: Law, kind: str, bearings: Bearings) -> Films:
         if bearings.parts.get(part) is None:
             ratio = bearings.plain.width / bearings.plain.diameter if bearings.plain else 0.0
             raise InputError(f"{what} needs {_MISSING.get(part, part).format(ratio=ratio)}")
-    films.traits[[CLOSES, CONTACT, VISCOUS]] = form.closes, form.contact, form.viscous
     record = resolve(form.record)(bearings)
-    films.traits[MEMORY] = resolve(form.memory)(record) if form.memory else 0.0
-    return enter(films._replace(solved=bearings.solved), resolve(form.kernel), record)
+    remembered = resolve(form.memory)(record) if form.memory else 0.0
+    for i in which:
+        films.traits[i, [CLOSES, CONTACT, VISCOUS, MEMORY]] = form.closes, form.contact, form.viscous, remembered
+    enter(films, resolve(form.kernel), record, which)
+    if kind == ROLLER:
+        films.entry[list(which), 2] = range(len(which))
 
 
 def thrust_bearing(thrust: ThrustBearing, viscosity: float, clearance: bool, tilt: bool) -> Films:
@@ -92,9 +105,9 @@ def thrust_bearing(thrust: ThrustBearing, viscosity: float, clearance: bool, til
     with play does.
     """
     films = no_films(1)
-    films.traits[CLOSES] = clearance
+    films.traits[0, CLOSES] = clearance
     form = THRUST["closed" if not clearance else "tilting" if tilt else "axial"]
-    films.traits[VISCOUS] = form.viscous
+    films.traits[0, VISCOUS] = form.viscous
     return enter(films, resolve(form.kernel), resolve(form.record)(thrust, viscosity))
 
 
@@ -103,13 +116,16 @@ def axial_joint_film(path: AxialPath | None) -> Films:
     if path is None:
         return no_films(0)
     films = no_films(1)
-    films.traits[MEMORY] = REMEMBERED
+    films.traits[0, MEMORY] = REMEMBERED
     return enter(films, resolve(AXIAL_JOINT.kernel), resolve(AXIAL_JOINT.record)(path))
 
 
-def enter(films: Films, law: Any, record: Any) -> Films:
-    """The films with the addresses of their law, compiled here, and of its record."""
-    films.entry[1] = keep_record(record, films.entry)
+def enter(films: Films, law: Any, record: Any, which: Sequence[int] | None = None) -> Films:
+    """The films, ``which`` or all with the addresses of their law, compiled here, and of its record; memory placed."""
+    rows = list(range(len(films.entry)) if which is None else which)
     memory, out = np.zeros(1), np.zeros(SIZE)
-    films.entry[0] = kernel_address(law, 0, 0, 0, films.place[0], films.velocity[0], films.numbers, memory, out)
+    address = kernel_address(law, 0, 0, 0, np.zeros(4), np.zeros(4), films.numbers, memory, out)
+    films.entry[rows, :2] = address, keep_record(record, films.entry)
+    films.entry[rows, 2] = rows
+    films.remembered[1:] = np.cumsum(films.traits[:, MEMORY])
     return films

@@ -233,8 +233,8 @@ def film_size(film: ElasticFilm) -> int:
 
 def pressure_peaks(films: Films) -> Array | None:
     """Largest pressures in the present cycle of a run's main bearings, (b, PEAKS); None of a law without such films."""
-    bore = RECORDS.get(int(films.entry[1]))
-    return bore.memory.peaks.copy() if isinstance(bore, ElasticBore) else None
+    records = (RECORDS.get(address) for address in films.entry[:, 1].tolist())
+    return next((bore.memory.peaks.copy() for bore in records if isinstance(bore, ElasticBore)), None)
 
 
 def elastic_memory(film: ElasticFilm, bearings: int, cyclic: bool = False) -> ElasticMemory:

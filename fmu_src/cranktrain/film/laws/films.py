@@ -1,4 +1,4 @@
-"""Films and other bearings as the running model sees them: one address, whatever the law behind it.
+"""Films and other bearings as the running model sees them: an address each, whatever the law behind it.
 
 A journal is described by the displacement of its middle (x, y) and that of its end at ζ = 1 against the middle (a, b),
 m, with velocities in space, in the axes of a frame; forces on these four are (F_x, F_y, Q_x, Q_y), N, with Q = ∫ ζ dF.
@@ -56,10 +56,11 @@ MEMORY, CLOSES, CONTACT, VISCOUS, TRAITS = range(5)
 
 
 class Films(NamedTuple):
-    """Films or other bearings of b journals behind one address."""
+    """Films or other bearings of b journals, each behind the address of its law."""
 
-    entry: IntArray  # (2,) addresses of the law and of its record; zero where there are none
-    traits: Array  # (TRAITS,)
+    entry: IntArray  # (b, 3) addresses of a film's law and of its record, and its number there; 0 where there are none
+    traits: Array  # (b, TRAITS)
+    remembered: IntArray  # (b + 1,) where the memory of each begins behind that of the first; at last the size of all
     place: Array  # (b, 4)
     velocity: Array  # (b, 4)
     numbers: Array  # (NUMBERS,)
@@ -70,15 +71,17 @@ class Films(NamedTuple):
 def no_films(bearings: int) -> Films:
     """Films without a law."""
     z = np.zeros
-    entry = z(2, dtype=np.int64)
-    return Films(entry, z(TRAITS), z((bearings, 4)), z((bearings, 4)), z(NUMBERS), z(SIZE), z(1))
+    entry, remembered = z((bearings, 3), dtype=np.int64), z(bearings + 1, dtype=np.int64)
+    places, velocities = z((bearings, 4)), z((bearings, 4))
+    return Films(entry, z((bearings, TRAITS)), remembered, places, velocities, z(NUMBERS), z(SIZE), z(1))
 
 
 @inlined_kernel
 def film_call(films, action, i, memory, out):
     """Let the law act on film i at its ``place``, ``velocity`` and the ``numbers``; 0, or a failure."""
-    arguments = (films.entry[1], action, i, films.place[i], films.velocity[i], films.numbers, memory, out)
-    return call_kernel(films.entry[0], arguments)
+    row = films.entry[i]
+    arguments = (row[1], action, row[2], films.place[i], films.velocity[i], films.numbers, memory, out)
+    return call_kernel(row[0], arguments)
 
 
 @inlined_kernel

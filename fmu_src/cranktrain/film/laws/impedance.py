@@ -46,6 +46,7 @@ from cranktrain.film.laws.parabolic import (
     ECCENTRICITY_MAX,
     WORK_SIZE,
     film_force,
+    film_geometry,
     film_observables,
     friction_torque,
     node_table,
@@ -55,7 +56,6 @@ from cranktrain.film.laws.parameters import (
     CONTACT_HEIGHT,
     CONTACT_LOAD,
     FACTOR,
-    KAPPA2,
     RADIUS,
     VISCOSITY,
     WIDTH,
@@ -108,8 +108,9 @@ class ImpedanceFilms(NamedTuple):
 
 def impedance_films(bearings: Bearings) -> ImpedanceFilms:
     """Films of main bearings or big ends, with their map."""
-    parameters = bearings.parameters
-    return ImpedanceFilms(parameters, impedance_map(float(parameters[0, KAPPA2])), np.zeros(16))
+    plain = bearings.plain
+    _, kappa2, _ = film_geometry(plain.diameter, plain.width, plain.clearance, 1.0)
+    return ImpedanceFilms(bearings.parameters, impedance_map(kappa2), np.zeros(16))
 
 
 @cache

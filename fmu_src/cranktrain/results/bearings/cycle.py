@@ -155,10 +155,11 @@ def bearing_report(run: Sampled, engine: Engine) -> BearingReport:
         )
     cycle = _Cycle(run, last)
     speed = CYCLE / (last.size * float(run.time[-1] - run.time[-2]))
+    plain = engine.plain_numbers
     return BearingReport(
         engine,
         speed,
-        tuple(_main(cycle, i + 1, engine.main_bearing) for i in range(has[0])),
+        tuple(_main(cycle, i + 1, engine.main_bearing if i in plain else None) for i in range(has[0])),
         tuple(_big_end(cycle, c, engine) for c in range(wanted[1])),
     )
 

@@ -24,14 +24,12 @@ def torsional_in_motion(engine: Engine, crankshaft: ReducedBody) -> float:
     Raises ``InputError`` for a crank without a torsional mode.
     """
     stiffness = np.diag(crankshaft.omega**2)
-    motions = np.eye(crankshaft.n_modes)
-    if engine.main_roller is None:
-        motions = locked_motions(engine, crankshaft)
-    else:
-        for i, springs in enumerate(main_springs(engine), 1):
-            for component, value in springs.items():
-                row = crankshaft.shapes[crankshaft.index(f"main[{i}]"), component]
-                stiffness += value * np.outer(row, row)
+    motions = locked_motions(engine, crankshaft) if engine.plain_numbers else np.eye(crankshaft.n_modes)
+    springs = main_springs(engine)
+    for i in engine.roller_mains:
+        for component, value in springs[i].items():
+            row = crankshaft.shapes[crankshaft.index(f"main[{i + 1}]"), component]
+            stiffness += value * np.outer(row, row)
     mass = np.eye(crankshaft.n_modes) + rod_masses(engine, crankshaft)
     squares, shapes = eigh(motions.T @ stiffness @ motions, motions.T @ mass @ motions)
     # The first two turn the crank as a whole and shift it along its axis.
@@ -43,6 +41,6 @@ def torsional_in_motion(engine: Engine, crankshaft: ReducedBody) -> float:
 
 
 def locked_motions(engine: Engine, crankshaft: ReducedBody) -> Array:
-    """Orthonormal motions (n, k) of a crankshaft whose main journals do not move across the axis."""
-    mains = [crankshaft.index(f"main[{i}]") for i in range(1, len(engine.crankshaft.main_widths) + 1)]
+    """Orthonormal motions (n, k) of a crankshaft whose journals in plain mains do not move across the axis."""
+    mains = [crankshaft.index(f"main[{i + 1}]") for i in engine.plain_numbers]
     return np.asarray(null_space(crankshaft.shapes[mains, :2].reshape(-1, crankshaft.n_modes)))

@@ -143,12 +143,15 @@ def main_springs(engine: Engine, on_ground: bool = True) -> list[dict[int, float
     ``on_ground``: plain bearings in series with the block's share, which a flexible block brings itself.
     """
     roller = engine.main_roller
+    springs: list[dict[int, float]] = [{} for _ in engine.crankshaft.main_widths]
     if roller is not None:
-        pairs = zip(roller.stiffness, roller.tilt_stiffness, strict=True)
-        return [{0: radial, 1: radial, 3: tilt, 4: tilt} for radial, tilt in pairs]
-    plain = engine.plain_mains
-    x, y = plain.ground_stiffness if on_ground else (plain.stiffness_x, plain.stiffness_y)
-    return [{0: x, 1: y} for _ in engine.crankshaft.main_widths]
+        for main, radial, tilt in zip(engine.roller_mains, roller.stiffness, roller.tilt_stiffness, strict=True):
+            springs[main] = {0: radial, 1: radial, 3: tilt, 4: tilt}
+    for main in engine.plain_numbers:
+        plain = engine.plain_mains
+        x, y = plain.ground_stiffness if on_ground else (plain.stiffness_x, plain.stiffness_y)
+        springs[main] = {0: x, 1: y}
+    return springs
 
 
 def mean_rod_mass(engine: Engine) -> float:

@@ -143,8 +143,8 @@ def attached_parts(engine: Engine) -> list[tuple[str, LumpedInertia]]:
     if engine.clutch is not None:
         parts.append(("flywheel", engine.clutch))
     if engine.main_roller is not None:
-        rings = enumerate(engine.main_roller.ring_mass, start=1)
-        parts += [(f"main[{i}]", LumpedInertia(mass, 0.0, 0.0, 0.0)) for i, mass in rings]
+        rings = zip(engine.roller_mains, engine.main_roller.ring_mass, strict=True)
+        parts += [(f"main[{i + 1}]", LumpedInertia(mass, 0.0, 0.0, 0.0)) for i, mass in rings]
     return parts
 
 
@@ -157,7 +157,7 @@ def running_loads(engine: Engine) -> list[tuple[str, int]]:
     throws = len(engine.crankshaft.throw_angles)
     across = [name for name in interface_names(throws) if name.startswith(("main", "pin"))]
     pins = engine.cylinders.pins
-    tilted = [f"main[{i}]" for i in range(1, throws + 2) if engine.main_roller is not None]
+    tilted = [f"main[{i + 1}]" for i in engine.roller_mains]
     tilted += [f"pin[{i}]" for i in range(1, throws + 1) if pins.count(i) > 1]
     loads = [(name, component) for name in across for component in (0, 1)] + [("thrust", 2)]
     return loads + [(name, component) for name in tilted for component in (3, 4)]

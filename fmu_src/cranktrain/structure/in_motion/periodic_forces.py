@@ -127,11 +127,13 @@ def main_forces(engine: Engine, body: ReducedBody, speed: float, angle: Array) -
 def main_dampers(engine: Engine) -> list[dict[int, float]]:
     """Linear damping beside the springs of :func:`cranktrain.structure.crank.modal.main_springs` (N s/m, N m s/rad)."""
     roller = engine.main_roller
+    dampers: list[dict[int, float]] = [{} for _ in engine.crankshaft.main_widths]
     if roller is not None:
-        pairs = zip(roller.damping, roller.tilt_damping, strict=True)
-        return [{0: radial, 1: radial, 3: tilt, 4: tilt} for radial, tilt in pairs]
-    plain = engine.plain_mains
-    return [{0: plain.damping_x, 1: plain.damping_y} for _ in engine.crankshaft.main_widths]
+        for main, radial, tilt in zip(engine.roller_mains, roller.damping, roller.tilt_damping, strict=True):
+            dampers[main] = {0: radial, 1: radial, 3: tilt, 4: tilt}
+    for main in engine.plain_numbers:
+        dampers[main] = {0: engine.plain_mains.damping_x, 1: engine.plain_mains.damping_y}
+    return dampers
 
 
 def joined(*parts: PeriodicForces) -> PeriodicForces:

@@ -104,12 +104,13 @@ def motion_table(report: Mapping[str, Any]) -> Table:
 def film_springs(made: Assembly) -> dict[str, float]:
     """Stand-in springs of level ``linear``: ``film_stiffness_x`` and ``film_stiffness_y``, N/m.
 
-    Each is the median over the cycle and over all mains of ∂F/∂x or ∂F/∂y of the films in axes at rest, at
+    Each is the median over the cycle and over all plain mains of ∂F/∂x or ∂F/∂y of the films in axes at rest, at
     ``SPRING_RPM`` and full load. ``made`` is of ``SPRING_LEVELS``. Raises ``SolverError`` where the run fails.
     """
     simulation = settled_simulation(made, SPRING_RPM * RPM)
     stiffness, _ = main_tangents(simulation.model, tangents_over_cycle(simulation))
-    x, y = (float(np.median(stiffness[:, :, k, k])) for k in (0, 1))
+    plain = list(made.engine.plain_numbers)
+    x, y = (float(np.median(stiffness[:, plain, k, k])) for k in (0, 1))
     return {"film_stiffness_x": x, "film_stiffness_y": y}
 
 

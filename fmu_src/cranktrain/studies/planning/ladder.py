@@ -20,7 +20,7 @@ SOLID = list(CRANKS)[-1]
 
 def bearing_levels(scene: Scene) -> tuple[str, ...]:
     """Levels of the engine's main bearings, from the lowest to the highest."""
-    return bearing_ladder(scene.engine.main_roller is not None)
+    return bearing_ladder(scene.engine.rollers_only)
 
 
 def film(scene: Scene) -> str:
@@ -77,7 +77,7 @@ def _lower_cranks(scene: Scene) -> list[Pair]:
 def answers(scene: Scene, pair: Pair, by_frequency: bool = True) -> bool:
     """Whether a pair of levels answers all outputs of a scene, up to its frequency."""
     crank, bearings = pair
-    rollers = scene.engine.main_roller is not None
+    rollers = scene.engine.rollers_only
     lowest = lowest_levels((*scene.outputs, STRESS) if scene.stress else scene.outputs, rollers)
     levels = bearing_levels(scene)
     wanted = lowest.bearings if lowest.bearings in levels else levels[-1]

@@ -129,7 +129,7 @@ def ladder(scene: StudyScene, quick: bool) -> Entries:
 
 def bearings(scene: StudyScene, quick: bool) -> Entries:
     """Bearing levels against the top one and against the next; resolution of the table, grid of films in the loop."""
-    plain = scene.engine.main_roller is None
+    plain = not scene.engine.rollers_only
     levels = bearing_levels(scene.engine)
     if quick and plain:
         levels = levels[:3]

@@ -86,4 +86,4 @@ def numerical_entries(case: Case, quick: bool) -> list[Entry]:
 
 def bearing_levels(engine: Engine) -> list[str]:
     """Levels of the engine's main bearings that move, from the lowest to the highest."""
-    return [level for level in bearing_ladder(engine.main_roller is not None) if bearing_law(level).carries]
+    return [level for level in bearing_ladder(engine.rollers_only) if bearing_law(level).carries]

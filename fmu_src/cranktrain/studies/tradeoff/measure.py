@@ -187,7 +187,7 @@ def _change_grid(simulation: Simulation, case: Case) -> None:
     model = simulation.model
     size = case.film_grid or (0, 0)
     record = rigid_bore(case.engine.plain_mains, model.bearings, None, model.films.solved, size=size)
-    model.films.entry[1] = keep_record(record, model.films.entry)
+    model.films.entry[list(case.engine.plain_numbers), 1] = keep_record(record, model.films.entry)
 
 
 def sampled_trace(engine: Engine, spacing_deg: float, rule: str) -> GasTrace:

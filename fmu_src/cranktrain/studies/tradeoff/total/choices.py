@@ -94,7 +94,7 @@ class Model:
 
 def every_model(scene: StudyScene) -> Iterator[Model]:
     """Models of a scene's engine, the lowest levels first, the best one last."""
-    ladder = bearing_ladder(scene.engine.main_roller is not None)
+    ladder = bearing_ladder(scene.engine.rollers_only)
     for crank, bearings, block in product(CRANKS, ladder, BLOCKS):
         if goes_together(scene.engine, crank, bearings, block):
             yield model(scene, crank, bearings, block)
