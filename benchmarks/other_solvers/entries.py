@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 from benchmarks.other_solvers.solver import SCIPY, OtherSolver
+from benchmarks.peer_programs.equal_error import Point as Setting
+from benchmarks.peer_programs.equal_error import cost_at
 
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.studies.tradeoff.case import COMMUNICATION_DEG, Case
 from cranktrain.studies.tradeoff.families import StudyScene
 from cranktrain.studies.tradeoff.measure import Entry
-from cranktrain.studies.tradeoff.pareto import pareto_front
 from cranktrain.studies.tradeoff.point import NUMERICAL, OUTPUTS, Point
 from cranktrain.studies.tradeoff.reference import reference_case
 
@@ -90,40 +90,23 @@ def speedups(points: Sequence[Point]) -> dict[str, Any]:
 
 def _compared(points: Sequence[Point], target: float, outputs: Sequence[str]) -> dict[str, Any] | None:
     """Cost of the best own point and of SciPy's at an error; None where one is missing."""
-    own: list[tuple[float, float]] = []
-    scipy: dict[str, list[tuple[float, float]]] = {}
+    own: list[Setting] = []
+    scipy: dict[str, list[Setting]] = {}
     for point in points:
         cost = point.seconds_per_simulated_second
         errors = [value for name in outputs if (value := point.error[name]) is not None]
         if point.parameters["error_kind"] != NUMERICAL or not point.usable or cost is None or not errors:
             continue
+        setting = Setting(point.label, max(errors), cost)
         if str(point.parameters["integrator"]) in SCIPY:
-            scipy.setdefault(point.solver, []).append((max(errors), cost))
+            scipy.setdefault(point.solver, []).append(setting)
         elif not point.solver:
-            own.append((max(errors), cost))
+            own.append(setting)
     if not own or not scipy:
         return None
-    ours = cost_at(target, *zip(*own, strict=True))
-    theirs = {name: cost_at(target, *zip(*rows, strict=True)) for name, rows in scipy.items()}
+    ours = cost_at(own, target)
+    theirs = {name: cost_at(rows, target) for name, rows in scipy.items()}
     reached = {name: cost for name, cost in theirs.items() if cost is not None}
     best = min(reached, key=reached.__getitem__) if reached else None
     ratio = reached[best] / ours if best is not None and ours else None
     return {"own": ours, "scipy": theirs, "scipy_best": best, "ratio": ratio}
-
-
-def cost_at(error: float, found: Sequence[float], costs: Sequence[float]) -> float | None:
-    """Cost at an error by log-log interpolation along the front; None where no run reaches it.
-
-    Nothing is extrapolated to smaller errors, and above the largest error the cheapest run counts.
-    """
-    order = pareto_front(costs, found)
-    front = [(found[k], costs[k]) for k in order]
-    if not front:
-        return None
-    if front[0][0] <= error:
-        return front[0][1]
-    for (e0, c0), (e1, c1) in pairwise(front):
-        if e1 <= error:
-            share = math.log(e0 / error) / math.log(e0 / max(e1, 1e-300))
-            return math.exp(math.log(c0) + share * math.log(c1 / c0))
-    return None

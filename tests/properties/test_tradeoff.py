@@ -9,8 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.other_solvers.entries import cost_at, other_entries, speedups
+from benchmarks.other_solvers.entries import other_entries, speedups
 from benchmarks.other_solvers.solver import OtherSolver
+from benchmarks.peer_programs.equal_error import Point as Setting
+from benchmarks.peer_programs.equal_error import cost_at
 from hypothesis import given
 from hypothesis import strategies as st
 from tradeoff_case import small
@@ -52,8 +54,8 @@ def test_a_front_is_what_nobody_beats(choices):
 
 @given(st.lists(st.tuples(POSITIVE, POSITIVE), min_size=1, max_size=30), POSITIVE)
 def test_cost_at_an_error_lies_on_the_front(choices, wanted):
-    costs, errors = zip(*choices, strict=True)
-    cost = cost_at(wanted, errors, costs)
+    costs = [seconds for seconds, _ in choices]
+    cost = cost_at([Setting("", error, seconds) for seconds, error in choices], wanted)
     within = [c for c, e in choices if e <= wanted]
     assert (cost is None) == (not within)
     if within:
@@ -63,7 +65,8 @@ def test_cost_at_an_error_lies_on_the_front(choices, wanted):
 
 def test_cost_at_an_error_of_a_power_law():
     steps = np.array([4.0, 2.0, 1.0])
-    assert cost_at(math.sqrt(8.0), steps**3, 1.0 / steps) == pytest.approx(1.0 / math.sqrt(2.0))
+    points = [Setting("", step**3, 1.0 / step) for step in steps]
+    assert cost_at(points, math.sqrt(8.0)) == pytest.approx(1.0 / math.sqrt(2.0))
 
 
 def test_errors_are_relative_to_the_alternating_part():
