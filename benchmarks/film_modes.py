@@ -25,11 +25,11 @@ from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_L
 from cranktrain.film.laws.thrust import closed_stiffness
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.assembly import Assembly, assemble
-from cranktrain.structure.crank.modal import KINDS, energy_shares, main_springs
+from cranktrain.structure.crank.modal import KINDS, at_largest, energy_shares, main_springs
+from cranktrain.structure.in_motion.periodic_forces import main_forces
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 from cranktrain.studies.torsion.damped_modes import damped_modes
-from cranktrain.studies.torsion.housed_crank import at_largest
-from cranktrain.studies.torsion.periodic_crank import PeriodicCrank, main_forces
+from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 RPM = math.pi / 30.0
 SPEEDS = (1240.0, 1660.0, 1980.0)

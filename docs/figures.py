@@ -24,7 +24,7 @@ from cranktrain.studies.torsion.level_frequencies import level_frequencies
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
-SHIPPED = ROOT / "fmu_src" / "cranktrain" / "studies" / "tradeoff" / "total" / "data"
+SHIPPED = ROOT / "fmu_src" / "cranktrain" / "studies" / "total_error" / "data"
 TOTAL_PICTURES = {"diesel_i6": ("torsion", "forces", "film"), "diesel_v8": ("torsion", "axial")}
 """Families of outputs whose pictures the page of total errors shows."""
 ENGINES = {"I6": "diesel_i6", "V8": "diesel_v8"}
@@ -591,7 +591,7 @@ def pictures() -> None:
 
 def studies() -> None:
     """Charts of accuracy against speed, and the stability maps."""
-    cranktrain("tradeoff examples/six_at_2000.toml --output out/tradeoff")
+    python("benchmarks/tradeoff.py", "examples/six_at_2000.toml", "--output", "out/tradeoff")
     cranktrain("stability --output docs/stability --page docs/stability.md")
     for drawing in (DOCS / "stability").glob("*.svg"):
         drawing.unlink()  # the page shows the PNG
@@ -612,8 +612,8 @@ def total_error() -> str:
 
 def shipped_total_error(*folders: Path) -> str:
     """The tables of the studies in folders, whose figures and pictures go to their places."""
+    from cranktrain.studies.total_error.shipped import read
     from cranktrain.studies.tradeoff.total.choice import markdown
-    from cranktrain.studies.tradeoff.total.shipped import read
 
     SHIPPED.mkdir(exist_ok=True)
     tables = []

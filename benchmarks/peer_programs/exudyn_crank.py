@@ -19,6 +19,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from benchmarks.other_solvers.first_order import FirstOrder
 from benchmarks.peer_programs.environment import Child, Program, child
 from benchmarks.peer_programs.equal_error import Point, beside, listed, relative_error
 from scipy.interpolate import CubicSpline
@@ -30,7 +31,6 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.assembly import Assembly, assemble
-from cranktrain.studies.peers.first_order import FirstOrder
 
 PROGRAM = Program(("exudyn==1.13.6", "numpy>=2"), "run_exudyn.py")
 SPEED = 2000.0 * math.pi / 30.0

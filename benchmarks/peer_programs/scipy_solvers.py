@@ -1,7 +1,7 @@
 """SciPy's stiff solvers on our own equations with impedance films, from a compiled right-hand side and Jacobian.
 
-The equations and the measuring are those of ``cranktrain tradeoff --family integrators``, measured anew: the six at
-2000 rev/min from a settled cycle, judged over the last of three against a fine step.
+The equations and the measuring are those of ``benchmarks/tradeoff.py``, measured anew: the six at 2000 rev/min from a
+settled cycle, judged over the last of three against a fine step.
 """
 
 from __future__ import annotations
@@ -13,9 +13,11 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import scipy
+from benchmarks.other_solvers.entries import other_entry
+from benchmarks.other_solvers.solver import OtherSolver
 from benchmarks.peer_programs.equal_error import Point, beside, listed
 
-from cranktrain.studies.kept import Kept
+from cranktrain.store.kept import Kept
 from cranktrain.studies.tradeoff.families import StudyScene
 from cranktrain.studies.tradeoff.measure import Entry
 from cranktrain.studies.tradeoff.measure import measured as points_of
@@ -38,21 +40,20 @@ def entries(scene: StudyScene) -> tuple[list[Entry], list[Entry]]:
     case = replace(scene.case, cycles=CYCLES)
     reference = reference_case(case)
 
-    def entry(label: str, **choices: Any) -> Entry:
-        return Entry("integrators", label, replace(case, **choices), reference, NUMERICAL)
-
-    own = [
-        entry(f"{name} {step:g}°", settings=replace(case.settings, integrator=name, step=math.radians(step)))
-        for name, steps in OWN.items()
-        for step in steps
-    ]
+    own = []
+    for name, steps in OWN.items():
+        for step in steps:
+            settings = replace(case.settings, integrator=name, step=math.radians(step))
+            entry = Entry("integrators", f"{name} {step:g}°", replace(case, settings=settings), reference, NUMERICAL)
+            own.append(entry)
     other = [
-        entry(
-            f"{method.partition(':')[2]} {tolerance:g}, {scaling}", method=method, tolerance=tolerance, scaling=scaling
+        other_entry(
+            f"{method.partition(':')[2]} {tolerance:g}, {scaling}", case, reference,
+            OtherSolver(method, tolerance, scaling),
         )
         for (method, scaling), tolerances in OTHER.items()
         for tolerance in tolerances
-    ]
+    ]  # fmt: skip
     return own, other
 
 

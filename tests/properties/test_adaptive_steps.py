@@ -11,10 +11,18 @@ import pytest
 from bodies import six
 
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
-from cranktrain.loads.gas_pressure import GasTrace, kinks
+from cranktrain.loads.built_in_trace import KINKS, NO_KINK, fill_kinks
+from cranktrain.loads.gas_pressure import GasTrace, spline_coefficients
 
 SPEED = 2000 * math.pi / 30
 STEP = math.radians(6.0)
+
+
+def kinks(samples):
+    """Crank angles, rad, at which a trace is least smooth."""
+    table, found = spline_coefficients(samples), np.zeros(KINKS)
+    fill_kinks(np.array([table, np.zeros_like(table)]), found)
+    return found[found != NO_KINK]
 
 
 @cache

@@ -347,8 +347,8 @@ def test_a_target_in_motion_is_met_by_the_mode_of_the_running_crank(tmp_path):
     from bodies import COARSE
 
     from cranktrain.structure.assembly import assemble
+    from cranktrain.structure.in_motion.eigenproblem import modes_in_motion
     from cranktrain.studies.calibration.engine_text import rounded
-    from cranktrain.studies.in_motion.eigenproblem import modes_in_motion
     from cranktrain.studies.in_motion.report import SPRING_LEVELS, film_springs, reference_speed, settled_simulation
 
     path = tmp_path / "coarse.toml"

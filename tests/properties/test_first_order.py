@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from benchmarks.other_solvers.first_order import FirstOrder
 from bodies import whole_six
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.state import ACCELERATION, TIME, offset
 from cranktrain.dynamics.simulation import Settings, Simulation
-from cranktrain.studies.peers.first_order import FirstOrder
 
 SPEED = 2000.0 * math.pi / 30.0
 

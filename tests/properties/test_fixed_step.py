@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from benchmarks.other_solvers.fixed_step import METHODS, OK, ORDERS, UNBOUNDED, Equations, FixedStep
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel_address, law_kernel
-from cranktrain.studies.peers.fixed_step import METHODS, OK, ORDERS, UNBOUNDED, Equations, FixedStep
 
 DAMPING, STIFFNESS, PUSH, TURN = 0.3, np.array([1.0, 6.0]), 0.7, 1.3
 

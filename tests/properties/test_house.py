@@ -6,6 +6,8 @@ Kernels are the functions under the decorators of :mod:`cranktrain.core.kernel`.
 from __future__ import annotations
 
 import ast
+import re
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -61,6 +63,60 @@ def test_imports_go_round_in_no_circle():
         for others in known.values():
             others.difference_update(leaves)
     assert not known
+
+
+LAYERS = tomllib.loads((ROOT.parents[1] / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"][0]
+"""The contract that says which folder is above which, the highest first."""
+
+
+def rank(layer: str) -> int:
+    """Place of a folder of the package among the layers, 0 the lowest."""
+    rows = [row.replace("|", " ").split() for row in LAYERS["layers"]]
+    return next(k for k, row in enumerate(reversed(rows)) if layer in row)
+
+
+def test_no_layer_is_jumped_by_a_string():
+    """Rows of registers may name functions of their own layer, or of a lower one, which an import contract never sees.
+
+    A register whose functions are in a higher layer is filled from there.
+    """
+    jumps = []
+    for file, tree in TREES.items():
+        if "/" not in file:
+            continue
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Constant) and re.fullmatch(r"cranktrain(\.\w+)+(:\w+)?", str(node.value)):
+                other = str(node.value).split(".")[1].partition(":")[0]
+                if (ROOT / other).is_dir() and rank(other) > rank(file.split("/")[0]):
+                    jumps.append((file, node.value))
+    assert not jumps
+
+
+MAKERS = {entry.stem for entry in (ROOT / "studies").iterdir()} - {
+    "__init__", "__pycache__", "answers", "planning", "scene", "total_error", "typed_table",
+}  # fmt: skip
+"""Folders and files of ``studies`` that make studies, as the contract in pyproject.toml lists them."""
+
+
+@pytest.mark.parametrize("start", ["fmu", "cli/plan", "studies/planning", "studies/total_error"])
+def test_plans_and_fmus_reach_no_maker_of_studies(start):
+    """Imports inside functions and names in strings count too: a shipped figure has a reader apart from its maker."""
+    found = {file for file in TREES if file.startswith((f"{start}/", f"{start}.py"))}
+    waiting = list(found)
+    while waiting:
+        file = waiting.pop()
+        strings = re.findall(r'"cranktrain\.([\w.]+):\w+"', (ROOT / file).read_text("utf-8"))
+        new = {*imports(file), *(f"{name.replace('.', '/')}.py" for name in strings)} & set(TREES) - found
+        found |= new
+        waiting += new
+    reached = {Path(file).parts[1].removesuffix(".py") for file in found if file.startswith("studies/")}
+    assert {"answers", "total_error"} <= reached and not reached & MAKERS
+
+
+def test_the_contract_names_every_maker_of_studies():
+    contracts = tomllib.loads((ROOT.parents[1] / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]
+    named = next(c["forbidden_modules"] for c in contracts["contracts"] if "makes studies" in c["name"])
+    assert {name.rpartition(".")[2] for name in named} == MAKERS
 
 
 def reasoned(file: str, function: ast.FunctionDef) -> bool:

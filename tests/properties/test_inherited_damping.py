@@ -16,8 +16,8 @@ from cranktrain.engine.levels import CRANKS
 from cranktrain.structure.assembly import assemble
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.crank.modal import cranktrain_matrices, cranktrain_modes, torsional_frequencies
+from cranktrain.structure.in_motion.inherited_damping import equivalent_damping, resonance_speed
 from cranktrain.studies.torsion.damped_modes import damped_modes
-from cranktrain.studies.torsion.inherited_damping import equivalent_damping, resonance_speed
 
 SIX = load_engine("diesel_i6")
 SIX = replace(SIX, reduction=replace(SIX.reduction, torsional_source="ker-wilson"))

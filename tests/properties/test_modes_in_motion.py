@@ -20,9 +20,9 @@ from cranktrain.engine.parts import AxialPath
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.assembly import assemble
 from cranktrain.structure.crank.level import crank_body
-from cranktrain.studies.in_motion.cycle_means import main_tangents, mean_law, plain_means, tangents_over_cycle
-from cranktrain.studies.in_motion.eigenproblem import SAMPLES, equations_in_motion, modes_in_motion, settled_means
-from cranktrain.studies.in_motion.joint import fading, mean_answer
+from cranktrain.structure.in_motion.cycle_means import main_tangents, mean_law, plain_means, tangents_over_cycle
+from cranktrain.structure.in_motion.eigenproblem import SAMPLES, equations_in_motion, modes_in_motion, settled_means
+from cranktrain.structure.in_motion.joint import fading, mean_answer
 from cranktrain.studies.in_motion.report import SPRING_LEVELS, film_springs
 from cranktrain.studies.run_up.free_decay import torsional_mode
 from cranktrain.studies.torsion.damped_modes import damped_modes

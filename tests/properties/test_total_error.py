@@ -19,19 +19,21 @@ from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters
 from cranktrain.film.laws.ehd import IN_LOOP, elastic_films, film_values
 from cranktrain.film.laws.register import CHEAP, LAWS, MAINS, MODERATE, PLAIN, Form, Law, bearing_law, register_law
-from cranktrain.studies.kept import Kept
+from cranktrain.store.kept import Kept
 from cranktrain.studies.planning.charted import around, charted
 from cranktrain.studies.scene import RPM, load_scene
+from cranktrain.studies.total_error import shipped
+from cranktrain.studies.total_error.families import FAMILIES, wanted
+from cranktrain.studies.total_error.point import Best, Split, TotalPoint, at_scene
 from cranktrain.studies.tradeoff.families import StudyScene
-from cranktrain.studies.tradeoff.total import measure, shipped
+from cranktrain.studies.tradeoff.total import measure
 from cranktrain.studies.tradeoff.total.choice import cheapest, choice_text, default_rows, markdown, table_rows
 from cranktrain.studies.tradeoff.total.choices import best_model, default_model, every_model, models
-from cranktrain.studies.tradeoff.total.distance import distance, resampled
-from cranktrain.studies.tradeoff.total.families import FAMILIES, wanted
+from cranktrain.studies.tradeoff.total.distance import distance, resampled, split
 from cranktrain.studies.tradeoff.total.files import write_files
+from cranktrain.studies.tradeoff.total.fronts import front, with_fronts
 from cranktrain.studies.tradeoff.total.page import page
-from cranktrain.studies.tradeoff.total.point import Split, TotalPoint, at_scene, front, split, with_fronts
-from cranktrain.studies.tradeoff.total.study import Best, TotalStudy, total_study
+from cranktrain.studies.tradeoff.total.study import TotalStudy, total_study
 
 __all__ = ["few"]
 SIX = load_engine("diesel_i6")

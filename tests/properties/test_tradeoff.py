@@ -9,20 +9,23 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.other_solvers.entries import other_entries, speedups
+from benchmarks.other_solvers.solver import OtherSolver
+from benchmarks.peer_programs.equal_error import Point as Setting
+from benchmarks.peer_programs.equal_error import cost_at
 from hypothesis import given
 from hypothesis import strategies as st
 from tradeoff_case import small
 
 from cranktrain.core.errors import InputError
 from cranktrain.modules.combustion.file import load
-from cranktrain.studies.kept import Kept
+from cranktrain.store.kept import Kept
 from cranktrain.studies.tradeoff import coupled, families, measure
 from cranktrain.studies.tradeoff.choice import choice_text
 from cranktrain.studies.tradeoff.families import FAMILIES
 from cranktrain.studies.tradeoff.files import points_csv, write_files
-from cranktrain.studies.tradeoff.level_points import numerical_points
 from cranktrain.studies.tradeoff.measure import differences, high_order_error, measured
-from cranktrain.studies.tradeoff.pareto import cost_at, pareto_front
+from cranktrain.studies.tradeoff.pareto import pareto_front
 from cranktrain.studies.tradeoff.point import OUTPUTS, Point
 from cranktrain.studies.tradeoff.study import chosen_families, study
 
@@ -51,8 +54,8 @@ def test_a_front_is_what_nobody_beats(choices):
 
 @given(st.lists(st.tuples(POSITIVE, POSITIVE), min_size=1, max_size=30), POSITIVE)
 def test_cost_at_an_error_lies_on_the_front(choices, wanted):
-    costs, errors = zip(*choices, strict=True)
-    cost = cost_at(wanted, errors, costs)
+    costs = [seconds for seconds, _ in choices]
+    cost = cost_at([Setting("", error, seconds) for seconds, error in choices], wanted)
     within = [c for c, e in choices if e <= wanted]
     assert (cost is None) == (not within)
     if within:
@@ -62,7 +65,8 @@ def test_cost_at_an_error_lies_on_the_front(choices, wanted):
 
 def test_cost_at_an_error_of_a_power_law():
     steps = np.array([4.0, 2.0, 1.0])
-    assert cost_at(math.sqrt(8.0), steps**3, 1.0 / steps) == pytest.approx(1.0 / math.sqrt(2.0))
+    points = [Setting("", step**3, 1.0 / step) for step in steps]
+    assert cost_at(points, math.sqrt(8.0)) == pytest.approx(1.0 / math.sqrt(2.0))
 
 
 def test_errors_are_relative_to_the_alternating_part():
@@ -86,9 +90,9 @@ def test_errors_of_high_orders_stand_apart():
 
 @pytest.mark.slow
 def test_points_of_a_study(small, tmp_path):
-    result = study([small], ["integrators", "pressure"], True, Kept(tmp_path / "kept"))
+    result = study([small], ["integrators", "pressure"], True, Kept(tmp_path / "kept"), others=other_entries)
     data = json.loads(json.dumps(result.as_dict(), allow_nan=False))
-    assert set(data) == {"points", "reference", "against_scipy"}
+    assert set(data) == {"points", "reference"}
     estimate = data["reference"]["error_estimate"]
     assert set(estimate) == set(OUTPUTS) and estimate["bearing_film"] is None
     assert 0.0 < estimate["pulley_torsion"] < 1e-4
@@ -113,7 +117,7 @@ def test_points_of_a_study(small, tmp_path):
         p.seconds_per_simulated_second for p in on_front
     ]
 
-    again = study([small], ["integrators", "pressure"], True, Kept(tmp_path / "kept"))
+    again = study([small], ["integrators", "pressure"], True, Kept(tmp_path / "kept"), others=other_entries)
     assert again.as_dict() == result.as_dict()
 
     written = write_files(result, tmp_path / "out")
@@ -189,10 +193,43 @@ def test_levels_climb_to_the_next(small):
         assert tops == {climbed[-1][1]}
 
 
-def test_numerical_points_of_one_level(small, tmp_path):
-    engine = small.engine
-    numbers = numerical_points(engine, small.speed, small.settings, store=Kept(tmp_path))
-    assert all(isinstance(p, Point) and p.parameters["error_kind"] == "numerical" for p in numbers)
+def test_other_solvers_come_with_their_entries(small, tmp_path):
+    """The study alone has the stage solver's methods; an entry that brings a solver is run by it."""
+    assert all(entry.other is None for entry in FAMILIES["integrators"](small, True))
+    entries = [entry for entry in other_entries(small, True) if entry.label == "radau-5 3°"]
+    store, told = Kept(tmp_path), []
+    (point,) = measured(entries, store, 1, told.append)
+    assert (point.solver, point.parameters["integrator"], point.parameters["scaling"]) == ("radau-5", "radau-5", "each")
+    assert point.status == "ok" and point.error["pulley_torsion"] < 1e-3
+    other = replace(entries[0], other=OtherSolver("scipy:LSODA", 1e-2))
+    keys = {measure._entry_key(entry) for entry in (entries[0], other, replace(other, other=None))}
+    assert len(keys) == 3
+    assert measured(entries, store, 1, lambda stage: pytest.fail(stage)) == [point]
+
+
+def test_an_other_solver_that_does_not_exist_is_refused():
+    with pytest.raises(InputError, match="did you mean 'scipy:LSODA'"):
+        OtherSolver("scipy:LSODE", 1e-3)
+    with pytest.raises(InputError, match="needs a tolerance"):
+        OtherSolver("scipy:BDF")
+
+
+def test_best_own_cost_beside_the_best_of_scipy():
+    """At an error of 1e-3: ours of a power law, SciPy's cheapest of two, explicit methods left out."""
+
+    def point(cost, error, **more):
+        errors = dict.fromkeys(OUTPUTS, error)
+        return Point("integrators", "", {"error_kind": "numerical", "integrator": "esdirk4", **more}, cost, errors)
+
+    def other(method, name, cost):
+        return point(cost, 1e-3, integrator=method, solver=name)
+
+    points = [point(1.0, 1e-2), point(2.0, 1e-4)]
+    assert speedups(points) == {}
+    points += [other("scipy:BDF", "SciPy BDF", 30.0), other("scipy:LSODA", "SciPy LSODA, floored", 20.0)]
+    entry = speedups([*points, other("runge-kutta-4", "runge-kutta-4", 0.1)])["0.001"]
+    assert entry["own"] == pytest.approx(math.sqrt(2.0))
+    assert (entry["scipy_best"], entry["ratio"]) == ("SciPy LSODA, floored", pytest.approx(20.0 / math.sqrt(2.0)))
 
 
 def test_an_unknown_family_names_the_nearest():

@@ -12,7 +12,7 @@ import pytest
 from cranktrain.cli.main import main
 from cranktrain.engine.file import engine_path
 from cranktrain.store.hdf5 import read_result
-from cranktrain.studies.kept import Kept
+from cranktrain.store.kept import Kept
 from cranktrain.studies.planning import measured, scene_model
 from cranktrain.studies.planning.scene_model import SceneModel
 from cranktrain.studies.scene import load_scene

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from cranktrain.cli.main import main
-from cranktrain.studies import kept, stability
+from cranktrain.store import kept
+from cranktrain.studies import stability
 from cranktrain.studies.stability import kept_maps
 from cranktrain.studies.stability.page import shown_deviation
 from cranktrain.studies.stability.stability_map import (

@@ -8,11 +8,11 @@ from total_error import few
 
 from cranktrain.cli.main import main
 from cranktrain.engine.file import load_engine
-from cranktrain.studies import kept as stores
-from cranktrain.studies.tradeoff.total import measure, shipped, study
-from cranktrain.studies.tradeoff.total.families import FAMILIES
-from cranktrain.studies.tradeoff.total.point import Split, TotalPoint
-from cranktrain.studies.tradeoff.total.study import Best
+from cranktrain.store import kept as stores
+from cranktrain.studies.total_error import shipped
+from cranktrain.studies.total_error.families import FAMILIES
+from cranktrain.studies.total_error.point import Best, Split, TotalPoint
+from cranktrain.studies.tradeoff.total import measure, study
 
 __all__ = ["few"]
 

@@ -6,7 +6,7 @@ import pytest
 from tradeoff_case import small
 
 from cranktrain.cli.main import main
-from cranktrain.studies import kept as stores
+from cranktrain.store import kept as stores
 from cranktrain.studies.tradeoff import measure, study
 
 __all__ = ["small"]

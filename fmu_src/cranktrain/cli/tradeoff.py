@@ -29,6 +29,7 @@ cost       processor seconds per simulated second, median of three interleaved r
            parts, and what to take for 10 %, 3 % and 1 %; cost is of a settled cycle. Without SCENE: the six at 1000
            and 2000 rev/min (--quick: 2000, without films that are solved online, reference at usual grid and step)
 
+Other solvers beside ours (explicit, Radau, SciPy's): python benchmarks/tradeoff.py in the repository.
 Every run is kept in the cache as it ends: after an interruption the same command goes on where it stopped.
 """
 
@@ -78,8 +79,8 @@ def _total(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.structure.fem.factor import one_thread
     from cranktrain.studies.tradeoff.study import scenes_of
     from cranktrain.studies.tradeoff.total.choice import choice_text
+    from cranktrain.studies.tradeoff.total.document import document
     from cranktrain.studies.tradeoff.total.files import write_files
-    from cranktrain.studies.tradeoff.total.shipped import document
     from cranktrain.studies.tradeoff.total.study import total_scenes, total_study
 
     if options.family:

@@ -1,4 +1,4 @@
-"""Four or eight numbers side by side, as tuples that a compiler keeps in vector registers."""
+"""Four numbers side by side, as tuples that a compiler keeps in vector registers."""
 
 from __future__ import annotations
 
@@ -40,9 +40,3 @@ def scaled(factor, a):
     """``factor`` times a tuple of four."""
     a0, a1, a2, a3 = a
     return factor * a0, factor * a1, factor * a2, factor * a3
-
-
-@kernel
-def eight(row, at):
-    """Eight numbers of ``row`` from ``at`` on."""
-    return row[at], row[at + 1], row[at + 2], row[at + 3], row[at + 4], row[at + 5], row[at + 6], row[at + 7]

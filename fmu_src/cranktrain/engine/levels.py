@@ -2,7 +2,8 @@
 
 Crank: ``rigid`` moves as a whole; ``torsional`` also twists; ``beam`` also bends and stretches; ``solid`` has stresses.
 Each level is one row. Command line, FMU interface, plan and studies read the tables, in the order of the rows, which is
-from the lowest to the highest level. What each output needs is said in :mod:`cranktrain.studies.answers`.
+from the lowest to the highest level. What each output needs is said in :mod:`cranktrain.studies.answers`; who makes the
+body of a crank level, in :mod:`cranktrain.structure.crank.level`.
 """
 
 from __future__ import annotations
@@ -12,11 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.core.named import Named, resolve
-from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.model import Engine
-
-Progress = Callable[[str], None]
 
 RIGID_SHARE = 0.25
 """Share of the first torsional frequency up to which a rigid crank answers: there 1/(1 − 1/16) is 7 % too little."""
@@ -44,38 +41,23 @@ class Level:
 
 @dataclass(frozen=True)
 class CrankLevel(Level):
-    """A fidelity level of the crank: how its body is made and what that answers.
+    """A fidelity level of the crank: what its body is made of and what it answers.
 
     Attributes
     ----------
-    bare : ``module:function`` of (engine, solid, progress) → bare body; ``solid`` is the bare solid body, or None where
-        the level needs none
-    running : ``module:function`` of (engine, bare) → body of the running model, with all that is attached
     highest_frequency : of the engine, Hz: up to which the level answers
     needs_solid : whether it is made of the solid body, which takes a minute where it is not in the cache
     takes_mesh : whether a user's own mesh of the crankshaft counts
     bends : whether journals move across where the crank deforms; such a crank needs bearings that carry it
-    inherits : the level of which it takes over what it cannot compute itself; empty where there is none
-    inherit : ``module:function`` of (engine, running body, that level, progress) → the body with what it takes over
+    inherits : the level whose damping in motion it takes over, because it cannot compute it; empty where there is none
     """
 
-    bare: Named = ""
-    running: Named = ""
     highest_frequency: Callable[[Engine], float] = lambda engine: engine.reduction.running_cutoff_hz
     needs_solid: Callable[[Engine], bool] = lambda engine: False
     takes_mesh: bool = False
     elastic: bool = True
     bends: bool = True
     inherits: str = ""
-    inherit: Named = ""
-
-    def make_bare(self, engine: Engine, solid: ReducedBody | None, progress: Progress | None = None) -> ReducedBody:
-        """Bare crankshaft."""
-        return resolve(self.bare)(engine, solid, progress)
-
-    def make_running(self, engine: Engine, bare: ReducedBody) -> ReducedBody:
-        """Crankshaft of the running model."""
-        return resolve(self.running)(engine, bare)
 
 
 def _rigid_frequency(engine: Engine) -> float:
@@ -95,8 +77,6 @@ CRANKS: dict[str, CrankLevel] = {
         CrankLevel(
             "rigid",
             "moves as a whole, made from dimensions or the user's own mesh",
-            bare="cranktrain.structure.crank.level:bare_rigid",
-            running="cranktrain.structure.crank.level:running_rigid",
             highest_frequency=_rigid_frequency,
             takes_mesh=True,
             elastic=False,
@@ -106,28 +86,21 @@ CRANKS: dict[str, CrankLevel] = {
             "torsional",
             "discs on a shaft that twists",
             "a rigid crank does not twist",
-            bare="cranktrain.structure.crank.level:bare_torsional",
-            running="cranktrain.structure.crank.level:running_torsional",
             highest_frequency=lambda engine: TORSIONAL_SHARE * engine.reduction.running_cutoff_hz,
             needs_solid=lambda engine: engine.reduction.torsional_source.startswith("solid"),
             takes_mesh=True,
             bends=False,
             inherits="beam",
-            inherit="cranktrain.studies.torsion.inherited_damping:with_inherited_damping",
         ),
         CrankLevel(
             "beam",
             "beams that twist, bend and stretch",
             "it needs a crank that bends and stretches",
-            bare="cranktrain.structure.crank.level:bare_beam",
-            running="cranktrain.structure.crank.reduction:running_body",
         ),
         CrankLevel(
             "solid",
             "elastic modes of the finite-element crankshaft",
             "stresses need the solid crank",
-            bare="cranktrain.structure.crank.level:bare_solid",
-            running="cranktrain.structure.crank.reduction:running_body",
             needs_solid=lambda engine: True,
             takes_mesh=True,
         ),

@@ -17,8 +17,6 @@ SOURCES = Path(__file__).resolve().parents[2]
 """Folder of the package."""
 RUNNING = "cranktrain.fmu.running"
 """What the slave of a cranktrain asks; other modules have their own."""
-OFFLINE = ("cranktrain.structure.", "cranktrain.studies.")
-"""Makers of data, which the FMU carries instead."""
 FOREIGN = {"numpy", "numba", "llvmlite"} | set(sys.stdlib_module_names)
 
 
@@ -49,8 +47,7 @@ def running_code(running: str = RUNNING) -> dict[str, bytes]:
         if name in found:
             continue
         found[name] = file.read_bytes()
-        named = re.findall(r'"(cranktrain[.\w]+):\w+"', found[name].decode())
-        waiting += [other for other in named if not other.startswith(OFFLINE)]
+        waiting += re.findall(r'"(cranktrain[.\w]+):\w+"', found[name].decode())
         waiting += [".".join(module.split(".")[:n]) for n in range(1, module.count(".") + 1)]
         for imported in _imports(found[name], module):
             top = imported.split(".")[0]

@@ -30,10 +30,7 @@ from cranktrain.core.lanes import four
 from cranktrain.engine.model import Engine
 from cranktrain.loads.built_in_trace import (
     CYCLE,
-    KINKS,
-    NO_KINK,
     SAMPLES,
-    fill_kinks,
     fill_spline,
     fill_trace,
 )
@@ -157,17 +154,6 @@ def mean_effective_pressure(engine: Engine, pressure: Array) -> float:
     volume, derivative = cylinder_volume(engine, np.arange(pressure.size, dtype=np.float64) * (CYCLE / pressure.size))
     # crankcase pressure and any constant drop out of the closed integral
     return float(np.sum(pressure * derivative) * (CYCLE / pressure.size) / (volume.max() - volume.min()))
-
-
-def kinks(samples: Array) -> Array:
-    """Crank angles (k,) rad at which a trace is least smooth: up to ``KINKS`` knots, ``APART`` from one another.
-
-    A cubic spline has a third derivative that jumps at its knots; the largest jumps, down to a tenth of the largest,
-    tell where a burn begins or a valve opens.
-    """
-    table, found = spline_coefficients(samples), np.zeros(KINKS)
-    fill_kinks(np.array([table, np.zeros_like(table)]), found)
-    return found[found != NO_KINK]
 
 
 def spline_coefficients(samples: Array) -> Array:

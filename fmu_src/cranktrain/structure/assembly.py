@@ -11,12 +11,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from cranktrain.core.errors import InputError
-from cranktrain.core.named import resolve
+import numpy as np
+
+from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, check_levels, needed_parts, resolved
-from cranktrain.dynamics.simulation import fitted_engine
+from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.engine.levels import CRANKS, crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import PlainBearing
@@ -154,27 +155,52 @@ def running_crank(
 
     def make() -> ReducedBody:
         from cranktrain.engine.torsional_chain import is_chain, read_chain
+        from cranktrain.structure.crank import level as crank
         from cranktrain.structure.crank.chain import chain_body
-        from cranktrain.structure.crank.level import bare_crank
         from cranktrain.structure.crank.reduction import reduced_crankshaft
 
         if mesh is not None and is_chain(mesh):
-            return crank_level(level).make_running(engine, chain_body(engine, read_chain(mesh)))
+            return crank.running_crank(engine, level, chain_body(engine, read_chain(mesh)))
         if mesh is not None:
-            bare = bare_crank(engine, level, reduced_crankshaft(engine, mesh, progress=say), say)
+            bare = crank.bare_crank(engine, level, reduced_crankshaft(engine, mesh, progress=say), say)
         else:
             # With a damper or without, which the pulley carries, the crankshaft is the same, unless it is tuned to it.
             tuned = engine.reduction.torsional_source == "solid-in-motion"
             key = "bare crank", engine if tuned else replace(engine, pulley=None), level  # type: ignore[arg-type]
-            bare = _once(key, lambda: bare_crank(engine, level, progress=say))
-        return crank_level(level).make_running(engine, bare)
+            bare = _once(key, lambda: crank.bare_crank(engine, level, progress=say))
+        return crank.running_crank(engine, level, bare)
 
     def complete() -> ReducedBody:
         row, body = crank_level(level), make()
-        inherits = inherit and row.inherits and not body.damping.size
-        return resolve(row.inherit)(engine, body, row.inherits, say) if inherits else body
+        if not (inherit and row.inherits) or body.damping.size:
+            return body
+        return _inherited(engine, body, row.inherits, say)
 
     return complete() if mesh is not None else _once(("complete crank", engine, level, inherit), complete)
+
+
+def _inherited(engine: Engine, body: ReducedBody, above: str, say: Progress) -> ReducedBody:
+    """The running ``body`` with the damping that crank level ``above`` has in motion, kept in the cache.
+
+    Where the level above does not run the body stays as it is, and ``say`` is told. Raises ``InputError`` where that
+    level lacks what it needs.
+    """
+    from cranktrain.store.kept import Kept, digest
+    from cranktrain.structure.in_motion.inherited_damping import Decay, measured_decay, settings_above, with_damping
+
+    kept, key = Kept("inherited"), digest(__file__, engine, above)
+    entry = kept.entry(key)
+    if entry is None:
+        say(f"damping of crank level '{above}'")
+        try:
+            made = assemble(engine, settings_above(above))
+            found = measured_decay(Simulation(engine, made.body, made.settings, parts=made.parts))
+        except SolverError as error:
+            say(f"crank level '{above}' does not run, so that the crank keeps its structural damping: {error}")
+            return body
+        entry = {"hz": found.hz.tolist(), "ratio": found.ratio.tolist(), "speed": found.speed}
+        kept.keep(key, entry)
+    return with_damping(engine, body, above, Decay(np.array(entry["hz"]), np.array(entry["ratio"]), entry["speed"]))
 
 
 def _parts(engine: Engine, settings: Settings, say: Progress, resolution: str, block_mesh: str | Path | None) -> Parts:

@@ -35,9 +35,8 @@ from cranktrain.engine.parts import Damper
 from cranktrain.loads.damper import STIFFNESS, damper_parameters, damper_temperature, damping_coefficient
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
-from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, energy_shares
+from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, at_largest, energy_shares
 from cranktrain.studies.torsion.damped_modes import DampedModes, damped_modes, with_ring
-from cranktrain.studies.torsion.housed_crank import at_largest
 from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 HIGHEST_ORDER = 4.0

@@ -13,12 +13,11 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates
 from cranktrain.dynamics.model.ports import cylinder_axes
+from cranktrain.dynamics.model.slots import MOUNT_LAW
 from cranktrain.engine.model import Engine
 from cranktrain.loads.piston_guidance import guidance_parameters, piston_mass_matrix, piston_modes
 
 DIRECTIONS = 6
-MOUNT_STIFFNESS, MOUNT_DAMPING, MOUNT_PRELOAD, MOUNT_WEIGHT, MOUNT_LAW = range(5)
-"""Columns of a mount's law; the last is its preload (N) per m/s² of gravity."""
 
 
 class BlockArrays(NamedTuple):

@@ -56,6 +56,8 @@ from cranktrain.dynamics.model.slots import (
     MARK,
     METHOD_MARK,
     METHOD_ORDER,
+    MOUNT_PRELOAD,
+    MOUNT_WEIGHT,
     NEWTON_TOLERANCE,
     ORDER,
     PISTON_STROKE,
@@ -89,8 +91,6 @@ HELD = 0.0
 """Number of the reconstruction that holds inputs."""
 CLOSE = 1.0e-9
 """Relative difference that a dimension may have from being written as text."""
-MOUNT_PRELOAD, MOUNT_WEIGHT = 2, 3
-"""Columns of ``BlockArrays.mount_laws``."""
 
 
 @kernel

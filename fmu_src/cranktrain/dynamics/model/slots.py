@@ -33,6 +33,9 @@ BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, WHIRLS, AXIAL_JOIN
 SLIDING, JOURNAL_ROTATIONS, ADDED, LAYOUT = 15, 16, 17, 18
 # Rows of ``ModelArrays.ends``: rotations of flywheel and pulley about the axis, displacements of both along it.
 FLYWHEEL_ROTATION, PULLEY_ROTATION, PULLEY_AXIAL, FLYWHEEL_AXIAL = range(4)
+# Columns of ``BlockArrays.mount_laws``: stiffness (N/m, N m/rad) and damping of a mount's component, its preload (N),
+# and that by m/s² of gravity.
+MOUNT_STIFFNESS, MOUNT_DAMPING, MOUNT_PRELOAD, MOUNT_WEIGHT, MOUNT_LAW = range(5)
 # Columns of ``ModelArrays.connections``: number of Newton ports that a law couples, and the first of them; the
 # rotation of the journal beside a tilting collar.
 COUPLED, FIRST, TURNED = 0, 1, 4
@@ -49,9 +52,9 @@ VALVE_TORQUE, AXIAL_FORCE, CRANK_X, CRANK_Y, BLOCK_X, BLOCK_Y, FRAME_SIZE = rang
 # what an iteration changes of the forces.
 U, UD, UDD, FORCES, U_Q, U_V, U_FREE, U_STEP, U_DIFFERENCE, U_BEFORE = range(10)
 STATE_U, STATE_UD, STATE_UDD, SERIES, GUESS, RELATIVE, RELATIVE_RATE, F_STEP, PORT_VECTORS = range(10, 19)
-# Rows of ``Work.modal``: memory of a factorisation, vectors of a stage, its Q and V, what a step of Newmark's form
-# knows beforehand, and the step's difference from its embedded solution.
-PIVOTS, COLUMN, BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MODAL_VECTORS = range(11)
+# Rows of ``Work.modal``: vectors of a stage, its Q and V, what a step of Newmark's form knows beforehand, and the
+# step's difference from its embedded solution.
+BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MODAL_VECTORS = range(9)
 # Rows of ``Work.inputs``: value and rate of each input over the communication step; where ``EXPONENT`` is not 0, those
 # of a cylinder's p Vⁿ by the crank's angle, with what it bends; the angles of the two newest samples.
 VALUE, RATE, BEND, EXPONENT, ANGLES, INPUT_ROWS = range(6)

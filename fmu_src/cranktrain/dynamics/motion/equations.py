@@ -27,7 +27,6 @@ from __future__ import annotations
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
     ADDED,
-    AREA,
     AXIAL_FORCE,
     AXIAL_JOINT,
     BLOCK_RESTRAINT,
@@ -39,7 +38,6 @@ from cranktrain.dynamics.model.slots import (
     CRANK_MODES,
     CRANK_X,
     CRANK_Y,
-    CRANKCASE,
     DAMPER,
     DRIVEN,
     FIRST,
@@ -67,6 +65,7 @@ from cranktrain.dynamics.model.slots import (
     U,
 )
 from cranktrain.dynamics.motion.film_ports import film_block, journal_forces, place_joint, place_journal
+from cranktrain.dynamics.motion.gas import gas_force
 from cranktrain.dynamics.motion.linear_algebra import dot, invert, products
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_motion
 from cranktrain.dynamics.motion.rods import rod_forces
@@ -183,7 +182,7 @@ def external_force(model, frame, pressures, displaced, out):
         for i in range(t, t + 6):
             out[i] += frame[BLOCK_RESTRAINT] * displaced[i] + frame[VALVE_TORQUE] * model.block.motion[ROTATION, i - t]
         for c in range(model.cylinders.shape[0]):
-            gas = (pressures[c] - model.scalars[CRANKCASE]) * model.cylinders[c, AREA]
+            gas = gas_force(model.cylinders[c], model.scalars, pressures[c])
             for i in range(t, n):
                 out[i] += gas * model.block.heads[c, i - t]
 

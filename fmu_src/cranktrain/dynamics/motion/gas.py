@@ -16,6 +16,7 @@ from cranktrain.dynamics.model.slots import (
     AREA,
     BEST_SPEED,
     CLEARANCE_VOLUME,
+    CRANKCASE,
     FALLOFF,
     FIRING,
     FORCES,
@@ -39,6 +40,12 @@ from cranktrain.loads.gas_pressure import gas_pressures
 def trace_angle(model, cylinder, theta):
     """Crank angle after the firing dead centre of a cylinder, rad."""
     return theta - model.cylinders[cylinder, PHASE]
+
+
+@inlined_kernel
+def gas_force(rod, scalars, pressure):
+    """Force (N) of the gas on a piston and on its head at a cylinder pressure (Pa, absolute); ``rod`` its row."""
+    return (pressure - scalars[CRANKCASE]) * rod[AREA]
 
 
 @inlined_kernel

@@ -7,12 +7,10 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model.slots import (
-    AREA,
     COS,
     COS_BANK,
     CRANK_X,
     CRANK_Y,
-    CRANKCASE,
     DELTA_J,
     FORCES,
     GRAVITY,
@@ -37,6 +35,7 @@ from cranktrain.dynamics.model.slots import (
     U,
 )
 from cranktrain.dynamics.motion.film_ports import film_block
+from cranktrain.dynamics.motion.gas import gas_force
 from cranktrain.dynamics.motion.guided_pistons import LAYER, UPPER, PistonMotion, RodLoad, guided_rod, piston_forces
 from cranktrain.dynamics.motion.rod_motion import (
     AX,
@@ -137,8 +136,7 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
 def rod_load(rod, scalars, c, pressure, torque):
     """What rod and piston of cylinder c are given."""
     g = scalars[GRAVITY]
-    gas = (pressure - scalars[CRANKCASE]) * rod[AREA]
-    return RodLoad(c, gas, torque, g * rod[SIN_BANK], g * rod[COS_BANK])
+    return RodLoad(c, gas_force(rod, scalars, pressure), torque, g * rod[SIN_BANK], g * rod[COS_BANK])
 
 
 @inlined_kernel

@@ -10,6 +10,9 @@ from cranktrain.dynamics.model.slots import (
     DAMPER,
     DAMPER_LOSS,
     DAMPER_TEMPERATURE,
+    MOUNT_DAMPING,
+    MOUNT_PRELOAD,
+    MOUNT_STIFFNESS,
     MOUNTS_LOSS,
     STATE_U,
     STATE_UD,
@@ -42,8 +45,9 @@ def observe_mounts(model, work, state, members, out):
         for i in range(model.block.preload.shape[0]):
             place += block.mounts[j, i] * q[i]
             rate += block.mounts[j, i] * v[i]
-        work.powers[MOUNTS_LOSS] += block.mount_laws[j, 1] * rate * rate
-        out[j] = block.mount_laws[j, 2] - block.mount_laws[j, 0] * place - block.mount_laws[j, 1] * rate
+        law = block.mount_laws[j]
+        work.powers[MOUNTS_LOSS] += law[MOUNT_DAMPING] * rate * rate
+        out[j] = law[MOUNT_PRELOAD] - law[MOUNT_STIFFNESS] * place - law[MOUNT_DAMPING] * rate
     return 0
 
 

@@ -200,6 +200,7 @@ def plain_cycles(
     return Recorded(rows, settling, done == cycles * count, first)
 
 
+# In one piece: what a cycle tells decides what the next one is.
 def settled_cycles(
     recorder: Recorder,
     judge: Judge,

@@ -17,12 +17,10 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.slots import (
-    AREA,
     AXIAL_JOINT,
     BANK,
     BORE_ROTATIONS,
     CRANK_MODES,
-    CRANKCASE,
     DELTA_J,
     GRAVITY,
     LINERS,
@@ -47,7 +45,7 @@ from cranktrain.dynamics.model.slots import (
     TURNING_MODES,
 )
 from cranktrain.dynamics.model.workspace import start_room
-from cranktrain.dynamics.motion.gas import trace_pressure
+from cranktrain.dynamics.motion.gas import gas_force, trace_pressure
 from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
 from cranktrain.dynamics.topology import slots as added
 from cranktrain.loads.slider_crank import rod_force
@@ -330,7 +328,7 @@ def rigid_torque(model, speed, out, torque):
             sin = math.sin(theta - rod[BANK])
             x = cos * model.pins[c, 0] - sin * model.pins[c, 1]
             y = sin * model.pins[c, 0] + cos * model.pins[c, 1]
-            gas = (trace_pressure(model, c, theta, speed) - model.scalars[CRANKCASE]) * rod[AREA]
+            gas = gas_force(rod, model.scalars, trace_pressure(model, c, theta, speed))
             g = model.scalars[GRAVITY]
             rod_force(
                 x, y, -speed * y, speed * x, -speed * speed * x, -speed * speed * y,

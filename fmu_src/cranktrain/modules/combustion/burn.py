@@ -53,10 +53,3 @@ def wiebe_rate(angle, duration, exponent):
         return 0.0
     power = x**exponent
     return WIEBE * (exponent + 1.0) * power * math.exp(-WIEBE * power * x) / (duration * -math.expm1(-WIEBE))
-
-
-@kernel
-def wiebe_share(angle, duration, exponent):
-    """w(θ), the share that has burnt at an angle (rad) after ignition."""
-    x = min(max(angle / duration, 0.0), 1.0)
-    return math.expm1(-WIEBE * x ** (exponent + 1.0)) / math.expm1(-WIEBE)

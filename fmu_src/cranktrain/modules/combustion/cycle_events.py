@@ -24,7 +24,6 @@ LATEST = math.radians(60.0)
 """Crank angle at which a charge that has not ignited never will."""
 MOST_BURNT = 0.999
 """Share of the air that can burn."""
-_NONE = 100.0
 _AHEAD = 1.0e-9
 """Crank angle, rad, at which a valve that begins to open is open."""
 _WEYL = np.uint64(0x9E3779B97F4A7C15)

@@ -1,13 +1,14 @@
 """The crank of a running model at any fidelity level: one body, whatever made it.
 
-:data:`cranktrain.engine.levels.CRANKS` lists the levels; each row names two functions of this form, one for the bare
-crankshaft, one for the running model's. All carry the same flywheel, pulley and further parts, and all are cut at the
-engine's cut-off.
+:data:`cranktrain.engine.levels.CRANKS` lists the levels; :data:`MAKERS` has two functions for each, one for the bare
+crankshaft and one for the running model's. All carry the same flywheel, pulley and further parts, and all are cut at
+the engine's cut-off.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from cranktrain.core.reduced_body import ReducedBody, rigid, truncate
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.structure.crank.beam import beam_body
-from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_loads
+from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body, running_loads
 from cranktrain.structure.crank.torsional import rigid_crank, torsional_body, twist_only
 
 Progress = Callable[[str], None]
@@ -37,7 +38,7 @@ def bare_crank(
     row = crank_level(level)
     if solid is None and row.needs_solid(engine):
         solid = reduced_crankshaft(engine, progress=progress)
-    return row.make_bare(engine, solid, progress)
+    return MAKERS[level].bare(engine, solid, progress)
 
 
 def crank_body(
@@ -49,7 +50,12 @@ def crank_body(
     pins, the others as :func:`cranktrain.structure.crank.reduction.running_loads` says. Parameters and errors as of
     :func:`bare_crank`.
     """
-    return crank_level(level).make_running(engine, bare_crank(engine, level, solid, progress))
+    return running_crank(engine, level, bare_crank(engine, level, solid, progress))
+
+
+def running_crank(engine: Engine, level: str, bare: ReducedBody) -> ReducedBody:
+    """Crankshaft of the running model at a level from the bare one; raises as :func:`bare_crank` does."""
+    return MAKERS[crank_level(level).name].running(engine, bare)
 
 
 def bare_rigid(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
@@ -91,3 +97,25 @@ def running_torsional(engine: Engine, bare: ReducedBody) -> ReducedBody:
         if np.any(np.abs(complete.shapes[complete.index(name), component, above]) > 1e-9)
     ]
     return truncate(complete, cut, felt)
+
+
+class Maker(NamedTuple):
+    """How the body of a crank level is made.
+
+    Attributes
+    ----------
+    bare : of (engine, bare solid body or None where the level needs none, progress or None), the bare crankshaft
+    running : of (engine, bare crankshaft), the body of the running model with all that is attached
+    """
+
+    bare: Callable[[Engine, ReducedBody | None, Progress | None], ReducedBody]
+    running: Callable[[Engine, ReducedBody], ReducedBody]
+
+
+MAKERS = {
+    "rigid": Maker(bare_rigid, running_rigid),
+    "torsional": Maker(bare_torsional, running_torsional),
+    "beam": Maker(bare_beam, running_body),
+    "solid": Maker(bare_solid, running_body),
+}
+"""By crank level."""

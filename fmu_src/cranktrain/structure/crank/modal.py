@@ -272,3 +272,9 @@ def reduction_quality(body: ReducedBody) -> dict[str, Any]:
     if "tied_hz" in body.records:
         quality["tied_surfaces_hz"] = body.records["tied_hz"][shown].tolist()
     return quality
+
+
+def at_largest(shapes: NDArray[Any]) -> Array:
+    """Motion (n, k) of modes at the instant of their largest real part: a damped mode has no one shape."""
+    turned = shapes * np.exp(-0.5j * np.angle((shapes**2).sum(axis=0)))
+    return np.ascontiguousarray(turned.real)

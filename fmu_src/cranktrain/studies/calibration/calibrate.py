@@ -28,6 +28,7 @@ from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.crank.modal import KINDS
 from cranktrain.structure.crank.reduction import reduced_crankshaft
 from cranktrain.structure.fem.factor import one_thread
+from cranktrain.structure.in_motion.eigenproblem import settled_means
 from cranktrain.studies.calibration import values
 from cranktrain.studies.calibration.engine_text import NEW, Written, new_path, rewritten, rounded
 from cranktrain.studies.calibration.geometry import Change, changes
@@ -36,7 +37,6 @@ from cranktrain.studies.calibration.search import Found, search
 from cranktrain.studies.calibration.stand_ins import stand_ins
 from cranktrain.studies.calibration.targets import Task, load_targets
 from cranktrain.studies.calibration.train import FilmMeans, Train
-from cranktrain.studies.in_motion.eigenproblem import settled_means
 from cranktrain.studies.in_motion.report import SPRING_LEVELS, film_springs, reference_speed, settled_simulation
 
 CLOSED = "thrust.closed_stiffness"

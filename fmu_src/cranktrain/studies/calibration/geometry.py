@@ -22,11 +22,11 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, skew
 from cranktrain.engine.model import Engine
+from cranktrain.store.kept import Kept
 from cranktrain.structure.block import reduction as of_block
 from cranktrain.structure.crank import reduction as of_crank
 from cranktrain.structure.fem.craig_bampton import condensed
 from cranktrain.structure.fem.factor import one_thread
-from cranktrain.studies.kept import Kept
 
 CRANK, BLOCK = "crankshaft", "block"
 Progress = Callable[[str], None]

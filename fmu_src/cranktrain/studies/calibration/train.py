@@ -19,11 +19,11 @@ from cranktrain.engine.model import Engine
 from cranktrain.structure.block.modal import RIGID_HZ
 from cranktrain.structure.block.reduction import heads
 from cranktrain.structure.crank import modal
+from cranktrain.structure.crank.modal import at_largest
 from cranktrain.structure.crank.reduction import attached_parts, running_loads
+from cranktrain.structure.in_motion.eigenproblem import OVERDAMPED, SLOWEST_HZ
 from cranktrain.studies.calibration.geometry import BLOCK, CRANK, Change
-from cranktrain.studies.in_motion.eigenproblem import OVERDAMPED, SLOWEST_HZ
 from cranktrain.studies.torsion.damped_modes import damped_modes
-from cranktrain.studies.torsion.housed_crank import at_largest
 
 CRANK_CUTOFF_HZ, BLOCK_CUTOFF_HZ = 3000.0, 1100.0
 MODES = 32

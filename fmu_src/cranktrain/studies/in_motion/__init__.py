@@ -1,1 +1,1 @@
-"""Modes in motion: small motions about the settled cycle of a running crank, as a damped eigenproblem."""
+"""Modes in motion as a report: lists of frequencies and the springs that stand for the films."""

@@ -16,8 +16,8 @@ from cranktrain.engine.model import Engine
 from cranktrain.results.tables import Table
 from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.crank.modal import LISTED_HZ
-from cranktrain.studies.in_motion.cycle_means import main_tangents, tangents_over_cycle
-from cranktrain.studies.in_motion.eigenproblem import PARTS, ModesInMotion, modes_in_motion
+from cranktrain.structure.in_motion.cycle_means import main_tangents, tangents_over_cycle
+from cranktrain.structure.in_motion.eigenproblem import PARTS, ModesInMotion, modes_in_motion
 
 RPM = math.pi / 30.0
 SETTLE = 1.0e-4

@@ -1,6 +1,6 @@
 """What measured total errors say of a scene: the cheapest pair of levels within its accuracy of the best model.
 
-Figures are those that ship with the package (:mod:`cranktrain.studies.tradeoff.total.shipped`). They are of whole
+Figures are those that ship with the package (:mod:`cranktrain.studies.total_error.shipped`). They are of whole
 choices, levels and step, over all frequencies; at each of a scene's speeds the measured ones on either side count, the
 larger error of both. A scene that they do not cover is told nothing: another engine, speeds beyond them, outputs
 without a chart, damper, floating big ends, part load, a measured trace, warm films.
@@ -15,9 +15,9 @@ from cranktrain.studies.answers import plain_name
 from cranktrain.studies.planning.ladder import Pair
 from cranktrain.studies.planning.plan import percent
 from cranktrain.studies.scene import Scene
-from cranktrain.studies.tradeoff.total.families import FAMILIES
-from cranktrain.studies.tradeoff.total.point import TotalPoint
-from cranktrain.studies.tradeoff.total.shipped import Shipped, shipped
+from cranktrain.studies.total_error.families import FAMILIES
+from cranktrain.studies.total_error.point import TotalPoint
+from cranktrain.studies.total_error.shipped import Shipped, shipped
 
 
 @dataclass(frozen=True)

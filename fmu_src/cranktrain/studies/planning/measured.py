@@ -15,7 +15,7 @@ import numpy as np
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.film.laws.register import DEAR, DEAREST, bearing_law
-from cranktrain.studies.kept import Kept, digest
+from cranktrain.store.kept import Kept, digest
 from cranktrain.studies.planning.difference import LastCycle, last_cycle, relative_differences
 from cranktrain.studies.planning.scene_model import Case, SceneModel
 from cranktrain.studies.scene import RPM

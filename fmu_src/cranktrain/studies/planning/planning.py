@@ -25,8 +25,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.settings import Settings, resolved
-from cranktrain.engine.levels import CRANKS
-from cranktrain.film.laws.register import bearing_law
+from cranktrain.film.laws.register import DEAR, bearing_law
 from cranktrain.studies.planning.charted import charted
 from cranktrain.studies.planning.difference import longest_step
 from cranktrain.studies.planning.ladder import SOLID, Pair, admits, candidates, dearest, film, next_pair
@@ -34,18 +33,23 @@ from cranktrain.studies.planning.measured import Measured
 from cranktrain.studies.planning.plan import Errors, Plan, largest, pair_name, percent
 from cranktrain.studies.planning.scene_model import Case, SceneModel
 from cranktrain.studies.scene import RPM, Scene, load_scene
-from cranktrain.studies.tradeoff.level_points import numerical_points
 
 ELASTIC_METHODS = {"sdirk2": (2.5, 1.25, 0.625)}
 """Methods and steps (deg) for elastic films, whose closing decides the steps; each half of one is the next."""
 LONE_STEPS = (5.0, 2.5, 1.25, 0.625, 0.3125)
 """Steps (deg) for an integrator that the scene fixes."""
-FINE_METHOD, FINEST = "esdirk4", (0.5, 0.25)
-"""Method and steps (deg) that remain where no point of the chart of accuracy against speed is exact enough."""
-CHART_SPEED = 2000.0 * RPM
-"""Speed of the chart that ranks methods and steps; what one of them does to a scene is measured at its own speeds."""
+METHODS = {
+    "esdirk4": (6.0, 4.0, 3.0, 2.5, 2.0, 1.0, 0.5, 0.25),
+    "esdirk5": (6.0, 3.0, 1.0),
+    "esdirk57": (10.0, 5.0, 2.5),
+    "sdirk4": (4.0, 2.5, 1.0),
+    "generalised-alpha:0.6": (1.0, 0.5),
+    "tr-bdf2": (1.0,),
+}
+"""Integrators with their steps (deg), the longest first, that a plan tries on all other bearings."""
 HOPEFUL = 3.0
-"""Points of the chart are tried whose error there is no more than so many times what is allowed."""
+"""Factor on the allowed numerical error. On films solved online only those steps are tried whose error on the engine's
+lowest film level, which is cheap, is within this factor of what is allowed."""
 USUAL_STEP = math.radians(2.5)
 NUMERICAL_SHARE = 0.5
 """Most of the accuracy that the numerical error may take."""
@@ -200,16 +204,16 @@ class _Chooser:
         allowed = limit or self._room(chosen)
         if scene.integrator is not None and scene.step is not None:
             return self.model.case(*pair, scene.integrator, scene.step)
-        found, finest = list[tuple[float, Case]](), math.inf
-        for name, steps in self._methods(pair, allowed).items():
+        found, tried = list[tuple[float, Case]](), self._methods(pair, allowed)
+        for name, steps in tried.items():
             for step in steps:
                 case = self.model.case(*pair, name, step)
-                error = self._numerical(case)
-                finest = min(finest, error)
-                if error <= allowed:
+                if self._numerical(case, allowed) <= allowed:
                     found.append((self.measured.cost(case, self.speeds), case))
                     break
         if not found:
+            ends = (self.model.case(*pair, name, steps[-1]) for name, steps in tried.items())
+            finest = min(self._numerical(case, math.inf) for case in ends)
             raise InputError(
                 f"{scene.path.name}: accuracy {scene.accuracy:g} cannot be reached at {pair_name(pair)}: the least "
                 f"numerical error, at the finest step, is {finest:.2g}; the nearest valid accuracy is "
@@ -224,10 +228,10 @@ class _Chooser:
         return min(NUMERICAL_SHARE * accuracy, math.sqrt(max(accuracy**2 - model**2, (0.1 * accuracy) ** 2)))
 
     def _methods(self, pair: Pair, allowed: float) -> dict[str, list[float]]:
-        """Integrators and steps (rad) to try, the longest first, as the scene leaves them open.
+        """Integrators with their steps (rad) to try, the longest first, as the scene leaves them open.
 
-        The chart of accuracy against speed says by its errors, in the quantities that are nearest to the outputs, which
-        are worth a try. Steps that do not resolve the frequency are shortened until they do.
+        Films that are solved online are dear: the steps for them begin at the longest one that is hopeful on the lowest
+        film level. Steps that do not resolve the frequency are shortened until they do.
         """
         scene = self.scene
         if scene.integrator is not None:
@@ -235,33 +239,42 @@ class _Chooser:
         elif pair[1] == "ehd":
             tried = {name: list(steps) for name, steps in ELASTIC_METHODS.items()}
         else:
-            tried = self._charted(pair, HOPEFUL * allowed)
-            usual = tried.get(FINE_METHOD, [])
-            tried[FINE_METHOD] = [*usual, *(deg for deg in FINEST if deg not in usual)]
+            tried = {name: list(steps) for name, steps in METHODS.items()}
+            tried.setdefault(bearing_law(pair[1]).integrator, list(LONE_STEPS))
         if scene.step is not None:
             return {name: [scene.step] for name in tried}
-        return {
+        short = {
             name: list(dict.fromkeys(min(math.radians(deg), self.longest) for deg in steps))
             for name, steps in tried.items()
         }
+        dear = bearing_law(pair[1]).cost == DEAR and scene.integrator is None
+        return self._hopeful((pair[0], film(scene)), short, HOPEFUL * allowed) if dear else short
 
-    def _charted(self, pair: Pair, most: float) -> dict[str, list[float]]:
-        """Integrators of the chart with those steps (deg) whose errors are at most ``most``, the longest first."""
-        engine = self.scene.engine
-        bearings = film(self.scene) if CRANKS[pair[0]].bends and pair[1] != "linear" else pair[1]
-        settings = Settings(crank=pair[0], bearings=bearings)
-        points = numerical_points(engine, CHART_SPEED, settings, progress=self.model.say)
-        wanted = {charted_as(name) for name in self.scene.outputs}
-        found: dict[str, list[float]] = {}
-        for point in sorted(points, key=lambda point: -point.parameters["step_deg"]):
-            errors = [{**point.error, **point.other_errors}.get(name) for name in wanted]
-            if point.status == "ok" and max((error for error in errors if error is not None), default=0.0) <= most:
-                found.setdefault(point.parameters["integrator"], []).append(point.parameters["step_deg"])
-        return found
+    def _hopeful(self, pair: Pair, tried: dict[str, list[float]], most: float) -> dict[str, list[float]]:
+        """Steps (rad) of each integrator from the longest whose numerical error at a cheap pair is at most ``most``.
 
-    def _numerical(self, case: Case) -> float:
-        """Numerical error of a case: against half its step."""
-        return largest(self.measured.worst(case, self.model.refined(case), self.speeds))
+        The error is measured at the first of the plan's speeds. Integrators without such a step are left out; where no
+        integrator has one the finest step of each remains.
+        """
+        found = dict[str, list[float]]()
+        for name, steps in tried.items():
+            for k, step in enumerate(steps):
+                if self._numerical(self.model.case(*pair, name, step), most, 1) <= most:
+                    found[name] = steps[k:]
+                    break
+        return found or {name: steps[-1:] for name, steps in tried.items()}
+
+    def _numerical(self, case: Case, enough: float, speeds: int | None = None) -> float:
+        """Numerical error of a case, against half its step, at the first ``speeds`` of a plan's speeds, or at all.
+
+        Once a speed shows more than ``enough`` the others are not measured.
+        """
+        error = 0.0
+        for speed in self.speeds[:speeds]:
+            error = max(error, largest(self.measured.worst(case, self.model.refined(case), (speed,))))
+            if error > enough:
+                break
+        return error
 
     def _modes(self, case: Case) -> tuple[Case, str]:
         """Case with as few modes of the solid crank as serve, and why."""
@@ -377,17 +390,6 @@ class _Chooser:
                 f"{made.real_time_factor / scene.budget:.2g} times as much"
             )
         return tuple(lines)
-
-
-def charted_as(output: str) -> str:
-    """Quantity of the trade-off study's chart that is nearest to an output."""
-    if output.startswith(("pulley.axial", "axial.", "thrust.")):
-        return "pulley_axial"
-    if output == "shaft.torque":
-        return "shaft_torque"
-    if output.startswith("bearing["):
-        return "bearing_force" if ".force." in output or ".moment." in output else "bearing_film"
-    return "pulley_torsion"
 
 
 def _round_up(value: float) -> str:

@@ -1,6 +1,7 @@
 """Peaks of a run-up beside the torsional mode in motion, in the run's own block and bearings.
 
-It is the first torsional one of :mod:`cranktrain.studies.in_motion.eigenproblem` about the steady cycle beside a peak.
+The mode is the first torsional one of :mod:`cranktrain.structure.in_motion.eigenproblem` about the steady cycle beside
+a peak.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from dataclasses import replace
 
 from cranktrain.core.errors import SolverError
 from cranktrain.results.orders.resonances import Peak
-from cranktrain.studies.in_motion.eigenproblem import modes_in_motion
+from cranktrain.structure.in_motion.eigenproblem import modes_in_motion
 from cranktrain.studies.run_up.report import SHOWN
 from cranktrain.studies.run_up.steady import CycleStart, SteadyRuns
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain.engine.file import engine_folder
+from cranktrain.store.kept import Kept, digest
 from cranktrain.store.side_by_side import side_by_side
-from cranktrain.studies.kept import Kept, digest
 from cranktrain.studies.stability import MAPS
 from cranktrain.studies.stability.stability_map import StabilityMap, as_record, from_record
 

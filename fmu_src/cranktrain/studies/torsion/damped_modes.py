@@ -31,8 +31,8 @@ from cranktrain.loads.damper import (
     required_damper,
 )
 from cranktrain.results.tables import NOTHING, Table
-from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, energy_shares
-from cranktrain.studies.torsion.housed_crank import SLOWEST_HZ, at_largest, housed_crank
+from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, at_largest, energy_shares
+from cranktrain.studies.torsion.housed_crank import SLOWEST_HZ, housed_crank
 
 Array = NDArray[np.float64]
 

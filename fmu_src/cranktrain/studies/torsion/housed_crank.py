@@ -22,6 +22,7 @@ from cranktrain.loads.damper import with_damper_housing
 from cranktrain.structure.crank.modal import (
     KINDS,
     LISTED_HZ,
+    at_largest,
     cranktrain_matrices,
     energy_shares,
     second_reach,
@@ -95,9 +96,3 @@ def housed_crank(engine: Engine, body: ReducedBody) -> HousedCrank:
     reach = min(LISTED_HZ, second_reach(own[1:], energy_shares(housed, crankshaft, shapes[:, 1:], rods=True)))
     pair = [crank.most_torsional(own, shapes, *span) for span in ((SLOWEST_HZ, border), (border, reach))]
     return crank._replace(torsional=(pair[0], pair[1]))
-
-
-def at_largest(shapes: NDArray[Any]) -> Array:
-    """Motion (n, k) of modes at the instant of their largest real part: a damped mode has no one shape."""
-    turned = shapes * np.exp(-0.5j * np.angle((shapes**2).sum(axis=0)))
-    return np.ascontiguousarray(turned.real)

@@ -17,6 +17,7 @@ from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.results.tables import NOTHING, SAME_SHAPE, Table
+from cranktrain.structure.crank.level import bare_crank
 from cranktrain.structure.crank.modal import (
     KINDS,
     LISTED_HZ,
@@ -38,7 +39,7 @@ def level_frequencies(engine: Engine, level: str, solid: ReducedBody) -> dict[st
     likewise. ``solid`` is the bare solid body.
     """
     row = crank_level(level)
-    own = row.make_bare(engine, solid if row.needs_solid(engine) else None)
+    own = bare_crank(engine, level, solid if row.needs_solid(engine) else None)
     bodies = [complete_crankshaft(engine, body) for body in (solid, own)]
     radius = engine.crankshaft.throw
     result: dict[str, Any] = {"level": level}

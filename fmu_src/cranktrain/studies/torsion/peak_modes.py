@@ -22,9 +22,8 @@ from cranktrain.loads.damper import (
     required_damper,
 )
 from cranktrain.results.orders.resonances import Peak
-from cranktrain.structure.crank.modal import KINDS, cranktrain_matrices, energy_shares
+from cranktrain.structure.crank.modal import KINDS, at_largest, cranktrain_matrices, energy_shares
 from cranktrain.studies.torsion.damped_modes import damped_modes, with_ring
-from cranktrain.studies.torsion.housed_crank import at_largest
 
 _SETTLED, _ROUNDS = 1e-4, 50
 OVERDAMPED = 0.5

@@ -30,7 +30,8 @@ from cranktrain.film.laws.register import usual_level
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.slider_crank import remainder_inertia, rod_force
-from cranktrain.studies.torsion.periodic_crank import PeriodicCrank, gas_forces
+from cranktrain.structure.in_motion.periodic_forces import gas_forces
+from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -141,7 +142,7 @@ def exact_rod_forces(
 
     ``angle`` (N,) of the frame, ``push`` (N, c) gas forces, N; ``turn``, ``rate`` and ``acceleration`` (N, c) of the
     pins in the frame, rad, s. A moment is that of the force on the way its pin has moved, as
-    :func:`cranktrain.studies.torsion.periodic_crank.rod_forces` has it.
+    :func:`cranktrain.structure.in_motion.periodic_forces.rod_forces` has it.
     """
     rod, cylinders = engine.rod, engine.cylinders
     remainder, oscillating = remainder_inertia(rod), rod.small_end_mass + cylinders.piston_mass

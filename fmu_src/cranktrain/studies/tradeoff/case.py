@@ -11,8 +11,6 @@ from cranktrain.engine.model import Engine
 
 CYCLES = 6
 """Cycles of a run, which starts from a settled one: what its own method and step change has decayed after them."""
-STAGES = "stages"
-"""The method of a case whose settings name its integrator; all others are in ``other_solvers``."""
 GRID_DEG = 1.0
 COMMUNICATION_DEG = 3.0
 """Outputs are kept every 3 degrees or at the next multiple of the step: no method pays for more than another."""
@@ -24,10 +22,8 @@ class Case:
 
     Attributes
     ----------
-    settings : levels, and for the stage solver integrator and step
+    settings : levels, integrator and step
     cutoff_hz : of the crank's elastic modes; None as the engine file says
-    method : ``stages`` or a method of :mod:`cranktrain.studies.peers.other_solvers`
-    tolerance : of a method that chooses its own steps
     interval_deg : degrees between kept outputs; None: see ``COMMUNICATION_DEG``
     coupled_deg : communication step of a master that gives the pressures; None: built-in trace
     scheme, exchange : of a master that couples the cranktrain with the combustion, and who reconstructs pressures
@@ -42,9 +38,6 @@ class Case:
     settings: Settings
     cycles: int = CYCLES
     cutoff_hz: float | None = None
-    method: str = STAGES
-    tolerance: float | None = None
-    scaling: str = "each"
     interval_deg: float | None = None
     coupled_deg: float | None = None
     scheme: str | None = None
@@ -71,8 +64,6 @@ class Case:
             return self.interval_deg
         if self.coupled_deg is not None:
             return self.coupled_deg * math.ceil(COMMUNICATION_DEG / self.coupled_deg - 1e-9)
-        if self.tolerance is not None:
-            return COMMUNICATION_DEG
         return self.step_deg * math.ceil(COMMUNICATION_DEG / self.step_deg - 1e-9)
 
     @property
@@ -96,9 +87,8 @@ class Case:
             "big_ends": levels.big_ends,
             "damper": levels.damper,
             "cutoff_hz": self.cutoff_hz or self.engine.reduction.running_cutoff_hz,
-            "integrator": levels.integrator if self.method == STAGES else self.method,
-            "step_deg": self.step_deg if self.tolerance is None else None,
-            "tolerance": self.tolerance,
+            "integrator": levels.integrator,
+            "step_deg": self.step_deg,
             "cycles": self.cycles,
         }
         if self.coupled_deg is not None:

@@ -45,9 +45,8 @@ def series(point: Point) -> str:
     """Name of the line that a point belongs to in a chart."""
     p = point.parameters
     if point.family == "integrators":
-        if "scaling" in p:
-            name = str(p["integrator"]).replace("scipy:", "SciPy ")
-            return name if p["scaling"] == "each" else f"{name}, floored"
+        if point.solver:
+            return point.solver
         return f"{p['integrator']}, tight" if point.label.endswith("tight") else str(p["integrator"])
     if point.family == "adaptive":
         return f"{p['integrator']}, {p['control']}"
@@ -167,7 +166,7 @@ def plot_overall(ax: Any, points: Sequence[Point], families: Sequence[str], hand
     """
     for k, family in enumerate(families):
         for hollow in (False, True):
-            chosen = [p for p in points if p.family == family and ("scaling" in p.parameters) == hollow]
+            chosen = [p for p in points if p.family == family and bool(p.solver) == hollow]
             if not chosen:
                 continue
             face = {"mfc": "none"} if hollow else {}

@@ -11,7 +11,7 @@ ACCURACIES = (0.1, 0.01, 0.001)
 
 
 def choice_text(study: Study) -> str:
-    """Text for each scene: what to choose for 10 %, 1 % and 0.1 %, and what the method's own gain is."""
+    """Text for each scene: what to choose for 10 %, 1 % and 0.1 %."""
     lines = [
         "What to choose, from the measured points. Errors are the largest of pulley torsion, pulley axial motion and",
         "least film: RMS of the difference over the last cycle over the RMS of the reference's alternating part.",
@@ -30,13 +30,6 @@ def choice_text(study: Study) -> str:
         for accuracy in (accuracy for accuracy in ACCURACIES if accuracy >= doubt):
             lines += [f"  {100 * accuracy:g} %"]
             lines += [f"    {line}" for line in _choices(points, accuracy)]
-        for target, entry in study.speedups.get(scene.name, {}).items():
-            if entry["ratio"] is not None:
-                lines.append(
-                    f"  at an error of {target} (torsion and axial motion) the stage solver is {entry['ratio']:.1f} "
-                    f"times faster than {entry['scipy_best']}, {entry['own']:.2f} against "
-                    f"{entry['scipy'][entry['scipy_best']]:.2f} s per simulated second"
-                )
     return "\n".join(lines) + "\n"
 
 
@@ -69,7 +62,7 @@ def _choices(points: Sequence[Point], accuracy: float) -> list[str]:
 
         return chosen
 
-    cheapest("method and step", lambda p: p.parameters["error_kind"] == NUMERICAL and "scaling" not in p.parameters)
+    cheapest("method and step", lambda p: p.parameters["error_kind"] == NUMERICAL and not p.solver)
     cheapest("crank level below solid", of(TOP, "ladder", "crank"), alone=True)
     cheapest("bearing level below the top", of(TOP, "bearings", "bearings"), alone=True)
     cheapest("block below flexible", of(TOP, "ladder", "block"), alone=True)

@@ -1,10 +1,8 @@
 """What is varied: each family as the entries that it measures in one scene.
 
-Families: ``integrators`` over their steps and tolerances, other solvers of the same equations among them; ``adaptive``
-against fixed steps; ``modes`` of the crank; ``ladder`` of the crank and the block; ``bearings`` with table and grid;
-``coupling`` to a master that sends the pressures; ``schemes`` of one that couples the combustion;
-``mesh`` of the solid crank; ``pressure``, the resolution of the
-trace.
+Families: ``integrators`` over their steps; ``adaptive`` against fixed steps; ``modes`` of the crank; ``ladder`` of the
+crank and the block; ``bearings`` with table and grid; ``coupling`` to a master that sends the pressures; ``schemes`` of
+one that couples the combustion; ``mesh`` of the solid crank; ``pressure``, the resolution of the trace.
 """
 
 from __future__ import annotations
@@ -19,8 +17,7 @@ from cranktrain.dynamics.model.settings import RECONSTRUCTIONS, Settings
 from cranktrain.dynamics.time.integrators import integrator
 from cranktrain.engine.levels import BLOCKS, CRANKS
 from cranktrain.engine.model import Engine
-from cranktrain.film.laws.register import bearing_law
-from cranktrain.studies.tradeoff.case import COMMUNICATION_DEG, Case
+from cranktrain.studies.tradeoff.case import Case
 from cranktrain.studies.tradeoff.coupled import has_combustion
 from cranktrain.studies.tradeoff.level_points import (
     bearing_levels,
@@ -59,25 +56,7 @@ class StudyScene:
         """The same at other levels."""
         return level_case(self.engine, self.speed, settings, self.cutoff_hz)
 
-    @property
-    def plain(self) -> bool:
-        """Whether the first-order equations hold this scene's model."""
-        levels = self.case.levels
-        return not bearing_law(levels.bearings).tilt and levels.block == "ground" and levels.damper == "none"
 
-
-TOLERANCES = {
-    ("scipy:BDF", "each"): (1e-2, 1e-3),
-    ("scipy:Radau", "each"): (1e-2, 1e-3, 1e-4),
-    ("scipy:LSODA", "each"): (1e-3, 1e-4, 1e-5),
-    ("scipy:LSODA", "floored"): (1e-3, 3e-4, 1e-4, 1e-6),
-}
-"""SciPy's, full study. BDF floored misses the error at a higher cost; Radau floored did not finish at 1e-2."""
-RADAU_DEG = (3.0, 1.0, 0.5)
-EXPLICIT_DEG = {"runge-kutta-4": (0.1, 0.01, 0.0015), "central-differences": (0.1, 0.01, 0.0005)}
-"""Explicit steps: two that one would try, and one that the stiffest film allows."""
-EXPLICIT_CYCLES = 1
-FEW = {"scipy:LSODA": (1e-3,)}
 ADAPTIVE_TOLERANCES = (1e-2, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)
 ADAPTED = ("esdirk4", "esdirk5", "generalised-alpha:0.6")
 LONGEST_DEG = (6.0, 12.0)
@@ -99,35 +78,8 @@ TRACE_STEP_DEG = 0.25
 
 
 def integrators(scene: StudyScene, quick: bool) -> Entries:
-    """The stage solver's integrators over their steps, then other solvers of the same equations."""
-    case = scene.case
-    entries = numerical_entries(case, quick)
-    if not scene.plain:
-        return entries
-    reference = reference_case(case, quick)
-
-    def other(method: str, label: str, **choices: Any) -> Entry:
-        chosen = replace(case, method=method, **choices)
-        return Entry("integrators", label, chosen, reference, NUMERICAL, {"scaling": chosen.scaling})
-
-    for method, steps in EXPLICIT_DEG.items():
-        for step in steps[:2] if quick else steps:
-            entries.append(
-                other(
-                    method, f"{method} {step:g}°", settings=_stepped(case, step), interval_deg=COMMUNICATION_DEG,
-                    cycles=EXPLICIT_CYCLES,
-                )
-            )  # fmt: skip
-    for step in RADAU_DEG[2:] if quick else RADAU_DEG:
-        entries.append(other("radau-5", f"radau-5 {step:g}°", settings=_stepped(case, step)))
-    chosen = {(method, "each"): FEW[method] for method in FEW} if quick else TOLERANCES
-    for (method, scaling), tolerances in chosen.items():
-        for tolerance in tolerances:
-            name = method.removeprefix("scipy:")
-            suffix = "" if scaling == "each" else ", floored"
-            label = f"SciPy {name} {tolerance:g}{suffix}"
-            entries.append(other(method, label, tolerance=tolerance, scaling=scaling))
-    return entries
+    """The stage solver's integrators over their steps."""
+    return numerical_entries(scene.case, quick)
 
 
 def adaptive(scene: StudyScene, quick: bool) -> Entries:

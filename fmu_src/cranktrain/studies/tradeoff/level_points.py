@@ -1,4 +1,4 @@
-"""Levels and integrators of the study, and what planning asks of it: error and cost of one level's steps."""
+"""Levels and integrators of the study: cases of levels, and every integrator over its steps at one level."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import DEAR, DEAREST, bearing_law
 from cranktrain.studies.answers import bearing_ladder
-from cranktrain.studies.kept import Kept
 from cranktrain.studies.tradeoff.case import CYCLES, Case
-from cranktrain.studies.tradeoff.measure import Entry, Progress, measured
-from cranktrain.studies.tradeoff.point import NUMERICAL, Point
+from cranktrain.studies.tradeoff.measure import Entry
+from cranktrain.studies.tradeoff.point import NUMERICAL
 from cranktrain.studies.tradeoff.reference import reference_case
 
 SLOW_CYCLES = {DEAR: 2, DEAREST: 2}
@@ -83,21 +82,6 @@ def numerical_entries(case: Case, quick: bool) -> list[Entry]:
         )
         for name, step in chosen
     ]  # fmt: skip
-
-
-def numerical_points(
-    engine: Engine,
-    speed: float,
-    settings: Settings,
-    progress: Progress | None = None,
-    store: Kept | None = None,
-) -> list[Point]:
-    """Numerical error and cost of one level's steps and integrators, a few each; ``speed`` rad/s.
-
-    ``settings`` give the levels; their integrator and step are not used. Failed runs are points too.
-    """
-    entries = numerical_entries(level_case(engine, speed, settings), quick=True)
-    return measured(entries, store or Kept("tradeoff"), 1, progress)
 
 
 def bearing_levels(engine: Engine) -> list[str]:

@@ -30,12 +30,11 @@ from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import DEAREST, bearing_law
 from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressure, spline_coefficients
+from cranktrain.store.kept import Kept, digest
 from cranktrain.structure.assembly import Assembly, assemble
-from cranktrain.studies.kept import Kept, digest
-from cranktrain.studies.peers.fixed_step import LIMITS
-from cranktrain.studies.peers.other_solvers import Unstable, largest_rate, other_run
-from cranktrain.studies.tradeoff.case import STAGES, Case
+from cranktrain.studies.tradeoff.case import Case
 from cranktrain.studies.tradeoff.coupled import coupled_rows
+from cranktrain.studies.tradeoff.other_method import OtherMethod, Unstable
 from cranktrain.studies.tradeoff.point import OTHERS, OUTPUTS, Point
 
 Progress = Callable[[str], None]
@@ -68,7 +67,10 @@ class Recorded(NamedTuple):
 
 @dataclass(frozen=True)
 class Entry:
-    """A point to be measured: the choice, its case, the case that it is compared with, and what else to say of it."""
+    """A point to be measured: the choice, its case, the case that it is compared with, and what else to say of it.
+
+    ``other`` runs the case in place of the stage solver.
+    """
 
     family: str
     label: str
@@ -76,19 +78,12 @@ class Entry:
     reference: Case
     error_kind: str
     more: dict[str, Any] = field(default_factory=dict)
+    other: OtherMethod | None = None
 
 
 def run(case: Case, say: Progress | None = None) -> Recorded:
     """Run a case; ``SolverError`` where it fails, ``InputError`` where it cannot be."""
-    told = say or (lambda stage: None)
-
-    def started(wanted: Case) -> Simulation:
-        return _started(wanted, told)
-
-    if case.method != STAGES:
-        values, used, counts = other_run(case, started)
-        return Recorded(values, case.kept_deg, used / case.simulated, counts)
-    simulation = started(case)
+    simulation = _started(case, say or (lambda stage: None))
     bearings = len(case.engine.crankshaft.main_widths)
     names = ["pulley.torsion", "pulley.axial"]
     names += [f"bearing[{i + 1}].film_thickness_min" for i in range(bearings)]
@@ -321,15 +316,24 @@ def measured(
 
 
 def _entry_key(entry: Entry) -> str:
-    return digest(__file__, key_of(entry.case), key_of(entry.reference))
+    other = [] if entry.other is None else [entry.other.key]
+    return digest(__file__, key_of(entry.case), key_of(entry.reference), *other)
 
 
 def _measure(entry: Entry, store: Kept, kept: dict[str, Any] | None, say: Progress) -> dict[str, Any]:
     """What is kept of an entry after one more run."""
-    case = entry.case
+    case, other = entry.case, entry.other
+
+    def started(wanted: Case) -> Simulation:
+        return _started(wanted, say)
+
     try:
         exact, exact_interval = recorded(entry.reference, store, say)
-        got = run(case, say)
+        if other is None:
+            got = run(case, say)
+        else:
+            values, used, counts = other.run(case, started)
+            got = Recorded(values, case.kept_deg, used / case.simulated, counts)
     except Unstable as problem:
         return _failure("unstable", problem)
     except CranktrainError as problem:
@@ -342,13 +346,8 @@ def _measure(entry: Entry, store: Kept, kept: dict[str, Any] | None, say: Progre
     named = named_errors(errors, len(case.engine.crankshaft.main_widths), films)
     if not all(law.carries for law in laws):
         named["pulley_axial"] = named["bearing_force"] = None
-    details: dict[str, Any] = dict(got.counts)
-    status = "ok"
-    if case.method in LIMITS:
-        # Bearings that touch keep an unstable run within bounds: the step tells, not the size of the answer.
-        rate = largest_rate(replace(case, method=STAGES), lambda wanted: _started(wanted, say))
-        details["step_times_rate"] = rate * math.radians(case.step_deg) / case.speed
-        status = "ok" if details["step_times_rate"] < LIMITS[case.method] else "unstable"
+    status, found = ("ok", {}) if other is None else other.judged(case, started)
+    details: dict[str, Any] = {**got.counts, **found}
     details["settling"] = settling(got, case, films)
     details["modes"] = _assembled(case, say).body.n_modes
     details["high_orders"] = high_order_error(got.values, got.interval, exact, exact_interval, case.cycles)

@@ -38,7 +38,7 @@ def page(study: Study) -> str:
             "status": point.status,
             "front": point.pareto,
             "default": bool(point.parameters.get("default")),
-            "other": "scaling" in point.parameters,
+            "other": bool(point.solver),
             "about": {name: value for name in SHOWN if (value := point.parameters.get(name)) is not None},
         }
         for point in study.points

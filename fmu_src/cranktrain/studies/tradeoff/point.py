@@ -23,7 +23,8 @@ class Point:
     ----------
     family, label : what was varied, and which choice this is
     parameters : the choice in numbers and names; ``error_kind`` says what the error is against, ``settling`` the change
-        over the last cycle of the output of ``OUTPUTS`` that changed most (None after one cycle)
+        over the last cycle of the output of ``OUTPUTS`` that changed most (None after one cycle), ``solver`` whose it
+        is where another than the stage solver ran it
     seconds_per_simulated_second : processor seconds; None where the run failed
     error : relative error of each of ``OUTPUTS``: RMS of the difference over the last cycle over the RMS of the
         reference's alternating part, of films the worst main's; None where the level has no such output
@@ -46,6 +47,11 @@ class Point:
         """Largest of the errors that the level has; None without any."""
         found = [value for value in self.error.values() if value is not None]
         return max(found) if found else None
+
+    @property
+    def solver(self) -> str:
+        """Name of the other solver that ran it; empty for the stage solver."""
+        return str(self.parameters.get("solver", ""))
 
     @property
     def group(self) -> tuple[str, str]:

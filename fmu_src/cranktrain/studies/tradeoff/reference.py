@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.studies.kept import Kept
+from cranktrain.store.kept import Kept
 from cranktrain.studies.tradeoff.case import GRID_DEG, Case
 from cranktrain.studies.tradeoff.measure import Progress, differences, named_errors, recorded
 
@@ -30,7 +30,7 @@ def reference_case(case: Case, quick: bool = False) -> Case:
         step=math.radians(step),
         control="fixed",
     )
-    return replace(case, settings=fine, method="stages", tolerance=None, scaling="each", interval_deg=GRID_DEG)
+    return replace(case, settings=fine, interval_deg=GRID_DEG)
 
 
 def error_estimate(case: Case, store: Kept, say: Progress | None = None) -> dict[str, float | None]:

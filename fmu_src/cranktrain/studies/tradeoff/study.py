@@ -11,19 +11,16 @@ from typing import Any
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
-from cranktrain.studies.kept import Kept
-from cranktrain.studies.peers.other_solvers import SCIPY
+from cranktrain.store.kept import Kept
 from cranktrain.studies.tradeoff.families import FAMILIES, StudyScene
-from cranktrain.studies.tradeoff.measure import measured
-from cranktrain.studies.tradeoff.pareto import cost_at, marked
-from cranktrain.studies.tradeoff.point import NUMERICAL, OUTPUTS, Point, in_scene
+from cranktrain.studies.tradeoff.measure import Entry, measured
+from cranktrain.studies.tradeoff.pareto import marked
+from cranktrain.studies.tradeoff.point import OUTPUTS, Point
 from cranktrain.studies.tradeoff.reference import error_estimate, reference_case
 
 RPM = math.pi / 30.0
 REPEATS = 3
 """Runs of a point in a full study, whose median is its cost."""
-TARGETS = (1.0e-3, 1.0e-5)
-"""Errors at which own points are compared with SciPy's."""
 
 Estimates = dict[str, dict[str, float | None]]
 
@@ -32,14 +29,12 @@ Estimates = dict[str, dict[str, float | None]]
 class Study:
     """What was measured.
 
-    ``estimates`` gives each scene's error of its reference by output; ``speedups`` what the best own point costs beside
-    the best of SciPy, by scene and error.
+    ``estimates`` gives each scene's error of its reference by output.
     """
 
     scenes: tuple[StudyScene, ...]
     points: tuple[Point, ...]
     estimates: Estimates
-    speedups: dict[str, dict[str, Any]]
 
     def as_dict(self) -> dict[str, Any]:
         """The study as JSON holds it; the reference's error is the largest of all scenes."""
@@ -50,7 +45,6 @@ class Study:
         return {
             "points": [point.as_dict() for point in self.points],
             "reference": {"error_estimate": worst, "scenes": self.estimates},
-            "against_scipy": self.speedups,
         }
 
 
@@ -95,6 +89,7 @@ def study(
     store: Kept | None = None,
     say: Callable[[str], None] | None = None,
     progress: Callable[[float], None] | None = None,
+    others: Callable[[StudyScene, bool], Sequence[Entry]] | None = None,
 ) -> Study:
     """Measure the families in the scenes; what is in the store is not run again.
 
@@ -102,11 +97,14 @@ def study(
     ----------
     say : told each run before it starts
     progress : called with the share of runs done
+    others : of a scene, and whether the study is quick: entries of other solvers beside the family ``integrators``
     """
     kept = store or Kept("tradeoff")
     repeats = 1 if quick else REPEATS
-    plan = [(scene, family, FAMILIES[family](scene, quick)) for family in families for scene in scenes]
-    total = repeats * sum(len(entries) for _, _, entries in plan) + len(scenes)
+    plan = [(scene, FAMILIES[family](scene, quick)) for family in families for scene in scenes]
+    if others is not None and "integrators" in families:
+        plan += [(scene, list(others(scene, quick))) for scene in scenes]
+    total = repeats * sum(len(entries) for _, entries in plan) + len(scenes)
     done = 0
 
     def advance() -> None:
@@ -126,50 +124,11 @@ def study(
         }
         advance()
     points: list[Point] = []
-    for scene, _, entries in plan:
+    for scene, entries in plan:
         told = None if say is None else _prefixed(say, scene.name)
         for point in measured(entries, kept, repeats, told, advance):
             points.append(replace(point, parameters={"scene": scene.name, **point.parameters}))
-    return Study(
-        tuple(scenes), tuple(marked(points)), estimates, {s.name: speedups(in_scene(points, s.name)) for s in scenes}
-    )
-
-
-def speedups(points: Sequence[Point]) -> dict[str, Any]:
-    """Best own cost beside SciPy's best at each of ``TARGETS``, from the numerical points of one scene.
-
-    The error is the larger one of pulley torsion and axial motion; ``with_films`` counts the least film's as well.
-    """
-    result: dict[str, Any] = {}
-    for target in TARGETS:
-        entry = _compared(points, target, ("pulley_torsion", "pulley_axial"))
-        if entry is not None:
-            result[f"{target:g}"] = {**entry, "with_films": _compared(points, target, OUTPUTS)}
-    return result
-
-
-def _compared(points: Sequence[Point], target: float, outputs: Sequence[str]) -> dict[str, Any] | None:
-    """Cost of the best own point and of SciPy's at an error; None where one is missing."""
-    own: list[tuple[float, float]] = []
-    scipy: dict[str, list[tuple[float, float]]] = {}
-    for point in points:
-        method = str(point.parameters["integrator"])
-        cost = point.seconds_per_simulated_second
-        errors = [value for name in outputs if (value := point.error[name]) is not None]
-        if point.parameters["error_kind"] != NUMERICAL or not point.usable or cost is None or not errors:
-            continue
-        if method in SCIPY:
-            scipy.setdefault(f"{method}, {point.parameters['scaling']}", []).append((max(errors), cost))
-        elif "scaling" not in point.parameters:
-            own.append((max(errors), cost))
-    if not own or not scipy:
-        return None
-    ours = cost_at(target, *zip(*own, strict=True))
-    theirs = {name: cost_at(target, *zip(*rows, strict=True)) for name, rows in scipy.items()}
-    reached = {name: cost for name, cost in theirs.items() if cost is not None}
-    best = min(reached, key=reached.__getitem__) if reached else None
-    ratio = reached[best] / ours if best is not None and ours else None
-    return {"own": ours, "scipy": theirs, "scipy_best": best, "ratio": ratio}
+    return Study(tuple(scenes), tuple(marked(points)), estimates)
 
 
 def _prefixed(say: Callable[[str], None], name: str) -> Callable[[str], None]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from cranktrain.studies.tradeoff.total.families import FAMILIES
-from cranktrain.studies.tradeoff.total.point import TotalPoint, at_scene, shown
+from cranktrain.studies.total_error.families import FAMILIES
+from cranktrain.studies.total_error.point import TotalPoint, at_scene, shown
 from cranktrain.studies.tradeoff.total.study import TotalStudy
 
 ACCURACIES = (0.1, 0.03, 0.01)

@@ -18,9 +18,9 @@ from cranktrain.engine.levels import BLOCKS, CRANKS, crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import CHEAP, DEAR, DEAREST, MODERATE, bearing_law
 from cranktrain.studies.answers import bearing_ladder
+from cranktrain.studies.total_error.families import FAMILIES
 from cranktrain.studies.tradeoff.families import StudyScene
 from cranktrain.studies.tradeoff.reference import INTEGRATOR
-from cranktrain.studies.tradeoff.total.families import FAMILIES
 
 STEPS_DEG = {CHEAP: (6.0, 4.0, 2.5, 1.0), MODERATE: (6.0, 4.0, 2.5, 1.0), DEAR: (4.0, 2.5), DEAREST: (2.5,)}
 """Steps of a model by its bearings' class of cost: all with many samples of a cycle in common."""

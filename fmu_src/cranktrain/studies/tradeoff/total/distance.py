@@ -1,4 +1,4 @@
-"""How far two runs are apart in an output family.
+"""How far two runs are apart in an output family, and what a total error is made of.
 
 Of each member m (an output, or the axes of one vector) the RMS of the difference over the RMS of the reference's
 alternating part, and of these the largest,
@@ -18,7 +18,27 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.model import Engine
-from cranktrain.studies.tradeoff.total.families import Cycle, Family
+from cranktrain.studies.total_error.families import Cycle, Family
+from cranktrain.studies.total_error.point import Split
+
+
+def split(family: Family, engine: Engine, last: Cycle, after: Cycle, fine: Cycle, reference: Cycle) -> Split | None:
+    """Total error of a run and its parts; None where a model lacks the outputs.
+
+    Parameters
+    ----------
+    last, after : the run's last cycle and the one that would follow
+    fine : last cycle of the same model with a fine step
+    reference : that of the best model, likewise
+    """
+    found = [
+        distance(family, engine, one, other, reference)
+        for one, other in ((last, reference), (fine, reference), (last, fine), (after, last))
+    ]
+    total, model, numerical, settling = found
+    if total is None or model is None or numerical is None or settling is None:
+        return None
+    return Split(total, model, numerical, settling)
 
 
 def distance(family: Family, engine: Engine, one: Cycle, other: Cycle, reference: Cycle) -> float | None:

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from cranktrain.results.figures import save_figure
 from cranktrain.store.whole_file import marked, whole_file
+from cranktrain.studies.total_error.families import FAMILIES
+from cranktrain.studies.total_error.point import PARTS, TotalPoint
 from cranktrain.studies.tradeoff.total.chart import total_figure
 from cranktrain.studies.tradeoff.total.choice import choice_text
-from cranktrain.studies.tradeoff.total.families import FAMILIES
+from cranktrain.studies.tradeoff.total.document import document, document_text
 from cranktrain.studies.tradeoff.total.page import page
-from cranktrain.studies.tradeoff.total.point import PARTS, TotalPoint
-from cranktrain.studies.tradeoff.total.shipped import document, document_text
 from cranktrain.studies.tradeoff.total.study import TotalStudy
 
 _NAME = "file of cranktrain tradeoff --total"

@@ -30,9 +30,9 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.film.laws.ehd import IN_LOOP
+from cranktrain.store.kept import Kept, digest
 from cranktrain.structure.assembly import Assembly, assemble
-from cranktrain.studies.kept import Kept, digest
-from cranktrain.studies.tradeoff.total.families import Cycle, wanted
+from cranktrain.studies.total_error.families import Cycle, wanted
 
 Progress = Callable[[str], None]
 

@@ -9,9 +9,9 @@ from importlib.resources import files
 from cranktrain.engine.levels import CRANKS
 from cranktrain.film.laws.register import MAINS, bearing_levels
 from cranktrain.results.page_head import page_head
+from cranktrain.studies.total_error.families import FAMILIES
 from cranktrain.studies.tradeoff.total.chart import COLOURS
 from cranktrain.studies.tradeoff.total.choice import ACCURACIES
-from cranktrain.studies.tradeoff.total.families import FAMILIES
 from cranktrain.studies.tradeoff.total.study import TotalStudy
 
 

@@ -10,28 +10,19 @@ from typing import Any
 from cranktrain.core.errors import CranktrainError
 from cranktrain.dynamics.model.settings import Settings, needed_parts
 from cranktrain.engine.file import load_engine
-from cranktrain.studies.kept import Kept
+from cranktrain.store.kept import Kept
+from cranktrain.studies.total_error.families import FAMILIES, Cycle
+from cranktrain.studies.total_error.point import Best, TotalPoint
 from cranktrain.studies.tradeoff.families import StudyScene
 from cranktrain.studies.tradeoff.reference import INTEGRATOR
 from cranktrain.studies.tradeoff.total.choices import USUAL_DEG, Method, Model, best_model, default_model, models
-from cranktrain.studies.tradeoff.total.families import FAMILIES, Cycle
+from cranktrain.studies.tradeoff.total.distance import split
+from cranktrain.studies.tradeoff.total.fronts import with_fronts
 from cranktrain.studies.tradeoff.total.measure import FINE_SETTLE, Job, Settled, settled
-from cranktrain.studies.tradeoff.total.point import TotalPoint, split, with_fronts
 
 RPM = math.pi / 30.0
 SPEEDS_RPM = (1000.0, 2000.0)
 """Speeds of the six where no scene is given."""
-
-
-@dataclass(frozen=True)
-class Best:
-    """The best model of a scene: its name, method and step, and what a settled cycle of it costs."""
-
-    name: str
-    integrator: str
-    step_deg: float
-    fine_grid: bool
-    cost: float
 
 
 @dataclass(frozen=True)

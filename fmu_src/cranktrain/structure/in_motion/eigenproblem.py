@@ -5,9 +5,9 @@ In the frame that turns with the crank at Ω, with what turns in its modes q and
     M q̈ + (D + 2ΩG + Σ c_s t tᵀ) q̇ + [ω² + Ω² (K_σ − C) + Σ k_s t tᵀ] q = Σ Dᵀ (K̄ d + C̄ ḋ) + rods
 
 with K̄ and C̄ the cycle means of the derivatives of all films, of the thrust bearing as it runs, of floating big ends,
-of the drive line's axial joint and of the damper (:mod:`cranktrain.studies.in_motion.cycle_means`), t the twists of
+of the drive line's axial joint and of the damper (:mod:`cranktrain.structure.in_motion.cycle_means`), t the twists of
 the drive line's shafts with their k_s and c_s, and the mean tangents of the rods about the rigid rotation, pistons on
-the axes of their cylinders (:func:`cranktrain.studies.torsion.periodic_crank.rod_forces`). Solutions are
+the axes of their cylinders (:func:`cranktrain.structure.in_motion.periodic_forces.rod_forces`). Solutions are
 q = Re x exp(λt).
 
 A flexible block is stationary. In a mode of the crank it moves with λ, λ + iΩ and λ − iΩ, as the turning frame has it:
@@ -53,8 +53,8 @@ from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
-from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, energy_shares, rod_masses
-from cranktrain.studies.in_motion.cycle_means import (
+from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, at_largest, energy_shares, rod_masses
+from cranktrain.structure.in_motion.cycle_means import (
     ACROSS,
     CycleMeans,
     CycleTangents,
@@ -65,8 +65,7 @@ from cranktrain.studies.in_motion.cycle_means import (
     with_film_means,
     with_joint_mean,
 )
-from cranktrain.studies.torsion.housed_crank import at_largest
-from cranktrain.studies.torsion.periodic_crank import rod_forces
+from cranktrain.structure.in_motion.periodic_forces import rod_forces
 
 ComplexArray = NDArray[np.complex128]
 

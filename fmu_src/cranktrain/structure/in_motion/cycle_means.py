@@ -9,8 +9,8 @@ force is f = −(Z⁻¹ + H)⁻¹ d₀ with Z = K + iωC. The mean law Z̄ is th
 in the axes of the turning frame: of a law far softer than the crank the mean of Z, of one far stiffer that of its
 compliance. What varies about the mean moves crank and block at ω ± kΩ/2, so H is the mean over such frequencies, with
 all other films at their mean laws. The drive line's axial joint remembers its deflection and has a mean law of its own
-(:mod:`cranktrain.studies.in_motion.joint`). All else, the floating collar first of all, has the means of K and C. Of a
-law whose K and C do not change all these are K and C themselves.
+(:mod:`cranktrain.structure.in_motion.joint`). All else, the floating collar first of all, has the means of K and C. Of
+a law whose K and C do not change all these are K and C themselves.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from cranktrain.dynamics.model.slots import AXIAL_JOINT, COS, COUPLED, FIRST, RO
 from cranktrain.dynamics.model.state import TIME
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.tangents import Tangents, tangents_at_state
-from cranktrain.studies.in_motion.joint import joint_at_state, joint_stiffness
+from cranktrain.structure.in_motion.joint import joint_at_state, joint_stiffness
 
 ComplexArray = NDArray[np.complex128]
 
@@ -46,7 +46,7 @@ class CycleTangents(NamedTuple):
     place, velocity, acceleration : (N, k, 4, 4) of the connections, along axes of the frame
     forces, displaced : (N, m) at the ports
     frame : (N, 3) cosine and sine of the frame's angle, and its speed, rad/s
-    joint : (N, 2) of the axial joint, see :mod:`cranktrain.studies.in_motion.joint`
+    joint : (N, 2) of the axial joint, see :mod:`cranktrain.structure.in_motion.joint`
     """
 
     speed: float

@@ -12,18 +12,17 @@ from dataclasses import asdict, dataclass
 from functools import cache
 from hashlib import sha256
 from importlib.resources import files
-from typing import Any
+from pathlib import Path
 
 from cranktrain.core.sources import source_digest
 from cranktrain.engine.model import Engine
-from cranktrain.studies.tradeoff.total import measure
-from cranktrain.studies.tradeoff.total.point import TotalPoint, point_of
-from cranktrain.studies.tradeoff.total.study import Best, TotalStudy
+from cranktrain.studies.total_error.point import Best, TotalPoint, point_of
 
-COMMAND = "cranktrain tradeoff --total"
 FOLDER = "data"
+MEASURED_BY = Path(__file__).parents[1] / "tradeoff" / "total" / "measure.py"
+"""The source that measures them: looked at, never imported."""
 LATER = (
-    ("axial_path", "", None), ("thrust", "closed_stiffness", 0.0),
+    ("axial_path", "", None), ("thrust", "closed_stiffness", 0.0), ("main_roller", "mains", ()),
     ("frame", "", ()), ("body", "", ()), ("connection", "", ()),
 )  # fmt: skip
 """Tables and keys that came after the first shipped figures, with the value of a file that does not have them."""
@@ -46,7 +45,7 @@ class Shipped:
     @property
     def current(self) -> bool:
         """Whether the sources are still those that measured the figures."""
-        return self.sources == source_digest(measure.__file__, deferred=True)
+        return self.sources == measuring_sources()
 
     @property
     def speeds_rpm(self) -> tuple[float, ...]:
@@ -54,35 +53,19 @@ class Shipped:
         return tuple(sorted({point.speed_rpm for point in self.points}))
 
 
+def measuring_sources() -> str:
+    """Digest of the sources that measure total errors, as they are now."""
+    return source_digest(MEASURED_BY, deferred=True)
+
+
 def engine_digest(engine: Engine) -> str:
     """Digest of all that an engine file says; what it may say since figures were measured counts where it does."""
     said = asdict(engine)
     for table, key, silent in LATER:
         part = said[table] if key else said
-        if part[key or table] == silent:
+        if part is not None and part[key or table] == silent:
             del part[key or table]
     return sha256(json.dumps(said, sort_keys=True, default=repr).encode()).hexdigest()[:16]
-
-
-def document(study: TotalStudy) -> dict[str, Any]:
-    """What ships of a study, as JSON holds it; every scene is of the same engine with no damper and the full load."""
-    engine = study.scenes[0].engine
-    return {
-        "command": COMMAND,
-        "what": "measured total errors against cost; see docs/tradeoff.md",
-        "engine": engine.name,
-        "engine_digest": engine_digest(engine),
-        "sources_digest": source_digest(measure.__file__, deferred=True),
-        "best": {scene: asdict(best) for scene, best in study.best.items()},
-        "points": [point.as_dict() for point in study.points],
-    }
-
-
-def document_text(found: dict[str, Any]) -> str:
-    """A document as text, a point a line."""
-    head = json.dumps({name: value for name, value in found.items() if name != "points"}, indent=1, allow_nan=False)
-    points = ",\n".join(json.dumps(point, allow_nan=False) for point in found["points"])
-    return head[:-2] + ',\n "points": [\n' + points + "\n]}\n"
 
 
 def read(text: str) -> tuple[str, Shipped]:
@@ -100,7 +83,7 @@ def shipped(engine: Engine) -> Shipped | None:
 
 @cache
 def _all() -> dict[str, Shipped]:
-    folder = files("cranktrain.studies.tradeoff.total").joinpath(FOLDER)
+    folder = files("cranktrain.studies.total_error").joinpath(FOLDER)
     if not folder.is_dir():
         return {}
     return dict(read(file.read_text(encoding="utf-8")) for file in folder.iterdir() if file.name.endswith(".json"))

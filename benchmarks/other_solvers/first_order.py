@@ -25,17 +25,15 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel, kernel_address, law_kernel
-from cranktrain.core.lanes import eight, four, put_four
+from cranktrain.core.lanes import four, put_four
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
 from cranktrain.dynamics.model.slots import (
-    AREA,
     AXIAL_FORCE,
     AXIAL_INPUT,
     AXIAL_JOINT,
     BANK,
     COS,
-    CRANKCASE,
     DELTA_J,
     FIRST,
     FRAME_SIZE,
@@ -70,7 +68,7 @@ from cranktrain.dynamics.model.state import (
 from cranktrain.dynamics.motion.equations import external_force, frame_numbers, place_collar
 from cranktrain.dynamics.motion.film_memory import joint_offset
 from cranktrain.dynamics.motion.film_ports import journal_forces, place_joint, place_journal
-from cranktrain.dynamics.motion.gas import trace_pressure
+from cranktrain.dynamics.motion.gas import gas_force, trace_pressure
 from cranktrain.dynamics.motion.linear_algebra import add_product, dot, factor_lu, product, solve_lu
 from cranktrain.dynamics.motion.rod_motion import ARM, pin_motion
 from cranktrain.dynamics.simulation import Simulation
@@ -322,7 +320,8 @@ def _rod_forces(model, s, rotation):
         rod = model.cylinders[k]
         # With ü = 0, which s.port[REST] always holds: the force without the pin's relative acceleration.
         pin_motion(model, s.frame, k, s.port[PLACE], s.port[PACE], s.port[REST], r)
-        x, y, vx, vy, ax, ay, lever_x, lever_y = eight(r, 0)
+        x, y, vx, vy = four(r, 0)
+        ax, ay, lever_x, lever_y = four(r, 4)
         # A force acts at the lever of the whole displacement; turning alone carries the pin along.
         s.levers[k, 0] = lever_x
         s.levers[k, 1] = lever_y
@@ -331,7 +330,7 @@ def _rod_forces(model, s, rotation):
         cos = math.cos(theta - rod[BANK])
         sin = math.sin(theta - rod[BANK])
         pressure = trace_pressure(model, k, theta + rotation, s.frame[OMEGA] - s.frame[LEAD_RATE])
-        gas = (pressure - model.scalars[CRANKCASE]) * rod[AREA]
+        gas = gas_force(rod, model.scalars, pressure)
         g = model.scalars[GRAVITY]
         rod_force(
             cos * x - sin * y, sin * x + cos * y, cos * vx - sin * vy, sin * vx + cos * vy, cos * ax - sin * ay,

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
 from typing import Any
 
-from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.studies.tradeoff.pareto import pareto_front
-from cranktrain.studies.tradeoff.total.distance import distance
-from cranktrain.studies.tradeoff.total.families import FAMILIES, Cycle, Family
 
 PARTS = ("model", "numerical", "settling")
 
@@ -34,25 +30,6 @@ class Split:
     model: float
     numerical: float
     settling: float
-
-
-def split(family: Family, engine: Engine, last: Cycle, after: Cycle, fine: Cycle, reference: Cycle) -> Split | None:
-    """Total error of a run and its parts; None where a model lacks the outputs.
-
-    Parameters
-    ----------
-    last, after : the run's last cycle and the one that would follow
-    fine : last cycle of the same model with a fine step
-    reference : that of the best model, likewise
-    """
-    found = [
-        distance(family, engine, one, other, reference)
-        for one, other in ((last, reference), (fine, reference), (last, fine), (after, last))
-    ]
-    total, model, numerical, settling = found
-    if total is None or model is None or numerical is None or settling is None:
-        return None
-    return Split(total, model, numerical, settling)
 
 
 @dataclass(frozen=True)
@@ -107,6 +84,17 @@ class TotalPoint:
         return {"label": self.label, **asdict(self)}
 
 
+@dataclass(frozen=True)
+class Best:
+    """The best model of a scene: its name, method and step, and what a settled cycle of it costs."""
+
+    name: str
+    integrator: str
+    step_deg: float
+    fine_grid: bool
+    cost: float
+
+
 def point_of(entry: Mapping[str, Any]) -> TotalPoint:
     """A point from what :meth:`TotalPoint.as_dict` made of it."""
     errors = {name: None if parts is None else Split(**parts) for name, parts in entry["errors"].items()}
@@ -122,15 +110,3 @@ def at_scene(points: Iterable[TotalPoint], scene: str) -> list[TotalPoint]:
 def shown(points: Iterable[TotalPoint], family: str) -> list[TotalPoint]:
     """Points that have a family's outputs, the cheapest first."""
     return sorted((p for p in points if p.total(family) is not None), key=lambda p: p.cost or 0.0)
-
-
-def with_fronts(points: Sequence[TotalPoint]) -> list[TotalPoint]:
-    """The points of one speed with the families in whose Pareto front each is."""
-    fronts = {family: set(map(id, front(points, family))) for family in FAMILIES}
-    return [replace(p, front=tuple(name for name, found in fronts.items() if id(p) in found)) for p in points]
-
-
-def front(points: Iterable[TotalPoint], family: str) -> list[TotalPoint]:
-    """Points of a speed that no other beats in cost and total error of a family, the cheapest first."""
-    own = shown(points, family)
-    return [own[k] for k in pareto_front([p.cost or 0.0 for p in own], [p.total(family) or 0.0 for p in own])]

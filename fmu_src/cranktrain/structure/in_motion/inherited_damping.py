@@ -21,7 +21,6 @@ Problems*, vol. 2 (1963), equivalent damping per cylinder.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from hashlib import sha256
 from typing import NamedTuple
@@ -29,7 +28,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eigh
 
-from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.model.arrays import structural_damping
@@ -37,11 +35,14 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
-from cranktrain.structure.assembly import assemble
-from cranktrain.structure.crank.modal import KINDS, cranktrain_matrices, cranktrain_modes, torsional_frequencies
-from cranktrain.studies.in_motion.eigenproblem import modes_in_motion
-from cranktrain.studies.kept import Kept, digest
-from cranktrain.studies.torsion.housed_crank import at_largest
+from cranktrain.structure.crank.modal import (
+    KINDS,
+    at_largest,
+    cranktrain_matrices,
+    cranktrain_modes,
+    torsional_frequencies,
+)
+from cranktrain.structure.in_motion.eigenproblem import modes_in_motion
 
 MODES = 2
 """Torsional modes whose damping is taken over."""
@@ -62,26 +63,8 @@ class Decay(NamedTuple):
     speed: float
 
 
-def with_inherited_damping(
-    engine: Engine, body: ReducedBody, above: str, say: Callable[[str], None] = lambda stage: None
-) -> ReducedBody:
-    """The running ``body`` with the damping that crank level ``above`` has in motion, kept in the cache.
-
-    Where the level above does not run the body stays as it is, and ``say`` is told. Raises ``InputError`` where that
-    level lacks what it needs.
-    """
-    kept, key = Kept("inherited"), digest(__file__, engine, above)
-    entry = kept.entry(key)
-    if entry is None:
-        say(f"damping of crank level '{above}'")
-        try:
-            found = measured_decay(engine, above)
-        except SolverError as error:
-            say(f"crank level '{above}' does not run, so that the crank keeps its structural damping: {error}")
-            return body
-        entry = {"hz": found.hz.tolist(), "ratio": found.ratio.tolist(), "speed": found.speed}
-        kept.keep(key, entry)
-    found = Decay(np.array(entry["hz"]), np.array(entry["ratio"]), entry["speed"])
+def with_damping(engine: Engine, body: ReducedBody, above: str, found: Decay) -> ReducedBody:
+    """The running ``body`` with the damping that was found of crank level ``above``, which its records tell."""
     damping = equivalent_damping(engine, body, found.ratio)
     return replace(
         body,
@@ -120,14 +103,16 @@ def resonance_speed(engine: Engine, torsional_hz: float) -> float:
     return speed / math.ceil(speed / highest)
 
 
-def measured_decay(engine: Engine, crank: str) -> Decay:
-    """Free decay of the first torsional modes of a crank level on its usual bearings and on ground, at full load."""
-    # A crank that only twists runs on ground, and the decay that it takes over is one on ground.
-    made = assemble(engine, Settings(crank=crank, block="ground", step=STEP))
-    body = made.body
+def settings_above(crank: str) -> Settings:
+    """Settings of the level above: on its usual bearings, at full load, and on ground as the crank that takes over."""
+    return Settings(crank=crank, block="ground", step=STEP)
+
+
+def measured_decay(simulation: Simulation) -> Decay:
+    """Free decay of the first torsional modes in a simulation of the level above, not yet initialised."""
+    engine, body = simulation.engine, simulation.body
     _, mass = cranktrain_matrices(engine, body)
     speed = resonance_speed(engine, torsional_frequencies(*cranktrain_modes(engine, body))[0])
-    simulation = Simulation(engine, body, made.settings, parts=made.parts)
     simulation.inputs[0] = speed
     simulation.initialize()
     h = communication_step(speed, STEP)

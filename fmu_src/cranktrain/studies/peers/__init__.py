@@ -1,1 +1,0 @@
-"""Other solvers on the model's own equations."""
