@@ -49,6 +49,13 @@ class _Called(NamedTuple):
     loaded: Loaded
 
 
+SMALL = (
+    "8dynamics5start", "8dynamics5model11preparation", "8dynamics7outputs5added",
+    "8dynamics6motion12added_bodies12factor_added",
+)  # fmt: skip
+"""In the names of functions that run once a start, a change of the step or an output: they are made small, not fast."""
+
+
 class Emission(Compiling):
     """Kernels on their way into one object file, compiled in its context.
 
@@ -149,6 +156,9 @@ class Emission(Compiling):
     def program(self) -> bytes:
         """LLVM's bitcode of all exports, optimised for the faster processors of this machine's kind."""
         whole = linked(*self._libraries, more=self._entries, exports=self.symbols)
+        for function in whole.functions:
+            if not function.is_declaration and any(part in function.name for part in SMALL):
+                function.add_function_attribute("optsize")
         for function in list(whole.functions):
             if function.name in self.symbols:
                 function.name = self.symbols[function.name]

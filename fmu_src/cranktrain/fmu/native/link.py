@@ -183,7 +183,9 @@ def _link(command: Iterable[str], kind: str, digest: str, platform: Platform, pr
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         made = Path(folder) / target.name
         # Windows: the compiler's own C library is 150 kB smaller without what debuggers read, and code counts there.
-        own = ["-lm", "-Wl,-z,relro,-z,now,-z,noexecstack", "-fPIC"] if platform.suffix == ".so" else ["-s", "-Os"]
+        own = ["-s", "-Os"]
+        if platform.suffix == ".so":
+            own = ["-s", "-lm", "-Wl,-z,relro,-z,now,-z,noexecstack", "-fPIC"]
         run = [
             *command,
             *FLAGS,
