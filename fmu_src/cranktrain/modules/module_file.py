@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.typed_file import record
 from cranktrain.core.user_file import read_toml
-from cranktrain.engine.file import check_name, check_title, load_engine, read_table, same_names
+from cranktrain.engine.entries import keys_of, part_of, said, table_of
+from cranktrain.engine.file import TEXT_KINDS, check_name, check_title, load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import check_values
 from cranktrain.modules.module_settings import to_bytes
 from cranktrain.modules.register import Contents
 
-TEXTS = ("module", "name", "title", "engine")
 Settings = TypeVar("Settings", bound=Any)
 
 
@@ -37,22 +39,28 @@ def load_module_file(
     """
     path = Path(path)
     document = read_toml(path, "module file", f"an example is {like}")
-    hints = get_type_hints(tables)
-    same_names({*TEXTS, *hints}, set(), set(document), path.name, "table", like)
-    for key in TEXTS:
-        if not isinstance(document[key], str):
-            raise InputError(f'{path.name}: {key}: must be plain text, e.g. {key} = "{Path(like).stem}"')
-    check_name(document["name"], f"{path.name}: name")
-    check_title(document["title"], f"{path.name}: title")
-    read = {name: read_table(kind, document[name], f"{path.name}: {name}", like) for name, kind in hints.items()}
-    named = document["engine"]
-    engine = load_engine(path.parent / named if named.endswith(".toml") else named)
+    read = record(module_table(tables, like), document, path.name, said)
+    check_name(read.name, f"{path.name}: name")
+    check_title(read.title, f"{path.name}: title")
+    found = {
+        name: part_of(kind, getattr(read, name), f"{path.name}: {name}") for name, kind in get_type_hints(tables).items()
+    }
+    engine = load_engine(path.parent / read.engine if read.engine.endswith(".toml") else read.engine)
     try:
-        for name, table in read.items():
+        for name, table in found.items():
             check_values(table, name)
-        return settings(tables(**read), engine, document["name"], document["title"])
+        return settings(tables(**found), engine, read.name, read.title)
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from None
+
+
+@cache
+def module_table(tables: type[Any], like: str) -> Any:
+    """The document of a module file as it is read, see :mod:`cranktrain.engine.entries`."""
+    keys: list[Any] = [("module", str), *TEXT_KINDS.items(), ("engine", str)]
+    for name, kind in get_type_hints(tables).items():
+        keys.append((name, table_of(kind.__name__, keys_of(kind), kind.__doc__, like)))
+    return table_of(tables.__name__, keys, tables.__doc__, like)
 
 
 def module_contents(settings: Any) -> Contents:
