@@ -28,7 +28,7 @@ _NOUNS = {
 _MANY = {inspect.FloatType: "numbers", inspect.IntType: "whole numbers", inspect.StrType: "texts"}
 
 
-class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True, frozen=True):
+class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     """A table of a file; a field that may be left out has a default, None where the file says nothing.
 
     ``remedy`` says what to do about a missing key.
@@ -47,6 +47,7 @@ class Fault(NamedTuple):
     Attributes
     ----------
     steps : keys and indices (from 0) from the table to what is wrong, ``value`` of an entry left out
+    place : the same as messages name it, ``scenario 'normal'.step[2]``; empty for the table itself
     owner : the innermost :class:`Table` around it
     key : unknown or missing key of the owner, or the key of the wrong value
     problem : ``unknown``, ``missing`` or ``value``
@@ -55,16 +56,12 @@ class Fault(NamedTuple):
     """
 
     steps: tuple[Step, ...]
-    owner: type[Table]
+    place: str
+    owner: Any
     key: str
     problem: str
     value: Any
     type: inspect.Type
-
-    @property
-    def place(self) -> str:
-        """Place as messages name it, ``scenario[1].step[2]``; empty for the table itself."""
-        return "".join(f"[{step + 1}]" if isinstance(step, int) else f".{step}" for step in self.steps).lstrip(".")
 
 
 def between(low: float, high: float, what: str) -> Meta:
@@ -99,8 +96,9 @@ def usual(fault: Fault, where: str = "") -> str:
     if fault.problem == "value":
         return _wrong_value(fault, place)
     fields = inspect.type_info(fault.owner).fields  # type: ignore[attr-defined]
-    key = fault.key if where or not place else f"{place}.{fault.key}"
-    start = f"{place}: " if where else ""
+    apart = bool(where) or "[" in place or "'" in place
+    key = fault.key if apart or not place else f"{place}.{fault.key}"
+    start = f"{place}: " if apart else ""
     if fault.problem == "unknown":
         # Tables are tables to people where they stand at the top of a file.
         found = fault.value[fault.key]
@@ -148,10 +146,8 @@ def _plain(node: inspect.Type, value: Any = None) -> inspect.Type:
         node = node.type
     if isinstance(node, inspect.UnionType):
         kinds = [kind for kind in map(_plain, node.types) if not isinstance(kind, inspect.NoneType)]
-        tagged = [
-            kind for kind in kinds
-            if isinstance(kind, inspect.StructType) and isinstance(value, dict) and value.get(kind.tag_field) == kind.tag
-        ]  # fmt: skip
+        tables = [kind for kind in kinds if isinstance(kind, inspect.StructType) and isinstance(value, dict)]
+        tagged = [kind for kind in tables if value.get(kind.tag_field) == kind.tag]
         return (tagged or kinds)[0]
     return node
 
@@ -172,7 +168,8 @@ def _inside(node: inspect.Type, step: Step) -> inspect.Type:
 def _at(kind: type[Table], table: Any, path: list[Step]) -> Fault:
     """The fault of a value at a path; ``...`` in it is the first key of a table whose value does not fit."""
     node: inspect.Type = inspect.type_info(kind)
-    value, owner, steps = table, kind, []
+    value, steps, place = table, list[Step](), ""
+    owner: Any = kind
     for step in path:
         plain = _plain(node, value)
         if step == "...":
@@ -181,8 +178,17 @@ def _at(kind: type[Table], table: Any, path: list[Step]) -> Fault:
             owner = plain.cls
         if not (issubclass(owner, Entry) and step == "value" and isinstance(plain, inspect.StructType)):
             steps.append(step)
+            place += _label(value, step)
         node, value = _tags(node, step) or _inside(plain, step), value[step]
-    return Fault(tuple(steps), owner, str(path[-1]) if path else "", "value", value, node)
+    return Fault(tuple(steps), place.lstrip("."), owner, str(path[-1]) if path else "", "value", value, node)
+
+
+def _label(value: Any, step: Step) -> str:
+    """What a step adds to a place: a key, the name of a table in a list, or its number."""
+    if isinstance(step, str):
+        return f".{step}"
+    name = value[step].get("name") if isinstance(value[step], dict) else None
+    return f" {shown(name)}" if isinstance(name, str) else f"[{step + 1}]"
 
 
 def _tags(node: inspect.Type, step: Step) -> inspect.Type | None:
@@ -193,10 +199,10 @@ def _tags(node: inspect.Type, step: Step) -> inspect.Type | None:
 
 
 def _misfit(node: inspect.Type, table: Mapping[str, Any]) -> str:
-    """First key of a table whose value is no table of a kind."""
+    """First key of a table of tables whose value is none, or not of the kind."""
     for key, value in table.items():
         try:
-            msgspec.convert(value, node.cls if isinstance(node, inspect.StructType) else Any)
+            msgspec.convert(value, node.cls if isinstance(node, inspect.StructType) else dict)
         except msgspec.ValidationError:
             return key
     return next(iter(table))

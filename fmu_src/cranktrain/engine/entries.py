@@ -47,7 +47,7 @@ def keys_of(part: type, plain: Collection[str] = (), without: Collection[str] = 
     return read
 
 
-def table_of(name: str, keys: Sequence[Any], about: str | None, like: str, **options: Any) -> type[Table]:
+def table_of(name: str, keys: Sequence[Any], about: str | None, like: str, **options: Any) -> Any:
     """A table of a file with these keys; ``like`` is a file in which to see it, ``options`` are those of a struct."""
     space = {"__doc__": about, "remedy": f"add it as in {like}"}
     return msgspec.defstruct(name, keys, bases=(Table,), kw_only=True, namespace=space, **options)
@@ -130,14 +130,16 @@ def _is_many(entry: type[Table]) -> bool:
     return bool(entry.many)  # type: ignore[attr-defined]
 
 
-def _entry(part: type, plain: type, many: bool, rule: Any, default: Any) -> type[Table]:
+def _entry(part: type, plain: type, many: bool, rule: Any, default: Any) -> Any:
     """Form of an entry of a field; a default outside its range says that nothing was given."""
-    beyond = default if isinstance(rule, Quantity) and isinstance(default, float | int) and rule.wrong(default) else None
+    beyond = (
+        default if isinstance(rule, Quantity) and isinstance(default, float | int) and rule.wrong(default) else None
+    )
     return _form(_title(part, rule, plain), plain, many, rule, beyond)
 
 
 @cache
-def _form(title: str, plain: type, many: bool, rule: Any, beyond: float | None) -> type[Table]:
+def _form(title: str, plain: type, many: bool, rule: Any, beyond: float | None) -> Any:
     dimension = _dimension(rule)
     own: Any = plain
     if isinstance(rule, OneOf):

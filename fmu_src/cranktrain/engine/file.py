@@ -13,10 +13,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from functools import cache
+from functools import cache, reduce
+from operator import or_
 from pathlib import Path
 from types import UnionType
-from typing import Annotated, Any, Union, get_args, get_type_hints
+from typing import Annotated, Any, get_args, get_type_hints
 
 from msgspec import Meta
 
@@ -82,7 +83,9 @@ def load_engine(name_or_path: str | Path) -> Engine:
     check_name(read.name, f"{path.name}: name")
     check_title(read.title, f"{path.name}: title")
     given = {name: getattr(read, name) for name in engine_parts() if getattr(read, name) is not None}
-    added = {name: tuple(_added(name, found, path)) for name in TABLES if (found := getattr(read, name))}
+    added: dict[str, Any] = {
+        name: tuple(_added(name, found, path)) for name in TABLES if (found := getattr(read, name))
+    }
     tables = {name: part_of(engine_parts()[name], found, f"{path.name}: {name}") for name, found in given.items()}
     engine = Engine(read.name, read.title, **tables, **added)
     try:
@@ -107,21 +110,23 @@ def engine_table() -> Any:
     for name, part in engine_parts().items():
         kind = table_of(part.__name__, keys_of(part), part.__doc__, LIKE)
         keys.append((name, kind | None, None) if name in optional else (name, kind))
-    for name in ("frame", "body"):
-        kind = table_of(TABLES[name].__name__, keys_of(TABLES[name], TEXTS_OF[name]), TABLES[name].__doc__, ADDED_LIKE)
-        keys.append((name, list[kind] | None, None))  # type: ignore[valid-type]
-    ends = keys_of(TABLES["connection"], TEXTS_OF["connection"], without=("law", *DATA))
-    laws = [
-        table_of(data.__name__, [*ends, *keys_of(data)], data.__doc__, ADDED_LIKE, tag_field="law", tag=law)
-        for law, data in DATA.items()
-    ]
-    return table_of("Engine", [*keys, ("connection", list[Union[tuple(laws)]] | None, None)], Engine.__doc__, LIKE)
+    for name, part in TABLES.items():
+        own = keys_of(part, TEXTS_OF[name], without=("law", *DATA))
+        kinds = [table_of(part.__name__, own, part.__doc__, ADDED_LIKE)]
+        if name == "connection":
+            kinds = [
+                table_of(data.__name__, [*own, *keys_of(data)], data.__doc__, ADDED_LIKE, tag_field="law", tag=law)
+                for law, data in DATA.items()
+            ]
+        kind = reduce(or_, kinds)
+        keys.append((name, list[kind] | None, None))
+    return table_of("Engine", keys, Engine.__doc__, LIKE)
 
 
 def _added(name: str, found: Sequence[Any], path: Path) -> Iterator[Any]:
     """Tables of an array of tables, see :mod:`cranktrain.engine.additions`."""
-    for number, table in enumerate(found, start=1):
-        where, more = f"{path.name}: {name}[{number}]", {}
+    for table in found:
+        where, more = f"{path.name}: {name} {shown(table.name)}", {}
         if name == "connection":
             law = type(table).__struct_config__.tag
             more = {"law": law, law: part_of(DATA[law], table, where)}

@@ -22,7 +22,7 @@ Settings = TypeVar("Settings", bound=Any)
 
 
 def load_module_file(
-    path: str | Path, tables: type[Any], like: str, settings: Callable[[Any, Engine, str, str], Settings]
+    path: str | Path, tables: Any, like: str, settings: Callable[[Any, Engine, str, str], Settings]
 ) -> Settings:
     """Read a module file and its engine.
 
@@ -43,7 +43,8 @@ def load_module_file(
     check_name(read.name, f"{path.name}: name")
     check_title(read.title, f"{path.name}: title")
     found = {
-        name: part_of(kind, getattr(read, name), f"{path.name}: {name}") for name, kind in get_type_hints(tables).items()
+        name: part_of(kind, getattr(read, name), f"{path.name}: {name}")
+        for name, kind in get_type_hints(tables).items()
     }
     engine = load_engine(path.parent / read.engine if read.engine.endswith(".toml") else read.engine)
     try:
@@ -55,7 +56,7 @@ def load_module_file(
 
 
 @cache
-def module_table(tables: type[Any], like: str) -> Any:
+def module_table(tables: Any, like: str) -> Any:
     """The document of a module file as it is read, see :mod:`cranktrain.engine.entries`."""
     keys: list[Any] = [("module", str), *TEXT_KINDS.items(), ("engine", str)]
     for name, kind in get_type_hints(tables).items():
