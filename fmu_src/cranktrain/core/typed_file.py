@@ -119,10 +119,17 @@ def _wrong_value(fault: Fault, place: str) -> str:
     low, high = getattr(node, "ge", None), getattr(node, "le", None)
     if low is not None and high is not None and is_number(value):
         try:
-            within(f"{place}:", value, low, high, (getattr(fault.type, "extra", None) or {}).get("what", ""))
+            within(f"{place}:", value, low, high, _what(fault.type))
         except InputError as error:
             return str(error)
     return f"{place}: {shown(value)} is not {_noun(node)}"
+
+
+def _what(node: inspect.Type) -> str:
+    """What :func:`between` says of a range."""
+    if isinstance(node, inspect.UnionType):
+        return next(filter(None, map(_what, node.types)), "")
+    return str((getattr(node, "extra", None) or {}).get("what", ""))
 
 
 def _noun(node: inspect.Type) -> str:

@@ -50,7 +50,14 @@ def keys_of(part: type, plain: Collection[str] = (), without: Collection[str] = 
 def table_of(name: str, keys: Sequence[Any], about: str | None, like: str, **options: Any) -> Any:
     """A table of a file with these keys; ``like`` is a file in which to see it, ``options`` are those of a struct."""
     space = {"__doc__": about, "remedy": f"add it as in {like}"}
+    name = f"{name.removesuffix('Table')}Table"
     return msgspec.defstruct(name, keys, bases=(Table,), kw_only=True, namespace=space, **options)
+
+
+@cache
+def stated(part: Any, like: str) -> Any:
+    """The table of a file that states a dataclass, all of its fields by entries."""
+    return table_of(part.__name__, keys_of(part), part.__doc__, like)
 
 
 def part_of(part: type, read: Any, where: str, plain: Collection[str] = (), **further: Any) -> Any:

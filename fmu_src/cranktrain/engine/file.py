@@ -29,7 +29,7 @@ from cranktrain.engine.additions import TEXTS as TEXTS_OF
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.connections import DATA
 from cranktrain.engine.entries import ORIGINS as ORIGINS
-from cranktrain.engine.entries import keys_of, part_of, said, table_of
+from cranktrain.engine.entries import keys_of, part_of, said, stated, table_of
 from cranktrain.engine.model import Engine, optional_fields
 
 TEXTS = ("name", "title")
@@ -108,7 +108,7 @@ def engine_table() -> Any:
     optional = optional_fields(Engine)
     keys: list[Any] = [(name, TEXT_KINDS[name]) for name in TEXTS]
     for name, part in engine_parts().items():
-        kind = table_of(part.__name__, keys_of(part), part.__doc__, LIKE)
+        kind = stated(part, LIKE)
         keys.append((name, kind | None, None) if name in optional else (name, kind))
     for name, part in TABLES.items():
         own = keys_of(part, TEXTS_OF[name], without=("law", *DATA))
@@ -118,8 +118,7 @@ def engine_table() -> Any:
                 table_of(data.__name__, [*own, *keys_of(data)], data.__doc__, ADDED_LIKE, tag_field="law", tag=law)
                 for law, data in DATA.items()
             ]
-        kind = reduce(or_, kinds)
-        keys.append((name, list[kind] | None, None))
+        keys.append((name, list[reduce(or_, kinds)] | None, None))  # type: ignore[misc]
     return table_of("Engine", keys, Engine.__doc__, LIKE)
 
 

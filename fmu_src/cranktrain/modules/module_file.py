@@ -11,7 +11,7 @@ from typing import Any, TypeVar, get_type_hints
 from cranktrain.core.errors import InputError
 from cranktrain.core.typed_file import record
 from cranktrain.core.user_file import read_toml
-from cranktrain.engine.entries import keys_of, part_of, said, table_of
+from cranktrain.engine.entries import part_of, said, stated, table_of
 from cranktrain.engine.file import TEXT_KINDS, check_name, check_title, load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import check_values
@@ -59,8 +59,7 @@ def load_module_file(
 def module_table(tables: Any, like: str) -> Any:
     """The document of a module file as it is read, see :mod:`cranktrain.engine.entries`."""
     keys: list[Any] = [("module", str), *TEXT_KINDS.items(), ("engine", str)]
-    for name, kind in get_type_hints(tables).items():
-        keys.append((name, table_of(kind.__name__, keys_of(kind), kind.__doc__, like)))
+    keys += [(name, stated(kind, like)) for name, kind in get_type_hints(tables).items()]
     return table_of(tables.__name__, keys, tables.__doc__, like)
 
 
