@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import fields
-from functools import cache
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, dataclass, field, fields, make_dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
@@ -21,16 +21,60 @@ from cranktrain.modules.register import Contents
 Settings = TypeVar("Settings", bound=Any)
 
 
+@dataclass(frozen=True)
+class ModuleFile:
+    """What a module's files state: the settings that are marked by :func:`.module_settings.stated`, in tables.
+
+    Attributes
+    ----------
+    settings : class of the module's settings
+    like : path of a shipped file to look at
+    about : the tables, and what they describe
+    further : values that are no settings, ``table.key``, and what they measure
+    """
+
+    settings: Any
+    like: str
+    about: Mapping[str, str]
+    further: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def places(self) -> dict[str, str]:
+        """Settings, and values that are none, by their places ``table.key``."""
+        found = {entry.metadata["file"]: entry.name for entry in fields(self.settings) if "file" in entry.metadata}
+        return found | {place: place for place in self.further}
+
+    @cached_property
+    def tables(self) -> dict[str, type]:
+        """Records of the tables, by name."""
+        hints = get_type_hints(self.settings, include_extras=True) | dict(self.further)
+        usual = {entry.name: entry.metadata["default"] for entry in fields(self.settings) if "file" in entry.metadata}
+        found = {}
+        for table, about in self.about.items():
+            keys: list[Any] = []
+            for place, name in self.places.items():
+                if place.partition(".")[0] == table:
+                    keys.append((place.partition(".")[2], hints[name], field(default=usual.get(name, MISSING))))
+            space = {"__doc__": about, "__module__": self.settings.__module__}
+            found[table] = make_dataclass(table.title(), keys, namespace=space, frozen=True, kw_only=True)
+        return found
+
+    @cached_property
+    def document(self) -> Any:
+        """The document of a file as it is read, see :mod:`cranktrain.engine.entries`."""
+        keys: list[Any] = [("module", str), *TEXT_KINDS.items(), ("engine", str)]
+        keys += [(name, stated(kind, self.like)) for name, kind in self.tables.items()]
+        return table_of(self.settings.__name__, keys, self.settings.__doc__, self.like)
+
+
 def load_module_file(
-    path: str | Path, tables: Any, like: str, settings: Callable[[Any, Engine, str, str], Settings]
+    path: str | Path, file: ModuleFile, settings: Callable[[dict[str, Any], Engine, str, str], Settings]
 ) -> Settings:
     """Read a module file and its engine.
 
     Parameters
     ----------
-    tables : record whose fields are the file's tables
-    like : path of a shipped file to look at
-    settings : makes and checks the module's settings from tables, engine, name and title
+    settings : makes and checks the module's settings from their values, engine, name and title
 
     Raises
     ------
@@ -38,29 +82,21 @@ def load_module_file(
         one line with file, table and key, for what is unknown, missing or impossible
     """
     path = Path(path)
-    document = read_toml(path, "module file", f"an example is {like}")
-    read = record(module_table(tables, like), document, path.name, said)
+    read = record(file.document, read_toml(path, "module file", f"an example is {file.like}"), path.name, said)
     check_name(read.name, f"{path.name}: name")
     check_title(read.title, f"{path.name}: title")
-    found = {
-        name: part_of(kind, getattr(read, name), f"{path.name}: {name}")
-        for name, kind in get_type_hints(tables).items()
-    }
+    found = {name: part_of(kind, getattr(read, name), f"{path.name}: {name}") for name, kind in file.tables.items()}
     engine = load_engine(path.parent / read.engine if read.engine.endswith(".toml") else read.engine)
     try:
         for name, table in found.items():
             check_values(table, name)
-        return settings(tables(**found), engine, read.name, read.title)
+        values = {}
+        for place, name in file.places.items():
+            table, _, key = place.partition(".")
+            values[name] = getattr(found[table], key)
+        return settings(values, engine, read.name, read.title)
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from None
-
-
-@cache
-def module_table(tables: Any, like: str) -> Any:
-    """The document of a module file as it is read, see :mod:`cranktrain.engine.entries`."""
-    keys: list[Any] = [("module", str), *TEXT_KINDS.items(), ("engine", str)]
-    keys += [(name, stated(kind, like)) for name, kind in get_type_hints(tables).items()]
-    return table_of(tables.__name__, keys, tables.__doc__, like)
 
 
 def module_contents(settings: Any) -> Contents:

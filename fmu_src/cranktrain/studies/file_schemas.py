@@ -14,7 +14,6 @@ from cranktrain.core.json_schema import json_schema
 from cranktrain.engine.entries import rules
 from cranktrain.engine.file import engine_table
 from cranktrain.modules.combustion import file as combustion
-from cranktrain.modules.module_file import module_table
 from cranktrain.modules.valve_train import file as valve_train
 from cranktrain.studies.harness.tables import HarnessTable
 from cranktrain.studies.scene import SceneTable
@@ -31,12 +30,8 @@ FILE_KINDS = {
     "engine": FileKind("Engine file of cranktrain", engine_table),
     "scene": FileKind("Scene of cranktrain", lambda: SceneTable),
     "harness": FileKind("Harness file of cranktrain", lambda: HarnessTable),
-    "combustion": FileKind(
-        "Combustion module of cranktrain", lambda: module_table(combustion.CombustionFile, combustion.LIKE)
-    ),
-    "valve-train": FileKind(
-        "Valve train module of cranktrain", lambda: module_table(valve_train.ValveTrainFile, valve_train.LIKE)
-    ),
+    "combustion": FileKind("Combustion module of cranktrain", lambda: combustion.FILE.document),
+    "valve-train": FileKind("Valve train module of cranktrain", lambda: valve_train.FILE.document),
 }
 
 
