@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 from jsonschema import Draft7Validator
+from superelements import shaft, write_superelement
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_folder, engine_names, engine_path, load_engine
 from cranktrain.modules.register import module_files, module_of
+from cranktrain.structure.fem.own_body import read_body
 from cranktrain.studies.file_schemas import FILE_KINDS, file_schema
 from cranktrain.studies.harness.file import load_harness
 from cranktrain.studies.scene import load_scene
@@ -86,6 +88,22 @@ SLIPS = [
     ("combustion", BURN, 'unit = "mg"', 'unit = "mm"', r"injection\.mass: unit 'mm' does not measure its mass"),
     ("valve-train", VALVES, "lash = { value = 0.3", "lash = { value = 30", r"train\.lash: 30 mm is not within 0 to 10"),
 ]  # fmt: skip
+
+
+def test_a_superelement_is_valid_and_its_slips_are_not(validators, tmp_path):
+    path = write_superelement(tmp_path, shaft(4), {"start": 1, "end": 5})
+    text = path.read_text("utf-8")
+    assert validators["superelement"].is_valid(tomllib.loads(text))
+    for old, new, said in (
+        ("units", "unit", "unknown key 'unit'; did you mean 'units'"),
+        ("m-kg-s", "mm-kg-s", "units 'mm-kg-s' do not exist"),
+        ('matrices = "', 'matrices = 3 # "', "matrices: 3 is not a text"),
+        ("5 = [", "5 = [1.0, ", "expected is NUMBER"),
+    ):
+        path.write_text(text.replace(old, new, 1), "utf-8")
+        assert not validators["superelement"].is_valid(tomllib.loads(path.read_text("utf-8")))
+        with pytest.raises(InputError, match=said):
+            read_body(path)
 
 
 @pytest.mark.parametrize(("kind", "text", "old", "new", "said"), SLIPS)

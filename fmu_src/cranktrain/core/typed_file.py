@@ -20,7 +20,7 @@ from cranktrain.core.user_file import is_number
 Kind = TypeVar("Kind", bound="Table")
 Step = str | int
 _STEP = re.compile(r"\.(\w+)|\[(\d+|\.\.\.)\]")
-_KEY = re.compile(r"Object (contains unknown|missing required) field `(.*)`")
+_KEY = re.compile(r"Object (contains unknown|missing required) field `(.*)`", re.DOTALL)
 _NOUNS = {
     inspect.FloatType: "a finite number", inspect.IntType: "a whole number", inspect.StrType: "a text",
     inspect.BoolType: "true or false", inspect.StructType: "a table", inspect.DictType: "a table",

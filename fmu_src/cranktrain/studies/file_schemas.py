@@ -15,6 +15,7 @@ from cranktrain.engine.entries import rules
 from cranktrain.engine.file import engine_table
 from cranktrain.modules.combustion import file as combustion
 from cranktrain.modules.valve_train import file as valve_train
+from cranktrain.structure.fem.superelement_file import SuperelementTable
 from cranktrain.studies.harness.tables import HarnessTable
 from cranktrain.studies.scene import SceneTable
 
@@ -30,6 +31,7 @@ FILE_KINDS = {
     "engine": FileKind("Engine file of cranktrain", engine_table),
     "scene": FileKind("Scene of cranktrain", lambda: SceneTable),
     "harness": FileKind("Harness file of cranktrain", lambda: HarnessTable),
+    "superelement": FileKind("Superelement of cranktrain", lambda: SuperelementTable),
     "combustion": FileKind("Combustion module of cranktrain", lambda: combustion.FILE.document),
     "valve-train": FileKind("Valve train module of cranktrain", lambda: valve_train.FILE.document),
 }
