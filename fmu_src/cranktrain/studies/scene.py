@@ -191,13 +191,14 @@ def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
     """Scene of a TOML document, checked."""
     read = record(SceneTable, document)
     check_title(path.stem, "the file's name")
-    check_title(read.title or path.stem, "title")
+    title = path.stem if read.title is None else read.title
+    check_title(title, "title")
     engine = load_engine(path.parent / read.engine if read.engine.endswith(".toml") else read.engine)
     outputs, stress = scene_outputs(engine, read.outputs)
     lowest = lowest_levels(outputs, rollers=engine.main_roller is not None)
     scene = Scene(
         name=path.stem,
-        title=read.title or path.stem,
+        title=title,
         path=path,
         engine=engine,
         speeds=_speeds(read),
@@ -214,9 +215,9 @@ def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
         cutoff=read.cutoff_hz,
         integrator=read.integrator,
         step=None if read.step_deg is None else math.radians(read.step_deg),
-        big_ends=read.big_ends or lowest.big_ends,
-        block=read.block or lowest.block,
-        pistons=read.pistons or ("auto" if lowest.pistons == "rigid" else lowest.pistons),
+        big_ends=lowest.big_ends if read.big_ends is None else read.big_ends,
+        block=lowest.block if read.block is None else read.block,
+        pistons=("auto" if lowest.pistons == "rigid" else lowest.pistons) if read.pistons is None else read.pistons,
         damper="fitted" if read.damper else "none",
         film_temperature=read.film_temperature,
         pressure=_pressure(path, read.gas),

@@ -67,7 +67,7 @@ def load_harness(path: str | Path) -> Harness:
 
 def _harness(path: Path, document: Mapping[str, Any]) -> Harness:
     read = record(HarnessTable, document)
-    title = read.title or path.stem
+    title = path.stem if read.title is None else read.title
     check_title(title, "title")
     units = units_of(path, read)
     speed = None if read.speed_rpm is None else RPM * read.speed_rpm

@@ -32,7 +32,7 @@ def units_of(path: Path, document: HarnessTable) -> dict[str, UnitEntry]:
         where = f"units.{name}"
         if table.fmu is not None and table.build is not None:
             raise InputError(f"{where}: fmu and build exclude each other; leave one out")
-        build = table.build or (defaults.get(name) if table.fmu is None else None)
+        build = defaults.get(name) if table.build is None and table.fmu is None else table.build
         if build is None and table.fmu is None:
             raise InputError(f'{where}: neither fmu nor build; name a file, fmu = "my.fmu", or what to build')
         fmu = None if table.fmu is None else path.parent / table.fmu
