@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, make_dataclass
 from functools import cached_property
@@ -11,6 +12,7 @@ from typing import Any, TypeVar, get_type_hints
 from cranktrain.core.errors import InputError
 from cranktrain.core.typed_file import record
 from cranktrain.core.user_file import read_toml
+from cranktrain.engine import quantities
 from cranktrain.engine.entries import part_of, said, stated, table_of
 from cranktrain.engine.file import TEXT_KINDS, check_name, check_title, load_engine
 from cranktrain.engine.model import Engine
@@ -27,12 +29,14 @@ class ModuleFile:
 
     Attributes
     ----------
+    module : name of the module that the settings' annotations call ``own``; ``q`` is the engine's quantities
     settings : class of the module's settings
     like : path of a shipped file to look at
     about : the tables, and what they describe
     further : values that are no settings, ``table.key``, and what they measure
     """
 
+    module: str
     settings: Any
     like: str
     about: Mapping[str, str]
@@ -47,7 +51,8 @@ class ModuleFile:
     @cached_property
     def tables(self) -> dict[str, type]:
         """Records of the tables, by name."""
-        hints = get_type_hints(self.settings, include_extras=True) | dict(self.further)
+        known = {"q": quantities, "own": sys.modules[self.module]}
+        hints = get_type_hints(self.settings, localns=known, include_extras=True) | dict(self.further)
         usual = {entry.name: entry.metadata["default"] for entry in fields(self.settings) if "file" in entry.metadata}
         found = {}
         for table, about in self.about.items():
@@ -55,7 +60,7 @@ class ModuleFile:
             for place, name in self.places.items():
                 if place.partition(".")[0] == table:
                     keys.append((place.partition(".")[2], hints[name], field(default=usual.get(name, MISSING))))
-            space = {"__doc__": about, "__module__": self.settings.__module__}
+            space = {"__doc__": about, "__module__": self.module}
             found[table] = make_dataclass(table.title(), keys, namespace=space, frozen=True, kw_only=True)
         return found
 

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
 from cranktrain.core.errors import InputError
-from cranktrain.engine import quantities as q
-from cranktrain.engine.quantities import Quantity
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.advance import N_HEAD, N_OF_CYLINDER, N_OUTPUTS
 from cranktrain.modules.combustion.cylinder import OK
@@ -29,18 +27,11 @@ from cranktrain.modules.combustion.stepping import ROWS, STAGES
 from cranktrain.modules.crank_angle import ANGLES, TIMES
 from cranktrain.modules.module_settings import check_values, run_numbers, stated
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:  # an FMU carries the settings without what their module file measures
+    from cranktrain.engine import quantities as q
+    from cranktrain.modules.combustion import file as own
 
-FuelMass = Annotated[float, Quantity("mass", 0.0, 1e5, "mg")]
-HeatingValue = Annotated[float, Quantity("specific energy", 5.0, 150.0, "MJ/kg", "diesel fuel has 42.5 to 43")]
-HydrogenRatio = Annotated[float, Quantity("1", 0.0, 4.0, hint="diesel fuel has 1.8 to 1.9")]
-DelayFactor = Annotated[float, Quantity("time", 1e-9, 1.0, "s")]
-Exponent = Annotated[float, Quantity("1", 0.0, 20.0)]
-Ratio = Annotated[float, Quantity("1", 0.01, 10.0)]
-Part = Annotated[float, Quantity("1", 0.0, 1.0)]
-Factor = Annotated[float, Quantity("1", 0.0, 10.0)]
-Valves = Annotated[int, Quantity("1", 1, 8)]
-Lift = Annotated[float, Quantity("length", 0.0, 200.0, "mm")]
+Array = NDArray[np.float64]
 
 CHOICES = {"lift_source": at.LIFTS, "angle_source": ANGLES, "inputs_at": TIMES}
 """Settings that are one of several names; in a run's numbers the name's place stands for it."""
@@ -69,39 +60,39 @@ class CycleSettings:
     exhaust_pressure: q.GasPressure = field(metadata=stated("manifolds.exhaust_pressure", 0.0))
     exhaust_temperature: q.Temperature = field(metadata=stated("manifolds.exhaust_temperature"))
     wall_temperature: float
-    fuel_mass: FuelMass = field(metadata=stated("injection.mass"))
+    fuel_mass: own.FuelMass = field(metadata=stated("injection.mass"))
     injection_angle: q.Angle = field(metadata=stated("injection.start"))
-    heating_value: HeatingValue = field(metadata=stated("fuel.heating_value"))
-    hydrogen_per_carbon: HydrogenRatio = field(metadata=stated("fuel.hydrogen_per_carbon"))
-    ignition_factor: DelayFactor = field(metadata=stated("ignition.factor"))
-    ignition_exponent: Exponent = field(metadata=stated("ignition.exponent"))
+    heating_value: own.HeatingValue = field(metadata=stated("fuel.heating_value"))
+    hydrogen_per_carbon: own.HydrogenRatio = field(metadata=stated("fuel.hydrogen_per_carbon"))
+    ignition_factor: own.DelayFactor = field(metadata=stated("ignition.factor"))
+    ignition_exponent: own.Exponent = field(metadata=stated("ignition.exponent"))
     ignition_temperature: q.TemperatureDifference = field(metadata=stated("ignition.temperature"))
-    ignition_by_ratio: Exponent = field(metadata=stated("ignition.by_ratio"))
-    premixed_factor: Exponent = field(metadata=stated("premixed.factor"))
-    premixed_by_ratio: Exponent = field(metadata=stated("premixed.by_ratio"))
-    premixed_by_delay: Exponent = field(metadata=stated("premixed.by_delay"))
+    ignition_by_ratio: own.Exponent = field(metadata=stated("ignition.by_ratio"))
+    premixed_factor: own.Exponent = field(metadata=stated("premixed.factor"))
+    premixed_by_ratio: own.Exponent = field(metadata=stated("premixed.by_ratio"))
+    premixed_by_delay: own.Exponent = field(metadata=stated("premixed.by_delay"))
     premixed_duration: q.Duration = field(metadata=stated("premixed.duration"))
     premixed_exponent: q.WiebeExponent = field(metadata=stated("premixed.exponent"))
     diffusion_duration: q.Duration = field(metadata=stated("diffusion.duration"))
     diffusion_exponent: q.WiebeExponent = field(metadata=stated("diffusion.exponent"))
-    reference_ratio: Ratio = field(metadata=stated("diffusion.reference_ratio"))
+    reference_ratio: own.Ratio = field(metadata=stated("diffusion.reference_ratio"))
     reference_speed: q.RatedSpeed = field(metadata=stated("diffusion.reference_speed"))
     intake_diameter: q.Size = field(metadata=stated("valves.intake_diameter"))
-    intake_count: Valves = field(metadata=stated("valves.intake_count"))
+    intake_count: own.Valves = field(metadata=stated("valves.intake_count"))
     intake_opens: q.Angle = field(metadata=stated("valves.intake_opens"))
     intake_closes: float
-    intake_lift: Lift = field(metadata=stated("valves.intake_lift"))
+    intake_lift: own.Lift = field(metadata=stated("valves.intake_lift"))
     exhaust_diameter: q.Size = field(metadata=stated("valves.exhaust_diameter"))
-    exhaust_count: Valves = field(metadata=stated("valves.exhaust_count"))
+    exhaust_count: own.Valves = field(metadata=stated("valves.exhaust_count"))
     exhaust_opens: float
     exhaust_closes: q.Angle = field(metadata=stated("valves.exhaust_closes"))
-    exhaust_lift: Lift = field(metadata=stated("valves.exhaust_lift"))
+    exhaust_lift: own.Lift = field(metadata=stated("valves.exhaust_lift"))
     curtain: q.Share = field(metadata=stated("valves.curtain"))
     port: q.Share = field(metadata=stated("valves.port"))
     pin_offset: float = 0.0
-    swirl: Factor = field(default=0.0, metadata=stated("walls.swirl"))
-    wall_factor: Factor = field(default=1.0, metadata=stated("walls.factor"))
-    intake_share: Part = field(default=0.0, metadata=stated("manifolds.intake_share"))
+    swirl: own.Factor = field(default=0.0, metadata=stated("walls.swirl"))
+    wall_factor: own.Factor = field(default=1.0, metadata=stated("walls.factor"))
+    intake_share: own.Part = field(default=0.0, metadata=stated("manifolds.intake_share"))
     crankcase_pressure: float = 101325.0
     scatter_fuel: float = 0.0
     scatter_timing: float = 0.0

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
 from cranktrain.core.errors import InputError
-from cranktrain.engine import quantities as q
-from cranktrain.engine.quantities import Quantity
 from cranktrain.modules.crank_angle import ANGLES, OK, TIMES
 from cranktrain.modules.module_settings import check_values, run_numbers, stated
 from cranktrain.modules.valve_train import cam as cams
@@ -26,15 +24,11 @@ from cranktrain.modules.valve_train.preparation import (
 )
 from cranktrain.modules.valve_train.run_record import Model, Run, Work
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:  # an FMU carries the settings without what their module file measures
+    from cranktrain.engine import quantities as q
+    from cranktrain.modules.valve_train import file as own
 
-Lift = Annotated[float, Quantity("length", 0.1, 200.0, "mm")]
-Radius = Annotated[float, Quantity("length", 0.0, 1000.0, "mm")]
-Lash = Annotated[float, Quantity("length", 0.0, 10.0, "mm")]
-Ramp = Annotated[float, Quantity("angle", 1.0, 90.0, "deg", "it is an angle of the cam")]
-Power = Annotated[float, Quantity("1", 5.0, 60.0, hint="usual cams have 6 to 12")]
-Ratio = Annotated[float, Quantity("1", 0.1, 10.0, hint="rockers have 1 to 2")]
-DampingSpeed = Annotated[float, Quantity("speed", 1e-4, 1e4, "rad/s")]
+Array = NDArray[np.float64]
 
 CHOICES = {"angle_source": ANGLES, "inputs_at": TIMES}
 """Settings that are one of several names; in a run's numbers the name's place stands for it."""
@@ -62,24 +56,24 @@ class TrainSettings:
     firing_angles: tuple[float, ...]
     intake_opens: q.Angle = field(metadata=stated("intake.opens"))
     intake_closes: float
-    intake_lift: Lift = field(metadata=stated("intake.lift"))
+    intake_lift: own.Lift = field(metadata=stated("intake.lift"))
     intake_mass: q.Mass = field(metadata=stated("intake.mass"))
     exhaust_opens: float
     exhaust_closes: q.Angle = field(metadata=stated("exhaust.closes"))
-    exhaust_lift: Lift = field(metadata=stated("exhaust.lift"))
+    exhaust_lift: own.Lift = field(metadata=stated("exhaust.lift"))
     exhaust_mass: q.Mass = field(metadata=stated("exhaust.mass"))
     base_radius: q.Size = field(metadata=stated("cam.base_radius"))
-    roller_radius: Radius = field(metadata=stated("cam.roller_radius"))
+    roller_radius: own.Radius = field(metadata=stated("cam.roller_radius"))
     cam_width: q.Length = field(metadata=stated("cam.width"))
-    ramp: Ramp = field(metadata=stated("cam.ramp"))
-    power: Power = field(metadata=stated("cam.power"))
+    ramp: own.Ramp = field(metadata=stated("cam.ramp"))
+    power: own.Power = field(metadata=stated("cam.power"))
     friction: q.Friction = field(metadata=stated("cam.friction"))
     modulus: q.Modulus = field(metadata=stated("cam.modulus"))
-    ratio: Ratio = field(metadata=stated("train.ratio"))
+    ratio: own.Ratio = field(metadata=stated("train.ratio"))
     train_mass: q.Mass = field(metadata=stated("train.mass"))
     stiffness: q.Stiffness = field(metadata=stated("train.stiffness"))
     damping_velocity: q.Velocity = field(metadata=stated("train.damping_velocity"))
-    lash: Lash = field(metadata=stated("train.lash"))
+    lash: own.Lash = field(metadata=stated("train.lash"))
     spring_rate: q.Stiffness = field(metadata=stated("spring.rate"))
     spring_preload: float
     spring_mass: q.Mass = field(metadata=stated("spring.mass"))
@@ -87,9 +81,9 @@ class TrainSettings:
     seat_stiffness: q.Stiffness = field(metadata=stated("seat.stiffness"))
     seat_damping_velocity: q.Velocity = field(metadata=stated("seat.damping_velocity"))
     drive_stiffness: q.TorsionalStiffness = field(metadata=stated("drive.stiffness"))
-    drive_damping_speed: DampingSpeed = field(metadata=stated("drive.damping_speed"))
+    drive_damping_speed: own.DampingSpeed = field(metadata=stated("drive.damping_speed"))
     drive_radius: q.Size = field(metadata=stated("drive.radius"))
-    backlash: Lash = field(metadata=stated("drive.backlash"))
+    backlash: own.Lash = field(metadata=stated("drive.backlash"))
     camshaft_inertia: q.Inertia = field(metadata=stated("camshaft.inertia"))
     camshaft_drag: q.TorsionalDamping = field(metadata=stated("camshaft.drag"))
     rated_speed: q.RatedSpeed = field(metadata=stated("camshaft.rated_speed"))
