@@ -7,7 +7,6 @@ import json
 from typing import Any
 
 from cranktrain.cli.console import say
-from cranktrain.core.json_schema import DRAFT
 from cranktrain.store.whole_file import marked, whole_file
 from cranktrain.studies.file_schemas import FILE_KINDS, file_schema
 
@@ -17,7 +16,7 @@ The JSON schema of a kind of file: {", ".join(FILE_KINDS)}.
 An editor that knows it completes keys, shows ranges and marks wrong values. Name it in the first line of a file,
 #:schema ./engine.schema.json
 """
-KIND = marked("JSON schema", DRAFT)
+KIND = marked("JSON schema", "http://json-schema.org/")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -6,40 +6,38 @@ the program would refuse. What needs the whole file (whether parts fit together)
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.core.json_schema import json_schema
-from cranktrain.engine.entries import rules
-from cranktrain.engine.file import engine_table
-from cranktrain.modules.combustion import file as combustion
-from cranktrain.modules.valve_train import file as valve_train
-from cranktrain.structure.fem.superelement_file import SuperelementTable
-from cranktrain.studies.harness.tables import HarnessTable
-from cranktrain.studies.scene import SceneTable
+from cranktrain.core.named import resolve
 
 
 class FileKind(NamedTuple):
-    """A kind of file: title of its schema, and its table."""
+    """A kind of file: title of its schema, and where its table is, or what makes it."""
 
     title: str
-    table: Callable[[], Any]
+    table: str
 
 
 FILE_KINDS = {
-    "engine": FileKind("Engine file of cranktrain", engine_table),
-    "scene": FileKind("Scene of cranktrain", lambda: SceneTable),
-    "harness": FileKind("Harness file of cranktrain", lambda: HarnessTable),
-    "superelement": FileKind("Superelement of cranktrain", lambda: SuperelementTable),
-    "combustion": FileKind("Combustion module of cranktrain", lambda: combustion.FILE.document),
-    "valve-train": FileKind("Valve train module of cranktrain", lambda: valve_train.FILE.document),
+    "engine": FileKind("Engine file of cranktrain", "cranktrain.engine.file:engine_table"),
+    "scene": FileKind("Scene of cranktrain", "cranktrain.studies.scene:SceneTable"),
+    "harness": FileKind("Harness file of cranktrain", "cranktrain.studies.harness.tables:HarnessTable"),
+    "superelement": FileKind(
+        "Superelement of cranktrain", "cranktrain.structure.fem.superelement_file:SuperelementTable"
+    ),
+    "combustion": FileKind("Combustion module of cranktrain", "cranktrain.modules.combustion.file:document"),
+    "valve-train": FileKind("Valve train module of cranktrain", "cranktrain.modules.valve_train.file:document"),
 }
 
 
 def file_schema(kind: str) -> dict[str, Any]:
     """JSON schema, draft 7, of a kind of file; ``InputError`` for one that does not exist."""
+    from cranktrain.core.json_schema import json_schema
+    from cranktrain.engine.entries import rules
+
     if kind not in FILE_KINDS:
         raise InputError(f"no kind of file is named '{kind}'; {nearest(kind, FILE_KINDS)}")
     title, table = FILE_KINDS[kind]
-    return json_schema(table(), title, rules())
+    found = resolve(table)
+    return json_schema(found if isinstance(found, type) else found(), title, rules())

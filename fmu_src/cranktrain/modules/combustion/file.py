@@ -44,6 +44,11 @@ FILE = ModuleFile(
 )
 
 
+def document() -> Any:
+    """The document of a module file as it is read."""
+    return FILE.document
+
+
 def load(path: str | Path) -> CycleSettings:
     """Read a module file and its engine; ``InputError`` as of :func:`.module_file.load_module_file`."""
     return load_module_file(path, FILE, cycle_settings)

@@ -43,6 +43,11 @@ FILE = ModuleFile(
 )
 
 
+def document() -> Any:
+    """The document of a module file as it is read."""
+    return FILE.document
+
+
 def load(path: str | Path) -> TrainSettings:
     """Read a module file and its engine; ``InputError`` as of :func:`.module_file.load_module_file`."""
     return load_module_file(path, FILE, train_settings)
