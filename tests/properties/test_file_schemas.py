@@ -15,6 +15,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_folder, engine_names, engine_path, load_engine
 from cranktrain.modules.register import module_files, module_of
 from cranktrain.structure.fem.own_body import read_body
+from cranktrain.studies.calibration.targets import load_targets
 from cranktrain.studies.file_schemas import FILE_KINDS, file_schema
 from cranktrain.studies.harness.file import load_harness
 from cranktrain.studies.scene import load_scene
@@ -28,10 +29,13 @@ FILES = [
     *((OF_MODULE[module_of(path).name], path) for path in module_files().values()),
     *(("scene", EXAMPLES / f"{name}.toml") for name in ("scene", "six_at_2000", "v8")),
     *(("scene", path) for path in sorted((ROOT / "tests" / "data" / "scenes").glob("*.toml"))),
+    *(("targets", path) for path in sorted(engine_folder().glob("*.targets.toml"))),
+    ("targets", EXAMPLES / "diesel_i6_pulley.targets.toml"),
     ("harness", EXAMPLES / "harness.toml"),
     *(("harness", path) for path in sorted((ROOT / "tests" / "system").glob("*.toml"))),
 ]
 READERS = {
+    "targets": lambda path: load_targets(path, load_engine("diesel_i6")),
     "engine": load_engine, "scene": load_scene, "harness": load_harness,
     "combustion": lambda path: module_of(path).read(path), "valve-train": lambda path: module_of(path).read(path),
 }  # fmt: skip
@@ -57,6 +61,7 @@ FOUR = (EXAMPLES / "four_with_balancers.toml").read_text("utf-8")
 SCENE = (EXAMPLES / "scene.toml").read_text("utf-8")
 RUN_UP = SCENE.replace("speeds_rpm = [2000]\n", "") + "\n[run_up]\nfrom = 1000\nto = 2000\npoints = 5\n"
 HARNESS = (EXAMPLES / "harness.toml").read_text("utf-8")
+TARGETS = (EXAMPLES / "diesel_i6_pulley.targets.toml").read_text("utf-8")
 BURN = module_files()["combustion_i6"].read_text("utf-8")
 VALVES = module_files()["valvetrain_i6"].read_text("utf-8")
 SLIPS = [
@@ -84,6 +89,9 @@ SLIPS = [
     ("harness", HARNESS, "cylinder = 1", "cylinder = 1.5", r"'misfire'\.misfire\[1\]\.cylinder: 1\.5 is not a"),
     ("harness", HARNESS, 'gives = "last"', 'gives = "lst"', "gives 'lst' does not exist; did you mean 'last'"),
     ("harness", HARNESS, "rms = 0.1, ", "", r"noise\[1\]: key 'rms' is missing; it needs input, rms"),
+    ("targets", TARGETS, "tolerance = ", "tolerances = ", r"tolerances: is not known; did you mean 'tolerance'"),
+    ("targets", TARGETS, r"tolerance = \S+", "tolerance = 2", r"tolerance: 2 is not within 1e-06 to 0\.99"),
+    ("targets", TARGETS, 'shape = "torsional"', 'shape = "torsion"', "did you mean 'torsional'"),
     ("combustion", BURN, r"\[walls\]", "[wall]", "unknown table 'wall'; did you mean 'walls'"),
     ("combustion", BURN, 'unit = "mg"', 'unit = "mm"', r"injection\.mass: unit 'mm' does not measure its mass"),
     ("valve-train", VALVES, "lash = { value = 0.3", "lash = { value = 30", r"train\.lash: 30 mm is not within 0 to 10"),

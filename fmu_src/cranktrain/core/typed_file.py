@@ -63,6 +63,12 @@ class Fault(NamedTuple):
     value: Any
     type: inspect.Type
 
+    @property
+    def names(self) -> list[str]:
+        """Names that the value is one of; empty where it is something else."""
+        node = _plain(self.type)
+        return [str(name) for name in node.values] if isinstance(node, inspect.LiteralType) else []
+
 
 def between(low: float, high: float, what: str) -> Meta:
     """Range of a number, both ends included; ``what`` is its unit, and what else serves in a message."""
@@ -113,16 +119,16 @@ def usual(fault: Fault, where: str = "") -> str:
 def _wrong_value(fault: Fault, place: str) -> str:
     """A value of a wrong kind, outside its range, or not one of several names."""
     node, value = _plain(fault.type), fault.value
-    names = _names(node)
-    if names and isinstance(value, str):
-        return f"{place} {shown(value)} does not exist; {nearest(value, names)}"
+    if fault.names and isinstance(value, str):
+        return f"{place} {shown(value)} does not exist; {nearest(value, fault.names)}"
     low, high = getattr(node, "ge", None), getattr(node, "le", None)
     if low is not None and high is not None and is_number(value):
         try:
             within(f"{place}:", value, low, high, _what(fault.type))
         except InputError as error:
             return str(error)
-    return f"{place}: {shown(value)} is not {_noun(node)}"
+    wanted = f"one of: {', '.join(fault.names)}" if fault.names else _noun(node)
+    return f"{place}: {shown(value)} is not {wanted}"
 
 
 def _what(node: inspect.Type) -> str:
@@ -135,12 +141,7 @@ def _what(node: inspect.Type) -> str:
 def _noun(node: inspect.Type) -> str:
     if isinstance(node, inspect.ListType | inspect.VarTupleType):
         return f"a list of {_MANY.get(type(_plain(node.item_type)), 'tables')}"
-    return "one of: " + ", ".join(_names(node)) if _names(node) else _NOUNS.get(type(node), "a value that can be used")
-
-
-def _names(node: inspect.Type) -> list[str]:
-    """Names that a value is one of."""
-    return [str(name) for name in node.values] if isinstance(node, inspect.LiteralType) else []
+    return _NOUNS.get(type(node), "a value that can be used")
 
 
 def _of_tables(value: Any) -> bool:
