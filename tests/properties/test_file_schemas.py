@@ -47,6 +47,7 @@ def validators():
     schemas = {kind: file_schema(kind) for kind in FILE_KINDS}
     for schema in schemas.values():
         Draft7Validator.check_schema(schema)
+        json.dumps(schema, allow_nan=False)
     return {kind: Draft7Validator(schema) for kind, schema in schemas.items()}
 
 

@@ -30,10 +30,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Make the schema; print it or write it."""
     schema = file_schema(options.kind)
+    text = json.dumps(schema, indent=1, allow_nan=False)
     if options.output:
         with whole_file(options.output, KIND) as path:
-            path.write_text(json.dumps(schema, indent=1) + "\n", encoding="utf-8")
+            path.write_text(text + "\n", encoding="utf-8")
         say(f"wrote {options.output}")
     elif not options.json:
-        print(json.dumps(schema, indent=1))
+        print(text)
     return schema

@@ -7,6 +7,7 @@ from what was read, and :func:`rules` what the JSON schema says of entries beyon
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Collection, Sequence
 from dataclasses import MISSING, fields
@@ -119,13 +120,11 @@ def rules() -> dict[str, dict[str, Any]]:
     """Rules of a JSON schema of all entries that forms were made of, by the names of their classes."""
     found: dict[str, dict[str, Any]] = {}
     for name, (rule, many, beyond) in _made.items():
-        found[name] = {
-            "description": _described(rule, many),
-            "if": {"properties": {"origin": {"enum": list(WITH_NOTE)}}},
-            "then": {"required": ["note"], "properties": {"note": {"minLength": 1}}},
-        }
+        noted = {"required": ["note"], "properties": {"note": {"minLength": 1}}}
+        held = [{"if": {"properties": {"origin": {"enum": list(WITH_NOTE)}}}, "then": noted}]
         if isinstance(rule, Quantity):
-            found[name]["anyOf"] = [_in_unit(rule, unit, many, beyond) for unit in UNITS[rule.dimension]]
+            held += [_in_unit(rule, unit, many, beyond) for unit in UNITS[rule.dimension]]
+        found[name] = {"description": _described(rule, many), "allOf": held}
     return found
 
 
@@ -138,10 +137,9 @@ def _is_many(entry: type[Table]) -> bool:
 
 
 def _entry(part: type, plain: type, many: bool, rule: Any, default: Any) -> Any:
-    """Form of an entry of a field; a default outside its range says that nothing was given."""
-    beyond = (
-        default if isinstance(rule, Quantity) and isinstance(default, float | int) and rule.wrong(default) else None
-    )
+    """Form of an entry of a field; a default outside its range, which a file may state, says that nothing was given."""
+    stands = isinstance(rule, Quantity) and isinstance(default, float | int) and math.isfinite(default)
+    beyond = default if stands and rule.wrong(default) else None
     return _form(_title(part, rule, plain), plain, many, rule, beyond)
 
 
@@ -173,7 +171,8 @@ def _in_unit(rule: Quantity, unit: str, many: bool, beyond: float | None) -> dic
     if beyond is not None:
         value = {"anyOf": [value, {"const": beyond}]}
     needed = {} if unit == "1" else {"required": ["unit"]}
-    return {"properties": {"unit": {"const": unit}, "value": {"items": value} if many else value}, **needed}
+    own_unit = {"properties": {"unit": {"const": unit}}, **needed}
+    return {"if": own_unit, "then": {"properties": {"value": {"items": value} if many else value}}}
 
 
 def _unit(rule: Quantity) -> str:
