@@ -70,6 +70,7 @@ SLIPS = [
     ("engine", SIX, "piston_mass =", "pistonmass =", "unknown key 'pistonmass'; did you mean 'piston_mass'"),
     ("engine", SIX, r"\npiston_mass = [^\n]*", "", "cylinders: key 'piston_mass' is missing"),
     ("engine", SIX, r"piston_mass = [^\n]*", "piston_mass = 1.78", r"cylinders\.piston_mass: write it as"),
+    ("engine", SIX, r"\nboundary_friction = [^\n]*", "\nboundary_friction = 3", r"boundary_friction: write it as"),
     ("engine", SIX, r"(\nlength = \{ value = 215), unit = \"mm\"", r'\1, unit = "kg"', "unit 'kg' does not measure"),
     ("engine", SIX, r"(\nlength = \{ value = 215), unit = \"mm\"", r"\1", "unit '1' does not measure its length"),
     ("engine", SIX, r"(\nlength = \{ value = )215", r"\g<1>'215'", "'215' is not a finite number"),

@@ -64,6 +64,12 @@ class Fault(NamedTuple):
     type: inspect.Type
 
     @property
+    def wanted(self) -> Any:
+        """Class of the table that is wanted; None where something else is."""
+        node = _plain(self.type, self.value)
+        return node.cls if isinstance(node, inspect.StructType) else None
+
+    @property
     def names(self) -> list[str]:
         """Names that the value is one of; empty where it is something else."""
         node = _plain(self.type)
@@ -222,9 +228,9 @@ def _fault(kind: type[Table], table: Mapping[str, Any], error: str) -> Fault:
     found = _at(kind, table, [int(at) if at.isdigit() else name or at for name, at in _STEP.findall(path)])
     if (key := _KEY.fullmatch(text)) is None:
         return found
-    plain = _plain(found.type, found.value)
-    owner = plain.cls if isinstance(plain, inspect.StructType) else found.owner
-    return found._replace(owner=owner, key=key[2], problem="unknown" if "unknown" in key[1] else "missing")
+    return found._replace(
+        owner=found.wanted or found.owner, key=key[2], problem="unknown" if "unknown" in key[1] else "missing"
+    )
 
 
 def _not_finite(kind: type[Table], table: Mapping[str, Any]) -> Fault | None:

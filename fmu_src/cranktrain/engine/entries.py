@@ -28,7 +28,6 @@ WITH_NOTE = ("calibrated", "published")
 Origin = Literal["chosen", "derived", "calibrated", "published"]
 Text = Annotated[str, Meta(min_length=1)]
 
-_WRITE = 'write it as { value = ..., unit = "...", origin = "chosen" }'
 _made: dict[str, tuple[Any, bool, float | None]] = {}
 """What the entries measure for which a form was made, whether they hold lists, and their value for nothing given."""
 
@@ -87,33 +86,24 @@ def _si(entry: Any, kind: tuple[type, bool, Any], where: str) -> Any:
 
 def said(fault: Fault, where: str) -> str:
     """What is said of a fault in an entry; empty of others."""
-    place = f"{where}: {fault.place}"
-    wanted = getattr(fault.type, "cls", None)
-    if fault.problem == "value" and wanted is not None and issubclass(wanted, Entry):
-        return f"{place}: {_WRITE}"
-    if fault.problem == "missing" and issubclass(fault.owner, Entry):
-        if fault.key == "value":
-            return f"{place}: {_WRITE}"
-        return _of_key(fault.owner, fault.key, None, place)
+    place, entry, value = f"{where}: {fault.place}", fault.owner, fault.value
+    whole = fault.wanted is not None and issubclass(fault.wanted, Entry) and fault.problem == "value"
+    if whole or (issubclass(entry, Entry) and (fault.problem, fault.key) == ("missing", "value")):
+        return f'{place}: write it as {{ value = ..., unit = "...", origin = "chosen" }}'
+    if not issubclass(entry, Entry):
+        return ""
     if fault.problem == "unknown":
-        names = ("value", "unit", "origin", "note")
-        entry = issubclass(fault.owner, Entry)
-        return f"{place}: unknown entry '{fault.key}'; {nearest(fault.key, names)}" if entry else ""
-    if issubclass(fault.owner, Entry) and fault.steps and fault.steps[-1] in ("unit", "origin"):
-        return _of_key(fault.owner, fault.key, fault.value, place.rpartition(".")[0])
-    is_list = isinstance(fault.value, list)
-    if issubclass(fault.owner, Entry) and fault.key == "value" and is_list != _is_many(fault.owner):
-        return f"{place}: {'a single value' if is_list else 'a list of values'} is wanted, got {shown(fault.value)}"
+        return f"{place}: unknown entry '{fault.key}'; {nearest(fault.key, entry.__struct_fields__)}"
+    if fault.key in ("unit", "origin"):
+        given = None if fault.problem == "missing" else value
+        place = place.removesuffix(f".{fault.key}")
+        if fault.key == "origin":
+            return f"{place}: origin '{given}' is not known; {nearest(str(given), ORIGINS)}"
+        unit, valid = "1" if given is None else given, UNITS[entry.dimension]
+        return f"{place}: unit '{unit}' does not measure its {entry.dimension}; use one of: {', '.join(valid)}"
+    if fault.key == "value" and isinstance(value, list) != entry.many:
+        return f"{place}: {'a list of values' if entry.many else 'a single value'} is wanted, got {shown(value)}"
     return ""
-
-
-def _of_key(entry: type[Table], key: str, value: Any, place: str) -> str:
-    """What is said of a wrong or missing unit or origin."""
-    if key == "origin":
-        return f"{place}: origin '{value}' is not known; {nearest(str(value), ORIGINS)}"
-    dimension = entry.dimension  # type: ignore[attr-defined]
-    unit = "1" if value is None else value
-    return f"{place}: unit '{unit}' does not measure its {dimension}; use one of: {', '.join(UNITS[dimension])}"
 
 
 def rules() -> dict[str, dict[str, Any]]:
@@ -130,10 +120,6 @@ def rules() -> dict[str, dict[str, Any]]:
 
 def _dimension(rule: Any) -> str:
     return rule.dimension if isinstance(rule, Quantity) else "1"
-
-
-def _is_many(entry: type[Table]) -> bool:
-    return bool(entry.many)  # type: ignore[attr-defined]
 
 
 def _entry(part: type, plain: type, many: bool, rule: Any, default: Any) -> Any:
