@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, make_dataclass
 from functools import cached_property
 from pathlib import Path
+from types import ModuleType
 from typing import Any, TypeVar, get_type_hints
 
 from cranktrain.core.errors import InputError
@@ -29,14 +29,14 @@ class ModuleFile:
 
     Attributes
     ----------
-    module : name of the module that the settings' annotations call ``own``; ``q`` is the engine's quantities
+    own : module of the quantities that the settings' annotations call ``own``; ``q`` is that of the engine's
     settings : class of the module's settings
     like : path of a shipped file to look at
     about : the tables, and what they describe
     further : values that are no settings, ``table.key``, and what they measure
     """
 
-    module: str
+    own: ModuleType
     settings: Any
     like: str
     about: Mapping[str, str]
@@ -51,7 +51,7 @@ class ModuleFile:
     @cached_property
     def tables(self) -> dict[str, type]:
         """Records of the tables, by name."""
-        known = {"q": quantities, "own": sys.modules[self.module]}
+        known = {"q": quantities, "own": self.own}
         hints = get_type_hints(self.settings, localns=known, include_extras=True) | dict(self.further)
         usual = {entry.name: entry.metadata["default"] for entry in fields(self.settings) if "file" in entry.metadata}
         found = {}
@@ -60,7 +60,7 @@ class ModuleFile:
             for place, name in self.places.items():
                 if place.partition(".")[0] == table:
                     keys.append((place.partition(".")[2], hints[name], field(default=usual.get(name, MISSING))))
-            space = {"__doc__": about, "__module__": self.module}
+            space = {"__doc__": about, "__module__": self.own.__name__}
             found[table] = make_dataclass(table.title(), keys, namespace=space, frozen=True, kw_only=True)
         return found
 

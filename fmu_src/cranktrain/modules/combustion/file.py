@@ -8,27 +8,16 @@ where the module file has none. Where a setting stands in the file is said besid
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from cranktrain.engine.model import Engine
-from cranktrain.engine.quantities import Quantity
+from cranktrain.modules.combustion import quantities
 from cranktrain.modules.combustion.settings import CycleSettings, check_settings
 from cranktrain.modules.module_file import ModuleFile, load_module_file, module_contents
 from cranktrain.modules.register import Contents
 
-FuelMass = Annotated[float, Quantity("mass", 0.0, 1e5, "mg")]
-HeatingValue = Annotated[float, Quantity("specific energy", 5.0, 150.0, "MJ/kg", "diesel fuel has 42.5 to 43")]
-HydrogenRatio = Annotated[float, Quantity("1", 0.0, 4.0, hint="diesel fuel has 1.8 to 1.9")]
-DelayFactor = Annotated[float, Quantity("time", 1e-9, 1.0, "s")]
-Exponent = Annotated[float, Quantity("1", 0.0, 20.0)]
-Ratio = Annotated[float, Quantity("1", 0.01, 10.0)]
-Part = Annotated[float, Quantity("1", 0.0, 1.0)]
-Factor = Annotated[float, Quantity("1", 0.0, 10.0)]
-Valves = Annotated[int, Quantity("1", 1, 8)]
-Lift = Annotated[float, Quantity("length", 0.0, 200.0, "mm")]
-
 FILE = ModuleFile(
-    __name__,
+    quantities,
     CycleSettings,
     "modules/combustion/data/combustion_i6.toml",
     {

@@ -29,7 +29,7 @@ from cranktrain.modules.module_settings import check_values, run_numbers, stated
 
 if TYPE_CHECKING:  # an FMU carries the settings without what their module file measures
     from cranktrain.engine import quantities as q
-    from cranktrain.modules.combustion import file as own
+    from cranktrain.modules.combustion import quantities as own
 
 Array = NDArray[np.float64]
 

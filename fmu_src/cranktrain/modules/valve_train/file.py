@@ -8,25 +8,17 @@ stands in the file is said beside it, in :class:`.TrainSettings`.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from cranktrain.engine import quantities as q
 from cranktrain.engine.model import Engine
-from cranktrain.engine.quantities import Quantity
 from cranktrain.modules.module_file import ModuleFile, load_module_file, module_contents
 from cranktrain.modules.register import Contents
+from cranktrain.modules.valve_train import quantities
 from cranktrain.modules.valve_train.settings import TrainSettings, check_settings
 
-Lift = Annotated[float, Quantity("length", 0.1, 200.0, "mm")]
-Radius = Annotated[float, Quantity("length", 0.0, 1000.0, "mm")]
-Lash = Annotated[float, Quantity("length", 0.0, 10.0, "mm")]
-Ramp = Annotated[float, Quantity("angle", 1.0, 90.0, "deg", "it is an angle of the cam")]
-Power = Annotated[float, Quantity("1", 5.0, 60.0, hint="usual cams have 6 to 12")]
-Ratio = Annotated[float, Quantity("1", 0.1, 10.0, hint="rockers have 1 to 2")]
-DampingSpeed = Annotated[float, Quantity("speed", 1e-4, 1e4, "rad/s")]
-
 FILE = ModuleFile(
-    __name__,
+    quantities,
     TrainSettings,
     "modules/valve_train/data/valvetrain_i6.toml",
     {

@@ -26,7 +26,7 @@ from cranktrain.modules.valve_train.run_record import Model, Run, Work
 
 if TYPE_CHECKING:  # an FMU carries the settings without what their module file measures
     from cranktrain.engine import quantities as q
-    from cranktrain.modules.valve_train import file as own
+    from cranktrain.modules.valve_train import quantities as own
 
 Array = NDArray[np.float64]
 
