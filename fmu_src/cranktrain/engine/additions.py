@@ -17,12 +17,12 @@ Places are those of the engine's axes at crank angle 0. An end is a body and one
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.errors import nearest
 from cranktrain.engine import connections as laws
 from cranktrain.engine import quantities as q
 from cranktrain.engine.quantities import check_values, need
@@ -117,32 +117,11 @@ TEXTS = {
     "connection": ("name", "law", "ends"),
 }
 """Keys of each table that are plain texts."""
-NEEDED = {"frame": ("name", "ratio"), "body": ("name",), "connection": ("name", "law", "ends")}
-"""Keys that each table has."""
 TABLES: dict[str, type] = {"frame": FrameTable, "body": BodyTable, "connection": ConnectionTable}
 
 
 OWN_NAMES = {"frame": ("rest", "crank"), "body": ("crank", "block", GROUND), "connection": ()}
 """Names that every engine has taken."""
-
-
-def law_class(law: Any, where: str) -> type:
-    """Class of a law's data; ``InputError`` for a law that does not exist."""
-    if law not in laws.DATA:
-        raise InputError(f"{where}.law: no law {shown(law)}; {nearest(str(law), list(laws.DATA))}")
-    return laws.DATA[law]
-
-
-def check_text(table: str, key: str, value: Any, where: str) -> Any:
-    """A plain text, or several; ``InputError``."""
-    many = "tuple" in str({entry.name: entry.type for entry in fields(TABLES[table])}[key])
-    if many:
-        if not isinstance(value, list) or not all(isinstance(text, str) and text for text in value):
-            raise InputError(f'{where}.{key}: a list of texts is wanted, e.g. {key} = ["front", "rear"]')
-        return tuple(value)
-    if not (isinstance(value, str) and value and value.isprintable()):
-        raise InputError(f'{where}.{key}: a text is wanted, e.g. {key} = "balancer"')
-    return value
 
 
 def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...],

@@ -2,33 +2,84 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import fields
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, dataclass, field, fields, make_dataclass
+from functools import cached_property
 from pathlib import Path
+from types import ModuleType
 from typing import Any, TypeVar, get_type_hints
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.typed_file import record
 from cranktrain.core.user_file import read_toml
-from cranktrain.engine.file import check_name, check_title, load_engine, read_table, same_names
+from cranktrain.engine import quantities
+from cranktrain.engine.entries import part_of, said, stated, table_of
+from cranktrain.engine.file import TEXT_KINDS, check_name, check_title, load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import check_values
 from cranktrain.modules.module_settings import to_bytes
 from cranktrain.modules.register import Contents
 
-TEXTS = ("module", "name", "title", "engine")
 Settings = TypeVar("Settings", bound=Any)
 
 
+@dataclass(frozen=True)
+class ModuleFile:
+    """What a module's files state: the settings that are marked by :func:`.module_settings.stated`, in tables.
+
+    Attributes
+    ----------
+    own : module of the quantities that the settings' annotations call ``own``; ``q`` is that of the engine's
+    settings : class of the module's settings
+    like : path of a shipped file to look at
+    about : the tables, and what they describe
+    further : values that are no settings, ``table.key``, and what they measure
+    """
+
+    own: ModuleType
+    settings: Any
+    like: str
+    about: Mapping[str, str]
+    further: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def places(self) -> dict[str, str]:
+        """Settings, and values that are none, by their places ``table.key``."""
+        found = {entry.metadata["file"]: entry.name for entry in fields(self.settings) if "file" in entry.metadata}
+        return found | {place: place for place in self.further}
+
+    @cached_property
+    def tables(self) -> dict[str, type]:
+        """Records of the tables, by name."""
+        known = {"q": quantities, "own": self.own}
+        hints = get_type_hints(self.settings, localns=known, include_extras=True) | dict(self.further)
+        usual = {entry.name: entry.metadata["default"] for entry in fields(self.settings) if "file" in entry.metadata}
+        found = {}
+        for table, about in self.about.items():
+            keys: list[Any] = []
+            for place, name in self.places.items():
+                if place.partition(".")[0] == table:
+                    keys.append((place.partition(".")[2], hints[name], field(default=usual.get(name, MISSING))))
+            space = {"__doc__": about, "__module__": self.own.__name__}
+            found[table] = make_dataclass(table.title(), keys, namespace=space, frozen=True, kw_only=True)
+        return found
+
+    @cached_property
+    def document(self) -> Any:
+        """The document of a file as it is read, see :mod:`cranktrain.engine.entries`."""
+        keys: list[Any] = [("module", str), *TEXT_KINDS.items(), ("engine", str)]
+        keys += [(name, stated(kind, self.like)) for name, kind in self.tables.items()]
+        return table_of(self.settings.__name__, keys, self.settings.__doc__, self.like)
+
+
 def load_module_file(
-    path: str | Path, tables: type[Any], like: str, settings: Callable[[Any, Engine, str, str], Settings]
+    path: str | Path, file: ModuleFile, settings: Callable[[dict[str, Any], Engine, str, str], Settings]
 ) -> Settings:
     """Read a module file and its engine.
 
     Parameters
     ----------
-    tables : record whose fields are the file's tables
-    like : path of a shipped file to look at
-    settings : makes and checks the module's settings from tables, engine, name and title
+    settings : makes and checks the module's settings from their values, engine, name and title
 
     Raises
     ------
@@ -36,21 +87,19 @@ def load_module_file(
         one line with file, table and key, for what is unknown, missing or impossible
     """
     path = Path(path)
-    document = read_toml(path, "module file", f"an example is {like}")
-    hints = get_type_hints(tables)
-    same_names({*TEXTS, *hints}, set(), set(document), path.name, "table", like)
-    for key in TEXTS:
-        if not isinstance(document[key], str):
-            raise InputError(f'{path.name}: {key}: must be plain text, e.g. {key} = "{Path(like).stem}"')
-    check_name(document["name"], f"{path.name}: name")
-    check_title(document["title"], f"{path.name}: title")
-    read = {name: read_table(kind, document[name], f"{path.name}: {name}", like) for name, kind in hints.items()}
-    named = document["engine"]
-    engine = load_engine(path.parent / named if named.endswith(".toml") else named)
+    read = record(file.document, read_toml(path, "module file", f"an example is {file.like}"), path.name, said)
+    check_name(read.name, f"{path.name}: name")
+    check_title(read.title, f"{path.name}: title")
+    found = {name: part_of(kind, getattr(read, name), f"{path.name}: {name}") for name, kind in file.tables.items()}
+    engine = load_engine(path.parent / read.engine if read.engine.endswith(".toml") else read.engine)
     try:
-        for name, table in read.items():
+        for name, table in found.items():
             check_values(table, name)
-        return settings(tables(**read), engine, document["name"], document["title"])
+        values = {}
+        for place, name in file.places.items():
+            table, _, key = place.partition(".")
+            values[name] = getattr(found[table], key)
+        return settings(values, engine, read.name, read.title)
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import MISSING, asdict, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -14,6 +14,11 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError, StoreError, nearest
 
 Settings = TypeVar("Settings", bound=Any)
+
+
+def stated(place: str, default: Any = MISSING) -> dict[str, Any]:
+    """Metadata of a setting that a module file states at ``table.key``; the default holds where the key is left out."""
+    return {"file": place, "default": default}
 
 
 def to_bytes(settings: Any) -> bytes:

@@ -33,34 +33,77 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from cranktrain.core.errors import InputError, nearest, within
+from msgspec import Meta
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.typed_file import Table, between, record
 from cranktrain.core.user_file import read_toml
 from cranktrain.engine.file import check_title, load_engine
-from cranktrain.engine.levels import CRANKS, Levels
+from cranktrain.engine.levels import BLOCKS, CRANKS, Levels
 from cranktrain.engine.model import Engine
 from cranktrain.studies.answers import bearing_ladder, lowest_levels, refuse_beyond
-from cranktrain.studies.typed_table import FLAG, NUMBER, NUMBERS, TABLE, TEXT, TEXTS, WHOLE, check_types
 
 RPM = math.pi / 30.0
 SLOWEST_RPM, FASTEST_RPM = 100.0, 20000.0
 FINEST_ACCURACY = 1.0e-6
 """What nobody can reach: a reference run at the finest step differs from the one with half of it by about as much."""
+COARSEST_ACCURACY = 0.5
 STRESS = "stress"
 """Result quantity that is no time series of the running model: asks for the solid crank with all modes."""
 STRESSING = ("pulley.torsion", "bearing.force.x", "bearing.force.y")
 """Outputs that stresses follow: wanted where a scene names ``stress`` alone."""
 
-_KEYS = {
-    **dict.fromkeys(("title", "engine", "crank", "bearings", "integrator", "big_ends", "block", "pistons"), TEXT),
-    "film_temperature": TEXT,
-    **dict.fromkeys(("frequency_hz", "accuracy", "budget_real_time_factor", "load", "cutoff_hz", "step_deg"), NUMBER),
-    **{"speeds_rpm": NUMBERS, "outputs": TEXTS, "cycles": WHOLE, "damper": FLAG, "run_up": TABLE, "gas": TABLE},
-}
-_NEEDED = ("engine", "outputs", "frequency_hz", "accuracy")
-_RUN_UP = {"from": NUMBER, "to": NUMBER, "points": WHOLE}
-_GAS = {"pressure_file": TEXT, "pressure_unit": TEXT, "tdc_deg": NUMBER}
+_Rpm = Annotated[float, between(SLOWEST_RPM, FASTEST_RPM, "rev/min")]
+
+
+class RunUpTable(Table, kw_only=True, rename={"first": "from", "last": "to"}):
+    """Speeds of a run-up, rev/min, evenly spaced."""
+
+    first: _Rpm
+    last: _Rpm
+    points: Annotated[int, between(2, 1000, "points")]
+
+    remedy = "a run-up has from, to (rev/min) and points"
+
+
+class GasTable(Table, kw_only=True):
+    """A measured pressure trace in place of the built-in one."""
+
+    pressure_file: str
+    pressure_unit: str | None = None
+    tdc_deg: float | None = None
+
+    remedy = "[gas] names a measured trace, or is left out"
+
+
+class SceneTable(Table, kw_only=True):
+    """What is wanted of an engine; speeds by ``speeds_rpm`` or ``[run_up]``."""
+
+    engine: str
+    outputs: list[str]
+    frequency_hz: float
+    accuracy: Annotated[float, Meta(extra_json_schema={"minimum": FINEST_ACCURACY, "maximum": COARSEST_ACCURACY})]
+    title: str | None = None
+    speeds_rpm: list[_Rpm] | None = None
+    run_up: RunUpTable | None = None
+    gas: GasTable | None = None
+    budget_real_time_factor: Annotated[float, between(1e-4, 1e6, "wall seconds per simulated second")] | None = None
+    cycles: Annotated[int, between(2, 10000, "cycles; the first ones carry the start")] | None = None
+    load: Annotated[float, between(0.0, 2.0, "of the full-load burn")] = 1.0
+    crank: Annotated[str, Meta(extra_json_schema={"enum": list(CRANKS)})] | None = None
+    bearings: str | None = None
+    cutoff_hz: float | None = None
+    integrator: str | None = None
+    step_deg: Annotated[float, between(0.001, 30.0, "deg of crank angle")] | None = None
+    big_ends: str | None = None
+    block: Annotated[str, Meta(extra_json_schema={"enum": list(BLOCKS)})] | None = None
+    pistons: str | None = None
+    damper: bool = False
+    film_temperature: str = "engine"
+
+    remedy = "a scene needs engine, outputs, frequency_hz, accuracy and speeds_rpm or [run_up]"
 
 
 @dataclass(frozen=True)
@@ -146,52 +189,38 @@ def load_scene(path: str | Path) -> Scene:
 
 def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
     """Scene of a TOML document, checked."""
-    check_types(document, _KEYS, "")
-    for key in _NEEDED:
-        if key not in document:
-            raise InputError(f"key '{key}' is missing; a scene needs {', '.join(_NEEDED)} and speeds_rpm or [run_up]")
-    title = document.get("title", path.stem)
+    read = record(SceneTable, document)
     check_title(path.stem, "the file's name")
+    title = path.stem if read.title is None else read.title
     check_title(title, "title")
-    engine = _engine(path, document["engine"])
-    speeds = _speeds(document)
-    outputs, stress = scene_outputs(engine, document["outputs"])
+    engine = load_engine(path.parent / read.engine if read.engine.endswith(".toml") else read.engine)
+    outputs, stress = scene_outputs(engine, read.outputs)
     lowest = lowest_levels(outputs, rollers=engine.rollers_only)
-    gas = document.get("gas", {})
-    check_types(gas, _GAS, "gas.")
-    pressure = None
-    if gas:
-        if "pressure_file" not in gas:
-            raise InputError("gas.pressure_file is missing; [gas] names a measured trace, or is left out")
-        file = path.parent / gas["pressure_file"]
-        if not file.is_file():
-            raise InputError(f"gas.pressure_file: {file} does not exist; paths start at the scene's folder")
-        pressure = Pressure(file, gas.get("pressure_unit"), gas.get("tdc_deg"))
     scene = Scene(
         name=path.stem,
         title=title,
         path=path,
         engine=engine,
-        speeds=speeds,
-        run_up="run_up" in document,
+        speeds=_speeds(read),
+        run_up=read.run_up is not None,
         outputs=outputs,
         stress=stress,
-        frequency=float(document["frequency_hz"]),
-        accuracy=float(document["accuracy"]),
-        budget=document.get("budget_real_time_factor"),
-        cycles=document.get("cycles"),
-        load=float(document.get("load", 1.0)),
-        crank=document.get("crank"),
-        bearings=document.get("bearings"),
-        cutoff=document.get("cutoff_hz"),
-        integrator=document.get("integrator"),
-        step=math.radians(document["step_deg"]) if "step_deg" in document else None,
-        big_ends=document.get("big_ends", lowest.big_ends),
-        block=document.get("block", lowest.block),
-        pistons=document.get("pistons", "auto" if lowest.pistons == "rigid" else lowest.pistons),
-        damper="fitted" if document.get("damper", False) else "none",
-        film_temperature=document.get("film_temperature", "engine"),
-        pressure=pressure,
+        frequency=read.frequency_hz,
+        accuracy=read.accuracy,
+        budget=read.budget_real_time_factor,
+        cycles=read.cycles,
+        load=read.load,
+        crank=read.crank,
+        bearings=read.bearings,
+        cutoff=read.cutoff_hz,
+        integrator=read.integrator,
+        step=None if read.step_deg is None else math.radians(read.step_deg),
+        big_ends=lowest.big_ends if read.big_ends is None else read.big_ends,
+        block=lowest.block if read.block is None else read.block,
+        pistons=("auto" if lowest.pistons == "rigid" else lowest.pistons) if read.pistons is None else read.pistons,
+        damper="fitted" if read.damper else "none",
+        film_temperature=read.film_temperature,
+        pressure=_pressure(path, read.gas),
     )
     _check_numbers(scene)
     _check_frequency(scene)
@@ -199,32 +228,30 @@ def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
     return scene
 
 
-def _engine(path: Path, name: str) -> Engine:
-    return load_engine(path.parent / name if name.endswith(".toml") else name)
+def _pressure(path: Path, gas: GasTable | None) -> Pressure | None:
+    """Measured trace of a scene."""
+    if gas is None:
+        return None
+    file = path.parent / gas.pressure_file
+    if not file.is_file():
+        raise InputError(f"gas.pressure_file: {file} does not exist; paths start at the scene's folder")
+    return Pressure(file, gas.pressure_unit, gas.tdc_deg)
 
 
-def _speeds(document: Mapping[str, Any]) -> tuple[float, ...]:
+def _speeds(read: SceneTable) -> tuple[float, ...]:
     """Speeds of a scene, rad/s."""
-    if ("speeds_rpm" in document) == ("run_up" in document):
-        both = "speeds_rpm and [run_up] exclude each other" if "run_up" in document else "no speeds"
+    if (read.speeds_rpm is None) == (read.run_up is None):
+        both = "speeds_rpm and [run_up] exclude each other" if read.run_up else "no speeds"
         raise InputError(f"{both}; give one of them, e.g. speeds_rpm = [2000]")
-    if "run_up" not in document:
-        speeds, where = [float(rpm) for rpm in document["speeds_rpm"]], "speeds_rpm"
+    if read.run_up is None:
+        speeds, where = read.speeds_rpm or [], "speeds_rpm"
         if not speeds:
             raise InputError("speeds_rpm: no speed in it; give at least one, rev/min")
     else:
-        table, where = document["run_up"], "run_up"
-        check_types(table, _RUN_UP, "run_up.")
-        for key in _RUN_UP:
-            if key not in table:
-                raise InputError(f"run_up.{key} is missing; a run-up has from, to (rev/min) and points")
-        points, first, last = table["points"], float(table["from"]), float(table["to"])
-        within("run_up.points:", points, 2, 1000, "points")
+        first, last, points, where = read.run_up.first, read.run_up.last, read.run_up.points, "run_up"
         if not first < last:
             raise InputError(f"run_up: from {first:g} must be less than to, {last:g} rev/min")
         speeds = [first + (last - first) * k / (points - 1) for k in range(points)]
-    for rpm in speeds:
-        within(f"{where}:", rpm, SLOWEST_RPM, FASTEST_RPM, "rev/min")
     if len(set(speeds)) != len(speeds):
         raise InputError(f"{where}: a speed is given twice")
     return tuple(rpm * RPM for rpm in speeds)
@@ -278,19 +305,11 @@ def _check_numbers(scene: Scene) -> None:
             f"accuracy: nobody can reach {scene.accuracy:g}: runs at the finest steps differ by about "
             f"{FINEST_ACCURACY:g} from each other; the nearest valid is {FINEST_ACCURACY:g}"
         )
-    if scene.accuracy > 0.5:
+    if scene.accuracy > COARSEST_ACCURACY:
         raise InputError(
             f"accuracy: {scene.accuracy:g} is more than 0.5; it is relative, 0.01 for one per cent; "
             "the nearest valid is 0.5"
         )
-    for key, value, low, high, unit in (
-        ("budget_real_time_factor", scene.budget, 1e-4, 1e6, "wall seconds per simulated second"),
-        ("cycles", scene.cycles, 2, 10000, "cycles; the first ones carry the start"),
-        ("load", scene.load, 0.0, 2.0, "of the full-load burn"),
-        ("step_deg", None if scene.step is None else math.degrees(scene.step), 0.001, 30.0, "deg of crank angle"),
-    ):
-        if value is not None:
-            within(f"{key}:", value, low, high, unit)
     lowest = 0.5 * min(scene.speeds) / (2.0 * math.pi)
     if scene.frequency < lowest:
         raise InputError(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,11 @@ from cranktrain.modules.combustion.preparation import (
 from cranktrain.modules.combustion.run_record import Model, Run, Work
 from cranktrain.modules.combustion.stepping import ROWS, STAGES
 from cranktrain.modules.crank_angle import ANGLES, TIMES
-from cranktrain.modules.module_settings import check_values, run_numbers
+from cranktrain.modules.module_settings import check_values, run_numbers, stated
+
+if TYPE_CHECKING:  # an FMU carries the settings without what their module file measures
+    from cranktrain.engine import quantities as q
+    from cranktrain.modules.combustion import quantities as own
 
 Array = NDArray[np.float64]
 
@@ -50,44 +55,44 @@ class CycleSettings:
     rod_length: float
     compression_ratio: float
     firing_angles: tuple[float, ...]
-    intake_pressure: float
+    intake_pressure: q.GasPressure = field(metadata=stated("manifolds.intake_pressure", 0.0))
     intake_temperature: float
-    exhaust_pressure: float
-    exhaust_temperature: float
+    exhaust_pressure: q.GasPressure = field(metadata=stated("manifolds.exhaust_pressure", 0.0))
+    exhaust_temperature: q.Temperature = field(metadata=stated("manifolds.exhaust_temperature"))
     wall_temperature: float
-    fuel_mass: float
-    injection_angle: float
-    heating_value: float
-    hydrogen_per_carbon: float
-    ignition_factor: float
-    ignition_exponent: float
-    ignition_temperature: float
-    ignition_by_ratio: float
-    premixed_factor: float
-    premixed_by_ratio: float
-    premixed_by_delay: float
-    premixed_duration: float
-    premixed_exponent: float
-    diffusion_duration: float
-    diffusion_exponent: float
-    reference_ratio: float
-    reference_speed: float
-    intake_diameter: float
-    intake_count: float
-    intake_opens: float
+    fuel_mass: own.FuelMass = field(metadata=stated("injection.mass"))
+    injection_angle: q.Angle = field(metadata=stated("injection.start"))
+    heating_value: own.HeatingValue = field(metadata=stated("fuel.heating_value"))
+    hydrogen_per_carbon: own.HydrogenRatio = field(metadata=stated("fuel.hydrogen_per_carbon"))
+    ignition_factor: own.DelayFactor = field(metadata=stated("ignition.factor"))
+    ignition_exponent: own.Exponent = field(metadata=stated("ignition.exponent"))
+    ignition_temperature: q.TemperatureDifference = field(metadata=stated("ignition.temperature"))
+    ignition_by_ratio: own.Exponent = field(metadata=stated("ignition.by_ratio"))
+    premixed_factor: own.Exponent = field(metadata=stated("premixed.factor"))
+    premixed_by_ratio: own.Exponent = field(metadata=stated("premixed.by_ratio"))
+    premixed_by_delay: own.Exponent = field(metadata=stated("premixed.by_delay"))
+    premixed_duration: q.Duration = field(metadata=stated("premixed.duration"))
+    premixed_exponent: q.WiebeExponent = field(metadata=stated("premixed.exponent"))
+    diffusion_duration: q.Duration = field(metadata=stated("diffusion.duration"))
+    diffusion_exponent: q.WiebeExponent = field(metadata=stated("diffusion.exponent"))
+    reference_ratio: own.Ratio = field(metadata=stated("diffusion.reference_ratio"))
+    reference_speed: q.RatedSpeed = field(metadata=stated("diffusion.reference_speed"))
+    intake_diameter: q.Size = field(metadata=stated("valves.intake_diameter"))
+    intake_count: own.Valves = field(metadata=stated("valves.intake_count"))
+    intake_opens: q.Angle = field(metadata=stated("valves.intake_opens"))
     intake_closes: float
-    intake_lift: float
-    exhaust_diameter: float
-    exhaust_count: float
+    intake_lift: own.Lift = field(metadata=stated("valves.intake_lift"))
+    exhaust_diameter: q.Size = field(metadata=stated("valves.exhaust_diameter"))
+    exhaust_count: own.Valves = field(metadata=stated("valves.exhaust_count"))
     exhaust_opens: float
-    exhaust_closes: float
-    exhaust_lift: float
-    curtain: float
-    port: float
+    exhaust_closes: q.Angle = field(metadata=stated("valves.exhaust_closes"))
+    exhaust_lift: own.Lift = field(metadata=stated("valves.exhaust_lift"))
+    curtain: q.Share = field(metadata=stated("valves.curtain"))
+    port: q.Share = field(metadata=stated("valves.port"))
     pin_offset: float = 0.0
-    swirl: float = 0.0
-    wall_factor: float = 1.0
-    intake_share: float = 0.0
+    swirl: own.Factor = field(default=0.0, metadata=stated("walls.swirl"))
+    wall_factor: own.Factor = field(default=1.0, metadata=stated("walls.factor"))
+    intake_share: own.Part = field(default=0.0, metadata=stated("manifolds.intake_share"))
     crankcase_pressure: float = 101325.0
     scatter_fuel: float = 0.0
     scatter_timing: float = 0.0

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from cranktrain.core.build_mark import build_mark
 from cranktrain.core.errors import InputError
 from cranktrain.modules.crank_angle import ANGLES, OK, TIMES
-from cranktrain.modules.module_settings import check_values, run_numbers
+from cranktrain.modules.module_settings import check_values, run_numbers, stated
 from cranktrain.modules.valve_train import cam as cams
 from cranktrain.modules.valve_train import slots as at
 from cranktrain.modules.valve_train.preparation import (
@@ -22,6 +23,10 @@ from cranktrain.modules.valve_train.preparation import (
     prepare_model,
 )
 from cranktrain.modules.valve_train.run_record import Model, Run, Work
+
+if TYPE_CHECKING:  # an FMU carries the settings without what their module file measures
+    from cranktrain.engine import quantities as q
+    from cranktrain.modules.valve_train import quantities as own
 
 Array = NDArray[np.float64]
 
@@ -49,39 +54,39 @@ class TrainSettings:
     name: str
     title: str
     firing_angles: tuple[float, ...]
-    intake_opens: float
+    intake_opens: q.Angle = field(metadata=stated("intake.opens"))
     intake_closes: float
-    intake_lift: float
-    intake_mass: float
+    intake_lift: own.Lift = field(metadata=stated("intake.lift"))
+    intake_mass: q.Mass = field(metadata=stated("intake.mass"))
     exhaust_opens: float
-    exhaust_closes: float
-    exhaust_lift: float
-    exhaust_mass: float
-    base_radius: float
-    roller_radius: float
-    cam_width: float
-    ramp: float
-    power: float
-    friction: float
-    modulus: float
-    ratio: float
-    train_mass: float
-    stiffness: float
-    damping_velocity: float
-    lash: float
-    spring_rate: float
+    exhaust_closes: q.Angle = field(metadata=stated("exhaust.closes"))
+    exhaust_lift: own.Lift = field(metadata=stated("exhaust.lift"))
+    exhaust_mass: q.Mass = field(metadata=stated("exhaust.mass"))
+    base_radius: q.Size = field(metadata=stated("cam.base_radius"))
+    roller_radius: own.Radius = field(metadata=stated("cam.roller_radius"))
+    cam_width: q.Length = field(metadata=stated("cam.width"))
+    ramp: own.Ramp = field(metadata=stated("cam.ramp"))
+    power: own.Power = field(metadata=stated("cam.power"))
+    friction: q.Friction = field(metadata=stated("cam.friction"))
+    modulus: q.Modulus = field(metadata=stated("cam.modulus"))
+    ratio: own.Ratio = field(metadata=stated("train.ratio"))
+    train_mass: q.Mass = field(metadata=stated("train.mass"))
+    stiffness: q.Stiffness = field(metadata=stated("train.stiffness"))
+    damping_velocity: q.Velocity = field(metadata=stated("train.damping_velocity"))
+    lash: own.Lash = field(metadata=stated("train.lash"))
+    spring_rate: q.Stiffness = field(metadata=stated("spring.rate"))
     spring_preload: float
-    spring_mass: float
-    spring_damping: float
-    seat_stiffness: float
-    seat_damping_velocity: float
-    drive_stiffness: float
-    drive_damping_speed: float
-    drive_radius: float
-    backlash: float
-    camshaft_inertia: float
-    camshaft_drag: float
-    rated_speed: float
+    spring_mass: q.Mass = field(metadata=stated("spring.mass"))
+    spring_damping: q.DampingRatio = field(metadata=stated("spring.damping"))
+    seat_stiffness: q.Stiffness = field(metadata=stated("seat.stiffness"))
+    seat_damping_velocity: q.Velocity = field(metadata=stated("seat.damping_velocity"))
+    drive_stiffness: q.TorsionalStiffness = field(metadata=stated("drive.stiffness"))
+    drive_damping_speed: own.DampingSpeed = field(metadata=stated("drive.damping_speed"))
+    drive_radius: q.Size = field(metadata=stated("drive.radius"))
+    backlash: own.Lash = field(metadata=stated("drive.backlash"))
+    camshaft_inertia: q.Inertia = field(metadata=stated("camshaft.inertia"))
+    camshaft_drag: q.TorsionalDamping = field(metadata=stated("camshaft.drag"))
+    rated_speed: q.RatedSpeed = field(metadata=stated("camshaft.rated_speed"))
     tolerance: float = 1.0e-3
     start_cycles: float = 2.0
     start_speed: float = 100.0 * math.pi / 30.0

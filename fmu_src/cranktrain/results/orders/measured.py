@@ -49,7 +49,7 @@ def read_measured_orders(path: str | Path) -> Measured:
             raise InputError(f"{name}, line {number}: {len(row)} values in place of {len(COLUMNS)}; {REMEDY}")
         cells = dict(zip(header, (cell.strip() for cell in row), strict=True))
         speed, order, amplitude = (_number(cells[key], key, name, number) for key in COLUMNS[:3])
-        if abs(2.0 * order - round(2.0 * order)) > 1e-6:
+        if abs(order) > 1e6 or abs(2.0 * order - round(2.0 * order)) > 1e-6:
             raise InputError(f"{name}, line {number}: order {order:g} is no multiple of a half")
         unit = cells["unit"].replace("µ", "u").replace("μ", "u")
         if unit not in UNITS:

@@ -17,12 +17,14 @@ from __future__ import annotations
 
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from msgspec import Meta, field
 from numpy.typing import NDArray
 
-from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.errors import InputError, shown
+from cranktrain.core.typed_file import Table, record
 from cranktrain.core.user_file import is_number, read_toml
 from cranktrain.structure.fem.mesh_file import interface_name
 from cranktrain.structure.fem.superelement import Superelement
@@ -33,10 +35,30 @@ Rows = list[tuple[int, int]]
 
 UNITS = {"m-kg-s": (1.0, 1.0), "mm-t-s": (1e-3, 1e-3)}
 """Length in m and energy in J of a unit."""
-KEYS = ("name", "matrices", "stiffness", "mass", "dofs", "nodes", "units", "interfaces")
 LARGEST_FILE, MOST_ROWS = 2_000_000_000, 6000
 """Bytes and rows that are read."""
 REMEDY = "see docs/how-to/own_elements.md"
+
+
+_PLACE = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+_NODES = {"type": "array", "items": {"type": "integer"}, "minItems": 1}
+_Places = Annotated[
+    Any, Meta(extra_json_schema={"anyOf": [{"type": "string"}, {"type": "object", "additionalProperties": _PLACE}]})
+]
+_Nodes = Annotated[Any, Meta(extra_json_schema={"anyOf": [{"type": "integer"}, _NODES]})]
+
+
+class SuperelementTable(Table, kw_only=True):
+    """A superelement: its matrices, or stiffness and mass, the places of its nodes, and the nodes of its interfaces."""
+
+    name: str = ""
+    matrices: str | None = None
+    stiffness: str | None = None
+    mass: str | None = None
+    dofs: str | None = None
+    nodes: _Places = None
+    units: Annotated[str, Meta(extra_json_schema={"enum": list(UNITS)})] = "m-kg-s"
+    interfaces: dict[str, _Nodes] = field(default_factory=dict)
 
 
 def is_superelement(path: str | Path) -> bool:
@@ -52,17 +74,14 @@ def is_superelement(path: str | Path) -> bool:
 def read_superelement(path: str | Path) -> Superelement:
     """The superelement of a TOML file; ``InputError`` where it or a file that it names cannot be used."""
     source = Path(path)
-    document = read_toml(source, "superelement", REMEDY)
-    for key in document:
-        if key not in KEYS:
-            raise InputError(f"{source}: unknown key '{key}'; {nearest(key, KEYS)}")
-    unit = document.get("units", "m-kg-s")
-    if unit not in UNITS:
-        raise InputError(f"{source}: units {shown(unit)} do not exist; valid: {', '.join(UNITS)}")
-    length, energy = UNITS[unit]
-    files = {key: source.parent / document[key] for key in KEYS[1:6] if isinstance(document.get(key), str)}
+    read = record(SuperelementTable, read_toml(source, "superelement", REMEDY), str(source))
+    if read.units not in UNITS:
+        raise InputError(f"{source}: units {shown(read.units)} do not exist; valid: {', '.join(UNITS)}")
+    length, energy = UNITS[read.units]
+    named = {key: getattr(read, key) for key in ("matrices", "stiffness", "mass", "dofs", "nodes")}
+    files = {key: source.parent / name for key, name in named.items() if isinstance(name, str)}
     rows, stiffness, mass = _both(source, files)
-    places = _places(source, document.get("nodes"), files.get("nodes"), length)
+    places = _places(source, read.nodes, files.get("nodes"), length)
     known = {node for node, _ in rows}
     places = {node: place for node, place in places.items() if node in known}
     wrong = [row for row in rows if row[0] in places and row[1] not in range(6)]
@@ -82,7 +101,7 @@ def read_superelement(path: str | Path) -> Superelement:
         nodes=np.array([node for node, _ in rows]),
         components=np.array([component for _, component in rows]),
         places=places,
-        interfaces=_interfaces(source, document.get("interfaces"), places),
+        interfaces=_interfaces(source, read.interfaces, places),
         digest=digest.hexdigest(),
     )
 
@@ -246,9 +265,9 @@ def _places(source: Path, table: Any, file: Path | None, length: float) -> dict[
     return places
 
 
-def _interfaces(source: Path, table: Any, places: dict[int, Array]) -> dict[str, tuple[int, ...]]:
+def _interfaces(source: Path, table: dict[str, Any], places: dict[int, Array]) -> dict[str, tuple[int, ...]]:
     """Nodes of each interface, which the matrices and the coordinates have."""
-    if not isinstance(table, dict) or not table:
+    if not table:
         raise InputError(f'{source}: no [interfaces]; name the node, or nodes, of each: "main[1]" = 1001')
     found = {}
     for name, given in table.items():

@@ -25,10 +25,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from cranktrain.core.errors import InputError, nearest, shown, within
-from cranktrain.core.user_file import is_number, read_toml
+from msgspec import Meta, field
+
+from cranktrain.core.errors import InputError, nearest, within
+from cranktrain.core.typed_file import Fault, Table, between, record
+from cranktrain.core.user_file import read_toml
 from cranktrain.engine.file import engine_folder
 from cranktrain.engine.levels import BLOCKS
 from cranktrain.engine.model import Engine
@@ -45,6 +48,45 @@ SUFFIX = ".targets.toml"
 GROUND = next(iter(BLOCKS))
 LARGEST = 1e15
 """Beyond which no value of an engine lies in SI."""
+
+
+class TargetTable(Table, kw_only=True):
+    """A frequency to be met, or the critical speed of an order."""
+
+    of: Literal[BODIES] = BODIES[0]  # type: ignore[valid-type]
+    shape: Literal[KINDS]  # type: ignore[valid-type]
+    number: int = 0
+    hz: Annotated[float, between(0.01, 1e5, "Hz")] | None = None
+    order: Annotated[float, between(0.5, 100.0, "per revolution")] | None = None
+    rpm: Annotated[float, between(1.0, 1e5, "rev/min")] | None = None
+    tolerance: Annotated[float, between(1e-6, 0.99, "e.g. 0.02 for 2 %")]
+    source: str
+    basis: Literal[BASES] = BASES[0]  # type: ignore[valid-type]
+
+
+class ParameterTable(Table, kw_only=True):
+    """A free value between two ends, in a unit."""
+
+    low: float
+    high: float
+    unit: str = "1"
+    note: str = ""
+
+
+class DerivedTable(Table, kw_only=True):
+    """A value that follows from others by a formula in SI."""
+
+    formula: str
+    note: str = ""
+
+
+class TargetsTable(Table, kw_only=True):
+    """What a calibration is to meet, which values are free, and what follows from them."""
+
+    block: Annotated[str, Meta(extra_json_schema={"enum": list(BLOCKS)})] = GROUND
+    targets: dict[str, TargetTable] = field(default_factory=dict)
+    parameters: dict[str, ParameterTable] = field(default_factory=dict)
+    derived: dict[str, DerivedTable] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -134,22 +176,19 @@ def load_targets(name_or_path: str | Path, engine: Engine) -> Task:
 
 
 def _task(document: dict[str, Any], engine: Engine) -> Task:
-    _known(document, ("block", "targets", "parameters", "derived"), "")
-    block = document.get("block", GROUND)
-    if block not in BLOCKS:
-        raise InputError(f"block: level '{block}' does not exist; {nearest(str(block), BLOCKS)}")
-    flexible = block != GROUND
+    read = record(TargetsTable, document, said=_said)
+    if read.block not in BLOCKS:
+        raise InputError(f"block: level '{read.block}' does not exist; {nearest(read.block, BLOCKS)}")
+    flexible = read.block != GROUND
     if flexible and (engine.block is None or engine.mounts is None):
         raise InputError(f"block: engine '{engine.name}' has no [block] with [mounts]; write block = \"{GROUND}\"")
-    tables = {name: document.get(name, {}) for name in ("targets", "parameters", "derived")}
-    for name, table in tables.items():
-        if not isinstance(table, dict) or any(not isinstance(entry, dict) for entry in table.values()):
-            raise InputError(f"{name}: must be a table [{name}] of tables")
-    targets = tuple(_target(name, entry) for name, entry in tables["targets"].items())
-    parameters = tuple(_parameter(key, entry, engine) for key, entry in tables["parameters"].items())
+    targets = tuple(_target(name, entry) for name, entry in read.targets.items())
+    parameters = tuple(_parameter(key, entry, engine) for key, entry in read.parameters.items())
     if not targets or not parameters:
         raise InputError(f"{'parameters' if targets else 'targets'}: none is given; a calibration needs at least one")
-    derived = tuple(_derived(key, entry, engine) for key, entry in tables["derived"].items())
+    for key in read.derived:
+        values.quantity(engine, key)
+    derived = tuple(Derived(key, entry.formula, entry.note) for key, entry in read.derived.items())
     free = {p.key for p in parameters}
     if twice := [d.key for d in derived if d.key in free]:
         raise InputError(f"derived.{twice[0]}: is free as well; leave it out of [parameters] or of [derived]")
@@ -160,68 +199,46 @@ def _task(document: dict[str, Any], engine: Engine) -> Task:
     return Task(flexible, targets, parameters, derived)
 
 
-def _target(name: str, entry: dict[str, Any]) -> Target:
-    where = f"targets.{name}"
-    _known(entry, ("of", "shape", "hz", "order", "rpm", "tolerance", "source", "number", "basis"), where)
-    of, shape, number = entry.get("of", BODIES[0]), entry.get("shape"), entry.get("number", 0)
-    basis = entry.get("basis", BASES[0])
-    for key, word, valid in (("of", of, BODIES), ("shape", shape, KINDS), ("basis", basis, BASES)):
-        if word not in valid:
-            raise InputError(f"{where}.{key}: '{word}' is not known; {nearest(str(word), valid)}")
-    if number not in (0, 1, 2) or (number and shape != "torsional") or (of == "crankshaft" and not number):
+def _target(name: str, entry: TargetTable) -> Target:
+    where, moves = f"targets.{name}", entry.of == MOTION
+    torsional, number, hz = entry.shape == "torsional", entry.number, entry.hz
+    if number not in (0, 1, 2) or (number and not torsional) or (entry.of == "crankshaft" and not number):
         raise InputError(f"{where}.number: give 1 or 2 with shape torsional, always so of the free crankshaft")
-    if of == MOTION and (number != 1 or shape != "torsional"):
+    if moves and (number != 1 or not torsional):
         raise InputError(f"{where}: of motion the first torsional frequency is known; give shape torsional, number 1")
-    if not isinstance(entry.get("source"), str) or not entry["source"]:
+    if not entry.source:
         raise InputError(f"{where}.source: say where the number comes from")
-    order = 0.0
-    if "order" in entry or "rpm" in entry:
-        if "hz" in entry or of != MOTION:
+    if entry.order is not None or entry.rpm is not None:
+        if hz is not None or not moves:
             raise InputError(f"{where}: give order and rpm of a critical speed of motion, or hz; not both")
-        order, rpm = (_number(entry, key, where) for key in ("order", "rpm"))
-        within(f"{where}.order:", order, 0.5, 100.0, "per revolution")
-        within(f"{where}.rpm:", rpm, 1.0, 1e5, "rev/min")
-        hz = order * rpm / 60.0
-    else:
-        hz = _number(entry, "hz", where)
-    tolerance = _number(entry, "tolerance", where)
-    within(f"{where}.hz:", hz, 0.01, 1e5, "Hz")
-    within(f"{where}.tolerance:", tolerance, 1e-6, 0.99, "e.g. 0.02 for 2 %")
-    return Target(name, of, str(shape), hz, tolerance, entry["source"], number, order, basis)
+        if entry.order is None or entry.rpm is None:
+            raise InputError(f"{where}.{'order' if entry.order is None else 'rpm'}: is missing; give a finite number")
+        hz = entry.order * entry.rpm / 60.0
+        within(f"{where}.hz:", hz, 0.01, 1e5, "Hz")
+    if hz is None:
+        raise InputError(f"{where}.hz: is missing; give a finite number")
+    order = entry.order or 0.0
+    return Target(name, entry.of, entry.shape, hz, entry.tolerance, entry.source, number, order, entry.basis)
 
 
-def _parameter(key: str, entry: dict[str, Any], engine: Engine) -> Parameter:
-    where = f"parameters.{key}"
-    _known(entry, ("low", "high", "unit", "note"), where)
-    low, high = (_number(entry, side, where) for side in ("low", "high"))
+def _parameter(key: str, entry: ParameterTable, engine: Engine) -> Parameter:
+    where, low, high = f"parameters.{key}", entry.low, entry.high
     rule = values.quantity(engine, key) if "." in key else None
-    unit = entry.get("unit", "1")
-    scale = values.to_si(1.0, unit, where, rule.dimension if rule else "")
+    scale = values.to_si(1.0, entry.unit, where, rule.dimension if rule else "")
     if not low < high:
         raise InputError(f"{where}: low {low:g} is not below high {high:g}")
     for side in (low, high):
         within(f"{where}:", side * scale, -LARGEST, LARGEST, "in SI")
         if rule and (wrong := rule.wrong(side * scale)):
             raise InputError(f"{where}: {wrong}")
-    return Parameter(key, low * scale, high * scale, unit, scale, entry.get("note", ""))
+    return Parameter(key, low * scale, high * scale, entry.unit, scale, entry.note)
 
 
-def _derived(key: str, entry: dict[str, Any], engine: Engine) -> Derived:
-    _known(entry, ("formula", "note"), f"derived.{key}")
-    if not isinstance(entry.get("formula"), str):
-        raise InputError(f'derived.{key}.formula: give a text, e.g. "0.5 * flywheel.polar_inertia"')
-    values.quantity(engine, key)
-    return Derived(key, entry["formula"], entry.get("note", ""))
-
-
-def _number(entry: dict[str, Any], key: str, where: str) -> float:
-    found = entry.get(key)
-    if not is_number(found):
-        wrong = "is missing" if found is None else f"{shown(found)} is wrong"
-        raise InputError(f"{where}.{key}: {wrong}; give a finite number")
-    return float(found)
-
-
-def _known(table: dict[str, Any], names: tuple[str, ...], where: str) -> None:
-    if unknown := [name for name in table if name not in names]:
-        raise InputError(f"{where}.{unknown[0]}: is not known; {nearest(unknown[0], names)}".lstrip("."))
+def _said(fault: Fault, where: str) -> str:
+    """What is said of keys of targets, whose own names may hold dots."""
+    place = f"{fault.place}.{fault.key}".lstrip(".")
+    if fault.problem == "unknown":
+        return f"{place}: is not known; {nearest(fault.key, fault.owner.__struct_encode_fields__)}"
+    if fault.names and isinstance(fault.value, str):
+        return f"{fault.place}: '{fault.value}' is not known; {nearest(fault.value, fault.names)}"
+    return f"{place}: is missing; give it" if fault.problem == "missing" else ""

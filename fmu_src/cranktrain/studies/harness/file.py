@@ -29,9 +29,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from cranktrain.core.errors import InputError, nearest, shown, within
+from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.typed_file import record
 from cranktrain.core.user_file import read_toml
-from cranktrain.coupling.master import SCHEMES
 from cranktrain.coupling.modules import CRANKTRAIN, OWN, RECONSTRUCTIONS
 from cranktrain.coupling.reconstruction import DEGREES
 from cranktrain.coupling.run import Bond, Steps
@@ -40,26 +40,12 @@ from cranktrain.engine.file import check_title
 from cranktrain.studies.harness.assertion_entries import assertion, ending
 from cranktrain.studies.harness.entries import Harness, Scenario, UnitEntry, Way
 from cranktrain.studies.harness.event_entries import changes, dropouts, faults, noises
-from cranktrain.studies.harness.places import Times, table_of, variable
+from cranktrain.studies.harness.places import Times, variable
+from cranktrain.studies.harness.tables import ConnectionsTable, HarnessTable, PowerTable, ScenarioTable, WayTable
 from cranktrain.studies.harness.unit_entries import start_values, units_of
-from cranktrain.studies.typed_table import FLAG, NUMBER, TABLE, TABLES, TEXT, TEXTS, check_types
 
 RPM = math.pi / 30.0
-_WAY = {
-    **dict.fromkeys(("cycles", "stop_s", "step_deg", "step_s", "error"), NUMBER),
-    **dict.fromkeys(("scheme", "reconstruction"), TEXT),
-}
-_FILE = _WAY | {
-    **dict.fromkeys(("title", "engine", "angle", "abscissa"), TEXT),
-    **dict.fromkeys(("speed_rpm", "start_limit_s", "step_limit_s"), NUMBER),
-    **dict.fromkeys(("units", "connections", "power"), TABLE),
-    "valvetrain": FLAG,
-    "scenario": TABLES,
-}
-_CONNECTIONS = {"by_name": FLAG, "map": TEXTS}
-_POWER = {"given": TEXTS, "taken": TEXTS}
 _EVENTS = ("step", "ramp", "signal", "misfire", "noise", "dropout", "fault")
-_SCENARIO = _WAY | {"name": TEXT, "start": TABLE, **dict.fromkeys((*_EVENTS, "assert", "ends"), TABLES)}
 _MOST_STEPS = 10_000_000
 
 
@@ -80,112 +66,83 @@ def load_harness(path: str | Path) -> Harness:
 
 
 def _harness(path: Path, document: Mapping[str, Any]) -> Harness:
-    check_types(document, _FILE, "")
-    title = document.get("title", path.stem)
+    read = record(HarnessTable, document)
+    title = path.stem if read.title is None else read.title
     check_title(title, "title")
-    own = "connections" in document
-    units = units_of(path, document, own)
-    speed = None
-    if "speed_rpm" in document:
-        within("speed_rpm:", document["speed_rpm"], 10.0, 30000.0, "rev/min")
-        speed = RPM * document["speed_rpm"]
-    elif not own:
+    units = units_of(path, read)
+    speed = None if read.speed_rpm is None else RPM * read.speed_rpm
+    if speed is None and read.connections is None:
         raise InputError("speed_rpm is missing; the virtual engine turns at a speed, e.g. speed_rpm = 2000")
-    links, by_name = _links(document.get("connections", {}), units) if own else (None, False)
-    angle = variable(document["angle"], "angle", units) if "angle" in document else None
+    links, by_name = (None, False) if read.connections is None else _links(read.connections, units)
+    angle = None if read.angle is None else variable(read.angle, "angle", units)
     if angle is None and CRANKTRAIN in units:
         angle = CRANKTRAIN, "crank.angle"
-    bonds = _bonds(document.get("power", {}), units)
-    tables = document.get("scenario", [])
-    if not tables:
+    bonds = _bonds(read.power, units)
+    if not read.scenario:
         raise InputError("no [[scenario]]; give at least one, with a name")
-    names = [_scenario_name(k, table) for k, table in enumerate(tables, 1)]
-    for name in names:
+    names = [table.name for table in read.scenario]
+    for k, name in enumerate(names, 1):
+        if not re.fullmatch(r"\w[\w .,()%+-]*", name) or len(name) > 80:
+            raise InputError(f"scenario {k}: name {shown(name)}; {ScenarioTable.remedy}")
         if names.count(name) > 1:
             raise InputError(f"two scenarios are named '{name}'; rename one")
-    defaults = {key: document[key] for key in _WAY if key in document}
-    if own:
-        defaults.setdefault("reconstruction", "linear")
-    scenarios = tuple(
-        _scenario(name, table, defaults, units, speed, names, own) for name, table in zip(names, tables, strict=True)
-    )
+    usual = Limits()
     return Harness(
         title=title, path=path, speed=speed, units=units, links=links, by_name=by_name, bonds=bonds,
-        abscissa=variable(document["abscissa"], "abscissa", units) if "abscissa" in document else None,
-        angle=angle, limits=_limits(document), scenarios=scenarios,
+        abscissa=None if read.abscissa is None else variable(read.abscissa, "abscissa", units), angle=angle,
+        limits=Limits(read.start_limit_s or usual.start, read.step_limit_s or usual.step),
+        scenarios=tuple(_scenario(table, read, units, speed, names) for table in read.scenario),
     )  # fmt: skip
 
 
-def _limits(document: Mapping[str, Any]) -> Limits:
-    usual = Limits()
-    found = {"start": document.get("start_limit_s", usual.start), "step": document.get("step_limit_s", usual.step)}
-    for name, value in found.items():
-        within(f"{name}_limit_s:", value, 0.01, 1e6, "s")
-    return Limits(**found)
-
-
-def _links(table: Mapping[str, Any], units: Mapping[str, UnitEntry]) -> tuple[tuple[str, ...], bool]:
-    table_of(table, _CONNECTIONS, "connections")
-    links = tuple(table.get("map", ()))
-    for link in links:
+def _links(table: ConnectionsTable, units: Mapping[str, UnitEntry]) -> tuple[tuple[str, ...], bool]:
+    for link in table.map:
         ends = link.split("->")
         if len(ends) != 2:
             raise InputError(f"connections.map: '{link}' is not 'unit.output -> unit.input'")
         for end in ends:
             variable(end.strip(), "connections.map", units)
-    by_name = table.get("by_name", not links)
-    return links, by_name
+    return table.map, not table.map if table.by_name is None else table.by_name
 
 
-def _bonds(tables: Mapping[str, Any], units: Mapping[str, UnitEntry]) -> tuple[Bond, ...]:
+def _bonds(tables: Mapping[str, PowerTable], units: Mapping[str, UnitEntry]) -> tuple[Bond, ...]:
     """Powers that units exchange: sums of products ``a.force * b.speed``."""
     found = []
     for name, table in tables.items():
-        table_of(table, _POWER, f"power.{name}")
         sides = []
-        for side in _POWER:
+        for side, products in (("given", table.given), ("taken", table.taken)):
             pairs = []
-            for text in table.get(side, ()):
+            for text in products:
                 factors = [variable(part.strip(), f"power.{name}.{side}", units) for part in text.split("*")]
                 if len(factors) != 2:
                     raise InputError(f"power.{name}.{side}: '{text}' is not 'unit.variable * unit.variable'")
                 pairs.append((factors[0], factors[1]))
             if not pairs:
-                raise InputError(f"power.{name}.{side} is missing; give a list of products")
+                raise InputError(f"power.{name}.{side} is empty; give a list of products")
             sides.append(pairs)
         found.append(Bond(name, *sides))
     return tuple(found)
 
 
-def _scenario_name(number: int, table: Mapping[str, Any]) -> str:
-    """Name of a scenario, which is also that of its result file."""
-    name = table.get("name")
-    if not isinstance(name, str) or not re.fullmatch(r"\w[\w .,()%+-]*", name) or len(name) > 80:
-        said = "no name" if name is None else f"name {shown(name)}"
-        raise InputError(f'scenario {number}: {said}; give one of letters, digits and blanks, name = "normal"')
-    return name
-
-
 def _scenario(
-    name: str, table: Mapping[str, Any], defaults: Mapping[str, Any], units: Mapping[str, UnitEntry],
-    speed: float | None, names: Sequence[str], own: bool,
-) -> Scenario:  # fmt: skip
+    table: ScenarioTable, file: HarnessTable, units: Mapping[str, UnitEntry], speed: float | None, names: Sequence[str]
+) -> Scenario:
+    name = table.name
     where = f"scenario '{name}'"
-    table_of(table, _SCENARIO, where)
-    way = _way({**defaults, **{key: table[key] for key in _WAY if key in table}}, speed, own, where)
+    way = _way(table, file, speed, where)
     times = Times(speed, way.stop)
-    start = table.get("start", {})
-    for unit in start:
+    for unit in table.start:
         if unit not in units:
             raise InputError(f"{where}: start: there is no unit '{unit}'; {nearest(unit, units)}")
-        if not isinstance(start[unit], dict):
-            raise InputError(f"{where}: start.{unit} is not a table of start values; start.{unit} = {{ name = value }}")
-    given = {event: [(f"{where}: {event} {k}", entry) for k, entry in enumerate(table.get(event, ()), 1)]
-             for event in (*_EVENTS, "assert", "ends")}  # fmt: skip
+    entries = {event: getattr(table, event) for event in (*_EVENTS, "ends")} | {"assert": table.assert_}
+    given = {
+        event: [(f"{where}: {event} {k}", entry) for k, entry in enumerate(found, 1)]
+        for event, found in entries.items()
+    }
     return Scenario(
         name=name,
         way=way,
-        start={unit: start_values(values, f"{where}: start.{unit}") for unit, values in start.items()},
+        start={unit: start_values(values, f"{where}: start.{unit}") for unit, values in table.start.items()},
         changes=changes(given, units, times, where),
         noises=noises(given["noise"], units, times),
         dropouts=dropouts(given["dropout"], units, times),
@@ -195,8 +152,12 @@ def _scenario(
     )
 
 
-def _way(table: Mapping[str, Any], speed: float | None, own: bool, where: str) -> Way:
+def _way(scenario: WayTable, file: HarnessTable, speed: float | None, where: str) -> Way:
     """How a scenario is run."""
+    own = file.connections is not None
+    table: dict[str, Any] = {"scheme": "gauss-seidel", "reconstruction": "linear" if own else OWN, "error": None}
+    for source in (file, scenario):
+        table |= {key: value for key in WayTable.__struct_fields__ if (value := getattr(source, key)) is not None}
     cycle = None if speed is None else 4.0 * math.pi / speed
 
     def one_of(low: str, high: str, factor: float | None) -> float:
@@ -219,12 +180,11 @@ def _way(table: Mapping[str, Any], speed: float | None, own: bool, where: str) -
         raise InputError(
             f"{where}: {stop / size:.3g} communication steps are more than {_MOST_STEPS:g}; take longer ones"
         )
-    scheme, error = table.get("scheme", "gauss-seidel"), table.get("error")
-    reconstruction = table.get("reconstruction", OWN)
+    scheme, error, reconstruction = table["scheme"], table["error"], table["reconstruction"]
     valid = tuple(DEGREES) if own else RECONSTRUCTIONS
-    for key, value, words in (("scheme", scheme, SCHEMES), ("reconstruction", reconstruction, valid)):
-        if value not in words:
-            raise InputError(f"{where}: {key} '{value}' does not exist; {nearest(value, words)}")
+    if reconstruction not in valid:
+        near = nearest(reconstruction, valid)
+        raise InputError(f"{where}: reconstruction '{reconstruction}' does not exist; {near}")
     try:
         steps = Steps(size) if error is None else Steps(size, error, 1e-3 * size, 20.0 * size)
     except InputError as wrong:

@@ -1,0 +1,250 @@
+"""Tables of a user's file as records: declared once as msgspec structs, read whole or refused in one line.
+
+A :class:`Table` declares the keys of a table, the kind of each value and its range (:func:`between`). :func:`record`
+reads a TOML table into it, :mod:`cranktrain.core.json_schema` makes the JSON schema for editors from the same classes.
+A refusal says what is wrong, where, the nearest valid name and how to correct it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, ClassVar, NamedTuple, TypeVar
+
+import msgspec
+from msgspec import Meta, inspect
+
+from cranktrain.core.errors import InputError, nearest, shown, within
+from cranktrain.core.user_file import is_number
+
+Kind = TypeVar("Kind", bound="Table")
+Step = str | int
+_STEP = re.compile(r"\.(\w+)|\[(\d+|\.\.\.)\]")
+_KEY = re.compile(r"Object (contains unknown|missing required) field `(.*)`", re.DOTALL)
+_NOUNS = {
+    inspect.FloatType: "a finite number", inspect.IntType: "a whole number", inspect.StrType: "a text",
+    inspect.BoolType: "true or false", inspect.StructType: "a table", inspect.DictType: "a table",
+}  # fmt: skip
+_MANY = {inspect.FloatType: "numbers", inspect.IntType: "whole numbers", inspect.StrType: "texts"}
+
+
+class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    """A table of a file; a field that may be left out has a default, None where the file says nothing.
+
+    ``remedy`` says what to do about a missing key.
+    """
+
+    remedy: ClassVar[str] = ""
+
+
+class Entry(Table):
+    """A table that stands for its key ``value``; messages name the place of the entry."""
+
+
+class Fault(NamedTuple):
+    """What is wrong with a table.
+
+    Attributes
+    ----------
+    steps : keys and indices (from 0) from the table to what is wrong, ``value`` of an entry left out
+    place : the same as messages name it, ``scenario 'normal'.step[2]``; empty for the table itself
+    owner : the innermost :class:`Table` around it
+    key : unknown or missing key of the owner, or the key of the wrong value
+    problem : ``unknown``, ``missing`` or ``value``
+    value : that is wrong; of an unknown or missing key, the owner's table
+    type : declared type of the value
+    """
+
+    steps: tuple[Step, ...]
+    place: str
+    owner: Any
+    key: str
+    problem: str
+    value: Any
+    type: inspect.Type
+
+    @property
+    def wanted(self) -> Any:
+        """Class of the table that is wanted; None where something else is."""
+        node = _plain(self.type, self.value)
+        return node.cls if isinstance(node, inspect.StructType) else None
+
+    @property
+    def names(self) -> list[str]:
+        """Names that the value is one of; empty where it is something else."""
+        node = _plain(self.type)
+        return [str(name) for name in node.values] if isinstance(node, inspect.LiteralType) else []
+
+
+def between(low: float, high: float, what: str) -> Meta:
+    """Range of a number, both ends included; ``what`` is its unit, and what else serves in a message."""
+    return Meta(ge=low, le=high, extra={"what": what})
+
+
+def record(
+    kind: type[Kind], table: Mapping[str, Any], where: str = "", said: Callable[[Fault, str], str] | None = None
+) -> Kind:
+    """A table of a file as a record of ``kind``.
+
+    Raises ``InputError``: one line that starts with ``where``, for the first key that is unknown or missing and the
+    first value of a wrong kind or outside its range.
+
+    Parameters
+    ----------
+    said : line of a fault and ``where`` that is to be said otherwise; empty for :func:`usual`
+    """
+    fault = _not_finite(kind, table)
+    if fault is None:
+        try:
+            return msgspec.convert(table, kind)
+        except msgspec.ValidationError as error:
+            fault = _fault(kind, table, str(error))
+    raise InputError((said(fault, where) if said else "") or usual(fault, where))
+
+
+def usual(fault: Fault, where: str = "") -> str:
+    """A fault in one line; without ``where`` keys are named with their place."""
+    place = ": ".join(filter(None, (where, fault.place)))
+    if fault.problem == "value":
+        return _wrong_value(fault, place)
+    fields = inspect.type_info(fault.owner).fields  # type: ignore[attr-defined]
+    apart = bool(where) or "[" in place or "'" in place
+    key = fault.key if apart or not place else f"{place}.{fault.key}"
+    start = f"{place}: " if apart else ""
+    if fault.problem == "unknown":
+        # Tables are tables to people where they stand at the top of a file.
+        found = fault.value[fault.key]
+        noun = "table" if not fault.steps and (isinstance(found, dict) or _of_tables(found)) else "key"
+        return f"{start}unknown {noun} '{key}'; {nearest(fault.key, [entry.encode_name for entry in fields])}"
+    own = next((entry for entry in fields if entry.encode_name == fault.key), None)
+    noun = "table" if own and isinstance(_plain(own.type), inspect.StructType) and not fault.steps else "key"
+    remedy = fault.owner.remedy or f"it needs {', '.join(entry.encode_name for entry in fields if entry.required)}"
+    return f"{start}{noun} '{key}' is missing; {remedy}" if start or not place else f"{key} is missing; {remedy}"
+
+
+def _wrong_value(fault: Fault, place: str) -> str:
+    """A value of a wrong kind, outside its range, or not one of several names."""
+    node, value = _plain(fault.type), fault.value
+    if fault.names and isinstance(value, str):
+        return f"{place} {shown(value)} does not exist; {nearest(value, fault.names)}"
+    low, high = getattr(node, "ge", None), getattr(node, "le", None)
+    if low is not None and high is not None and is_number(value):
+        try:
+            within(f"{place}:", value, low, high, _what(fault.type))
+        except InputError as error:
+            return str(error)
+    wanted = f"one of: {', '.join(fault.names)}" if fault.names else _noun(node)
+    return f"{place}: {shown(value)} is not {wanted}"
+
+
+def _what(node: inspect.Type) -> str:
+    """What :func:`between` says of a range."""
+    if isinstance(node, inspect.UnionType):
+        return next(filter(None, map(_what, node.types)), "")
+    return str((getattr(node, "extra", None) or {}).get("what", ""))
+
+
+def _noun(node: inspect.Type) -> str:
+    if isinstance(node, inspect.ListType | inspect.VarTupleType):
+        return f"a list of {_MANY.get(type(_plain(node.item_type)), 'tables')}"
+    return _NOUNS.get(type(node), "a value that can be used")
+
+
+def _of_tables(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(entry, dict) for entry in value)
+
+
+def _plain(node: inspect.Type, value: Any = None) -> inspect.Type:
+    """A type without its remarks and without None; of several tables that of the value's tag."""
+    while isinstance(node, inspect.Metadata):
+        node = node.type
+    if isinstance(node, inspect.UnionType):
+        kinds = [kind for kind in map(_plain, node.types) if not isinstance(kind, inspect.NoneType)]
+        tables = [kind for kind in kinds if isinstance(kind, inspect.StructType) and isinstance(value, dict)]
+        tagged = [kind for kind in tables if value.get(kind.tag_field) == kind.tag]
+        return (tagged or kinds)[0]
+    return node
+
+
+def _inside(node: inspect.Type, step: Step) -> inspect.Type:
+    """Type of what a key or an index leads to."""
+    if isinstance(node, inspect.StructType):
+        if node.tag_field == step:
+            return inspect.LiteralType((node.tag,))
+        return next((entry.type for entry in node.fields if entry.encode_name == step), inspect.AnyType())
+    if isinstance(node, inspect.DictType):
+        return node.value_type
+    if isinstance(node, inspect.ListType | inspect.VarTupleType):
+        return node.item_type
+    return inspect.AnyType()
+
+
+def _at(kind: type[Table], table: Any, path: list[Step]) -> Fault:
+    """The fault of a value at a path; ``...`` in it is the first key of a table whose value does not fit."""
+    node: inspect.Type = inspect.type_info(kind)
+    value, steps, place = table, list[Step](), ""
+    owner: Any = kind
+    for step in path:
+        plain = _plain(node, value)
+        if step == "...":
+            step = _misfit(_plain(_inside(plain, step)), value)
+        if isinstance(plain, inspect.StructType):
+            owner = plain.cls
+        if not (issubclass(owner, Entry) and step == "value" and isinstance(plain, inspect.StructType)):
+            steps.append(step)
+            place += _label(value, step)
+        node, value = _tags(node, step) or _inside(plain, step), value[step]
+    return Fault(tuple(steps), place.lstrip("."), owner, str(path[-1]) if path else "", "value", value, node)
+
+
+def _label(value: Any, step: Step) -> str:
+    """What a step adds to a place: a key, the name of a table in a list, or its number."""
+    if isinstance(step, str):
+        return f".{step}"
+    name = value[step].get("name") if isinstance(value[step], dict) else None
+    return f" {shown(name)}" if isinstance(name, str) else f"[{step + 1}]"
+
+
+def _tags(node: inspect.Type, step: Step) -> inspect.Type | None:
+    """Names that the tag of several tables may have."""
+    kinds = list(map(_plain, node.types)) if isinstance(node, inspect.UnionType) else []
+    tags = [kind.tag for kind in kinds if isinstance(kind, inspect.StructType) and kind.tag_field == step]
+    return inspect.LiteralType(tuple(tags)) if tags else None
+
+
+def _misfit(node: inspect.Type, table: Mapping[str, Any]) -> str:
+    """First key of a table of tables whose value is none, or not of the kind."""
+    for key, value in table.items():
+        try:
+            msgspec.convert(value, node.cls if isinstance(node, inspect.StructType) else dict)
+        except msgspec.ValidationError:
+            return key
+    return next(iter(table))
+
+
+def _fault(kind: type[Table], table: Mapping[str, Any], error: str) -> Fault:
+    """The fault that msgspec's error tells of."""
+    text, _, path = error.rpartition(" - at `$") if " - at `$" in error else (error, "", "")
+    found = _at(kind, table, [int(at) if at.isdigit() else name or at for name, at in _STEP.findall(path)])
+    if (key := _KEY.fullmatch(text)) is None:
+        return found
+    return found._replace(
+        owner=found.wanted or found.owner, key=key[2], problem="unknown" if "unknown" in key[1] else "missing"
+    )
+
+
+def _not_finite(kind: type[Table], table: Mapping[str, Any]) -> Fault | None:
+    """The first number that is not finite, or that no float holds."""
+
+    def paths(value: Any, path: list[Step]) -> Iterator[list[Step]]:
+        if isinstance(value, dict):
+            for key, entry in value.items():
+                yield from paths(entry, [*path, key])
+        elif isinstance(value, list):
+            for k, entry in enumerate(value):
+                yield from paths(entry, [*path, k])
+        elif isinstance(value, float | int) and not isinstance(value, bool) and not is_number(value):
+            yield path
+
+    path = next(paths(table, []), None)
+    return None if path is None else _at(kind, table, path)._replace(type=inspect.FloatType())

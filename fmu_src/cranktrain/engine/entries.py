@@ -1,0 +1,187 @@
+"""Values of engine and module files as msgspec reads them: ``{ value = 60, unit = "mm", origin = "chosen" }``.
+
+The dataclasses of :mod:`cranktrain.engine.parts` and their annotations of :mod:`cranktrain.engine.quantities` are the
+declaration. :func:`table_of` makes the form of a table in a file from a dataclass, :func:`part_of` the dataclass in SI
+from what was read, and :func:`rules` what the JSON schema says of entries beyond their form: ranges in each unit.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Collection, Sequence
+from dataclasses import MISSING, fields
+from functools import cache
+from typing import Annotated, Any, Literal
+
+import msgspec
+from msgspec import Meta
+
+from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.typed_file import Entry, Fault, Table
+from cranktrain.engine import quantities as q
+from cranktrain.engine.quantities import OFFSETS, ROUNDING, UNITS, OneOf, Quantity, kinds
+
+ORIGINS = ("chosen", "derived", "calibrated", "published")
+WITH_NOTE = ("calibrated", "published")
+"""Origins that need a note which says to or from which number."""
+Origin = Literal["chosen", "derived", "calibrated", "published"]
+Text = Annotated[str, Meta(min_length=1)]
+
+_made: dict[str, tuple[Any, bool, float | None]] = {}
+"""What the entries measure for which a form was made, whether they hold lists, and their value for nothing given."""
+
+
+def keys_of(part: type, plain: Collection[str] = (), without: Collection[str] = ()) -> list[Any]:
+    """Keys of a table that states a dataclass: an entry for each field, texts for ``plain`` ones."""
+    read: list[Any] = []
+    for entry in fields(part):
+        own, many, rule = kinds(part)[entry.name]
+        if entry.name in without:
+            continue
+        if entry.name in plain:
+            kind: Any = list[Text] if many else Text
+        else:
+            kind = _entry(part, own, many, rule, entry.default)
+        read.append((entry.name, kind) if entry.default is MISSING else (entry.name, kind | None, None))
+    return read
+
+
+def table_of(name: str, keys: Sequence[Any], about: str | None, like: str, **options: Any) -> Any:
+    """A table of a file with these keys; ``like`` is a file in which to see it, ``options`` are those of a struct."""
+    space = {"__doc__": about, "remedy": f"add it as in {like}"}
+    name = f"{name.removesuffix('Table')}Table"
+    return msgspec.defstruct(name, keys, bases=(Table,), kw_only=True, namespace=space, **options)
+
+
+@cache
+def stated(part: Any, like: str) -> Any:
+    """The table of a file that states a dataclass, all of its fields by entries."""
+    return table_of(part.__name__, keys_of(part), part.__doc__, like)
+
+
+def part_of(part: type, read: Any, where: str, plain: Collection[str] = (), **further: Any) -> Any:
+    """The dataclass of a table that was read, in SI; ``InputError`` where an origin lacks its note."""
+    for entry in fields(part):
+        value, key = getattr(read, entry.name, None), entry.name
+        if value is None or key in further:
+            continue
+        if key in plain:
+            further[key] = tuple(value) if isinstance(value, list) else value
+        else:
+            further[key] = _si(value, kinds(part)[key], f"{where}.{key}")
+    return part(**further)
+
+
+def _si(entry: Any, kind: tuple[type, bool, Any], where: str) -> Any:
+    """Value of an entry, numbers in SI."""
+    plain, many, rule = kind
+    if entry.origin in WITH_NOTE and not entry.note:
+        raise InputError(f"{where}: a value of origin '{entry.origin}' needs a note that says to or from which number")
+    if plain is not float:
+        return tuple(entry.value) if many else entry.value
+    scale, shift = UNITS[_dimension(rule)][entry.unit], OFFSETS.get(entry.unit, 0.0)
+    return tuple(value * scale + shift for value in entry.value) if many else entry.value * scale + shift
+
+
+def said(fault: Fault, where: str) -> str:
+    """What is said of a fault in an entry; empty of others."""
+    place, entry, value = f"{where}: {fault.place}", fault.owner, fault.value
+    whole = fault.wanted is not None and issubclass(fault.wanted, Entry) and fault.problem == "value"
+    if whole or (issubclass(entry, Entry) and (fault.problem, fault.key) == ("missing", "value")):
+        return f'{place}: write it as {{ value = ..., unit = "...", origin = "chosen" }}'
+    if not issubclass(entry, Entry):
+        return ""
+    if fault.problem == "unknown":
+        return f"{place}: unknown entry '{fault.key}'; {nearest(fault.key, entry.__struct_fields__)}"
+    if fault.key in ("unit", "origin"):
+        given = None if fault.problem == "missing" else value
+        place = place.removesuffix(f".{fault.key}")
+        if fault.key == "origin":
+            return f"{place}: origin '{given}' is not known; {nearest(str(given), ORIGINS)}"
+        unit, valid = "1" if given is None else given, UNITS[entry.dimension]
+        return f"{place}: unit '{unit}' does not measure its {entry.dimension}; use one of: {', '.join(valid)}"
+    if fault.key == "value" and isinstance(value, list) != entry.many:
+        return f"{place}: {'a list of values' if entry.many else 'a single value'} is wanted, got {shown(value)}"
+    return ""
+
+
+def rules() -> dict[str, dict[str, Any]]:
+    """Rules of a JSON schema of all entries that forms were made of, by the names of their classes."""
+    found: dict[str, dict[str, Any]] = {}
+    for name, (rule, many, beyond) in _made.items():
+        noted = {"required": ["note"], "properties": {"note": {"minLength": 1}}}
+        held = [{"if": {"properties": {"origin": {"enum": list(WITH_NOTE)}}}, "then": noted}]
+        if isinstance(rule, Quantity):
+            held += [_in_unit(rule, unit, many, beyond) for unit in UNITS[rule.dimension]]
+        found[name] = {"description": _described(rule, many), "allOf": held}
+    return found
+
+
+def _dimension(rule: Any) -> str:
+    return rule.dimension if isinstance(rule, Quantity) else "1"
+
+
+def _entry(part: type, plain: type, many: bool, rule: Any, default: Any) -> Any:
+    """Form of an entry of a field; a default outside its range, which a file may state, says that nothing was given."""
+    stands = isinstance(rule, Quantity) and isinstance(default, float | int) and math.isfinite(default)
+    beyond = default if stands and rule.wrong(default) else None
+    return _form(_title(part, rule, plain), plain, many, rule, beyond)
+
+
+@cache
+def _form(title: str, plain: type, many: bool, rule: Any, beyond: float | None) -> Any:
+    dimension = _dimension(rule)
+    own: Any = plain
+    if isinstance(rule, OneOf):
+        own = Annotated[plain, Meta(extra_json_schema={"enum": list(rule.names)})]
+    unit: Any = Literal[tuple(UNITS[dimension])]
+    name = f"{title}{'_list' if many else ''}{'' if beyond is None else '_or_none'}"
+    while name in _made:
+        name += "_"
+    _made[name] = (rule, many, beyond)
+    keys = [
+        ("value", list[own] if many else own), ("unit", unit, "1") if dimension == "1" else ("unit", unit),
+        ("origin", Origin), ("note", str, ""),
+    ]  # fmt: skip
+    return msgspec.defstruct(name, keys, bases=(Entry,), kw_only=True, namespace={"dimension": dimension, "many": many})
+
+
+def _in_unit(rule: Quantity, unit: str, many: bool, beyond: float | None) -> dict[str, Any]:
+    """The range in one unit, wider by the rounding that a converted value may miss an end by."""
+    scales, shift = UNITS[rule.dimension], OFFSETS.get(unit, 0.0)
+    own, margin = _unit(rule), 2.0 * ROUNDING
+    low, high = (end * scales[own] + OFFSETS.get(own, 0.0) for end in (rule.low, rule.high))
+    low, high = low - margin * abs(low), high + margin * abs(high)
+    value: dict[str, Any] = {"minimum": (low - shift) / scales[unit], "maximum": (high - shift) / scales[unit]}
+    if beyond is not None:
+        value = {"anyOf": [value, {"const": beyond}]}
+    needed = {} if unit == "1" else {"required": ["unit"]}
+    own_unit = {"properties": {"unit": {"const": unit}}, **needed}
+    return {"if": own_unit, "then": {"properties": {"value": {"items": value} if many else value}}}
+
+
+def _unit(rule: Quantity) -> str:
+    return rule.unit or next(iter(UNITS[rule.dimension]))
+
+
+def _described(rule: Any, many: bool) -> str:
+    text = f"{rule.noun}: {', '.join(rule.names)}" if isinstance(rule, OneOf) else "value"
+    if isinstance(rule, Quantity):
+        what, unit = ("number", "") if rule.dimension == "1" else (rule.dimension, f" {_unit(rule)}")
+        text = f"{what}, {rule.low:g} to {rule.high:g}{unit}" + (f"; {rule.hint}" if rule.hint else "")
+    return f"list of: {text}" if many else text
+
+
+def _title(part: type, rule: Any, plain: type) -> str:
+    """Name of a quantity: of its annotation in the part's module or in that of quantities."""
+    if rule is None:
+        return {bool: "Flag", int: "Count", str: "Word"}.get(plain, "Number")
+    return _names_in(part.__module__).get(rule) or _names_in(q.__name__).get(rule) or type(rule).__name__
+
+
+@cache
+def _names_in(module: str) -> dict[Any, str]:
+    """Names of the annotations of a module, by what they measure."""
+    found = {getattr(kind, "__metadata__", (None,))[0]: name for name, kind in vars(sys.modules[module]).items()}
+    return {rule: name for rule, name in found.items() if isinstance(rule, Quantity | OneOf)}

@@ -1,0 +1,18 @@
+"""What the values of a combustion model's file measure beside the engine's: annotations of its settings."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from cranktrain.engine.quantities import Quantity
+
+FuelMass = Annotated[float, Quantity("mass", 0.0, 1e5, "mg")]
+HeatingValue = Annotated[float, Quantity("specific energy", 5.0, 150.0, "MJ/kg", "diesel fuel has 42.5 to 43")]
+HydrogenRatio = Annotated[float, Quantity("1", 0.0, 4.0, hint="diesel fuel has 1.8 to 1.9")]
+DelayFactor = Annotated[float, Quantity("time", 1e-9, 1.0, "s")]
+Exponent = Annotated[float, Quantity("1", 0.0, 20.0)]
+Ratio = Annotated[float, Quantity("1", 0.01, 10.0)]
+Part = Annotated[float, Quantity("1", 0.0, 1.0)]
+Factor = Annotated[float, Quantity("1", 0.0, 10.0)]
+Valves = Annotated[int, Quantity("1", 1, 8)]
+Lift = Annotated[float, Quantity("length", 0.0, 200.0, "mm")]

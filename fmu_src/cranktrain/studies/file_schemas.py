@@ -1,0 +1,44 @@
+"""JSON schemas of the files that people write, made of the tables by which the program reads them.
+
+An editor that knows the schema of a TOML file completes keys, shows what a value measures and its range, and marks what
+the program would refuse. What needs the whole file (whether parts fit together) is the program's alone.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.named import resolve
+
+
+class FileKind(NamedTuple):
+    """A kind of file: title of its schema, and where its table is, or what makes it."""
+
+    title: str
+    table: str
+
+
+FILE_KINDS = {
+    "engine": FileKind("Engine file of cranktrain", "cranktrain.engine.file:engine_table"),
+    "scene": FileKind("Scene of cranktrain", "cranktrain.studies.scene:SceneTable"),
+    "harness": FileKind("Harness file of cranktrain", "cranktrain.studies.harness.tables:HarnessTable"),
+    "superelement": FileKind(
+        "Superelement of cranktrain", "cranktrain.structure.fem.superelement_file:SuperelementTable"
+    ),
+    "targets": FileKind("Targets file of cranktrain", "cranktrain.studies.calibration.targets:TargetsTable"),
+    "combustion": FileKind("Combustion module of cranktrain", "cranktrain.modules.combustion.file:document"),
+    "valve-train": FileKind("Valve train module of cranktrain", "cranktrain.modules.valve_train.file:document"),
+}
+
+
+def file_schema(kind: str) -> dict[str, Any]:
+    """JSON schema, draft 7, of a kind of file; ``InputError`` for one that does not exist."""
+    from cranktrain.core.json_schema import json_schema
+    from cranktrain.engine.entries import rules
+
+    if kind not in FILE_KINDS:
+        raise InputError(f"no kind of file is named '{kind}'; {nearest(kind, FILE_KINDS)}")
+    title, table = FILE_KINDS[kind]
+    found = resolve(table)
+    return json_schema(found if isinstance(found, type) else found(), title, rules())

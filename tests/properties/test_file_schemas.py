@@ -1,0 +1,172 @@
+"""JSON schemas for editors are made of what the readers read by: both take the same files and refuse the same slips."""
+
+import json
+import re
+import tomllib
+import warnings
+from pathlib import Path
+
+import pytest
+from jsonschema import Draft7Validator
+from superelements import shaft, write_superelement
+
+from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import engine_folder, engine_names, engine_path, load_engine
+from cranktrain.modules.register import module_files, module_of
+from cranktrain.structure.fem.own_body import read_body
+from cranktrain.studies.calibration.targets import load_targets
+from cranktrain.studies.file_schemas import FILE_KINDS, file_schema
+from cranktrain.studies.harness.file import load_harness
+from cranktrain.studies.scene import load_scene
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
+OF_MODULE = {"combustion": "combustion", "valvetrain": "valve-train"}
+FILES = [
+    *(("engine", engine_path(name)) for name in engine_names()),
+    ("engine", EXAMPLES / "four_with_balancers.toml"),
+    *((OF_MODULE[module_of(path).name], path) for path in module_files().values()),
+    *(("scene", EXAMPLES / f"{name}.toml") for name in ("scene", "six_at_2000", "v8")),
+    *(("scene", path) for path in sorted((ROOT / "tests" / "data" / "scenes").glob("*.toml"))),
+    *(("targets", path) for path in sorted(engine_folder().glob("*.targets.toml"))),
+    ("targets", EXAMPLES / "diesel_i6_pulley.targets.toml"),
+    ("harness", EXAMPLES / "harness.toml"),
+    *(("harness", path) for path in sorted((ROOT / "tests" / "system").glob("*.toml"))),
+]
+READERS = {
+    "targets": lambda path: load_targets(path, load_engine("diesel_i6")),
+    "engine": load_engine, "scene": load_scene, "harness": load_harness,
+    "combustion": lambda path: module_of(path).read(path), "valve-train": lambda path: module_of(path).read(path),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def validators():
+    """A validator of each kind of file, whose schema is one of draft 7."""
+    schemas = {kind: file_schema(kind) for kind in FILE_KINDS}
+    for schema in schemas.values():
+        Draft7Validator.check_schema(schema)
+        json.dumps(schema, allow_nan=False)
+    return {kind: Draft7Validator(schema) for kind, schema in schemas.items()}
+
+
+@pytest.mark.parametrize(("kind", "path"), FILES, ids=lambda part: getattr(part, "stem", part))
+def test_files_that_are_read_are_valid(validators, kind, path):
+    errors = [error.message for error in validators[kind].iter_errors(tomllib.loads(path.read_text("utf-8")))]
+    assert not errors
+
+
+SIX = (engine_folder() / "diesel_i6.toml").read_text("utf-8")
+FOUR = (EXAMPLES / "four_with_balancers.toml").read_text("utf-8")
+SCENE = (EXAMPLES / "scene.toml").read_text("utf-8")
+RUN_UP = SCENE.replace("speeds_rpm = [2000]\n", "") + "\n[run_up]\nfrom = 1000\nto = 2000\npoints = 5\n"
+HARNESS = (EXAMPLES / "harness.toml").read_text("utf-8")
+TARGETS = (EXAMPLES / "diesel_i6_pulley.targets.toml").read_text("utf-8")
+BURN = module_files()["combustion_i6"].read_text("utf-8")
+VALVES = module_files()["valvetrain_i6"].read_text("utf-8")
+SLIPS = [
+    ("engine", SIX, "[flywheel]", "[fly_wheel]", "unknown table 'fly_wheel'; did you mean 'flywheel'"),
+    ("engine", SIX, "piston_mass =", "pistonmass =", "unknown key 'pistonmass'; did you mean 'piston_mass'"),
+    ("engine", SIX, r"\npiston_mass = [^\n]*", "", "cylinders: key 'piston_mass' is missing"),
+    ("engine", SIX, r"piston_mass = [^\n]*", "piston_mass = 1.78", r"cylinders\.piston_mass: write it as"),
+    ("engine", SIX, r"\nboundary_friction = [^\n]*", "\nboundary_friction = 3", r"boundary_friction: write it as"),
+    ("engine", SIX, r"(\nlength = \{ value = 215), unit = \"mm\"", r'\1, unit = "kg"', "unit 'kg' does not measure"),
+    ("engine", SIX, r"(\nlength = \{ value = 215), unit = \"mm\"", r"\1", "unit '1' does not measure its length"),
+    ("engine", SIX, r"(\nlength = \{ value = )215", r"\g<1>'215'", "'215' is not a finite number"),
+    ("engine", SIX, r"(\nlength = \{ value = )215", r"\g<1>[215]", "a single value is wanted"),
+    ("engine", SIX, r"(\nlength = \{ value = )215", r"\g<1>215000", "215000|2.15e.05 mm is not within 1 to 5000 mm"),
+    ("engine", SIX, r"(\nlength = \{ value = 215.*origin = )\"\w+\"", r'\1"guessed"', "origin 'guessed' is not known"),
+    ("engine", SIX, r"(\nlength = \{ value = 215.*origin = ).*\}", r'\1"published" }', "needs a note"),
+    ("engine", SIX, "value = \"vogel\"", "value = \"vogl\"", "unknown law 'vogl'; did you mean 'vogel'"),
+    ("engine", FOUR, '"gear_mesh"', '"gear_mess"', "law 'gear_mess' does not exist; did you mean 'gear_mesh'"),
+    ("engine", FOUR, 'frame = "forwards"', "frame = 3", r"body 'balancer\[2\]'\.frame: 3 is not a text"),
+    ("scene", SCENE, "accuracy = ", "acuracy = ", "unknown key 'acuracy'; did you mean 'accuracy'"),
+    ("scene", SCENE, r"accuracy = \S+", "accuracy = 3", "accuracy: 3 is more than 0.5"),
+    ("scene", SCENE, r"\noutputs", "\ncycles = 1\noutputs", "cycles: 1 is not within 2 to 10000 cycles"),
+    ("scene", RUN_UP, "points = 5", "points = 5.5", r"run_up\.points: 5\.5 is not a whole number"),
+    ("scene", RUN_UP, "points = 5", "", r"run_up\.points is missing; a run-up has from, to"),
+    ("harness", HARNESS, "speed_rpm = 2000", "speed_rpm = 2", "speed_rpm: 2 is not within 10 to 30000 rev/min"),
+    ("harness", HARNESS, "misfire = ", "misfires = ", r"scenario 'misfire': unknown key 'misfires'; did you mean 'mis"),
+    ("harness", HARNESS, "cylinder = 1", "cylinder = 1.5", r"'misfire'\.misfire\[1\]\.cylinder: 1\.5 is not a"),
+    ("harness", HARNESS, 'gives = "last"', 'gives = "lst"', "gives 'lst' does not exist; did you mean 'last'"),
+    ("harness", HARNESS, "rms = 0.1, ", "", r"noise\[1\]: key 'rms' is missing; it needs input, rms"),
+    ("targets", TARGETS, "tolerance = ", "tolerances = ", r"tolerances: is not known; did you mean 'tolerance'"),
+    ("targets", TARGETS, r"tolerance = \S+", "tolerance = 2", r"tolerance: 2 is not within 1e-06 to 0\.99"),
+    ("targets", TARGETS, 'shape = "torsional"', 'shape = "torsion"', "did you mean 'torsional'"),
+    ("combustion", BURN, r"\[walls\]", "[wall]", "unknown table 'wall'; did you mean 'walls'"),
+    ("combustion", BURN, 'unit = "mg"', 'unit = "mm"', r"injection\.mass: unit 'mm' does not measure its mass"),
+    ("valve-train", VALVES, "lash = { value = 0.3", "lash = { value = 30", r"train\.lash: 30 mm is not within 0 to 10"),
+]  # fmt: skip
+
+
+def test_a_superelement_is_valid_and_its_slips_are_not(validators, tmp_path):
+    path = write_superelement(tmp_path, shaft(4), {"start": 1, "end": 5})
+    text = path.read_text("utf-8")
+    assert validators["superelement"].is_valid(tomllib.loads(text))
+    for old, new, said in (
+        ("units", "unit", "unknown key 'unit'; did you mean 'units'"),
+        ("m-kg-s", "mm-kg-s", "units 'mm-kg-s' do not exist"),
+        ('matrices = "', 'matrices = 3 # "', "matrices: 3 is not a text"),
+        ("5 = [", "5 = [1.0, ", "expected is NUMBER"),
+    ):
+        path.write_text(text.replace(old, new, 1), "utf-8")
+        assert not validators["superelement"].is_valid(tomllib.loads(path.read_text("utf-8")))
+        with pytest.raises(InputError, match=said):
+            read_body(path)
+
+
+@pytest.mark.parametrize(("kind", "text", "old", "new", "said"), SLIPS)
+def test_slips_are_refused_by_the_schema_and_by_the_reader(validators, tmp_path, kind, text, old, new, said):
+    pattern = old if "\\" in old else re.escape(old)
+    assert re.search(pattern, text)
+    wrong = re.sub(pattern, new, text, count=1)
+    assert not validators[kind].is_valid(tomllib.loads(wrong))
+    path = tmp_path / "own.toml"
+    path.write_text(wrong, "utf-8")
+    with pytest.raises(InputError, match=said) as refused:
+        READERS[kind](path)
+    assert str(refused.value).startswith("own.toml: ") and "\n" not in str(refused.value)
+
+
+def test_ranges_are_those_of_the_reader_in_every_unit(validators):
+    """An end in each of a quantity's units, just inside and just outside."""
+    of = validators["engine"].evolve(
+        schema={**validators["engine"].schema, "$ref": "#/definitions/OilTemperature_list"}
+    )
+    for unit, low, high in (("degC", -80.0, 300.0), ("K", 193.15, 573.15)):
+        for value, valid in ((low, True), (high, True), (low - 1e-3, False), (high + 1e-3, False)):
+            entry = {"value": [value], "unit": unit, "origin": "chosen"}
+            assert of.is_valid(entry) == valid, entry
+
+
+def test_nothing_given_is_valid_where_the_default_says_so(tmp_path, validators):
+    """A loss factor of 0 of a viscous damper is its default, though no rubber has it."""
+    document = tomllib.loads(SIX)
+    document["damper"]["loss_factor"] = {"value": 0, "origin": "chosen"}
+    assert validators["engine"].is_valid(document)
+    document["damper"]["loss_factor"]["value"] = 1e-5
+    assert not validators["engine"].is_valid(document)
+
+
+def test_the_verb_prints_or_writes_the_schema(tmp_path, capsys):
+    target = tmp_path / "engine.schema.json"
+    assert main(["schema", "engine", "--output", str(target)]) == 0
+    assert main(["schema", "engine", "--output", str(target)]) == 0, "it replaces a schema"
+    assert capsys.readouterr().out == ""
+    assert main(["schema", "engine"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == json.loads(target.read_text("utf-8")) == json.loads(json.dumps(file_schema("engine")))
+    assert main(["schema", "engin"]) == 2
+    assert "no kind of file is named 'engin'; did you mean 'engine'?" in capsys.readouterr().err
+    other = tmp_path / "other.toml"
+    other.write_text("x = 1", "utf-8")
+    assert main(["schema", "scene", "--output", str(other)]) == 2 and other.read_text("utf-8") == "x = 1"
+
+
+def test_a_file_that_names_its_schema_is_read(tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text("#:schema ./engine.schema.json\n" + SIX, "utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert load_engine(path) == load_engine("diesel_i6")
