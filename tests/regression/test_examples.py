@@ -47,6 +47,27 @@ def test_balancers(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "balancers.png").stat().st_size > 10_000
 
 
+def test_dual_mass_flywheel(tmp_path):
+    """Through the resonance at start-up, the secondary mass follows the primary one as two masses on a spring do.
+
+    In resonance, where order 3 is nearly all of the twist, friction acts as a damper of 4 T_f/(π ω A), A its amplitude.
+    """
+    module, speeds = example("dual_mass_flywheel"), np.array([150.0, 250.0, 300.0, 500.0])
+    found = module.main(str(tmp_path / "dmf.png"), speeds)
+    for friction, swings in found.items():
+        for rpm, (first, second) in zip(speeds, swings, strict=True):
+            if friction and rpm != 250.0:
+                continue
+            omega = module.ORDER * rpm * np.pi / 30.0
+            damping = module.DAMPING + 4.0 * friction / (np.pi * omega * abs(second - first))
+            spring = module.STIFFNESS + 1j * omega * damping
+            exact = abs(spring / (spring - module.SECONDARY * omega**2))
+            assert abs(second / first) == pytest.approx(exact, rel=0.01 if friction == 0.0 else 0.03)
+    peaks = [np.abs(np.diff(swings, axis=1)[1, 0]) for swings in found.values()]
+    assert peaks[1] < 0.9 * peaks[0]
+    assert (tmp_path / "dmf.png").stat().st_size > 10_000
+
+
 def test_mixed_mains(capsys):
     """Only main 1 loses its film, and with it its friction."""
     assert example("mixed_mains").main() == 0
