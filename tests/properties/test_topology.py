@@ -18,7 +18,7 @@ from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.belt import strands
 from cranktrain.dynamics.topology.laws import CONNECTION_LAWS, pieces_of
-from cranktrain.dynamics.topology.modes import law_at
+from cranktrain.dynamics.topology.modes import CrankAtRest, law_at
 from cranktrain.dynamics.topology.terms import Direction, terms_of
 from cranktrain.dynamics.topology.values import REST
 from cranktrain.engine.connections import DATA
@@ -168,6 +168,45 @@ def test_two_geared_discs_have_the_closed_forms_mode():
     assert modes.frequencies_hz[0] < 1e-2  # both turn together
     together = modes.rotations["b"][0] / modes.rotations["a"][0]
     assert together == pytest.approx(2.0, rel=1e-9)  # each in its own sense, as the frames turn
+
+
+def test_a_linear_bearing_is_springs_of_its_own():
+    """A disc in one: its bounce along x and y, and nothing across the film's own directions."""
+    bearing = {"diameter": 0.04, "width": 0.02, "clearance": 3e-5, "contact_height": 1e-6, "contact_pressure": 1e8,
+               "level": "linear", "stiffness_x": 2e7, "stiffness_y": 5e7}  # fmt: skip
+    link = ct.Connection("c", "film", (ct.End("a", "gear"), ct.End("ground")), bearing)
+    modes = ct.topology_modes(ct.Topology((ct.Frame("a", 1.0),), (disc("a", "a"),), (link,)))
+    for stiffness in (2e7, 5e7):
+        assert np.abs(modes.frequencies_hz - math.sqrt(stiffness / 5.0) / (2.0 * math.pi)).min() < 1e-6
+
+
+def test_modes_with_a_crank_are_those_of_a_heavier_flywheel():
+    """A geared disc whose teeth hardly give is its inertia by the ratio squared at the crank; energy adds up to 1."""
+    _, body = six()
+    z = float(body.positions[body.index("flywheel"), 2])
+    inertia, ratio, apart = 0.3, 2.0, 0.3
+    wheel = rigid_body("w", 5.0, np.diag([0.3, 0.3, inertia]), (0, 0, -z), {"gear": (0, 0, -z)})
+    mesh = ct.Connection("mesh", "gear_mesh", (ct.End("crank", "flywheel"), ct.End("w", "gear")),
+                         {"stiffness": 1e13, "damping": 0.0})  # fmt: skip
+    hold = ct.Connection("hold", "spring", (ct.End("w", "gear"), ct.End("ground")),
+                         {"stiffness": (1e13, 1e13, 1e13), "turning_stiffness": (1e10, 1e10, 0.0)})  # fmt: skip
+    top = ct.Topology((ct.Frame("f", -ratio, axis=(apart, 0.0)),), (ct.Body("w", wheel, "f"),), (mesh, hold))
+
+    def at_rest(crank):
+        """Held across and along everywhere, and against turning by a spring at the pulley."""
+        rows = crank.shapes[[crank.index("main[1]"), crank.index("main[7]")], :2].reshape(-1, crank.n_modes)
+        axial, turn = crank.shapes[crank.index("thrust"), 2], crank.shapes[crank.index("pulley"), 5]
+        stiffness = np.diag(crank.omega**2) + 1e13 * (rows.T @ rows + np.outer(axial, axial))
+        return CrankAtRest(crank, stiffness + 2e5 * np.outer(turn, turn), np.eye(crank.n_modes))
+
+    modes = ct.topology_modes(top, at_rest(body))
+    heavier = attach(body, "flywheel", 1e-9, inertia * ratio**2 * np.diag([0.6, 0.6, 1.0]), (0.0, 0.0, 0.0))
+    other = ct.topology_modes(ct.Topology(), at_rest(heavier))
+    low = other.frequencies_hz[0]
+    k = int(np.abs(modes.frequencies_hz - low).argmin())
+    assert modes.frequencies_hz[k] == pytest.approx(low, rel=1e-4) and low > 1.0
+    assert modes.shares["crank"][k] + modes.shares["w"][k] == pytest.approx(1.0)
+    assert modes.shares["w"][k] == pytest.approx(inertia * ratio**2 / float(heavier.inertia[2, 2]), rel=1e-2)
 
 
 def test_a_coupling_is_the_spring_of_two_masses():
@@ -559,3 +598,15 @@ def test_friction_of_a_dual_mass_flywheel_is_its_hysteresis():
     stored = 4e3 * (twist[-1] ** 2 - twist[0] ** 2)
     assert work - stored == pytest.approx(friction + viscous, rel=0.03)
     assert friction > 0.2 * abs(work)
+
+
+@pytest.mark.slow
+def test_modal_lists_the_crank_with_its_balancers():
+    report = ct.modal(FOUR)
+    modes = report["with_additions"]["modes"]
+    assert all(sum(mode["shares"].values()) == pytest.approx(1.0, abs=1e-9) for mode in modes)
+    assert {"balancer[1]", "balancer[2]"} <= {mode["shape"] for mode in modes}
+    # Bending hardly knows of them: the first two modes are those of the crank alone.
+    alone = [mode["hz"] for mode in report["cranktrain"]["modes"][:2]]
+    found = [mode["hz"] for mode in modes if mode["shape"] == "bending"][:2]
+    assert found == pytest.approx(alone, rel=2e-3)

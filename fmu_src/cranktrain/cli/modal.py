@@ -46,6 +46,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.engine.torsional_chain import is_chain, read_chain
     from cranktrain.results.tables import Table, block_tables, frequency_tables
     from cranktrain.studies import modal as study
+    from cranktrain.studies.added_modes import additions_table
     from cranktrain.studies.in_motion.report import motion_table, springs_text
     from cranktrain.studies.torsion.chain_modes import chain_report, chain_table
     from cranktrain.studies.torsion.damped_modes import damper_table
@@ -81,6 +82,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         print(f"No modes in motion: {motion['failed']}")
     if "stand_in_springs" in report:
         print(springs_text(report["stand_in_springs"]))
+    if "with_additions" in report:
+        show(additions_table(report["with_additions"]))
     if options.damper:
         show(damper_table(report["damper"]))
     _say_quality("Reduction", report["reduction"])

@@ -20,6 +20,7 @@ from cranktrain.structure.block.shape import block_plan
 from cranktrain.structure.crank.modal import modal_report
 from cranktrain.structure.crank.reduction import reduced_crankshaft
 from cranktrain.structure.fem.own_mesh import MeshFile
+from cranktrain.studies.added_modes import additions_report
 from cranktrain.studies.in_motion.report import SPRING_LEVELS, motion_report, springs_report
 from cranktrain.studies.torsion.damped_modes import damper_report
 from cranktrain.studies.torsion.level_frequencies import level_frequencies
@@ -41,7 +42,8 @@ def modal(
 ) -> dict[str, Any]:
     """Frequencies of the free crankshaft and the cranktrain, at rest and in motion, critical speeds, quality.
 
-    Bodies and connections that an engine's file adds are no part of it; their names are ``left_out``.
+    Bodies and connections that an engine's file adds are no part of it; their names are ``left_out``. The solid crank's
+    modes with them stand beside it, ``with_additions``.
 
     Parameters
     ----------
@@ -98,4 +100,6 @@ def modal(
     seconds = {"reduction": made - start, "modal": time.perf_counter() - made}
     if given != found:
         report["left_out"] = [body.name for body in given.body] + [one.name for one in given.connection]
+        if solid:
+            report["with_additions"] = additions_report(given, body)
     return {**report, "seconds": {**report.get("seconds", {}), **seconds}}

@@ -335,7 +335,7 @@ def _connections(
             starts.append(len(terms))
         scales += piece.scales
         shown += [(len(rows) - 1, KINDS[kind], place) for _, kind, place in piece.outputs]
-        oil.append(-1.0 if piece.parameters is None else piece.viscosity)
+        oil.append(piece.viscosity)
         kept.append(piece)
     # Laws of films look at all rows: those of other laws are filled up.
     any_film = next((piece.parameters for piece in kept if piece.parameters is not None), np.zeros(COLUMNS))

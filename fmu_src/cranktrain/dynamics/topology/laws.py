@@ -51,7 +51,8 @@ class Piece(NamedTuple):
     rubs : whether friction turns both ends about z
     closes : whether steps of the iteration are limited
     outputs : what is shown of it: name, kind and place, see :mod:`cranktrain.dynamics.topology.slots`
-    parameters : (COLUMNS,) of a film, whose oil is told; else nothing
+    parameters : (COLUMNS,) of a bearing; else nothing
+    viscosity : of its oil, Pa s; 0: the engine's, −1: it has none
     """
 
     components: list[tuple[Direction, Direction]]
@@ -64,7 +65,7 @@ class Piece(NamedTuple):
     closes: bool = False
     outputs: tuple[tuple[str, str, int], ...] = ()
     parameters: Array | None = None
-    viscosity: float = 0.0
+    viscosity: float = -1.0
 
 
 @dataclass(frozen=True)
@@ -262,7 +263,7 @@ def _film(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
     return [
         Piece(
             components, scales, resolve(form.kernel), record, journal, 0, law.film, form.closes,
-            outputs, parameters if law.film else None, bearing.viscosity,
+            outputs, parameters, bearing.viscosity if law.film else -1.0,
         )
     ]  # fmt: skip
 

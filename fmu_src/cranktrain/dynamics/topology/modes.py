@@ -1,4 +1,4 @@
-"""Modes of a topology by itself, at crank angle 0 and without turning: what its bodies and connections are at rest.
+"""Modes of a topology at crank angle 0 and without turning: what bodies and connections are at rest.
 
 With the terms B of all components, d = B u, and the tangents ∂F/∂d of the laws at rest, the bodies' own modes q obey
 q̈ + [diag(ω²) − Φᵀ Bᵀ (∂F/∂d) B Φ] q = 0. Flanks of gears without backlash are closed there; with backlash they stand
@@ -14,12 +14,12 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import call_kernel, kernel
-from cranktrain.core.reduced_body import Array
+from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.arrays import Base, added
 from cranktrain.dynamics.topology.relations import groups
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, Topology
-from cranktrain.film.laws.films import BY_PLACE, FORCE, NUMBERS, SIZE
+from cranktrain.film.laws.films import BY_PLACE, COS, FORCE, NUMBERS, SIZE
 
 
 class TopologyModes(NamedTuple):
@@ -30,11 +30,21 @@ class TopologyModes(NamedTuple):
     frequencies_hz : (n,) 0 for motion that nothing holds
     shapes : (n, n) modal coordinates of all bodies, one after the other, by mode; columns of unit modal mass
     rotations : by body (n,) its rotation about its frame's axis in each mode
+    shares : by body (n,) its share of the kinetic energy of each mode; of ``crank`` too where there is one
     """
 
     frequencies_hz: Array
     shapes: Array
     rotations: dict[str, Array]
+    shares: dict[str, Array]
+
+
+class CrankAtRest(NamedTuple):
+    """A crankshaft as it stands in its bearings: stiffness and mass (n, n) in the modes of its ``body``."""
+
+    body: ReducedBody
+    stiffness: Array
+    mass: Array
 
 
 @kernel
@@ -43,33 +53,50 @@ def law_at(law, record, index, place, velocity, numbers, out):
     return call_kernel(law, (record, FORCE, index, place, velocity, numbers, out, out))
 
 
-def topology_modes(topology: Topology) -> TopologyModes:
-    """Modes of bodies and connections without an engine; ``InputError`` where a connection holds crank or block."""
+# In one piece: ports of all bodies, then the stiffness of all connections, then what the modes are.
+def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> TopologyModes:
+    """Modes of bodies and connections, with the ``crank`` where it is given, on a block at rest.
+
+    The crank's modal coordinates come first in ``shapes``. ``InputError`` where a connection holds a body that is not
+    there.
+    """
     for connection in topology.connections:
-        if any(end.body in (CRANK, BLOCK) for end in connection.ends):
+        if any(end.body == BLOCK or (end.body == CRANK and crank is None) for end in connection.ends):
             raise InputError(f"connection '{connection.name}' holds the engine's own bodies, which are not there")
-    made = added(topology, Base(None, None, 0, 0, 0, 0))
+    first = 0 if crank is None else crank.body.n_modes
+    made = added(topology, Base(None if crank is None else crank.body, None, first, 0, 0, 0))
     bodies, links = made.bodies, made.connections
-    n = made.omega.size
-    shapes = np.zeros((bodies.shapes.shape[0], n))
+    n, on_crank = first + made.omega.size, len(made.crank)
+    shapes = np.zeros((on_crank + bodies.shapes.shape[0], n))
+    shapes[:on_crank, :first] = made.crank
     for row in bodies.rows:
         m, k = int(row[at.MODE]), int(row[at.MODES])
         p = slice(int(row[at.OWN_PORT]), int(row[at.OWN_PORT] + row[at.PORTS]))
-        shapes[p, m : m + k] = bodies.shapes[p, :k]
+        shapes[on_crank:][p, m : m + k] = bodies.shapes[p, :k]
     measured = np.zeros((links.scales.size, n))
     for component, port, amplitude, _, angle in links.terms:
         measured[int(component)] += amplitude * math.cos(angle) * shapes[int(port)]
-    stiffness = np.diag(made.omega**2)
+    stiffness, mass = np.diag(np.concatenate((np.zeros(first), made.omega)) ** 2), np.eye(n)
+    if crank is not None:
+        stiffness[:first, :first], mass[:first, :first] = crank.stiffness, crank.mass
+    numbers = np.zeros(NUMBERS)
+    numbers[COS] = 1.0
     for k, row in enumerate(links.rows):
         rows = measured[int(row[at.FIRST]) : int(row[at.FIRST] + row[at.SIZE])]
         out, (law, record, index) = np.zeros(SIZE), links.entry[k].tolist()
-        law_at(law, record, index, np.zeros(4), np.zeros(4), np.zeros(NUMBERS), out)
+        law_at(law, record, index, np.zeros(4), np.zeros(4), numbers, out)
         tangent = out[BY_PLACE : BY_PLACE + 16].reshape(4, 4)[: len(rows), : len(rows)]
         stiffness -= rows.T @ tangent @ rows
-    squares, found = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
-    turns = {}
-    order = [body.name for group in groups(topology) for body in group.bodies]
-    for name, row in zip(order, bodies.rows, strict=True):
-        own, modes = (slice(int(row[k]), int(row[k] + row[at.MODES])) for k in (at.OWN_MODE, at.MODE))
+    root = np.linalg.inv(np.linalg.cholesky(mass))
+    squares, found = np.linalg.eigh(root @ (0.5 * (stiffness + stiffness.T)) @ root.T)
+    found = root.T @ found
+    turns, shares = {}, {}
+    if crank is not None:
+        shares[CRANK] = np.einsum("ik,ij,jk->k", found[:first], crank.mass, found[:first])
+    order = [(body.name, group, k) for group in groups(topology) for k, body in enumerate(group.bodies)]
+    for (name, group, k), row in zip(order, bodies.rows, strict=True):
+        own, modes = (slice(int(row[slot]), int(row[slot] + row[at.MODES])) for slot in (at.OWN_MODE, at.MODE))
         turns[name] = bodies.turn[own] @ found[modes]
-    return TopologyModes(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi), found, turns)
+        moved = found[modes] if group.parts is None else group.parts[k] @ found[modes]
+        shares[name] = (moved**2).sum(axis=0)
+    return TopologyModes(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi), found, turns, shares)
