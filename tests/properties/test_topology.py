@@ -9,11 +9,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 from tests.bodies import rigid_crank
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import attach, check, rigid_body
+from cranktrain.dynamics.model.slots import OMEGA, THETA
+from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.belt import strands
@@ -442,6 +446,91 @@ def test_a_belt_drives_an_alternator_by_the_difference_of_its_tensions():
     gained = np.diff(found["g.speed"][576:]) / (4.0 * math.pi / SPEED / 576) * inertia
     drives = 0.5 * ((on - off)[1:] + (on - off)[:-1]) * radius / 2.5 + torque
     assert np.abs(gained - drives).max() < 0.05 * np.ptp(drives)
+
+
+def test_two_geared_shafts_move_as_an_independent_right_hand_side_says():
+    """Newton's and Euler's equations of two discs in space, teeth with backlash between them, by SciPy's Radau.
+
+    Each is held across by a spring; a torque to and fro takes the teeth from one flank to the other.
+    """
+    stiffness, damping, play, angle = 2e7, 2e3, 5e-5, math.radians(20.0)
+    across, damper, torque, order, mass = 5e7, 2e3, 60.0, 12.0, 5.0
+    inertias, ratios = (0.05, 0.02), (2.0, -4.0)
+    frames = ct.Frame("a", ratios[0], axis=(0.5, 0.0)), ct.Frame("b", ratios[1], axis=(0.62, 0.16))
+    mesh = ct.Connection("mesh", "gear_mesh", (ct.End("a", "gear"), ct.End("b", "gear")),
+                         {"stiffness": stiffness, "damping": damping, "backlash": play})  # fmt: skip
+    holds = tuple(held(name, stiffness=(across, across, 1e7), damping=(damper, damper, 1e3)) for name in "ab")
+    load = ct.Connection(
+        "load", "load", (ct.End("a", "gear"), ct.End("ground")), {"torque": (0.0, 0.0, torque), "order": order}
+    )
+    bodies = tuple(disc(name, name, inertia, mass) for name, inertia in zip("ab", inertias, strict=True))
+    own, crank = six()
+    run = Simulation(own, crank, ct.Settings(crank="rigid", block="ground", gas_load=0.0), None,
+                     simulation_parts(ct.Topology(frames, bodies, (mesh, load, *holds))))  # fmt: skip
+    run.inputs[0] = SPEED
+    run.initialize()
+
+    def in_space(time):
+        """Displacement of both centres, deviations of both angles from turning evenly, and their rates, (12,)."""
+        n, found = run.model.omega2.size, np.zeros((2, 2, 3))
+        lead = run.work.frames[0, THETA] - SPEED * time, run.work.frames[0, OMEGA] - SPEED
+        for body, row in enumerate(run.model.bodies.rows):
+            modes, o, sense = int(row[at.MODES]), int(row[at.OWN_MODE]), row[at.SENSE]
+            q, v = (run.state[offset(what, n) + int(row[at.MODE]) :][:modes] for what in (POSITION, VELOCITY))
+            centre, turn = run.model.bodies.centre[:2, o : o + modes], run.model.bodies.turn[o : o + modes]
+            swept = row[at.RATE] * run.work.frames[0, THETA]
+            axes = np.array([[math.cos(swept), -math.sin(swept)], [math.sin(swept), math.cos(swept)]])
+            axes = np.diag([1.0, sense]) @ axes
+            place = centre @ q
+            rate = centre @ v + row[at.RATE] * run.work.frames[0, OMEGA] * np.array([-place[1], place[0]])
+            ratio = sense * row[at.RATE]
+            found[0, body] = *(axes @ place), sense * (turn @ q) + ratio * lead[0]
+            found[1, body] = *(axes @ rate), sense * (turn @ v) + ratio * lead[1]
+        return found.ravel()
+
+    towards = np.array([0.12, 0.16])
+    distance = float(np.linalg.norm(towards))
+    towards /= distance
+    along = np.array([-towards[1], towards[0]])
+    arms = distance * abs(ratios[1]) / 6.0, -distance * ratios[0] / 6.0
+
+    def rates(time, y):
+        place, rate = y.reshape(2, 2, 3)
+        forces = np.zeros((2, 3))
+        for body in range(2):
+            forces[body, :2] = -across * place[body, :2] - damper * rate[body, :2] + [0.0, -9.80665 * mass]
+        forces[0, 2] += torque * math.cos(order * float(crank_angle(time)))
+        normal = np.array([1.0, math.tan(angle)]) / math.hypot(1.0, math.tan(angle))
+        for sign in (1.0, -1.0):
+            way = sign * normal[0] * along + normal[1] * towards
+
+            def measured(motion, way=way):
+                ends = [motion[k, :2] @ way + motion[k, 2] * arms[k] * (towards[0] * way[1] - towards[1] * way[0])
+                        for k in range(2)]  # fmt: skip
+                return ends[0] - ends[1]
+
+            pressed = measured(place) - 0.5 * play * normal[0]
+            root = math.hypot(pressed, 1e-7)
+            force = 0.5 * stiffness * (pressed + root) + damping * 0.5 * (1.0 + pressed / root) * measured(rate)
+            for k, back in enumerate((-1.0, 1.0)):
+                turning = arms[k] * (towards[0] * way[1] - towards[1] * way[0])
+                forces[k] += back * force * np.array([*way, turning])
+        accelerations = forces / np.array([[mass, mass, inertias[0]], [mass, mass, inertias[1]]])
+        return np.concatenate((rate.ravel(), accelerations.ravel()))
+
+    step, steps = 4.0 * math.pi / SPEED / 55296, 6912
+    ours, angles = np.empty((steps + 1, 12)), np.empty(steps + 1)
+    for k in range(steps + 1):
+        if k > 0:
+            run.step(k * step)
+        ours[k], angles[k] = in_space(k * step), run.work.frames[0, THETA]
+    times = np.arange(steps + 1) * step
+    crank_angle = CubicSpline(times, angles)
+    found = solve_ivp(rates, (0.0, times[-1]), ours[0], "Radau", times, rtol=1e-9, atol=1e-13, max_step=5.0 * step)
+    exact = found.y.T
+    gap = arms[0] * exact[:, 2] - arms[1] * exact[:, 5]
+    assert gap.max() > 0.5 * play and gap.min() < -0.5 * play  # both flanks were struck
+    assert (np.abs(ours - exact).max(axis=0) < 1e-5 * np.ptp(exact, axis=0)).all()
 
 
 # Files ----------------------------------------------------------------------------------------------------------------
