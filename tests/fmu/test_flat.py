@@ -18,7 +18,8 @@ def bore(seed, size):
 
 
 def test_round_trip_is_exact(whole, tmp_path):
-    model = whole._replace(bore=bore(1, 4), block_bore=bore(2, 3))
+    own = {"balancer[1]": dataclasses.replace(whole.block, name="balancer[1]")}
+    model = whole._replace(bore=bore(1, 4), block_bore=bore(2, 3), added=own)
     path = tmp_path / "model.bin"
     path.write_bytes(flat.to_bytes(model))
     read = flat.read_model(path)
@@ -29,6 +30,7 @@ def test_round_trip_is_exact(whole, tmp_path):
         return {
             **model.cranks,
             **{f"damped {key}": body for key, body in model.damped.items()},
+            **{f"added {key}": body for key, body in model.added.items()},
             "block": model.block,
             "bore": model.bore,
             "block bore": model.block_bore,
@@ -57,7 +59,7 @@ def test_arrays_start_where_a_processor_reads_them_at_once(engine, body):
 
 def test_what_a_model_lacks_stays_absent(engine, body):
     model = flat.from_bytes(flat.to_bytes(flat.FlatModel(engine, {"solid": body})))
-    assert list(model.cranks) == ["solid"] and model.damped == {} and model[3:] == (None,) * 5
+    assert list(model.cranks) == ["solid"] and model.damped == model.added == {} and model[3:8] == (None,) * 5
 
 
 @pytest.mark.parametrize(
