@@ -93,7 +93,7 @@ def test_no_layer_is_jumped_by_a_string():
 
 
 MAKERS = {entry.stem for entry in (ROOT / "studies").iterdir()} - {
-    "__init__", "__pycache__", "answers", "planning", "scene", "total_error", "typed_table",
+    "__init__", "__pycache__", "answers", "planning", "scene", "total_error",
 }  # fmt: skip
 """Folders and files of ``studies`` that make studies, as the contract in pyproject.toml lists them."""
 

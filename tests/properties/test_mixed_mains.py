@@ -153,7 +153,7 @@ def test_an_engine_file_says_which_mains(tmp_path):
 
 
 BAD = [
-    ({"main_roller": rollers(0.08, 7)}, "main_roller, which carries all mains"),
+    ({"main_roller": rollers(0.08, 7)}, "keep one of the two, or name the mains"),
     ({"main_roller": rollers(0.08, 1, (8,))}, "main_roller.mains: 8 is not one of the main journals 1..7"),
     ({"main_roller": rollers(0.08, 2, (3, 1))}, "does not rise"),
     ({"main_roller": rollers(0.08, 2, (1,))}, "2 values for 1 mains"),

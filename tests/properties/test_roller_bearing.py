@@ -392,7 +392,7 @@ def test_levels_that_lack_what_they_need_say_so():
 ENGINE = load_engine("diesel_i6")
 SEVEN = RollerBearings(
     **{
-        key: (values[0],) * 6 + (values[1],) if isinstance(values, tuple) else values
+        key: (values[0],) * 6 + (values[1],) if isinstance(values, tuple) and values else values
         for key, values in vars(replace(MAINS, pitch_diameter=(103e-3, 99e-3))).items()
     }
 )

@@ -136,7 +136,8 @@ def _form(title: str, plain: type, many: bool, rule: Any, beyond: float | None) 
     if isinstance(rule, OneOf):
         own = Annotated[plain, Meta(extra_json_schema={"enum": list(rule.names)})]
     unit: Any = Literal[tuple(UNITS[dimension])]
-    name = f"{title}{'_list' if many else ''}{'' if beyond is None else '_or_none'}"
+    # No table of a file is named so: their rules are found by the name.
+    name = f"{title}{'_entries' if many else '_entry'}{'' if beyond is None else '_or_none'}"
     while name in _made:
         name += "_"
     _made[name] = (rule, many, beyond)
