@@ -145,6 +145,14 @@ def test_modes_and_stand_ins_belong_to_the_mains_that_have_rollers():
     assert [entry["main"] for entry in found["mains"]] == [2, 6]
 
 
+def test_the_heat_balance_warms_films_alone(recwarn):
+    """Rollers stay at the oil's temperature and bound nothing."""
+    run, inlet = cycle(mixed(SIX, 1), film_temperature="heat-balance"), cycle(mixed(SIX, 1))
+    assert run.film_temperatures[0] == inlet.film_temperatures[0]
+    assert (run.film_temperatures[1:] > inlet.film_temperatures[1:] + 5.0).all()
+    assert not [warning for warning in recwarn if "main[1]" in str(warning.message)]
+
+
 def test_an_engine_file_says_which_mains(tmp_path):
     own = mixed(SIX, 1, 3)
     again = engine_from_dict(engine_to_dict(own))

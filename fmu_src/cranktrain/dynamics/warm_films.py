@@ -58,10 +58,13 @@ def cycle_means(outputs: Mapping[str, Array], bearings: int, samples: int) -> tu
 def balanced_temperatures(
     engine: Engine, inlet: float, temperatures: Array, powers: Array, flows: Array
 ) -> tuple[Array, tuple[str, ...]]:
-    """Temperatures (b,), K, at which films that ran at ``temperatures`` would balance, and what bounds each of them."""
+    """Temperatures (b,), K, at which films that ran at ``temperatures`` would balance, and what bounds each of them.
+
+    Rollers stay at the inlet's.
+    """
     found = [
-        balanced_temperature(engine.oil, inlet, *map(float, values))
-        for values in zip(temperatures, powers, flows, strict=True)
+        balanced_temperature(engine.oil, inlet, *map(float, values)) if i in engine.plain_numbers else (inlet, "")
+        for i, values in enumerate(zip(temperatures, powers, flows, strict=True))
     ]
     return np.array([temperature for temperature, _ in found]), tuple(bound for _, bound in found)
 

@@ -73,7 +73,7 @@ def orbit_figure(run: Result, engine: Engine, title: str) -> Any:
     """Orbits of all main journals, and below them those of the crank pins where big ends float in films."""
     from matplotlib.figure import Figure
 
-    mains = [f"bearing[{i + 1}]" for i in range(len(engine.crankshaft.main_widths))]
+    mains = [f"bearing[{i + 1}]" for i in engine.plain_numbers]
     ends = _floating(run, engine)
     if ends:
         rows = [mains, ends]
@@ -128,7 +128,7 @@ def film_figure(run: Result, engine: Engine, title: str) -> Any:
     """Least film of all main bearings over the last cycle, and of the big ends where they float in films."""
     from matplotlib.figure import Figure
 
-    mains = [f"bearing[{i + 1}]" for i in range(len(engine.crankshaft.main_widths))]
+    mains = [f"bearing[{i + 1}]" for i in engine.plain_numbers]
     ends = _floating(run, engine)
     groups = [(mains, "main bearings"), *([(ends, "big ends")] if ends else [])]
     # as computed, not smoothed: the least values are those of the summary
