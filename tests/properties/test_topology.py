@@ -448,6 +448,7 @@ def test_a_belt_drives_an_alternator_by_the_difference_of_its_tensions():
     assert np.abs(gained - drives).max() < 0.05 * np.ptp(drives)
 
 
+# In one piece: the engine's run, the other equations, and both compared.
 def test_two_geared_shafts_move_as_an_independent_right_hand_side_says():
     """Newton's and Euler's equations of two discs in space, teeth with backlash between them, by SciPy's Radau.
 
@@ -627,6 +628,15 @@ def order_force(run, order):
     """Amplitude of an order of the vertical force of all mounts, N."""
     force = sum(run.outputs[f"mount[{k}].force.y"][-run.per_cycle :] for k in range(1, 5))
     return 2.0 * abs(np.fft.rfft(force)[int(2 * order)]) / run.per_cycle
+
+
+def test_a_connection_that_carries_nothing_keeps_no_run_from_being_periodic():
+    """On ground the shafts' thrust springs carry rounding alone: straight teeth push nothing along the axis."""
+    made = ct.assemble(load_engine(FOUR), ct.Settings(crank="beam", block="ground"), inherit=False)
+    run = simulate(made.engine, made.body, made.settings, FAST, parts=made.parts)
+    size = {name: np.abs(run.outputs[f"connection[{name}].force.z"]).max() for name in ("thrust_1", "thrust_2")}
+    assert max(size.values()) < 1e-3  # N
+    assert run.settling.repeats == 1 and "connection.force" in run.settling.left
 
 
 def test_balancers_cancel_the_second_order_at_the_mounts():

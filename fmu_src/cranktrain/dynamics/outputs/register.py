@@ -115,8 +115,12 @@ def judged_families(counts: Counts) -> dict[str, list[str]]:
 
 
 def output_family(name: str) -> str:
-    """Family of an output by which settling is judged: ``bearing.force`` of ``bearing[2].force.x``."""
-    return re.sub(r"\[\d+\]|\.[xyz]$", "", name)
+    """Family of an output by which settling is judged: ``bearing.force`` of ``bearing[2].force.x``.
+
+    Connections, which have names in place of numbers, are one family too: one that carries nothing but rounding does
+    not keep a run from being periodic.
+    """
+    return re.sub(r"\[[^\]]*\]|\.[xyz]$", "", name)
 
 
 def output_names(counts: Counts) -> tuple[str, ...]:
