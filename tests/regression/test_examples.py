@@ -202,12 +202,12 @@ def test_fmu_v8(tmp_path, monkeypatch):
 def test_demo(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     summary = example("demo").main()
-    assert summary["first_torsional_hz"] == pytest.approx(239.9, abs=0.1)
+    assert summary["first_torsional_hz"] == pytest.approx(237.2, abs=0.1)
     assert {path.name for path in (tmp_path / "out").iterdir()} >= {"pulley.png", "loads.png", "frequencies.txt"}
 
 
 @pytest.mark.slow
 def test_harness(tmp_path):
     picture = tmp_path / "harness.png"
-    assert example("harness").main(str(picture), str(tmp_path / "results")) == pytest.approx(34.0, rel=0.02)
+    assert example("harness").main(str(picture), str(tmp_path / "results")) == pytest.approx(32.8, rel=0.02)
     assert picture.stat().st_size > 10_000 and (tmp_path / "results" / "report.html").is_file()
