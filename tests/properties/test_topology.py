@@ -59,6 +59,15 @@ def test_rigid_body_is_what_attaching_gives():
         np.testing.assert_allclose(getattr(own, name), getattr(other, name), atol=2e-7)
 
 
+def coefficient(term, angle):
+    """Coefficient of a term at a crank angle, as it is defined."""
+    apart = term.given.moved(angle)[at.TURNED] - term.own.moved(angle)[at.TURNED]
+    lever = 1.0
+    if term.lever is not None:
+        lever = (term.lever.moved(angle) - term.lever.moved(0.0))[at.PLACE_X + term.way]
+    return term.amplitude * lever * math.cos(apart + term.phase)
+
+
 def axes(frame, angle):
     """Axes of a frame (3, 3), columns in the engine's, at a crank angle."""
     turned = frame.rate * angle + frame.angle
@@ -77,7 +86,7 @@ def test_terms_project_motion_of_a_point_at_any_crank_angle(ratios):
         angle = rng.uniform(-10.0, 10.0)
         terms = terms_of(ct.End("b", "i", tuple(offset)), own, Direction(given, along, about, -1.0))
         motion = np.concatenate((move, turn))
-        found = sum(t.amplitude * math.cos(t.factor * angle + t.phase) * motion[t.component] for t in terms)
+        found = sum(coefficient(term, angle) * motion[term.component] for term in terms)
         of_given, of_own = axes(given, angle), axes(own, angle)
         point = of_own @ (move + np.cross(turn, offset))
         exact = -((of_given @ along) @ point + (of_given @ about) @ (of_own @ turn))

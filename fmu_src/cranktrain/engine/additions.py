@@ -32,12 +32,29 @@ GROUND = "ground"
 
 @dataclass(frozen=True)
 class FrameTable:
-    """Axes that turn ``ratio`` times as fast as the crank about an ``axis`` (x, y) parallel to its own."""
+    """Axes that turn ``ratio`` times as fast as a crank about an ``axis`` (x, y) parallel to its own, or a rod's.
+
+    Attributes
+    ----------
+    motion : ``turning``, or that of the ``rod`` or ``piston`` on a crank that does so
+    ratio, axis : of the frame, or of the crank that moves it
+    angle : of a turning frame at crank angle 0, rad
+    cylinder : of the engine whose rod or piston it is, counted from 1: this one brings all that follows, and its own
+        rod, piston and gas are left out
+    pin : place of the crank's pin across at crank angle 0, x and y, m
+    length, bank, offset : of the rod; angle of the cylinder from the y axis; of its axis from the crank's, m, rad
+    """
 
     name: str
-    ratio: q.GearRatio
+    ratio: q.GearRatio = 1.0
     axis: tuple[q.Offset, ...] = (0.0, 0.0)
     angle: q.Angle = 0.0
+    motion: q.FrameMotion = "turning"
+    cylinder: q.CylinderNumber = 0
+    pin: tuple[q.Offset, ...] = ()
+    length: q.Offset = 0.0
+    bank: q.Angle = 0.0
+    offset: q.Offset = 0.0
 
 
 @dataclass(frozen=True)
@@ -52,10 +69,13 @@ class BodyTable:
     file : of a reduced body or superelement, described in axes of its frame; then nothing else is given
     stations, diameters : of a shaft along its frame's axis: places z of its steps and ends, m, and the diameter of each
         piece between them, m
+    areas, second_moments : in place of diameters, m², m⁴: those of a rod count in the plane of its motion
+    along : axis of the frame along which stations lie, ``z``, or ``y`` of a rod: then they and the interfaces' ``y``
+        are distances from the frame's origin, a rod's big end, and one ``z`` tells the plane in which it moves
     youngs_modulus, poisson_ratio, density, damping_ratio : of a shaft
     cutoff_hz : highest natural frequency of a shaft's modes; what stiffer ones give way stays
     discs, disc_masses, disc_polar, disc_diametral, disc_x, disc_y : interfaces of a shaft that carry a disc, its mass
-        and moments of inertia, and how far its centre of mass lies from the axis
+        and moments of inertia, polar about z, and how far its centre of mass lies from the interface
     """
 
     name: str
@@ -70,6 +90,9 @@ class BodyTable:
     file: str = ""
     stations: tuple[q.Offset, ...] = ()
     diameters: tuple[q.Size, ...] = ()
+    areas: tuple[q.SectionArea, ...] = ()
+    second_moments: tuple[q.SecondMoment, ...] = ()
+    along: q.BeamAxis = "z"
     youngs_modulus: q.Modulus = 210.0e9
     poisson_ratio: q.PoissonRatio = 0.3
     density: q.Density = 7850.0
@@ -86,6 +109,11 @@ class BodyTable:
     def made_of_files_or_elements(self) -> bool:
         """Whether it takes more than its table to make it."""
         return bool(self.file or self.stations)
+
+    @property
+    def held_at(self) -> tuple[float, ...]:
+        """Places of a shaft's interfaces along its stations, m."""
+        return self.y if self.along == "y" else self.z
 
 
 @dataclass(frozen=True)
@@ -104,6 +132,8 @@ class ConnectionTable:
     rigid_gear: laws.RigidGear | None = None
     planetary: laws.Planetary | None = None
     belt: laws.Belt | None = None
+    gas: laws.Gas | None = None
+    liner: laws.Liner | None = None
 
     @property
     def data(self) -> Any:
@@ -112,8 +142,8 @@ class ConnectionTable:
 
 
 TEXTS = {
-    "frame": ("name",),
-    "body": ("name", "frame", "interfaces", "file", "discs"),
+    "frame": ("name", "motion"),
+    "body": ("name", "frame", "interfaces", "file", "discs", "along"),
     "connection": ("name", "law", "ends"),
 }
 """Keys of each table that are plain texts."""
@@ -125,8 +155,8 @@ OWN_NAMES = {"frame": ("rest", "crank"), "body": ("crank", "block", GROUND), "co
 
 
 def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...],
-                    connections: tuple[ConnectionTable, ...]) -> None:  # fmt: skip
-    """Refuse tables that contradict themselves or each other; ``InputError``."""
+                    connections: tuple[ConnectionTable, ...], cylinders: int) -> None:  # fmt: skip
+    """Refuse tables that contradict themselves, each other or an engine of so many cylinders; ``InputError``."""
     for noun, tables in (("frame", frames), ("body", bodies), ("connection", connections)):
         taken = [*OWN_NAMES[noun]]
         for table in tables:
@@ -136,6 +166,7 @@ def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...
     for frame in frames:
         check_values(frame, f"frame '{frame.name}'")
         need(f"frame '{frame.name}'", "axis", len(frame.axis) == 2, f"{len(frame.axis)} values; give x and y")
+        _check_rod(frame, cylinders)
     known = ["rest", "crank", *(frame.name for frame in frames)]
     for body in bodies:
         _check_body(body, known)
@@ -145,6 +176,8 @@ def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...
         laws.check_ends(connection.law, len(connection.ends), where)
         need(where, "place", len(connection.place) in (0, 3), f"{len(connection.place)} values; give x, y and z")
         check_values(connection.data, where)
+        if connection.gas is not None:
+            _check_cylinder(where, connection.gas.cylinder, cylinders)
         for end in connection.ends:
             held, interface = split_end(end)
             need(where, "ends", held in names, f"no body '{held}'; {nearest(held, names)}")
@@ -153,6 +186,25 @@ def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...
             own = next((body.interfaces for body in bodies if body.name == held and not body.file), ())
             text = f"body '{held}' has no interface '{interface}'; {nearest(interface, own)}"
             need(where, "ends", not own or interface in own, text)
+
+
+def _check_rod(frame: FrameTable, cylinders: int) -> None:
+    where, given = f"frame '{frame.name}'", bool(frame.pin or frame.length or frame.bank or frame.offset)
+    if frame.motion == "turning":
+        need(where, "motion", not (given or frame.cylinder), "a rod's pin, length or cylinder; write 'rod' or 'piston'")
+        return
+    _check_cylinder(where, frame.cylinder, cylinders)
+    if frame.cylinder:
+        own = given or frame.ratio != 1.0 or frame.axis != (0.0, 0.0)
+        need(where, "cylinder", not own, "brings pin, length, bank, offset, ratio and axis; leave these out")
+        return
+    need(where, "pin", len(frame.pin) == 2, f"{len(frame.pin)} values; give x and y, or the cylinder whose rod it is")
+    need(where, "length", frame.length > 0.0, "a rod has one; give it, or the cylinder whose rod it is")
+
+
+def _check_cylinder(where: str, cylinder: int, cylinders: int) -> None:
+    text = f"no cylinder {cylinder}; the engine has 1 to {cylinders}"
+    need(where, "cylinder", 0 <= cylinder <= cylinders, text)
 
 
 def _check_body(body: BodyTable, frames: list[str]) -> None:
@@ -181,15 +233,22 @@ def _check_shaft(body: BodyTable, where: str) -> None:
     rises = all(first < second for first, second in pairwise(body.stations))
     need(where, "stations", len(body.stations) > 1 and rises, "a shaft has two stations at least, rising along z")
     pieces = len(body.stations) - 1
-    text = f"{len(body.diameters)} values for {pieces} pieces between stations"
-    need(where, "diameters", len(body.diameters) == pieces, text)
+    keys = ("areas", "second_moments") if body.areas or body.second_moments else ("diameters",)
+    need(where, "diameters", len(keys) == 1 or not body.diameters, "areas and second_moments say it all; leave it out")
+    for key in keys:
+        count = len(getattr(body, key))
+        need(where, key, count == pieces, f"{count} values for {pieces} pieces between stations")
     need(where, "mass", body.mass == 0.0, "that of a shaft follows from its stations; leave it out, or the stations")
     need(where, "interfaces", len(body.interfaces) > 0, "it has none; give names, and their places z")
-    need(where, "x", not (body.x or body.y), "interfaces of a shaft lie on its axis; give z alone")
-    text = f"{len(body.z)} values for {len(body.interfaces)} interfaces"
-    need(where, "z", len(body.z) == len(body.interfaces), text)
-    first, last = body.stations[0], body.stations[-1]
-    need(where, "z", all(first <= z <= last for z in body.z), "interfaces lie between the first and the last station")
+    if body.along == "y":
+        need(where, "x", not body.x, "interfaces of a rod lie on its axis; give y, and one z")
+        need(where, "z", len(body.z) == 1, f"{len(body.z)} values; give the one plane in which the rod moves")
+    else:
+        need(where, "x", not (body.x or body.y), "interfaces of a shaft lie on its axis; give z alone")
+    count, first, last = len(body.held_at), body.stations[0], body.stations[-1]
+    need(where, body.along, count == len(body.interfaces), f"{count} values for {len(body.interfaces)} interfaces")
+    within = all(first <= place <= last for place in body.held_at)
+    need(where, body.along, within, "interfaces lie between the first and the last station")
     for name in body.discs:
         need(where, "discs", name in body.interfaces, f"no interface '{name}'; {nearest(name, body.interfaces)}")
     for key in ("disc_masses", "disc_polar", "disc_diametral"):

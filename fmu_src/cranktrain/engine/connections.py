@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from cranktrain.engine import quantities as q
@@ -137,9 +138,54 @@ class Belt:
     tension: q.Tension
 
 
+@dataclass(frozen=True)
+class Liner:
+    """A piston's skirt in its liner, the first end at the piston's pin, as ``[piston_guidance]`` describes it (SI).
+
+    Attributes
+    ----------
+    upper_stiffness, lower_stiffness, upper_damping, lower_damping : of two layers of springs across the cylinder
+    upper_height, lower_height : of these above the pin, m
+    clearance : radial play of the skirt, m; 0: springs without it
+    friction, sliding_speed : coefficient on the side forces, and the speed above which it is full, m/s
+    """
+
+    upper_stiffness: q.Stiffness
+    lower_stiffness: q.Stiffness
+    upper_height: q.Offset
+    lower_height: q.Offset
+    upper_damping: q.Damping
+    lower_damping: q.Damping
+    clearance: q.Clearance = 0.0
+    friction: q.Friction = 0.0
+    sliding_speed: q.Velocity = 0.1
+
+
+@dataclass(frozen=True)
+class Gas:
+    """Gas between a piston and its head, the first and the second end, along the piston's cylinder.
+
+    Attributes
+    ----------
+    bore : diameter of the piston, m
+    cylinder : of the engine, whose pressure it is, counted from 1; 0: a trace of its own
+    angles, pressures : of such a trace, crank angles (rad) and absolute pressures (Pa), straight between its points
+    period : after which the trace begins anew, rad
+    crankcase_pressure : behind the piston, with a trace of its own, Pa
+    """
+
+    bore: q.Size
+    cylinder: q.CylinderNumber = 0
+    angles: tuple[q.Angle, ...] = ()
+    pressures: tuple[q.TracePressure, ...] = ()
+    period: q.Period = 4.0 * math.pi
+    crankcase_pressure: q.TracePressure = 1.013e5
+
+
 DATA: dict[str, type] = {
     "gear_mesh": GearMesh, "coupling": Coupling, "spring": Spring, "load": Load, "film": Film,
-    "rigid_gear": RigidGear, "planetary": Planetary, "belt": Belt,
+    "rigid_gear": RigidGear, "planetary": Planetary, "belt": Belt, "gas": Gas,
+    "liner": Liner,
 }  # fmt: skip
 """Data of each law that a file may name."""
 WORDS = {2: "two", 3: "three", 4: "four"}

@@ -41,7 +41,8 @@ UNITS: dict[str, dict[str, float]] = {
     "frequency": {"Hz": 1.0},
     "rate": {"1/s": 1.0},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
-    "area": {"m^2": 1.0, "cm^2": 1e-4},
+    "area": {"m^2": 1.0, "cm^2": 1e-4, "mm^2": 1e-6},
+    "second moment of area": {"m^4": 1.0, "cm^4": 1e-8, "mm^4": 1e-12},
     "heat transfer": {"W/(m^2 K)": 1.0},
     "pressure times velocity": {"Pa m/s": 1.0, "MPa m/s": 1e6},
     "heat flux": {"W/m^2": 1.0, "kW/m^2": 1e3},
@@ -123,6 +124,7 @@ ReliefDepth = Annotated[float, Quantity("length", 0.0, 100.0, "um", "shells that
 Offset = Annotated[float, Quantity("length", -10000.0, 10000.0, "mm")]
 Angle = Annotated[float, Quantity("angle", -720.0, 720.0, "deg")]
 Arc = Annotated[float, Quantity("angle", 0.0, 360.0, "deg")]
+Period = Annotated[float, Quantity("angle", 1.0, 14400.0, "deg", "four-strokes have 720 deg, two-strokes 360 deg")]
 Duration = Annotated[float, Quantity("angle", 0.1, 400.0, "deg")]
 
 Mass = Annotated[float, Quantity("mass", 1e-6, 1e5)]
@@ -138,6 +140,7 @@ ContactPressure = Annotated[float, Quantity("pressure", 0.1, 1e5, "MPa")]
 ContactShear = Annotated[float, Quantity("pressure", 0.0, 1e4, "MPa")]
 Stress = Annotated[float, Quantity("pressure", 1.0, 1e9)]
 GasPressure = Annotated[float, Quantity("pressure", 0.01, 50.0, "bar", "it is absolute; check its unit")]
+TracePressure = Annotated[float, Quantity("pressure", 0.0, 1000.0, "bar", "it is absolute; check its unit")]
 GaugePressure = Annotated[float, Quantity("pressure", 0.0, 1000.0, "bar")]
 
 Stiffness = Annotated[float, Quantity("stiffness", 1e-3, 1e13)]
@@ -148,6 +151,7 @@ GearRatio = Annotated[float, Quantity("1", -1000.0, 1000.0)]
 Hysteresis = Annotated[float, Quantity("1", 0.0, 10.0, hint="steel shafts have 0.001 to 0.02, rubber couplings to 1")]
 PressureAngle = Annotated[float, Quantity("angle", 5.0, 45.0, "deg", "usual gears have 20 deg")]
 HelixAngle = Annotated[float, Quantity("angle", -60.0, 60.0, "deg", "usual gears have 0 to 30 deg")]
+CylinderNumber = Annotated[int, Quantity("1", 0, 1000)]
 Teeth = Annotated[int, Quantity("1", 0, 5000)]
 Variation = Annotated[float, Quantity("1", 0.0, 0.9, hint="spur gears have 0.1 to 0.3")]
 Twist = Annotated[float, Quantity("angle", -7200.0, 7200.0, "deg")]
@@ -178,6 +182,8 @@ WorkingFrequency = Annotated[
 Rate = Annotated[float, Quantity("rate", 0.0, 1e6)]
 Time = Annotated[float, Quantity("time", 0.0, 100.0)]
 Energy = Annotated[float, Quantity("energy", 1e-4, 1e4, "kJ")]
+SectionArea = Annotated[float, Quantity("area", 1e-2, 1e8, "mm^2")]
+SecondMoment = Annotated[float, Quantity("second moment of area", 1e-4, 1e15, "mm^4")]
 Area = Annotated[float, Quantity("area", 1e-4, 100.0)]
 
 Force = Annotated[float, Quantity("force", -1e5, 1e5, "kN")]
@@ -191,6 +197,8 @@ AXIAL_JOINTS = ("spline", "bolted")
 ROLLER_CONTACTS = ("palmgren", "iso16281")
 
 AxialJoint = Annotated[str, OneOf("joint", AXIAL_JOINTS)]
+BeamAxis = Annotated[str, OneOf("axis", ("z", "y"))]
+FrameMotion = Annotated[str, OneOf("motion", ("turning", "rod", "piston"))]
 FilmLevel = Annotated[str, OneOf("level", ("linear", "impedance", "reynolds"))]
 Groove = Annotated[str, OneOf("groove", ("none", "circumferential"))]
 OilLaw = Annotated[str, OneOf("law", ("vogel", "walther"))]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, replace
 from hashlib import sha256
 from itertools import pairwise
@@ -16,9 +17,13 @@ from cranktrain.dynamics.topology.tables import added_outputs, file_frames
 from cranktrain.dynamics.topology.values import Frame, Topology
 from cranktrain.engine.additions import BodyTable, split_end
 from cranktrain.engine.model import Engine
+from cranktrain.structure.fem.frame import Frame as Beams
+from cranktrain.structure.fem.frame import Section, circular
 
 FIXED_MODES = 40
 """Fixed-interface modes of a shaft, before those above its cutoff are left out."""
+SHEAR = 5.0 / 6.0
+"""Share of a section's area that carries shear, of a rectangle; sections given by area and second moment have it."""
 SHORTEST = 1.0e-6
 """Stations nearer than this (m) are one."""
 OF_DIAMETER, OF_LENGTH = 0.5, 0.05
@@ -68,22 +73,21 @@ def _from_file(table: BodyTable) -> ReducedBody:
 
 
 def shaft_body(table: BodyTable, axes: Frame) -> ReducedBody:
-    """Shaft of beams through its stations with its discs, in axes of its frame."""
-    from cranktrain.structure.fem import frame as beams
-
-    frame = beams.Frame(table.youngs_modulus, table.youngs_modulus / (2.0 * (1.0 + table.poisson_ratio)))
-    places = np.unique(np.round([*table.stations, *table.z], 9))
+    """Shaft or rod of beams through its stations with its discs, in axes of its frame."""
+    frame = Beams(table.youngs_modulus, table.youngs_modulus / (2.0 * (1.0 + table.poisson_ratio)))
+    places = np.unique(np.round([*table.stations, *table.held_at], 9))
     places = places[np.append(True, np.diff(places) > SHORTEST)]
     at: list[float] = []
     for first, second in pairwise(places):
-        longest = max(OF_DIAMETER * _diameter(table, 0.5 * (first + second)), OF_LENGTH * (places[-1] - places[0]))
+        thick = math.sqrt(_section(table, 0.5 * (first + second)).area / (0.25 * math.pi))
+        longest = max(OF_DIAMETER * thick, OF_LENGTH * (places[-1] - places[0]))
         at += np.linspace(first, second, max(1, int(np.ceil((second - first) / longest))) + 1)[:-1].tolist()
     at.append(float(places[-1]))
-    nodes = [frame.node((0.0, 0.0, axes.sense * z)) for z in at]
+    plane = axes.sense * table.z[0]
+    nodes = [frame.node((0.0, place, plane) if table.along == "y" else (0.0, 0.0, axes.sense * place)) for place in at]
     for k, (first, second) in enumerate(pairwise(at)):
-        diameter = _diameter(table, 0.5 * (first + second))
-        frame.beam(nodes[k], nodes[k + 1], beams.circular(diameter, table.density, table.poisson_ratio))
-    nearest = [nodes[int(np.argmin(np.abs(np.array(at) - z)))] for z in table.z]
+        frame.beam(nodes[k], nodes[k + 1], _section(table, 0.5 * (first + second)))
+    nearest = [nodes[int(np.argmin(np.abs(np.array(at) - place)))] for place in table.held_at]
     held = dict(zip(table.interfaces, nearest, strict=True))
     digest = sha256(json.dumps([asdict(table), axes.sense], sort_keys=True).encode()).hexdigest()
     body = frame.reduced(table.name, digest, held, FIXED_MODES)
@@ -95,6 +99,10 @@ def shaft_body(table: BodyTable, axes: Frame) -> ReducedBody:
     return replace(body, damping=2.0 * table.damping_ratio * body.omega)
 
 
-def _diameter(table: BodyTable, z: float) -> float:
-    """Diameter of the shaft at a place along it."""
-    return table.diameters[max(0, int(np.searchsorted(table.stations, z)) - 1)]
+def _section(table: BodyTable, place: float) -> Section:
+    """Section of a shaft or rod at a place along it."""
+    k = max(0, int(np.searchsorted(table.stations, place)) - 1)
+    if table.diameters:
+        return circular(table.diameters[k], table.density, table.poisson_ratio)
+    area, bending = table.areas[k], table.second_moments[k]
+    return Section(area, SHEAR * area, bending, 2.0 * bending, table.density * area, table.density * bending)

@@ -6,7 +6,7 @@ Where force laws act, and on which components of motion, is laid out in :mod:`cr
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -40,10 +40,15 @@ from cranktrain.dynamics.model.slots import (
     ADDED,
     BEST_SPEED,
     CHOICES,
+    DELTA_J,
     DRIVEN,
     FALLOFF,
     FILTER,
     LINE_INERTIA,
+    M_BIG,
+    M_OSC,
+    M_SMALL,
+    OWN_ROD,
     PORTS,
     RIGID_ROTATION,
     SCALARS,
@@ -313,7 +318,7 @@ def structure(
         scales=ports.scales,
         layout=ports.layout,
         damper=np.zeros(PARAMETERS),
-        cylinders=cylinder_parameters(engine, free_big_ends),
+        cylinders=cylinder_parameters(engine, free_big_ends, topology.cylinders),
         gas=trace,
         films=films,
         scalars=_scalars(engine, settings, gas, line, float(pulley[5, 5])),
@@ -439,11 +444,16 @@ def pin_positions(engine: Engine) -> tuple[float, float]:
     return math.sqrt((rod + throw) ** 2 - e * e), math.sqrt((rod - throw) ** 2 - e * e)
 
 
-def cylinder_parameters(engine: Engine, free_big_ends: bool) -> Array:
-    """Pack rods, pistons and phases, (c, 13), but for piston area and clearance volume.
+def cylinder_parameters(engine: Engine, free_big_ends: bool, added: Collection[int] = ()) -> Array:
+    """Pack rods, pistons and phases, (c, 14), but for piston area and clearance volume.
 
-    The mass of a free big end is a body of its own.
+    The mass of a free big end is a body of its own. Of ``added`` cylinders rod and piston are other bodies;
+    ``InputError`` for one that the engine lacks, or where big ends float.
     """
+    for number in added:
+        if free_big_ends or not 1 <= number <= engine.n_cylinders:
+            reason = "big ends that float" if free_big_ends else f"the engine has {engine.n_cylinders} cylinders"
+            raise InputError(f"rod of cylinder {number} is an added body: {reason}; take another level or cylinder")
     cylinders, rod = engine.cylinders, engine.rod
     top, _ = pin_positions(engine)
     rows = [
@@ -461,7 +471,11 @@ def cylinder_parameters(engine: Engine, free_big_ends: bool) -> Array:
             top,
             math.cos(cylinders.bank_angles[k]),
             math.sin(cylinders.bank_angles[k]),
+            1.0,
         ]
         for k in range(engine.n_cylinders)
     ]
-    return np.array(rows, dtype=np.float64)
+    result = np.array(rows, dtype=np.float64)
+    for number in added:
+        result[number - 1, [M_SMALL, M_BIG, M_OSC, DELTA_J, OWN_ROD]] = 0.0
+    return result

@@ -6,9 +6,10 @@ Nothing is imported here, so that kernels which read a slot rest on nothing that
 from __future__ import annotations
 
 # Columns of ``ModelArrays.cylinders``: masses (kg), angles (rad), lengths (m), piston area (m²), remainder inertia of
-# the rod (kg m²), clearance volume (m³), highest position of the piston pin (m), cosine and sine of the bank's angle.
+# the rod (kg m²), clearance volume (m³), highest position of the piston pin (m), cosine and sine of the bank's angle;
+# 1, or 0 where rod and piston are added bodies and a connection is the gas.
 M_SMALL, BANK, PHASE, AREA, ROD, M_BIG, M_OSC, DELTA_J, OFFSET, CLEARANCE_VOLUME, STROKE_TOP = range(11)
-COS_BANK, SIN_BANK = 11, 12
+COS_BANK, SIN_BANK, OWN_ROD = 11, 12, 13
 # ``ModelArrays.scalars``; ``DRIVEN`` is 1 where the shaft's speed is given, 0 where a torque loads it; ``SHAFT_K`` and
 # ``SHAFT_C`` are those of the whole drive line at the flywheel, as it winds up slowly; ``LINE_INERTIA`` is that of its
 # rotors and the dynamometer as the crank feels it when all turn as one.

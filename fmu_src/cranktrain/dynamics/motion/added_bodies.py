@@ -1,9 +1,10 @@
-"""Motion of added bodies in a stage: each its own linear part, in a frame that turns in proportion to the crank's.
+"""Motion of added bodies in a stage: each its own linear part, in a frame that follows the crank's.
 
 Bodies that relations join, gears without give, move in modes that they have in common: their matrices add up.
 
-The equations are those of the crank (:mod:`cranktrain.core.reduced_body`) with the frame's speed sΩ, s being its turns
-per turn of the crank. Ports and modes are slices of those of the whole model.
+The equations are those of the crank (:mod:`cranktrain.core.reduced_body`) with the frame's speed α′Ω, its change
+α″Ω² + α′Ω̇ and the acceleration of its origin, o″Ω² + o′Ω̇. What swings about a mean speed is no part of the matrix that
+is factored, but iterated with the stage. Ports and modes are slices of those of the whole model.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from cranktrain.dynamics.model.slots import (
     THETA,
     WHIRL,
 )
+from cranktrain.dynamics.motion.added_connections import turn_frames
 from cranktrain.dynamics.motion.linear_algebra import add_product, dot, invert, product, products
 from cranktrain.dynamics.topology import slots as at
 
@@ -86,16 +88,21 @@ def load_added(model, work, frame, displaced, out):
     by a displacement. Moments about the displaced centre of mass hold that once more; it is taken off.
     """
     bodies = model.bodies
+    turn_frames(model, work, frame[THETA])
+    square = frame[OMEGA] * frame[OMEGA]
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
         n = int(row[at.MODES])
         first = int(row[at.MODE])
         o = int(row[at.OWN_MODE])
-        angle = row[at.RATE] * frame[THETA] + row[at.PHASE]
-        g_x = -row[at.SENSE] * model.scalars[GRAVITY] * math.sin(angle)
-        g_y = -row[at.SENSE] * model.scalars[GRAVITY] * math.cos(angle)
-        omega = row[at.RATE] * frame[OMEGA]
-        change = row[at.RATE] * frame[OMEGA_DOT]
+        moved = work.added.frames[int(row[at.FRAME_OF])]
+        # Gravity less the acceleration of the frame's origin, in its axes.
+        g_x = -model.scalars[GRAVITY] * math.sin(moved[at.TURNED])
+        g_y = -row[at.SENSE] * model.scalars[GRAVITY] * math.cos(moved[at.TURNED])
+        g_x -= square * moved[at.OWN_X2] + frame[OMEGA_DOT] * moved[at.OWN_X1]
+        g_y -= square * moved[at.OWN_Y2] + frame[OMEGA_DOT] * moved[at.OWN_Y1]
+        omega = row[at.SENSE] * moved[at.TURN] * frame[OMEGA]
+        change = row[at.SENSE] * (moved[at.TURN2] * square + moved[at.TURN] * frame[OMEGA_DOT])
         for i in range(n):
             if o == int(row[at.GROUP]):
                 out[first + i] = 0.0
@@ -124,22 +131,25 @@ def move_added_freely(model, work, frame, number, slot, c_q, c_v, stage_omega):
     rhs = work.modal[LOADS]
     lever = work.modal[LEVER]
     a = work.stage[number, 2]
+    turn_frames(model, work, frame[THETA])
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
         n = int(row[at.MODES])
         first = int(row[at.MODE])
         o = int(row[at.OWN_MODE])
-        rate = row[at.RATE]
-        omega = rate * stage_omega
-        d_omega = rate * (frame[WHIRL] - stage_omega)
-        d_omega2 = rate * rate * (frame[WHIRL] * frame[WHIRL] - stage_omega * stage_omega)
+        moved = work.added.frames[int(row[at.FRAME_OF])]
+        rate = row[at.SENSE] * moved[at.TURN]
+        change = row[at.SENSE] * moved[at.TURN2] * frame[WHIRL] * frame[WHIRL] + rate * frame[OMEGA_DOT]
+        omega = row[at.RATE] * stage_omega
+        d_omega = rate * frame[WHIRL] - omega
+        d_omega2 = rate * rate * frame[WHIRL] * frame[WHIRL] - omega * omega
         for i in range(first, first + n):
             if o == int(row[at.GROUP]):
                 rhs[i] = work.modal[BASE, i]
             lever[i] = 2.0 * omega * (ratio * big_q[i] - big_v[i])
             lever[i] -= 2.0 * d_omega * (big_v[i] + c_v * a[i])
-            lever[i] -= rate * frame[OMEGA_DOT] * (big_q[i] + c_q * a[i])
-        if rate > 0.0:
+            lever[i] -= change * (big_q[i] + c_q * a[i])
+        if rate != 0.0 or change != 0.0:
             add_product(bodies.gyroscopic[o : o + n], lever[first:], n, n, rhs[first:])
             for i in range(first, first + n):
                 lever[i] = -d_omega2 * (big_q[i] + c_q * a[i])

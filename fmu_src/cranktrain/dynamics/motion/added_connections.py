@@ -19,6 +19,7 @@ from cranktrain.dynamics.model.slots import (
     BLOCK_Y,
     CRANK_X,
     CRANK_Y,
+    CRANKCASE,
     FORCES,
     OMEGA,
     THETA,
@@ -27,23 +28,39 @@ from cranktrain.dynamics.model.slots import (
     U,
 )
 from cranktrain.dynamics.topology import slots as at
-from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, COS, FORCE, FRICTION, RUBBING, SIN, SPEED
+from cranktrain.dynamics.topology.frames import fill_coefficients, move_frames
+from cranktrain.film.laws.films import (
+    ANGLE,
+    BY_PLACE,
+    BY_VELOCITY,
+    COS,
+    FORCE,
+    FRICTION,
+    PRESSURE,
+    RUBBING,
+    SIN,
+    SPEED,
+)
+
+
+@inlined_kernel
+def turn_frames(model, work, angle):
+    """Bring ``work.added.frames`` to an angle (rad) of the crank's frame."""
+    if work.added.sizes[at.FRAMES_ANGLE] != angle:
+        work.added.sizes[at.FRAMES_ANGLE] = angle
+        move_frames(model.links.frames, angle, work.added.frames)
 
 
 @kernel
 def turn_terms(model, work, angle, speed):
     """Coefficients of all terms and their rates at an angle (rad) and speed (rad/s) of the crank's frame."""
+    turn_frames(model, work, angle)
     kept = work.added.sizes
     if kept[at.TERMS_ANGLE] == angle and kept[at.TERMS_SPEED] == speed:
         return
     kept[at.TERMS_ANGLE] = angle
     kept[at.TERMS_SPEED] = speed
-    terms = model.links.terms
-    found = work.added.coefficients
-    for t in range(terms.shape[0]):
-        turned = terms[t, at.FACTOR] * angle + terms[t, at.ANGLE]
-        found[t, 0] = terms[t, at.AMPLITUDE] * math.cos(turned)
-        found[t, 1] = -terms[t, at.AMPLITUDE] * terms[t, at.FACTOR] * speed * math.sin(turned)
+    fill_coefficients(model.links.terms, work.added.frames, speed, work.added.coefficients)
 
 
 @inlined_kernel
@@ -70,7 +87,7 @@ def measure_links(model, work, u, ud):
 
 
 @kernel
-def link_forces(model, work, frame, ratio):
+def link_forces(model, work, frame, pressures, ratio):
     """Forces of added connections at the motion of the ports and their tangents; 0, or tells that a law failed."""
     links = model.links
     u = work.port[U]
@@ -83,13 +100,13 @@ def link_forces(model, work, frame, ratio):
         f[int(links.ports[k])] = 0.0
     status = 0
     for k in range(links.rows.shape[0]):
-        status |= link_law(model, work, frame, k, FORCE, links.out)
+        status |= link_law(model, work, frame, pressures, k, FORCE, links.out)
         row = links.rows[k]
         first = int(row[at.FIRST])
         size = int(row[at.SIZE])
         for r in range(size):
             gaps[at.F, first + r] = links.out[r]
-        link_block(row, links.out, ratio, frame[WHIRL], work.added.blocks[k])
+        link_block(row, links.out, ratio, frame_turn(work, row) * frame[WHIRL], work.added.blocks[k])
         if row[at.RUBS] > 0.0:
             # The second end feels the opposite about its own centre, beside which the first one lies.
             friction = links.out[FRICTION]
@@ -99,12 +116,76 @@ def link_forces(model, work, frame, ratio):
                 across = gaps[at.D, first] * links.out[1] - gaps[at.D, first + 1] * links.out[0]
                 f[int(row[at.TURN_B])] -= row[at.SENSE_B] * (friction + across)
     load_ports(model, work, gaps[at.F], f)
+    for k in range(links.leans.shape[0]):
+        lean(model, work, frame, k, f)
     displaced_moments(model, work, frame, u, f)
     return status
 
 
+@kernel
+def lean(model, work, frame, k, f):
+    """Turn what an end that slides feels with the wall it slides on; its power as it does, W.
+
+    The gas acts along the liner, its wall presses square to it, wherever it leans. An end that slides far would gain
+    energy from a wall that leans and presses along axes at rest.
+    """
+    links = model.links
+    row = links.leans[k]
+    connection = links.rows[int(row[at.LEANING])]
+    frames = work.added.frames
+    x = 0.0
+    y = 0.0
+    for j in range(int(connection[at.FIRST]), int(connection[at.FIRST] + connection[at.SIZE])):
+        slide = links.slides[j]
+        turned = frames[int(slide[at.SLIDES_IN]), at.TURNED]
+        force = work.added.gaps[at.F, j]
+        x += force * (math.cos(turned) * slide[at.SLIDES_X] - math.sin(turned) * slide[at.SLIDES_Y])
+        y += force * (math.sin(turned) * slide[at.SLIDES_X] + math.cos(turned) * slide[at.SLIDES_Y])
+    own = int(row[at.SLIDER_PORT])
+    wall = int(row[at.WALL_PORT])
+    u = work.port[U]
+    ud = work.port[UD]
+    angle = u[wall + 5]
+    x, y = -angle * y, angle * x
+    moved = frames[int(row[at.LEANS_IN])]
+    cos = math.cos(moved[at.TURNED])
+    sin = math.sin(moved[at.TURNED])
+    own_x = cos * x + sin * y
+    own_y = cos * y - sin * x
+    f[own] += own_x
+    f[own + 1] += own_y
+    f[own + 5] += row[at.SLIDER_X] * own_y - row[at.SLIDER_Y] * own_x
+    lever_x = row[at.WALL_X] + moved[at.PLACE_X]
+    lever_y = row[at.WALL_Y] + moved[at.PLACE_Y]
+    f[wall] -= x
+    f[wall + 1] -= y
+    f[wall + 5] -= lever_x * y - lever_y * x
+    own_vx = ud[own] - ud[own + 5] * row[at.SLIDER_Y] - frame[OMEGA] * moved[at.TURN] * u[own + 1]
+    own_vy = ud[own + 1] + ud[own + 5] * row[at.SLIDER_X] + frame[OMEGA] * moved[at.TURN] * u[own]
+    vx = frame[OMEGA] * moved[at.PLACE_X1] - ud[wall] + ud[wall + 5] * lever_y
+    vy = frame[OMEGA] * moved[at.PLACE_Y1] - ud[wall + 1] - ud[wall + 5] * lever_x
+    return own_x * own_vx + own_y * own_vy + x * vx + y * vy
+
+
 @inlined_kernel
-def link_law(model, work, frame, k, action, out):
+def sliding_rate(work, slide):
+    """How far the frame of an end that slides moves along a component per crank angle, m."""
+    frames = work.added.frames
+    moved = frames[int(slide[at.SLIDING])]
+    turned = frames[int(slide[at.SLIDES_IN]), at.TURNED]
+    x = math.cos(turned) * slide[at.SLIDES_X] - math.sin(turned) * slide[at.SLIDES_Y]
+    y = math.sin(turned) * slide[at.SLIDES_X] + math.cos(turned) * slide[at.SLIDES_Y]
+    return x * moved[at.PLACE_X1] + y * moved[at.PLACE_Y1]
+
+
+@inlined_kernel
+def frame_turn(work, row):
+    """Turns per turn of the crank of the axes in which a connection's law is evaluated, about their own z."""
+    return row[at.AXES_SENSE] * work.added.frames[int(row[at.AXES]), at.TURN]
+
+
+@inlined_kernel
+def link_law(model, work, frame, pressures, k, action, out):
     """Let the law of connection k act at the motion of its components; 0, or a failure."""
     links = model.links
     row = links.rows[k]
@@ -115,18 +196,24 @@ def link_law(model, work, frame, k, action, out):
     for r in range(int(row[at.SIZE])):
         place[r] = gaps[at.D, first + r]
         velocity[r] = gaps[at.DD, first + r]
+        if links.slides[first + r, at.SLIDING] >= 0.0:
+            velocity[r] += frame[WHIRL] * sliding_rate(work, links.slides[first + r])
     if row[at.PAIRS] >= 0.0:
-        whirl = row[at.AXES_RATE] * frame[WHIRL]
+        whirl = frame_turn(work, row) * frame[WHIRL]
         for r in range(int(row[at.PAIRS]), int(row[at.SIZE]) - 1, 2):
             velocity[r] -= whirl * place[r + 1]
             velocity[r + 1] += whirl * place[r]
     numbers = links.numbers
-    angle = row[at.AXES_RATE] * frame[THETA] + row[at.AXES_PHASE]
+    frames = work.added.frames
+    sense = row[at.AXES_SENSE]
+    angle = sense * frames[int(row[at.AXES]), at.TURNED]
     numbers[ANGLE] = angle
     numbers[COS] = math.cos(angle)
     numbers[SIN] = math.sin(angle)
-    own = row[at.RATE_A] * frame[OMEGA]
-    other = row[at.RATE_B] * frame[OMEGA]
+    if row[at.CYLINDER] >= 0.0:
+        numbers[PRESSURE] = pressures[int(row[at.CYLINDER])] - model.scalars[CRANKCASE]
+    own = sense * frames[int(row[at.FRAME_A]), at.TURN] * frame[OMEGA]
+    other = sense * frames[int(row[at.FRAME_B]), at.TURN] * frame[OMEGA]
     if row[at.TURN_A] >= 0.0:
         own += row[at.SENSE_A] * work.port[UD, int(row[at.TURN_A])]
     if row[at.TURN_B] >= 0.0:
@@ -139,12 +226,11 @@ def link_law(model, work, frame, k, action, out):
 
 
 @inlined_kernel
-def link_block(row, out, ratio, whirl, block):
-    """Tangent of a connection's forces by the displacement of its components, 4 × 4, in a stage."""
+def link_block(row, out, ratio, turning, block):
+    """Tangent of a connection's forces by its components' displacement, 4 × 4, in a stage; axes turn at ``turning``."""
     for k in range(16):
         block[k] = out[BY_PLACE + k] + ratio * out[BY_VELOCITY + k]
     if row[at.PAIRS] >= 0.0:
-        turning = row[at.AXES_RATE] * whirl
         for r in range(4):
             for pair in range(int(row[at.PAIRS]), int(row[at.SIZE]) - 1, 2):
                 i = 4 * r + pair

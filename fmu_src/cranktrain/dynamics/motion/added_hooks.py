@@ -135,9 +135,9 @@ def answer_hook(model, work, slot, f, u):
 
 
 @law_kernel
-def forces_hook(model, work, frame, ratio):
+def forces_hook(model, work, frame, pressures, ratio):
     """Forces of added connections and their tangents. Returns 0, or tells that a law failed."""
-    return link_forces(model, work, frame, ratio)
+    return link_forces(model, work, frame, pressures, ratio)
 
 
 def hooks(model: Any, work: Any) -> list[tuple[Any, tuple[Any, ...]]]:
@@ -156,5 +156,5 @@ def hooks(model: Any, work: Any) -> list[tuple[Any, tuple[Any, ...]]]:
         (recover_hook, (model, work, 0, x, x)),
         (ports_hook, (model, x, x)),
         (answer_hook, (model, work, 0, x, x)),
-        (forces_hook, (model, work, x, 0.0)),
+        (forces_hook, (model, work, x, x, 0.0)),
     ]

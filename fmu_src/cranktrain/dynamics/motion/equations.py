@@ -238,7 +238,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
         for i in range(b):
             f[int(model.layout[BORE_ROTATIONS]) + i] = -f[journal + i] - x * f[2 * i + 1] + y * f[2 * i]
     if model.layout[ADDED] > 0.0:
-        status |= call_kernel(model.links.hooks[at.AT_FORCES], (model, work, frame, ratio))
+        status |= call_kernel(model.links.hooks[at.AT_FORCES], (model, work, frame, pressures, ratio))
     return status
 
 

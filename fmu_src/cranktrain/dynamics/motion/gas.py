@@ -25,6 +25,7 @@ from cranktrain.dynamics.model.slots import (
     LEAD_RATE,
     OFFSET,
     OMEGA,
+    OWN_ROD,
     PHASE,
     Q_FREE,
     RIGID_ROTATION,
@@ -45,7 +46,7 @@ def trace_angle(model, cylinder, theta):
 @inlined_kernel
 def gas_force(rod, scalars, pressure):
     """Force (N) of the gas on a piston and on its head at a cylinder pressure (Pa, absolute); ``rod`` its row."""
-    return (pressure - scalars[CRANKCASE]) * rod[AREA]
+    return (pressure - scalars[CRANKCASE]) * rod[AREA] * rod[OWN_ROD]
 
 
 @inlined_kernel

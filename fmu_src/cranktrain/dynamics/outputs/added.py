@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel
 from cranktrain.dynamics.model.slots import (
     ADDED_LOSS,
+    FORCES,
+    GAS_WORK,
     LINKS_LOSS,
     OMEGA,
     STATE_U,
@@ -13,9 +17,10 @@ from cranktrain.dynamics.model.slots import (
     THETA,
     UD,
     WHIRL,
+    U,
 )
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
-from cranktrain.dynamics.motion.added_connections import link_law, measure_links, turn_terms
+from cranktrain.dynamics.motion.added_connections import lean, link_law, measure_links, turn_frames, turn_terms
 from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.film.laws.films import FRICTION, OBSERVE, RUBBING, SPEED
@@ -25,6 +30,7 @@ from cranktrain.film.laws.films import FRICTION, OBSERVE, RUBBING, SPEED
 def observe_added(model, work, state, members, out):
     """Speeds and places of added bodies, forces and motion of added connections; adds their energy and losses."""
     shown = model.links.shown
+    turn_frames(model, work, work.frames[0, THETA])
     row = 0
     while row < shown.shape[0] and shown[row, at.SHOWN_KIND] >= at.BODY_SPEED:
         out[row] = body_value(model, work, state, shown[row])
@@ -35,13 +41,28 @@ def observe_added(model, work, state, members, out):
     turn_terms(model, work, frame[THETA], frame[WHIRL])
     measure_links(model, work, work.port[STATE_U], work.port[STATE_UD])
     for k in range(work.port.shape[1]):
+        work.port[U, k] = work.port[STATE_U, k]
         work.port[UD, k] = work.port[STATE_UD, k]
+        work.port[FORCES, k] = 0.0
     for k in range(model.links.rows.shape[0]):
-        link_law(model, work, frame, k, OBSERVE, model.links.out)
-        work.powers[LINKS_LOSS] += link_loss(model, frame, k)
+        link_law(model, work, frame, work.pressures[0], k, OBSERVE, model.links.out)
+        lost = link_loss(model, work, frame, k)
+        if model.links.rows[k, at.IS_GAS] > 0.0:
+            work.powers[GAS_WORK] -= lost
+        else:
+            work.powers[LINKS_LOSS] += lost
+        first = int(model.links.rows[k, at.FIRST])
+        for r in range(int(model.links.rows[k, at.SIZE])):
+            work.added.gaps[at.F, first + r] = model.links.out[r]
         while row < shown.shape[0] and int(shown[row, at.SHOWN_OF]) == k:
             out[row] = link_value(model, k, shown[row])
             row += 1
+    for k in range(model.links.leans.shape[0]):
+        power = lean(model, work, frame, k, work.port[FORCES])
+        if model.links.rows[int(model.links.leans[k, at.LEANING]), at.IS_GAS] > 0.0:
+            work.powers[GAS_WORK] += power
+        else:
+            work.powers[LINKS_LOSS] -= power
     return 0
 
 
@@ -60,13 +81,13 @@ def link_value(model, k, shown):
 
 
 @inlined_kernel
-def link_loss(model, frame, k):
+def link_loss(model, work, frame, k):
     """Power (W) that connection k takes from the bodies, what its springs store included."""
     links = model.links
     row = links.rows[k]
     lost = 0.0
     for r in range(int(row[at.SIZE])):
-        lost -= links.out[r] * links.velocity[k, r]
+        lost -= links.out[r] * (links.velocity[k, r] - wandering(model, work, frame, int(row[at.FIRST]) + r))
     if row[at.RUBS] > 0.0:
         # Speeds of both ends about z: their sum and difference were the law's numbers.
         speed = links.numbers[RUBBING]
@@ -76,9 +97,25 @@ def link_loss(model, frame, k):
     return lost
 
 
+@inlined_kernel
+def wandering(model, work, frame, j):
+    """Rate of component j because the point where an end slides wanders over the other body, which does no work."""
+    terms = model.links.terms
+    frames = work.added.frames
+    rate = 0.0
+    for t in range(int(model.links.starts[j]), int(model.links.starts[j + 1])):
+        term = terms[t]
+        if term[at.LEVER_FRAME] >= 0.0:
+            apart = frames[int(term[at.GIVEN_FRAME]), at.TURNED] - frames[int(term[at.OWN_FRAME]), at.TURNED]
+            lever_rate = frames[int(term[at.LEVER_FRAME]), at.PLACE_X1 + int(term[at.LEVER_WAY])]
+            factor = term[at.AMPLITUDE] * math.cos(apart + term[at.ANGLE]) * lever_rate
+            rate += factor * work.port[U, int(term[at.TERM_PORT])]
+    return frame[OMEGA] * rate
+
+
 @kernel
 def observe_bodies(model, work, state):
-    """Energy of added bodies, against their frames that turn, and what their own damping takes."""
+    """Energy of added bodies, against frames that turn evenly, and what their own damping takes."""
     n = model.omega2.shape[0]
     work.powers[ADDED_LOSS] = 0.0
     for b in range(model.bodies.rows.shape[0]):
@@ -88,7 +125,20 @@ def observe_bodies(model, work, state):
         first = int(row[at.MODE])
         q = state[offset(POSITION, n) + first :]
         v = state[offset(VELOCITY, n) + first :]
-        omega = row[at.RATE] * work.frames[0, OMEGA]
+        moved = work.added.frames[int(row[at.FRAME_OF])]
+        omega = row[at.SENSE] * moved[at.TURN] * work.frames[0, OMEGA]
+        swept_x = work.frames[0, OMEGA] * moved[at.OWN_X1]
+        swept_y = work.frames[0, OMEGA] * moved[at.OWN_Y1]
+        if model.links.frames[int(row[at.FRAME_OF]), at.FRAME_KIND] != at.TURNING:
+            # What a frame moves by itself is constant in one that turns evenly.
+            own = row[at.MASS] * (swept_x * swept_x + swept_y * swept_y) + row[at.INERTIA] * omega * omega
+            across = swept_y * row[at.UNBALANCE_X] - swept_x * row[at.UNBALANCE_Y]
+            work.powers[STORED] += 0.5 * own + omega * across
+        x = dot(model.bodies.translation[0, o:], q, size)
+        y = dot(model.bodies.translation[1, o:], q, size)
+        x_rate = dot(model.bodies.translation[0, o:], v, size)
+        y_rate = dot(model.bodies.translation[1, o:], v, size)
+        work.powers[STORED] += swept_x * (x_rate - omega * y) + swept_y * (y_rate + omega * x)
         for i in range(size):
             carried = model.bodies.euler_load[o + i] * v[i] + omega * model.bodies.centrifugal_load[o + i] * q[i]
             for j in range(size):
@@ -112,4 +162,5 @@ def body_value(model, work, state, shown):
     if shown[at.SHOWN_KIND] == at.BODY_TURN:
         return row[at.SENSE] * dot(model.bodies.turn[o:], q, size)
     v = state[offset(VELOCITY, n) + int(row[at.MODE]) :]
-    return row[at.SENSE] * (row[at.RATE] * work.frames[0, OMEGA] + dot(model.bodies.turn[o:], v, size))
+    turn = work.added.frames[int(row[at.FRAME_OF]), at.TURN]
+    return turn * work.frames[0, OMEGA] + row[at.SENSE] * dot(model.bodies.turn[o:], v, size)

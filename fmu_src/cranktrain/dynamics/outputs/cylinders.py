@@ -21,6 +21,7 @@ from cranktrain.dynamics.model.slots import (
     M_BIG,
     M_OSC,
     OFFSET,
+    OWN_ROD,
     PISTONS,
     ROD,
     SKIRTS_LOSS,
@@ -75,7 +76,7 @@ def observe_cylinders(model, work, state, members, out):
             t = int(model.layout[TURNING_MODES])
             v = state[offset(VELOCITY, n) + t : offset(VELOCITY, n) + n]
             rising -= dot(model.block.heads[c], v, model.block.preload.shape[0])
-        work.powers[GAS_WORK] -= pressure * rod[AREA] * rising
+        work.powers[GAS_WORK] -= pressure * rod[AREA] * rod[OWN_ROD] * rising
     return 0
 
 

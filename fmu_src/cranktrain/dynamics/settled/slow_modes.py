@@ -40,6 +40,7 @@ from cranktrain.dynamics.settled.collar import NOTHING_LEFT, RATE, Collar, Learn
 from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.start.mean_motion import carried
 from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology.frames import move_frames
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 
 PLAIN = 0.3
@@ -72,10 +73,19 @@ class DriveLine:
         t = int(model.layout[TURNING_MODES])
         self._turn = np.zeros(model.omega2.size)
         self._turn[:t] = model.euler_load - model.lag
+        # How the turning itself moves the frames of added bodies on, at crank angle 0, where cycles end.
+        self._moves = np.zeros(model.omega2.size)
+        moved = np.zeros((len(model.links.frames), at.MOVED))
+        move_frames(model.links.frames, 0.0, moved)
         for row in model.bodies.rows:
             own, size, first = int(row[at.OWN_MODE]), int(row[at.MODES]), int(row[at.MODE])
-            follows = row[at.TIED] * row[at.RATE] * model.bodies.euler_load[own : own + size]
-            self._turn[first : first + size] += follows
+            frame = moved[int(row[at.FRAME_OF])]
+            turn, euler = frame[at.TURN], row[at.SENSE] * model.bodies.euler_load[own : own + size]
+            shares = row[at.TIED] * np.vstack((euler, model.bodies.translation[:2, own : own + size]))
+            x, y = frame[[at.OWN_X1, at.OWN_Y1]]
+            self._turn[first : first + size] += np.array([turn, x, y]) @ shares
+            change = frame[at.TURN2], frame[at.OWN_X2] + turn * y, frame[at.OWN_Y2] - turn * x
+            self._moves[first : first + size] += speed * (np.array(change) @ shares)
         self._weight = self._turn.copy()
         first = int(model.layout[PIN_ROTATIONS])
         for c, (rod, pin) in enumerate(zip(model.cylinders, model.pins, strict=True)):
@@ -103,6 +113,7 @@ class DriveLine:
         place, velocity, acceleration = (
             part * self._turn for part in (y[0] - y[2], y[1] - y[3], change[1] - change[3])
         )
+        velocity += (y[0] - y[2]) * self._moves
         return Motion(place, velocity, acceleration, float(y[2]), float(y[3]))
 
     def coordinates(self, y: Array) -> Array:

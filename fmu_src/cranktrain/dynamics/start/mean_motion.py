@@ -120,9 +120,7 @@ def rigid_motion(model, room, speed):
         x, y = model.pins[c, 0], model.pins[c, 1]
         inertia += (model.cylinders[c, M_BIG] + 0.5 * model.cylinders[c, M_OSC]) * (x * x + y * y)
     for b in range(model.bodies.rows.shape[0]):
-        row = model.bodies.rows[b]
-        if row[added.TIED] > 0.0:
-            inertia += row[added.RATE] * row[added.RATE] * row[added.INERTIA]
+        inertia += model.bodies.rows[b, added.REFLECTED]
     mean[START_INERTIA] = inertia
     alternating_torque(room, mean[START_TORQUE])
     for k in range(1, START_HARMONICS):

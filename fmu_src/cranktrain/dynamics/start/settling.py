@@ -18,6 +18,7 @@ from cranktrain.dynamics.model.slots import (
     RELATIVE,
     RIGID_ROTATION,
     ROTATION,
+    THETA,
     TURNING_MODES,
     U_Q,
     U_V,
@@ -37,6 +38,7 @@ from cranktrain.dynamics.model.state import (
     VELOCITY,
     offset,
 )
+from cranktrain.dynamics.motion.added_connections import turn_frames
 from cranktrain.dynamics.motion.equations import factor_stage
 from cranktrain.dynamics.motion.film_memory import close_stage, close_step, open_stage, open_step
 from cranktrain.dynamics.motion.linear_algebra import add_product
@@ -207,11 +209,14 @@ def set_in_motion(model, work, state, windup, rotation, rate):
 
 @kernel
 def added_in_motion(model, work, state, rotation, rate):
-    """The same of added bodies, which turn with the crank as their frames do."""
+    """The same of added bodies, which move with the crank as their frames do."""
     n = model.omega2.shape[0]
     turned = work.modal[DIFFERENCE]
-    for b in range(model.bodies.rows.shape[0]):
-        row = model.bodies.rows[b]
+    omega = work.frames[0, OMEGA]
+    bodies = model.bodies
+    turn_frames(model, work, work.frames[0, THETA])
+    for b in range(bodies.rows.shape[0]):
+        row = bodies.rows[b]
         modes = int(row[added.MODES])
         o = int(row[added.OWN_MODE])
         q = state[offset(POSITION, n) + int(row[added.MODE]) :]
@@ -221,11 +226,22 @@ def added_in_motion(model, work, state, rotation, rate):
         turn = q[ROTATION]
         if row[added.ENDS_GROUP] > 0.0 and o == int(row[added.GROUP]):
             q[ROTATION] = 0.0
-        add_product(model.bodies.gyroscopic[o : o + modes], q, modes, modes, turned)
+        add_product(bodies.gyroscopic[o : o + modes], q, modes, modes, turned)
         q[ROTATION] = turn
+        moved = work.added.frames[int(row[added.FRAME_OF])]
+        turns = row[added.SENSE] * moved[added.TURN]
+        # The velocity with which the crank's frame moves the body's, and how it changes in that frame's axes.
+        x = moved[added.OWN_X1]
+        y = moved[added.OWN_Y1]
+        x_change = moved[added.OWN_X2] + moved[added.TURN] * y
+        y_change = moved[added.OWN_Y2] - moved[added.TURN] * x
         for i in range(modes):
-            follows = row[added.TIED] * row[added.RATE] * model.bodies.euler_load[o + i]
-            v[i] += rate * follows - row[added.RATE] * work.frames[0, OMEGA] * turned[i]
+            across = bodies.translation[0, o + i]
+            along = bodies.translation[1, o + i]
+            euler = bodies.euler_load[o + i]
+            follows = row[added.TIED] * (turns * euler + x * across + y * along)
+            changes = row[added.TIED] * (moved[added.TURN2] * euler + x_change * across + y_change * along)
+            v[i] += rate * follows + rotation * omega * changes - turns * omega * turned[i]
             q[i] += rotation * follows
 
 

@@ -463,7 +463,11 @@ def recover(model, work, stage):
     d_omega = abs(frame[WHIRL] - stage.omega)
     d_omega2 = abs(frame[WHIRL] * frame[WHIRL] - stage.omega * stage.omega)
     rest = (2.0 * d_omega * stage.c_v + (d_omega2 + abs(frame[OMEGA_DOT])) * c_q) * moved
-    rest *= model.bodies.fastest[0] * model.bodies.fastest[0]
+    fastest = model.bodies.fastest
+    rest *= fastest[at.FASTEST] * fastest[at.FASTEST]
+    swing = fastest[at.SWING] * frame[WHIRL]
+    swing2 = fastest[at.SWING2] * frame[WHIRL] * frame[WHIRL]
+    rest += (2.0 * abs(swing) * stage.c_v + (swing * swing + abs(swing2)) * c_q) * moved
     return rest <= COUPLING_TOLERANCE * largest or c_q * rest <= COUPLING_LENGTH * stage.tolerance
 
 

@@ -18,13 +18,16 @@ from cranktrain.core.kernel import keep_record, kernel_address, record
 from cranktrain.core.memory import zeros
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, skew
 from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology.gas import gas_law
 from cranktrain.dynamics.topology.laws import Piece, connection_law, pieces_of
 from cranktrain.dynamics.topology.relations import Group, groups
-from cranktrain.dynamics.topology.terms import PORTS, Term, terms_of
-from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, Body, Connection, End, Frame, Topology
+from cranktrain.dynamics.topology.terms import PORTS, Direction, Term, terms_of
+from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, REST, Body, Connection, End, Frame, Topology
 from cranktrain.film.laws.films import NUMBERS, SIZE, IntArray
 from cranktrain.film.laws.parameters import COLUMNS
 
+AROUND = np.linspace(0.0, 4.0 * np.pi, 97)[:-1]
+"""Crank angles (rad) at which what depends on them is looked at."""
 KINDS = {
     "force": at.FORCE_KIND, "place": at.PLACE_KIND, "velocity": at.VELOCITY_KIND, "out": at.OUT_KIND,
 }  # fmt: skip
@@ -52,18 +55,21 @@ class AddedBodies(NamedTuple):
     shapes: Array  # (M, W)
     transposed: Array  # (N, V)
     carried: Array  # (N, 6) motion that goes along with the block's rigid modes
-    fastest: Array  # (1,) most turns per turn of the crank of any body, 1 at least
+    fastest: Array  # (FASTEST_SIZE,) how fast frames turn at most, see slots
 
 
 @record
 class AddedConnections(NamedTuple):
     """K pieces of connections with C components, T terms, and what they hold."""
 
+    frames: Array  # (F, FRAME) of bodies, laws and directions
     rows: Array  # (K, CONNECTION)
     table: Array  # (K, 5) number of components and the Newton components, as ModelArrays.connections
     terms: Array  # (T, TERM) in the order of their components
     starts: Array  # (C + 1,) first term of each component
     scales: Array  # (C,)
+    slides: Array  # (C, SLIDES)
+    leans: Array  # (L, LEAN)
     interfaces: Array  # (I, INTERFACE)
     ports: Array  # (P,) all ports that connections load
     entry: IntArray  # (K, 3) addresses of the law and of its record, and the number by which the record knows it
@@ -84,6 +90,7 @@ class AddedWork(NamedTuple):
     inverse: Array  # (slots, N, W)
     response: Array  # (slots, M, W)
     compliance: Array  # (slots, M, V)
+    frames: Array  # (F, MOVED) angle and place of each frame, and their derivatives by the crank angle
     coefficients: Array  # (T, 2) of each term, and its rate
     gaps: Array  # (GAPS, C)
     answered: Array  # (m,) motion of all ports by one component's force
@@ -127,15 +134,18 @@ def added(topology: Topology, base: Base) -> Added:
     """
     topology = topology if base.block is not None else on_ground(topology)
     held = _held(topology, base)
+    topology = _touching(topology, base)
     crank_ports, block_ports = held.pop(CRANK, {}), held.pop(BLOCK, {})
     first = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * len(block_ports)
     joined = groups(topology)
-    bodies, port_of = _bodies(topology, joined, held, base, first)
+    frames = _Frames()
+    bodies, port_of = _bodies(topology, joined, held, base, first, frames)
     for k, name in enumerate(crank_ports):
         port_of[CRANK, name] = base.turning_ports + PORTS * k
     for k, name in enumerate(block_ports):
         port_of[BLOCK, name] = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * k
-    connections = _connections(topology, [body.name for group in joined for body in group.bodies], port_of, base.newton)
+    names = [body.name for group in joined for body in group.bodies]
+    connections = _connections(topology, names, port_of, base.newton, frames)
     return Added(
         bodies,
         connections,
@@ -144,6 +154,14 @@ def added(topology: Topology, base: Base) -> Added:
         np.concatenate([np.zeros(0), *(group.omega for group in joined)]),
         np.concatenate([np.zeros(0), *(group.damping for group in joined)]),
     )
+
+
+class _Frames(dict[Frame, int]):
+    """Numbers of frames in the order in which they are asked for."""
+
+    def __missing__(self, frame: Frame) -> int:
+        self[frame] = len(self)
+        return self[frame]
 
 
 def on_ground(topology: Topology) -> Topology:
@@ -156,6 +174,26 @@ def on_ground(topology: Topology) -> Topology:
         replace(connection, ends=tuple(end(one) for one in connection.ends)) for connection in topology.connections
     )
     return replace(topology, connections=connections)
+
+
+def _touching(topology: Topology, base: Base) -> Topology:
+    """The topology with ends on bodies at rest where those that slide over them are at crank angle 0."""
+    own: Mapping[str, ReducedBody | None] = {BLOCK: base.block, **{body.name: body.reduced for body in topology.bodies}}
+    connections = list(topology.connections)
+    for k, connection in enumerate(connections):
+        frames = [topology.end_frame(end) for end in connection.ends]
+        for number, (frame, other) in enumerate(zip(frames, frames[::-1], strict=True) if len(frames) == 2 else ()):
+            end, slider = connection.ends[number], connection.ends[1 - number]
+            wall, moving = own.get(end.body), own.get(slider.body)
+            if frame != REST or other.slider is None or wall is None or moving is None:
+                continue
+            turn = np.column_stack([other.turned(axis) for axis in np.eye(3)])
+            place = other.origin + turn.T @ (moving.positions[moving.index(slider.interface)] + slider.offset)
+            x, y, z = place - wall.positions[wall.index(end.interface)]
+            ends = [slider, slider]
+            ends[number] = replace(end, offset=(float(x), float(y), float(z)))
+            connections[k] = replace(connection, ends=tuple(ends))
+    return replace(topology, connections=tuple(connections))
 
 
 def _shapes(body: ReducedBody | None, names: list[str]) -> Array:
@@ -197,7 +235,18 @@ class _Body(NamedTuple):
     translation: Array
     turn: Array
     carried: Array
-    shapes: Array  # (6 p, n) of the interfaces that are held
+    shapes: Array  # (6 p, n) of the interfaces that are held, and the rotation of an elastic body as a whole
+
+
+def _turns_whole(body: ReducedBody, held: int) -> bool:
+    """Whether a body's rotation as a whole is a port: a moment about its centre at one interface would bend it."""
+    return held > 0 and body.n_modes > PORTS
+
+
+def _ports(body: Body, held: Mapping[str, Mapping[str, None]]) -> int:
+    """Number of ports of a body in its group."""
+    names = held.get(body.name, {})
+    return PORTS * len(names) + _turns_whole(body.reduced, len(names))
 
 
 def _in_modes(body: Body, frame: Frame, held: Sequence[str], block: ReducedBody | None, part: Array | None) -> _Body:
@@ -210,7 +259,7 @@ def _in_modes(body: Body, frame: Frame, held: Sequence[str], block: ReducedBody 
         reduced.gyroscopic, reduced.stress_stiffness - reduced.centrifugal, reduced.centrifugal_load,
         reduced.euler_load, reduced.translation, turn,
         np.zeros((n, PORTS)) if block is None else _carried(reduced, frame, block),
-        np.concatenate([np.zeros((0, n)), *shapes]),
+        np.concatenate([np.zeros((0, n)), *shapes, *([turn[None]] if _turns_whole(reduced, len(held)) else [])]),
     )  # fmt: skip
     if part is None:
         return own
@@ -222,17 +271,22 @@ def _in_modes(body: Body, frame: Frame, held: Sequence[str], block: ReducedBody 
 
 # In one piece: one row and one body's span of every array.
 def _bodies(
-    topology: Topology, joined: list[Group], held: Mapping[str, Mapping[str, None]], base: Base, first: int
+    topology: Topology,
+    joined: list[Group],
+    held: Mapping[str, Mapping[str, None]],
+    base: Base,
+    first: int,
+    frames: _Frames,
 ) -> tuple[AddedBodies, dict[tuple[str, str], int]]:
     """Arrays of the bodies, group by group, and the first port of each interface that is held."""
     sizes = [group.omega.size for group in joined]
-    counts = [[PORTS * len(held.get(body.name, {})) for body in group.bodies] for group in joined]
+    counts = [[_ports(body, held) for body in group.bodies] for group in joined]
     n, w = sum(size * len(own) for size, own in zip(sizes, counts, strict=True)), max(sizes, default=1)
     m, v = sum(map(sum, counts)), max([1, *map(sum, counts)])
     z = zeros
     arrays = AddedBodies(
         np.zeros((sum(map(len, counts)), at.BODY)), z((n, w)), z((n, w)), z(n), z(n), z((3, n)), z((3, n)), z(n),
-        z((m, w)), z((n, v)), z((n, PORTS)), np.ones(1),
+        z((m, w)), z((n, v)), z((n, PORTS)), _fastest(topology),
     )  # fmt: skip
     port_of: dict[tuple[str, str], int] = {}
     mode, row_at, port, tied, number = 0, 0, 0, _tied(topology), 0
@@ -245,10 +299,11 @@ def _bodies(
             own = _in_modes(body, frame, list(names), base.block, None if group.parts is None else group.parts[k])
             span = slice(row_at, row_at + size)
             row[: at.CARRIED] = (
-                base.modes + mode, size, first + port, ports, row_at, port, frame.rate, frame.angle, frame.sense,
+                base.modes + mode, size, first + port, ports, row_at, port, frames[frame], frame.rate, frame.sense,
                 reduced.mass,
             )  # fmt: skip
             row[at.CARRIED], row[at.TIED] = not _grounded(topology, body), body.name in tied
+            row[at.REFLECTED] = row[at.TIED] * _reflected(reduced, frame)
             row[[at.UNBALANCE_X, at.UNBALANCE_Y]] = reduced.mass * reduced.centre[:2]
             row[at.INERTIA] = float(reduced.euler_load @ reduced.euler_load)
             row[at.GROUP], row[at.ENDS_GROUP] = start, k == len(group.bodies) - 1
@@ -261,7 +316,6 @@ def _bodies(
             arrays.shapes[port : port + ports, :size] = own.shapes
             port_of |= {(body.name, name): first + port + PORTS * i for i, name in enumerate(names)}
             columns = np.concatenate((columns, own.shapes))
-            arrays.fastest[0] = max(arrays.fastest[0], frame.rate)
             row_at, port, number = row_at + size, port + ports, number + 1
         for k in range(len(group.bodies)):
             arrays.transposed[start + size * k : start + size * (k + 1), : len(columns)] = columns.T
@@ -270,8 +324,8 @@ def _bodies(
 
 
 def _tied(topology: Topology) -> set[str]:
-    """Bodies that laws make turn as the crank does, directly or through others."""
-    found = {CRANK}
+    """Bodies that laws make turn as the crank does, directly or through others, and those whose frames are a rod's."""
+    found = {CRANK} | {body.name for body in topology.bodies if topology.frame(body.frame).slider is not None}
     pairs = [
         {end.body for end in connection.ends}
         for connection in topology.connections
@@ -280,6 +334,22 @@ def _tied(topology: Topology) -> set[str]:
     for _ in pairs:
         found |= {name for pair in pairs if pair & found for name in pair}
     return found
+
+
+def _fastest(topology: Topology) -> Array:
+    frames = [topology.frame(body.frame) for body in topology.bodies]
+    turns = np.array([frame.moved(angle)[[at.TURN, at.TURN2]] for frame in frames if frame.swings for angle in AROUND])
+    most = np.abs(turns.reshape(-1, 2)).max(axis=0, initial=0.0)
+    return np.array([max([1.0, *(frame.rate for frame in frames)]), *most])
+
+
+def _reflected(body: ReducedBody, frame: Frame) -> float:
+    """Inertia (kg m²) that the crank feels of a body that moves as its frame does, mean over a turn."""
+    if frame.slider is None:
+        return frame.rate**2 * float(body.euler_load @ body.euler_load)
+    motions = [frame.moved(angle) for angle in AROUND]
+    swept = [body.translation[:2].T @ m[[at.OWN_X1, at.OWN_Y1]] + m[at.TURN] * body.euler_load for m in motions]
+    return float(np.mean([row @ row for row in swept]))
 
 
 def _grounded(topology: Topology, body: Body) -> bool:
@@ -293,7 +363,7 @@ def _grounded(topology: Topology, body: Body) -> bool:
 def _carried(body: ReducedBody, frame: Frame, block: ReducedBody) -> Array:
     """Modal motion (n, 6) of a body that goes along with the rigid modes of the block, at crank angle 0."""
     motion = rigid_coordinates(block)
-    moved = motion[:3] - skew(np.array([*frame.axis, 0.0])) @ motion[3:]
+    moved = motion[:3] - skew(frame.origin) @ motion[3:]
     across = np.column_stack([frame.turned(axis) for axis in np.eye(3)])
     seen = np.concatenate((across @ moved, across @ motion[3:]))
     result = np.zeros((body.n_modes, PORTS))
@@ -302,36 +372,50 @@ def _carried(body: ReducedBody, frame: Frame, block: ReducedBody) -> Array:
 
 
 def _connections(
-    topology: Topology, names: list[str], port_of: Mapping[tuple[str, str], int], newton: int
+    topology: Topology, names: list[str], port_of: Mapping[tuple[str, str], int], newton: int, numbers_of: _Frames
 ) -> AddedConnections:
     """Arrays of the connections, bodies in the order of ``names``; compiles their laws."""
     rows, tables, terms, starts, shown = [], [], [], [0], []
     scales: list[float] = []
+    slides: list[list[float]] = []
+    leans: list[list[float]] = []
     oil: list[float] = []
     kept: list[Piece] = []
     shown += [(names.index(body.name), *kind) for body in topology.bodies for kind in BODY_KINDS]
     for connection, piece in _all_pieces(topology):
         frames = [topology.end_frame(end) for end in connection.ends]
         size, first = len(piece.components), len(scales)
-        ports, senses, rates = [], [], []
+        ports, senses = [], []
         for end, frame in zip(connection.ends, frames, strict=True):
             turns = piece.rubs and end.body != GROUND
             ports.append(port_of[end.body, end.interface] + 5 if turns else -1)
             senses.append(frame.sense * piece.axes.sense)
-            rates.append(senses[-1] * frame.rate)
         rows.append([
-            size, first, piece.axes.rate, piece.axes.angle, piece.pairs, *ports, *senses, *rates, piece.rubs,
-            piece.closes,
+            size, first, numbers_of[piece.axes], piece.axes.sense, piece.pairs, *ports, *senses,
+            *(numbers_of[frame] for frame in frames), piece.rubs, piece.closes, piece.cylinder - 1,
+            piece.kernel is gas_law,
         ])  # fmt: skip
+        if frames[1] == REST and frames[0].slider is not None and connection.ends[1].body != GROUND:
+            wall = np.array(connection.ends[1].offset[:2]) - frames[0].moved(0.0)[[at.PLACE_X, at.PLACE_Y]]
+            first_port, wall_port = (port_of[end.body, end.interface] for end in connection.ends)
+            leans.append([
+                len(rows) - 1, numbers_of[frames[0]], first_port, *connection.ends[0].offset[:2], wall_port, *wall,
+            ])  # fmt: skip
         tables.append([size, *(newton + first + j for j in range(size)), *[0] * (4 - size)])
         for j, pair in enumerate(piece.components):
             found: list[Term] = []
-            for end, frame, direction in zip(connection.ends, frames, pair, strict=True):
+            slides.append(_slide(pair, frames, numbers_of))
+            for end, frame, direction, other in zip(connection.ends, frames, pair, frames[::-1], strict=True):
                 if end.body != GROUND:
-                    found += terms_of(end, frame, direction)
-            terms += [
-                [first + j, port_of[term.body, term.interface] + term.component, *term[3:]] for term in found
-            ]  # fmt: skip
+                    over = other if frame == REST and other.slider is not None else None
+                    found += terms_of(end, frame, direction, over)
+            for term in found:
+                terms.append([
+                    first + j, port_of[term.body, term.interface] + term.component, term.amplitude,
+                    numbers_of[term.given], numbers_of[term.own], term.phase,
+                    *((-1, 0, 0.0) if term.lever is None else
+                      (numbers_of[term.lever], term.way, term.lever.moved(0.0)[at.PLACE_X + term.way])),
+                ])  # fmt: skip
             starts.append(len(terms))
         scales += piece.scales
         shown += [(len(rows) - 1, KINDS[kind], place) for _, kind, place in piece.outputs]
@@ -351,17 +435,30 @@ def _connections(
         row[2] = number if is_film else 0
         row[0] = kernel_address(piece.kernel, 0, 0, 0, place[0], velocity[0], numbers, memory, out)
     interfaces = []
+    last = {body: port for (body, _), port in port_of.items()}
     for (body, _), port in port_of.items():
+        own = body not in (CRANK, BLOCK) and _turns_whole(topology.body(body).reduced, 1)
         owner = at.OF_CRANK if body == CRANK else at.OF_BLOCK if body == BLOCK else names.index(body)
-        interfaces.append([owner, port, port + 1, port + 5])
+        interfaces.append([owner, port, port + 1, last[body] + PORTS if own else port + 5])
     loaded = np.unique([*np.array(terms).reshape(-1, at.TERM)[:, at.TERM_PORT], *(row[3] for row in interfaces)])
     arrays = AddedConnections(
-        _table(rows, at.CONNECTION), _table(tables, 5), _table(terms, at.TERM), np.array(starts, dtype=float),
-        np.array(scales, dtype=float), _table(interfaces, at.INTERFACE), loaded.astype(float), entry, place, velocity,
-        numbers, out, films, np.array(oil, dtype=float), _table(shown, at.SHOWN),
+        _table([frame.row for frame in numbers_of], at.FRAME), _table(rows, at.CONNECTION), _table(tables, 5),
+        _table(terms, at.TERM), np.array(starts, dtype=float), np.array(scales, dtype=float),
+        _table(slides, at.SLIDES), _table(leans, at.LEAN),
+        _table(interfaces, at.INTERFACE), loaded.astype(float), entry, place, velocity, numbers, out, films,
+        np.array(oil, dtype=float), _table(shown, at.SHOWN),
         np.zeros(at.HOOKS, dtype=np.int64),
     )  # fmt: skip
     return arrays
+
+
+def _slide(pair: tuple[Direction, Direction], frames: Sequence[Frame], numbers_of: _Frames) -> list[float]:
+    """Row of ``slides``: where one end moves by its frame alone along what stands."""
+    for direction, frame, other in zip(pair, frames, frames[::-1], strict=True):
+        if frame.slider is not None and other == REST:
+            along = direction.sign * direction.along
+            return [numbers_of[frame], numbers_of[direction.frame], along[0], direction.frame.sense * along[1]]
+    return [-1.0, 0.0, 0.0, 0.0]
 
 
 def _all_pieces(topology: Topology) -> list[tuple[Connection, Piece]]:
@@ -381,8 +478,10 @@ def added_work(bodies: AddedBodies, connections: AddedConnections, ports: int, n
     n, w = bodies.gyroscopic.shape
     m, v = bodies.shapes.shape[0], bodies.transposed.shape[1]
     k, c, t = len(connections.rows), len(connections.scales), len(connections.terms)
+    f = len(connections.frames)
     z = zeros
     return AddedWork(
-        z((w, w)), z((slots, n, w)), z((slots, m, w)), z((slots, m, v)), z((t, 2)), z((at.GAPS, c)), z(ports),
-        z((len(bodies.rows), 2)), z((k, 16)), z((k, 16)), z((1, -4 * (-newton // 4))), np.full(at.SIZES, np.nan),
+        z((w, w)), z((slots, n, w)), z((slots, m, w)), z((slots, m, v)), z((f, at.MOVED)), z((t, 2)), z((at.GAPS, c)),
+        z(ports), z((len(bodies.rows), 2)), z((k, 16)), z((k, 16)), z((1, -4 * (-newton // 4))),
+        np.full(at.SIZES, np.nan),
     )  # fmt: skip

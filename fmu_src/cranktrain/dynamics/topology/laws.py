@@ -18,11 +18,25 @@ from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.topology.belt import belt_law, belt_record, strands
 from cranktrain.dynamics.topology.coupling import coupling_law, coupling_record
+from cranktrain.dynamics.topology.gas import gas_law, gas_record
 from cranktrain.dynamics.topology.gear_mesh import mesh_law, mesh_record
+from cranktrain.dynamics.topology.liner import liner_law, liner_record
 from cranktrain.dynamics.topology.spring import LoadRecord, SpringRecord, load_law, spring_law
 from cranktrain.dynamics.topology.terms import Direction, unit
 from cranktrain.dynamics.topology.values import REST, Connection, Frame
-from cranktrain.engine.connections import Belt, Coupling, Film, GearMesh, Load, Planetary, RigidGear, Spring, check_ends
+from cranktrain.engine.connections import (
+    Belt,
+    Coupling,
+    Film,
+    Gas,
+    GearMesh,
+    Liner,
+    Load,
+    Planetary,
+    RigidGear,
+    Spring,
+    check_ends,
+)
 from cranktrain.engine.model import optional_fields
 from cranktrain.engine.quantities import check_values
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters
@@ -53,6 +67,7 @@ class Piece(NamedTuple):
     outputs : what is shown of it: name, kind and place, see :mod:`cranktrain.dynamics.topology.slots`
     parameters : (COLUMNS,) of a bearing; else nothing
     viscosity : of its oil, Pa s; 0: the engine's, −1: it has none
+    cylinder : of the engine, of whose gas the law is told; 0: of none
     """
 
     components: list[tuple[Direction, Direction]]
@@ -66,6 +81,7 @@ class Piece(NamedTuple):
     outputs: tuple[tuple[str, str, int], ...] = ()
     parameters: Array | None = None
     viscosity: float = -1.0
+    cylinder: int = 0
 
 
 @dataclass(frozen=True)
@@ -204,7 +220,8 @@ def _axes(values: Any, what: str) -> Array:
 
 
 def _spring(spring: Spring, first: Frame, second: Frame) -> list[Piece]:
-    pieces = []
+    """Along the engine's axes; of a piston along those of its cylinder."""
+    pieces, axes = [], first if first.slider is not None and not first.swings else REST
     for turning, name, axis in ((False, "force", "position"), (True, "moment", "rotation")):
         before = "turning_" if turning else ""
         k, c = (_axes(getattr(spring, before + part), before + part) for part in ("stiffness", "damping"))
@@ -214,7 +231,7 @@ def _spring(spring: Spring, first: Frame, second: Frame) -> list[Piece]:
         ways = [(np.zeros(3), unit(way)) if turning else (unit(way), np.zeros(3)) for way in held]
         outputs = tuple((f"{name}.{'xyz'[way]}", "force", at) for at, way in enumerate(held))
         outputs += tuple((f"{axis}.{'xyz'[way]}", "place", at) for at, way in enumerate(held))
-        components = [_between(REST, *way) for way in ways]
+        components = [_between(axes, *way) for way in ways]
         scales = [ANGLE if turning else LENGTH] * len(held)
         pieces.append(Piece(components, scales, spring_law, SpringRecord(k[held], c[held]), outputs=outputs))
     if not pieces:
@@ -238,7 +255,7 @@ def _load(load: Load, first: Frame, second: Frame) -> list[Piece]:
 
 def _film(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
     """Bearing of a level of the register of films: the first end is the journal."""
-    if journal.rate == 0.0:
+    if journal.rate == 0.0 and not (journal.swings or bore.swings):
         raise InputError("the first end of a bearing is its journal, which turns; exchange the ends")
     law, parameters = bearing_law(bearing.level), bearing_parameters(bearing, bearing.viscosity or REFERENCE_VISCOSITY)
     form = law.forms[PLAIN]
@@ -266,6 +283,24 @@ def _film(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
             outputs, parameters, bearing.viscosity if law.film else -1.0,
         )
     ]  # fmt: skip
+
+
+def _gas(gas: Gas, piston: Frame, head: Frame) -> list[Piece]:
+    record, axes = gas_record(gas), Frame("crank angle", 1.0)
+    component = _between(piston, unit(1), np.zeros(3))
+    outputs = (("force", "force", 0),)
+    return [Piece([component], [LENGTH], gas_law, record, axes, outputs=outputs, cylinder=gas.cylinder)]
+
+
+def _liner(liner: Liner, piston: Frame, wall: Frame) -> list[Piece]:
+    heights = liner.upper_height, liner.lower_height
+    components = [_between(piston, unit(0), -height * unit(2)) for height in heights]
+    components.append(_between(piston, unit(1), np.zeros(3)))
+    outputs = (
+        ("force.upper", "force", 0), ("force.lower", "force", 1), ("friction", "force", 2), ("gap.upper", "place", 0),
+        ("gap.lower", "place", 1), ("speed", "velocity", 2),
+    )  # fmt: skip
+    return [Piece(components, [LENGTH] * 3, liner_law, liner_record(liner), outputs=outputs)]
 
 
 def _belt(belt: Belt, first: Frame, second: Frame) -> list[Piece]:
@@ -318,6 +353,8 @@ for _row in (
     ConnectionLaw("load", "force and torque, steady or harmonic", Load, _load, load_law),
     ConnectionLaw("film", "plain bearing, whose journal is the first end", Film, _film),
     ConnectionLaw("belt", "two strands on two pulleys, which pull only", Belt, _belt, belt_law, turns=True),
+    ConnectionLaw("gas", "gas on a piston and its head", Gas, _gas, gas_law),
+    ConnectionLaw("liner", "a piston's skirt in its liner, with friction", Liner, _liner, liner_law),
     ConnectionLaw("rigid_gear", "two gears without give", RigidGear, turns=True, relations=_rigid_gear),
     ConnectionLaw(
         "planetary", "sun, ring, carrier and planets without give", Planetary, turns=True, relations=_planetary

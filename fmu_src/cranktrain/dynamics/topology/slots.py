@@ -3,22 +3,37 @@
 from __future__ import annotations
 
 # ``AddedBodies.rows``: first mode among all, number of modes, first port among all, number of ports; the same firsts
-# among the added ones alone; the frame's turns per turn of the crank, its angle at crank angle 0 (rad), 1 or −1 where
-# it turns backwards; mass, kg; 1 where it goes along with the block; 1 where gears or couplings make it turn as the
-# crank does; its mass times x and y of its centre of mass from the frame's axis, kg m; its inertia about that axis,
-# kg m². Bodies that relations join have their modes in common: the first of them among the added ones' rows, and 1 in
-# the last one's row; first port of all of them, and how many they have.
-MODE, MODES, PORT, PORTS, OWN_MODE, OWN_PORT, RATE, PHASE, SENSE, MASS, CARRIED, TIED = range(12)
-UNBALANCE_X, UNBALANCE_Y, INERTIA, GROUP, ENDS_GROUP, GROUP_PORT, GROUP_PORTS, BODY = range(12, 20)
-# ``AddedConnections.rows``: number of components, the first of them; turns per turn of the crank of the axes in which
-# the law is evaluated, and their angle at crank angle 0; first component of the pairs that turn with these axes (−1:
-# none); rotation about z of both ends (port, −1: none), their senses against the axes', and the ends' own turns per
-# turn of the crank about the axes' z; 1 where the law has friction that turns both ends; 1 where a step of the
-# iteration is limited.
-SIZE, FIRST, AXES_RATE, AXES_PHASE, PAIRS, TURN_A, TURN_B, SENSE_A, SENSE_B, RATE_A, RATE_B = range(11)
-RUBS, CLOSES, CONNECTION = 11, 12, 13
-# ``AddedConnections.terms``: component, port, amplitude, factor of the crank angle, phase (rad).
-COMPONENT, TERM_PORT, AMPLITUDE, FACTOR, ANGLE, TERM = range(6)
+# among the added ones alone; the frame, its mean turns per turn of the crank, 1 or −1 where it turns backwards; mass,
+# kg; 1 where it goes along with the block; 1 where gears, couplings or its frame make it move as the crank does; its
+# mass times x and y of its centre of mass from the frame's axis, kg m; its inertia about that axis, and what the crank
+# feels of it where it moves along, kg m². Bodies that relations join have their modes in common: the first of them
+# among the added ones' rows, and 1 in the last one's row; first port of all of them, and how many they have.
+MODE, MODES, PORT, PORTS, OWN_MODE, OWN_PORT, FRAME_OF, RATE, SENSE, MASS, CARRIED, TIED = range(12)
+UNBALANCE_X, UNBALANCE_Y, INERTIA, REFLECTED, GROUP, ENDS_GROUP, GROUP_PORT, GROUP_PORTS, BODY = range(12, 21)
+# ``AddedConnections.frames``: kind, turns per turn of the crank, negative: the other way round, angle of the axes at
+# crank angle 0 or that of the cylinder, rad; of rods and pistons the pin's place across and along the cylinder from the
+# crank's axis, the rod's length, and the offset of the cylinder's axis, m.
+FRAME_KIND, RATIO, START, PIN_X, PIN_Y, LENGTH, AXIS_OFFSET, FRAME = range(8)
+TURNING, ROD_FRAME, PISTON_FRAME = range(3)
+# ``AddedWork.frames``: angle in the engine's axes, its first and second derivative by the crank angle; place of the
+# origin in the engine's axes from the crank's axis and its derivative; first and second derivative in the own axes.
+TURNED, TURN, TURN2, PLACE_X, PLACE_Y, PLACE_X1, PLACE_Y1, OWN_X1, OWN_Y1, OWN_X2, OWN_Y2, MOVED = range(12)
+# ``AddedConnections.rows``: number of components, the first of them; frame in whose axes the law is evaluated, 1 or −1
+# where that turns backwards; first component of the pairs that turn with these axes (−1: none); rotation about z of
+# both ends (port, −1: none), their senses against the axes', and their frames; 1 where the law has friction that turns
+# both ends; 1 where a step of the iteration is limited; cylinder whose gas it is told of, −1: none; 1 where it is gas.
+SIZE, FIRST, AXES, AXES_SENSE, PAIRS, TURN_A, TURN_B, SENSE_A, SENSE_B, FRAME_A, FRAME_B = range(11)
+RUBS, CLOSES, CYLINDER, IS_GAS, CONNECTION = 11, 12, 13, 14, 15
+# ``AddedConnections.slides``: frame whose origin moves along the component by itself (−1: none), frame of its
+# direction, and that direction across the crank's axis, x and y.
+SLIDING, SLIDES_IN, SLIDES_X, SLIDES_Y, SLIDES = range(5)
+# ``AddedConnections.leans``: connection whose first end slides over a body, frame of that end, its port of displacement
+# x and how far beside its interface it is, x and y; the body's port, and where the end is beside its interface at crank
+# angle 0 less the place of the frame's origin then.
+LEANING, LEANS_IN, SLIDER_PORT, SLIDER_X, SLIDER_Y, WALL_PORT, WALL_X, WALL_Y, LEAN = range(9)
+# ``AddedConnections.terms``: component, port, amplitude; frames whose angles' difference turns it, and phase (rad);
+# frame whose moving origin is its lever (−1: none), x or y of that, and what it is at crank angle 0.
+COMPONENT, TERM_PORT, AMPLITUDE, GIVEN_FRAME, OWN_FRAME, ANGLE, LEVER_FRAME, LEVER_WAY, LEVER_START, TERM = range(10)
 # ``AddedConnections.interfaces``: whose axis a displaced force is taken about (number of an added body, or one of
 # these), ports of the displacement across, x and y, and of the rotation about z.
 OF_CRANK, OF_BLOCK = -1, -2
@@ -26,12 +41,15 @@ OWNER, PORT_X, PORT_Y, PORT_TURN, INTERFACE = range(5)
 # ``AddedConnections.shown``: an output's connection or body, kind, and place in what it shows.
 SHOWN_OF, SHOWN_KIND, SHOWN_AT, SHOWN = range(4)
 FORCE_KIND, PLACE_KIND, VELOCITY_KIND, OUT_KIND, BODY_SPEED, BODY_TURN, BODY_PLACE = range(7)
+# ``AddedBodies.fastest``: most turns per turn of the crank of any body, 1 at least; largest first and second derivative
+# of the angle of a rod's frame by the crank angle.
+FASTEST, SWING, SWING2, FASTEST_SIZE = range(4)
 # ``AddedConnections.hooks``: kernels that a stage calls at their addresses where anything is added.
 AT_FACTOR, AT_LOAD, AT_COMPLIANCE, AT_MOVE, AT_STEPS, AT_NEWTON, AT_SOLVE, AT_STEP_SIZE, AT_FOLLOW = range(9)
 AT_RECOVER, AT_TO_PORTS, AT_ANSWER, AT_FORCES, HOOKS = range(9, 14)
 # ``AddedWork.sizes``: size of a Newton step of added components, and of those among them that are limited; angle (rad)
-# and speed (rad/s) at which the terms' coefficients are.
-ANY, LIMITED, TERMS_ANGLE, TERMS_SPEED, SIZES = range(5)
+# at which the frames are, and angle and speed (rad/s) at which the terms' coefficients are.
+ANY, LIMITED, FRAMES_ANGLE, TERMS_ANGLE, TERMS_SPEED, SIZES = range(6)
 # Rows of ``AddedWork.gaps``: motion of each component, its rate, force, step of an iteration, what that changes of the
 # force.
 D, DD, F, STEP, F_CHANGE, GAPS = range(6)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -18,9 +19,10 @@ from cranktrain.dynamics.topology.values import (
     Connection,
     End,
     Frame,
+    Slider,
     Topology,
 )
-from cranktrain.engine.additions import BodyTable, split_end
+from cranktrain.engine.additions import BodyTable, FrameTable, split_end
 from cranktrain.engine.model import Engine
 
 BODY_OUTPUTS = ("speed", "rotation", "position.x", "position.y", "position.z")
@@ -63,7 +65,21 @@ def added_topology(
 
 def file_frames(engine: Engine) -> tuple[Frame, ...]:
     """Frames of an engine's file."""
-    return tuple(Frame(table.name, table.ratio, table.angle, (table.axis[0], table.axis[1])) for table in engine.frame)
+    return tuple(_frame(engine, table) for table in engine.frame)
+
+
+def _frame(engine: Engine, table: FrameTable) -> Frame:
+    axis = table.axis[0], table.axis[1]
+    if table.motion == "turning":
+        return Frame(table.name, table.ratio, table.angle, axis)
+    pin, length, bank, offset = (*table.pin,), table.length, table.bank, table.offset
+    if table.cylinder:
+        k, throw = table.cylinder - 1, engine.crankshaft.throw
+        angle = engine.crankshaft.throw_angles[engine.cylinders.pins[k] - 1]
+        pin = -throw * math.sin(angle), throw * math.cos(angle)
+        length, offset, bank = engine.rod.length, engine.cylinders.pin_offset, engine.cylinders.bank_angles[k]
+    slider = Slider((pin[0], pin[1]), length, bank, offset, table.motion == "piston", table.cylinder)
+    return Frame(table.name, table.ratio, 0.0, axis, slider)
 
 
 def _rigid(table: BodyTable, frame: Frame) -> ReducedBody:

@@ -11,6 +11,9 @@ different frames have no backlash to make up for: motion against the frame is sm
 own frame: their origin lies on the frame's axis, at the z of the engine's origin, and they are those of the engine
 turned by ``angle``. Where a frame turns backwards its z axis and its y axis are those of the engine reversed, so that
 every body turns forwards about its own z axis.
+
+The frame of a rod or of a piston moves as that of a crank without give does (:mod:`.frames`): its origin is the pin's
+axis, or that of the piston's pin, its y axis goes along the rod or the cylinder.
 """
 
 from __future__ import annotations
@@ -24,6 +27,8 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology.frames import move_frames
 
 CRANK, BLOCK, GROUND = "crank", "block", "ground"
 """Bodies that a topology has without being told: those of its engine, and what is at rest."""
@@ -32,8 +37,30 @@ AT_REST = "rest"
 
 
 @dataclass(frozen=True)
+class Slider:
+    """A rod between a crank's pin and the axis of a cylinder, whose frames move as without give.
+
+    Attributes
+    ----------
+    pin : place of the pin's axis at crank angle 0, x and y in the engine's axes, m
+    length : of the rod, m
+    bank : angle of the cylinder from the engine's y axis, as cylinders' banks count, rad
+    offset : of the cylinder's axis from that of the crank, across the cylinder, m
+    piston : whether the frame is the piston's, not the rod's
+    cylinder : of the engine, counted from 1, whose own rod, piston and gas are left out; 0: of none
+    """
+
+    pin: tuple[float, float]
+    length: float
+    bank: float = 0.0
+    offset: float = 0.0
+    piston: bool = False
+    cylinder: int = 0
+
+
+@dataclass(frozen=True)
 class Frame:
-    """Axes that turn with the crank.
+    """Axes that move with the crank.
 
     Attributes
     ----------
@@ -41,30 +68,76 @@ class Frame:
     ratio : turns per turn of the crank, negative: the other way round; 0: at rest
     angle : at crank angle 0, about the frame's own axis of rotation, rad
     axis : its place across the crank's axis, x and y in the engine's axes, m
+    slider : where it is that of a rod or of a piston; ``ratio`` and ``axis`` are those of its crank then
     """
 
     name: str
     ratio: float = 0.0
     angle: float = 0.0
     axis: tuple[float, float] = (0.0, 0.0)
+    slider: Slider | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse rods that do not reach their cylinder; ``InputError``."""
+        if self.slider is not None:
+            reach = math.hypot(*self._arm()) + abs(self.slider.offset)
+            if self.slider.length <= reach:
+                raise InputError(
+                    f"frame '{self.name}': a rod of {1e3 * self.slider.length:.4g} mm is no longer than the crank's "
+                    f"throw and the cylinder's offset together, {1e3 * reach:.4g} mm; give a longer one"
+                )
+
+    def _arm(self) -> tuple[float, float]:
+        """The pin's place across and along the cylinder from its crank's axis at crank angle 0, m."""
+        if self.slider is None:
+            return 0.0, 0.0
+        x, y = self.slider.pin[0] - self.axis[0], self.slider.pin[1] - self.axis[1]
+        cos, sin = math.cos(self.slider.bank), math.sin(self.slider.bank)
+        return cos * x + sin * y, cos * y - sin * x
 
     @property
     def sense(self) -> float:
         """1, or −1 where it turns backwards."""
-        return -1.0 if self.ratio < 0.0 else 1.0
+        return -1.0 if self.ratio < 0.0 and self.slider is None else 1.0
 
     @property
     def rate(self) -> float:
-        """Turns about its own z axis per turn of the crank, not negative."""
-        return abs(self.ratio)
+        """Mean turns about its own z axis per turn of the crank, not negative."""
+        return abs(self.ratio) if self.slider is None else 0.0
+
+    @property
+    def swings(self) -> bool:
+        """Whether it turns to and fro, as that of a rod."""
+        return self.slider is not None and not self.slider.piston
+
+    @property
+    def row(self) -> Array:
+        """What :func:`~cranktrain.dynamics.topology.frames.move_frames` knows of it, (FRAME,)."""
+        if self.slider is None:
+            return np.array([at.TURNING, self.ratio, self.sense * self.angle, 0.0, 0.0, 0.0, 0.0])
+        kind = at.PISTON_FRAME if self.slider.piston else at.ROD_FRAME
+        return np.array([kind, self.ratio, self.slider.bank, *self._arm(), self.slider.length, self.slider.offset])
+
+    def moved(self, theta: float) -> Array:
+        """Its angle, place and their derivatives at a crank angle (rad), (MOVED,), see ``slots``."""
+        out = np.zeros((1, at.MOVED))
+        move_frames(self.row[None], theta, out)
+        return out[0]
+
+    @property
+    def origin(self) -> Array:
+        """Its origin (3,) at crank angle 0 in the engine's axes, m."""
+        x, y = self.moved(0.0)[[at.PLACE_X, at.PLACE_Y]]
+        return np.array([self.axis[0] + x, self.axis[1] + y, 0.0])
 
     def local(self, place: Array) -> Array:
         """A place (3,) of the engine's axes at crank angle 0 in the frame's, m."""
-        return self.turned(np.asarray(place, dtype=float) - np.array([*self.axis, 0.0]))
+        return self.turned(np.asarray(place, dtype=float) - self.origin)
 
     def turned(self, direction: Array) -> Array:
         """A direction (3,) of the engine's axes at crank angle 0 in the frame's."""
-        cos, sin = math.cos(self.angle), math.sin(self.angle)
+        angle = self.sense * float(self.moved(0.0)[at.TURNED])
+        cos, sin = math.cos(angle), math.sin(angle)
         x, y, z = np.asarray(direction, dtype=float) * np.array([1.0, self.sense, self.sense])
         return np.array([cos * x + sin * y, cos * y - sin * x, z])
 
@@ -149,6 +222,11 @@ class Topology:
     def body(self, name: str) -> Body:
         """A body of its own by name; ``KeyError`` where there is none."""
         return next(body for body in self.bodies if body.name == name)
+
+    @property
+    def cylinders(self) -> set[int]:
+        """Cylinders of the engine whose rods are bodies of this topology."""
+        return {frame.slider.cylinder for frame in self.frames if frame.slider is not None and frame.slider.cylinder}
 
     def plus(self, other: Topology) -> Topology:
         """Both together."""

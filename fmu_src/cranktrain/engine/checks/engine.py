@@ -57,7 +57,7 @@ def check_engine(engine: Engine) -> None:
         check_rollers(engine.main_roller, engine.crankshaft)
     if engine.drive_line_chain is not None:
         check_drive_line(engine.drive_line_chain)
-    check_additions(engine.frame, engine.body, engine.connection)
+    check_additions(engine.frame, engine.body, engine.connection, engine.n_cylinders)
     if engine.axial_path is not None:
         _check_axial_path(engine.axial_path)
     engine.firing_angles  # noqa: B018  raises where the throws cannot fire in the stated order

@@ -47,8 +47,9 @@ FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL = rang
 # from the step's start to the stage, step, g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; 1 where
 # tangents are kept: a law may leave those that it found last; the difference of the speeds of journal and bore (rad/s);
 # the frame's angle, whole turns counted (rad); the viscosity at ambient pressure (Pa s), for OIL;
-# to what the ports are iterated (clearances), for OIL as well.
-SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, TOLERANCE, NUMBERS = range(13)
+# to what the ports are iterated (clearances), for OIL as well; what the gas has over the crankcase's pressure (Pa), for
+# laws of a cylinder.
+SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, TOLERANCE, PRESSURE, NUMBERS = range(14)
 
 # Traits of a law: values that one film keeps in the state; 1 where its least gap limits the step; 1 where its force has
 # a kink at the contact height; 1 where it is told of the oil.
