@@ -25,6 +25,7 @@ _FACE = {
     "Bearing": "film.steady.plain_bearing",
     "CranktrainError": "core.errors",
     "InputError": "core.errors",
+    "Slider": "dynamics.topology.values",
     "Settings": "dynamics.model.settings",
     "assemble": "structure.assembly",
     "build_fmu": "fmu.build",

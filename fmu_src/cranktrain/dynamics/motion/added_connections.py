@@ -169,13 +169,14 @@ def lean(model, work, frame, k, f):
 
 @inlined_kernel
 def sliding_rate(work, slide):
-    """How far the frame of an end that slides moves along a component per crank angle, m."""
+    """How far the frames of ends that slide move along a component against each other per crank angle, m."""
     frames = work.added.frames
     moved = frames[int(slide[at.SLIDING])]
+    other = frames[int(slide[at.AGAINST])]
     turned = frames[int(slide[at.SLIDES_IN]), at.TURNED]
     x = math.cos(turned) * slide[at.SLIDES_X] - math.sin(turned) * slide[at.SLIDES_Y]
     y = math.sin(turned) * slide[at.SLIDES_X] + math.cos(turned) * slide[at.SLIDES_Y]
-    return x * moved[at.PLACE_X1] + y * moved[at.PLACE_Y1]
+    return x * (moved[at.PLACE_X1] - other[at.PLACE_X1]) + y * (moved[at.PLACE_Y1] - other[at.PLACE_Y1])
 
 
 @inlined_kernel

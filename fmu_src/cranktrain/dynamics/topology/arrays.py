@@ -453,12 +453,14 @@ def _connections(
 
 
 def _slide(pair: tuple[Direction, Direction], frames: Sequence[Frame], numbers_of: _Frames) -> list[float]:
-    """Row of ``slides``: where one end moves by its frame alone along what stands."""
-    for direction, frame, other in zip(pair, frames, frames[::-1], strict=True):
-        if frame.slider is not None and other == REST:
-            along = direction.sign * direction.along
-            return [numbers_of[frame], numbers_of[direction.frame], along[0], direction.frame.sense * along[1]]
-    return [-1.0, 0.0, 0.0, 0.0]
+    """Row of ``slides``: pistons and rods move by their frames alone along what stands, pistons along each other."""
+    apart = [frame.slider is not None and not frame.swings for frame in frames]
+    resting = [frame == REST for frame in frames]
+    slides = any(frame.slider is not None for frame in frames) and (any(resting) or all(apart))
+    if not slides or frames[0] == frames[1]:
+        return [-1.0, -1.0, 0.0, 0.0, 0.0]
+    first, along = pair[0].frame, pair[0].sign * pair[0].along
+    return [*(numbers_of[frame] for frame in frames), numbers_of[first], along[0], first.sense * along[1]]
 
 
 def _all_pieces(topology: Topology) -> list[tuple[Connection, Piece]]:

@@ -285,7 +285,13 @@ def _film(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
     ]  # fmt: skip
 
 
+def _need_piston(frame: Frame) -> None:
+    if frame.slider is None or frame.swings:
+        raise InputError("the first end is a piston; give its body a frame with motion = \"piston\", or exchange the ends")
+
+
 def _gas(gas: Gas, piston: Frame, head: Frame) -> list[Piece]:
+    _need_piston(piston)
     record, axes = gas_record(gas), Frame("crank angle", 1.0)
     component = _between(piston, unit(1), np.zeros(3))
     outputs = (("force", "force", 0),)
@@ -293,6 +299,7 @@ def _gas(gas: Gas, piston: Frame, head: Frame) -> list[Piece]:
 
 
 def _liner(liner: Liner, piston: Frame, wall: Frame) -> list[Piece]:
+    _need_piston(piston)
     heights = liner.upper_height, liner.lower_height
     components = [_between(piston, unit(0), -height * unit(2)) for height in heights]
     components.append(_between(piston, unit(1), np.zeros(3)))

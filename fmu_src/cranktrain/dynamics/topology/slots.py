@@ -24,9 +24,9 @@ TURNED, TURN, TURN2, PLACE_X, PLACE_Y, PLACE_X1, PLACE_Y1, OWN_X1, OWN_Y1, OWN_X
 # both ends; 1 where a step of the iteration is limited; cylinder whose gas it is told of, −1: none; 1 where it is gas.
 SIZE, FIRST, AXES, AXES_SENSE, PAIRS, TURN_A, TURN_B, SENSE_A, SENSE_B, FRAME_A, FRAME_B = range(11)
 RUBS, CLOSES, CYLINDER, IS_GAS, CONNECTION = 11, 12, 13, 14, 15
-# ``AddedConnections.slides``: frame whose origin moves along the component by itself (−1: none), frame of its
-# direction, and that direction across the crank's axis, x and y.
-SLIDING, SLIDES_IN, SLIDES_X, SLIDES_Y, SLIDES = range(5)
+# ``AddedConnections.slides``: frames of both ends, whose origins move along the component by themselves (−1: the ends
+# meet at one place), frame of its direction, and that direction across the crank's axis, x and y.
+SLIDING, AGAINST, SLIDES_IN, SLIDES_X, SLIDES_Y, SLIDES = range(6)
 # ``AddedConnections.leans``: connection whose first end slides over a body, frame of that end, its port of displacement
 # x and how far beside its interface it is, x and y; the body's port, and where the end is beside its interface at crank
 # angle 0 less the place of the frame's origin then.
