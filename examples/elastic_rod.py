@@ -114,7 +114,7 @@ interfaces = ["big", "small"]
 y = { value = [0, 144], unit = "mm", origin = "chosen" }
 z = { value = [49], unit = "mm", origin = "derived", note = "middle of the first pin" }
 discs = ["big", "small"]
-disc_masses = { value = [0.15, 0.06], unit = "kg", origin = "derived", note = "to the mass of the engine's own rod" }
+disc_masses = { value = [0.1, 0.044], unit = "kg", origin = "derived", note = "to the mass of the engine's own rod" }
 disc_polar = { value = [2e-4, 2e-5], unit = "kg m^2", origin = "chosen" }
 disc_diametral = { value = [1.5e-4, 1.5e-5], unit = "kg m^2", origin = "chosen" }
 """

@@ -68,7 +68,6 @@ def rotation(angle):
 def test_rods_reach_from_the_pin_to_the_cylinders_axis(ratio, slider, axis):
     _, rod, piston = pair(ratio, slider, axis)
     arm = np.array(slider.pin) - axis
-    across, along = rotation(slider.bank)
     for theta in np.linspace(-7.0, 7.0, 29):
         big, small = rod.moved(theta), piston.moved(theta)
         pin = rotation(ratio * theta) @ arm

@@ -25,9 +25,11 @@ from cranktrain.dynamics.topology.laws import CONNECTION_LAWS, pieces_of
 from cranktrain.dynamics.topology.modes import CrankAtRest, law_at
 from cranktrain.dynamics.topology.terms import Direction, terms_of
 from cranktrain.dynamics.topology.values import REST
-from cranktrain.engine.connections import DATA
+from cranktrain.engine.additions import ConnectionTable
+from cranktrain.engine.connections import DATA, Coupling
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import engine_from_dict, engine_to_dict
+from cranktrain.engine.torsional_chain import DriveLineChain
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, NUMBERS, SIZE
 from cranktrain.results.summary import run_summary
 from cranktrain.structure.additions import read_added
@@ -718,3 +720,31 @@ def test_modal_lists_the_crank_with_its_balancers():
     alone = [mode["hz"] for mode in report["cranktrain"]["modes"][:2]]
     found = [mode["hz"] for mode in modes if mode["shape"] == "bending"][:2]
     assert found == pytest.approx(alone, rel=2e-3)
+
+
+def chained(stiffness, connections=(), damping=8.0):
+    """The six whose drive line has the secondary mass of a dual-mass flywheel as its first disc; its steady run."""
+    engine, body = six()
+    line = DriveLineChain(
+        ("flywheel", "secondary"), ("secondary", "dynamometer"), (stiffness, 4e4), ("secondary",), (0.5,),
+        dampings=(damping, 40.0),
+    )  # fmt: skip
+    engine = replace(engine, drive_line_chain=line, connection=connections)
+    return simulate(engine, body, ct.Settings(crank="rigid", block="ground"), 800.0 * math.pi / 30.0, settle=1e-7)
+
+
+def test_a_coupling_at_a_disc_of_the_drive_line_acts_beside_its_shaft():
+    """Half of the springs as the chain's shaft and half as a coupling move the crank as all of them as the shaft."""
+    ends = ("crank.line[secondary]", "crank.flywheel")
+    half = ConnectionTable("springs", "coupling", ends, coupling=Coupling(4000.0, 4.0))
+    whole, split = chained(8000.0), chained(4000.0, (half,), 4.0)
+    # The crank starts wound up by the line's own shafts, so that both differ in time.
+    one, other = (np.abs(np.fft.rfft(run.outputs["flywheel.torsion"][1:]))[1:30] for run in (whole, split))
+    assert np.abs(one - other).max() < 1e-3 * one.max()
+    # All of the drive line's torque passes the springs, half of it the coupling.
+    torque = split.outputs["connection[springs].torque"].mean()
+    assert torque == pytest.approx(0.5 * whole.outputs["shaft.torque"].mean(), rel=1e-3)
+    rubbing = replace(half, coupling=Coupling(0.0, 0.0, friction=30.0, slip_speed=0.05))
+    energy = run_summary(chained(8000.0, (rubbing,)), "")["energy"]
+    assert energy["losses_j"]["connections"] > 1.0
+    assert abs(energy["residual_of_gas_work"]) < 1e-5

@@ -33,7 +33,7 @@ class TorsionalLine(NamedTuple):
 
     Attributes
     ----------
-    inertia, speeds : (r,) of the rotors, and their speeds over the crank's
+    names, inertia, speeds : (r,) of the rotors, each by its first disc, and their speeds over the crank's
     end_speed : the dynamometer's
     twists : (s, r + 2) twist of each shaft by the rotations of flywheel, rotors and dynamometer
     laws : (s, LAW)
@@ -41,6 +41,7 @@ class TorsionalLine(NamedTuple):
     stiffness, damping : of the whole line at the flywheel, in that motion
     """
 
+    names: tuple[str, ...]
     inertia: Array
     speeds: Array
     end_speed: float
@@ -49,6 +50,11 @@ class TorsionalLine(NamedTuple):
     follow: Array
     stiffness: float
     damping: float
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        """Names of the rotors as interfaces of what turns."""
+        return tuple(f"line[{name}]" for name in self.names)
 
     @property
     def inertia_at_crank(self) -> float:
@@ -109,4 +115,5 @@ def _line(chain: Chain, crank_inertia: float) -> TorsionalLine:
     follow = -np.linalg.solve(moving[1:, 1:], moving[1:, 0])
     slow = rows[:, :-1] @ np.append(1.0, follow)
     effective = (float(law[:, column] @ slow**2) for column in (STIFFNESS, DAMPING))
-    return TorsionalLine(inertia, rotor_speeds, speeds[DYNAMOMETER], rows, law, follow, *effective)
+    rotors = tuple(chain.names[leader] for leader in leaders)
+    return TorsionalLine(rotors, inertia, rotor_speeds, speeds[DYNAMOMETER], rows, law, follow, *effective)

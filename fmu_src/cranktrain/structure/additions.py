@@ -17,6 +17,7 @@ from cranktrain.dynamics.topology.tables import added_outputs, file_frames
 from cranktrain.dynamics.topology.values import Frame, Topology
 from cranktrain.engine.additions import BodyTable, split_end
 from cranktrain.engine.model import Engine
+from cranktrain.loads.torsional_line import torsional_line
 from cranktrain.structure.fem.frame import Frame as Beams
 from cranktrain.structure.fem.frame import Section, circular
 
@@ -43,7 +44,9 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
     added_outputs(engine)
     throws, mounts = len(engine.crankshaft.throw_angles), len(engine.mounts.x) if engine.mounts is not None else 0
     block = block_interface_names(throws + 1, engine.n_cylinders, mounts)
-    known = {"crank": () if own_crank else interface_names(throws), "block": () if own_block else block}
+    line = torsional_line(engine, 1.0)
+    turning = tuple(name for name, speed in zip(line.interfaces, line.speeds.tolist(), strict=True) if speed == 1.0)
+    known = {"crank": () if own_crank else (*interface_names(throws), *turning), "block": () if own_block else block}
     for table in engine.connection:
         for body, interface in map(split_end, table.ends):
             names = known.get(body, ())

@@ -361,8 +361,8 @@ def _turning_body(engine: Engine, body: ReducedBody, settings: Settings, line: T
         body = with_big_ends(body, engine)
     if settings.damper == "fitted":
         body = with_rotor(body, "ring", "pulley", required_damper(engine).ring_inertia)
-    for k, (inertia, speed) in enumerate(zip(line.inertia.tolist(), line.speeds.tolist(), strict=True)):
-        body = with_rotor(body, f"line[{k + 1}]", "flywheel", inertia, speed)
+    for name, inertia, speed in zip(line.interfaces, line.inertia.tolist(), line.speeds.tolist(), strict=True):
+        body = with_rotor(body, name, "flywheel", inertia, speed)
     if engine.axial_path is not None and body.shapes[body.index("flywheel"), 2].any():
         body = with_axial_mass(body, "shaft", "flywheel", engine.axial_path.mass)
     if not BOUNDARIES[settings.boundary]:
@@ -380,10 +380,9 @@ def _line_arrays(turning: ReducedBody, line: TorsionalLine, path: AxialPath | No
     def turned(name: str) -> Array:
         return turning.shapes[turning.index(name), 5] if name in turning.interfaces else np.zeros(turning.n_modes)
 
-    rotors = [f"line[{k + 1}]" for k in range(line.inertia.size)]
-    rows = np.stack([turned(name) for name in ("flywheel", *rotors, "rotor")])
+    rows = np.stack([turned(name) for name in ("flywheel", *line.interfaces, "rotor")])
     # A rotor's modal amplitude is its rotation over its shape, which moves nothing else.
-    still = dict(zip((*rotors, "rotor"), (*(line.speeds - line.follow), line.end_speed), strict=True))
+    still = dict(zip((*line.interfaces, "rotor"), (*(line.speeds - line.follow), line.end_speed), strict=True))
     lag = np.zeros(turning.n_modes)
     for name, fallen in still.items():
         shape = turned(name)

@@ -32,12 +32,12 @@ from cranktrain.dynamics.model.slots import (
     M_OSC,
     PIN_ROTATIONS,
     PISTONS,
-    SHAFT_C,
     SHAFT_K,
     TURNING_MODES,
 )
 from cranktrain.dynamics.settled.collar import NOTHING_LEFT, RATE, Collar, Learned
 from cranktrain.dynamics.settled.motion import Motion
+from cranktrain.dynamics.settled.wound_line import Wound
 from cranktrain.dynamics.start.mean_motion import carried
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.frames import move_frames
@@ -72,7 +72,8 @@ class DriveLine:
     def __init__(self, model: ModelArrays, speed: float) -> None:
         t = int(model.layout[TURNING_MODES])
         self._turn = np.zeros(model.omega2.size)
-        self._turn[:t] = model.euler_load - model.lag
+        wound = Wound.of(model)
+        self._turn[:t] = wound.turn
         # How the turning itself moves the frames of added bodies on, at crank angle 0, where cycles end.
         self._moves = np.zeros(model.omega2.size)
         moved = np.zeros((len(model.links.frames), at.MOVED))
@@ -91,13 +92,13 @@ class DriveLine:
         for c, (rod, pin) in enumerate(zip(model.cylinders, model.pins, strict=True)):
             self._weight[:t] += (rod[M_BIG] + 0.5 * rod[M_OSC]) * float(pin @ pin) * model.ports[first + c]
         self.inertia = float(self._weight @ self._turn)
-        self._stiffness = float(model.scalars[SHAFT_K])
-        k, c = self._stiffness / self.inertia, model.scalars[SHAFT_C] / self.inertia
+        self._stiffness = wound.stiffness
+        k, lost = self._stiffness / self.inertia, wound.damping / self.inertia
         inverse = speed / (2.0 * math.pi * RECENTRING_REVOLUTIONS)
         kappa = 4.0 * inverse
         self.matrix = np.array([
             [0.0, 1.0, 0.0, 0.0],
-            [-k, -c, 0.0, 0.0],
+            [-k, -lost, 0.0, 0.0],
             [0.0, 0.0, 0.0, 1.0],
             [kappa * inverse, 0.0, -kappa * inverse, -kappa],
         ])  # fmt: skip

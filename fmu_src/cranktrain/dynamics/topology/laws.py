@@ -287,7 +287,9 @@ def _film(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
 
 def _need_piston(frame: Frame) -> None:
     if frame.slider is None or frame.swings:
-        raise InputError("the first end is a piston; give its body a frame with motion = \"piston\", or exchange the ends")
+        raise InputError(
+            'the first end is a piston; give its body a frame with motion = "piston", or exchange the ends'
+        )
 
 
 def _gas(gas: Gas, piston: Frame, head: Frame) -> list[Piece]:
