@@ -22,8 +22,8 @@ import numpy as np
 
 import cranktrain as ct
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import RECONSTRUCTIONS
-from cranktrain.dynamics.model.slots import BEST_SPEED, FALLOFF, GAS_LOAD
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.loads.gas_pressure import CYCLE, gas_pressure
 
@@ -57,8 +57,8 @@ class Partner:
 
     def __init__(self, simulation: Simulation) -> None:
         scalars = simulation.model.scalars
-        x = SPEED / scalars[BEST_SPEED] - 1.0
-        self.share = max(0.0, scalars[GAS_LOAD] * (1.0 - scalars[FALLOFF] * x * x))
+        x = SPEED / scalars[at.BEST_SPEED] - 1.0
+        self.share = max(0.0, scalars[at.GAS_LOAD] * (1.0 - scalars[at.FALLOFF] * x * x))
         self.motored, self.rise = simulation.model.gas
         self.phases = simulation.engine.firing_angles
 

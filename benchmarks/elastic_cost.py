@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 
 from cranktrain.core.kernel import RECORDS
 from cranktrain.dynamics.cycle_run import communication_step
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.model.slots import N_STAGES, N_STEPS
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.film.elastic.balance import Rates, film_rates, film_start, oil_balance
@@ -120,8 +120,8 @@ def measured(grid: ElasticGrid = IN_LOOP, **choices: Any) -> Found:
     kept = rows[every - 1 :: every]
     figures = {
         "of_real_time": round(median(costs[1:]), 2),
-        "steps": int(counters[N_STEPS]),
-        "stages": int(counters[N_STAGES]),
+        "steps": int(counters[at.N_STEPS]),
+        "stages": int(counters[at.N_STAGES]),
         "solutions": int(calls[EVALUATIONS]),
         "with_tangents": int(calls[TANGENTS]),
         "iterations": int(calls[PASSES]),

@@ -22,9 +22,9 @@ from benchmarks._engine_run import SPEED, engine_and_body
 
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.cycle_run import communication_step
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.model.slots import N_FACTORS, N_LIMITED, N_STAGES, N_WORK
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 
@@ -43,12 +43,12 @@ def steps(engine: Engine, body: ReducedBody, settings: Settings) -> tuple[Array,
     times, work = np.empty(count), np.empty((count, len(KINDS)))
     counters = simulation.work.counters
     for k in range(count):
-        before = counters[[N_STAGES, N_FACTORS]].copy()
+        before = counters[[at.N_STAGES, at.N_FACTORS]].copy()
         begin = time.perf_counter()
         simulation.step((k + 1) * h)
         times[k] = time.perf_counter() - begin
-        work[k] = counters[N_WORK], *(counters[[N_STAGES, N_FACTORS]] - before)
-    return times / h, work, float(counters[N_LIMITED])
+        work[k] = counters[at.N_WORK], *(counters[[at.N_STAGES, at.N_FACTORS]] - before)
+    return times / h, work, float(counters[at.N_LIMITED])
 
 
 def measured(engine: Engine, body: ReducedBody, settings: Settings, runs: int) -> dict[str, Any]:

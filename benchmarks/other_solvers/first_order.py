@@ -27,35 +27,8 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel, kernel_address, law_kernel
 from cranktrain.core.lanes import four, put_four
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
-from cranktrain.dynamics.model.slots import (
-    AXIAL_FORCE,
-    AXIAL_INPUT,
-    AXIAL_JOINT,
-    BANK,
-    COS,
-    DELTA_J,
-    FIRST,
-    FRAME_SIZE,
-    GRAVITY,
-    JOURNAL_ROTATIONS,
-    LEAD,
-    LEAD_RATE,
-    M_BIG,
-    M_OSC,
-    OFFSET,
-    OMEGA,
-    OMEGA_DOT,
-    PIN_ROTATIONS,
-    PULLEY_AXIAL,
-    PULLEY_ROTATION,
-    RIGID_ROTATION,
-    ROD,
-    SIN,
-    THETA,
-    THRUST_LAW,
-    WHIRL,
-)
 from cranktrain.dynamics.model.state import (
     LEAD_ANGLE,
     LEAD_SPEED,
@@ -128,17 +101,17 @@ class FirstOrder:
         n, m, p = d.modes, d.ports, d.cylinders
         state = simulation.state
         speed = float(simulation.inputs[0])
-        first, rotation = 2 * d.bearings + 1, int(model.layout[PIN_ROTATIONS])
+        first, rotation = 2 * d.bearings + 1, int(model.layout[at.PIN_ROTATIONS])
         pins = np.concatenate((model.ports[first : first + 2 * p], model.ports[rotation : rotation + p]))
         z = np.zeros
-        path = simulation.engine.axial_path if model.layout[AXIAL_JOINT] > 0.0 else None
+        path = simulation.engine.axial_path if model.layout[at.AXIAL_JOINT] > 0.0 else None
         size = 2 * n + (2 if path is None else 4)
         scratch = Scratch(
-            z(FRAME_SIZE), z((4, m)), z((2, n)), z(64), np.ascontiguousarray(pins @ pins.T), z((p, 2)), z((p, 2)),
+            z(at.FRAME_SIZE), z((4, m)), z((2, n)), z(64), np.ascontiguousarray(pins @ pins.T), z((p, 2)), z((p, 2)),
             z((p, 4)), z((p, 2)), z((2 * p, 2 * p)), z(2 * p), z(2 * p), z(3 * p), z(size), z(size),
             z(0) if path is None else axial_joint(path).constants,
         )  # fmt: skip
-        scratch.frame[AXIAL_FORCE] = simulation.inputs[p + AXIAL_INPUT]
+        scratch.frame[at.AXIAL_FORCE] = simulation.inputs[p + at.AXIAL_INPUT]
         self.modes = n
         self.clearances = np.ascontiguousarray(model.bearings[:, CLEARANCE])
         self.data = (model, scratch, speed, float(state[SHAFT_ANGLE] - speed * state[TIME]))
@@ -181,7 +154,7 @@ class FirstOrder:
         b = self.clearances.size
         across = (model.ports[: 2 * b] @ q).reshape(b, 2, -1)
         films = np.maximum(self.clearances[:, None] - np.hypot(across[:, 0], across[:, 1]), 0.0)
-        return np.concatenate((model.ends[PULLEY_ROTATION : PULLEY_AXIAL + 1] @ q, films))
+        return np.concatenate((model.ends[at.PULLEY_ROTATION : at.PULLEY_AXIAL + 1] @ q, films))
 
 
 def refuse_other_models(simulation: Simulation) -> None:
@@ -211,8 +184,8 @@ def rate(model, s, speed, angle0, t, y, out):
     v = y[n : 2 * n]
     a = out[n : 2 * n]
     _place_frame(model, s.frame, speed, angle0 + speed * t, y)
-    out[2 * n] = s.frame[LEAD_RATE]
-    out[2 * n + 1] = s.frame[OMEGA_DOT]
+    out[2 * n] = s.frame[at.LEAD_RATE]
+    out[2 * n + 1] = s.frame[at.OMEGA_DOT]
     for i in range(n):
         out[i] = v[i]
     _body_acceleration(model, s, q, v, a)
@@ -222,7 +195,7 @@ def rate(model, s, speed, angle0, t, y, out):
     if s.joint.shape[0] > 0:
         out[2 * n + 2] = y[2 * n + 3]
         out[2 * n + 3] = _joint_force(model, s, y[2 * n + 3])
-    _rod_forces(model, s, model.scalars[RIGID_ROTATION] * q[TURNING])
+    _rod_forces(model, s, model.scalars[at.RIGID_ROTATION] * q[TURNING])
     for k in range(m):
         force = s.port[FORCES, k]
         if force != 0.0:
@@ -237,14 +210,16 @@ def _place_frame(model, frame, speed, angle, y):
     """The frame's angle, speed and acceleration at the unknowns ``y`` into ``frame``; ``angle`` of the even speed."""
     n = model.omega2.shape[0]
     inverse = speed / (2.0 * math.pi * RECENTRING_REVOLUTIONS)
-    frame[LEAD] = y[2 * n]
-    frame[LEAD_RATE] = y[2 * n + 1]
-    frame[THETA] = angle + frame[LEAD]
-    frame[OMEGA] = speed + frame[LEAD_RATE]
-    frame[OMEGA_DOT] = 4.0 * inverse * (inverse * model.scalars[RIGID_ROTATION] * y[TURNING] - frame[LEAD_RATE])
-    frame[WHIRL] = frame[OMEGA]
-    frame[COS] = math.cos(frame[THETA])
-    frame[SIN] = math.sin(frame[THETA])
+    frame[at.LEAD] = y[2 * n]
+    frame[at.LEAD_RATE] = y[2 * n + 1]
+    frame[at.THETA] = angle + frame[at.LEAD]
+    frame[at.OMEGA] = speed + frame[at.LEAD_RATE]
+    frame[at.OMEGA_DOT] = (
+        4.0 * inverse * (inverse * model.scalars[at.RIGID_ROTATION] * y[TURNING] - frame[at.LEAD_RATE])
+    )
+    frame[at.WHIRL] = frame[at.OMEGA]
+    frame[at.COS] = math.cos(frame[at.THETA])
+    frame[at.SIN] = math.sin(frame[at.THETA])
 
 
 @kernel
@@ -252,7 +227,7 @@ def _body_acceleration(model, s, q, v, a):
     """Modal acceleration (n,) without bearings and rods into ``a``."""
     n = q.shape[0]
     frame = s.frame
-    omega = frame[OMEGA]
+    omega = frame[at.OMEGA]
     external_force(model, frame, s.rhs, q, a)
     for k in range(model.shafts.shape[0]):
         law = model.shaft_laws[k]
@@ -261,7 +236,7 @@ def _body_acceleration(model, s, q, v, a):
             a[i] -= torque * model.shafts[k, i]
     for i in range(n):
         a[i] -= model.omega2[i] * q[i] + model.damping[i] * v[i]
-        s.modal[0, i] = -2.0 * omega * v[i] - frame[OMEGA_DOT] * q[i]
+        s.modal[0, i] = -2.0 * omega * v[i] - frame[at.OMEGA_DOT] * q[i]
         s.modal[1, i] = -omega * omega * q[i]
     add_product(model.gyroscopic, s.modal[0], n, n, a)
     add_product(model.spin, s.modal[1], n, n, a)
@@ -271,8 +246,8 @@ def _body_acceleration(model, s, q, v, a):
 def _bearing_forces(model, s):
     """Forces of main and thrust bearings at their ports into ``s.port``."""
     b = model.bearings.shape[0]
-    journal = int(model.layout[JOURNAL_ROTATIONS])
-    omega = s.frame[OMEGA]
+    journal = int(model.layout[at.JOURNAL_ROTATIONS])
+    omega = s.frame[at.OMEGA]
     u = s.port[PLACE]
     ud = s.port[PACE]
     f = s.port[FORCES]
@@ -284,7 +259,7 @@ def _bearing_forces(model, s):
         place_journal(model.connections[i], u, ud, omega, films.place[i], films.velocity[i])
         film_call(films, FORCE, i, films.out, films.out)
         f[journal + i] = journal_forces(model.connections[i], s.frame, films.out, u, f)
-    place_collar(model.thrust, model.connections[int(model.layout[THRUST_LAW])], s.frame, u, ud)
+    place_collar(model.thrust, model.connections[int(model.layout[at.THRUST_LAW])], s.frame, u, ud)
     film_call(model.thrust, FORCE, 0, model.thrust.out, model.thrust.out)
     f[2 * b] = model.thrust.out[0]
 
@@ -301,7 +276,7 @@ def _joint_force(model, s, z):
     else:
         limit = s.joint[2] * abs(joint.place[0, WINDUP_TORQUE]) + LEAST_LIMIT
         rate -= s.joint[0] * abs(slip_rate) * z / limit
-    k = int(model.connections[int(model.layout[AXIAL_JOINT]), FIRST])
+    k = int(model.connections[int(model.layout[at.AXIAL_JOINT]), at.FIRST])
     s.port[FORCES, k] = -s.joint[0] * z - s.joint[1] * rate
     return rate
 
@@ -313,7 +288,7 @@ def _rod_forces(model, s, rotation):
     The gas acts at the crank's angle, which is by ``rotation`` (rad) ahead of the frame's.
     """
     first = 2 * model.bearings.shape[0] + 1
-    theta = s.frame[THETA]
+    theta = s.frame[at.THETA]
     f = s.port[FORCES]
     r = s.out
     for k in range(model.cylinders.shape[0]):
@@ -327,21 +302,21 @@ def _rod_forces(model, s, rotation):
         s.levers[k, 1] = lever_y
         s.arms[k, 0] = r[ARM]
         s.arms[k, 1] = r[ARM + 1]
-        cos = math.cos(theta - rod[BANK])
-        sin = math.sin(theta - rod[BANK])
-        pressure = trace_pressure(model, k, theta + rotation, s.frame[OMEGA] - s.frame[LEAD_RATE])
+        cos = math.cos(theta - rod[at.BANK])
+        sin = math.sin(theta - rod[at.BANK])
+        pressure = trace_pressure(model, k, theta + rotation, s.frame[at.OMEGA] - s.frame[at.LEAD_RATE])
         gas = gas_force(rod, model.scalars, pressure)
-        g = model.scalars[GRAVITY]
+        g = model.scalars[at.GRAVITY]
         rod_force(
             cos * x - sin * y, sin * x + cos * y, cos * vx - sin * vy, sin * vx + cos * vy, cos * ax - sin * ay,
-            sin * ax + cos * ay, gas, rod[ROD], rod[M_BIG], rod[M_OSC], rod[DELTA_J], rod[OFFSET],
-            g * math.sin(rod[BANK]), g * math.cos(rod[BANK]), r,
+            sin * ax + cos * ay, gas, rod[at.ROD], rod[at.M_BIG], rod[at.M_OSC], rod[at.DELTA_J], rod[at.OFFSET],
+            g * math.sin(rod[at.BANK]), g * math.cos(rod[at.BANK]), r,
         )  # fmt: skip
         force_x = cos * r[0] + sin * r[1]
         force_y = cos * r[1] - sin * r[0]
         f[first + 2 * k] = force_x
         f[first + 2 * k + 1] = force_y
-        f[int(model.layout[PIN_ROTATIONS]) + k] = lever_x * force_y - lever_y * force_x
+        f[int(model.layout[at.PIN_ROTATIONS]) + k] = lever_x * force_y - lever_y * force_x
         xx, xy, yx, yy = four(r, BY_ACCELERATION)
         mass_xx = cos * cos * xx + cos * sin * (xy + yx) + sin * sin * yy
         mass_xy = cos * cos * xy + cos * sin * (yy - xx) - sin * sin * yx
@@ -355,7 +330,7 @@ def _add_rod_masses(model, s, a):
     n = a.shape[0]
     p = model.pins.shape[0]
     first = 2 * model.bearings.shape[0] + 1
-    rotation = int(model.layout[PIN_ROTATIONS])
+    rotation = int(model.layout[at.PIN_ROTATIONS])
     for k in range(p):
         for axis in range(2):
             i = 2 * k + axis

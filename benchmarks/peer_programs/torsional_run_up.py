@@ -20,9 +20,9 @@ import numpy as np
 from benchmarks.peer_programs.environment import Program, child
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.model.settings import Settings, resolved
-from cranktrain.dynamics.model.slots import RIGID_ROTATION, ROTATION
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
@@ -48,10 +48,10 @@ class Chain:
         settings = resolved(SETTINGS, engine)
         model = build_model(engine, body, settings, self.gas.best_speed, self.gas)
         structure = ShaftOrders(engine, body, settings, self.gas, float(ORDERS[-1]))
-        own = slice(ROTATION, None)
+        own = slice(at.ROTATION, None)
         turns = np.array([body.shapes[body.index(name), 5, own] for name in shaft_nodes(engine)])
         self.to_modes = back = np.linalg.inv(turns)
-        self.swing = model.scalars[RIGID_ROTATION] * back[0]
+        self.swing = model.scalars[at.RIGID_ROTATION] * back[0]
         pins = [f"pin[{k}]" for k in range(1, engine.n_cylinders + 1)]
         shares = np.array([body.shapes[body.index(name), 5, own] for name in pins]) @ back
         inertia = structure.inertia[0].real

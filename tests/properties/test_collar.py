@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from bodies import free_six, rigid_crank
 
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.model.slots import FIRST, RELATIVE, STATE_U, STATE_UDD, THRUST_LAW, UDD, U
 from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.simulation import Simulation
@@ -57,10 +57,10 @@ def test_force_shown_is_the_rate_of_axial_momentum(tilting, bearings):
 def test_tilt_is_part_of_the_force_that_is_shown(tilting):
     simulation = tilting("reynolds")
     simulation.step(math.radians(20.0) / SPEED)
-    connection = simulation.model.connections[int(simulation.model.layout[THRUST_LAW])]
+    connection = simulation.model.connections[int(simulation.model.layout[at.THRUST_LAW])]
     place, velocity = simulation.model.thrust.place[0], simulation.model.thrust.velocity[0]
-    ports = connection[FIRST : FIRST + 3].astype(int)
-    assert place[:3] == pytest.approx(simulation.work.port[RELATIVE, ports])
+    ports = connection[at.FIRST : at.FIRST + 3].astype(int)
+    assert place[:3] == pytest.approx(simulation.work.port[at.RELATIVE, ports])
     parameters, out = thrust_parameters(SIX.thrust, simulation.model.bearings[0, -1]), np.zeros(21)
     thrust_force_tilted(place[0], 0.0, 0.0, velocity[0], 0.0, 0.0, SPEED, parameters, out)
     shown = simulation.outputs[simulation.output_names.index("thrust.force")]
@@ -76,7 +76,7 @@ def test_collar_is_as_stiff_in_tilt_on_films_without_tilt(tilting, monkeypatch):
         simulation = tilting(level, state)
         state = simulation.state
         model, work = simulation.model, simulation.work
-        work.port[U : UDD + 1] = work.port[STATE_U : STATE_UDD + 1]
+        work.port[at.U : at.UDD + 1] = work.port[at.STATE_U : at.STATE_UDD + 1]
         assert port_forces(model, work, work.frames[0].copy(), work.pressures[0].copy(), 1e-9, 3e-5) == 0
         blocks.append(model.thrust.out[:BY_VELOCITY].copy())
     assert blocks[0] == pytest.approx(blocks[1], rel=1e-12)

@@ -16,7 +16,7 @@ from box_block import box_block
 from small_block import single
 from standing import rigid_block
 
-from cranktrain.dynamics.model.slots import POWERS
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.settled.powers import PowerSamples
 from cranktrain.dynamics.simulation import Parts, Settings, simulate
 from cranktrain.engine.file import load_engine
@@ -133,7 +133,7 @@ def test_a_free_speed_has_no_balance():
 
 def test_what_is_not_a_cycle_has_no_samples():
     samples = PowerSamples(3)
-    rows = np.arange(5.0 * POWERS).reshape(5, POWERS)
+    rows = np.arange(5.0 * at.POWERS).reshape(5, at.POWERS)
     samples.begin(rows[0])
     for row in rows[1:3]:
         samples.add(row)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rotor_on_films import C, rotor
 
-from cranktrain.dynamics.model.slots import AMBIENT
+from cranktrain.dynamics.model import slots as at
 from cranktrain.film.laws.parameters import VISCOSITY
 
 LEVELS = ("impedance", "reynolds")
@@ -62,7 +62,7 @@ def test_a_load_that_reverses_crosses_the_clearance_and_comes_back(level):
     step = math.radians(2.5) / 100.0
     forces, films = [], []
     for k in range(1, 721):
-        simulation.inputs[1] = AMBIENT * (1.0 + 2.0 * math.sin(0.1 * math.pi * k))  # from -1 to +1.8 kN on the pin
+        simulation.inputs[1] = at.AMBIENT * (1.0 + 2.0 * math.sin(0.1 * math.pi * k))  # from -1 to +1.8 kN on the pin
         simulation.inputs[1] = max(simulation.inputs[1], 0.0)
         simulation.step(k * step)
         forces.append(watched(simulation, "force.y"))
@@ -79,12 +79,12 @@ def test_overload_lands_on_contact_and_the_film_carries_again(level):
     simulation = rotor(20.0, 500.0, speed=100.0, bearings=level)
     step = math.radians(2.5) / 100.0
     for k in range(1, 61):
-        simulation.inputs[1] = AMBIENT + 1.6e7 * math.sin(math.pi * k / 60.0) ** 2  # 139 kN at the most
+        simulation.inputs[1] = at.AMBIENT + 1.6e7 * math.sin(math.pi * k / 60.0) ** 2  # 139 kN at the most
         simulation.step(k * step)
         assert np.isfinite(simulation.outputs).all()
     deepest = watched(simulation, "eccentricity")
     for k in range(61, 500):
-        simulation.inputs[1] = AMBIENT
+        simulation.inputs[1] = at.AMBIENT
         simulation.step(k * step)
         deepest = max(deepest, watched(simulation, "eccentricity"))
     assert watched(simulation, "eccentricity") < 0.9

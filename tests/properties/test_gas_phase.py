@@ -7,7 +7,7 @@ import pytest
 from bodies import rigid_crank
 
 from cranktrain.dynamics.cycle_run import communication_step
-from cranktrain.dynamics.model.slots import RIGID_ROTATION, ROTATION, SHAFT_C, SHAFT_K
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, LEAD_ANGLE, POSITION, VELOCITY, offset
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.dynamics.start.mean_motion import rigid_start
@@ -32,7 +32,7 @@ def started(**changes):
 def moved(simulation, block, amount):
     """Turn the crank, or its speed, by ``amount`` rad or rad/s in its frame."""
     state, n = simulation.state, simulation.model.omega2.size
-    state[offset(block, n) + ROTATION] += amount / simulation.model.scalars[RIGID_ROTATION]
+    state[offset(block, n) + at.ROTATION] += amount / simulation.model.scalars[at.RIGID_ROTATION]
     simulation.state = state
 
 
@@ -72,7 +72,7 @@ def test_the_gas_is_no_spring_of_the_drive_line():
     (angle, h), (other, _) = series(plain, 8, "crank.angle"), series(struck, 8, "crank.angle")
     swing = (other - angle)[0]
     start = rigid_start(plain.model, SPEED)
-    k, c = plain.model.scalars[SHAFT_K], plain.model.scalars[SHAFT_C]
+    k, c = plain.model.scalars[at.SHAFT_K], plain.model.scalars[at.SHAFT_C]
     expected = math.sqrt(k / start.inertia - (0.5 * c / start.inertia) ** 2)
     crossings = np.flatnonzero(swing[:-1] * swing[1:] < 0.0)
     exact = crossings + swing[crossings] / (swing[crossings] - swing[crossings + 1])
@@ -88,7 +88,7 @@ def test_the_start_takes_crank_and_rods_at_their_mean_inertia():
     travel = cylinder_volume(engine, angles)[1] / (0.25 * math.pi * engine.cylinders.bore**2)
     oscillating = engine.cylinders.piston_mass + engine.rod.small_end_mass
     rods = 6 * (engine.rod.big_end_mass * engine.crankshaft.throw**2 + oscillating * float(np.mean(travel**2)))
-    found = rigid_start(model, SPEED).inertia - 1.0 / model.scalars[RIGID_ROTATION] ** 2
+    found = rigid_start(model, SPEED).inertia - 1.0 / model.scalars[at.RIGID_ROTATION] ** 2
     assert found == pytest.approx(rods, rel=0.02)
 
 

@@ -8,10 +8,9 @@ import pytest
 from bodies import rigid_crank
 
 from cranktrain.dynamics import run_record
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.model.arrays import Parts
-from cranktrain.dynamics.model.slots import RATE as RATE_ROW
-from cranktrain.dynamics.model.slots import VALUE
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.reconstruction import reconstruct, take_rates, take_sample
 from cranktrain.engine.file import load_engine
@@ -86,7 +85,7 @@ def test_rates_count_whatever_the_rule_and_leave_other_inputs_to_it():
             pair.append(work.inputs.copy())
         without, told = pair
         rows = [0, 1, 3, 4, 5, 6, 8]
-        assert np.array_equal(told[VALUE, rows], inputs[rows]) and np.array_equal(told[RATE_ROW, rows], rates[rows])
+        assert np.array_equal(told[at.VALUE, rows], inputs[rows]) and np.array_equal(told[at.RATE, rows], rates[rows])
         assert np.array_equal(told[:, 2], without[:, 2])
         if rule != "hold":
             assert not np.array_equal(told[:, 3], without[:, 3])

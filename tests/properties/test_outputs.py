@@ -10,8 +10,8 @@ from bodies import free_six, rigid_crank
 from plain_model import PlainModel
 from standing import rigid_block
 
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.model.slots import FIRST, FORCES, STATE_U, STATE_UDD, THETA, UDD, U
 from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.outputs.register import Counts, output_names
@@ -127,12 +127,12 @@ def test_moments_do_the_work_of_the_tilting_forces():
     to_angle(simulation, 30)
     model, work = simulation.model, simulation.work
     frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
-    work.port[U : UDD + 1] = work.port[STATE_U : STATE_UDD + 1]
+    work.port[at.U : at.UDD + 1] = work.port[at.STATE_U : at.STATE_UDD + 1]
     port_forces(model, work, frame, pressures, 1.0, 1.0)
-    forces = work.port[FORCES]
-    theta = frame[THETA]
+    forces = work.port[at.FORCES]
+    theta = frame[at.THETA]
     turn = np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
-    first = int(model.connections[0, FIRST + END_X])
+    first = int(model.connections[0, at.FIRST + END_X])
     largest = 0.0
     for i, main in enumerate(MAINS):
         moment = turn @ [read(simulation, f"{main}.moment.x"), read(simulation, f"{main}.moment.y")]
@@ -156,7 +156,7 @@ def test_a_moment_turns_a_tilted_journal_back():
     v[mode] = 0.5 / np.abs(tilts[:, mode]).max()
     assert np.all(np.isfinite(q))
     simulation.state = state
-    theta = simulation.work.frames[0, THETA]
+    theta = simulation.work.frames[0, at.THETA]
     turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
     power = 0.0
     for i, main in enumerate(MAINS):
@@ -191,10 +191,10 @@ def test_films_of_floating_big_ends():
     to_angle(rigid, 30)
     model, work = free.model, free.work
     frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
-    work.port[U : UDD + 1] = work.port[STATE_U : STATE_UDD + 1]
+    work.port[at.U : at.UDD + 1] = work.port[at.STATE_U : at.STATE_UDD + 1]
     port_forces(model, work, frame, pressures, 1.0, 1.0)
-    forces = work.port[FORCES]
-    theta = frame[THETA]
+    forces = work.port[at.FORCES]
+    theta = frame[at.THETA]
     turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
     bearing = ENGINE.big_end_bearing
     peak = max(abs(read(rigid, f"{end}.force.y")) for end in ENDS)

@@ -8,8 +8,8 @@ import pytest
 from bodies import free_six, rigid_crank
 
 import cranktrain as ct
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model import state as layout
-from cranktrain.dynamics.model.slots import ANGLE_INPUT, LOAD_INPUT, VALVE_INPUT
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.reconstruction import nearest_turn, take_sample
 from cranktrain.engine.file import load_engine
@@ -45,7 +45,7 @@ def test_the_front_end_gives_what_the_valve_train_takes():
     found = []
     for torque in (0.0, taken):
         simulation = started(engine)
-        simulation.inputs[engine.n_cylinders + VALVE_INPUT] = torque
+        simulation.inputs[engine.n_cylinders + at.VALVE_INPUT] = torque
         found.append(recorded(simulation, 40)[0])
     without, loaded = found
     assert np.mean(without["shaft.torque"] - loaded["shaft.torque"]) == pytest.approx(taken, rel=1e-3)
@@ -84,7 +84,7 @@ def test_pressures_belong_to_the_angle_that_a_partner_tells():
     """Whole cycles aside; 0 tells nothing until another angle was told."""
     simulation = started(free_six())
     model, state = simulation.model, simulation.state
-    inputs, place = simulation.inputs.copy(), simulation.engine.n_cylinders + ANGLE_INPUT
+    inputs, place = simulation.inputs.copy(), simulation.engine.n_cylinders + at.ANGLE_INPUT
     take_sample(model, state, inputs, 1e-4)
     own = state[layout.POINT_ANGLE]
     assert state[layout.SAMPLE_ANGLES] == own
@@ -97,7 +97,7 @@ def test_pressures_belong_to_the_angle_that_a_partner_tells():
     assert state[layout.SAMPLE_ANGLES] == pytest.approx(own + nearest_turn(-own), abs=1e-12)
 
 
-@pytest.mark.parametrize("place", [LOAD_INPUT, VALVE_INPUT, ANGLE_INPUT])
+@pytest.mark.parametrize("place", [at.LOAD_INPUT, at.VALVE_INPUT, at.ANGLE_INPUT])
 def test_inputs_that_are_no_numbers_are_refused(place):
     simulation = started(free_six())
     simulation.inputs[simulation.engine.n_cylinders + place] = math.nan
@@ -128,7 +128,7 @@ def test_the_valve_trains_torque_reaches_the_crank_with_its_orders():
         found = np.empty((16 * 720, 4))
         for k in range(len(found)):
             if fitted:
-                crank.inputs[engine.n_cylinders + VALVE_INPUT] = valves.outputs[0]
+                crank.inputs[engine.n_cylinders + at.VALVE_INPUT] = valves.outputs[0]
             crank.step((k + 1) * CYCLE / speed / 720)
             found[k] = crank.outputs[shown]
             if fitted:

@@ -8,7 +8,7 @@ import pytest
 from bodies import rigid_crank
 from momentum import energy_on_ground, layer_energy
 
-from cranktrain.dynamics.model.slots import SHAFT_C, SHAFT_K
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import METHOD
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.engine.file import load_engine
@@ -131,7 +131,7 @@ def released(engine, step_deg, integrator="sdirk4", tolerance=1e-12):
     simulation.inputs[0] = SPEED
     simulation.initialize()
     scalars = simulation.model.scalars.copy()
-    scalars[[SHAFT_K, SHAFT_C]] = 0.0
+    scalars[[at.SHAFT_K, at.SHAFT_C]] = 0.0
     simulation.model = simulation.model._replace(scalars=scalars, shaft_laws=0.0 * simulation.model.shaft_laws)
     simulation.work.key[:] = -1.0
     return simulation

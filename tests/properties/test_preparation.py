@@ -10,6 +10,7 @@ from bodies import rigid_crank
 from box_block import box_block
 
 from cranktrain.dynamics import run_record
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import Parts, build_model, dimensions
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.numbers import (
@@ -27,18 +28,6 @@ from cranktrain.dynamics.model.numbers import (
 )
 from cranktrain.dynamics.model.preparation import prepare_model
 from cranktrain.dynamics.model.settings import Settings, resolved
-from cranktrain.dynamics.model.slots import (
-    BORE_ROTATIONS,
-    CRANK_MODES,
-    LINERS,
-    M_BIG,
-    M_OSC,
-    RIGID_ROTATION,
-    RODS,
-    SHAFT_C,
-    SHAFT_K,
-    TURNING_MODES,
-)
 from cranktrain.dynamics.model.state import state_size
 from cranktrain.dynamics.model.workspace import make_work
 from cranktrain.dynamics.simulation import Simulation
@@ -278,10 +267,10 @@ def plain_start(model, speed):
     """Start of a rigid crank by numpy: wind-up, torque, rotation, rate, inertia; spectrum and frequencies."""
     torque = np.zeros(720)
     rigid_torque(model, speed, np.zeros(16), torque)
-    k, c = model.scalars[SHAFT_K], model.scalars[SHAFT_C]
-    inertia = 1.0 / model.scalars[RIGID_ROTATION] ** 2
+    k, c = model.scalars[at.SHAFT_K], model.scalars[at.SHAFT_C]
+    inertia = 1.0 / model.scalars[at.RIGID_ROTATION] ** 2
     for cylinder, pin in zip(model.cylinders, model.pins, strict=True):
-        inertia += (cylinder[M_BIG] + 0.5 * cylinder[M_OSC]) * float((pin**2).sum())
+        inertia += (cylinder[at.M_BIG] + 0.5 * cylinder[at.M_OSC]) * float((pin**2).sum())
     spectrum = np.fft.rfft(torque - torque.mean()) / torque.size
     omega = 0.5 * speed * np.arange(spectrum.size)
     motion = spectrum / (k - inertia * omega**2 + 1j * c * omega)
@@ -291,9 +280,9 @@ def plain_start(model, speed):
 
 def plain_leaning(model, torque, spectrum, omega):
     """Motion of the block that leans and rocks, (n_b,) each, by numpy."""
-    shapes, t = model.block_ports, int(model.layout[TURNING_MODES])
+    shapes, t = model.block_ports, int(model.layout[at.TURNING_MODES])
     modes, b = shapes.shape[1], len(model.bearings)
-    first = int(model.layout[BORE_ROTATIONS]) - len(model.ports)
+    first = int(model.layout[at.BORE_ROTATIONS]) - len(model.ports)
     load = -shapes[first : first + b].mean(axis=0)
     place = np.linalg.solve(np.diag(model.omega2[t : t + modes]) + model.block.stiffness, torque * load)
     rate = np.zeros(modes)
@@ -307,17 +296,17 @@ def plain_leaning(model, torque, spectrum, omega):
 
 def plain_carried(model, block):
     """Motion of all modes that go along with the block, by numpy."""
-    q, t, first = np.zeros(model.omega2.size), int(model.layout[TURNING_MODES]), len(model.ports)
+    q, t, first = np.zeros(model.omega2.size), int(model.layout[at.TURNING_MODES]), len(model.ports)
     shapes, modes, count = model.block_ports, block.size, len(model.cylinders)
     q[t : t + modes] = block
     joined = np.concatenate((model.pairs, model.pairs + 1.0, model.axial)).astype(int)
     q[:5] = np.linalg.lstsq(model.ports[joined[:, 0], :5], shapes[joined[:, 1] - first] @ block, rcond=None)[0]
-    if model.layout[RODS] > 0.0:
-        pin, rod, crank = 2 * len(model.bearings) + 1, int(model.layout[RODS]), int(model.layout[CRANK_MODES])
+    if model.layout[at.RODS] > 0.0:
+        pin, rod, crank = 2 * len(model.bearings) + 1, int(model.layout[at.RODS]), int(model.layout[at.CRANK_MODES])
         moved = model.ports[pin : pin + 2 * count, :5] @ q[:5]
         q[crank : crank + 2 * count] = moved / np.diag(model.ports[rod : rod + 2 * count, crank:])
     for c in range(count):
-        liner = int(model.layout[LINERS]) - first + 3 * c
+        liner = int(model.layout[at.LINERS]) - first + 3 * c
         across = 0.5 * (shapes[liner] + shapes[liner + 1]) @ block
         q[t + modes + 2 * c : t + modes + 2 * c + 2] = np.linalg.solve(model.block.piston_shape, [across, 0.0])
     return q

@@ -14,8 +14,8 @@ from numba import njit
 import cranktrain as ct
 from cranktrain.core import build_mark as marks
 from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model import state as layout
-from cranktrain.dynamics.model.slots import AMBIENT, GAS_DELAY, RECONSTRUCTION
 from cranktrain.dynamics.motion.gas import gas_volume
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.reconstruction import POLYTROPIC, SLIVER, given_pressures, reconstruct, take_sample
@@ -42,8 +42,8 @@ class Inputs:
     def __init__(self, delay=0.0):
         simulation = rigid()
         choices = simulation.model.choices.copy()
-        choices[GAS_DELAY] = delay
-        assert choices[RECONSTRUCTION] == 3.0
+        choices[at.GAS_DELAY] = delay
+        assert choices[at.RECONSTRUCTION] == 3.0
         self.model, self.work = simulation.model._replace(choices=choices), simulation.work
         self.state = simulation.state
         self.inputs = simulation.inputs.copy()
@@ -225,7 +225,7 @@ def test_short_steps_among_long_ones_change_nothing_that_matters(source):
         rows = []
         for k in range(120):
             phase = 8.0 * np.pi * (k * H + np.arange(6) / 6.0 * H)
-            simulation.pressures[:] = AMBIENT * (3.0 + np.sin(phase))
+            simulation.pressures[:] = at.AMBIENT * (3.0 + np.sin(phase))
             if shorts:
                 simulation.step(k * H + shorts[k % len(shorts)])
             simulation.step((k + 1) * H)

@@ -19,8 +19,8 @@ from tests.bodies import rigid_crank
 import cranktrain as ct
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid_body
+from cranktrain.dynamics.model import slots as slots
 from cranktrain.dynamics.model.arrays import Parts
-from cranktrain.dynamics.model.slots import THETA
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.dynamics.topology import slots as at
@@ -383,7 +383,7 @@ def test_opposed_pistons_on_two_geared_cranks_move_as_an_independent_right_hand_
         if k > 0:
             run.step(k * step)
         ours[k] = deviations(k * step).ravel()
-    assert run.work.frames[0, THETA] == pytest.approx(speed * steps * step, abs=1e-10)
+    assert run.work.frames[0, slots.THETA] == pytest.approx(speed * steps * step, abs=1e-10)
     times = np.arange(0, steps + 1, 16) * step
     found = solve_ivp(rates, (0.0, times[-1]), ours[0], "Radau", times, rtol=1e-8, atol=1e-14)
     exact = found.y.T

@@ -13,8 +13,8 @@ import pytest
 from bodies import free_six, rigid_crank, six
 
 from cranktrain.core.reduced_body import truncate
+from cranktrain.dynamics.model import slots as slots
 from cranktrain.dynamics.model import state as layout
-from cranktrain.dynamics.model.slots import DELTA_J, M_BIG, M_OSC, RIGID_ROTATION, SHAFT_C, SHAFT_K
 from cranktrain.dynamics.model.workspace import make_work
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.integrators import integrator_table
@@ -36,9 +36,9 @@ def released(body, big_ends):
     simulation.initialize()
     model = simulation.model
     cylinders, scalars = model.cylinders.copy(), model.scalars.copy()
-    cylinders[:, M_BIG] = big_ends
-    cylinders[:, [M_OSC, DELTA_J]] = 0.0
-    scalars[[SHAFT_K, SHAFT_C]] = 0.0
+    cylinders[:, slots.M_BIG] = big_ends
+    cylinders[:, [slots.M_OSC, slots.DELTA_J]] = 0.0
+    scalars[[slots.SHAFT_K, slots.SHAFT_C]] = 0.0
     simulation.model = model._replace(cylinders=cylinders, scalars=scalars, shaft_laws=0.0 * model.shaft_laws)
     simulation.work.key[0] = -1.0
     return simulation
@@ -46,7 +46,7 @@ def released(body, big_ends):
 
 def set_rotation(simulation, rotation=0.0, rate=0.0, lead=0.0):
     """Give the crank a rotation about z in the frame (rad), the rate of that, and the frame a lead."""
-    n, unit = simulation.body.n_modes, simulation.model.scalars[RIGID_ROTATION]
+    n, unit = simulation.body.n_modes, simulation.model.scalars[slots.RIGID_ROTATION]
     state = simulation.state
     state[layout.offset(4, n) :] = 0.0
     # The frame sets out after the crank, τ₂ ẇ = φ/τ_c: free, the crank falls back in it at that rate.
@@ -76,7 +76,7 @@ def at_rest_in_the_frame(simulation):
 
 def angle_and_rate(simulation):
     """Of the crank in space, against a shaft at constant speed."""
-    n, unit = simulation.body.n_modes, simulation.model.scalars[RIGID_ROTATION]
+    n, unit = simulation.body.n_modes, simulation.model.scalars[slots.RIGID_ROTATION]
     state = simulation.state
     at = layout.offset(0, n) + 5, layout.offset(1, n) + 5
     return state[layout.LEAD_ANGLE] + unit * state[at[0]], state[layout.LEAD_SPEED] + unit * state[at[1]]
@@ -137,7 +137,7 @@ def test_torque_of_a_wound_up_crank_is_the_exact_one(crank_angle):
     simulation.inputs[:7] = SPEED, *np.linspace(1e5, 6e6, 6)
     simulation.initialize()
     scalars = simulation.model.scalars.copy()
-    scalars[[SHAFT_K, SHAFT_C]] = 0.0
+    scalars[[slots.SHAFT_K, slots.SHAFT_C]] = 0.0
     simulation.model = simulation.model._replace(scalars=scalars, shaft_laws=0.0 * simulation.model.shaft_laws)
     rates = []
     for rotation, lead in ((windup, -windup), (0.0, 0.0)):

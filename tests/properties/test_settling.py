@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.cycle_run import output_judge
-from cranktrain.dynamics.model.slots import DRIVEN, LAYOUT, SCALARS
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import POSITION, offset, state_size
 from cranktrain.dynamics.outputs.register import output_counts
 from cranktrain.dynamics.settled.collar import NOTHING_LEFT, Collar, Learned
@@ -168,12 +168,12 @@ class Toy:
     """A system whose amplitude follows x → r x (1 − x) from cycle to cycle: it repeats after 1 to 6, or never."""
 
     def __init__(self, r):
-        scalars = np.zeros(SCALARS)
-        scalars[DRIVEN] = 1.0
+        scalars = np.zeros(at.SCALARS)
+        scalars[at.DRIVEN] = 1.0
         self.model = SimpleNamespace(
             omega2=np.ones(1),
             scalars=scalars,
-            layout=np.zeros(LAYOUT),
+            layout=np.zeros(at.LAYOUT),
             block_ports=np.zeros((0, 0)),
             bearings=np.zeros((0, 0)),
             ports=np.zeros((1, 0)),

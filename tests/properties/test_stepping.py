@@ -8,8 +8,8 @@ from bodies import free_six, rigid_crank, six
 from plain_model import PlainModel
 
 from cranktrain.core.errors import InputError, SolverError
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model import state as layout
-from cranktrain.dynamics.model.slots import AMBIENT
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.film.laws.parameters import FACTOR
 
@@ -140,7 +140,7 @@ def test_an_absurd_pressure_is_survived_or_fails_with_one_line(pressure):
         text = str(error)
         assert "\n" not in text and "main[" in text and "deg" in text
         assert np.array_equal(simulation.state, before)
-        simulation.pressures[:] = AMBIENT
+        simulation.pressures[:] = at.AMBIENT
         run(simulation, 1)
     assert np.isfinite(simulation.state).all()
     assert np.isfinite(simulation.outputs).all()

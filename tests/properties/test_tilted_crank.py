@@ -10,8 +10,8 @@ from bodies import free_six, rigid_crank
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import keep_record
+from cranktrain.dynamics.model import slots as slots
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.model.slots import FORCES, STATE_U, STATE_UDD, UDD, U
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.film.journal.grid import NODE_GRADING
@@ -67,14 +67,14 @@ def test_blocks_are_the_derivatives_of_the_forces(choices):
     simulation.step(math.radians(3) / SPEED)
     c_q, c_v = 1e-9, 3e-5
     frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
-    motion = work.port[STATE_U : STATE_UDD + 1].copy()
+    motion = work.port[slots.STATE_U : slots.STATE_UDD + 1].copy()
     model.films.numbers[FROZEN] = 0.0
 
     def at(port, change):
-        work.port[U : UDD + 1] = motion
-        work.port[U : UDD + 1, port] += np.array([1.0, c_v / c_q, 1.0 / c_q]) * change
+        work.port[slots.U : slots.UDD + 1] = motion
+        work.port[slots.U : slots.UDD + 1, port] += np.array([1.0, c_v / c_q, 1.0 / c_q]) * change
         assert port_forces(model, work, frame, pressures, c_q, c_v) == 0
-        return work.port[FORCES].copy()
+        return work.port[slots.FORCES].copy()
 
     at(0, 0.0)
     newton = model.scales.size

@@ -16,7 +16,7 @@ from tests.bodies import rigid_crank
 import cranktrain as ct
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import attach, check, rigid_body
-from cranktrain.dynamics.model.slots import OMEGA, THETA
+from cranktrain.dynamics.model import slots as slots
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.dynamics.topology import slots as at
@@ -485,16 +485,16 @@ def test_two_geared_shafts_move_as_an_independent_right_hand_side_says():
     def in_space(time):
         """Displacement of both centres, deviations of both angles from turning evenly, and their rates, (12,)."""
         n, found = run.model.omega2.size, np.zeros((2, 2, 3))
-        lead = run.work.frames[0, THETA] - SPEED * time, run.work.frames[0, OMEGA] - SPEED
+        lead = run.work.frames[0, slots.THETA] - SPEED * time, run.work.frames[0, slots.OMEGA] - SPEED
         for body, row in enumerate(run.model.bodies.rows):
             modes, o, sense = int(row[at.MODES]), int(row[at.OWN_MODE]), row[at.SENSE]
             q, v = (run.state[offset(what, n) + int(row[at.MODE]) :][:modes] for what in (POSITION, VELOCITY))
             centre, turn = run.model.bodies.centre[:2, o : o + modes], run.model.bodies.turn[o : o + modes]
-            swept = row[at.RATE] * run.work.frames[0, THETA]
+            swept = row[at.RATE] * run.work.frames[0, slots.THETA]
             axes = np.array([[math.cos(swept), -math.sin(swept)], [math.sin(swept), math.cos(swept)]])
             axes = np.diag([1.0, sense]) @ axes
             place = centre @ q
-            rate = centre @ v + row[at.RATE] * run.work.frames[0, OMEGA] * np.array([-place[1], place[0]])
+            rate = centre @ v + row[at.RATE] * run.work.frames[0, slots.OMEGA] * np.array([-place[1], place[0]])
             ratio = sense * row[at.RATE]
             found[0, body] = *(axes @ place), sense * (turn @ q) + ratio * lead[0]
             found[1, body] = *(axes @ rate), sense * (turn @ v) + ratio * lead[1]
@@ -535,7 +535,7 @@ def test_two_geared_shafts_move_as_an_independent_right_hand_side_says():
     for k in range(steps + 1):
         if k > 0:
             run.step(k * step)
-        ours[k], angles[k] = in_space(k * step), run.work.frames[0, THETA]
+        ours[k], angles[k] = in_space(k * step), run.work.frames[0, slots.THETA]
     times = np.arange(steps + 1) * step
     crank_angle = CubicSpline(times, angles)
     found = solve_ivp(rates, (0.0, times[-1]), ours[0], "Radau", times, rtol=1e-9, atol=1e-13, max_step=5.0 * step)

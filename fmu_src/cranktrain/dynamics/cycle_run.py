@@ -12,8 +12,8 @@ from typing import Protocol
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import supply_temperature
-from cranktrain.dynamics.model.slots import N_ITERATIONS, N_LIMITED, N_MISSED, N_REJECTED, N_STEPS
 from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.outputs.register import Counts, judged_families, output_needs
 from cranktrain.dynamics.settled.collar import Learned
@@ -148,15 +148,16 @@ def run_cycles(
     rows = recorded.rows
     times, angle = samples.axes(rows, recorded.first)
     counters = simulation.work.counters
-    if counters[N_MISSED] > 0.0:
+    if counters[at.N_MISSED] > 0.0:
         warnings.warn(
-            f"{counters[N_MISSED]:.0f} of {counters[N_STEPS]:.0f} steps missed the tolerance of "
+            f"{counters[at.N_MISSED]:.0f} of {counters[at.N_STEPS]:.0f} steps missed the tolerance of "
             f"{simulation.settings.tolerance:g} at the shortest step; use a shorter solver.step, or a larger tolerance",
             stacklevel=2,
         )
-    if counters[N_LIMITED] > 0.0:
+    limited = counters[at.N_LIMITED]
+    if limited > 0.0:
         warnings.warn(
-            f"{counters[N_LIMITED]:.0f} communication steps took the {simulation.settings.work_limit:g} iterations of "
+            f"{limited:.0f} communication steps took the {simulation.settings.work_limit:g} iterations of "
             "solver.work_limit and went on at less accuracy; allow more",
             stacklevel=2,
         )
@@ -165,11 +166,11 @@ def run_cycles(
         angle=angle,
         outputs={name: rows[:, i].copy() for name, i in columns.items()},
         counters={
-            "steps": int(counters[N_STEPS]),
-            "newton_iterations": int(counters[N_ITERATIONS]),
-            "rejected_steps": int(counters[N_REJECTED]),
-            "missed_steps": int(counters[N_MISSED]),
-            "limited_steps": int(counters[N_LIMITED]),
+            "steps": int(counters[at.N_STEPS]),
+            "newton_iterations": int(counters[at.N_ITERATIONS]),
+            "rejected_steps": int(counters[at.N_REJECTED]),
+            "missed_steps": int(counters[at.N_MISSED]),
+            "limited_steps": int(counters[at.N_LIMITED]),
         },
         seconds=recorder.seconds,
         real_time_factor=recorder.seconds / (recorder.taken * h),

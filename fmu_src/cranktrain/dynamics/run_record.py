@@ -13,11 +13,11 @@ import numpy as np
 
 from cranktrain.core.kernel import kernel, record
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays, Parts, dimensions, structure
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.preparation import prepare_model
 from cranktrain.dynamics.model.settings import Settings, axial_force, resolved
-from cranktrain.dynamics.model.slots import AMBIENT, AXIAL_INPUT, OTHER_INPUTS, STEP_KERNEL
 from cranktrain.dynamics.model.state import TIME, state_size
 from cranktrain.dynamics.model.workspace import Work, make_work
 from cranktrain.dynamics.outputs.register import Outputs, observers, output_counts, output_needs
@@ -60,9 +60,9 @@ def make_run(
     size = dimensions(model)
     state = np.zeros(state_size(size.modes, size.ports, size.films))
     work = make_work(model, state.size, integrators=True)
-    inputs = np.zeros(engine.n_cylinders + OTHER_INPUTS)
-    inputs[1 : 1 + engine.n_cylinders] = AMBIENT
-    inputs[engine.n_cylinders + AXIAL_INPUT] = axial_force(settings, engine)
+    inputs = np.zeros(engine.n_cylinders + at.OTHER_INPUTS)
+    inputs[1 : 1 + engine.n_cylinders] = at.AMBIENT
+    inputs[engine.n_cylinders + at.AXIAL_INPUT] = axial_force(settings, engine)
     counts = output_counts(engine, parts.topology)
     outputs = observers(counts, model, work, state, np.zeros(len(output_needs(counts))))
     temperatures = np.zeros(len(engine.crankshaft.main_widths))
@@ -75,7 +75,7 @@ def inputs_status(inputs):
     for k in range(inputs.shape[0]):
         if not math.isfinite(inputs[k]):
             return INPUT_NOT_FINITE + k
-        if inputs[k] < 0.0 and k <= inputs.shape[0] - OTHER_INPUTS:
+        if inputs[k] < 0.0 and k <= inputs.shape[0] - at.OTHER_INPUTS:
             return INPUT_NEGATIVE + k
     return OK
 
@@ -84,7 +84,7 @@ def inputs_status(inputs):
 def prepare(run):
     """Write the numbers into the model, at the temperatures of the speed among the inputs; a status."""
     status = prepare_model(run.model, run.numbers, run.temperatures, run.inputs[0])
-    if status == OK and run.work.family[int(run.model.stages[HEAD, FAMILY]), STEP_KERNEL] == 0:
+    if status == OK and run.work.family[int(run.model.stages[HEAD, FAMILY]), at.STEP_KERNEL] == 0:
         return UNKNOWN_METHOD
     return status
 

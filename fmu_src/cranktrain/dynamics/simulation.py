@@ -18,18 +18,11 @@ from cranktrain.core.run_entries import RunEntries
 from cranktrain.core.stepped_model import SteppedModel
 from cranktrain.dynamics import run_record
 from cranktrain.dynamics.cycle_run import Result, balanced, damper_power, run_cycles
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays, Parts, build_model, dimensions, supply_temperature
 from cranktrain.dynamics.model.bodies import bends
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.settings import Settings, axial_force, resolved
-from cranktrain.dynamics.model.slots import (
-    AMBIENT,
-    AXIAL_INPUT,
-    DAMPER_TEMPERATURE,
-    LOAD_INPUT,
-    OTHER_INPUTS,
-    RELATIVE,
-)
 from cranktrain.dynamics.model.state import (
     CONTRACTION,
     LAST_INTERVAL,
@@ -138,17 +131,17 @@ class Simulation(SteppedModel):
         self.output_names = tuple(self._needs)
         self.outputs = np.zeros(len(self.output_names))
         self.input_names = input_names(engine)
-        self._inputs = np.zeros(engine.n_cylinders + OTHER_INPUTS)
+        self._inputs = np.zeros(engine.n_cylinders + at.OTHER_INPUTS)
         self.input_rates = np.full(self._inputs.size, np.nan)
         self.pressures = self.inputs[1 : 1 + engine.n_cylinders]
-        self.pressures[:] = AMBIENT
-        self.inputs[engine.n_cylinders + AXIAL_INPUT] = axial_force(self.settings, engine)
-        self._load = engine.n_cylinders + LOAD_INPUT
+        self.pressures[:] = at.AMBIENT
+        self.inputs[engine.n_cylinders + at.AXIAL_INPUT] = axial_force(self.settings, engine)
+        self._load = engine.n_cylinders + at.LOAD_INPUT
         self.on_demand, self._watched = False, set[int]()
         self.power_samples: PowerSamples | None = None
         if self.inputs.size > MAX_INPUTS:
             raise InputError(
-                f"at most {MAX_INPUTS - OTHER_INPUTS} cylinders, engine '{engine.name}' has {engine.n_cylinders}"
+                f"at most {MAX_INPUTS - at.OTHER_INPUTS} cylinders, engine '{engine.name}' has {engine.n_cylinders}"
             )
 
     def _fitting(self, body: ReducedBody) -> ReducedBody:
@@ -255,7 +248,7 @@ class Simulation(SteppedModel):
     def damper_temperature(self) -> float:
         """Temperature of the damper, K; assigning another goes on from the present state."""
         self._current()
-        return float(self.model.scalars[DAMPER_TEMPERATURE])
+        return float(self.model.scalars[at.DAMPER_TEMPERATURE])
 
     @damper_temperature.setter
     def damper_temperature(self, temperature: float) -> None:
@@ -420,7 +413,7 @@ class Simulation(SteppedModel):
     def _failure(self, status: int, state: Array) -> str:
         cause, remedy = REMEDIES[status]
         ports_at_state(self.model, self.work, state)
-        d = self.work.port[RELATIVE, : 2 * self.model.bearings.shape[0]]
+        d = self.work.port[at.RELATIVE, : 2 * self.model.bearings.shape[0]]
         eps = np.hypot(d[::2], d[1::2]) / self.model.bearings[:, CLEARANCE]
         lost = ""
         if eps.size and status != SINGULAR:

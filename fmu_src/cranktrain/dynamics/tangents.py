@@ -16,8 +16,8 @@ from typing import NamedTuple
 from cranktrain.core.errors import SolverError
 from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays
-from cranktrain.dynamics.model.slots import FORCES, PORTS, STATE_U, U_Q, U_V, UD, UDD, U
 from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.motion.equations import port_forces
 
@@ -50,12 +50,12 @@ def evaluate_at_state(model, work, c_q, c_v):
 
     Films with a memory are those of the last stage.
     """
-    for k in range(int(model.layout[PORTS])):
-        work.port[U, k] = work.port[STATE_U, k]
-        work.port[UD, k] = work.port[STATE_U + 1, k]
-        work.port[UDD, k] = work.port[STATE_U + 2, k]
-        work.port[U_Q, k] = 0.0
-        work.port[U_V, k] = 0.0
+    for k in range(int(model.layout[at.PORTS])):
+        work.port[at.U, k] = work.port[at.STATE_U, k]
+        work.port[at.UD, k] = work.port[at.STATE_U + 1, k]
+        work.port[at.UDD, k] = work.port[at.STATE_U + 2, k]
+        work.port[at.U_Q, k] = 0.0
+        work.port[at.U_V, k] = 0.0
     return port_forces(model, work, work.frames[0], work.pressures[0], c_q, c_v)
 
 
@@ -67,7 +67,8 @@ def tangents_at_state(model: ModelArrays, work: Work) -> Tangents:
             raise SolverError("a film has no tangents at a state of the run; take another bearing level")
         found.append(work.blocks.reshape(-1, 4, 4).copy())
     place, with_velocity, with_acceleration = found
+    ports = int(model.layout[at.PORTS])
     return Tangents(
         place, (with_velocity - place) / PER_VELOCITY, (with_acceleration - place) / PER_ACCELERATION,
-        work.port[FORCES, : int(model.layout[PORTS])].copy(), work.port[STATE_U, : int(model.layout[PORTS])].copy(),
+        work.port[at.FORCES, :ports].copy(), work.port[at.STATE_U, :ports].copy(),
     )  # fmt: skip

@@ -17,28 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.slots import (
-    ADDED_LOSS,
-    AXIAL_FORCE_WORK,
-    AXIAL_JOINT_LOSS,
-    BIG_ENDS_SHEAR,
-    BIG_ENDS_SQUEEZE,
-    BLOCK_LOSS,
-    CRANK_LOSS,
-    DAMPER_LOSS,
-    DYNAMOMETER_POWER,
-    GAS_WORK,
-    LINERS_LOSS,
-    LINKS_LOSS,
-    MAINS_SHEAR,
-    MAINS_SQUEEZE,
-    MOUNTS_LOSS,
-    SHAFTS_LOSS,
-    SKIRTS_LOSS,
-    STORED,
-    THRUST_LOSS,
-    VALVE_POWER,
-)
+from cranktrain.dynamics.model import slots as at
 
 
 class Share(NamedTuple):
@@ -50,24 +29,24 @@ class Share(NamedTuple):
 
 
 SHARES = (
-    Share("dynamometer", "work to the dynamometer", DYNAMOMETER_POWER),
-    Share("valve_train", "work to the valve train", VALVE_POWER),
-    Share("mains_shear", "main bearings, friction", MAINS_SHEAR),
-    Share("mains_squeeze", "main bearings, radial and tilting motion", MAINS_SQUEEZE),
-    Share("thrust_bearing", "thrust bearing", THRUST_LOSS),
-    Share("big_ends_shear", "big ends, friction", BIG_ENDS_SHEAR),
-    Share("big_ends_squeeze", "big ends, radial motion", BIG_ENDS_SQUEEZE),
-    Share("liners_friction", "pistons along liners, friction", LINERS_LOSS),
-    Share("skirts", "pistons across liners, damping", SKIRTS_LOSS),
-    Share("damper", "torsional damper", DAMPER_LOSS),
-    Share("crank_structure", "crankshaft, structural damping", CRANK_LOSS),
-    Share("block_structure", "block, structural damping", BLOCK_LOSS),
-    Share("mounts", "engine mounts", MOUNTS_LOSS),
-    Share("shafts", "drive line, damping of shafts and discs", SHAFTS_LOSS),
-    Share("axial_joint", "axial joint, friction and damping", AXIAL_JOINT_LOSS),
-    Share("connections", "added connections", LINKS_LOSS),
-    Share("added_bodies", "added bodies, structural damping", ADDED_LOSS),
-    Share("axial_force", "work against the axial force", AXIAL_FORCE_WORK),
+    Share("dynamometer", "work to the dynamometer", at.DYNAMOMETER_POWER),
+    Share("valve_train", "work to the valve train", at.VALVE_POWER),
+    Share("mains_shear", "main bearings, friction", at.MAINS_SHEAR),
+    Share("mains_squeeze", "main bearings, radial and tilting motion", at.MAINS_SQUEEZE),
+    Share("thrust_bearing", "thrust bearing", at.THRUST_LOSS),
+    Share("big_ends_shear", "big ends, friction", at.BIG_ENDS_SHEAR),
+    Share("big_ends_squeeze", "big ends, radial motion", at.BIG_ENDS_SQUEEZE),
+    Share("liners_friction", "pistons along liners, friction", at.LINERS_LOSS),
+    Share("skirts", "pistons across liners, damping", at.SKIRTS_LOSS),
+    Share("damper", "torsional damper", at.DAMPER_LOSS),
+    Share("crank_structure", "crankshaft, structural damping", at.CRANK_LOSS),
+    Share("block_structure", "block, structural damping", at.BLOCK_LOSS),
+    Share("mounts", "engine mounts", at.MOUNTS_LOSS),
+    Share("shafts", "drive line, damping of shafts and discs", at.SHAFTS_LOSS),
+    Share("axial_joint", "axial joint, friction and damping", at.AXIAL_JOINT_LOSS),
+    Share("connections", "added connections", at.LINKS_LOSS),
+    Share("added_bodies", "added bodies, structural damping", at.ADDED_LOSS),
+    Share("axial_force", "work against the axial force", at.AXIAL_FORCE_WORK),
 )
 """All that takes energy: a loss is a place in ``Work.powers``, which an observer fills, and a row here."""
 
@@ -78,9 +57,9 @@ def energy_balance(powers: Array, step: float) -> dict[str, Any]:
     ``stored_j`` is what bodies and shafts have gained, ``residual_j`` the gas work that nothing accounts for.
     """
     works = np.asarray(np.trapezoid(powers, dx=step, axis=0))
-    gas = float(works[GAS_WORK])
+    gas = float(works[at.GAS_WORK])
     losses = {share.key: float(works[share.slot]) for share in SHARES}
-    stored = float(powers[-1, STORED] - powers[0, STORED])
+    stored = float(powers[-1, at.STORED] - powers[0, at.STORED])
     residual = gas - sum(losses.values()) - stored
     return {
         "gas_work_j": gas,

@@ -17,6 +17,7 @@ from cranktrain.core.build_mark import build_mark
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import record
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.basis import Basis, basis
 from cranktrain.dynamics.model.block import BlockArrays, block_arrays
 from cranktrain.dynamics.model.bodies import (
@@ -35,29 +36,6 @@ from cranktrain.dynamics.model.settings import (
     Settings,
     check_levels,
     resolved,
-)
-from cranktrain.dynamics.model.slots import (
-    ADDED,
-    BEST_SPEED,
-    CHOICES,
-    DELTA_J,
-    DRIVEN,
-    FALLOFF,
-    FILTER,
-    LINE_INERTIA,
-    M_BIG,
-    M_OSC,
-    M_SMALL,
-    OWN_ROD,
-    PORTS,
-    RIGID_ROTATION,
-    SCALARS,
-    SHAFT_C,
-    SHAFT_K,
-    TURNING_MODES,
-    WHIRLS,
-    WINDUP_K,
-    WINDUP_LEAD,
 )
 from cranktrain.dynamics.time.status import OK, REFUSALS
 from cranktrain.dynamics.topology.arrays import AddedBodies, AddedConnections, Base, added
@@ -158,10 +136,10 @@ def dimensions(model: ModelArrays) -> Dimensions:
     """Sizes of a model."""
     b = model.bearings.shape[0]
     films = int(model.films.remembered[-1] + model.axial_joint.remembered[-1])
-    turning = int(model.layout[TURNING_MODES])
+    turning = int(model.layout[at.TURNING_MODES])
     return Dimensions(
         model.omega2.size, turning, b, model.cylinders.shape[0],
-        model.scales.size + model.links.scales.size, int(model.layout[PORTS]),
+        model.scales.size + model.links.scales.size, int(model.layout[at.PORTS]),
         model.ports.shape[0], films,
     )  # fmt: skip
 
@@ -279,8 +257,8 @@ def structure(
     tilted = [turning.index(f"main[{i + 1}]") for i in range(len(mains))]
     pins = [turning.index(f"pin[{pin}]") for pin in engine.cylinders.pins]
     top, bottom = pin_positions(engine)
-    ports.layout[WHIRLS] = whirls(turning) or any(whirls(body.reduced) for body in topology.bodies)
-    ports.layout[ADDED] = len(topology.connections) + len(topology.bodies) > 0
+    ports.layout[at.WHIRLS] = whirls(turning) or any(whirls(body.reduced) for body in topology.bodies)
+    ports.layout[at.ADDED] = len(topology.connections) + len(topology.bodies) > 0
     constants = basis(engine, settings, gas, top - bottom)
     trace = np.array([spline_coefficients(gas.motored), spline_coefficients(gas.fired - gas.motored)])
     least_smooth = np.zeros(KINKS)
@@ -323,7 +301,7 @@ def structure(
         films=films,
         scalars=_scalars(engine, settings, gas, line, float(pulley[5, 5])),
         kinks=least_smooth,
-        choices=np.zeros(CHOICES),
+        choices=np.zeros(at.CHOICES),
         stages=np.zeros(constants.tables.shape[1:]),
         basis=constants,
         build=build_mark(),
@@ -418,17 +396,17 @@ def _stationary_damping(engine: Engine, body: ReducedBody) -> Array:
 def _scalars(engine: Engine, settings: Settings, gas: GasTrace, line: TorsionalLine, rotation: float) -> Array:
     """Scalars of the model that are no numbers of a run; ``rotation``: the crank's per amplitude of its rigid mode."""
     filtered = engine.drive_line.speed_filter_time
-    scalars = np.zeros(SCALARS)
-    scalars[BEST_SPEED] = gas.best_speed
-    scalars[FALLOFF] = gas.falloff
-    scalars[SHAFT_K] = line.stiffness
-    scalars[SHAFT_C] = line.damping
-    scalars[FILTER] = 1.0 / filtered if filtered > 0.0 else 0.0
-    scalars[RIGID_ROTATION] = rotation
-    scalars[DRIVEN] = BOUNDARIES[settings.boundary]
-    scalars[WINDUP_K] = windup_stiffness(line)
-    scalars[WINDUP_LEAD] = scalars[DRIVEN] * float(windup_shares(line) @ line.laws[:, LEADING])
-    scalars[LINE_INERTIA] = line.inertia_at_crank + engine.drive_line.dynamometer_inertia * line.end_speed**2
+    scalars = np.zeros(at.SCALARS)
+    scalars[at.BEST_SPEED] = gas.best_speed
+    scalars[at.FALLOFF] = gas.falloff
+    scalars[at.SHAFT_K] = line.stiffness
+    scalars[at.SHAFT_C] = line.damping
+    scalars[at.FILTER] = 1.0 / filtered if filtered > 0.0 else 0.0
+    scalars[at.RIGID_ROTATION] = rotation
+    scalars[at.DRIVEN] = BOUNDARIES[settings.boundary]
+    scalars[at.WINDUP_K] = windup_stiffness(line)
+    scalars[at.WINDUP_LEAD] = scalars[at.DRIVEN] * float(windup_shares(line) @ line.laws[:, LEADING])
+    scalars[at.LINE_INERTIA] = line.inertia_at_crank + engine.drive_line.dynamometer_inertia * line.end_speed**2
     return scalars
 
 
@@ -476,5 +454,5 @@ def cylinder_parameters(engine: Engine, free_big_ends: bool, added: Collection[i
     ]
     result = np.array(rows, dtype=np.float64)
     for number in added:
-        result[number - 1, [M_SMALL, M_BIG, M_OSC, DELTA_J, OWN_ROD]] = 0.0
+        result[number - 1, [at.M_SMALL, at.M_BIG, at.M_OSC, at.DELTA_J, at.OWN_ROD]] = 0.0
     return result

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.model.slots import AMPLIFICATION, EMBEDDED, MARK, METHOD_COLUMNS, METHOD_ORDER
 from cranktrain.dynamics.time.integrators import (
     INTEGRATORS,
     integrator,
@@ -75,9 +75,9 @@ def _methods(given: str, names: tuple[str, ...]) -> tuple[Array, Array]:
     full = [given if name == chosen else name for name in names]
     coefficients = [integrator_table(name) for name in full]
     tables = np.zeros((len(full), max(map(len, coefficients)), WIDTH))
-    methods = np.zeros((len(full), METHOD_COLUMNS))
+    methods = np.zeros((len(full), at.METHOD_COLUMNS))
     for row, table, own, name in zip(methods, tables, coefficients, full, strict=True):
         table[: len(own)] = own
-        row[EMBEDDED], row[METHOD_ORDER] = integrator(name).embedded, max(2, integrator(name).order)
-        row[AMPLIFICATION], row[MARK] = largest_coefficient(own), method_mark(own)
+        row[at.EMBEDDED], row[at.METHOD_ORDER] = integrator(name).embedded, max(2, integrator(name).order)
+        row[at.AMPLIFICATION], row[at.MARK] = largest_coefficient(own), method_mark(own)
     return methods, tables

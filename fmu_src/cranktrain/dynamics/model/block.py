@@ -12,8 +12,8 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.ports import cylinder_axes
-from cranktrain.dynamics.model.slots import MOUNT_LAW
 from cranktrain.engine.model import Engine
 from cranktrain.loads.piston_guidance import guidance_parameters, piston_mass_matrix, piston_modes
 
@@ -61,7 +61,7 @@ def block_arrays(
     if block is None:
         # A piston on rigid ground needs no liner: any two heights serve, their displacement is 0.
         return BlockArrays(
-            z((0, 0)), z((0, 0)), z(n), z(n), z((count, n)), liners, z((0, n)), z((0, MOUNT_LAW)), z(n),
+            z((0, 0)), z((0, 0)), z(n), z(n), z((count, n)), liners, z((0, n)), z((0, at.MOUNT_LAW)), z(n),
             z((DIRECTIONS, n)), guidance, shape, shape @ shape.T,
         )  # fmt: skip
     if engine.mounts is None:

@@ -36,23 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array, ReducedBody
-from cranktrain.dynamics.model.slots import (
-    AXIAL_JOINT,
-    BORE_ROTATIONS,
-    COUPLED,
-    DAMPER,
-    FIRST,
-    JOURNAL_ROTATIONS,
-    LAYOUT,
-    LINERS,
-    MAINS,
-    PIN_ROTATIONS,
-    PISTONS,
-    PORTS,
-    SLIDING,
-    TURNED,
-    WINDUP,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.topology.arrays import Added
 from cranktrain.engine.model import Engine
 
@@ -160,24 +144,24 @@ def lay_ports(
     turning = np.ascontiguousarray(np.concatenate(rows))
     table = np.zeros((len(laws), 5))
     for row, law in zip(table, laws, strict=True):
-        row[COUPLED] = len(law)
-        row[FIRST : FIRST + len(law)] = law
+        row[at.COUPLED] = len(law)
+        row[at.FIRST : at.FIRST + len(law)] = law
     if journals.collar:
-        table[thrust_law, TURNED] = len(turning) - b + engine.thrust.main - 1
-    layout = np.zeros(LAYOUT)
-    layout[: DAMPER + 1] = [
+        table[thrust_law, at.TURNED] = len(turning) - b + engine.thrust.main - 1
+    layout = np.zeros(at.LAYOUT)
+    layout[: at.DAMPER + 1] = [
         first_rod if rods else 0, thrust_law, rod_laws, crank_modes, body.n_modes, damper if ring else 0,
     ]  # fmt: skip
     still, pairs, axial = _block_ports(engine, block, journals, len(turning), tilts, layout)
-    layout[PORTS] = len(turning) + len(still)
-    layout[JOURNAL_ROTATIONS] = len(turning) - b
-    layout[MAINS] = len(engine.crankshaft.main_widths)
-    layout[PIN_ROTATIONS] = first_pin if turns else len(scales) + (axial_joint > 0)
-    layout[AXIAL_JOINT], layout[WINDUP] = axial_joint, len(scales)
-    layout[SLIDING] = axial_joint > 0 and engine.axial_path is not None and engine.axial_path.joint == "spline"
+    layout[at.PORTS] = len(turning) + len(still)
+    layout[at.JOURNAL_ROTATIONS] = len(turning) - b
+    layout[at.MAINS] = len(engine.crankshaft.main_widths)
+    layout[at.PIN_ROTATIONS] = first_pin if turns else len(scales) + (axial_joint > 0)
+    layout[at.AXIAL_JOINT], layout[at.WINDUP] = axial_joint, len(scales)
+    layout[at.SLIDING] = axial_joint > 0 and engine.axial_path is not None and engine.axial_path.joint == "spline"
     if pistons:
-        layout[PISTONS] = layout[PORTS]
-        layout[PORTS] += 2 * c
+        layout[at.PISTONS] = layout[at.PORTS]
+        layout[at.PORTS] += 2 * c
     return Ports(turning, still, table, np.array(scales), pairs, axial, layout)
 
 
@@ -188,13 +172,13 @@ def with_added_ports(ports: Ports, more: Added) -> Ports:
     """
     on_crank, on_block, on_bodies = len(more.crank), len(more.block), more.bodies.shapes.shape[0]
     layout, pairs, axial = ports.layout.copy(), ports.pairs.copy(), ports.axial.copy()
-    for slot in (BORE_ROTATIONS, LINERS):
+    for slot in (at.BORE_ROTATIONS, at.LINERS):
         layout[slot] += on_crank if layout[slot] > 0.0 else 0.0
     pairs[:, 1] += on_crank
     axial[:, 1] += on_crank
-    layout[PORTS] += on_crank + on_block + on_bodies
-    if layout[PISTONS] > 0.0:
-        layout[PISTONS] += on_crank + on_block + on_bodies
+    layout[at.PORTS] += on_crank + on_block + on_bodies
+    if layout[at.PISTONS] > 0.0:
+        layout[at.PISTONS] += on_crank + on_block + on_bodies
     return ports._replace(
         turning=np.concatenate((ports.turning, more.crank)) if on_crank else ports.turning,
         block=np.concatenate((ports.block, more.block)) if on_block else ports.block,
@@ -242,9 +226,9 @@ def _block_ports(
         turned += [shapes[faces, 3:5]]
     pairs += [[tilts + 2 * i, first + 2 * b + 1 + 2 * i] for i in range(len(turned))]
     rows += turned
-    layout[BORE_ROTATIONS] = first + sum(len(row) for row in rows)
+    layout[at.BORE_ROTATIONS] = first + sum(len(row) for row in rows)
     rows += [shapes[k, 5:6] for k in bores]
-    layout[LINERS] = first + sum(len(row) for row in rows)
+    layout[at.LINERS] = first + sum(len(row) for row in rows)
     for k in range(engine.n_cylinders):
         across, along = cylinder_axes(engine.cylinders.bank_angles[k])
         upper, lower = (shapes[index(f"liner[{k + 1}].{end}"), :3] for end in ("upper", "lower"))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.numbers import (
     LEAST_TOLERANCE,
     LEVEL_FILM_CHANGE,
@@ -34,37 +35,6 @@ from cranktrain.dynamics.model.numbers import (
     SET_STEP,
     SET_TOLERANCE,
     SET_WORK_LIMIT,
-)
-from cranktrain.dynamics.model.slots import (
-    AMPLIFICATION,
-    AREA,
-    BIG_ENDS_OIL,
-    BORE,
-    BORE_FITTED,
-    CLEARANCE_VOLUME,
-    COMPRESSION,
-    CRANKCASE,
-    DAMPER_TEMPERATURE,
-    EMBEDDED,
-    EMBEDDED_ORDER,
-    FILM_CHANGE,
-    GAS_DELAY,
-    GAS_LOAD,
-    GAS_SOURCE,
-    GRAVITY,
-    MAINS_OIL,
-    MARK,
-    METHOD_MARK,
-    METHOD_ORDER,
-    MOUNT_PRELOAD,
-    MOUNT_WEIGHT,
-    NEWTON_TOLERANCE,
-    ORDER,
-    PISTON_STROKE,
-    RECONSTRUCTION,
-    STEP,
-    STEP_TOLERANCE,
-    WORK_LIMIT,
 )
 from cranktrain.dynamics.time.status import (
     BORE_FIXED,
@@ -107,18 +77,18 @@ def prepare_model(model, numbers, temperatures, speed):
     if status != OK:
         return status
     scalars = model.scalars
-    scalars[GRAVITY] = numbers[SET_GRAVITY]
-    scalars[CRANKCASE] = numbers[SET_CRANKCASE]
-    scalars[GAS_LOAD] = numbers[SET_GAS_LOAD]
-    scalars[STEP] = numbers[SET_STEP]
+    scalars[at.GRAVITY] = numbers[SET_GRAVITY]
+    scalars[at.CRANKCASE] = numbers[SET_CRANKCASE]
+    scalars[at.GAS_LOAD] = numbers[SET_GAS_LOAD]
+    scalars[at.STEP] = numbers[SET_STEP]
     choose(model, numbers)
     size_cylinders(model, numbers)
     for i in range(model.block.weight.shape[0]):
         model.block.preload[i] = numbers[SET_GRAVITY] * model.block.weight[i]
     for j in range(model.block.mount_laws.shape[0]):
-        model.block.mount_laws[j, MOUNT_PRELOAD] = numbers[SET_GRAVITY] * model.block.mount_laws[j, MOUNT_WEIGHT]
-    scalars[DAMPER_TEMPERATURE] = damper_warmth(model.basis, numbers, speed)
-    damper_at(model.basis.damper, scalars[DAMPER_TEMPERATURE], model.damper)
+        model.block.mount_laws[j, at.MOUNT_PRELOAD] = numbers[SET_GRAVITY] * model.block.mount_laws[j, at.MOUNT_WEIGHT]
+    scalars[at.DAMPER_TEMPERATURE] = damper_warmth(model.basis, numbers, speed)
+    damper_at(model.basis.damper, scalars[at.DAMPER_TEMPERATURE], model.damper)
     return warm_films(model, oil_warmth(model.basis, numbers, speed), temperatures)
 
 
@@ -136,19 +106,19 @@ def refusal(model, numbers, temperatures, speed):
     if not 0.0 <= row < basis.methods.shape[0]:
         return UNKNOWN_METHOD
     if numbers[SET_ADAPTIVE] != 0.0:
-        if basis.methods[int(row), EMBEDDED] == 0.0:
+        if basis.methods[int(row), at.EMBEDDED] == 0.0:
             return NOT_EMBEDDED
         if not LEAST_TOLERANCE <= numbers[SET_TOLERANCE] <= MOST_TOLERANCE:
             return TOLERANCE_RANGE
-    other_bore = written(numbers[SET_BORE], basis.cylinders[BORE]) != basis.cylinders[BORE]
-    other_ratio = written(numbers[SET_COMPRESSION], basis.cylinders[COMPRESSION]) != basis.cylinders[COMPRESSION]
-    if other_bore and basis.cylinders[BORE_FITTED] > 0.0:
+    other_bore = written(numbers[SET_BORE], basis.cylinders[at.BORE]) != basis.cylinders[at.BORE]
+    other_ratio = written(numbers[SET_COMPRESSION], basis.cylinders[at.COMPRESSION]) != basis.cylinders[at.COMPRESSION]
+    if other_bore and basis.cylinders[at.BORE_FITTED] > 0.0:
         return BORE_FIXED
     if (other_bore or other_ratio) and basis.trace[BUILT_IN] == 0.0:
         return TRACE_FIXED
     if oil_viscosity(oil_warmth(basis, numbers, speed), basis.oil) == 0.0:
         return OIL_RANGE
-    if basis.films[MAINS_OIL] > 0.0:
+    if basis.films[at.MAINS_OIL] > 0.0:
         for i in range(model.bearings.shape[0]):
             if temperatures[i] != 0.0 and oil_viscosity(temperatures[i], basis.oil) == 0.0:
                 return OIL_RANGE
@@ -189,39 +159,39 @@ def damper_warmth(basis, numbers, speed):
 def choose(model, numbers):
     """The integrator with its tolerances, and what else the settings choose."""
     choices = model.choices
-    choices[GAS_SOURCE] = numbers[SET_GAS_SOURCE]
-    choices[RECONSTRUCTION] = numbers[SET_RECONSTRUCTION]
-    choices[GAS_DELAY] = numbers[SET_GAS_DELAY]
-    choices[WORK_LIMIT] = numbers[SET_WORK_LIMIT]
+    choices[at.GAS_SOURCE] = numbers[SET_GAS_SOURCE]
+    choices[at.RECONSTRUCTION] = numbers[SET_RECONSTRUCTION]
+    choices[at.GAS_DELAY] = numbers[SET_GAS_DELAY]
+    choices[at.WORK_LIMIT] = numbers[SET_WORK_LIMIT]
     row = int(method_row(numbers))
     method = model.basis.methods[row]
     table = model.basis.tables[row]
     for i in range(table.shape[0]):
         for j in range(table.shape[1]):
             model.stages[i, j] = table[i, j]
-    choices[EMBEDDED_ORDER] = method[EMBEDDED]
-    choices[ORDER] = method[METHOD_ORDER]
-    choices[METHOD_MARK] = method[MARK]
-    choices[STEP_TOLERANCE] = numbers[SET_TOLERANCE] if numbers[SET_ADAPTIVE] != 0.0 else 0.0
-    choices[NEWTON_TOLERANCE] = numbers[SET_NEWTON_TOLERANCE]
+    choices[at.EMBEDDED_ORDER] = method[at.EMBEDDED]
+    choices[at.ORDER] = method[at.METHOD_ORDER]
+    choices[at.METHOD_MARK] = method[at.MARK]
+    choices[at.STEP_TOLERANCE] = numbers[SET_TOLERANCE] if numbers[SET_ADAPTIVE] != 0.0 else 0.0
+    choices[at.NEWTON_TOLERANCE] = numbers[SET_NEWTON_TOLERANCE]
     if numbers[SET_NEWTON_TOLERANCE] == 0.0:
-        choices[NEWTON_TOLERANCE] = numbers[LEVEL_TOLERANCE] / method[AMPLIFICATION]
-    model.films.numbers[TOLERANCE] = choices[NEWTON_TOLERANCE]
-    choices[FILM_CHANGE] = numbers[SET_FILM_CHANGE]
+        choices[at.NEWTON_TOLERANCE] = numbers[LEVEL_TOLERANCE] / method[at.AMPLIFICATION]
+    model.films.numbers[TOLERANCE] = choices[at.NEWTON_TOLERANCE]
+    choices[at.FILM_CHANGE] = numbers[SET_FILM_CHANGE]
     if numbers[SET_FILM_CHANGE] == 0.0:
-        choices[FILM_CHANGE] = numbers[LEVEL_FILM_CHANGE]
+        choices[at.FILM_CHANGE] = numbers[LEVEL_FILM_CHANGE]
 
 
 @kernel
 def size_cylinders(model, numbers):
     """Piston area and clearance volume, and the built-in gas trace of such cylinders."""
     made = model.basis.cylinders
-    bore = written(numbers[SET_BORE], made[BORE])
-    ratio = written(numbers[SET_COMPRESSION], made[COMPRESSION])
+    bore = written(numbers[SET_BORE], made[at.BORE])
+    ratio = written(numbers[SET_COMPRESSION], made[at.COMPRESSION])
     area = 0.25 * math.pi * bore**2
     for k in range(model.cylinders.shape[0]):
-        model.cylinders[k, AREA] = area
-        model.cylinders[k, CLEARANCE_VOLUME] = area * made[PISTON_STROKE] / (ratio - 1.0)
+        model.cylinders[k, at.AREA] = area
+        model.cylinders[k, at.CLEARANCE_VOLUME] = area * made[at.PISTON_STROKE] / (ratio - 1.0)
     trace = model.basis.trace
     if trace[TRACE_BORE] != bore or trace[TRACE_COMPRESSION] != ratio:
         trace[TRACE_BORE] = bore
@@ -240,13 +210,13 @@ def warm_films(model, temperature, temperatures):
     """Films of mains, big ends and thrust bearing with oil of a temperature, mains of their own; a status."""
     basis = model.basis
     eta = oil_viscosity(temperature, basis.oil)
-    if basis.films[MAINS_OIL] > 0.0:
+    if basis.films[at.MAINS_OIL] > 0.0:
         for i in range(model.bearings.shape[0]):
             own = eta if temperatures[i] == 0.0 else oil_viscosity(temperatures[i], basis.oil)
             fill_bearing(model.bearings[i], own)
             if tell_films(model.films, i, own) != 0:
                 return THIN_OIL
-    if basis.films[BIG_ENDS_OIL] > 0.0:
+    if basis.films[at.BIG_ENDS_OIL] > 0.0:
         for k in range(model.big_ends.shape[0]):
             fill_bearing(model.big_ends[k], eta)
             if tell_films(model.floating, k, eta) != 0:

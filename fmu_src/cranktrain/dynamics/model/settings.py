@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.mains import check_mains, mains_kind
 from cranktrain.dynamics.model.numbers import LEAST_TOLERANCE, MOST_DELAY, MOST_TOLERANCE
-from cranktrain.dynamics.model.slots import AMBIENT
 from cranktrain.dynamics.time.integrators import INTEGRATORS, amplification, integrator
 from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
 from cranktrain.engine.model import Engine
@@ -59,7 +59,7 @@ class Settings:
     gas_load: float = 1.0
     reconstruction: str = "polytropic"
     gas_delay: float = 0.0
-    crankcase_pressure: float = AMBIENT
+    crankcase_pressure: float = at.AMBIENT
     oil_temperature: float = 0.0
     film_temperature: str = "engine"
     damper_temperature: float = 0.0

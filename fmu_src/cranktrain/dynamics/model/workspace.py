@@ -12,25 +12,8 @@ from cranktrain.core.kernel import kernel_addresses, record
 from cranktrain.core.memory import zeros
 from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
-from cranktrain.dynamics.model.slots import (
-    ADDED,
-    COUNTERS,
-    DIFFERENCE_KERNEL,
-    FACTOR_SLOTS,
-    FRAME_SIZE,
-    INPUT_ROWS,
-    KEYS,
-    MODAL_VECTORS,
-    OTHER_INPUTS,
-    PORT_VECTORS,
-    POWERS,
-    START_HARMONICS,
-    START_MEAN,
-    START_ROWS,
-    START_SAMPLES,
-    STEP_KERNEL,
-)
 from cranktrain.dynamics.model.state import MAX_STAGES
 from cranktrain.dynamics.time.integrators import FAMILIES
 from cranktrain.dynamics.time.table import FAMILY, HEAD
@@ -107,26 +90,26 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
     m = max(d.ports, fours)
     z = zeros
     work = Work(
-        key=z((FACTOR_SLOTS, KEYS)),
+        key=z((at.FACTOR_SLOTS, at.KEYS)),
         turning=_factors(d.turning_modes, d.turning_ports),
         block=_factors(model.block_ports.shape[1], model.block_ports.shape[0]),
-        added=added_work(model.bodies, model.links, m, d.newton, FACTOR_SLOTS),
+        added=added_work(model.bodies, model.links, m, d.newton, at.FACTOR_SLOTS),
         relative=z((d.newton, d.newton)),
         jacobian=z((fours, fours)),
         blocks=z((model.connections.shape[0], 16)),
         factored=z((model.connections.shape[0], 16)),
-        modal=z((MODAL_VECTORS, n)),
-        port=z((PORT_VECTORS, m)),
+        modal=z((at.MODAL_VECTORS, n)),
+        port=z((at.PORT_VECTORS, m)),
         stage=z((MAX_STAGES, 3, n)),
         known=z((MAX_STAGES, 3, m)),
         scratch=z(64),
-        counters=z(COUNTERS),
-        frames=z((MAX_STAGES, FRAME_SIZE)),
+        counters=z(at.COUNTERS),
+        frames=z((MAX_STAGES, at.FRAME_SIZE)),
         guides=z((d.cylinders, 3)),
         pressures=z((MAX_STAGES, d.cylinders)),
-        inputs=z((INPUT_ROWS, d.cylinders + OTHER_INPUTS)),
-        input_rates=np.full(d.cylinders + OTHER_INPUTS, np.nan) if input_rates is None else input_rates,
-        powers=z(POWERS),
+        inputs=z((at.INPUT_ROWS, d.cylinders + at.OTHER_INPUTS)),
+        input_rates=np.full(d.cylinders + at.OTHER_INPUTS, np.nan) if input_rates is None else input_rates,
+        powers=z(at.POWERS),
         backup=z((2, state_size)),
         family=np.zeros((len(FAMILIES), 2), dtype=np.int64),
         start=start_room(model),
@@ -135,10 +118,10 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
     own = int(model.stages[HEAD, FAMILY])
     rows = {row: kernels for row, kernels in enumerate(FAMILIES.values()) if integrators or row == own}
     steps = [resolve(kernels.step) for kernels in rows.values()]
-    work.family[list(rows), STEP_KERNEL] = kernel_addresses(steps, model, work, np.zeros(state_size), 0, 0.0)
+    work.family[list(rows), at.STEP_KERNEL] = kernel_addresses(steps, model, work, np.zeros(state_size), 0, 0.0)
     differing = {row: resolve(kernels.difference) for row, kernels in rows.items() if kernels.difference}
-    work.family[list(differing), DIFFERENCE_KERNEL] = kernel_addresses(differing.values(), model, work, 0.0)
-    if model.layout[ADDED] > 0.0:
+    work.family[list(differing), at.DIFFERENCE_KERNEL] = kernel_addresses(differing.values(), model, work, 0.0)
+    if model.layout[at.ADDED] > 0.0:
         for place, (hook, arguments) in enumerate(resolve(HOOKS)(model, work)):
             model.links.hooks[place] = kernel_addresses([hook], *arguments)[0]
     return work
@@ -149,11 +132,11 @@ def start_room(model: ModelArrays) -> StartRoom:
     z = np.zeros
     joined = 2 * len(model.pairs) + len(model.axial)
     return StartRoom(
-        z(START_MEAN), z((2, START_SAMPLES)), z(START_SAMPLES), z((2, START_HARMONICS)), z(16),
-        z((START_ROWS, model.block_ports.shape[1])), z((12, 12)), z((2, 12)), z((joined + 5, 6)),
+        z(at.START_MEAN), z((2, at.START_SAMPLES)), z(at.START_SAMPLES), z((2, at.START_HARMONICS)), z(16),
+        z((at.START_ROWS, model.block_ports.shape[1])), z((12, 12)), z((2, 12)), z((joined + 5, 6)),
     )  # fmt: skip
 
 
 def _factors(n: int, m: int) -> Factors:
     z = zeros
-    return Factors(z((n, n)), z((FACTOR_SLOTS, n, n)), z((FACTOR_SLOTS, m, n)), z((FACTOR_SLOTS, m, m)))
+    return Factors(z((n, n)), z((at.FACTOR_SLOTS, n, n)), z((at.FACTOR_SLOTS, m, n)), z((at.FACTOR_SLOTS, m, m)))

@@ -12,22 +12,10 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.dynamics.model.slots import (
-    BASE,
-    BIG_Q,
-    BIG_V,
-    GRAVITY,
-    LEVER,
-    LOADS,
-    OMEGA,
-    OMEGA_DOT,
-    Q_FREE,
-    THETA,
-    WHIRL,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.added_connections import turn_frames
 from cranktrain.dynamics.motion.linear_algebra import add_product, dot, invert, product, products
-from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology import slots as added
 
 SOFT_HOLD = 1.0e4
 """(rad/s)² that hold an added body against turning while a run's start is sought."""
@@ -45,14 +33,14 @@ def factor_added(model, work, level, c_q, c_v, omega, holding):
     status = 0
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
-        n = int(row[at.MODES])
-        first = int(row[at.MODE])
-        o = int(row[at.OWN_MODE])
-        g = int(row[at.GROUP])
-        speed = row[at.RATE] * omega
+        n = int(row[added.MODES])
+        first = int(row[added.MODE])
+        o = int(row[added.OWN_MODE])
+        g = int(row[added.GROUP])
+        speed = row[added.RATE] * omega
         held = 0.0
         if holding > 0.0:
-            held = SOFT_HOLD / row[at.INERTIA]
+            held = SOFT_HOLD / row[added.INERTIA]
         for i in range(n):
             for j in range(n):
                 if o == g:
@@ -64,19 +52,19 @@ def factor_added(model, work, level, c_q, c_v, omega, holding):
                 )
             if o == g:
                 part.scratch[i, i] += 1.0 / c_q + ratio * model.damping[first + i] + model.omega2[first + i]
-        if row[at.ENDS_GROUP] > 0.0 and invert(part.scratch, n, part.inverse[level][g : g + n]) != 0:
+        if row[added.ENDS_GROUP] > 0.0 and invert(part.scratch, n, part.inverse[level][g : g + n]) != 0:
             status = 1
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
-        n = int(row[at.MODES])
-        m = int(row[at.PORTS])
-        o = int(row[at.OWN_MODE])
-        g = int(row[at.GROUP])
-        p = int(row[at.OWN_PORT])
+        n = int(row[added.MODES])
+        m = int(row[added.PORTS])
+        o = int(row[added.OWN_MODE])
+        g = int(row[added.GROUP])
+        p = int(row[added.OWN_PORT])
         response = part.response[level][p : p + m]
         compliance = part.compliance[level][p : p + m]
         products(bodies.shapes[p : p + m], part.inverse[level][g : g + n], m, n, n, response)
-        products(response, bodies.transposed[o : o + n], m, n, int(row[at.GROUP_PORTS]), compliance)
+        products(response, bodies.transposed[o : o + n], m, n, int(row[added.GROUP_PORTS]), compliance)
     return status
 
 
@@ -88,23 +76,23 @@ def load_added(model, work, frame, displaced, out):
     by a displacement. Moments about the displaced centre of mass hold that once more; it is taken off.
     """
     bodies = model.bodies
-    turn_frames(model, work, frame[THETA])
-    square = frame[OMEGA] * frame[OMEGA]
+    turn_frames(model, work, frame[at.THETA])
+    square = frame[at.OMEGA] * frame[at.OMEGA]
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
-        n = int(row[at.MODES])
-        first = int(row[at.MODE])
-        o = int(row[at.OWN_MODE])
-        moved = work.added.frames[int(row[at.FRAME_OF])]
+        n = int(row[added.MODES])
+        first = int(row[added.MODE])
+        o = int(row[added.OWN_MODE])
+        moved = work.added.frames[int(row[added.FRAME_OF])]
         # Gravity less the acceleration of the frame's origin, in its axes.
-        g_x = -model.scalars[GRAVITY] * math.sin(moved[at.TURNED])
-        g_y = -row[at.SENSE] * model.scalars[GRAVITY] * math.cos(moved[at.TURNED])
-        g_x -= square * moved[at.OWN_X2] + frame[OMEGA_DOT] * moved[at.OWN_X1]
-        g_y -= square * moved[at.OWN_Y2] + frame[OMEGA_DOT] * moved[at.OWN_Y1]
-        omega = row[at.SENSE] * moved[at.TURN] * frame[OMEGA]
-        change = row[at.SENSE] * (moved[at.TURN2] * square + moved[at.TURN] * frame[OMEGA_DOT])
+        g_x = -model.scalars[at.GRAVITY] * math.sin(moved[added.TURNED])
+        g_y = -row[added.SENSE] * model.scalars[at.GRAVITY] * math.cos(moved[added.TURNED])
+        g_x -= square * moved[added.OWN_X2] + frame[at.OMEGA_DOT] * moved[added.OWN_X1]
+        g_y -= square * moved[added.OWN_Y2] + frame[at.OMEGA_DOT] * moved[added.OWN_Y1]
+        omega = row[added.SENSE] * moved[added.TURN] * frame[at.OMEGA]
+        change = row[added.SENSE] * (moved[added.TURN2] * square + moved[added.TURN] * frame[at.OMEGA_DOT])
         for i in range(n):
-            if o == int(row[at.GROUP]):
+            if o == int(row[added.GROUP]):
                 out[first + i] = 0.0
             out[first + i] += (
                 omega * omega * bodies.centrifugal_load[o + i]
@@ -116,7 +104,7 @@ def load_added(model, work, frame, displaced, out):
             work.added.axes[b, k] = dot(bodies.centre[k, o:], displaced[first:], n)
         x = work.added.axes[b, 0]
         y = work.added.axes[b, 1]
-        twice = omega * omega * (x * row[at.UNBALANCE_Y] - y * row[at.UNBALANCE_X])
+        twice = omega * omega * (x * row[added.UNBALANCE_Y] - y * row[added.UNBALANCE_X])
         for i in range(n):
             out[first + i] -= twice * bodies.turn[o + i]
 
@@ -126,26 +114,26 @@ def move_added_freely(model, work, frame, number, slot, c_q, c_v, stage_omega):
     """Modal motion of added bodies without forces at their ports, into ``work.modal[Q_FREE]``; as of a stage."""
     bodies = model.bodies
     ratio = c_v / c_q
-    big_q = work.modal[BIG_Q]
-    big_v = work.modal[BIG_V]
-    rhs = work.modal[LOADS]
-    lever = work.modal[LEVER]
+    big_q = work.modal[at.BIG_Q]
+    big_v = work.modal[at.BIG_V]
+    rhs = work.modal[at.LOADS]
+    lever = work.modal[at.LEVER]
     a = work.stage[number, 2]
-    turn_frames(model, work, frame[THETA])
+    turn_frames(model, work, frame[at.THETA])
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
-        n = int(row[at.MODES])
-        first = int(row[at.MODE])
-        o = int(row[at.OWN_MODE])
-        moved = work.added.frames[int(row[at.FRAME_OF])]
-        rate = row[at.SENSE] * moved[at.TURN]
-        change = row[at.SENSE] * moved[at.TURN2] * frame[WHIRL] * frame[WHIRL] + rate * frame[OMEGA_DOT]
-        omega = row[at.RATE] * stage_omega
-        d_omega = rate * frame[WHIRL] - omega
-        d_omega2 = rate * rate * frame[WHIRL] * frame[WHIRL] - omega * omega
+        n = int(row[added.MODES])
+        first = int(row[added.MODE])
+        o = int(row[added.OWN_MODE])
+        moved = work.added.frames[int(row[added.FRAME_OF])]
+        rate = row[added.SENSE] * moved[added.TURN]
+        change = row[added.SENSE] * moved[added.TURN2] * frame[at.WHIRL] * frame[at.WHIRL] + rate * frame[at.OMEGA_DOT]
+        omega = row[added.RATE] * stage_omega
+        d_omega = rate * frame[at.WHIRL] - omega
+        d_omega2 = rate * rate * frame[at.WHIRL] * frame[at.WHIRL] - omega * omega
         for i in range(first, first + n):
-            if o == int(row[at.GROUP]):
-                rhs[i] = work.modal[BASE, i]
+            if o == int(row[added.GROUP]):
+                rhs[i] = work.modal[at.BASE, i]
             lever[i] = 2.0 * omega * (ratio * big_q[i] - big_v[i])
             lever[i] -= 2.0 * d_omega * (big_v[i] + c_v * a[i])
             lever[i] -= change * (big_q[i] + c_q * a[i])
@@ -154,9 +142,9 @@ def move_added_freely(model, work, frame, number, slot, c_q, c_v, stage_omega):
             for i in range(first, first + n):
                 lever[i] = -d_omega2 * (big_q[i] + c_q * a[i])
             add_product(bodies.spin[o : o + n], lever[first:], n, n, rhs[first:])
-        if row[at.ENDS_GROUP] > 0.0:
-            g = int(row[at.GROUP])
-            product(work.added.inverse[slot][g : g + n], rhs[first:], n, n, work.modal[Q_FREE, first:])
+        if row[added.ENDS_GROUP] > 0.0:
+            g = int(row[added.GROUP])
+            product(work.added.inverse[slot][g : g + n], rhs[first:], n, n, work.modal[at.Q_FREE, first:])
 
 
 @kernel
@@ -165,10 +153,10 @@ def recover_added(model, work, slot, f, q):
     bodies = model.bodies
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
-        p = int(row[at.OWN_PORT])
-        m = int(row[at.PORTS])
+        p = int(row[added.OWN_PORT])
+        m = int(row[added.PORTS])
         response = work.added.response[slot][p : p + m]
-        add_product(response, f[int(row[at.PORT]) :], m, int(row[at.MODES]), q[int(row[at.MODE]) :])
+        add_product(response, f[int(row[added.PORT]) :], m, int(row[added.MODES]), q[int(row[added.MODE]) :])
 
 
 @inlined_kernel
@@ -177,11 +165,11 @@ def added_to_ports(model, q, u):
     bodies = model.bodies
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
-        o = int(row[at.OWN_MODE])
-        n = int(row[at.MODES])
-        if row[at.ENDS_GROUP] > 0.0:
-            ports = int(row[at.GROUP_PORTS])
-            product(bodies.transposed[o : o + n], q[int(row[at.MODE]) :], n, ports, u[int(row[at.GROUP_PORT]) :])
+        o = int(row[added.OWN_MODE])
+        n = int(row[added.MODES])
+        if row[added.ENDS_GROUP] > 0.0:
+            ports = int(row[added.GROUP_PORTS])
+            product(bodies.transposed[o : o + n], q[int(row[added.MODE]) :], n, ports, u[int(row[added.GROUP_PORT]) :])
 
 
 @inlined_kernel
@@ -190,7 +178,9 @@ def added_answer(model, work, slot, f, u):
     bodies = model.bodies
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
-        p = int(row[at.OWN_PORT])
-        m = int(row[at.PORTS])
+        p = int(row[added.OWN_PORT])
+        m = int(row[added.PORTS])
         compliance = work.added.compliance[slot][p : p + m]
-        add_product(compliance, f[int(row[at.PORT]) :], m, int(row[at.GROUP_PORTS]), u[int(row[at.GROUP_PORT]) :])
+        add_product(
+            compliance, f[int(row[added.PORT]) :], m, int(row[added.GROUP_PORTS]), u[int(row[added.GROUP_PORT]) :]
+        )

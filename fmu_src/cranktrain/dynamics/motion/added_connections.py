@@ -14,20 +14,8 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
-from cranktrain.dynamics.model.slots import (
-    BLOCK_X,
-    BLOCK_Y,
-    CRANK_X,
-    CRANK_Y,
-    CRANKCASE,
-    FORCES,
-    OMEGA,
-    THETA,
-    UD,
-    WHIRL,
-    U,
-)
-from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.topology import slots as added
 from cranktrain.dynamics.topology.frames import fill_coefficients, move_frames
 from cranktrain.film.laws.films import (
     ANGLE,
@@ -46,8 +34,8 @@ from cranktrain.film.laws.films import (
 @inlined_kernel
 def turn_frames(model, work, angle):
     """Bring ``work.added.frames`` to an angle (rad) of the crank's frame."""
-    if work.added.sizes[at.FRAMES_ANGLE] != angle:
-        work.added.sizes[at.FRAMES_ANGLE] = angle
+    if work.added.sizes[added.FRAMES_ANGLE] != angle:
+        work.added.sizes[added.FRAMES_ANGLE] = angle
         move_frames(model.links.frames, angle, work.added.frames)
 
 
@@ -56,10 +44,10 @@ def turn_terms(model, work, angle, speed):
     """Coefficients of all terms and their rates at an angle (rad) and speed (rad/s) of the crank's frame."""
     turn_frames(model, work, angle)
     kept = work.added.sizes
-    if kept[at.TERMS_ANGLE] == angle and kept[at.TERMS_SPEED] == speed:
+    if kept[added.TERMS_ANGLE] == angle and kept[added.TERMS_SPEED] == speed:
         return
-    kept[at.TERMS_ANGLE] = angle
-    kept[at.TERMS_SPEED] = speed
+    kept[added.TERMS_ANGLE] = angle
+    kept[added.TERMS_SPEED] = speed
     fill_coefficients(model.links.terms, work.added.frames, speed, work.added.coefficients)
 
 
@@ -69,7 +57,7 @@ def component(model, work, j, u):
     links = model.links
     total = 0.0
     for t in range(int(links.starts[j]), int(links.starts[j + 1])):
-        total += work.added.coefficients[t, 0] * u[int(links.terms[t, at.TERM_PORT])]
+        total += work.added.coefficients[t, 0] * u[int(links.terms[t, added.TERM_PORT])]
     return total
 
 
@@ -79,22 +67,22 @@ def measure_links(model, work, u, ud):
     links = model.links
     gaps = work.added.gaps
     for j in range(links.scales.shape[0]):
-        gaps[at.D, j] = component(model, work, j, u)
+        gaps[added.D, j] = component(model, work, j, u)
         rate = component(model, work, j, ud)
         for t in range(int(links.starts[j]), int(links.starts[j + 1])):
-            rate += work.added.coefficients[t, 1] * u[int(links.terms[t, at.TERM_PORT])]
-        gaps[at.DD, j] = rate
+            rate += work.added.coefficients[t, 1] * u[int(links.terms[t, added.TERM_PORT])]
+        gaps[added.DD, j] = rate
 
 
 @kernel
 def link_forces(model, work, frame, pressures, ratio):
     """Forces of added connections at the motion of the ports and their tangents; 0, or tells that a law failed."""
     links = model.links
-    u = work.port[U]
-    ud = work.port[UD]
-    f = work.port[FORCES]
+    u = work.port[at.U]
+    ud = work.port[at.UD]
+    f = work.port[at.FORCES]
     gaps = work.added.gaps
-    turn_terms(model, work, frame[THETA], frame[WHIRL])
+    turn_terms(model, work, frame[at.THETA], frame[at.WHIRL])
     measure_links(model, work, u, ud)
     for k in range(links.ports.shape[0]):
         f[int(links.ports[k])] = 0.0
@@ -102,20 +90,20 @@ def link_forces(model, work, frame, pressures, ratio):
     for k in range(links.rows.shape[0]):
         status |= link_law(model, work, frame, pressures, k, FORCE, links.out)
         row = links.rows[k]
-        first = int(row[at.FIRST])
-        size = int(row[at.SIZE])
+        first = int(row[added.FIRST])
+        size = int(row[added.SIZE])
         for r in range(size):
-            gaps[at.F, first + r] = links.out[r]
-        link_block(row, links.out, ratio, frame_turn(work, row) * frame[WHIRL], work.added.blocks[k])
-        if row[at.RUBS] > 0.0:
+            gaps[added.F, first + r] = links.out[r]
+        link_block(row, links.out, ratio, frame_turn(work, row) * frame[at.WHIRL], work.added.blocks[k])
+        if row[added.RUBS] > 0.0:
             # The second end feels the opposite about its own centre, beside which the first one lies.
             friction = links.out[FRICTION]
-            if row[at.TURN_A] >= 0.0:
-                f[int(row[at.TURN_A])] += row[at.SENSE_A] * friction
-            if row[at.TURN_B] >= 0.0:
-                across = gaps[at.D, first] * links.out[1] - gaps[at.D, first + 1] * links.out[0]
-                f[int(row[at.TURN_B])] -= row[at.SENSE_B] * (friction + across)
-    load_ports(model, work, gaps[at.F], f)
+            if row[added.TURN_A] >= 0.0:
+                f[int(row[added.TURN_A])] += row[added.SENSE_A] * friction
+            if row[added.TURN_B] >= 0.0:
+                across = gaps[added.D, first] * links.out[1] - gaps[added.D, first + 1] * links.out[0]
+                f[int(row[added.TURN_B])] -= row[added.SENSE_B] * (friction + across)
+    load_ports(model, work, gaps[added.F], f)
     for k in range(links.leans.shape[0]):
         lean(model, work, frame, k, f)
     displaced_moments(model, work, frame, u, f)
@@ -131,39 +119,39 @@ def lean(model, work, frame, k, f):
     """
     links = model.links
     row = links.leans[k]
-    connection = links.rows[int(row[at.LEANING])]
+    connection = links.rows[int(row[added.LEANING])]
     frames = work.added.frames
     x = 0.0
     y = 0.0
-    for j in range(int(connection[at.FIRST]), int(connection[at.FIRST] + connection[at.SIZE])):
+    for j in range(int(connection[added.FIRST]), int(connection[added.FIRST] + connection[added.SIZE])):
         slide = links.slides[j]
-        turned = frames[int(slide[at.SLIDES_IN]), at.TURNED]
-        force = work.added.gaps[at.F, j]
-        x += force * (math.cos(turned) * slide[at.SLIDES_X] - math.sin(turned) * slide[at.SLIDES_Y])
-        y += force * (math.sin(turned) * slide[at.SLIDES_X] + math.cos(turned) * slide[at.SLIDES_Y])
-    own = int(row[at.SLIDER_PORT])
-    wall = int(row[at.WALL_PORT])
-    u = work.port[U]
-    ud = work.port[UD]
+        turned = frames[int(slide[added.SLIDES_IN]), added.TURNED]
+        force = work.added.gaps[added.F, j]
+        x += force * (math.cos(turned) * slide[added.SLIDES_X] - math.sin(turned) * slide[added.SLIDES_Y])
+        y += force * (math.sin(turned) * slide[added.SLIDES_X] + math.cos(turned) * slide[added.SLIDES_Y])
+    own = int(row[added.SLIDER_PORT])
+    wall = int(row[added.WALL_PORT])
+    u = work.port[at.U]
+    ud = work.port[at.UD]
     angle = u[wall + 5]
     x, y = -angle * y, angle * x
-    moved = frames[int(row[at.LEANS_IN])]
-    cos = math.cos(moved[at.TURNED])
-    sin = math.sin(moved[at.TURNED])
+    moved = frames[int(row[added.LEANS_IN])]
+    cos = math.cos(moved[added.TURNED])
+    sin = math.sin(moved[added.TURNED])
     own_x = cos * x + sin * y
     own_y = cos * y - sin * x
     f[own] += own_x
     f[own + 1] += own_y
-    f[own + 5] += row[at.SLIDER_X] * own_y - row[at.SLIDER_Y] * own_x
-    lever_x = row[at.WALL_X] + moved[at.PLACE_X]
-    lever_y = row[at.WALL_Y] + moved[at.PLACE_Y]
+    f[own + 5] += row[added.SLIDER_X] * own_y - row[added.SLIDER_Y] * own_x
+    lever_x = row[added.WALL_X] + moved[added.PLACE_X]
+    lever_y = row[added.WALL_Y] + moved[added.PLACE_Y]
     f[wall] -= x
     f[wall + 1] -= y
     f[wall + 5] -= lever_x * y - lever_y * x
-    own_vx = ud[own] - ud[own + 5] * row[at.SLIDER_Y] - frame[OMEGA] * moved[at.TURN] * u[own + 1]
-    own_vy = ud[own + 1] + ud[own + 5] * row[at.SLIDER_X] + frame[OMEGA] * moved[at.TURN] * u[own]
-    vx = frame[OMEGA] * moved[at.PLACE_X1] - ud[wall] + ud[wall + 5] * lever_y
-    vy = frame[OMEGA] * moved[at.PLACE_Y1] - ud[wall + 1] - ud[wall + 5] * lever_x
+    own_vx = ud[own] - ud[own + 5] * row[added.SLIDER_Y] - frame[at.OMEGA] * moved[added.TURN] * u[own + 1]
+    own_vy = ud[own + 1] + ud[own + 5] * row[added.SLIDER_X] + frame[at.OMEGA] * moved[added.TURN] * u[own]
+    vx = frame[at.OMEGA] * moved[added.PLACE_X1] - ud[wall] + ud[wall + 5] * lever_y
+    vy = frame[at.OMEGA] * moved[added.PLACE_Y1] - ud[wall + 1] - ud[wall + 5] * lever_x
     return own_x * own_vx + own_y * own_vy + x * vx + y * vy
 
 
@@ -171,18 +159,18 @@ def lean(model, work, frame, k, f):
 def sliding_rate(work, slide):
     """How far the frames of ends that slide move along a component against each other per crank angle, m."""
     frames = work.added.frames
-    moved = frames[int(slide[at.SLIDING])]
-    other = frames[int(slide[at.AGAINST])]
-    turned = frames[int(slide[at.SLIDES_IN]), at.TURNED]
-    x = math.cos(turned) * slide[at.SLIDES_X] - math.sin(turned) * slide[at.SLIDES_Y]
-    y = math.sin(turned) * slide[at.SLIDES_X] + math.cos(turned) * slide[at.SLIDES_Y]
-    return x * (moved[at.PLACE_X1] - other[at.PLACE_X1]) + y * (moved[at.PLACE_Y1] - other[at.PLACE_Y1])
+    moved = frames[int(slide[added.SLIDING])]
+    other = frames[int(slide[added.AGAINST])]
+    turned = frames[int(slide[added.SLIDES_IN]), added.TURNED]
+    x = math.cos(turned) * slide[added.SLIDES_X] - math.sin(turned) * slide[added.SLIDES_Y]
+    y = math.sin(turned) * slide[added.SLIDES_X] + math.cos(turned) * slide[added.SLIDES_Y]
+    return x * (moved[added.PLACE_X1] - other[added.PLACE_X1]) + y * (moved[added.PLACE_Y1] - other[added.PLACE_Y1])
 
 
 @inlined_kernel
 def frame_turn(work, row):
     """Turns per turn of the crank of the axes in which a connection's law is evaluated, about their own z."""
-    return row[at.AXES_SENSE] * work.added.frames[int(row[at.AXES]), at.TURN]
+    return row[added.AXES_SENSE] * work.added.frames[int(row[added.AXES]), added.TURN]
 
 
 @inlined_kernel
@@ -191,34 +179,34 @@ def link_law(model, work, frame, pressures, k, action, out):
     links = model.links
     row = links.rows[k]
     gaps = work.added.gaps
-    first = int(row[at.FIRST])
+    first = int(row[added.FIRST])
     place = links.place[k]
     velocity = links.velocity[k]
-    for r in range(int(row[at.SIZE])):
-        place[r] = gaps[at.D, first + r]
-        velocity[r] = gaps[at.DD, first + r]
-        if links.slides[first + r, at.SLIDING] >= 0.0:
-            velocity[r] += frame[WHIRL] * sliding_rate(work, links.slides[first + r])
-    if row[at.PAIRS] >= 0.0:
-        whirl = frame_turn(work, row) * frame[WHIRL]
-        for r in range(int(row[at.PAIRS]), int(row[at.SIZE]) - 1, 2):
+    for r in range(int(row[added.SIZE])):
+        place[r] = gaps[added.D, first + r]
+        velocity[r] = gaps[added.DD, first + r]
+        if links.slides[first + r, added.SLIDING] >= 0.0:
+            velocity[r] += frame[at.WHIRL] * sliding_rate(work, links.slides[first + r])
+    if row[added.PAIRS] >= 0.0:
+        whirl = frame_turn(work, row) * frame[at.WHIRL]
+        for r in range(int(row[added.PAIRS]), int(row[added.SIZE]) - 1, 2):
             velocity[r] -= whirl * place[r + 1]
             velocity[r + 1] += whirl * place[r]
     numbers = links.numbers
     frames = work.added.frames
-    sense = row[at.AXES_SENSE]
-    angle = sense * frames[int(row[at.AXES]), at.TURNED]
+    sense = row[added.AXES_SENSE]
+    angle = sense * frames[int(row[added.AXES]), added.TURNED]
     numbers[ANGLE] = angle
     numbers[COS] = math.cos(angle)
     numbers[SIN] = math.sin(angle)
-    if row[at.CYLINDER] >= 0.0:
-        numbers[PRESSURE] = pressures[int(row[at.CYLINDER])] - model.scalars[CRANKCASE]
-    own = sense * frames[int(row[at.FRAME_A]), at.TURN] * frame[OMEGA]
-    other = sense * frames[int(row[at.FRAME_B]), at.TURN] * frame[OMEGA]
-    if row[at.TURN_A] >= 0.0:
-        own += row[at.SENSE_A] * work.port[UD, int(row[at.TURN_A])]
-    if row[at.TURN_B] >= 0.0:
-        other += row[at.SENSE_B] * work.port[UD, int(row[at.TURN_B])]
+    if row[added.CYLINDER] >= 0.0:
+        numbers[PRESSURE] = pressures[int(row[added.CYLINDER])] - model.scalars[at.CRANKCASE]
+    own = sense * frames[int(row[added.FRAME_A]), added.TURN] * frame[at.OMEGA]
+    other = sense * frames[int(row[added.FRAME_B]), added.TURN] * frame[at.OMEGA]
+    if row[added.TURN_A] >= 0.0:
+        own += row[added.SENSE_A] * work.port[at.UD, int(row[added.TURN_A])]
+    if row[added.TURN_B] >= 0.0:
+        other += row[added.SENSE_B] * work.port[at.UD, int(row[added.TURN_B])]
     numbers[SPEED] = own + other
     numbers[RUBBING] = own - other
     return call_kernel(
@@ -231,9 +219,9 @@ def link_block(row, out, ratio, turning, block):
     """Tangent of a connection's forces by its components' displacement, 4 × 4, in a stage; axes turn at ``turning``."""
     for k in range(16):
         block[k] = out[BY_PLACE + k] + ratio * out[BY_VELOCITY + k]
-    if row[at.PAIRS] >= 0.0:
+    if row[added.PAIRS] >= 0.0:
         for r in range(4):
-            for pair in range(int(row[at.PAIRS]), int(row[at.SIZE]) - 1, 2):
+            for pair in range(int(row[added.PAIRS]), int(row[added.SIZE]) - 1, 2):
                 i = 4 * r + pair
                 block[i] += turning * out[BY_VELOCITY + i + 1]
                 block[i + 1] -= turning * out[BY_VELOCITY + i]
@@ -244,8 +232,8 @@ def load_ports(model, work, forces, f):
     """Add forces (C,) of all components to those at the ports, f (m,)."""
     links = model.links
     for t in range(links.terms.shape[0]):
-        f[int(links.terms[t, at.TERM_PORT])] += (
-            work.added.coefficients[t, 0] * forces[int(links.terms[t, at.COMPONENT])]
+        f[int(links.terms[t, added.TERM_PORT])] += (
+            work.added.coefficients[t, 0] * forces[int(links.terms[t, added.COMPONENT])]
         )
 
 
@@ -255,19 +243,19 @@ def displaced_moments(model, work, frame, u, f):
     links = model.links
     for k in range(links.interfaces.shape[0]):
         row = links.interfaces[k]
-        owner = int(row[at.OWNER])
-        x = u[int(row[at.PORT_X])]
-        y = u[int(row[at.PORT_Y])]
-        if owner == at.OF_CRANK:
-            x -= frame[CRANK_X]
-            y -= frame[CRANK_Y]
-        elif owner == at.OF_BLOCK:
-            x -= frame[BLOCK_X]
-            y -= frame[BLOCK_Y]
+        owner = int(row[added.OWNER])
+        x = u[int(row[added.PORT_X])]
+        y = u[int(row[added.PORT_Y])]
+        if owner == added.OF_CRANK:
+            x -= frame[at.CRANK_X]
+            y -= frame[at.CRANK_Y]
+        elif owner == added.OF_BLOCK:
+            x -= frame[at.BLOCK_X]
+            y -= frame[at.BLOCK_Y]
         else:
             x -= work.added.axes[owner, 0]
             y -= work.added.axes[owner, 1]
-        f[int(row[at.PORT_TURN])] += x * f[int(row[at.PORT_Y])] - y * f[int(row[at.PORT_X])]
+        f[int(row[added.PORT_TURN])] += x * f[int(row[added.PORT_Y])] - y * f[int(row[added.PORT_X])]
 
 
 @kernel
@@ -281,12 +269,12 @@ def link_steps(model, work, step, out):
 def follow_links(model, work, step, f):
     """Add what steps (C,) of the components change of their forces to the ports' f (m,)."""
     links = model.links
-    change = work.added.gaps[at.F_CHANGE]
+    change = work.added.gaps[added.F_CHANGE]
     for j in range(change.shape[0]):
         change[j] = 0.0
     for k in range(links.rows.shape[0]):
-        first = int(links.rows[k, at.FIRST])
-        size = int(links.rows[k, at.SIZE])
+        first = int(links.rows[k, added.FIRST])
+        size = int(links.rows[k, added.SIZE])
         for r in range(size):
             for s in range(size):
                 change[first + r] += work.added.factored[k, 4 * r + s] * step[first + s]
@@ -325,7 +313,7 @@ def unit_answer(model, work, i, slot, answered):
     turning = model.ports.shape[0]
     standing = model.block_ports.shape[0]
     for t in range(int(links.starts[i]), int(links.starts[i + 1])):
-        port = int(links.terms[t, at.TERM_PORT])
+        port = int(links.terms[t, added.TERM_PORT])
         c = work.added.coefficients[t, 0]
         if port < turning:
             for k in range(turning):
@@ -335,9 +323,9 @@ def unit_answer(model, work, i, slot, answered):
                 answered[turning + k] += c * work.block.compliance[slot, port - turning, k]
         else:
             b = owner_of(model.bodies, port)
-            own = int(model.bodies.rows[b, at.OWN_PORT]) + port - int(model.bodies.rows[b, at.PORT])
-            first = int(model.bodies.rows[b, at.GROUP_PORT])
-            for k in range(int(model.bodies.rows[b, at.GROUP_PORTS])):
+            own = int(model.bodies.rows[b, added.OWN_PORT]) + port - int(model.bodies.rows[b, added.PORT])
+            first = int(model.bodies.rows[b, added.GROUP_PORT])
+            for k in range(int(model.bodies.rows[b, added.GROUP_PORTS])):
                 answered[first + k] += c * work.added.compliance[slot, own, k]
 
 
@@ -345,7 +333,7 @@ def unit_answer(model, work, i, slot, answered):
 def owner_of(bodies, port):
     """Number of the added body to which a port belongs."""
     b = 0
-    while port >= int(bodies.rows[b, at.PORT] + bodies.rows[b, at.PORTS]):
+    while port >= int(bodies.rows[b, added.PORT] + bodies.rows[b, added.PORTS]):
         b += 1
     return b
 
@@ -360,7 +348,7 @@ def engine_column(model, work, cos, sin, slot, i, out):
     for k in range(n):
         out[k, n + i] = 0.0
     for t in range(int(links.starts[i]), int(links.starts[i + 1])):
-        port = int(links.terms[t, at.TERM_PORT])
+        port = int(links.terms[t, added.TERM_PORT])
         c = work.added.coefficients[t, 0]
         if port < turning:
             for k in range(n):
@@ -383,15 +371,15 @@ def engine_column(model, work, cos, sin, slot, i, out):
 def link_size(model, work):
     """Size of a Newton step of added components in their scales, and of those limited, ``work.added.sizes``."""
     links = model.links
-    step = work.added.gaps[at.STEP]
+    step = work.added.gaps[added.STEP]
     size = 0.0
     limited = 0.0
     for k in range(links.rows.shape[0]):
-        first = int(links.rows[k, at.FIRST])
-        for j in range(first, first + int(links.rows[k, at.SIZE])):
+        first = int(links.rows[k, added.FIRST])
+        for j in range(first, first + int(links.rows[k, added.SIZE])):
             change = abs(step[j]) / links.scales[j]
             size = max(size, change)
-            if links.rows[k, at.CLOSES] > 0.0:
+            if links.rows[k, added.CLOSES] > 0.0:
                 limited = max(limited, change)
-    work.added.sizes[at.ANY] = size
-    work.added.sizes[at.LIMITED] = limited
+    work.added.sizes[added.ANY] = size
+    work.added.sizes[added.LIMITED] = limited

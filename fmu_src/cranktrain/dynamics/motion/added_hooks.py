@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.kernel import law_kernel
-from cranktrain.dynamics.model.slots import COS, SIN, THETA, U_STEP, WHIRL
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.added_bodies import (
     added_answer,
     added_to_ports,
@@ -29,7 +29,7 @@ from cranktrain.dynamics.motion.added_connections import (
 )
 from cranktrain.dynamics.motion.linear_algebra import solve_rows
 from cranktrain.dynamics.motion.newton_matrix import fill_jacobian
-from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology import slots as added
 
 
 @law_kernel
@@ -48,8 +48,8 @@ def load_hook(model, work, frame, displaced, out):
 @law_kernel
 def compliance_hook(model, work, frame, slot):
     """Compliance of added components, behind the engine's in ``work.relative``. Returns 0."""
-    turn_terms(model, work, frame[THETA], frame[WHIRL])
-    link_compliance(model, work, frame[COS], frame[SIN], slot, work.relative)
+    turn_terms(model, work, frame[at.THETA], frame[at.WHIRL])
+    link_compliance(model, work, frame[at.COS], frame[at.SIN], slot, work.relative)
     return 0
 
 
@@ -63,7 +63,7 @@ def move_hook(model, work, frame, number, slot, c_q, c_v, omega):
 @law_kernel
 def steps_hook(model, work, step):
     """Change of the added components from one of all ports (m,). Returns 0."""
-    link_steps(model, work, step, work.added.gaps[at.STEP])
+    link_steps(model, work, step, work.added.gaps[added.STEP])
     return 0
 
 
@@ -83,19 +83,19 @@ def solve_hook(model, work):
     """Solve for the Newton step of all components, in place in ``work.port[U_STEP]`` and in the gaps. Returns 0."""
     own = model.scales.shape[0]
     count = model.links.scales.shape[0]
-    step = work.port[U_STEP]
+    step = work.port[at.U_STEP]
     whole = work.added.newton[0]
     for k in range(whole.shape[0]):
         whole[k] = 0.0
     for k in range(own):
         whole[k] = step[k]
     for k in range(count):
-        whole[own + k] = work.added.gaps[at.STEP, k]
+        whole[own + k] = work.added.gaps[added.STEP, k]
     solve_rows(work.jacobian, work.jacobian.shape[0], work.added.newton, 0)
     for k in range(own):
         step[k] = whole[k]
     for k in range(count):
-        work.added.gaps[at.STEP, k] = whole[own + k]
+        work.added.gaps[added.STEP, k] = whole[own + k]
     return 0
 
 
@@ -109,7 +109,7 @@ def size_hook(model, work):
 @law_kernel
 def follow_hook(model, work, f):
     """Add what the step changes of the added connections' forces to f (m,). Returns 0."""
-    follow_links(model, work, work.added.gaps[at.STEP], f)
+    follow_links(model, work, work.added.gaps[added.STEP], f)
     return 0
 
 

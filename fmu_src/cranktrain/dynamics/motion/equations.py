@@ -25,51 +25,13 @@ millimetre beside it would twist pins against journals by 50 N m, and do work.
 from __future__ import annotations
 
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
-from cranktrain.dynamics.model.slots import (
-    ADDED,
-    AXIAL_FORCE,
-    AXIAL_JOINT,
-    BLOCK_RESTRAINT,
-    BLOCK_X,
-    BLOCK_Y,
-    BORE_ROTATIONS,
-    COS,
-    COUPLED,
-    CRANK_MODES,
-    CRANK_X,
-    CRANK_Y,
-    DAMPER,
-    DRIVEN,
-    FIRST,
-    FLYWHEEL_AXIAL,
-    FORCES,
-    GRAVITY,
-    JOURNAL_ROTATIONS,
-    LEAD,
-    LEAD_RATE,
-    LOAD,
-    N_FACTORS,
-    OMEGA,
-    OMEGA_DOT,
-    RELATIVE,
-    RELATIVE_RATE,
-    ROTATION,
-    SIN,
-    THETA,
-    THRUST_LAW,
-    TURNED,
-    TURNING_MODES,
-    UD,
-    VALVE_TORQUE,
-    WHIRL,
-    U,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.film_ports import film_block, journal_forces, place_joint, place_journal
 from cranktrain.dynamics.motion.gas import gas_force
 from cranktrain.dynamics.motion.linear_algebra import dot, invert, products
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_motion
 from cranktrain.dynamics.motion.rods import rod_forces
-from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology import slots as added
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FORCE, RUBBING, SPEED, film_call
 from cranktrain.film.laws.films import COS as FRAME_COS
@@ -85,7 +47,7 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
     Returns 0, or 1 if S is singular. ``holding`` (N m/rad) holds the flywheel against turning, ``block_holding``
     ((rad/s)²) the block as a whole where it is.
     """
-    t = int(model.layout[TURNING_MODES])
+    t = int(model.layout[at.TURNING_MODES])
     ratio = c_v / c_q
     part = work.turning
     for i in range(t):
@@ -116,9 +78,9 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
                     s += block_holding
             part.scratch[i, j] = s + ratio * b
     status += factor_part(part, level, model.block_ports, model.block_ports_transposed)
-    if model.layout[ADDED] > 0.0:
-        status += call_kernel(model.links.hooks[at.AT_FACTOR], (model, work, level, c_q, c_v, omega, holding))
-    work.counters[N_FACTORS] += 1.0
+    if model.layout[at.ADDED] > 0.0:
+        status += call_kernel(model.links.hooks[added.AT_FACTOR], (model, work, level, c_q, c_v, omega, holding))
+    work.counters[at.N_FACTORS] += 1.0
     return status
 
 
@@ -141,46 +103,53 @@ def factor_part(part, level, shapes, transposed):
 @inlined_kernel
 def external_force(model, frame, pressures, displaced, out):
     """Modal force (n,) of frame, shaft, valve train, gravity on the displaced mass, gas on heads, mounts' preload."""
-    t = int(model.layout[TURNING_MODES])
-    omega = frame[OMEGA]
-    g_x = -model.scalars[GRAVITY] * frame[SIN]
-    g_y = -model.scalars[GRAVITY] * frame[COS]
-    crank = int(model.layout[CRANK_MODES])
+    t = int(model.layout[at.TURNING_MODES])
+    omega = frame[at.OMEGA]
+    g_x = -model.scalars[at.GRAVITY] * frame[at.SIN]
+    g_y = -model.scalars[at.GRAVITY] * frame[at.COS]
+    crank = int(model.layout[at.CRANK_MODES])
     x = dot(model.gravity[0], displaced, crank)
     y = dot(model.gravity[1], displaced, crank)
-    if model.layout[BORE_ROTATIONS] > 0.0:
-        x -= dot(model.gravity[0], model.gravity[0], crank) * frame[CRANK_X]
-        y -= dot(model.gravity[1], model.gravity[1], crank) * frame[CRANK_Y]
+    if model.layout[at.BORE_ROTATIONS] > 0.0:
+        x -= dot(model.gravity[0], model.gravity[0], crank) * frame[at.CRANK_X]
+        y -= dot(model.gravity[1], model.gravity[1], crank) * frame[at.CRANK_Y]
     for i in range(t):
         out[i] = (
             omega * omega * model.centrifugal_load[i]
-            - frame[OMEGA_DOT] * model.euler_load[i]
+            - frame[at.OMEGA_DOT] * model.euler_load[i]
             + g_x * model.gravity[0, i]
             + g_y * model.gravity[1, i]
         )
     for k in range(model.shafts.shape[0]):
         law = model.shaft_laws[k]
-        lead = model.scalars[DRIVEN] * law[LEADING] * (law[STIFFNESS] * frame[LEAD] + law[DAMPING] * frame[LEAD_RATE])
+        lead = (
+            model.scalars[at.DRIVEN]
+            * law[LEADING]
+            * (law[STIFFNESS] * frame[at.LEAD] + law[DAMPING] * frame[at.LEAD_RATE])
+        )
         for i in range(t):
             out[i] -= lead * model.shafts[k, i]
-    if model.scalars[DRIVEN] == 0.0:
+    if model.scalars[at.DRIVEN] == 0.0:
         for i in range(t):
-            out[i] -= frame[LOAD] * model.rotor[i]
-    if frame[VALVE_TORQUE] != 0.0:
+            out[i] -= frame[at.LOAD] * model.rotor[i]
+    if frame[at.VALVE_TORQUE] != 0.0:
         for i in range(t):
-            out[i] -= frame[VALVE_TORQUE] * model.ends[1, i]
-    if frame[AXIAL_FORCE] != 0.0:
+            out[i] -= frame[at.VALVE_TORQUE] * model.ends[1, i]
+    if frame[at.AXIAL_FORCE] != 0.0:
         for i in range(t):
-            out[i] += frame[AXIAL_FORCE] * model.ends[FLYWHEEL_AXIAL, i]
+            out[i] += frame[at.AXIAL_FORCE] * model.ends[at.FLYWHEEL_AXIAL, i]
     # By each rigid mode's own rotation: those of an unbalanced crank that move it across turn it a little as well.
     for i in range(6):
         out[i] += model.ends[1, i] * (x * g_y - y * g_x)
     n = t + model.block.preload.shape[0]
     for i in range(t, n):
-        out[i] = model.block.preload[i - t] - model.scalars[GRAVITY] * model.gravity[1, i]
-    if model.layout[BORE_ROTATIONS] > 0.0:
+        out[i] = model.block.preload[i - t] - model.scalars[at.GRAVITY] * model.gravity[1, i]
+    if model.layout[at.BORE_ROTATIONS] > 0.0:
         for i in range(t, t + 6):
-            out[i] += frame[BLOCK_RESTRAINT] * displaced[i] + frame[VALVE_TORQUE] * model.block.motion[ROTATION, i - t]
+            out[i] += (
+                frame[at.BLOCK_RESTRAINT] * displaced[i]
+                + frame[at.VALVE_TORQUE] * model.block.motion[at.ROTATION, i - t]
+            )
         for c in range(model.cylinders.shape[0]):
             gas = gas_force(model.cylinders[c], model.scalars, pressures[c])
             for i in range(t, n):
@@ -196,15 +165,15 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
     journals and pins; they go without tangent. Returns 0, or tells that a law failed.
     """
     b = model.bearings.shape[0]
-    journal = int(model.layout[JOURNAL_ROTATIONS])
-    omega = frame[OMEGA]
+    journal = int(model.layout[at.JOURNAL_ROTATIONS])
+    omega = frame[at.OMEGA]
     ratio = c_v / c_q
-    u = work.port[U]
-    ud = work.port[UD]
-    f = work.port[FORCES]
-    d = work.port[RELATIVE]
-    dd = work.port[RELATIVE_RATE]
-    relative_motion(model, frame[COS], frame[SIN], frame[WHIRL], u, ud, d, dd)
+    u = work.port[at.U]
+    ud = work.port[at.UD]
+    f = work.port[at.FORCES]
+    d = work.port[at.RELATIVE]
+    dd = work.port[at.RELATIVE_RATE]
+    relative_motion(model, frame[at.COS], frame[at.SIN], frame[at.WHIRL], u, ud, d, dd)
     move_axis(model, frame, u)
     films = model.films
     frame_numbers(frame, films.numbers)
@@ -213,43 +182,43 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
     status = 0
     for i in range(b):
         connection = model.connections[i]
-        place_journal(connection, d, dd, frame[WHIRL], films.place[i], films.velocity[i])
+        place_journal(connection, d, dd, frame[at.WHIRL], films.place[i], films.velocity[i])
         films.numbers[SPEED] = omega + ud[journal + i]
         films.numbers[RUBBING] = films.numbers[SPEED]
         status |= film_call(films, FORCE, i, films.out, films.out)
-        film_block(films.out, ratio, frame[WHIRL], work.blocks[i])
+        film_block(films.out, ratio, frame[at.WHIRL], work.blocks[i])
         f[journal + i] = journal_forces(connection, frame, films.out, u, f)
-    k = int(model.layout[THRUST_LAW])
+    k = int(model.layout[at.THRUST_LAW])
     status |= collar_force(model.thrust, model.connections[k], frame, d, dd, ratio, f, work.blocks[k])
     collar_torque(model.connections[k], u, f)
-    if model.layout[AXIAL_JOINT] > 0.0:
+    if model.layout[at.AXIAL_JOINT] > 0.0:
         status |= axial_joint_force(model, work, frame, u, ud, ratio)
-    if model.layout[DAMPER] > 0.0:
-        k = int(model.layout[DAMPER])
+    if model.layout[at.DAMPER] > 0.0:
+        k = int(model.layout[at.DAMPER])
         damper_torque(model.damper, u[k], ud[k], work.scratch)
         f[k] = work.scratch[0]
         work.blocks[model.connections.shape[0] - 1, 0] = work.scratch[1] + ratio * work.scratch[2]
     status |= rod_forces(model, work, frame, pressures, c_q, c_v)
-    if model.layout[BORE_ROTATIONS] > 0.0:
-        reactions(model, frame[COS], frame[SIN], f)
+    if model.layout[at.BORE_ROTATIONS] > 0.0:
+        reactions(model, frame[at.COS], frame[at.SIN], f)
         # The block feels the opposite about its own axis.
-        x = frame[CRANK_X] - frame[COS] * frame[BLOCK_X] - frame[SIN] * frame[BLOCK_Y]
-        y = frame[CRANK_Y] - frame[COS] * frame[BLOCK_Y] + frame[SIN] * frame[BLOCK_X]
+        x = frame[at.CRANK_X] - frame[at.COS] * frame[at.BLOCK_X] - frame[at.SIN] * frame[at.BLOCK_Y]
+        y = frame[at.CRANK_Y] - frame[at.COS] * frame[at.BLOCK_Y] + frame[at.SIN] * frame[at.BLOCK_X]
         for i in range(b):
-            f[int(model.layout[BORE_ROTATIONS]) + i] = -f[journal + i] - x * f[2 * i + 1] + y * f[2 * i]
-    if model.layout[ADDED] > 0.0:
-        status |= call_kernel(model.links.hooks[at.AT_FORCES], (model, work, frame, pressures, ratio))
+            f[int(model.layout[at.BORE_ROTATIONS]) + i] = -f[journal + i] - x * f[2 * i + 1] + y * f[2 * i]
+    if model.layout[at.ADDED] > 0.0:
+        status |= call_kernel(model.links.hooks[added.AT_FORCES], (model, work, frame, pressures, ratio))
     return status
 
 
 @inlined_kernel
 def axial_joint_force(model, work, frame, u, ud, ratio):
     """Force of the joint between flywheel and connecting shaft at its port, with its tangent; 0."""
-    k = int(model.layout[AXIAL_JOINT])
+    k = int(model.layout[at.AXIAL_JOINT])
     joint = model.axial_joint
     place_joint(model, frame, u, ud)
     status = film_call(joint, FORCE, 0, joint.out, joint.out)
-    work.port[FORCES, int(model.connections[k, FIRST])] = joint.out[0]
+    work.port[at.FORCES, int(model.connections[k, at.FIRST])] = joint.out[0]
     work.blocks[k, 0] = ratio * joint.out[BY_VELOCITY]
     return status
 
@@ -257,26 +226,26 @@ def axial_joint_force(model, work, frame, u, ud, ratio):
 @inlined_kernel
 def frame_numbers(frame, numbers):
     """Tell films the frame's angle."""
-    numbers[FRAME_COS] = frame[COS]
-    numbers[FRAME_SIN] = frame[SIN]
-    numbers[FRAME_ANGLE] = frame[THETA]
+    numbers[FRAME_COS] = frame[at.COS]
+    numbers[FRAME_SIN] = frame[at.SIN]
+    numbers[FRAME_ANGLE] = frame[at.THETA]
 
 
 @inlined_kernel
 def place_collar(thrust, connection, frame, u, ud):
     """Place and velocity of the thrust collar in space, along the frame's axes."""
-    z = int(connection[FIRST])
+    z = int(connection[at.FIRST])
     place = thrust.place[0]
     velocity = thrust.velocity[0]
     place[0] = u[z]
     velocity[0] = ud[z]
-    if connection[COUPLED] > 1.0:
-        t = int(connection[FIRST + 1])
+    if connection[at.COUPLED] > 1.0:
+        t = int(connection[at.FIRST + 1])
         place[1] = u[t]
         place[2] = u[t + 1]
-        velocity[1] = ud[t] - frame[WHIRL] * u[t + 1]
-        velocity[2] = ud[t + 1] + frame[WHIRL] * u[t]
-    thrust.numbers[SPEED] = frame[OMEGA]
+        velocity[1] = ud[t] - frame[at.WHIRL] * u[t + 1]
+        velocity[2] = ud[t + 1] + frame[at.WHIRL] * u[t]
+    thrust.numbers[SPEED] = frame[at.OMEGA]
     frame_numbers(frame, thrust.numbers)
 
 
@@ -285,13 +254,13 @@ def collar_force(thrust, connection, frame, u, ud, ratio, f, block):
     """Thrust bearing: axial force, and where the collar's tilt has ports its two moments as well; 0, or a failure."""
     place_collar(thrust, connection, frame, u, ud)
     out = thrust.out
-    whirl = frame[WHIRL]
+    whirl = frame[at.WHIRL]
     status = film_call(thrust, FORCE, 0, out, out)
-    f[int(connection[FIRST])] = out[0]
-    if connection[COUPLED] == 1.0:
+    f[int(connection[at.FIRST])] = out[0]
+    if connection[at.COUPLED] == 1.0:
         block[0] = out[BY_PLACE] + ratio * out[BY_VELOCITY]
         return status
-    t = int(connection[FIRST + 1])
+    t = int(connection[at.FIRST + 1])
     f[t] = out[1]
     f[t + 1] = out[2]
     for r in range(3):
@@ -306,6 +275,6 @@ def collar_force(thrust, connection, frame, u, ud, ratio, f, block):
 @inlined_kernel
 def collar_torque(connection, u, f):
     """Moments of a tilted collar act on it where it is: their part about the frame's axis, at the journal beside it."""
-    if connection[COUPLED] > 1.0:
-        t = int(connection[FIRST + 1])
-        f[int(connection[TURNED])] += u[t] * f[t + 1] - u[t + 1] * f[t]
+    if connection[at.COUPLED] > 1.0:
+        t = int(connection[at.FIRST + 1])
+        f[int(connection[at.TURNED])] += u[t] * f[t + 1] - u[t + 1] * f[t]

@@ -9,20 +9,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.dynamics.model.slots import (
-    AXIAL_JOINT,
-    COS,
-    JOURNAL_ROTATIONS,
-    OMEGA,
-    PORTS,
-    RELATIVE,
-    RELATIVE_RATE,
-    SIN,
-    THETA,
-    UD,
-    WHIRL,
-    U,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE, film_offset
 from cranktrain.dynamics.motion.film_ports import place_joint, place_journal
 from cranktrain.dynamics.motion.relative import relative_motion
@@ -52,7 +39,7 @@ from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT
 @inlined_kernel
 def memory_offset(model, i):
     """First index in the state of what film i remembers; the next film's begins where it ends."""
-    first = film_offset(model.omega2.shape[0], int(model.layout[PORTS]))
+    first = film_offset(model.omega2.shape[0], int(model.layout[at.PORTS]))
     return first + model.films.remembered[i]
 
 
@@ -77,7 +64,7 @@ def joint_offset(model):
 @kernel
 def open_step(model, work, state):
     """Hand the memory of films and axial joint at the step's start, with the ports' motion then, to the stages."""
-    if model.layout[AXIAL_JOINT] > 0.0:
+    if model.layout[at.AXIAL_JOINT] > 0.0:
         film_call(model.axial_joint, OPEN_STEP, 0, state[joint_offset(model) :], work.scratch)
     if not remembers(model.films):
         return
@@ -88,7 +75,7 @@ def open_step(model, work, state):
     for i in range(model.bearings.shape[0]):
         if model.films.traits[i, MEMORY] == 0.0:
             continue
-        place_film(model, work.port[RELATIVE], work.port[RELATIVE_RATE], 0.0, i)
+        place_film(model, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], 0.0, i)
         memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
         film_call(model.films, OPEN_STEP, i, memory, work.scratch)
 
@@ -107,7 +94,7 @@ def tell_stage(films, count, row, work, clock):
 def open_stage(model, work, stage, elapsed, h, gain):
     """Tell films and axial joint the times of a stage: ``elapsed`` since the step's start, g of the stage's rule, s."""
     clock = elapsed, h, gain, float(stage)
-    if model.layout[AXIAL_JOINT] > 0.0:
+    if model.layout[at.AXIAL_JOINT] > 0.0:
         tell_stage(model.axial_joint, 1, model.stages[1 + stage], work, clock)
     if remembers(model.films):
         tell_stage(model.films, model.bearings.shape[0], model.stages[1 + stage], work, clock)
@@ -116,31 +103,31 @@ def open_stage(model, work, stage, elapsed, h, gain):
 @inlined_kernel
 def close_stage(model, work, frame):
     """Solve films and axial joint at the stage's ports, which the last Newton step only foresaw; 0, or a failure."""
-    if model.layout[AXIAL_JOINT] > 0.0:
-        place_joint(model, frame, work.port[U], work.port[UD])
+    if model.layout[at.AXIAL_JOINT] > 0.0:
+        place_joint(model, frame, work.port[at.U], work.port[at.UD])
         film_call(model.axial_joint, CLOSE_STAGE, 0, work.scratch, work.scratch)
     if not remembers(model.films):
         return 0
     numbers = model.films.numbers
-    numbers[FRAME_COS] = frame[COS]
-    numbers[FRAME_SIN] = frame[SIN]
-    numbers[FRAME_ANGLE] = frame[THETA]
-    journal = int(model.layout[JOURNAL_ROTATIONS])
+    numbers[FRAME_COS] = frame[at.COS]
+    numbers[FRAME_SIN] = frame[at.SIN]
+    numbers[FRAME_ANGLE] = frame[at.THETA]
+    journal = int(model.layout[at.JOURNAL_ROTATIONS])
     relative_motion(
         model,
-        frame[COS],
-        frame[SIN],
-        frame[WHIRL],
-        work.port[U],
-        work.port[UD],
-        work.port[RELATIVE],
-        work.port[RELATIVE_RATE],
+        frame[at.COS],
+        frame[at.SIN],
+        frame[at.WHIRL],
+        work.port[at.U],
+        work.port[at.UD],
+        work.port[at.RELATIVE],
+        work.port[at.RELATIVE_RATE],
     )
     for i in range(model.bearings.shape[0]):
         if model.films.traits[i, MEMORY] == 0.0:
             continue
-        place_film(model, work.port[RELATIVE], work.port[RELATIVE_RATE], frame[WHIRL], i)
-        numbers[SPEED] = frame[OMEGA] + work.port[UD, journal + i]
+        place_film(model, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.WHIRL], i)
+        numbers[SPEED] = frame[at.OMEGA] + work.port[at.UD, journal + i]
         status = film_call(model.films, CLOSE_STAGE, i, work.scratch, work.scratch)
         if status != 0:
             return status
@@ -150,7 +137,7 @@ def close_stage(model, work, frame):
 @kernel
 def close_step(model, work, state):
     """Keep what films and axial joint of the last stage became."""
-    if model.layout[AXIAL_JOINT] > 0.0:
+    if model.layout[at.AXIAL_JOINT] > 0.0:
         film_call(model.axial_joint, CLOSE_STEP, 0, state[joint_offset(model) :], work.scratch)
     for i in range(model.bearings.shape[0]):
         if model.films.traits[i, MEMORY] == 0.0:
@@ -173,7 +160,7 @@ def fastest_closing(model, work, state, whirl):
     for i in range(model.bearings.shape[0]):
         if model.films.traits[i, CLOSES] == 0.0:
             continue
-        place_film(model, work.port[RELATIVE], work.port[RELATIVE_RATE], whirl, i)
+        place_film(model, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], whirl, i)
         if model.films.traits[i, MEMORY] > 0.0:
             memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
             film_call(model.films, RATE, i, memory, work.scratch)

@@ -8,17 +8,7 @@ u̇ + Ω e_z×u, a film's tangents by place and by velocity make one block.
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel
-from cranktrain.dynamics.model.slots import (
-    AXIAL_JOINT,
-    COUPLED,
-    CRANK_X,
-    CRANK_Y,
-    FIRST,
-    LEAD,
-    WINDUP,
-    WINDUP_K,
-    WINDUP_LEAD,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.film.laws.axial_joint import SLIP, WINDUP_TORQUE
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, END_X, END_Y, FRICTION, X, Y
 
@@ -38,10 +28,10 @@ def film_block(out, ratio, whirl, block):
 @inlined_kernel
 def place_journal(connection, u, ud, whirl, place, velocity):
     """Middle and end displacement of a journal (4,), and their velocity in space along the frame's axes (4,)."""
-    k = int(connection[FIRST])
+    k = int(connection[at.FIRST])
     place_pair(u[k], u[k + 1], ud[k], ud[k + 1], whirl, place, velocity)
-    if connection[COUPLED] > END_X:
-        k = int(connection[FIRST + END_X])
+    if connection[at.COUPLED] > END_X:
+        k = int(connection[at.FIRST + END_X])
         place_pair(u[k], u[k + 1], ud[k], ud[k + 1], whirl, place[END_X:], velocity[END_X:])
 
 
@@ -61,12 +51,12 @@ def journal_forces(connection, frame, out, u, f):
     u (m,) are the displacements of the ports: forces act where the displaced points are. The torque is about the
     crank's axis.
     """
-    k = int(connection[FIRST])
+    k = int(connection[at.FIRST])
     f[k] = out[X]
     f[k + 1] = out[Y]
-    torque = (u[k] - frame[CRANK_X]) * out[Y] - (u[k + 1] - frame[CRANK_Y]) * out[X]
-    if connection[COUPLED] > END_X:
-        k = int(connection[FIRST + END_X])
+    torque = (u[k] - frame[at.CRANK_X]) * out[Y] - (u[k + 1] - frame[at.CRANK_Y]) * out[X]
+    if connection[at.COUPLED] > END_X:
+        k = int(connection[at.FIRST + END_X])
         f[k] = out[END_X]
         f[k + 1] = out[END_Y]
         torque = torque + u[k] * out[END_Y] - u[k + 1] * out[END_X]
@@ -77,8 +67,8 @@ def journal_forces(connection, frame, out, u, f):
 def place_joint(model, frame, u, ud):
     """Slip of the axial joint, its velocity, and the torque of the drive line's springs at the ports' motion."""
     joint = model.axial_joint
-    k = int(model.connections[int(model.layout[AXIAL_JOINT]), FIRST])
-    windup = u[int(model.layout[WINDUP])] + model.scalars[WINDUP_LEAD] * frame[LEAD]
+    k = int(model.connections[int(model.layout[at.AXIAL_JOINT]), at.FIRST])
+    windup = u[int(model.layout[at.WINDUP])] + model.scalars[at.WINDUP_LEAD] * frame[at.LEAD]
     joint.place[0, SLIP] = u[k]
-    joint.place[0, WINDUP_TORQUE] = model.scalars[WINDUP_K] * windup
+    joint.place[0, WINDUP_TORQUE] = model.scalars[at.WINDUP_K] * windup
     joint.velocity[0, SLIP] = ud[k]

@@ -12,27 +12,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import inlined_kernel
-from cranktrain.dynamics.model.slots import (
-    AREA,
-    BEST_SPEED,
-    CLEARANCE_VOLUME,
-    CRANKCASE,
-    FALLOFF,
-    FIRING,
-    FORCES,
-    GAS_LOAD,
-    GAS_SOURCE,
-    LEAD_RATE,
-    OFFSET,
-    OMEGA,
-    OWN_ROD,
-    PHASE,
-    Q_FREE,
-    RIGID_ROTATION,
-    ROD,
-    ROTATION,
-    STROKE_TOP,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, PRESSURES_SET, VELOCITY, offset
 from cranktrain.loads.gas_pressure import gas_pressures
 
@@ -40,13 +20,13 @@ from cranktrain.loads.gas_pressure import gas_pressures
 @inlined_kernel
 def trace_angle(model, cylinder, theta):
     """Crank angle after the firing dead centre of a cylinder, rad."""
-    return theta - model.cylinders[cylinder, PHASE]
+    return theta - model.cylinders[cylinder, at.PHASE]
 
 
 @inlined_kernel
 def gas_force(rod, scalars, pressure):
     """Force (N) of the gas on a piston and on its head at a cylinder pressure (Pa, absolute); ``rod`` its row."""
-    return (pressure - scalars[CRANKCASE]) * rod[AREA] * rod[OWN_ROD]
+    return (pressure - scalars[at.CRANKCASE]) * rod[at.AREA] * rod[at.OWN_ROD]
 
 
 @inlined_kernel
@@ -59,8 +39,8 @@ def trace_pressure(model, cylinder, theta, speed):
 @inlined_kernel
 def burn_share(model, speed):
     """Share of the burn's rise at a speed, rad/s."""
-    x = speed / model.scalars[BEST_SPEED] - 1.0
-    share = model.scalars[GAS_LOAD] * (1.0 - model.scalars[FALLOFF] * x * x)
+    x = speed / model.scalars[at.BEST_SPEED] - 1.0
+    share = model.scalars[at.GAS_LOAD] * (1.0 - model.scalars[at.FALLOFF] * x * x)
     return max(share, 0.0)
 
 
@@ -71,45 +51,45 @@ def gas_volume(model, cylinder, theta):
     angle = trace_angle(model, cylinder, theta)
     pin = model.pins[cylinder]
     throw = math.sqrt(pin[0] * pin[0] + pin[1] * pin[1])
-    x = throw * math.sin(angle) + row[OFFSET]
-    reach = throw * math.cos(angle) + math.sqrt(row[ROD] * row[ROD] - x * x)
-    return row[CLEARANCE_VOLUME] + row[AREA] * (row[STROKE_TOP] - reach)
+    x = throw * math.sin(angle) + row[at.OFFSET]
+    reach = throw * math.cos(angle) + math.sqrt(row[at.ROD] * row[at.ROD] - x * x)
+    return row[at.CLEARANCE_VOLUME] + row[at.AREA] * (row[at.STROKE_TOP] - reach)
 
 
 @inlined_kernel
 def built_in(model, state):
     """Whether the gas is the built-in trace."""
-    return model.choices[GAS_SOURCE] == 1.0 or (model.choices[GAS_SOURCE] == 0.0 and state[PRESSURES_SET] == 0.0)
+    return model.choices[at.GAS_SOURCE] == 1.0 or (model.choices[at.GAS_SOURCE] == 0.0 and state[PRESSURES_SET] == 0.0)
 
 
 @inlined_kernel
 def crank_rotation(model, state):
     """Rotation of the crank as a rigid body against its frame at the state (rad), its rate and acceleration."""
     n = model.omega2.shape[0]
-    unit = model.scalars[RIGID_ROTATION]
+    unit = model.scalars[at.RIGID_ROTATION]
     return (
-        unit * state[offset(POSITION, n) + ROTATION],
-        unit * state[offset(VELOCITY, n) + ROTATION],
-        unit * state[offset(ACCELERATION, n) + ROTATION],
+        unit * state[offset(POSITION, n) + at.ROTATION],
+        unit * state[offset(VELOCITY, n) + at.ROTATION],
+        unit * state[offset(ACCELERATION, n) + at.ROTATION],
     )
 
 
 @inlined_kernel
 def trace_pressures(model, frame, rotation, pressures):
     """Pressures (c,) of the built-in trace with the crank turned by ``rotation`` (rad) against its frame."""
-    share = burn_share(model, frame[OMEGA] - frame[LEAD_RATE])
+    share = burn_share(model, frame[at.OMEGA] - frame[at.LEAD_RATE])
     for c in range(model.cylinders.shape[0]):
-        motored, rise = gas_pressures(trace_angle(model, c, frame[FIRING] + rotation), model.gas)
+        motored, rise = gas_pressures(trace_angle(model, c, frame[at.FIRING] + rotation), model.gas)
         pressures[c] = motored + share * rise
 
 
 @inlined_kernel
 def follow_crank(model, work, stage):
     """Pressures of the built-in trace at the crank's mean rotation in a stage, from the forces found so far."""
-    rotation = work.modal[Q_FREE, ROTATION]
+    rotation = work.modal[at.Q_FREE, at.ROTATION]
     response = work.turning.response[stage.slot]
     for k in range(response.shape[0]):
-        rotation += response[k, ROTATION] * work.port[FORCES, k]
+        rotation += response[k, at.ROTATION] * work.port[at.FORCES, k]
     trace_pressures(
-        model, work.frames[stage.number], model.scalars[RIGID_ROTATION] * rotation, work.pressures[stage.number]
+        model, work.frames[stage.number], model.scalars[at.RIGID_ROTATION] * rotation, work.pressures[stage.number]
     )

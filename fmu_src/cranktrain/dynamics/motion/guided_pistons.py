@@ -9,26 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.dynamics.model.slots import (
-    BLOCK_X,
-    BLOCK_Y,
-    COS_BANK,
-    DELTA_J,
-    FORCES,
-    LINERS,
-    M_BIG,
-    M_OSC,
-    M_SMALL,
-    OFFSET,
-    PISTONS,
-    ROD,
-    SIN_BANK,
-    U_FREE,
-    U_Q,
-    U_V,
-    UD,
-    U,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.rod_motion import AX, AY, CROSS, SIDE, VX, VY, X, Y
 from cranktrain.loads.piston_guidance import HEIGHT, UNBALANCE, layer_force, liner_friction
 from cranktrain.loads.slider_crank import (
@@ -92,10 +73,10 @@ def guided_rod(model, work, frame, load, c_q, c_v):
     side = work.scratch[SIDE:]
     cross = work.scratch[CROSS:]
     rod = model.cylinders[c]
-    u = work.port[U]
-    u_q = work.port[U_Q]
-    u_v = work.port[U_V]
-    port = int(model.layout[PISTONS]) + 2 * c
+    u = work.port[at.U]
+    u_q = work.port[at.U_Q]
+    u_v = work.port[at.U_V]
+    port = int(model.layout[at.PISTONS]) + 2 * c
     # Side forces and friction go on from the stage's last evaluation.
     for j in range(LAYER):
         side[UPPER + j] = work.guides[c, j]
@@ -105,34 +86,34 @@ def guided_rod(model, work, frame, load, c_q, c_v):
         t = u[port + 1]
         t_v = u_v[port + 1] + c_v * (t - u_q[port + 1]) / c_q
         piston = PistonMotion(x, u_v[port] + c_v * x_a, x_a, t, t_v)
-        piston_forces(model, load, piston, u, work.port[UD], cross, out, side)
+        piston_forces(model, load, piston, u, work.port[at.UD], cross, out, side)
         move_x, move_t = piston_step(model, work, port, piston, c_q, c_v, side)
         u[port] = x + move_x
         u[port + 1] = t + move_t
-        if abs(move_x) + abs(move_t) * rod[ROD] < PISTON_TOLERANCE:
+        if abs(move_x) + abs(move_t) * rod[at.ROD] < PISTON_TOLERANCE:
             break
     for j in range(LAYER):
         work.guides[c, j] = side[UPPER + j]
-    f = work.port[FORCES]
+    f = work.port[at.FORCES]
     f[port] = side[ACROSS]
     f[port + 1] = side[MOMENT]
-    if model.layout[LINERS] > 0.0:
+    if model.layout[at.LINERS] > 0.0:
         # The opposite of what liner and gas do to the piston: same force, same moment about the block's axis.
-        k = int(model.layout[LINERS]) + 3 * c
+        k = int(model.layout[at.LINERS]) + 3 * c
         upper = model.block.liners[c, 0]
         lower = model.block.liners[c, 1]
-        x = frame[BLOCK_X] * rod[COS_BANK] + frame[BLOCK_Y] * rod[SIN_BANK]
-        y = frame[BLOCK_Y] * rod[COS_BANK] - frame[BLOCK_X] * rod[SIN_BANK]
+        x = frame[at.BLOCK_X] * rod[at.COS_BANK] + frame[at.BLOCK_Y] * rod[at.SIN_BANK]
+        y = frame[at.BLOCK_Y] * rod[at.COS_BANK] - frame[at.BLOCK_X] * rod[at.SIN_BANK]
         side[LINER_MOMENT] -= x * side[LINER_ALONG] - y * side[LINER_ACROSS]
         push = (side[LINER_MOMENT] + lower * side[LINER_ACROSS]) / (upper - lower)
         f[k] += push
         f[k + 1] -= side[LINER_ACROSS] + push
         f[k + 2] -= side[LINER_ALONG] + load.gas
     # The pin feels the rod and its big end.
-    out[0] += load.torque - rod[M_BIG] * (cross[AX] + load.g_x)
-    out[1] -= rod[M_BIG] * (cross[AY] + load.g_y)
-    out[BY_ACCELERATION] -= rod[M_BIG]
-    out[BY_ACCELERATION + 3] -= rod[M_BIG]
+    out[0] += load.torque - rod[at.M_BIG] * (cross[AX] + load.g_x)
+    out[1] -= rod[at.M_BIG] * (cross[AY] + load.g_y)
+    out[BY_ACCELERATION] -= rod[at.M_BIG]
+    out[BY_ACCELERATION + 3] -= rod[at.M_BIG]
 
 
 @kernel
@@ -141,7 +122,7 @@ def piston_step(model, work, port, piston, c_q, c_v, side):
     out = work.scratch
     law = model.block.guidance
     inverse = model.block.piston_inverse
-    u_free = work.port[U_FREE]
+    u_free = work.port[at.U_FREE]
     ratio = c_v / c_q
     d_n = out[BY_X] + ratio * out[BY_VX] + out[BY_ACCELERATION] / c_q
     d_u = side[UPPER_BY_GAP] + ratio * side[UPPER_BY_RATE]
@@ -173,11 +154,11 @@ def piston_forces(model, load, piston, u, ud, cross, out, side):
     c = load.cylinder
     rod = model.cylinders[c]
     law = model.block.guidance
-    liner = int(model.layout[LINERS]) + 3 * c
+    liner = int(model.layout[at.LINERS]) + 3 * c
     slope = 0.0
     rise = 0.0
     rise_rate = 0.0
-    if model.layout[LINERS] > 0.0:
+    if model.layout[at.LINERS] > 0.0:
         rise = u[liner + 2]
         rise_rate = ud[liner + 2]
         slope = (u[liner] - u[liner + 1]) / (model.block.liners[c, 0] - model.block.liners[c, 1])
@@ -186,11 +167,11 @@ def piston_forces(model, load, piston, u, ud, cross, out, side):
     down = push + slope * (side[UPPER] + side[LOWER])
     rod_force(
         cross[X] - piston.x, cross[Y], cross[VX] - piston.x_v, cross[VY], cross[AX] - piston.x_a, cross[AY],
-        down, rod[ROD], 0.0, rod[M_OSC], rod[DELTA_J], rod[OFFSET], 0.0, load.g_y, out,
+        down, rod[at.ROD], 0.0, rod[at.M_OSC], rod[at.DELTA_J], rod[at.OFFSET], 0.0, load.g_y, out,
     )  # fmt: skip
     force = -out[0] - load.torque - slope * push
     weight = out[PISTON_ACCELERATION] + load.g_y
-    moment = weight * (law[UNBALANCE] * piston.t - rod[OFFSET] * rod[M_SMALL]) - rod[OFFSET] * out[1]
+    moment = weight * (law[UNBALANCE] * piston.t - rod[at.OFFSET] * rod[at.M_SMALL]) - rod[at.OFFSET] * out[1]
     side[LINER_ACROSS] = -slope * push
     side[LINER_ALONG] = -down
     side[LINER_MOMENT] = out[PISTON] * slope * push - piston.x * down
@@ -198,7 +179,7 @@ def piston_forces(model, load, piston, u, ud, cross, out, side):
         height = law[HEIGHT + layer]
         gap = piston.x - piston.t * height
         rate = piston.x_v - piston.t_v * height
-        if model.layout[LINERS] > 0.0:
+        if model.layout[at.LINERS] > 0.0:
             # Along the liner as far as it has moved itself.
             share = upper_share(model, c, out[PISTON] + height - rise)
             gap -= share * u[liner] + (1.0 - share) * u[liner + 1]

@@ -12,7 +12,7 @@ On rigid ground there are no pairs, and all this is a copy.
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel
-from cranktrain.dynamics.model.slots import BLOCK_X, BLOCK_Y, BORE_ROTATIONS, CRANK_X, CRANK_Y
+from cranktrain.dynamics.model import slots as at
 
 
 @inlined_kernel
@@ -55,19 +55,19 @@ def move_axis(model, frame, u):
 
     Means of the main journals' and the bores' displacements, weighted as to be that of the crank's centre of mass.
     """
-    frame[CRANK_X] = 0.0
-    frame[CRANK_Y] = 0.0
-    frame[BLOCK_X] = 0.0
-    frame[BLOCK_Y] = 0.0
-    if model.layout[BORE_ROTATIONS] > 0.0:
+    frame[at.CRANK_X] = 0.0
+    frame[at.CRANK_Y] = 0.0
+    frame[at.BLOCK_X] = 0.0
+    frame[at.BLOCK_Y] = 0.0
+    if model.layout[at.BORE_ROTATIONS] > 0.0:
         for i in range(model.axis_weights.shape[0]):
             weight = model.axis_weights[i]
             journal = int(model.pairs[i, 0])
             bore = int(model.pairs[i, 1])
-            frame[CRANK_X] += weight * u[journal]
-            frame[CRANK_Y] += weight * u[journal + 1]
-            frame[BLOCK_X] += weight * u[bore]
-            frame[BLOCK_Y] += weight * u[bore + 1]
+            frame[at.CRANK_X] += weight * u[journal]
+            frame[at.CRANK_Y] += weight * u[journal + 1]
+            frame[at.BLOCK_X] += weight * u[bore]
+            frame[at.BLOCK_Y] += weight * u[bore + 1]
 
 
 @inlined_kernel

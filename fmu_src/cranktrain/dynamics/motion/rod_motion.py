@@ -5,18 +5,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.dynamics.model.slots import (
-    COS,
-    COS_BANK,
-    OFFSET,
-    OMEGA,
-    OMEGA_DOT,
-    PIN_ROTATIONS,
-    ROD,
-    RODS,
-    SIN,
-    SIN_BANK,
-)
+from cranktrain.dynamics.model import slots as at
 
 # Motion of a point in a plane, six values from X on; a pin's is followed by how far it moved, and by the share
 # (R(φ) − I) X of turning alone.
@@ -31,7 +20,7 @@ SMALL = 0.1
 @inlined_kernel
 def rod_end(model, frame, c, u, ud, udd, out):
     """Motion of what the rod of cylinder c turns about: its big end where that floats, else the pin."""
-    if model.layout[RODS] > 0.0:
+    if model.layout[at.RODS] > 0.0:
         big_end_motion(model, frame, c, u, ud, udd, out)
     else:
         pin_motion(model, frame, c, u, ud, udd, out)
@@ -40,7 +29,7 @@ def rod_end(model, frame, c, u, ud, udd, out):
 @inlined_kernel
 def big_end_motion(model, frame, c, u, ud, udd, out):
     """Position, absolute velocity and acceleration of the free big end of cylinder c, in axes of the frame."""
-    k = int(model.layout[RODS]) + 2 * c
+    k = int(model.layout[at.RODS]) + 2 * c
     absolute_motion(
         model.pins[c, 0] + u[k], model.pins[c, 1] + u[k + 1], ud[k], ud[k + 1], udd[k], udd[k + 1], frame, out
     )
@@ -49,8 +38,8 @@ def big_end_motion(model, frame, c, u, ud, udd, out):
 @inlined_kernel
 def absolute_motion(x, y, vx, vy, ax, ay, frame, out):
     """Position, absolute velocity and acceleration in frame axes of a point that moves in the turning frame."""
-    omega = frame[OMEGA]
-    omega_dot = frame[OMEGA_DOT]
+    omega = frame[at.OMEGA]
+    omega_dot = frame[at.OMEGA_DOT]
     out[X] = x
     out[Y] = y
     out[VX] = vx - omega * y
@@ -66,7 +55,7 @@ def pin_motion(model, frame, c, u, ud, udd, out):
     From MOVED on ``out`` holds how far it moved, from ARM on the share (R(φ) − I) X of turning alone.
     """
     i = 2 * model.bearings.shape[0] + 1 + 2 * c
-    r = int(model.layout[PIN_ROTATIONS]) + c
+    r = int(model.layout[at.PIN_ROTATIONS]) + c
     x0 = model.pins[c, 0]
     y0 = model.pins[c, 1]
     phi = u[r]
@@ -112,8 +101,8 @@ def turn(phi):
 @inlined_kernel
 def cylinder_axes(rod, frame):
     """Cosine and sine of the frame's angle against a rod's cylinder."""
-    cos = frame[COS] * rod[COS_BANK] + frame[SIN] * rod[SIN_BANK]
-    return cos, frame[SIN] * rod[COS_BANK] - frame[COS] * rod[SIN_BANK]
+    cos = frame[at.COS] * rod[at.COS_BANK] + frame[at.SIN] * rod[at.SIN_BANK]
+    return cos, frame[at.SIN] * rod[at.COS_BANK] - frame[at.COS] * rod[at.SIN_BANK]
 
 
 @inlined_kernel
@@ -127,6 +116,6 @@ def across_cylinder(motion, cos, sin, cross):
 @kernel
 def rod_swing(rod, motion, cos, sin):
     """Height of a rod's small end over its big end (m), and its speed (rad/s): it turns as the big end moves across."""
-    side = cos * motion[X] - sin * motion[Y] - rod[OFFSET]
-    height = math.sqrt(rod[ROD] * rod[ROD] - side * side)
+    side = cos * motion[X] - sin * motion[Y] - rod[at.OFFSET]
+    height = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
     return height, (cos * motion[VX] - sin * motion[VY]) / height

@@ -6,34 +6,7 @@ Rod and piston are eliminated onto the pin, or onto the big end where that float
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.dynamics.model.slots import (
-    COS,
-    COS_BANK,
-    CRANK_X,
-    CRANK_Y,
-    DELTA_J,
-    FORCES,
-    GRAVITY,
-    M_BIG,
-    M_OSC,
-    OFFSET,
-    OMEGA,
-    OMEGA_DOT,
-    PIN_ROTATIONS,
-    PISTONS,
-    ROD,
-    ROD_LAWS,
-    RODS,
-    SIN,
-    SIN_BANK,
-    STATE_U,
-    STATE_UD,
-    STATE_UDD,
-    THETA,
-    UD,
-    UDD,
-    U,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.film_ports import film_block
 from cranktrain.dynamics.motion.gas import gas_force
 from cranktrain.dynamics.motion.guided_pistons import LAYER, UPPER, PistonMotion, RodLoad, guided_rod, piston_forces
@@ -79,12 +52,12 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
     The ports' motion and forces are rows of ``work.port``. Returns 0, or tells that a law failed.
     """
     b = model.bearings.shape[0]
-    u = work.port[U]
-    ud = work.port[UD]
-    udd = work.port[UDD]
-    f = work.port[FORCES]
+    u = work.port[at.U]
+    ud = work.port[at.UD]
+    udd = work.port[at.UDD]
+    f = work.port[at.FORCES]
     out = work.scratch
-    free = model.layout[RODS] > 0.0
+    free = model.layout[at.RODS] > 0.0
     status = 0
     for c in range(model.cylinders.shape[0]):
         rod = model.cylinders[c]
@@ -96,8 +69,8 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
         block = work.blocks[b + c]
         torque = 0.0
         if free:
-            port = int(model.layout[RODS]) + 2 * c
-            block = work.blocks[int(model.layout[ROD_LAWS]) + c]
+            port = int(model.layout[at.RODS]) + 2 * c
+            block = work.blocks[int(model.layout[at.ROD_LAWS]) + c]
             for j in range(MOVED):
                 out[PIN + j] = out[j]
             big_end_motion(model, frame, c, u, ud, udd, out)
@@ -105,7 +78,7 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
             status |= failure
         load = rod_load(rod, model.scalars, c, pressures[c], torque)
         across_cylinder(out, cos, sin, work.scratch[CROSS:])
-        if model.layout[PISTONS] > 0.0:
+        if model.layout[at.PISTONS] > 0.0:
             guided_rod(model, work, frame, load, c_q, c_v)
         else:
             rod_on_axis(rod, load, work.scratch[CROSS:], out)
@@ -114,9 +87,9 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
         fx = cos * out[0] + sin * out[1]
         fy = cos * out[1] - sin * out[0]
         pin_block(out, frame, cos, sin, c_q, c_v, block)
-        rotation = int(model.layout[PIN_ROTATIONS]) + c
-        moved_x -= frame[CRANK_X]
-        moved_y -= frame[CRANK_Y]
+        rotation = int(model.layout[at.PIN_ROTATIONS]) + c
+        moved_x -= frame[at.CRANK_X]
+        moved_y -= frame[at.CRANK_Y]
         lever_x = model.pins[c, 0] + moved_x
         lever_y = model.pins[c, 1] + moved_y
         if rotation < model.scales.shape[0]:
@@ -135,16 +108,16 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
 @inlined_kernel
 def rod_load(rod, scalars, c, pressure, torque):
     """What rod and piston of cylinder c are given."""
-    g = scalars[GRAVITY]
-    return RodLoad(c, gas_force(rod, scalars, pressure), torque, g * rod[SIN_BANK], g * rod[COS_BANK])
+    g = scalars[at.GRAVITY]
+    return RodLoad(c, gas_force(rod, scalars, pressure), torque, g * rod[at.SIN_BANK], g * rod[at.COS_BANK])
 
 
 @inlined_kernel
 def rod_on_axis(rod, load, cross, out):
     """Rod whose piston runs on the axis of its cylinder; ``out`` as of rod_force."""
     rod_force(
-        cross[X], cross[Y], cross[VX], cross[VY], cross[AX], cross[AY], load.gas, rod[ROD], rod[M_BIG], rod[M_OSC],
-        rod[DELTA_J], rod[OFFSET], load.g_x, load.g_y, out,
+        cross[X], cross[Y], cross[VX], cross[VY], cross[AX], cross[AY], load.gas, rod[at.ROD], rod[at.M_BIG],
+        rod[at.M_OSC], rod[at.DELTA_J], rod[at.OFFSET], load.g_x, load.g_y, out,
     )  # fmt: skip
 
 
@@ -152,9 +125,9 @@ def rod_on_axis(rod, load, cross, out):
 def pin_block(out, frame, cos, sin, c_q, c_v, block):
     """Tangent of a rod's force by its pin's displacement in a stage, from rod_force's, in the frame's axes (2 × 2)."""
     ratio = c_v / c_q
-    omega = frame[OMEGA]
+    omega = frame[at.OMEGA]
     alpha = 1.0 / c_q - omega * omega
-    beta = 2.0 * omega * ratio + frame[OMEGA_DOT]
+    beta = 2.0 * omega * ratio + frame[at.OMEGA_DOT]
     x = BY_X
     v = BY_VX
     a = BY_ACCELERATION
@@ -181,25 +154,25 @@ def observe_rod(model, work, c):
     out = work.scratch
     side = work.scratch[SIDE:]
     cross = work.scratch[CROSS:]
-    u = work.port[STATE_U]
-    ud = work.port[STATE_UD]
-    udd = work.port[STATE_UDD]
+    u = work.port[at.STATE_U]
+    ud = work.port[at.STATE_UD]
+    udd = work.port[at.STATE_UDD]
     load = rod_load(rod, model.scalars, c, work.pressures[0, c], 0.0)
     rod_end(model, frame, c, u, ud, udd, out)
     cos, sin = cylinder_axes(rod, frame)
     across_cylinder(out, cos, sin, cross)
     for j in range(LAYER):
         side[UPPER + j] = 0.0
-    if model.layout[PISTONS] == 0.0:
+    if model.layout[at.PISTONS] == 0.0:
         rod_on_axis(rod, load, cross, out)
-        side[UPPER] = out[0] + rod[M_BIG] * (cross[AX] + load.g_x) + rod[M_OSC] * load.g_x
+        side[UPPER] = out[0] + rod[at.M_BIG] * (cross[AX] + load.g_x) + rod[at.M_OSC] * load.g_x
         return
-    k = int(model.layout[PISTONS]) + 2 * c
+    k = int(model.layout[at.PISTONS]) + 2 * c
     piston = PistonMotion(u[k], ud[k], udd[k], u[k + 1], ud[k + 1])
     for _ in range(OBSERVING):
         piston_forces(model, load, piston, u, ud, cross, out, side)
-    out[0] -= rod[M_BIG] * (cross[AX] + load.g_x)
-    out[1] -= rod[M_BIG] * (cross[AY] + load.g_y)
+    out[0] -= rod[at.M_BIG] * (cross[AX] + load.g_x)
+    out[1] -= rod[at.M_BIG] * (cross[AY] + load.g_y)
 
 
 @kernel
@@ -211,24 +184,24 @@ def big_end_film(model, work, frame, c, cos, sin, ratio):
     """
     rod = work.scratch
     pin = work.scratch[PIN:]
-    f = work.port[FORCES]
+    f = work.port[at.FORCES]
     out = model.floating.out
-    turn = int(model.layout[PIN_ROTATIONS]) + c
+    turn = int(model.layout[at.PIN_ROTATIONS]) + c
     height, rod_speed = rod_swing(model.cylinders[c], rod, cos, sin)
     place_pin(model, c, pin, rod)
-    status = float_force(model, frame, c, FORCE, frame[OMEGA] + work.port[UD, turn], rod_speed)
+    status = float_force(model, frame, c, FORCE, frame[at.OMEGA] + work.port[at.UD, turn], rod_speed)
     friction = out[FRICTION]
     k = 2 * model.bearings.shape[0] + 1 + 2 * c
     f[k] += out[0]
     f[k + 1] += out[1]
-    k = int(model.layout[RODS]) + 2 * c
+    k = int(model.layout[at.RODS]) + 2 * c
     f[k] -= out[0]
     f[k + 1] -= out[1]
-    moved_x = pin[X] - model.pins[c, 0] - frame[CRANK_X]
-    moved_y = pin[Y] - model.pins[c, 1] - frame[CRANK_Y]
+    moved_x = pin[X] - model.pins[c, 0] - frame[at.CRANK_X]
+    moved_y = pin[Y] - model.pins[c, 1] - frame[at.CRANK_Y]
     f[turn] += moved_x * out[1] - moved_y * out[0] + friction
     block = work.blocks[model.bearings.shape[0] + c]
-    film_block(out, ratio, frame[OMEGA], block)
+    film_block(out, ratio, frame[at.OMEGA], block)
     for row in range(2):
         for column in range(2):
             value = block[4 * row + column]
@@ -253,7 +226,7 @@ def float_force(model, frame, c, action, pin_speed, rod_speed):
     films = model.floating
     films.numbers[SPEED] = pin_speed + rod_speed
     films.numbers[RUBBING] = pin_speed - rod_speed
-    films.numbers[FRAME_COS] = frame[COS]
-    films.numbers[FRAME_SIN] = frame[SIN]
-    films.numbers[FRAME_ANGLE] = frame[THETA]
+    films.numbers[FRAME_COS] = frame[at.COS]
+    films.numbers[FRAME_SIN] = frame[at.SIN]
+    films.numbers[FRAME_ANGLE] = frame[at.THETA]
     return film_call(films, action, c, films.out, films.out)

@@ -5,24 +5,11 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel
-from cranktrain.dynamics.model.slots import (
-    ADDED_LOSS,
-    FORCES,
-    GAS_WORK,
-    LINKS_LOSS,
-    OMEGA,
-    STATE_U,
-    STATE_UD,
-    STORED,
-    THETA,
-    UD,
-    WHIRL,
-    U,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.motion.added_connections import lean, link_law, measure_links, turn_frames, turn_terms
 from cranktrain.dynamics.motion.linear_algebra import dot
-from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology import slots as added
 from cranktrain.film.laws.films import FRICTION, OBSERVE, RUBBING, SPEED
 
 
@@ -30,52 +17,52 @@ from cranktrain.film.laws.films import FRICTION, OBSERVE, RUBBING, SPEED
 def observe_added(model, work, state, members, out):
     """Speeds and places of added bodies, forces and motion of added connections; adds their energy and losses."""
     shown = model.links.shown
-    turn_frames(model, work, work.frames[0, THETA])
+    turn_frames(model, work, work.frames[0, at.THETA])
     row = 0
-    while row < shown.shape[0] and shown[row, at.SHOWN_KIND] >= at.BODY_SPEED:
+    while row < shown.shape[0] and shown[row, added.SHOWN_KIND] >= added.BODY_SPEED:
         out[row] = body_value(model, work, state, shown[row])
         row += 1
     observe_bodies(model, work, state)
-    work.powers[LINKS_LOSS] = 0.0
+    work.powers[at.LINKS_LOSS] = 0.0
     frame = work.frames[0]
-    turn_terms(model, work, frame[THETA], frame[WHIRL])
-    measure_links(model, work, work.port[STATE_U], work.port[STATE_UD])
+    turn_terms(model, work, frame[at.THETA], frame[at.WHIRL])
+    measure_links(model, work, work.port[at.STATE_U], work.port[at.STATE_UD])
     for k in range(work.port.shape[1]):
-        work.port[U, k] = work.port[STATE_U, k]
-        work.port[UD, k] = work.port[STATE_UD, k]
-        work.port[FORCES, k] = 0.0
+        work.port[at.U, k] = work.port[at.STATE_U, k]
+        work.port[at.UD, k] = work.port[at.STATE_UD, k]
+        work.port[at.FORCES, k] = 0.0
     for k in range(model.links.rows.shape[0]):
         link_law(model, work, frame, work.pressures[0], k, OBSERVE, model.links.out)
         lost = link_loss(model, work, frame, k)
-        if model.links.rows[k, at.IS_GAS] > 0.0:
-            work.powers[GAS_WORK] -= lost
+        if model.links.rows[k, added.IS_GAS] > 0.0:
+            work.powers[at.GAS_WORK] -= lost
         else:
-            work.powers[LINKS_LOSS] += lost
-        first = int(model.links.rows[k, at.FIRST])
-        for r in range(int(model.links.rows[k, at.SIZE])):
-            work.added.gaps[at.F, first + r] = model.links.out[r]
-        while row < shown.shape[0] and int(shown[row, at.SHOWN_OF]) == k:
+            work.powers[at.LINKS_LOSS] += lost
+        first = int(model.links.rows[k, added.FIRST])
+        for r in range(int(model.links.rows[k, added.SIZE])):
+            work.added.gaps[added.F, first + r] = model.links.out[r]
+        while row < shown.shape[0] and int(shown[row, added.SHOWN_OF]) == k:
             out[row] = link_value(model, k, shown[row])
             row += 1
     for k in range(model.links.leans.shape[0]):
-        power = lean(model, work, frame, k, work.port[FORCES])
-        if model.links.rows[int(model.links.leans[k, at.LEANING]), at.IS_GAS] > 0.0:
-            work.powers[GAS_WORK] += power
+        power = lean(model, work, frame, k, work.port[at.FORCES])
+        if model.links.rows[int(model.links.leans[k, added.LEANING]), added.IS_GAS] > 0.0:
+            work.powers[at.GAS_WORK] += power
         else:
-            work.powers[LINKS_LOSS] -= power
+            work.powers[at.LINKS_LOSS] -= power
     return 0
 
 
 @inlined_kernel
 def link_value(model, k, shown):
     """One value of connection k as its law has just left it."""
-    place = int(shown[at.SHOWN_AT])
-    kind = int(shown[at.SHOWN_KIND])
-    if kind == at.PLACE_KIND:
+    place = int(shown[added.SHOWN_AT])
+    kind = int(shown[added.SHOWN_KIND])
+    if kind == added.PLACE_KIND:
         return model.links.place[k, place]
-    if kind == at.VELOCITY_KIND:
+    if kind == added.VELOCITY_KIND:
         return model.links.velocity[k, place]
-    if kind == at.OUT_KIND and place == FRICTION:
+    if kind == added.OUT_KIND and place == FRICTION:
         return -model.links.out[place]
     return model.links.out[place]
 
@@ -86,9 +73,9 @@ def link_loss(model, work, frame, k):
     links = model.links
     row = links.rows[k]
     lost = 0.0
-    for r in range(int(row[at.SIZE])):
-        lost -= links.out[r] * (links.velocity[k, r] - wandering(model, work, frame, int(row[at.FIRST]) + r))
-    if row[at.RUBS] > 0.0:
+    for r in range(int(row[added.SIZE])):
+        lost -= links.out[r] * (links.velocity[k, r] - wandering(model, work, frame, int(row[added.FIRST]) + r))
+    if row[added.RUBS] > 0.0:
         # Speeds of both ends about z: their sum and difference were the law's numbers.
         speed = links.numbers[RUBBING]
         across = links.place[k, 0] * links.out[1] - links.place[k, 1] * links.out[0]
@@ -105,62 +92,64 @@ def wandering(model, work, frame, j):
     rate = 0.0
     for t in range(int(model.links.starts[j]), int(model.links.starts[j + 1])):
         term = terms[t]
-        if term[at.LEVER_FRAME] >= 0.0:
-            apart = frames[int(term[at.GIVEN_FRAME]), at.TURNED] - frames[int(term[at.OWN_FRAME]), at.TURNED]
-            lever_rate = frames[int(term[at.LEVER_FRAME]), at.PLACE_X1 + int(term[at.LEVER_WAY])]
-            factor = term[at.AMPLITUDE] * math.cos(apart + term[at.ANGLE]) * lever_rate
-            rate += factor * work.port[U, int(term[at.TERM_PORT])]
-    return frame[OMEGA] * rate
+        if term[added.LEVER_FRAME] >= 0.0:
+            apart = (
+                frames[int(term[added.GIVEN_FRAME]), added.TURNED] - frames[int(term[added.OWN_FRAME]), added.TURNED]
+            )
+            lever_rate = frames[int(term[added.LEVER_FRAME]), added.PLACE_X1 + int(term[added.LEVER_WAY])]
+            factor = term[added.AMPLITUDE] * math.cos(apart + term[added.ANGLE]) * lever_rate
+            rate += factor * work.port[at.U, int(term[added.TERM_PORT])]
+    return frame[at.OMEGA] * rate
 
 
 @kernel
 def observe_bodies(model, work, state):
     """Energy of added bodies, against frames that turn evenly, and what their own damping takes."""
     n = model.omega2.shape[0]
-    work.powers[ADDED_LOSS] = 0.0
+    work.powers[at.ADDED_LOSS] = 0.0
     for b in range(model.bodies.rows.shape[0]):
         row = model.bodies.rows[b]
-        size = int(row[at.MODES])
-        o = int(row[at.OWN_MODE])
-        first = int(row[at.MODE])
+        size = int(row[added.MODES])
+        o = int(row[added.OWN_MODE])
+        first = int(row[added.MODE])
         q = state[offset(POSITION, n) + first :]
         v = state[offset(VELOCITY, n) + first :]
-        moved = work.added.frames[int(row[at.FRAME_OF])]
-        omega = row[at.SENSE] * moved[at.TURN] * work.frames[0, OMEGA]
-        swept_x = work.frames[0, OMEGA] * moved[at.OWN_X1]
-        swept_y = work.frames[0, OMEGA] * moved[at.OWN_Y1]
-        if model.links.frames[int(row[at.FRAME_OF]), at.FRAME_KIND] != at.TURNING:
+        moved = work.added.frames[int(row[added.FRAME_OF])]
+        omega = row[added.SENSE] * moved[added.TURN] * work.frames[0, at.OMEGA]
+        swept_x = work.frames[0, at.OMEGA] * moved[added.OWN_X1]
+        swept_y = work.frames[0, at.OMEGA] * moved[added.OWN_Y1]
+        if model.links.frames[int(row[added.FRAME_OF]), added.FRAME_KIND] != added.TURNING:
             # What a frame moves by itself is constant in one that turns evenly.
-            own = row[at.MASS] * (swept_x * swept_x + swept_y * swept_y) + row[at.INERTIA] * omega * omega
-            across = swept_y * row[at.UNBALANCE_X] - swept_x * row[at.UNBALANCE_Y]
-            work.powers[STORED] += 0.5 * own + omega * across
+            own = row[added.MASS] * (swept_x * swept_x + swept_y * swept_y) + row[added.INERTIA] * omega * omega
+            across = swept_y * row[added.UNBALANCE_X] - swept_x * row[added.UNBALANCE_Y]
+            work.powers[at.STORED] += 0.5 * own + omega * across
         x = dot(model.bodies.translation[0, o:], q, size)
         y = dot(model.bodies.translation[1, o:], q, size)
         x_rate = dot(model.bodies.translation[0, o:], v, size)
         y_rate = dot(model.bodies.translation[1, o:], v, size)
-        work.powers[STORED] += swept_x * (x_rate - omega * y) + swept_y * (y_rate + omega * x)
+        work.powers[at.STORED] += swept_x * (x_rate - omega * y) + swept_y * (y_rate + omega * x)
         for i in range(size):
             carried = model.bodies.euler_load[o + i] * v[i] + omega * model.bodies.centrifugal_load[o + i] * q[i]
             for j in range(size):
                 turned = v[j] * model.bodies.gyroscopic[o + i, j] - 0.5 * omega * q[j] * model.bodies.spin[o + i, j]
                 carried += turned * q[i]
-            work.powers[STORED] += omega * carried
-            if row[at.ENDS_GROUP] > 0.0:
-                work.powers[ADDED_LOSS] += model.damping[first + i] * v[i] * v[i]
+            work.powers[at.STORED] += omega * carried
+            if row[added.ENDS_GROUP] > 0.0:
+                work.powers[at.ADDED_LOSS] += model.damping[first + i] * v[i] * v[i]
 
 
 @kernel
 def body_value(model, work, state, shown):
     """Speed (rad/s), rotation against its frame (rad), or displacement of the centre of mass (m) of an added body."""
-    row = model.bodies.rows[int(shown[at.SHOWN_OF])]
+    row = model.bodies.rows[int(shown[added.SHOWN_OF])]
     n = model.omega2.shape[0]
-    size = int(row[at.MODES])
-    o = int(row[at.OWN_MODE])
-    q = state[offset(POSITION, n) + int(row[at.MODE]) :]
-    if shown[at.SHOWN_KIND] == at.BODY_PLACE:
-        return dot(model.bodies.centre[int(shown[at.SHOWN_AT]), o:], q, size)
-    if shown[at.SHOWN_KIND] == at.BODY_TURN:
-        return row[at.SENSE] * dot(model.bodies.turn[o:], q, size)
-    v = state[offset(VELOCITY, n) + int(row[at.MODE]) :]
-    turn = work.added.frames[int(row[at.FRAME_OF]), at.TURN]
-    return turn * work.frames[0, OMEGA] + row[at.SENSE] * dot(model.bodies.turn[o:], v, size)
+    size = int(row[added.MODES])
+    o = int(row[added.OWN_MODE])
+    q = state[offset(POSITION, n) + int(row[added.MODE]) :]
+    if shown[added.SHOWN_KIND] == added.BODY_PLACE:
+        return dot(model.bodies.centre[int(shown[added.SHOWN_AT]), o:], q, size)
+    if shown[added.SHOWN_KIND] == added.BODY_TURN:
+        return row[added.SENSE] * dot(model.bodies.turn[o:], q, size)
+    v = state[offset(VELOCITY, n) + int(row[added.MODE]) :]
+    turn = work.added.frames[int(row[added.FRAME_OF]), added.TURN]
+    return turn * work.frames[0, at.OMEGA] + row[added.SENSE] * dot(model.bodies.turn[o:], v, size)

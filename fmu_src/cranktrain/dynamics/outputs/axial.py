@@ -7,20 +7,7 @@ between collar and pulley, stretched by axial forces and, its throws being what 
 from __future__ import annotations
 
 from cranktrain.core.kernel import law_kernel
-from cranktrain.dynamics.model.slots import (
-    AXIAL_FORCE,
-    AXIAL_FORCE_WORK,
-    AXIAL_JOINT,
-    AXIAL_JOINT_LOSS,
-    FIRST,
-    FLYWHEEL_AXIAL,
-    PULLEY_AXIAL,
-    RELATIVE,
-    STATE_U,
-    STATE_UD,
-    THRUST_LAW,
-    TURNING_MODES,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.motion.film_memory import joint_offset
 from cranktrain.dynamics.motion.linear_algebra import dot
@@ -34,18 +21,18 @@ FORCE, SLIP = range(2)
 def observe_axial(model, work, state, members, out):
     """Displacements along the crank axis: thrust faces in space, collar against them, pulley against the collar."""
     n = model.omega2.shape[0]
-    t = int(model.layout[TURNING_MODES])
+    t = int(model.layout[at.TURNING_MODES])
     q = state[offset(POSITION, n) : offset(POSITION, n) + n]
-    collar = int(model.connections[int(model.layout[THRUST_LAW]), FIRST])
+    collar = int(model.connections[int(model.layout[at.THRUST_LAW]), at.FIRST])
     out[OF_ENGINE] = 0.0
     for k in range(model.axial.shape[0]):
         faces = int(model.axial[k, 1]) - model.ports.shape[0]
         for i in range(model.block_ports.shape[1]):  # the block's own modes, before those of pistons
             out[OF_ENGINE] += model.block_ports[faces, i] * q[t + i]
-    out[OF_BEARING] = work.port[RELATIVE, collar]
+    out[OF_BEARING] = work.port[at.RELATIVE, collar]
     out[OF_CRANK] = 0.0
     for i in range(t):
-        out[OF_CRANK] += (model.ends[PULLEY_AXIAL, i] - model.ports[collar, i]) * q[i]
+        out[OF_CRANK] += (model.ends[at.PULLEY_AXIAL, i] - model.ports[collar, i]) * q[i]
     return 0
 
 
@@ -55,15 +42,15 @@ def observe_axial_path(model, work, state, members, out):
     out[FORCE] = 0.0
     out[SLIP] = 0.0
     n = model.omega2.shape[0]
-    t = int(model.layout[TURNING_MODES])
+    t = int(model.layout[at.TURNING_MODES])
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
-    work.powers[AXIAL_JOINT_LOSS] = 0.0
-    work.powers[AXIAL_FORCE_WORK] = -work.frames[0, AXIAL_FORCE] * dot(model.ends[FLYWHEEL_AXIAL], v, t)
-    if model.layout[AXIAL_JOINT] > 0.0:
+    work.powers[at.AXIAL_JOINT_LOSS] = 0.0
+    work.powers[at.AXIAL_FORCE_WORK] = -work.frames[0, at.AXIAL_FORCE] * dot(model.ends[at.FLYWHEEL_AXIAL], v, t)
+    if model.layout[at.AXIAL_JOINT] > 0.0:
         joint = model.axial_joint
         film_call(joint, OBSERVE, 0, state[joint_offset(model) :], joint.out)
         out[FORCE] = joint.out[0]
-        port = int(model.connections[int(model.layout[AXIAL_JOINT]), FIRST])
-        out[SLIP] = work.port[STATE_U, port]
-        work.powers[AXIAL_JOINT_LOSS] = -out[FORCE] * work.port[STATE_UD, port]
+        port = int(model.connections[int(model.layout[at.AXIAL_JOINT]), at.FIRST])
+        out[SLIP] = work.port[at.STATE_U, port]
+        work.powers[at.AXIAL_JOINT_LOSS] = -out[FORCE] * work.port[at.STATE_UD, port]
     return 0

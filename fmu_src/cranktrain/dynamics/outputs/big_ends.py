@@ -7,21 +7,7 @@ Vectors in axes at rest: x across the engine, y upwards. A rigid big end has a l
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel, law_kernel
-from cranktrain.dynamics.model.slots import (
-    BIG_ENDS_FRICTION,
-    BIG_ENDS_SHEAR,
-    BIG_ENDS_SQUEEZE,
-    COS,
-    COS_BANK,
-    OMEGA,
-    PIN_ROTATIONS,
-    RODS,
-    SIN,
-    SIN_BANK,
-    STATE_U,
-    STATE_UD,
-    STATE_UDD,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.rod_motion import PIN, X, Y, big_end_motion, cylinder_axes, pin_motion, rod_swing
 from cranktrain.dynamics.motion.rods import float_force, observe_rod, place_pin
 from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, OBSERVE, P_MAX
@@ -34,19 +20,19 @@ BIG_END_OUTPUTS = 9
 @law_kernel
 def observe_big_ends(model, work, state, members, out):
     """Force on each pin, place of the pin in the bore, film."""
-    work.powers[BIG_ENDS_FRICTION] = 0.0
-    work.powers[BIG_ENDS_SHEAR] = 0.0
-    work.powers[BIG_ENDS_SQUEEZE] = 0.0
+    work.powers[at.BIG_ENDS_FRICTION] = 0.0
+    work.powers[at.BIG_ENDS_SHEAR] = 0.0
+    work.powers[at.BIG_ENDS_SQUEEZE] = 0.0
     for c in range(members):
         row = out[BIG_END_OUTPUTS * c : BIG_END_OUTPUTS * (c + 1)]
         for i in range(BIG_END_OUTPUTS):
             row[i] = 0.0
-        if model.layout[RODS] > 0.0:
+        if model.layout[at.RODS] > 0.0:
             observe_floating(model, work, c, row)
         else:
             observe_rod(model, work, c)
             rod = model.cylinders[c]
-            to_space(work.scratch, rod[COS_BANK], rod[SIN_BANK], row[FORCE_X:])
+            to_space(work.scratch, rod[at.COS_BANK], rod[at.SIN_BANK], row[FORCE_X:])
     return 0
 
 
@@ -54,9 +40,9 @@ def observe_big_ends(model, work, state, members, out):
 def observe_floating(model, work, c, row):
     """Outputs of the floating big end of cylinder c."""
     frame = work.frames[0]
-    u = work.port[STATE_U]
-    ud = work.port[STATE_UD]
-    udd = work.port[STATE_UDD]
+    u = work.port[at.STATE_U]
+    ud = work.port[at.STATE_UD]
+    udd = work.port[at.STATE_UDD]
     rod = work.scratch
     pin = work.scratch[PIN:]
     pin_motion(model, frame, c, u, ud, udd, pin)
@@ -64,22 +50,22 @@ def observe_floating(model, work, c, row):
     place_pin(model, c, pin, rod)
     cos, sin = cylinder_axes(model.cylinders[c], frame)
     _, rod_speed = rod_swing(model.cylinders[c], rod, cos, sin)
-    pin_speed = frame[OMEGA] + ud[int(model.layout[PIN_ROTATIONS]) + c]
+    pin_speed = frame[at.OMEGA] + ud[int(model.layout[at.PIN_ROTATIONS]) + c]
     float_force(model, frame, c, OBSERVE, pin_speed, rod_speed)
     film = model.floating.out
-    to_space(film, frame[COS], frame[SIN], row[FORCE_X:])
-    to_space(model.floating.place[c], frame[COS], frame[SIN], row[POSITION_X:])
+    to_space(film, frame[at.COS], frame[at.SIN], row[FORCE_X:])
+    to_space(model.floating.place[c], frame[at.COS], frame[at.SIN], row[POSITION_X:])
     row[ECCENTRIC] = film[ECCENTRICITY]
     row[FILM_MIN] = max(model.big_ends[c, CLEARANCE] * (1.0 - film[ECCENTRICITY]), 0.0)
     row[PRESSURE_MAX] = film[P_MAX]
     row[FRICTION_TORQUE] = -film[FRICTION]
-    work.powers[BIG_ENDS_FRICTION] += row[FRICTION_TORQUE] * (pin_speed - rod_speed)
-    work.powers[BIG_ENDS_SHEAR] += row[FRICTION_TORQUE] * (pin_speed - rod_speed)
+    work.powers[at.BIG_ENDS_FRICTION] += row[FRICTION_TORQUE] * (pin_speed - rod_speed)
+    work.powers[at.BIG_ENDS_SHEAR] += row[FRICTION_TORQUE] * (pin_speed - rod_speed)
     place = model.floating.place[c]
     velocity = model.floating.velocity[c]
     # The film acts on the rod where the pin is.
-    work.powers[BIG_ENDS_SQUEEZE] -= film[X] * (velocity[X] + rod_speed * place[Y])
-    work.powers[BIG_ENDS_SQUEEZE] -= film[Y] * (velocity[Y] - rod_speed * place[X])
+    work.powers[at.BIG_ENDS_SQUEEZE] -= film[X] * (velocity[X] + rod_speed * place[Y])
+    work.powers[at.BIG_ENDS_SQUEEZE] -= film[Y] * (velocity[Y] - rod_speed * place[X])
     row[OIL_FLOW] = film[FLOW]
 
 

@@ -5,28 +5,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel, law_kernel
-from cranktrain.dynamics.model.slots import (
-    BIG_ENDS_FRICTION,
-    BLOCK_LOSS,
-    BORE_ROTATIONS,
-    CRANK_LOSS,
-    DRIVEN,
-    DYNAMOMETER_POWER,
-    GAS_POWER,
-    GRAVITY,
-    LEAD,
-    LEAD_RATE,
-    LINERS_FRICTION,
-    MAINS_FRICTION,
-    OMEGA,
-    ROTATION,
-    SHAFTS_LOSS,
-    STORED,
-    THETA,
-    TURNING_MODES,
-    VALVE_POWER,
-    VALVE_TORQUE,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import (
     ITERATIONS,
     LAST_INTERVAL,
@@ -56,39 +35,39 @@ ONLINE, LAST = 3, 4
 def observe_crank(model, work, state, members, out):
     """Angle and speed, motion of pulley and flywheel against the frame, torque that the drive line takes."""
     n = model.omega2.shape[0]
-    t = int(model.layout[TURNING_MODES])
+    t = int(model.layout[at.TURNING_MODES])
     frame = work.frames[0]
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
     # The crank is where it is, not where the frame that follows it has come to.
     rotation, rate, _ = crank_rotation(model, state)
-    angle = frame[THETA] + rotation
+    angle = frame[at.THETA] + rotation
     out[CRANK_ANGLE] = angle
     out[CYCLE_ANGLE] = angle - CYCLE * math.floor(angle / CYCLE)
     # Where a partner that steps at the same time will find the crank.
-    out[NEXT_ANGLE] = angle + (frame[OMEGA] + rate) * state[LAST_INTERVAL]
-    out[CRANK_SPEED] = frame[OMEGA]
-    if model.scalars[DRIVEN] == 0.0:
+    out[NEXT_ANGLE] = angle + (frame[at.OMEGA] + rate) * state[LAST_INTERVAL]
+    out[CRANK_SPEED] = frame[at.OMEGA]
+    if model.scalars[at.DRIVEN] == 0.0:
         out[CRANK_SPEED] += rate
     out[FLYWHEEL_TORSION] = dot(model.ends[0], q, t)
     out[PULLEY_TORSION] = dot(model.ends[1], q, t)
     out[PULLEY_AXIAL] = dot(model.ends[2], q, t)
     out[SHAFT_TORQUE] = 0.0
     powers = work.powers
-    powers[SHAFTS_LOSS] = 0.0
-    powers[DYNAMOMETER_POWER] = 0.0
-    powers[STORED] = 0.0
+    powers[at.SHAFTS_LOSS] = 0.0
+    powers[at.DYNAMOMETER_POWER] = 0.0
+    powers[at.STORED] = 0.0
     # The dynamometer keeps the given speed, which the frame leads.
-    given = frame[OMEGA] - frame[LEAD_RATE]
+    given = frame[at.OMEGA] - frame[at.LEAD_RATE]
     for k in range(model.shafts.shape[0]):
         law = model.shaft_laws[k]
-        twist = model.scalars[DRIVEN] * law[LEADING] * frame[LEAD] + dot(model.shafts[k], q, t)
-        twist_rate = model.scalars[DRIVEN] * law[LEADING] * frame[LEAD_RATE] + dot(model.shafts[k], v, t)
+        twist = model.scalars[at.DRIVEN] * law[LEADING] * frame[at.LEAD] + dot(model.shafts[k], q, t)
+        twist_rate = model.scalars[at.DRIVEN] * law[LEADING] * frame[at.LEAD_RATE] + dot(model.shafts[k], v, t)
         torque = law[STIFFNESS] * twist + law[DAMPING] * twist_rate
         out[SHAFT_TORQUE] += law[AT_FLYWHEEL] * torque
-        powers[SHAFTS_LOSS] += law[DAMPING] * twist_rate * twist_rate
-        powers[STORED] += 0.5 * law[STIFFNESS] * twist * twist
-        powers[DYNAMOMETER_POWER] += model.scalars[DRIVEN] * law[LEADING] * torque * given
+        powers[at.SHAFTS_LOSS] += law[DAMPING] * twist_rate * twist_rate
+        powers[at.STORED] += 0.5 * law[STIFFNESS] * twist * twist
+        powers[at.DYNAMOMETER_POWER] += model.scalars[at.DRIVEN] * law[LEADING] * torque * given
     observe_structure(model, work, state)
     return 0
 
@@ -97,11 +76,11 @@ def observe_crank(model, work, state, members, out):
 def observe_structure(model, work, state):
     """Powers of the structures' own damping and of the valve train; adds the energy of crank, rotors and block."""
     n = model.omega2.shape[0]
-    t = int(model.layout[TURNING_MODES])
+    t = int(model.layout[at.TURNING_MODES])
     q = state[offset(POSITION, n) : offset(POSITION, n) + n]
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + n]
     powers = work.powers
-    omega = work.frames[0, OMEGA]
+    omega = work.frames[0, at.OMEGA]
     energy = 0.0
     for i in range(t):
         carried = model.euler_load[i] * v[i] + omega * model.centrifugal_load[i] * q[i]
@@ -112,20 +91,20 @@ def observe_structure(model, work, state):
     for i in range(n):
         energy += 0.5 * (v[i] * v[i] + model.omega2[i] * q[i] * q[i])
     for i in range(model.block.stiffness.shape[0]):
-        energy -= (model.block.preload[i] - model.scalars[GRAVITY] * model.gravity[1, t + i]) * q[t + i]
+        energy -= (model.block.preload[i] - model.scalars[at.GRAVITY] * model.gravity[1, t + i]) * q[t + i]
         energy += 0.5 * q[t + i] * dot(model.block.stiffness[i], q[t:], model.block.stiffness.shape[0])
-    powers[STORED] += energy
-    powers[CRANK_LOSS] = 0.0
-    powers[BLOCK_LOSS] = 0.0
+    powers[at.STORED] += energy
+    powers[at.CRANK_LOSS] = 0.0
+    powers[at.BLOCK_LOSS] = 0.0
     for i in range(t):
-        powers[CRANK_LOSS] += model.damping[i] * v[i] * v[i]
+        powers[at.CRANK_LOSS] += model.damping[i] * v[i] * v[i]
     standing = model.block.preload.shape[0]
     for i in range(t, t + standing):
-        powers[BLOCK_LOSS] += model.damping[i] * v[i] * v[i]
+        powers[at.BLOCK_LOSS] += model.damping[i] * v[i] * v[i]
     speed = omega + dot(model.ends[1], v, t)
-    if model.layout[BORE_ROTATIONS] > 0.0:
-        speed -= dot(model.block.motion[ROTATION], v[t:], standing)
-    powers[VALVE_POWER] = work.frames[0, VALVE_TORQUE] * speed
+    if model.layout[at.BORE_ROTATIONS] > 0.0:
+        speed -= dot(model.block.motion[at.ROTATION], v[t:], standing)
+    powers[at.VALVE_POWER] = work.frames[0, at.VALVE_TORQUE] * speed
 
 
 @law_kernel
@@ -134,14 +113,14 @@ def observe_torques(model, work, state, members, out):
 
     Powers are those that the families before have left.
     """
-    speed = work.frames[0, OMEGA]
+    speed = work.frames[0, at.OMEGA]
     for k in range(BRAKE + 1):
         out[k] = 0.0
     if speed > SLOWEST:
         powers = work.powers
-        out[INDICATED] = powers[GAS_POWER] / speed
-        out[FRICTION] = (powers[MAINS_FRICTION] + powers[BIG_ENDS_FRICTION] + powers[LINERS_FRICTION]) / speed
-        out[BRAKE] = out[INDICATED] - out[FRICTION] - work.frames[0, VALVE_TORQUE]
+        out[INDICATED] = powers[at.GAS_POWER] / speed
+        out[FRICTION] = (powers[at.MAINS_FRICTION] + powers[at.BIG_ENDS_FRICTION] + powers[at.LINERS_FRICTION]) / speed
+        out[BRAKE] = out[INDICATED] - out[FRICTION] - work.frames[0, at.VALVE_TORQUE]
     return 0
 
 

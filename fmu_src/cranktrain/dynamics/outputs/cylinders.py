@@ -8,30 +8,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel, law_kernel
-from cranktrain.dynamics.model.slots import (
-    AREA,
-    CLEARANCE_VOLUME,
-    CRANKCASE,
-    DELTA_J,
-    GAS_POWER,
-    GAS_WORK,
-    LINERS,
-    LINERS_FRICTION,
-    LINERS_LOSS,
-    M_BIG,
-    M_OSC,
-    OFFSET,
-    OWN_ROD,
-    PISTONS,
-    ROD,
-    SKIRTS_LOSS,
-    STATE_U,
-    STATE_UD,
-    STATE_UDD,
-    STORED,
-    STROKE_TOP,
-    TURNING_MODES,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import VELOCITY, offset
 from cranktrain.dynamics.motion.guided_pistons import FRICTION_ALONG, LOWER, UPPER, upper_share
 from cranktrain.dynamics.motion.linear_algebra import dot
@@ -48,47 +25,47 @@ LATERAL, TILT, SIDE_FORCE, FRICTION, PISTON_OUTPUTS = range(5)
 def observe_cylinders(model, work, state, members, out):
     """Volume of the gas and its rate, and how far each piston is from the highest place of its pin."""
     frame = work.frames[0]
-    u = work.port[STATE_U]
+    u = work.port[at.STATE_U]
     motion = work.scratch
-    work.powers[GAS_POWER] = 0.0
-    work.powers[GAS_WORK] = 0.0
+    work.powers[at.GAS_POWER] = 0.0
+    work.powers[at.GAS_WORK] = 0.0
     for c in range(members):
         rod = model.cylinders[c]
-        rod_end(model, frame, c, u, work.port[STATE_UD], work.port[STATE_UDD], motion)
+        rod_end(model, frame, c, u, work.port[at.STATE_UD], work.port[at.STATE_UDD], motion)
         cos, sin = cylinder_axes(rod, frame)
-        side = cos * motion[X] - sin * motion[Y] - rod[OFFSET]
+        side = cos * motion[X] - sin * motion[Y] - rod[at.OFFSET]
         side_rate = cos * motion[VX] - sin * motion[VY]
-        if model.layout[PISTONS] > 0.0:
-            side -= u[int(model.layout[PISTONS]) + 2 * c]
-            side_rate -= work.port[STATE_UD, int(model.layout[PISTONS]) + 2 * c]
-        height = math.sqrt(rod[ROD] * rod[ROD] - side * side)
+        if model.layout[at.PISTONS] > 0.0:
+            side -= u[int(model.layout[at.PISTONS]) + 2 * c]
+            side_rate -= work.port[at.STATE_UD, int(model.layout[at.PISTONS]) + 2 * c]
+        height = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
         position = sin * motion[X] + cos * motion[Y] + height
         rate = sin * motion[VX] + cos * motion[VY] - side * side_rate / height
         row = out[CYLINDER_OUTPUTS * c : CYLINDER_OUTPUTS * (c + 1)]
-        row[VOLUME] = rod[CLEARANCE_VOLUME] + rod[AREA] * (rod[STROKE_TOP] - position)
-        row[VOLUME_RATE] = -rod[AREA] * rate
-        row[PISTON_POSITION] = rod[STROKE_TOP] - position
-        pressure = work.pressures[0, c] - model.scalars[CRANKCASE]
-        work.powers[GAS_POWER] += pressure * row[VOLUME_RATE]
+        row[VOLUME] = rod[at.CLEARANCE_VOLUME] + rod[at.AREA] * (rod[at.STROKE_TOP] - position)
+        row[VOLUME_RATE] = -rod[at.AREA] * rate
+        row[PISTON_POSITION] = rod[at.STROKE_TOP] - position
+        pressure = work.pressures[0, c] - model.scalars[at.CRANKCASE]
+        work.powers[at.GAS_POWER] += pressure * row[VOLUME_RATE]
         rising = sliding_rate(model, work, c, position, rate)
-        if model.layout[LINERS] > 0.0:
+        if model.layout[at.LINERS] > 0.0:
             n = model.omega2.shape[0]
-            t = int(model.layout[TURNING_MODES])
+            t = int(model.layout[at.TURNING_MODES])
             v = state[offset(VELOCITY, n) + t : offset(VELOCITY, n) + n]
             rising -= dot(model.block.heads[c], v, model.block.preload.shape[0])
-        work.powers[GAS_WORK] -= pressure * rod[AREA] * rod[OWN_ROD] * rising
+        work.powers[at.GAS_WORK] -= pressure * rod[at.AREA] * rod[at.OWN_ROD] * rising
     return 0
 
 
 @kernel
 def sliding_rate(model, work, c, position, rate):
     """Rate (m/s) at which the pin of piston c rises along its leaning liner, the liner's own rise not taken off."""
-    if model.layout[LINERS] == 0.0:
+    if model.layout[at.LINERS] == 0.0:
         return rate
-    u = work.port[STATE_U]
-    ud = work.port[STATE_UD]
-    liner = int(model.layout[LINERS]) + 3 * c
-    piston = int(model.layout[PISTONS]) + 2 * c
+    u = work.port[at.STATE_U]
+    ud = work.port[at.STATE_UD]
+    liner = int(model.layout[at.LINERS]) + 3 * c
+    piston = int(model.layout[at.PISTONS]) + 2 * c
     length = model.block.liners[c, 0] - model.block.liners[c, 1]
     slope = (u[liner] - u[liner + 1]) / length
     turning = (ud[liner] - ud[liner + 1]) / length
@@ -102,36 +79,36 @@ def sliding_rate(model, work, c, position, rate):
 @law_kernel
 def observe_pistons(model, work, state, members, out):
     """Motion in the liner, across the cylinder at the height of the pin and in tilt; forces on it, across and along."""
-    u = work.port[STATE_U]
+    u = work.port[at.STATE_U]
     r = work.scratch
-    work.powers[LINERS_FRICTION] = 0.0
-    work.powers[LINERS_LOSS] = 0.0
-    work.powers[SKIRTS_LOSS] = 0.0
+    work.powers[at.LINERS_FRICTION] = 0.0
+    work.powers[at.LINERS_LOSS] = 0.0
+    work.powers[at.SKIRTS_LOSS] = 0.0
     for c in range(members):
         row = out[PISTON_OUTPUTS * c : PISTON_OUTPUTS * (c + 1)]
         observe_rod(model, work, c)
         row[LATERAL] = 0.0
         row[TILT] = 0.0
-        work.powers[STORED] += rod_energy(model, work, c)
-        if model.layout[PISTONS] > 0.0:
-            port = int(model.layout[PISTONS]) + 2 * c
+        work.powers[at.STORED] += rod_energy(model, work, c)
+        if model.layout[at.PISTONS] > 0.0:
+            port = int(model.layout[at.PISTONS]) + 2 * c
             row[LATERAL] = u[port]
             row[TILT] = u[port + 1]
-            if model.layout[LINERS] > 0.0:
-                liner = int(model.layout[LINERS]) + 3 * c
+            if model.layout[at.LINERS] > 0.0:
+                liner = int(model.layout[at.LINERS]) + 3 * c
                 share = upper_share(model, c, r[PISTON])
                 row[LATERAL] -= share * u[liner] + (1.0 - share) * u[liner + 1]
                 row[TILT] += (u[liner] - u[liner + 1]) / (model.block.liners[c, 0] - model.block.liners[c, 1])
         row[SIDE_FORCE] = -r[SIDE + UPPER] - r[SIDE + LOWER]
         row[FRICTION] = -r[SIDE + FRICTION_ALONG]
-        work.powers[LINERS_FRICTION] += row[FRICTION] * r[PISTON_VELOCITY]
+        work.powers[at.LINERS_FRICTION] += row[FRICTION] * r[PISTON_VELOCITY]
         rising = sliding_rate(model, work, c, r[PISTON], r[PISTON_VELOCITY])
-        if model.layout[LINERS] > 0.0:
-            rising -= work.port[STATE_UD, int(model.layout[LINERS]) + 3 * c + 2]
-        work.powers[LINERS_LOSS] += row[FRICTION] * rising
-        if model.layout[PISTONS] > 0.0:
+        if model.layout[at.LINERS] > 0.0:
+            rising -= work.port[at.STATE_UD, int(model.layout[at.LINERS]) + 3 * c + 2]
+        work.powers[at.LINERS_LOSS] += row[FRICTION] * rising
+        if model.layout[at.PISTONS] > 0.0:
             for layer in range(2):
-                work.powers[SKIRTS_LOSS] -= r[SIDE + UPPER + layer] * layer_rate(model, work, c, layer, r)
+                work.powers[at.SKIRTS_LOSS] -= r[SIDE + UPPER + layer] * layer_rate(model, work, c, layer, r)
     return 0
 
 
@@ -140,27 +117,27 @@ def rod_energy(model, work, c):
     """Kinetic energy (J) of a rod and of its piston along the cylinder, from the motion that observe_rod has left."""
     rod = model.cylinders[c]
     cross = work.scratch[CROSS:]
-    side = cross[X] - rod[OFFSET]
+    side = cross[X] - rod[at.OFFSET]
     side_rate = cross[VX]
-    if model.layout[PISTONS] > 0.0:
-        side -= work.port[STATE_U, int(model.layout[PISTONS]) + 2 * c]
-        side_rate -= work.port[STATE_UD, int(model.layout[PISTONS]) + 2 * c]
-    swing = side_rate * side_rate / (rod[ROD] * rod[ROD] - side * side)
+    if model.layout[at.PISTONS] > 0.0:
+        side -= work.port[at.STATE_U, int(model.layout[at.PISTONS]) + 2 * c]
+        side_rate -= work.port[at.STATE_UD, int(model.layout[at.PISTONS]) + 2 * c]
+    swing = side_rate * side_rate / (rod[at.ROD] * rod[at.ROD] - side * side)
     along = work.scratch[PISTON_VELOCITY]
     across = cross[VX] * cross[VX] + cross[VY] * cross[VY]
-    return 0.5 * (rod[M_OSC] * along * along + rod[M_BIG] * across + rod[DELTA_J] * swing)
+    return 0.5 * (rod[at.M_OSC] * along * along + rod[at.M_BIG] * across + rod[at.DELTA_J] * swing)
 
 
 @kernel
 def layer_rate(model, work, c, layer, rod):
     """Rate of the gap (m/s) between a layer of the skirt of piston c and its liner, square to the leaning liner."""
-    u = work.port[STATE_U]
-    ud = work.port[STATE_UD]
-    piston = int(model.layout[PISTONS]) + 2 * c
+    u = work.port[at.STATE_U]
+    ud = work.port[at.STATE_UD]
+    piston = int(model.layout[at.PISTONS]) + 2 * c
     height = model.block.guidance[HEIGHT + layer]
     rate = ud[piston] - ud[piston + 1] * height
-    if model.layout[LINERS] > 0.0:
-        liner = int(model.layout[LINERS]) + 3 * c
+    if model.layout[at.LINERS] > 0.0:
+        liner = int(model.layout[at.LINERS]) + 3 * c
         slope = (u[liner] - u[liner + 1]) / (model.block.liners[c, 0] - model.block.liners[c, 1])
         share = upper_share(model, c, rod[PISTON] + height - u[liner + 2])
         rate -= share * ud[liner] + (1.0 - share) * ud[liner + 1] + slope * (rod[PISTON_VELOCITY] - ud[liner + 2])

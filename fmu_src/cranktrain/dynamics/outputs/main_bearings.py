@@ -12,23 +12,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel, law_kernel
-from cranktrain.dynamics.model.slots import (
-    BORE_ROTATIONS,
-    COS,
-    COUPLED,
-    JOURNAL_ROTATIONS,
-    MAINS_FRICTION,
-    MAINS_SHEAR,
-    MAINS_SQUEEZE,
-    OMEGA,
-    RELATIVE,
-    RELATIVE_RATE,
-    SIN,
-    STATE_UD,
-    THRUST_LAW,
-    THRUST_LOSS,
-    TURNING_MODES,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import POSITION, offset
 from cranktrain.dynamics.motion.equations import frame_numbers, place_collar
 from cranktrain.dynamics.motion.film_memory import memory_offset, place_film
@@ -72,29 +56,33 @@ EFFECTIVE_SPEED, ANGLE_OF_GAP, SIDE_OF_GAP, RATE_OF_GAP, BEARING_OUTPUTS = range
 def observe_bearings(model, work, state, members, out):
     """Load, film and motion of each main journal in its bore; 0 where journals are locked on their axis."""
     n = model.omega2.shape[0]
-    t = int(model.layout[TURNING_MODES])
+    t = int(model.layout[at.TURNING_MODES])
     b = model.bearings.shape[0]
-    journal = int(model.layout[JOURNAL_ROTATIONS])
+    journal = int(model.layout[at.JOURNAL_ROTATIONS])
     frame = work.frames[0]
     films = model.films
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]
     frame_numbers(frame, films.numbers)
-    work.powers[MAINS_FRICTION] = 0.0
-    work.powers[MAINS_SHEAR] = 0.0
-    work.powers[MAINS_SQUEEZE] = 0.0
+    work.powers[at.MAINS_FRICTION] = 0.0
+    work.powers[at.MAINS_SHEAR] = 0.0
+    work.powers[at.MAINS_SQUEEZE] = 0.0
     for i in range(b):
         row = out[BEARING_OUTPUTS * i : BEARING_OUTPUTS * (i + 1)]
-        place_film(model, work.port[RELATIVE], work.port[RELATIVE_RATE], frame[OMEGA], i)
-        speed = frame[OMEGA] + work.port[STATE_UD, journal + i]
+        place_film(model, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.OMEGA], i)
+        speed = frame[at.OMEGA] + work.port[at.STATE_UD, journal + i]
         films.numbers[SPEED] = speed
         films.numbers[RUBBING] = speed
         film_call(films, OBSERVE, i, state[memory_offset(model, i) : memory_offset(model, i + 1)], films.out)
-        observe_film(films.out, model.bearings[i], model.connections[i, COUPLED], frame, row)
-        work.powers[MAINS_FRICTION] += row[FRICTION_TORQUE] * speed
-        bore = work.port[STATE_UD, int(model.layout[BORE_ROTATIONS]) + i] if model.layout[BORE_ROTATIONS] > 0.0 else 0.0
-        work.powers[MAINS_SHEAR] += row[FRICTION_TORQUE] * (speed - bore)
-        for k in range(int(model.connections[i, COUPLED])):
-            work.powers[MAINS_SQUEEZE] -= films.out[k] * films.velocity[i, k]
+        observe_film(films.out, model.bearings[i], model.connections[i, at.COUPLED], frame, row)
+        work.powers[at.MAINS_FRICTION] += row[FRICTION_TORQUE] * speed
+        bore = (
+            work.port[at.STATE_UD, int(model.layout[at.BORE_ROTATIONS]) + i]
+            if model.layout[at.BORE_ROTATIONS] > 0.0
+            else 0.0
+        )
+        work.powers[at.MAINS_SHEAR] += row[FRICTION_TORQUE] * (speed - bore)
+        for k in range(int(model.connections[i, at.COUPLED])):
+            work.powers[at.MAINS_SQUEEZE] -= films.out[k] * films.velocity[i, k]
         observe_gap(films.place[i], films.velocity[i], frame, model.bearings[i], speed, work.scratch, row)
         # An elastic bore, or rollers, have a least gap of their own.
         if films.out[GAP] >= 0.0:
@@ -111,8 +99,8 @@ def observe_bearings(model, work, state, members, out):
 @kernel
 def observe_film(film, law, coupled, frame, row):
     """Write force, figures and, where the journal's end is among the ``coupled`` ports, moment of a film's result."""
-    cos = frame[COS]
-    sin = frame[SIN]
+    cos = frame[at.COS]
+    sin = frame[at.SIN]
     row[FORCE_X] = cos * film[X] - sin * film[Y]
     row[FORCE_Y] = sin * film[X] + cos * film[Y]
     row[MOMENT_X] = 0.0
@@ -130,8 +118,8 @@ def observe_film(film, law, coupled, frame, row):
 @kernel
 def observe_gap(place, velocity, frame, law, speed, motion, row):
     """Write motion and gap of a journal in a round bore; ``place``, ``velocity`` (4,) are in axes of the frame."""
-    cos = frame[COS]
-    sin = frame[SIN]
+    cos = frame[at.COS]
+    sin = frame[at.SIN]
     x = cos * place[X] - sin * place[Y]
     y = sin * place[X] + cos * place[Y]
     vx = cos * velocity[X] - sin * velocity[Y]
@@ -161,12 +149,12 @@ def observe_thrust(model, work, state, members, out):
 
     The displacement is against the thrust faces.
     """
-    connection = model.connections[int(model.layout[THRUST_LAW])]
-    place_collar(model.thrust, connection, work.frames[0], work.port[RELATIVE], work.port[RELATIVE_RATE])
+    connection = model.connections[int(model.layout[at.THRUST_LAW])]
+    place_collar(model.thrust, connection, work.frames[0], work.port[at.RELATIVE], work.port[at.RELATIVE_RATE])
     status = film_call(model.thrust, FORCE, 0, model.thrust.out, model.thrust.out)
-    work.powers[THRUST_LOSS] = 0.0
-    for k in range(int(connection[COUPLED])):
-        work.powers[THRUST_LOSS] -= model.thrust.out[k] * model.thrust.velocity[0, k]
+    work.powers[at.THRUST_LOSS] = 0.0
+    for k in range(int(connection[at.COUPLED])):
+        work.powers[at.THRUST_LOSS] -= model.thrust.out[k] * model.thrust.velocity[0, k]
     out[0] = model.thrust.out[0]
     out[1] = model.thrust.place[0, 0]
     return status

@@ -6,18 +6,7 @@ Axes at rest, x across the engine, y upwards, z along the crank. What a level la
 from __future__ import annotations
 
 from cranktrain.core.kernel import law_kernel
-from cranktrain.dynamics.model.slots import (
-    DAMPER,
-    DAMPER_LOSS,
-    DAMPER_TEMPERATURE,
-    MOUNT_DAMPING,
-    MOUNT_PRELOAD,
-    MOUNT_STIFFNESS,
-    MOUNTS_LOSS,
-    STATE_U,
-    STATE_UD,
-    TURNING_MODES,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
 from cranktrain.loads.damper import damper_torque
 
@@ -32,11 +21,11 @@ DAMPER_HEAT = 3
 def observe_mounts(model, work, state, members, out):
     """What each mount does to the engine, the engine's weight included."""
     n = model.omega2.shape[0]
-    t = int(model.layout[TURNING_MODES])
+    t = int(model.layout[at.TURNING_MODES])
     q = state[offset(POSITION, n) + t : offset(POSITION, n) + n]
     v = state[offset(VELOCITY, n) + t : offset(VELOCITY, n) + n]
     block = model.block
-    work.powers[MOUNTS_LOSS] = 0.0
+    work.powers[at.MOUNTS_LOSS] = 0.0
     for j in range(AXES * members):
         out[j] = 0.0
     for j in range(block.mounts.shape[0]):
@@ -46,8 +35,8 @@ def observe_mounts(model, work, state, members, out):
             place += block.mounts[j, i] * q[i]
             rate += block.mounts[j, i] * v[i]
         law = block.mount_laws[j]
-        work.powers[MOUNTS_LOSS] += law[MOUNT_DAMPING] * rate * rate
-        out[j] = law[MOUNT_PRELOAD] - law[MOUNT_STIFFNESS] * place - law[MOUNT_DAMPING] * rate
+        work.powers[at.MOUNTS_LOSS] += law[at.MOUNT_DAMPING] * rate * rate
+        out[j] = law[at.MOUNT_PRELOAD] - law[at.MOUNT_STIFFNESS] * place - law[at.MOUNT_DAMPING] * rate
     return 0
 
 
@@ -55,7 +44,7 @@ def observe_mounts(model, work, state, members, out):
 def observe_block(model, work, state, members, out):
     """Displacement and rotation of the block as a whole."""
     n = model.omega2.shape[0]
-    t = int(model.layout[TURNING_MODES])
+    t = int(model.layout[at.TURNING_MODES])
     q = state[offset(POSITION, n) + t : offset(POSITION, n) + n]
     for j in range(AXES):
         motion = 0.0
@@ -69,7 +58,7 @@ def observe_block(model, work, state, members, out):
 def observe_cover(model, work, state, members, out):
     """Acceleration of the cover's middle, square to it."""
     n = model.omega2.shape[0]
-    t = int(model.layout[TURNING_MODES])
+    t = int(model.layout[at.TURNING_MODES])
     a = state[offset(ACCELERATION, n) + t : offset(ACCELERATION, n) + n]
     out[0] = 0.0
     for i in range(model.block.preload.shape[0]):
@@ -82,14 +71,14 @@ def observe_damper(model, work, state, members, out):
     """Torque of the ring on the housing, power that it dissipates, its twist against the housing, its temperature."""
     for j in range(DAMPER_OUTPUTS):
         out[j] = 0.0
-    work.powers[DAMPER_LOSS] = 0.0
-    if model.layout[DAMPER] > 0.0:
-        port = int(model.layout[DAMPER])
+    work.powers[at.DAMPER_LOSS] = 0.0
+    if model.layout[at.DAMPER] > 0.0:
+        port = int(model.layout[at.DAMPER])
         r = work.scratch
-        damper_torque(model.damper, work.port[STATE_U, port], work.port[STATE_UD, port], r)
+        damper_torque(model.damper, work.port[at.STATE_U, port], work.port[at.STATE_UD, port], r)
         out[TORQUE] = r[0]
         out[HEAT] = r[DAMPER_HEAT]
-        work.powers[DAMPER_LOSS] = r[DAMPER_HEAT]
-        out[TWIST] = work.port[STATE_U, port]
-        out[TEMPERATURE] = model.scalars[DAMPER_TEMPERATURE]
+        work.powers[at.DAMPER_LOSS] = r[DAMPER_HEAT]
+        out[TWIST] = work.port[at.STATE_U, port]
+        out[TEMPERATURE] = model.scalars[at.DAMPER_TEMPERATURE]
     return 0

@@ -18,9 +18,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.model.slots import DRIVEN
 from cranktrain.dynamics.model.state import SHAFT_ANGLE, TIME
 from cranktrain.dynamics.settled.collar import Learned
 from cranktrain.dynamics.settled.creep import creep_of
@@ -163,7 +163,7 @@ def plain_cycles(
     ``MOST_CYCLES`` where the speed is free: a cycle's time may be part of a revolution there.
     """
     simulation, count = recorder.simulation, recorder.per_cycle
-    driven = simulation.model.scalars[DRIVEN] > 0.0
+    driven = simulation.model.scalars[at.DRIVEN] > 0.0
     held = cycles if keep is None else min(cycles, RECENT if driven else MOST_CYCLES)
     rows = np.empty((held * count + 1, simulation.outputs.size))
     rows[0] = simulation.outputs

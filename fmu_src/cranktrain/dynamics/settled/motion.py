@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays
-from cranktrain.dynamics.model.slots import CRANK_MODES, DAMPER
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
     AUXILIARY,
@@ -58,8 +58,8 @@ def settling_motion(model: ModelArrays, state: Array) -> Motion:
     is tells nothing of the motion.
     """
     motion = motion_of(state, model.omega2.size)
-    if model.layout[DAMPER] > 0.0 and model.damper[STIFFNESS] == 0.0:
-        twist, crank = model.ports[int(model.layout[DAMPER])], int(model.layout[CRANK_MODES])
+    if model.layout[at.DAMPER] > 0.0 and model.damper[STIFFNESS] == 0.0:
+        twist, crank = model.ports[int(model.layout[at.DAMPER])], int(model.layout[at.CRANK_MODES])
         # Floating big ends come before the ring, and have no part in its twist.
         ring = crank + int(np.abs(twist[crank:]).argmax())
         motion.place[ring] -= float(twist @ motion.place[: twist.size]) / twist[ring]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.slots import POWERS
+from cranktrain.dynamics.model import slots as at
 
 
 class PowerSamples:
@@ -17,7 +17,7 @@ class PowerSamples:
     """
 
     def __init__(self, per_cycle: int) -> None:
-        self._rows = np.zeros((per_cycle + 1, POWERS))
+        self._rows = np.zeros((per_cycle + 1, at.POWERS))
         self._start: Array | None = None
         self._count = 0
 

@@ -22,24 +22,13 @@ from typing import Protocol
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays
-from cranktrain.dynamics.model.slots import (
-    AXIAL_JOINT,
-    BANK,
-    BORE_ROTATIONS,
-    DRIVEN,
-    M_BIG,
-    M_OSC,
-    PIN_ROTATIONS,
-    PISTONS,
-    SHAFT_K,
-    TURNING_MODES,
-)
 from cranktrain.dynamics.settled.collar import NOTHING_LEFT, RATE, Collar, Learned
 from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.wound_line import Wound
 from cranktrain.dynamics.start.mean_motion import carried
-from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology import slots as added
 from cranktrain.dynamics.topology.frames import move_frames
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 
@@ -70,27 +59,27 @@ class DriveLine:
     """The crank on its connecting shaft, y = (β, β̇, δ, w)."""
 
     def __init__(self, model: ModelArrays, speed: float) -> None:
-        t = int(model.layout[TURNING_MODES])
+        t = int(model.layout[at.TURNING_MODES])
         self._turn = np.zeros(model.omega2.size)
         wound = Wound.of(model)
         self._turn[:t] = wound.turn
         # How the turning itself moves the frames of added bodies on, at crank angle 0, where cycles end.
         self._moves = np.zeros(model.omega2.size)
-        moved = np.zeros((len(model.links.frames), at.MOVED))
+        moved = np.zeros((len(model.links.frames), added.MOVED))
         move_frames(model.links.frames, 0.0, moved)
         for row in model.bodies.rows:
-            own, size, first = int(row[at.OWN_MODE]), int(row[at.MODES]), int(row[at.MODE])
-            frame = moved[int(row[at.FRAME_OF])]
-            turn, euler = frame[at.TURN], row[at.SENSE] * model.bodies.euler_load[own : own + size]
-            shares = row[at.TIED] * np.vstack((euler, model.bodies.translation[:2, own : own + size]))
-            x, y = frame[[at.OWN_X1, at.OWN_Y1]]
+            own, size, first = int(row[added.OWN_MODE]), int(row[added.MODES]), int(row[added.MODE])
+            frame = moved[int(row[added.FRAME_OF])]
+            turn, euler = frame[added.TURN], row[added.SENSE] * model.bodies.euler_load[own : own + size]
+            shares = row[added.TIED] * np.vstack((euler, model.bodies.translation[:2, own : own + size]))
+            x, y = frame[[added.OWN_X1, added.OWN_Y1]]
             self._turn[first : first + size] += np.array([turn, x, y]) @ shares
-            change = frame[at.TURN2], frame[at.OWN_X2] + turn * y, frame[at.OWN_Y2] - turn * x
+            change = frame[added.TURN2], frame[added.OWN_X2] + turn * y, frame[added.OWN_Y2] - turn * x
             self._moves[first : first + size] += speed * (np.array(change) @ shares)
         self._weight = self._turn.copy()
-        first = int(model.layout[PIN_ROTATIONS])
+        first = int(model.layout[at.PIN_ROTATIONS])
         for c, (rod, pin) in enumerate(zip(model.cylinders, model.pins, strict=True)):
-            self._weight[:t] += (rod[M_BIG] + 0.5 * rod[M_OSC]) * float(pin @ pin) * model.ports[first + c]
+            self._weight[:t] += (rod[at.M_BIG] + 0.5 * rod[at.M_OSC]) * float(pin @ pin) * model.ports[first + c]
         self.inertia = float(self._weight @ self._turn)
         self._stiffness = wound.stiffness
         k, lost = self._stiffness / self.inertia, wound.damping / self.inertia
@@ -126,20 +115,20 @@ class BlockOnMounts:
     """The block and what it carries, y = (η, η̇) of its six rigid modes."""
 
     def __init__(self, model: ModelArrays, speed: float) -> None:
-        n, t = model.omega2.size, int(model.layout[TURNING_MODES])
+        n, t = model.omega2.size, int(model.layout[at.TURNING_MODES])
         self._turning, self._speed = t, speed
         self._gyroscopic, self._bodies = model.gyroscopic.T, model.bodies
         units = np.eye(model.block_ports.shape[1])[:6]
         self._carried = np.column_stack([carried(model, unit) for unit in units])
         # Rods and pistons lie in no mode; those of guided pistons hold their motion across alone.
         weight = self._carried.copy()
-        first, across = 2 * model.bearings.shape[0] + 1, model.layout[PISTONS] == 0.0
+        first, across = 2 * model.bearings.shape[0] + 1, model.layout[at.PISTONS] == 0.0
         for c, rod in enumerate(model.cylinders):
             rows = np.zeros((2, n))
             rows[:, :t] = model.ports[first + 2 * c : first + 2 * c + 2]
-            cos, sin = math.cos(rod[BANK]), math.sin(rod[BANK])
+            cos, sin = math.cos(rod[at.BANK]), math.sin(rod[at.BANK])
             sideways, along = np.array([[cos, sin], [-sin, cos]]) @ rows
-            masses = rod[M_BIG] + (rod[M_OSC] if across else 0.0), rod[M_BIG] + rod[M_OSC]
+            masses = rod[at.M_BIG] + (rod[at.M_OSC] if across else 0.0), rod[at.M_BIG] + rod[at.M_OSC]
             for mass, row in zip(masses, (sideways, along), strict=True):
                 weight += mass * np.outer(row, row @ self._carried)
         self.mass = weight.T @ self._carried
@@ -158,9 +147,9 @@ class BlockOnMounts:
         out = np.zeros_like(place)
         out[: self._turning] = self._speed * (self._gyroscopic @ place[: self._turning])
         for row in self._bodies.rows:
-            own, n, first = int(row[at.OWN_MODE]), int(row[at.MODES]), int(row[at.MODE])
+            own, n, first = int(row[added.OWN_MODE]), int(row[added.MODES]), int(row[added.MODE])
             turned = self._bodies.gyroscopic[own : own + n, :n].T @ place[first : first + n]
-            out[first : first + n] += row[at.RATE] * self._speed * turned
+            out[first : first + n] += row[added.RATE] * self._speed * turned
         return out
 
     def split(self, motion: Motion) -> Array:
@@ -195,10 +184,10 @@ class SlowModes:
         self._period = 4.0 * math.pi / speed
         self._model = model
         # Where the engine creeps along the axis all other modes settle with it (:mod:`creep`).
-        self._creeps = bool(model.layout[AXIAL_JOINT] > 0.0 and model.layout[BORE_ROTATIONS] > 0.0)
-        driven = model.scalars[DRIVEN] > 0.0
-        self.drive_line = DriveLine(model, speed) if driven and model.scalars[SHAFT_K] > 0.0 else None
-        self.block = BlockOnMounts(model, speed) if driven and model.layout[BORE_ROTATIONS] > 0.0 else None
+        self._creeps = bool(model.layout[at.AXIAL_JOINT] > 0.0 and model.layout[at.BORE_ROTATIONS] > 0.0)
+        driven = model.scalars[at.DRIVEN] > 0.0
+        self.drive_line = DriveLine(model, speed) if driven and model.scalars[at.SHAFT_K] > 0.0 else None
+        self.block = BlockOnMounts(model, speed) if driven and model.layout[at.BORE_ROTATIONS] > 0.0 else None
         self._parts: list[SlowPart] = [part for part in (self.drive_line, self.block) if part is not None]
 
     def multipliers(self) -> Array:
@@ -263,7 +252,7 @@ class SlowModes:
             if part is not None and y is not None:
                 rest = rest.minus(part.lift(y))
         energy = np.array([rest.velocity, np.sqrt(np.maximum(self._model.omega2, RATE**2)) * rest.place])
-        t = int(self._model.layout[TURNING_MODES])
+        t = int(self._model.layout[at.TURNING_MODES])
         block = slice(t, t + self._model.block_ports.shape[1])
         return (
             np.concatenate((slow[0], np.delete(energy, block, axis=1).ravel())),

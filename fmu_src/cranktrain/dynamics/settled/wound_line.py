@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays
-from cranktrain.dynamics.model.slots import CRANK_MODES, SHAFT_C, SHAFT_K
-from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology import slots as added
 from cranktrain.dynamics.topology.frames import fill_coefficients, move_frames
 from cranktrain.dynamics.topology.modes import law_at
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, NUMBERS, SIZE
@@ -26,9 +26,9 @@ class Wound(NamedTuple):
     @classmethod
     def of(cls, model: ModelArrays) -> Wound:
         """That of the drive line's own shafts, and of added connections beside them."""
-        own = cls(model.euler_load - model.lag, float(model.scalars[SHAFT_K]), float(model.scalars[SHAFT_C]))
+        own = cls(model.euler_load - model.lag, float(model.scalars[at.SHAFT_K]), float(model.scalars[at.SHAFT_C]))
         stiffness, damping = line_tangents(model)
-        rotors = np.arange(model.lag.size) >= int(model.layout[CRANK_MODES])
+        rotors = np.arange(model.lag.size) >= int(model.layout[at.CRANK_MODES])
         rotors &= np.abs(model.shafts).max(axis=0, initial=0.0) > 0.0
         if not rotors.any() or not stiffness[rotors].any():
             return own
@@ -45,12 +45,12 @@ def line_tangents(model: ModelArrays) -> tuple[Array, Array]:
     links, turning = model.links, model.ports.shape[0]
     n = model.ports.shape[1]
     found = np.zeros((2, n, n))
-    frames, coefficients = np.zeros((len(links.frames), at.MOVED)), np.zeros((len(links.terms), 2))
+    frames, coefficients = np.zeros((len(links.frames), added.MOVED)), np.zeros((len(links.terms), 2))
     move_frames(links.frames, 0.0, frames)
     fill_coefficients(links.terms, frames, 0.0, coefficients)
     rows, elsewhere = np.zeros((links.scales.size, n)), np.zeros(links.scales.size, dtype=bool)
     for term, coefficient in zip(links.terms, coefficients[:, 0], strict=True):
-        component, port = int(term[at.COMPONENT]), int(term[at.TERM_PORT])
+        component, port = int(term[added.COMPONENT]), int(term[added.TERM_PORT])
         if port < turning:
             rows[component] += coefficient * model.ports[port]
         else:
@@ -58,10 +58,10 @@ def line_tangents(model: ModelArrays) -> tuple[Array, Array]:
     numbers, out = np.zeros(NUMBERS), np.zeros(SIZE)
     numbers[COS] = 1.0
     for entry, row in zip(links.entry.tolist(), links.rows, strict=True):
-        own = slice(int(row[at.FIRST]), int(row[at.FIRST] + row[at.SIZE]))
+        own = slice(int(row[added.FIRST]), int(row[added.FIRST] + row[added.SIZE]))
         if elsewhere[own].any():
             continue
-        count = int(row[at.SIZE])
+        count = int(row[added.SIZE])
         law_at(*entry, np.zeros(4), np.zeros(4), numbers, out)
         for matrix, first in zip(found, (BY_PLACE, BY_VELOCITY), strict=True):
             tangent = out[first : first + 16].reshape(4, 4)[:count, :count]

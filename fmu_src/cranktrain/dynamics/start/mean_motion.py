@@ -15,35 +15,8 @@ import numpy as np
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as slots
 from cranktrain.dynamics.model.arrays import ModelArrays
-from cranktrain.dynamics.model.slots import (
-    AXIAL_JOINT,
-    BANK,
-    BORE_ROTATIONS,
-    CRANK_MODES,
-    DELTA_J,
-    GRAVITY,
-    LINERS,
-    M_BIG,
-    M_OSC,
-    OFFSET,
-    RIGID_ROTATION,
-    ROD,
-    RODS,
-    SHAFT_C,
-    SHAFT_K,
-    START_HARMONICS,
-    START_INERTIA,
-    START_LOAD,
-    START_PIVOTS,
-    START_PLACE,
-    START_RATE,
-    START_ROTATION,
-    START_ROTATION_RATE,
-    START_TORQUE,
-    START_WINDUP,
-    TURNING_MODES,
-)
 from cranktrain.dynamics.model.workspace import start_room
 from cranktrain.dynamics.motion.gas import gas_force, trace_pressure
 from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
@@ -108,31 +81,31 @@ def rigid_motion(model, room, speed):
     total = 0.0
     for i in range(samples):
         total += room.torque[i]
-    mean[START_TORQUE] = total / samples
-    stiffness = model.scalars[SHAFT_K]
+    mean[slots.START_TORQUE] = total / samples
+    stiffness = model.scalars[slots.SHAFT_K]
     if stiffness <= 0.0:
         return
-    mean[START_WINDUP] = mean[START_TORQUE] / stiffness
+    mean[slots.START_WINDUP] = mean[slots.START_TORQUE] / stiffness
     if speed <= 0.0:
         return
-    inertia = 1.0 / model.scalars[RIGID_ROTATION] ** 2
+    inertia = 1.0 / model.scalars[slots.RIGID_ROTATION] ** 2
     for c in range(model.cylinders.shape[0]):
         x, y = model.pins[c, 0], model.pins[c, 1]
-        inertia += (model.cylinders[c, M_BIG] + 0.5 * model.cylinders[c, M_OSC]) * (x * x + y * y)
+        inertia += (model.cylinders[c, slots.M_BIG] + 0.5 * model.cylinders[c, slots.M_OSC]) * (x * x + y * y)
     for b in range(model.bodies.rows.shape[0]):
         inertia += model.bodies.rows[b, added.REFLECTED]
-    mean[START_INERTIA] = inertia
-    alternating_torque(room, mean[START_TORQUE])
-    for k in range(1, START_HARMONICS):
+    mean[slots.START_INERTIA] = inertia
+    alternating_torque(room, mean[slots.START_TORQUE])
+    for k in range(1, slots.START_HARMONICS):
         omega = 0.5 * speed * k
         # The motion is T̂/(a + ib).
         a = stiffness - inertia * omega * omega
-        b = model.scalars[SHAFT_C] * omega
+        b = model.scalars[slots.SHAFT_C] * omega
         size = a * a + b * b
         real = (room.spectrum[0, k] * a + room.spectrum[1, k] * b) / size
         imaginary = (room.spectrum[1, k] * a - room.spectrum[0, k] * b) / size
-        mean[START_ROTATION] += 2.0 * real
-        mean[START_ROTATION_RATE] -= 2.0 * omega * imaginary
+        mean[slots.START_ROTATION] += 2.0 * real
+        mean[slots.START_ROTATION_RATE] -= 2.0 * omega * imaginary
 
 
 @kernel
@@ -142,7 +115,7 @@ def alternating_torque(room, mean):
     for i in range(samples):
         room.circle[0, i] = math.cos(2.0 * math.pi * i / samples)
         room.circle[1, i] = math.sin(2.0 * math.pi * i / samples)
-    for k in range(1, START_HARMONICS):
+    for k in range(1, slots.START_HARMONICS):
         real = 0.0
         imaginary = 0.0
         at = 0
@@ -165,23 +138,23 @@ def lean(model, work, speed, place, rate):
     for i in range(model.omega2.shape[0]):
         place[i] = 0.0
         rate[i] = 0.0
-    if model.layout[BORE_ROTATIONS] == 0.0:
+    if model.layout[slots.BORE_ROTATIONS] == 0.0:
         return 0
     room = work.start
-    turning = int(model.layout[TURNING_MODES])
+    turning = int(model.layout[slots.TURNING_MODES])
     modes = model.block_ports.shape[1]
     b = model.bearings.shape[0]
-    first = int(model.layout[BORE_ROTATIONS]) - model.ports.shape[0]
-    load = room.block[START_LOAD]
-    own = room.block[START_PLACE]
-    own_rate = room.block[START_RATE]
-    pivots = room.block[START_PIVOTS]
+    first = int(model.layout[slots.BORE_ROTATIONS]) - model.ports.shape[0]
+    load = room.block[slots.START_LOAD]
+    own = room.block[slots.START_PLACE]
+    own_rate = room.block[slots.START_RATE]
+    pivots = room.block[slots.START_PIVOTS]
     supported = work.block.scratch
     for i in range(modes):
         load[i] = 0.0
         for k in range(b):
             load[i] -= model.block_ports[first + k, i] / b
-        own[i] = room.mean[START_TORQUE] * load[i]
+        own[i] = room.mean[slots.START_TORQUE] * load[i]
         own_rate[i] = 0.0
         for j in range(modes):
             supported[i, j] = model.block.stiffness[i, j]
@@ -200,9 +173,9 @@ def lean(model, work, speed, place, rate):
 @kernel
 def rock(model, room, omega, harmonic):
     """Add the block's motion as a rigid body under one harmonic of the torque; 0, or 1 where it is not held."""
-    load = room.block[START_LOAD]
-    own = room.block[START_PLACE]
-    own_rate = room.block[START_RATE]
+    load = room.block[slots.START_LOAD]
+    own = room.block[slots.START_PLACE]
+    own_rate = room.block[slots.START_RATE]
     matrix, motion, pivots = room.matrix, room.vectors[0], room.vectors[1]
     for i in range(RIGID):
         motion[i] = 2.0 * room.spectrum[0, harmonic] * load[i]
@@ -225,7 +198,7 @@ def rock(model, room, omega, harmonic):
 @kernel
 def carry(model, joined, block, q):
     """Motion q (n,) of all modes that go along with the block's (n_b,); ``joined`` (rows, 6) is scratch."""
-    turning, first = int(model.layout[TURNING_MODES]), model.ports.shape[0]
+    turning, first = int(model.layout[slots.TURNING_MODES]), model.ports.shape[0]
     modes, shapes = block.shape[0], model.block_ports
     for i in range(q.shape[0]):
         q[i] = 0.0
@@ -244,15 +217,15 @@ def carry(model, joined, block, q):
             for i in range(STRAIGHT):
                 joined[row, i] = model.ports[port, i]
             joined[row, STRAIGHT] = 0.0
-            if part < 2 or model.layout[AXIAL_JOINT] == 0.0:
+            if part < 2 or model.layout[slots.AXIAL_JOINT] == 0.0:
                 for i in range(modes):
                     joined[row, STRAIGHT] += shapes[still, i] * block[i]
             row += 1
     least_squares(joined, q)
     carry_added(model, block, q)
-    crank, count = int(model.layout[CRANK_MODES]), model.cylinders.shape[0]
-    if model.layout[RODS] > 0.0:
-        pin, rod = 2 * model.bearings.shape[0] + 1, int(model.layout[RODS])
+    crank, count = int(model.layout[slots.CRANK_MODES]), model.cylinders.shape[0]
+    if model.layout[slots.RODS] > 0.0:
+        pin, rod = 2 * model.bearings.shape[0] + 1, int(model.layout[slots.RODS])
         for k in range(2 * count):
             moved = 0.0
             for i in range(STRAIGHT):
@@ -261,7 +234,7 @@ def carry(model, joined, block, q):
     shape = model.block.piston_shape
     determinant = shape[0, 0] * shape[1, 1] - shape[0, 1] * shape[1, 0]
     for c in range(count):
-        liner = int(model.layout[LINERS]) - first + 3 * c
+        liner = int(model.layout[slots.LINERS]) - first + 3 * c
         across = 0.0
         for i in range(modes):
             across += 0.5 * (shapes[liner, i] + shapes[liner + 1, i]) * block[i]
@@ -322,15 +295,15 @@ def rigid_torque(model, speed, out, torque):
         torque[i] = 0.0
         for c in range(model.cylinders.shape[0]):
             rod = model.cylinders[c]
-            cos = math.cos(theta - rod[BANK])
-            sin = math.sin(theta - rod[BANK])
+            cos = math.cos(theta - rod[slots.BANK])
+            sin = math.sin(theta - rod[slots.BANK])
             x = cos * model.pins[c, 0] - sin * model.pins[c, 1]
             y = sin * model.pins[c, 0] + cos * model.pins[c, 1]
             gas = gas_force(rod, model.scalars, trace_pressure(model, c, theta, speed))
-            g = model.scalars[GRAVITY]
+            g = model.scalars[slots.GRAVITY]
             rod_force(
                 x, y, -speed * y, speed * x, -speed * speed * x, -speed * speed * y,
-                gas, rod[ROD], rod[M_BIG], rod[M_OSC], rod[DELTA_J], rod[OFFSET],
-                g * math.sin(rod[BANK]), g * math.cos(rod[BANK]), out,
+                gas, rod[slots.ROD], rod[slots.M_BIG], rod[slots.M_OSC], rod[slots.DELTA_J], rod[slots.OFFSET],
+                g * math.sin(rod[slots.BANK]), g * math.cos(rod[slots.BANK]), out,
             )  # fmt: skip
             torque[i] += x * out[1] - y * out[0]

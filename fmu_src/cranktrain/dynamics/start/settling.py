@@ -3,27 +3,7 @@
 from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.slots import (
-    BIG_Q,
-    BIG_V,
-    BLOCK_RESTRAINT,
-    CRANK_MODES,
-    DIFFERENCE,
-    DRIVEN,
-    GUESS,
-    KEY_STEP,
-    LEAD,
-    N_ITERATIONS,
-    OMEGA,
-    RELATIVE,
-    RIGID_ROTATION,
-    ROTATION,
-    THETA,
-    TURNING_MODES,
-    U_Q,
-    U_V,
-    WHIRL,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
     AUXILIARY,
@@ -79,9 +59,9 @@ def settle(model, work, state, inputs, windup, rotation, rate):
         return status
     set_in_motion(model, work, state, windup, rotation, rate)
     status = accelerate(model, work, state)
-    work.key[0, KEY_STEP] = -1.0
+    work.key[0, at.KEY_STEP] = -1.0
     state[CONTRACTION] = FIRST_CONTRACTION
-    state[OMEGA_REFERENCE] = work.frames[0, OMEGA]
+    state[OMEGA_REFERENCE] = work.frames[0, at.OMEGA]
     state[STEP_REFERENCE] = -1.0
     state[STEP_LAST] = -1.0
     return status
@@ -97,8 +77,8 @@ def pose(model, work, state, inputs):
     state[SHAFT_SPEED] = inputs[0]
     frame = work.frames[0]
     frame_at(model, work, state, 0.0, 0.0, frame, work.pressures[0])
-    frame[WHIRL] = 0.0
-    frame[BLOCK_RESTRAINT] = STATIONARY_RESTRAINT if inputs[0] > 0.0 else 0.0
+    frame[at.WHIRL] = 0.0
+    frame[at.BLOCK_RESTRAINT] = STATIONARY_RESTRAINT if inputs[0] > 0.0 else 0.0
 
 
 @kernel
@@ -116,11 +96,11 @@ def balance(model, work, state):
     h = 1.0e-6
     elapsed = 0.0
     for _ in range(SETTLING_STEPS):
-        if factor_stage(model, work, 0, h * h, h, 0.0, CRANK_RESTRAINT, frame[BLOCK_RESTRAINT]) != 0:
+        if factor_stage(model, work, 0, h * h, h, 0.0, CRANK_RESTRAINT, frame[at.BLOCK_RESTRAINT]) != 0:
             return SINGULAR
         for i in range(n):
-            work.modal[BIG_V, i] = 0.0
-        iterations = work.counters[N_ITERATIONS]
+            work.modal[at.BIG_V, i] = 0.0
+        iterations = work.counters[at.N_ITERATIONS]
         ports_at_state(model, work, state)
         status = euler_step(model, work, state, h, 0.0, SETTLED)
         if status != OK:
@@ -134,12 +114,12 @@ def balance(model, work, state):
         ports_at_state(model, work, state)
         displaced = 0.0
         for k in range(journals):
-            displaced = max(displaced, abs(work.port[RELATIVE, k]) / model.bearings[k // 2, CLEARANCE])
+            displaced = max(displaced, abs(work.port[at.RELATIVE, k]) / model.bearings[k // 2, CLEARANCE])
         close_step(model, work, state)
         # Journals that nothing displaces, or none at all, need no longer.
         if (displaced < SETTLED and h > 1.0e-3) or elapsed > SETTLING_TIME:
             break
-        iterations = work.counters[N_ITERATIONS] - iterations
+        iterations = work.counters[at.N_ITERATIONS] - iterations
         if iterations <= 8:
             h *= 2.0
         elif iterations > 16:
@@ -155,14 +135,14 @@ def euler_step(model, work, state, h, omega, tolerance):
     state in ``work.port[RELATIVE]``.
     """
     n = model.omega2.shape[0]
-    big_q = work.modal[BIG_Q]
-    a_guess = work.modal[DIFFERENCE]
+    big_q = work.modal[at.BIG_Q]
+    a_guess = work.modal[at.DIFFERENCE]
     for i in range(n):
-        big_q[i] = state[offset(POSITION, n) + i] + h * work.modal[BIG_V, i]
+        big_q[i] = state[offset(POSITION, n) + i] + h * work.modal[at.BIG_V, i]
         a_guess[i] = 0.0
-    to_ports(model, big_q, work.port[GUESS])
-    to_ports(model, big_q, work.port[U_Q])
-    to_ports(model, work.modal[BIG_V], work.port[U_V])
+    to_ports(model, big_q, work.port[at.GUESS])
+    to_ports(model, big_q, work.port[at.U_Q])
+    to_ports(model, work.modal[at.BIG_V], work.port[at.U_V])
     open_step(model, work, state)
     open_stage(model, work, 0, h, h, h)
     status = solve_stage(model, work, state, Stage(0, 0, h * h, h, omega, tolerance, a_guess))
@@ -175,20 +155,20 @@ def euler_step(model, work, state, h, omega, tolerance):
 def set_in_motion(model, work, state, windup, rotation, rate):
     """Velocities of a crank whose bending is at rest in space and whose wind-up turns with the shaft."""
     n = model.omega2.shape[0]
-    t = int(model.layout[TURNING_MODES])
-    crank = int(model.layout[CRANK_MODES])
+    t = int(model.layout[at.TURNING_MODES])
+    crank = int(model.layout[at.CRANK_MODES])
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
     frame = work.frames[0]
-    turned = work.modal[DIFFERENCE]
+    turned = work.modal[at.DIFFERENCE]
     for i in range(t):
         turned[i] = 0.0
-    q[ROTATION] = 0.0
+    q[at.ROTATION] = 0.0
     add_product(model.gyroscopic, q, t, t, turned)
     for i in range(t):
-        v[i] -= frame[OMEGA] * turned[i]
-    q[ROTATION] = rotation / model.scalars[RIGID_ROTATION]
-    v[ROTATION] += rate / model.scalars[RIGID_ROTATION]
+        v[i] -= frame[at.OMEGA] * turned[i]
+    q[at.ROTATION] = rotation / model.scalars[at.RIGID_ROTATION]
+    v[at.ROTATION] += rate / model.scalars[at.RIGID_ROTATION]
     for i in range(crank, t):
         # Free big ends, ring and rotors turn with the crank; their Euler load is √m e_z×X.
         follows = model.euler_load[i] - model.lag[i]
@@ -199,22 +179,22 @@ def set_in_motion(model, work, state, windup, rotation, rate):
         q[i] += rotation * follows
         v[i] += rate * follows
     added_in_motion(model, work, state, rotation, rate)
-    if model.scalars[DRIVEN] > 0.0:
+    if model.scalars[at.DRIVEN] > 0.0:
         state[SHAFT_ANGLE] = -windup
         state[LEAD_ANGLE] = windup
-        frame[LEAD] = windup
-    frame[WHIRL] = frame[OMEGA]
-    frame[BLOCK_RESTRAINT] = 0.0
+        frame[at.LEAD] = windup
+    frame[at.WHIRL] = frame[at.OMEGA]
+    frame[at.BLOCK_RESTRAINT] = 0.0
 
 
 @kernel
 def added_in_motion(model, work, state, rotation, rate):
     """The same of added bodies, which move with the crank as their frames do."""
     n = model.omega2.shape[0]
-    turned = work.modal[DIFFERENCE]
-    omega = work.frames[0, OMEGA]
+    turned = work.modal[at.DIFFERENCE]
+    omega = work.frames[0, at.OMEGA]
     bodies = model.bodies
-    turn_frames(model, work, work.frames[0, THETA])
+    turn_frames(model, work, work.frames[0, at.THETA])
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
         modes = int(row[added.MODES])
@@ -223,11 +203,11 @@ def added_in_motion(model, work, state, rotation, rate):
         v = state[offset(VELOCITY, n) + int(row[added.MODE]) :]
         for i in range(modes):
             turned[i] = 0.0
-        turn = q[ROTATION]
+        turn = q[at.ROTATION]
         if row[added.ENDS_GROUP] > 0.0 and o == int(row[added.GROUP]):
-            q[ROTATION] = 0.0
+            q[at.ROTATION] = 0.0
         add_product(bodies.gyroscopic[o : o + modes], q, modes, modes, turned)
-        q[ROTATION] = turn
+        q[at.ROTATION] = turn
         moved = work.added.frames[int(row[added.FRAME_OF])]
         turns = row[added.SENSE] * moved[added.TURN]
         # The velocity with which the crank's frame moves the body's, and how it changes in that frame's axes.
@@ -249,7 +229,7 @@ def added_in_motion(model, work, state, rotation, rate):
 def accelerate(model, work, state):
     """Short backward-Euler steps at the first angle, after which accelerations agree with the velocities; a status."""
     n = model.omega2.shape[0]
-    omega = work.frames[0, OMEGA]
+    omega = work.frames[0, at.OMEGA]
     out = work.stage[0]
     h = STARTING_STEP
     if factor_stage(model, work, 0, h * h, h, omega, 0.0, 0.0) != 0:
@@ -257,7 +237,7 @@ def accelerate(model, work, state):
     done = 0
     while done < STARTING_STEPS:
         for i in range(n):
-            work.modal[BIG_V, i] = state[offset(VELOCITY, n) + i]
+            work.modal[at.BIG_V, i] = state[offset(VELOCITY, n) + i]
         ports_at_state(model, work, state)
         status = euler_step(model, work, state, h, omega, STARTING_TOLERANCE)
         if status != OK:

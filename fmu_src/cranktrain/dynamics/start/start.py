@@ -5,22 +5,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.slots import (
-    AMBIENT,
-    DRIVEN,
-    GAS_SOURCE,
-    KEYS,
-    LINE_INERTIA,
-    LOAD_INPUT,
-    METHOD_MARK,
-    N_WORK,
-    START_INERTIA,
-    START_ROTATION,
-    START_ROTATION_RATE,
-    START_TORQUE,
-    START_WINDUP,
-    TURNING_MODES,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import (
     METHOD,
     OUTPUT_MEAN,
@@ -52,7 +37,7 @@ def start(model, work, state, inputs, time):
         work.backup[0, i] = state[i]
         state[i] = 0.0
     # No limit of a step's work is meant for the start.
-    work.counters[N_WORK] = -math.inf
+    work.counters[at.N_WORK] = -math.inf
     status = find_start(model, work, state, inputs, time)
     if status != OK:
         for i in range(state.shape[0]):
@@ -60,7 +45,7 @@ def start(model, work, state, inputs, time):
     for k in range(work.counters.shape[0]):
         work.counters[k] = 0.0
     for slot in range(work.key.shape[0]):
-        for k in range(KEYS):
+        for k in range(at.KEYS):
             work.key[slot, k] = -1.0
     return status
 
@@ -70,7 +55,7 @@ def find_start(model, work, state, inputs, time):
     """The same in a state of zeros; a status."""
     n = model.omega2.shape[0]
     state[TIME] = time
-    state[METHOD] = model.choices[METHOD_MARK]
+    state[METHOD] = model.choices[at.METHOD_MARK]
     if knows_the_cycle(model, inputs):
         rigid_motion(model, work.start, inputs[0])
     else:
@@ -81,18 +66,18 @@ def find_start(model, work, state, inputs, time):
         return SINGULAR
     mean = work.start.mean
     status = settle(
-        model, work, state, inputs, mean[START_WINDUP], mean[START_ROTATION], mean[START_ROTATION_RATE]
+        model, work, state, inputs, mean[at.START_WINDUP], mean[at.START_ROTATION], mean[at.START_ROTATION_RATE]
     )  # fmt: skip
     if status != OK:
         return SINGULAR if status == SINGULAR else NO_EQUILIBRIUM
-    if model.scalars[DRIVEN] == 0.0 and mean[START_INERTIA] > 0.0:
+    if model.scalars[at.DRIVEN] == 0.0 and mean[at.START_INERTIA] > 0.0:
         # The frame sets out with the acceleration that the crank will have on average.
-        load = inputs[model.cylinders.shape[0] + LOAD_INPUT]
-        turning = mean[START_INERTIA] + model.scalars[LINE_INERTIA]
-        state[SHAFT_ACCELERATION] = (mean[START_TORQUE] - load) / turning
+        load = inputs[model.cylinders.shape[0] + at.LOAD_INPUT]
+        turning = mean[at.START_INERTIA] + model.scalars[at.LINE_INERTIA]
+        state[SHAFT_ACCELERATION] = (mean[at.START_TORQUE] - load) / turning
     for j in range(2):
         moved = 0.0
-        for i in range(int(model.layout[TURNING_MODES])):
+        for i in range(int(model.layout[at.TURNING_MODES])):
             moved += model.ends[1 + j, i] * q[i]
         state[OUTPUT_MEAN + j] = moved
         state[OUTPUT_VARIANCE + j] = FIRST_AMPLITUDES[j] * FIRST_AMPLITUDES[j]
@@ -102,10 +87,10 @@ def find_start(model, work, state, inputs, time):
 @kernel
 def knows_the_cycle(model, inputs):
     """Whether the gas is the built-in trace: with pressures from outside nothing is known of the cycle to come."""
-    source = model.choices[GAS_SOURCE]
+    source = model.choices[at.GAS_SOURCE]
     if source != AUTO:
         return source != FROM_OUTSIDE
     farthest = 0.0
     for c in range(model.cylinders.shape[0]):
-        farthest = max(farthest, abs(inputs[1 + c] - AMBIENT))
+        farthest = max(farthest, abs(inputs[1 + c] - at.AMBIENT))
     return farthest <= GIVEN

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cranktrain.core.kernel import law_kernel
-from cranktrain.dynamics.model.slots import BIG_Q, BIG_V
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, AUXILIARY, HISTORY, POSITION, STEP_LAST, VELOCITY, offset
 from cranktrain.dynamics.time.status import OK
 from cranktrain.dynamics.time.step import keep_motion, solve_only_stage
@@ -28,10 +28,10 @@ def bdf2_step(model, work, state, slot, h):
             q_before[i] = q[i] - h * (v[i] - 0.5 * h * a[i])
             v_before[i] = v[i] - h * a[i]
     _, c_v = coefficients(model.stages, h)
-    big_v = work.modal[BIG_V]
+    big_v = work.modal[at.BIG_V]
     for i in range(n):
         big_v[i] = (4.0 * v[i] - v_before[i]) / 3.0
-        work.modal[BIG_Q, i] = (4.0 * q[i] - q_before[i]) / 3.0 + c_v * big_v[i]
+        work.modal[at.BIG_Q, i] = (4.0 * q[i] - q_before[i]) / 3.0 + c_v * big_v[i]
     status = solve_only_stage(model, work, state, slot, h)
     if status != OK:
         return status

@@ -10,15 +10,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import call_kernel, kernel
-from cranktrain.dynamics.model.slots import (
-    DIFFERENCE,
-    DIFFERENCE_KERNEL,
-    RELATIVE,
-    RELATIVE_RATE,
-    STEP_TOLERANCE,
-    TURNING_MODES,
-    U_DIFFERENCE,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import OUTPUT_MEAN, OUTPUT_VARIANCE, POSITION, SHAFT_SPEED, offset
 from cranktrain.dynamics.motion.gas import trace_angle
 from cranktrain.dynamics.time.table import FAMILY, HEAD
@@ -34,18 +26,18 @@ LEAST_TORSION, LEAST_AXIAL = 1.0e-6, 1.0e-8
 def step_error(model, work, state, h):
     """Estimated error of the step just taken, in units of the tolerance of adaptive control."""
     family = int(model.stages[HEAD, FAMILY])
-    call_kernel(work.family[family, DIFFERENCE_KERNEL], (model, work, h))
+    call_kernel(work.family[family, at.DIFFERENCE_KERNEL], (model, work, h))
     worst = 0.0
     for j in range(2):
         change = 0.0
-        for i in range(int(model.layout[TURNING_MODES])):
-            change += model.ends[1 + j, i] * work.modal[DIFFERENCE, i]
+        for i in range(int(model.layout[at.TURNING_MODES])):
+            change += model.ends[1 + j, i] * work.modal[at.DIFFERENCE, i]
         least = LEAST_TORSION if j == 0 else LEAST_AXIAL
         size = max(least, math.sqrt(max(0.0, state[OUTPUT_VARIANCE + j])))
         worst = max(worst, abs(change) / size)
     for k in range(2 * model.bearings.shape[0] + 1):
-        worst = max(worst, abs(work.port[U_DIFFERENCE, k]) / model.scales[k])
-    return worst / model.choices[STEP_TOLERANCE]
+        worst = max(worst, abs(work.port[at.U_DIFFERENCE, k]) / model.scales[k])
+    return worst / model.choices[at.STEP_TOLERANCE]
 
 
 @kernel
@@ -55,7 +47,7 @@ def remember_outputs(model, state, h):
     fading = 1.0 - math.exp(-h * max(abs(state[SHAFT_SPEED]), 1.0) / (4.0 * math.pi))
     for j in range(2):
         value = 0.0
-        for i in range(int(model.layout[TURNING_MODES])):
+        for i in range(int(model.layout[at.TURNING_MODES])):
             value += model.ends[1 + j, i] * state[q + i]
         away = value - state[OUTPUT_MEAN + j]
         state[OUTPUT_MEAN + j] += fading * away
@@ -78,8 +70,8 @@ def event_within(model, work, state, builtin, angle, turn, h):
                 ahead -= 4.0 * math.pi * math.floor(ahead / (4.0 * math.pi))
                 if 0.0 < ahead < turn:
                     return True
-    u = work.port[RELATIVE]
-    ud = work.port[RELATIVE_RATE]
+    u = work.port[at.RELATIVE]
+    ud = work.port[at.RELATIVE_RATE]
     b = model.bearings.shape[0]
     for i in range(b):
         law = model.bearings[i]

@@ -6,7 +6,7 @@ q₁ = q₀ + h v₀ + h² [(½−β) ā₀ + β ā₁] and v₁ = v₀ + h [(1�
 from __future__ import annotations
 
 from cranktrain.core.kernel import law_kernel
-from cranktrain.dynamics.model.slots import BIG_Q, BIG_V, DIFFERENCE, KNOWN, TURNING_MODES, U_DIFFERENCE
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, AUXILIARY, POSITION, VELOCITY, offset
 from cranktrain.dynamics.time.status import OK
 from cranktrain.dynamics.time.step import keep_motion, solve_only_stage
@@ -25,11 +25,11 @@ def newmark_step(model, work, state, slot, h):
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + n]
     a = state[offset(ACCELERATION, n) : offset(ACCELERATION, n) + n]
     auxiliary = state[offset(AUXILIARY, n) : offset(AUXILIARY, n) + n]
-    known = work.modal[KNOWN]
+    known = work.modal[at.KNOWN]
     for i in range(n):
         known[i] = (alpha_f * a[i] - alpha_m * auxiliary[i]) / (1.0 - alpha_m)
-        work.modal[BIG_Q, i] = q[i] + h * v[i] + h * h * ((0.5 - beta) * auxiliary[i] + beta * known[i])
-        work.modal[BIG_V, i] = v[i] + h * ((1.0 - gamma) * auxiliary[i] + gamma * known[i])
+        work.modal[at.BIG_Q, i] = q[i] + h * v[i] + h * h * ((0.5 - beta) * auxiliary[i] + beta * known[i])
+        work.modal[at.BIG_V, i] = v[i] + h * ((1.0 - gamma) * auxiliary[i] + gamma * known[i])
     status = solve_only_stage(model, work, state, slot, h)
     if status != OK:
         return status
@@ -37,7 +37,7 @@ def newmark_step(model, work, state, slot, h):
     for i in range(n):
         before = auxiliary[i]
         auxiliary[i] = kappa * work.stage[0, 2, i] + known[i]
-        work.modal[DIFFERENCE, i] = (beta - 1.0 / 6.0) * h * h * (auxiliary[i] - before)
+        work.modal[at.DIFFERENCE, i] = (beta - 1.0 / 6.0) * h * h * (auxiliary[i] - before)
     keep_motion(model, work, state, 0)
     return OK
 
@@ -47,7 +47,7 @@ def newmark_difference(model, work, h):
     """Fill ``work.port[U_DIFFERENCE]`` with the step less that of constant acceleration; the step did the modes; 0."""
     for k in range(2 * model.bearings.shape[0] + 1):
         move = 0.0
-        for i in range(int(model.layout[TURNING_MODES])):
-            move += model.ports[k, i] * work.modal[DIFFERENCE, i]
-        work.port[U_DIFFERENCE, k] = move
+        for i in range(int(model.layout[at.TURNING_MODES])):
+            move += model.ports[k, i] * work.modal[at.DIFFERENCE, i]
+        work.port[at.U_DIFFERENCE, k] = move
     return OK

@@ -25,21 +25,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.dynamics.model.slots import (
-    AMBIENT,
-    ANGLE_INPUT,
-    ANGLES,
-    AXIAL_INPUT,
-    BEND,
-    BORE_ROTATIONS,
-    EXPONENT,
-    GAS_DELAY,
-    RATE,
-    RECONSTRUCTION,
-    ROTATION,
-    TURNING_MODES,
-    VALUE,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import (
     ANGLE_SET,
     EARLIER_INTERVAL,
@@ -91,10 +77,10 @@ def crank_angle(model, state):
     n = model.omega2.shape[0]
     rotation, _, _ = crank_rotation(model, state)
     angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE] + rotation
-    if model.layout[BORE_ROTATIONS] > 0.0:
-        t = int(model.layout[TURNING_MODES])
+    if model.layout[at.BORE_ROTATIONS] > 0.0:
+        t = int(model.layout[at.TURNING_MODES])
         for i in range(6):
-            angle -= model.block.motion[ROTATION, i] * state[offset(POSITION, n) + t + i]
+            angle -= model.block.motion[at.ROTATION, i] * state[offset(POSITION, n) + t + i]
     return angle
 
 
@@ -113,13 +99,13 @@ def take_sample(model, state, inputs, interval):
     samples = int(state[SAMPLES])
     angle = crank_angle(model, state)
     belongs = angle
-    told = inputs[model.cylinders.shape[0] + ANGLE_INPUT]
+    told = inputs[model.cylinders.shape[0] + at.ANGLE_INPUT]
     if told != 0.0:
         state[ANGLE_SET] = 1.0
     if state[ANGLE_SET] > 0.0:
         belongs += nearest_turn(told - angle)
     elif samples > 0:
-        belongs -= model.choices[GAS_DELAY] * (angle - state[POINT_ANGLE])
+        belongs -= model.choices[at.GAS_DELAY] * (angle - state[POINT_ANGLE])
     near = samples > 0 and state[LAST_INTERVAL] < SHORT * interval
     if near:
         state[EARLIER_INTERVAL] += state[LAST_INTERVAL]
@@ -132,7 +118,7 @@ def take_sample(model, state, inputs, interval):
         samples = min(MOST_SAMPLES, samples + 1)
     for k in range(inputs.shape[0]):
         state[INPUTS_NOW + k] = inputs[k]
-        if 0 < k <= model.cylinders.shape[0] and abs(inputs[k] - AMBIENT) > GIVEN:
+        if 0 < k <= model.cylinders.shape[0] and abs(inputs[k] - at.AMBIENT) > GIVEN:
             state[PRESSURES_SET] = 1.0
     state[SAMPLE_ANGLES] = belongs
     state[POINT_ANGLE] = angle
@@ -155,28 +141,28 @@ def take_rates(state, rates, interval):
 @kernel
 def reconstruct(model, work, state):
     """Fill ``work.inputs`` for the communication step that begins at the newest sample."""
-    rule = model.choices[RECONSTRUCTION]
+    rule = model.choices[at.RECONSTRUCTION]
     samples = int(state[SAMPLES])
     earlier = state[EARLIER_INTERVAL]
     interval = state[LAST_INTERVAL]
     cylinders = model.cylinders.shape[0]
-    for k in range(cylinders + AXIAL_INPUT + 1):
+    for k in range(cylinders + at.AXIAL_INPUT + 1):
         now = state[INPUTS_NOW + k]
         before = state[INPUTS_BEFORE + k] if samples > 1 else now
-        work.inputs[VALUE, k] = now
-        work.inputs[RATE, k] = 0.0
-        work.inputs[BEND, k] = 0.0
-        work.inputs[EXPONENT, k] = 0.0
+        work.inputs[at.VALUE, k] = now
+        work.inputs[at.RATE, k] = 0.0
+        work.inputs[at.BEND, k] = 0.0
+        work.inputs[at.EXPONENT, k] = 0.0
         if state[RATES_GIVEN + k] > 0.0:
-            work.inputs[RATE, k] = state[INPUT_RATES + k]
+            work.inputs[at.RATE, k] = state[INPUT_RATES + k]
         elif rule == 2.0 and interval > 0.0:
-            work.inputs[VALUE, k] = before
-            work.inputs[RATE, k] = (now - before) / interval
+            work.inputs[at.VALUE, k] = before
+            work.inputs[at.RATE, k] = (now - before) / interval
         elif (rule == 1.0 or (rule == 3.0 and not 0 < k <= cylinders)) and samples > 1 and earlier >= SHORT * interval:
-            work.inputs[RATE, k] = (now - before) / earlier
+            work.inputs[at.RATE, k] = (now - before) / earlier
     if rule == 3.0 and not built_in(model, state):
-        work.inputs[ANGLES, 0] = state[SAMPLE_ANGLES]
-        work.inputs[ANGLES, 1] = state[SAMPLE_ANGLES + 1]
+        work.inputs[at.ANGLES, 0] = state[SAMPLE_ANGLES]
+        work.inputs[at.ANGLES, 1] = state[SAMPLE_ANGLES + 1]
         least = max(LEAST_TURN, SHORT * abs(state[SHAFT_SPEED]) * interval)
         for c in range(cylinders):
             if state[RATES_GIVEN + 1 + c] == 0.0:
@@ -209,27 +195,27 @@ def polytropic_series(model, work, state, cylinder, least):
     g_before = sampled_polytropic(model, state, cylinder, 1)
     if not smooth(g, g_before):
         return
-    work.inputs[EXPONENT, k] = POLYTROPIC
-    work.inputs[VALUE, k] = g
+    work.inputs[at.EXPONENT, k] = POLYTROPIC
+    work.inputs[at.VALUE, k] = g
     rate = (g - g_before) / (newest - middle)
-    work.inputs[RATE, k] = rate
+    work.inputs[at.RATE, k] = rate
     if samples < 3 or middle - oldest < least:
         return
     g_older = sampled_polytropic(model, state, cylinder, 2)
     if smooth(g_before, g_older):
-        work.inputs[BEND, k] = (rate - (g_before - g_older) / (middle - oldest)) / (newest - oldest)
+        work.inputs[at.BEND, k] = (rate - (g_before - g_older) / (middle - oldest)) / (newest - oldest)
 
 
 @inlined_kernel
 def given_pressures(model, work, angle, elapsed, pressures):
     """Cylinder pressures (c,), Pa, at a crank angle ``elapsed`` (s) into the communication step."""
     for c in range(model.cylinders.shape[0]):
-        value = work.inputs[VALUE, 1 + c]
-        exponent = work.inputs[EXPONENT, 1 + c]
+        value = work.inputs[at.VALUE, 1 + c]
+        exponent = work.inputs[at.EXPONENT, 1 + c]
         if exponent > 0.0:
-            bend = (angle - work.inputs[ANGLES, 1]) * work.inputs[BEND, 1 + c]
-            value += (angle - work.inputs[ANGLES, 0]) * (work.inputs[RATE, 1 + c] + bend)
+            bend = (angle - work.inputs[at.ANGLES, 1]) * work.inputs[at.BEND, 1 + c]
+            value += (angle - work.inputs[at.ANGLES, 0]) * (work.inputs[at.RATE, 1 + c] + bend)
             value /= gas_volume(model, c, angle) ** exponent
         else:
-            value += work.inputs[RATE, 1 + c] * elapsed
+            value += work.inputs[at.RATE, 1 + c] * elapsed
         pressures[c] = value if value > 0.0 else 0.0

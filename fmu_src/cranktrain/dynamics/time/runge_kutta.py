@@ -7,19 +7,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel
 from cranktrain.core.vectors import LANES, load, store
-from cranktrain.dynamics.model.slots import (
-    BIG_Q,
-    BIG_V,
-    DIFFERENCE,
-    PORTS,
-    STATE_U,
-    STATE_UD,
-    STATE_UDD,
-    TURNING_MODES,
-    U_DIFFERENCE,
-    U_Q,
-    U_V,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, OMEGA_REFERENCE, POSITION, VELOCITY, offset
 from cranktrain.dynamics.time.stage import Stage
 from cranktrain.dynamics.time.status import OK
@@ -60,10 +48,10 @@ def explicit_stage(model, work, state):
         work.stage[0, 0, i] = state[offset(POSITION, n) + i]
         work.stage[0, 1, i] = state[offset(VELOCITY, n) + i]
         work.stage[0, 2, i] = state[offset(ACCELERATION, n) + i]
-    for k in range(int(model.layout[PORTS])):
-        work.known[0, 0, k] = work.port[STATE_U, k]
-        work.known[0, 1, k] = work.port[STATE_UD, k]
-        work.known[0, 2, k] = work.port[STATE_UDD, k]
+    for k in range(int(model.layout[at.PORTS])):
+        work.known[0, 0, k] = work.port[at.STATE_U, k]
+        work.known[0, 1, k] = work.port[at.STATE_UD, k]
+        work.known[0, 2, k] = work.port[at.STATE_UDD, k]
 
 
 @inlined_kernel
@@ -71,19 +59,19 @@ def combine_stages(model, work, state, s, h):
     """Fill Q and V of stage s, in modes and at the ports, from the stages before it."""
     table = model.stages
     n = model.omega2.shape[0]
-    m = int(model.layout[PORTS])
+    m = int(model.layout[at.PORTS])
     _, c_v = coefficients(table, h)
-    big_q = work.modal[BIG_Q]
-    big_v = work.modal[BIG_V]
-    u_q = work.port[U_Q]
-    u_v = work.port[U_V]
+    big_q = work.modal[at.BIG_Q]
+    big_v = work.modal[at.BIG_V]
+    u_q = work.port[at.U_Q]
+    u_v = work.port[at.U_V]
     for i in range(n):
         big_v[i] = state[offset(VELOCITY, n) + i]
         big_q[i] = state[offset(POSITION, n) + i]
     # The ports' share follows from the ports alone, a product with the shapes less for each.
     for k in range(m):
-        u_v[k] = work.port[STATE_UD, k]
-        u_q[k] = work.port[STATE_U, k]
+        u_v[k] = work.port[at.STATE_UD, k]
+        u_q[k] = work.port[at.STATE_U, k]
     weights = work.scratch
     for j in range(s):
         weights[j] = h * table[FIRST_STAGE + s, j]
@@ -118,14 +106,14 @@ def runge_kutta_difference(model, work, h):
     table = model.stages
     stages = int(table[HEAD, STAGES])
     weights = table[FIRST_STAGE + stages]
-    for i in range(int(model.layout[TURNING_MODES])):
+    for i in range(int(model.layout[at.TURNING_MODES])):
         move = 0.0
         for s in range(stages):
             move += h * weights[s] * work.stage[s, 1, i]
-        work.modal[DIFFERENCE, i] = move
+        work.modal[at.DIFFERENCE, i] = move
     for k in range(2 * model.bearings.shape[0] + 1):
         move = 0.0
         for s in range(stages):
             move += h * weights[s] * work.known[s, 1, k]
-        work.port[U_DIFFERENCE, k] = move
+        work.port[at.U_DIFFERENCE, k] = move
     return OK

@@ -12,40 +12,7 @@ from typing import NamedTuple
 
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.slots import (
-    ADDED,
-    BASE,
-    BIG_Q,
-    BIG_V,
-    BORE_ROTATIONS,
-    COS,
-    F_STEP,
-    FORCES,
-    GUESS,
-    LEVER,
-    LOADS,
-    N_ITERATIONS,
-    N_STAGES,
-    N_WORK,
-    OMEGA_DOT,
-    PISTONS,
-    PORTS,
-    Q_FREE,
-    RODS,
-    SIN,
-    TURNING_MODES,
-    U_BEFORE,
-    U_FREE,
-    U_Q,
-    U_STEP,
-    U_V,
-    UD,
-    UDD,
-    WHIRL,
-    WHIRLS,
-    WORST_RESIDUAL,
-    U,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import CONTRACTION
 from cranktrain.dynamics.motion.equations import external_force, port_forces
 from cranktrain.dynamics.motion.gas import built_in, follow_crank
@@ -54,7 +21,7 @@ from cranktrain.dynamics.motion.newton_matrix import fill_jacobian, start_jacobi
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_compliance, relative_step
 from cranktrain.dynamics.time.status import DIVERGED, FILM_FAILED, OK, SINGULAR
 from cranktrain.dynamics.time.work_limit import LAST_ITERATIONS, LOOSE, cut_short, spent
-from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology import slots as added
 from cranktrain.film.laws.films import FROZEN
 from cranktrain.loads.torsional_line import DAMPING
 
@@ -121,7 +88,7 @@ def solve_stage(model, work, state, stage):
         follow_load(model, work, stage)
         settled = recover(model, work, stage)
     port_rates(model, work, stage)
-    work.counters[N_STAGES] += 1.0
+    work.counters[at.N_STAGES] += 1.0
     return OK
 
 
@@ -133,26 +100,26 @@ def predict(model, work, stage):
     guided pistons' side forces to 0.
     """
     n = model.omega2.shape[0]
-    t = int(model.layout[TURNING_MODES])
+    t = int(model.layout[at.TURNING_MODES])
     s = model.block_ports.shape[1]
     frame = work.frames[stage.number]
     ratio = stage.c_v / stage.c_q
-    big_q = work.modal[BIG_Q]
-    big_v = work.modal[BIG_V]
-    base = work.modal[BASE]
-    back = work.modal[LEVER]
+    big_q = work.modal[at.BIG_Q]
+    big_v = work.modal[at.BIG_V]
+    base = work.modal[at.BASE]
+    back = work.modal[at.LEVER]
     a = work.stage[stage.number, 2]
-    if model.pairs.shape[0] > 0 or model.layout[ADDED] > 0.0:
+    if model.pairs.shape[0] > 0 or model.layout[at.ADDED] > 0.0:
         relative_compliance(
-            model, frame[COS], frame[SIN], work.turning.compliance[stage.slot], work.block.compliance[stage.slot],
+            model, frame[at.COS], frame[at.SIN], work.turning.compliance[stage.slot], work.block.compliance[stage.slot],
             work.relative,
         )  # fmt: skip
-        if model.layout[ADDED] > 0.0:
-            call_kernel(model.links.hooks[at.AT_COMPLIANCE], (model, work, frame, stage.slot))
-    move_axis(model, frame, work.port[U_Q])
+        if model.layout[at.ADDED] > 0.0:
+            call_kernel(model.links.hooks[added.AT_COMPLIANCE], (model, work, frame, stage.slot))
+    move_axis(model, frame, work.port[at.U_Q])
     external_force(model, frame, work.pressures[stage.number], big_q, base)
-    if model.layout[ADDED] > 0.0:
-        call_kernel(model.links.hooks[at.AT_LOAD], (model, work, frame, big_q, base))
+    if model.layout[at.ADDED] > 0.0:
+        call_kernel(model.links.hooks[added.AT_LOAD], (model, work, frame, big_q, base))
     for i in range(n):
         back[i] = ratio * big_q[i] - big_v[i]
         base[i] += big_q[i] / stage.c_q + model.damping[i] * back[i]
@@ -163,8 +130,8 @@ def predict(model, work, stage):
             base[i] += twist * model.shafts[k, i]
     if s > 0:
         add_product(model.block.damping, back[t:], s, s, base[t:])
-    for k in range(int(model.layout[PORTS])):
-        work.port[U, k] = work.port[GUESS, k]
+    for k in range(int(model.layout[at.PORTS])):
+        work.port[at.U, k] = work.port[at.GUESS, k]
     for c in range(work.guides.shape[0]):
         for j in range(work.guides.shape[1]):
             work.guides[c, j] = 0.0
@@ -177,26 +144,26 @@ def move_freely(model, work, stage):
     What S holds of 2Ω₀G, and what it lacks because the frame turns at Ω ≠ Ω₀, is part of the load.
     """
     n = model.omega2.shape[0]
-    t = int(model.layout[TURNING_MODES])
+    t = int(model.layout[at.TURNING_MODES])
     s = model.block_ports.shape[1]
     frame = work.frames[stage.number]
     c_q = stage.c_q
     c_v = stage.c_v
     ratio = c_v / c_q
-    d_omega = frame[WHIRL] - stage.omega
-    d_omega2 = frame[WHIRL] * frame[WHIRL] - stage.omega * stage.omega
-    big_q = work.modal[BIG_Q]
-    big_v = work.modal[BIG_V]
-    rhs = work.modal[LOADS]
-    lever = work.modal[LEVER]
-    q_free = work.modal[Q_FREE]
+    d_omega = frame[at.WHIRL] - stage.omega
+    d_omega2 = frame[at.WHIRL] * frame[at.WHIRL] - stage.omega * stage.omega
+    big_q = work.modal[at.BIG_Q]
+    big_v = work.modal[at.BIG_V]
+    rhs = work.modal[at.LOADS]
+    lever = work.modal[at.LEVER]
+    q_free = work.modal[at.Q_FREE]
     a = work.stage[stage.number, 2]
     for i in range(n):
-        rhs[i] = work.modal[BASE, i]
+        rhs[i] = work.modal[at.BASE, i]
     for i in range(t):
         lever[i] = 2.0 * stage.omega * (ratio * big_q[i] - big_v[i])
-        lever[i] -= 2.0 * d_omega * (big_v[i] + c_v * a[i]) + frame[OMEGA_DOT] * (big_q[i] + c_q * a[i])
-    if model.layout[WHIRLS] > 0.0:
+        lever[i] -= 2.0 * d_omega * (big_v[i] + c_v * a[i]) + frame[at.OMEGA_DOT] * (big_q[i] + c_q * a[i])
+    if model.layout[at.WHIRLS] > 0.0:
         add_product(model.gyroscopic, lever, t, t, rhs)
         if d_omega2 != 0.0:
             for i in range(t):
@@ -207,10 +174,10 @@ def move_freely(model, work, stage):
         product(work.block.inverse[stage.slot], rhs[t:], s, s, q_free[t:])
     for i in range(t + s, t + model.block.preload.shape[0]):
         q_free[i] = c_q * rhs[i]
-    if model.layout[ADDED] > 0.0:
+    if model.layout[at.ADDED] > 0.0:
         arguments = (model, work, frame, stage.number, stage.slot, stage.c_q, stage.c_v, stage.omega)
-        call_kernel(model.links.hooks[at.AT_MOVE], arguments)
-    to_ports(model, q_free, work.port[U_FREE])
+        call_kernel(model.links.hooks[added.AT_MOVE], arguments)
+    to_ports(model, q_free, work.port[at.U_FREE])
 
 
 @inlined_kernel
@@ -222,10 +189,10 @@ def iterate(model, work, state, stage):
     iterations = 0
     converged = False
     # Heads take the gas of the first guess; pistons in a block must feel the same.
-    follows = built_in(model, state) and model.layout[BORE_ROTATIONS] == 0.0
+    follows = built_in(model, state) and model.layout[at.BORE_ROTATIONS] == 0.0
     while not converged:
         if iterations == MAX_ITERATIONS:
-            work.counters[WORST_RESIDUAL] = previous
+            work.counters[at.WORST_RESIDUAL] = previous
             return DIVERGED
         if follows and iterations > 0:
             follow_crank(model, work, stage)
@@ -233,11 +200,11 @@ def iterate(model, work, state, stage):
         if iterations > 0 and spent(model, work):
             keep_matrix = True
         iterations += 1
-        work.counters[N_WORK] += 1.0
+        work.counters[at.N_WORK] += 1.0
         status = newton_step(model, work, stage, keep_matrix)
         if status != OK:
             return status
-        size, limit = step_size(model, work, work.port[U_STEP])
+        size, limit = step_size(model, work, work.port[at.U_STEP])
         if not size < UNBOUNDED:
             return DIVERGED
         size = max(size, take_step(model, work, stage, limit))
@@ -259,8 +226,8 @@ def iterate(model, work, state, stage):
                 return DIVERGED
     if not measured:
         state[CONTRACTION] = min(MOST_CONTRACTION, FADING * state[CONTRACTION])
-    work.counters[N_ITERATIONS] += iterations
-    work.counters[WORST_RESIDUAL] = max(work.counters[WORST_RESIDUAL], contraction * previous)
+    work.counters[at.N_ITERATIONS] += iterations
+    work.counters[at.WORST_RESIDUAL] = max(work.counters[at.WORST_RESIDUAL], contraction * previous)
     return OK
 
 
@@ -271,20 +238,20 @@ def newton_step(model, work, stage, keep_matrix):
     Residual u_free + H f − u, then (I − H J) δ = r on the Newton ports. With ``keep_matrix`` the last matrix serves.
     """
     frame = work.frames[stage.number]
-    f = work.port[FORCES]
-    step = work.port[U_STEP]
+    f = work.port[at.FORCES]
+    step = work.port[at.U_STEP]
     port_rates(model, work, stage)
     model.films.numbers[FROZEN] = 1.0 if keep_matrix else 0.0
     status = port_forces(model, work, frame, work.pressures[stage.number], stage.c_q, stage.c_v)
     model.films.numbers[FROZEN] = 0.0
     if status != OK:
         return FILM_FAILED
-    for k in range(int(model.layout[PORTS])):
-        step[k] = work.port[U_FREE, k] - work.port[U, k]
+    for k in range(int(model.layout[at.PORTS])):
+        step[k] = work.port[at.U_FREE, k] - work.port[at.U, k]
     answer(model, work, stage.slot, f, step)
-    if model.layout[ADDED] > 0.0:
-        call_kernel(model.links.hooks[at.AT_STEPS], (model, work, step))
-    relative_step(model, frame[COS], frame[SIN], step)
+    if model.layout[at.ADDED] > 0.0:
+        call_kernel(model.links.hooks[added.AT_STEPS], (model, work, step))
+    relative_step(model, frame[at.COS], frame[at.SIN], step)
     if not keep_matrix:
         # The linearised forces must use the tangents that belong to the factored matrix.
         for k in range(work.blocks.shape[0]):
@@ -292,13 +259,13 @@ def newton_step(model, work, stage, keep_matrix):
                 work.factored[k, j] = work.blocks[k, j]
         # On rigid ground the journals' own compliance is the relative one.
         compliance = work.turning.compliance[stage.slot]
-        if model.pairs.shape[0] > 0 or model.layout[ADDED] > 0.0:
+        if model.pairs.shape[0] > 0 or model.layout[at.ADDED] > 0.0:
             compliance = work.relative
         start_jacobian(work.jacobian)
         n_newton = model.scales.shape[0] + model.links.scales.shape[0]
         fill_jacobian(compliance, model.connections, work.factored, n_newton, work.jacobian)
-        if model.layout[ADDED] > 0.0:
-            call_kernel(model.links.hooks[at.AT_NEWTON], (model, work))
+        if model.layout[at.ADDED] > 0.0:
+            call_kernel(model.links.hooks[added.AT_NEWTON], (model, work))
         if factor_rows(work.jacobian, work.jacobian.shape[0]) != 0:
             return SINGULAR
     solve_step(model, work)
@@ -308,10 +275,10 @@ def newton_step(model, work, stage, keep_matrix):
 @inlined_kernel
 def solve_step(model, work):
     """Solve for the Newton step in place: of the engine's components in ``work.port[U_STEP]``, then of added ones."""
-    if model.layout[ADDED] > 0.0:
-        call_kernel(model.links.hooks[at.AT_SOLVE], (model, work))
+    if model.layout[at.ADDED] > 0.0:
+        call_kernel(model.links.hooks[added.AT_SOLVE], (model, work))
     else:
-        solve_rows(work.jacobian, work.jacobian.shape[0], work.port, U_STEP)
+        solve_rows(work.jacobian, work.jacobian.shape[0], work.port, at.U_STEP)
 
 
 @inlined_kernel
@@ -325,15 +292,15 @@ def step_size(model, work, step):
         size = max(size, change)
         if k < journals:
             journal = max(journal, change)
-    if model.layout[RODS] > 0.0:
+    if model.layout[at.RODS] > 0.0:
         # A pin in its floating big end is a journal too.
-        rod = int(model.layout[RODS])
+        rod = int(model.layout[at.RODS])
         for k in range(2 * model.cylinders.shape[0]):
             journal = max(journal, abs(step[rod + k] - step[journals + 1 + k]) / model.scales[rod + k])
-    if model.layout[ADDED] > 0.0:
-        call_kernel(model.links.hooks[at.AT_STEP_SIZE], (model, work))
-        size = max(size, work.added.sizes[at.ANY])
-        journal = max(journal, work.added.sizes[at.LIMITED])
+    if model.layout[at.ADDED] > 0.0:
+        call_kernel(model.links.hooks[added.AT_STEP_SIZE], (model, work))
+        size = max(size, work.added.sizes[added.ANY])
+        journal = max(journal, work.added.sizes[added.LIMITED])
     return size, JOURNAL_STEP / journal if journal > JOURNAL_STEP else 1.0
 
 
@@ -346,11 +313,11 @@ def take_step(model, work, stage, limit):
     """
     turning = model.ports.shape[0]
     pistons = first_piston(model)
-    u = work.port[U]
-    before = work.port[U_BEFORE]
+    u = work.port[at.U]
+    before = work.port[at.U_BEFORE]
     for k in range(pistons):
         before[k] = u[k]
-    if model.block_ports.shape[0] == 0 and model.layout[ADDED] == 0.0:
+    if model.block_ports.shape[0] == 0 and model.layout[at.ADDED] == 0.0:
         follow_step(model, work, stage)
     else:
         follow_forces(model, work, stage)
@@ -370,13 +337,13 @@ def take_step(model, work, stage, limit):
 def follow_load(model, work, stage):
     """Let the ports follow a small change of the load: the last Newton matrix and linearised forces still apply."""
     frame = work.frames[stage.number]
-    step = work.port[U_STEP]
-    for k in range(int(model.layout[PORTS])):
-        step[k] = work.port[U_FREE, k] - work.port[U, k]
-    answer(model, work, stage.slot, work.port[FORCES], step)
-    if model.layout[ADDED] > 0.0:
-        call_kernel(model.links.hooks[at.AT_STEPS], (model, work, step))
-    relative_step(model, frame[COS], frame[SIN], step)
+    step = work.port[at.U_STEP]
+    for k in range(int(model.layout[at.PORTS])):
+        step[k] = work.port[at.U_FREE, k] - work.port[at.U, k]
+    answer(model, work, stage.slot, work.port[at.FORCES], step)
+    if model.layout[at.ADDED] > 0.0:
+        call_kernel(model.links.hooks[added.AT_STEPS], (model, work, step))
+    relative_step(model, frame[at.COS], frame[at.SIN], step)
     solve_step(model, work)
     follow_forces(model, work, stage)
 
@@ -385,14 +352,14 @@ def follow_load(model, work, stage):
 def follow_forces(model, work, stage):
     """f += J δ of a Newton step, and u = u_free + H f of all ports but those of guided pistons."""
     frame = work.frames[stage.number]
-    f = work.port[FORCES]
-    linearise(model.connections, work.factored, work.port[U_STEP], f)
-    reactions(model, frame[COS], frame[SIN], f)
-    if model.layout[ADDED] > 0.0:
-        call_kernel(model.links.hooks[at.AT_FOLLOW], (model, work, f))
+    f = work.port[at.FORCES]
+    linearise(model.connections, work.factored, work.port[at.U_STEP], f)
+    reactions(model, frame[at.COS], frame[at.SIN], f)
+    if model.layout[at.ADDED] > 0.0:
+        call_kernel(model.links.hooks[added.AT_FOLLOW], (model, work, f))
     for k in range(first_piston(model)):
-        work.port[U, k] = work.port[U_FREE, k]
-    answer(model, work, stage.slot, f, work.port[U])
+        work.port[at.U, k] = work.port[at.U_FREE, k]
+    answer(model, work, stage.slot, f, work.port[at.U])
 
 
 @inlined_kernel
@@ -403,10 +370,10 @@ def follow_step(model, work, stage):
     """
     newton = model.scales.shape[0]
     turning = model.ports.shape[0]
-    f = work.port[FORCES]
-    u = work.port[U]
-    step = work.port[U_STEP]
-    change = work.port[F_STEP]
+    f = work.port[at.FORCES]
+    u = work.port[at.U]
+    step = work.port[at.U_STEP]
+    change = work.port[at.F_STEP]
     for k in range(newton):
         change[k] = 0.0
     linearise(model.connections, work.factored, step, change)
@@ -425,48 +392,48 @@ def recover(model, work, stage):
     Returns whether what the frame's speed away from Ω₀ couples has settled.
     """
     n = model.omega2.shape[0]
-    t = int(model.layout[TURNING_MODES])
+    t = int(model.layout[at.TURNING_MODES])
     s = model.block_ports.shape[1]
     turning = model.ports.shape[0]
     standing = model.block_ports.shape[0]
     pistons = first_piston(model)
     frame = work.frames[stage.number]
     c_q = stage.c_q
-    f = work.port[FORCES]
+    f = work.port[at.FORCES]
     q = work.stage[stage.number, 0]
     v = work.stage[stage.number, 1]
     a = work.stage[stage.number, 2]
     for i in range(n):
-        q[i] = work.modal[Q_FREE, i]
+        q[i] = work.modal[at.Q_FREE, i]
     add_product(work.turning.response[stage.slot], f, turning, t, q)
     if s > 0:
         add_product(work.block.response[stage.slot], f[turning:], standing, s, q[t:])
     shape = model.block.piston_shape
-    for c in range(0, int(model.layout[PORTS]) - pistons, 2):
+    for c in range(0, int(model.layout[at.PORTS]) - pistons, 2):
         q[t + s + c] += c_q * (shape[0, 0] * f[pistons + c] + shape[1, 0] * f[pistons + c + 1])
         q[t + s + c + 1] += c_q * (shape[0, 1] * f[pistons + c] + shape[1, 1] * f[pistons + c + 1])
-    if model.layout[ADDED] > 0.0:
-        call_kernel(model.links.hooks[at.AT_RECOVER], (model, work, stage.slot, f, q))
-    if model.layout[WHIRLS] == 0.0:
+    if model.layout[at.ADDED] > 0.0:
+        call_kernel(model.links.hooks[added.AT_RECOVER], (model, work, stage.slot, f, q))
+    if model.layout[at.WHIRLS] == 0.0:
         for i in range(n):
-            a[i] = (q[i] - work.modal[BIG_Q, i]) / c_q
-            v[i] = work.modal[BIG_V, i] + stage.c_v * a[i]
+            a[i] = (q[i] - work.modal[at.BIG_Q, i]) / c_q
+            v[i] = work.modal[at.BIG_V, i] + stage.c_v * a[i]
         return True
     moved = 0.0
     largest = 1.0e-30
     for i in range(n):
-        new = (q[i] - work.modal[BIG_Q, i]) / c_q
+        new = (q[i] - work.modal[at.BIG_Q, i]) / c_q
         moved = max(moved, abs(new - a[i]))
         largest = max(largest, abs(new))
         a[i] = new
-        v[i] = work.modal[BIG_V, i] + stage.c_v * new
-    d_omega = abs(frame[WHIRL] - stage.omega)
-    d_omega2 = abs(frame[WHIRL] * frame[WHIRL] - stage.omega * stage.omega)
-    rest = (2.0 * d_omega * stage.c_v + (d_omega2 + abs(frame[OMEGA_DOT])) * c_q) * moved
+        v[i] = work.modal[at.BIG_V, i] + stage.c_v * new
+    d_omega = abs(frame[at.WHIRL] - stage.omega)
+    d_omega2 = abs(frame[at.WHIRL] * frame[at.WHIRL] - stage.omega * stage.omega)
+    rest = (2.0 * d_omega * stage.c_v + (d_omega2 + abs(frame[at.OMEGA_DOT])) * c_q) * moved
     fastest = model.bodies.fastest
-    rest *= fastest[at.FASTEST] * fastest[at.FASTEST]
-    swing = fastest[at.SWING] * frame[WHIRL]
-    swing2 = fastest[at.SWING2] * frame[WHIRL] * frame[WHIRL]
+    rest *= fastest[added.FASTEST] * fastest[added.FASTEST]
+    swing = fastest[added.SWING] * frame[at.WHIRL]
+    swing2 = fastest[added.SWING2] * frame[at.WHIRL] * frame[at.WHIRL]
     rest += (2.0 * abs(swing) * stage.c_v + (swing * swing + abs(swing2)) * c_q) * moved
     return rest <= COUPLING_TOLERANCE * largest or c_q * rest <= COUPLING_LENGTH * stage.tolerance
 
@@ -474,18 +441,18 @@ def recover(model, work, stage):
 @inlined_kernel
 def first_piston(model):
     """First port of the guided pistons, or the number of ports where there are none."""
-    return int(model.layout[PISTONS]) if model.layout[PISTONS] > 0.0 else int(model.layout[PORTS])
+    return int(model.layout[at.PISTONS]) if model.layout[at.PISTONS] > 0.0 else int(model.layout[at.PORTS])
 
 
 @inlined_kernel
 def port_rates(model, work, stage):
     """u̇ and ü of the ports that belong to their u in a stage."""
-    u = work.port[U]
-    u_q = work.port[U_Q]
-    u_v = work.port[U_V]
-    ud = work.port[UD]
-    udd = work.port[UDD]
-    for k in range(int(model.layout[PORTS])):
+    u = work.port[at.U]
+    u_q = work.port[at.U_Q]
+    u_v = work.port[at.U_V]
+    ud = work.port[at.UD]
+    udd = work.port[at.UDD]
+    for k in range(int(model.layout[at.PORTS])):
         acceleration = (u[k] - u_q[k]) / stage.c_q
         udd[k] = acceleration
         ud[k] = u_v[k] + stage.c_v * acceleration
@@ -494,17 +461,17 @@ def port_rates(model, work, stage):
 @kernel
 def to_ports(model, q, u):
     """Motion (m,) of all ports in the modal motion q (n,)."""
-    t = int(model.layout[TURNING_MODES])
+    t = int(model.layout[at.TURNING_MODES])
     turning = model.ports.shape[0]
     product(model.ports_transposed, q, t, turning, u)
     block, s = model.block_ports.shape
     if block > 0:
         product(model.block_ports_transposed, q[t:], s, block, u[turning:])
-    if model.layout[ADDED] > 0.0:
-        call_kernel(model.links.hooks[at.AT_TO_PORTS], (model, q, u))
+    if model.layout[at.ADDED] > 0.0:
+        call_kernel(model.links.hooks[added.AT_TO_PORTS], (model, q, u))
     shape = model.block.piston_shape
     first = first_piston(model)
-    for c in range(0, int(model.layout[PORTS]) - first, 2):
+    for c in range(0, int(model.layout[at.PORTS]) - first, 2):
         x = q[t + s + c]
         y = q[t + s + c + 1]
         u[first + c] = shape[0, 0] * x + shape[0, 1] * y
@@ -519,8 +486,8 @@ def answer(model, work, slot, f, u):
     block = model.block_ports.shape[0]
     if block > 0:
         add_product(work.block.compliance[slot], f[turning:], block, block, u[turning:])
-    if model.layout[ADDED] > 0.0:
-        call_kernel(model.links.hooks[at.AT_ANSWER], (model, work, slot, f, u))
+    if model.layout[at.ADDED] > 0.0:
+        call_kernel(model.links.hooks[added.AT_ANSWER], (model, work, slot, f, u))
 
 
 @kernel

@@ -11,24 +11,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import inlined_kernel
-from cranktrain.dynamics.model.slots import (
-    BIG_Q,
-    BIG_V,
-    GUESS,
-    NEWTON_TOLERANCE,
-    OMEGA,
-    ORDER,
-    PORTS,
-    SERIES,
-    STATE_U,
-    STATE_UD,
-    STATE_UDD,
-    U_Q,
-    U_V,
-    UD,
-    UDD,
-    U,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, OMEGA_REFERENCE, POSITION, VELOCITY, defect_offset, offset
 from cranktrain.dynamics.motion.film_memory import close_stage, open_stage
 from cranktrain.dynamics.time.stage import Stage, solve_stage, to_ports
@@ -43,9 +26,9 @@ SLOW = 60.0
 @inlined_kernel
 def port_tolerance(model, work, h):
     """Newton tolerance of a step: ports are found as much more exactly at shorter steps as the method's error falls."""
-    turn = min(1.0, h * max(work.frames[0, OMEGA], SLOW) / REFERENCE_TURN)
-    tolerance = model.choices[NEWTON_TOLERANCE]
-    for _ in range(int(model.choices[ORDER])):
+    turn = min(1.0, h * max(work.frames[0, at.OMEGA], SLOW) / REFERENCE_TURN)
+    tolerance = model.choices[at.NEWTON_TOLERANCE]
+    for _ in range(int(model.choices[at.ORDER])):
         tolerance *= turn
     return tolerance
 
@@ -66,29 +49,31 @@ def guess_ports(model, work, state, stage, h):
             distance = away
             nearest = s
     tau = distance * h
-    m = int(model.layout[PORTS])
+    m = int(model.layout[at.PORTS])
     o = defect_offset(model.omega2.shape[0]) + stage * m
     for k in range(m):
         if nearest < 0:
-            series = work.port[STATE_U, k] + tau * (work.port[STATE_UD, k] + 0.5 * tau * work.port[STATE_UDD, k])
+            series = work.port[at.STATE_U, k] + tau * (
+                work.port[at.STATE_UD, k] + 0.5 * tau * work.port[at.STATE_UDD, k]
+            )
         else:
             series = work.known[nearest, 0, k] + tau * (
                 work.known[nearest, 1, k] + 0.5 * tau * work.known[nearest, 2, k]
             )
-        work.port[SERIES, k] = series
-        work.port[GUESS, k] = series + state[o + k]
+        work.port[at.SERIES, k] = series
+        work.port[at.GUESS, k] = series + state[o + k]
 
 
 @inlined_kernel
 def keep_ports(model, work, state, stage):
     """Keep the ports of a solved stage, and what the series missed, for the guesses to come."""
-    m = int(model.layout[PORTS])
+    m = int(model.layout[at.PORTS])
     o = defect_offset(model.omega2.shape[0]) + stage * m
     for k in range(m):
-        work.known[stage, 0, k] = work.port[U, k]
-        work.known[stage, 1, k] = work.port[UD, k]
-        work.known[stage, 2, k] = work.port[UDD, k]
-        state[o + k] = work.port[U, k] - work.port[SERIES, k]
+        work.known[stage, 0, k] = work.port[at.U, k]
+        work.known[stage, 1, k] = work.port[at.UD, k]
+        work.known[stage, 2, k] = work.port[at.UDD, k]
+        state[o + k] = work.port[at.U, k] - work.port[at.SERIES, k]
 
 
 @inlined_kernel
@@ -112,8 +97,8 @@ def solve_and_keep(model, work, state, stage, h, gain):
 def solve_only_stage(model, work, state, slot, h):
     """Solve the one stage, at the step's end, of a method whose Q and V are in ``work.modal``; a status."""
     n = model.omega2.shape[0]
-    to_ports(model, work.modal[BIG_Q], work.port[U_Q])
-    to_ports(model, work.modal[BIG_V], work.port[U_V])
+    to_ports(model, work.modal[at.BIG_Q], work.port[at.U_Q])
+    to_ports(model, work.modal[at.BIG_V], work.port[at.U_V])
     c_q, c_v = coefficients(model.stages, h)
     o = offset(ACCELERATION, n)
     omega = state[OMEGA_REFERENCE]

@@ -14,51 +14,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
-from cranktrain.dynamics.model.slots import (
-    AXIAL_FORCE,
-    AXIAL_INPUT,
-    BORE_ROTATIONS,
-    COS,
-    DRIVEN,
-    EMBEDDED_ORDER,
-    FACTOR_SLOTS,
-    FILM_CHANGE,
-    FILTER,
-    FIRING,
-    KEY_SPEED,
-    KEY_STEP,
-    LEAD,
-    LEAD_RATE,
-    LOAD,
-    LOAD_INPUT,
-    N_CUT,
-    N_ITERATIONS,
-    N_LIMITED,
-    N_MISSED,
-    N_REJECTED,
-    N_STEPS,
-    N_WORK,
-    OMEGA,
-    OMEGA_DOT,
-    PORTS,
-    RATE,
-    RELATIVE,
-    RELATIVE_RATE,
-    ROTATION,
-    SIN,
-    STATE_U,
-    STATE_UD,
-    STEP,
-    STEP_KERNEL,
-    STEP_TOLERANCE,
-    THETA,
-    TURNING_MODES,
-    VALUE,
-    VALVE_INPUT,
-    VALVE_TORQUE,
-    WHIRL,
-    WORST_RESIDUAL,
-)
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
     CONTRACTION,
@@ -123,15 +79,15 @@ def base_motion(model, work, state, begin, tau):
     Where a torque loads the shaft instead, they are those of a frame that follows the crank. Last comes what the state
     keeps as the shaft's acceleration.
     """
-    if model.scalars[DRIVEN] == 0.0:
+    if model.scalars[at.DRIVEN] == 0.0:
         rotation, rate, change = crank_rotation(model, state)
         return following_motion(
             state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], rotation, rate, change, tau
         )
-    target = work.inputs[VALUE, 0] + work.inputs[RATE, 0] * begin
+    target = work.inputs[at.VALUE, 0] + work.inputs[at.RATE, 0] * begin
     angle, speed, acceleration = shaft_motion(
-        state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], target, work.inputs[RATE, 0],
-        model.scalars[FILTER], tau,
+        state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], target, work.inputs[at.RATE, 0],
+        model.scalars[at.FILTER], tau,
     )  # fmt: skip
     return angle, speed, acceleration, acceleration
 
@@ -145,27 +101,27 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
     angle, speed, acceleration, _ = base_motion(model, work, state, begin, tau)
     n = model.omega2.shape[0]
     rotation, rate, change = crank_rotation(model, state)
-    frame[LEAD], frame[LEAD_RATE], lead_acceleration = frame_lead(
+    frame[at.LEAD], frame[at.LEAD_RATE], lead_acceleration = frame_lead(
         state[LEAD_ANGLE], state[LEAD_SPEED], rotation, rate, change, state[SHAFT_SPEED], tau
     )
-    frame[THETA] = angle + frame[LEAD]
-    frame[OMEGA] = speed + frame[LEAD_RATE]
-    frame[OMEGA_DOT] = acceleration + lead_acceleration
-    frame[WHIRL] = frame[OMEGA]
-    frame[COS] = math.cos(frame[THETA])
-    frame[SIN] = math.sin(frame[THETA])
-    load = model.cylinders.shape[0] + LOAD_INPUT
-    frame[LOAD] = work.inputs[VALUE, load] + work.inputs[RATE, load] * (begin + tau)
-    valves = model.cylinders.shape[0] + VALVE_INPUT
-    frame[VALVE_TORQUE] = work.inputs[VALUE, valves] + work.inputs[RATE, valves] * (begin + tau)
-    axial = model.cylinders.shape[0] + AXIAL_INPUT
-    frame[AXIAL_FORCE] = work.inputs[VALUE, axial] + work.inputs[RATE, axial] * (begin + tau)
-    frame[FIRING] = frame[THETA]
-    if model.layout[BORE_ROTATIONS] > 0.0:
+    frame[at.THETA] = angle + frame[at.LEAD]
+    frame[at.OMEGA] = speed + frame[at.LEAD_RATE]
+    frame[at.OMEGA_DOT] = acceleration + lead_acceleration
+    frame[at.WHIRL] = frame[at.OMEGA]
+    frame[at.COS] = math.cos(frame[at.THETA])
+    frame[at.SIN] = math.sin(frame[at.THETA])
+    load = model.cylinders.shape[0] + at.LOAD_INPUT
+    frame[at.LOAD] = work.inputs[at.VALUE, load] + work.inputs[at.RATE, load] * (begin + tau)
+    valves = model.cylinders.shape[0] + at.VALVE_INPUT
+    frame[at.VALVE_TORQUE] = work.inputs[at.VALUE, valves] + work.inputs[at.RATE, valves] * (begin + tau)
+    axial = model.cylinders.shape[0] + at.AXIAL_INPUT
+    frame[at.AXIAL_FORCE] = work.inputs[at.VALUE, axial] + work.inputs[at.RATE, axial] * (begin + tau)
+    frame[at.FIRING] = frame[at.THETA]
+    if model.layout[at.BORE_ROTATIONS] > 0.0:
         # Dead centre is where the cylinders point: the trace turns with the block that leans on its mounts.
-        t = int(model.layout[TURNING_MODES])
+        t = int(model.layout[at.TURNING_MODES])
         for i in range(6):
-            frame[FIRING] -= model.block.motion[ROTATION, i] * (
+            frame[at.FIRING] -= model.block.motion[at.ROTATION, i] * (
                 state[offset(POSITION, n) + t + i]
                 + tau * (state[offset(VELOCITY, n) + t + i] + 0.5 * tau * state[offset(ACCELERATION, n) + t + i])
             )
@@ -173,7 +129,7 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
     if built_in(model, state):
         trace_pressures(model, frame, rotation, pressures)
     else:
-        given_pressures(model, work, frame[FIRING] + rotation, begin + tau, pressures)
+        given_pressures(model, work, frame[at.FIRING] + rotation, begin + tau, pressures)
 
 
 @inlined_kernel
@@ -182,11 +138,11 @@ def ports_at_state(model, work, state):
     n = model.omega2.shape[0]
     for block in range(3):
         o = offset(block, n)
-        to_ports(model, state[o : o + n], work.port[STATE_U + block])
+        to_ports(model, state[o : o + n], work.port[at.STATE_U + block])
     angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE]
     relative_motion(
         model, math.cos(angle), math.sin(angle), state[SHAFT_SPEED] + state[LEAD_SPEED],
-        work.port[STATE_U], work.port[STATE_UD], work.port[RELATIVE], work.port[RELATIVE_RATE],
+        work.port[at.STATE_U], work.port[at.STATE_UD], work.port[at.RELATIVE], work.port[at.RELATIVE_RATE],
     )  # fmt: skip
 
 
@@ -196,8 +152,8 @@ def film_rate(model, work, state):
     rate = fastest_closing(model, work, state, state[SHAFT_SPEED] + state[LEAD_SPEED])
     z = 2 * model.bearings.shape[0]
     thrust = model.thrust
-    thrust.place[0, 0] = work.port[RELATIVE, z]
-    thrust.velocity[0, 0] = work.port[RELATIVE_RATE, z]
+    thrust.place[0, 0] = work.port[at.RELATIVE, z]
+    thrust.velocity[0, 0] = work.port[at.RELATIVE_RATE, z]
     film_call(thrust, FILM_RATE, 0, thrust.out, thrust.out)
     return max(rate, thrust.out[0])
 
@@ -210,13 +166,13 @@ def sub_step(model, work, state, begin, h, halvings):
     ``work.port[RELATIVE]`` and the row after it.
     """
     n = model.omega2.shape[0]
-    m = int(model.layout[PORTS])
+    m = int(model.layout[at.PORTS])
     table = model.stages
     stages = int(table[HEAD, STAGES])
     for s in range(stages):
         frame_at(model, work, state, begin, table[FIRST_STAGE + s, NODE] * h, work.frames[s], work.pressures[s])
     end = work.frames[stages - 1]
-    omega = end[OMEGA] - end[LEAD_RATE]
+    omega = end[at.OMEGA] - end[at.LEAD_RATE]
     if abs(omega - state[OMEGA_REFERENCE]) > REFACTOR * abs(state[OMEGA_REFERENCE]):
         state[OMEGA_REFERENCE] = omega
     if h != state[STEP_LAST]:
@@ -225,16 +181,16 @@ def sub_step(model, work, state, begin, h, halvings):
         o = defect_offset(n)
         for k in range(MAX_STAGES * m):
             state[o + k] *= share * share * share
-    slot = min(halvings, FACTOR_SLOTS - 1)
-    if work.key[slot, KEY_STEP] != h or work.key[slot, KEY_SPEED] != state[OMEGA_REFERENCE]:
+    slot = min(halvings, at.FACTOR_SLOTS - 1)
+    if work.key[slot, at.KEY_STEP] != h or work.key[slot, at.KEY_SPEED] != state[OMEGA_REFERENCE]:
         c_q, c_v = coefficients(table, h)
         if factor_stage(model, work, slot, c_q, c_v, state[OMEGA_REFERENCE], 0.0, 0.0) != 0:
             return SINGULAR
-        work.key[slot, KEY_STEP] = h
-        work.key[slot, KEY_SPEED] = state[OMEGA_REFERENCE]
+        work.key[slot, at.KEY_STEP] = h
+        work.key[slot, at.KEY_SPEED] = state[OMEGA_REFERENCE]
     open_step(model, work, state)
     angle, speed, _, acceleration = base_motion(model, work, state, begin, h)
-    status: int = call_kernel(work.family[int(table[HEAD, FAMILY]), STEP_KERNEL], (model, work, state, slot, h))
+    status: int = call_kernel(work.family[int(table[HEAD, FAMILY]), at.STEP_KERNEL], (model, work, state, slot, h))
     if status != OK:
         return status
     state[STEP_LAST] = h
@@ -245,9 +201,9 @@ def sub_step(model, work, state, begin, h, halvings):
     state[SHAFT_ANGLE] = angle
     state[SHAFT_SPEED] = speed
     state[SHAFT_ACCELERATION] = acceleration
-    state[LEAD_ANGLE] = end[LEAD]
-    state[LEAD_SPEED] = end[LEAD_RATE]
-    work.counters[N_STEPS] += 1.0
+    state[LEAD_ANGLE] = end[at.LEAD]
+    state[LEAD_SPEED] = end[at.LEAD_RATE]
+    work.counters[at.N_STEPS] += 1.0
     return OK
 
 
@@ -261,11 +217,11 @@ def cycle_of(angle):
 def chosen_halvings(model, work, state, begin, h, least):
     """Halvings of a sub-step h for the piece to come: at least so many, more where films close fast or at events."""
     ports_at_state(model, work, state)
-    adaptive = model.choices[STEP_TOLERANCE] > 0.0
+    adaptive = model.choices[at.STEP_TOLERANCE] > 0.0
     halvings = max(least, int(state[HALVINGS])) if adaptive else least
     piece = h / (1 << halvings)
     rate = film_rate(model, work, state)
-    while halvings < FILM_HALVINGS and rate * piece > model.choices[FILM_CHANGE]:
+    while halvings < FILM_HALVINGS and rate * piece > model.choices[at.FILM_CHANGE]:
         halvings += 1
         piece *= 0.5
     if adaptive:
@@ -286,7 +242,7 @@ def accept(model, work, state, h, halvings):
     """Whether the step just taken meets the tolerance; chooses the halvings of the next one."""
     error = step_error(model, work, state, h)
     growth = 1.0
-    for _ in range(int(model.choices[EMBEDDED_ORDER]) + 1):
+    for _ in range(int(model.choices[at.EMBEDDED_ORDER]) + 1):
         growth *= 2.0
     if error > 1.0 and halvings < MAX_HALVINGS:
         state[HALVINGS] = halvings + 1
@@ -298,7 +254,7 @@ def accept(model, work, state, h, halvings):
         state[HALVINGS] = halvings
     if error > REJECTED:
         # Nothing shorter is left: the step counts as one that missed its tolerance.
-        work.counters[N_MISSED] += 1.0
+        work.counters[at.N_MISSED] += 1.0
     state[STEP_ERROR] = error
     remember_outputs(model, state, h)
     return True
@@ -318,16 +274,16 @@ def advance(model, work, state, inputs, t_end):
         return OK
     for i in range(size):
         work.backup[0, i] = state[i]
-    iterations = work.counters[N_ITERATIONS]
+    iterations = work.counters[at.N_ITERATIONS]
     solved = model.films.solved[0]
-    work.counters[WORST_RESIDUAL] = 0.0
-    work.counters[N_WORK] = 0.0
-    work.counters[N_CUT] = 0.0
+    work.counters[at.WORST_RESIDUAL] = 0.0
+    work.counters[at.N_WORK] = 0.0
+    work.counters[at.N_CUT] = 0.0
     take_sample(model, state, inputs, interval)
     take_rates(state, work.input_rates, interval)
     reconstruct(model, work, state)
     speed = max(abs(state[SHAFT_SPEED]), max(abs(inputs[0]), STEPPING_SPEED))
-    count = max(1, math.ceil(speed * interval / model.scalars[STEP] - 1.0e-9))
+    count = max(1, math.ceil(speed * interval / model.scalars[at.STEP] - 1.0e-9))
     h = interval / count
     if abs(h - state[STEP_REFERENCE]) <= 1.0e-9 * h:
         h = state[STEP_REFERENCE]
@@ -347,13 +303,15 @@ def advance(model, work, state, inputs, t_end):
             for i in range(size):
                 work.backup[1, i] = state[i]
             status = sub_step(model, work, state, begin, piece, halvings)
-            if status == OK and (model.choices[STEP_TOLERANCE] == 0.0 or accept(model, work, state, piece, halvings)):
+            if status == OK and (
+                model.choices[at.STEP_TOLERANCE] == 0.0 or accept(model, work, state, piece, halvings)
+            ):
                 done += whole >> halvings
                 taken += 1
-                if model.choices[STEP_TOLERANCE] > 0.0:
+                if model.choices[at.STEP_TOLERANCE] > 0.0:
                     failures = 0
                 continue
-            work.counters[N_REJECTED] += 1.0
+            work.counters[at.N_REJECTED] += 1.0
             failures = halvings + 1
             if spent(model, work):
                 failures = MAX_HALVINGS + 1
@@ -364,15 +322,15 @@ def advance(model, work, state, inputs, t_end):
                 return status
             for i in range(size):
                 state[i] = work.backup[1, i]
-    if model.scalars[DRIVEN] == 0.0 and state[SHAFT_SPEED] < 0.0:
+    if model.scalars[at.DRIVEN] == 0.0 and state[SHAFT_SPEED] < 0.0:
         for i in range(size):
             state[i] = work.backup[0, i]
         return STALLED
     state[TIME] = t_end
     state[SUBSTEPS] = taken
-    state[ITERATIONS] = work.counters[N_ITERATIONS] - iterations
-    state[RESIDUAL] = work.counters[WORST_RESIDUAL]
+    state[ITERATIONS] = work.counters[at.N_ITERATIONS] - iterations
+    state[RESIDUAL] = work.counters[at.WORST_RESIDUAL]
     state[ONLINE_FILMS] = model.films.solved[0] - solved
-    state[LIMITED] = work.counters[N_CUT]
-    work.counters[N_LIMITED] += work.counters[N_CUT]
+    state[LIMITED] = work.counters[at.N_CUT]
+    work.counters[at.N_LIMITED] += work.counters[at.N_CUT]
     return OK

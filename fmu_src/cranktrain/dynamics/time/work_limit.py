@@ -14,7 +14,7 @@ than the limit and LAST_ITERATIONS for each stage that is not solved when it is 
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel
-from cranktrain.dynamics.model.slots import N_CUT, N_WORK, WORK_LIMIT
+from cranktrain.dynamics.model import slots as at
 
 LAST_ITERATIONS = 2
 LOOSE = 1.0e-3
@@ -23,13 +23,13 @@ LOOSE = 1.0e-3
 @inlined_kernel
 def spent(model, work):
     """Whether the communication step has used up its work."""
-    return model.choices[WORK_LIMIT] > 0.0 and work.counters[N_WORK] >= model.choices[WORK_LIMIT]
+    return model.choices[at.WORK_LIMIT] > 0.0 and work.counters[at.N_WORK] >= model.choices[at.WORK_LIMIT]
 
 
 @inlined_kernel
 def cut_short(model, work):
     """Whether that is so where more work would follow; then the step counts as one that was cut short."""
     if spent(model, work):
-        work.counters[N_CUT] = 1.0
+        work.counters[at.N_CUT] = 1.0
         return True
     return False

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.cycle_run import communication_step, run_cycles
-from cranktrain.dynamics.model.slots import AXIAL_INPUT, OMEGA, OMEGA_DOT, THETA
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
 from cranktrain.dynamics.settled.judging import TOLERANCE, Settling
 from cranktrain.dynamics.simulation import Simulation
@@ -110,7 +110,7 @@ def recorded_cycle(
     for k in range(count):
         simulation.step(begin + (k + 1) * step)
         state = simulation.state
-        frame[k] = simulation.work.frames[0][[THETA, OMEGA, OMEGA_DOT]]
+        frame[k] = simulation.work.frames[0][[at.THETA, at.OMEGA, at.OMEGA_DOT]]
         for rate, block in enumerate((POSITION, VELOCITY, ACCELERATION)):
             first = offset(block, all_modes)
             motion[rate, k] = state[first : first + modes]
@@ -129,5 +129,5 @@ def recorded_cycle(
         damping=simulation.model.damping[:modes].copy(),
         outputs=dict(zip(simulation.output_names, rows.T.copy(), strict=True)),
         settling=found.settling,
-        axial_force=float(simulation.inputs[engine.n_cylinders + AXIAL_INPUT]),
+        axial_force=float(simulation.inputs[engine.n_cylinders + at.AXIAL_INPUT]),
     )

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import communication_step
+from cranktrain.dynamics.model import slots as slots
 from cranktrain.dynamics.model.arrays import ModelArrays
-from cranktrain.dynamics.model.slots import AXIAL_JOINT, COS, COUPLED, FIRST, RODS, SIN, WHIRL
 from cranktrain.dynamics.model.state import TIME
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.tangents import Tangents, tangents_at_state
@@ -91,7 +91,7 @@ def tangents_over_cycle(simulation: Simulation) -> CycleTangents:
         simulation.step(float(state[TIME]) + (k + 1) * step)
         found.append(tangents_at_state(simulation.model, simulation.work))
         joint.append(joint_at_state(simulation))
-        frame.append(simulation.work.frames[0, [COS, SIN, WHIRL]].copy())
+        frame.append(simulation.work.frames[0, [slots.COS, slots.SIN, slots.WHIRL]].copy())
     simulation.state = state
     place, velocity, acceleration, forces, displaced = (np.array(parts) for parts in zip(*found, strict=True))
     return CycleTangents(speed, place, velocity, acceleration, forces, displaced, np.array(frame), np.array(joint))
@@ -105,7 +105,7 @@ def plain_means(tangents: CycleTangents, hz: float) -> CycleMeans:
 
 def with_joint_mean(simulation: Simulation, tangents: CycleTangents, means: CycleMeans, hz: float) -> CycleMeans:
     """Means for vibration at ``hz`` with the axial joint's; of a model without one as they are."""
-    path, k = simulation.engine.axial_path, int(simulation.model.layout[AXIAL_JOINT])
+    path, k = simulation.engine.axial_path, int(simulation.model.layout[slots.AXIAL_JOINT])
     if path is None or not k:
         return means
     law = joint_stiffness(path, tangents.joint, 4.0 * math.pi / tangents.speed, hz)
@@ -125,7 +125,7 @@ def with_film_means(
         law = -tangents.place[at][:, 0] - 1j * omega * tangents.velocity[at][:, 0]
         mean = mean_law(law, compliance)
         signs = np.ones((1, 1))
-        if len(parts) < model.connections[k, COUPLED]:  # between a pin and its big end
+        if len(parts) < model.connections[k, slots.COUPLED]:  # between a pin and its big end
             signs = np.array([[1.0, -1.0], [-1.0, 1.0]])
         size = signs.shape[0] * len(parts)
         place[k, :size, :size] = -np.kron(signs, mean.real)
@@ -143,8 +143,10 @@ def mean_law(laws: ComplexArray, compliance: ComplexArray) -> ComplexArray:
 def films(model: ModelArrays) -> list[tuple[int, Sequence[int]]]:
     """Connections that are films of mains and floating big ends, with the ports that tell their relative motion."""
     mains, cylinders = model.bearings.shape[0], model.cylinders.shape[0]
-    found: list[tuple[int, Sequence[int]]] = [(k, range(int(model.connections[k, COUPLED]))) for k in range(mains)]
-    return found + [(mains + c, range(2)) for c in range(cylinders if model.layout[RODS] > 0.0 else 0)]
+    found: list[tuple[int, Sequence[int]]] = [
+        (k, range(int(model.connections[k, slots.COUPLED]))) for k in range(mains)
+    ]
+    return found + [(mains + c, range(2)) for c in range(cylinders if model.layout[slots.RODS] > 0.0 else 0)]
 
 
 def main_tangents(model: ModelArrays, tangents: CycleTangents) -> tuple[Array, Array]:
@@ -166,4 +168,4 @@ def main_tangents(model: ModelArrays, tangents: CycleTangents) -> tuple[Array, A
 def ports_of(model: ModelArrays, connection: int) -> np.ndarray:
     """Newton ports that a connection couples."""
     row = model.connections[connection]
-    return np.asarray(row[FIRST : FIRST + int(row[COUPLED])].astype(int))
+    return np.asarray(row[slots.FIRST : slots.FIRST + int(row[slots.COUPLED])].astype(int))

@@ -39,16 +39,9 @@ from numpy.typing import NDArray
 from scipy.linalg import eig
 
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model import slots as slots
 from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.bodies import locked_on_axis
-from cranktrain.dynamics.model.slots import (
-    BORE_ROTATIONS,
-    CRANK_MODES,
-    JOURNAL_ROTATIONS,
-    ROD_LAWS,
-    RODS,
-    TURNING_MODES,
-)
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
@@ -199,7 +192,7 @@ def modes_in_means(simulation: Simulation, means: CycleMeans) -> ModesInMotion:
 def equations_in_motion(simulation: Simulation, means: CycleMeans) -> Equations:
     """Equations of small motions of a running model in the ``means`` of its force laws."""
     model, speed = simulation.model, means.speed
-    t, n_b = int(model.layout[TURNING_MODES]), model.block_ports.shape[1]
+    t, n_b = int(model.layout[slots.TURNING_MODES]), model.block_ports.shape[1]
     turning = [np.eye(t), np.diag(model.damping[:t]) + 2.0 * speed * model.gyroscopic.T,
                np.diag(model.omega2[:t]) + speed**2 * model.spin.T]  # fmt: skip
     for twist, law in zip(model.shafts, model.shaft_laws, strict=True):
@@ -220,7 +213,7 @@ def equations_in_motion(simulation: Simulation, means: CycleMeans) -> Equations:
         _add_block(model, speed, parts)
     _add_laws(model, means, motion, parts)
     mass, damping, stiffness = parts
-    return Equations(mass, damping, stiffness, int(model.layout[CRANK_MODES]), t)
+    return Equations(mass, damping, stiffness, int(model.layout[slots.CRANK_MODES]), t)
 
 
 def vibrations(equations: Equations) -> tuple[ComplexArray, ComplexArray]:
@@ -237,7 +230,7 @@ def vibrations(equations: Equations) -> tuple[ComplexArray, ComplexArray]:
 def _rods(simulation: Simulation, speed: float) -> tuple[Array, list[Array]]:
     """Rows (3 c + 1, n_t) of the rods' motion, and mean tangents by place, velocity and acceleration."""
     engine, body, model = simulation.engine, simulation.body, simulation.model
-    t, free = int(model.layout[TURNING_MODES]), int(model.layout[RODS])
+    t, free = int(model.layout[slots.TURNING_MODES]), int(model.layout[slots.RODS])
     if not bearing_law(simulation.settings.bearings).carries:
         body = locked_on_axis(body)
     if free:  # a floating big end is a body of its own
@@ -254,7 +247,7 @@ def _rods(simulation: Simulation, speed: float) -> tuple[Array, list[Array]]:
 
 def _relative_motion(model: ModelArrays) -> NDArray[Any]:
     """Relative motion (n_newton, n) of the ports by all coordinates: turning modes, and the block's w₀, w₊, w₋."""
-    t, n_b, m = int(model.layout[TURNING_MODES]), model.block_ports.shape[1], model.scales.size
+    t, n_b, m = int(model.layout[slots.TURNING_MODES]), model.block_ports.shape[1], model.scales.size
     turning = model.ports[:m]
     if not n_b:
         return np.array(turning)
@@ -273,7 +266,7 @@ def _relative_motion(model: ModelArrays) -> NDArray[Any]:
 
 def _add_block(model: ModelArrays, speed: float, parts: list[NDArray[Any]]) -> None:
     """Add the block on its mounts, moving with λ, λ + iΩ and λ − iΩ."""
-    t, n_b = int(model.layout[TURNING_MODES]), model.block_ports.shape[1]
+    t, n_b = int(model.layout[slots.TURNING_MODES]), model.block_ports.shape[1]
     own = slice(t, t + n_b)
     damping = np.diag(model.damping[own]) + model.block.damping
     stiffness = np.diag(model.omega2[own]) + model.block.stiffness
@@ -286,9 +279,9 @@ def _add_block(model: ModelArrays, speed: float, parts: list[NDArray[Any]]) -> N
 
 def _add_laws(model: ModelArrays, means: CycleMeans, motion: NDArray[Any], parts: list[NDArray[Any]]) -> None:
     """Add the mean tangents of all connections but rods, and the moments of the journals' displaced forces."""
-    mains, cylinders, free = model.bearings.shape[0], model.cylinders.shape[0], model.layout[RODS] > 0.0
-    first = int(model.layout[ROD_LAWS]) if free else mains
-    t, n_b = int(model.layout[TURNING_MODES]), model.block_ports.shape[1]
+    mains, cylinders, free = model.bearings.shape[0], model.cylinders.shape[0], model.layout[slots.RODS] > 0.0
+    first = int(model.layout[slots.ROD_LAWS]) if free else mains
+    t, n_b = int(model.layout[slots.TURNING_MODES]), model.block_ports.shape[1]
     tangents = means.acceleration, means.velocity, means.place
     for k in range(len(model.connections)):
         if first <= k < first + cylinders:
@@ -300,9 +293,9 @@ def _add_laws(model: ModelArrays, means: CycleMeans, motion: NDArray[Any], parts
         if k >= mains:
             continue
         turned = np.zeros(motion.shape[1])
-        turned[:t] = model.ports[int(model.layout[JOURNAL_ROTATIONS]) + k]
+        turned[:t] = model.ports[int(model.layout[slots.JOURNAL_ROTATIONS]) + k]
         if n_b:
-            turned[t : t + n_b] = -model.block_ports[int(model.layout[BORE_ROTATIONS]) - len(model.ports) + k]
+            turned[t : t + n_b] = -model.block_ports[int(model.layout[slots.BORE_ROTATIONS]) - len(model.ports) + k]
         across = np.kron(np.eye(count // 2), ACROSS)
         # u × f = −uᵀ (e_z×) f, by what f depends on and by u.
         arm = -means.displaced[ports] @ across

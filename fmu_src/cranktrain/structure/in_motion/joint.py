@@ -20,8 +20,8 @@ import math
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import dimensions
-from cranktrain.dynamics.model.slots import AXIAL_JOINT
 from cranktrain.dynamics.model.state import state_size
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.parts import AxialPath
@@ -34,7 +34,7 @@ STEADY = 1.0e-9
 def joint_at_state(simulation: Simulation) -> tuple[float, float]:
     """a (1/s) and b of the joint at a state whose tangents were taken last; nothing of a run without a joint."""
     model, path = simulation.model, simulation.engine.axial_path
-    if path is None or model.layout[AXIAL_JOINT] == 0.0:
+    if path is None or model.layout[at.AXIAL_JOINT] == 0.0:
         return 0.0, 1.0
     size = dimensions(model)
     end = state_size(size.modes, size.ports, size.films)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import ReducedBody
-from cranktrain.dynamics.model.slots import AMBIENT, ROTATION
+from cranktrain.dynamics.model import slots as slots
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace, gas_pressure, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia, rod_force
@@ -83,7 +83,7 @@ def rod_forces(
             across = (x - cylinders.pin_offset) / math.sqrt(rod.length**2 - (x - cylinders.pin_offset) ** 2)
             tangents[0, k, at, -1] = rises[k, c] * turn.T @ (across, -1.0)
     mean_rotation = np.zeros((1, body.n_modes))
-    mean_rotation[0, ROTATION] = body.shapes[body.index("pulley"), ROTATION, ROTATION]
+    mean_rotation[0, slots.ROTATION] = body.shapes[body.index("pulley"), slots.ROTATION, slots.ROTATION]
     return PeriodicForces(np.concatenate((*rows, mean_rotation)), forces, *tangents)
 
 
@@ -94,7 +94,7 @@ def gas_forces(engine: Engine, speed: float | Array, angle: Array, gas: GasTrace
     """
     area = 0.25 * math.pi * engine.cylinders.bore**2
     share = np.maximum(load * (1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2), 0.0)
-    motored, rise = spline_coefficients(gas.motored - AMBIENT), spline_coefficients(gas.fired - gas.motored)
+    motored, rise = spline_coefficients(gas.motored - slots.AMBIENT), spline_coefficients(gas.fired - gas.motored)
     phases = engine.firing_angles
     parts = [
         np.array([[gas_pressure(theta - phase, table) for phase in phases] for theta in angle])

@@ -19,7 +19,7 @@ import numpy as np
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.slots import N_FACTORS, N_REJECTED
+from cranktrain.dynamics.model import slots as slots
 from cranktrain.dynamics.model.state import (
     CONTRACTION,
     INPUTS_NOW,
@@ -96,7 +96,7 @@ def start(simulation: Simulation, eccentricity: float, direction: float) -> Star
     work.counters[:] = 0.0
     about = (begin.windup, begin.rotation, begin.rate) if begin else (0.0, 0.0, 0.0)
     found = settle(model, work, state, inputs, *about) == OK
-    search = int(work.counters[N_FACTORS])
+    search = int(work.counters[slots.N_FACTORS])
     done, rejected = _cycle(simulation, state) if found else (False, 0)
     place = journals(simulation, simulation.state, simulation.outputs[0])
     free = placed(simulation, eccentricity, direction)
@@ -121,8 +121,8 @@ def _cycle(simulation: Simulation, state: Array) -> tuple[bool, int]:
         for k in range(round(4.0 * math.pi / step)):
             simulation.step(begin + (k + 1) * h)
     except SolverError:
-        return False, int(work.counters[N_REJECTED])
-    return bool(np.isfinite(simulation.outputs).all()), int(work.counters[N_REJECTED])
+        return False, int(work.counters[slots.N_REJECTED])
+    return bool(np.isfinite(simulation.outputs).all()), int(work.counters[slots.N_REJECTED])
 
 
 def reynolds_equilibrium(simulation: Simulation, speed: float, load: float = LOAD) -> complex:

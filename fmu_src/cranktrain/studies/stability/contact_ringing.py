@@ -17,7 +17,7 @@ import math
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.slots import STEP
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, MODAL_BLOCKS, STEP_LAST, STEP_REFERENCE
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.time.integrators import integrator_table
@@ -48,7 +48,7 @@ class Contact:
         model = simulation.model
         law = model.bearings[0]
         model.bearings[:, FACTOR] *= THIN
-        model.scalars[STEP] = 1e9
+        model.scalars[at.STEP] = 1e9
         self.depth = float(law[CONTACT_HEIGHT]) * math.sqrt(LOAD / law[CONTACT_LOAD])
         self.omega = math.sqrt(2.0 * math.sqrt(LOAD * law[CONTACT_LOAD]) / law[CONTACT_HEIGHT] / MASS)
         self._blocks = modal_places(simulation, [0, 1], list(range(MODAL_BLOCKS)))

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.slots import STEP
+from cranktrain.dynamics.model import slots as slots
 from cranktrain.dynamics.model.state import (
     MODAL_BLOCKS,
     OMEGA_REFERENCE,
@@ -119,7 +119,7 @@ class Laval:
         base[SHAFT_ANGLE], base[SHAFT_SPEED], base[OMEGA_REFERENCE] = 0.0, speed, speed
         base[STEP_REFERENCE] = base[STEP_LAST] = -1.0
         simulation.inputs[0] = speed
-        simulation.model.scalars[STEP] = 1.01 * step
+        simulation.model.scalars[slots.STEP] = 1.01 * step
         simulation.work.key[:] = -1.0
         end = self._stepped(base, h)[at]
         columns = []

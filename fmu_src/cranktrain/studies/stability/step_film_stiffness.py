@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.slots import GRAVITY, N_REJECTED, STEP
+from cranktrain.dynamics.model import slots as at
 from cranktrain.film.laws.impedance import MapFilm
 from cranktrain.studies.stability.explicit import METHODS, ROWS, FilmedJournal, amplification, march, spectral_radius
 from cranktrain.studies.stability.rotor import SPEED, LinearFilm, default_method, film_at, film_law, film_rotor
@@ -89,15 +89,15 @@ def marched_limit(method: str, film: LinearFilm, mass: float, law: MapFilm) -> O
 def product_limit(film: LinearFilm, mass: float, tried: int) -> Onset:
     """Shortest step (rad) of the running model that Newton's iteration rejects after the blow."""
     simulation = film_rotor(mass, film.load)
-    simulation.model.scalars[GRAVITY] *= BLOW
+    simulation.model.scalars[at.GRAVITY] *= BLOW
     start = simulation.state
 
     def rejected(step: float) -> bool:
         simulation.state = start
-        simulation.work.counters[N_REJECTED] = 0.0
-        simulation.model.scalars[STEP] = 1.01 * step
+        simulation.work.counters[at.N_REJECTED] = 0.0
+        simulation.model.scalars[at.STEP] = 1.01 * step
         simulation.step(simulation.time + step / SPEED)
-        return bool(simulation.work.counters[N_REJECTED] > 0.0)
+        return bool(simulation.work.counters[at.N_REJECTED] > 0.0)
 
     return onset(rejected, np.radians(np.geomspace(0.1, LONGEST, tried)), 1e-2, math.radians(LEAST))
 

@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.slots import RIGID_ROTATION
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import (
     CONTRACTION,
     INPUTS_NOW,
@@ -125,7 +125,7 @@ class SingleCrank:
         speed = NATURAL / nu
         wobble = 2.0 * self.epsilon / nu**2
         n = simulation.model.omega2.size
-        unit = float(simulation.model.scalars[RIGID_ROTATION])
+        unit = float(simulation.model.scalars[at.RIGID_ROTATION])
         q, v = offset(POSITION, n) + 5, offset(VELOCITY, n) + 5
         steps = half_turns * round(math.pi / STEP)
         h = STEP / speed

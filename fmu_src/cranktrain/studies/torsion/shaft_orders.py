@@ -21,21 +21,9 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model import slots as slots
 from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.model.settings import Settings, resolved
-from cranktrain.dynamics.model.slots import (
-    AREA,
-    BEST_SPEED,
-    CRANK_MODES,
-    CRANKCASE,
-    DAMPER,
-    FALLOFF,
-    GAS_LOAD,
-    PHASE,
-    PIN_ROTATIONS,
-    RIGID_ROTATION,
-    ROTATION,
-)
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
@@ -93,19 +81,21 @@ class ShaftOrders:
         self.samples = 8 * count
         self.angle: Array = np.arange(self.samples, dtype=np.float64) * (4.0 * math.pi / self.samples)
         self.rods = Rods.of_engine(engine, body, settings.gravity)
-        self.gas_tables, self.area = model.gas, model.cylinders[0, AREA]
-        self.crankcase = float(model.scalars[CRANKCASE])
-        self.phase: Array = model.cylinders[:, PHASE]
-        self._burn = model.scalars[[GAS_LOAD, FALLOFF, BEST_SPEED]]
+        self.gas_tables, self.area = model.gas, model.cylinders[0, slots.AREA]
+        self.crankcase = float(model.scalars[slots.CRANKCASE])
+        self.phase: Array = model.cylinders[:, slots.PHASE]
+        self._burn = model.scalars[[slots.GAS_LOAD, slots.FALLOFF, slots.BEST_SPEED]]
         pins, first, self.throw = np.unique(engine.cylinders.pins, return_index=True, return_inverse=True)
         self.pins = len(pins)
         # Locked rigid motions feel nothing and are left out.
-        own = slice(ROTATION, None)
-        port = int(model.layout[PIN_ROTATIONS])
+        own = slice(slots.ROTATION, None)
+        port = int(model.layout[slots.PIN_ROTATIONS])
         rows = model.ports[port : port + engine.n_cylinders, own][first]
-        twist = model.ports[int(model.layout[DAMPER]), own] if model.layout[DAMPER] else np.zeros(rows.shape[1])
+        twist = (
+            model.ports[int(model.layout[slots.DAMPER]), own] if model.layout[slots.DAMPER] else np.zeros(rows.shape[1])
+        )
         swing = np.zeros(rows.shape[1])
-        swing[0] = model.scalars[RIGID_ROTATION]
+        swing[0] = model.scalars[slots.RIGID_ROTATION]
         self.at = Observed(*range(self.pins, self.pins + 4))
         self._flywheel: Array = model.ends[0, own]
         self._rows = np.vstack((rows, twist, model.ends[1, own], swing, self._flywheel))
@@ -114,7 +104,7 @@ class ShaftOrders:
         self._damping: Array = np.diag(model.damping[own]) + shafts.T @ (laws[:, DAMPING, None] * shafts)
         self._scale = float(self._stiffness.max())
         # The ring is appended to the crank's modes.
-        self._ring = [int(model.layout[CRANK_MODES]) - ROTATION] if model.layout[DAMPER] else []
+        self._ring = [int(model.layout[slots.CRANK_MODES]) - slots.ROTATION] if model.layout[slots.DAMPER] else []
         still = self.rods.torque(np.repeat(self.angle[:, None], engine.n_cylinders, axis=1))
         self.inertia: ComplexArray = np.fft.rfft(self.on_pins(still.inertia), axis=0) / self.samples
         self._gas_means(still.arm)

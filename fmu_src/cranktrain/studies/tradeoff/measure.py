@@ -21,8 +21,8 @@ from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.kernel import keep_record
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import settled_motion
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.model.slots import N_ITERATIONS, N_MISSED, N_REJECTED, N_STEPS
 from cranktrain.dynamics.motion.gas import trace_pressure
 from cranktrain.dynamics.settled.motion import Motion, put_motion
 from cranktrain.dynamics.simulation import Simulation
@@ -105,8 +105,8 @@ def run(case: Case, say: Progress | None = None) -> Recorded:
     values = series[:, places]
     counters = simulation.work.counters
     counts = {
-        "steps": int(counters[N_STEPS]), "iterations": int(counters[N_ITERATIONS]),
-        "rejected": int(counters[N_REJECTED]), "missed": int(counters[N_MISSED]),
+        "steps": int(counters[at.N_STEPS]), "iterations": int(counters[at.N_ITERATIONS]),
+        "rejected": int(counters[at.N_REJECTED]), "missed": int(counters[at.N_MISSED]),
     }  # fmt: skip
     return Recorded(np.ascontiguousarray(values.T), case.kept_deg, used / case.simulated, counts)
 
